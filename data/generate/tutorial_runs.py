@@ -1,0 +1,212 @@
+"""Writes data/tutorial/seed-S.csv.gz: the tutorial's 999 solves by CasADi and Ipopt, step by step.
+
+Prints for each seed the statuses, the iterations, the wall time, and how far the steps are
+from the contact law (`certificate`).
+"""
+
+import contextlib
+import csv
+import gzip
+import io
+import time
+from collections import Counter
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+
+import casadi as cs
+import numpy as np
+
+import step_nlp as nlp
+
+OUTPUT = Path(__file__).resolve().parents[1] / "tutorial"
+SEEDS = (42, 0, 1, 2)
+SOLVES = 999
+CONTACT_HEIGHT = 0.005  # m, at or below which a corner counts as touching
+UNBOUNDED = 1e10
+SOLVER_OPTIONS = {
+    "print_time": False,
+    "ipopt.print_level": 0,
+    "ipopt.sb": "yes",
+    "ipopt.tol": 1e-6,
+    "ipopt.max_iter": 300,
+}
+
+COLUMNS = ["k", "status", "iterations", "alpha"]
+COLUMNS += ["rx", "ry", "rz", "qw", "qx", "qy", "qz", "vx", "vy", "vz", "wx", "wy", "wz"]
+COLUMNS += [f"{name}{i}" for name in ("fx", "fy", "fz", "s1_", "s2_", "lambda") for i in range(8)]
+
+
+@dataclass(frozen=True)
+class Step:
+    """One solve: its number, how Ipopt ended, the contact flags and the 61 variables."""
+
+    k: int
+    status: str
+    iterations: int
+    alpha: np.ndarray
+    x: np.ndarray
+
+    def row(self) -> list:
+        flags = "".join(str(int(flag)) for flag in self.alpha)
+        return [self.k, self.status, self.iterations, flags, *map(repr, self.x.tolist())]
+
+
+class Problem:
+    """The tutorial's step problem: solver, rows g(x, p) and corner positions C(X)."""
+
+    def __init__(self) -> None:
+        self.constants = nlp.Constants()
+        problem = nlp.step_nlp(self.constants)
+        state = problem["p"][: nlp.STATE]
+        positions = nlp.corner_positions(state, self.constants.corners)
+        self.solver = cs.nlpsol("step", "ipopt", problem, SOLVER_OPTIONS)
+        self.rows = cs.Function("rows", [problem["x"], problem["p"]], [problem["g"]])
+        self.corners = cs.Function("corners", [state], [positions])
+        self.row_upper = np.zeros(problem["g"].numel())
+        self.row_upper[nlp.ROWS["height"].start :] = UNBOUNDED
+
+    def flags(self, state: np.ndarray) -> np.ndarray:
+        """α_i = 1 where corner i is at most `CONTACT_HEIGHT` above the ground."""
+        heights = np.array(self.corners(state))[:, 2]
+        return (heights <= CONTACT_HEIGHT).astype(float)
+
+    def solve(self, k: int, start: np.ndarray) -> Step:
+        """Step k from the state in `start`; `start` is the solver's first iterate as well."""
+        state = start[: nlp.STATE]
+        alpha = self.flags(state)
+        lower, upper = bounds(alpha)
+        # CasADi counts clamped variables as equalities and warns of an overconstrained problem.
+        with contextlib.redirect_stderr(io.StringIO()):
+            solution = self.solver(
+                x0=start,
+                p=np.concatenate((state, alpha)),
+                lbx=lower,
+                ubx=upper,
+                lbg=0.0,
+                ubg=self.row_upper,
+            )
+        stats = self.solver.stats()
+        x = np.array(solution["x"]).ravel()
+        return Step(k, stats["return_status"], stats["iter_count"], alpha, x)
+
+
+def bounds(alpha: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """State, fx and fy free; fz, s1, s2 and λ ≥ 0; all six of a corner 0 where its flag is 0."""
+    lower, upper = np.full(nlp.VARIABLES, -UNBOUNDED), np.full(nlp.VARIABLES, UNBOUNDED)
+    lower[nlp.FZ.start :] = 0.0
+    for block in (nlp.FX, nlp.FY, nlp.FZ, nlp.S1, nlp.S2, nlp.LAMBDA):
+        lower[block][alpha == 0.0] = 0.0
+        upper[block][alpha == 0.0] = 0.0
+    return lower, upper
+
+
+def start_point(seed: int) -> np.ndarray:
+    """The thrown cube: 2.5 m up, 4 m/s along y, turning, in a random attitude; no forces."""
+    np.random.seed(seed)
+    draws = np.random.rand(4)
+    x = np.zeros(nlp.VARIABLES)
+    x[nlp.POSITION] = (0.0, 0.0, 2.5)
+    x[nlp.ATTITUDE] = draws / np.linalg.norm(draws)
+    x[nlp.VELOCITY] = (0.0, 4.0, 0.0)
+    x[nlp.SPIN] = (0.0, -2.0, 1.0)
+    return x
+
+
+def simulate(problem: Problem, seed: int) -> list[Step]:
+    """The start as row −1, then `SOLVES` steps, each from where the last one ended."""
+    steps = [Step(-1, "start", 0, np.zeros(nlp.CORNERS), start_point(seed))]
+    for k in range(SOLVES):
+        steps.append(problem.solve(k, steps[-1].x))
+    return steps
+
+
+def certificate(problem: Problem, state: np.ndarray, x: np.ndarray) -> float:
+    """How far (X, X⁺, F) is from a step with hard contact and exact Coulomb friction, in m/s.
+
+    The largest residual of the dynamics and of the contact law; 0 exactly at a solution.
+    """
+    residuals = dynamics_residuals(problem, state, x) + contact_residuals(problem, state, x)
+    return float(np.concatenate(residuals).max())
+
+
+def dynamics_residuals(problem: Problem, state: np.ndarray, x: np.ndarray) -> list[np.ndarray]:
+    """|rows of r⁺| / h,  |rows of q⁺| ℓ / h,  |rows of v⁺|,  |rows of ω⁺| ℓ.
+
+    ℓ is the largest coordinate of a corner.
+    """
+    h, length = problem.constants.dt, np.abs(problem.constants.corners).max()
+    p = np.concatenate((state, np.zeros(nlp.CORNERS)))
+    rows = np.abs(np.array(problem.rows(x, p)).ravel()[nlp.ROWS["dynamics"]])
+    return [
+        rows[nlp.POSITION] / h,
+        rows[nlp.ATTITUDE] * length / h,
+        rows[nlp.VELOCITY],
+        rows[nlp.SPIN] * length,
+    ]
+
+
+def contact_residuals(problem: Problem, state: np.ndarray, x: np.ndarray) -> list[np.ndarray]:
+    """With p_i = h f_xy,i and Π the projection on the disc of radius μ h max(f_z,i, 0):
+
+    penetration   max(0, −z⁺_i) / h
+    normal law    |min(h f_z,i / m, z⁺_i / h)|
+    friction law  ‖p_i − Π(p_i − m c_xy,i)‖ / m
+    cone          max(0, ‖p_i‖ − μ h f_z,i) / m
+    """
+    h, mu, mass = problem.constants.dt, problem.constants.mu, problem.constants.mass
+    before, after = np.array(problem.corners(state)), np.array(problem.corners(x[: nlp.STATE]))
+    slip, heights = (after - before)[:, :2] / h, after[:, 2]
+
+    friction, normal = h * np.column_stack((x[nlp.FX], x[nlp.FY])), h * x[nlp.FZ]
+    target = friction - mass * slip
+    reach = np.maximum(np.linalg.norm(target, axis=1), np.finfo(float).tiny)
+    projected = target * np.minimum(1.0, mu * np.maximum(normal, 0.0) / reach)[:, None]
+    return [
+        np.maximum(-heights, 0.0) / h,
+        np.abs(np.minimum(normal / mass, heights / h)),
+        np.linalg.norm(friction - projected, axis=1) / mass,
+        np.maximum(np.linalg.norm(friction, axis=1) - mu * normal, 0.0) / mass,
+    ]
+
+
+def write(steps: list[Step], path: Path) -> None:
+    """The steps as CSV in a gzip file without a time or a name in its header."""
+    text = io.StringIO()
+    table = csv.writer(text, lineterminator="\n")
+    table.writerow(COLUMNS)
+    table.writerows(step.row() for step in steps)
+    path.write_bytes(gzip.compress(text.getvalue().encode(), 9, mtime=0))
+
+
+def summary(problem: Problem, seed: int, steps: list[Step], seconds: float) -> str:
+    """Statuses, iterations, time and certificates of one run, as lines to print."""
+    solved = steps[1:]
+    statuses = Counter(step.status for step in solved)
+    values = [certificate(problem, a.x[: nlp.STATE], b.x) for a, b in pairwise(steps)]
+    touching = [value for value, step in zip(values, solved) if step.alpha.any()]
+    lines = [
+        f"seed {seed}: {seconds:.1f} s, {sum(step.iterations for step in solved)} iterations",
+        "  " + ", ".join(f"{status} {count}" for status, count in statuses.most_common()),
+    ]
+    for name, chosen in (("steps", values), ("steps with a corner flagged", touching)):
+        lines.append(
+            f"  certificate, {len(chosen)} {name}: "
+            f"median {np.median(chosen):.3g} m/s, largest {max(chosen):.3g} m/s"
+        )
+    return "\n".join(lines)
+
+
+def main() -> None:
+    problem = Problem()
+    OUTPUT.mkdir(exist_ok=True)
+    for seed in SEEDS:
+        began = time.perf_counter()
+        steps = simulate(problem, seed)
+        seconds = time.perf_counter() - began
+        write(steps, OUTPUT / f"seed-{seed}.csv.gz")
+        print(summary(problem, seed, steps, seconds), flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,2 @@
+#include "IpoptConfig.h"
+#include "guard/guard.h"

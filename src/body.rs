@@ -1,0 +1,170 @@
+//! The rigid body: mass, inertia and the points that can touch the ground.
+
+use crate::error::{Error, in_range};
+use crate::quaternion::rotated_point_forms;
+use nalgebra::{Matrix3, Matrix4, Vector3};
+
+/// A rigid body with contact points. Immutable once checked.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RigidBody {
+    mass: f64,
+    inertia: Matrix3<f64>,
+    inertia_inverse: Matrix3<f64>,
+    contact_points: Vec<ContactPoint>,
+    reach: f64,
+}
+
+/// One point of a body that can touch the ground.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ContactPoint {
+    /// c, m, body frame.
+    pub position: Vector3<f64>,
+    /// Q_x, Q_y, Q_z of eq. 3, m: (A(q) c)_k = ½ qᵀ Q_k q.
+    pub forms: [Matrix4<f64>; 3],
+}
+
+/// More contact points than this are taken for a mistake.
+const MOST_CONTACT_POINTS: usize = 1000;
+
+impl RigidBody {
+    /// A body of `mass` (kg), `inertia` (kg m², body frame, about the centre of mass)
+    /// and contact points (m, body frame, from the centre of mass).
+    ///
+    /// # Errors
+    /// A mass outside 1e-9…1e9 kg; an inertia matrix that is not symmetric and
+    /// positive definite with principal moments within 1e-12…1e12 kg m² and a ratio
+    /// of at most 1e6; no contact point or more than 1000, or one farther than 1e4 m
+    /// from the centre of mass, or all in the centre of mass.
+    pub fn new(
+        mass: f64,
+        inertia: Matrix3<f64>,
+        contact_points: &[Vector3<f64>],
+    ) -> Result<Self, Error> {
+        in_range("mass (kg)", mass, 1e-9, 1e9, "1e-9 to 1e9")?;
+        let inertia_inverse = checked_inverse(&inertia)?;
+        if !(1..=MOST_CONTACT_POINTS).contains(&contact_points.len()) {
+            return Err(Error::Count {
+                field: "contact points",
+                count: contact_points.len(),
+                allowed: "1 to 1000",
+            });
+        }
+        for &coordinate in contact_points.iter().flatten() {
+            in_range("contact point coordinate (m)", coordinate, -1e4, 1e4, "-1e4 to 1e4")?;
+        }
+        let reach = contact_points.iter().map(|c| c.amax()).fold(0.0, f64::max);
+        in_range("farthest contact point coordinate (m)", reach, 1e-6, 1e4, "1e-6 to 1e4")?;
+        let contact_points = contact_points
+            .iter()
+            .map(|&position| ContactPoint { position, forms: rotated_point_forms(&position) })
+            .collect();
+        Ok(Self { mass, inertia, inertia_inverse, contact_points, reach })
+    }
+
+    /// A box with a contact point in every corner. `half_sides` in m; corners in the
+    /// order (−,−,−), (+,−,−), (−,+,−), (+,+,−), (−,−,+), …: x changes fastest.
+    ///
+    /// # Errors
+    /// As [`RigidBody::new`], and a half side outside 1e-6…1e4 m.
+    pub fn with_box_corners(
+        mass: f64,
+        inertia: Matrix3<f64>,
+        half_sides: Vector3<f64>,
+    ) -> Result<Self, Error> {
+        for &half_side in &half_sides {
+            in_range("half side of the box (m)", half_side, 1e-6, 1e4, "1e-6 to 1e4")?;
+        }
+        let sign = |corner: usize, axis: usize| if corner >> axis & 1 == 1 { 1.0 } else { -1.0 };
+        let corners: Vec<_> = (0..8)
+            .map(|corner| Vector3::from_fn(|axis, _| sign(corner, axis) * half_sides[axis]))
+            .collect();
+        Self::new(mass, inertia, &corners)
+    }
+
+    /// m, kg.
+    #[must_use]
+    pub fn mass(&self) -> f64 {
+        self.mass
+    }
+
+    /// I, kg m², body frame.
+    #[must_use]
+    pub fn inertia(&self) -> &Matrix3<f64> {
+        &self.inertia
+    }
+
+    /// I⁻¹, 1/(kg m²), body frame.
+    #[must_use]
+    pub fn inertia_inverse(&self) -> &Matrix3<f64> {
+        &self.inertia_inverse
+    }
+
+    /// The contact points, in the order of all per-contact arrays.
+    #[must_use]
+    pub fn contact_points(&self) -> &[ContactPoint] {
+        &self.contact_points
+    }
+
+    /// ℓ, m: the largest |coordinate| of a contact point, the length by which the
+    /// certificate turns angles into distances.
+    #[must_use]
+    pub fn reach(&self) -> f64 {
+        self.reach
+    }
+}
+
+/// I⁻¹ of a symmetric positive definite matrix.
+fn checked_inverse(inertia: &Matrix3<f64>) -> Result<Matrix3<f64>, Error> {
+    if !inertia.iter().all(|entry| entry.is_finite()) {
+        return Err(Error::Inertia("has an entry that is not a finite number"));
+    }
+    if (inertia - inertia.transpose()).amax() > 1e-12 * inertia.amax() {
+        return Err(Error::Inertia("is not symmetric"));
+    }
+    let moments = inertia.symmetric_eigenvalues();
+    if moments.min() <= 0.0 {
+        return Err(Error::Inertia("is not positive definite: a principal moment is 0 or less"));
+    }
+    if moments.min() < 1e-12 || moments.max() > 1e12 || moments.max() > 1e6 * moments.min() {
+        return Err(Error::Inertia(
+            "has principal moments outside 1e-12 to 1e12, or of a ratio above 1e6",
+        ));
+    }
+    inertia.try_inverse().ok_or(Error::Inertia("cannot be inverted"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn corners_come_with_x_changing_fastest() {
+        let half_sides = Vector3::new(1.0, 2.0, 3.0);
+        let body = RigidBody::with_box_corners(1.0, Matrix3::identity(), half_sides).unwrap();
+        let corners: Vec<_> = body.contact_points().iter().map(|c| c.position).collect();
+        assert_eq!(corners[0], Vector3::new(-1.0, -2.0, -3.0));
+        assert_eq!(corners[1], Vector3::new(1.0, -2.0, -3.0));
+        assert_eq!(corners[2], Vector3::new(-1.0, 2.0, -3.0));
+        assert_eq!(corners[7], half_sides);
+        assert_eq!(body.reach(), 3.0);
+    }
+
+    #[test]
+    fn impossible_bodies_are_refused_by_name() {
+        let cube = |mass, inertia| {
+            RigidBody::with_box_corners(mass, inertia, Vector3::repeat(1.0))
+                .unwrap_err()
+                .to_string()
+        };
+        let unit = Matrix3::identity();
+        for mass in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            assert!(cube(mass, unit).starts_with("mass (kg) is"), "{mass}");
+        }
+        let skew = Matrix3::new(1.0, 0.5, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0);
+        assert!(cube(1.0, skew).contains("not symmetric"));
+        assert!(cube(1.0, -unit).contains("not positive definite"));
+        assert!(cube(1.0, unit * f64::NAN).contains("finite"));
+        assert!(RigidBody::new(1.0, unit, &[]).is_err());
+        assert!(RigidBody::new(1.0, unit, &[Vector3::zeros()]).is_err());
+    }
+}

@@ -1,0 +1,164 @@
+//! `tumble inspect`: the step's nonlinear program at a point, as JSON.
+
+use super::args::InspectArgs;
+use super::output::say;
+use super::{Failure, Outcome};
+use nalgebra::{Matrix3, SVector, Vector3};
+use serde::{Deserialize, Serialize};
+use std::io::Read;
+use tumble::body::RigidBody;
+use tumble::model::{ContactModel, Parameters};
+use tumble::scene::{self, Scene};
+use tumble::sparsity::SparsityPattern;
+use tumble::state::{State, Wrench};
+use tumble::step_nlp::StepNlp;
+
+/// A point has some hundred numbers; more bytes than this are something else.
+const LARGEST_POINT: u64 = 1 << 20;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PointFile {
+    state: Vec<f64>,
+    alpha: Vec<f64>,
+    x: Vec<f64>,
+    obj_factor: f64,
+    multipliers: Vec<f64>,
+    dt: Option<f64>,
+    mu: Option<f64>,
+    mass: Option<f64>,
+    inertia: Option<[[f64; 3]; 3]>,
+    gravity: Option<Gravity>,
+    epsilon: Option<f64>,
+}
+
+/// A number (downwards) or a vector.
+#[derive(Clone, Copy, Deserialize)]
+#[serde(untagged)]
+enum Gravity {
+    Downwards(f64),
+    Vector([f64; 3]),
+}
+
+#[derive(Serialize)]
+struct Evaluation<'a> {
+    objective: f64,
+    gradient: Vec<f64>,
+    constraints: Vec<f64>,
+    jacobian: SparseMatrix<'a>,
+    hessian: SparseMatrix<'a>,
+}
+
+#[derive(Serialize)]
+struct SparseMatrix<'a> {
+    rows: &'a [usize],
+    cols: &'a [usize],
+    values: Vec<f64>,
+}
+
+pub fn run(args: &InspectArgs) -> Result<Outcome, Failure> {
+    let name = args.file.display();
+    let odd = |why: &dyn std::fmt::Display| Failure::Input(format!("{name}: {why}"));
+    let text = read(args).map_err(|error| odd(&format!("cannot be read: {error}")))?;
+    if text.len() as u64 > LARGEST_POINT {
+        return Err(odd(&format!("is longer than {LARGEST_POINT} bytes, it is no point")));
+    }
+    let point: PointFile =
+        serde_json::from_str(&text).map_err(|error| odd(&format!("not a point: {error}")))?;
+    let mut nlp = StepNlp::new(point.model()?);
+    point.check(&nlp).map_err(|why| odd(&why))?;
+    let state = State::from_vector(&SVector::from_column_slice(&point.state));
+    nlp.set_step(&state, &Wrench::zero(), point.alpha.iter().copied());
+
+    let evaluation = evaluate(&nlp, &point);
+    if !evaluation.is_finite() {
+        return Err(odd(&"the numbers are too large: a result is not finite"));
+    }
+    let mut json = serde_json::to_string(&evaluation)
+        .map_err(|error| Failure::Other(format!("the result cannot be written: {error}")))?;
+    json.push('\n');
+    say(&json)?;
+    Ok(Outcome::Done)
+}
+
+fn read(args: &InspectArgs) -> std::io::Result<String> {
+    let mut text = String::new();
+    if args.file.as_os_str() == "-" {
+        std::io::stdin().take(LARGEST_POINT + 1).read_to_string(&mut text)?;
+    } else {
+        std::fs::File::open(&args.file)?.take(LARGEST_POINT + 1).read_to_string(&mut text)?;
+    }
+    Ok(text)
+}
+
+impl PointFile {
+    /// The tutorial's cube with the constants given.
+    fn model(&self) -> Result<ContactModel, Failure> {
+        let scene = Scene::drop();
+        let inertia = self.inertia.map_or_else(
+            || Matrix3::from_diagonal_element(scene::CUBE_INERTIA),
+            |rows| Matrix3::from(rows).transpose(),
+        );
+        let gravity = match self.gravity {
+            None => scene.gravity,
+            Some(Gravity::Downwards(g)) => Vector3::new(0.0, 0.0, -g),
+            Some(Gravity::Vector(vector)) => vector.into(),
+        };
+        Ok(ContactModel::new(Parameters {
+            body: RigidBody::with_box_corners(
+                self.mass.unwrap_or(scene::CUBE_MASS),
+                inertia,
+                Vector3::repeat(scene::CUBE_HALF_SIDE),
+            )?,
+            gravity,
+            friction: self.mu.unwrap_or(scene::FRICTION),
+            time_step: self.dt.unwrap_or(scene.time_step),
+            smoothing: self.epsilon.unwrap_or(scene::SMOOTHING),
+        })?)
+    }
+
+    fn check(&self, nlp: &StepNlp) -> Result<(), String> {
+        let layout = nlp.layout();
+        let arrays = [
+            ("state", &self.state, State::LEN),
+            ("alpha", &self.alpha, layout.contacts()),
+            ("x", &self.x, layout.variables()),
+            ("multipliers", &self.multipliers, layout.constraints()),
+        ];
+        for (name, array, expected) in arrays {
+            if array.len() != expected {
+                return Err(format!("{name} has {} numbers, {expected} are needed", array.len()));
+            }
+        }
+        if self.state[3..7].iter().all(|&component| component == 0.0) {
+            return Err("the quaternion in state is zero; a non-zero one is needed".to_owned());
+        }
+        Ok(())
+    }
+}
+
+impl Evaluation<'_> {
+    fn is_finite(&self) -> bool {
+        let arrays =
+            [&self.gradient, &self.constraints, &self.jacobian.values, &self.hessian.values];
+        self.objective.is_finite()
+            && arrays.iter().all(|array| array.iter().all(|value| value.is_finite()))
+    }
+}
+
+fn evaluate<'a>(nlp: &'a StepNlp, point: &PointFile) -> Evaluation<'a> {
+    let layout = nlp.layout();
+    let mut gradient = vec![0.0; layout.variables()];
+    let mut constraints = vec![0.0; layout.constraints()];
+    let mut jacobian = matrix(nlp.jacobian_pattern());
+    let mut hessian = matrix(nlp.hessian_pattern());
+    nlp.gradient(&point.x, &mut gradient);
+    nlp.constraints(&point.x, &mut constraints);
+    nlp.jacobian(&point.x, &mut jacobian.values);
+    nlp.hessian(&point.x, point.obj_factor, &point.multipliers, &mut hessian.values);
+    Evaluation { objective: nlp.objective(&point.x), gradient, constraints, jacobian, hessian }
+}
+
+fn matrix(pattern: &SparsityPattern) -> SparseMatrix<'_> {
+    SparseMatrix { rows: pattern.rows(), cols: pattern.cols(), values: vec![0.0; pattern.len()] }
+}

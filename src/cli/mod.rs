@@ -1,0 +1,95 @@
+//! Everything around the library: arguments, files, the terminal.
+
+mod args;
+mod inspect;
+mod output;
+mod run_file;
+mod simulate;
+mod verify;
+
+use args::{Cli, Command};
+use clap::Parser;
+use clap::error::ErrorKind;
+use std::fmt;
+use std::process::ExitCode;
+
+/// How a command ended well.
+pub enum Outcome {
+    /// All is as it should be.
+    Done,
+    /// Finished, but some step did not converge.
+    Unconverged,
+    /// `verify` found that the file's certificates are not those of its steps.
+    Mismatch,
+}
+
+impl Outcome {
+    pub fn exit_code(&self) -> ExitCode {
+        match self {
+            Self::Done => ExitCode::SUCCESS,
+            Self::Mismatch => ExitCode::from(1),
+            Self::Unconverged => ExitCode::from(3),
+        }
+    }
+}
+
+/// Why a command ended early: one sentence.
+#[derive(Debug)]
+pub enum Failure {
+    /// The user can mend it: exit code 2.
+    Input(String),
+    /// Anything else: exit code 1.
+    Other(String),
+}
+
+impl Failure {
+    pub fn exit_code(&self) -> ExitCode {
+        match self {
+            Self::Input(_) => ExitCode::from(2),
+            Self::Other(_) => ExitCode::from(1),
+        }
+    }
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (Self::Input(sentence) | Self::Other(sentence)) = self;
+        f.write_str(sentence)
+    }
+}
+
+/// The model refuses a value: say which flag or field sets it.
+impl From<tumble::error::Error> for Failure {
+    fn from(error: tumble::error::Error) -> Self {
+        match args::flag_behind(&error) {
+            Some(flag) => Self::Input(format!("{flag}: {error}")),
+            None => Self::Input(error.to_string()),
+        }
+    }
+}
+
+/// Parses the arguments and runs the command they name.
+pub fn run() -> Result<Outcome, Failure> {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => return usage_error(&error),
+    };
+    match cli.command {
+        None => simulate::run(&cli.simulate),
+        Some(Command::Verify(args)) => verify::run(&args),
+        Some(Command::Inspect(args)) => inspect::run(&args),
+    }
+}
+
+/// Help and version go to standard output; a usage error becomes one sentence.
+fn usage_error(error: &clap::Error) -> Result<Outcome, Failure> {
+    if matches!(error.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion) {
+        output::say(&error.render().to_string())?;
+        return Ok(Outcome::Done);
+    }
+    let text = error.render().to_string();
+    let first = text.split("\n\n").next().unwrap_or_default();
+    let sentence = first.split_whitespace().collect::<Vec<_>>().join(" ");
+    let sentence = sentence.strip_prefix("error: ").unwrap_or(&sentence);
+    Err(Failure::Input(format!("{sentence} (see tumble --help)")))
+}

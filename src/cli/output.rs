@@ -1,0 +1,80 @@
+//! Files that are either whole or not there, and standard output that may be closed.
+
+use super::Failure;
+use std::fs::{self, File};
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+use tempfile::NamedTempFile;
+
+/// A file under a temporary name, renamed to its own when it is complete; removed if it
+/// never is.
+pub struct PendingFile {
+    path: PathBuf,
+    temporary: NamedTempFile,
+}
+
+impl PendingFile {
+    /// Opens a temporary file in `directory` for the later `directory/name`.
+    pub fn create(directory: &Path, name: &str) -> Result<Self, Failure> {
+        let path = directory.join(name);
+        if path.is_dir() {
+            return Err(Failure::Other(format!(
+                "{} is a directory; a file is to be written there",
+                path.display()
+            )));
+        }
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(".tumble-").suffix(".tmp");
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::PermissionsExt;
+            // Readable as the umask allows, like any file a program writes.
+            builder.permissions(fs::Permissions::from_mode(0o666));
+        }
+        let temporary =
+            builder.tempfile_in(directory).map_err(|error| cannot_write(&path, &error))?;
+        Ok(Self { path, temporary })
+    }
+
+    /// A buffered stream into the file.
+    pub fn stream(&self) -> Result<BufWriter<File>, Failure> {
+        let file = self.temporary.reopen().map_err(|error| self.failed(&error))?;
+        Ok(BufWriter::new(file))
+    }
+
+    /// Turns an error of the stream into a sentence.
+    pub fn failed(&self, error: &io::Error) -> Failure {
+        cannot_write(&self.path, error)
+    }
+
+    /// Gives the complete file its name.
+    pub fn publish(self) -> Result<PathBuf, Failure> {
+        match self.temporary.persist(&self.path) {
+            Ok(_) => Ok(self.path),
+            Err(error) => Err(cannot_write(&self.path, &error.error)),
+        }
+    }
+}
+
+/// Makes the output directory.
+pub fn create_directory(directory: &Path) -> Result<(), Failure> {
+    fs::create_dir_all(directory).map_err(|error| {
+        Failure::Other(format!(
+            "the output directory {} cannot be made: {error}",
+            directory.display()
+        ))
+    })
+}
+
+fn cannot_write(path: &Path, error: &io::Error) -> Failure {
+    Failure::Other(format!("{} cannot be written: {error}", path.display()))
+}
+
+/// Prints `text` to standard output.
+pub fn say(text: &str) -> Result<(), Failure> {
+    let mut stdout = io::stdout().lock();
+    stdout
+        .write_all(text.as_bytes())
+        .and_then(|()| stdout.flush())
+        .map_err(|error| Failure::Other(format!("standard output cannot be written: {error}")))
+}

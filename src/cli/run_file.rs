@@ -1,0 +1,138 @@
+//! `run.json`: what made a trajectory, and what came of it.
+
+use super::Failure;
+use nalgebra::{Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+use tumble::body::RigidBody;
+use tumble::model::{ContactModel, Parameters};
+use tumble::summary::RunSummary;
+
+#[derive(Debug, Serialize, Deserialize)]
+pub struct RunFile {
+    pub tumble_version: String,
+    pub ipopt_version: String,
+    pub scene: String,
+    pub seed: u32,
+    pub parameters: RunParameters,
+    pub solver: SolverSettings,
+    pub start: StartState,
+    pub summary: SummaryFile,
+}
+
+/// The constants of the model, SI units; see [`Parameters`].
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct RunParameters {
+    pub steps: u64,
+    pub dt: f64,
+    pub mu: f64,
+    pub mass: f64,
+    /// By rows.
+    pub inertia: [[f64; 3]; 3],
+    pub gravity: [f64; 3],
+    pub epsilon: f64,
+    /// Body frame.
+    pub contact_points: Vec<[f64; 3]>,
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+pub struct SolverSettings {
+    pub name: String,
+    pub detection: Option<String>,
+    pub tol: Option<f64>,
+    pub max_iter: Option<u32>,
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+pub struct StartState {
+    pub height: f64,
+    pub attitude: [f64; 4],
+    pub velocity: [f64; 3],
+    pub spin: [f64; 3],
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+pub struct SummaryFile {
+    pub rows: u64,
+    pub free_steps: u64,
+    pub contact_steps: u64,
+    pub iterations: u64,
+    pub converged: u64,
+    pub retried: u64,
+    pub fallback: u64,
+    pub failed: u64,
+    /// Of the contact steps; null without contact.
+    pub certificate_median_m_s: Option<f64>,
+    /// Of all steps; null without steps.
+    pub certificate_max_m_s: Option<f64>,
+    pub solve_seconds: f64,
+}
+
+impl RunParameters {
+    pub fn of(model: &ContactModel, steps: u64) -> Self {
+        let body = model.body();
+        Self {
+            steps,
+            dt: model.time_step(),
+            mu: model.friction(),
+            mass: body.mass(),
+            inertia: body.inertia().transpose().into(),
+            gravity: (*model.gravity()).into(),
+            epsilon: model.smoothing(),
+            contact_points: body.contact_points().iter().map(|c| c.position.into()).collect(),
+        }
+    }
+
+    /// The model these parameters describe.
+    pub fn model(&self) -> Result<ContactModel, Failure> {
+        let inertia = Matrix3::from(self.inertia).transpose();
+        let points: Vec<Vector3<f64>> =
+            self.contact_points.iter().copied().map(Vector3::from).collect();
+        Ok(ContactModel::new(Parameters {
+            body: RigidBody::new(self.mass, inertia, &points)?,
+            gravity: self.gravity.into(),
+            friction: self.mu,
+            time_step: self.dt,
+            smoothing: self.epsilon,
+        })?)
+    }
+}
+
+impl SummaryFile {
+    pub fn of(summary: &RunSummary, solve_seconds: f64) -> Self {
+        Self {
+            rows: summary.steps() + 1,
+            free_steps: summary.free,
+            contact_steps: summary.contact_steps(),
+            iterations: summary.iterations,
+            converged: summary.converged,
+            retried: summary.retried,
+            fallback: summary.fallback,
+            failed: summary.failed,
+            certificate_median_m_s: summary.median_certificate(),
+            certificate_max_m_s: summary.largest_certificate(),
+            solve_seconds,
+        }
+    }
+}
+
+/// Reads a run file. Larger ones than this are no run files.
+const LARGEST_RUN_FILE: u64 = 1 << 20;
+
+impl RunFile {
+    /// `None` where there is no such file.
+    pub fn read(path: &Path) -> Result<Option<Self>, Failure> {
+        let odd =
+            |why: String| Failure::Input(format!("{} is not a run.json: {why}", path.display()));
+        let length = match std::fs::metadata(path) {
+            Ok(metadata) => metadata.len(),
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+            Err(error) => return Err(odd(error.to_string())),
+        };
+        if length > LARGEST_RUN_FILE {
+            return Err(odd(format!("it has {length} bytes, at most {LARGEST_RUN_FILE} expected")));
+        }
+        let text = std::fs::read_to_string(path).map_err(|error| odd(error.to_string()))?;
+        serde_json::from_str(&text).map(Some).map_err(|error| odd(error.to_string()))
+    }
+}

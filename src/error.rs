@@ -1,0 +1,49 @@
+//! Errors of the model: input out of range, with the field and the range in them.
+
+/// Why a model, state or step was refused. Each message names the field, what was
+/// given and what is allowed.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A number outside its range, NaN included.
+    #[error("{field} is {value}; allowed is {allowed}")]
+    OutOfRange {
+        /// The field, with its unit.
+        field: &'static str,
+        /// The number given.
+        value: f64,
+        /// The range.
+        allowed: &'static str,
+    },
+    /// A count outside its range.
+    #[error("{field}: {count} given; allowed is {allowed}")]
+    Count {
+        /// What is counted.
+        field: &'static str,
+        /// The count given.
+        count: usize,
+        /// The range.
+        allowed: &'static str,
+    },
+    /// A matrix that cannot be an inertia matrix.
+    #[error("the inertia matrix (kg m²) {0}")]
+    Inertia(&'static str),
+    /// Ipopt refused the problem before it ran.
+    #[error(transparent)]
+    Ipopt(#[from] crate::ipopt::IpoptError),
+}
+
+/// `Ok(value)` where `low ≤ value ≤ high`.
+pub(crate) fn in_range(
+    field: &'static str,
+    value: f64,
+    low: f64,
+    high: f64,
+    allowed: &'static str,
+) -> Result<f64, Error> {
+    if (low..=high).contains(&value) {
+        Ok(value)
+    } else {
+        Err(Error::OutOfRange { field, value, allowed })
+    }
+}

@@ -1,0 +1,170 @@
+//! Quaternion maps as matrices, after Jackson, Tracy and Manchester, "Planning with
+//! attitude", IEEE RA-L 6(3), 2021.
+//!
+//! A quaternion is q = (w, x, y, z), scalar first, Hamilton's product; it turns body
+//! coordinates into world coordinates. It is a plain [`Vector4`] because the step
+//! problem treats its four numbers as variables that need not have unit length.
+//!
+//! Equation numbers are those of `docs/formulation.md`.
+
+use nalgebra::{Matrix3, Matrix4, Matrix4x3, Vector3, Vector4};
+
+/// L(q) with q ⊗ p = L(q) p (eq. 1).
+#[must_use]
+pub fn left(q: &Vector4<f64>) -> Matrix4<f64> {
+    let (w, x, y, z) = (q[0], q[1], q[2], q[3]);
+    Matrix4::new(
+        w, -x, -y, -z, //
+        x, w, -z, y, //
+        y, z, w, -x, //
+        z, -y, x, w,
+    )
+}
+
+/// R(q) with p ⊗ q = R(q) p (eq. 1).
+#[must_use]
+pub fn right(q: &Vector4<f64>) -> Matrix4<f64> {
+    let (w, x, y, z) = (q[0], q[1], q[2], q[3]);
+    Matrix4::new(
+        w, -x, -y, -z, //
+        x, w, z, -y, //
+        y, -z, w, x, //
+        z, y, -x, w,
+    )
+}
+
+/// H = [0; E₃], which makes a pure quaternion of a vector (eq. 1).
+#[must_use]
+pub fn pure() -> Matrix4x3<f64> {
+    Matrix4x3::new(
+        0.0, 0.0, 0.0, //
+        1.0, 0.0, 0.0, //
+        0.0, 1.0, 0.0, //
+        0.0, 0.0, 1.0,
+    )
+}
+
+/// L(q) H, the 4 × 3 matrix of the attitude kinematics q̇ = ½ L(q) H ω (eq. 5).
+#[must_use]
+pub fn attitude_map(q: &Vector4<f64>) -> Matrix4x3<f64> {
+    let (w, x, y, z) = (q[0], q[1], q[2], q[3]);
+    Matrix4x3::new(
+        -x, -y, -z, //
+        w, -z, y, //
+        z, w, -x, //
+        -y, x, w,
+    )
+}
+
+/// A(q) = Hᵀ L(q) R(q)ᵀ H (eq. 2): the rotation matrix body → world for a unit
+/// quaternion, |q|² times it in general.
+#[must_use]
+pub fn rotation(q: &Vector4<f64>) -> Matrix3<f64> {
+    let (w, x, y, z) = (q[0], q[1], q[2], q[3]);
+    let (ww, xx, yy, zz) = (w * w, x * x, y * y, z * z);
+    Matrix3::new(
+        ww + xx - yy - zz,
+        2.0 * (x * y - w * z),
+        2.0 * (x * z + w * y),
+        2.0 * (x * y + w * z),
+        ww - xx + yy - zz,
+        2.0 * (y * z - w * x),
+        2.0 * (x * z - w * y),
+        2.0 * (y * z + w * x),
+        ww - xx - yy + zz,
+    )
+}
+
+/// The three constant symmetric matrices Q_k(c) with (A(q) c)_k = ½ qᵀ Q_k q (eq. 3).
+///
+/// A(q) c is a quadratic form in q, so Q_k q is the gradient of component k and Q_k
+/// its Hessian: one table for the values and both derivatives of a contact point's
+/// position.
+#[must_use]
+pub fn rotated_point_forms(c: &Vector3<f64>) -> [Matrix4<f64>; 3] {
+    let (x, y, z) = (c[0], c[1], c[2]);
+    [
+        2.0 * Matrix4::new(
+            x, 0.0, z, -y, //
+            0.0, x, y, z, //
+            z, y, -x, 0.0, //
+            -y, z, 0.0, -x,
+        ),
+        2.0 * Matrix4::new(
+            y, -z, 0.0, x, //
+            -z, -y, x, 0.0, //
+            0.0, x, y, z, //
+            x, 0.0, z, -y,
+        ),
+        2.0 * Matrix4::new(
+            z, y, -x, 0.0, //
+            y, -z, 0.0, x, //
+            -x, 0.0, -z, y, //
+            0.0, x, y, z,
+        ),
+    ]
+}
+
+/// The attitude after the rotation ½ h ω of the semi-implicit step (eq. 8b):
+/// normalise(q + ½ h L(q) H ω).
+#[must_use]
+pub fn advance(q: &Vector4<f64>, spin: &Vector3<f64>, time_step: f64) -> Vector4<f64> {
+    (q + attitude_map(q) * (spin * (0.5 * time_step))).normalize()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn quaternion() -> impl Strategy<Value = Vector4<f64>> {
+        proptest::array::uniform4(-1.0..1.0)
+            .prop_map(Vector4::from)
+            .prop_filter("not zero", |q| q.norm() > 0.1)
+    }
+
+    fn vector() -> impl Strategy<Value = Vector3<f64>> {
+        proptest::array::uniform3(-2.0..2.0).prop_map(Vector3::from)
+    }
+
+    proptest! {
+        // Tolerances: sums of at most 16 products of numbers up to 2, so 1e-14.
+        #[test]
+        fn the_closed_forms_are_the_products_of_the_maps(q in quaternion(), p in quaternion()) {
+            prop_assert!((left(&q) * p - right(&p) * q).norm() < 1e-14);
+            prop_assert!((left(&q) * pure() - attitude_map(&q)).norm() < 1e-14);
+            let a = pure().transpose() * left(&q) * right(&q).transpose() * pure();
+            prop_assert!((rotation(&q) - a).norm() < 1e-14);
+        }
+
+        #[test]
+        fn a_unit_quaternion_gives_a_rotation(q in quaternion()) {
+            let a = rotation(&q.normalize());
+            prop_assert!((a * a.transpose() - Matrix3::identity()).norm() < 1e-14);
+            prop_assert!((a.determinant() - 1.0).abs() < 1e-14);
+        }
+
+        #[test]
+        fn the_quadratic_forms_give_the_rotated_point(q in quaternion(), c in vector()) {
+            let expected = rotation(&q) * c;
+            for (k, form) in rotated_point_forms(&c).iter().enumerate() {
+                prop_assert_eq!(*form, form.transpose());
+                prop_assert!((0.5 * q.dot(&(form * q)) - expected[k]).abs() < 1e-14);
+            }
+        }
+
+        #[test]
+        fn advance_agrees_with_the_exponential_to_third_order(
+            q in quaternion(), spin in vector()
+        ) {
+            // tan(θ/2) ≈ θ/2 + θ³/24 with θ = h|ω|: the scheme's error of one step.
+            let (q, h) = (q.normalize(), 1e-3);
+            let half = 0.5 * h * spin.norm();
+            let axis = spin / spin.norm().max(1e-300);
+            let exact = left(&q) * Vector4::new(
+                half.cos(), half.sin() * axis[0], half.sin() * axis[1], half.sin() * axis[2],
+            );
+            prop_assert!((advance(&q, &spin, h) - exact).norm() <= half.powi(3) + 1e-15);
+        }
+    }
+}

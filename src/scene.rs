@@ -1,0 +1,100 @@
+//! The two scenes of the tutorial.
+
+use crate::body::RigidBody;
+use crate::error::Error;
+use crate::random::random_attitude;
+use crate::state::State;
+use nalgebra::{Matrix3, Vector3, Vector4};
+
+/// Defaults of a scene; every one can be changed on the command line.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scene {
+    /// The word of the command line.
+    pub name: &'static str,
+    /// Rows of the trajectory.
+    pub rows: u64,
+    /// h, s.
+    pub time_step: f64,
+    /// g, m/s².
+    pub gravity: Vector3<f64>,
+    /// r_z at the start, m.
+    pub height: f64,
+    /// v at the start, m/s.
+    pub velocity: Vector3<f64>,
+    /// ω at the start, rad/s, body.
+    pub spin: Vector3<f64>,
+}
+
+/// m of the tutorial's cube, kg.
+pub const CUBE_MASS: f64 = 10.0;
+/// The tutorial's cube has the inertia of this times E₃, kg m².
+pub const CUBE_INERTIA: f64 = 0.01;
+/// Half the side of the tutorial's cube, m.
+pub const CUBE_HALF_SIDE: f64 = 1.0;
+/// μ of the tutorial.
+pub const FRICTION: f64 = 0.3;
+/// ε of the tutorial, and its tolerance for Ipopt.
+pub const SMOOTHING: f64 = 1e-6;
+/// The tutorial's iteration limit.
+pub const MOST_ITERATIONS: u32 = 300;
+
+impl Scene {
+    /// The cube thrown on the ground.
+    #[must_use]
+    pub fn drop() -> Self {
+        Self {
+            name: "drop",
+            rows: 1000,
+            time_step: 0.002,
+            gravity: Vector3::new(0.0, 0.0, -9.81),
+            height: 2.5,
+            velocity: Vector3::new(0.0, 4.0, 0.0),
+            spin: Vector3::new(0.0, -2.0, 1.0),
+        }
+    }
+
+    /// The cube floating without gravity.
+    #[must_use]
+    pub fn floating() -> Self {
+        Self {
+            name: "floating",
+            rows: 1200,
+            time_step: 0.001,
+            gravity: Vector3::zeros(),
+            height: 3.0,
+            velocity: Vector3::new(2.0, 0.0, 0.0),
+            spin: Vector3::new(2.0, 4.0, 6.0),
+        }
+    }
+
+    /// The state at step 0 with the attitude given.
+    #[must_use]
+    pub fn start(&self, attitude: Vector4<f64>) -> State {
+        State {
+            position: Vector3::new(0.0, 0.0, self.height),
+            attitude,
+            velocity: self.velocity,
+            spin: self.spin,
+        }
+    }
+
+    /// The attitude at step 0: drawn from `seed` for the drop, upright for the floating
+    /// cube.
+    #[must_use]
+    pub fn attitude(&self, seed: u32) -> Vector4<f64> {
+        if self.name == "floating" {
+            Vector4::new(1.0, 0.0, 0.0, 0.0)
+        } else {
+            random_attitude(seed)
+        }
+    }
+}
+
+/// The tutorial's cube: 2 m, 10 kg, inertia 0.01·E₃ kg m².
+///
+/// # Errors
+/// None for these numbers; the type is [`RigidBody::new`]'s.
+pub fn tutorial_cube() -> Result<RigidBody, Error> {
+    let inertia = Matrix3::from_diagonal_element(CUBE_INERTIA);
+    RigidBody::with_box_corners(CUBE_MASS, inertia, Vector3::repeat(CUBE_HALF_SIDE))
+}

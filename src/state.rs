@@ -1,0 +1,87 @@
+//! The state of a rigid body and the wrench on it.
+
+use crate::error::{Error, in_range};
+use nalgebra::{SVector, Vector3, Vector4};
+
+/// X = (r, q, v, ω): thirteen numbers in this order.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct State {
+    /// r, m, world: the centre of mass.
+    pub position: Vector3<f64>,
+    /// q = (w, x, y, z), unit quaternion, body → world.
+    pub attitude: Vector4<f64>,
+    /// v, m/s, world.
+    pub velocity: Vector3<f64>,
+    /// ω, rad/s, **body**.
+    pub spin: Vector3<f64>,
+}
+
+/// A force and a torque on a body.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Wrench {
+    /// N, world, at the centre of mass.
+    pub force: Vector3<f64>,
+    /// N m, **body**.
+    pub torque: Vector3<f64>,
+}
+
+impl State {
+    /// The number of coordinates.
+    pub const LEN: usize = 13;
+
+    /// X as one vector.
+    #[must_use]
+    pub fn to_vector(&self) -> SVector<f64, 13> {
+        let mut x = SVector::<f64, 13>::zeros();
+        x.fixed_rows_mut::<3>(0).copy_from(&self.position);
+        x.fixed_rows_mut::<4>(3).copy_from(&self.attitude);
+        x.fixed_rows_mut::<3>(7).copy_from(&self.velocity);
+        x.fixed_rows_mut::<3>(10).copy_from(&self.spin);
+        x
+    }
+
+    /// The state of a vector (r, q, v, ω).
+    #[must_use]
+    pub fn from_vector(x: &SVector<f64, 13>) -> Self {
+        Self {
+            position: x.fixed_rows::<3>(0).into(),
+            attitude: x.fixed_rows::<4>(3).into(),
+            velocity: x.fixed_rows::<3>(7).into(),
+            spin: x.fixed_rows::<3>(10).into(),
+        }
+    }
+
+    /// Checks that a simulation can start here.
+    ///
+    /// # Errors
+    /// A coordinate that is not finite or beyond 1e6 m, 1e5 m/s, 1e5 rad/s; a
+    /// quaternion whose norm differs from 1 by more than 1e-6.
+    pub fn validate(&self) -> Result<(), Error> {
+        for &value in &self.position {
+            in_range("position (m)", value, -1e6, 1e6, "-1e6 to 1e6")?;
+        }
+        let norm = self.attitude.norm();
+        in_range(
+            "norm of the attitude quaternion",
+            norm,
+            1.0 - 1e-6,
+            1.0 + 1e-6,
+            "1 to within 1e-6",
+        )?;
+        for &value in &self.velocity {
+            in_range("velocity (m/s)", value, -1e5, 1e5, "-1e5 to 1e5")?;
+        }
+        for &value in &self.spin {
+            in_range("spin (rad/s)", value, -1e5, 1e5, "-1e5 to 1e5")?;
+        }
+        Ok(())
+    }
+}
+
+impl Wrench {
+    /// No force, no torque.
+    #[must_use]
+    pub fn zero() -> Self {
+        Self { force: Vector3::zeros(), torque: Vector3::zeros() }
+    }
+}

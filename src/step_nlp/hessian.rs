@@ -1,0 +1,149 @@
+//! The Hessian of the Lagrangian, σ∇²f + Σ yⱼ∇²gⱼ, lower triangle.
+//!
+//! Three groups of variables meet in it: q⁺ with itself, ω⁺ with itself, and the six
+//! variables of each contact with themselves, r⁺_z and q⁺. Position and velocity rows
+//! are linear.
+
+use super::StepNlp;
+use super::entries::EntrySink;
+use super::layout::{ATTITUDE, ATTITUDE_ROWS, POSITION, SPIN, SPIN_ROWS, UNIT_NORM_ROW};
+use crate::state::State;
+use nalgebra::{Matrix3, Matrix4, Vector2, Vector4};
+
+/// The multipliers of one contact's rows.
+struct ContactMultipliers {
+    dissipation: Vector2<f64>,
+    height: f64,
+    cone: f64,
+    normal: f64,
+    friction: f64,
+}
+
+impl StepNlp {
+    /// All entries; the pattern depends on the model alone.
+    pub(super) fn emit_hessian(
+        &self,
+        x: &[f64],
+        objective_factor: f64,
+        multipliers: &[f64],
+        sink: &mut impl EntrySink,
+    ) {
+        let next = self.next_state(x);
+        self.emit_attitude_block(x, multipliers, sink);
+        self.emit_spin_block(&next, multipliers, sink);
+        for i in 0..self.layout.contacts() {
+            let y = self.contact_multipliers(multipliers, i);
+            self.emit_force_block(x, &y, i, sink);
+            self.emit_normal_block(&next, &y, i, sink);
+            self.emit_slip_row(x, &y, i, sink);
+            // Eq. 16: ∇²(s1² + s2²) = 2.
+            let [_, _, _, s1, s2, _] = self.layout.contact_variables(i);
+            sink.put(s1, s1, 2.0 * objective_factor);
+            sink.put(s2, s2, 2.0 * objective_factor);
+        }
+    }
+
+    /// q⁺ × q⁺: 2 y E of eq. 9, and the constant forms Q_k of eq. 3 with the multipliers
+    /// of eqs. 10 (times α/h), 12 and 14 (times −f_z).
+    fn emit_attitude_block(&self, x: &[f64], multipliers: &[f64], sink: &mut impl EntrySink) {
+        let h = self.model.time_step();
+        let mut block = Matrix4::identity() * (2.0 * multipliers[UNIT_NORM_ROW]);
+        let mut present = Matrix4::<f64>::identity();
+        for (i, point) in self.model.body().contact_points().iter().enumerate() {
+            let y = self.contact_multipliers(multipliers, i);
+            let slip = y.dissipation * (self.step.alpha[i] / h);
+            let fz = x[self.layout.contact_variables(i)[2]];
+            let weights = [slip[0], slip[1], y.height - y.normal * fz];
+            for (form, weight) in point.forms.iter().zip(weights) {
+                block += form * weight;
+                present += form.abs();
+            }
+        }
+        for row in 0..4 {
+            for col in 0..=row {
+                if present[(row, col)] > 0.0 {
+                    let (row_index, col_index) = (ATTITUDE.start + row, ATTITUDE.start + col);
+                    sink.put(row_index, col_index, block[(row, col)]);
+                }
+            }
+        }
+    }
+
+    /// ω⁺ × ω⁺: Bᵀ ∇²(y·u) B of eq. 8b (eq. D2) and −h Σ y_k T_k of eq. 8d (eq. D6).
+    fn emit_spin_block(&self, next: &State, multipliers: &[f64], sink: &mut impl EntrySink) {
+        let y = Vector4::from_column_slice(&multipliers[ATTITUDE_ROWS]);
+        let b = &self.step.attitude_rate;
+        let mut block: Matrix3<f64> =
+            b.transpose() * self.advanced_attitude(&next.spin).hessian(y) * b;
+        for (form, y) in self.gyroscopic_forms.iter().zip(&multipliers[SPIN_ROWS]) {
+            block -= form * (self.model.time_step() * y);
+        }
+        for row in 0..3 {
+            for col in 0..=row {
+                sink.put(SPIN.start + row, SPIN.start + col, block[(row, col)]);
+            }
+        }
+    }
+
+    /// f_xy × f_xy: α λ ∇²(y·d) of eq. 10 (eq. D4), −y D of eq. 13 and y λ D of eq. 15
+    /// (eq. D3).
+    fn emit_force_block(
+        &self,
+        x: &[f64],
+        y: &ContactMultipliers,
+        i: usize,
+        sink: &mut impl EntrySink,
+    ) {
+        let [fx, fy, _, _, _, slip] = self.layout.contact_variables(i);
+        let force = self.smooth_force(x, i);
+        let block = force.direction_hessian(y.dissipation) * (self.step.alpha[i] * x[slip])
+            + force.direction_jacobian() * (y.friction * x[slip] - y.cone);
+        sink.put(fx, fx, block[(0, 0)]);
+        sink.put(fy, fx, block[(1, 0)]);
+        sink.put(fy, fy, block[(1, 1)]);
+    }
+
+    /// f_z × (r⁺_z, q⁺): −y ∂z⁺ of eq. 14.
+    fn emit_normal_block(
+        &self,
+        next: &State,
+        y: &ContactMultipliers,
+        i: usize,
+        sink: &mut impl EntrySink,
+    ) {
+        let fz = self.layout.contact_variables(i)[2];
+        sink.put(fz, POSITION.start + 2, -y.normal);
+        self.emit_attitude_gradient(next, i, 2, fz, -y.normal, sink);
+    }
+
+    /// λ × (f_x, f_y, f_z): α D y of eq. 10, y d and −y μ of eq. 15.
+    fn emit_slip_row(
+        &self,
+        x: &[f64],
+        y: &ContactMultipliers,
+        i: usize,
+        sink: &mut impl EntrySink,
+    ) {
+        let [fx, fy, fz, _, _, slip] = self.layout.contact_variables(i);
+        let force = self.smooth_force(x, i);
+        let by_force = force.direction_jacobian() * y.dissipation * self.step.alpha[i]
+            + force.direction * y.friction;
+        sink.put(slip, fx, by_force[0]);
+        sink.put(slip, fy, by_force[1]);
+        if self.model.friction() > 0.0 {
+            sink.put(slip, fz, -y.friction * self.model.friction());
+        }
+    }
+
+    fn contact_multipliers(&self, multipliers: &[f64], i: usize) -> ContactMultipliers {
+        let layout = self.layout;
+        let first = layout.dissipation_rows().start + 2 * i;
+        ContactMultipliers {
+            dissipation: Vector2::new(multipliers[first], multipliers[first + 1]),
+            height: multipliers[layout.height_rows().start + i],
+            cone: multipliers[layout.cone_rows().start + i],
+            normal: multipliers[layout.normal_complementarity_rows().start + i],
+            friction: multipliers[layout.friction_complementarity_rows().start + i],
+        }
+    }
+}

@@ -1,0 +1,184 @@
+//! The Jacobian of the constraints, ∂g/∂x.
+
+use super::StepNlp;
+use super::entries::EntrySink;
+use super::layout::{
+    ATTITUDE, ATTITUDE_ROWS, POSITION, POSITION_ROWS, SPIN, SPIN_ROWS, UNIT_NORM_ROW, VELOCITY,
+    VELOCITY_ROWS,
+};
+use crate::dynamics::skew;
+use crate::state::State;
+use nalgebra::{Matrix3, Vector4};
+
+impl StepNlp {
+    /// All entries, row block by row block. Which entries exist depends on the model
+    /// alone, never on x or the step.
+    pub(super) fn emit_jacobian(&self, x: &[f64], sink: &mut impl EntrySink) {
+        let next = self.next_state(x);
+        self.emit_position_rows(sink);
+        self.emit_attitude_rows(&next, sink);
+        self.emit_velocity_rows(sink);
+        self.emit_spin_rows(&next, sink);
+        // Eq. 9: ∂(‖q⁺‖² − 1)/∂q⁺ = 2 q⁺ᵀ.
+        for k in 0..4 {
+            sink.put(UNIT_NORM_ROW, ATTITUDE.start + k, 2.0 * next.attitude[k]);
+        }
+        for i in 0..self.layout.contacts() {
+            self.emit_dissipation_rows(x, &next, i, sink);
+            self.emit_height_row(&next, i, sink);
+            self.emit_cone_row(x, i, sink);
+            self.emit_normal_complementarity_row(x, &next, i, sink);
+            self.emit_friction_complementarity_row(x, i, sink);
+        }
+    }
+
+    /// Eq. 8a: r + h v⁺ − r⁺.
+    fn emit_position_rows(&self, sink: &mut impl EntrySink) {
+        for k in 0..3 {
+            let row = POSITION_ROWS.start + k;
+            sink.put(row, POSITION.start + k, -1.0);
+            sink.put(row, VELOCITY.start + k, self.model.time_step());
+        }
+    }
+
+    /// Eq. 8b: u(p) − q⁺ with p = q + B ω⁺, B = ½ h L(q) H: ∂/∂ω⁺ = ∂u/∂p B (eq. D1).
+    fn emit_attitude_rows(&self, next: &State, sink: &mut impl EntrySink) {
+        let by_spin = self.advanced_attitude(&next.spin).jacobian() * self.step.attitude_rate;
+        for k in 0..4 {
+            let row = ATTITUDE_ROWS.start + k;
+            sink.put(row, ATTITUDE.start + k, -1.0);
+            for j in 0..3 {
+                sink.put(row, SPIN.start + j, by_spin[(k, j)]);
+            }
+        }
+    }
+
+    /// Eq. 8c: v + h (Σf/m + g) − v⁺.
+    fn emit_velocity_rows(&self, sink: &mut impl EntrySink) {
+        let per_force = self.model.time_step() / self.model.body().mass();
+        for k in 0..3 {
+            let row = VELOCITY_ROWS.start + k;
+            sink.put(row, VELOCITY.start + k, -1.0);
+            for i in 0..self.layout.contacts() {
+                sink.put(row, self.layout.contact_variables(i)[k], per_force);
+            }
+        }
+    }
+
+    /// Eq. 8d: ω + h I⁻¹ (τ − ω⁺ × I ω⁺) − ω⁺. By ω⁺: −E − h T(ω⁺), row k of T(ω) being
+    /// ωᵀ T_k (eq. D6); by f_i: h I⁻¹ [c_i]× Aᵀ (eq. D5).
+    fn emit_spin_rows(&self, next: &State, sink: &mut impl EntrySink) {
+        let h = self.model.time_step();
+        for k in 0..3 {
+            let row = SPIN_ROWS.start + k;
+            let form = &self.gyroscopic_forms[k];
+            let by_spin = -h * (form * next.spin);
+            for j in 0..3 {
+                if j == k {
+                    sink.put(row, SPIN.start + j, by_spin[j] - 1.0);
+                } else if form.row(j).amax() > 0.0 {
+                    sink.put(row, SPIN.start + j, by_spin[j]);
+                }
+            }
+            for (i, point) in self.model.body().contact_points().iter().enumerate() {
+                let lever: Matrix3<f64> =
+                    self.model.body().inertia_inverse() * skew(&point.position);
+                if lever.row(k).amax() > 0.0 {
+                    for (axis, col) in self.layout.contact_variables(i)[..3].iter().enumerate() {
+                        sink.put(row, *col, self.step.spin_per_force[i][(k, axis)]);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Eq. 10: α (c_xy + λ d(f_xy)), with c_xy = (r⁺ + A(q⁺) c − C)_xy/h. By r⁺: α/h; by
+    /// q⁺: α (Q_k q⁺)ᵀ/h (eq. 3); by f_xy: α λ D (eq. D3); by λ: α d.
+    fn emit_dissipation_rows(&self, x: &[f64], next: &State, i: usize, sink: &mut impl EntrySink) {
+        let [fx, fy, _, _, _, slip] = self.layout.contact_variables(i);
+        let force = self.smooth_force(x, i);
+        let by_force = force.direction_jacobian();
+        let alpha = self.step.alpha[i];
+        let rate = alpha / self.model.time_step();
+        for axis in 0..2 {
+            let row = self.layout.dissipation_rows().start + 2 * i + axis;
+            sink.put(row, POSITION.start + axis, rate);
+            self.emit_attitude_gradient(next, i, axis, row, rate, sink);
+            sink.put(row, fx, alpha * x[slip] * by_force[(axis, 0)]);
+            sink.put(row, fy, alpha * x[slip] * by_force[(axis, 1)]);
+            sink.put(row, slip, alpha * force.direction[axis]);
+        }
+    }
+
+    /// Eq. 12: z⁺ = (r⁺ + A(q⁺) c)_z.
+    fn emit_height_row(&self, next: &State, i: usize, sink: &mut impl EntrySink) {
+        let row = self.layout.height_rows().start + i;
+        sink.put(row, POSITION.start + 2, 1.0);
+        self.emit_attitude_gradient(next, i, 2, row, 1.0, sink);
+    }
+
+    /// Eq. 13: μ f_z − ‖f_xy‖_ε.
+    fn emit_cone_row(&self, x: &[f64], i: usize, sink: &mut impl EntrySink) {
+        let row = self.layout.cone_rows().start + i;
+        let [fx, fy, fz, ..] = self.layout.contact_variables(i);
+        let d = self.smooth_force(x, i).direction;
+        sink.put(row, fx, -d[0]);
+        sink.put(row, fy, -d[1]);
+        if self.model.friction() > 0.0 {
+            sink.put(row, fz, self.model.friction());
+        }
+    }
+
+    /// Eq. 14: s1 − f_z z⁺.
+    fn emit_normal_complementarity_row(
+        &self,
+        x: &[f64],
+        next: &State,
+        i: usize,
+        sink: &mut impl EntrySink,
+    ) {
+        let row = self.layout.normal_complementarity_rows().start + i;
+        let [_, _, fz, s1, ..] = self.layout.contact_variables(i);
+        let form = &self.model.body().contact_points()[i].forms[2];
+        let height = next.position[2] + 0.5 * next.attitude.dot(&(form * next.attitude));
+        sink.put(row, POSITION.start + 2, -x[fz]);
+        self.emit_attitude_gradient(next, i, 2, row, -x[fz], sink);
+        sink.put(row, fz, -height);
+        sink.put(row, s1, 1.0);
+    }
+
+    /// Eq. 15: s2 − λ (μ f_z − ‖f_xy‖_ε).
+    fn emit_friction_complementarity_row(&self, x: &[f64], i: usize, sink: &mut impl EntrySink) {
+        let row = self.layout.friction_complementarity_rows().start + i;
+        let [fx, fy, fz, _, s2, slip] = self.layout.contact_variables(i);
+        let force = self.smooth_force(x, i);
+        let friction = self.model.friction();
+        sink.put(row, fx, x[slip] * force.direction[0]);
+        sink.put(row, fy, x[slip] * force.direction[1]);
+        if friction > 0.0 {
+            sink.put(row, fz, -friction * x[slip]);
+        }
+        sink.put(row, s2, 1.0);
+        sink.put(row, slip, force.norm - friction * x[fz]);
+    }
+
+    /// `factor` times ∂(A(q⁺) c_i)_axis/∂q⁺ = (Q_axis q⁺)ᵀ (eq. 3) in `row`. A contact
+    /// point in the centre of mass has no such entries.
+    pub(super) fn emit_attitude_gradient(
+        &self,
+        next: &State,
+        i: usize,
+        axis: usize,
+        row: usize,
+        factor: f64,
+        sink: &mut impl EntrySink,
+    ) {
+        let form = &self.model.body().contact_points()[i].forms[axis];
+        let gradient: Vector4<f64> = form * next.attitude;
+        for k in 0..4 {
+            if form.row(k).amax() > 0.0 {
+                sink.put(row, ATTITUDE.start + k, factor * gradient[k]);
+            }
+        }
+    }
+}

@@ -1,0 +1,286 @@
+//! The nonlinear program of one contact step, with hand-derived derivatives.
+//!
+//! ```text
+//! min  s1ᵀs1 + s2ᵀs2
+//! s.t. the semi-implicit dynamics                             13 rows  (eq. 8)   = 0
+//!      ‖q⁺‖² − 1                                               1 row   (eq. 9)   = 0
+//!      α_i (c_xy,i + λ_i f_xy,i / (‖f_xy,i‖_ε + ε))           2n rows  (eq. 10)  = 0
+//!      z⁺_i                                                    n rows  (eq. 12)  ≥ 0
+//!      μ f_z,i − ‖f_xy,i‖_ε                                    n rows  (eq. 13)  ≥ 0
+//!      s1_i − f_z,i z⁺_i                                       n rows  (eq. 14)  ≥ 0
+//!      s2_i − λ_i (μ f_z,i − ‖f_xy,i‖_ε)                       n rows  (eq. 15)  ≥ 0
+//! ```
+//!
+//! The formulae of the Jacobian and of the Hessian of the Lagrangian are derived in
+//! `docs/formulation.md`. Each is written once, as a sequence of entries
+//! ([`entries`]): run with a pattern as sink it gives the structure, run with an array
+//! as sink the values, so that the two cannot disagree.
+
+mod entries;
+mod hessian;
+mod jacobian;
+mod kernels;
+pub mod layout;
+
+use crate::model::ContactModel;
+use crate::quaternion::{attitude_map, rotation};
+use crate::sparsity::SparsityPattern;
+use crate::state::{State, Wrench};
+use entries::{PatternSink, ValueSink};
+use kernels::{Normalised, SmoothForce};
+use layout::Layout;
+use nalgebra::{Matrix3, Matrix4x3, SVector, Vector2, Vector3, Vector4};
+
+/// The step problem of one model: structure and constants fixed, the parameters
+/// (X, external wrench, α) set anew for each step.
+#[derive(Debug, Clone)]
+pub struct StepNlp {
+    model: ContactModel,
+    layout: Layout,
+    /// T_k of eq. D6: component k of I⁻¹ (ω × I ω) is ½ ωᵀ T_k ω.
+    gyroscopic_forms: [Matrix3<f64>; 3],
+    jacobian_pattern: SparsityPattern,
+    hessian_pattern: SparsityPattern,
+    /// The current step's parameters and what follows from them.
+    step: StepData,
+}
+
+/// What is constant during one step.
+#[derive(Debug, Clone)]
+struct StepData {
+    state: State,
+    wrench: Wrench,
+    alpha: Vec<f64>,
+    /// ½ h L(q) H, the derivative of the unnormalised attitude by ω⁺.
+    attitude_rate: Matrix4x3<f64>,
+    /// C_xy of every contact point at step k, m.
+    old_positions: Vec<Vector2<f64>>,
+    /// h I⁻¹ [c_i]× Aᵀ, the derivative of ω⁺ by f_i.
+    spin_per_force: Vec<Matrix3<f64>>,
+}
+
+impl StepNlp {
+    /// The step problem of `model`, its structure built once. The parameters are a
+    /// body at rest at the origin until [`StepNlp::set_step`] is called.
+    #[must_use]
+    pub fn new(model: ContactModel) -> Self {
+        let layout = Layout::new(model.contact_count());
+        let state = State {
+            position: Vector3::zeros(),
+            attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
+            velocity: Vector3::zeros(),
+            spin: Vector3::zeros(),
+        };
+        let n = layout.contacts();
+        let mut nlp = Self {
+            gyroscopic_forms: gyroscopic_forms(&model),
+            layout,
+            jacobian_pattern: SparsityPattern::new(),
+            hessian_pattern: SparsityPattern::new(),
+            step: StepData {
+                state,
+                wrench: Wrench::zero(),
+                alpha: vec![0.0; n],
+                attitude_rate: Matrix4x3::zeros(),
+                old_positions: vec![Vector2::zeros(); n],
+                spin_per_force: vec![Matrix3::zeros(); n],
+            },
+            model,
+        };
+        nlp.set_step(&state, &Wrench::zero(), std::iter::repeat_n(0.0, n));
+        let x = vec![0.0; layout.variables()];
+        let mut pattern = PatternSink::default();
+        nlp.emit_jacobian(&x, &mut pattern);
+        nlp.jacobian_pattern = pattern.0;
+        let mut pattern = PatternSink::default();
+        nlp.emit_hessian(&x, 0.0, &vec![0.0; layout.constraints()], &mut pattern);
+        nlp.hessian_pattern = pattern.0;
+        nlp
+    }
+
+    /// Sets the step's parameters: the state X at step k, the external wrench, and the
+    /// contact flags α (one per contact point; missing ones are left as they were).
+    pub fn set_step(
+        &mut self,
+        state: &State,
+        wrench: &Wrench,
+        alpha: impl IntoIterator<Item = f64>,
+    ) {
+        let h = self.model.time_step();
+        let to_body = rotation(&state.attitude).transpose();
+        let inertia_inverse = self.model.body().inertia_inverse();
+        let step = &mut self.step;
+        step.state = *state;
+        step.wrench = *wrench;
+        step.attitude_rate = attitude_map(&state.attitude) * (0.5 * h);
+        for (slot, flag) in step.alpha.iter_mut().zip(alpha) {
+            *slot = flag;
+        }
+        for (slot, position) in
+            step.old_positions.iter_mut().zip(self.model.contact_positions(state))
+        {
+            *slot = position.xy();
+        }
+        let points = self.model.body().contact_points();
+        for (slot, point) in step.spin_per_force.iter_mut().zip(points) {
+            let lever = crate::dynamics::skew(&point.position);
+            *slot = h * inertia_inverse * lever * to_body;
+        }
+    }
+
+    /// The model.
+    #[must_use]
+    pub fn model(&self) -> &ContactModel {
+        &self.model
+    }
+
+    /// The order of variables and rows.
+    #[must_use]
+    pub fn layout(&self) -> Layout {
+        self.layout
+    }
+
+    /// α of the current step.
+    #[must_use]
+    pub fn alpha(&self) -> &[f64] {
+        &self.step.alpha
+    }
+
+    /// Where the Jacobian (62 × 61 for the cube) can be non-zero.
+    #[must_use]
+    pub fn jacobian_pattern(&self) -> &SparsityPattern {
+        &self.jacobian_pattern
+    }
+
+    /// Where the Hessian of the Lagrangian can be non-zero, lower triangle.
+    #[must_use]
+    pub fn hessian_pattern(&self) -> &SparsityPattern {
+        &self.hessian_pattern
+    }
+
+    /// s1ᵀs1 + s2ᵀs2 (eq. 16), N²m² + W².
+    #[must_use]
+    pub fn objective(&self, x: &[f64]) -> f64 {
+        let (s1, s2) = (self.layout.slack_1(), self.layout.slack_2());
+        x[s1].iter().chain(&x[s2]).map(|s| s * s).sum()
+    }
+
+    /// The gradient of the objective, one number per variable.
+    pub fn gradient(&self, x: &[f64], gradient: &mut [f64]) {
+        gradient.fill(0.0);
+        for k in self.layout.slack_1().chain(self.layout.slack_2()) {
+            gradient[k] = 2.0 * x[k];
+        }
+    }
+
+    /// All constraint rows, in the layout's order.
+    pub fn constraints(&self, x: &[f64], rows: &mut [f64]) {
+        self.dynamics_rows(x, rows);
+        let next = self.next_state(x);
+        // Eq. 9.
+        rows[layout::UNIT_NORM_ROW] = next.attitude.norm_squared() - 1.0;
+        self.contact_rows(x, &next, rows);
+    }
+
+    /// The Jacobian's values in the order of its pattern.
+    pub fn jacobian(&self, x: &[f64], values: &mut [f64]) {
+        self.emit_jacobian(x, &mut ValueSink::new(values));
+    }
+
+    /// The values of σ∇²f + Σ yⱼ∇²gⱼ in the order of its pattern.
+    pub fn hessian(
+        &self,
+        x: &[f64],
+        objective_factor: f64,
+        multipliers: &[f64],
+        values: &mut [f64],
+    ) {
+        self.emit_hessian(x, objective_factor, multipliers, &mut ValueSink::new(values));
+    }
+
+    /// Eq. 8: the semi-implicit step minus X⁺.
+    fn dynamics_rows(&self, x: &[f64], rows: &mut [f64]) {
+        let (body, h) = (self.model.body(), self.model.time_step());
+        let (old, next) = (&self.step.state, self.next_state(x));
+        let mut force = self.step.wrench.force;
+        let mut spin = next.spin - old.spin;
+        for i in 0..self.layout.contacts() {
+            let f = self.force(x, i);
+            force += f;
+            spin -= self.step.spin_per_force[i] * f;
+        }
+        let gyroscopic = next.spin.cross(&(body.inertia() * next.spin));
+        spin += h * (body.inertia_inverse() * (gyroscopic - self.step.wrench.torque));
+
+        let position = old.position + h * next.velocity - next.position;
+        let attitude = self.advanced_attitude(&next.spin).unit - next.attitude;
+        let acceleration = force / body.mass() + self.model.gravity();
+        let velocity = old.velocity + h * acceleration - next.velocity;
+        rows[layout::POSITION_ROWS].copy_from_slice(position.as_slice());
+        rows[layout::ATTITUDE_ROWS].copy_from_slice(attitude.as_slice());
+        rows[layout::VELOCITY_ROWS].copy_from_slice(velocity.as_slice());
+        rows[layout::SPIN_ROWS].copy_from_slice((-spin).as_slice());
+    }
+
+    /// Eqs. 10 and 12–15, contact by contact.
+    fn contact_rows(&self, x: &[f64], next: &State, rows: &mut [f64]) {
+        let (h, friction) = (self.model.time_step(), self.model.friction());
+        let layout = self.layout;
+        for (i, position) in self.model.contact_positions(next).enumerate() {
+            let [_, _, fz, s1, s2, slip] = layout.contact_variables(i);
+            let force = self.smooth_force(x, i);
+            let slip_velocity = (position.xy() - self.step.old_positions[i]) / h;
+            let dissipation = self.step.alpha[i] * (slip_velocity + x[slip] * force.direction);
+            let room = friction * x[fz] - force.norm;
+
+            let first = layout.dissipation_rows().start + 2 * i;
+            rows[first..first + 2].copy_from_slice(dissipation.as_slice());
+            rows[layout.height_rows().start + i] = position[2];
+            rows[layout.cone_rows().start + i] = room;
+            rows[layout.normal_complementarity_rows().start + i] = x[s1] - x[fz] * position[2];
+            rows[layout.friction_complementarity_rows().start + i] = x[s2] - x[slip] * room;
+        }
+    }
+
+    /// X⁺.
+    fn next_state(&self, x: &[f64]) -> State {
+        State::from_vector(&SVector::from_column_slice(&x[layout::STATE]))
+    }
+
+    /// f_i.
+    fn force(&self, x: &[f64], i: usize) -> Vector3<f64> {
+        let [fx, fy, fz, ..] = self.layout.contact_variables(i);
+        Vector3::new(x[fx], x[fy], x[fz])
+    }
+
+    /// f_xy,i with the smoothed norm.
+    fn smooth_force(&self, x: &[f64], i: usize) -> SmoothForce {
+        SmoothForce::new(self.force(x, i).xy(), self.model.smoothing())
+    }
+
+    /// q + ½ h L(q) H ω⁺, normalised.
+    fn advanced_attitude(&self, spin: &Vector3<f64>) -> Normalised {
+        Normalised::new(self.step.state.attitude + self.step.attitude_rate * spin)
+    }
+}
+
+/// T_k (eq. D6). With S_i the symmetric matrix of component i of ω × I ω,
+///
+/// ```text
+/// (ω × I ω)_i = ω_j (I ω)_k − ω_k (I ω)_j,   (i, j, k) cyclic,
+/// S_i = e_j I_k· + I_·k e_jᵀ − e_k I_j· − I_·j e_kᵀ,
+/// ```
+///
+/// T_k = Σ_i (I⁻¹)_ki S_i. Zero, exactly, for an isotropic inertia.
+fn gyroscopic_forms(model: &ContactModel) -> [Matrix3<f64>; 3] {
+    let inertia = model.body().inertia();
+    let component = |i: usize| {
+        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+        let half: Matrix3<f64> =
+            Vector3::ith(j, 1.0) * inertia.row(k) - Vector3::ith(k, 1.0) * inertia.row(j);
+        half + half.transpose()
+    };
+    let components = [component(0), component(1), component(2)];
+    let inverse = model.body().inertia_inverse();
+    [0, 1, 2].map(|k| (0..3).map(|i| components[i] * inverse[(k, i)]).sum())
+}
