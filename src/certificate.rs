@@ -47,6 +47,17 @@ impl Certificate {
             .map_or("dynamics", |(name, _)| name)
     }
 
+    /// Whether the certificate is no more than the rounding of the states themselves makes
+    /// of an exact step: positions are known to 1e-16 of their size, which the division by
+    /// h turns into a speed.
+    #[must_use]
+    pub fn is_rounding(&self, model: &ContactModel, state: &State, next: &State) -> bool {
+        let reach = model.body().reach();
+        let length = state.position.amax().max(next.position.amax()) + reach;
+        let speed = next.velocity.amax() + next.spin.amax() * reach;
+        self.worst() <= 1e3 * f64::EPSILON * (length / model.time_step() + speed)
+    }
+
     /// The parts by name.
     #[must_use]
     pub fn parts(&self) -> [(&'static str, f64); 5] {

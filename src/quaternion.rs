@@ -105,7 +105,7 @@ pub fn rotated_point_forms(c: &Vector3<f64>) -> [Matrix4<f64>; 3] {
     ]
 }
 
-/// The attitude after the rotation ½ h ω of the semi-implicit step (eq. 8b):
+/// The attitude after the rotation h ω of the semi-implicit step (eq. 8b):
 /// normalise(q + ½ h L(q) H ω).
 #[must_use]
 pub fn advance(q: &Vector4<f64>, spin: &Vector3<f64>, time_step: f64) -> Vector4<f64> {

@@ -137,9 +137,9 @@ impl<'a> Simulation<'a> {
             }
             Motion::Contact { detection, solver } => {
                 let free = model.free_flight(state, wrench);
-                let report = if detection.flag(model, state, &free, &mut record.active) {
-                    let step = Step { model, state, wrench, active: &record.active, previous };
-                    solver.solve(&step, &mut record.solution)?
+                let mut report = if detection.flag(model, state, &free, &mut record.active) {
+                    let step = Step { model, state, wrench, free: &free, previous };
+                    solver.solve(&step, &mut record.active, &mut record.solution)?
                 } else {
                     record.solution.set_free_flight(&free);
                     StepReport::without_problem(StepStatus::Free)
@@ -150,6 +150,12 @@ impl<'a> Simulation<'a> {
                 let next = record.solution.state();
                 record.certificate =
                     certify_contact_step(model, state, &next, &self.forces, wrench);
+                if report.status == StepStatus::Free
+                    && !record.certificate.is_rounding(model, state, &next)
+                {
+                    // The implicit gyroscopic equation had no solution within reach.
+                    report.status = StepStatus::Failed;
+                }
                 report
             }
         };

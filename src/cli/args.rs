@@ -56,15 +56,19 @@ pub struct SimulateArgs {
     /// Angular velocity at the start, rad/s, body [default: drop 0,-2,1, floating 2,4,6].
     #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
     pub spin: Option<Vector3<f64>>,
+    /// Who solves the contact steps: Ipopt as in the tutorial, or tumble's own solver,
+    /// exact and a thousand times faster [default: ipopt].
+    #[arg(long, value_enum)]
+    pub solver: Option<SolverName>,
     /// Which corners may carry a force: those at most 5 mm high at step k (the tutorial's
     /// rule), or also those that free flight would take to the ground in this step
     /// [default: predictive].
     #[arg(long, value_enum)]
     pub detection: Option<DetectionName>,
-    /// Ipopt's tolerance [default: 1e-6].
+    /// Ipopt's tolerance; only with --solver ipopt [default: 1e-6].
     #[arg(long, value_parser = number, allow_negative_numbers = true)]
     pub tol: Option<f64>,
-    /// Ipopt's iteration limit for a step [default: 300].
+    /// Ipopt's iteration limit for a step; only with --solver ipopt [default: 300].
     #[arg(long, value_name = "N", value_parser = iterations)]
     pub max_iter: Option<u32>,
     /// Directory for the files, made if it is not there.
@@ -124,6 +128,14 @@ pub enum SceneName {
     Drop,
     /// A cube floating without gravity or ground.
     Floating,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum SolverName {
+    /// Ipopt on the tutorial's nonlinear program.
+    Ipopt,
+    /// Newton's method on the contact law itself.
+    Native,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

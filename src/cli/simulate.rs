@@ -1,6 +1,6 @@
 //! The main job: simulate a scene, write the trajectory and the run file, say how it went.
 
-use super::args::{SceneName, SimulateArgs};
+use super::args::{SceneName, SimulateArgs, SolverName};
 use super::output::{PendingFile, create_directory, say};
 use super::run_file::{RunFile, RunParameters, SolverSettings, StartState, SummaryFile};
 use super::{Failure, Outcome};
@@ -18,6 +18,7 @@ use tumble::scene;
 use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::solver::StepStatus;
 use tumble::solver::ipopt::{Formulation, IpoptSolver};
+use tumble::solver::native::NativeSolver;
 use tumble::state::State;
 use tumble::summary::RunSummary;
 use tumble::trajectory::TrajectoryWriter;
@@ -31,7 +32,14 @@ struct Job {
     model: ContactModel,
     start: State,
     /// `None` for the floating scene.
-    contact: Option<(Detection, Options)>,
+    contact: Option<Contact>,
+}
+
+/// How contact steps are posed and solved.
+struct Contact {
+    detection: Detection,
+    /// Ipopt's options; `None` for the native solver.
+    ipopt: Option<Options>,
 }
 
 pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
@@ -82,18 +90,12 @@ impl Job {
 
         let contact = match args.scene {
             SceneName::Floating => {
-                refuse_contact_flags(args)?;
+                refuse_flags("the floating scene, which has no contact", &contact_flags(args))?;
                 None
             }
             SceneName::Drop => {
                 refuse_start_below_ground(&model, &start)?;
-                let options = Options {
-                    tolerance: args.tol.unwrap_or(scene::SMOOTHING),
-                    max_iterations: args.max_iter.unwrap_or(scene::MOST_ITERATIONS),
-                    ..Options::default()
-                };
-                options.validate().map_err(tumble::error::Error::from)?;
-                Some((args.detection.map(Detection::from).unwrap_or_default(), options))
+                Some(Contact::new(args)?)
             }
         };
         Ok(Self { rows: args.steps.unwrap_or(scene.rows), model, start, contact })
@@ -102,20 +104,33 @@ impl Job {
     fn simulation(&self) -> Result<Simulation<'static>, Failure> {
         let motion = match &self.contact {
             None => Motion::Floating,
-            Some((detection, options)) => Motion::Contact {
-                detection: *detection,
-                solver: Box::new(IpoptSolver::new(
-                    &self.model,
-                    Formulation::default(),
-                    options.clone(),
-                )?),
+            Some(contact) => Motion::Contact {
+                detection: contact.detection,
+                solver: match &contact.ipopt {
+                    Some(options) => Box::new(IpoptSolver::new(
+                        &self.model,
+                        Formulation::default(),
+                        options.clone(),
+                    )?),
+                    None => Box::new(NativeSolver::new(&self.model)),
+                },
             },
         };
         Ok(Simulation::new(self.model.clone(), self.start, motion)?)
     }
 
+    /// The solver's name in run.json.
+    fn solver_name(&self) -> &'static str {
+        match &self.contact {
+            None => "rk4",
+            Some(Contact { ipopt: Some(_), .. }) => "ipopt",
+            Some(Contact { ipopt: None, .. }) => "native",
+        }
+    }
+
     fn run_file(&self, args: &SimulateArgs, summary: &RunSummary, elapsed: Duration) -> RunFile {
         let contact = self.contact.as_ref();
+        let ipopt = contact.and_then(|contact| contact.ipopt.as_ref());
         RunFile {
             tumble_version: env!("CARGO_PKG_VERSION").to_owned(),
             ipopt_version: ipopt::VERSION.to_owned(),
@@ -123,10 +138,10 @@ impl Job {
             seed: args.seed,
             parameters: RunParameters::of(&self.model, self.rows),
             solver: SolverSettings {
-                name: if contact.is_some() { "ipopt" } else { "rk4" }.to_owned(),
-                detection: contact.map(|(detection, _)| detection.name().to_owned()),
-                tol: contact.map(|(_, options)| options.tolerance),
-                max_iter: contact.map(|(_, options)| options.max_iterations),
+                name: self.solver_name().to_owned(),
+                detection: contact.map(|contact| contact.detection.name().to_owned()),
+                tol: ipopt.map(|options| options.tolerance),
+                max_iter: ipopt.map(|options| options.max_iterations),
             },
             start: StartState {
                 height: self.start.position[2],
@@ -139,18 +154,44 @@ impl Job {
     }
 }
 
-/// An option that would do nothing is refused rather than ignored.
-fn refuse_contact_flags(args: &SimulateArgs) -> Result<(), Failure> {
-    let given = [
+impl Contact {
+    fn new(args: &SimulateArgs) -> Result<Self, Failure> {
+        let detection = args.detection.map(Detection::from).unwrap_or_default();
+        if args.solver == Some(SolverName::Native) {
+            refuse_flags("the native solver, which works to rounding", &ipopt_flags(args))?;
+            return Ok(Self { detection, ipopt: None });
+        }
+        let options = IpoptSolver::options(
+            args.tol.unwrap_or(scene::TOLERANCE),
+            args.max_iter.unwrap_or(scene::MOST_ITERATIONS),
+        );
+        options.validate().map_err(tumble::error::Error::from)?;
+        Ok(Self { detection, ipopt: Some(options) })
+    }
+}
+
+/// Flags with a meaning for Ipopt alone, and whether they are given.
+fn ipopt_flags(args: &SimulateArgs) -> Vec<(&'static str, bool)> {
+    vec![("--tol", args.tol.is_some()), ("--max-iter", args.max_iter.is_some())]
+}
+
+/// Flags with a meaning for contact alone, and whether they are given.
+fn contact_flags(args: &SimulateArgs) -> Vec<(&'static str, bool)> {
+    let mut flags = vec![
         ("--mu", args.physics.mu.is_some()),
         ("--detection", args.detection.is_some()),
-        ("--tol", args.tol.is_some()),
-        ("--max-iter", args.max_iter.is_some()),
+        ("--solver", args.solver.is_some()),
     ];
-    match given.iter().find(|(_, given)| *given) {
-        Some((flag, _)) => Err(Failure::Input(format!(
-            "{flag} has no meaning in the floating scene, which has no contact; leave it out"
-        ))),
+    flags.extend(ipopt_flags(args));
+    flags
+}
+
+/// An option that would do nothing is refused rather than ignored.
+fn refuse_flags(place: &str, flags: &[(&str, bool)]) -> Result<(), Failure> {
+    match flags.iter().find(|(_, given)| *given) {
+        Some((flag, _)) => {
+            Err(Failure::Input(format!("{flag} has no meaning with {place}; leave it out")))
+        }
         None => Ok(()),
     }
 }
@@ -263,7 +304,8 @@ fn describe(job: &Job, args: &SimulateArgs, summary: &RunSummary, elapsed: Durat
     if summary.contact_steps() > 0 {
         let _ = writeln!(
             text,
-            "  Ipopt        {} iterations, {:.1} a contact step",
+            "  {:<12} {} iterations, {:.1} a contact step",
+            job.solver_name(),
             summary.iterations,
             summary.iterations as f64 / summary.contact_steps() as f64
         );

@@ -22,7 +22,7 @@ mod problem;
 mod raw;
 mod status;
 
-pub use options::{BarrierStrategy, Options, Scaling};
+pub use options::{BarrierStrategy, MultiplierStep, Options, Scaling};
 pub use problem::{Bounds, NonlinearProgram, Progress, Start};
 pub use raw::{Outcome, Point, Solver};
 pub use status::ReturnStatus;

@@ -17,6 +17,16 @@ pub enum BarrierStrategy {
     Adaptive,
 }
 
+/// How far the multipliers of the constraints follow a step (`alpha_for_y`).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum MultiplierStep {
+    /// As far as the variables. Ipopt's default.
+    #[default]
+    Primal,
+    /// To the least dual infeasibility.
+    MinDualInfeasibility,
+}
+
 /// Whether Ipopt rescales the problem from its gradients at the start
 /// (`nlp_scaling_method`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -41,6 +51,8 @@ pub struct Options {
     pub max_iterations: u32,
     /// Barrier strategy (`mu_strategy`).
     pub barrier: BarrierStrategy,
+    /// Multipliers' step (`alpha_for_y`).
+    pub multiplier_step: MultiplierStep,
     /// Initial barrier parameter (`mu_init`), in (0, 1e6]; Ipopt's default is 0.1.
     pub initial_barrier: f64,
     /// Problem scaling (`nlp_scaling_method`).
@@ -66,6 +78,7 @@ impl Default for Options {
             tolerance: 1e-8,
             max_iterations: 3000,
             barrier: BarrierStrategy::Monotone,
+            multiplier_step: MultiplierStep::Primal,
             initial_barrier: 0.1,
             scaling: Scaling::GradientBased,
             bound_push: 0.01,
@@ -136,6 +149,13 @@ impl Options {
                 match self.barrier {
                     BarrierStrategy::Monotone => "monotone",
                     BarrierStrategy::Adaptive => "adaptive",
+                },
+            ),
+            Text(
+                "alpha_for_y",
+                match self.multiplier_step {
+                    MultiplierStep::Primal => "primal",
+                    MultiplierStep::MinDualInfeasibility => "min-dual-infeas",
                 },
             ),
             Number("mu_init", self.initial_barrier),

@@ -2,6 +2,7 @@
 //! and writers do not know which one runs.
 
 pub mod ipopt;
+pub mod native;
 
 use crate::error::Error;
 use crate::ipopt::ReturnStatus;
@@ -20,9 +21,9 @@ pub struct Step<'a> {
     pub state: &'a State,
     /// External wrench during the step.
     pub wrench: &'a Wrench,
-    /// α: which contact points may carry a force.
-    pub active: &'a [bool],
-    /// The solution of the previous step, which is the document's start.
+    /// X at step k+1 if nothing touched the ground.
+    pub free: &'a State,
+    /// The solution of the previous step, which is the tutorial's start.
     pub previous: &'a Decision,
 }
 
@@ -67,9 +68,17 @@ pub trait StepSolver {
     /// Solves `step` and writes the point found to `solution`, also where the report
     /// says that it failed. Every number in it is finite.
     ///
+    /// `active` comes in as α, the contact points that may carry a force, and goes out as
+    /// the α for which `solution` is a point of the step's nonlinear program.
+    ///
     /// # Errors
     /// Only where the step could not be posed at all. Non-convergence is a status.
-    fn solve(&mut self, step: &Step<'_>, solution: &mut Decision) -> Result<StepReport, Error>;
+    fn solve(
+        &mut self,
+        step: &Step<'_>,
+        active: &mut [bool],
+        solution: &mut Decision,
+    ) -> Result<StepReport, Error>;
 }
 
 impl Decision {

@@ -1,5 +1,5 @@
 //! The part of the step problem that Ipopt sees: selected variables and rows, with the
-//! document's bounds.
+//! tutorial's bounds.
 
 use super::Formulation;
 use crate::ipopt::{Bounds, NonlinearProgram};
@@ -164,7 +164,7 @@ fn rows_with_forces(layout: Layout, i: usize) -> [usize; 5] {
     ]
 }
 
-/// The document's bounds (eq. 17): X⁺, f_x and f_y free, the other variables ≥ 0,
+/// The tutorial's bounds (eq. 17): X⁺, f_x and f_y free, the other variables ≥ 0,
 /// equations = 0, inequalities ≥ 0. The variables of an unflagged contact are clamped to
 /// zero, because an interior-point method would not let its force touch the bound it
 /// should rest on.

@@ -1,0 +1,358 @@
+//! A primal–dual interior point on the contact complementarity and Coulomb's
+//! second-order cone: slower than Newton's method, but with a large region of
+//! convergence. Its answer is where Newton's method starts again.
+//!
+//! Equation numbers are those of `docs/native-solver.md`.
+
+use super::COMPLIANCE;
+use super::elimination::{Elimination, MotionSystem};
+use super::equations::{StepEquations, Velocity};
+use super::newton::Iterate;
+use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
+
+/// The variables of one contact besides V.
+#[derive(Debug, Clone, Copy)]
+struct Cone {
+    /// γ > 0, normal impulse.
+    normal: f64,
+    /// β, |β| < μγ.
+    tangential: Vector2<f64>,
+    /// s > 0, gap speed.
+    gap: f64,
+    /// ψ > |η|, dual speed.
+    dual: f64,
+    /// η, tangential speed.
+    slip: Vector2<f64>,
+}
+
+/// Scratch of the iteration.
+#[derive(Debug, Clone)]
+pub(super) struct InteriorPoint {
+    cones: Vec<Cone>,
+    steps: Vec<Cone>,
+    eliminations: Vec<ConeElimination>,
+}
+
+/// A contact eliminated, with what its other variables' steps need.
+#[derive(Debug, Clone, Copy)]
+struct ConeElimination {
+    motion: Elimination,
+    /// (η, s) − û.
+    gap_error: Vector3<f64>,
+    /// Right-hand side of (N7b).
+    dual_target: f64,
+}
+
+/// What a direction aims at.
+#[derive(Debug, Clone, Copy)]
+enum Aim {
+    /// κ = 0 to first order: the predictor.
+    Boundary,
+    /// This κ, to second order along the predictor found before.
+    Centre(f64),
+}
+
+const MOST_ITERATIONS: u32 = 60;
+/// How much of the way to the boundary a step may go.
+const TO_BOUNDARY: f64 = 0.995;
+/// Complementarity (m²/s², relative to the speed scale) at which Newton takes over.
+const GOOD_ENOUGH: f64 = 1e-13;
+
+impl InteriorPoint {
+    pub(super) fn new(contacts: usize) -> Self {
+        Self {
+            cones: Vec::with_capacity(contacts),
+            steps: Vec::with_capacity(contacts),
+            eliminations: Vec::with_capacity(contacts),
+        }
+    }
+
+    /// Brings `iterate` near a solution from a centred start with normal impulses of
+    /// `scale` times the momentum over the number of contacts. Returns the iterations.
+    pub(super) fn solve(
+        &mut self,
+        equations: &StepEquations,
+        scale: f64,
+        iterate: &mut Iterate,
+    ) -> u32 {
+        let speed = self.start(equations, scale, iterate);
+        let target = GOOD_ENOUGH * speed * speed;
+        for iteration in 0..MOST_ITERATIONS {
+            let gap = self.complementarity(equations.friction(), 0.0);
+            if gap <= target && self.error(equations, iterate) <= 1e-9 * speed {
+                return iteration;
+            }
+            // The predictor's progress says how much to centre (Mehrotra).
+            if self.direction(equations, iterate, Aim::Boundary).is_none() {
+                return iteration;
+            }
+            let length = self.longest_step(equations.friction());
+            let after = self.complementarity(equations.friction(), length);
+            let centring = (after / gap).clamp(0.0, 1.0).powi(3);
+            let aim = Aim::Centre(centring * gap);
+            let Some(step) = self.direction(equations, iterate, aim) else { return iteration };
+            let length = self.longest_step(equations.friction());
+            self.advance(iterate, &step, length);
+        }
+        MOST_ITERATIONS
+    }
+
+    /// The centred start; returns the speed scale.
+    fn start(&mut self, equations: &StepEquations, scale: f64, iterate: &mut Iterate) -> f64 {
+        let count = equations.candidates().len() as f64;
+        let speed = equations.speed().max(1e-6);
+        let centred = Cone {
+            normal: scale * speed / count,
+            tangential: Vector2::zeros(),
+            gap: speed,
+            dual: speed / equations.friction().max(1e-6),
+            slip: Vector2::zeros(),
+        };
+        self.cones.clear();
+        self.cones.extend(equations.candidates().iter().map(|_| centred));
+        self.steps.clear();
+        self.steps.extend(equations.candidates().iter().map(|_| Cone::ZERO));
+        iterate.impulses.clear();
+        iterate.impulses.extend(self.cones.iter().map(Cone::impulse));
+        iterate.velocity = equations.velocity_after(&[]);
+        speed
+    }
+
+    /// Mean complementarity of all products after a step of `length` along `steps`.
+    fn complementarity(&self, friction: f64, length: f64) -> f64 {
+        let moved = self.cones.iter().zip(&self.steps).map(|(cone, step)| cone.moved(step, length));
+        let total: f64 = moved.map(|cone| cone.products(friction)).sum();
+        total / (2 * self.cones.len()) as f64
+    }
+
+    /// Largest error of the equations of motion and of (η, s) = û, m/s.
+    fn error(&self, equations: &StepEquations, iterate: &Iterate) -> f64 {
+        let (linear, angular) = equations.motion_residual(&iterate.velocity, &iterate.impulses);
+        let mut largest = linear.amax().max(equations.as_speed(&angular).amax());
+        for (candidate, cone) in equations.candidates().iter().zip(&self.cones) {
+            let u = equations.point_velocity(candidate, &iterate.velocity)
+                + COMPLIANCE * cone.impulse();
+            largest = largest.max((cone.speeds() - u).amax());
+        }
+        largest
+    }
+
+    /// The direction of the velocities; that of the cones' variables goes to `steps`.
+    fn direction(
+        &mut self,
+        equations: &StepEquations,
+        iterate: &Iterate,
+        aim: Aim,
+    ) -> Option<Velocity> {
+        let (friction, velocity) = (equations.friction(), &iterate.velocity);
+        let mut system = MotionSystem::new(equations, velocity, &iterate.impulses);
+        self.eliminations.clear();
+        let contacts = equations.candidates().iter().zip(&self.cones).zip(&self.steps);
+        for ((candidate, cone), predictor) in contacts {
+            let targets = match aim {
+                Aim::Boundary => cone.targets(friction, 0.0, &Cone::ZERO),
+                Aim::Centre(kappa) => cone.targets(friction, kappa, predictor),
+            };
+            let u = equations.point_velocity(candidate, velocity) + COMPLIANCE * cone.impulse();
+            let gap_error = cone.speeds() - u;
+            let (offset, gain) = cone.eliminate(friction, &targets, &gap_error)?;
+            let slope = equations.point_slope(candidate, velocity);
+            let motion = Elimination { offset, gain, slope };
+            system.add(&candidate.torque_map, &motion);
+            self.eliminations.push(ConeElimination {
+                motion,
+                gap_error,
+                dual_target: targets.dual,
+            });
+        }
+        let change = system.solve()?;
+        let eliminated = self.cones.iter().zip(&self.eliminations);
+        for (step, (cone, contact)) in self.steps.iter_mut().zip(eliminated) {
+            *step = cone.step(friction, contact, &change);
+        }
+        Some(change)
+    }
+
+    /// The longest step that keeps every cone strictly inside.
+    fn longest_step(&self, friction: f64) -> f64 {
+        self.cones
+            .iter()
+            .zip(&self.steps)
+            .map(|(cone, step)| cone.longest_step(step, friction))
+            .fold(1.0, f64::min)
+    }
+
+    fn advance(&mut self, iterate: &mut Iterate, step: &Velocity, length: f64) {
+        iterate.velocity.linear += length * step.linear;
+        iterate.velocity.spin += length * step.spin;
+        for (cone, step) in self.cones.iter_mut().zip(&self.steps) {
+            *cone = cone.moved(step, length);
+        }
+        for (impulse, cone) in iterate.impulses.iter_mut().zip(&self.cones) {
+            *impulse = cone.impulse();
+        }
+    }
+}
+
+/// Right-hand sides of the linearised (N7a), (N7b), (N7c).
+#[derive(Debug, Clone, Copy)]
+struct Targets {
+    gap: f64,
+    dual: f64,
+    slip: Vector2<f64>,
+}
+
+impl Cone {
+    const ZERO: Self = Self {
+        normal: 0.0,
+        tangential: Vector2::new(0.0, 0.0),
+        gap: 0.0,
+        dual: 0.0,
+        slip: Vector2::new(0.0, 0.0),
+    };
+
+    /// p̂.
+    fn impulse(&self) -> Vector3<f64> {
+        Vector3::new(self.tangential[0], self.tangential[1], self.normal)
+    }
+
+    /// (η, s).
+    fn speeds(&self) -> Vector3<f64> {
+        Vector3::new(self.slip[0], self.slip[1], self.gap)
+    }
+
+    /// γ s + (μ γ ψ + β·η).
+    fn products(&self, friction: f64) -> f64 {
+        self.normal * self.gap
+            + friction * self.normal * self.dual
+            + self.tangential.dot(&self.slip)
+    }
+
+    /// μγη + ψβ.
+    fn slip_product(&self, friction: f64) -> Vector2<f64> {
+        friction * self.normal * self.slip + self.dual * self.tangential
+    }
+
+    /// (κ, κ, 0) less the products here and the quadratic terms of `predictor`.
+    fn targets(&self, friction: f64, kappa: f64, predictor: &Self) -> Targets {
+        let dual_product =
+            |cone: &Self| friction * cone.normal * cone.dual + cone.tangential.dot(&cone.slip);
+        Targets {
+            gap: kappa - self.normal * self.gap - predictor.normal * predictor.gap,
+            dual: kappa - dual_product(self) - dual_product(predictor),
+            slip: -self.slip_product(friction) - predictor.slip_product(friction),
+        }
+    }
+
+    /// (N7) linearised and solved for the impulse: (δγ, δβ) = offset + gain δu.
+    fn eliminate(
+        &self,
+        friction: f64,
+        targets: &Targets,
+        gap_error: &Vector3<f64>,
+    ) -> Option<(Vector3<f64>, Matrix3<f64>)> {
+        // s δγ + γ δs = r_a with δs = δu_z + ε δγ − e_z.
+        let across = self.gap + COMPLIANCE * self.normal;
+        let normal_offset = (targets.gap + self.normal * gap_error[2]) / across;
+        let normal_gain = -self.normal / across;
+        if friction <= 0.0 {
+            let gain = Matrix3::from_diagonal(&Vector3::new(0.0, 0.0, normal_gain));
+            return Some((Vector3::new(0.0, 0.0, normal_offset), gain));
+        }
+        // δψ = (r_b − μψ δγ − η·δβ − β·δη)/(μγ), put into
+        // μη δγ + μγ δη + β δψ + ψ δβ = r_c with δη = δu_xy + ε δβ − e_xy.
+        let radius = friction * self.normal;
+        let (beta, eta) = (&self.tangential, &self.slip);
+        let by_slip = Matrix2::from_diagonal_element(radius) - beta * beta.transpose() / radius;
+        let by_force = Matrix2::from_diagonal_element(self.dual) - beta * eta.transpose() / radius
+            + COMPLIANCE * by_slip;
+        let by_normal = friction * eta - beta * (self.dual / self.normal);
+        let inverse = by_force.try_inverse()?;
+        let pending = targets.slip - beta * (targets.dual / radius) - by_normal * normal_offset;
+        let offset = inverse * (pending + by_slip * gap_error.xy());
+        let turn = -inverse * by_slip;
+        let press = -inverse * by_normal * normal_gain;
+        Some((
+            Vector3::new(offset[0], offset[1], normal_offset),
+            Matrix3::new(
+                turn[(0, 0)],
+                turn[(0, 1)],
+                press[0],
+                turn[(1, 0)],
+                turn[(1, 1)],
+                press[1],
+                0.0,
+                0.0,
+                normal_gain,
+            ),
+        ))
+    }
+
+    /// The step of all variables of this contact for a change of the velocities.
+    fn step(&self, friction: f64, contact: &ConeElimination, change: &Velocity) -> Self {
+        let impulse = contact.motion.impulse_step(change);
+        let speeds = contact.motion.point_step(change) + COMPLIANCE * impulse - contact.gap_error;
+        let mut step = Self {
+            normal: impulse[2],
+            tangential: impulse.xy(),
+            gap: speeds[2],
+            dual: 0.0,
+            slip: speeds.xy(),
+        };
+        if friction > 0.0 {
+            let products = friction * self.dual * step.normal
+                + self.slip.dot(&step.tangential)
+                + self.tangential.dot(&step.slip);
+            step.dual = (contact.dual_target - products) / (friction * self.normal);
+        }
+        step
+    }
+
+    fn moved(&self, step: &Self, length: f64) -> Self {
+        Self {
+            normal: self.normal + length * step.normal,
+            tangential: self.tangential + length * step.tangential,
+            gap: self.gap + length * step.gap,
+            dual: self.dual + length * step.dual,
+            slip: self.slip + length * step.slip,
+        }
+    }
+
+    /// The longest step that keeps γ, s and both cones inside, at most 1.
+    fn longest_step(&self, step: &Self, friction: f64) -> f64 {
+        let mut length = 1.0_f64;
+        for (value, change) in [(self.normal, step.normal), (self.gap, step.gap)] {
+            if change < 0.0 {
+                length = length.min(-TO_BOUNDARY * value / change);
+            }
+        }
+        if friction > 0.0 {
+            let force = to_cone_boundary(
+                friction * self.normal,
+                self.tangential,
+                friction * step.normal,
+                step.tangential,
+            );
+            let speed = to_cone_boundary(self.dual, self.slip, step.dual, step.slip);
+            length = length.min(TO_BOUNDARY * force).min(TO_BOUNDARY * speed);
+        }
+        length
+    }
+}
+
+/// The smallest positive t with |x + t dx| = a + t da, for |x| < a.
+fn to_cone_boundary(a: f64, x: Vector2<f64>, da: f64, dx: Vector2<f64>) -> f64 {
+    // (a + t da)² − |x + t dx|² = p t² + 2 q t + r = 0 with r > 0.
+    let p = da * da - dx.norm_squared();
+    let q = a * da - x.dot(&dx);
+    let r = a * a - x.norm_squared();
+    let discriminant = q * q - p * r;
+    if discriminant < 0.0 {
+        return f64::INFINITY;
+    }
+    let root = discriminant.sqrt();
+    // The numerically stable pair of roots.
+    let sum = if q >= 0.0 { -(q + root) } else { -q + root };
+    let roots = [sum / p, r / sum];
+    roots.into_iter().filter(|t| *t > 0.0 && t.is_finite()).fold(f64::INFINITY, f64::min)
+}
