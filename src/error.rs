@@ -6,7 +6,7 @@
 #[non_exhaustive]
 pub enum Error {
     /// A number outside its range, NaN included.
-    #[error("{field} is {value}; allowed is {allowed}")]
+    #[error("{field} is {value:?}; allowed is {allowed}")]
     OutOfRange {
         /// The field, with its unit.
         field: &'static str,
@@ -28,6 +28,9 @@ pub enum Error {
     /// A matrix that cannot be an inertia matrix.
     #[error("the inertia matrix (kg m²) {0}")]
     Inertia(&'static str),
+    /// The step was given up because its interrupt flag was raised.
+    #[error("the step was interrupted")]
+    Interrupted,
     /// Ipopt refused the problem before it ran.
     #[error(transparent)]
     Ipopt(#[from] crate::ipopt::IpoptError),

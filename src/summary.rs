@@ -3,6 +3,8 @@
 use crate::ipopt::ReturnStatus;
 use crate::simulation::StepRecord;
 use crate::solver::StepStatus;
+use crate::solver::ipopt::Rung;
+use std::collections::BTreeMap;
 
 /// How many failed steps are kept for the report.
 const MOST_FAILURES_KEPT: usize = 5;
@@ -35,6 +37,8 @@ pub struct RunSummary {
     pub failed: u64,
     /// Iterations of the solver over all steps.
     pub iterations: u64,
+    /// How many steps ended on each rung of the Ipopt path.
+    pub rungs: BTreeMap<Rung, u64>,
     /// The first few failures.
     pub first_failures: Vec<FailedStep>,
     /// The step with the largest certificate: k, m/s, the law.
@@ -67,6 +71,9 @@ impl RunSummary {
             }
         }
         self.iterations += u64::from(record.report.iterations);
+        if let Some(rung) = record.report.rung {
+            *self.rungs.entry(rung).or_default() += 1;
+        }
         if record.report.status != StepStatus::Free {
             self.contact_certificates.push(certificate);
         }

@@ -183,8 +183,10 @@ impl<R: Read> TrajectoryReader<R> {
         let mut csv = csv::Reader::from_reader(stream);
         let found = csv.headers()?.clone();
         let fixed = STATE_COLUMNS.len() + REPORT_COLUMNS.len();
-        let contacts = found.len().saturating_sub(fixed) / CONTACT_COLUMNS.len();
-        let columns = header(contacts.max(1));
+        // To the nearest, so that one missing column is named for what it is.
+        let per_contact = CONTACT_COLUMNS.len();
+        let contacts = ((found.len() + per_contact / 2).saturating_sub(fixed) / per_contact).max(1);
+        let columns = header(contacts);
         for position in 0..columns.len().max(found.len()) {
             let expected = columns.get(position).map_or("the end", String::as_str);
             let name = found.get(position).unwrap_or("");

@@ -17,7 +17,7 @@ const VERSION: &str =
 #[derive(Debug, Parser)]
 #[command(version = VERSION, args_conflicts_with_subcommands = true)]
 #[command(after_help = "Exit codes: 0 done; 2 bad input; 3 finished, but some step did not \
-    converge; 1 anything else.")]
+    converge; 130 interrupted; 1 anything else.")]
 pub struct Cli {
     #[command(subcommand)]
     pub command: Option<Command>,
@@ -39,16 +39,16 @@ pub struct SimulateArgs {
     #[arg(long, value_enum, default_value_t = SceneName::Drop)]
     pub scene: SceneName,
     /// Rows of the trajectory, k = 0 … N−1: N−1 steps [default: drop 1000, floating 1200].
-    #[arg(long, value_name = "N", value_parser = rows)]
+    #[arg(long, value_name = "N", value_parser = rows, allow_hyphen_values = true)]
     pub steps: Option<u64>,
     /// Seed of the attitude at the start, drawn as numpy.random.seed(SEED) and rand(4) do.
     /// The floating scene draws nothing and only records it.
-    #[arg(long, default_value_t = 42, value_parser = seed)]
+    #[arg(long, default_value_t = 42, value_parser = seed, allow_hyphen_values = true)]
     pub seed: u32,
     #[command(flatten)]
     pub physics: PhysicsArgs,
     /// Height of the centre of mass at the start, m [default: drop 2.5, floating 3].
-    #[arg(long, value_name = "M", value_parser = number, allow_negative_numbers = true)]
+    #[arg(long, value_name = "M", value_parser = number, allow_hyphen_values = true)]
     pub height: Option<f64>,
     /// Velocity at the start, m/s, world [default: drop 0,4,0, floating 2,0,0].
     #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
@@ -66,11 +66,16 @@ pub struct SimulateArgs {
     #[arg(long, value_enum)]
     pub detection: Option<DetectionName>,
     /// Ipopt's tolerance; only with --solver ipopt [default: 1e-6].
-    #[arg(long, value_parser = number, allow_negative_numbers = true)]
+    #[arg(long, value_parser = number, allow_hyphen_values = true)]
     pub tol: Option<f64>,
     /// Ipopt's iteration limit for a step; only with --solver ipopt [default: 300].
-    #[arg(long, value_name = "N", value_parser = iterations)]
+    #[arg(long, value_name = "N", value_parser = iterations, allow_hyphen_values = true)]
     pub max_iter: Option<u32>,
+    /// What becomes of a step that Ipopt does not solve from its first start: try other
+    /// starts and at last the native solution, record it as failed and go on, or stop
+    /// [default: ladder; with --solver native: record].
+    #[arg(long, value_enum)]
+    pub on_failure: Option<OnFailure>,
     /// Directory for the files, made if it is not there.
     #[arg(long, value_name = "DIR", default_value = "out")]
     pub out: PathBuf,
@@ -83,13 +88,13 @@ pub struct SimulateArgs {
 #[derive(Debug, Args)]
 pub struct PhysicsArgs {
     /// Time step, s [default: drop 0.002, floating 0.001].
-    #[arg(long, value_name = "S", value_parser = number, allow_negative_numbers = true)]
+    #[arg(long, value_name = "S", value_parser = number, allow_hyphen_values = true)]
     pub dt: Option<f64>,
     /// Coefficient of friction [default: 0.3].
-    #[arg(long, value_parser = number, allow_negative_numbers = true)]
+    #[arg(long, value_parser = number, allow_hyphen_values = true)]
     pub mu: Option<f64>,
     /// Mass, kg [default: 10].
-    #[arg(long, value_name = "KG", value_parser = number, allow_negative_numbers = true)]
+    #[arg(long, value_name = "KG", value_parser = number, allow_hyphen_values = true)]
     pub mass: Option<f64>,
     /// Inertia, kg m², body frame: one number (times the unit matrix), three (diagonal) or
     /// nine (the matrix by rows) [default: 0.01].
@@ -110,7 +115,7 @@ pub struct VerifyArgs {
     #[command(flatten)]
     pub physics: PhysicsArgs,
     /// How many of the worst steps to print.
-    #[arg(long, value_name = "N", default_value_t = 5)]
+    #[arg(long, value_name = "N", default_value_t = 5, allow_hyphen_values = true)]
     pub worst: usize,
 }
 
@@ -136,6 +141,26 @@ pub enum SolverName {
     Ipopt,
     /// Newton's method on the contact law itself.
     Native,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum OnFailure {
+    /// Climb the ladder of other starts; only with --solver ipopt.
+    Ladder,
+    /// Keep the point found, as the tutorial does, but say so.
+    Record,
+    /// End the run before such a step.
+    Stop,
+}
+
+impl OnFailure {
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Ladder => "ladder",
+            Self::Record => "record",
+            Self::Stop => "stop",
+        }
+    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

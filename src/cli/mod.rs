@@ -1,7 +1,9 @@
 //! Everything around the library: arguments, files, the terminal.
 
 mod args;
+mod describe;
 mod inspect;
+mod job;
 mod output;
 mod run_file;
 mod simulate;
@@ -19,6 +21,8 @@ pub enum Outcome {
     Done,
     /// Finished, but some step did not converge.
     Unconverged,
+    /// Ctrl-C: what was computed is written.
+    Interrupted,
     /// `verify` found that the file's certificates are not those of its steps.
     Mismatch,
 }
@@ -29,6 +33,7 @@ impl Outcome {
             Self::Done => ExitCode::SUCCESS,
             Self::Mismatch => ExitCode::from(1),
             Self::Unconverged => ExitCode::from(3),
+            Self::Interrupted => ExitCode::from(130),
         }
     }
 }
@@ -54,7 +59,9 @@ impl Failure {
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (Self::Input(sentence) | Self::Other(sentence)) = self;
-        f.write_str(sentence)
+        // A file's own words may hold line breaks; the sentence is one line.
+        let line: String = sentence.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
+        f.write_str(&line)
     }
 }
 

@@ -3,6 +3,7 @@
 use super::Failure;
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::path::Path;
 use tumble::body::RigidBody;
 use tumble::model::{ContactModel, Parameters};
@@ -10,6 +11,9 @@ use tumble::summary::RunSummary;
 
 #[derive(Debug, Serialize, Deserialize)]
 pub struct RunFile {
+    /// `complete`; `interrupted` (Ctrl-C) or `stopped` (a failed step under --on-failure
+    /// stop) where there are fewer rows than asked for.
+    pub outcome: String,
     pub tumble_version: String,
     pub ipopt_version: String,
     pub scene: String,
@@ -39,6 +43,7 @@ pub struct RunParameters {
 pub struct SolverSettings {
     pub name: String,
     pub detection: Option<String>,
+    pub on_failure: Option<String>,
     pub tol: Option<f64>,
     pub max_iter: Option<u32>,
 }
@@ -61,6 +66,9 @@ pub struct SummaryFile {
     pub retried: u64,
     pub fallback: u64,
     pub failed: u64,
+    /// Steps by the rung of the Ipopt path that they ended on; a failed step counts on the
+    /// last that was tried.
+    pub rungs: BTreeMap<String, u64>,
     /// Of the contact steps; null without contact.
     pub certificate_median_m_s: Option<f64>,
     /// Of all steps; null without steps.
@@ -109,6 +117,11 @@ impl SummaryFile {
             retried: summary.retried,
             fallback: summary.fallback,
             failed: summary.failed,
+            rungs: summary
+                .rungs
+                .iter()
+                .map(|(rung, count)| (rung.name().to_owned(), *count))
+                .collect(),
             certificate_median_m_s: summary.median_certificate(),
             certificate_max_m_s: summary.largest_certificate(),
             solve_seconds,

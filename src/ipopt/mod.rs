@@ -7,12 +7,14 @@
 //! - the sparsity structure is checked once, bounds and starts before every solve;
 //! - one lock for the process around create … solve … free, because Ipopt 3.11 and
 //!   MUMPS keep global state; a solve started inside a callback is an error;
+//! - a solve that a callback starts on another thread and waits for would wait for ever:
+//!   the lock cannot see that;
 //! - a panic in a callback is caught, the solve ended, and the panic resumed;
 //! - numbers that are not finite never reach Ipopt's matrices, where they corrupt
 //!   memory;
 //! - nothing is printed, and no `ipopt.opt` in the working directory is read.
 //!
-//! `unsafe` stands in `raw.rs` and nowhere else in this package.
+//! `unsafe` stands in `raw/` and nowhere else in this package.
 //!
 //! [Ipopt]: https://coin-or.github.io/Ipopt/
 
@@ -91,7 +93,7 @@ pub enum IpoptError {
         constraints: usize,
     },
     /// An option out of its range.
-    #[error("Ipopt option {name} is {value}; allowed is {allowed}")]
+    #[error("Ipopt option {name} is {value:?}; allowed is {allowed}")]
     Option {
         /// Ipopt's name of the option.
         name: &'static str,

@@ -62,7 +62,8 @@ pub struct Options {
     /// is 0.01. In (0, 0.5].
     pub bound_push: f64,
     /// MUMPS column ordering (`mumps_pivot_order`): 0 is approximate minimum degree,
-    /// the cheapest for a problem this small; Ipopt's default is 7, automatic. In 0…7.
+    /// the cheapest for a problem this small; Ipopt's default is 7, automatic. 0, 2, 3, 5, 6
+    /// or 7.
     pub mumps_pivot_order: u32,
     /// MUMPS working-memory reserve in per cent (`mumps_mem_percent`); Ipopt's
     /// default is 1000. In 0…10 000.
@@ -124,7 +125,14 @@ impl Options {
         integer("max_iter", self.max_iterations, 1_000_000, "0 to 1000000")?;
         number("mu_init", self.initial_barrier, 0.0, 1e6, "above 0 and up to 1e6")?;
         number("bound_push", self.bound_push, 0.0, 0.5, "above 0 and up to 0.5")?;
-        integer("mumps_pivot_order", self.mumps_pivot_order, 7, "0 to 7")?;
+        // 1 needs an order to be given; 4 (PORD) can end the process.
+        if !matches!(self.mumps_pivot_order, 0 | 2 | 3 | 5..=7) {
+            return Err(IpoptError::Option {
+                name: "mumps_pivot_order",
+                value: self.mumps_pivot_order.into(),
+                allowed: "0, 2, 3, 5, 6 or 7",
+            });
+        }
         integer("mumps_mem_percent", self.mumps_memory_percent, 10_000, "0 to 10000")?;
         integer("min_refinement_steps", self.min_refinement_steps, 10, "0 to 10")
     }
@@ -141,7 +149,9 @@ impl Options {
             Text("option_file_name", ""),
             // The other solvers that Debian's build lists end the process or fail.
             Text("linear_solver", "mumps"),
-            Text("check_derivatives_for_naninf", "yes"),
+            // The callbacks check every number themselves. With "yes", 3.11 reads a vector
+            // that was never filled, and crashes, once `constraints` has refused.
+            Text("check_derivatives_for_naninf", "no"),
             Number("tol", self.tolerance),
             Integer("max_iter", int(self.max_iterations)),
             Text(

@@ -65,7 +65,8 @@ pub struct Progress {
     pub barrier: f64,
 }
 
-/// Bounds on variables (n) and constraints (m). ±∞ means none; equal bounds fix a
+/// Bounds on variables (n) and constraints (m). ±∞, and to Ipopt any magnitude of 1e19 or
+/// more, means none; equal bounds fix a
 /// variable or make a constraint an equation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bounds {

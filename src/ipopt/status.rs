@@ -147,7 +147,7 @@ mod tests {
     #[test]
     fn the_table_agrees_with_the_installed_header() {
         for (code, status) in [
-            (ipopt_sys::Solve_Succeeded as i32, ReturnStatus::SolveSucceeded),
+            (ipopt_sys::Solve_Succeeded, ReturnStatus::SolveSucceeded),
             (ipopt_sys::Maximum_Iterations_Exceeded, ReturnStatus::MaximumIterationsExceeded),
             (ipopt_sys::Maximum_CpuTime_Exceeded, ReturnStatus::MaximumCpuTimeExceeded),
             (ipopt_sys::Invalid_Number_Detected, ReturnStatus::InvalidNumberDetected),

@@ -61,10 +61,24 @@ pub struct StepReport {
     pub iterations: u32,
     /// Ipopt's own word, where Ipopt ran.
     pub ipopt_status: Option<ReturnStatus>,
+    /// The last rung of the Ipopt path that was tried, where there is one.
+    pub rung: Option<ipopt::Rung>,
+}
+
+impl StepReport {
+    /// The report of a step or row for which no program was solved.
+    #[must_use]
+    pub fn without_problem(status: StepStatus) -> Self {
+        Self { status, iterations: 0, ipopt_status: None, rung: None }
+    }
 }
 
 /// A solver of the contact step. Implementations own their scratch memory.
 pub trait StepSolver {
+    /// A step counts as solved only with a certificate of at most this, m/s, whatever the
+    /// solver itself says; the simulation checks it.
+    fn accepted_certificate(&self) -> f64;
+
     /// Solves `step` and writes the point found to `solution`, also where the report
     /// says that it failed. Every number in it is finite.
     ///
@@ -85,10 +99,21 @@ impl Decision {
     /// The point `state` with all forces, slacks and multipliers zero.
     #[must_use]
     pub fn at_rest_in(state: &State, contacts: usize) -> Self {
-        let layout = Layout::new(contacts);
-        let mut decision = Self { layout, values: vec![0.0; layout.variables()] };
+        let mut decision = Self::zeros(contacts);
         decision.set_free_flight(state);
         decision
+    }
+
+    /// The zero vector.
+    #[must_use]
+    pub fn zeros(contacts: usize) -> Self {
+        let layout = Layout::new(contacts);
+        Self { layout, values: vec![0.0; layout.variables()] }
+    }
+
+    /// Makes this the same point as `other`, of as many contacts.
+    pub fn copy_from(&mut self, other: &Self) {
+        self.values.copy_from_slice(&other.values);
     }
 
     /// Makes this the point `state` with all forces, slacks and multipliers zero.

@@ -2,10 +2,11 @@
 //! tutorial's bounds.
 
 use super::Formulation;
-use crate::ipopt::{Bounds, NonlinearProgram};
+use crate::ipopt::{Bounds, NonlinearProgram, Progress};
 use crate::sparsity::SparsityPattern;
 use crate::step_nlp::StepNlp;
 use crate::step_nlp::layout::{Layout, STATE, UNIT_NORM_ROW};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Which variables and rows of a [`StepNlp`] take part, and where the entries of the
 /// selected matrices stand among all entries.
@@ -109,10 +110,11 @@ impl Subproblem {
         &'a self,
         nlp: &'a StepNlp,
         scratch: &'a mut Scratch,
+        interrupt: Option<&'a AtomicBool>,
     ) -> BoundProgram<'a> {
         scratch.x.fill(0.0);
         scratch.multipliers.fill(0.0);
-        BoundProgram { subproblem: self, nlp, scratch }
+        BoundProgram { subproblem: self, nlp, scratch, interrupt }
     }
 }
 
@@ -194,6 +196,8 @@ pub(super) struct BoundProgram<'a> {
     subproblem: &'a Subproblem,
     nlp: &'a StepNlp,
     scratch: &'a mut Scratch,
+    /// Ends the solve when it is raised.
+    interrupt: Option<&'a AtomicBool>,
 }
 
 impl BoundProgram<'_> {
@@ -206,6 +210,10 @@ impl BoundProgram<'_> {
 }
 
 impl NonlinearProgram for BoundProgram<'_> {
+    fn keep_going(&mut self, _progress: &Progress) -> bool {
+        !self.interrupt.is_some_and(|flag| flag.load(Ordering::Relaxed))
+    }
+
     fn variable_count(&self) -> usize {
         self.subproblem.variables.len()
     }

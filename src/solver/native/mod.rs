@@ -35,6 +35,8 @@ const SHARPNESSES: [f64; 3] = [1.0, 1e3, 1e6];
 /// Margins on the cone to try when a limit is taken: a contact exactly on its cone may
 /// belong to either side.
 const STICK_MARGINS: [f64; 3] = [0.0, 1e-3, -1e-3];
+/// Largest certificate of a step that counts as solved, m/s.
+pub const ACCEPTED_CERTIFICATE: f64 = 1e-9;
 /// A step is solved when its residual without compliance is at most this, m/s.
 const ACCEPTED_RESIDUAL: f64 = 5e-10;
 /// With at most this residual without compliance (m/s) an iteration that stalled is near
@@ -214,6 +216,10 @@ impl NativeSolver {
 }
 
 impl StepSolver for NativeSolver {
+    fn accepted_certificate(&self) -> f64 {
+        ACCEPTED_CERTIFICATE
+    }
+
     fn solve(
         &mut self,
         step: &Step<'_>,
@@ -241,6 +247,6 @@ impl StepSolver for NativeSolver {
             (true, false) => StepStatus::Retried,
             (false, _) => StepStatus::Failed,
         };
-        Ok(StepReport { status, iterations, ipopt_status: None })
+        Ok(StepReport { iterations, ..StepReport::without_problem(status) })
     }
 }

@@ -9,16 +9,17 @@
 //!   Ipopt calls back on the same thread, one callback at a time.
 //! - (C) *exclusion*: create, solve and free run under [`IPOPT_LOCK`].
 
+mod callbacks;
+
 use super::options::Setting;
-use super::{Bounds, IpoptError, NonlinearProgram, Options, Progress, ReturnStatus, Start};
+use super::{Bounds, IpoptError, NonlinearProgram, Options, ReturnStatus, Start};
 use crate::sparsity::SparsityPattern;
 use ipopt_sys as sys;
 use std::any::Any;
 use std::cell::Cell;
 use std::collections::HashSet;
 use std::ffi::{CString, c_int};
-use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
-use std::slice;
+use std::panic::resume_unwind;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// Ipopt 3.11 and MUMPS keep global state: two problems at once crash the process.
@@ -28,9 +29,6 @@ thread_local! {
     /// Whether this thread is inside [`Solver::solve`].
     static INSIDE: Cell<bool> = const { Cell::new(false) };
 }
-
-/// Magnitudes from here on are taken for the result of a breakdown, not a number.
-const LARGEST: f64 = 1e100;
 
 /// Ipopt reads bounds beyond ±1e19 as infinite.
 const NO_BOUND: f64 = 2e19;
@@ -68,7 +66,8 @@ pub struct Outcome<'a> {
     pub point: Option<Point<'a>>,
 }
 
-/// The last iterate of a solve; borrowed from the [`Solver`].
+/// The last iterate of a solve; borrowed from the [`Solver`]. Ipopt projects x onto its
+/// bounds at the very end: objective and constraints are those of x just before.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Point<'a> {
     /// Objective value.
@@ -124,6 +123,17 @@ impl Solver {
     #[must_use]
     pub fn options(&self) -> &Options {
         &self.options
+    }
+
+    /// Changes the iteration limit of the solves to come.
+    ///
+    /// # Errors
+    /// [`IpoptError::Option`] for a limit that [`Options::validate`] refuses.
+    pub fn set_iteration_limit(&mut self, limit: u32) -> Result<(), IpoptError> {
+        let options = Options { max_iterations: limit, ..self.options.clone() };
+        options.validate()?;
+        self.options = options;
+        Ok(())
     }
 
     /// Solves `program`, which must have the structure given to [`Solver::new`].
@@ -317,11 +327,11 @@ impl Problem {
                 g_upper.as_mut_ptr(),
                 c_index(solver.jacobian.rows.len()),
                 c_index(solver.hessian.rows.len()),
-                Some(eval_f),
-                Some(eval_g),
-                Some(eval_grad_f),
-                Some(eval_jac_g),
-                Some(eval_h),
+                Some(callbacks::eval_f),
+                Some(callbacks::eval_g),
+                Some(callbacks::eval_grad_f),
+                Some(callbacks::eval_jac_g),
+                Some(callbacks::eval_h),
             )
         };
         if problem.is_null() { Err(IpoptError::Create) } else { Ok(Self(problem)) }
@@ -351,7 +361,8 @@ impl Problem {
     /// Installs the callback that counts iterations and can stop the solve.
     fn watch(&self) -> Result<(), IpoptError> {
         // SAFETY: the problem is alive; (C).
-        let accepted = unsafe { sys::SetIntermediateCallback(self.0, Some(intermediate)) };
+        let accepted =
+            unsafe { sys::SetIntermediateCallback(self.0, Some(callbacks::intermediate)) };
         if sys::is_true(accepted) { Ok(()) } else { Err(IpoptError::Create) }
     }
 }
@@ -360,194 +371,5 @@ impl Drop for Problem {
     fn drop(&mut self) {
         // SAFETY: created by `create`, freed once, here; (C).
         unsafe { sys::FreeIpoptProblem(self.0) }
-    }
-}
-
-/// Runs a callback's work. Once one has panicked, all refuse until the solve ends.
-///
-/// # Safety
-/// `user` must satisfy (B).
-unsafe fn guarded(
-    user: sys::UserDataPtr,
-    work: impl FnOnce(&mut Context<'_>) -> bool,
-) -> sys::Bool {
-    // SAFETY: (B), promised by the caller.
-    let context = unsafe { &mut *user.cast::<Context<'_>>() };
-    if context.panic.is_some() {
-        return sys::to_bool(false);
-    }
-    let accepted = match catch_unwind(AssertUnwindSafe(|| work(context))) {
-        Ok(accepted) => accepted,
-        Err(payload) => {
-            context.panic = Some(payload);
-            false
-        }
-    };
-    sys::to_bool(accepted)
-}
-
-fn all_usable(values: &[f64]) -> bool {
-    values.iter().all(|value| value.abs() < LARGEST)
-}
-
-/// A read-only view of one of Ipopt's arrays.
-///
-/// # Safety
-/// `data` must point to `count` numbers that live and stay unwritten for `'a`.
-unsafe fn view<'a>(data: *const f64, count: c_int) -> &'a [f64] {
-    match usize::try_from(count) {
-        // SAFETY: promised by the caller.
-        Ok(count) if count > 0 => unsafe { slice::from_raw_parts(data, count) },
-        _ => &[],
-    }
-}
-
-/// A writable view of one of Ipopt's arrays.
-///
-/// # Safety
-/// `data` must point to `count` numbers that live and are not aliased for `'a`.
-unsafe fn view_mut<'a, T>(data: *mut T, count: c_int) -> &'a mut [T] {
-    match usize::try_from(count) {
-        // SAFETY: promised by the caller.
-        Ok(count) if count > 0 => unsafe { slice::from_raw_parts_mut(data, count) },
-        _ => &mut [],
-    }
-}
-
-unsafe extern "C" fn eval_f(
-    n: c_int,
-    x: *mut f64,
-    _new_x: sys::Bool,
-    value: *mut f64,
-    user: sys::UserDataPtr,
-) -> sys::Bool {
-    // SAFETY: (A), (B); `value` is one number.
-    unsafe {
-        guarded(user, |context| {
-            *value = context.program.objective(view(x, n));
-            all_usable(slice::from_ref(&*value))
-        })
-    }
-}
-
-unsafe extern "C" fn eval_grad_f(
-    n: c_int,
-    x: *mut f64,
-    _new_x: sys::Bool,
-    gradient: *mut f64,
-    user: sys::UserDataPtr,
-) -> sys::Bool {
-    // SAFETY: (A), (B).
-    unsafe {
-        guarded(user, |context| {
-            let gradient = view_mut(gradient, n);
-            context.program.gradient(view(x, n), gradient);
-            all_usable(gradient)
-        })
-    }
-}
-
-unsafe extern "C" fn eval_g(
-    n: c_int,
-    x: *mut f64,
-    _new_x: sys::Bool,
-    m: c_int,
-    constraints: *mut f64,
-    user: sys::UserDataPtr,
-) -> sys::Bool {
-    // SAFETY: (A), (B).
-    unsafe {
-        guarded(user, |context| {
-            let constraints = view_mut(constraints, m);
-            context.program.constraints(view(x, n), constraints);
-            all_usable(constraints)
-        })
-    }
-}
-
-unsafe extern "C" fn eval_jac_g(
-    n: c_int,
-    x: *mut f64,
-    _new_x: sys::Bool,
-    _m: c_int,
-    count: c_int,
-    rows: *mut c_int,
-    cols: *mut c_int,
-    values: *mut f64,
-    user: sys::UserDataPtr,
-) -> sys::Bool {
-    // SAFETY: (A), (B); Ipopt asks for the structure with `values` null, where x may
-    // be null too, and for values with x valid.
-    unsafe {
-        guarded(user, |context| {
-            if values.is_null() {
-                view_mut(rows, count).copy_from_slice(&context.jacobian.rows);
-                view_mut(cols, count).copy_from_slice(&context.jacobian.cols);
-                return true;
-            }
-            let values = view_mut(values, count);
-            context.program.jacobian(view(x, n), values);
-            all_usable(values)
-        })
-    }
-}
-
-unsafe extern "C" fn eval_h(
-    n: c_int,
-    x: *mut f64,
-    _new_x: sys::Bool,
-    objective_factor: f64,
-    m: c_int,
-    multipliers: *mut f64,
-    _new_multipliers: sys::Bool,
-    count: c_int,
-    rows: *mut c_int,
-    cols: *mut c_int,
-    values: *mut f64,
-    user: sys::UserDataPtr,
-) -> sys::Bool {
-    // SAFETY: as in eval_jac_g; the multipliers are valid with the values.
-    unsafe {
-        guarded(user, |context| {
-            if values.is_null() {
-                view_mut(rows, count).copy_from_slice(&context.hessian.rows);
-                view_mut(cols, count).copy_from_slice(&context.hessian.cols);
-                return true;
-            }
-            let values = view_mut(values, count);
-            let (x, multipliers) = (view(x, n), view(multipliers, m));
-            context.program.hessian(x, objective_factor, multipliers, values);
-            all_usable(values)
-        })
-    }
-}
-
-unsafe extern "C" fn intermediate(
-    mode: c_int,
-    iteration: c_int,
-    objective: f64,
-    primal_infeasibility: f64,
-    dual_infeasibility: f64,
-    barrier: f64,
-    _d_norm: f64,
-    _regularization_size: f64,
-    _alpha_du: f64,
-    _alpha_pr: f64,
-    _ls_trials: c_int,
-    user: sys::UserDataPtr,
-) -> sys::Bool {
-    // SAFETY: (B).
-    unsafe {
-        guarded(user, |context| {
-            context.iterations = u32::try_from(iteration).unwrap_or(0);
-            context.program.keep_going(&Progress {
-                iteration: context.iterations,
-                in_restoration: mode == sys::RestorationPhaseMode as c_int,
-                objective,
-                primal_infeasibility,
-                dual_infeasibility,
-                barrier,
-            })
-        })
     }
 }
