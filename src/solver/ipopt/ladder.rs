@@ -1,7 +1,7 @@
 //! What is tried when Ipopt does not solve a step from its first start: a ladder of
 //! rungs, each with its reason, the last of which always holds.
 
-use super::IpoptSolver;
+use super::{Attempt, IpoptSolver};
 use crate::certificate::certify_contact_step;
 use crate::error::Error;
 use crate::model::ContactModel;
@@ -17,8 +17,10 @@ pub const ACCEPTED_CERTIFICATE: f64 = 0.01;
 /// How a step came to be solved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Rung {
-    /// Ipopt from the previous step's solution, the tutorial's start: right at rest and in
-    /// sliding, where little changes from step to step.
+    /// Ipopt from the previous step's solution with its multipliers, where Ipopt found that
+    /// solution itself for the same flags: at rest and in sliding little changes.
+    Warm,
+    /// Ipopt from the previous step's solution alone, the tutorial's start.
     Previous,
     /// Ipopt from the native solver's point, with the flags of the contacts that carry a
     /// force there: a flagged contact that lifts off while it slips leaves the program
@@ -35,13 +37,20 @@ pub enum Rung {
 
 impl Rung {
     /// All rungs, in their order.
-    pub const ALL: [Self; 5] =
-        [Self::Previous, Self::NativeStart, Self::FreeFlight, Self::SharedWeight, Self::Native];
+    pub const ALL: [Self; 6] = [
+        Self::Warm,
+        Self::Previous,
+        Self::NativeStart,
+        Self::FreeFlight,
+        Self::SharedWeight,
+        Self::Native,
+    ];
 
     /// The word of run.json.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
+            Self::Warm => "warm",
             Self::Previous => "previous",
             Self::NativeStart => "native_start",
             Self::FreeFlight => "free_flight",
@@ -55,7 +64,7 @@ impl Rung {
     /// cheaper (docs/ipopt-path.md).
     fn patience(self) -> u32 {
         match self {
-            Self::Previous | Self::NativeStart => 60,
+            Self::Warm | Self::Previous | Self::NativeStart => 60,
             Self::FreeFlight | Self::SharedWeight | Self::Native => u32::MAX,
         }
     }
@@ -63,7 +72,7 @@ impl Rung {
     /// How the step counts that this rung solved.
     fn status(self) -> StepStatus {
         match self {
-            Self::Previous => StepStatus::Converged,
+            Self::Warm | Self::Previous => StepStatus::Converged,
             Self::NativeStart | Self::FreeFlight | Self::SharedWeight => StepStatus::Retried,
             Self::Native => StepStatus::Fallback,
         }
@@ -102,16 +111,16 @@ impl Ladder {
     }
 
     /// One rung: sets `active` and `solution`; the status is Failed where Ipopt did not
-    /// converge.
+    /// converge. `None` where the rung has nothing to start from.
     fn climb(
         &mut self,
         rung: Rung,
         step: &Step<'_>,
         active: &mut [bool],
         solution: &mut Decision,
-    ) -> Result<StepReport, Error> {
+    ) -> Result<Option<StepReport>, Error> {
         match rung {
-            Rung::Previous => self.start.copy_from(step.previous),
+            Rung::Warm | Rung::Previous => self.start.copy_from(step.previous),
             Rung::NativeStart => {
                 active.copy_from_slice(&self.native_active);
                 self.start.copy_from(&self.native_point);
@@ -121,10 +130,12 @@ impl Ladder {
             Rung::Native => {
                 active.copy_from_slice(&self.native_active);
                 solution.copy_from(&self.native_point);
-                return Ok(StepReport::without_problem(StepStatus::Fallback));
+                return Ok(Some(StepReport::without_problem(StepStatus::Fallback)));
             }
         }
-        self.ipopt.solve_from(step, active, &self.start, rung.patience(), solution)
+        let attempt =
+            Attempt { start: &self.start, warm: rung == Rung::Warm, limit: rung.patience() };
+        self.ipopt.attempt(step, active, attempt, solution)
     }
 
     fn share_weight(&mut self, step: &Step<'_>, active: &[bool]) {
@@ -172,7 +183,7 @@ impl StepSolver for Ladder {
                     self.native.solve(step, &mut self.native_active, &mut self.native_point)?;
                 native_solved = Some(native.status != StepStatus::Failed);
             }
-            let attempt = self.climb(rung, step, active, solution)?;
+            let Some(attempt) = self.climb(rung, step, active, solution)? else { continue };
             report.iterations += attempt.iterations;
             report.ipopt_status = attempt.ipopt_status.or(report.ipopt_status);
             report.rung = Some(rung);

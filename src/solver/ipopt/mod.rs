@@ -8,7 +8,7 @@ pub use ladder::{ACCEPTED_CERTIFICATE, Ladder, Rung};
 
 use super::{Decision, Step, StepReport, StepSolver, StepStatus};
 use crate::error::Error;
-use crate::ipopt::{BarrierStrategy, MultiplierStep, Options, ReturnStatus, Solver, Start};
+use crate::ipopt::{BarrierStrategy, MultiplierStep, Options, Point, ReturnStatus, Solver, Start};
 use crate::model::ContactModel;
 use crate::step_nlp::StepNlp;
 use std::sync::Arc;
@@ -45,6 +45,26 @@ struct Prepared {
     subproblem: Subproblem,
     solver: Solver,
     start: Vec<f64>,
+    /// The multipliers at the last point that Ipopt converged to.
+    last: Option<Multipliers>,
+}
+
+/// A solution's multipliers, with the point that they belong to.
+struct Multipliers {
+    x: Vec<f64>,
+    constraints: Vec<f64>,
+    lower: Vec<f64>,
+    upper: Vec<f64>,
+}
+
+/// Where a solve starts and how long it may take.
+#[derive(Clone, Copy)]
+struct Attempt<'a> {
+    start: &'a Decision,
+    /// Only with the multipliers of the start, which must be the last solution.
+    warm: bool,
+    /// Iterations; the options may allow less.
+    limit: u32,
 }
 
 impl IpoptSolver {
@@ -92,32 +112,44 @@ impl IpoptSolver {
                 let program = subproblem.bind(&self.nlp, &mut self.scratch, None);
                 let solver = Solver::new(&program, self.options.clone())?;
                 let start = vec![0.0; subproblem.variables().len()];
-                Ok(Prepared { active: active.to_vec(), subproblem, solver, start })
+                Ok(Prepared { active: active.to_vec(), subproblem, solver, start, last: None })
             }
         }
     }
 }
 
 impl IpoptSolver {
-    /// Solves `step` for the flags `active` from `start`, in at most `limit` iterations and
-    /// no more than the options allow.
-    fn solve_from(
+    /// Solves `step` for the flags `active`. `None` where the attempt is to be warm and
+    /// there are no multipliers for its start.
+    fn attempt(
         &mut self,
         step: &Step<'_>,
         active: &[bool],
-        start: &Decision,
-        limit: u32,
+        attempt: Attempt<'_>,
         solution: &mut Decision,
-    ) -> Result<StepReport, Error> {
+    ) -> Result<Option<StepReport>, Error> {
         let alpha = active.iter().map(|&active| f64::from(u8::from(active)));
         self.nlp.set_step(step.state, step.wrench, alpha);
         let mut prepared = self.prepare(active)?;
-        let Prepared { subproblem, solver, start: selected, .. } = &mut prepared;
-        subproblem.gather(start.as_slice(), selected);
-        solver.set_iteration_limit(limit.min(self.options.max_iterations))?;
+        let Prepared { subproblem, solver, start: x, last, .. } = &mut prepared;
+        subproblem.gather(attempt.start.as_slice(), x);
+        let known = last.take().filter(|last| attempt.warm && last.x == *x);
+        let start = match &known {
+            Some(known) => Start::Warm {
+                x,
+                constraint_multipliers: &known.constraints,
+                lower_multipliers: &known.lower,
+                upper_multipliers: &known.upper,
+            },
+            None if attempt.warm => {
+                self.current = Some(prepared);
+                return Ok(None);
+            }
+            None => Start::Cold { x },
+        };
+        solver.set_iteration_limit(attempt.limit.min(self.options.max_iterations))?;
 
         let mut program = subproblem.bind(&self.nlp, &mut self.scratch, self.interrupt.as_deref());
-        let start = Start::Cold { x: selected };
         let outcome = solver.solve(&mut program, subproblem.bounds(), &start)?;
         match outcome.point {
             Some(point) => subproblem.scatter(point.x, solution.as_mut_slice()),
@@ -126,18 +158,30 @@ impl IpoptSolver {
         }
         let interrupted = outcome.status == ReturnStatus::UserRequestedStop;
         let converged = outcome.status.is_success() && outcome.point.is_some();
+        *last = outcome.point.filter(|_| converged).map(Multipliers::of);
         let report = StepReport {
             status: if converged { StepStatus::Converged } else { StepStatus::Failed },
             iterations: outcome.iterations,
             ipopt_status: Some(outcome.status),
-            rung: Some(Rung::Previous),
+            rung: None,
         };
         self.current = Some(prepared);
-        if interrupted { Err(Error::Interrupted) } else { Ok(report) }
+        if interrupted { Err(Error::Interrupted) } else { Ok(Some(report)) }
     }
 }
 
-/// Ipopt alone, from the previous solution: what the tutorial does.
+impl Multipliers {
+    fn of(point: Point<'_>) -> Self {
+        Self {
+            x: point.x.to_vec(),
+            constraints: point.constraint_multipliers.to_vec(),
+            lower: point.lower_multipliers.to_vec(),
+            upper: point.upper_multipliers.to_vec(),
+        }
+    }
+}
+
+/// Ipopt alone, from the previous solution without multipliers: what the tutorial does.
 impl StepSolver for IpoptSolver {
     fn accepted_certificate(&self) -> f64 {
         ACCEPTED_CERTIFICATE
@@ -149,6 +193,8 @@ impl StepSolver for IpoptSolver {
         active: &mut [bool],
         solution: &mut Decision,
     ) -> Result<StepReport, Error> {
-        self.solve_from(step, active, step.previous, u32::MAX, solution)
+        let attempt = Attempt { start: step.previous, warm: false, limit: u32::MAX };
+        let report = self.attempt(step, active, attempt, solution)?;
+        Ok(report.unwrap_or(StepReport::without_problem(StepStatus::Failed)))
     }
 }

@@ -75,6 +75,12 @@ const MOST_CORRECTIONS: u32 = 3;
 const TOLERANCE: f64 = 1e-11;
 /// Residual at which the limit is reached: rounding of z⁺/h, m/s.
 const LIMIT_TOLERANCE: f64 = 1e-12;
+/// Below this residual (m/s) whole steps are taken even where the residual grows: the
+/// natural map has kinks at the scale of the compliance, on which a search along the
+/// direction stalls although the next piece of the map has the solution.
+const DARING_RESIDUAL: f64 = 1e-5;
+/// How many of them.
+const MOST_DARING_STEPS: u32 = 6;
 /// A step shorter than this fraction of Newton's is taken for a stall.
 const SHORTEST_STEP: f64 = 1e-4;
 /// How much of the decrease that the linear model promises a step must bring.
@@ -99,17 +105,25 @@ impl Newton {
         iterate: &mut Iterate,
     ) -> NewtonReport {
         let mut merit = residual(equations, law, iterate);
+        let mut daring = MOST_DARING_STEPS;
         for iterations in 0..MOST_ITERATIONS {
             if merit.largest <= TOLERANCE {
                 return NewtonReport { converged: true, iterations };
             }
             self.find_modes(equations, law, iterate);
-            let better = self
-                .direction(equations, law, matrix, iterate)
-                .and_then(|step| self.search(equations, law, iterate, &step, &merit));
-            match better {
-                Some(better) => merit = better,
-                None => return NewtonReport { converged: false, iterations },
+            let Some(step) = self.direction(equations, law, matrix, iterate) else {
+                return NewtonReport { converged: false, iterations };
+            };
+            if merit.largest <= DARING_RESIDUAL && daring > 0 {
+                self.try_step(iterate, &step, 1.0);
+                let trial = residual(equations, law, &self.trial);
+                daring -= u32::from(trial.squared >= merit.squared);
+                std::mem::swap(iterate, &mut self.trial);
+                merit = trial;
+            } else if let Some(better) = self.search(equations, law, iterate, &step, &merit) {
+                merit = better;
+            } else {
+                return NewtonReport { converged: false, iterations };
             }
         }
         NewtonReport { converged: merit.largest <= TOLERANCE, iterations: MOST_ITERATIONS }

@@ -20,7 +20,7 @@ pub(super) enum Start {
 }
 
 /// How many scattered starts are tried before a step is given up.
-const MOST_SCATTERED: u32 = 256;
+const MOST_SCATTERED: u32 = 1024;
 
 const FIRST: [Start; 7] = [
     Start::Previous,
