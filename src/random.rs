@@ -16,9 +16,12 @@ pub fn numpy_rand4(seed: u32) -> [f64; 4] {
     })
 }
 
-/// The attitude of the drop scene: [`numpy_rand4`] normalised, (w, x, y, z). No seed
-/// draws four zeros.
+/// The attitude of the drop scene: [`numpy_rand4`] divided by its norm, (w, x, y, z), the
+/// squares added from left to right as numpy does: the same doubles. No seed draws four
+/// zeros.
 #[must_use]
 pub fn random_attitude(seed: u32) -> Vector4<f64> {
-    Vector4::from(numpy_rand4(seed)).normalize()
+    let draws = numpy_rand4(seed);
+    let norm = draws.iter().map(|draw| draw * draw).sum::<f64>().sqrt();
+    Vector4::from(draws) / norm
 }

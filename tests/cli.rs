@@ -1,0 +1,18 @@
+//! The command line end to end, in temporary directories: files, exit codes, messages.
+
+#[path = "cli/failure.rs"]
+mod failure;
+#[path = "cli/flags.rs"]
+mod flags;
+#[path = "cli/inspect.rs"]
+mod inspect;
+#[path = "cli/simulate.rs"]
+mod simulate;
+#[path = "cli/streams.rs"]
+mod streams;
+#[path = "cli/support.rs"]
+mod support;
+#[path = "cli/tampering.rs"]
+mod tampering;
+#[path = "cli/verify.rs"]
+mod verify;

@@ -1,0 +1,174 @@
+//! Arguments: help, version, and every value that is refused.
+
+use super::support::{everything_in, run, tumble};
+
+#[test]
+fn the_version_names_the_ipopt_it_is_linked_with() {
+    for flag in ["--version", "-V"] {
+        let end = run(&[flag]);
+        let expected =
+            format!("tumble {} (Ipopt {})\n", env!("CARGO_PKG_VERSION"), tumble::ipopt::VERSION);
+        assert_eq!((end.code, end.stdout, end.stderr), (Some(0), expected, String::new()));
+    }
+}
+
+#[test]
+fn the_help_names_every_flag_and_exit_code() {
+    let end = run(&["--help"]);
+    assert_eq!((end.code, end.stderr.as_str()), (Some(0), ""));
+    for word in [
+        "verify",
+        "inspect",
+        "--scene",
+        "--steps",
+        "--seed",
+        "--dt",
+        "--mu",
+        "--mass",
+        "--inertia",
+        "--gravity",
+        "--height",
+        "--velocity",
+        "--spin",
+        "--detection",
+        "--tol",
+        "--max-iter",
+        "--out",
+        "--quiet",
+        "--help",
+        "--version",
+        "Exit codes",
+        "trajectory.csv",
+        "run.json",
+    ] {
+        assert!(end.stdout.contains(word), "{word}");
+    }
+    for args in [["verify", "--help"], ["inspect", "--help"], ["help", "verify"]] {
+        let end = run(&args);
+        assert_eq!((end.code, end.stderr.as_str()), (Some(0), ""), "{args:?}");
+        assert!(end.stdout.contains("Usage"), "{args:?}");
+    }
+}
+
+/// Arguments, and the words that the one line of refusal must contain.
+const REFUSED: [(&[&str], &[&str]); 88] = [
+    (&["--steps", "0"], &["--steps", "'0'", "1 to"]),
+    (&["--steps", "1000000000"], &["--steps", "1000000000"]),
+    (&["--steps", "-5"], &["--steps"]),
+    (&["--steps=-5"], &["--steps", "-5"]),
+    (&["--steps", "2.5"], &["--steps"]),
+    (&["--steps", "many"], &["--steps", "many"]),
+    (&["--steps", ""], &["--steps"]),
+    (&["--steps"], &["--steps"]),
+    (&["--steps", "18446744073709551616"], &["--steps"]),
+    (&["--steps", "5", "--steps", "6"], &["--steps"]),
+    (&["--seed", "-1"], &["--seed"]),
+    (&["--seed=-1"], &["--seed", "-1"]),
+    (&["--seed", "4294967296"], &["--seed", "4294967296", "4294967295"]),
+    (&["--seed", "1.0"], &["--seed"]),
+    (&["--seed", "x"], &["--seed"]),
+    (&["--dt", "nan"], &["--dt", "nan"]),
+    (&["--dt", "inf"], &["--dt"]),
+    (&["--dt", "0"], &["dt", "time step", "1e-6 to 0.1"]),
+    (&["--dt", "-0.002"], &["dt", "-0.002"]),
+    (&["--dt", "0.2"], &["dt", "0.2"]),
+    (&["--dt", "1e-7"], &["dt"]),
+    (&["--dt", "1e999"], &["--dt"]),
+    (&["--mu", "nan"], &["--mu"]),
+    (&["--mu", "-0.1"], &["mu", "-0.1"]),
+    (&["--mu", "11"], &["mu", "11", "0 to 10"]),
+    (&["--mass", "nan"], &["--mass"]),
+    (&["--mass", "-10"], &["mass", "-10"]),
+    (&["--mass", "0"], &["mass"]),
+    (&["--mass", "1e10"], &["mass"]),
+    (&["--mass", "-inf"], &["--mass"]),
+    (&["--inertia", "nan"], &["--inertia"]),
+    (&["--inertia", "1,2"], &["--inertia", "one, three or nine"]),
+    (&["--inertia", "1,2,3,4,5,6,7,8,9,10"], &["--inertia"]),
+    (&["--inertia", "1,2,x"], &["--inertia"]),
+    (&["--inertia", "1,,3"], &["--inertia"]),
+    (&["--inertia", ""], &["--inertia"]),
+    (&["--inertia", "0"], &["inertia", "positive definite"]),
+    (&["--inertia", "-0.01"], &["inertia", "positive definite"]),
+    (&["--inertia", "1,1,-1"], &["inertia", "positive definite"]),
+    (&["--inertia", "1,2,0,2,1,0,0,0,1"], &["inertia", "positive definite"]),
+    (&["--inertia", "1,0.1,0,0,1,0,0,0,1"], &["inertia", "symmetric"]),
+    (&["--inertia", "1,1,1e-9"], &["inertia"]),
+    (&["--gravity", "nan"], &["--gravity"]),
+    (&["--gravity", "0,0"], &["--gravity"]),
+    (&["--gravity", "0,0,inf"], &["--gravity"]),
+    (&["--gravity", "1001"], &["gravity", "1001"]),
+    (&["--height", "nan"], &["--height"]),
+    (&["--height", "-inf"], &["--height"]),
+    (&["--height", "0.5"], &["--height", "below the ground"]),
+    (&["--height", "-3"], &["--height", "-3"]),
+    (&["--height", "1e7"], &["height"]),
+    (&["--velocity", "1,2"], &["--velocity", "X,Y,Z"]),
+    (&["--velocity", "1,2,3,4"], &["--velocity"]),
+    (&["--velocity", "1 2 3"], &["--velocity"]),
+    (&["--velocity", "-1,nan,0"], &["--velocity"]),
+    (&["--velocity", "2e5,0,0"], &["velocity", "200000"]),
+    (&["--spin", "1"], &["--spin"]),
+    (&["--spin", "0,0,inf"], &["--spin"]),
+    (&["--spin", "0,-2e5,0"], &["spin", "-200000"]),
+    (&["--tol", "0"], &["tol", "above 0"]),
+    (&["--tol", "-1e-6"], &["tol"]),
+    (&["--tol", "1"], &["tol"]),
+    (&["--tol", "2"], &["tol", "2"]),
+    (&["--tol", "nan"], &["--tol"]),
+    (&["--max-iter", "0"], &["--max-iter", "1 to 1000000"]),
+    (&["--max-iter", "1000001"], &["--max-iter"]),
+    (&["--max-iter", "-3"], &["--max-iter"]),
+    (&["--detection", "wrong"], &["--detection", "wrong", "height", "predictive"]),
+    (&["--scene", "wrong"], &["--scene", "wrong", "drop", "floating"]),
+    (&["--scene", "floating", "--mu", "0.3"], &["--mu", "floating"]),
+    (&["--scene", "floating", "--tol", "1e-6"], &["--tol", "floating"]),
+    (&["--scene", "floating", "--max-iter", "9"], &["--max-iter", "floating"]),
+    (&["--scene", "floating", "--detection", "height"], &["--detection", "floating"]),
+    (&["--scene", "floating", "--dt", "1"], &["dt"]),
+    (&["--solver", "wrong"], &["--solver", "wrong", "ipopt", "native"]),
+    (&["--solver", "native", "--tol", "1e-6"], &["--tol", "native"]),
+    (&["--solver", "native", "--max-iter", "9"], &["--max-iter", "native"]),
+    (&["--scene", "floating", "--solver", "native"], &["--solver", "floating"]),
+    (&["--out"], &["--out"]),
+    (&["--quiet=yes"], &["--quiet"]),
+    (&["--wrong"], &["--wrong"]),
+    (&["--step", "5"], &["--step"]),
+    (&["wrong"], &["wrong"]),
+    (&["--steps", "5", "verify", "x.csv"], &["--steps", "verify"]),
+    (&["verify"], &["FILE.csv"]),
+    (&["inspect"], &["POINT.json"]),
+    (&["verify", "x.csv", "--worst", "-1"], &["--worst"]),
+    (&["inspect", "x.json", "y.json"], &["y.json"]),
+];
+
+#[test]
+fn every_bad_value_is_refused_in_one_line_that_names_its_flag_and_nothing_is_written() {
+    let directory = tempfile::tempdir().unwrap();
+    let mut faults = Vec::new();
+    for (args, words) in REFUSED {
+        let output = tumble().args(args).current_dir(directory.path()).output().unwrap();
+        let end = super::support::End::from(output);
+        let told = std::panic::catch_unwind(|| end.assert_refused(2, words));
+        if told.is_err() {
+            faults.push(format!("{args:?}: {:?}, exit code {:?}", end.stderr.trim(), end.code));
+        }
+    }
+    assert!(everything_in(directory.path()).is_empty(), "a refused command wrote something");
+    assert!(
+        faults.is_empty(),
+        "{} refusals are not as they should be:\n{}",
+        faults.len(),
+        faults.join("\n")
+    );
+}
+
+#[test]
+fn no_refusal_is_longer_than_a_few_lines_of_a_terminal() {
+    // 1e300 has 301 digits when it is written out.
+    for args in [["--spin", "1e300,0,0"], ["--mass", "1e300"], ["--height", "-1e300"]] {
+        let end = run(&args);
+        end.assert_refused(2, &[args[0].trim_start_matches('-')]);
+        assert!(end.stderr.len() < 240, "{} bytes: {}", end.stderr.len(), end.stderr);
+    }
+}

@@ -1,0 +1,95 @@
+//! Standard streams that are closed, full or quiet.
+
+use super::support::{FAILING_RUN, PROGRAM, contact_run, simulate};
+use std::io::pipe;
+use std::process::{Command, Stdio};
+
+/// The writing end of a pipe that nobody reads.
+fn closed_pipe() -> Stdio {
+    let (reader, writer) = pipe().unwrap();
+    drop(reader);
+    writer.into()
+}
+
+/// The commands that print, in a directory with a trajectory.
+fn printing_commands() -> (tempfile::TempDir, Vec<Vec<String>>) {
+    let directory = tempfile::tempdir().unwrap();
+    let (csv, json) = contact_run();
+    let file = |name: &str| directory.path().join(name).to_str().unwrap().to_owned();
+    std::fs::write(file("trajectory.csv"), csv).unwrap();
+    std::fs::write(file("run.json"), json).unwrap();
+    let commands: [&[&str]; 5] = [
+        &["--steps", "5", "--out", &file("out")],
+        &["verify", &file("trajectory.csv")],
+        &["--help"],
+        &["verify", "--help"],
+        &["--version"],
+    ];
+    let commands = commands.map(|args| args.iter().map(|&arg| arg.to_owned()).collect()).to_vec();
+    (directory, commands)
+}
+
+#[test]
+fn a_closed_standard_output_ends_with_code_1_and_one_line() {
+    let (_directory, commands) = printing_commands();
+    for args in commands {
+        let output = Command::new(PROGRAM).args(&args).stdout(closed_pipe()).output().unwrap();
+        let end = super::support::End::from(output);
+        end.assert_refused(1, &["standard output cannot be written"]);
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_standard_output_ends_with_code_1_and_one_line() {
+    let (_directory, commands) = printing_commands();
+    for args in commands {
+        let full = std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+        let output = Command::new(PROGRAM).args(&args).stdout(full).output().unwrap();
+        let end = super::support::End::from(output);
+        end.assert_refused(1, &["standard output cannot be written"]);
+    }
+}
+
+#[test]
+fn a_closed_standard_error_does_not_change_the_exit_code() {
+    for (args, code) in [(["--steps", "0"], 2), (["--steps", "5"], 1), (["verify", "/"], 2)] {
+        let mut command = Command::new(PROGRAM);
+        command.args(args).stdout(Stdio::null()).stderr(closed_pipe());
+        if code == 1 {
+            command.args(["--out", "/dev/null/below"]);
+        }
+        assert_eq!(command.status().unwrap().code(), Some(code), "{args:?}");
+    }
+}
+
+#[test]
+fn quiet_runs_print_nothing() {
+    for args in [
+        ["--quiet", "--steps", "230"].as_slice(),
+        &[&["--quiet"], FAILING_RUN.as_slice()].concat(),
+        &["--quiet", "--scene", "floating", "--steps", "50"],
+    ] {
+        let end = simulate(args).end;
+        assert_eq!((end.stdout.as_str(), end.stderr.as_str()), ("", ""), "{args:?}");
+    }
+}
+
+#[test]
+fn a_quiet_run_needs_no_standard_output() {
+    let directory = tempfile::tempdir().unwrap();
+    let output = Command::new(PROGRAM)
+        .args(["--quiet", "--steps", "5", "--out"])
+        .arg(directory.path())
+        .stdout(closed_pipe())
+        .output()
+        .unwrap();
+    assert!(output.status.success() && output.stderr.is_empty());
+}
+
+#[test]
+fn no_progress_bar_is_drawn_where_no_terminal_is() {
+    let end = simulate(&["--steps", "230"]).end;
+    assert_eq!(end.stderr, "");
+    assert!(!end.stdout.contains(['\r', '\u{1b}']), "{:?}", end.stdout);
+}

@@ -1,0 +1,147 @@
+//! `tumble verify` on files as they were written, and on files that cannot be read.
+
+use super::support::{End, FAILING_RUN, Table, contact_run, run, simulate, tumble};
+use std::fs;
+use std::path::Path;
+use tempfile::TempDir;
+
+/// The contact run's two files, the CSV changed by `change`, in a directory.
+pub fn changed(change: impl FnOnce(&mut Table)) -> TempDir {
+    let mut table = Table::parse(&contact_run().0);
+    change(&mut table);
+    with_text(table.text().as_bytes())
+}
+
+pub fn with_text(csv: &[u8]) -> TempDir {
+    let directory = tempfile::tempdir().unwrap();
+    fs::write(directory.path().join("trajectory.csv"), csv).unwrap();
+    fs::write(directory.path().join("run.json"), &contact_run().1).unwrap();
+    directory
+}
+
+pub fn verify(directory: &Path, flags: &[&str]) -> End {
+    let file = directory.join("trajectory.csv");
+    tumble().arg("verify").arg(file).args(flags).output().unwrap().into()
+}
+
+#[test]
+fn a_file_as_it_was_written_verifies() {
+    for args in [
+        ["--steps", "240"].as_slice(),
+        &["--scene", "floating", "--steps", "300"],
+        &["--scene", "floating", "--steps", "50", "--gravity", "1,2,-3", "--inertia", "1,2,3"],
+        &["--steps", "1"],
+        &["--steps", "225", "--seed", "1", "--dt", "0.0021", "--mass", "3", "--gravity", "0,1,-9"],
+    ] {
+        let simulated = simulate(args);
+        let end = verify(&simulated.path(""), &[]);
+        assert_eq!((end.code, end.stderr.as_str()), (simulated.end.code, ""), "{args:?}: {end:?}");
+        let steps = simulated.table().rows.len() - 1;
+        assert!(end.stdout.contains(&format!("{steps} steps\n")), "{}", end.stdout);
+        assert!(end.stdout.contains("differ from the column: 0\n"), "{}", end.stdout);
+    }
+}
+
+#[test]
+fn a_file_with_failed_steps_verifies_with_code_3() {
+    let simulated = simulate(&FAILING_RUN);
+    let end = verify(&simulated.path(""), &[]);
+    assert_eq!((end.code, end.stderr.as_str()), (Some(3), ""));
+    let failed = simulated.run_json()["summary"]["failed"].as_u64().unwrap();
+    assert!(failed > 0 && end.stdout.contains(&format!("`failed`: {failed}\n")), "{end:?}");
+}
+
+#[test]
+fn the_number_of_worst_steps_can_be_chosen() {
+    let directory = changed(|_| ());
+    for (flags, count) in [
+        (["--worst", "0"].as_slice(), 0),
+        (&["--worst", "3"], 3),
+        (&["--worst", "100000"], 239),
+        (&[], 5),
+    ] {
+        let end = verify(directory.path(), flags);
+        assert_eq!(end.code, Some(0), "{end:?}");
+        assert_eq!(end.stdout.matches("k = ").count(), count, "{end:?}");
+    }
+}
+
+#[test]
+fn without_run_json_the_drops_parameters_and_the_flags_are_used() {
+    let directory = changed(|_| ());
+    fs::remove_file(directory.path().join("run.json")).unwrap();
+    let end = verify(directory.path(), &[]);
+    assert_eq!(end.code, Some(0), "{end:?}");
+    assert!(end.stdout.contains("no run.json"), "{end:?}");
+
+    let flags = ["--dt", "0.0025", "--mass", "8", "--inertia", "0.02", "--gravity", "0,0,-9"];
+    let other = simulate(&[["--steps", "200"].as_slice(), &flags].concat());
+    let directory = other.path("");
+    assert_eq!(verify(&directory, &[]).code, Some(0));
+    fs::remove_file(directory.join("run.json")).unwrap();
+    verify(&directory, &[]).assert_refused(2, &["t_s", "--dt"]);
+    assert_eq!(verify(&directory, &flags[..2]).code, Some(1), "gravity is another");
+    assert_eq!(verify(&directory, &flags).code, Some(0));
+}
+
+#[test]
+fn flags_go_before_run_json() {
+    let directory = changed(|_| ());
+    assert_eq!(verify(directory.path(), &["--mass", "10", "--gravity", "9.81"]).code, Some(0));
+    for flags in [["--mass", "11"], ["--gravity", "9.8"], ["--inertia", "0.011"]] {
+        assert_eq!(verify(directory.path(), &flags).code, Some(1), "{flags:?}");
+    }
+    verify(directory.path(), &["--dt", "0.001"]).assert_refused(2, &["--dt", "t_s"]);
+    verify(directory.path(), &["--dt", "0"]).assert_refused(2, &["dt"]);
+    verify(directory.path(), &["--mass", "nan"]).assert_refused(2, &["--mass"]);
+}
+
+#[test]
+fn files_that_are_no_trajectories_are_refused() {
+    for content in [
+        b"".as_slice(),
+        b"\n",
+        b"k,t_s\n0,0\n",
+        b"\0\x01\x02\xff\xfe",
+        b"\xff\xfek\0,\0",
+        b"{\"state\": []}",
+        "status,iterations,certificate_m_s\n".as_bytes(),
+    ] {
+        let directory = with_text(content);
+        verify(directory.path(), &[]).assert_refused(2, &["trajectory.csv"]);
+    }
+    let directory = tempfile::tempdir().unwrap();
+    verify(directory.path(), &[]).assert_refused(2, &["trajectory.csv"]);
+    run(&["verify", directory.path().to_str().unwrap()]).assert_refused(2, &["cannot be read"]);
+}
+
+#[test]
+fn a_run_json_that_is_none_is_refused() {
+    let good = &contact_run().1;
+    let replaced = |from: &str, to: &str| {
+        assert!(good.contains(from), "{from}");
+        good.replace(from, to)
+    };
+    for (content, word) in [
+        (String::new(), "run.json"),
+        ("[]".to_owned(), "run.json"),
+        ("{}".to_owned(), "run.json"),
+        (good[..good.len() / 2].to_owned(), "run.json"),
+        (replaced("\"dt\": 0.002", "\"dt\": 0"), "dt"),
+        (replaced("\"dt\": 0.002", "\"dt\": 0.004"), "--dt"),
+        (replaced("\"dt\": 0.002", "\"dt\": null"), "run.json"),
+        (replaced("\"dt\": 0.002", "\"dt\": 1e999"), "run.json"),
+        (replaced("\"mass\": 10.0", "\"mass\": -1"), "mass"),
+        (replaced("\"mu\": 0.3", "\"mu\": 1e9"), "mu"),
+        (replaced("\"contact_points\": [", "\"contact_points\": [[0, 0, 1],"), "9"),
+        (" ".repeat(2_000_000), "run.json"),
+    ] {
+        let directory = changed(|_| ());
+        fs::write(directory.path().join("run.json"), &content).unwrap();
+        verify(directory.path(), &[]).assert_refused(2, &[word]);
+    }
+    let directory = changed(|_| ());
+    fs::remove_file(directory.path().join("run.json")).unwrap();
+    fs::create_dir(directory.path().join("run.json")).unwrap();
+    verify(directory.path(), &[]).assert_refused(2, &["run.json"]);
+}

@@ -1,0 +1,236 @@
+//! What the integration tests share: the reference data, the tutorial's model, models drawn
+//! at random, and a second way to write the certificate.
+
+// Each test program compiles this file for itself and uses a part of it.
+#![allow(dead_code)]
+
+use flate2::read::GzDecoder;
+use nalgebra::{Matrix3, Quaternion, SVector, Vector2, Vector3, Vector4};
+use proptest::prelude::*;
+use serde::Deserialize;
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+use tumble::body::RigidBody;
+use tumble::model::{ContactModel, Parameters};
+use tumble::quaternion::rotation;
+use tumble::scene;
+use tumble::solver::{Decision, Step, StepReport, StepSolver};
+use tumble::state::{State, Wrench};
+
+/// The seeds of `data/tutorial`.
+pub const SEEDS: [u32; 4] = [42, 0, 1, 2];
+
+/// A file of the reference data, unpacked where its name ends in `.gz`.
+pub fn reference(name: &str) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data").join(name);
+    let mut file = File::open(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+    let mut text = String::new();
+    let read = if name.ends_with(".gz") {
+        GzDecoder::new(file).read_to_string(&mut text)
+    } else {
+        file.read_to_string(&mut text)
+    };
+    read.unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+    text
+}
+
+/// One row of `data/tutorial`: a solve as CasADi and Ipopt ended it.
+pub struct Row {
+    pub k: i64,
+    /// Ipopt said `Solve_Succeeded`.
+    pub solved: bool,
+    pub iterations: u32,
+    pub active: [bool; 8],
+    pub decision: Decision,
+}
+
+#[derive(Deserialize)]
+struct RawRow(i64, String, u32, String, Vec<f64>);
+
+/// The rows of one seed, the start (k = −1) first.
+pub fn tutorial_rows(seed: u32) -> Vec<Row> {
+    let text = reference(&format!("tutorial/seed-{seed}.csv.gz"));
+    let mut reader = csv::Reader::from_reader(text.as_bytes());
+    let rows = reader.deserialize().map(|row| {
+        let RawRow(k, status, iterations, flags, x) = row.unwrap();
+        let mut decision = Decision::at_rest_in(&state(&x[..13]), 8);
+        decision.as_mut_slice().copy_from_slice(&x);
+        Row {
+            k,
+            solved: status == "Solve_Succeeded",
+            iterations,
+            active: std::array::from_fn(|i| flags.as_bytes()[i] == b'1'),
+            decision,
+        }
+    });
+    rows.collect()
+}
+
+impl Row {
+    /// The number of flagged corners.
+    pub fn flagged(&self) -> usize {
+        self.active.iter().filter(|active| **active).count()
+    }
+
+    pub fn state(&self) -> State {
+        self.decision.state()
+    }
+
+    pub fn forces(&self) -> Vec<Vector3<f64>> {
+        self.decision.forces().collect()
+    }
+}
+
+/// The constants of the tutorial's thrown cube.
+pub fn tutorial_parameters() -> Parameters {
+    let drop = scene::Scene::drop();
+    Parameters {
+        body: scene::tutorial_cube().unwrap(),
+        gravity: drop.gravity,
+        friction: scene::FRICTION,
+        time_step: drop.time_step,
+        smoothing: scene::SMOOTHING,
+    }
+}
+
+/// The tutorial's thrown cube above the ground.
+pub fn tutorial_model() -> ContactModel {
+    ContactModel::new(tutorial_parameters()).unwrap()
+}
+
+/// A state of thirteen numbers.
+pub fn state(values: &[f64]) -> State {
+    State::from_vector(&SVector::from_column_slice(values))
+}
+
+/// The wrench of forces at the contact points: Σ f, and τ = Σ c × Aᵀ f in the body frame.
+pub fn wrench_of(body: &RigidBody, state: &State, forces: &[Vector3<f64>]) -> Wrench {
+    let to_body = rotation(&state.attitude).transpose();
+    let points = body.contact_points();
+    Wrench {
+        force: forces.iter().sum(),
+        torque: points.iter().zip(forces).map(|(c, f)| c.position.cross(&(to_body * f))).sum(),
+    }
+}
+
+/// One step by `solver`, for the flags `active` and from the start `previous`.
+pub fn solve(
+    solver: &mut dyn StepSolver,
+    model: &ContactModel,
+    (state, wrench): (&State, &Wrench),
+    active: &[bool],
+    previous: &Decision,
+) -> (StepReport, Decision) {
+    let (mut active, mut solution) = (active.to_vec(), previous.clone());
+    let free = &model.free_flight(state, wrench);
+    let step = Step { model, state, wrench, free, previous };
+    let report = solver.solve(&step, &mut active, &mut solution).unwrap();
+    (report, solution)
+}
+
+/// The certificate written down a second time, with products of quaternions instead of
+/// matrices: dynamics, penetration, normal law, friction law, cone.
+pub fn certificate_by_hand(
+    model: &ContactModel,
+    (old, new): (&State, &State),
+    forces: &[Vector3<f64>],
+    wrench: &Wrench,
+) -> [f64; 5] {
+    let (h, mass, mu) = (model.time_step(), model.body().mass(), model.friction());
+    let q = |state: &State| {
+        let [w, x, y, z] = state.attitude.into();
+        Quaternion::new(w, x, y, z)
+    };
+    let turned = |q: Quaternion<f64>, c| (q * Quaternion::from_imag(c) * q.conjugate()).imag();
+    let (mut f, mut torque, mut reach) = (wrench.force, wrench.torque, 0.0_f64);
+    let mut parts = [0.0_f64; 5];
+    for (c, force) in model.body().contact_points().iter().map(|p| p.position).zip(forces) {
+        f += force;
+        torque += c.cross(&turned(q(old).conjugate(), *force));
+        reach = reach.max(c.amax());
+        let [before, after] = [old, new].map(|x| x.position + turned(q(x), c));
+        let (slip, rise) = ((after - before).xy() / h, after.z / h);
+        let (p, normal) = (force.xy() * h, force.z * h);
+        let target: Vector2<f64> = p - slip * mass;
+        let radius = mu * normal.max(0.0);
+        let nearest = target * if target.norm() > radius { radius / target.norm() } else { 1.0 };
+        parts[1] = parts[1].max(-rise);
+        parts[2] = parts[2].max((normal / mass).min(rise).abs());
+        parts[3] = parts[3].max((p - nearest).norm() / mass);
+        parts[4] = parts[4].max((p.norm() - mu * normal) / mass);
+    }
+    let inertia = model.body().inertia();
+    let rate = inertia.lu().solve(&(torque - new.spin.cross(&(inertia * new.spin)))).unwrap();
+    let turned = q(old) + q(old) * Quaternion::from_imag(new.spin) * (0.5 * h);
+    parts[0] = [
+        (old.position + new.velocity * h - new.position).amax() / h,
+        (turned.normalize() - q(new)).coords.amax() * reach / h,
+        (old.velocity + (f / mass + model.gravity()) * h - new.velocity).amax(),
+        (old.spin + rate * h - new.spin).amax() * reach,
+    ]
+    .into_iter()
+    .fold(0.0, f64::max);
+    parts
+}
+
+/// The smallest number that at least the share `share` of `values` does not exceed.
+pub fn quantile(values: &[f64], share: f64) -> f64 {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    sorted[((share * sorted.len() as f64).ceil() as usize).clamp(1, sorted.len()) - 1]
+}
+
+/// As many cases; a failing one is printed, not written to a file.
+pub fn cases(cases: u32) -> ProptestConfig {
+    ProptestConfig { cases, failure_persistence: None, ..ProptestConfig::default() }
+}
+
+/// A vector of numbers from −`size` to `size`.
+pub fn vector(size: f64) -> impl Strategy<Value = Vector3<f64>> {
+    proptest::array::uniform3(-size..size).prop_map(Vector3::from)
+}
+
+/// A quaternion of norm 0.5 to 2, not a unit quaternion.
+pub fn quaternion() -> impl Strategy<Value = Vector4<f64>> {
+    proptest::array::uniform4(-1.0..1.0)
+        .prop_map(Vector4::from)
+        .prop_filter("a norm above 0.5", |q| q.norm() > 0.5)
+}
+
+/// The inertia matrix of a body whose second moments Σ m x² along three axes, askew in the
+/// body frame, are 0.05 to 5 kg m² each.
+pub fn inertia() -> impl Strategy<Value = Matrix3<f64>> {
+    (quaternion(), proptest::array::uniform3(0.05..5.0)).prop_map(|(q, [x, y, z])| {
+        let axes = rotation(&q.normalize());
+        let moments = Matrix3::from_diagonal(&Vector3::new(y + z, x + z, x + y));
+        let full = axes * moments * axes.transpose();
+        0.5 * (full + full.transpose())
+    })
+}
+
+/// Any body with 1 to 12 contact points on any incline, with or without friction. The
+/// smoothing is large, 0.5 to 1 N, for derivatives that differences can follow.
+pub fn any_model() -> impl Strategy<Value = ContactModel> {
+    let body = (0.1..100.0, inertia(), proptest::collection::vec(vector(2.0), 1..=12));
+    let friction = prop_oneof![1 => Just(0.0), 4 => 0.05..1.0];
+    (body, vector(10.0), friction, 1e-3..0.05, 0.5..1.0).prop_map(
+        |((mass, inertia, points), gravity, friction, time_step, smoothing)| {
+            let body = RigidBody::new(mass, inertia, &points).unwrap();
+            let parameters = Parameters { body, gravity, friction, time_step, smoothing };
+            ContactModel::new(parameters).unwrap()
+        },
+    )
+}
+
+/// Any state; the attitude is not a unit quaternion.
+pub fn any_state() -> impl Strategy<Value = State> {
+    (vector(2.0), quaternion(), vector(3.0), vector(5.0)).prop_map(
+        |(position, attitude, velocity, spin)| State { position, attitude, velocity, spin },
+    )
+}
+
+/// Any push of up to 10 N and 10 N m an axis.
+pub fn any_wrench() -> impl Strategy<Value = Wrench> {
+    (vector(10.0), vector(10.0)).prop_map(|(force, torque)| Wrench { force, torque })
+}

@@ -1,0 +1,246 @@
+//! The tutorial's recorded runs, step by step: Ipopt's answers from the recorded states
+//! and starts, the recorded points in our equations, and their certificates.
+
+mod common;
+
+use common::{
+    Row, SEEDS, any_model, any_state, any_wrench, cases, certificate_by_hand, quantile, solve,
+    tutorial_model, tutorial_rows, vector, wrench_of,
+};
+use nalgebra::Vector3;
+use proptest::prelude::*;
+use tumble::certificate::{Certificate, certify_contact_step};
+use tumble::ipopt::{BarrierStrategy, MultiplierStep, Options, Scaling};
+use tumble::quaternion::advance;
+use tumble::solver::StepStatus;
+use tumble::solver::ipopt::{Formulation, IpoptSolver};
+use tumble::state::{State, Wrench};
+use tumble::step_nlp::StepNlp;
+
+/// The tutorial's options: its own two, and Ipopt's defaults for all that change a path.
+fn options() -> Options {
+    Options {
+        tolerance: 1e-6,
+        max_iterations: 300,
+        barrier: BarrierStrategy::Monotone,
+        multiplier_step: MultiplierStep::Primal,
+        initial_barrier: 0.1,
+        scaling: Scaling::GradientBased,
+        bound_push: 0.01,
+        ..Options::default()
+    }
+}
+
+/// The recorded steps k → k+1 of a run: the row before and the row of the solve.
+fn steps(rows: &[Row]) -> impl Iterator<Item = (&Row, &Row)> {
+    rows.windows(2).map(|pair| (&pair[0], &pair[1]))
+}
+
+/// One step that both solved, m, m/s, rad/s: how far the ends are apart.
+struct Comparison {
+    k: i64,
+    flagged: usize,
+    position: f64,
+    attitude: f64,
+    velocity: f64,
+    spin: f64,
+    /// The sum of the two certificates.
+    looseness: f64,
+}
+
+/// What came of the steps of one run.
+struct Comparisons {
+    /// The number that the reference solved.
+    reference: usize,
+    /// Those that ours solved as well.
+    both: Vec<Comparison>,
+    /// Iterations spent on these, ours and the reference's.
+    iterations: (u32, u32),
+}
+
+/// Solves every `every`th recorded step that has a flag and that the reference solved, from
+/// the recorded state and start.
+fn compare(seed: u32, every: i64, formulation: Formulation) -> Comparisons {
+    let (model, rows, none) = (tutorial_model(), tutorial_rows(seed), Wrench::zero());
+    let mut solver = IpoptSolver::new(&model, formulation, options()).unwrap();
+    let mut found = Comparisons { reference: 0, both: Vec::new(), iterations: (0, 0) };
+    let chosen = |row: &Row| row.solved && row.flagged() > 0 && row.k % every == 0;
+    for (before, row) in steps(&rows).filter(|(_, row)| chosen(row)) {
+        found.reference += 1;
+        let state = before.state();
+        let (report, ours) =
+            solve(&mut solver, &model, (&state, &none), &row.active, &before.decision);
+        if report.status != StepStatus::Converged {
+            continue;
+        }
+        found.iterations.0 += report.iterations;
+        found.iterations.1 += row.iterations;
+        let certificate = |next: &State, forces: &[Vector3<f64>]| {
+            certify_contact_step(&model, &state, next, forces, &none).worst()
+        };
+        let (a, b) = (ours.state(), row.state());
+        let forces: Vec<_> = ours.forces().collect();
+        found.both.push(Comparison {
+            k: row.k,
+            flagged: row.flagged(),
+            position: (a.position - b.position).norm(),
+            attitude: (a.attitude - b.attitude).norm(),
+            velocity: (a.velocity - b.velocity).norm(),
+            spin: (a.spin - b.spin).norm(),
+            looseness: certificate(&a, &forces) + certificate(&b, &row.forces()),
+        });
+    }
+    found
+}
+
+/// The steps of all seeds by one formulation, `every`th of seed 42 and every 10th of the
+/// others, against the recorded ones.
+///
+/// Neither end is exact: at a tolerance of 1e-6 Ipopt stops on the central path, with
+/// forces on corners that end the step above the ground. The certificate measures this, as
+/// impulse over mass and as slip, in m/s; call S the sum of the two. Then v may differ by
+/// a multiple of S and ω by a multiple of S m ℓ/I, 1000 times as much for this cube.
+///
+/// | | flagged corners | here | in a study | allowed |
+/// |---|---|---|---|---|
+/// | Δv/S | 1 or 2 | 1.0 | 2.0 | 5 |
+/// | | 3 or more | 3.3 | 3.9 | 10 |
+/// | Δω/(S m ℓ/I) | 1 or 2 | 0.66 | 1.2 | 5 |
+/// | | 3 or more | 0.16 | 0.39 | 2 |
+///
+/// The study took up to every step of all seeds and Ipopt's adaptive barrier as well. In
+/// face sliding the contact law itself leaves the normal forces' share, and with it the
+/// motion, open.
+///
+/// Most steps stop at the same barrier parameter and agree far better: v to 1.1e-7 m/s in
+/// half of seed 42's steps, to 1e-5 m/s in 80 % (clamped) and 70 % (reduced) of all. Ours
+/// fails in 2 % of the steps of seed 42 that the reference solved, in 5 to 14 % of the
+/// other seeds', and takes 0.87 (clamped) and 1.1 (reduced) times its iterations; without
+/// the constraints' second derivatives it would be 1.06 and 2.1.
+fn check_motions(formulation: Formulation, every: i64) {
+    let (mut close, mut all, mut ours, mut theirs) = (0, 0, 0, 0);
+    for seed in SEEDS {
+        let (every, share) = if seed == 42 { (every, 0.9) } else { (10, 0.7) };
+        let Comparisons { reference, both, iterations } = compare(seed, every, formulation);
+        let solved = both.len() as f64 / reference as f64;
+        assert!(reference >= 30 && solved > share, "seed {seed}: {solved}");
+        close += both.iter().filter(|step| step.velocity < 1e-5).count();
+        all += both.len();
+        ours += iterations.0;
+        theirs += iterations.1;
+        for step in &both {
+            let Comparison { k, position, attitude, velocity, spin, looseness, .. } = *step;
+            let (by_speed, by_spin) = if step.flagged < 3 { (5.0, 5.0) } else { (10.0, 2.0) };
+            // 1e-6: the tolerance.
+            assert!(velocity < by_speed * looseness + 1e-6, "{seed}, {k}: v by {velocity:e}");
+            assert!(spin < 1e3 * (by_spin * looseness + 1e-6), "{seed}, {k}: ω by {spin:e}");
+            // r⁺ = r + h v⁺ on both sides, and |∂q⁺/∂ω⁺| ≤ h/2; measured: to 8e-9.
+            assert!((position - 0.002 * velocity).abs() < 1e-7, "{seed}, {k}: r by {position:e}");
+            assert!(attitude < 0.001 * spin + 1e-7, "{seed}, {k}: q by {attitude:e}");
+        }
+    }
+    assert!(2 * close > all, "{close} of {all} steps agree to 1e-5 m/s");
+    assert!(2 * ours < 3 * theirs, "{ours} iterations, recorded {theirs}");
+}
+
+#[test]
+fn clamped_steps_move_the_cube_as_the_recorded_ones_do() {
+    check_motions(Formulation::Clamped, 1);
+}
+
+#[test]
+fn reduced_steps_move_the_cube_as_the_recorded_ones_do() {
+    check_motions(Formulation::Reduced, 3);
+}
+
+/// Ipopt ends with the dynamics to its tolerance (measured: 2e-8) and with every row,
+/// unscaled, to 1e-4 (its `constr_viol_tol`; measured: equations 5e-5, inequalities 2e-8).
+#[test]
+fn recorded_solutions_satisfy_our_rows() {
+    let mut nlp = StepNlp::new(tutorial_model());
+    let equalities = nlp.layout().equalities();
+    let mut g = vec![f64::NAN; nlp.layout().constraints()];
+    for seed in SEEDS {
+        let rows = tutorial_rows(seed);
+        for (before, row) in steps(&rows).filter(|(_, row)| row.solved) {
+            let alpha = row.active.map(|active| f64::from(u8::from(active)));
+            nlp.set_step(&before.state(), &Wrench::zero(), alpha);
+            nlp.constraints(row.decision.as_slice(), &mut g);
+            assert!(g[..14].iter().all(|g| g.abs() < 1e-6), "{seed}, {}: {g:?}", row.k);
+            assert!(g[14..equalities].iter().all(|g| g.abs() < 1e-4), "{seed}, {}: {g:?}", row.k);
+            assert!(g[equalities..].iter().all(|g| *g > -1e-4), "{seed}, {}: {g:?}", row.k);
+        }
+    }
+}
+
+/// To 1e-9, and 1e-10 m/s for what rounding heights of 2 m does, 4e-16 m over h and more.
+fn same_certificate(certificate: &Certificate, by_hand: [f64; 5]) -> Result<(), String> {
+    for ((name, ours), by_hand) in certificate.parts().into_iter().zip(by_hand) {
+        if (ours - by_hand).abs() > 1e-9 * by_hand + 1e-10 {
+            return Err(format!("{name}: {ours:e}, by hand {by_hand:e}"));
+        }
+    }
+    Ok(())
+}
+
+/// Medians and largest values over the steps with a flag as `data/README.md` lists them,
+/// from a third program, to its three digits.
+#[test]
+fn certificates_of_the_recorded_runs_are_the_known_ones() {
+    let (model, none) = (tutorial_model(), Wrench::zero());
+    let known = [(42, 3.53e-3, 10.8), (0, 3.85e-3, 0.335), (1, 3.87e-3, 2.62), (2, 3.44e-3, 7.23)];
+    for (seed, median, largest) in known {
+        let rows = tutorial_rows(seed);
+        let mut worst = Vec::new();
+        for (before, row) in steps(&rows) {
+            let (old, new, forces) = (before.state(), row.state(), row.forces());
+            let certificate = certify_contact_step(&model, &old, &new, &forces, &none);
+            let by_hand = certificate_by_hand(&model, (&old, &new), &forces, &none);
+            same_certificate(&certificate, by_hand).unwrap();
+            if row.flagged() > 0 {
+                worst.push(certificate.worst());
+            }
+        }
+        let found = (quantile(&worst, 0.5), quantile(&worst, 1.0));
+        assert!((found.0 / median - 1.0).abs() < 5e-3, "seed {seed}: median {:e}", found.0);
+        assert!((found.1 / largest - 1.0).abs() < 5e-3, "seed {seed}: largest {:e}", found.1);
+    }
+}
+
+proptest! {
+    #![proptest_config(cases(256))]
+
+    /// With what the recorded runs have not: any shape and inertia, an incline, an external
+    /// wrench, pulling forces; and each equation of motion violated alone, by up to 1 m/s
+    /// or rad/s.
+    #[test]
+    fn the_certificate_of_any_step_is_that_by_hand(
+        model in any_model(),
+        old in any_state(),
+        forces in proptest::collection::vec(vector(20.0), 12),
+        wrench in any_wrench(),
+        violated in 0..4,
+        by in vector(1.0),
+    ) {
+        let (forces, h) = (&forces[..model.contact_count()], model.time_step());
+        let mut total = wrench_of(model.body(), &old, forces);
+        total.force += wrench.force;
+        total.torque += wrench.torque;
+        let mut new = model.free_flight(&old, &total);
+        match violated {
+            0 => new.position += by * h,
+            1 => new.attitude += by.push(0.5) * h,
+            2 => {
+                new.velocity += by;
+                new.position += by * h;
+            }
+            _ => {
+                new.spin += by;
+                new.attitude = advance(&old.attitude, &new.spin, h);
+            }
+        }
+        let certificate = certify_contact_step(&model, &old, &new, forces, &wrench);
+        let by_hand = certificate_by_hand(&model, (&old, &new), forces, &wrench);
+        prop_assert_eq!(same_certificate(&certificate, by_hand), Ok(()));
+    }
+}
