@@ -18,7 +18,9 @@ pub(super) struct Candidate {
     pub(super) point: usize,
     /// c, m, body.
     pub(super) lever: Vector3<f64>,
-    /// [c]× Aᵀ, m: the torque (body) of an impulse (world).
+    /// A c, m, world.
+    arm: Vector3<f64>,
+    /// G = [c]× Aᵀ, m: the torque (body) of an impulse (world).
     pub(super) torque_map: Matrix3<f64>,
     /// z/h at step k, m/s.
     pub(super) approach: f64,
@@ -119,18 +121,19 @@ impl StepEquations {
     /// Adds contact point `point` as a candidate.
     pub(super) fn admit(&mut self, model: &ContactModel, state: &State, point: usize) {
         let lever = model.body().contact_points()[point].position;
-        let height_offset = self.rotation.row(2).transpose().dot(&lever);
-        let height = state.position[2] + height_offset;
-        let noise =
-            HEIGHT_ROUNDINGS * f64::EPSILON * (state.position[2].abs() + height_offset.abs());
+        let arm = self.rotation * lever;
+        let height = state.position[2] + arm[2];
+        let noise = HEIGHT_ROUNDINGS * f64::EPSILON * (state.position[2].abs() + arm[2].abs());
         let torque_map = skew(&lever) * self.rotation.transpose();
-        // W = E + A [c]ᵀ× Î⁻¹ [c]× Aᵀ: this point's Delassus block per unit of mass.
-        let delassus = torque_map.transpose() * self.inertia_inverse * torque_map;
-        let normal = 1.0 + delassus[(2, 2)];
-        let tangential = 1.0 + 0.5 * (delassus[(0, 0)] + delassus[(1, 1)]);
+        // The diagonal of W = E + Gᵀ Î⁻¹ G, G = [c]× Aᵀ: this point's Delassus block per
+        // unit of mass.
+        let response = self.inertia_inverse * torque_map;
+        let diagonal = |k: usize| 1.0 + torque_map.column(k).dot(&response.column(k));
+        let (normal, tangential) = (diagonal(2), 0.5 * (diagonal(0) + diagonal(1)));
         self.candidates.push(Candidate {
             point,
             lever,
+            arm,
             torque_map,
             approach: if height.abs() <= noise { 0.0 } else { height / self.time_step },
             normal_scale: 1.0 / normal,
@@ -183,45 +186,74 @@ impl StepEquations {
         self.inertia + self.time_step * gyroscopic
     }
 
+    /// What all contact points share of their motion at `velocity` (N2).
+    pub(super) fn turning(&self, velocity: &Velocity) -> Turning<'_> {
+        let spin = velocity.spin;
+        let half = 0.5 * self.time_step;
+        let shrink = 1.0 / (1.0 + half * half * spin.norm_squared());
+        // K = ([ω]× + (h/2) (ω ωᵀ − ω² E)) / (1 + h²ω²/4)
+        let mut sweep = skew(&spin) + half * spin * spin.transpose();
+        for k in 0..3 {
+            sweep[(k, k)] -= half * spin.norm_squared();
+        }
+        Turning {
+            equations: self,
+            linear: velocity.linear,
+            spin,
+            spin_world: self.rotation * spin,
+            half,
+            shrink,
+            sweep: self.rotation * sweep * shrink,
+        }
+    }
+}
+
+/// The motion of the body's points during the step at one velocity.
+///
+/// The attitude step turns the body by the Cayley map of h ω/2, so that
+///
+/// ```text
+/// (A(q⁺) − A(q)) c / h = A K c,   K c = (ω × c + (h/2) ω × (ω × c)) / (1 + h²ω²/4)
+/// ```
+pub(super) struct Turning<'a> {
+    equations: &'a StepEquations,
+    linear: Vector3<f64>,
+    spin: Vector3<f64>,
+    /// A ω.
+    spin_world: Vector3<f64>,
+    /// h/2.
+    half: f64,
+    /// 1/(1 + h²ω²/4).
+    shrink: f64,
+    /// A K.
+    sweep: Matrix3<f64>,
+}
+
+impl Turning<'_> {
     /// u of a candidate (N2): mean tangential velocity over the step and gap speed
     /// z⁺/h, m/s.
-    ///
-    /// The attitude step turns the body by the Cayley map of h ω/2, so
-    ///
-    /// ```text
-    /// (A(q⁺) − A(q)) c / h = A(q) w,   w = (ω × c + (h/2) ω × (ω × c)) / (1 + h²ω²/4)
-    /// ```
-    pub(super) fn point_velocity(
-        &self,
-        candidate: &Candidate,
-        velocity: &Velocity,
-    ) -> Vector3<f64> {
-        let spin = &velocity.spin;
-        let half = 0.5 * self.time_step;
-        let turned = spin.cross(&candidate.lever);
-        let swept =
-            (turned + half * spin.cross(&turned)) / (1.0 + half * half * spin.norm_squared());
-        let mut u = velocity.linear + self.rotation * swept;
+    pub(super) fn point_velocity(&self, candidate: &Candidate) -> Vector3<f64> {
+        let mut u = self.linear + self.sweep * candidate.lever;
         u[2] += candidate.approach;
         u
     }
 
-    /// ∂u/∂ω⁺ (N3); ∂u/∂v⁺ is E.
-    pub(super) fn point_slope(&self, candidate: &Candidate, velocity: &Velocity) -> Matrix3<f64> {
-        let (spin, lever) = (&velocity.spin, &candidate.lever);
-        let half = 0.5 * self.time_step;
-        let shrink = 1.0 / (1.0 + half * half * spin.norm_squared());
-        let along = spin.dot(lever);
-        let turned = spin.cross(lever);
-        let swept = turned + half * (spin * along - lever * spin.norm_squared());
-        // ∂/∂ω (ω × c) = −[c]×,  ∂/∂ω (ω (ω·c) − c ω²) = ω cᵀ + (ω·c) E − 2 c ωᵀ
-        let mut slope =
-            half * (spin * lever.transpose() - 2.0 * lever * spin.transpose()) - skew(lever);
-        for k in 0..3 {
-            slope[(k, k)] += half * along;
-        }
-        slope *= shrink;
-        slope -= swept * (spin.transpose() * (2.0 * half * half * shrink * shrink));
-        self.rotation * slope
+    /// ∂u/∂ω⁺ (N3), `u` being the candidate's; ∂u/∂v⁺ is E. With ∂/∂ω (ω × c) = −[c]×,
+    /// ∂/∂ω (ω × (ω × c)) = ω cᵀ + (ω·c) E − 2 c ωᵀ and −A [c]× = Gᵀ:
+    ///
+    /// ```text
+    /// ∂u/∂ω = (Gᵀ + (h/2) (A ω cᵀ + (ω·c) A − 2 A c ωᵀ)) / (1 + h²ω²/4)
+    ///         − (h²/2) A K c ωᵀ / (1 + h²ω²/4)
+    /// ```
+    pub(super) fn point_slope(&self, candidate: &Candidate, u: &Vector3<f64>) -> Matrix3<f64> {
+        let (half, lever) = (self.half, &candidate.lever);
+        let mut swept = u - self.linear;
+        swept[2] -= candidate.approach;
+        let back = (candidate.arm + half * swept) * (2.0 * half);
+        let mut slope = candidate.torque_map.transpose();
+        slope += self.spin_world * (half * lever).transpose();
+        slope += self.equations.rotation * (half * self.spin.dot(lever));
+        slope -= back * self.spin.transpose();
+        slope * self.shrink
     }
 }

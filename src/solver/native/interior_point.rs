@@ -129,9 +129,9 @@ impl InteriorPoint {
     fn error(&self, equations: &StepEquations, iterate: &Iterate) -> f64 {
         let (linear, angular) = equations.motion_residual(&iterate.velocity, &iterate.impulses);
         let mut largest = linear.amax().max(equations.as_speed(&angular).amax());
+        let turning = equations.turning(&iterate.velocity);
         for (candidate, cone) in equations.candidates().iter().zip(&self.cones) {
-            let u = equations.point_velocity(candidate, &iterate.velocity)
-                + COMPLIANCE * cone.impulse();
+            let u = turning.point_velocity(candidate) + COMPLIANCE * cone.impulse();
             largest = largest.max((cone.speeds() - u).amax());
         }
         largest
@@ -146,6 +146,7 @@ impl InteriorPoint {
     ) -> Option<Velocity> {
         let (friction, velocity) = (equations.friction(), &iterate.velocity);
         let mut system = MotionSystem::new(equations, velocity, &iterate.impulses);
+        let turning = equations.turning(velocity);
         self.eliminations.clear();
         let contacts = equations.candidates().iter().zip(&self.cones).zip(&self.steps);
         for ((candidate, cone), predictor) in contacts {
@@ -153,10 +154,10 @@ impl InteriorPoint {
                 Aim::Boundary => cone.targets(friction, 0.0, &Cone::ZERO),
                 Aim::Centre(kappa) => cone.targets(friction, kappa, predictor),
             };
-            let u = equations.point_velocity(candidate, velocity) + COMPLIANCE * cone.impulse();
-            let gap_error = cone.speeds() - u;
+            let u = turning.point_velocity(candidate);
+            let gap_error = cone.speeds() - u - COMPLIANCE * cone.impulse();
             let (offset, gain) = cone.eliminate(friction, &targets, &gap_error)?;
-            let slope = equations.point_slope(candidate, velocity);
+            let slope = turning.point_slope(candidate, &u);
             let motion = Elimination { offset, gain, slope };
             system.add(&candidate.torque_map, &motion);
             self.eliminations.push(ConeElimination {

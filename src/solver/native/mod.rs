@@ -220,10 +220,11 @@ impl NativeSolver {
         let to_force = step.model.body().mass() / step.model.time_step();
         let smoothing = step.model.smoothing();
         let layout = solution.layout();
+        let turning = self.equations.turning(&self.iterate.velocity);
         active.fill(false);
         for (candidate, impulse) in self.equations.candidates().iter().zip(&self.iterate.impulses) {
             let force = impulse * to_force;
-            let slip = self.equations.point_velocity(candidate, &self.iterate.velocity).xy();
+            let slip = turning.point_velocity(candidate).xy();
             let [fx, fy, fz, _, _, slip_speed] = layout.contact_variables(candidate.point);
             let x = solution.as_mut_slice();
             (x[fx], x[fy], x[fz]) = (force[0], force[1], force[2]);

@@ -13,6 +13,8 @@ pub(super) struct Iterate {
     pub(super) velocity: Velocity,
     /// p̂ of every candidate, m/s, world.
     pub(super) impulses: Vec<Vector3<f64>>,
+    /// u of every candidate (N2), kept from the last residual.
+    points: Vec<Vector3<f64>>,
 }
 
 /// Scratch of the iteration, sized once.
@@ -116,7 +118,7 @@ impl Newton {
             };
             if merit.largest <= DARING_RESIDUAL && daring > 0 {
                 self.try_step(iterate, &step, 1.0);
-                let trial = residual(equations, law, &self.trial);
+                let trial = residual(equations, law, &mut self.trial);
                 daring -= u32::from(trial.squared >= merit.squared);
                 std::mem::swap(iterate, &mut self.trial);
                 merit = trial;
@@ -140,8 +142,8 @@ impl Newton {
         iterate: &mut Iterate,
         iterations: &mut u32,
     ) -> f64 {
-        self.find_modes(equations, law, iterate);
         let mut merit = residual(equations, &Law::EXACT, iterate);
+        self.find_modes(equations, law, iterate);
         for _ in 0..MOST_CORRECTIONS {
             if merit.largest <= LIMIT_TOLERANCE {
                 break;
@@ -151,7 +153,7 @@ impl Newton {
             };
             *iterations += 1;
             self.try_step(iterate, &step, 1.0);
-            let corrected = residual(equations, &Law::EXACT, &self.trial);
+            let corrected = residual(equations, &Law::EXACT, &mut self.trial);
             if corrected.largest >= merit.largest {
                 break;
             }
@@ -162,11 +164,10 @@ impl Newton {
     }
 
     fn find_modes(&mut self, equations: &StepEquations, law: &Law, iterate: &Iterate) {
-        let contacts = equations.candidates().iter().zip(&iterate.impulses);
+        let contacts = equations.candidates().iter().zip(&iterate.impulses).zip(&iterate.points);
         self.modes.clear();
-        self.modes.extend(contacts.map(|(candidate, impulse)| {
-            let u = equations.point_velocity(candidate, &iterate.velocity);
-            Pull::new(law, candidate, &u, impulse).mode(equations.friction(), law.stick_margin)
+        self.modes.extend(contacts.map(|((candidate, impulse), u)| {
+            Pull::new(law, candidate, u, impulse).mode(equations.friction(), law.stick_margin)
         }));
     }
 
@@ -181,13 +182,13 @@ impl Newton {
     ) -> Option<Velocity> {
         let velocity = &iterate.velocity;
         let mut system = MotionSystem::new(equations, velocity, &iterate.impulses);
+        let turning = equations.turning(velocity);
         self.eliminations.clear();
-        let contacts = equations.candidates().iter().zip(&iterate.impulses).zip(&self.modes);
-        for ((candidate, impulse), mode) in contacts {
-            let u = equations.point_velocity(candidate, velocity);
-            let pull = Pull::new(law, candidate, &u, impulse);
+        let contacts = equations.candidates().iter().zip(&iterate.impulses);
+        for (((candidate, impulse), u), mode) in contacts.zip(&iterate.points).zip(&self.modes) {
+            let pull = Pull::new(law, candidate, u, impulse);
             let (offset, gain) = pull.linearise(*mode, equations.friction(), matrix, impulse);
-            let slope = equations.point_slope(candidate, velocity);
+            let slope = turning.point_slope(candidate, u);
             let elimination = Elimination { offset, gain, slope };
             system.add(&candidate.torque_map, &elimination);
             self.eliminations.push(elimination);
@@ -207,7 +208,7 @@ impl Newton {
         let mut length = 1.0;
         while length >= SHORTEST_STEP {
             self.try_step(iterate, step, length);
-            let trial = residual(equations, law, &self.trial);
+            let trial = residual(equations, law, &mut self.trial);
             if trial.squared < (1.0 - SUFFICIENT_DECREASE * length) * merit.squared {
                 std::mem::swap(iterate, &mut self.trial);
                 return Some(trial);
@@ -237,6 +238,7 @@ impl Iterate {
         Self {
             velocity: Velocity { linear: Vector3::zeros(), spin: Vector3::zeros() },
             impulses: Vec::with_capacity(contacts),
+            points: Vec::with_capacity(contacts),
         }
     }
 
@@ -244,24 +246,29 @@ impl Iterate {
         self.velocity = other.velocity;
         self.impulses.clear();
         self.impulses.extend_from_slice(&other.impulses);
+        self.points.clear();
+        self.points.extend_from_slice(&other.points);
     }
 }
 
 /// The residual of the law without compliance, m/s.
-pub(super) fn exact_residual(equations: &StepEquations, iterate: &Iterate) -> f64 {
+pub(super) fn exact_residual(equations: &StepEquations, iterate: &mut Iterate) -> f64 {
     residual(equations, &Law::EXACT, iterate).largest
 }
 
 /// The equations of motion (N1) and the natural map (N4) at a point, all as velocities.
-fn residual(equations: &StepEquations, law: &Law, iterate: &Iterate) -> Residual {
+fn residual(equations: &StepEquations, law: &Law, iterate: &mut Iterate) -> Residual {
     let (linear, angular) = equations.motion_residual(&iterate.velocity, &iterate.impulses);
     let angular = equations.as_speed(&angular);
     let mut size = Residual {
         largest: linear.amax().max(angular.amax()),
         squared: linear.norm_squared() + angular.norm_squared(),
     };
+    let turning = equations.turning(&iterate.velocity);
+    iterate.points.clear();
     for (candidate, impulse) in equations.candidates().iter().zip(&iterate.impulses) {
-        let u = equations.point_velocity(candidate, &iterate.velocity);
+        let u = turning.point_velocity(candidate);
+        iterate.points.push(u);
         let map = Pull::new(law, candidate, &u, impulse).natural_map(equations.friction(), impulse);
         size.largest = size.largest.max(map.amax());
         size.squared += map.norm_squared();
