@@ -242,6 +242,12 @@ impl Iterate {
         }
     }
 
+    pub(super) fn is_finite(&self) -> bool {
+        let Velocity { linear, spin } = &self.velocity;
+        let vectors = self.impulses.iter().chain([linear, spin]);
+        vectors.flatten().all(|number| number.is_finite())
+    }
+
     pub(super) fn copy_from(&mut self, other: &Self) {
         self.velocity = other.velocity;
         self.impulses.clear();

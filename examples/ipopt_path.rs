@@ -1,0 +1,115 @@
+//! What each setting of the Ipopt path does to the drop scene: the table of
+//! `docs/ipopt-path.md`.
+//!
+//! `cargo run --release --example ipopt_path -- 42 0` takes about a minute a seed.
+
+use std::process::ExitCode;
+use std::time::Instant;
+use tumble::detection::Detection;
+use tumble::error::Error;
+use tumble::ipopt::{BarrierStrategy, Options};
+use tumble::model::{ContactModel, Parameters};
+use tumble::scene::{self, Scene};
+use tumble::simulation::{Motion, Simulation, StepRecord};
+use tumble::solver::StepSolver;
+use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, Rung};
+use tumble::summary::RunSummary;
+
+/// One row of the table.
+struct Setting {
+    name: &'static str,
+    detection: Detection,
+    formulation: Formulation,
+    options: Options,
+    /// Empty: Ipopt alone.
+    rungs: &'static [Rung],
+}
+
+/// Every row changes one thing of the row before it.
+fn settings() -> Vec<Setting> {
+    let tutorial = Options {
+        tolerance: scene::TOLERANCE,
+        max_iterations: scene::MOST_ITERATIONS,
+        ..Options::default()
+    };
+    let adaptive = Options { barrier: BarrierStrategy::Adaptive, ..tutorial.clone() };
+    let recommended = IpoptSolver::options(scene::TOLERANCE, scene::MOST_ITERATIONS);
+    let (height, predictive) = (Detection::Height, Detection::Predictive);
+    let (clamped, reduced) = (Formulation::Clamped, Formulation::Reduced);
+    let row = |name, detection, formulation, options: &Options, rungs| Setting {
+        name,
+        detection,
+        formulation,
+        options: options.clone(),
+        rungs,
+    };
+    vec![
+        row("the tutorial's settings", height, clamped, &tutorial, &[]),
+        row("predictive flags", predictive, clamped, &tutorial, &[]),
+        row("reduced program", predictive, reduced, &tutorial, &[]),
+        row("adaptive barrier", predictive, reduced, &adaptive, &[]),
+        row("multipliers by dual infeasibility", predictive, reduced, &recommended, &[]),
+        row("ladder without warm start", predictive, reduced, &recommended, &Rung::ALL[1..]),
+        row("ladder", predictive, reduced, &recommended, &Rung::ALL),
+    ]
+}
+
+fn run(setting: &Setting, seed: u32) -> Result<RunSummary, Error> {
+    let scene = Scene::drop();
+    let model = ContactModel::new(Parameters {
+        body: scene::tutorial_cube()?,
+        gravity: scene.gravity,
+        friction: scene::FRICTION,
+        time_step: scene.time_step,
+        smoothing: scene::SMOOTHING,
+    })?;
+    let ipopt = IpoptSolver::new(&model, setting.formulation, setting.options.clone())?;
+    let solver: Box<dyn StepSolver> = if setting.rungs.is_empty() {
+        Box::new(ipopt)
+    } else {
+        Box::new(Ladder::new(&model, ipopt, setting.rungs))
+    };
+    let start = scene.start(scene.attitude(seed));
+    let motion = Motion::Contact { detection: setting.detection, solver };
+    let mut simulation = Simulation::new(model, start, motion)?;
+    let mut record = StepRecord::new(&start, 8);
+    let mut summary = RunSummary::default();
+    for _ in 1..scene.rows {
+        simulation.step(&mut record)?;
+        summary.add(&record);
+    }
+    Ok(summary)
+}
+
+fn main() -> ExitCode {
+    let seeds: Result<Vec<u32>, _> = std::env::args().skip(1).map(|seed| seed.parse()).collect();
+    let Ok(seeds) = seeds else {
+        eprintln!("seeds from 0 to 4294967295 are needed, for example: 42 0");
+        return ExitCode::from(2);
+    };
+    for seed in seeds {
+        println!("seed {seed}: iterations a contact step, seconds, statuses, certificate (m/s)");
+        for setting in settings() {
+            let clock = Instant::now();
+            match run(&setting, seed) {
+                Ok(summary) => println!(
+                    "  {:34} {:5.1} {:6.1}  retried {:3}, fallback {:2}, failed {:3}  \
+                     median {:.1e}, largest {:.1e}",
+                    setting.name,
+                    summary.iterations as f64 / summary.contact_steps() as f64,
+                    clock.elapsed().as_secs_f64(),
+                    summary.retried,
+                    summary.fallback,
+                    summary.failed,
+                    summary.median_certificate().unwrap_or(0.0),
+                    summary.largest_certificate().unwrap_or(0.0),
+                ),
+                Err(error) => {
+                    eprintln!("{}: {error}", setting.name);
+                    return ExitCode::FAILURE;
+                }
+            }
+        }
+    }
+    ExitCode::SUCCESS
+}

@@ -1,0 +1,161 @@
+//! Ipopt and the native solver, step by step from common states along native runs.
+
+mod common;
+mod toss;
+
+use common::{quantile, solve};
+use nalgebra::Vector3;
+use std::sync::LazyLock;
+use toss::*;
+use tumble::certificate::certify_contact_step;
+use tumble::detection::Detection;
+use tumble::model::ContactModel;
+use tumble::simulation::StepRecord;
+use tumble::solver::StepStatus;
+use tumble::solver::ipopt::{Formulation, IpoptSolver};
+use tumble::state::Wrench;
+
+const SEEDS: [u32; 6] = [0, 1, 2, 3, 6, 42];
+/// Every so many steps of a run one is compared.
+const EVERY: usize = 20;
+/// Above this slip speed, m/s, a corner slides.
+const SLIDING: f64 = 1e-6;
+
+/// Where Ipopt starts, and for which flags.
+#[derive(Debug, Clone, Copy)]
+enum From {
+    /// From the native solver's point, with the flags that make it a point of the program.
+    NativePoint,
+    /// As the simulation does: from the solution of the step before, with its flags.
+    StepBefore,
+}
+
+/// One step that both solved.
+struct Comparison {
+    name: String,
+    /// Whether the laws determine the motion: fewer than three corners carry a force, or
+    /// none of them slides.
+    determined: bool,
+    /// The certificates, m/s.
+    ipopt: f64,
+    native: f64,
+    /// Largest differences: velocity, m/s; spin times I/(mℓ), the impulse per mass at the
+    /// body's reach that makes it, m/s.
+    velocity: f64,
+    spin: f64,
+    /// Resultant normal impulse over the mass, m/s, and height over the time step, m/s.
+    press: f64,
+    height: f64,
+}
+
+fn compare(
+    ipopt: &mut IpoptSolver,
+    model: &ContactModel,
+    (before, step): (&StepRecord, &StepRecord),
+    from: From,
+) -> Option<Comparison> {
+    let none = Wrench::zero();
+    let (state, native) = (&step.state, &step.solution);
+    let (flags, start) = match from {
+        From::NativePoint => (step.active.clone(), native),
+        From::StepBefore => {
+            let mut flags = vec![false; model.contact_count()];
+            let free = model.free_flight(state, &none);
+            Detection::Predictive.flag(model, state, &free, &mut flags);
+            (flags, &before.solution)
+        }
+    };
+    let (report, theirs) = solve(ipopt, model, (state, &none), &flags, start);
+    if report.status != StepStatus::Converged {
+        return None;
+    }
+    let forces: Vec<_> = theirs.forces().collect();
+    let certificate = certify_contact_step(model, state, &theirs.state(), &forces, &none);
+    let (a, b) = (theirs.state(), native.state());
+    let (mass, h) = (model.body().mass(), model.time_step());
+    let slips = &native.as_slice()[native.layout().slip_speed()];
+    let carrying = step.active.iter().filter(|active| **active).count();
+    let press = forces.iter().sum::<Vector3<f64>>() - native.forces().sum::<Vector3<f64>>();
+    let lightest = model.body().inertia().symmetric_eigenvalues().min();
+    Some(Comparison {
+        name: format!("inertia {lightest:.2}, step {}, {from:?}", step.index),
+        determined: carrying < 3 || slips.iter().all(|slip| *slip < SLIDING),
+        ipopt: certificate.worst(),
+        native: step.certificate.worst(),
+        velocity: (a.velocity - b.velocity).amax(),
+        spin: (a.spin - b.spin).amax() * lightest / (mass * model.body().reach()),
+        press: press[2].abs() * h / mass,
+        height: (a.position[2] - b.position[2]).abs() / h,
+    })
+}
+
+/// Every 20th contact step of six runs of each cube, from both starts; nearly all must be
+/// solved by Ipopt (measured: all but 3 in a thousand).
+static COMPARISONS: LazyLock<Vec<Comparison>> = LazyLock::new(|| {
+    let (mut found, mut all) = (Vec::new(), 0);
+    for body in cubes() {
+        let model = ContactModel::new(parameters(body)).unwrap();
+        let options = IpoptSolver::options(1e-6, 300);
+        let mut ipopt = IpoptSolver::new(&model, Formulation::Reduced, options).unwrap();
+        for seed in SEEDS {
+            let run = thrown_run(&model, seed);
+            let steps = run.windows(2).skip(seed as usize % EVERY).step_by(EVERY);
+            let flagged = |step: &StepRecord| step.active.iter().any(|active| *active);
+            for pair in steps.filter(|pair| flagged(&pair[1])) {
+                let starts = [From::NativePoint, From::StepBefore];
+                let steps =
+                    starts.map(|from| compare(&mut ipopt, &model, (&pair[0], &pair[1]), from));
+                all += steps.len();
+                found.extend(steps.into_iter().flatten());
+            }
+        }
+    }
+    assert!(all > 800 && 50 * found.len() >= 49 * all, "Ipopt solved {} of {all}", found.len());
+    found
+});
+
+/// Ipopt stops on its central path, with forces on corners that end the step above the
+/// ground. By its certificate δ each corner's impulse over mass, gap speed and slip are
+/// within δ of obeying the laws. The motion is made by the sum of the impulses: with up to
+/// four corners flagged, each wrong by δ along the normal and in friction, velocities may
+/// differ by some 8δ, and spins by the torques of these impulses at a lever of ℓ, 8δ in
+/// units of I/(mℓ). Allowed 10δ, measured 3.2δ and 1.3δ.
+///
+/// In face sliding the laws leave the motion open, and Ipopt ends anywhere among the
+/// solutions (measured: velocities to 170δ away, spins to 320δ). What they do determine is
+/// compared: the resultant normal force and the height of the centre, by the same rule
+/// (measured: 3.2δ).
+#[test]
+fn ipopt_and_the_native_solver_differ_by_no_more_than_ipopts_certificate_allows() {
+    let (mut determined, mut sliding) = (0, 0);
+    for step in COMPARISONS.iter() {
+        let allowed = 10.0 * (step.ipopt + step.native);
+        let Comparison { name, velocity, spin, press, height, .. } = step;
+        let delta = step.ipopt;
+        assert!(*press < allowed, "{name}: δ = {delta:e}, normal impulse by {press:e}");
+        assert!(*height < allowed, "{name}: δ = {delta:e}, height by {height:e}");
+        if step.determined {
+            determined += 1;
+            assert!(*velocity < allowed, "{name}: δ = {delta:e}, velocity by {velocity:e}");
+            assert!(*spin < allowed, "{name}: δ = {delta:e}, spin by {spin:e}");
+        } else {
+            sliding += 1;
+        }
+    }
+    assert!(determined > 300 && sliding > 300, "{determined} determined, {sliding} sliding");
+}
+
+/// The native step is exact, to 1e-10 m/s (measured: 3.0e-12). Ipopt's at the tolerance 1e-6
+/// cannot be: where the laws ask for a product of 0 it leaves one of the order of the
+/// tolerance's root (measured: 1.2e-7 to 0.027 m/s, 1.1e-5 at the median).
+#[test]
+fn the_native_steps_certificate_is_always_the_smaller() {
+    for step in COMPARISONS.iter() {
+        let Comparison { name, native, ipopt, .. } = step;
+        assert!(*native < 1e-10, "{name}: {native:e}");
+        assert!(*ipopt > 1e-9, "{name}: Ipopt's {ipopt:e}");
+    }
+    let certificates: Vec<_> = COMPARISONS.iter().map(|step| step.ipopt).collect();
+    let median = quantile(&certificates, 0.5);
+    assert!((1e-6..1e-4).contains(&median), "{median:e}");
+}

@@ -1,0 +1,89 @@
+//! The native solver gives the same doubles in every run, on every thread.
+
+mod common;
+mod toss;
+
+use std::thread;
+use toss::*;
+use tumble::model::ContactModel;
+use tumble::simulation::StepRecord;
+use tumble::solver::native::NativeSolver;
+
+/// FNV-1a, 64 bits, over the bytes of the numbers, lowest first.
+fn fingerprint(numbers: impl IntoIterator<Item = f64>) -> u64 {
+    let bytes = numbers.into_iter().flat_map(|number| number.to_bits().to_le_bytes());
+    bytes.fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3)
+    })
+}
+
+/// States and forces of all steps of a run. They come from + − × ÷ and √ alone, which round
+/// in one way on every machine; the slip speeds λ also need the `hypot` of its library.
+fn numbers(run: &[StepRecord]) -> Vec<f64> {
+    let solution = |step: &StepRecord| {
+        let end = step.solution.layout().force_z().end;
+        step.solution.as_slice()[..end].to_vec()
+    };
+    run.iter().flat_map(solution).collect()
+}
+
+/// The fingerprint of a thrown cube's run of 1000 rows.
+fn thrown_fingerprint(inertia: f64, seed: u32) -> u64 {
+    fingerprint(numbers(&thrown_run(&cube_model(inertia), seed)))
+}
+
+const RUNS: [(f64, u32); 6] =
+    [(LIGHT, 0), (LIGHT, 1), (LIGHT, 2), (LIGHT, 42), (SOLID, 0), (SOLID, 42)];
+
+/// The published test values of FNV-1a for the empty text and, here as one number, for eight
+/// bytes of which the lowest is "a".
+#[test]
+fn the_fingerprint_is_fnv_1a() {
+    assert_eq!(fingerprint([]), 0xcbf2_9ce4_8422_2325);
+    let bytes = fingerprint([f64::from_bits(0x61)]);
+    let zeros = (0..7).fold(0xaf63_dc4c_8601_ec8c_u64, |h, _| h.wrapping_mul(0x100_0000_01b3));
+    assert_eq!(bytes, zeros);
+}
+
+/// Bit for bit; the numbers are printed for those who compare machines.
+#[test]
+fn a_second_run_gives_the_same_doubles() {
+    for (inertia, seed) in RUNS {
+        let first = thrown_fingerprint(inertia, seed);
+        println!("inertia {inertia}, seed {seed}: {first:#018x}");
+        assert_eq!(first, thrown_fingerprint(inertia, seed), "inertia {inertia}, seed {seed}");
+    }
+}
+
+/// Bit for bit, each thread in its own order of the runs.
+#[test]
+fn eight_threads_give_the_same_doubles_as_one() {
+    let alone = RUNS.map(|(inertia, seed)| thrown_fingerprint(inertia, seed));
+    let count = RUNS.len();
+    let threads: Vec<_> = (0..8)
+        .map(|first| {
+            thread::spawn(move || {
+                let order = (0..count).map(|k| (first + k) % count);
+                order.map(|k| (k, thrown_fingerprint(RUNS[k].0, RUNS[k].1))).collect::<Vec<_>>()
+            })
+        })
+        .collect();
+    for thread in threads {
+        for (k, together) in thread.join().unwrap() {
+            assert_eq!(together, alone[k], "{:?}", RUNS[k]);
+        }
+    }
+}
+
+/// A solver that has solved other steps before, of another run, leaves no trace of them.
+#[test]
+fn a_solver_remembers_nothing_of_the_steps_before() {
+    let model = ContactModel::new(parameters(cubes().remove(2))).unwrap();
+    let (one, other) = (thrown_run(&model, 42), thrown_run(&model, 1));
+    let mut used = NativeSolver::new(&model);
+    for (pair, elsewhere) in one.windows(2).zip(&other) {
+        solve_step(&mut used, &model, &elsewhere.state, &elsewhere.solution);
+        let again = solve_step(&mut used, &model, &pair[1].state, &pair[0].solution);
+        assert_eq!(again.decision, pair[1].solution, "step {}", pair[1].index);
+    }
+}
