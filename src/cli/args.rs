@@ -47,6 +47,10 @@ pub struct SimulateArgs {
     pub seed: u32,
     #[command(flatten)]
     pub physics: PhysicsArgs,
+    /// Sides of the box, m: one number (a cube) or three, along the body's axes
+    /// [default: 2].
+    #[arg(long = "box", value_name = "L", value_parser = sides, allow_hyphen_values = true)]
+    pub sides: Option<Vector3<f64>>,
     /// Height of the centre of mass at the start, m [default: drop 2.5, floating 3].
     #[arg(long, value_name = "M", value_parser = number, allow_hyphen_values = true)]
     pub height: Option<f64>,
@@ -198,6 +202,7 @@ pub fn flag_behind(error: &Error) -> Option<&'static str> {
             "coefficient of friction" => Some("mu"),
             "mass (kg)" => Some("mass"),
             "gravity (m/s²)" => Some("gravity"),
+            "half side of the box (m)" => Some("box"),
             "smoothing epsilon (N)" => Some("epsilon"),
             "position (m)" => Some("height"),
             "velocity (m/s)" => Some("velocity"),
@@ -248,6 +253,14 @@ fn vector(text: &str) -> Result<Vector3<f64>, String> {
     match numbers(text).as_deref() {
         Some(&[x, y, z]) => Ok(Vector3::new(x, y, z)),
         _ => Err("three finite numbers X,Y,Z are needed".to_owned()),
+    }
+}
+
+fn sides(text: &str) -> Result<Vector3<f64>, String> {
+    match numbers(text).as_deref() {
+        Some(&[side]) => Ok(Vector3::repeat(side)),
+        Some(&[x, y, z]) => Ok(Vector3::new(x, y, z)),
+        _ => Err("one finite number (a cube) or three X,Y,Z are needed".to_owned()),
     }
 }
 

@@ -44,7 +44,7 @@ impl Job {
         let body = RigidBody::with_box_corners(
             physics.mass.unwrap_or(scene::CUBE_MASS),
             inertia,
-            Vector3::repeat(scene::CUBE_HALF_SIDE),
+            args.sides.map_or(Vector3::repeat(scene::CUBE_HALF_SIDE), |sides| 0.5 * sides),
         )?;
         let model = ContactModel::new(Parameters {
             body,

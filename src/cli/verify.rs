@@ -43,6 +43,35 @@ impl Verified {
     }
 }
 
+/// What the steps amount to, in memory that does not grow with the file.
+#[derive(Default)]
+struct Findings {
+    steps: u64,
+    failed: u64,
+    differing: u64,
+    /// Disagreeing steps first, then the largest certificates.
+    worst: Vec<Verified>,
+}
+
+impl Findings {
+    /// Counts `step`, and keeps it if it is among the `most` worst.
+    fn add(&mut self, step: Verified, most: usize) {
+        self.steps += 1;
+        self.failed += u64::from(step.status == StepStatus::Failed);
+        self.differing += u64::from(!step.agrees());
+        // NaN counts as largest.
+        let rank = |a: &Verified, b: &Verified| {
+            let worst = b.certificate.worst().total_cmp(&a.certificate.worst());
+            a.agrees().cmp(&b.agrees()).then(worst)
+        };
+        let place = self.worst.partition_point(|kept| rank(kept, &step).is_le());
+        if place < most {
+            self.worst.insert(place, step);
+            self.worst.truncate(most);
+        }
+    }
+}
+
 pub fn run(args: &VerifyArgs) -> Result<Outcome, Failure> {
     let path = &args.file;
     let cannot_read = |error: &dyn std::fmt::Display| {
@@ -60,16 +89,16 @@ pub fn run(args: &VerifyArgs) -> Result<Outcome, Failure> {
         )));
     }
 
-    let mut steps = Vec::new();
+    let mut findings = Findings::default();
     let mut previous: Option<TrajectoryRow> = None;
     while let Some(row) = reader.next_row().map_err(|error| cannot_read(&error))? {
         check_time(path, &row, source.model.time_step())?;
         if let Some(previous) = previous {
-            steps.push(verify_step(&source, &previous, &row.state));
+            findings.add(verify_step(&source, &previous, &row.state), args.worst);
         }
         previous = Some(row);
     }
-    report(args, &source, &mut steps)
+    report(args, &source, &findings)
 }
 
 /// The parameters: run.json beside the file, then the flags.
@@ -139,24 +168,18 @@ fn verify_step(source: &Source, row: &TrajectoryRow, next: &State) -> Verified {
     Verified { index: row.index, status: row.status, certificate, column: row.certificate }
 }
 
-fn report(args: &VerifyArgs, source: &Source, steps: &mut [Verified]) -> Result<Outcome, Failure> {
+fn report(args: &VerifyArgs, source: &Source, findings: &Findings) -> Result<Outcome, Failure> {
     let mut text = String::new();
-    let failed = steps.iter().filter(|step| step.status == StepStatus::Failed).count();
-    let differing = steps.iter().filter(|step| !step.agrees()).count();
-    let _ = writeln!(text, "{}: {} steps", args.file.display(), steps.len());
+    let _ = writeln!(text, "{}: {} steps", args.file.display(), findings.steps);
     if !source.note.is_empty() {
         let _ = writeln!(text, "  note: {}", source.note);
     }
-    let _ = writeln!(text, "  status `failed`: {failed}");
-    let _ = writeln!(text, "  certificates that differ from the column: {differing}");
-    // Disagreeing steps first, then the largest certificates; NaN counts as largest.
-    steps.sort_by(|a, b| {
-        let key = |step: &Verified| (step.agrees(), step.certificate.worst());
-        let ((a_agrees, a_worst), (b_agrees, b_worst)) = (key(a), key(b));
-        a_agrees.cmp(&b_agrees).then(b_worst.total_cmp(&a_worst))
-    });
-    let _ = writeln!(text, "  worst steps:");
-    for step in steps.iter().take(args.worst) {
+    let _ = writeln!(text, "  status `failed`: {}", findings.failed);
+    let _ = writeln!(text, "  certificates that differ from the column: {}", findings.differing);
+    if !findings.worst.is_empty() {
+        let _ = writeln!(text, "  worst steps:");
+    }
+    for step in &findings.worst {
         let _ = writeln!(
             text,
             "    k = {:<7} {:<9}  certificate {:.3e} m/s ({}), column {:.3e}",
@@ -168,9 +191,9 @@ fn report(args: &VerifyArgs, source: &Source, steps: &mut [Verified]) -> Result<
         );
     }
     say(&text)?;
-    Ok(if differing > 0 {
+    Ok(if findings.differing > 0 {
         Outcome::Mismatch
-    } else if failed > 0 {
+    } else if findings.failed > 0 {
         Outcome::Unconverged
     } else {
         Outcome::Done
