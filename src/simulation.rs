@@ -161,7 +161,9 @@ impl<'a> Simulation<'a> {
         Ok(())
     }
 
-    /// Undoes the step that `record` describes, which must be the last one taken.
+    /// Goes back to before the step that `record` describes, which must be the last one
+    /// taken: for a run that ends there. The start of a further step stays the undone
+    /// step's solution.
     pub fn take_back(&mut self, record: &StepRecord) {
         self.state = record.state;
         self.index = record.index;

@@ -279,6 +279,10 @@ fn residual(equations: &StepEquations, law: &Law, iterate: &mut Iterate) -> Resi
         size.largest = size.largest.max(map.amax());
         size.squared += map.norm_squared();
     }
+    if !size.squared.is_finite() {
+        // A maximum drops NaN; a sum does not.
+        size.largest = f64::INFINITY;
+    }
     size
 }
 
