@@ -103,19 +103,22 @@ impl NativeSolver {
     /// the scattered ones.
     fn solve_candidates(&mut self, step: &Step<'_>) -> Attempts {
         let mut iterations = 0;
-        let mut least = f64::INFINITY;
+        // Unsolved, wild, residual: the least is best.
+        let mut best = (true, true, f64::INFINITY);
         for (index, start) in starts::all().enumerate() {
-            if least <= SETTLED_RESIDUAL && matches!(start, Start::Scattered(_)) {
+            if best.2 <= SETTLED_RESIDUAL && matches!(start, Start::Scattered(_)) {
                 break;
             }
             iterations += self.start(step, start);
             let reached = self.descend(&mut iterations);
-            let preferred = reached.selected && !self.turns_wildly(step);
-            if reached.residual <= ACCEPTED_RESIDUAL && preferred {
+            let solved = reached.residual <= ACCEPTED_RESIDUAL;
+            let wild = self.turns_wildly(step);
+            if solved && reached.selected && !wild {
                 return Attempts { solved: true, first_start: index == 0, iterations };
             }
-            if index == 0 || reached.residual < least {
-                least = reached.residual.min(least);
+            let rank = (!solved, wild, reached.residual);
+            if index == 0 || rank < best {
+                best = rank;
                 self.best.copy_from(&self.iterate);
             }
         }
@@ -124,7 +127,7 @@ impl NativeSolver {
             // Only where the step's own numbers overflow: free flight is at least finite.
             self.start(step, Start::Zero);
         }
-        Attempts { solved: least <= ARGUABLE_RESIDUAL, first_start: false, iterations }
+        Attempts { solved: best.2 <= ARGUABLE_RESIDUAL, first_start: false, iterations }
     }
 
     /// Whether the iterate turns the body by more than 1 rad in the step, and by more than
