@@ -8,7 +8,7 @@ use crate::quaternion::{advance, attitude_map};
 use crate::state::{State, Wrench};
 use nalgebra::{Matrix3, SVector, Vector3};
 
-/// [a]× with [a]× b = a × b.
+/// The matrix of the cross product: `skew(a) * b` = a × b.
 #[must_use]
 pub fn skew(a: &Vector3<f64>) -> Matrix3<f64> {
     Matrix3::new(

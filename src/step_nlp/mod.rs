@@ -13,7 +13,7 @@
 //!
 //! The formulae of the Jacobian and of the Hessian of the Lagrangian are derived in
 //! `docs/formulation.md`. Each is written once, as a sequence of entries
-//! ([`entries`]): run with a pattern as sink it gives the structure, run with an array
+//! (`entries.rs`): run with a pattern as sink it gives the structure, run with an array
 //! as sink the values, so that the two cannot disagree.
 
 mod entries;
