@@ -112,8 +112,8 @@ pub struct PhysicsArgs {
 
 #[derive(Debug, Args)]
 pub struct VerifyArgs {
-    /// The trajectory. Its parameters come from run.json beside it; the flags below go
-    /// before them.
+    /// The trajectory. Its parameters come from run.json beside it; flags that are given
+    /// override them. The defaults below hold only where there is no run.json.
     #[arg(value_name = "FILE.csv")]
     pub file: PathBuf,
     #[command(flatten)]
