@@ -6,6 +6,7 @@
 #![forbid(unsafe_code)]
 
 mod cli;
+mod pictures;
 
 use std::io::Write;
 use std::process::ExitCode;

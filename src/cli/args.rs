@@ -1,5 +1,6 @@
 //! The arguments, and what each value may be.
 
+use crate::pictures::animation::View;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use nalgebra::{Matrix3, Vector3};
 use std::path::PathBuf;
@@ -29,6 +30,8 @@ pub struct Cli {
 pub enum Command {
     /// Recompute the certificate of every step of a trajectory from the file alone.
     Verify(VerifyArgs),
+    /// Draw a trajectory as an animated GIF.
+    Gif(GifArgs),
     /// Evaluate the step's nonlinear program at a point: values and exact derivatives.
     Inspect(InspectArgs),
 }
@@ -83,6 +86,44 @@ pub struct SimulateArgs {
     /// Directory for the files, made if it is not there.
     #[arg(long, value_name = "DIR", default_value = "out")]
     pub out: PathBuf,
+    /// Also draw the motion: OUT/animation.gif.
+    #[arg(long)]
+    pub gif: bool,
+    #[command(flatten)]
+    pub animation: AnimationArgs,
+    /// No progress bar and no summary.
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+/// How an animation looks, for `simulate` and `gif`.
+#[derive(Debug, Args)]
+pub struct AnimationArgs {
+    /// Speed of the animation: 0.1 is ten times slower than real [default: 1].
+    #[arg(long, value_name = "FACTOR", value_parser = speed, allow_hyphen_values = true)]
+    pub gif_speed: Option<f64>,
+    /// Width and height of the animation, pixels [default: 800].
+    #[arg(long, value_name = "PIXELS", value_parser = pixels, allow_hyphen_values = true)]
+    pub gif_size: Option<u16>,
+    /// Where the animation is seen from: degrees about the vertical, from x towards y, and
+    /// degrees above the horizon, 0 to 90 [default: -32,20].
+    #[arg(long, value_name = "AZIMUTH,ELEVATION", value_parser = view, allow_hyphen_values = true)]
+    pub camera: Option<View>,
+}
+
+#[derive(Debug, Args)]
+pub struct GifArgs {
+    /// The trajectory. Its parameters come from run.json beside it; the flags below go
+    /// before them.
+    #[arg(value_name = "FILE.csv")]
+    pub file: PathBuf,
+    /// Directory for animation.gif, made if it is not there [default: that of FILE.csv].
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    #[command(flatten)]
+    pub animation: AnimationArgs,
+    #[command(flatten)]
+    pub physics: PhysicsArgs,
     /// No progress bar and no summary.
     #[arg(long)]
     pub quiet: bool,
@@ -243,6 +284,28 @@ fn seed(text: &str) -> Result<u32, String> {
 
 fn iterations(text: &str) -> Result<u32, String> {
     integer(text, 1, 1_000_000, "1 to 1000000")
+}
+
+fn speed(text: &str) -> Result<f64, String> {
+    match number(text) {
+        Ok(value) if (1e-4..=1e4).contains(&value) => Ok(value),
+        _ => Err("a number from 0.0001 to 10000 is needed".to_owned()),
+    }
+}
+
+fn pixels(text: &str) -> Result<u16, String> {
+    integer(text, 100, 2000, "100 to 2000")
+}
+
+fn view(text: &str) -> Result<View, String> {
+    match numbers(text).as_deref() {
+        Some(&[azimuth, elevation])
+            if azimuth.abs() <= 360.0 && (0.0..=90.0).contains(&elevation) =>
+        {
+            Ok(View { azimuth, elevation })
+        }
+        _ => Err("an azimuth from -360 to 360 and an elevation from 0 to 90 are needed".to_owned()),
+    }
 }
 
 fn numbers(text: &str) -> Option<Vec<f64>> {

@@ -175,7 +175,7 @@ fn contact_flags(args: &SimulateArgs) -> Vec<(&'static str, bool)> {
 }
 
 /// An option that would do nothing is refused rather than ignored.
-fn refuse_flags(place: &str, flags: &[(&str, bool)]) -> Result<(), Failure> {
+pub fn refuse_flags(place: &str, flags: &[(&str, bool)]) -> Result<(), Failure> {
     match flags.iter().find(|(_, given)| *given) {
         Some((flag, _)) => {
             Err(Failure::Input(format!("{flag} has no meaning with {place}; leave it out")))

@@ -2,11 +2,13 @@
 
 mod args;
 mod describe;
+mod gif;
 mod inspect;
 mod job;
 mod output;
 mod run_file;
 mod simulate;
+mod source;
 mod verify;
 
 use args::{Cli, Command};
@@ -84,6 +86,7 @@ pub fn run() -> Result<Outcome, Failure> {
     match cli.command {
         None => simulate::run(&cli.simulate),
         Some(Command::Verify(args)) => verify::run(&args),
+        Some(Command::Gif(args)) => gif::run(&args),
         Some(Command::Inspect(args)) => inspect::run(&args),
     }
 }

@@ -2,14 +2,14 @@
 
 use super::args::{OnFailure, SimulateArgs};
 use super::describe::describe;
+use super::gif;
 use super::job::Job;
-use super::output::{PendingFile, create_directory, say};
+use super::output::{PendingFile, create_directory, progress_bar, say};
 use super::run_file::RunFile;
 use super::{Failure, Outcome};
-use indicatif::{ProgressBar, ProgressStyle};
 use std::fmt::Write as _;
 use std::fs::File;
-use std::io::{self, BufWriter, IsTerminal, Write};
+use std::io::{self, BufWriter, Write};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -53,6 +53,7 @@ pub struct Run {
 
 pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     let job = Job::new(args)?;
+    gif::check(args, &job)?;
     let interrupt = Arc::new(AtomicBool::new(false));
     let mut simulation = job.simulation(&interrupt)?;
 
@@ -69,6 +70,12 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
         let mut text = describe(&job, args, &run);
         let _ = writeln!(text, "wrote {} and {}", trajectory.display(), run_json.display());
         say(&text)?;
+    }
+    if args.gif && run.end != End::Interrupted {
+        let made = gif::make(&trajectory, args, &interrupt)?;
+        if matches!(made, Outcome::Interrupted) {
+            return Ok(made);
+        }
     }
     Ok(match run.end {
         End::Interrupted => Outcome::Interrupted,
@@ -103,7 +110,7 @@ fn write_trajectory(
     let mut records = vec![StepRecord::new(&job.start, contacts); CHUNK];
     let (mut summary, mut elapsed) = (RunSummary::default(), Duration::ZERO);
     let mut end = End::Complete;
-    let bar = progress_bar(job.rows - 1, quiet);
+    let bar = progress_bar(job.rows - 1, "steps", quiet);
 
     let mut left = job.rows - 1;
     while left > 0 && end == End::Complete {
@@ -144,17 +151,6 @@ fn write_run_file(pending: &PendingFile, file: &RunFile) -> Result<(), Failure> 
         .and_then(|()| stream.flush())
         .and_then(|()| stream.get_ref().sync_all())
         .map_err(|error| pending.failed(&error))
-}
-
-fn progress_bar(steps: u64, quiet: bool) -> ProgressBar {
-    if quiet || !io::stderr().is_terminal() {
-        return ProgressBar::hidden();
-    }
-    let bar = ProgressBar::new(steps);
-    if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len} steps, {eta} left") {
-        bar.set_style(style);
-    }
-    bar
 }
 
 /// One step, unless the run ends before it.

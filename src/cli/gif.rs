@@ -1,0 +1,135 @@
+//! `tumble gif`, and `--gif` of a simulation: a trajectory file as an animation.
+
+use super::args::{AnimationArgs, GifArgs, PhysicsArgs, SimulateArgs};
+use super::job::{Job, refuse_flags};
+use super::output::{PendingFile, create_directory, progress_bar, say};
+use super::source::TrajectoryFile;
+use super::{Failure, Outcome};
+use crate::pictures::Film;
+use crate::pictures::animation::{AnimationError, Settings, animate, frame_count};
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+use tumble::solver::StepStatus;
+
+/// Rows that an animation may be made of: they are all in memory, 0.6 kB each.
+const MOST_ROWS: u64 = 500_000;
+
+/// `tumble gif`.
+pub fn run(args: &GifArgs) -> Result<Outcome, Failure> {
+    let beside = args.file.parent().unwrap_or(Path::new(""));
+    let beside = if beside.as_os_str().is_empty() { Path::new(".") } else { beside };
+    let out = args.out.as_deref().unwrap_or(beside);
+    let film = read_film(&args.file, &args.physics)?;
+    let failed = film.rows.iter().any(|row| row.status == StepStatus::Failed);
+    write(&film, out, &args.animation, args.quiet, &AtomicBool::new(false))?;
+    Ok(if failed { Outcome::Unconverged } else { Outcome::Done })
+}
+
+/// Refuses, before a simulation, what would be refused after it.
+pub fn check(args: &SimulateArgs, job: &Job) -> Result<(), Failure> {
+    let animation = &args.animation;
+    if !args.gif {
+        let flags = [
+            ("--gif-speed", animation.gif_speed.is_some()),
+            ("--gif-size", animation.gif_size.is_some()),
+            ("--camera", animation.camera.is_some()),
+        ];
+        return refuse_flags("a simulation without --gif", &flags);
+    }
+    if job.rows > MOST_ROWS {
+        return Err(too_many_rows("--gif"));
+    }
+    let duration = (job.rows - 1) as f64 * job.model.time_step();
+    frame_count(duration, settings(animation).speed).map_err(refused)?;
+    Ok(())
+}
+
+/// The animation of a finished simulation; no file if `interrupt` is raised.
+pub fn make(
+    trajectory: &Path,
+    args: &SimulateArgs,
+    interrupt: &AtomicBool,
+) -> Result<Outcome, Failure> {
+    let film = read_film(trajectory, &args.physics)?;
+    write(&film, &args.out, &args.animation, args.quiet, interrupt)
+}
+
+fn settings(args: &AnimationArgs) -> Settings {
+    let default = Settings::default();
+    Settings {
+        speed: args.gif_speed.unwrap_or(default.speed),
+        size: args.gif_size.unwrap_or(default.size),
+        view: args.camera.unwrap_or(default.view),
+    }
+}
+
+fn read_film(path: &Path, flags: &PhysicsArgs) -> Result<Film, Failure> {
+    let mut file = TrajectoryFile::open(path, flags)?;
+    let mut rows = Vec::new();
+    while let Some(row) = file.next_row()? {
+        if rows.len() as u64 == MOST_ROWS {
+            return Err(too_many_rows(&path.display().to_string()));
+        }
+        rows.push(row);
+    }
+    Ok(Film { title: file.source.title, model: file.source.model, rows })
+}
+
+fn write(
+    film: &Film,
+    out: &Path,
+    args: &AnimationArgs,
+    quiet: bool,
+    interrupt: &AtomicBool,
+) -> Result<Outcome, Failure> {
+    create_directory(out)?;
+    let pending = PendingFile::create(out, "animation.gif")?;
+    let bar = progress_bar(0, "frames", quiet);
+    let progress = |done, frames| {
+        bar.set_length(frames);
+        bar.set_position(done);
+        if interrupt.load(Ordering::Relaxed) {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
+        }
+    };
+    let animation = match animate(film, &settings(args), progress) {
+        Ok(animation) => animation,
+        Err(AnimationError::Interrupted) => return Ok(Outcome::Interrupted),
+        Err(error) => return Err(refused(error)),
+    };
+    bar.finish_and_clear();
+    let mut stream = pending.stream()?;
+    store(&mut stream, &animation).map_err(|error| pending.failed(&error))?;
+    let path = pending.publish()?;
+    if !quiet {
+        let megabytes = animation.len() as f64 / 1e6;
+        say(&format!("wrote {} ({megabytes:.2} MB)\n", path.display()))?;
+    }
+    Ok(Outcome::Done)
+}
+
+/// Everything down to the disk: a full one must be noticed before the file gets its name.
+fn store(stream: &mut BufWriter<File>, bytes: &[u8]) -> io::Result<()> {
+    stream.write_all(bytes)?;
+    stream.flush()?;
+    stream.get_ref().sync_all()
+}
+
+fn refused(error: AnimationError) -> Failure {
+    match error {
+        AnimationError::TooLong { .. } => {
+            Failure::Input(format!("{error}; a larger --gif-speed makes fewer"))
+        }
+        AnimationError::Encoding(_) => Failure::Other(error.to_string()),
+        AnimationError::TooFar | AnimationError::Interrupted => Failure::Input(error.to_string()),
+    }
+}
+
+fn too_many_rows(what: &str) -> Failure {
+    Failure::Input(format!("{what}: an animation is made of at most {MOST_ROWS} rows"))
+}

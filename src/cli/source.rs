@@ -1,0 +1,117 @@
+//! What a trajectory file is a trajectory of: run.json beside it, and the flags.
+
+use super::Failure;
+use super::args::PhysicsArgs;
+use super::run_file::{RunFile, RunParameters};
+use nalgebra::{Matrix3, Vector3};
+use std::fs::File;
+use std::path::Path;
+use tumble::body::RigidBody;
+use tumble::model::{ContactModel, Parameters};
+use tumble::scene::{self, Scene};
+use tumble::trajectory::{TrajectoryReader, TrajectoryRow};
+
+/// What is known of the file besides its rows.
+pub struct Source {
+    pub model: ContactModel,
+    pub floating: bool,
+    /// Scene, seed and solver; empty where nothing is known of them.
+    pub title: String,
+    pub note: &'static str,
+}
+
+/// A trajectory file that is being read.
+pub struct TrajectoryFile<'a> {
+    path: &'a Path,
+    reader: TrajectoryReader<File>,
+    pub source: Source,
+}
+
+impl<'a> TrajectoryFile<'a> {
+    /// Opens the file and finds its parameters.
+    pub fn open(path: &'a Path, flags: &PhysicsArgs) -> Result<Self, Failure> {
+        let file = File::open(path).map_err(|error| cannot_read(path, &error))?;
+        let reader = TrajectoryReader::new(file).map_err(|error| cannot_read(path, &error))?;
+        let source = source_of(path, flags)?;
+        if source.model.contact_count() != reader.contacts() {
+            return Err(Failure::Input(format!(
+                "{} has columns for {} contact points, run.json names {}",
+                path.display(),
+                reader.contacts(),
+                source.model.contact_count()
+            )));
+        }
+        Ok(Self { path, reader, source })
+    }
+
+    /// The next row, its time checked; `None` after the last.
+    pub fn next_row(&mut self) -> Result<Option<TrajectoryRow>, Failure> {
+        let row = self.reader.next_row().map_err(|error| cannot_read(self.path, &error))?;
+        if let Some(row) = &row {
+            check_time(self.path, row, self.source.model.time_step())?;
+        }
+        Ok(row)
+    }
+}
+
+fn cannot_read(path: &Path, error: &dyn std::fmt::Display) -> Failure {
+    Failure::Input(format!("{} cannot be read as a trajectory: {error}", path.display()))
+}
+
+/// The parameters: run.json beside the file, then the flags.
+fn source_of(path: &Path, flags: &PhysicsArgs) -> Result<Source, Failure> {
+    let run_path = path.with_file_name("run.json");
+    let (mut parameters, floating, title, note) = match RunFile::read(&run_path)? {
+        Some(run) => {
+            let title = format!("{}, seed {}, {}", run.scene, run.seed, run.solver.name);
+            (run.parameters, run.scene == "floating", title, "")
+        }
+        None => (
+            RunParameters::of(&default_model()?, 0),
+            false,
+            String::new(),
+            "no run.json beside the file: the drop scene's parameters, and the flags given",
+        ),
+    };
+    parameters.dt = flags.dt.unwrap_or(parameters.dt);
+    parameters.mu = flags.mu.unwrap_or(parameters.mu);
+    parameters.mass = flags.mass.unwrap_or(parameters.mass);
+    if let Some(inertia) = flags.inertia {
+        parameters.inertia = inertia.transpose().into();
+    }
+    if let Some(gravity) = flags.gravity {
+        parameters.gravity = gravity.into();
+    }
+    Ok(Source { model: parameters.model()?, floating, title, note })
+}
+
+fn default_model() -> Result<ContactModel, Failure> {
+    let scene = Scene::drop();
+    let body = RigidBody::with_box_corners(
+        scene::CUBE_MASS,
+        Matrix3::from_diagonal_element(scene::CUBE_INERTIA),
+        Vector3::repeat(scene::CUBE_HALF_SIDE),
+    )?;
+    Ok(ContactModel::new(Parameters {
+        body,
+        gravity: scene.gravity,
+        friction: scene::FRICTION,
+        time_step: scene.time_step,
+        smoothing: scene::SMOOTHING,
+    })?)
+}
+
+/// Times that do not fit the time step show that the parameters are another run's.
+fn check_time(path: &Path, row: &TrajectoryRow, time_step: f64) -> Result<(), Failure> {
+    let expected = row.index as f64 * time_step;
+    if (row.time - expected).abs() <= 1e-9 * expected.max(time_step) {
+        return Ok(());
+    }
+    Err(Failure::Input(format!(
+        "{}: row {} has t_s = {}, which does not fit a time step of {time_step} s; give the run's \
+         own with --dt",
+        path.display(),
+        row.index,
+        row.time
+    )))
+}

@@ -1,0 +1,93 @@
+//! Painting: filled polygons, lines and dots, antialiased, in pixels.
+
+use super::palette::Colour;
+use tiny_skia::{FillRule, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, Stroke, Transform};
+
+/// A point of the picture, x to the right and y down.
+pub type Pixel = [f32; 2];
+
+/// A square picture.
+#[derive(Clone)]
+pub struct Canvas {
+    pixmap: Pixmap,
+}
+
+impl Canvas {
+    /// `None` if `size` is 0.
+    pub fn new(size: u16, background: Colour) -> Option<Self> {
+        let mut pixmap = Pixmap::new(u32::from(size), u32::from(size))?;
+        let [red, green, blue] = background;
+        pixmap.fill(tiny_skia::Color::from_rgba8(red, green, blue, 255));
+        Some(Self { pixmap })
+    }
+
+    /// Pixels across.
+    pub fn size(&self) -> f32 {
+        self.pixmap.width() as f32
+    }
+
+    /// Makes this picture the same as another of the same size.
+    pub fn copy_from(&mut self, other: &Self) {
+        self.pixmap.data_mut().copy_from_slice(other.pixmap.data());
+    }
+
+    /// The colours by rows. The background is opaque, so all pixels are.
+    pub fn colours(&self) -> impl Iterator<Item = Colour> + '_ {
+        self.pixmap.data().chunks_exact(4).map(|pixel| [pixel[0], pixel[1], pixel[2]])
+    }
+
+    /// Fills a polygon; `cover` is 1 for opaque paint.
+    pub fn fill(&mut self, corners: &[Pixel], colour: Colour, cover: f32) {
+        if let Some(path) = path(corners, true) {
+            let transform = Transform::identity();
+            self.pixmap.fill_path(&path, &paint(colour, cover), FillRule::Winding, transform, None);
+        }
+    }
+
+    /// Draws a line through `points`, with round ends and corners.
+    pub fn line(&mut self, points: &[Pixel], closed: bool, width: f32, colour: Colour) {
+        if let Some(path) = path(points, closed) {
+            self.stroke(&path, width, colour);
+        }
+    }
+
+    /// Draws along a path, with round ends and corners.
+    pub fn stroke(&mut self, path: &Path, width: f32, colour: Colour) {
+        let stroke = Stroke {
+            width,
+            line_cap: LineCap::Round,
+            line_join: LineJoin::Round,
+            ..Stroke::default()
+        };
+        self.pixmap.stroke_path(path, &paint(colour, 1.0), &stroke, Transform::identity(), None);
+    }
+
+    /// Draws a disc.
+    pub fn dot(&mut self, [x, y]: Pixel, radius: f32, colour: Colour) {
+        if let Some(path) = PathBuilder::from_circle(x, y, radius) {
+            let transform = Transform::identity();
+            self.pixmap.fill_path(&path, &paint(colour, 1.0), FillRule::Winding, transform, None);
+        }
+    }
+}
+
+fn paint(colour: Colour, cover: f32) -> Paint<'static> {
+    let mut paint = Paint::default();
+    let [red, green, blue] = colour;
+    paint.set_color_rgba8(red, green, blue, (255.0 * cover).round() as u8);
+    paint
+}
+
+/// `None` for fewer than two points, and for points that are no numbers.
+fn path(points: &[Pixel], closed: bool) -> Option<Path> {
+    let (&[x, y], rest) = points.split_first()?;
+    let mut path = PathBuilder::new();
+    path.move_to(x, y);
+    for &[x, y] in rest {
+        path.line_to(x, y);
+    }
+    if closed {
+        path.close();
+    }
+    path.finish()
+}

@@ -1,0 +1,155 @@
+//! The ground under the motion: a grid, and the shadow on it.
+
+use super::camera::Camera;
+use super::canvas::Canvas;
+use super::palette::{GROUND, LINE, SHADOW, SHADOW_DEPTH, SHADOW_STEPS};
+use super::shape::hull;
+use nalgebra::{Vector2, Vector3};
+
+/// Lines of the grid along the longer side, about.
+const LINES: f64 = 14.0;
+
+/// Horizontal way of the light over its fall: it comes from 65° above the horizon.
+const LEAN: f64 = 0.466;
+/// The light is a disc, this large across its distance: shadows get softer with height.
+const SPREAD: f64 = 0.05;
+
+/// Where the light comes from.
+#[derive(Debug, Clone, Copy)]
+pub struct Light {
+    /// Horizontal direction of the shadows, of length 1.
+    away: Vector2<f64>,
+}
+
+impl Light {
+    /// Light that follows the camera around: the shadow falls to the left and backwards.
+    pub fn for_azimuth(degrees: f64) -> Self {
+        let angle = (degrees - 125.0).to_radians();
+        Self { away: Vector2::new(angle.cos(), angle.sin()) }
+    }
+
+    /// Towards the light, of length 1.
+    pub fn direction(&self) -> Vector3<f64> {
+        Vector3::new(-LEAN * self.away.x, -LEAN * self.away.y, 1.0).normalize()
+    }
+
+    /// Where the shadow of `point` falls on the plane at `height`, from one part of the
+    /// light's disc.
+    fn cast(&self, point: &Vector3<f64>, height: f64, part: u8) -> Vector3<f64> {
+        let angle = std::f64::consts::TAU * f64::from(part) / f64::from(SHADOW_STEPS);
+        let lean = LEAN * self.away + SPREAD * Vector2::new(angle.cos(), angle.sin());
+        let above = (point.z - height).max(0.0);
+        Vector3::new(point.x + above * lean.x, point.y + above * lean.y, height)
+    }
+}
+
+/// A rectangle of ground, or of nothing but its grid.
+pub struct Floor {
+    low: Vector2<f64>,
+    high: Vector2<f64>,
+    height: f64,
+    /// Of the grid, m: 1, 2 or 5 times a power of ten.
+    spacing: f64,
+    light: Light,
+    solid: bool,
+}
+
+impl Floor {
+    /// The floor under `points`, wide enough for their shadows. A floor that is not
+    /// `solid` is a grid for the eye alone: no ground, no shadow, and below all points.
+    pub fn under(points: &[Vector3<f64>], light: Light, solid: bool) -> Self {
+        let lowest = points.iter().map(|point| point.z).fold(0.0, f64::min);
+        let height = if solid { 0.0 } else { lowest };
+        let mut low = Vector2::repeat(f64::INFINITY);
+        let mut high = -low;
+        for point in points {
+            let parts = if solid { SHADOW_STEPS } else { 0 };
+            let shadows = (0..parts).map(|part| light.cast(point, height, part));
+            for place in shadows.chain([*point]) {
+                low = low.inf(&place.xy());
+                high = high.sup(&place.xy());
+            }
+        }
+        let spacing = round_length((high - low).max() / LINES);
+        let margin = Vector2::repeat(0.4 * spacing);
+        let low = ((low - margin) / spacing).map(f64::floor) * spacing;
+        let high = ((high + margin) / spacing).map(f64::ceil) * spacing;
+        Self { low, high, height, spacing, light, solid }
+    }
+
+    /// The four corners.
+    pub fn corners(&self) -> [Vector3<f64>; 4] {
+        let (a, b) = (self.low, self.high);
+        [(a.x, a.y), (b.x, a.y), (b.x, b.y), (a.x, b.y)]
+            .map(|(x, y)| Vector3::new(x, y, self.height))
+    }
+
+    /// Paints ground and grid.
+    pub fn paint(&self, canvas: &mut Canvas, camera: &Camera) {
+        let outline = self.corners().map(|corner| camera.project(&corner));
+        if self.solid {
+            canvas.fill(&outline, GROUND, 1.0);
+        }
+        let width = canvas.size() / 800.0;
+        let lines = ((self.high - self.low) / self.spacing).map(f64::round);
+        for axis in 0..2 {
+            for k in 1..lines[axis] as u32 {
+                let mut from = self.low;
+                from[axis] += f64::from(k) * self.spacing;
+                let mut to = from;
+                to[1 - axis] = self.high[1 - axis];
+                let ends =
+                    [from, to].map(|end| camera.project(&Vector3::new(end.x, end.y, self.height)));
+                canvas.line(&ends, false, width, LINE);
+            }
+        }
+        canvas.line(&outline, true, 1.6 * width, LINE);
+    }
+
+    /// Paints the shadow of a convex body, once for each part of the light's disc.
+    pub fn paint_shadow(&self, canvas: &mut Canvas, camera: &Camera, corners: &[Vector3<f64>]) {
+        if !self.solid {
+            return;
+        }
+        // As many layers of this leave SHADOW_DEPTH.
+        let cover = 1.0 - (1.0 - SHADOW_DEPTH).powf(1.0 / f32::from(SHADOW_STEPS));
+        for part in 0..SHADOW_STEPS {
+            let places: Vec<_> = corners
+                .iter()
+                .map(|corner| camera.project(&self.light.cast(corner, self.height, part)))
+                .collect();
+            canvas.fill(&hull(&places), SHADOW, cover);
+        }
+    }
+}
+
+/// The smallest of 1, 2, 5 times a power of ten that is at least `length`.
+fn round_length(length: f64) -> f64 {
+    let power = 10f64.powf(length.log10().floor());
+    let digit = [1.0, 2.0, 5.0].into_iter().find(|digit| digit * power >= length);
+    digit.unwrap_or(10.0) * power
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_grid_has_round_lengths() {
+        for (length, round) in [(0.7, 1.0), (1.1, 2.0), (2.5, 5.0), (60.0, 100.0), (0.02, 0.02)] {
+            assert!((round_length(length) / round - 1.0).abs() < 1e-12, "{length}");
+        }
+    }
+
+    #[test]
+    fn points_and_shadows_are_on_the_floor() {
+        let light = Light::for_azimuth(10.0);
+        let points = [Vector3::new(1.0, 2.0, 3.0), Vector3::new(-4.0, 2.5, 0.0)];
+        let floor = Floor::under(&points, light, true);
+        let cast = light.cast(&points[0], 0.0, 3);
+        for place in [points[0], points[1], cast] {
+            assert!(floor.low < place.xy() && place.xy() < floor.high, "{place}");
+        }
+        assert_eq!(Floor::under(&[Vector3::new(0.0, 1.0, -2.0); 2], light, false).height, -2.0);
+    }
+}

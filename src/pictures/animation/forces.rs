@@ -1,0 +1,102 @@
+//! Contact forces as arrows.
+
+use super::camera::Camera;
+use super::canvas::Canvas;
+use super::palette::{FORCE, SEAM};
+use crate::pictures::Film;
+use nalgebra::Vector3;
+
+/// An arrow of the world.
+pub struct Arrow {
+    pub from: Vector3<f64>,
+    pub to: Vector3<f64>,
+}
+
+/// How long an arrow is for a force.
+///
+/// Impacts are hundreds of times the weight, so lengths are compressed: with
+/// s = √(force / weight) the length is s / (1 + s) of the longest, which grows like the
+/// square root for forces below the weight and levels off above it.
+pub struct Scale {
+    /// Mass times gravity; without gravity the largest force of the film. N.
+    weight: f64,
+    /// No arrow gets this long, m.
+    longest: f64,
+}
+
+impl Scale {
+    pub fn of(film: &Film) -> Self {
+        let body = film.model.body();
+        let mut weight = body.mass() * film.model.gravity().norm();
+        if weight == 0.0 {
+            let forces = film.rows.iter().flat_map(|row| row.forces());
+            weight = forces.map(|force| force.norm()).fold(f64::MIN_POSITIVE, f64::max);
+        }
+        let reach = body.contact_points().iter().map(|c| c.position.norm()).fold(0.0, f64::max);
+        Self { weight, longest: 1.5 * reach }
+    }
+
+    /// The arrow for `force` at `from`; none for no force.
+    fn arrow(&self, from: Vector3<f64>, force: &Vector3<f64>) -> Option<Arrow> {
+        let direction = force.try_normalize(1e-6 * self.weight)?;
+        let root = (force.norm() / self.weight).sqrt();
+        Some(Arrow { from, to: from + direction * (self.longest * root / (1.0 + root)) })
+    }
+}
+
+/// The mean forces of the steps between two frames, as arrows at where the corners are in
+/// the later one. A mean, so that an impact of one step is seen whichever row is shown.
+pub fn arrows(film: &Film, scale: &Scale, before: usize, now: usize) -> Vec<Arrow> {
+    let steps = &film.rows[before.min(now.saturating_sub(1))..now];
+    let mut means = vec![Vector3::zeros(); film.model.contact_count()];
+    for step in steps {
+        for (mean, force) in means.iter_mut().zip(step.forces()) {
+            *mean += force / steps.len() as f64;
+        }
+    }
+    let corners = film.model.contact_positions(&film.rows[now].state);
+    corners.zip(&means).filter_map(|(corner, force)| scale.arrow(corner, force)).collect()
+}
+
+/// Paints arrows over everything else, with a seam that sets them off.
+pub fn paint(canvas: &mut Canvas, camera: &Camera, arrows: &[Arrow]) {
+    let unit = canvas.size() / 800.0;
+    for (colour, extra) in [(SEAM, 2.4 * unit), (FORCE, 0.0)] {
+        for arrow in arrows {
+            let (from, to) = (camera.project(&arrow.from), camera.project(&arrow.to));
+            let (x, y) = (to[0] - from[0], to[1] - from[1]);
+            let length = x.hypot(y);
+            if !(length.is_finite() && length > 2.0 * unit) {
+                continue;
+            }
+            let (x, y) = (x / length, y / length);
+            let head = (15.0 * unit).min(0.6 * length);
+            let neck = [to[0] - head * x, to[1] - head * y];
+            let half = 0.4 * head;
+            let sides = [-half, half].map(|w| [neck[0] - w * y, neck[1] + w * x]);
+            let tip = [to, sides[0], sides[1]];
+            canvas.line(&[from, neck], false, 3.6 * unit + extra, colour);
+            canvas.line(&tip, true, unit + extra, colour);
+            canvas.fill(&tip, colour, 1.0);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn larger_forces_have_longer_arrows_of_limited_length() {
+        let scale = Scale { weight: 100.0, longest: 2.0 };
+        let length = |force: f64| {
+            let arrow = scale.arrow(Vector3::x(), &Vector3::new(0.0, 0.0, force)).unwrap();
+            (arrow.to - arrow.from).norm()
+        };
+        assert!((length(100.0) - 1.0).abs() < 1e-12);
+        // Nearly the square root for small forces.
+        assert!((length(0.04) / length(0.01) - 2.0).abs() < 0.05);
+        assert!(length(1e3) < length(1e4) && length(1e12) <= 2.0);
+        assert!(scale.arrow(Vector3::x(), &Vector3::zeros()).is_none());
+    }
+}
