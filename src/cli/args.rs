@@ -32,6 +32,8 @@ pub enum Command {
     Verify(VerifyArgs),
     /// Draw a trajectory as an animated GIF.
     Gif(GifArgs),
+    /// Draw a trajectory over time: plot and plot-energy, each as .png and .svg.
+    Plot(PlotArgs),
     /// Evaluate the step's nonlinear program at a point: values and exact derivatives.
     Inspect(InspectArgs),
 }
@@ -86,6 +88,9 @@ pub struct SimulateArgs {
     /// Directory for the files, made if it is not there.
     #[arg(long, value_name = "DIR", default_value = "out")]
     pub out: PathBuf,
+    /// Also draw the trajectory over time, as `tumble plot` does.
+    #[arg(long)]
+    pub plot: bool,
     /// Also draw the motion: OUT/animation.gif.
     #[arg(long)]
     pub gif: bool,
@@ -149,6 +154,19 @@ pub struct PhysicsArgs {
     /// floating 0].
     #[arg(long, value_name = "G", value_parser = gravity, allow_hyphen_values = true)]
     pub gravity: Option<Vector3<f64>>,
+}
+
+#[derive(Debug, Args)]
+pub struct PlotArgs {
+    /// The trajectory. Its parameters come from run.json beside it; flags that are given
+    /// override them. The defaults below hold only where there is no run.json.
+    #[arg(value_name = "FILE.csv")]
+    pub file: PathBuf,
+    /// Directory for the pictures, made if it is not there [default: that of FILE.csv].
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    #[command(flatten)]
+    pub physics: PhysicsArgs,
 }
 
 #[derive(Debug, Args)]

@@ -1,6 +1,6 @@
 //! `tumble gif`, and `--gif` of a simulation: a trajectory file as an animation.
 
-use super::args::{AnimationArgs, GifArgs, PhysicsArgs, SimulateArgs};
+use super::args::{AnimationArgs, GifArgs, SimulateArgs};
 use super::job::{Job, refuse_flags};
 use super::output::{PendingFile, create_directory, progress_bar, say};
 use super::source::TrajectoryFile;
@@ -15,14 +15,14 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use tumble::solver::StepStatus;
 
 /// Rows that an animation may be made of: they are all in memory, 0.6 kB each.
-const MOST_ROWS: u64 = 500_000;
+const MOST_ROWS: usize = 500_000;
 
 /// `tumble gif`.
 pub fn run(args: &GifArgs) -> Result<Outcome, Failure> {
     let beside = args.file.parent().unwrap_or(Path::new(""));
     let beside = if beside.as_os_str().is_empty() { Path::new(".") } else { beside };
     let out = args.out.as_deref().unwrap_or(beside);
-    let film = read_film(&args.file, &args.physics)?;
+    let film = TrajectoryFile::open(&args.file, &args.physics)?.film(MOST_ROWS)?;
     let failed = film.rows.iter().any(|row| row.status == StepStatus::Failed);
     write(&film, out, &args.animation, args.quiet, &AtomicBool::new(false))?;
     Ok(if failed { Outcome::Unconverged } else { Outcome::Done })
@@ -39,8 +39,10 @@ pub fn check(args: &SimulateArgs, job: &Job) -> Result<(), Failure> {
         ];
         return refuse_flags("a simulation without --gif", &flags);
     }
-    if job.rows > MOST_ROWS {
-        return Err(too_many_rows("--gif"));
+    if job.rows > MOST_ROWS as u64 {
+        return Err(Failure::Input(format!(
+            "--gif: an animation is made of at most {MOST_ROWS} rows"
+        )));
     }
     let duration = (job.rows - 1) as f64 * job.model.time_step();
     frame_count(duration, settings(animation).speed).map_err(refused)?;
@@ -53,7 +55,7 @@ pub fn make(
     args: &SimulateArgs,
     interrupt: &AtomicBool,
 ) -> Result<Outcome, Failure> {
-    let film = read_film(trajectory, &args.physics)?;
+    let film = TrajectoryFile::open(trajectory, &args.physics)?.film(MOST_ROWS)?;
     write(&film, &args.out, &args.animation, args.quiet, interrupt)
 }
 
@@ -64,18 +66,6 @@ fn settings(args: &AnimationArgs) -> Settings {
         size: args.gif_size.unwrap_or(default.size),
         view: args.camera.unwrap_or(default.view),
     }
-}
-
-fn read_film(path: &Path, flags: &PhysicsArgs) -> Result<Film, Failure> {
-    let mut file = TrajectoryFile::open(path, flags)?;
-    let mut rows = Vec::new();
-    while let Some(row) = file.next_row()? {
-        if rows.len() as u64 == MOST_ROWS {
-            return Err(too_many_rows(&path.display().to_string()));
-        }
-        rows.push(row);
-    }
-    Ok(Film { title: file.source.title, model: file.source.model, rows })
 }
 
 fn write(
@@ -128,8 +118,4 @@ fn refused(error: AnimationError) -> Failure {
         AnimationError::Encoding(_) => Failure::Other(error.to_string()),
         AnimationError::TooFar | AnimationError::Interrupted => Failure::Input(error.to_string()),
     }
-}
-
-fn too_many_rows(what: &str) -> Failure {
-    Failure::Input(format!("{what}: an animation is made of at most {MOST_ROWS} rows"))
 }

@@ -6,6 +6,7 @@ mod gif;
 mod inspect;
 mod job;
 mod output;
+mod plot;
 mod run_file;
 mod simulate;
 mod source;
@@ -87,6 +88,7 @@ pub fn run() -> Result<Outcome, Failure> {
         None => simulate::run(&cli.simulate),
         Some(Command::Verify(args)) => verify::run(&args),
         Some(Command::Gif(args)) => gif::run(&args),
+        Some(Command::Plot(args)) => plot::run(&args),
         Some(Command::Inspect(args)) => inspect::run(&args),
     }
 }

@@ -5,8 +5,11 @@ use super::describe::describe;
 use super::gif;
 use super::job::Job;
 use super::output::{PendingFile, create_directory, progress_bar, say};
+use super::plot::{self, PendingPlots};
 use super::run_file::RunFile;
+use super::source::TrajectoryFile;
 use super::{Failure, Outcome};
+use signal_hook::consts::{SIGINT, SIGTERM};
 use std::fmt::Write as _;
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
@@ -54,13 +57,16 @@ pub struct Run {
 pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     let job = Job::new(args)?;
     gif::check(args, &job)?;
+    plot::check(args, &job)?;
     let interrupt = Arc::new(AtomicBool::new(false));
     let mut simulation = job.simulation(&interrupt)?;
 
+    // Before the first file: a signal that comes earlier would leave it behind.
+    raise_on_signals(&interrupt)?;
     create_directory(&args.out)?;
     let trajectory = PendingFile::create(&args.out, "trajectory.csv")?;
     let run_json = PendingFile::create(&args.out, "run.json")?;
-    raise_on_ctrl_c(&interrupt)?;
+    let plots = args.plot.then(|| PendingPlots::create(&args.out)).transpose()?;
     let run = write_trajectory(&job, &mut simulation, &interrupt, &trajectory, args.quiet)?;
 
     write_run_file(&run_json, &job.run_file(args, &run))?;
@@ -70,6 +76,13 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
         let mut text = describe(&job, args, &run);
         let _ = writeln!(text, "wrote {} and {}", trajectory.display(), run_json.display());
         say(&text)?;
+    }
+    if let Some(plots) = plots {
+        let film = TrajectoryFile::open(&trajectory, &args.physics)?.film(plot::MOST_ROWS)?;
+        let written = plots.write(&film)?;
+        if !args.quiet {
+            say(&plot::describe(&written))?;
+        }
     }
     if args.gif && run.end != End::Interrupted {
         let made = gif::make(&trajectory, args, &interrupt)?;
@@ -86,10 +99,12 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
 }
 
 /// Ctrl-C and a polite kill raise `flag`; the run then ends within a solver iteration.
-fn raise_on_ctrl_c(flag: &Arc<AtomicBool>) -> Result<(), Failure> {
-    let flag = Arc::clone(flag);
-    ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed))
-        .map_err(|error| Failure::Other(format!("no handler for Ctrl-C can be set: {error}")))
+fn raise_on_signals(flag: &Arc<AtomicBool>) -> Result<(), Failure> {
+    for signal in [SIGINT, SIGTERM] {
+        signal_hook::flag::register(signal, Arc::clone(flag))
+            .map_err(|error| Failure::Other(format!("Ctrl-C cannot be caught: {error}")))?;
+    }
+    Ok(())
 }
 
 /// Runs the simulation and writes every row.

@@ -3,6 +3,7 @@
 use super::Failure;
 use super::args::PhysicsArgs;
 use super::run_file::{RunFile, RunParameters};
+use crate::pictures::Film;
 use nalgebra::{Matrix3, Vector3};
 use std::fs::File;
 use std::path::Path;
@@ -51,6 +52,21 @@ impl<'a> TrajectoryFile<'a> {
             check_time(self.path, row, self.source.model.time_step())?;
         }
         Ok(row)
+    }
+
+    /// All rows in memory, to be drawn; more than `most` of them are refused.
+    pub fn film(mut self, most: usize) -> Result<Film, Failure> {
+        let mut rows = Vec::new();
+        while let Some(row) = self.next_row()? {
+            if rows.len() == most {
+                return Err(Failure::Input(format!(
+                    "{} has more than {most} rows, too many for this picture",
+                    self.path.display()
+                )));
+            }
+            rows.push(row);
+        }
+        Ok(Film { title: self.source.title, model: self.source.model, rows })
     }
 }
 

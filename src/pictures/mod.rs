@@ -1,6 +1,7 @@
 //! Pictures of a trajectory: pure functions from rows to bytes.
 
 pub mod animation;
+pub mod plot;
 
 use tumble::model::ContactModel;
 use tumble::trajectory::TrajectoryRow;

@@ -31,7 +31,7 @@ const COMPLIANCE: f64 = 1e-6;
 /// The compliances to follow where the limit cannot be taken from the first.
 const COMPLIANCES: [f64; 4] = [COMPLIANCE, 1e-7, 1e-8, 1e-9];
 /// Scalings of the natural map to try where Newton's method stalls near a solution.
-const SHARPNESSES: [f64; 3] = [1.0, 1e3, 1e6];
+const SHARPNESSES: [f64; 7] = [1.0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6];
 /// Margins on the cone to try when a limit is taken: a contact exactly on its cone may
 /// belong to either side.
 const STICK_MARGINS: [f64; 3] = [0.0, 1e-3, -1e-3];

@@ -1,0 +1,170 @@
+//! The solvers from any valid state: no panic, finite numbers, and a status that the
+//! certificate bears out.
+
+use super::each;
+use crate::common::{any_model, quaternion, tutorial_model, vector};
+use nalgebra::{Matrix3, Vector3};
+use proptest::prelude::*;
+use std::cell::Cell;
+use tumble::body::RigidBody;
+use tumble::detection::Detection;
+use tumble::model::{ContactModel, Parameters};
+use tumble::quaternion::rotation;
+use tumble::simulation::{Motion, Simulation, StepRecord};
+use tumble::solver::ipopt::{ACCEPTED_CERTIFICATE, Formulation, IpoptSolver, Ladder, Rung};
+use tumble::solver::native::{self, NativeSolver};
+use tumble::solver::{StepSolver, StepStatus};
+use tumble::state::State;
+
+/// Steps of each run.
+const STEPS: usize = 4;
+
+/// A valid state: at an ordinary or an absurd speed, high above the ground, near it, or deep
+/// below.
+fn start() -> impl Strategy<Value = State> {
+    let size = || prop_oneof![4 => 0.0..5.0, 1 => (0.0..5.0).prop_map(|x| 10_f64.powf(x))];
+    let moving = || {
+        (vector(1.0), size())
+            .prop_map(|(direction, size): (Vector3<f64>, f64)| direction * size.min(99_999.0))
+    };
+    let height = prop_oneof![4 => -3.0..3.0, 1 => -1e6..1e6];
+    (height, quaternion(), moving(), moving()).prop_map(|(z, q, velocity, spin)| State {
+        position: Vector3::new(0.0, 0.0, z),
+        attitude: q.normalize(),
+        velocity,
+        spin,
+    })
+}
+
+/// A number from `low` to `high`, each factor of ten as likely as any other.
+fn spread(low: f64, high: f64) -> impl Strategy<Value = f64> {
+    (low.ln()..high.ln()).prop_map(f64::exp)
+}
+
+/// Any model that is valid, possible or not: a box of 1e-9 to 1e9 kg, moments of 1e-12 to
+/// 1e12 kg m².
+fn absurd_model() -> impl Strategy<Value = ContactModel> {
+    let moments = (spread(1e-12, 1e6), spread(1.0, 1e6), spread(1.0, 1e6));
+    let inertia = (moments, quaternion()).prop_map(|((least, second, third), q)| {
+        let axes = rotation(&q.normalize());
+        let moments = Vector3::new(1.0, second, third) * (0.99 * least);
+        let full = axes * Matrix3::from_diagonal(&moments) * axes.transpose();
+        0.5 * (full + full.transpose())
+    });
+    let sides = (spread(1e-6, 1e4), spread(1e-6, 1e4), spread(1e-6, 1e4));
+    let body = (spread(1e-9, 1e9), inertia, sides).prop_filter_map(
+        "an inertia that rounding leaves positive definite",
+        |(mass, inertia, (x, y, z))| {
+            RigidBody::with_box_corners(mass, inertia, Vector3::new(x, y, z)).ok()
+        },
+    );
+    let gravity = (vector(1.0), spread(1e-3, 1e3)).prop_map(|(g, size)| g * size);
+    (body, gravity, 0.0..10.0, spread(1e-6, 0.1), spread(1e-12, 1.0)).prop_map(
+        |(body, gravity, friction, time_step, smoothing)| {
+            let parameters = Parameters { body, gravity, friction, time_step, smoothing };
+            ContactModel::new(parameters).unwrap()
+        },
+    )
+}
+
+/// Contact steps that were solved, and those that were not.
+#[derive(Debug, Default)]
+struct Seen {
+    solved: Cell<u32>,
+    failed: Cell<u32>,
+}
+
+impl Seen {
+    fn count(&self, status: StepStatus) {
+        let count = match status {
+            StepStatus::Free | StepStatus::End => return,
+            StepStatus::Failed => &self.failed,
+            _ => &self.solved,
+        };
+        count.set(count.get() + 1);
+    }
+
+    /// At least as many of each: the runs were runs in contact.
+    fn assert_both(&self, solved: u32, failed: u32) {
+        assert!(self.solved.get() >= solved && self.failed.get() >= failed, "{self:?}");
+    }
+}
+
+/// Takes some steps and checks each. A run ends early where it leaves the valid states: what
+/// follows may overflow.
+fn check_run(
+    model: &ContactModel,
+    start: State,
+    solver: Box<dyn StepSolver + '_>,
+    accepted: f64,
+    seen: &Seen,
+) -> Result<(), TestCaseError> {
+    let motion = Motion::Contact { detection: Detection::Predictive, solver };
+    let mut simulation = Simulation::new(model.clone(), start, motion).unwrap();
+    let mut record = StepRecord::new(&start, model.contact_count());
+    for _ in 0..STEPS {
+        simulation.step(&mut record).unwrap();
+        let numbers = record.solution.as_slice();
+        prop_assert!(numbers.iter().all(|number| number.is_finite()), "{record:?}");
+        let (certificate, next) = (record.certificate, record.solution.state());
+        prop_assert!(certificate.worst().is_finite(), "{record:?}");
+        let accepted = match record.report.status {
+            StepStatus::Free => 0.0,
+            StepStatus::Failed => f64::INFINITY,
+            _ => accepted,
+        };
+        let rounding = certificate.is_rounding(model, &record.state, &next);
+        prop_assert!(certificate.worst() <= accepted || rounding, "{record:?}");
+        prop_assert!(record.report.status != StepStatus::End);
+        seen.count(record.report.status);
+        for (force, active) in record.solution.forces().zip(&record.active) {
+            prop_assert!(*active || force == Vector3::zeros() || accepted.is_infinite());
+        }
+        if simulation.state().validate().is_err() {
+            break;
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn the_native_solver_takes_any_valid_state() {
+    let seen = Seen::default();
+    let cube = tutorial_model();
+    each(400, start(), |start| {
+        let solver = Box::new(NativeSolver::new(&cube));
+        check_run(&cube, start, solver, native::ACCEPTED_CERTIFICATE, &seen)
+    });
+    each(300, (any_model(), start()), |(model, start)| {
+        let solver = Box::new(NativeSolver::new(&model));
+        check_run(&model, start, solver, native::ACCEPTED_CERTIFICATE, &seen)
+    });
+    seen.assert_both(400, 50);
+}
+
+#[test]
+fn the_native_solver_takes_any_valid_model() {
+    let seen = Seen::default();
+    each(60, (absurd_model(), start()), |(model, start)| {
+        let solver = Box::new(NativeSolver::new(&model));
+        check_run(&model, start, solver, native::ACCEPTED_CERTIFICATE, &seen)
+    });
+    seen.assert_both(10, 50);
+}
+
+#[test]
+fn the_ladder_takes_any_valid_state() {
+    let seen = Seen::default();
+    let check = |model: &ContactModel, start| {
+        // A limit far below the 300 of the command line keeps hopeless steps short.
+        let options = IpoptSolver::options(1e-6, 60);
+        let ipopt = IpoptSolver::new(model, Formulation::default(), options).unwrap();
+        let solver = Box::new(Ladder::new(model, ipopt, &Rung::ALL));
+        check_run(model, start, solver, ACCEPTED_CERTIFICATE, &seen)
+    };
+    let cube = tutorial_model();
+    each(16, start(), |start| check(&cube, start));
+    each(16, (any_model(), start()), |(model, start)| check(&model, start));
+    each(16, (absurd_model(), start()), |(model, start)| check(&model, start));
+    seen.assert_both(15, 5);
+}

@@ -1,0 +1,224 @@
+//! The reader of trajectories.
+
+use super::{each, finite};
+use proptest::collection::vec;
+use proptest::prelude::*;
+use proptest::sample::{Index, select};
+use tumble::certificate::Certificate;
+use tumble::simulation::StepRecord;
+use tumble::solver::{StepReport, StepStatus};
+use tumble::trajectory::{TrajectoryError, TrajectoryReader, TrajectoryRow, TrajectoryWriter};
+
+/// Everything up to the `end` row; an error is one short line.
+fn read(bytes: &[u8]) -> Result<Vec<TrajectoryRow>, TrajectoryError> {
+    let rows = read_rows(bytes);
+    if let Err(error) = &rows {
+        let text = error.to_string();
+        assert!(!text.contains('\n') && text.len() < 300, "{text:?}");
+    }
+    rows
+}
+
+fn read_rows(bytes: &[u8]) -> Result<Vec<TrajectoryRow>, TrajectoryError> {
+    let mut reader = TrajectoryReader::new(bytes)?;
+    let mut rows = Vec::new();
+    while let Some(row) = reader.next_row()? {
+        rows.push(row);
+    }
+    Ok(rows)
+}
+
+const STATUSES: [StepStatus; 5] = [
+    StepStatus::Free,
+    StepStatus::Converged,
+    StepStatus::Retried,
+    StepStatus::Fallback,
+    StepStatus::Failed,
+];
+
+/// A run of 1 to 4 contact points and any finite numbers.
+fn records() -> impl Strategy<Value = Vec<StepRecord>> {
+    (1..=4_usize, 0..=6_usize).prop_flat_map(|(contacts, steps)| {
+        let numbers = vec(finite(), 13 + 13 + 6 * contacts + 1);
+        let report = (select(STATUSES.to_vec()), any::<u32>());
+        let row = (numbers, vec(any::<bool>(), contacts), report);
+        vec(row, steps + 1).prop_map(move |rows| {
+            let last = rows.len() - 1;
+            let row = |(k, (numbers, active, report)): (usize, (Vec<f64>, Vec<bool>, _))| {
+                let (status, iterations) = report;
+                let mut record = StepRecord::new(&crate::common::state(&numbers[..13]), contacts);
+                record.index = k as u64;
+                record.solution.as_mut_slice().copy_from_slice(&numbers[13..26 + 6 * contacts]);
+                record.active = active;
+                let status = if k == last { StepStatus::End } else { status };
+                record.report = StepReport { iterations, ..StepReport::without_problem(status) };
+                let dynamics = numbers[26 + 6 * contacts].abs();
+                record.certificate = Certificate { dynamics, ..Certificate::default() };
+                record
+            };
+            rows.into_iter().enumerate().map(row).collect()
+        })
+    })
+}
+
+const TIME_STEP: f64 = 0.002;
+
+fn write(records: &[StepRecord]) -> Vec<u8> {
+    let contacts = records[0].active.len();
+    let mut writer = TrajectoryWriter::new(Vec::new(), contacts, TIME_STEP).unwrap();
+    for record in records {
+        writer.write(record).unwrap();
+    }
+    writer.finish().unwrap()
+}
+
+fn bits<'a>(numbers: impl IntoIterator<Item = &'a f64>) -> Vec<u64> {
+    numbers.into_iter().map(|number| number.to_bits()).collect()
+}
+
+#[test]
+fn what_is_written_is_read_back_bit_for_bit() {
+    each(2000, records(), |records| {
+        let rows = read(&write(&records)).unwrap();
+        prop_assert_eq!(rows.len(), records.len());
+        for (row, record) in rows.iter().zip(&records) {
+            let states = [row.state, record.state].map(|state| bits(&state.to_vector()));
+            prop_assert_eq!(&states[0], &states[1]);
+            prop_assert_eq!(bits(&row.step), bits(&record.solution.as_slice()[13..]));
+            prop_assert_eq!(&row.active, &record.active);
+            let report = (row.index, row.status, row.iterations);
+            let written = (record.index, record.report.status, record.report.iterations);
+            prop_assert_eq!(report, written);
+            let is_end = record.report.status == StepStatus::End;
+            let certificate = if is_end { 0.0 } else { record.certificate.worst() };
+            let time = record.index as f64 * TIME_STEP;
+            prop_assert_eq!(bits(&[row.certificate, row.time]), bits(&[certificate, time]));
+        }
+        Ok(())
+    });
+}
+
+#[test]
+fn no_arbitrary_bytes_are_a_trajectory() {
+    each(10_000, vec(any::<u8>(), 0..600), |bytes| {
+        prop_assert!(read(&bytes).is_err());
+        Ok(())
+    });
+    // Bytes that a CSV file is made of.
+    let alphabet = b"0123456789.,,,,\n\n\"\rek-_sN";
+    each(10_000, vec(select(alphabet.to_vec()), 0..600), |bytes| {
+        prop_assert!(read(&bytes).is_err());
+        Ok(())
+    });
+    // After a header that is one.
+    let header = write(&[StepRecord::new(&crate::common::state(&[0.5; 13]), 1)]);
+    let header = header[..=header.iter().position(|&byte| byte == b'\n').unwrap()].to_vec();
+    each(10_000, vec(select(alphabet.to_vec()), 0..600), |bytes| {
+        prop_assert!(read(&[header.as_slice(), &bytes].concat()).is_err());
+        Ok(())
+    });
+}
+
+/// A cut is refused, unless it takes no more than the end of the last "0.0": then nothing
+/// is missing.
+#[test]
+fn a_file_that_is_cut_off_anywhere_is_refused() {
+    each(4000, (records(), any::<Index>()), |(records, cut)| {
+        let bytes = write(&records);
+        let length = cut.index(bytes.len());
+        match read(&bytes[..length]) {
+            Err(_) => {}
+            Ok(rows) => {
+                prop_assert!(length + 3 >= bytes.len(), "{length} of {}", bytes.len());
+                prop_assert_eq!(rows, read(&bytes).unwrap());
+            }
+        }
+        Ok(())
+    });
+}
+
+/// One change at any place: bytes put in, taken out or put in the place of others.
+#[derive(Debug, Clone)]
+struct Edit {
+    at: Index,
+    removed: usize,
+    put_in: Vec<u8>,
+}
+
+fn edits() -> impl Strategy<Value = Vec<Edit>> {
+    let bytes = prop_oneof![
+        2 => vec(select(b"0123456789.,\n\"\rek-+".to_vec()), 0..4),
+        1 => vec(any::<u8>(), 0..4),
+        1 => (1000..20_000_usize).prop_map(|length| vec![b'7'; length]),
+    ];
+    let edit = (any::<Index>(), 0..4_usize, bytes).prop_map(|(at, removed, put_in)| Edit {
+        at,
+        removed,
+        put_in,
+    });
+    vec(edit, 1..4)
+}
+
+/// A changed digit may be another number; but whatever is read is in order, finite, whole and
+/// has no more rows than the file has lines.
+#[test]
+fn an_edited_file_is_refused_or_read_as_a_whole() {
+    each(20_000, (records(), edits()), |(records, edits)| {
+        let mut bytes = write(&records);
+        for Edit { at, removed, put_in } in edits {
+            let at = at.index(bytes.len());
+            let end = (at + removed).min(bytes.len());
+            bytes.splice(at..end, put_in);
+        }
+        let Ok(rows) = read(&bytes) else { return Ok(()) };
+        prop_assert!(std::str::from_utf8(&bytes).is_ok());
+        let contacts = records[0].active.len();
+        prop_assert_eq!(rows.len(), records.len());
+        for (k, row) in rows.iter().enumerate() {
+            prop_assert_eq!((row.index, row.active.len()), (k as u64, contacts));
+            prop_assert_eq!(row.step.len(), 6 * contacts);
+            let numbers = row.step.iter().chain([&row.time, &row.certificate]);
+            let state = row.state.to_vector();
+            prop_assert!(numbers.chain(&state).all(|number| number.is_finite()));
+            prop_assert_eq!(row.status == StepStatus::End, k + 1 == rows.len());
+        }
+        Ok(())
+    });
+}
+
+#[test]
+fn swapped_lines_or_columns_are_refused() {
+    each(4000, (records(), any::<[Index; 2]>(), 0..3_u8), |(records, places, what)| {
+        let text = String::from_utf8(write(&records)).unwrap();
+        let mut table: Vec<Vec<&str>> =
+            text.lines().map(|line| line.split(',').collect()).collect();
+        let count = if what == 0 { table.len() } else { table[0].len() };
+        let [one, other] = places.map(|place| place.index(count));
+        if one == other {
+            return Ok(());
+        }
+        match what {
+            0 => table.swap(one, other),
+            // In the whole file, or in the header alone.
+            1 => table.iter_mut().for_each(|row| row.swap(one, other)),
+            _ => table[0].swap(one, other),
+        }
+        let lines: Vec<String> = table.iter().map(|row| row.join(",") + "\n").collect();
+        prop_assert!(read(lines.concat().as_bytes()).is_err());
+        Ok(())
+    });
+}
+
+#[test]
+fn a_field_of_a_megabyte_is_refused_in_one_short_line() {
+    let state = crate::common::state(&[0.5; 13]);
+    let text = String::from_utf8(write(&[StepRecord::new(&state, 2)])).unwrap();
+    for field in ["0.5", "x_m", "end", "alpha1"] {
+        for huge in ["x".repeat(1 << 20), "9".repeat(1 << 20), "\u{1F4A5}".repeat(1 << 18)] {
+            assert!(read(text.replacen(field, &huge, 1).as_bytes()).is_err(), "{field}");
+        }
+    }
+    // A number with a million digits is a number all the same.
+    let long = format!("0.5{}", "0".repeat(1 << 20));
+    assert_eq!(read(text.replacen("0.5", &long, 1).as_bytes()).unwrap()[0].state, state);
+}

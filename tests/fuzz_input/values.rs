@@ -1,0 +1,219 @@
+//! Constants, states, options and points of the program: refused by name, or good for a step.
+
+use super::{any_bits, each, finite, wild};
+use crate::common::{any_model, state, tutorial_model, tutorial_parameters};
+use nalgebra::{Matrix3, Vector3};
+use proptest::array::uniform8;
+use proptest::collection::vec;
+use proptest::prelude::*;
+use tumble::body::RigidBody;
+use tumble::detection::Detection;
+use tumble::ipopt::{BarrierStrategy, MultiplierStep, Options, Scaling};
+use tumble::model::{ContactModel, Parameters};
+use tumble::simulation::{Motion, Simulation, StepRecord};
+use tumble::solver::StepSolver;
+use tumble::solver::ipopt::{Formulation, IpoptSolver};
+use tumble::solver::native::NativeSolver;
+use tumble::state::{State, Wrench};
+use tumble::step_nlp::StepNlp;
+
+/// A state that rests on a corner or two of most bodies, moving.
+fn ordinary() -> [f64; 13] {
+    [0.0, 0.0, 0.9, 1.0, 0.0, 0.0, 0.0, 1.0, 0.5, -1.0, 0.3, -0.2, 0.1]
+}
+
+/// Takes two steps and checks that every number that comes out is finite.
+fn assert_steps(model: &ContactModel, start: State, solver: Box<dyn StepSolver + '_>) {
+    let motion = Motion::Contact { detection: Detection::Predictive, solver };
+    let mut simulation = Simulation::new(model.clone(), start, motion).unwrap();
+    let mut record = StepRecord::new(&start, model.contact_count());
+    for _ in 0..2 {
+        simulation.step(&mut record).unwrap();
+        let finite = record.solution.as_slice().iter().all(|number| number.is_finite());
+        assert!(finite, "{record:?}");
+    }
+}
+
+fn assert_native_steps(model: &ContactModel, start: State) {
+    assert_steps(model, start, Box::new(NativeSolver::new(model)));
+}
+
+/// The refusal of something of which only `field` is odd.
+fn assert_names(error: &dyn std::fmt::Display, field: &str) {
+    let text = error.to_string();
+    assert!(text.contains(field) && text.len() < 200 && !text.contains('\n'), "{field}: {text}");
+}
+
+/// Mass, inertia, points: one of them odd.
+#[test]
+fn a_body_of_any_numbers_is_refused_by_name_or_can_be_simulated() {
+    let numbers = (0..3_usize, vec(wild(), 1 + 9 + 24), any::<bool>());
+    each(10_000, numbers, |(odd, numbers, diagonal)| {
+        let mass = if odd == 0 { numbers[0] } else { 10.0 };
+        let full = Matrix3::from_row_slice(&numbers[1..10]);
+        let inertia = match (odd, diagonal) {
+            (1, true) => Matrix3::from_diagonal(&full.diagonal()),
+            (1, false) => full + full.transpose(),
+            _ => Matrix3::from_diagonal_element(0.01),
+        };
+        let points: Vec<_> = if odd == 2 {
+            numbers[10..].chunks(3).map(Vector3::from_column_slice).collect()
+        } else {
+            tutorial_parameters().body.contact_points().iter().map(|c| c.position).collect()
+        };
+        match RigidBody::new(mass, inertia, &points) {
+            Err(error) => assert_names(&error, ["mass", "inertia", "contact point"][odd]),
+            Ok(body) => {
+                let parameters = Parameters { body, ..tutorial_parameters() };
+                assert_native_steps(&ContactModel::new(parameters).unwrap(), state(&ordinary()));
+            }
+        }
+        Ok(())
+    });
+}
+
+#[test]
+fn a_box_of_any_sides_is_refused_by_name_or_can_be_simulated() {
+    each(5000, (0..3_usize, wild()), |(axis, half_side)| {
+        let mut half_sides = Vector3::repeat(1.0);
+        half_sides[axis] = half_side;
+        match RigidBody::with_box_corners(10.0, Matrix3::identity(), half_sides) {
+            Err(error) => assert_names(&error, "half side"),
+            Ok(body) => {
+                let parameters = Parameters { body, ..tutorial_parameters() };
+                assert_native_steps(&ContactModel::new(parameters).unwrap(), state(&ordinary()));
+            }
+        }
+        Ok(())
+    });
+}
+
+#[test]
+fn constants_of_any_numbers_are_refused_by_name_or_can_be_simulated() {
+    let fields = ["time step", "friction", "gravity", "gravity", "gravity", "smoothing"];
+    each(10_000, (0..6_usize, wild()), |(odd, number)| {
+        let mut parameters = tutorial_parameters();
+        match odd {
+            0 => parameters.time_step = number,
+            1 => parameters.friction = number,
+            5 => parameters.smoothing = number,
+            axis => parameters.gravity[axis - 2] = number,
+        }
+        match ContactModel::new(parameters) {
+            Err(error) => assert_names(&error, fields[odd]),
+            Ok(model) => assert_native_steps(&model, state(&ordinary())),
+        }
+        Ok(())
+    });
+}
+
+#[test]
+fn a_state_of_any_numbers_is_refused_by_name_or_can_be_simulated() {
+    let model = tutorial_model();
+    each(10_000, (0..13_usize, wild()), |(odd, number)| {
+        let mut numbers = ordinary();
+        numbers[odd] = number;
+        let field = match odd {
+            0..=2 => "position",
+            3..=6 => "quaternion",
+            7..=9 => "velocity",
+            _ => "spin",
+        };
+        let start = state(&numbers);
+        match start.validate() {
+            Err(error) => assert_names(&error, field),
+            Ok(()) => assert_native_steps(&model, start),
+        }
+        Ok(())
+    });
+    each(1000, vec(any_bits(), 13), |numbers| {
+        if state(&numbers).validate().is_ok() {
+            assert_native_steps(&model, state(&numbers));
+        }
+        Ok(())
+    });
+}
+
+/// Options, one of them odd, and Ipopt's name of it.
+fn odd_options() -> impl Strategy<Value = (Options, &'static str)> {
+    let integer = prop_oneof![0..12_u32, any::<u32>()];
+    (0..6_usize, wild(), integer, any::<[bool; 3]>()).prop_map(
+        |(odd, number, integer, [barrier, multipliers, scaling])| {
+            let mut options = Options { max_iterations: 20, ..Options::default() };
+            if barrier {
+                options.barrier = BarrierStrategy::Adaptive;
+            }
+            if multipliers {
+                options.multiplier_step = MultiplierStep::MinDualInfeasibility;
+            }
+            if scaling {
+                options.scaling = Scaling::None;
+            }
+            let (real, whole) = match odd {
+                0 => (Some(&mut options.tolerance), None),
+                1 => (Some(&mut options.initial_barrier), None),
+                2 => (Some(&mut options.bound_push), None),
+                3 => (None, Some(&mut options.mumps_pivot_order)),
+                4 => (None, Some(&mut options.mumps_memory_percent)),
+                _ => (None, Some(&mut options.min_refinement_steps)),
+            };
+            if let Some(real) = real {
+                *real = number;
+            }
+            if let Some(whole) = whole {
+                *whole = integer;
+            }
+            let names = ["tol", "mu_init", "bound_push", "mumps_pivot_order"];
+            let more = ["mumps_mem_percent", "min_refinement_steps"];
+            (options, names.into_iter().chain(more).nth(odd).unwrap())
+        },
+    )
+}
+
+/// Ipopt with options out of the ordinary need not converge.
+#[test]
+fn options_of_any_numbers_are_refused_by_name_or_ipopt_takes_them() {
+    let model = tutorial_model();
+    each(300, odd_options(), |(options, name)| {
+        match options.validate() {
+            Err(error) => assert_names(&error, name),
+            Ok(()) => {
+                let solver = IpoptSolver::new(&model, Formulation::default(), options).unwrap();
+                assert_steps(&model, state(&ordinary()), Box::new(solver));
+            }
+        }
+        Ok(())
+    });
+    each(2000, any::<u32>(), |max_iterations| {
+        let options = Options { max_iterations, ..Options::default() };
+        prop_assert_eq!(options.validate().is_ok(), max_iterations <= 1_000_000);
+        Ok(())
+    });
+}
+
+/// Overflow is allowed, a panic is not.
+#[test]
+fn the_program_can_be_evaluated_at_any_finite_point() {
+    let points = (any_model(), vec(finite(), 13), uniform8(finite())).prop_flat_map(|model| {
+        let layout = StepNlp::new(model.0.clone()).layout();
+        let x = vec(finite(), layout.variables());
+        (Just(model), x, vec(finite(), layout.constraints()), finite())
+    });
+    each(5000, points, |((model, old, alpha), x, multipliers, factor)| {
+        let mut nlp = StepNlp::new(model);
+        let push = Wrench {
+            force: Vector3::from_column_slice(&alpha[..3]),
+            torque: Vector3::from_column_slice(&alpha[3..6]),
+        };
+        nlp.set_step(&state(&old), &push, alpha);
+        let layout = nlp.layout();
+        let mut jacobian = vec![0.0; nlp.jacobian_pattern().len()];
+        let mut hessian = vec![0.0; nlp.hessian_pattern().len()];
+        nlp.gradient(&x, &mut vec![0.0; layout.variables()]);
+        nlp.constraints(&x, &mut vec![0.0; layout.constraints()]);
+        nlp.jacobian(&x, &mut jacobian);
+        nlp.hessian(&x, factor, &multipliers, &mut hessian);
+        prop_assert!(!nlp.objective(&x).is_nan());
+        Ok(())
+    });
+}

@@ -1,0 +1,299 @@
+//! Runs that do not reach their end: signals, and what `--on-failure` makes of a step that
+//! Ipopt does not solve.
+#![cfg(unix)]
+
+#[allow(dead_code)]
+#[path = "cli/support.rs"]
+mod support;
+
+use serde_json::{Value, json};
+use std::fs::{self, File};
+use std::path::PathBuf;
+use std::process::{Child, Command, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+use support::{FAILING_RUN, PROGRAM, Simulated, everything_in, run, simulate};
+use tempfile::TempDir;
+use tumble::solver::StepStatus;
+use tumble::solver::ipopt::ACCEPTED_CERTIFICATE;
+use tumble::trajectory::{TrajectoryReader, TrajectoryRow};
+
+/// Minutes of Ipopt, seconds of the native solver: no run below reaches its end.
+const IPOPT: [&str; 4] = ["--steps", "100000", "--seed", "42"];
+const NATIVE: [&str; 6] = ["--steps", "5000000", "--seed", "42", "--solver", "native"];
+/// The rows up to the first contact, k = 223, are some 60 kB.
+const INTO_CONTACT: u64 = 100_000;
+/// A step is given up within an iteration, which takes less than a millisecond, and the rest
+/// is writing; a second leaves room for a busy machine.
+const AT_ONCE: Duration = Duration::from_secs(1);
+const LIMIT: Duration = Duration::from_secs(60);
+
+/// A run under way.
+struct Running {
+    child: Child,
+    directory: TempDir,
+}
+
+impl Running {
+    fn start(args: &[&str]) -> Self {
+        Self::start_in(tempfile::tempdir().unwrap(), args)
+    }
+
+    fn start_in(directory: TempDir, args: &[&str]) -> Self {
+        let mut command = Command::new(PROGRAM);
+        command.args(args).arg("--out").arg(directory.path().join("out"));
+        let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        Self { child, directory }
+    }
+
+    /// Looks again and again until `done`; kills the program where it never is.
+    fn wait(&mut self, done: impl Fn(&mut Child) -> bool) -> Duration {
+        let begin = Instant::now();
+        while !done(&mut self.child) {
+            if begin.elapsed() > LIMIT {
+                self.child.kill().unwrap();
+                panic!("still waiting after {LIMIT:?}");
+            }
+            sleep(Duration::from_millis(1));
+        }
+        begin.elapsed()
+    }
+
+    /// Waits until the largest file of the run has `bytes` bytes.
+    fn wait_for(&mut self, bytes: u64) {
+        let out = self.directory.path().join("out");
+        self.wait(|child| {
+            assert_eq!(child.try_wait().unwrap(), None, "the run has ended");
+            let files = fs::read_dir(&out).into_iter().flatten().flatten();
+            files.filter_map(|file| Some(file.metadata().ok()?.len())).any(|size| size >= bytes)
+        });
+    }
+
+    fn send(&self, signal: &str) {
+        let id = self.child.id().to_string();
+        assert!(Command::new("kill").args(["-s", signal, &id]).status().unwrap().success());
+    }
+
+    /// Waits for the end: how the program ended, and how long that took.
+    fn end(mut self) -> (Simulated, Duration) {
+        let took = self.wait(|child| child.try_wait().unwrap().is_some());
+        let end = self.child.wait_with_output().unwrap().into();
+        (Simulated { end, directory: self.directory }, took)
+    }
+}
+
+/// The rows of a file that is whole.
+fn rows(run: &Simulated) -> Vec<TrajectoryRow> {
+    let mut reader =
+        TrajectoryReader::new(File::open(run.path("trajectory.csv")).unwrap()).unwrap();
+    let mut rows = Vec::new();
+    while let Some(row) = reader.next_row().unwrap() {
+        rows.push(row);
+    }
+    rows
+}
+
+/// Two whole files and no other, of as many rows as run.json counts, that `verify` finds to
+/// be what they say.
+fn assert_whole(run: &Simulated, outcome: &str, asked: u64) -> Vec<TrajectoryRow> {
+    let whole = ["out", "out/run.json", "out/trajectory.csv"].map(PathBuf::from);
+    assert_eq!(everything_in(run.directory.path()), whole);
+    let (rows, json) = (rows(run), run.run_json());
+    let count = |status| rows.iter().filter(|row| row.status == status).count();
+    let free = count(StepStatus::Free);
+    assert_eq!(json["outcome"], outcome);
+    assert_eq!(json["parameters"]["steps"], json!(asked));
+    for (name, expected) in [
+        ("rows", rows.len()),
+        ("free_steps", free),
+        ("contact_steps", rows.len() - 1 - free),
+        ("converged", count(StepStatus::Converged)),
+        ("retried", count(StepStatus::Retried)),
+        ("fallback", count(StepStatus::Fallback)),
+        ("failed", count(StepStatus::Failed)),
+    ] {
+        assert_eq!(json["summary"][name], json!(expected), "{name}");
+    }
+    let verified = support::run(&["verify", run.path("trajectory.csv").to_str().unwrap()]);
+    let code = if count(StepStatus::Failed) > 0 { 3 } else { 0 };
+    assert_eq!(verified.code, Some(code), "{verified:?}");
+    rows
+}
+
+/// The first `count` lines of a run's trajectory.
+fn lines(run: &Simulated, count: usize) -> Vec<String> {
+    run.csv().lines().take(count).map(str::to_owned).collect()
+}
+
+#[test]
+fn a_signal_ends_an_ipopt_run_at_once_with_all_its_steps_written() {
+    let undisturbed = simulate(&["--steps", "240", "--seed", "42"]);
+    for signal in ["INT", "TERM"] {
+        let mut running = Running::start(&IPOPT);
+        running.wait_for(INTO_CONTACT);
+        running.send(signal);
+        let (run, took) = running.end();
+        assert_eq!((run.end.code, run.end.stderr.as_str()), (Some(130), ""), "{signal}");
+        assert!(took < AT_ONCE, "{signal}: {took:?}");
+        let found = assert_whole(&run, "interrupted", 100_000).len();
+        assert!((240..100_000).contains(&found), "{signal}: {found} rows");
+        let said = format!("{found} rows, h = 0.002 s");
+        assert!(run.end.stdout.contains(&said), "{}", run.end.stdout);
+        let asked = "interrupted  100000 rows were asked for";
+        assert!(run.end.stdout.contains(asked), "{}", run.end.stdout);
+        // The header and the 239 steps before the signal: as if it had never come.
+        assert_eq!(lines(&run, 240), lines(&undisturbed, 240), "{signal}");
+    }
+}
+
+#[test]
+fn a_signal_ends_a_native_run_at_once_with_all_its_steps_written() {
+    let undisturbed = simulate(&["--steps", "1000", "--seed", "42", "--solver", "native"]);
+    for signal in ["INT", "TERM"] {
+        let mut running = Running::start(&NATIVE);
+        // Beyond row 1000, which ends at some 450 kB.
+        running.wait_for(1_000_000);
+        running.send(signal);
+        let (run, took) = running.end();
+        assert_eq!((run.end.code, run.end.stderr.as_str()), (Some(130), ""), "{signal}");
+        assert!(took < AT_ONCE, "{signal}: {took:?}");
+        let found = assert_whole(&run, "interrupted", 5_000_000).len();
+        assert!((1000..5_000_000).contains(&found), "{signal}: {found} rows");
+        assert_eq!(lines(&run, 1000), lines(&undisturbed, 1000), "{signal}");
+    }
+}
+
+#[test]
+fn a_quiet_run_with_a_step_that_fails_is_interrupted_with_code_130_and_no_word() {
+    let hasty = ["--max-iter", "3", "--on-failure", "record", "--quiet"];
+    let mut running = Running::start(&[IPOPT.as_slice(), &hasty].concat());
+    running.wait_for(INTO_CONTACT);
+    running.send("INT");
+    let (run, _) = running.end();
+    let said = (run.end.code, run.end.stdout.as_str(), run.end.stderr.as_str());
+    assert_eq!(said, (Some(130), "", ""));
+    let found = assert_whole(&run, "interrupted", 100_000);
+    assert!(found.iter().any(|row| row.status == StepStatus::Failed));
+}
+
+/// Before the run there is nothing, after it two whole files, and nothing else at any time:
+/// also where the signal comes while the program starts.
+#[test]
+fn a_signal_at_the_start_leaves_nothing_half_done() {
+    for delay in 0..24 {
+        let running = Running::start(&IPOPT);
+        sleep(Duration::from_micros(250 * delay));
+        running.send("TERM");
+        let (run, _) = running.end();
+        match run.end.code {
+            Some(code) => {
+                assert_eq!(code, 130, "{:?}", run.end);
+                assert_whole(&run, "interrupted", 100_000);
+            }
+            // The signal killed the program before it could tell.
+            None => {
+                let left = everything_in(run.directory.path());
+                assert!(left.is_empty() || left == [PathBuf::from("out")], "{left:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_run_that_is_killed_leaves_the_files_of_the_run_before() {
+    for args in [IPOPT.as_slice(), &NATIVE] {
+        let before = simulate(&["--steps", "5"]);
+        let (csv, json) = (before.csv(), before.run_json());
+        let mut running = Running::start_in(before.directory, args);
+        running.wait_for(INTO_CONTACT);
+        running.send("KILL");
+        let (run, _) = running.end();
+        assert_eq!(run.end.code, None);
+        assert_eq!((run.csv(), run.run_json()), (csv, json));
+    }
+}
+
+/// So few iterations that Ipopt solves only some steps.
+const HASTY: [&str; 4] = ["--steps", "260", "--max-iter", "3"];
+
+fn hasty(on_failure: &str) -> Simulated {
+    simulate(&[HASTY.as_slice(), &["--on-failure", on_failure]].concat())
+}
+
+#[test]
+fn record_writes_every_step_and_ends_with_code_3() {
+    let run = hasty("record");
+    assert_eq!((run.end.code, run.end.stderr.as_str()), (Some(3), ""));
+    let rows = assert_whole(&run, "complete", 260);
+    assert_eq!(rows.len(), 260);
+    assert!(rows.iter().any(|row| row.status == StepStatus::Failed));
+    let json = run.run_json();
+    assert_eq!(json["solver"]["on_failure"], "record");
+    // No ladder, no rungs.
+    assert_eq!(json["summary"]["rungs"], json!({}));
+    assert!(rows.iter().all(|row| row.iterations <= 3), "the limit is for every step");
+}
+
+#[test]
+fn stop_ends_the_file_before_the_first_step_that_failed() {
+    // Of the failing run the very first step may fail: then the start is the only row.
+    for args in [HASTY.as_slice(), &FAILING_RUN] {
+        let with = |choice| simulate(&[args, &["--on-failure", choice]].concat());
+        let (recorded, stopped) = (with("record"), with("stop"));
+        let failed = rows(&recorded).iter().position(|row| row.status == StepStatus::Failed);
+        let first = failed.expect("a step that fails");
+        assert_eq!((stopped.end.code, stopped.end.stderr.as_str()), (Some(3), ""));
+        let found = assert_whole(&stopped, "stopped", args[1].parse().unwrap());
+        assert_eq!(found.len(), first + 1, "the last row is the state before that step");
+        assert_eq!(found[first].state, rows(&recorded)[first].state);
+        assert_eq!(lines(&stopped, first + 1), lines(&recorded, first + 1));
+        let said = format!("stopped      step k = {first} was not solved");
+        assert!(stopped.end.stdout.contains(&said), "{}", stopped.end.stdout);
+    }
+}
+
+/// The counts of the rungs, those of `names` added up.
+fn rungs(json: &Value, names: &[&str]) -> u64 {
+    let rungs = json["summary"]["rungs"].as_object().unwrap();
+    names.iter().filter_map(|&name| rungs.get(name)?.as_u64()).sum()
+}
+
+#[test]
+fn the_ladder_solves_every_step_and_says_from_which_rung() {
+    for args in [&HASTY, &["--steps", "400", "--seed", "0"], &["--steps", "400", "--seed", "2"]] {
+        let run = simulate(args);
+        assert_eq!((run.end.code, run.end.stderr.as_str()), (Some(0), ""), "{args:?}");
+        let rows = assert_whole(&run, "complete", args[1].parse().unwrap());
+        let json = run.run_json();
+        assert_eq!(json["solver"]["on_failure"], "ladder");
+        let summary = &json["summary"];
+        let all = summary["rungs"].as_object().unwrap().values();
+        let all: u64 = all.map(|count| count.as_u64().unwrap()).sum();
+        assert_eq!(summary["contact_steps"], all, "{args:?}");
+        assert_eq!(summary["failed"], 0, "{args:?}");
+        for (status, names) in [
+            ("converged", ["warm", "previous"].as_slice()),
+            ("retried", &["native_start", "free_flight", "shared_weight"]),
+            ("fallback", &["native"]),
+        ] {
+            assert_eq!(summary[status], rungs(&json, names), "{args:?}: {status}");
+        }
+        for row in rows {
+            assert!(row.certificate <= ACCEPTED_CERTIFICATE, "{args:?}: k = {}", row.index);
+        }
+        if args[2] == "--max-iter" {
+            assert!(summary["fallback"].as_u64().unwrap() > 0, "three iterations solve it all");
+        }
+    }
+}
+
+#[test]
+fn a_choice_for_failures_that_cannot_be_had_is_refused() {
+    for (args, words) in [
+        (["--solver", "native", "--on-failure", "ladder"], ["--on-failure ladder", "native"]),
+        (["--scene", "floating", "--on-failure", "record"], ["--on-failure", "floating"]),
+        (["--solver", "ipopt", "--on-failure", "ignore"], ["--on-failure", "ladder, record, stop"]),
+    ] {
+        run(&args).assert_refused(2, &words);
+    }
+}

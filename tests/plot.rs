@@ -1,0 +1,207 @@
+//! `tumble plot` and `--plot`: the pictures of ordinary, long and odd runs.
+
+#[path = "plot/picture.rs"]
+mod picture;
+#[allow(dead_code)]
+#[path = "cli/support.rs"]
+mod support;
+
+use picture::{ENERGY, MOTION, Svg, png_size};
+use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
+use support::{CONTACT_RUN, End, FAILING_RUN, Simulated, everything_in, run, simulate, tumble};
+
+const PICTURES: [&str; 4] = ["plot.png", "plot.svg", "plot-energy.png", "plot-energy.svg"];
+
+/// Runs a simulation with `--plot` and reads its two SVGs.
+fn simulate_and_plot(args: &[&str]) -> (Simulated, Svg, Svg) {
+    let simulated = simulate(&[args, &["--plot"]].concat());
+    let svg = |name| Svg::read(&simulated.path(name));
+    let (motion, energy) = (svg("plot.svg"), svg("plot-energy.svg"));
+    for (name, picture) in [("plot.png", &motion), ("plot-energy.png", &energy)] {
+        let (width, height) = png_size(&simulated.path(name));
+        assert_eq!((width, height), (2400, (2.0 * picture.height).round() as u32), "{name}");
+    }
+    assert_eq!((motion.width, energy.width), (1200.0, 1200.0));
+    (simulated, motion, energy)
+}
+
+fn plot(file: &Path, args: &[&str]) -> End {
+    tumble().arg("plot").arg(file).args(args).output().unwrap().into()
+}
+
+#[test]
+fn the_sheets_have_their_panels_labels_and_curves() {
+    let (simulated, motion, energy) = simulate_and_plot(&CONTACT_RUN);
+    assert_eq!((simulated.end.code, simulated.end.stderr.as_str()), (Some(0), ""));
+    for name in PICTURES {
+        assert!(simulated.end.stdout.contains(name), "{name}: {}", simulated.end.stdout);
+    }
+    for (picture, panels) in [(&motion, MOTION.as_slice()), (&energy, &ENERGY)] {
+        assert_eq!(picture.panels(), panels.iter().map(|panel| panel.0).collect::<Vec<_>>());
+        for (id, label, curves) in panels {
+            let panel = picture.panel(id);
+            assert!(panel.label.starts_with(label), "{id}: {}", panel.label);
+            assert_eq!(panel.curves.len(), *curves, "{id}");
+        }
+        assert!(picture.text.contains("time t (s)"));
+        assert!(picture.text.contains("drop scene, seed 42, ipopt"));
+    }
+    assert!(motion.panel("fz").label.contains("symlog axis, linear below"));
+    assert!(energy.panel("certificate").label.contains("log axis"));
+    let corners: Vec<_> = (0..8).map(|corner| corner.to_string()).collect();
+    let legend = motion.panel("fz").legend;
+    assert!(corners.iter().all(|corner| legend.contains(corner)), "{legend:?}");
+    for name in ["kinetic", "potential", "total"] {
+        assert!(energy.panel("energy").legend.contains(&name.to_owned()), "{name}");
+    }
+}
+
+#[test]
+fn the_same_file_gives_the_same_bytes() {
+    let (simulated, ..) = simulate_and_plot(&CONTACT_RUN);
+    let directory = tempfile::tempdir().unwrap();
+    let again = directory.path().join("not/yet/there");
+    let end = plot(&simulated.path("trajectory.csv"), &["--out", again.to_str().unwrap()]);
+    assert_eq!((end.code, end.stderr.as_str()), (Some(0), ""));
+    assert_eq!(everything_in(&again).len(), PICTURES.len());
+    for name in PICTURES {
+        let bytes = |path: &Path| fs::read(path).unwrap();
+        assert!(bytes(&simulated.path(name)) == bytes(&again.join(name)), "{name}");
+    }
+}
+
+/// A cube that stands still for 200 000 rows, except for two impacts of one step each.
+#[test]
+fn two_impacts_in_200_000_rows_are_seen() {
+    let header = tumble::trajectory::header(8).join(",");
+    let mut csv = header + "\n";
+    for k in 0..200_000_u64 {
+        let (z, force, status) = match k {
+            77_777 => (9.0, 20_000.0, "failed"),
+            123_456 => (-3.0, 25.0, "converged"),
+            199_999 => (1.0, 0.0, "end"),
+            _ => (1.0, 25.0, "converged"),
+        };
+        let forces = format!("{force},0,0,0,25,0,0,0");
+        let zeros = "0,0,0,0,0,0,0,0";
+        let time = k as f64 * 0.002;
+        let _ = writeln!(
+            csv,
+            "{k},{time},0,0,{z},1,0,0,0,0,0,0,0,0,0,{zeros},{zeros},{forces},{zeros},{zeros},\
+             {zeros},1,0,0,0,1,0,0,0,{status},3,1e-9"
+        );
+    }
+    let directory = tempfile::tempdir().unwrap();
+    let file = directory.path().join("long.csv");
+    fs::write(&file, csv).unwrap();
+    let end = plot(&file, &[]);
+    assert_eq!((end.code, end.stderr.as_str()), (Some(0), ""));
+    assert!(end.stdout.starts_with("note: no run.json"), "{}", end.stdout);
+
+    let motion = Svg::read(&directory.path().join("plot.svg"));
+    let z = &motion.panel("z").curves[0];
+    // Up is down in an SVG. The heights are as 9 − 1 to 1 + 3.
+    let level = z[0].1;
+    let (low, high) = z
+        .iter()
+        .fold((f64::MAX, f64::MIN), |(low, high), point| (low.min(point.1), high.max(point.1)));
+    let ratio = (level - low) / (high - level);
+    assert!((ratio - 2.0).abs() < 0.01, "{ratio}");
+    let column = |row: f64| 88.0 + 1080.0 * row / 199_999.0;
+    let peak = z.iter().find(|point| point.1 == low).unwrap().0;
+    assert!((peak - column(77_777.0)).abs() <= 0.02, "{peak}");
+
+    // The impact towers over the weight, and the weight over nothing.
+    let curves = motion.panel("fz").curves;
+    let heights: Vec<f64> = curves.iter().flatten().map(|point| point.1).collect();
+    let bottom = heights.iter().copied().fold(f64::MIN, f64::max);
+    let top = heights.iter().copied().fold(f64::MAX, f64::min);
+    let weight = curves.iter().find(|curve| curve.len() == 2 && curve[0].1 < bottom).unwrap()[0].1;
+    assert!(bottom - weight > 20.0 && weight - top > 60.0, "{bottom} {weight} {top}");
+    assert!(motion.text.len() < 1_000_000, "{}", motion.text.len());
+
+    let energy = Svg::read(&directory.path().join("plot-energy.svg"));
+    assert_eq!(energy.panel("certificate").legend, ["failed (1)"]);
+}
+
+#[test]
+fn a_single_row_has_a_state_and_says_that_there_is_no_step() {
+    let (simulated, motion, energy) = simulate_and_plot(&["--steps", "1"]);
+    assert_eq!(simulated.end.code, Some(0));
+    for (picture, id) in [(&motion, "z"), (&energy, "energy"), (&energy, "height")] {
+        let panel = picture.panel(id);
+        assert!(panel.dots > 0 && panel.nothing.is_none(), "{id}");
+    }
+    for id in ["fz", "s1", "s2", "lambda"] {
+        assert_eq!(motion.panel(id).nothing.as_deref(), Some("no step in this run"), "{id}");
+    }
+}
+
+#[test]
+fn a_floating_cube_says_that_there_is_no_contact() {
+    let (simulated, motion, energy) = simulate_and_plot(&["--scene", "floating"]);
+    assert_eq!(simulated.end.code, Some(0));
+    let panel = motion.panel("fz");
+    assert_eq!(panel.nothing.as_deref(), Some("no contact force in this run"));
+    assert!(panel.curves.is_empty() && panel.legend.is_empty());
+    assert!(energy.panel("slip").nothing.is_some());
+    assert!(energy.panel("iterations").nothing.is_some());
+    assert_eq!(energy.panel("energy").curves.len(), 3);
+}
+
+#[test]
+fn failed_steps_are_marked_and_a_drawn_run_keeps_its_exit_code() {
+    let (simulated, _, energy) = simulate_and_plot(&FAILING_RUN);
+    assert_eq!(simulated.end.code, Some(3));
+    let failed = simulated.run_json()["summary"]["failed"].as_u64().unwrap();
+    let panel = energy.panel("certificate");
+    assert!(panel.legend.contains(&format!("failed ({failed})")), "{:?}", panel.legend);
+    assert_eq!(panel.marks, ["failed"]);
+    // Drawing them again is no failure.
+    assert_eq!(plot(&simulated.path("trajectory.csv"), &[]).code, Some(0));
+}
+
+#[test]
+fn quiet_runs_draw_and_say_nothing() {
+    let simulated = simulate(&["--steps", "3", "--plot", "--quiet"]);
+    assert_eq!((simulated.end.code, simulated.end.stdout.as_str()), (Some(0), ""));
+    assert!(simulated.path("plot.png").is_file());
+}
+
+#[test]
+fn a_title_from_a_file_cannot_break_the_picture() {
+    let simulated = simulate(&["--steps", "3"]);
+    let text = fs::read_to_string(simulated.path("run.json")).unwrap();
+    let text = text.replace("\"drop\"", r#""</text><b a=\"&\u0001\uffff""#);
+    fs::write(simulated.path("run.json"), text).unwrap();
+    let end = plot(&simulated.path("trajectory.csv"), &[]);
+    assert_eq!((end.code, end.stderr.as_str()), (Some(0), ""));
+    let svg = Svg::read(&simulated.path("plot.svg"));
+    assert!(svg.text.contains("&lt;/text&gt;&lt;b a=&quot;&amp;"), "{}", &svg.text[..400]);
+}
+
+#[test]
+fn what_cannot_be_read_or_written_is_one_sentence() {
+    let simulated = simulate(&["--steps", "3"]);
+    let file = simulated.path("trajectory.csv");
+    run(&["plot"]).assert_refused(2, &["FILE.csv"]);
+    plot(Path::new("/nowhere/x.csv"), &[]).assert_refused(2, &["/nowhere/x.csv", "trajectory"]);
+    plot(&file, &["--dt", "0.5"]).assert_refused(2, &["dt"]);
+    plot(&file, &["--dt", "0.001"]).assert_refused(2, &["time step", "--dt"]);
+    plot(&file, &["--steps", "3"]).assert_refused(2, &["--steps"]);
+    plot(&simulated.path("run.json"), &[]).assert_refused(2, &["run.json", "header"]);
+
+    let occupied = simulated.path("occupied");
+    fs::write(&occupied, "").unwrap();
+    plot(&file, &["--out", occupied.to_str().unwrap()]).assert_refused(1, &["occupied"]);
+    fs::create_dir(simulated.path("plot.svg")).unwrap();
+    plot(&file, &[]).assert_refused(1, &["plot.svg", "is a directory"]);
+
+    let cut = fs::read_to_string(&file).unwrap().replace(",end,", ",free,");
+    fs::write(&file, cut).unwrap();
+    plot(&file, &[]).assert_refused(2, &["no row of status `end`"]);
+    let names: Vec<_> = everything_in(&simulated.path(""));
+    assert_eq!(names.len(), 4, "nothing is left behind: {names:?}");
+}
