@@ -79,7 +79,7 @@ fn source_of(path: &Path, flags: &PhysicsArgs) -> Result<Source, Failure> {
     let run_path = path.with_file_name("run.json");
     let (mut parameters, floating, title, note) = match RunFile::read(&run_path)? {
         Some(run) => {
-            let title = format!("{}, seed {}, {}", run.scene, run.seed, run.solver.name);
+            let title = format!("{} scene, seed {}, {}", run.scene, run.seed, run.solver.name);
             (run.parameters, run.scene == "floating", title, "")
         }
         None => (

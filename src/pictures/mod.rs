@@ -8,7 +8,7 @@ use tumble::trajectory::TrajectoryRow;
 
 /// A trajectory in memory, with what is needed to draw it.
 pub struct Film {
-    /// Scene, seed and solver, for a heading.
+    /// Scene, seed and solver, for a heading; empty where nothing is known of them.
     pub title: String,
     /// Mass, inertia, contact points, gravity, friction, time step.
     pub model: ContactModel,

@@ -27,7 +27,11 @@ pub fn svg(film: &Film, sheet: Sheet) -> String {
         Sheet::Motion => ("Motion and contact", motion::PANELS.as_slice()),
         Sheet::Energy => ("Energy and certificate", energy::PANELS.as_slice()),
     };
-    svg::draw(film, &format!("{name}: {}", film.title), &notes(film), panels)
+    let heading = match film.title.as_str() {
+        "" => name.to_owned(),
+        title => format!("{name}: {title}"),
+    };
+    svg::draw(film, &heading, &notes(film), panels)
 }
 
 /// An SVG of [`svg`] as PNG.
