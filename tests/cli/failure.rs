@@ -1,6 +1,7 @@
-//! Output that cannot be written: exit code 1, one line, and nothing half-written.
+//! Output that cannot be written: exit code 1, one line, and nothing half-written. Steps that
+//! cannot be solved: exit code 3.
 
-use super::support::{PROGRAM, everything_in, run, simulate, tumble};
+use super::support::{FAILING_RUN, PROGRAM, everything_in, run, simulate, tumble};
 use std::fs;
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
@@ -117,5 +118,15 @@ fn an_ipopt_opt_in_the_working_directory_changes_nothing() {
         command.assert().success().stdout("").stderr("");
         let written = fs::read_to_string(directory.path().join("out/trajectory.csv")).unwrap();
         assert_eq!(written, plain.csv());
+    }
+}
+
+/// A runaway's own speed must not make its certificate pass for rounding: both solvers have
+/// to say that they failed here.
+#[test]
+fn a_runaway_step_is_failed_whoever_solves_it() {
+    for solver in ["ipopt", "native"] {
+        let simulated = simulate(&[&FAILING_RUN[..], &["--solver", solver]].concat());
+        assert_eq!(simulated.end.code, Some(3), "{solver}: {}", simulated.end.stdout);
     }
 }
