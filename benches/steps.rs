@@ -26,14 +26,7 @@ struct Recorded {
 }
 
 fn model() -> Result<ContactModel, Error> {
-    let scene = Scene::drop();
-    ContactModel::new(Parameters {
-        body: scene::tutorial_cube()?,
-        gravity: scene.gravity,
-        friction: scene::FRICTION,
-        time_step: scene.time_step,
-        smoothing: scene::SMOOTHING,
-    })
+    ContactModel::new(scene::tutorial_parameters()?)
 }
 
 fn simulation<'a>(

@@ -56,13 +56,7 @@ fn settings() -> Vec<Setting> {
 
 fn run(setting: &Setting, seed: u32) -> Result<RunSummary, Error> {
     let scene = Scene::drop();
-    let model = ContactModel::new(Parameters {
-        body: scene::tutorial_cube()?,
-        gravity: scene.gravity,
-        friction: scene::FRICTION,
-        time_step: scene.time_step,
-        smoothing: scene::SMOOTHING,
-    })?;
+    let model = ContactModel::new(scene::tutorial_parameters()?)?;
     let ipopt = IpoptSolver::new(&model, setting.formulation, setting.options.clone())?;
     let solver: Box<dyn StepSolver> = if setting.rungs.is_empty() {
         Box::new(ipopt)

@@ -81,6 +81,15 @@ impl RigidBody {
         Self::new(mass, inertia, &corners)
     }
 
+    /// A solid box of equal density with a contact point in every corner, in the order of
+    /// [`RigidBody::with_box_corners`]. `half_sides` in m.
+    ///
+    /// # Errors
+    /// As [`RigidBody::with_box_corners`].
+    pub fn solid_box(mass: f64, half_sides: Vector3<f64>) -> Result<Self, Error> {
+        Self::with_box_corners(mass, solid_box_inertia(mass, &half_sides), half_sides)
+    }
+
     /// m, kg.
     #[must_use]
     pub fn mass(&self) -> f64 {
@@ -111,6 +120,14 @@ impl RigidBody {
     pub fn reach(&self) -> f64 {
         self.reach
     }
+}
+
+/// The inertia of a solid box of equal density with `half_sides` (a, b, c) in m:
+/// I = m/3 diag(b² + c², a² + c², a² + b²), kg m².
+#[must_use]
+pub fn solid_box_inertia(mass: f64, half_sides: &Vector3<f64>) -> Matrix3<f64> {
+    let squares = half_sides.component_mul(half_sides);
+    Matrix3::from_diagonal(&(mass / 3.0 * (Vector3::repeat(squares.sum()) - squares)))
 }
 
 /// I⁻¹ of a symmetric positive definite matrix.

@@ -3,6 +3,7 @@
 use crate::body::RigidBody;
 use crate::dynamics;
 use crate::error::{Error, in_range};
+use crate::plane::Plane;
 use crate::quaternion::rotation;
 use crate::state::{State, Wrench};
 use nalgebra::Vector3;
@@ -12,8 +13,9 @@ use nalgebra::Vector3;
 pub struct Parameters {
     /// The body.
     pub body: RigidBody,
-    /// g, m/s², in the ground's frame, whose z axis is the ground's normal. An inclined
-    /// plane is the same problem with g tilted.
+    /// The ground.
+    pub plane: Plane,
+    /// g, m/s², world.
     pub gravity: Vector3<f64>,
     /// μ, coefficient of friction.
     pub friction: f64,
@@ -24,10 +26,16 @@ pub struct Parameters {
     pub smoothing: f64,
 }
 
-/// A rigid body above the ground z = 0, with friction: the constants of every step.
+/// A rigid body above the ground, with friction: the constants of every step.
+///
+/// States, forces and gravity in these methods are in the **ground's frame**
+/// ([`crate::plane`]), whose plane z = 0 is the ground: there an inclined plane is the same
+/// problem with gravity tilted. On level ground it is the world's.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ContactModel {
     parameters: Parameters,
+    /// In the ground's frame.
+    gravity: Vector3<f64>,
 }
 
 impl ContactModel {
@@ -43,7 +51,8 @@ impl ContactModel {
             in_range("gravity (m/s²)", component, -1000.0, 1000.0, "-1000 to 1000")?;
         }
         in_range("smoothing epsilon (N)", parameters.smoothing, 1e-12, 1.0, "1e-12 to 1")?;
-        Ok(Self { parameters })
+        let gravity = parameters.plane.vector_to_ground(&parameters.gravity);
+        Ok(Self { parameters, gravity })
     }
 
     /// The constants.
@@ -58,6 +67,12 @@ impl ContactModel {
         &self.parameters.body
     }
 
+    /// The ground.
+    #[must_use]
+    pub fn plane(&self) -> &Plane {
+        &self.parameters.plane
+    }
+
     /// The number of contact points, n.
     #[must_use]
     pub fn contact_count(&self) -> usize {
@@ -67,7 +82,7 @@ impl ContactModel {
     /// g, m/s², ground's frame.
     #[must_use]
     pub fn gravity(&self) -> &Vector3<f64> {
-        &self.parameters.gravity
+        &self.gravity
     }
 
     /// μ.
@@ -94,7 +109,7 @@ impl ContactModel {
         dynamics::free_flight(self.body(), state, wrench, self.gravity(), self.time_step())
     }
 
-    /// World positions of the contact points, m: C_i = r + A(q) c_i (eq. 4).
+    /// Positions of the contact points, m: C_i = r + A(q) c_i (eq. 4).
     pub fn contact_positions<'a>(
         &'a self,
         state: &State,

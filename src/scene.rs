@@ -2,6 +2,8 @@
 
 use crate::body::RigidBody;
 use crate::error::Error;
+use crate::model::Parameters;
+use crate::plane::Plane;
 use crate::random::random_attitude;
 use crate::state::State;
 use nalgebra::{Matrix3, Vector3, Vector4};
@@ -90,6 +92,22 @@ impl Scene {
             random_attitude(seed)
         }
     }
+}
+
+/// The constants of the drop scene.
+///
+/// # Errors
+/// None for these numbers; the type is [`RigidBody::new`]'s.
+pub fn tutorial_parameters() -> Result<Parameters, Error> {
+    let scene = Scene::drop();
+    Ok(Parameters {
+        body: tutorial_cube()?,
+        plane: Plane::level(),
+        gravity: scene.gravity,
+        friction: FRICTION,
+        time_step: scene.time_step,
+        smoothing: SMOOTHING,
+    })
 }
 
 /// The tutorial's cube: 2 m, 10 kg, inertia 0.01·E₃ kg m².

@@ -1,10 +1,15 @@
 //! The simulation loop: one step after another, each with its report and certificate.
+//!
+//! States, forces and loads are in the world's frame here; the steps between are solved in
+//! the ground's ([`crate::plane`]).
 
 use crate::certificate::{Certificate, certify_contact_step, certify_rk4_step};
 use crate::detection::Detection;
 use crate::dynamics::rk4_step;
 use crate::error::Error;
+use crate::load::Load;
 use crate::model::ContactModel;
+use crate::solver::native::NativeSolver;
 use crate::solver::{Decision, Step, StepReport, StepSolver, StepStatus};
 use crate::state::{State, Wrench};
 use nalgebra::Vector3;
@@ -14,9 +19,10 @@ use nalgebra::Vector3;
 pub struct StepRecord {
     /// k.
     pub index: u64,
-    /// X at step k.
+    /// X at step k, world.
     pub state: State,
-    /// The solution of the step: X at k+1, forces, slacks, multipliers.
+    /// The solution of the step, its X at k+1 and forces in the world's frame; the slacks
+    /// and multipliers are the same in every frame.
     pub solution: Decision,
     /// α of the step.
     pub active: Vec<bool>,
@@ -54,31 +60,51 @@ pub enum Motion<'a> {
     Floating,
 }
 
+impl Motion<'_> {
+    /// Contact by tumble's own solver, with the usual rule for the contact flags.
+    #[must_use]
+    pub fn native(model: &ContactModel) -> Self {
+        let solver = Box::new(NativeSolver::new(model));
+        Self::Contact { detection: Detection::default(), solver }
+    }
+}
+
 /// A running simulation.
 pub struct Simulation<'a> {
     model: ContactModel,
     motion: Motion<'a>,
+    /// World, besides the load.
     wrench: Wrench,
+    load: Load,
     index: u64,
+    /// X at step k, ground's frame.
     state: State,
+    /// X at step k − 1, ground's frame.
+    state_before: State,
+    /// The step's solution, ground's frame.
+    solution: Decision,
     /// The previous step's solution, the start of the next.
     previous: Decision,
     forces: Vec<Vector3<f64>>,
 }
 
 impl<'a> Simulation<'a> {
-    /// A simulation of `model` from `state`.
+    /// A simulation of `model` from `state` (world).
     ///
     /// # Errors
     /// A state that [`State::validate`] refuses.
     pub fn new(model: ContactModel, state: State, motion: Motion<'a>) -> Result<Self, Error> {
         state.validate()?;
         let contacts = model.contact_count();
+        let state = model.plane().state_to_ground(&state);
         Ok(Self {
             motion,
             wrench: Wrench::zero(),
+            load: Load::none(),
             index: 0,
             state,
+            state_before: state,
+            solution: Decision::at_rest_in(&state, contacts),
             previous: Decision::at_rest_in(&state, contacts),
             forces: vec![Vector3::zeros(); contacts],
             model,
@@ -91,10 +117,10 @@ impl<'a> Simulation<'a> {
         &self.model
     }
 
-    /// X at the current step.
+    /// X at the current step, world.
     #[must_use]
-    pub fn state(&self) -> &State {
-        &self.state
+    pub fn state(&self) -> State {
+        self.model.plane().state_to_world(&self.state)
     }
 
     /// k.
@@ -103,9 +129,27 @@ impl<'a> Simulation<'a> {
         self.index
     }
 
-    /// Sets the external wrench of the steps to come, gravity apart.
+    /// Sets the external wrench of the steps to come, gravity and the load apart: for a
+    /// program that decides it from step to step.
     pub fn set_wrench(&mut self, wrench: Wrench) {
         self.wrench = wrench;
+    }
+
+    /// Sets the external load over time, counted from step 0.
+    pub fn set_load(&mut self, load: Load) {
+        self.load = load;
+    }
+
+    /// The wrench of the step to come, its force in the ground's frame.
+    fn wrench_now(&self) -> Wrench {
+        let plane = self.model.plane();
+        let mut wrench = self.wrench;
+        if !self.load.is_none() {
+            let attitude = plane.state_to_world(&self.state).attitude;
+            let load = self.load.wrench(self.index, self.model.time_step(), &attitude);
+            wrench = wrench.plus(&load);
+        }
+        Wrench { force: plane.vector_to_ground(&wrench.force), torque: wrench.torque }
     }
 
     /// Advances by one step and describes it in `record`. A step that did not converge
@@ -114,34 +158,36 @@ impl<'a> Simulation<'a> {
     /// # Errors
     /// Only where a step could not be posed; the simulation stays where it was.
     pub fn step(&mut self, record: &mut StepRecord) -> Result<(), Error> {
+        let wrench = self.wrench_now();
+        let plane = self.model.plane();
         record.index = self.index;
-        record.state = self.state;
-        let Self { model, motion, wrench, state, previous, .. } = self;
+        record.state = plane.state_to_world(&self.state);
+        let Self { model, motion, state, previous, solution, .. } = self;
         record.report = match motion {
             Motion::Floating => {
-                let mut total = *wrench;
+                let mut total = wrench;
                 total.force += model.gravity() * model.body().mass();
                 let next = rk4_step(model.body(), state, &total, model.time_step());
-                record.solution.set_free_flight(&next);
+                solution.set_free_flight(&next);
                 record.active.fill(false);
                 record.certificate = certify_rk4_step(model, state, &next, &total);
                 StepReport::without_problem(StepStatus::Free)
             }
             Motion::Contact { detection, solver } => {
-                let free = model.free_flight(state, wrench);
+                let free = model.free_flight(state, &wrench);
                 let mut report = if detection.flag(model, state, &free, &mut record.active) {
-                    let step = Step { model, state, wrench, free: &free, previous };
-                    solver.solve(&step, &mut record.active, &mut record.solution)?
+                    let step = Step { model, state, wrench: &wrench, free: &free, previous };
+                    solver.solve(&step, &mut record.active, solution)?
                 } else {
-                    record.solution.set_free_flight(&free);
+                    solution.set_free_flight(&free);
                     StepReport::without_problem(StepStatus::Free)
                 };
-                for (slot, force) in self.forces.iter_mut().zip(record.solution.forces()) {
+                for (slot, force) in self.forces.iter_mut().zip(solution.forces()) {
                     *slot = force;
                 }
-                let next = record.solution.state();
+                let next = solution.state();
                 record.certificate =
-                    certify_contact_step(model, state, &next, &self.forces, wrench);
+                    certify_contact_step(model, state, &next, &self.forces, &wrench);
                 // Free flight is exact but for an implicit gyroscopic equation without a
                 // solution in reach; a solver may think better of a point than it is.
                 let accepted = match report.status {
@@ -155,8 +201,11 @@ impl<'a> Simulation<'a> {
                 report
             }
         };
-        self.state = record.solution.state();
-        self.previous.copy_from(&record.solution);
+        record.solution.copy_from(solution);
+        record.solution.turn_to_world(model.plane());
+        self.state_before = *state;
+        self.state = solution.state();
+        std::mem::swap(&mut self.previous, &mut self.solution);
         self.index += 1;
         Ok(())
     }
@@ -165,13 +214,13 @@ impl<'a> Simulation<'a> {
     /// taken: for a run that ends there. The start of a further step stays the undone
     /// step's solution.
     pub fn take_back(&mut self, record: &StepRecord) {
-        self.state = record.state;
+        self.state = self.state_before;
         self.index = record.index;
     }
 
     /// Describes the current state as the last row of a trajectory: no step follows.
     pub fn end(&self, record: &mut StepRecord) {
-        *record = StepRecord::new(&self.state, self.model.contact_count());
+        *record = StepRecord::new(&self.state(), self.model.contact_count());
         record.index = self.index;
     }
 }

@@ -3,7 +3,8 @@
 use crate::error::{Error, in_range};
 use nalgebra::{SVector, Vector3, Vector4};
 
-/// X = (r, q, v, ω): thirteen numbers in this order.
+/// X = (r, q, v, ω): thirteen numbers in this order. What is "world" here is the ground's
+/// frame inside a step (see [`crate::plane`]); on level ground they are the same.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct State {
     /// r, m, world: the centre of mass.
@@ -83,5 +84,11 @@ impl Wrench {
     #[must_use]
     pub fn zero() -> Self {
         Self { force: Vector3::zeros(), torque: Vector3::zeros() }
+    }
+
+    /// Both wrenches together.
+    #[must_use]
+    pub fn plus(&self, other: &Self) -> Self {
+        Self { force: self.force + other.force, torque: self.torque + other.torque }
     }
 }

@@ -74,6 +74,7 @@ impl Input {
         let mass = given.mass.unwrap_or(usual.body.mass());
         let parameters = Parameters {
             body: RigidBody::with_box_corners(mass, inertia, Vector3::repeat(1.0)).unwrap(),
+            plane: usual.plane.clone(),
             gravity: given.gravity.map_or(usual.gravity, Vector3::from),
             friction: given.mu.unwrap_or(usual.friction),
             time_step: given.dt.unwrap_or(usual.time_step),

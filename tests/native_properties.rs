@@ -12,6 +12,7 @@ use std::cell::Cell;
 use toss::native;
 use tumble::body::RigidBody;
 use tumble::model::{ContactModel, Parameters};
+use tumble::plane::Plane;
 use tumble::quaternion::rotation;
 use tumble::simulation::StepRecord;
 use tumble::solver::StepStatus;
@@ -90,7 +91,9 @@ fn scene(
     let tilt = prop_oneof![1 => Just((0.0, 0.0)), 1 => (-6.0..6.0, -6.0..6.0)];
     (body, friction, tilt, spread(1e-4, 1e-2)).prop_map(|(body, friction, (gx, gy), time_step)| {
         let gravity = Vector3::new(gx, gy, -9.81);
-        let parameters = Parameters { body, gravity, friction, time_step, smoothing: 1e-6 };
+        let plane = Plane::level();
+        let parameters =
+            Parameters { body, plane, gravity, friction, time_step, smoothing: 1e-6 };
         ContactModel::new(parameters).unwrap()
     })
 }

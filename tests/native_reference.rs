@@ -10,6 +10,7 @@ use serde::Deserialize;
 use toss::{motion_apart, native_run, pose_apart, worst_certificate};
 use tumble::body::RigidBody;
 use tumble::model::{ContactModel, Parameters};
+use tumble::plane::Plane;
 use tumble::scene::SMOOTHING;
 use tumble::simulation::StepRecord;
 use tumble::solver::StepStatus;
@@ -45,7 +46,8 @@ impl Run {
         let body = RigidBody::with_box_corners(self.mass, inertia, half_sides).unwrap();
         let gravity = Vector3::new(0.0, 0.0, -self.gravity);
         let (friction, time_step) = (self.mu, self.h);
-        let parameters = Parameters { body, gravity, friction, time_step, smoothing: SMOOTHING };
+        let (plane, smoothing) = (Plane::level(), SMOOTHING);
+        let parameters = Parameters { body, plane, gravity, friction, time_step, smoothing };
         ContactModel::new(parameters).unwrap()
     }
 

@@ -1,11 +1,15 @@
 //! The arguments, and what each value may be.
 
+use super::settings::{Attitude, Frame, Inertia};
+use super::values::{self, LoadKnot};
 use crate::pictures::animation::View;
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
+use serde::Deserialize;
 use std::path::PathBuf;
 use tumble::detection::Detection;
 use tumble::error::Error;
+use tumble::plane::Plane;
 use tumble::scene::Scene;
 
 const VERSION: &str =
@@ -40,31 +44,43 @@ pub enum Command {
 
 #[derive(Debug, Args)]
 pub struct SimulateArgs {
-    /// What is simulated.
-    #[arg(long, value_enum, default_value_t = SceneName::Drop)]
-    pub scene: SceneName,
+    /// What is simulated: a scene of the tutorial [default: drop].
+    #[arg(long, value_enum)]
+    pub scene: Option<SceneName>,
+    /// What is simulated: a scenario file (TOML, see scenarios/README.md). Flags that are
+    /// given go before its values.
+    #[arg(long, value_name = "FILE", conflicts_with = "scene")]
+    pub scenario: Option<PathBuf>,
     /// Rows of the trajectory, k = 0 … N−1: N−1 steps [default: drop 1000, floating 1200].
-    #[arg(long, value_name = "N", value_parser = rows, allow_hyphen_values = true)]
+    #[arg(long, value_name = "N", value_parser = values::rows, allow_hyphen_values = true)]
     pub steps: Option<u64>,
     /// Seed of the attitude at the start, drawn as numpy.random.seed(SEED) and rand(4) do.
-    /// The floating scene draws nothing and only records it.
-    #[arg(long, default_value_t = 42, value_parser = seed, allow_hyphen_values = true)]
-    pub seed: u32,
+    /// The floating scene draws nothing and only records it [default: 42].
+    #[arg(long, value_parser = values::seed, allow_hyphen_values = true)]
+    pub seed: Option<u32>,
     #[command(flatten)]
     pub physics: PhysicsArgs,
-    /// Sides of the box, m: one number (a cube) or three, along the body's axes
-    /// [default: 2].
-    #[arg(long = "box", value_name = "L", value_parser = sides, allow_hyphen_values = true)]
-    pub sides: Option<Vector3<f64>>,
-    /// Height of the centre of mass at the start, m [default: drop 2.5, floating 3].
-    #[arg(long, value_name = "M", value_parser = number, allow_hyphen_values = true)]
+    /// Position of the centre of mass at the start, m [default: drop 0,0,2.5, floating
+    /// 0,0,3].
+    #[arg(long, value_name = "X,Y,Z", value_parser = values::vector, allow_hyphen_values = true)]
+    pub position: Option<Vector3<f64>>,
+    /// The position's Z alone, m.
+    #[arg(long, value_name = "M", value_parser = values::number, allow_hyphen_values = true)]
     pub height: Option<f64>,
-    /// Velocity at the start, m/s, world [default: drop 0,4,0, floating 2,0,0].
-    #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
+    /// Attitude at the start, body → frame: a quaternion, made a unit one, or `random`, drawn
+    /// from the seed [default: drop random, floating 1,0,0,0].
+    #[arg(long, value_name = "W,X,Y,Z", value_parser = values::attitude, allow_hyphen_values = true)]
+    pub attitude: Option<Attitude>,
+    /// Velocity at the start, m/s [default: drop 0,4,0, floating 2,0,0].
+    #[arg(long, value_name = "X,Y,Z", value_parser = values::vector, allow_hyphen_values = true)]
     pub velocity: Option<Vector3<f64>>,
     /// Angular velocity at the start, rad/s, body [default: drop 0,-2,1, floating 2,4,6].
-    #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
+    #[arg(long, value_name = "X,Y,Z", value_parser = values::vector, allow_hyphen_values = true)]
     pub spin: Option<Vector3<f64>>,
+    /// In which frame position, attitude and velocity at the start are given: the world's, or
+    /// the ground's, whose z is the plane's normal and the height above it [default: world].
+    #[arg(long, value_enum)]
+    pub frame: Option<Frame>,
     /// Who solves the contact steps: Ipopt as in the tutorial, or tumble's own solver,
     /// exact and a thousand times faster [default: ipopt].
     #[arg(long, value_enum)]
@@ -75,10 +91,10 @@ pub struct SimulateArgs {
     #[arg(long, value_enum)]
     pub detection: Option<DetectionName>,
     /// Ipopt's tolerance; only with --solver ipopt [default: 1e-6].
-    #[arg(long, value_parser = number, allow_hyphen_values = true)]
+    #[arg(long, value_parser = values::number, allow_hyphen_values = true)]
     pub tol: Option<f64>,
     /// Ipopt's iteration limit for a step; only with --solver ipopt [default: 300].
-    #[arg(long, value_name = "N", value_parser = iterations, allow_hyphen_values = true)]
+    #[arg(long, value_name = "N", value_parser = values::iterations, allow_hyphen_values = true)]
     pub max_iter: Option<u32>,
     /// What becomes of a step that Ipopt does not solve from its first start: try other
     /// starts and at last the native solution, record it as failed and go on, or stop
@@ -105,14 +121,14 @@ pub struct SimulateArgs {
 #[derive(Debug, Args)]
 pub struct AnimationArgs {
     /// Speed of the animation: 0.1 is ten times slower than real [default: 1].
-    #[arg(long, value_name = "FACTOR", value_parser = speed, allow_hyphen_values = true)]
+    #[arg(long, value_name = "FACTOR", value_parser = values::speed, allow_hyphen_values = true)]
     pub gif_speed: Option<f64>,
     /// Width and height of the animation, pixels [default: 800].
-    #[arg(long, value_name = "PIXELS", value_parser = pixels, allow_hyphen_values = true)]
+    #[arg(long, value_name = "PIXELS", value_parser = values::pixels, allow_hyphen_values = true)]
     pub gif_size: Option<u16>,
     /// Where the animation is seen from: degrees about the vertical, from x towards y, and
     /// degrees above the horizon, 0 to 90 [default: -32,20].
-    #[arg(long, value_name = "AZIMUTH,ELEVATION", value_parser = view, allow_hyphen_values = true)]
+    #[arg(long, value_name = "AZIMUTH,ELEVATION", value_parser = values::view, allow_hyphen_values = true)]
     pub camera: Option<View>,
 }
 
@@ -134,25 +150,44 @@ pub struct GifArgs {
     pub quiet: bool,
 }
 
-/// The constants of the model that `simulate` and `verify` share.
+/// What certificates depend on: the constants of the model, and the load.
 #[derive(Debug, Args)]
 pub struct PhysicsArgs {
     /// Time step, s [default: drop 0.002, floating 0.001].
-    #[arg(long, value_name = "S", value_parser = number, allow_hyphen_values = true)]
+    #[arg(long, value_name = "S", value_parser = values::number, allow_hyphen_values = true)]
     pub dt: Option<f64>,
     /// Coefficient of friction [default: 0.3].
-    #[arg(long, value_parser = number, allow_hyphen_values = true)]
+    #[arg(long, value_parser = values::number, allow_hyphen_values = true)]
     pub mu: Option<f64>,
     /// Mass, kg [default: 10].
-    #[arg(long, value_name = "KG", value_parser = number, allow_hyphen_values = true)]
+    #[arg(long, value_name = "KG", value_parser = values::number, allow_hyphen_values = true)]
     pub mass: Option<f64>,
-    /// Inertia, kg m², body frame: one number (times the unit matrix), three (diagonal) or
-    /// nine (the matrix by rows) [default: 0.01].
-    #[arg(long, value_name = "I", value_parser = inertia, allow_hyphen_values = true)]
-    pub inertia: Option<Matrix3<f64>>,
+    /// Inertia, kg m², body frame: one number (times the unit matrix), three (diagonal),
+    /// nine (the matrix by rows), or `solid`, that of a box of equal density [default: 0.01].
+    #[arg(long, value_name = "I", value_parser = values::inertia, allow_hyphen_values = true)]
+    pub inertia: Option<Inertia>,
+    /// Sides of the box, m: one number (a cube) or three, along the body's axes
+    /// [default: 2].
+    #[arg(long = "box", value_name = "L", value_parser = values::sides, allow_hyphen_values = true)]
+    pub sides: Option<Vector3<f64>>,
+    /// The ground: its slope in degrees, falling towards +x, or its normal and, if it does not
+    /// pass through the origin, its distance from there along the normal, m [default: 0].
+    #[arg(long, value_name = "DEGREES|NX,NY,NZ[,D]", value_parser = values::plane, allow_hyphen_values = true)]
+    pub plane: Option<Plane>,
+    /// An external force, N, world: constant, or, given once for each knot as T:X,Y,Z, linear
+    /// between the times T in s [default: none].
+    #[arg(long, value_name = "[T:]X,Y,Z", value_parser = values::load_knot, allow_hyphen_values = true)]
+    pub force: Vec<LoadKnot>,
+    /// An external torque, N m, body frame; as --force [default: none].
+    #[arg(long, value_name = "[T:]X,Y,Z", value_parser = values::load_knot, allow_hyphen_values = true)]
+    pub torque: Vec<LoadKnot>,
+    /// Where the external force acts, m, body frame, from the centre of mass [default:
+    /// 0,0,0].
+    #[arg(long, value_name = "X,Y,Z", value_parser = values::vector, allow_hyphen_values = true)]
+    pub force_at: Option<Vector3<f64>>,
     /// Gravity, m/s²: one number (downwards) or the vector X,Y,Z [default: drop 9.81,
     /// floating 0].
-    #[arg(long, value_name = "G", value_parser = gravity, allow_hyphen_values = true)]
+    #[arg(long, value_name = "G", value_parser = values::gravity, allow_hyphen_values = true)]
     pub gravity: Option<Vector3<f64>>,
 }
 
@@ -198,7 +233,8 @@ pub enum SceneName {
     Floating,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum SolverName {
     /// Ipopt on the tutorial's nonlinear program.
     Ipopt,
@@ -206,7 +242,8 @@ pub enum SolverName {
     Native,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum OnFailure {
     /// Climb the ladder of other starts; only with --solver ipopt.
     Ladder,
@@ -226,7 +263,8 @@ impl OnFailure {
     }
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum DetectionName {
     /// z ≤ 5 mm at step k.
     Height,
@@ -263,102 +301,19 @@ pub fn flag_behind(error: &Error) -> Option<&'static str> {
             "gravity (m/s²)" => Some("gravity"),
             "half side of the box (m)" => Some("box"),
             "smoothing epsilon (N)" => Some("epsilon"),
-            "position (m)" => Some("height"),
+            "position (m)" => Some("position"),
+            "norm of the attitude quaternion" => Some("attitude"),
+            "normal of the plane" | "length of the plane's normal" | "offset of the plane (m)" => {
+                Some("plane")
+            }
+            "load (N, N m)" | "time of the load (s)" => Some("force or torque"),
+            "point of the load (m)" => Some("force-at"),
             "velocity (m/s)" => Some("velocity"),
             "spin (rad/s)" => Some("spin"),
             _ => None,
         },
         Error::Ipopt(tumble::ipopt::IpoptError::Option { name, .. }) => Some(name),
         _ => None,
-    }
-}
-
-fn number(text: &str) -> Result<f64, String> {
-    match text.trim().parse::<f64>() {
-        Ok(value) if value.is_finite() => Ok(value),
-        _ => Err("a finite number is needed".to_owned()),
-    }
-}
-
-fn integer<T: std::str::FromStr + PartialOrd>(
-    text: &str,
-    low: T,
-    high: T,
-    needed: &str,
-) -> Result<T, String> {
-    match text.trim().parse::<T>() {
-        Ok(value) if low <= value && value <= high => Ok(value),
-        _ => Err(format!("a whole number from {needed} is needed")),
-    }
-}
-
-fn rows(text: &str) -> Result<u64, String> {
-    integer(text, 1, 10_000_000, "1 to 10000000")
-}
-
-fn seed(text: &str) -> Result<u32, String> {
-    integer(text, 0, u32::MAX, "0 to 4294967295")
-}
-
-fn iterations(text: &str) -> Result<u32, String> {
-    integer(text, 1, 1_000_000, "1 to 1000000")
-}
-
-fn speed(text: &str) -> Result<f64, String> {
-    match number(text) {
-        Ok(value) if (1e-4..=1e4).contains(&value) => Ok(value),
-        _ => Err("a number from 0.0001 to 10000 is needed".to_owned()),
-    }
-}
-
-fn pixels(text: &str) -> Result<u16, String> {
-    integer(text, 100, 2000, "100 to 2000")
-}
-
-fn view(text: &str) -> Result<View, String> {
-    match numbers(text).as_deref() {
-        Some(&[azimuth, elevation])
-            if azimuth.abs() <= 360.0 && (0.0..=90.0).contains(&elevation) =>
-        {
-            Ok(View { azimuth, elevation })
-        }
-        _ => Err("an azimuth from -360 to 360 and an elevation from 0 to 90 are needed".to_owned()),
-    }
-}
-
-fn numbers(text: &str) -> Option<Vec<f64>> {
-    text.split(',').map(|part| number(part).ok()).collect()
-}
-
-fn vector(text: &str) -> Result<Vector3<f64>, String> {
-    match numbers(text).as_deref() {
-        Some(&[x, y, z]) => Ok(Vector3::new(x, y, z)),
-        _ => Err("three finite numbers X,Y,Z are needed".to_owned()),
-    }
-}
-
-fn sides(text: &str) -> Result<Vector3<f64>, String> {
-    match numbers(text).as_deref() {
-        Some(&[side]) => Ok(Vector3::repeat(side)),
-        Some(&[x, y, z]) => Ok(Vector3::new(x, y, z)),
-        _ => Err("one finite number (a cube) or three X,Y,Z are needed".to_owned()),
-    }
-}
-
-fn gravity(text: &str) -> Result<Vector3<f64>, String> {
-    match numbers(text).as_deref() {
-        Some(&[g]) => Ok(Vector3::new(0.0, 0.0, -g)),
-        Some(&[x, y, z]) => Ok(Vector3::new(x, y, z)),
-        _ => Err("one finite number (downwards) or three X,Y,Z are needed".to_owned()),
-    }
-}
-
-fn inertia(text: &str) -> Result<Matrix3<f64>, String> {
-    match numbers(text).as_deref() {
-        Some(&[moment]) => Ok(Matrix3::from_diagonal_element(moment)),
-        Some(&[x, y, z]) => Ok(Matrix3::from_diagonal(&Vector3::new(x, y, z))),
-        Some(all) if all.len() == 9 => Ok(Matrix3::from_row_slice(all)),
-        _ => Err("one, three or nine finite numbers are needed".to_owned()),
     }
 }
 
@@ -370,15 +325,5 @@ mod tests {
     #[test]
     fn the_definition_is_consistent() {
         Cli::command().debug_assert();
-    }
-
-    #[test]
-    fn matrices_come_from_one_three_or_nine_numbers() {
-        assert_eq!(inertia("2").unwrap(), Matrix3::identity() * 2.0);
-        assert_eq!(inertia("1,2,3").unwrap()[(2, 2)], 3.0);
-        assert_eq!(inertia("1,2,3,4,5,6,7,8,9").unwrap()[(0, 2)], 3.0);
-        for bad in ["", "1,2", "nan", "1,inf,2", "1;2;3"] {
-            assert!(inertia(bad).is_err(), "{bad}");
-        }
     }
 }

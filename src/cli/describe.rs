@@ -1,23 +1,22 @@
 //! The summary of a run, for people.
 
-use super::args::{SceneName, SimulateArgs};
 use super::job::Job;
 use super::simulate::{End, Run};
 use std::fmt::Write as _;
 use tumble::solver::StepStatus;
 
 /// The summary for people.
-pub fn describe(job: &Job, args: &SimulateArgs, run: &Run) -> String {
+pub fn describe(job: &Job, run: &Run) -> String {
     let Run { end, summary, elapsed } = run;
     let mut text = String::new();
     let h = job.model.time_step();
     let rows = summary.steps() + 1;
     let simulated = summary.steps() as f64 * h;
-    let scene = args.scene.scene().name;
+    let seed = if job.drawn { format!("seed {}, ", job.seed) } else { String::new() };
     let _ = writeln!(
         text,
-        "{scene} scene, seed {}, {} rows, h = {h} s: {simulated:.3} s of motion",
-        args.seed, rows
+        "{}, {seed}{rows} rows, h = {h} s: {simulated:.3} s of motion",
+        job.name
     );
     match end {
         End::Complete => {}
@@ -32,10 +31,6 @@ pub fn describe(job: &Job, args: &SimulateArgs, run: &Run) -> String {
                 job.rows
             );
         }
-    }
-    if args.scene == SceneName::Floating {
-        let _ =
-            writeln!(text, "  note         this scene draws nothing: the seed is only recorded");
     }
     let _ = writeln!(
         text,

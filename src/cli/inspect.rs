@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use std::io::Read;
 use tumble::body::RigidBody;
 use tumble::model::{ContactModel, Parameters};
-use tumble::scene::{self, Scene};
+use tumble::scene;
 use tumble::sparsity::SparsityPattern;
 use tumble::state::{State, Wrench};
 use tumble::step_nlp::StepNlp;
@@ -94,26 +94,26 @@ fn read(args: &InspectArgs) -> std::io::Result<String> {
 impl PointFile {
     /// The tutorial's cube with the constants given.
     fn model(&self) -> Result<ContactModel, Failure> {
-        let scene = Scene::drop();
-        let inertia = self.inertia.map_or_else(
-            || Matrix3::from_diagonal_element(scene::CUBE_INERTIA),
-            |rows| Matrix3::from(rows).transpose(),
-        );
+        let usual = scene::tutorial_parameters()?;
+        let inertia = self
+            .inertia
+            .map_or(*usual.body.inertia(), |rows| Matrix3::from(rows).transpose());
         let gravity = match self.gravity {
-            None => scene.gravity,
+            None => usual.gravity,
             Some(Gravity::Downwards(g)) => Vector3::new(0.0, 0.0, -g),
             Some(Gravity::Vector(vector)) => vector.into(),
         };
         Ok(ContactModel::new(Parameters {
             body: RigidBody::with_box_corners(
-                self.mass.unwrap_or(scene::CUBE_MASS),
+                self.mass.unwrap_or(usual.body.mass()),
                 inertia,
                 Vector3::repeat(scene::CUBE_HALF_SIDE),
             )?,
+            plane: usual.plane,
             gravity,
-            friction: self.mu.unwrap_or(scene::FRICTION),
-            time_step: self.dt.unwrap_or(scene.time_step),
-            smoothing: self.epsilon.unwrap_or(scene::SMOOTHING),
+            friction: self.mu.unwrap_or(usual.friction),
+            time_step: self.dt.unwrap_or(usual.time_step),
+            smoothing: self.epsilon.unwrap_or(usual.smoothing),
         })?)
     }
 

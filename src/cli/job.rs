@@ -3,13 +3,14 @@
 use super::Failure;
 use super::args::{OnFailure, SceneName, SimulateArgs, SolverName};
 use super::run_file::{RunFile, RunParameters, SolverSettings, StartState, SummaryFile};
+use super::scenario::Scenario;
+use super::settings::{self, Attitude, Frame, Settings};
 use super::simulate::Run;
-use nalgebra::{Matrix3, Vector3};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use tumble::body::RigidBody;
 use tumble::detection::Detection;
 use tumble::ipopt::{self, Options};
+use tumble::load::Load;
 use tumble::model::{ContactModel, Parameters};
 use tumble::scene;
 use tumble::simulation::{Motion, Simulation};
@@ -20,12 +21,22 @@ use tumble::state::State;
 
 /// What the arguments amount to.
 pub struct Job {
+    /// What is simulated.
+    pub name: String,
+    /// The seed, and whether the attitude at the start is drawn from it.
+    pub seed: u32,
+    pub drawn: bool,
     pub rows: u64,
     pub model: ContactModel,
+    /// World.
     pub start: State,
-    /// `None` for the floating scene.
+    pub load: Load,
+    /// `None` without a ground.
     pub contact: Option<Contact>,
 }
+
+/// The seed where none is given.
+const USUAL_SEED: u32 = 42;
 
 /// How contact steps are posed and solved.
 pub struct Contact {
@@ -37,39 +48,73 @@ pub struct Contact {
 
 impl Job {
     pub fn new(args: &SimulateArgs) -> Result<Self, Failure> {
-        let mut scene = args.scene.scene();
-        let physics = &args.physics;
-        let inertia =
-            physics.inertia.unwrap_or_else(|| Matrix3::from_diagonal_element(scene::CUBE_INERTIA));
-        let body = RigidBody::with_box_corners(
-            physics.mass.unwrap_or(scene::CUBE_MASS),
-            inertia,
-            args.sides.map_or(Vector3::repeat(scene::CUBE_HALF_SIDE), |sides| 0.5 * sides),
-        )?;
+        let flags = Settings::of_flags(args)?;
+        let Some(path) = &args.scenario else {
+            let scene = args.scene.unwrap_or(SceneName::Drop);
+            let (name, ground) = (scene.scene().name, scene == SceneName::Drop);
+            refuse_idle_settings(ground, &flags)?;
+            return Self::of(name.to_owned(), ground, flags.over(Settings::of_scene(scene)));
+        };
+        let scenario = Scenario::read(path)?;
+        let seed_given = flags.seed.is_some();
+        let settings = flags.over(scenario.settings);
+        let job = refuse_idle_settings(scenario.ground, &settings)
+            .and_then(|()| Self::of(scenario.name, scenario.ground, settings));
+        let job = job.map_err(|failure| failure.in_file(path))?;
+        let idle_seed = seed_given && !job.drawn;
+        refuse_flags("an attitude that is not random", &[("--seed", idle_seed)])?;
+        Ok(job)
+    }
+
+    /// The job of complete settings.
+    fn of(name: String, ground: bool, settings: Settings) -> Result<Self, Failure> {
+        let needed = |field: &str| Failure::Input(format!("{field} is not given; it is needed"));
+        let mass = settings.mass.ok_or_else(|| needed("mass"))?;
+        let shape = settings.shape.as_ref().ok_or_else(|| needed("box"))?;
+        let inertia = settings.inertia.as_ref().ok_or_else(|| needed("inertia"))?;
+        let plane = settings.plane.clone().unwrap_or_default();
         let model = ContactModel::new(Parameters {
-            body,
-            gravity: physics.gravity.unwrap_or(scene.gravity),
-            friction: physics.mu.unwrap_or(scene::FRICTION),
-            time_step: physics.dt.unwrap_or(scene.time_step),
+            body: settings::body(mass, shape, inertia)?,
+            plane: plane.clone(),
+            gravity: settings.gravity.ok_or_else(|| needed("gravity"))?,
+            friction: settings.mu.unwrap_or(scene::FRICTION),
+            time_step: settings.dt.ok_or_else(|| needed("dt"))?,
             smoothing: scene::SMOOTHING,
         })?;
-        scene.height = args.height.unwrap_or(scene.height);
-        scene.velocity = args.velocity.unwrap_or(scene.velocity);
-        scene.spin = args.spin.unwrap_or(scene.spin);
-        let start = scene.start(scene.attitude(args.seed));
-        start.validate()?;
 
-        let contact = match args.scene {
-            SceneName::Floating => {
-                refuse_flags("the floating scene, which has no contact", &contact_flags(args))?;
-                None
-            }
-            SceneName::Drop => {
-                refuse_start_below_ground(&model, &start)?;
-                Some(Contact::new(args)?)
-            }
+        let seed = settings.seed.unwrap_or(USUAL_SEED);
+        let attitude = settings.attitude.as_ref().ok_or_else(|| needed("attitude"))?;
+        let mut position = settings.position.ok_or_else(|| needed("position"))?;
+        position[2] = settings.height.unwrap_or(position[2]);
+        let start = State {
+            position,
+            attitude: attitude.quaternion(seed),
+            velocity: settings.velocity.ok_or_else(|| needed("velocity"))?,
+            spin: settings.spin.ok_or_else(|| needed("spin"))?,
         };
-        Ok(Self { rows: args.steps.unwrap_or(scene.rows), model, start, contact })
+        start.validate()?;
+        let start = match settings.frame {
+            Some(Frame::Ground) => plane.state_to_world(&start),
+            Some(Frame::World) | None => start,
+        };
+        let point = settings.force_at.unwrap_or_default();
+        let load = Load::new(
+            settings.force.clone().unwrap_or_default(),
+            settings.torque.clone().unwrap_or_default(),
+            point,
+        )?;
+        let idle_point = settings.force_at.is_some() && settings.force.is_none();
+        refuse_flags("a body without --force", &[("--force-at", idle_point)])?;
+
+        let contact = if ground {
+            refuse_start_below_ground(&model, &start, position[2])?;
+            Some(Contact::new(&settings)?)
+        } else {
+            None
+        };
+        let rows = settings.steps.ok_or_else(|| needed("steps"))?;
+        let drawn = *attitude == Attitude::Random;
+        Ok(Self { name, seed, drawn, rows, model, start, load, contact })
     }
 
     pub fn simulation(&self, interrupt: &Arc<AtomicBool>) -> Result<Simulation<'static>, Failure> {
@@ -80,7 +125,9 @@ impl Job {
                 solver: self.solver(contact, interrupt)?,
             },
         };
-        Ok(Simulation::new(self.model.clone(), self.start, motion)?)
+        let mut simulation = Simulation::new(self.model.clone(), self.start, motion)?;
+        simulation.set_load(self.load.clone());
+        Ok(simulation)
     }
 
     fn solver(
@@ -108,16 +155,16 @@ impl Job {
         }
     }
 
-    pub fn run_file(&self, args: &SimulateArgs, run: &Run) -> RunFile {
+    pub fn run_file(&self, run: &Run) -> RunFile {
         let contact = self.contact.as_ref();
         let ipopt = contact.and_then(|contact| contact.ipopt.as_ref());
         RunFile {
             outcome: run.end.name().to_owned(),
             tumble_version: env!("CARGO_PKG_VERSION").to_owned(),
             ipopt_version: ipopt::VERSION.to_owned(),
-            scene: args.scene.scene().name.to_owned(),
-            seed: args.seed,
-            parameters: RunParameters::of(&self.model, self.rows),
+            scene: self.name.clone(),
+            seed: self.seed,
+            parameters: RunParameters::of(&self.model, &self.load, self.rows),
             solver: SolverSettings {
                 name: self.solver_name().to_owned(),
                 detection: contact.map(|contact| contact.detection.name().to_owned()),
@@ -126,7 +173,8 @@ impl Job {
                 max_iter: ipopt.map(|options| options.max_iterations),
             },
             start: StartState {
-                height: self.start.position[2],
+                position: self.start.position.into(),
+                random: self.drawn,
                 attitude: self.start.attitude.into(),
                 velocity: self.start.velocity.into(),
                 spin: self.start.spin.into(),
@@ -137,41 +185,46 @@ impl Job {
 }
 
 impl Contact {
-    fn new(args: &SimulateArgs) -> Result<Self, Failure> {
-        let detection = args.detection.map(Detection::from).unwrap_or_default();
-        if args.solver == Some(SolverName::Native) {
-            let ladder = args.on_failure == Some(OnFailure::Ladder);
-            let mut flags = ipopt_flags(args);
+    fn new(settings: &Settings) -> Result<Self, Failure> {
+        let detection = settings.detection.map(Detection::from).unwrap_or_default();
+        if settings.solver == Some(SolverName::Native) {
+            let ladder = settings.on_failure == Some(OnFailure::Ladder);
+            let mut flags = ipopt_flags(settings);
             flags.push(("--on-failure ladder", ladder));
             refuse_flags("the native solver, which works to rounding", &flags)?;
-            let on_failure = args.on_failure.unwrap_or(OnFailure::Record);
+            let on_failure = settings.on_failure.unwrap_or(OnFailure::Record);
             return Ok(Self { detection, on_failure, ipopt: None });
         }
         let options = IpoptSolver::options(
-            args.tol.unwrap_or(scene::TOLERANCE),
-            args.max_iter.unwrap_or(scene::MOST_ITERATIONS),
+            settings.tol.unwrap_or(scene::TOLERANCE),
+            settings.max_iter.unwrap_or(scene::MOST_ITERATIONS),
         );
         options.validate().map_err(tumble::error::Error::from)?;
-        let on_failure = args.on_failure.unwrap_or(OnFailure::Ladder);
+        let on_failure = settings.on_failure.unwrap_or(OnFailure::Ladder);
         Ok(Self { detection, on_failure, ipopt: Some(options) })
     }
 }
 
-/// Flags with a meaning for Ipopt alone, and whether they are given.
-fn ipopt_flags(args: &SimulateArgs) -> Vec<(&'static str, bool)> {
-    vec![("--tol", args.tol.is_some()), ("--max-iter", args.max_iter.is_some())]
+/// Settings with a meaning for Ipopt alone, and whether they are given.
+fn ipopt_flags(settings: &Settings) -> Vec<(&'static str, bool)> {
+    vec![("--tol", settings.tol.is_some()), ("--max-iter", settings.max_iter.is_some())]
 }
 
-/// Flags with a meaning for contact alone, and whether they are given.
-fn contact_flags(args: &SimulateArgs) -> Vec<(&'static str, bool)> {
+/// Refuses what has a meaning for contact alone where there is no ground.
+fn refuse_idle_settings(ground: bool, settings: &Settings) -> Result<(), Failure> {
+    if ground {
+        return Ok(());
+    }
     let mut flags = vec![
-        ("--mu", args.physics.mu.is_some()),
-        ("--detection", args.detection.is_some()),
-        ("--solver", args.solver.is_some()),
-        ("--on-failure", args.on_failure.is_some()),
+        ("--mu", settings.mu.is_some()),
+        ("--plane", settings.plane.is_some()),
+        ("--frame ground", settings.frame == Some(Frame::Ground)),
+        ("--detection", settings.detection.is_some()),
+        ("--solver", settings.solver.is_some()),
+        ("--on-failure", settings.on_failure.is_some()),
     ];
-    flags.extend(ipopt_flags(args));
-    flags
+    flags.extend(ipopt_flags(settings));
+    refuse_flags("a floating body, which has no contact", &flags)
 }
 
 /// An option that would do nothing is refused rather than ignored.
@@ -184,17 +237,28 @@ pub fn refuse_flags(place: &str, flags: &[(&str, bool)]) -> Result<(), Failure> 
     }
 }
 
-/// A start inside the ground would be thrown out of it within one step.
-fn refuse_start_below_ground(model: &ContactModel, start: &State) -> Result<(), Failure> {
-    let lowest = model.lowest_height(start);
-    if lowest >= 0.0 {
+/// A start inside the ground would be thrown out of it within one step. `height` is the
+/// centre's z as it was given. What rounding makes of a start that lies on a slope is none.
+fn refuse_start_below_ground(
+    model: &ContactModel,
+    start: &State,
+    height: f64,
+) -> Result<(), Failure> {
+    let start = model.plane().state_to_ground(start);
+    let lowest = model.lowest_height(&start);
+    if lowest >= -1e-14 * (start.position.norm() + model.plane().offset().abs() + model.body().reach()) {
         return Ok(());
     }
+    let depth = -lowest;
+    if !model.plane().is_level() {
+        return Err(Failure::Input(format!(
+            "--position: the lowest corner would start {depth:.3e} m below the plane; with --frame \
+             ground the height above it is the position's z"
+        )));
+    }
     Err(Failure::Input(format!(
-        "--height {}: the lowest corner would start {:.4} m below the ground; {:.4} or more is \
-         needed for this attitude",
-        start.position[2],
-        -lowest,
-        ((start.position[2] - lowest) * 1e4).ceil() / 1e4
+        "--height {height}: the lowest corner would start {depth:.4} m below the ground; {:.4} or \
+         more is needed for this attitude",
+        ((height + depth) * 1e4).ceil() / 1e4
     )))
 }

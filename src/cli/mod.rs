@@ -8,14 +8,18 @@ mod job;
 mod output;
 mod plot;
 mod run_file;
+mod scenario;
+mod settings;
 mod simulate;
 mod source;
+mod values;
 mod verify;
 
 use args::{Cli, Command};
 use clap::Parser;
 use clap::error::ErrorKind;
 use std::fmt;
+use std::path::Path;
 use std::process::ExitCode;
 
 /// How a command ended well.
@@ -55,6 +59,16 @@ impl Failure {
         match self {
             Self::Input(_) => ExitCode::from(2),
             Self::Other(_) => ExitCode::from(1),
+        }
+    }
+}
+
+impl Failure {
+    /// The same, with the file whose fault it is.
+    pub fn in_file(self, path: &Path) -> Self {
+        match self {
+            Self::Input(sentence) => Self::Input(format!("{}: {sentence}", path.display())),
+            Self::Other(_) => self,
         }
     }
 }

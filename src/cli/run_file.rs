@@ -1,12 +1,15 @@
 //! `run.json`: what made a trajectory, and what came of it.
 
 use super::Failure;
+use super::settings::Inertia;
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
 use tumble::body::RigidBody;
+use tumble::load::{Load, Polyline};
 use tumble::model::{ContactModel, Parameters};
+use tumble::plane::Plane;
 use tumble::summary::RunSummary;
 
 #[derive(Debug, Serialize, Deserialize)]
@@ -35,8 +38,61 @@ pub struct RunParameters {
     pub inertia: [[f64; 3]; 3],
     pub gravity: [f64; 3],
     pub epsilon: f64,
+    #[serde(default)]
+    pub plane: PlaneParameters,
     /// Body frame.
     pub contact_points: Vec<[f64; 3]>,
+    /// Null without one.
+    #[serde(default)]
+    pub load: Option<LoadParameters>,
+}
+
+/// The ground n·x = d.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct PlaneParameters {
+    pub normal: [f64; 3],
+    pub offset: f64,
+}
+
+/// The external load; see [`Load`].
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct LoadParameters {
+    /// Knots: t, s, and the force, N, world.
+    pub force: Vec<[f64; 4]>,
+    /// Knots: t, s, and the torque, N m, body.
+    pub torque: Vec<[f64; 4]>,
+    /// Where the force acts, m, body.
+    pub at: [f64; 3],
+}
+
+impl Default for PlaneParameters {
+    fn default() -> Self {
+        Self::of(&Plane::level())
+    }
+}
+
+impl PlaneParameters {
+    pub fn of(plane: &Plane) -> Self {
+        Self { normal: (*plane.normal()).into(), offset: plane.offset() }
+    }
+}
+
+impl LoadParameters {
+    pub fn of(load: &Load) -> Self {
+        let knots = |line: &Polyline| {
+            line.knots().iter().map(|(time, v)| [*time, v[0], v[1], v[2]]).collect()
+        };
+        let at = (*load.point()).into();
+        Self { force: knots(&load.force), torque: knots(&load.torque), at }
+    }
+
+    fn load(&self) -> Result<Load, Failure> {
+        let line = |knots: &[[f64; 4]]| {
+            let knots = knots.iter().map(|&[t, x, y, z]| (t, Vector3::new(x, y, z)));
+            Polyline::new(knots.collect())
+        };
+        Ok(Load::new(line(&self.force)?, line(&self.torque)?, self.at.into())?)
+    }
 }
 
 #[derive(Debug, Serialize, Deserialize)]
@@ -50,7 +106,9 @@ pub struct SolverSettings {
 
 #[derive(Debug, Serialize, Deserialize)]
 pub struct StartState {
-    pub height: f64,
+    pub position: [f64; 3],
+    /// Whether the attitude is drawn from the seed.
+    pub random: bool,
     pub attitude: [f64; 4],
     pub velocity: [f64; 3],
     pub spin: [f64; 3],
@@ -77,7 +135,7 @@ pub struct SummaryFile {
 }
 
 impl RunParameters {
-    pub fn of(model: &ContactModel, steps: u64) -> Self {
+    pub fn of(model: &ContactModel, load: &Load, steps: u64) -> Self {
         let body = model.body();
         Self {
             steps,
@@ -85,10 +143,22 @@ impl RunParameters {
             mu: model.friction(),
             mass: body.mass(),
             inertia: body.inertia().transpose().into(),
-            gravity: (*model.gravity()).into(),
+            gravity: model.parameters().gravity.into(),
             epsilon: model.smoothing(),
+            plane: PlaneParameters::of(model.plane()),
             contact_points: body.contact_points().iter().map(|c| c.position.into()).collect(),
+            load: (!load.is_none()).then(|| LoadParameters::of(load)),
         }
+    }
+
+    /// The load these parameters describe.
+    pub fn load(&self) -> Result<Load, Failure> {
+        self.load.as_ref().map_or(Ok(Load::none()), LoadParameters::load)
+    }
+
+    /// The inertia, from its rows.
+    pub fn inertia_matrix(&self) -> Inertia {
+        Inertia::Matrix(Matrix3::from(self.inertia).transpose())
     }
 
     /// The model these parameters describe.
@@ -98,6 +168,7 @@ impl RunParameters {
             self.contact_points.iter().copied().map(Vector3::from).collect();
         Ok(ContactModel::new(Parameters {
             body: RigidBody::new(self.mass, inertia, &points)?,
+            plane: Plane::new(self.plane.normal.into(), self.plane.offset)?,
             gravity: self.gravity.into(),
             friction: self.mu,
             time_step: self.dt,
@@ -130,7 +201,7 @@ impl SummaryFile {
 }
 
 /// Reads a run file. Larger ones than this are no run files.
-const LARGEST_RUN_FILE: u64 = 1 << 20;
+const LARGEST_RUN_FILE: u64 = 16 << 20;
 
 impl RunFile {
     /// `None` where there is no such file.

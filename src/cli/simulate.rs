@@ -69,11 +69,11 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     let plots = args.plot.then(|| PendingPlots::create(&args.out)).transpose()?;
     let run = write_trajectory(&job, &mut simulation, &interrupt, &trajectory, args.quiet)?;
 
-    write_run_file(&run_json, &job.run_file(args, &run))?;
+    write_run_file(&run_json, &job.run_file(&run))?;
     let trajectory = trajectory.publish()?;
     let run_json = run_json.publish()?;
     if !args.quiet {
-        let mut text = describe(&job, args, &run);
+        let mut text = describe(&job, &run);
         let _ = writeln!(text, "wrote {} and {}", trajectory.display(), run_json.display());
         say(&text)?;
     }

@@ -2,19 +2,21 @@
 
 use super::Failure;
 use super::args::PhysicsArgs;
-use super::run_file::{RunFile, RunParameters};
+use super::run_file::{PlaneParameters, RunFile, RunParameters};
+use super::settings::{self, Shape, polyline};
 use crate::pictures::Film;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 use std::fs::File;
 use std::path::Path;
-use tumble::body::RigidBody;
+use tumble::load::Load;
 use tumble::model::{ContactModel, Parameters};
-use tumble::scene::{self, Scene};
+use tumble::scene;
 use tumble::trajectory::{TrajectoryReader, TrajectoryRow};
 
 /// What is known of the file besides its rows.
 pub struct Source {
     pub model: ContactModel,
+    pub load: Load,
     pub floating: bool,
     /// Scene, seed and solver; empty where nothing is known of them.
     pub title: String,
@@ -79,11 +81,13 @@ fn source_of(path: &Path, flags: &PhysicsArgs) -> Result<Source, Failure> {
     let run_path = path.with_file_name("run.json");
     let (mut parameters, floating, title, note) = match RunFile::read(&run_path)? {
         Some(run) => {
-            let title = format!("{} scene, seed {}, {}", run.scene, run.seed, run.solver.name);
-            (run.parameters, run.scene == "floating", title, "")
+            let seed = if run.start.random { format!("seed {}, ", run.seed) } else { String::new() };
+            let title = format!("{}, {seed}{}", run.scene, run.solver.name);
+            // Without a ground there is but one way to move.
+            (run.parameters, run.solver.name == "rk4", title, "")
         }
         None => (
-            RunParameters::of(&default_model()?, 0),
+            RunParameters::of(&ContactModel::new(scene::tutorial_parameters()?)?, &Load::none(), 0),
             false,
             String::new(),
             "no run.json beside the file: the drop scene's parameters, and the flags given",
@@ -92,29 +96,27 @@ fn source_of(path: &Path, flags: &PhysicsArgs) -> Result<Source, Failure> {
     parameters.dt = flags.dt.unwrap_or(parameters.dt);
     parameters.mu = flags.mu.unwrap_or(parameters.mu);
     parameters.mass = flags.mass.unwrap_or(parameters.mass);
-    if let Some(inertia) = flags.inertia {
-        parameters.inertia = inertia.transpose().into();
-    }
     if let Some(gravity) = flags.gravity {
         parameters.gravity = gravity.into();
     }
-    Ok(Source { model: parameters.model()?, floating, title, note })
+    if let Some(plane) = &flags.plane {
+        parameters.plane = PlaneParameters::of(plane);
+    }
+    let points = || parameters.contact_points.iter().copied().map(Vector3::from).collect();
+    let shape = flags.sides.map_or_else(|| Shape::Points(points()), Shape::Box);
+    let inertia = flags.inertia.clone().unwrap_or_else(|| parameters.inertia_matrix());
+    let body = settings::body(parameters.mass, &shape, &inertia)?;
+    let model = ContactModel::new(Parameters { body, ..parameters.model()?.parameters().clone() })?;
+    let load = load_of(flags, parameters.load()?)?;
+    Ok(Source { model, load, floating, title, note })
 }
 
-fn default_model() -> Result<ContactModel, Failure> {
-    let scene = Scene::drop();
-    let body = RigidBody::with_box_corners(
-        scene::CUBE_MASS,
-        Matrix3::from_diagonal_element(scene::CUBE_INERTIA),
-        Vector3::repeat(scene::CUBE_HALF_SIDE),
-    )?;
-    Ok(ContactModel::new(Parameters {
-        body,
-        gravity: scene.gravity,
-        friction: scene::FRICTION,
-        time_step: scene.time_step,
-        smoothing: scene::SMOOTHING,
-    })?)
+/// The load, with the parts that flags give in the place of its own.
+fn load_of(flags: &PhysicsArgs, load: Load) -> Result<Load, Failure> {
+    let point = flags.force_at.unwrap_or(*load.point());
+    let force = polyline("--force", &flags.force)?.unwrap_or(load.force);
+    let torque = polyline("--torque", &flags.torque)?.unwrap_or(load.torque);
+    Ok(Load::new(force, torque, point)?)
 }
 
 /// Times that do not fit the time step show that the parameters are another run's.

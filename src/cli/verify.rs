@@ -4,11 +4,10 @@ use super::args::VerifyArgs;
 use super::output::say;
 use super::source::{Source, TrajectoryFile};
 use super::{Failure, Outcome};
-use nalgebra::Vector3;
 use std::fmt::Write as _;
 use tumble::certificate::{Certificate, certify_contact_step, certify_rk4_step};
 use tumble::solver::StepStatus;
-use tumble::state::{State, Wrench};
+use tumble::state::State;
 use tumble::trajectory::TrajectoryRow;
 
 /// A recomputed certificate may differ from the column by rounding: relatively, and by
@@ -74,14 +73,16 @@ pub fn run(args: &VerifyArgs) -> Result<Outcome, Failure> {
 }
 
 fn verify_step(source: &Source, row: &TrajectoryRow, next: &State) -> Verified {
-    let model = &source.model;
+    let (model, plane) = (&source.model, source.model.plane());
+    let mut wrench = source.load.wrench(row.index, model.time_step(), &row.state.attitude);
+    wrench.force = plane.vector_to_ground(&wrench.force);
+    let (state, next) = (plane.state_to_ground(&row.state), plane.state_to_ground(next));
     let certificate = if source.floating {
-        let weight =
-            Wrench { force: model.gravity() * model.body().mass(), torque: Vector3::zeros() };
-        certify_rk4_step(model, &row.state, next, &weight)
+        wrench.force += model.gravity() * model.body().mass();
+        certify_rk4_step(model, &state, &next, &wrench)
     } else {
-        let forces: Vec<_> = row.forces().collect();
-        certify_contact_step(model, &row.state, next, &forces, &Wrench::zero())
+        let forces: Vec<_> = row.forces().map(|force| plane.vector_to_ground(&force)).collect();
+        certify_contact_step(model, &state, &next, &forces, &wrench)
     };
     Verified { index: row.index, status: row.status, certificate, column: row.certificate }
 }

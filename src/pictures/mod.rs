@@ -4,6 +4,7 @@ pub mod animation;
 pub mod plot;
 
 use tumble::model::ContactModel;
+use tumble::state::State;
 use tumble::trajectory::TrajectoryRow;
 
 /// A trajectory in memory, with what is needed to draw it.
@@ -12,6 +13,13 @@ pub struct Film {
     pub title: String,
     /// Mass, inertia, contact points, gravity, friction, time step.
     pub model: ContactModel,
-    /// At least one row; the last is the `end` row.
+    /// At least one row, in the world's frame; the last is the `end` row.
     pub rows: Vec<TrajectoryRow>,
+}
+
+impl Film {
+    /// The state of row `k` in the ground's frame.
+    pub fn ground_state(&self, k: usize) -> State {
+        self.model.plane().state_to_ground(&self.rows[k].state)
+    }
 }

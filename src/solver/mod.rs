@@ -7,6 +7,7 @@ pub mod native;
 use crate::error::Error;
 use crate::ipopt::ReturnStatus;
 use crate::model::ContactModel;
+use crate::plane::Plane;
 use crate::state::{State, Wrench};
 use crate::step_nlp::layout::{self, Layout};
 use nalgebra::{SVector, Vector3};
@@ -150,6 +151,21 @@ impl Decision {
     pub fn force(&self, i: usize) -> Vector3<f64> {
         let [fx, fy, fz, ..] = self.layout.contact_variables(i);
         Vector3::new(self.values[fx], self.values[fy], self.values[fz])
+    }
+
+    /// Turns a point in the ground's frame into one whose X⁺ and forces are in the world's.
+    pub fn turn_to_world(&mut self, plane: &Plane) {
+        if plane.is_level() {
+            return;
+        }
+        let state = plane.state_to_world(&self.state());
+        self.values[layout::STATE].copy_from_slice(state.to_vector().as_slice());
+        for i in 0..self.layout.contacts() {
+            let force = plane.vector_to_world(&self.force(i));
+            for (place, component) in self.layout.contact_variables(i).into_iter().zip(&force) {
+                self.values[place] = *component;
+            }
+        }
     }
 
     /// All forces, contact by contact.

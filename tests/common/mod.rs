@@ -13,6 +13,7 @@ use std::io::Read;
 use std::path::Path;
 use tumble::body::RigidBody;
 use tumble::model::{ContactModel, Parameters};
+use tumble::plane::Plane;
 use tumble::quaternion::rotation;
 use tumble::scene;
 use tumble::solver::{Decision, Step, StepReport, StepSolver};
@@ -84,14 +85,7 @@ impl Row {
 
 /// The constants of the tutorial's thrown cube.
 pub fn tutorial_parameters() -> Parameters {
-    let drop = scene::Scene::drop();
-    Parameters {
-        body: scene::tutorial_cube().unwrap(),
-        gravity: drop.gravity,
-        friction: scene::FRICTION,
-        time_step: drop.time_step,
-        smoothing: scene::SMOOTHING,
-    }
+    scene::tutorial_parameters().unwrap()
 }
 
 /// The tutorial's thrown cube above the ground.
@@ -217,7 +211,14 @@ pub fn any_model() -> impl Strategy<Value = ContactModel> {
     (body, vector(10.0), friction, 1e-3..0.05, 0.5..1.0).prop_map(
         |((mass, inertia, points), gravity, friction, time_step, smoothing)| {
             let body = RigidBody::new(mass, inertia, &points).unwrap();
-            let parameters = Parameters { body, gravity, friction, time_step, smoothing };
+            let parameters = Parameters {
+                body,
+                plane: Plane::level(),
+                gravity,
+                friction,
+                time_step,
+                smoothing,
+            };
             ContactModel::new(parameters).unwrap()
         },
     )

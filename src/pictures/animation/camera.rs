@@ -1,6 +1,8 @@
-//! Where the camera stands, and where a point of the world is in the picture.
+//! Where the camera stands, and where a point is in the picture. Points are in the ground's
+//! frame; the camera stands upright in the world, so that a slope is seen as one.
 
 use nalgebra::{Matrix3, Vector3};
+use tumble::plane::Plane;
 
 /// Half the width of the picture over its distance: an angle of view of 28°.
 const HALF_VIEW: f64 = 0.249;
@@ -28,7 +30,7 @@ impl Default for View {
 
 /// A camera that stands still.
 pub struct Camera {
-    /// World → right, up, forward.
+    /// Ground → right, up, forward.
     axes: Matrix3<f64>,
     /// Where the camera is, in its own axes, m.
     eye: Vector3<f64>,
@@ -44,8 +46,8 @@ impl Camera {
     /// |x − e_x| ≤ a (z − e_z), and likewise for y. Over all points that is
     /// e_x − a e_z ≥ max(x − a z) and e_x + a e_z ≤ min(x + a z): e_z is largest where
     /// both hold with equality, and e_x lies in the middle of what they leave.
-    pub fn fit(view: View, size: u16, points: &[Vector3<f64>]) -> Self {
-        let axes = axes(view);
+    pub fn fit(view: View, plane: &Plane, size: u16, points: &[Vector3<f64>]) -> Self {
+        let axes = axes(view) * plane.rotation().transpose();
         let (side, above) = (HALF_VIEW * FILL, HALF_VIEW * FILL_ABOVE);
         let slopes = [(side, side), (above, side)];
         let mut low = [f64::NEG_INFINITY; 2];
@@ -78,7 +80,7 @@ impl Camera {
         [(self.middle + scale * p[0]) as f32, (self.middle - scale * p[1]) as f32]
     }
 
-    /// Where the camera is in the world.
+    /// Where the camera is, ground's frame.
     pub fn eye(&self) -> Vector3<f64> {
         self.axes.transpose() * self.eye
     }
@@ -111,7 +113,7 @@ mod tests {
             .collect();
         for azimuth in [-170.0, -32.0, 0.0, 45.0, 90.0, 1000.0] {
             for elevation in [0.0, 20.0, 60.0, 90.0] {
-                let camera = Camera::fit(View { azimuth, elevation }, 800, &points);
+                let camera = Camera::fit(View { azimuth, elevation }, &Plane::level(), 800, &points);
                 let mut reached = 0.0f64;
                 for point in &points {
                     let [x, y] = camera.project(point).map(f64::from);

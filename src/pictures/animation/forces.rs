@@ -6,7 +6,7 @@ use super::palette::{FORCE, SEAM};
 use crate::pictures::Film;
 use nalgebra::Vector3;
 
-/// An arrow of the world.
+/// An arrow in the ground's frame.
 pub struct Arrow {
     pub from: Vector3<f64>,
     pub to: Vector3<f64>,
@@ -54,8 +54,10 @@ pub fn arrows(film: &Film, scale: &Scale, before: usize, now: usize) -> Vec<Arro
             *mean += force / steps.len() as f64;
         }
     }
-    let corners = film.model.contact_positions(&film.rows[now].state);
-    corners.zip(&means).filter_map(|(corner, force)| scale.arrow(corner, force)).collect()
+    let state = film.ground_state(now);
+    let forces = means.iter().map(|mean| film.model.plane().vector_to_ground(mean));
+    let corners = film.model.contact_positions(&state).zip(forces);
+    corners.filter_map(|(corner, force)| scale.arrow(corner, &force)).collect()
 }
 
 /// Paints arrows over everything else, with a seam that sets them off.

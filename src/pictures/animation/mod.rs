@@ -132,8 +132,8 @@ fn moments(film: &Film, settings: &Settings) -> Result<Vec<Moment>, AnimationErr
     let mut moments = Vec::new();
     for frame in 0..frame_count(duration, settings.speed)? {
         let row = timing::row_of(film, frame, settings.speed);
-        let state = &film.rows[row].state;
-        let corners: Vec<_> = film.model.contact_positions(state).collect();
+        let state = film.ground_state(row);
+        let corners: Vec<_> = film.model.contact_positions(&state).collect();
         // In this order NaN is too far as well.
         if !corners.iter().flatten().all(|coordinate| coordinate.abs() <= FARTHEST) {
             return Err(AnimationError::TooFar);

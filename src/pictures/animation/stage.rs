@@ -11,7 +11,7 @@ use super::shape::{Shape, hull, seen_faces};
 use crate::pictures::Film;
 use nalgebra::Vector3;
 
-/// What one frame shows.
+/// What one frame shows, in the ground's frame.
 pub struct Moment {
     /// The clock, s.
     pub time: f64,
@@ -39,7 +39,7 @@ impl Stage {
         let tips = moments.iter().flat_map(|moment| &moment.arrows).map(|arrow| arrow.to);
         let mut points = corners.clone();
         points.extend(tips.chain(floor.corners()));
-        let camera = Camera::fit(settings.view, settings.size, &points);
+        let camera = Camera::fit(settings.view, film.model.plane(), settings.size, &points);
         let mut empty = Canvas::new(settings.size, BACKGROUND)?;
         floor.paint(&mut empty, &camera);
         let shape = shape_of(film);

@@ -14,16 +14,9 @@ use tumble::trajectory::{TrajectoryReader, TrajectoryWriter};
 
 fn model(scene: &Scene) -> ContactModel {
     use tumble::{body::RigidBody, model::Parameters, scene};
-    let inertia = nalgebra::Matrix3::from_diagonal_element(scene::CUBE_INERTIA);
-    let sides = Vector3::repeat(scene::CUBE_HALF_SIDE);
-    ContactModel::new(Parameters {
-        body: RigidBody::with_box_corners(scene::CUBE_MASS, inertia, sides).unwrap(),
-        gravity: scene.gravity,
-        friction: scene::FRICTION,
-        time_step: scene.time_step,
-        smoothing: scene::SMOOTHING,
-    })
-    .unwrap()
+    let usual = scene::tutorial_parameters().unwrap();
+    let (gravity, time_step) = (scene.gravity, scene.time_step);
+    ContactModel::new(Parameters { gravity, time_step, ..usual }).unwrap()
 }
 
 /// A drop or floating scene of `steps` steps.

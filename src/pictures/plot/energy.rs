@@ -3,7 +3,7 @@
 use super::panel::{Marks, Panel, PanelMaker, Series, steps};
 use super::scale::Kind;
 use crate::pictures::Film;
-use tumble::model::ContactModel;
+use nalgebra::Vector3;
 use tumble::solver::StepStatus;
 use tumble::trajectory::TrajectoryRow;
 
@@ -25,7 +25,7 @@ fn energies(film: &Film) -> Panel {
         0.5 * (body.mass() * v.norm_squared() + spin.dot(&(body.inertia() * spin)))
     };
     let potential =
-        |row: &TrajectoryRow| -body.mass() * film.model.gravity().dot(&row.state.position);
+        |row: &TrajectoryRow| -body.mass() * film.model.parameters().gravity.dot(&row.state.position);
     let rows = || film.rows.iter();
     Panel {
         id: "energy",
@@ -46,7 +46,7 @@ fn energies(film: &Film) -> Panel {
 }
 
 fn lowest_corner(film: &Film) -> Panel {
-    let values = film.rows.iter().map(|row| film.model.lowest_height(&row.state));
+    let values = (0..film.rows.len()).map(|k| film.model.lowest_height(&film.ground_state(k)));
     Panel {
         id: "height",
         symbol: ("z", "min"),
@@ -62,7 +62,7 @@ fn lowest_corner(film: &Film) -> Panel {
 }
 
 fn slip_speed(film: &Film) -> Panel {
-    let values = film.rows.windows(2).map(|pair| largest_slip(&film.model, &pair[0], &pair[1]));
+    let values = (1..film.rows.len()).map(|k| largest_slip(film, k - 1));
     Panel {
         id: "slip",
         symbol: ("c", "max"),
@@ -77,18 +77,21 @@ fn slip_speed(film: &Film) -> Panel {
     }
 }
 
-/// max ‖c_xy‖ over the corners that touch in the step `row` → `next`: those flagged α on
-/// the force's side of complementarity, h f_z/m > z⁺/h (eq. 18c). NaN if none does.
-fn largest_slip(model: &ContactModel, row: &TrajectoryRow, next: &TrajectoryRow) -> f64 {
+/// max ‖c_xy‖ over the corners that touch in the step k → k + 1: those flagged α on the
+/// force's side of complementarity, h f_z/m > z⁺/h (eq. 18c). NaN if none does.
+fn largest_slip(film: &Film, k: usize) -> f64 {
+    let (model, row) = (&film.model, &film.rows[k]);
     if !row.active.contains(&true) {
         return f64::NAN;
     }
     let (h, mass) = (model.time_step(), model.body().mass());
-    let old = model.contact_positions(&row.state);
-    let new = model.contact_positions(&next.state);
+    let (state, next) = (film.ground_state(k), film.ground_state(k + 1));
+    let old = model.contact_positions(&state);
+    let new = model.contact_positions(&next);
+    let push = |force: &Vector3<f64>| model.plane().normal().dot(force);
     old.zip(new)
         .zip(row.forces().zip(&row.active))
-        .filter(|((_, new), (force, active))| **active && h * force[2] / mass > new[2] / h)
+        .filter(|((_, new), (force, active))| **active && h * push(force) / mass > new[2] / h)
         .map(|((old, new), _)| (new - old).xy().norm() / h)
         .fold(f64::NAN, f64::max)
 }

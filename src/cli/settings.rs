@@ -1,0 +1,224 @@
+//! What a simulation can be told, by flags, by a scenario file or by the names of the
+//! tutorial's scenes: the same list, one laid over the other.
+
+use super::Failure;
+use super::args::{DetectionName, OnFailure, SceneName, SimulateArgs, SolverName};
+use super::values::LoadKnot;
+use clap::ValueEnum;
+use nalgebra::{Matrix3, Vector3, Vector4};
+use serde::Deserialize;
+use tumble::body::{RigidBody, solid_box_inertia};
+use tumble::error::Error;
+use tumble::load::Polyline;
+use tumble::plane::Plane;
+use tumble::random::random_attitude;
+use tumble::scene;
+
+/// All that can be told; `None` where it is not.
+#[derive(Debug, Default)]
+pub struct Settings {
+    pub steps: Option<u64>,
+    pub seed: Option<u32>,
+    pub dt: Option<f64>,
+    pub mu: Option<f64>,
+    pub mass: Option<f64>,
+    pub inertia: Option<Inertia>,
+    pub gravity: Option<Vector3<f64>>,
+    pub shape: Option<Shape>,
+    pub plane: Option<Plane>,
+    pub position: Option<Vector3<f64>>,
+    pub height: Option<f64>,
+    pub attitude: Option<Attitude>,
+    pub velocity: Option<Vector3<f64>>,
+    pub spin: Option<Vector3<f64>>,
+    pub frame: Option<Frame>,
+    pub force: Option<Polyline>,
+    pub torque: Option<Polyline>,
+    pub force_at: Option<Vector3<f64>>,
+    pub solver: Option<SolverName>,
+    pub detection: Option<DetectionName>,
+    pub tol: Option<f64>,
+    pub max_iter: Option<u32>,
+    pub on_failure: Option<OnFailure>,
+}
+
+/// The contact points of the body.
+#[derive(Debug, Clone)]
+pub enum Shape {
+    /// The corners of a box with these sides, m.
+    Box(Vector3<f64>),
+    /// These, m, body frame.
+    Points(Vec<Vector3<f64>>),
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub enum Inertia {
+    /// That of a box of equal density.
+    Solid,
+    /// kg m², body frame.
+    Matrix(Matrix3<f64>),
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub enum Attitude {
+    /// Drawn from the seed.
+    Random,
+    /// Unit quaternion, body → frame.
+    Given(Vector4<f64>),
+}
+
+/// In which frame a start is given.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Frame {
+    World,
+    /// Of the plane: z along its normal.
+    Ground,
+}
+
+impl Attitude {
+    /// The unit quaternion along `quaternion`.
+    pub fn given(quaternion: Vector4<f64>) -> Result<Self, String> {
+        // In this order NaN is refused as well.
+        if quaternion.norm() >= 1e-6 && quaternion.amax() <= 1e6 {
+            Ok(Self::Given(quaternion.normalize()))
+        } else {
+            Err("a quaternion W,X,Y,Z of a length from 1e-6 to 1e6 is needed".to_owned())
+        }
+    }
+
+    pub fn quaternion(&self, seed: u32) -> Vector4<f64> {
+        match self {
+            Self::Random => random_attitude(seed),
+            Self::Given(quaternion) => *quaternion,
+        }
+    }
+}
+
+impl Settings {
+    /// A scene of the tutorial; nothing is left open but the solver.
+    pub fn of_scene(name: SceneName) -> Self {
+        let scene = name.scene();
+        let attitude = match name {
+            SceneName::Drop => Attitude::Random,
+            SceneName::Floating => Attitude::Given(scene.attitude(0)),
+        };
+        Self {
+            steps: Some(scene.rows),
+            dt: Some(scene.time_step),
+            mu: Some(scene::FRICTION),
+            mass: Some(scene::CUBE_MASS),
+            inertia: Some(Inertia::Matrix(Matrix3::from_diagonal_element(scene::CUBE_INERTIA))),
+            gravity: Some(scene.gravity),
+            shape: Some(Shape::Box(Vector3::repeat(2.0 * scene::CUBE_HALF_SIDE))),
+            position: Some(Vector3::new(0.0, 0.0, scene.height)),
+            attitude: Some(attitude),
+            velocity: Some(scene.velocity),
+            spin: Some(scene.spin),
+            ..Self::default()
+        }
+    }
+
+    /// What the flags say.
+    pub fn of_flags(args: &SimulateArgs) -> Result<Self, Failure> {
+        let physics = &args.physics;
+        Ok(Self {
+            steps: args.steps,
+            seed: args.seed,
+            dt: physics.dt,
+            mu: physics.mu,
+            mass: physics.mass,
+            inertia: physics.inertia.clone(),
+            gravity: physics.gravity,
+            shape: physics.sides.map(Shape::Box),
+            plane: physics.plane.clone(),
+            position: args.position,
+            height: args.height,
+            attitude: args.attitude.clone(),
+            velocity: args.velocity,
+            spin: args.spin,
+            frame: args.frame,
+            force: polyline("--force", &physics.force)?,
+            torque: polyline("--torque", &physics.torque)?,
+            force_at: physics.force_at,
+            solver: args.solver,
+            detection: args.detection,
+            tol: args.tol,
+            max_iter: args.max_iter,
+            on_failure: args.on_failure,
+        })
+    }
+
+    /// What this says, and where it says nothing, what `below` says.
+    pub fn over(self, below: Self) -> Self {
+        Self {
+            steps: self.steps.or(below.steps),
+            seed: self.seed.or(below.seed),
+            dt: self.dt.or(below.dt),
+            mu: self.mu.or(below.mu),
+            mass: self.mass.or(below.mass),
+            inertia: self.inertia.or(below.inertia),
+            gravity: self.gravity.or(below.gravity),
+            shape: self.shape.or(below.shape),
+            plane: self.plane.or(below.plane),
+            position: self.position.or(below.position),
+            height: self.height.or(below.height),
+            attitude: self.attitude.or(below.attitude),
+            velocity: self.velocity.or(below.velocity),
+            spin: self.spin.or(below.spin),
+            frame: self.frame.or(below.frame),
+            force: self.force.or(below.force),
+            torque: self.torque.or(below.torque),
+            force_at: self.force_at.or(below.force_at),
+            solver: self.solver.or(below.solver),
+            detection: self.detection.or(below.detection),
+            tol: self.tol.or(below.tol),
+            max_iter: self.max_iter.or(below.max_iter),
+            on_failure: self.on_failure.or(below.on_failure),
+        }
+    }
+}
+
+/// The polyline through the knots that a flag was given for; `None` if it was not.
+pub fn polyline(flag: &str, knots: &[LoadKnot]) -> Result<Option<Polyline>, Failure> {
+    let named = |error: Error| Failure::Input(format!("{flag}: {error}"));
+    match knots {
+        [] => Ok(None),
+        [(None, value)] => Polyline::constant(*value).map(Some).map_err(named),
+        _ => {
+            let timed = knots.iter().map(|(time, value)| time.map(|time| (time, *value)));
+            let knots = timed.collect::<Option<Vec<_>>>().ok_or_else(|| {
+                Failure::Input(format!("{flag} is given more than once: each needs a time, T:X,Y,Z"))
+            })?;
+            Polyline::new(knots).map(Some).map_err(named)
+        }
+    }
+}
+
+/// The body of `mass` (kg).
+pub fn body(mass: f64, shape: &Shape, inertia: &Inertia) -> Result<RigidBody, Failure> {
+    Ok(match (shape, inertia) {
+        (Shape::Box(sides), Inertia::Solid) => RigidBody::solid_box(mass, 0.5 * sides)?,
+        (Shape::Box(sides), Inertia::Matrix(matrix)) => {
+            RigidBody::with_box_corners(mass, *matrix, 0.5 * sides)?
+        }
+        (Shape::Points(points), Inertia::Matrix(matrix)) => {
+            RigidBody::new(mass, *matrix, points)?
+        }
+        (Shape::Points(points), Inertia::Solid) => {
+            let inertia = solid_box_inertia(mass, &half_sides(points)?);
+            RigidBody::new(mass, inertia, points)?
+        }
+    })
+}
+
+/// Half the sides of the box with these corners, refused where they are of no box.
+fn half_sides(points: &[Vector3<f64>]) -> Result<Vector3<f64>, Failure> {
+    let half = points.iter().fold(Vector3::zeros(), |half, point| point.abs().sup(&half));
+    if points.len() == 8 && points.iter().all(|point| point.abs() == half) {
+        return Ok(half);
+    }
+    Err(Failure::Input(
+        "inertia: `solid` is for boxes; the contact points are of no box, give numbers".to_owned(),
+    ))
+}

@@ -1,0 +1,218 @@
+//! A load: an external force and torque on the body over time.
+
+use crate::error::{Error, in_range};
+use crate::quaternion::rotation;
+use crate::state::Wrench;
+use nalgebra::{Vector3, Vector4};
+
+/// A vector over time that changes linearly between knots, and keeps the first knot's value
+/// before it and the last one's after it. Two knots at one time are a jump. Without knots
+/// it is zero.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Polyline {
+    /// t (s) and the value there, in order of time.
+    knots: Vec<(f64, Vector3<f64>)>,
+}
+
+/// A force and a torque over time.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Load {
+    /// N, world.
+    pub force: Polyline,
+    /// N m, **body**, besides what the force makes.
+    pub torque: Polyline,
+    point: Vector3<f64>,
+}
+
+/// More knots than this are taken for a mistake.
+const MOST_KNOTS: usize = 1_000_000;
+
+impl Polyline {
+    /// The vector `value` at all times.
+    ///
+    /// # Errors
+    /// As [`Polyline::new`].
+    pub fn constant(value: Vector3<f64>) -> Result<Self, Error> {
+        Self::new(vec![(0.0, value)])
+    }
+
+    /// A polyline through `knots`, t (s) and value (N or N m).
+    ///
+    /// # Errors
+    /// More than a million knots; times that decrease or are beyond ±1e6 s; a component
+    /// beyond ±1e9.
+    pub fn new(knots: Vec<(f64, Vector3<f64>)>) -> Result<Self, Error> {
+        if knots.len() > MOST_KNOTS {
+            return Err(Error::Count {
+                field: "knots of the load",
+                count: knots.len(),
+                allowed: "0 to 1000000",
+            });
+        }
+        let mut earliest = -1e6;
+        for (time, value) in &knots {
+            let allowed = "-1e6 to 1e6, not before the knot before it";
+            earliest = in_range("time of the load (s)", *time, earliest, 1e6, allowed)?;
+            for &component in value {
+                in_range("load (N, N m)", component, -1e9, 1e9, "-1e9 to 1e9")?;
+            }
+        }
+        Ok(Self { knots })
+    }
+
+    /// t (s) and the value there, in order of time.
+    #[must_use]
+    pub fn knots(&self) -> &[(f64, Vector3<f64>)] {
+        &self.knots
+    }
+
+    /// The mean over `from`…`to` (s): trapezia between the knots inside.
+    #[must_use]
+    pub fn mean(&self, from: f64, to: f64) -> Vector3<f64> {
+        let mut sum = Vector3::zeros();
+        let first_inside = self.knots.partition_point(|(time, _)| *time <= from);
+        let mut start = (from, self.between(first_inside, from));
+        for &(time, value) in self.knots[first_inside..].iter().take_while(|(time, _)| *time < to) {
+            sum += 0.5 * (time - start.0) * (start.1 + value);
+            start = (time, value);
+        }
+        let end = self.between(self.knots.partition_point(|(time, _)| *time < to), to);
+        sum += 0.5 * (to - start.0) * (start.1 + end);
+        sum / (to - from)
+    }
+
+    /// The value at `time`, which lies between the knots `next` − 1 and `next`.
+    fn between(&self, next: usize, time: f64) -> Vector3<f64> {
+        let before = next.checked_sub(1).and_then(|last| self.knots.get(last));
+        match (before, self.knots.get(next)) {
+            (Some((t0, a)), Some((t1, b))) => a + (b - a) * ((time - t0) / (t1 - t0)),
+            (Some((_, value)), None) | (None, Some((_, value))) => *value,
+            (None, None) => Vector3::zeros(),
+        }
+    }
+}
+
+impl Load {
+    /// No load.
+    #[must_use]
+    pub fn none() -> Self {
+        Self::default()
+    }
+
+    /// A load whose force acts at `point` (m, body frame, from the centre of mass).
+    ///
+    /// # Errors
+    /// A point beyond ±1e4 m.
+    pub fn new(force: Polyline, torque: Polyline, point: Vector3<f64>) -> Result<Self, Error> {
+        for &coordinate in &point {
+            in_range("point of the load (m)", coordinate, -1e4, 1e4, "-1e4 to 1e4")?;
+        }
+        Ok(Self { force, torque, point })
+    }
+
+    /// Whether there is no load at all.
+    #[must_use]
+    pub fn is_none(&self) -> bool {
+        self.force.knots.is_empty() && self.torque.knots.is_empty()
+    }
+
+    /// Where the force acts, m, body frame.
+    #[must_use]
+    pub fn point(&self) -> &Vector3<f64> {
+        &self.point
+    }
+
+    /// The wrench of the step `index` → `index` + 1 of `time_step` h (s): the load's mean
+    /// over the step, so that impulses are exact whatever h, with the force's torque taken
+    /// at the `attitude` (body → world) at the step's start, as that of contact forces:
+    ///
+    /// ```text
+    /// F = 1/h ∫ f dt,   τ = 1/h ∫ τ_0 dt + p × Aᵀ F                       (eq. 20)
+    /// ```
+    ///
+    /// The force is in the world's frame, the torque in the body's.
+    #[must_use]
+    pub fn wrench(&self, index: u64, time_step: f64, attitude: &Vector4<f64>) -> Wrench {
+        let (from, to) = (index as f64 * time_step, (index + 1) as f64 * time_step);
+        let force = self.force.mean(from, to);
+        let mut torque = self.torque.mean(from, to);
+        if self.point != Vector3::zeros() {
+            torque += self.point.cross(&(rotation(attitude).tr_mul(&force)));
+        }
+        Wrench { force, torque }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn push(knots: &[(f64, f64)]) -> Load {
+        let knots = knots.iter().map(|&(time, x)| (time, Vector3::new(x, 0.0, 0.0))).collect();
+        let force = Polyline::new(knots).unwrap();
+        Load::new(force, Polyline::default(), Vector3::zeros()).unwrap()
+    }
+
+    fn upright() -> Vector4<f64> {
+        Vector4::new(1.0, 0.0, 0.0, 0.0)
+    }
+
+    #[test]
+    fn a_constant_load_is_itself_to_rounding() {
+        let load = push(&[(0.0, 0.1)]);
+        for k in [0, 1, 17, 123_456] {
+            let force = load.wrench(k, 0.002, &upright()).force[0];
+            assert!((force - 0.1).abs() <= f64::EPSILON * 0.1, "{k}: {force}");
+        }
+    }
+
+    /// The impulse of a polygon is its area, whatever the step: also where knots and jumps
+    /// fall inside steps.
+    #[test]
+    fn impulses_do_not_depend_on_the_step() {
+        let load = push(&[(0.1, 0.0), (0.35, 5.0), (0.35, -2.0), (0.6, -2.0), (0.6, 0.0)]);
+        let area = 0.5 * 0.25 * 5.0 - 0.25 * 2.0;
+        for steps in [1_u64, 3, 7, 20, 100, 1000] {
+            let h = 1.0 / steps as f64;
+            let impulse: f64 =
+                (0..steps).map(|k| h * load.wrench(k, h, &upright()).force[0]).sum();
+            assert!((impulse - area).abs() < 1e-14, "{steps}: {impulse}");
+        }
+    }
+
+    #[test]
+    fn a_load_keeps_its_ends() {
+        let load = push(&[(1.0, 3.0), (2.0, 4.0)]);
+        assert_eq!(load.wrench(0, 0.5, &upright()).force[0], 3.0);
+        assert_eq!(load.wrench(99, 0.5, &upright()).force[0], 4.0);
+        assert!((load.wrench(1, 1.0, &upright()).force[0] - 3.5).abs() < 1e-15);
+        assert_eq!(Load::none().wrench(5, 0.1, &upright()), Wrench::zero());
+    }
+
+    /// A force off the centre makes a torque: a quarter turn about z takes the body's x to
+    /// the world's y, so that a push along y is one along the body's x.
+    #[test]
+    fn a_force_off_the_centre_turns_the_body() {
+        let half = 0.5_f64.sqrt();
+        let force = Polyline::constant(Vector3::new(0.0, 2.0, 0.0)).unwrap();
+        let torque = Polyline::constant(Vector3::new(0.5, 0.0, 0.0)).unwrap();
+        let load = Load::new(force, torque, Vector3::new(0.0, 0.0, 3.0)).unwrap();
+        let wrench = load.wrench(0, 0.1, &Vector4::new(half, 0.0, 0.0, half));
+        // p × (2, 0, 0) = (0, 6, 0) in the body's frame.
+        assert!((wrench.torque - Vector3::new(0.5, 6.0, 0.0)).norm() < 1e-14);
+        assert!((wrench.force - Vector3::new(0.0, 2.0, 0.0)).norm() < 1e-15);
+    }
+
+    #[test]
+    fn loads_out_of_range_are_refused() {
+        let refused = |knots: &[(f64, f64)]| {
+            let knots: Vec<_> = knots.iter().map(|&(t, x)| (t, Vector3::repeat(x))).collect();
+            assert!(Polyline::new(knots.clone()).is_err(), "{knots:?}");
+        };
+        refused(&[(1.0, 0.0), (0.5, 0.0)]);
+        refused(&[(f64::NAN, 0.0)]);
+        refused(&[(0.0, f64::INFINITY)]);
+        let nan = Vector3::new(f64::NAN, 0.0, 0.0);
+        assert!(Load::new(Polyline::default(), Polyline::default(), nan).is_err());
+    }
+}

@@ -1,0 +1,252 @@
+//! The ground: a plane of any slope, and the frame in which the step problem is posed.
+//!
+//! The plane is n·x = d in the world, the free side where n·x > d. In the **ground's
+//! frame** the origin is the point d n of the plane and the z axis is n, so that heights
+//! are z and every plane is the same problem with gravity tilted:
+//!
+//! ```text
+//! x_g = R (x − d n),   R n = e_z                                          (eq. 19)
+//! ```
+//!
+//! R is the smallest rotation that does it. A plane that falls towards +x by the angle θ,
+//! n = (sin θ, 0, cos θ), has its x_g axis pointing downhill and its y_g axis along y.
+
+use crate::error::{Error, in_range};
+use crate::quaternion::{left, rotation};
+use crate::state::State;
+use nalgebra::{Matrix3, Vector3, Vector4};
+
+/// A plane, and with it the ground's frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plane {
+    normal: Vector3<f64>,
+    offset: f64,
+    /// R as a unit quaternion, world → ground.
+    turn: Vector4<f64>,
+    /// R.
+    to_ground: Matrix3<f64>,
+    /// Whether world and ground are the same frame.
+    level: bool,
+}
+
+impl Default for Plane {
+    fn default() -> Self {
+        Self::level()
+    }
+}
+
+impl Plane {
+    /// The plane z = 0: world and ground are the same frame, to the last bit.
+    #[must_use]
+    pub fn level() -> Self {
+        Self {
+            normal: Vector3::z(),
+            offset: 0.0,
+            turn: Vector4::new(1.0, 0.0, 0.0, 0.0),
+            to_ground: Matrix3::identity(),
+            level: true,
+        }
+    }
+
+    /// The plane with `normal` (of any length, pointing to the free side) at `offset`, the
+    /// distance d of the plane from the world's origin along the unit normal, m.
+    ///
+    /// # Errors
+    /// A normal that is not finite or shorter than 1e-6, an offset beyond ±1e6 m.
+    pub fn new(normal: Vector3<f64>, offset: f64) -> Result<Self, Error> {
+        for &component in &normal {
+            in_range("normal of the plane", component, -1e6, 1e6, "-1e6 to 1e6")?;
+        }
+        in_range("length of the plane's normal", normal.norm(), 1e-6, 2e6, "1e-6 to 2e6")?;
+        in_range("offset of the plane (m)", offset, -1e6, 1e6, "-1e6 to 1e6")?;
+        let normal = normal.normalize();
+        if normal == Vector3::z() && offset == 0.0 {
+            return Ok(Self::level());
+        }
+        let turn = smallest_turn_to_z(&normal);
+        Ok(Self { normal, offset, turn, to_ground: rotation(&turn), level: false })
+    }
+
+    /// The plane through the origin that falls towards +x by `slope`, degrees.
+    ///
+    /// # Errors
+    /// A slope beyond ±180°.
+    pub fn sloping(slope: f64) -> Result<Self, Error> {
+        let (sin, cos) = in_range("slope (°)", slope, -180.0, 180.0, "-180 to 180")?
+            .to_radians()
+            .sin_cos();
+        Self::new(Vector3::new(sin, 0.0, cos), 0.0)
+    }
+
+    /// n, unit, world.
+    #[must_use]
+    pub fn normal(&self) -> &Vector3<f64> {
+        &self.normal
+    }
+
+    /// d, m.
+    #[must_use]
+    pub fn offset(&self) -> f64 {
+        self.offset
+    }
+
+    /// Whether the plane is z = 0, and the ground's frame the world's.
+    #[must_use]
+    pub fn is_level(&self) -> bool {
+        self.level
+    }
+
+    /// R, world → ground.
+    #[must_use]
+    pub fn rotation(&self) -> &Matrix3<f64> {
+        &self.to_ground
+    }
+
+    /// A vector of the world in the ground's frame.
+    #[must_use]
+    pub fn vector_to_ground(&self, vector: &Vector3<f64>) -> Vector3<f64> {
+        if self.level { *vector } else { self.to_ground * vector }
+    }
+
+    /// A vector of the ground's frame in the world.
+    #[must_use]
+    pub fn vector_to_world(&self, vector: &Vector3<f64>) -> Vector3<f64> {
+        if self.level { *vector } else { self.to_ground.tr_mul(vector) }
+    }
+
+    /// A state of the world in the ground's frame; the spin is the body's in both.
+    #[must_use]
+    pub fn state_to_ground(&self, state: &State) -> State {
+        if self.level {
+            return *state;
+        }
+        State {
+            position: self.to_ground * (state.position - self.offset * self.normal),
+            attitude: (left(&self.turn) * state.attitude).normalize(),
+            velocity: self.to_ground * state.velocity,
+            spin: state.spin,
+        }
+    }
+
+    /// A state of the ground's frame in the world.
+    #[must_use]
+    pub fn state_to_world(&self, state: &State) -> State {
+        if self.level {
+            return *state;
+        }
+        let [w, x, y, z] = self.turn.into();
+        State {
+            position: self.to_ground.tr_mul(&state.position) + self.offset * self.normal,
+            attitude: (left(&Vector4::new(w, -x, -y, -z)) * state.attitude).normalize(),
+            velocity: self.to_ground.tr_mul(&state.velocity),
+            spin: state.spin,
+        }
+    }
+}
+
+/// The quaternion of the smallest rotation with R n = e_z. Its axis is n × e_z, and with
+/// the angle φ between n and e_z
+///
+/// ```text
+/// cos φ/2 = √((1 + n_z)/2),   sin φ/2 = √((1 − n_z)/2)
+/// ```
+///
+/// of which the smaller one is taken from the horizontal part, |n_xy| = 2 sin φ/2 cos φ/2,
+/// where the square root has lost its digits. For n = −e_z any horizontal axis serves: x.
+fn smallest_turn_to_z(normal: &Vector3<f64>) -> Vector4<f64> {
+    let horizontal = normal.xy().norm();
+    let (cos, sin) = if normal[2] >= 0.0 {
+        let cos = (0.5 * (1.0 + normal[2])).sqrt();
+        (cos, 0.5 * horizontal / cos)
+    } else {
+        let sin = (0.5 * (1.0 - normal[2])).sqrt();
+        (0.5 * horizontal / sin, sin)
+    };
+    let (x, y) = if horizontal > 0.0 {
+        (normal[1] / horizontal, -normal[0] / horizontal)
+    } else {
+        (1.0, 0.0)
+    };
+    Vector4::new(cos, sin * x, sin * y, 0.0).normalize()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn planes() -> Vec<Plane> {
+        let normals = [
+            [0.0, 0.0, 1.0],
+            [0.3, -0.2, 0.9],
+            [1.0, 0.0, 0.0],
+            [0.0, -2.0, 1e-9],
+            [1e-9, 2e-9, -1.0],
+            [0.0, 0.0, -3.0],
+            [-5.0, 4.0, -7.0],
+            [1e-12, 0.0, 1.0],
+        ];
+        normals
+            .iter()
+            .flat_map(|&normal| [0.0, -1.5].map(|d| Plane::new(normal.into(), d).unwrap()))
+            .collect()
+    }
+
+    fn some_state() -> State {
+        State {
+            position: Vector3::new(1.0, -2.0, 0.5),
+            attitude: Vector4::new(0.3, -0.5, 0.1, 0.8).normalize(),
+            velocity: Vector3::new(4.0, 5.0, -6.0),
+            spin: Vector3::new(1.0, 2.0, 3.0),
+        }
+    }
+
+    #[test]
+    fn the_normal_becomes_the_z_axis_and_the_plane_the_height_zero() {
+        for plane in planes() {
+            let normal = plane.vector_to_ground(plane.normal());
+            assert!((normal - Vector3::z()).norm() < 4.0 * f64::EPSILON, "{plane:?}: {normal}");
+            let turned = plane.rotation() * plane.rotation().transpose();
+            assert!((turned - Matrix3::identity()).amax() < 8.0 * f64::EPSILON, "{plane:?}");
+            // Height: n·x − d.
+            let state = some_state();
+            let height = plane.normal().dot(&state.position) - plane.offset();
+            let found = plane.state_to_ground(&state).position[2];
+            assert!((found - height).abs() < 1e-14, "{plane:?}: {found} {height}");
+        }
+    }
+
+    #[test]
+    fn a_state_comes_back_as_it_was() {
+        let state = some_state();
+        for plane in planes() {
+            let back = plane.state_to_world(&plane.state_to_ground(&state));
+            let difference = (back.to_vector() - state.to_vector()).amax();
+            assert!(difference < 1e-14, "{plane:?}: {difference}");
+            // Points of the body go with it: R (r + A c − d n) = r_g + A_g c.
+            let c = Vector3::new(0.7, -0.1, 0.4);
+            let ground = plane.state_to_ground(&state);
+            let world = state.position + rotation(&state.attitude) * c;
+            let point = plane.rotation() * (world - plane.offset() * plane.normal());
+            let same = ground.position + rotation(&ground.attitude) * c;
+            assert!((point - same).norm() < 1e-14, "{plane:?}");
+        }
+    }
+
+    #[test]
+    fn a_slope_falls_towards_x() {
+        let plane = Plane::sloping(30.0).unwrap();
+        let gravity = plane.vector_to_ground(&Vector3::new(0.0, 0.0, -10.0));
+        assert!((gravity - Vector3::new(5.0, 0.0, -75f64.sqrt())).norm() < 1e-14, "{gravity}");
+    }
+
+    #[test]
+    fn planes_that_are_none_are_refused() {
+        for normal in [[0.0; 3], [f64::NAN, 0.0, 1.0], [0.0, f64::INFINITY, 1.0], [1e-9, 0.0, 0.0]]
+        {
+            assert!(Plane::new(normal.into(), 0.0).is_err(), "{normal:?}");
+        }
+        assert!(Plane::new(Vector3::z(), f64::NAN).is_err());
+        assert!(Plane::sloping(200.0).is_err());
+        assert!(Plane::new(Vector3::new(0.0, 0.0, 2.0), 0.0).unwrap().is_level());
+    }
+}
