@@ -43,3 +43,4 @@ pub mod state;
 pub mod step_nlp;
 pub mod summary;
 pub mod trajectory;
+pub mod validation;

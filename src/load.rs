@@ -174,8 +174,7 @@ mod tests {
         let area = 0.5 * 0.25 * 5.0 - 0.25 * 2.0;
         for steps in [1_u64, 3, 7, 20, 100, 1000] {
             let h = 1.0 / steps as f64;
-            let impulse: f64 =
-                (0..steps).map(|k| h * load.wrench(k, h, &upright()).force[0]).sum();
+            let impulse: f64 = (0..steps).map(|k| h * load.wrench(k, h, &upright()).force[0]).sum();
             assert!((impulse - area).abs() < 1e-14, "{steps}: {impulse}");
         }
     }

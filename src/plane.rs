@@ -72,9 +72,8 @@ impl Plane {
     /// # Errors
     /// A slope beyond ±180°.
     pub fn sloping(slope: f64) -> Result<Self, Error> {
-        let (sin, cos) = in_range("slope (°)", slope, -180.0, 180.0, "-180 to 180")?
-            .to_radians()
-            .sin_cos();
+        let (sin, cos) =
+            in_range("slope (°)", slope, -180.0, 180.0, "-180 to 180")?.to_radians().sin_cos();
         Self::new(Vector3::new(sin, 0.0, cos), 0.0)
     }
 

@@ -92,8 +92,7 @@ fn scene(
     (body, friction, tilt, spread(1e-4, 1e-2)).prop_map(|(body, friction, (gx, gy), time_step)| {
         let gravity = Vector3::new(gx, gy, -9.81);
         let plane = Plane::level();
-        let parameters =
-            Parameters { body, plane, gravity, friction, time_step, smoothing: 1e-6 };
+        let parameters = Parameters { body, plane, gravity, friction, time_step, smoothing: 1e-6 };
         ContactModel::new(parameters).unwrap()
     })
 }

@@ -13,11 +13,8 @@ pub fn describe(job: &Job, run: &Run) -> String {
     let rows = summary.steps() + 1;
     let simulated = summary.steps() as f64 * h;
     let seed = if job.drawn { format!("seed {}, ", job.seed) } else { String::new() };
-    let _ = writeln!(
-        text,
-        "{}, {seed}{rows} rows, h = {h} s: {simulated:.3} s of motion",
-        job.name
-    );
+    let _ =
+        writeln!(text, "{}, {seed}{rows} rows, h = {h} s: {simulated:.3} s of motion", job.name);
     match end {
         End::Complete => {}
         End::Interrupted => {

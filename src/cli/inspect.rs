@@ -95,9 +95,8 @@ impl PointFile {
     /// The tutorial's cube with the constants given.
     fn model(&self) -> Result<ContactModel, Failure> {
         let usual = scene::tutorial_parameters()?;
-        let inertia = self
-            .inertia
-            .map_or(*usual.body.inertia(), |rows| Matrix3::from(rows).transpose());
+        let inertia =
+            self.inertia.map_or(*usual.body.inertia(), |rows| Matrix3::from(rows).transpose());
         let gravity = match self.gravity {
             None => usual.gravity,
             Some(Gravity::Downwards(g)) => Vector3::new(0.0, 0.0, -g),

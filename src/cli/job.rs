@@ -246,7 +246,9 @@ fn refuse_start_below_ground(
 ) -> Result<(), Failure> {
     let start = model.plane().state_to_ground(start);
     let lowest = model.lowest_height(&start);
-    if lowest >= -1e-14 * (start.position.norm() + model.plane().offset().abs() + model.body().reach()) {
+    if lowest
+        >= -1e-14 * (start.position.norm() + model.plane().offset().abs() + model.body().reach())
+    {
         return Ok(());
     }
     let depth = -lowest;

@@ -262,8 +262,9 @@ impl GroundTable {
             (Some(_), Some(_)) => {
                 return Err("ground: either `slope` or `normal` can be given".to_owned());
             }
-            (Some(slope), None) => Plane::sloping(slope)
-                .and_then(|plane| Plane::new(*plane.normal(), offset)),
+            (Some(slope), None) => {
+                Plane::sloping(slope).and_then(|plane| Plane::new(*plane.normal(), offset))
+            }
             (None, normal) => Plane::new(normal.map_or(Vector3::z(), Vector3::from), offset),
         }
         .map_err(|error| format!("ground: {error}"))

@@ -188,7 +188,9 @@ pub fn polyline(flag: &str, knots: &[LoadKnot]) -> Result<Option<Polyline>, Fail
         _ => {
             let timed = knots.iter().map(|(time, value)| time.map(|time| (time, *value)));
             let knots = timed.collect::<Option<Vec<_>>>().ok_or_else(|| {
-                Failure::Input(format!("{flag} is given more than once: each needs a time, T:X,Y,Z"))
+                Failure::Input(format!(
+                    "{flag} is given more than once: each needs a time, T:X,Y,Z"
+                ))
             })?;
             Polyline::new(knots).map(Some).map_err(named)
         }
@@ -202,9 +204,7 @@ pub fn body(mass: f64, shape: &Shape, inertia: &Inertia) -> Result<RigidBody, Fa
         (Shape::Box(sides), Inertia::Matrix(matrix)) => {
             RigidBody::with_box_corners(mass, *matrix, 0.5 * sides)?
         }
-        (Shape::Points(points), Inertia::Matrix(matrix)) => {
-            RigidBody::new(mass, *matrix, points)?
-        }
+        (Shape::Points(points), Inertia::Matrix(matrix)) => RigidBody::new(mass, *matrix, points)?,
         (Shape::Points(points), Inertia::Solid) => {
             let inertia = solid_box_inertia(mass, &half_sides(points)?);
             RigidBody::new(mass, inertia, points)?

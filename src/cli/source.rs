@@ -81,7 +81,8 @@ fn source_of(path: &Path, flags: &PhysicsArgs) -> Result<Source, Failure> {
     let run_path = path.with_file_name("run.json");
     let (mut parameters, floating, title, note) = match RunFile::read(&run_path)? {
         Some(run) => {
-            let seed = if run.start.random { format!("seed {}, ", run.seed) } else { String::new() };
+            let seed =
+                if run.start.random { format!("seed {}, ", run.seed) } else { String::new() };
             let title = format!("{}, {seed}{}", run.scene, run.solver.name);
             // Without a ground there is but one way to move.
             (run.parameters, run.solver.name == "rk4", title, "")

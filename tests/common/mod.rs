@@ -211,14 +211,8 @@ pub fn any_model() -> impl Strategy<Value = ContactModel> {
     (body, vector(10.0), friction, 1e-3..0.05, 0.5..1.0).prop_map(
         |((mass, inertia, points), gravity, friction, time_step, smoothing)| {
             let body = RigidBody::new(mass, inertia, &points).unwrap();
-            let parameters = Parameters {
-                body,
-                plane: Plane::level(),
-                gravity,
-                friction,
-                time_step,
-                smoothing,
-            };
+            let parameters =
+                Parameters { body, plane: Plane::level(), gravity, friction, time_step, smoothing };
             ContactModel::new(parameters).unwrap()
         },
     )

@@ -9,6 +9,7 @@ use std::cell::Cell;
 use tumble::body::RigidBody;
 use tumble::detection::Detection;
 use tumble::model::{ContactModel, Parameters};
+use tumble::plane::Plane;
 use tumble::quaternion::rotation;
 use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::solver::ipopt::{ACCEPTED_CERTIFICATE, Formulation, IpoptSolver, Ladder, Rung};
@@ -61,7 +62,8 @@ fn absurd_model() -> impl Strategy<Value = ContactModel> {
     let gravity = (vector(1.0), spread(1e-3, 1e3)).prop_map(|(g, size)| g * size);
     (body, gravity, 0.0..10.0, spread(1e-6, 0.1), spread(1e-12, 1.0)).prop_map(
         |(body, gravity, friction, time_step, smoothing)| {
-            let parameters = Parameters { body, gravity, friction, time_step, smoothing };
+            let plane = Plane::level();
+            let parameters = Parameters { body, plane, gravity, friction, time_step, smoothing };
             ContactModel::new(parameters).unwrap()
         },
     )

@@ -113,7 +113,8 @@ mod tests {
             .collect();
         for azimuth in [-170.0, -32.0, 0.0, 45.0, 90.0, 1000.0] {
             for elevation in [0.0, 20.0, 60.0, 90.0] {
-                let camera = Camera::fit(View { azimuth, elevation }, &Plane::level(), 800, &points);
+                let camera =
+                    Camera::fit(View { azimuth, elevation }, &Plane::level(), 800, &points);
                 let mut reached = 0.0f64;
                 for point in &points {
                     let [x, y] = camera.project(point).map(f64::from);

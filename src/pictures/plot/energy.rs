@@ -24,8 +24,9 @@ fn energies(film: &Film) -> Panel {
         let (v, spin) = (row.state.velocity, row.state.spin);
         0.5 * (body.mass() * v.norm_squared() + spin.dot(&(body.inertia() * spin)))
     };
-    let potential =
-        |row: &TrajectoryRow| -body.mass() * film.model.parameters().gravity.dot(&row.state.position);
+    let potential = |row: &TrajectoryRow| {
+        -body.mass() * film.model.parameters().gravity.dot(&row.state.position)
+    };
     let rows = || film.rows.iter();
     Panel {
         id: "energy",

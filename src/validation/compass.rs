@@ -1,0 +1,92 @@
+//! The same slide in every direction of the compass.
+
+use super::stopping::{Slide, resting};
+use super::{Curve, Findings, Input, Inputs, Laboratory, Problem, Quantity, Unsuitable};
+use nalgebra::Vector3;
+use std::f64::consts::TAU;
+
+/// Slides in sixteen directions.
+pub struct Compass;
+
+/// Directions: north, north-northeast, …
+const DIRECTIONS: usize = 16;
+
+impl Problem for Compass {
+    fn name(&self) -> &'static str {
+        "compass"
+    }
+
+    fn about(&self) -> &'static str {
+        "A box slides in sixteen directions: each slide is straight and equally long, \
+         v²/(2 μ g), as no pyramid of friction would have it."
+    }
+
+    fn inputs(&self) -> Inputs {
+        let (mass, friction) = ((Input::Mass, 2.0), (Input::Friction, 0.3));
+        let values = [mass, friction, (Input::Gravity, 9.81), (Input::Speed, 1.0)];
+        Inputs::new(0.002, &values)
+    }
+
+    /// Coulomb's cone is round: the slide is v²/(2 μ g) long whatever its direction, and the
+    /// box does not turn, because friction, opposite to the slide and in proportion to the
+    /// normal forces, has its resultant through the line of the slide.
+    fn solve(
+        &self,
+        inputs: &Inputs,
+        laboratory: &mut Laboratory<'_>,
+    ) -> Result<Findings, Unsuitable> {
+        let half_sides = Vector3::new(0.2, 0.15, 0.1);
+        let east = Slide::along_x(half_sides, inputs)?;
+        let speed = east.velocity.norm();
+        let (mut shortest, mut longest) = (f64::INFINITY, 0.0_f64);
+        let (mut sideways, mut turned) = (0.0_f64, 0.0_f64);
+        let (mut position_slack, mut curve) = (0.0_f64, None);
+        for k in 0..DIRECTIONS {
+            let (sin, cos) = (TAU * k as f64 / DIRECTIONS as f64).sin_cos();
+            let direction = Vector3::new(cos, sin, 0.0);
+            let slide = Slide { velocity: speed * direction, ..east };
+            let run = slide.run(laboratory)?;
+            let start = resting(half_sides[2]);
+            let way = run.end().position - start.position;
+            let along = way.dot(&direction);
+            (shortest, longest) = (shortest.min(along), longest.max(along));
+            sideways = sideways.max((way - along * direction).norm());
+            // The vector part of a small rotation's quaternion is half its angle.
+            turned = turned.max(2.0 * run.end().attitude.fixed_rows::<3>(1).norm());
+            position_slack = position_slack.max(run.position_slack());
+            if k == 1 {
+                curve = Some(Curve::of(
+                    ("way north-northeast by east", "m"),
+                    &run,
+                    |k| (run.states[k].position - start.position).dot(&direction),
+                    |t| slide.way(t),
+                ));
+            }
+        }
+        let h = laboratory.time_step();
+        let exact = |name: &'static str, unit: &'static str, measured: f64, slack: f64| Quantity {
+            name,
+            unit,
+            measured,
+            exact: 0.0,
+            discretisation: 0.0,
+            slack,
+        };
+        Ok(Findings {
+            quantities: vec![
+                Quantity {
+                    name: "longest slide",
+                    unit: "m",
+                    measured: longest,
+                    exact: east.distance(),
+                    discretisation: east.distance_error(h),
+                    slack: position_slack,
+                },
+                exact("longest less shortest", "m", longest - shortest, 2.0 * position_slack),
+                exact("way sideways", "m", sideways, position_slack),
+                exact("angle turned", "rad", turned, position_slack / half_sides[1]),
+            ],
+            curve: curve.unwrap_or_default(),
+        })
+    }
+}

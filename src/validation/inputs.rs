@@ -1,0 +1,114 @@
+//! The numbers a problem depends on.
+
+use super::Unsuitable;
+
+/// A number that a problem may depend on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Input {
+    /// m, kg.
+    Mass,
+    /// μ.
+    Friction,
+    /// g, m/s², downwards.
+    Gravity,
+    /// Of the ground, degrees.
+    Slope,
+    /// At the start: m/s, rad/s for a spin, or a share of a critical one, as the problem
+    /// says.
+    Speed,
+}
+
+impl Input {
+    /// All of them.
+    pub const ALL: [Self; 5] =
+        [Self::Mass, Self::Friction, Self::Gravity, Self::Slope, Self::Speed];
+
+    /// The word of the command line.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Mass => "mass",
+            Self::Friction => "mu",
+            Self::Gravity => "gravity",
+            Self::Slope => "slope",
+            Self::Speed => "speed",
+        }
+    }
+
+    /// Its unit.
+    #[must_use]
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::Mass => "kg",
+            Self::Friction => "",
+            Self::Gravity => "m/s²",
+            Self::Slope => "°",
+            Self::Speed => "m/s, rad/s or 1",
+        }
+    }
+
+    /// The least and the most that a problem can be posed with.
+    fn range(self) -> (f64, f64) {
+        match self {
+            Self::Mass => (1e-3, 1e6),
+            Self::Friction => (1e-3, 10.0),
+            Self::Gravity => (1e-2, 1e3),
+            Self::Slope => (0.0, 80.0),
+            Self::Speed => (1e-2, 1e2),
+        }
+    }
+}
+
+/// Inputs and their values; an input that is not in it means nothing to the problem.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Inputs {
+    values: Vec<(Input, f64)>,
+    /// h, s.
+    pub time_step: f64,
+}
+
+impl Inputs {
+    /// These values.
+    #[must_use]
+    pub fn new(time_step: f64, values: &[(Input, f64)]) -> Self {
+        Self { values: values.to_vec(), time_step }
+    }
+
+    /// The inputs and their values.
+    #[must_use]
+    pub fn values(&self) -> &[(Input, f64)] {
+        &self.values
+    }
+
+    /// Whether the problem depends on `input`.
+    #[must_use]
+    pub fn has(&self, input: Input) -> bool {
+        self.values.iter().any(|(name, _)| *name == input)
+    }
+
+    /// Sets `input` where the problem depends on it.
+    pub fn set(&mut self, input: Input, value: f64) {
+        for (name, old) in &mut self.values {
+            if *name == input {
+                *old = value;
+            }
+        }
+    }
+
+    /// The value of `input`.
+    ///
+    /// # Errors
+    /// A value out of range; an input that the problem does not depend on.
+    pub(super) fn get(&self, input: Input) -> Result<f64, Unsuitable> {
+        let (low, high) = input.range();
+        let found = self.values.iter().find(|(name, _)| *name == input);
+        match found {
+            Some(&(_, value)) if (low..=high).contains(&value) => Ok(value),
+            Some((_, value)) => Err(Unsuitable::Motion(format!(
+                "{} is {value:?}; allowed is {low} to {high}",
+                input.name()
+            ))),
+            None => Err(Unsuitable::Motion(format!("{} is not given", input.name()))),
+        }
+    }
+}
