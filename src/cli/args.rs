@@ -301,7 +301,7 @@ pub fn flag_behind(error: &Error) -> Option<&'static str> {
             "gravity (m/s²)" => Some("gravity"),
             "half side of the box (m)" => Some("box"),
             "smoothing epsilon (N)" => Some("epsilon"),
-            "position (m)" => Some("position"),
+            "position (m)" => Some("position or height"),
             "norm of the attitude quaternion" => Some("attitude"),
             "normal of the plane" | "length of the plane's normal" | "offset of the plane (m)" => {
                 Some("plane")

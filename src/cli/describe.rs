@@ -1,6 +1,7 @@
 //! The summary of a run, for people.
 
 use super::job::Job;
+use super::run_file::heading;
 use super::simulate::{End, Run};
 use std::fmt::Write as _;
 use tumble::solver::StepStatus;
@@ -13,8 +14,11 @@ pub fn describe(job: &Job, run: &Run) -> String {
     let rows = summary.steps() + 1;
     let simulated = summary.steps() as f64 * h;
     let seed = if job.drawn { format!("seed {}, ", job.seed) } else { String::new() };
-    let _ =
-        writeln!(text, "{}, {seed}{rows} rows, h = {h} s: {simulated:.3} s of motion", job.name);
+    let _ = writeln!(
+        text,
+        "{}, {seed}{rows} rows, h = {h} s: {simulated:.3} s of motion",
+        heading(&job.name)
+    );
     match end {
         End::Complete => {}
         End::Interrupted => {

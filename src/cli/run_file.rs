@@ -10,6 +10,7 @@ use tumble::body::RigidBody;
 use tumble::load::{Load, Polyline};
 use tumble::model::{ContactModel, Parameters};
 use tumble::plane::Plane;
+use tumble::scene::Scene;
 use tumble::summary::RunSummary;
 
 #[derive(Debug, Serialize, Deserialize)]
@@ -132,6 +133,12 @@ pub struct SummaryFile {
     /// Of all steps; null without steps.
     pub certificate_max_m_s: Option<f64>,
     pub solve_seconds: f64,
+}
+
+/// What is simulated, in words: the tutorial's scenes are called so, scenarios have names.
+pub fn heading(scene: &str) -> String {
+    let of_tutorial = [Scene::drop().name, Scene::floating().name].contains(&scene);
+    if of_tutorial { format!("{scene} scene") } else { scene.to_owned() }
 }
 
 impl RunParameters {

@@ -2,7 +2,7 @@
 
 use super::Failure;
 use super::args::PhysicsArgs;
-use super::run_file::{PlaneParameters, RunFile, RunParameters};
+use super::run_file::{PlaneParameters, RunFile, RunParameters, heading};
 use super::settings::{self, Shape, polyline};
 use crate::pictures::Film;
 use nalgebra::Vector3;
@@ -83,7 +83,7 @@ fn source_of(path: &Path, flags: &PhysicsArgs) -> Result<Source, Failure> {
         Some(run) => {
             let seed =
                 if run.start.random { format!("seed {}, ", run.seed) } else { String::new() };
-            let title = format!("{}, {seed}{}", run.scene, run.solver.name);
+            let title = format!("{}, {seed}{}", heading(&run.scene), run.solver.name);
             // Without a ground there is but one way to move.
             (run.parameters, run.solver.name == "rk4", title, "")
         }

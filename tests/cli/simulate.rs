@@ -252,7 +252,7 @@ fn every_flag_is_recorded_and_used() {
     assert_eq!(json["solver"]["detection"], "height");
     assert_eq!(json["solver"]["tol"], 1e-7);
     assert_eq!(json["solver"]["max_iter"], 250);
-    assert_eq!(json["start"]["height"], 4.25);
+    assert_eq!(json["start"]["position"], json!([0.0, 0.0, 4.25]));
     assert_eq!(json["start"]["velocity"], json!([-1.0, 2.0, -0.5]));
     assert_eq!(json["start"]["spin"], json!([-3.0, 0.5, 0.1]));
     let table = run.table();
