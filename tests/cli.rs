@@ -6,6 +6,8 @@ mod failure;
 mod flags;
 #[path = "cli/inspect.rs"]
 mod inspect;
+#[path = "cli/scenario.rs"]
+mod scenario;
 #[path = "cli/simulate.rs"]
 mod simulate;
 #[path = "cli/streams.rs"]
