@@ -11,6 +11,7 @@ mod run_file;
 mod simulate;
 mod source;
 mod verify;
+mod view;
 
 use args::{Cli, Command};
 use clap::Parser;
@@ -89,6 +90,7 @@ pub fn run() -> Result<Outcome, Failure> {
         Some(Command::Verify(args)) => verify::run(&args),
         Some(Command::Gif(args)) => gif::run(&args),
         Some(Command::Plot(args)) => plot::run(&args),
+        Some(Command::View(args)) => view::run(&args),
         Some(Command::Inspect(args)) => inspect::run(&args),
     }
 }

@@ -2,6 +2,7 @@
 
 pub mod animation;
 pub mod plot;
+pub mod view;
 
 use tumble::model::ContactModel;
 use tumble::trajectory::TrajectoryRow;

@@ -23,6 +23,9 @@ mod timing;
 mod tests;
 
 pub use camera::View;
+pub use forces::{NEGLIGIBLE, Scale};
+pub use shape::Shape;
+pub use stage::has_ground;
 pub use timing::frame_count;
 
 use super::Film;
@@ -127,7 +130,7 @@ pub fn animate(
 /// What the frames show.
 fn moments(film: &Film, settings: &Settings) -> Result<Vec<Moment>, AnimationError> {
     let duration = (film.rows.len() - 1) as f64 * film.model.time_step();
-    let scale = forces::Scale::of(film);
+    let scale = Scale::of(film);
     let mut before = 0;
     let mut moments = Vec::new();
     for frame in 0..frame_count(duration, settings.speed)? {

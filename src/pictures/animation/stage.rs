@@ -35,7 +35,8 @@ impl Stage {
     pub fn new(film: &Film, settings: &Settings, moments: &[Moment]) -> Option<Self> {
         let light = Light::for_azimuth(settings.view.azimuth);
         let corners: Vec<_> = moments.iter().flat_map(|moment| &moment.corners).copied().collect();
-        let floor = Floor::under(&corners, light, has_ground(film, &corners));
+        let lowest = corners.iter().map(|corner| corner.z).fold(f64::INFINITY, f64::min);
+        let floor = Floor::under(&corners, light, has_ground(film, lowest));
         let tips = moments.iter().flat_map(|moment| &moment.arrows).map(|arrow| arrow.to);
         let mut points = corners.clone();
         points.extend(tips.chain(floor.corners()));
@@ -108,9 +109,8 @@ impl Stage {
 }
 
 /// Whether the run has a ground: something was flagged for contact, or there is gravity and
-/// nothing ever fell through.
-fn has_ground(film: &Film, corners: &[Vector3<f64>]) -> bool {
-    let lowest = corners.iter().map(|corner| corner.z).fold(f64::INFINITY, f64::min);
+/// nothing ever fell through; `lowest` is how low a corner comes, m.
+pub fn has_ground(film: &Film, lowest: f64) -> bool {
     let flagged = film.rows.iter().any(|row| row.active.contains(&true));
     flagged || (film.model.gravity().norm() > 0.0 && lowest >= 0.0)
 }

@@ -1,0 +1,116 @@
+// The runs: their numbers as typed arrays, and what is where at which time.
+
+const page = JSON.parse(document.getElementById("data").textContent);
+
+function bytes(text) {
+  const raw = atob(text);
+  return Uint8Array.from(raw, (c) => c.charCodeAt(0)).buffer;
+}
+const floats = (text) => new Float32Array(bytes(text));
+const rowsOf = (text) => new Uint32Array(bytes(text));
+
+const NAMES = ["A", "B"];
+
+class Run {
+  constructor(data, index) {
+    const { frames } = data;
+    this.index = index;
+    this.name = NAMES[index];
+    this.data = data;
+    this.rows = data.rows;
+    this.step = data.step;
+    this.duration = (data.rows - 1) * data.step;
+    this.every = frames.every;
+    this.count = frames.count;
+    this.origin = frames.origin;
+    this.poses = floats(frames.poses);
+    this.speeds = floats(frames.speeds);
+    this.certificates = floats(frames.certificates);
+    this.statuses = new Uint8Array(bytes(frames.statuses));
+    this.forceCorners = new Uint16Array(bytes(frames.force_corners));
+    this.forceValues = floats(frames.forces);
+    // Where the forces of a frame begin.
+    this.forceStarts = [0];
+    for (const forces of new Uint16Array(bytes(frames.force_counts))) {
+      this.forceStarts.push(this.forceStarts.at(-1) + forces);
+    }
+    this.points = data.body.points;
+    this.isBox = data.body.is_box;
+    this.reach = Math.max(...this.points.map(length));
+  }
+
+  // The row of a frame: every `every`-th, and the last.
+  row(frame) {
+    return Math.min(frame * this.every, this.rows - 1);
+  }
+
+  time(frame) {
+    return this.row(frame) * this.step;
+  }
+
+  // The frame that stands at `time`: the last that is not later.
+  frame(time) {
+    // Times are products; a millionth of a step is rounding.
+    const row = Math.floor(time / this.step + 1e-6);
+    if (row >= this.rows - 1) return this.count - 1;
+    return Math.max(0, Math.floor(row / this.every));
+  }
+
+  position(frame) {
+    const at = 7 * frame;
+    return [0, 1, 2].map((axis) => this.origin[axis] + this.poses[at + axis]);
+  }
+
+  attitude(frame) {
+    return this.poses.slice(7 * frame + 3, 7 * frame + 7);
+  }
+
+  corners(frame) {
+    const [place, attitude] = [this.position(frame), this.attitude(frame)];
+    return this.points.map((point) => add(place, rotate(attitude, point)));
+  }
+
+  // The forces of a frame: which corner, and how much.
+  forces(frame) {
+    const forces = [];
+    for (let i = this.forceStarts[frame]; i < this.forceStarts[frame + 1]; i += 1) {
+      const force = Array.from(this.forceValues.subarray(3 * i, 3 * i + 3));
+      forces.push({ corner: this.forceCorners[i], force });
+    }
+    return forces;
+  }
+
+  // The arrow of a force: with s = √(force / weight) its length is s / (1 + s) of the longest.
+  arrow(force) {
+    const { weight, longest } = this.data.arrows;
+    const size = length(force);
+    const root = Math.sqrt(size / weight);
+    return times(force, (longest * root) / (1 + root) / size);
+  }
+}
+
+const runs = page.runs.map((data, index) => new Run(data, index));
+const isPair = runs.length > 1;
+const duration = Math.max(...runs.map((run) => run.duration));
+
+// The next or the previous time at which a run has a frame.
+function neighbour(time, direction) {
+  const candidates = runs.flatMap((run) => {
+    const frame = run.frame(time);
+    return [frame - 1, frame, frame + 1].filter((f) => f >= 0 && f < run.count).map((f) => run.time(f));
+  });
+  const room = 1e-6 * Math.min(...runs.map((run) => run.step));
+  const ahead = candidates.filter((t) => direction * (t - time) > room);
+  if (ahead.length === 0) return direction > 0 ? duration : 0;
+  return direction > 0 ? Math.min(...ahead) : Math.max(...ahead);
+}
+
+// The steps that were retried, fell back or failed, as the plots mark them.
+const marks = page.sheets
+  .flatMap((sheet) => sheet.plots)
+  .flatMap((plot) => plot.marks)
+  .map((mark) => ({ ...mark, rows: rowsOf(mark.rows), values: floats(mark.values) }));
+
+const markTimes = marks
+  .flatMap((mark) => Array.from(mark.rows, (row) => row * runs[mark.run].step))
+  .sort((a, b) => a - b);
