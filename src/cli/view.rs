@@ -89,7 +89,7 @@ fn known_facts(trajectory: &Path) -> Result<Vec<Fact>, Failure> {
     let mut add = |name, value: Option<String>| facts.extend(value.map(|v| Fact::new(name, v)));
     add("detection", solver.detection);
     add("on failure", solver.on_failure);
-    add("tolerance", solver.tol.map(|tol| tol.to_string()));
+    add("tolerance", solver.tol.map(|tol| format!("{tol:e}")));
     add("iteration limit", solver.max_iter.map(|limit| limit.to_string()));
     add("outcome", Some(run.outcome).filter(|outcome| outcome != "complete"));
     add("tumble", Some(run.tumble_version));

@@ -135,7 +135,8 @@ fn thinned(values: &[f64]) -> (String, String) {
     let times: Vec<f64> = (0..values.len()).map(|i| i as f64).collect();
     let range = (0.0, values.len() as f64);
     let rows = thin_rows(&times, values, range, COLUMNS);
-    let shown = |i: usize| if values[i].abs() <= f64::from(f32::MAX) { values[i] } else { f64::NAN };
+    let shown =
+        |i: usize| if values[i].abs() <= f64::from(f32::MAX) { values[i] } else { f64::NAN };
     let mut points: Vec<(usize, f64)> = Vec::with_capacity(rows.len());
     let mut gap = false;
     for row in rows {

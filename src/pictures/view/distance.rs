@@ -23,7 +23,7 @@ pub fn plot(a: &Film, b: &Film) -> Plot {
 fn panel(values: Vec<f64>) -> Panel {
     Panel {
         id: "distance",
-        symbol: ("‖rA − rB‖", ""),
+        symbol: ("‖r_A − r_B‖", ""),
         unit: "m",
         words: "distance between the centres of mass",
         kind: Kind::Log,

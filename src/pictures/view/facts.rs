@@ -27,9 +27,9 @@ pub fn facts(run: &Run<'_>) -> Vec<Fact> {
     let mut facts = run.facts.clone();
     let mut add = |name, value| facts.push(Fact { name, value });
     add("rows", film.rows.len().to_string());
-    add("time step h", format!("{} s", model.time_step()));
-    add("mass m", format!("{} kg", body.mass()));
-    add("friction μ", model.friction().to_string());
+    add("time step h", format!("{} s", number(model.time_step())));
+    add("mass m", format!("{} kg", number(body.mass())));
+    add("friction μ", number(model.friction()));
     add("gravity g", format!("{} m/s²", vector(model.gravity())));
     add("inertia I", format!("{} kg m²", inertia(body.inertia())));
     add("body", shape(&points));
@@ -41,9 +41,20 @@ pub fn facts(run: &Run<'_>) -> Vec<Fact> {
     facts
 }
 
-fn list(values: impl Iterator<Item = f64>) -> String {
+/// As short as it reads back; very large and very small numbers as powers of ten.
+fn number(value: f64) -> String {
     // −0 is 0 to people.
-    values.map(|value| (value + 0.0).to_string()).collect::<Vec<_>>().join(", ")
+    let value = value + 0.0;
+    let size = value.abs();
+    if size >= 1e6 || (size > 0.0 && size < 1e-4) {
+        format!("{value:e}")
+    } else {
+        value.to_string()
+    }
+}
+
+fn list(values: impl Iterator<Item = f64>) -> String {
+    values.map(number).collect::<Vec<_>>().join(", ")
 }
 
 fn vector(v: &Vector3<f64>) -> String {
@@ -54,7 +65,7 @@ fn vector(v: &Vector3<f64>) -> String {
 fn inertia(inertia: &Matrix3<f64>) -> String {
     let moments = inertia.diagonal();
     if *inertia == Matrix3::from_diagonal_element(moments[0]) {
-        return format!("{} E₃", moments[0]);
+        return format!("{} E₃", number(moments[0]));
     }
     if *inertia == Matrix3::from_diagonal(&moments) {
         return format!("diag{}", vector(&moments));
@@ -68,7 +79,7 @@ fn shape(points: &[Vector3<f64>]) -> String {
         let s = if points.len() == 1 { "" } else { "s" };
         return format!("{} contact point{s}", points.len());
     }
-    let edges = [1, 2, 4].map(|corner| (points[corner] - points[0]).norm());
+    let edges = [1, 2, 4].map(|corner| number((points[corner] - points[0]).norm()));
     format!("box {} × {} × {} m", edges[0], edges[1], edges[2])
 }
 
@@ -82,6 +93,7 @@ mod tests {
         assert_eq!(inertia(&Matrix3::from_diagonal(&Vector3::new(1.0, 2.0, 3.0))), "diag(1, 2, 3)");
         let full = Matrix3::new(1.0, 0.5, -0.0, 0.5, 2.0, 0.0, 0.0, 0.0, 3.0);
         assert_eq!(inertia(&full), "[1, 0.5, 0; 0.5, 2, 0; 0, 0, 3]");
+        assert_eq!(inertia(&(Matrix3::identity() * 1e-12)), "1e-12 E₃");
         assert_eq!(shape(&[Vector3::x()]), "1 contact point");
         let corner = |i: usize| Vector3::from_fn(|axis, _| f64::from((i >> axis & 1) as u8));
         assert_eq!(shape(&(0..8).map(corner).collect::<Vec<_>>()), "box 1 × 1 × 1 m");

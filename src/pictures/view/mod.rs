@@ -24,8 +24,7 @@ pub struct Run<'a> {
 }
 
 const TEMPLATE: &str = include_str!("page/index.html");
-const STYLES: [&str; 2] =
-    [include_str!("vendor/uPlot.min.css"), include_str!("page/style.css")];
+const STYLES: [&str; 2] = [include_str!("vendor/uPlot.min.css"), include_str!("page/style.css")];
 const PLOTTER: &str = include_str!("vendor/uPlot.iife.min.js");
 /// In the order of what needs what.
 const SCRIPTS: [&str; 9] = [
@@ -68,11 +67,15 @@ pub fn page(runs: &[Run<'_>]) -> Result<String, String> {
 }
 
 fn title(runs: &[Run<'_>]) -> String {
-    let titles: Vec<_> = runs.iter().map(|run| run.film.title.as_str()).collect();
-    match titles.join(" and ").trim() {
-        "" | "and" => "tumble".to_owned(),
-        titles => format!("tumble: {titles}"),
+    match runs {
+        [a, b] => format!("tumble: A {}, B {}", known(a), known(b)),
+        [run] if !run.film.title.is_empty() => format!("tumble: {}", run.film.title),
+        _ => "tumble".to_owned(),
     }
+}
+
+fn known<'a>(run: &'a Run<'_>) -> &'a str {
+    if run.film.title.is_empty() { "without run.json" } else { &run.film.title }
 }
 
 /// JSON in which no character means anything to HTML. Outside its strings none of these

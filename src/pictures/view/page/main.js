@@ -9,6 +9,8 @@ let time = 0;
 let speed = 1;
 let isPlaying = false;
 let lastTick = 0;
+// The time that the views show.
+let painted = 0;
 const show = { forces: true, trail: true, follow: false, overlay: false, anchor: [0, 0, 0] };
 const camera = new Camera();
 
@@ -29,10 +31,10 @@ function paint() {
   isDue = false;
   const shown = stages.filter(isShown);
   if (camera.isFitted) {
-    const tips = grounds.flatMap((ground) => ground.outline);
-    camera.fit([...places, ...tips], ...shown[0].size);
+    camera.fit([...places, ...feet], ...shown[0].size);
   }
-  for (const stage of shown) stage.paint(camera, time, show);
+  for (const stage of shown) stage.paint(camera, time, isPlaying ? painted : time, show);
+  painted = time;
   for (const plot of plots) plot.move(time);
   showState(state, time);
   $("scrub").value = time;
@@ -122,13 +124,13 @@ const KEYS = [
   { keys: ["End"], name: "end", words: "end", act: () => setTime(duration) },
   { keys: ["+", "="], name: "+", words: "faster", act: () => changeSpeed(1) },
   { keys: ["-", "_"], name: "−", words: "slower", act: () => changeSpeed(-1) },
+  { keys: ["n"], name: "n", words: "next marked step", act: () => jumpToMark(1) },
+  { keys: ["p"], name: "p", words: "previous marked step", act: () => jumpToMark(-1) },
   { keys: ["f"], name: "f", words: "contact forces", act: () => toggle("forces") },
   { keys: ["t"], name: "t", words: "trail", act: () => toggle("trail") },
   { keys: ["c"], name: "c", words: "follow the body", act: () => toggle("follow") },
   ...(isPair ? [{ keys: ["o"], name: "o", words: "overlay both bodies", act: () => toggle("overlay") }] : []),
   { keys: ["r"], name: "r", words: "reset the view", act: resetView },
-  { keys: ["n"], name: "n", words: "next marked step", act: () => jumpToMark(1) },
-  { keys: ["p"], name: "p", words: "previous marked step", act: () => jumpToMark(-1) },
   { keys: ["a"], act: () => camera.orbit(12, 0), name: "a d w s", words: "orbit" },
   { keys: ["d"], act: () => camera.orbit(-12, 0) },
   { keys: ["w"], act: () => camera.orbit(0, 8) },
@@ -190,8 +192,11 @@ for (const sheet of page.sheets) {
   card.append(...ordered.map((data) => new Plot(data, setTime).box));
 }
 for (const value of SPEEDS) $("speed").append(element("option", { value: String(value) }, `${value}×`));
+let group = $("keys-time");
 for (const { name, words } of KEYS.filter((binding) => binding.name)) {
-  $("keys").append(element("dt", {}, name), element("dd", {}, words));
+  // From the forces on, keys change the view.
+  if (name === "f") group = $("keys-view");
+  group.append(element("dt", {}, name), element("dd", {}, words));
 }
 setSpeed(1);
 $("scrub").max = duration || 1;

@@ -26,13 +26,19 @@ function fixed(value, decimals) {
   return (Number(text) === 0 ? text.replace("-", "") : text).replace("-", MINUS);
 }
 
-// Whole numbers with thin spaces between groups of three digits.
-const count = (value) => String(value).replace(/\B(?=(\d{3})+$)/g, "\u202f");
+// Whole numbers, long ones with thin spaces between groups of three digits.
+const count = (value) => (value < 1e4 ? String(value) : String(value).replace(/\B(?=(\d{3})+$)/g, "\u202f"));
 
 const th = (n) => (n === 1 ? "" : `${n}${{ 1: "st", 2: "nd", 3: "rd" }[n % 100 > 10 && n % 100 < 14 ? 0 : n % 10] ?? "th"}`);
 
-// Decimals that tell multiples of `step` from each other.
-const decimals = (step) => Math.min(9, Math.max(0, -Math.floor(Math.log10(step) + 1e-9)));
+// The decimals that write `step` out, nine at most.
+function decimals(step) {
+  let places = 0;
+  while (places < 9 && Math.abs(step * 10 ** places - Math.round(step * 10 ** places)) > 1e-6 * step * 10 ** places) {
+    places += 1;
+  }
+  return places;
+}
 
 // The label of a tick: a power of ten on a logarithmic axis, else a multiple of `step`.
 function tick(value, step) {
@@ -43,7 +49,10 @@ function tick(value, step) {
     const isShort = exponent >= -3 && exponent <= 3;
     return sign + (isShort ? String(Number(`1e${exponent}`)) : `10${raised(exponent)}`);
   }
-  if (Math.abs(value) >= 1e6 || step < 1e-6) return number(value, 3);
+  if (Math.abs(value) >= 1e6 || step < 1e-6) {
+    const [mantissa, exponent] = value.toExponential(2).split("e");
+    return `${String(Number(mantissa)).replace("-", MINUS)}\u00b710${raised(Number(exponent))}`;
+  }
   return fixed(value, decimals(step));
 }
 

@@ -23,10 +23,13 @@ class Plot {
       step: runs[series.run].step,
     }));
     const [name, index] = data.symbol;
-    const symbol = element("span", { class: "symbol" }, name, element("sub", {}, index));
-    symbol.append(data.unit ? ` (${data.unit})` : "");
+    // In a symbol `_A` is an index.
+    const parts = `${name}${index && `_${index}`}`.split(/_(\w+)/);
+    const symbol = element("span", { class: "symbol" },
+      ...parts.map((part, i) => (i % 2 ? element("sub", {}, part) : part)), data.unit ? ` (${data.unit})` : "");
     const words = element("span", { class: "words" }, data.words + this.remark());
-    this.box = element("details", { class: "plot", id: `plot-${data.id}` }, element("summary", {}, symbol, words));
+    this.summary = element("summary", {}, symbol, words);
+    this.box = element("details", { class: "plot", id: `plot-${data.id}` }, this.summary);
     if (data.nothing) {
       this.box.append(element("p", { class: "nothing" }, data.nothing));
       this.box.classList.add("blank");
@@ -34,6 +37,8 @@ class Plot {
     }
     this.place = element("div", { class: "canvas" });
     this.legend = element("div", { class: "legend" });
+    this.single = element("i", { class: "single" });
+    this.summary.append(this.single);
     this.box.append(this.legend, this.place);
     this.fillLegend();
     this.box.addEventListener("toggle", () => this.box.open && this.draw());
@@ -59,13 +64,22 @@ class Plot {
     return { stroke: colours[series.run ? "run-b" : "run-a"], dash: DASHES[place % DASHES.length] };
   }
 
+  // Earlier curves are wider: where curves coincide, all of them can be seen.
+  width(series) {
+    if (isPair && this.data.id !== "distance") return series.run ? 1.3 : 3;
+    const after = this.series.length - 1 - this.series.indexOf(series);
+    return 1.5 + after * Math.min(0.6, 3.2 / Math.max(1, this.series.length - 1));
+  }
+
   fillLegend() {
     this.legend.replaceChildren();
     const title = this.data.legend ? [`${this.data.legend} `] : [];
-    const isSingle = !this.series.some((series) => series.name);
+    // A lone curve needs no legend; its value stands in the heading.
+    const isLone = this.series.length === 1;
     this.readings = this.series.slice(0, 2 * 8).map((series) => {
       const { stroke, dash } = this.look(series);
       const name = [isPair && this.data.id !== "distance" ? runs[series.run].name : "", series.name].join(" ").trim();
+      if (isLone) return { series, value: this.single };
       const value = element("i");
       const swatch = document.createElementNS("http://www.w3.org/2000/svg", "svg");
       swatch.setAttribute("width", "18");
@@ -76,8 +90,7 @@ class Plot {
       line.setAttribute("stroke-width", "2.5");
       line.setAttribute("stroke-dasharray", dash.join(" "));
       swatch.append(line);
-      const entry = element("span", {}, ...(isSingle && !isPair ? [] : [swatch, name]), value);
-      this.legend.append(entry);
+      this.legend.append(element("span", {}, swatch, name, value));
       return { series, value };
     });
     this.legend.prepend(...title);
@@ -128,7 +141,7 @@ class Plot {
         },
       },
       axes: [
-        { ...frame, size: 24, gap: 3, values: (_, splits, __, ___, step) => splits.map((t) => `${tick(t, step)} s`) },
+        { ...frame, size: 24, gap: 3, space: 64, values: (_, splits, __, ___, step) => splits.map((t) => `${tick(t, step)} s`) },
         {
           ...frame,
           size: AXIS_WIDTH,
@@ -141,7 +154,7 @@ class Plot {
       series: [{}, ...this.series.map((series) => {
         const { stroke, dash } = this.look(series);
         const few = runs[series.run].rows <= FEW;
-        return { stroke, dash, width: 1.5, points: { show: few ? true : undefined, size: few ? 5 : 3, fill: stroke } };
+        return { stroke, dash, width: this.width(series), pxAlign: 0, points: { show: few ? true : undefined, size: few ? 5 : 3, fill: stroke } };
       })],
       hooks: { draw: [(chart) => this.drawMarks(chart)] },
     }, this.table(), this.place);

@@ -36,7 +36,19 @@ class Run {
     }
     this.points = data.body.points;
     this.isBox = data.body.is_box;
-    this.reach = Math.max(...this.points.map(length));
+  }
+
+  // Frames along the way of the centre of mass, as many as make `pieces` equal pieces of it.
+  way(pieces) {
+    const step = (a, b) => length(subtract(this.position(b), this.position(a))) || 0;
+    let total = 0;
+    for (let frame = 1; frame < this.count; frame += 1) total += step(frame - 1, frame);
+    const frames = [0];
+    for (let frame = 1; frame < this.count; frame += 1) {
+      if (step(frames.at(-1), frame) > total / pieces) frames.push(frame);
+    }
+    if (frames.at(-1) !== this.count - 1) frames.push(this.count - 1);
+    return frames;
   }
 
   // The row of a frame: every `every`-th, and the last.
@@ -70,14 +82,14 @@ class Run {
     return this.points.map((point) => add(place, rotate(attitude, point)));
   }
 
-  // The forces of a frame: which corner, and how much.
-  forces(frame) {
-    const forces = [];
-    for (let i = this.forceStarts[frame]; i < this.forceStarts[frame + 1]; i += 1) {
-      const force = Array.from(this.forceValues.subarray(3 * i, 3 * i + 3));
-      forces.push({ corner: this.forceCorners[i], force });
+  // The mean forces of the frames after `before` up to `frame`: which corner, and how much.
+  forces(frame, before) {
+    const sums = new Map();
+    for (let i = this.forceStarts[before + 1]; i < this.forceStarts[frame + 1]; i += 1) {
+      const corner = this.forceCorners[i];
+      sums.set(corner, add(sums.get(corner) ?? [0, 0, 0], this.forceValues.subarray(3 * i, 3 * i + 3)));
     }
-    return forces;
+    return [...sums].map(([corner, sum]) => ({ corner, force: times(sum, 1 / (frame - before)) }));
   }
 
   // The arrow of a force: with s = √(force / weight) its length is s / (1 + s) of the longest.

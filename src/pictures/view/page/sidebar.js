@@ -26,28 +26,32 @@ function counts(run, setTime) {
   return line;
 }
 
-// The parameters of one run.
-function list(run) {
+// Parameters, one after the other.
+function list(facts) {
   const parameters = element("dl", { class: "parameters" });
-  for (const { name, value } of run.data.facts) {
+  for (const { name, value } of facts) {
     parameters.append(element("div", {}, element("dt", {}, name), element("dd", {}, value)));
   }
   return parameters;
 }
 
-// The parameters of both, what differs made conspicuous.
+// The parameters of both runs: first those that differ, then what they share.
 function comparison() {
   const names = [...new Set(runs.flatMap((run) => run.data.facts.map((fact) => fact.name)))];
-  const head = element("tr", {}, element("th", { scope: "row" }, "parameter"));
-  head.append(...runs.map((run) => element("th", { scope: "col" }, key(run))));
-  const rows = names.map((name) => {
+  const parameters = names.map((name) => {
     const values = runs.map((run) => run.data.facts.find((fact) => fact.name === name)?.value ?? NOTHING);
-    const differs = name !== "file" && values.some((value) => value !== values[0]);
-    const row = element("tr", differs ? { class: "differs" } : {}, element("th", { scope: "row" }, name));
+    return { name, values, value: values[0], differs: values.some((value) => value !== values[0]) };
+  });
+  const head = element("tr", {}, element("th", { scope: "row" }, "what differs"));
+  head.append(...runs.map((run) => element("th", { scope: "col" }, key(run))));
+  const rows = parameters.filter(({ differs }) => differs).map(({ name, values }) => {
+    const row = element("tr", { class: "differs" }, element("th", { scope: "row" }, name));
     row.append(...values.map((value) => element("td", {}, value)));
     return row;
   });
-  return element("table", {}, element("thead", {}, head), element("tbody", {}, ...rows));
+  const table = element("table", {}, element("thead", {}, head), element("tbody", {}, ...rows));
+  const same = parameters.filter(({ differs }) => !differs);
+  return [table, element("h3", {}, "the same in both"), list(same)];
 }
 
 // What the page leaves out.
@@ -67,13 +71,14 @@ function omissions() {
 function fillFacts(setTime) {
   const facts = document.getElementById("facts");
   facts.className = "card";
-  facts.append(...runs.map((run) => counts(run, setTime)), isPair ? comparison() : list(runs[0]), ...omissions());
+  facts.append(...runs.map((run) => counts(run, setTime)), ...(isPair ? comparison() : [list(runs[0].data.facts)]), ...omissions());
   document.getElementById("made").textContent = `made by tumble ${page.version}; plots drawn by uPlot`;
 }
 
 // What stands at the cursor, one line a run.
 function fillState() {
   const parent = document.getElementById("state");
+  parent.classList.toggle("two-runs", isPair);
   return runs.map((run) => {
     const line = element("dl", { class: "reading", "data-run": run.name });
     const field = (name, className) => {
@@ -83,7 +88,7 @@ function fillState() {
     };
     if (isPair) field("run", "run").append(key(run));
     const fields = Object.fromEntries(
-      ["t", "k", "status", "position", "speed", "certificate"].map((name) => [name, field(name)]));
+      ["t", "k", "status", "position", "speed", "certificate"].map((name) => [name, field(name, name)]));
     parent.append(line);
     return { run, fields };
   });

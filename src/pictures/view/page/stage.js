@@ -20,6 +20,8 @@ function visited(run) {
 }
 
 const places = runs.flatMap(visited);
+// Where they are on the ground.
+const feet = [];
 
 // 1, 2 or 5 times a power of ten.
 function roundLength(size) {
@@ -39,9 +41,10 @@ function groundOf(run) {
   const drop = (point) => subtract(point, times(way, height(point)));
   const across = unit(subtract([1, 0, 0], times(normal, normal[0])));
   const axes = Math.abs(normal[0]) < 0.999 ? [across, cross(normal, across)] : [[0, 1, 0], [0, 0, 1]];
-  const feet = (places.length ? places : [[0, 0, 0]]).map(drop);
+  const below = (places.length ? places : [[0, 0, 0]]).map(drop);
+  feet.push(...below);
   const ends = axes.map((axis) => {
-    const along = feet.map((foot) => dot(axis, foot));
+    const along = below.map((foot) => dot(axis, foot));
     return [Math.min(...along), Math.max(...along)];
   });
   const size = Math.max(1e-9, ...ends.map(([low, high]) => high - low));
@@ -63,6 +66,7 @@ function groundOf(run) {
 }
 
 const grounds = runs.map(groundOf);
+const ways = runs.map((run) => run.way(PIECES));
 
 class Stage {
   // `members` are the runs it shows.
@@ -84,8 +88,9 @@ class Stage {
     return [this.canvas.clientWidth, this.canvas.clientHeight];
   }
 
-  // Paints what stands at `time`.
-  paint(camera, time, show) {
+  // Paints what stands at `time`, with the mean forces since `before`: while the time runs,
+  // an impact of one step is then seen whichever frames are painted.
+  paint(camera, time, before, show) {
     const [width, height] = this.size;
     if (width === 0 || height === 0) return;
     const ratio = window.devicePixelRatio || 1;
@@ -100,7 +105,7 @@ class Stage {
     const lens = camera.lens(width, height, this.followed(time, show));
     const brush = new Brush(context, lens);
     const ground = grounds[this.members[0].index];
-    const bodies = this.members.map((run) => this.body(run, run.frame(time), lens));
+    const bodies = this.members.map((run) => this.body(run, time, before, lens));
     const isAbove = ground.height(lens.eye) > 0;
     const paintBodies = () => {
       // The farther body first.
@@ -128,12 +133,14 @@ class Stage {
     return isFinitePoint(shift) ? shift : [0, 0, 0];
   }
 
-  body(run, frame, lens) {
+  body(run, time, before, lens) {
+    const frame = run.frame(time);
+    const since = Math.min(run.frame(before), frame - 1);
     const corners = run.corners(frame);
     const isDrawn = corners.every(isFinitePoint);
     const sides = run.isBox && isDrawn ? faces(corners) : [];
     const isHidden = (point) => sides.length > 0 && hides(sides, lens.eye, point);
-    return { run, frame, corners, isDrawn, sides, isHidden, place: run.position(frame) };
+    return { run, frame, since, corners, isDrawn, sides, isHidden, place: run.position(frame) };
   }
 
   paintGround(brush, ground, isAbove) {
@@ -153,9 +160,9 @@ class Stage {
 
   // First what the body hides, then the body, then what lies before it.
   paintBody(brush, body, show) {
-    const { run, frame, corners, isHidden } = body;
+    const { run, frame, since, corners, isHidden } = body;
     if (!body.isDrawn) return;
-    const arrows = show.forces ? run.forces(frame) : [];
+    const arrows = show.forces ? run.forces(frame, since) : [];
     const [far, near] = [[], []];
     for (const { corner, force } of arrows) {
       (isHidden(corners[corner]) ? far : near).push([corners[corner], add(corners[corner], run.arrow(force))]);
@@ -172,7 +179,7 @@ class Stage {
 
   paintFaces(brush, { run, corners, sides }) {
     const { lens } = brush;
-    const alpha = this.members.length > 1 ? 0.86 : 1;
+    const alpha = this.members.length > 1 ? 0.6 : 1;
     if (!run.isBox) {
       if (corners.some((corner) => lens.depth(corner) < lens.near)) return;
       const outline = hull(corners.map(lens.project));
@@ -193,12 +200,12 @@ class Stage {
 
   // The way of the centre of mass: behind the body, before it, and still to come.
   trail({ run, frame, isHidden }) {
-    const stride = Math.max(1, Math.ceil(run.count / PIECES));
     const trail = { hidden: [], seen: [], ahead: [] };
     let from = run.position(0);
-    for (let next = stride; next < run.count - 1 + stride; next += stride) {
-      const last = Math.min(next, run.count - 1);
-      const ends = next - stride < frame && frame < last ? [frame, last] : [last];
+    let before = 0;
+    for (const next of ways[run.index]) {
+      const ends = before < frame && frame < next ? [frame, next] : [next];
+      before = next;
       for (const end of ends) {
         const to = run.position(end);
         if (isFinitePoint(from) && isFinitePoint(to)) {
