@@ -6,6 +6,10 @@ mod failure;
 mod flags;
 #[path = "cli/inspect.rs"]
 mod inspect;
+#[path = "cli/picture.rs"]
+mod picture;
+#[path = "cli/plot.rs"]
+mod plot;
 #[path = "cli/simulate.rs"]
 mod simulate;
 #[path = "cli/streams.rs"]
@@ -16,3 +20,5 @@ mod support;
 mod tampering;
 #[path = "cli/verify.rs"]
 mod verify;
+#[path = "cli/view.rs"]
+mod view;

@@ -71,8 +71,8 @@ pub fn arrows(film: &Film, scale: &Scale, before: usize, now: usize) -> Vec<Arro
     corners.zip(&means).filter_map(|(corner, force)| scale.arrow(corner, force)).collect()
 }
 
-/// Paints arrows over everything else, with a seam that sets them off.
-pub fn paint(canvas: &mut Canvas, camera: &Camera, arrows: &[Arrow]) {
+/// Paints arrows over what is there, with a seam that sets them off.
+pub fn paint(canvas: &mut Canvas, camera: &Camera, arrows: &[&Arrow]) {
     let unit = canvas.size() / 800.0;
     for (colour, extra) in [(SEAM, 2.4 * unit), (FORCE, 0.0)] {
         for arrow in arrows {

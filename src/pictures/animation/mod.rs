@@ -5,8 +5,9 @@
 //! and settings give the same bytes.
 //!
 //! Arrows show the mean force of the steps since the frame before, on a compressed scale
-//! (see [`forces::Scale`]), and lie over the body, so that it hides none. A body of eight contact points that are the corners of a box,
-//! x fastest, is drawn as a box; of any other body the points and their outline are drawn.
+//! (see [`forces::Scale`]). The body covers those whose corner it hides. A body of eight
+//! contact points that are the corners of a box, x fastest, is drawn as a box; of any other
+//! body the points and their outline are drawn.
 
 mod camera;
 mod canvas;

@@ -56,12 +56,23 @@ impl Stage {
     pub fn paint(&self, canvas: &mut Canvas, moment: &Moment) {
         canvas.copy_from(&self.empty);
         self.floor.paint_shadow(canvas, &self.camera, &moment.corners);
+        // What the body hides, the body, what stands before it.
+        let (hidden, seen): (Vec<_>, Vec<_>) =
+            moment.arrows.iter().partition(|arrow| self.is_hidden(&moment.corners, &arrow.from));
+        forces::paint(canvas, &self.camera, &hidden);
         match self.shape {
             Shape::Box => self.paint_box(canvas, &moment.corners),
             Shape::Points => self.paint_points(canvas, &moment.corners),
         }
-        forces::paint(canvas, &self.camera, &moment.arrows);
+        forces::paint(canvas, &self.camera, &seen);
         self.paint_clock(canvas, moment.time);
+    }
+
+    /// Whether a box hides one of its corners: no face that is seen has it.
+    fn is_hidden(&self, corners: &[Vector3<f64>], corner: &Vector3<f64>) -> bool {
+        let eye = self.camera.eye();
+        self.shape == Shape::Box
+            && !seen_faces(corners, &eye).any(|face| face.corners.contains(corner))
     }
 
     fn paint_box(&self, canvas: &mut Canvas, corners: &[Vector3<f64>]) {

@@ -67,8 +67,9 @@ class Plot {
   // Earlier curves are wider: where curves coincide, all of them can be seen.
   width(series) {
     if (isPair && this.data.id !== "distance") return series.run ? 1.3 : 3;
-    const after = this.series.length - 1 - this.series.indexOf(series);
-    return 1.5 + after * Math.min(0.6, 3.2 / Math.max(1, this.series.length - 1));
+    const busy = this.series.filter(({ values }) => values.some((value) => value !== 0));
+    const after = busy.length - 1 - busy.indexOf(series);
+    return busy.includes(series) ? 1.5 + after * Math.min(0.6, 3.2 / Math.max(1, busy.length - 1)) : 1.2;
   }
 
   fillLegend() {
@@ -141,7 +142,7 @@ class Plot {
         },
       },
       axes: [
-        { ...frame, size: 24, gap: 3, space: 64, values: (_, splits, __, ___, step) => splits.map((t) => `${tick(t, step)} s`) },
+        { ...frame, size: 24, gap: 3, space: duration < 0.02 ? 84 : 54, values: (_, splits, __, ___, step) => splits.map((t) => `${tick(t, step)} s`) },
         {
           ...frame,
           size: AXIS_WIDTH,
@@ -154,7 +155,8 @@ class Plot {
       series: [{}, ...this.series.map((series) => {
         const { stroke, dash } = this.look(series);
         const few = runs[series.run].rows <= FEW;
-        return { stroke, dash, width: this.width(series), pxAlign: 0, points: { show: few ? true : undefined, size: few ? 5 : 3, fill: stroke } };
+        const filter = (chart, index) => (few ? null : lonely(chart.data[index]));
+        return { stroke, dash, width: this.width(series), pxAlign: 0, points: { show: few, filter, size: few ? 5 : 3, fill: stroke } };
       })],
       hooks: { draw: [(chart) => this.drawMarks(chart)] },
     }, this.table(), this.place);
@@ -224,6 +226,14 @@ class Plot {
       if (value.textContent !== text) value.textContent = text;
     }
   }
+}
+
+// Where a curve has a value between gaps, which no line shows; null where it has none such.
+function lonely(values) {
+  const known = [...values.keys()].filter((i) => values[i] !== undefined);
+  const isGap = (place) => (values[known[place]] ?? null) === null;
+  const found = known.filter((_, k) => !isGap(k) && isGap(k - 1) && isGap(k + 1));
+  return found.length > 0 ? found : null;
 }
 
 const GLYPHS = { retried: "△", fallback: "◇", failed: "✕" };
