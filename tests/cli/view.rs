@@ -229,7 +229,8 @@ fn two_impacts_in_200_000_rows_stay() {
 fn more_marks_than_a_page_takes_are_thinned_and_counted() {
     let directory = tempfile::tempdir().unwrap();
     let file = directory.path().join("failing.csv");
-    let csv: String = two_impacts().lines().take(20_001).map(|line| line.to_owned() + "\n").collect();
+    let csv: String =
+        two_impacts().lines().take(20_001).map(|line| line.to_owned() + "\n").collect();
     let last = csv.trim_end().rfind('\n').unwrap() + 1;
     let ended = csv[last..].replace(",converged,", ",end,");
     fs::write(&file, csv[..last].replace(",converged,", ",failed,") + &ended).unwrap();
@@ -245,7 +246,8 @@ fn more_marks_than_a_page_takes_are_thinned_and_counted() {
 #[test]
 fn two_runs_share_the_time_and_have_a_distance() {
     let fine = simulate(&["--steps", "300", "--solver", "native"]);
-    let coarse = simulate(&["--steps", "100", "--solver", "native", "--dt", "0.004", "--mu", "0.4"]);
+    let coarse =
+        simulate(&["--steps", "100", "--solver", "native", "--dt", "0.004", "--mu", "0.4"]);
     let files = [coarse.path("trajectory.csv"), fine.path("trajectory.csv")];
     let out = fine.directory.path().join("pair");
     let end = view(&[&files[0], &files[1]], &["--out", out.to_str().unwrap()]);
@@ -262,9 +264,8 @@ fn two_runs_share_the_time_and_have_a_distance() {
     assert_eq!(distance["run"], 1);
     let points = curve(distance);
     assert_eq!(points[points.len() - 1].0, 198);
-    let position = |table: &Table, row: usize| {
-        ["x_m", "y_m", "z_m"].map(|name| table.numbers(name)[row])
-    };
+    let position =
+        |table: &Table, row: usize| ["x_m", "y_m", "z_m"].map(|name| table.numbers(name)[row]);
     let (fine, coarse) = (fine.table(), coarse.table());
     for (row, value) in points.into_iter().filter(|(row, _)| row % 33 == 0) {
         let a = position(&fine, row);
