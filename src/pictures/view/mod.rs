@@ -25,6 +25,7 @@ pub struct Run<'a> {
 
 const TEMPLATE: &str = include_str!("page/index.html");
 const STYLES: [&str; 2] = [include_str!("vendor/uPlot.min.css"), include_str!("page/style.css")];
+const PLOTTER_LICENCE: &str = include_str!("vendor/LICENSE-uPlot");
 const PLOTTER: &str = include_str!("vendor/uPlot.iife.min.js");
 /// In the order of what needs what.
 const SCRIPTS: [&str; 9] = [
@@ -55,6 +56,7 @@ pub fn page(runs: &[Run<'_>]) -> Result<String, String> {
         match name {
             "title" => page.push_str(&escape_html(&title(runs))),
             "style" => page.extend(STYLES),
+            "licence" => page.push_str(PLOTTER_LICENCE),
             "plotter" => page.push_str(PLOTTER),
             "script" => page.push_str(&scripts),
             "data" => page.push_str(&escape_json(&data)),

@@ -4,8 +4,26 @@
 const colours = {};
 function readColours() {
   const style = getComputedStyle(document.documentElement);
-  for (const name of ["ink", "faint", "line", "accent", "sky", "ground", "grid", "shadow", "trail",
-    "force", "seam", "edge", "plot-grid", "run-a", "run-b", "retried", "fallback", "failed"]) {
+  for (const name of [
+    "ink",
+    "faint",
+    "line",
+    "accent",
+    "sky",
+    "ground",
+    "grid",
+    "shadow",
+    "trail",
+    "force",
+    "seam",
+    "edge",
+    "plot-grid",
+    "run-a",
+    "run-b",
+    "retried",
+    "fallback",
+    "failed",
+  ]) {
     colours[name] = style.getPropertyValue(`--${name}`).trim();
   }
   colours.isDark = matchMedia("(prefers-color-scheme: dark)").matches;
@@ -14,14 +32,23 @@ readColours();
 
 // Faces of the bodies from the darkest to the lightest; one hue for each run.
 const SHADES = [
-  [[15, 42, 71], [47, 116, 181], [169, 208, 240]],
-  [[74, 42, 8], [196, 122, 28], [248, 212, 150]],
+  [
+    [15, 42, 71],
+    [47, 116, 181],
+    [169, 208, 240],
+  ],
+  [
+    [74, 42, 8],
+    [196, 122, 28],
+    [248, 212, 150],
+  ],
 ];
 
 // The colour of a face, `light` from 0 to 1.
 function shade(run, light) {
   const [dark, middle, bright] = SHADES[run];
-  const [from, to, share] = light < 0.5 ? [dark, middle, 2 * light] : [middle, bright, 2 * light - 1];
+  const [from, to, share] =
+    light < 0.5 ? [dark, middle, 2 * light] : [middle, bright, 2 * light - 1];
   return `rgb(${between(from, to, share).map(Math.round).join(" ")})`;
 }
 
@@ -107,11 +134,18 @@ class Brush {
     const neck = [tip[0] - head * along[0], tip[1] - head * along[1]];
     const side = (w) => [neck[0] - w * along[1], neck[1] + w * along[0]];
     const { context } = this;
-    for (const [stroke, extra] of [[colours.seam, 2], [colour, 0]]) {
+    for (const [stroke, extra] of [
+      [colours.seam, 2],
+      [colour, 0],
+    ]) {
       this.trace([[x, y], neck], false);
       Object.assign(context, { strokeStyle: stroke, lineWidth: 2.8 + extra });
       context.stroke();
-      this.flat([tip, side(0.42 * head), side(-0.42 * head)], { fill: stroke, stroke, width: 1 + extra });
+      this.flat([tip, side(0.42 * head), side(-0.42 * head)], {
+        fill: stroke,
+        stroke,
+        width: 1 + extra,
+      });
     }
   }
 

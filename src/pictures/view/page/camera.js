@@ -42,7 +42,10 @@ class Camera {
     const [near, far] = [Math.min(...seen.map((p) => p[2])), Math.max(...seen.map((p) => p[2]))];
     const low = slopes.map((a, k) => Math.max(...seen.map((p) => p[k] - a * p[2])));
     const high = slopes.map((a, k) => Math.min(...seen.map((p) => p[k] + a * p[2])));
-    const depth = Math.min(near - 0.05 * (far - near), ...slopes.map((a, k) => (high[k] - low[k]) / (2 * a)));
+    const depth = Math.min(
+      near - 0.05 * (far - near),
+      ...slopes.map((a, k) => (high[k] - low[k]) / (2 * a)),
+    );
     const eye = [(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, depth];
     // It turns about the middle of what it sees.
     this.distance = Math.max((near + far) / 2 - depth, 1e-6);
@@ -78,7 +81,10 @@ class Camera {
     const project = (point) => {
       const p = subtract(point, eye);
       const z = dot(axes[2], p);
-      return [width / 2 + (scale * dot(axes[0], p)) / z, height / 2 - (scale * dot(axes[1], p)) / z];
+      return [
+        width / 2 + (scale * dot(axes[0], p)) / z,
+        height / 2 - (scale * dot(axes[1], p)) / z,
+      ];
     };
     return { axes, eye, depth, project, near: NEAR * this.distance };
   }
@@ -119,10 +125,14 @@ function steer(canvas, camera, moved) {
   for (const end of ["pointerup", "pointercancel"]) {
     canvas.addEventListener(end, (event) => fingers.delete(event.pointerId));
   }
-  canvas.addEventListener("wheel", (event) => {
-    event.preventDefault();
-    const lines = event.deltaMode === WheelEvent.DOM_DELTA_LINE ? 16 : 1;
-    camera.zoom(Math.exp(0.0015 * Math.max(-400, Math.min(400, lines * event.deltaY))));
-    moved();
-  }, { passive: false });
+  canvas.addEventListener(
+    "wheel",
+    (event) => {
+      event.preventDefault();
+      const lines = event.deltaMode === WheelEvent.DOM_DELTA_LINE ? 16 : 1;
+      camera.zoom(Math.exp(0.0015 * Math.max(-400, Math.min(400, lines * event.deltaY))));
+      moved();
+    },
+    { passive: false },
+  );
 }

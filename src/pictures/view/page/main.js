@@ -16,9 +16,12 @@ const camera = new Camera();
 
 const LABEL = "Motion; drag to orbit, wheel or pinch to zoom, keys w a s d and z x do the same";
 const stages = isPair
-  ? [...runs.map((run) => new Stage([run], `${run.name}: ${LABEL}`)), new Stage(runs, `Both runs: ${LABEL}`)]
+  ? [
+      ...runs.map((run) => new Stage([run], `${run.name}: ${LABEL}`)),
+      new Stage(runs, `Both runs: ${LABEL}`),
+    ]
   : [new Stage(runs, LABEL)];
-const isShown = (stage) => !isPair || (stage.members.length > 1) === show.overlay;
+const isShown = (stage) => !isPair || stage.members.length > 1 === show.overlay;
 
 let isDue = false;
 function repaint() {
@@ -117,8 +120,18 @@ function arrange() {
 
 const KEYS = [
   { keys: [" "], name: "space", words: "play, pause", act: () => play(!isPlaying) },
-  { keys: ["ArrowRight"], name: "→", words: "next row", act: (event) => stepBy(event.shiftKey ? LARGE : 1) },
-  { keys: ["ArrowLeft"], name: "←", words: "previous row", act: (event) => stepBy(event.shiftKey ? -LARGE : -1) },
+  {
+    keys: ["ArrowRight"],
+    name: "→",
+    words: "next row",
+    act: (event) => stepBy(event.shiftKey ? LARGE : 1),
+  },
+  {
+    keys: ["ArrowLeft"],
+    name: "←",
+    words: "previous row",
+    act: (event) => stepBy(event.shiftKey ? -LARGE : -1),
+  },
   { keys: [], name: "shift + ← →", words: `${LARGE} rows` },
   { keys: ["Home"], name: "home", words: "start", act: () => setTime(0) },
   { keys: ["End"], name: "end", words: "end", act: () => setTime(duration) },
@@ -129,7 +142,9 @@ const KEYS = [
   { keys: ["f"], name: "f", words: "contact forces", act: () => toggle("forces") },
   { keys: ["t"], name: "t", words: "trail", act: () => toggle("trail") },
   { keys: ["c"], name: "c", words: "follow the body", act: () => toggle("follow") },
-  ...(isPair ? [{ keys: ["o"], name: "o", words: "overlay both bodies", act: () => toggle("overlay") }] : []),
+  ...(isPair
+    ? [{ keys: ["o"], name: "o", words: "overlay both bodies", act: () => toggle("overlay") }]
+    : []),
   { keys: ["r"], name: "r", words: "reset the view", act: resetView },
   { keys: ["a"], act: () => camera.orbit(12, 0), name: "a d w s", words: "orbit" },
   { keys: ["d"], act: () => camera.orbit(-12, 0) },
@@ -144,7 +159,8 @@ function onKey(event) {
   if (event.ctrlKey || event.metaKey || event.altKey || $("help").open) return;
   const { tagName } = event.target;
   // A focused button takes the space bar, a list its own keys.
-  if (tagName === "SELECT" || (event.key === " " && ["BUTTON", "SUMMARY"].includes(tagName))) return;
+  if (tagName === "SELECT" || (event.key === " " && ["BUTTON", "SUMMARY"].includes(tagName)))
+    return;
   const pressed = event.key.length === 1 ? event.key.toLowerCase() : event.key;
   const binding = KEYS.find(({ keys }) => keys.includes(pressed));
   if (!binding) return;
@@ -165,7 +181,12 @@ function paintTicks() {
     context.fillStyle = colours[mark.status];
     for (const row of mark.rows) {
       const share = duration > 0 ? (row * runs[mark.run].step) / duration : 0;
-      context.fillRect(knob + share * (width - 2 * knob) - devicePixelRatio, 0, 2 * devicePixelRatio, canvas.height);
+      context.fillRect(
+        knob + share * (width - 2 * knob) - devicePixelRatio,
+        0,
+        2 * devicePixelRatio,
+        canvas.height,
+      );
     }
   }
 }
@@ -191,7 +212,8 @@ for (const sheet of page.sheets) {
   $("sheets").append(card);
   card.append(...ordered.map((data) => new Plot(data, setTime).box));
 }
-for (const value of SPEEDS) $("speed").append(element("option", { value: String(value) }, `${value}×`));
+for (const value of SPEEDS)
+  $("speed").append(element("option", { value: String(value) }, `${value}×`));
 let group = $("keys-time");
 for (const { name, words } of KEYS.filter((binding) => binding.name)) {
   // From the forces on, keys change the view.
@@ -208,7 +230,8 @@ $("jumps").hidden = markTimes.length === 0;
 $("scrub").addEventListener("input", () => setTime(Number($("scrub").value)));
 $("play").addEventListener("click", () => play(!isPlaying));
 $("speed").addEventListener("change", () => setSpeed(Number($("speed").value)));
-for (const what of ["forces", "trail", "follow", "overlay"]) $(what).addEventListener("click", () => toggle(what));
+for (const what of ["forces", "trail", "follow", "overlay"])
+  $(what).addEventListener("click", () => toggle(what));
 $("reset").addEventListener("click", resetView);
 $("next").addEventListener("click", () => jumpToMark(1));
 $("previous").addEventListener("click", () => jumpToMark(-1));

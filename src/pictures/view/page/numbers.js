@@ -4,7 +4,9 @@ const MINUS = "\u2212";
 const NOTHING = "\u2013";
 
 const raised = (exponent) =>
-  String(exponent).replace(/./g, (c) => (c === "-" ? "\u207b" : "\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079"[c]));
+  String(exponent).replace(/./g, (c) =>
+    c === "-" ? "\u207b" : "\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079"[c],
+  );
 
 // A number with `digits` digits, as a power of ten where that is shorter.
 function number(value, digits = 4) {
@@ -27,14 +29,21 @@ function fixed(value, decimals) {
 }
 
 // Whole numbers, long ones with thin spaces between groups of three digits.
-const count = (value) => (value < 1e4 ? String(value) : String(value).replace(/\B(?=(\d{3})+$)/g, "\u202f"));
+const count = (value) =>
+  value < 1e4 ? String(value) : String(value).replace(/\B(?=(\d{3})+$)/g, "\u202f");
 
-const th = (n) => (n === 1 ? "" : `${n}${{ 1: "st", 2: "nd", 3: "rd" }[n % 100 > 10 && n % 100 < 14 ? 0 : n % 10] ?? "th"}`);
+const th = (n) =>
+  n === 1
+    ? ""
+    : `${n}${{ 1: "st", 2: "nd", 3: "rd" }[n % 100 > 10 && n % 100 < 14 ? 0 : n % 10] ?? "th"}`;
 
 // The decimals that write `step` out, nine at most.
 function decimals(step) {
   let places = 0;
-  while (places < 9 && Math.abs(step * 10 ** places - Math.round(step * 10 ** places)) > 1e-6 * step * 10 ** places) {
+  while (
+    places < 9 &&
+    Math.abs(step * 10 ** places - Math.round(step * 10 ** places)) > 1e-6 * step * 10 ** places
+  ) {
     places += 1;
   }
   return places;

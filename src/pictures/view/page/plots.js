@@ -2,13 +2,20 @@
 
 // Colours of the curves where those of the sheets would not be seen on a dark page.
 const ON_DARK = {
-  "#0072b2": "#4fa9e3", "#d55e00": "#f08a45", "#009e73": "#35c39a", "#7f5539": "#b98a6b", "#3d3d3d": "#c9d1d9",
+  "#0072b2": "#4fa9e3",
+  "#d55e00": "#f08a45",
+  "#009e73": "#35c39a",
+  "#7f5539": "#b98a6b",
+  "#3d3d3d": "#c9d1d9",
 };
 const DASHES = [[], [7, 4], [2, 3], [9, 3, 2, 3]];
 const HEIGHTS = { log: 150, symlog: 150, linear: 125 };
 const AXIS_WIDTH = 54;
 // With fewer rows every value has a dot.
 const FEW = 60;
+
+// The marks of the statuses in a legend.
+const GLYPHS = { retried: "△", fallback: "◇", failed: "✕" };
 
 const plots = [];
 
@@ -25,8 +32,12 @@ class Plot {
     const [name, index] = data.symbol;
     // In a symbol `_A` is an index.
     const parts = `${name}${index && `_${index}`}`.split(/_(\w+)/);
-    const symbol = element("span", { class: "symbol" },
-      ...parts.map((part, i) => (i % 2 ? element("sub", {}, part) : part)), data.unit ? ` (${data.unit})` : "");
+    const symbol = element(
+      "span",
+      { class: "symbol" },
+      ...parts.map((part, i) => (i % 2 ? element("sub", {}, part) : part)),
+      data.unit ? ` (${data.unit})` : "",
+    );
     const words = element("span", { class: "words" }, data.words + this.remark());
     this.summary = element("summary", {}, symbol, words);
     this.box = element("details", { class: "plot", id: `plot-${data.id}` }, this.summary);
@@ -50,14 +61,18 @@ class Plot {
   remark() {
     const { axis, unit: name, nothing } = this.data;
     if (nothing || axis.scale === "linear") return "";
-    if (axis.scale === "log") return axis.has_zeros ? " · log axis, 0 at its lower end" : " · log axis";
+    if (axis.scale === "log")
+      return axis.has_zeros ? " · log axis, 0 at its lower end" : " · log axis";
     return ` · symlog axis, linear below ${tick(axis.threshold)} ${name}`;
   }
 
   // Two runs have a colour each, and their curves dashes; one run has a colour a curve.
   look(series) {
     if (!isPair || this.data.id === "distance") {
-      return { stroke: colours.isDark ? ON_DARK[series.colour] ?? series.colour : series.colour, dash: [] };
+      return {
+        stroke: colours.isDark ? (ON_DARK[series.colour] ?? series.colour) : series.colour,
+        dash: [],
+      };
     }
     const among = this.series.filter((other) => other.run === series.run);
     const place = among.indexOf(series);
@@ -69,7 +84,9 @@ class Plot {
     if (isPair && this.data.id !== "distance") return series.run ? 1.3 : 3;
     const busy = this.series.filter(({ values }) => values.some((value) => value !== 0));
     const after = busy.length - 1 - busy.indexOf(series);
-    return busy.includes(series) ? 1.5 + after * Math.min(0.6, 3.2 / Math.max(1, busy.length - 1)) : 1.2;
+    return busy.includes(series)
+      ? 1.5 + after * Math.min(0.6, 3.2 / Math.max(1, busy.length - 1))
+      : 1.2;
   }
 
   fillLegend() {
@@ -79,7 +96,9 @@ class Plot {
     const isLone = this.series.length === 1;
     this.readings = this.series.slice(0, 2 * 8).map((series) => {
       const { stroke, dash } = this.look(series);
-      const name = [isPair && this.data.id !== "distance" ? runs[series.run].name : "", series.name].join(" ").trim();
+      const name = [isPair && this.data.id !== "distance" ? runs[series.run].name : "", series.name]
+        .join(" ")
+        .trim();
       if (isLone) return { series, value: this.single };
       const value = element("i");
       const swatch = document.createElementNS("http://www.w3.org/2000/svg", "svg");
@@ -99,7 +118,9 @@ class Plot {
     if (more > 0) this.legend.append(element("span", {}, `and ${more} more in the same colours`));
     for (const mark of this.data.marks) {
       const name = `${isPair ? `${runs[mark.run].name} ` : ""}${mark.status} (${count(mark.count)})`;
-      this.legend.append(element("span", { class: `status-${mark.status}` }, `${GLYPHS[mark.status]} ${name}`));
+      this.legend.append(
+        element("span", { class: `status-${mark.status}` }, `${GLYPHS[mark.status]} ${name}`),
+      );
     }
   }
 
@@ -123,43 +144,68 @@ class Plot {
     const { axis } = this.data;
     this.chart?.destroy();
     const lines = { stroke: colours["plot-grid"], width: 1 };
-    const frame = { stroke: colours.faint, grid: lines, ticks: { ...lines, size: 4 }, font: "11px system-ui, sans-serif" };
+    const frame = {
+      stroke: colours.faint,
+      grid: lines,
+      ticks: { ...lines, size: 4 },
+      font: "11px system-ui, sans-serif",
+    };
     const isLinear = axis.scale === "linear";
-    const labels = (_, splits, __, ___, step) => splits.map((value) => tick(value, isLinear ? step : undefined));
-    this.chart = new uPlot({
-      width: Math.max(120, this.place.clientWidth - 16),
-      height: HEIGHTS[axis.scale],
-      padding: [6, 8, 0, 0],
-      legend: { show: false },
-      cursor: { show: false },
-      select: { show: false },
-      scales: {
-        x: { time: false, range: [0, duration || runs[0].step] },
-        y: {
-          distr: { linear: 1, log: 3, symlog: 4 }[axis.scale],
-          asinh: axis.threshold ?? 1,
-          range: [axis.low, axis.high],
+    const labels = (_, splits, __, ___, step) =>
+      splits.map((value) => tick(value, isLinear ? step : undefined));
+    this.chart = new uPlot(
+      {
+        width: Math.max(120, this.place.clientWidth - 16),
+        height: HEIGHTS[axis.scale],
+        padding: [6, 8, 0, 0],
+        legend: { show: false },
+        cursor: { show: false },
+        select: { show: false },
+        scales: {
+          x: { time: false, range: [0, duration || runs[0].step] },
+          y: {
+            distr: { linear: 1, log: 3, symlog: 4 }[axis.scale],
+            asinh: axis.threshold ?? 1,
+            range: [axis.low, axis.high],
+          },
         },
+        axes: [
+          {
+            ...frame,
+            size: 24,
+            gap: 3,
+            space: duration < 0.02 ? 84 : 54,
+            values: (_, splits, __, ___, step) => splits.map((t) => `${tick(t, step)} s`),
+          },
+          {
+            ...frame,
+            size: AXIS_WIDTH,
+            gap: 4,
+            values: labels,
+            filter: (_, splits) => splits,
+            ...(isLinear ? { space: 22 } : { splits: () => axis.ticks }),
+          },
+        ],
+        series: [
+          {},
+          ...this.series.map((series) => {
+            const { stroke, dash } = this.look(series);
+            const few = runs[series.run].rows <= FEW;
+            const filter = (chart, index) => (few ? null : lonely(chart.data[index]));
+            return {
+              stroke,
+              dash,
+              width: this.width(series),
+              pxAlign: 0,
+              points: { show: few, filter, size: few ? 5 : 3, fill: stroke },
+            };
+          }),
+        ],
+        hooks: { draw: [(chart) => this.drawMarks(chart)] },
       },
-      axes: [
-        { ...frame, size: 24, gap: 3, space: duration < 0.02 ? 84 : 54, values: (_, splits, __, ___, step) => splits.map((t) => `${tick(t, step)} s`) },
-        {
-          ...frame,
-          size: AXIS_WIDTH,
-          gap: 4,
-          values: labels,
-          filter: (_, splits) => splits,
-          ...(isLinear ? { space: 22 } : { splits: () => axis.ticks }),
-        },
-      ],
-      series: [{}, ...this.series.map((series) => {
-        const { stroke, dash } = this.look(series);
-        const few = runs[series.run].rows <= FEW;
-        const filter = (chart, index) => (few ? null : lonely(chart.data[index]));
-        return { stroke, dash, width: this.width(series), pxAlign: 0, points: { show: few, filter, size: few ? 5 : 3, fill: stroke } };
-      })],
-      hooks: { draw: [(chart) => this.drawMarks(chart)] },
-    }, this.table(), this.place);
+      this.table(),
+      this.place,
+    );
     this.cursor = element("div", { class: "cursor" });
     this.chart.over.append(this.cursor);
     this.link(this.chart.over);
@@ -188,7 +234,12 @@ class Plot {
           ctx.closePath();
         } else if (mark.status === "fallback") {
           ctx.moveTo(x, y - r);
-          for (const [a, b] of [[r, 0], [0, r], [-r, 0]]) ctx.lineTo(x + a, y + b);
+          for (const [a, b] of [
+            [r, 0],
+            [0, r],
+            [-r, 0],
+          ])
+            ctx.lineTo(x + a, y + b);
           ctx.closePath();
         } else {
           ctx.moveTo(x - r, y - r);
@@ -212,7 +263,10 @@ class Plot {
       over.setPointerCapture(event.pointerId);
       set(event);
     });
-    over.addEventListener("pointermove", (event) => over.hasPointerCapture(event.pointerId) && set(event));
+    over.addEventListener(
+      "pointermove",
+      (event) => over.hasPointerCapture(event.pointerId) && set(event),
+    );
   }
 
   // Puts the cursor at `time` and the values there into the legend.
@@ -222,30 +276,10 @@ class Plot {
     const share = duration > 0 ? time / duration : 0;
     this.cursor.style.transform = `translateX(${share * this.chart.over.clientWidth - 0.75}px)`;
     for (const { series, value } of this.readings) {
-      const text = number(valueAt(series, time), 4);
+      const found = valueAt(series, time);
+      // What has no unit is a count.
+      const text = this.data.unit || Number.isNaN(found) ? number(found, 4) : count(found);
       if (value.textContent !== text) value.textContent = text;
     }
   }
-}
-
-// Where a curve has a value between gaps, which no line shows; null where it has none such.
-function lonely(values) {
-  const known = [...values.keys()].filter((i) => values[i] !== undefined);
-  const isGap = (place) => (values[known[place]] ?? null) === null;
-  const found = known.filter((_, k) => !isGap(k) && isGap(k - 1) && isGap(k + 1));
-  return found.length > 0 ? found : null;
-}
-
-const GLYPHS = { retried: "△", fallback: "◇", failed: "✕" };
-
-// The value of the last kept row that is not later than `time`; none after the last.
-function valueAt({ rows, values, step }, time) {
-  const row = Math.floor(time / step + 1e-6);
-  let [low, high] = [0, rows.length];
-  while (low < high) {
-    const middle = (low + high) >> 1;
-    if (rows[middle] <= row) low = middle + 1;
-    else high = middle;
-  }
-  return low > 0 && row <= rows.at(-1) ? values[low - 1] : NaN;
 }

@@ -87,7 +87,10 @@ class Run {
     const sums = new Map();
     for (let i = this.forceStarts[before + 1]; i < this.forceStarts[frame + 1]; i += 1) {
       const corner = this.forceCorners[i];
-      sums.set(corner, add(sums.get(corner) ?? [0, 0, 0], this.forceValues.subarray(3 * i, 3 * i + 3)));
+      sums.set(
+        corner,
+        add(sums.get(corner) ?? [0, 0, 0], this.forceValues.subarray(3 * i, 3 * i + 3)),
+      );
     }
     return [...sums].map(([corner, sum]) => ({ corner, force: times(sum, 1 / (frame - before)) }));
   }
@@ -109,7 +112,9 @@ const duration = Math.max(...runs.map((run) => run.duration));
 function neighbour(time, direction) {
   const candidates = runs.flatMap((run) => {
     const frame = run.frame(time);
-    return [frame - 1, frame, frame + 1].filter((f) => f >= 0 && f < run.count).map((f) => run.time(f));
+    return [frame - 1, frame, frame + 1]
+      .filter((f) => f >= 0 && f < run.count)
+      .map((f) => run.time(f));
   });
   const room = 1e-6 * Math.min(...runs.map((run) => run.step));
   const ahead = candidates.filter((t) => direction * (t - time) > room);
@@ -126,3 +131,23 @@ const marks = page.sheets
 const markTimes = marks
   .flatMap((mark) => Array.from(mark.rows, (row) => row * runs[mark.run].step))
   .sort((a, b) => a - b);
+
+// The value of the last kept row that is not later than `time`; none after the last.
+function valueAt({ rows, values, step }, time) {
+  const row = Math.floor(time / step + 1e-6);
+  let [low, high] = [0, rows.length];
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (rows[middle] <= row) low = middle + 1;
+    else high = middle;
+  }
+  return low > 0 && row <= rows.at(-1) ? values[low - 1] : NaN;
+}
+
+// Where a curve has a value between gaps, which no line shows; null where it has none such.
+function lonely(values) {
+  const known = [...values.keys()].filter((i) => values[i] !== undefined);
+  const isGap = (place) => (values[known[place]] ?? null) === null;
+  const found = known.filter((_, k) => !isGap(k) && isGap(k - 1) && isGap(k + 1));
+  return found.length > 0 ? found : null;
+}

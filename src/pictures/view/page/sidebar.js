@@ -18,8 +18,11 @@ function counts(run, setTime) {
   }
   const { worst } = run.data;
   if (worst) {
-    const jump = element("button", { type: "button", class: "link worst", title: "Go to this step" },
-      `worst certificate ${number(worst.certificate ?? NaN, 2)} m/s at k = ${count(worst.row)}`);
+    const jump = element(
+      "button",
+      { type: "button", class: "link worst", title: "Go to this step" },
+      `worst certificate ${number(worst.certificate ?? NaN, 2)} m/s at k = ${count(worst.row)}`,
+    );
     jump.addEventListener("click", () => setTime(worst.row * run.step));
     line.append(jump);
   }
@@ -39,16 +42,20 @@ function list(facts) {
 function comparison() {
   const names = [...new Set(runs.flatMap((run) => run.data.facts.map((fact) => fact.name)))];
   const parameters = names.map((name) => {
-    const values = runs.map((run) => run.data.facts.find((fact) => fact.name === name)?.value ?? NOTHING);
+    const values = runs.map(
+      (run) => run.data.facts.find((fact) => fact.name === name)?.value ?? NOTHING,
+    );
     return { name, values, value: values[0], differs: values.some((value) => value !== values[0]) };
   });
   const head = element("tr", {}, element("th", { scope: "row" }, "what differs"));
   head.append(...runs.map((run) => element("th", { scope: "col" }, key(run))));
-  const rows = parameters.filter(({ differs }) => differs).map(({ name, values }) => {
-    const row = element("tr", { class: "differs" }, element("th", { scope: "row" }, name));
-    row.append(...values.map((value) => element("td", {}, value)));
-    return row;
-  });
+  const rows = parameters
+    .filter(({ differs }) => differs)
+    .map(({ name, values }) => {
+      const row = element("tr", { class: "differs" }, element("th", { scope: "row" }, name));
+      row.append(...values.map((value) => element("td", {}, value)));
+      return row;
+    });
   const table = element("table", {}, element("thead", {}, head), element("tbody", {}, ...rows));
   const same = parameters.filter(({ differs }) => !differs);
   return [table, element("h3", {}, "the same in both"), list(same)];
@@ -58,12 +65,16 @@ function comparison() {
 function omissions() {
   const notes = [];
   for (const run of runs.filter((one) => one.every > 1)) {
-    notes.push(`${isPair ? `${run.name}: ` : ""}every ${th(run.every)} of ${count(run.rows)} rows is shown, with the ` +
-      "mean forces, the largest certificate and the worst status of the steps between");
+    notes.push(
+      `${isPair ? `${run.name}: ` : ""}every ${th(run.every)} of ${count(run.rows)} rows is shown, with the ` +
+        "mean forces, the largest certificate and the worst status of the steps between",
+    );
   }
   if (runs.some((run) => run.rows > 4000)) notes.push("curves are thinned and keep every extreme");
   for (const mark of marks.filter((one) => one.rows.length < one.count)) {
-    notes.push(`${count(mark.rows.length)} of ${count(mark.count)} marks of ${mark.status} steps are shown, evenly chosen`);
+    notes.push(
+      `${count(mark.rows.length)} of ${count(mark.count)} marks of ${mark.status} steps are shown, evenly chosen`,
+    );
   }
   return notes.length ? [element("p", { class: "note" }, `${notes.join("; ")}.`)] : [];
 }
@@ -71,8 +82,13 @@ function omissions() {
 function fillFacts(setTime) {
   const facts = document.getElementById("facts");
   facts.className = "card";
-  facts.append(...runs.map((run) => counts(run, setTime)), ...(isPair ? comparison() : [list(runs[0].data.facts)]), ...omissions());
-  document.getElementById("made").textContent = `made by tumble ${page.version}; plots drawn by uPlot`;
+  facts.append(
+    ...runs.map((run) => counts(run, setTime)),
+    ...(isPair ? comparison() : [list(runs[0].data.facts)]),
+    ...omissions(),
+  );
+  document.getElementById("made").textContent =
+    `made by tumble ${page.version}; plots drawn by uPlot`;
 }
 
 // What stands at the cursor, one line a run.
@@ -83,12 +99,18 @@ function fillState() {
     const line = element("dl", { class: "reading", "data-run": run.name });
     const field = (name, className) => {
       const value = element("dd");
-      line.append(element("div", className ? { class: className } : {}, element("dt", {}, name), value));
+      line.append(
+        element("div", className ? { class: className } : {}, element("dt", {}, name), value),
+      );
       return value;
     };
     if (isPair) field("run", "run").append(key(run));
     const fields = Object.fromEntries(
-      ["t", "k", "status", "position", "speed", "certificate"].map((name) => [name, field(name, name)]));
+      ["t", "k", "status", "position", "speed", "certificate"].map((name) => [
+        name,
+        field(name, name),
+      ]),
+    );
     parent.append(line);
     return { run, fields };
   });
@@ -108,7 +130,13 @@ function showState(lines, time) {
     put(fields.k, !isEnd && last > first ? `${count(first)} … ${count(last)}` : count(first));
     put(fields.status, isEnd ? "end" : status);
     fields.status.className = `status-${status}`;
-    put(fields.position, `${run.position(frame).map((x) => fixed(x, 3)).join(", ")} m`);
+    put(
+      fields.position,
+      `${run
+        .position(frame)
+        .map((x) => fixed(x, 3))
+        .join(", ")} m`,
+    );
     put(fields.speed, `${fixed(run.speeds[frame], 3)} m/s`);
     put(fields.certificate, isEnd ? NOTHING : `${number(run.certificates[frame], 2)} m/s`);
   }

@@ -3,8 +3,9 @@
 const UP = [0, 0, 1];
 // The light comes over the left shoulder of whoever looks from the first view.
 const LIGHT = unit([0.35, -0.25, 1]);
-// Frames that are looked at to find out how large the scene is.
-const SAMPLES = 240;
+// Places that are looked at to find out how large the scene is, and frames at least.
+const SAMPLES = 2000;
+const FEWEST_FRAMES = 12;
 // Pieces of a trail.
 const PIECES = 1200;
 // Lines of the grid along its longer side, about.
@@ -12,7 +13,8 @@ const LINES = 14;
 
 // Places that the body comes to: its corners in frames spread over the run.
 function visited(run) {
-  const stride = Math.max(1, Math.floor(run.count / SAMPLES));
+  const frames = Math.max(FEWEST_FRAMES, SAMPLES / run.points.length);
+  const stride = Math.max(1, Math.ceil(run.count / frames));
   const points = [];
   for (let frame = 0; frame < run.count; frame += stride) points.push(...run.corners(frame));
   points.push(...run.corners(run.count - 1));
@@ -40,7 +42,13 @@ function groundOf(run) {
   const way = Math.abs(dot(normal, UP)) > 0.05 ? times(UP, 1 / dot(normal, UP)) : normal;
   const drop = (point) => subtract(point, times(way, height(point)));
   const across = unit(subtract([1, 0, 0], times(normal, normal[0])));
-  const axes = Math.abs(normal[0]) < 0.999 ? [across, cross(normal, across)] : [[0, 1, 0], [0, 0, 1]];
+  const axes =
+    Math.abs(normal[0]) < 0.999
+      ? [across, cross(normal, across)]
+      : [
+          [0, 1, 0],
+          [0, 0, 1],
+        ];
   const below = (places.length ? places : [[0, 0, 0]]).map(drop);
   feet.push(...below);
   const ends = axes.map((axis) => {
@@ -165,10 +173,16 @@ class Stage {
     const arrows = show.forces ? run.forces(frame, since) : [];
     const [far, near] = [[], []];
     for (const { corner, force } of arrows) {
-      (isHidden(corners[corner]) ? far : near).push([corners[corner], add(corners[corner], run.arrow(force))]);
+      (isHidden(corners[corner]) ? far : near).push([
+        corners[corner],
+        add(corners[corner], run.arrow(force)),
+      ]);
     }
     const trail = show.trail ? this.trail(body) : { hidden: [], seen: [], ahead: [] };
-    const line = { stroke: isPair ? colours[run.index ? "run-b" : "run-a"] : colours.trail, width: 1.6 };
+    const line = {
+      stroke: isPair ? colours[run.index ? "run-b" : "run-a"] : colours.trail,
+      width: 1.6,
+    };
     brush.lines(trail.ahead, { ...line, alpha: 0.45, dash: [2, 4] });
     brush.lines(trail.hidden, line);
     for (const [from, to] of far) brush.arrow(from, to, colours.force);
@@ -183,11 +197,18 @@ class Stage {
     if (!run.isBox) {
       if (corners.some((corner) => lens.depth(corner) < lens.near)) return;
       const outline = hull(corners.map(lens.project));
-      brush.flat(outline, { fill: shade(run.index, 0.75), stroke: colours.edge, width: 1.8, alpha });
+      brush.flat(outline, {
+        fill: shade(run.index, 0.75),
+        stroke: colours.edge,
+        width: 1.8,
+        alpha,
+      });
       for (const corner of corners) brush.dot(corner, 3.5, colours.edge);
       return;
     }
-    const seen = sides.filter(({ corners: [corner], normal }) => dot(normal, subtract(lens.eye, corner)) > 0);
+    const seen = sides.filter(
+      ({ corners: [corner], normal }) => dot(normal, subtract(lens.eye, corner)) > 0,
+    );
     for (const { corners: outline, normal } of seen) {
       // The lamp, and the sky for what it does not reach.
       const light = 0.3 + 0.22 * (0.5 + 0.5 * normal[2]) + 0.46 * Math.max(0, dot(normal, LIGHT));
@@ -221,12 +242,21 @@ class Stage {
   // The directions of the world, in the lower left corner.
   paintAxes(context, lens, height) {
     const [x, y] = [34, height - 34];
-    const directions = [[1, 0, 0], [0, 1, 0], [0, 0, 1]].map((axis, k) => {
+    const directions = [
+      [1, 0, 0],
+      [0, 1, 0],
+      [0, 0, 1],
+    ].map((axis, k) => {
       const [right, up, forward] = lens.axes.map((row) => dot(row, axis));
       return { name: "xyz"[k], right, up, forward };
     });
     directions.sort((a, b) => b.forward - a.forward);
-    Object.assign(context, { lineWidth: 1.6, font: "600 11px system-ui, sans-serif", textAlign: "center", textBaseline: "middle" });
+    Object.assign(context, {
+      lineWidth: 1.6,
+      font: "600 11px system-ui, sans-serif",
+      textAlign: "center",
+      textBaseline: "middle",
+    });
     for (const { name, right, up, forward } of directions) {
       context.globalAlpha = forward > 0.3 ? 0.6 : 1;
       context.strokeStyle = context.fillStyle = colours.ink;

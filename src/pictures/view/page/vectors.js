@@ -24,8 +24,7 @@ function rotate([w, x, y, z], v) {
 // The convex hull of points of the picture, in order around it.
 function hull(points) {
   const sorted = [...points].sort((a, b) => a[0] - b[0] || a[1] - b[1]);
-  const turnsLeft = (a, b, c) =>
-    (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]) > 0;
+  const turnsLeft = (a, b, c) => (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]) > 0;
   const outline = [];
   // The lower chain from left to right, then the upper one back.
   for (const chain of [sorted, [...sorted].reverse()]) {
@@ -48,7 +47,7 @@ function clip(polygon, height, level) {
   polygon.forEach((here, i) => {
     const before = polygon[(i + polygon.length - 1) % polygon.length];
     const [h, b] = [height(here) - level, height(before) - level];
-    if ((h < 0) !== (b < 0)) kept.push(between(before, here, b / (b - h)));
+    if (h < 0 !== b < 0) kept.push(between(before, here, b / (b - h)));
     if (h >= 0) kept.push(here);
   });
   return kept;
@@ -56,7 +55,12 @@ function clip(polygon, height, level) {
 
 // Corners of the six faces of a box, in order around each; corner x + 2 y + 4 z.
 const FACES = [
-  [0, 2, 6, 4], [1, 3, 7, 5], [0, 1, 5, 4], [2, 3, 7, 6], [0, 1, 3, 2], [4, 5, 7, 6],
+  [0, 2, 6, 4],
+  [1, 3, 7, 5],
+  [0, 1, 5, 4],
+  [2, 3, 7, 6],
+  [0, 1, 3, 2],
+  [4, 5, 7, 6],
 ];
 
 // The faces of a box with their outward normals, of length 1.
