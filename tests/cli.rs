@@ -6,6 +6,10 @@ mod failure;
 mod flags;
 #[path = "cli/inspect.rs"]
 mod inspect;
+#[path = "cli/picture.rs"]
+mod picture;
+#[path = "cli/plot.rs"]
+mod plot;
 #[path = "cli/scenario.rs"]
 mod scenario;
 #[path = "cli/simulate.rs"]
@@ -18,3 +22,5 @@ mod support;
 mod tampering;
 #[path = "cli/verify.rs"]
 mod verify;
+#[path = "cli/view.rs"]
+mod view;

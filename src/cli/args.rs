@@ -38,6 +38,8 @@ pub enum Command {
     Gif(GifArgs),
     /// Draw a trajectory over time: plot and plot-energy, each as .png and .svg.
     Plot(PlotArgs),
+    /// Make a page that plays one or two trajectories in any browser: view.html.
+    View(ViewArgs),
     /// Evaluate the step's nonlinear program at a point: values and exact derivatives.
     Inspect(InspectArgs),
 }
@@ -110,6 +112,9 @@ pub struct SimulateArgs {
     /// Also draw the motion: OUT/animation.gif.
     #[arg(long)]
     pub gif: bool,
+    /// Also make a page that plays the motion in any browser: OUT/view.html.
+    #[arg(long)]
+    pub html: bool,
     #[command(flatten)]
     pub animation: AnimationArgs,
     /// No progress bar and no summary.
@@ -202,6 +207,23 @@ pub struct PlotArgs {
     pub out: Option<PathBuf>,
     #[command(flatten)]
     pub physics: PhysicsArgs,
+}
+
+#[derive(Debug, Args)]
+pub struct ViewArgs {
+    /// The trajectory, or two to compare. The parameters of each come from run.json beside
+    /// it; flags that are given override them. The defaults below hold only where there is
+    /// no run.json.
+    #[arg(value_name = "FILE.csv", num_args = 1..=2, required = true)]
+    pub files: Vec<PathBuf>,
+    /// Directory for view.html, made if it is not there [default: that of the first file].
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    #[command(flatten)]
+    pub physics: PhysicsArgs,
+    /// No summary.
+    #[arg(long)]
+    pub quiet: bool,
 }
 
 #[derive(Debug, Args)]

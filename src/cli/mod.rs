@@ -14,6 +14,7 @@ mod simulate;
 mod source;
 mod values;
 mod verify;
+mod view;
 
 use args::{Cli, Command};
 use clap::Parser;
@@ -103,6 +104,7 @@ pub fn run() -> Result<Outcome, Failure> {
         Some(Command::Verify(args)) => verify::run(&args),
         Some(Command::Gif(args)) => gif::run(&args),
         Some(Command::Plot(args)) => plot::run(&args),
+        Some(Command::View(args)) => view::run(&args),
         Some(Command::Inspect(args)) => inspect::run(&args),
     }
 }

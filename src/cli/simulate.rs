@@ -8,6 +8,7 @@ use super::output::{PendingFile, create_directory, progress_bar, say};
 use super::plot::{self, PendingPlots};
 use super::run_file::RunFile;
 use super::source::TrajectoryFile;
+use super::view;
 use super::{Failure, Outcome};
 use signal_hook::consts::{SIGINT, SIGTERM};
 use std::fmt::Write as _;
@@ -58,6 +59,7 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     let job = Job::new(args)?;
     gif::check(args, &job)?;
     plot::check(args, &job)?;
+    view::check(args, &job)?;
     let interrupt = Arc::new(AtomicBool::new(false));
     let mut simulation = job.simulation(&interrupt)?;
 
@@ -67,6 +69,7 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     let trajectory = PendingFile::create(&args.out, "trajectory.csv")?;
     let run_json = PendingFile::create(&args.out, "run.json")?;
     let plots = args.plot.then(|| PendingPlots::create(&args.out)).transpose()?;
+    let page = args.html.then(|| view::pending(&args.out)).transpose()?;
     let run = write_trajectory(&job, &mut simulation, &interrupt, &trajectory, args.quiet)?;
 
     write_run_file(&run_json, &job.run_file(&run))?;
@@ -82,6 +85,13 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
         let written = plots.write(&film)?;
         if !args.quiet {
             say(&plot::describe(&written))?;
+        }
+    }
+    if let Some(page) = page {
+        let film = TrajectoryFile::open(&trajectory, &args.physics)?.film(view::MOST_ROWS)?;
+        let written = view::write(page, &[(&trajectory, film)])?;
+        if !args.quiet {
+            say(&written)?;
         }
     }
     if args.gif && run.end != End::Interrupted {

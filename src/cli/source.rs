@@ -68,7 +68,8 @@ impl<'a> TrajectoryFile<'a> {
             }
             rows.push(row);
         }
-        Ok(Film { title: self.source.title, model: self.source.model, rows })
+        let Source { title, model, load, .. } = self.source;
+        Ok(Film { title, model, load, rows })
     }
 }
 

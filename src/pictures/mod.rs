@@ -2,7 +2,9 @@
 
 pub mod animation;
 pub mod plot;
+pub mod view;
 
+use tumble::load::Load;
 use tumble::model::ContactModel;
 use tumble::state::State;
 use tumble::trajectory::TrajectoryRow;
@@ -13,6 +15,8 @@ pub struct Film {
     pub title: String,
     /// Mass, inertia, contact points, gravity, friction, time step.
     pub model: ContactModel,
+    /// The external force and torque.
+    pub load: Load,
     /// At least one row, in the world's frame; the last is the `end` row.
     pub rows: Vec<TrajectoryRow>,
 }

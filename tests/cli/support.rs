@@ -2,6 +2,7 @@
 
 use assert_cmd::Command;
 use serde_json::Value;
+use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Output;
@@ -114,6 +115,30 @@ pub fn contact_run() -> &'static (String, String) {
         assert_eq!(run.end.code, Some(0), "{:?}", run.end);
         (run.csv(), fs::read_to_string(run.path("run.json")).unwrap())
     })
+}
+
+/// A cube that stands still for 200 000 rows, except for two impacts of one step each, the
+/// first of which failed. No run.json belongs to it.
+pub fn two_impacts() -> String {
+    let header = tumble::trajectory::header(8).join(",");
+    let mut csv = header + "\n";
+    for k in 0..200_000_u64 {
+        let (z, force, status) = match k {
+            77_777 => (9.0, 20_000.0, "failed"),
+            123_456 => (-3.0, 25.0, "converged"),
+            199_999 => (1.0, 0.0, "end"),
+            _ => (1.0, 25.0, "converged"),
+        };
+        let forces = format!("{force},0,0,0,25,0,0,0");
+        let zeros = "0,0,0,0,0,0,0,0";
+        let time = k as f64 * 0.002;
+        let _ = writeln!(
+            csv,
+            "{k},{time},0,0,{z},1,0,0,0,0,0,0,0,0,0,{zeros},{zeros},{forces},{zeros},{zeros},\
+             {zeros},1,0,0,0,1,0,0,0,{status},3,1e-9"
+        );
+    }
+    csv
 }
 
 /// A CSV file split into fields.

@@ -12,6 +12,9 @@ pub struct Arrow {
     pub to: Vector3<f64>,
 }
 
+/// Forces below this times [`Scale::weight`] have no arrow.
+pub const NEGLIGIBLE: f64 = 1e-6;
+
 /// How long an arrow is for a force.
 ///
 /// Impacts are hundreds of times the weight, so lengths are compressed: with
@@ -36,9 +39,19 @@ impl Scale {
         Self { weight, longest: 1.5 * reach }
     }
 
+    /// The force whose arrow has half of the longest length, N.
+    pub fn weight(&self) -> f64 {
+        self.weight
+    }
+
+    /// No arrow gets this long, m.
+    pub fn longest(&self) -> f64 {
+        self.longest
+    }
+
     /// The arrow for `force` at `from`; none for no force.
     fn arrow(&self, from: Vector3<f64>, force: &Vector3<f64>) -> Option<Arrow> {
-        let direction = force.try_normalize(1e-6 * self.weight)?;
+        let direction = force.try_normalize(NEGLIGIBLE * self.weight)?;
         let root = (force.norm() / self.weight).sqrt();
         Some(Arrow { from, to: from + direction * (self.longest * root / (1.0 + root)) })
     }
@@ -60,8 +73,8 @@ pub fn arrows(film: &Film, scale: &Scale, before: usize, now: usize) -> Vec<Arro
     corners.filter_map(|(corner, force)| scale.arrow(corner, &force)).collect()
 }
 
-/// Paints arrows over everything else, with a seam that sets them off.
-pub fn paint(canvas: &mut Canvas, camera: &Camera, arrows: &[Arrow]) {
+/// Paints arrows over what is there, with a seam that sets them off.
+pub fn paint(canvas: &mut Canvas, camera: &Camera, arrows: &[&Arrow]) {
     let unit = canvas.size() / 800.0;
     for (colour, extra) in [(SEAM, 2.4 * unit), (FORCE, 0.0)] {
         for arrow in arrows {

@@ -5,8 +5,9 @@
 //! and settings give the same bytes.
 //!
 //! Arrows show the mean force of the steps since the frame before, on a compressed scale
-//! (see [`forces::Scale`]), and lie over the body, so that it hides none. A body of eight contact points that are the corners of a box,
-//! x fastest, is drawn as a box; of any other body the points and their outline are drawn.
+//! (see [`forces::Scale`]). The body covers those whose corner it hides. A body of eight
+//! contact points that are the corners of a box, x fastest, is drawn as a box; of any other
+//! body the points and their outline are drawn.
 
 mod camera;
 mod canvas;
@@ -23,6 +24,9 @@ mod timing;
 mod tests;
 
 pub use camera::View;
+pub use forces::{NEGLIGIBLE, Scale};
+pub use shape::Shape;
+pub use stage::has_ground;
 pub use timing::frame_count;
 
 use super::Film;
@@ -127,7 +131,7 @@ pub fn animate(
 /// What the frames show.
 fn moments(film: &Film, settings: &Settings) -> Result<Vec<Moment>, AnimationError> {
     let duration = (film.rows.len() - 1) as f64 * film.model.time_step();
-    let scale = forces::Scale::of(film);
+    let scale = Scale::of(film);
     let mut before = 0;
     let mut moments = Vec::new();
     for frame in 0..frame_count(duration, settings.speed)? {

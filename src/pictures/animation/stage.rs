@@ -35,7 +35,8 @@ impl Stage {
     pub fn new(film: &Film, settings: &Settings, moments: &[Moment]) -> Option<Self> {
         let light = Light::for_azimuth(settings.view.azimuth);
         let corners: Vec<_> = moments.iter().flat_map(|moment| &moment.corners).copied().collect();
-        let floor = Floor::under(&corners, light, has_ground(film, &corners));
+        let lowest = corners.iter().map(|corner| corner.z).fold(f64::INFINITY, f64::min);
+        let floor = Floor::under(&corners, light, has_ground(film, lowest));
         let tips = moments.iter().flat_map(|moment| &moment.arrows).map(|arrow| arrow.to);
         let mut points = corners.clone();
         points.extend(tips.chain(floor.corners()));
@@ -55,12 +56,23 @@ impl Stage {
     pub fn paint(&self, canvas: &mut Canvas, moment: &Moment) {
         canvas.copy_from(&self.empty);
         self.floor.paint_shadow(canvas, &self.camera, &moment.corners);
+        // What the body hides, the body, what stands before it.
+        let (hidden, seen): (Vec<_>, Vec<_>) =
+            moment.arrows.iter().partition(|arrow| self.is_hidden(&moment.corners, &arrow.from));
+        forces::paint(canvas, &self.camera, &hidden);
         match self.shape {
             Shape::Box => self.paint_box(canvas, &moment.corners),
             Shape::Points => self.paint_points(canvas, &moment.corners),
         }
-        forces::paint(canvas, &self.camera, &moment.arrows);
+        forces::paint(canvas, &self.camera, &seen);
         self.paint_clock(canvas, moment.time);
+    }
+
+    /// Whether a box hides one of its corners: no face that is seen has it.
+    fn is_hidden(&self, corners: &[Vector3<f64>], corner: &Vector3<f64>) -> bool {
+        let eye = self.camera.eye();
+        self.shape == Shape::Box
+            && !seen_faces(corners, &eye).any(|face| face.corners.contains(corner))
     }
 
     fn paint_box(&self, canvas: &mut Canvas, corners: &[Vector3<f64>]) {
@@ -108,9 +120,8 @@ impl Stage {
 }
 
 /// Whether the run has a ground: something was flagged for contact, or there is gravity and
-/// nothing ever fell through.
-fn has_ground(film: &Film, corners: &[Vector3<f64>]) -> bool {
-    let lowest = corners.iter().map(|corner| corner.z).fold(f64::INFINITY, f64::min);
+/// nothing ever fell through; `lowest` is how low a corner comes, m.
+pub fn has_ground(film: &Film, lowest: f64) -> bool {
     let flagged = film.rows.iter().any(|row| row.active.contains(&true));
     flagged || (film.model.gravity().norm() > 0.0 && lowest >= 0.0)
 }

@@ -1,11 +1,13 @@
 //! The animation as a viewer sees it: decoded, and looked at where things must be.
 
+use super::forces::Arrow;
 use super::palette::{BACKGROUND, Colour, FORCE, GROUND, INK, LINE};
 use super::stage::Stage;
 use super::{AnimationError, Settings, View, animate, moments};
 use crate::pictures::Film;
 use nalgebra::Vector3;
 use std::ops::ControlFlow;
+use tumble::load::Load;
 use tumble::model::ContactModel;
 use tumble::scene::Scene;
 use tumble::simulation::{Motion, Simulation, StepRecord};
@@ -41,7 +43,7 @@ fn film(scene: &Scene, floating: bool, steps: usize) -> Film {
     let csv = writer.finish().unwrap();
     let mut reader = TrajectoryReader::new(&csv[..]).unwrap();
     let rows = std::iter::from_fn(|| reader.next_row().unwrap()).collect();
-    Film { title: "a test".to_owned(), model, rows }
+    Film { title: "a test".to_owned(), model, load: Load::none(), rows }
 }
 
 fn bytes(film: &Film, settings: &Settings) -> Vec<u8> {
@@ -108,6 +110,38 @@ fn the_body_is_where_the_trajectory_has_it() {
         let ground = pictures[0].iter().filter(|&&pixel| near(pixel, GROUND)).count();
         assert_eq!(ground > 9000, !floating, "{ground}");
     }
+}
+
+#[test]
+fn the_body_covers_the_arrow_at_the_corner_it_hides_and_no_other() {
+    let film = film(&Scene::drop(), false, 0);
+    let settings = Settings { size: 300, ..Settings::default() };
+    let mut moments = moments(&film, &settings).unwrap();
+    // Upright and large in the picture; the camera sees all corners but one.
+    let corner = |i: usize| Vector3::from_fn(|axis, _| f64::from((i >> axis & 1) as u8));
+    moments[0].corners = (0..8).map(corner).collect();
+    let up = |i: usize| Arrow { from: corner(i), to: corner(i) + Vector3::new(0.0, 0.0, 1.6) };
+    moments[0].arrows = (0..8).map(up).collect();
+    let stage = Stage::new(&film, &settings, &moments).unwrap();
+    let mut paint = |arrows| {
+        moments[0].arrows = arrows;
+        let mut canvas = stage.empty().clone();
+        stage.paint(&mut canvas, &moments[0]);
+        canvas.colours().collect::<Vec<_>>()
+    };
+    let bare = paint(Vec::new());
+    let is_body = |pixel: &Colour| pixel[2].saturating_sub(pixel[0]) > 60;
+    let covered: Vec<_> = (0..8)
+        .map(|i| {
+            let picture = paint(vec![up(i)]);
+            assert!(has(&picture, FORCE), "the tip of arrow {i} stands out");
+            let pairs = bare.iter().zip(&picture).filter(|(before, _)| is_body(before));
+            pairs.filter(|(before, now)| before != now).count() == 0
+        })
+        .collect();
+    // From x > 0, y < 0, z > 0 the corner at x = 0, y = 1, z = 0 is behind the body.
+    let sides: Vec<_> = (0..4).map(|i| covered[i]).collect();
+    assert_eq!(sides, [false, false, true, false]);
 }
 
 #[test]

@@ -10,6 +10,10 @@ mod scale;
 mod svg;
 mod thin;
 
+pub use panel::{Panel, PanelMaker, Series, steps};
+pub use scale::{Axis, Kind, Transform};
+pub use thin::thin_rows;
+
 use super::Film;
 
 /// The sheets.
@@ -21,17 +25,32 @@ pub enum Sheet {
     Energy,
 }
 
+impl Sheet {
+    /// What stands above it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Motion => "Motion and contact",
+            Self::Energy => "Energy and certificate",
+        }
+    }
+
+    /// Its panels from top to bottom.
+    pub fn panels(self) -> &'static [PanelMaker] {
+        match self {
+            Self::Motion => &motion::PANELS,
+            Self::Energy => &energy::PANELS,
+        }
+    }
+}
+
 /// A sheet of `film` as SVG. The same film gives the same bytes.
 pub fn svg(film: &Film, sheet: Sheet) -> String {
-    let (name, panels) = match sheet {
-        Sheet::Motion => ("Motion and contact", motion::PANELS.as_slice()),
-        Sheet::Energy => ("Energy and certificate", energy::PANELS.as_slice()),
-    };
+    let name = sheet.name();
     let heading = match film.title.as_str() {
         "" => name.to_owned(),
         title => format!("{name}: {title}"),
     };
-    svg::draw(film, &heading, &notes(film), panels)
+    svg::draw(film, &heading, &notes(film), sheet.panels())
 }
 
 /// An SVG of [`svg`] as PNG.

@@ -18,10 +18,11 @@ pub enum Kind {
 
 /// The map from values to the places of an axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Transform {
+pub enum Transform {
     Identity,
     /// asinh(v / threshold): linear about 0, logarithmic far from it, and smooth between.
     Symlog(f64),
+    /// log₁₀ v.
     Log,
 }
 
@@ -136,6 +137,21 @@ impl Axis {
         ((self.transform.of(value) - self.low) / (self.high - self.low)).clamp(0.0, 1.0)
     }
 
+    /// The map from values to places.
+    pub fn transform(&self) -> Transform {
+        self.transform
+    }
+
+    /// The values at the low and the high end.
+    pub fn ends(&self) -> (f64, f64) {
+        (self.transform.value_at(self.low), self.transform.value_at(self.high))
+    }
+
+    /// Whether a logarithmic axis has zeros to show, which it does at its lower end.
+    pub fn has_zeros(&self) -> bool {
+        self.zeros
+    }
+
     /// What the label must say of the scale; `unit` is that of the values.
     pub fn remark(&self, unit: &str) -> Option<String> {
         match self.transform {
@@ -156,6 +172,15 @@ impl Transform {
             Self::Identity => value,
             Self::Symlog(threshold) => (value / threshold).asinh(),
             Self::Log => value.max(f64::MIN_POSITIVE).log10(),
+        }
+    }
+
+    /// The inverse of [`Self::of`].
+    fn value_at(self, place: f64) -> f64 {
+        match self {
+            Self::Identity => place,
+            Self::Symlog(threshold) => threshold * place.sinh(),
+            Self::Log => 10f64.powf(place),
         }
     }
 }
@@ -234,6 +259,8 @@ mod tests {
                 let fraction = axis.fraction(value);
                 assert!(fraction > 0.0 && fraction < 1.0, "{kind:?} {value}: {fraction}");
             }
+            let (low, high) = axis.ends();
+            assert!(axis.fraction(low) < 1e-9 && axis.fraction(high) > 1.0 - 1e-9, "{kind:?}");
         }
     }
 }

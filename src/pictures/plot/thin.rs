@@ -16,24 +16,34 @@ struct Column {
     last: usize,
 }
 
-/// The curve of `values` over `times`, where a value that is no number is a gap. Up to
-/// four points a column stay as they are; of more, each of the `columns` equal parts of
-/// `range` keeps its first, lowest, highest and last, in the order of time. A gap inside a
-/// column is then too narrow to be seen, and left out.
+/// The curve of `values` over `times`, thinned as [`thin_rows`] says.
 pub fn thin(times: &[f64], values: &[f64], range: (f64, f64), columns: usize) -> Vec<Point> {
-    let point = |i: usize| Some((times[i], values[i]));
+    let rows = thin_rows(times, values, range, columns).into_iter();
+    rows.map(|row| row.map(|i| (times[i], values[i]))).collect()
+}
+
+/// Which of `values` over `times` are enough for a curve, where a value that is no number
+/// is a gap, `None`. Up to four points a column stay as they are; of more, each of the
+/// `columns` equal parts of `range` keeps its first, lowest, highest and last, in the order
+/// of time. A gap inside a column is then too narrow to be seen, and left out.
+pub fn thin_rows(
+    times: &[f64],
+    values: &[f64],
+    range: (f64, f64),
+    columns: usize,
+) -> Vec<Option<usize>> {
     let count = times.len().min(values.len());
     if count <= 4 * columns {
-        return (0..count).map(|i| point(i).filter(|(_, value)| !value.is_nan())).collect();
+        return (0..count).map(|i| Some(i).filter(|&i| !values[i].is_nan())).collect();
     }
-    let mut points = Vec::with_capacity(4 * columns);
+    let mut rows = Vec::with_capacity(4 * columns);
     let mut column: Option<Column> = None;
     let mut gap = false;
     let scale = columns as f64 / (range.1 - range.0);
     for i in 0..count {
         let number = (((times[i] - range.0) * scale) as usize).min(columns - 1);
         if let Some(full) = column.take_if(|column| column.number != number) {
-            full.close(&mut points, point);
+            full.close(&mut rows);
             gap = full.gap_after;
         }
         if values[i].is_nan() {
@@ -50,9 +60,9 @@ pub fn thin(times: &[f64], values: &[f64], range: (f64, f64), columns: usize) ->
         gap = false;
     }
     if let Some(full) = column {
-        full.close(&mut points, point);
+        full.close(&mut rows);
     }
-    points
+    rows
 }
 
 impl Column {
@@ -71,15 +81,15 @@ impl Column {
         }
     }
 
-    fn close(&self, points: &mut Vec<Point>, point: impl Fn(usize) -> Point) {
+    fn close(&self, rows: &mut Vec<Option<usize>>) {
         if self.gap_before {
-            points.push(None);
+            rows.push(None);
         }
         let mut kept = [self.first, self.lowest, self.highest, self.last];
         kept.sort_unstable();
         for (place, &i) in kept.iter().enumerate() {
             if place == 0 || kept[place - 1] != i {
-                points.push(point(i));
+                rows.push(Some(i));
             }
         }
     }

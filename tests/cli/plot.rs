@@ -1,16 +1,11 @@
 //! `tumble plot` and `--plot`: the pictures of ordinary, long and odd runs.
 
-#[path = "plot/picture.rs"]
-mod picture;
-#[allow(dead_code)]
-#[path = "cli/support.rs"]
-mod support;
-
-use picture::{ENERGY, MOTION, Svg, png_size};
-use std::fmt::Write as _;
+use crate::picture::{ENERGY, MOTION, Svg, png_size};
+use crate::support::{
+    CONTACT_RUN, End, FAILING_RUN, Simulated, everything_in, run, simulate, tumble, two_impacts,
+};
 use std::fs;
 use std::path::Path;
-use support::{CONTACT_RUN, End, FAILING_RUN, Simulated, everything_in, run, simulate, tumble};
 
 const PICTURES: [&str; 4] = ["plot.png", "plot.svg", "plot-energy.png", "plot-energy.svg"];
 
@@ -72,30 +67,11 @@ fn the_same_file_gives_the_same_bytes() {
     }
 }
 
-/// A cube that stands still for 200 000 rows, except for two impacts of one step each.
 #[test]
 fn two_impacts_in_200_000_rows_are_seen() {
-    let header = tumble::trajectory::header(8).join(",");
-    let mut csv = header + "\n";
-    for k in 0..200_000_u64 {
-        let (z, force, status) = match k {
-            77_777 => (9.0, 20_000.0, "failed"),
-            123_456 => (-3.0, 25.0, "converged"),
-            199_999 => (1.0, 0.0, "end"),
-            _ => (1.0, 25.0, "converged"),
-        };
-        let forces = format!("{force},0,0,0,25,0,0,0");
-        let zeros = "0,0,0,0,0,0,0,0";
-        let time = k as f64 * 0.002;
-        let _ = writeln!(
-            csv,
-            "{k},{time},0,0,{z},1,0,0,0,0,0,0,0,0,0,{zeros},{zeros},{forces},{zeros},{zeros},\
-             {zeros},1,0,0,0,1,0,0,0,{status},3,1e-9"
-        );
-    }
     let directory = tempfile::tempdir().unwrap();
     let file = directory.path().join("long.csv");
-    fs::write(&file, csv).unwrap();
+    fs::write(&file, two_impacts()).unwrap();
     let end = plot(&file, &[]);
     assert_eq!((end.code, end.stderr.as_str()), (Some(0), ""));
     assert!(end.stdout.starts_with("note: no run.json"), "{}", end.stdout);

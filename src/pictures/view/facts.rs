@@ -1,0 +1,140 @@
+//! The parameters of a run, for people.
+
+use super::Run;
+use crate::pictures::animation::Shape;
+use nalgebra::{Matrix3, Vector3};
+use serde::Serialize;
+use tumble::load::Polyline;
+use tumble::plane::Plane;
+
+/// A parameter, its value and its unit in words.
+#[derive(Debug, Clone, Serialize)]
+pub struct Fact {
+    name: &'static str,
+    value: String,
+}
+
+impl Fact {
+    pub fn new(name: &'static str, value: impl Into<String>) -> Self {
+        Self { name, value: value.into() }
+    }
+}
+
+/// What is known of `run`: its own facts, then those of its model and its start.
+pub fn facts(run: &Run<'_>) -> Vec<Fact> {
+    let film = run.film;
+    let model = &film.model;
+    let body = model.body();
+    let points: Vec<_> = body.contact_points().iter().map(|point| point.position).collect();
+    let mut facts = run.facts.clone();
+    let mut add = |name, value| facts.push(Fact { name, value });
+    add("rows", film.rows.len().to_string());
+    add("time step h", format!("{} s", number(model.time_step())));
+    add("mass m", format!("{} kg", number(body.mass())));
+    add("friction μ", number(model.friction()));
+    add("gravity g", format!("{} m/s²", vector(&model.parameters().gravity)));
+    if !model.plane().is_level() {
+        add("ground", plane(model.plane()));
+    }
+    for (name, line, unit) in
+        [("force", &film.load.force, "N"), ("torque", &film.load.torque, "N m, body")]
+    {
+        if !line.knots().is_empty() {
+            add(name, polyline(line, unit));
+        }
+    }
+    if *film.load.point() != Vector3::zeros() {
+        add("force at", format!("{} m, body", vector(film.load.point())));
+    }
+    add("inertia I", format!("{} kg m²", inertia(body.inertia())));
+    add("body", shape(&points));
+    if let Some(row) = film.rows.first() {
+        add("start position", format!("{} m", vector(&row.state.position)));
+        add("start velocity", format!("{} m/s", vector(&row.state.velocity)));
+        add("start spin", format!("{} rad/s", vector(&row.state.spin)));
+    }
+    facts
+}
+
+/// As short as it reads back; very large and very small numbers as powers of ten.
+fn number(value: f64) -> String {
+    // −0 is 0 to people.
+    let value = value + 0.0;
+    let size = value.abs();
+    if size >= 1e6 || (size > 0.0 && size < 1e-4) {
+        format!("{value:e}")
+    } else {
+        value.to_string()
+    }
+}
+
+fn list(values: impl Iterator<Item = f64>) -> String {
+    values.map(number).collect::<Vec<_>>().join(", ")
+}
+
+fn vector(v: &Vector3<f64>) -> String {
+    format!("({})", list(v.iter().copied()))
+}
+
+/// n · x = d, in four digits, and the slope.
+fn plane(plane: &Plane) -> String {
+    let round = |x: f64| (x * 1e4).round() / 1e4;
+    let slope = plane.normal()[2].clamp(-1.0, 1.0).acos().to_degrees();
+    let normal = vector(&plane.normal().map(round));
+    format!("slope {}°, normal {normal}, offset {} m", round(slope), number(plane.offset()))
+}
+
+/// The first knots of a load over time.
+fn polyline(line: &Polyline, unit: &str) -> String {
+    match line.knots() {
+        [(_, constant)] => format!("{} {unit}", vector(constant)),
+        knots => {
+            let shown = knots.iter().take(4);
+            let mut words: Vec<_> =
+                shown.map(|(t, value)| format!("{} at {} s", vector(value), number(*t))).collect();
+            if knots.len() > words.len() {
+                words.push(format!("… {} knots", knots.len()));
+            }
+            format!("{} {unit}", words.join(", "))
+        }
+    }
+}
+
+/// A multiple of the unit matrix, a diagonal, or all rows.
+fn inertia(inertia: &Matrix3<f64>) -> String {
+    let moments = inertia.diagonal();
+    if *inertia == Matrix3::from_diagonal_element(moments[0]) {
+        return format!("{} E₃", number(moments[0]));
+    }
+    if *inertia == Matrix3::from_diagonal(&moments) {
+        return format!("diag{}", vector(&moments));
+    }
+    let rows = inertia.row_iter().map(|row| list(row.iter().copied()));
+    format!("[{}]", rows.collect::<Vec<_>>().join("; "))
+}
+
+fn shape(points: &[Vector3<f64>]) -> String {
+    if Shape::of(points) != Shape::Box {
+        let s = if points.len() == 1 { "" } else { "s" };
+        return format!("{} contact point{s}", points.len());
+    }
+    let edges = [1, 2, 4].map(|corner| number((points[corner] - points[0]).norm()));
+    format!("box {} × {} × {} m", edges[0], edges[1], edges[2])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn matrices_and_bodies_are_as_short_as_they_can_be() {
+        assert_eq!(inertia(&(Matrix3::identity() * 0.01)), "0.01 E₃");
+        assert_eq!(inertia(&Matrix3::from_diagonal(&Vector3::new(1.0, 2.0, 3.0))), "diag(1, 2, 3)");
+        let full = Matrix3::new(1.0, 0.5, -0.0, 0.5, 2.0, 0.0, 0.0, 0.0, 3.0);
+        assert_eq!(inertia(&full), "[1, 0.5, 0; 0.5, 2, 0; 0, 0, 3]");
+        assert_eq!(inertia(&(Matrix3::identity() * 1e-12)), "1e-12 E₃");
+        assert_eq!(shape(&[Vector3::x()]), "1 contact point");
+        let corner = |i: usize| Vector3::from_fn(|axis, _| f64::from((i >> axis & 1) as u8));
+        assert_eq!(shape(&(0..8).map(corner).collect::<Vec<_>>()), "box 1 × 1 × 1 m");
+    }
+}

@@ -1,0 +1,138 @@
+// The camera: where it stands, what it sees where, and how it is moved.
+
+// Half the shorter side of the picture over its distance: an angle of view of 28°.
+const HALF_VIEW = 0.249;
+// What of the half picture the motion may fill.
+const FILL = 0.93;
+// The drop scene's motion, along y, goes to the right.
+const FIRST_VIEW = { azimuth: -32, elevation: 20 };
+// Nearer than this times its distance the camera sees nothing.
+const NEAR = 0.02;
+
+const radians = (degrees) => (degrees * Math.PI) / 180;
+
+// World → right, up, forward.
+function axesOf({ azimuth, elevation }) {
+  const [sinA, cosA] = [Math.sin(radians(azimuth)), Math.cos(radians(azimuth))];
+  const [sinE, cosE] = [Math.sin(radians(elevation)), Math.cos(radians(elevation))];
+  return [
+    [-sinA, cosA, 0],
+    [-cosA * sinE, -sinA * sinE, cosE],
+    [-cosA * cosE, -sinA * cosE, -sinE],
+  ];
+}
+
+class Camera {
+  constructor() {
+    this.reset();
+  }
+
+  reset() {
+    Object.assign(this, FIRST_VIEW, { target: [0, 0, 0], distance: 10, isFitted: true });
+  }
+
+  // Goes as near as it can with all `points` in a picture of `width` by `height`. A point
+  // (x, y, z) in camera axes is seen from e if |x − e_x| ≤ a (z − e_z), and likewise for y.
+  fit(points, width, height) {
+    const axes = axesOf(this);
+    const short = Math.min(width, height);
+    const slopes = [(width / short) * HALF_VIEW * FILL, (height / short) * HALF_VIEW * FILL];
+    const seen = points.filter(isFinitePoint).map((point) => axes.map((axis) => dot(axis, point)));
+    if (seen.length === 0 || short <= 0) return;
+    const [near, far] = [Math.min(...seen.map((p) => p[2])), Math.max(...seen.map((p) => p[2]))];
+    const low = slopes.map((a, k) => Math.max(...seen.map((p) => p[k] - a * p[2])));
+    const high = slopes.map((a, k) => Math.min(...seen.map((p) => p[k] + a * p[2])));
+    const depth = Math.min(
+      near - 0.05 * (far - near),
+      ...slopes.map((a, k) => (high[k] - low[k]) / (2 * a)),
+    );
+    const eye = [(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, depth];
+    // It turns about the middle of what it sees.
+    this.distance = Math.max((near + far) / 2 - depth, 1e-6);
+    const middle = [eye[0], eye[1], depth + this.distance];
+    this.target = axes.reduce((sum, axis, k) => add(sum, times(axis, middle[k])), [0, 0, 0]);
+  }
+
+  orbit(right, up) {
+    this.isFitted = false;
+    this.azimuth = (this.azimuth - right) % 360;
+    this.elevation = Math.min(89.9, Math.max(-60, this.elevation + up));
+  }
+
+  zoom(factor) {
+    this.isFitted = false;
+    this.distance = Math.min(1e12, Math.max(1e-6, this.distance * factor));
+  }
+
+  // By shares of the shorter side of the picture.
+  pan(right, up) {
+    this.isFitted = false;
+    const size = 2 * HALF_VIEW * this.distance;
+    const [x, y] = axesOf(this);
+    this.target = add(this.target, add(times(x, -right * size), times(y, up * size)));
+  }
+
+  // What is seen where in a picture of `width` by `height`, the target moved by `shift`.
+  lens(width, height, shift) {
+    const axes = axesOf(this);
+    const eye = subtract(add(this.target, shift), times(axes[2], this.distance));
+    const scale = Math.min(width, height) / 2 / HALF_VIEW;
+    const depth = (point) => dot(axes[2], subtract(point, eye));
+    const project = (point) => {
+      const p = subtract(point, eye);
+      const z = dot(axes[2], p);
+      return [
+        width / 2 + (scale * dot(axes[0], p)) / z,
+        height / 2 - (scale * dot(axes[1], p)) / z,
+      ];
+    };
+    return { axes, eye, depth, project, near: NEAR * this.distance };
+  }
+}
+
+// Drag, wheel and two fingers on `canvas` move the `camera`.
+function steer(canvas, camera, moved) {
+  const fingers = new Map();
+  const spread = () => {
+    const [a, b] = [...fingers.values()];
+    return Math.hypot(a.x - b.x, a.y - b.y);
+  };
+  const middle = () => {
+    const all = [...fingers.values()];
+    return [0, 1].map((k) => all.reduce((sum, f) => sum + (k ? f.y : f.x), 0) / all.length);
+  };
+  canvas.addEventListener("pointerdown", (event) => {
+    canvas.setPointerCapture(event.pointerId);
+    fingers.set(event.pointerId, { x: event.clientX, y: event.clientY });
+  });
+  canvas.addEventListener("pointermove", (event) => {
+    if (!fingers.has(event.pointerId)) return;
+    const [oldX, oldY] = middle();
+    const oldSpread = fingers.size === 2 ? spread() : 0;
+    fingers.set(event.pointerId, { x: event.clientX, y: event.clientY });
+    const [x, y] = middle();
+    const short = Math.min(canvas.clientWidth, canvas.clientHeight);
+    if (fingers.size === 2) {
+      camera.zoom(oldSpread / Math.max(1, spread()));
+      camera.pan((x - oldX) / short, (y - oldY) / short);
+    } else if (event.shiftKey) {
+      camera.pan((x - oldX) / short, (y - oldY) / short);
+    } else {
+      camera.orbit(0.4 * (x - oldX), 0.4 * (y - oldY));
+    }
+    moved();
+  });
+  for (const end of ["pointerup", "pointercancel"]) {
+    canvas.addEventListener(end, (event) => fingers.delete(event.pointerId));
+  }
+  canvas.addEventListener(
+    "wheel",
+    (event) => {
+      event.preventDefault();
+      const lines = event.deltaMode === WheelEvent.DOM_DELTA_LINE ? 16 : 1;
+      camera.zoom(Math.exp(0.0015 * Math.max(-400, Math.min(400, lines * event.deltaY))));
+      moved();
+    },
+    { passive: false },
+  );
+}

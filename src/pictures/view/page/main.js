@@ -1,0 +1,257 @@
+// The time, what is shown, and everything that changes them: buttons, keys, plots.
+
+const $ = (id) => document.getElementById(id);
+const SPEEDS = [0.05, 0.1, 0.25, 0.5, 1, 2, 4];
+// Rows of a step with shift.
+const LARGE = 20;
+
+let time = 0;
+let speed = 1;
+let isPlaying = false;
+let lastTick = 0;
+// The time that the views show.
+let painted = 0;
+const show = { forces: true, trail: true, follow: false, overlay: false, anchor: [0, 0, 0] };
+const camera = new Camera();
+
+const LABEL = "Motion; drag to orbit, wheel or pinch to zoom, keys w a s d and z x do the same";
+const stages = isPair
+  ? [
+      ...runs.map((run) => new Stage([run], `${run.name}: ${LABEL}`)),
+      new Stage(runs, `Both runs: ${LABEL}`),
+    ]
+  : [new Stage(runs, LABEL)];
+const isShown = (stage) => !isPair || stage.members.length > 1 === show.overlay;
+
+let isDue = false;
+function repaint() {
+  if (isDue) return;
+  isDue = true;
+  requestAnimationFrame(paint);
+}
+
+function paint() {
+  isDue = false;
+  const shown = stages.filter(isShown);
+  if (camera.isFitted) {
+    camera.fit([...places, ...feet], ...shown[0].size);
+  }
+  for (const stage of shown) stage.paint(camera, time, isPlaying ? painted : time, show);
+  painted = time;
+  for (const plot of plots) plot.move(time);
+  showState(state, time);
+  $("scrub").value = time;
+  $("scrub").setAttribute("aria-valuetext", `${fixed(time, 3)} seconds`);
+  put($("clock"), `${fixed(time, 3)} / ${fixed(duration, 3)} s`);
+}
+
+function setTime(wanted) {
+  time = Math.min(duration, Math.max(0, wanted));
+  repaint();
+}
+
+// Playing: the time goes on by the clock, at most a tenth of a second at once.
+function advance(now) {
+  if (!isPlaying) return;
+  setTime(time + Math.min(0.1, (now - lastTick) / 1000) * speed);
+  lastTick = now;
+  if (time >= duration) play(false);
+  else requestAnimationFrame(advance);
+}
+
+function play(wanted) {
+  isPlaying = wanted && duration > 0;
+  $("play").classList.toggle("playing", isPlaying);
+  $("play").setAttribute("aria-label", isPlaying ? "Pause" : "Play");
+  if (!isPlaying) return;
+  if (time >= duration) setTime(0);
+  lastTick = performance.now();
+  requestAnimationFrame(advance);
+}
+
+// By frames of whichever run has one next.
+function stepBy(frames) {
+  play(false);
+  let wanted = time;
+  for (let k = 0; k < Math.abs(frames); k += 1) wanted = neighbour(wanted, Math.sign(frames));
+  setTime(wanted);
+}
+
+function jumpToMark(direction) {
+  const room = 1e-6 * runs[0].step;
+  const ahead = markTimes.filter((t) => direction * (t - time) > room);
+  if (ahead.length > 0) {
+    play(false);
+    setTime(direction > 0 ? ahead[0] : ahead.at(-1));
+  }
+}
+
+function setSpeed(wanted) {
+  speed = wanted;
+  $("speed").value = String(wanted);
+}
+
+function changeSpeed(places) {
+  const place = SPEEDS.indexOf(speed) + places;
+  setSpeed(SPEEDS[Math.min(SPEEDS.length - 1, Math.max(0, place))]);
+}
+
+function toggle(what) {
+  show[what] = !show[what];
+  $(what).setAttribute("aria-pressed", String(show[what]));
+  if (what === "follow" && show.follow) {
+    const middles = runs.map((run) => run.position(run.frame(time)));
+    show.anchor = times(middles.reduce(add), 1 / middles.length);
+  }
+  arrange();
+}
+
+function resetView() {
+  camera.reset();
+  repaint();
+}
+
+// Which views there are.
+function arrange() {
+  $("stages").classList.toggle("two", isPair && !show.overlay);
+  for (const stage of stages) stage.figure.hidden = !isShown(stage);
+  repaint();
+}
+
+const KEYS = [
+  { keys: [" "], name: "space", words: "play, pause", act: () => play(!isPlaying) },
+  {
+    keys: ["ArrowRight"],
+    name: "→",
+    words: "next row",
+    act: (event) => stepBy(event.shiftKey ? LARGE : 1),
+  },
+  {
+    keys: ["ArrowLeft"],
+    name: "←",
+    words: "previous row",
+    act: (event) => stepBy(event.shiftKey ? -LARGE : -1),
+  },
+  { keys: [], name: "shift + ← →", words: `${LARGE} rows` },
+  { keys: ["Home"], name: "home", words: "start", act: () => setTime(0) },
+  { keys: ["End"], name: "end", words: "end", act: () => setTime(duration) },
+  { keys: ["+", "="], name: "+", words: "faster", act: () => changeSpeed(1) },
+  { keys: ["-", "_"], name: "−", words: "slower", act: () => changeSpeed(-1) },
+  { keys: ["n"], name: "n", words: "next marked step", act: () => jumpToMark(1) },
+  { keys: ["p"], name: "p", words: "previous marked step", act: () => jumpToMark(-1) },
+  { keys: ["f"], name: "f", words: "contact forces", act: () => toggle("forces") },
+  { keys: ["t"], name: "t", words: "trail", act: () => toggle("trail") },
+  { keys: ["c"], name: "c", words: "follow the body", act: () => toggle("follow") },
+  ...(isPair
+    ? [{ keys: ["o"], name: "o", words: "overlay both bodies", act: () => toggle("overlay") }]
+    : []),
+  { keys: ["r"], name: "r", words: "reset the view", act: resetView },
+  { keys: ["a"], act: () => camera.orbit(12, 0), name: "a d w s", words: "orbit" },
+  { keys: ["d"], act: () => camera.orbit(-12, 0) },
+  { keys: ["w"], act: () => camera.orbit(0, 8) },
+  { keys: ["s"], act: () => camera.orbit(0, -8) },
+  { keys: ["z"], act: () => camera.zoom(1 / 1.2), name: "z x", words: "zoom" },
+  { keys: ["x"], act: () => camera.zoom(1.2) },
+  { keys: ["?"], name: "?", words: "this help", act: () => $("help").showModal() },
+];
+
+function onKey(event) {
+  if (event.ctrlKey || event.metaKey || event.altKey || $("help").open) return;
+  const { tagName } = event.target;
+  // A focused button takes the space bar, a list its own keys.
+  if (tagName === "SELECT" || (event.key === " " && ["BUTTON", "SUMMARY"].includes(tagName)))
+    return;
+  const pressed = event.key.length === 1 ? event.key.toLowerCase() : event.key;
+  const binding = KEYS.find(({ keys }) => keys.includes(pressed));
+  if (!binding) return;
+  event.preventDefault();
+  binding.act(event);
+  repaint();
+}
+
+// Where the marked steps are, under the slider.
+function paintTicks() {
+  const canvas = $("ticks");
+  const width = canvas.clientWidth * devicePixelRatio;
+  [canvas.width, canvas.height] = [width, 5 * devicePixelRatio];
+  const context = canvas.getContext("2d");
+  // The slider's knob does not reach its ends.
+  const knob = 8 * devicePixelRatio;
+  for (const mark of marks) {
+    context.fillStyle = colours[mark.status];
+    for (const row of mark.rows) {
+      const share = duration > 0 ? (row * runs[mark.run].step) / duration : 0;
+      context.fillRect(
+        knob + share * (width - 2 * knob) - devicePixelRatio,
+        0,
+        2 * devicePixelRatio,
+        canvas.height,
+      );
+    }
+  }
+}
+
+function redraw() {
+  paintTicks();
+  for (const plot of plots) plot.draw();
+  repaint();
+}
+
+// Assembles the page.
+fillFacts((wanted) => {
+  play(false);
+  setTime(wanted);
+});
+const state = fillState();
+$("stages").append(...stages.map((stage) => stage.figure));
+for (const stage of stages) steer(stage.canvas, camera, repaint);
+for (const sheet of page.sheets) {
+  const card = element("section", { class: "card sheet" }, element("h2", {}, sheet.name));
+  // Those that are open come first; all others keep their order.
+  const ordered = [...sheet.plots].sort((a, b) => Number(b.open) - Number(a.open));
+  $("sheets").append(card);
+  card.append(...ordered.map((data) => new Plot(data, setTime).box));
+}
+for (const value of SPEEDS)
+  $("speed").append(element("option", { value: String(value) }, `${value}×`));
+let group = $("keys-time");
+for (const { name, words } of KEYS.filter((binding) => binding.name)) {
+  // From the forces on, keys change the view.
+  if (name === "f") group = $("keys-view");
+  group.append(element("dt", {}, name), element("dd", {}, words));
+}
+setSpeed(1);
+$("scrub").max = duration || 1;
+$("scrub").disabled = duration === 0;
+$("play").disabled = duration === 0;
+$("overlay").hidden = !isPair;
+$("jumps").hidden = markTimes.length === 0;
+
+$("scrub").addEventListener("input", () => setTime(Number($("scrub").value)));
+$("play").addEventListener("click", () => play(!isPlaying));
+$("speed").addEventListener("change", () => setSpeed(Number($("speed").value)));
+for (const what of ["forces", "trail", "follow", "overlay"])
+  $(what).addEventListener("click", () => toggle(what));
+$("reset").addEventListener("click", resetView);
+$("next").addEventListener("click", () => jumpToMark(1));
+$("previous").addEventListener("click", () => jumpToMark(-1));
+$("help-open").addEventListener("click", () => $("help").showModal());
+document.addEventListener("keydown", onKey);
+// After a click by mouse or finger the keys are the page's again.
+document.addEventListener("click", (event) => {
+  if (event.detail > 0 && event.target.closest("button")) event.target.closest("button").blur();
+});
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
+  readColours();
+  for (const plot of plots) plot.fillLegend();
+  redraw();
+});
+arrange();
+// Plots change their height when they are drawn; only a new width calls for new ones.
+let width = 0;
+new ResizeObserver(([{ contentRect }]) => {
+  if (contentRect.width === width) return;
+  width = contentRect.width;
+  redraw();
+}).observe($("sheets"));
+new ResizeObserver(repaint).observe($("stages"));

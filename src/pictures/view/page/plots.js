@@ -1,0 +1,285 @@
+// The plots: what the sheets of `tumble plot` show, linked to the time.
+
+// Colours of the curves where those of the sheets would not be seen on a dark page.
+const ON_DARK = {
+  "#0072b2": "#4fa9e3",
+  "#d55e00": "#f08a45",
+  "#009e73": "#35c39a",
+  "#7f5539": "#b98a6b",
+  "#3d3d3d": "#c9d1d9",
+};
+const DASHES = [[], [7, 4], [2, 3], [9, 3, 2, 3]];
+const HEIGHTS = { log: 150, symlog: 150, linear: 125 };
+const AXIS_WIDTH = 54;
+// With fewer rows every value has a dot.
+const FEW = 60;
+
+// The marks of the statuses in a legend.
+const GLYPHS = { retried: "△", fallback: "◇", failed: "✕" };
+
+const plots = [];
+
+class Plot {
+  constructor(data, setTime) {
+    this.data = data;
+    this.setTime = setTime;
+    this.series = data.series.map((series) => ({
+      ...series,
+      rows: rowsOf(series.rows),
+      values: floats(series.values),
+      step: runs[series.run].step,
+    }));
+    const [name, index] = data.symbol;
+    // In a symbol `_A` is an index.
+    const parts = `${name}${index && `_${index}`}`.split(/_(\w+)/);
+    const symbol = element(
+      "span",
+      { class: "symbol" },
+      ...parts.map((part, i) => (i % 2 ? element("sub", {}, part) : part)),
+      data.unit ? ` (${data.unit})` : "",
+    );
+    const words = element("span", { class: "words" }, data.words + this.remark());
+    this.summary = element("summary", {}, symbol, words);
+    this.box = element("details", { class: "plot", id: `plot-${data.id}` }, this.summary);
+    if (data.nothing) {
+      this.box.append(element("p", { class: "nothing" }, data.nothing));
+      this.box.classList.add("blank");
+      return;
+    }
+    this.place = element("div", { class: "canvas" });
+    this.legend = element("div", { class: "legend" });
+    this.single = element("i", { class: "single" });
+    this.summary.append(this.single);
+    this.box.append(this.legend, this.place);
+    this.fillLegend();
+    this.box.addEventListener("toggle", () => this.box.open && this.draw());
+    this.box.open = data.open;
+    plots.push(this);
+  }
+
+  // What must be said of the scale.
+  remark() {
+    const { axis, unit: name, nothing } = this.data;
+    if (nothing || axis.scale === "linear") return "";
+    if (axis.scale === "log")
+      return axis.has_zeros ? " · log axis, 0 at its lower end" : " · log axis";
+    return ` · symlog axis, linear below ${tick(axis.threshold)} ${name}`;
+  }
+
+  // Two runs have a colour each, and their curves dashes; one run has a colour a curve.
+  look(series) {
+    if (!isPair || this.data.id === "distance") {
+      return {
+        stroke: colours.isDark ? (ON_DARK[series.colour] ?? series.colour) : series.colour,
+        dash: [],
+      };
+    }
+    const among = this.series.filter((other) => other.run === series.run);
+    const place = among.indexOf(series);
+    return { stroke: colours[series.run ? "run-b" : "run-a"], dash: DASHES[place % DASHES.length] };
+  }
+
+  // Earlier curves are wider: where curves coincide, all of them can be seen.
+  width(series) {
+    if (isPair && this.data.id !== "distance") return series.run ? 1.3 : 3;
+    const busy = this.series.filter(({ values }) => values.some((value) => value !== 0));
+    const after = busy.length - 1 - busy.indexOf(series);
+    return busy.includes(series)
+      ? 1.5 + after * Math.min(0.6, 3.2 / Math.max(1, busy.length - 1))
+      : 1.2;
+  }
+
+  fillLegend() {
+    this.legend.replaceChildren();
+    const title = this.data.legend ? [`${this.data.legend} `] : [];
+    // A lone curve needs no legend; its value stands in the heading.
+    const isLone = this.series.length === 1;
+    this.readings = this.series.slice(0, 2 * 8).map((series) => {
+      const { stroke, dash } = this.look(series);
+      const name = [isPair && this.data.id !== "distance" ? runs[series.run].name : "", series.name]
+        .join(" ")
+        .trim();
+      if (isLone) return { series, value: this.single };
+      const value = element("i");
+      const swatch = document.createElementNS("http://www.w3.org/2000/svg", "svg");
+      swatch.setAttribute("width", "18");
+      swatch.setAttribute("height", "4");
+      const line = document.createElementNS("http://www.w3.org/2000/svg", "path");
+      line.setAttribute("d", "M0 2h18");
+      line.setAttribute("stroke", stroke);
+      line.setAttribute("stroke-width", "2.5");
+      line.setAttribute("stroke-dasharray", dash.join(" "));
+      swatch.append(line);
+      this.legend.append(element("span", {}, swatch, name, value));
+      return { series, value };
+    });
+    this.legend.prepend(...title);
+    const more = this.series.length - this.readings.length;
+    if (more > 0) this.legend.append(element("span", {}, `and ${more} more in the same colours`));
+    for (const mark of this.data.marks) {
+      const name = `${isPair ? `${runs[mark.run].name} ` : ""}${mark.status} (${count(mark.count)})`;
+      this.legend.append(
+        element("span", { class: `status-${mark.status}` }, `${GLYPHS[mark.status]} ${name}`),
+      );
+    }
+  }
+
+  // The times of all curves on one axis; rows without a value of a curve are `undefined`.
+  table() {
+    const { axis } = this.data;
+    const shown = (value) => {
+      if (Number.isNaN(value)) return null;
+      return axis.scale === "log" && value < axis.low ? axis.low : value;
+    };
+    const tables = this.series.map((series) => [
+      Array.from(series.rows, (row) => row * series.step),
+      Array.from(series.values, shown),
+    ]);
+    return tables.length > 1 ? uPlot.join(tables) : tables[0];
+  }
+
+  // Draws, or draws again after a change of size or colours.
+  draw() {
+    if (!this.box.open) return;
+    const { axis } = this.data;
+    this.chart?.destroy();
+    const lines = { stroke: colours["plot-grid"], width: 1 };
+    const frame = {
+      stroke: colours.faint,
+      grid: lines,
+      ticks: { ...lines, size: 4 },
+      font: "11px system-ui, sans-serif",
+    };
+    const isLinear = axis.scale === "linear";
+    const labels = (_, splits, __, ___, step) =>
+      splits.map((value) => tick(value, isLinear ? step : undefined));
+    this.chart = new uPlot(
+      {
+        width: Math.max(120, this.place.clientWidth - 16),
+        height: HEIGHTS[axis.scale],
+        padding: [6, 8, 0, 0],
+        legend: { show: false },
+        cursor: { show: false },
+        select: { show: false },
+        scales: {
+          x: { time: false, range: [0, duration || runs[0].step] },
+          y: {
+            distr: { linear: 1, log: 3, symlog: 4 }[axis.scale],
+            asinh: axis.threshold ?? 1,
+            range: [axis.low, axis.high],
+          },
+        },
+        axes: [
+          {
+            ...frame,
+            size: 24,
+            gap: 3,
+            space: duration < 0.02 ? 84 : 54,
+            values: (_, splits, __, ___, step) => splits.map((t) => `${tick(t, step)} s`),
+          },
+          {
+            ...frame,
+            size: AXIS_WIDTH,
+            gap: 4,
+            values: labels,
+            filter: (_, splits) => splits,
+            ...(isLinear ? { space: 22 } : { splits: () => axis.ticks }),
+          },
+        ],
+        series: [
+          {},
+          ...this.series.map((series) => {
+            const { stroke, dash } = this.look(series);
+            const few = runs[series.run].rows <= FEW;
+            const filter = (chart, index) => (few ? null : lonely(chart.data[index]));
+            return {
+              stroke,
+              dash,
+              width: this.width(series),
+              pxAlign: 0,
+              points: { show: few, filter, size: few ? 5 : 3, fill: stroke },
+            };
+          }),
+        ],
+        hooks: { draw: [(chart) => this.drawMarks(chart)] },
+      },
+      this.table(),
+      this.place,
+    );
+    this.cursor = element("div", { class: "cursor" });
+    this.chart.over.append(this.cursor);
+    this.link(this.chart.over);
+    this.move(this.time ?? 0);
+  }
+
+  // A triangle, a diamond, a cross at the steps of a status.
+  drawMarks(chart) {
+    const { ctx } = chart;
+    const r = 4 * devicePixelRatio;
+    ctx.save();
+    ctx.lineWidth = 1.6 * devicePixelRatio;
+    for (const mark of this.data.marks) {
+      const rows = rowsOf(mark.rows);
+      const values = floats(mark.values);
+      ctx.strokeStyle = colours[mark.status];
+      ctx.beginPath();
+      rows.forEach((row, i) => {
+        const x = chart.valToPos(row * runs[mark.run].step, "x", true);
+        const y = chart.valToPos(Math.max(values[i], this.data.axis.low), "y", true);
+        if (!Number.isFinite(y)) return;
+        if (mark.status === "retried") {
+          ctx.moveTo(x, y - r);
+          ctx.lineTo(x + r, y + 0.75 * r);
+          ctx.lineTo(x - r, y + 0.75 * r);
+          ctx.closePath();
+        } else if (mark.status === "fallback") {
+          ctx.moveTo(x, y - r);
+          for (const [a, b] of [
+            [r, 0],
+            [0, r],
+            [-r, 0],
+          ])
+            ctx.lineTo(x + a, y + b);
+          ctx.closePath();
+        } else {
+          ctx.moveTo(x - r, y - r);
+          ctx.lineTo(x + r, y + r);
+          ctx.moveTo(x + r, y - r);
+          ctx.lineTo(x - r, y + r);
+        }
+      });
+      ctx.stroke();
+    }
+    ctx.restore();
+  }
+
+  // A click or a drag sets the time.
+  link(over) {
+    const set = (event) => {
+      const share = (event.clientX - over.getBoundingClientRect().left) / over.clientWidth;
+      this.setTime(Math.min(1, Math.max(0, share)) * duration);
+    };
+    over.addEventListener("pointerdown", (event) => {
+      over.setPointerCapture(event.pointerId);
+      set(event);
+    });
+    over.addEventListener(
+      "pointermove",
+      (event) => over.hasPointerCapture(event.pointerId) && set(event),
+    );
+  }
+
+  // Puts the cursor at `time` and the values there into the legend.
+  move(time) {
+    this.time = time;
+    if (!this.box.open || !this.chart) return;
+    const share = duration > 0 ? time / duration : 0;
+    this.cursor.style.transform = `translateX(${share * this.chart.over.clientWidth - 0.75}px)`;
+    for (const { series, value } of this.readings) {
+      const found = valueAt(series, time);
+      // What has no unit is a count.
+      const text = this.data.unit || Number.isNaN(found) ? number(found, 4) : count(found);
+      if (value.textContent !== text) value.textContent = text;
+    }
+  }
+}

@@ -1,0 +1,143 @@
+// The run in numbers: its parameters, how its steps ended, and what stands at the cursor.
+
+const colourOf = (run) => (run.index ? "var(--run-b)" : "var(--run-a)");
+
+function key(run) {
+  const made = element("span", { class: "key" }, run.name);
+  made.style.setProperty("--colour", colourOf(run));
+  return made;
+}
+
+// How many steps ended how, and the worst certificate, which is a link to its step.
+function counts(run, setTime) {
+  const line = element("div", { class: "counts", "data-run": run.name });
+  if (isPair) line.append(key(run));
+  for (const [status, steps] of run.data.counts) {
+    const name = steps > 0 ? `status-${status}` : "none";
+    line.append(element("span", { class: name }, `${status} `, element("b", {}, count(steps))));
+  }
+  const { worst } = run.data;
+  if (worst) {
+    const jump = element(
+      "button",
+      { type: "button", class: "link worst", title: "Go to this step" },
+      `worst certificate ${number(worst.certificate ?? NaN, 2)} m/s at k = ${count(worst.row)}`,
+    );
+    jump.addEventListener("click", () => setTime(worst.row * run.step));
+    line.append(jump);
+  }
+  return line;
+}
+
+// Parameters, one after the other.
+function list(facts) {
+  const parameters = element("dl", { class: "parameters" });
+  for (const { name, value } of facts) {
+    parameters.append(element("div", {}, element("dt", {}, name), element("dd", {}, value)));
+  }
+  return parameters;
+}
+
+// The parameters of both runs: first those that differ, then what they share.
+function comparison() {
+  const names = [...new Set(runs.flatMap((run) => run.data.facts.map((fact) => fact.name)))];
+  const parameters = names.map((name) => {
+    const values = runs.map(
+      (run) => run.data.facts.find((fact) => fact.name === name)?.value ?? NOTHING,
+    );
+    return { name, values, value: values[0], differs: values.some((value) => value !== values[0]) };
+  });
+  const head = element("tr", {}, element("th", { scope: "row" }, "what differs"));
+  head.append(...runs.map((run) => element("th", { scope: "col" }, key(run))));
+  const rows = parameters
+    .filter(({ differs }) => differs)
+    .map(({ name, values }) => {
+      const row = element("tr", { class: "differs" }, element("th", { scope: "row" }, name));
+      row.append(...values.map((value) => element("td", {}, value)));
+      return row;
+    });
+  const table = element("table", {}, element("thead", {}, head), element("tbody", {}, ...rows));
+  const same = parameters.filter(({ differs }) => !differs);
+  return [table, element("h3", {}, "the same in both"), list(same)];
+}
+
+// What the page leaves out.
+function omissions() {
+  const notes = [];
+  for (const run of runs.filter((one) => one.every > 1)) {
+    notes.push(
+      `${isPair ? `${run.name}: ` : ""}every ${th(run.every)} of ${count(run.rows)} rows is shown, with the ` +
+        "mean forces, the largest certificate and the worst status of the steps between",
+    );
+  }
+  if (runs.some((run) => run.rows > 4000)) notes.push("curves are thinned and keep every extreme");
+  for (const mark of marks.filter((one) => one.rows.length < one.count)) {
+    notes.push(
+      `${count(mark.rows.length)} of ${count(mark.count)} marks of ${mark.status} steps are shown, evenly chosen`,
+    );
+  }
+  return notes.length ? [element("p", { class: "note" }, `${notes.join("; ")}.`)] : [];
+}
+
+function fillFacts(setTime) {
+  const facts = document.getElementById("facts");
+  facts.className = "card";
+  facts.append(
+    ...runs.map((run) => counts(run, setTime)),
+    ...(isPair ? comparison() : [list(runs[0].data.facts)]),
+    ...omissions(),
+  );
+  document.getElementById("made").textContent =
+    `made by tumble ${page.version}; plots drawn by uPlot`;
+}
+
+// What stands at the cursor, one line a run.
+function fillState() {
+  const parent = document.getElementById("state");
+  parent.classList.toggle("two-runs", isPair);
+  return runs.map((run) => {
+    const line = element("dl", { class: "reading", "data-run": run.name });
+    const field = (name, className) => {
+      const value = element("dd");
+      line.append(
+        element("div", className ? { class: className } : {}, element("dt", {}, name), value),
+      );
+      return value;
+    };
+    if (isPair) field("run", "run").append(key(run));
+    const fields = Object.fromEntries(
+      ["t", "k", "status", "position", "speed", "certificate"].map((name) => [
+        name,
+        field(name, name),
+      ]),
+    );
+    parent.append(line);
+    return { run, fields };
+  });
+}
+
+const put = (place, text) => {
+  if (place.textContent !== text) place.textContent = text;
+};
+
+function showState(lines, time) {
+  for (const { run, fields } of lines) {
+    const frame = run.frame(time);
+    const [first, last] = [run.row(frame), Math.min(run.row(frame + 1) - 1, run.rows - 1)];
+    const status = page.statuses[run.statuses[frame]];
+    const isEnd = frame === run.count - 1;
+    put(fields.t, `${fixed(first * run.step, Math.min(6, decimals(run.step)))} s`);
+    put(fields.k, !isEnd && last > first ? `${count(first)} … ${count(last)}` : count(first));
+    put(fields.status, isEnd ? "end" : status);
+    fields.status.className = `status-${status}`;
+    put(
+      fields.position,
+      `${run
+        .position(frame)
+        .map((x) => fixed(x, 3))
+        .join(", ")} m`,
+    );
+    put(fields.speed, `${fixed(run.speeds[frame], 3)} m/s`);
+    put(fields.certificate, isEnd ? NOTHING : `${number(run.certificates[frame], 2)} m/s`);
+  }
+}
