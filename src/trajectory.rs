@@ -1,7 +1,7 @@
 //! A trajectory as CSV: one row a step, in and out of any stream.
 //!
 //! Columns, for n contact points: `k,t_s`, the 13 numbers of the state at step k, then
-//! the solution of the step k → k+1 (`fx…,fy…,fz…` in N, `s1_…` in N m, `s2_…` in W,
+//! the solution of the step k → k+1 (`fx…,fy…,fz…` in N, world, `s1_…` in N m, `s2_…` in W,
 //! `lam…` in m/s, `alpha…`), then `status,iterations,certificate_m_s`. The last row is a
 //! state without a step: its step columns are 0 and its status is `end`. Numbers have the
 //! fewest digits that read back to the same double.
@@ -113,10 +113,16 @@ pub struct TrajectoryRow {
 }
 
 impl TrajectoryRow {
+    /// f_i, N, world, ground on body.
+    #[must_use]
+    pub fn force(&self, i: usize) -> Vector3<f64> {
+        let n = self.active.len();
+        Vector3::new(self.step[i], self.step[i + n], self.step[i + 2 * n])
+    }
+
     /// f_i of all contacts, N.
     pub fn forces(&self) -> impl Iterator<Item = Vector3<f64>> + '_ {
-        let n = self.active.len();
-        (0..n).map(move |i| Vector3::new(self.step[i], self.step[i + n], self.step[i + 2 * n]))
+        (0..self.active.len()).map(|i| self.force(i))
     }
 }
 

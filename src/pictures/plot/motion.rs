@@ -9,11 +9,7 @@ pub const PANELS: [PanelMaker; 7] = [
     |film| position(film, 0, "x"),
     |film| position(film, 1, "y"),
     |film| position(film, 2, "z"),
-    |film| Panel {
-        height: 170.0,
-        nothing: Some("no contact force in this run"),
-        ..corners(film, 2, "fz", ("F", "z"), "N", "normal force on each corner")
-    },
+    normal_forces,
     |film| corners(film, 3, "s1", ("s", "1"), "N m", "complementarity slack of each corner"),
     |film| corners(film, 4, "s2", ("s", "2"), "W", "friction slack of each corner"),
     |film| corners(film, 5, "lambda", ("λ", ""), "m/s", "slip-speed multiplier of each corner"),
@@ -32,6 +28,22 @@ fn position(film: &Film, axis: usize, id: &'static str) -> Panel {
         legend: None,
         marks: Vec::new(),
         nothing: None,
+    }
+}
+
+/// n · f of every corner, which on level ground is f_z.
+fn normal_forces(film: &Film) -> Panel {
+    let symbol = ("F", if film.model.plane().is_level() { "z" } else { "n" });
+    let normal = film.model.plane().normal();
+    let corner = |i: usize| {
+        let values = steps(film).iter().map(move |row| normal.dot(&row.force(i)));
+        Series::new(i.to_string(), i, values)
+    };
+    Panel {
+        height: 170.0,
+        nothing: Some("no contact force in this run"),
+        series: (0..film.model.contact_count()).map(corner).collect(),
+        ..corners(film, 2, "fz", symbol, "N", "normal force on each corner")
     }
 }
 

@@ -56,10 +56,12 @@ pub fn facts(run: &Run<'_>) -> Vec<Fact> {
     facts
 }
 
-/// As short as it reads back; very large and very small numbers as powers of ten.
+/// In nine digits, without those that are 0 at its end; very large and very small numbers as
+/// powers of ten.
 fn number(value: f64) -> String {
+    let rounded = format!("{value:.8e}").parse().unwrap_or(value);
     // −0 is 0 to people.
-    let value = value + 0.0;
+    let value: f64 = rounded + 0.0;
     let size = value.abs();
     if size >= 1e6 || (size > 0.0 && size < 1e-4) {
         format!("{value:e}")
@@ -133,6 +135,8 @@ mod tests {
         let full = Matrix3::new(1.0, 0.5, -0.0, 0.5, 2.0, 0.0, 0.0, 0.0, 3.0);
         assert_eq!(inertia(&full), "[1, 0.5, 0; 0.5, 2, 0; 0, 0, 3]");
         assert_eq!(inertia(&(Matrix3::identity() * 1e-12)), "1e-12 E₃");
+        assert_eq!(number(1.0 / 3.0), "0.333333333");
+        assert_eq!(number(0.1 + 0.2), "0.3");
         assert_eq!(shape(&[Vector3::x()]), "1 contact point");
         let corner = |i: usize| Vector3::from_fn(|axis, _| f64::from((i >> axis & 1) as u8));
         assert_eq!(shape(&(0..8).map(corner).collect::<Vec<_>>()), "box 1 × 1 × 1 m");
