@@ -82,8 +82,9 @@ fn norm_inf<'a>(entries: impl IntoIterator<Item = &'a f64>) -> f64 {
     entries.into_iter().map(|entry| entry.abs()).fold(0.0, largest)
 }
 
-/// Certifies the contact step `state` → `next` under the contact forces `forces` (N,
-/// world, one per contact point, ground on body) and the external `wrench`.
+/// Certifies the contact step `state` → `next` under the contact forces `forces` (N, one
+/// per contact point, ground on body) and the external `wrench`, all in the ground's frame
+/// ([`crate::plane`]).
 #[must_use]
 pub fn certify_contact_step(
     model: &ContactModel,

@@ -20,7 +20,7 @@ pub struct State {
 /// A force and a torque on a body.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Wrench {
-    /// N, world, at the centre of mass.
+    /// N, world, at the centre of mass; the ground's frame inside a step.
     pub force: Vector3<f64>,
     /// N m, **body**.
     pub torque: Vector3<f64>,

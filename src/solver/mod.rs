@@ -13,7 +13,7 @@ use crate::step_nlp::layout::{self, Layout};
 use nalgebra::{SVector, Vector3};
 use std::fmt;
 
-/// One contact step to be solved.
+/// One contact step to be solved, in the ground's frame ([`crate::plane`]).
 #[derive(Debug, Clone, Copy)]
 pub struct Step<'a> {
     /// The constants.
@@ -146,7 +146,7 @@ impl Decision {
         State::from_vector(&SVector::from_column_slice(&self.values[layout::STATE]))
     }
 
-    /// f_i, N, world, ground on body.
+    /// f_i, N, ground on body; in the frame of the whole point.
     #[must_use]
     pub fn force(&self, i: usize) -> Vector3<f64> {
         let [fx, fy, fz, ..] = self.layout.contact_variables(i);
