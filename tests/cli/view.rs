@@ -103,6 +103,28 @@ fn the_page_is_one_file_that_loads_nothing() {
     assert!(links.iter().all(|link| link.starts_with(" href=\"data:,\"")), "{links:.60?}");
 }
 
+/// On a slope the page knows the plane, and the lowest corner's height is that above it.
+#[test]
+fn a_slope_is_a_slope_in_the_page() {
+    let file = format!("{}/scenarios/slope.toml", env!("CARGO_MANIFEST_DIR"));
+    let flags = ["--scenario", file.as_str(), "--solver", "native", "--steps", "200"];
+    let (_, page) = simulate_with_page(&flags);
+    let ground = &page.data["runs"][0]["ground"];
+    let normal = [25f64.to_radians().sin(), 0.0, 25f64.to_radians().cos()];
+    for (axis, expected) in normal.into_iter().enumerate() {
+        assert!((ground["normal"][axis].as_f64().unwrap() - expected).abs() < 1e-15);
+    }
+    assert_eq!(ground["offset"], 0.0);
+    assert!(page.fact(0, "ground").starts_with("slope 25°"), "{}", page.fact(0, "ground"));
+    let height = curve(&page.plot("height")["series"][0]);
+    assert!(height.iter().all(|(_, z)| z.abs() < 1e-9), "{height:?}");
+    // Four corners carry 2 kg across the slope: m g cos θ together.
+    let plot = page.plot("fz");
+    let corners = plot["series"].as_array().unwrap();
+    let sum: f64 = corners.iter().map(|corner| f64::from(curve(corner)[1].1)).sum();
+    assert!((sum - 2.0 * 9.81 * normal[2]).abs() < 1e-4, "{sum}");
+}
+
 #[test]
 fn the_data_are_the_trajectory_s_own_numbers() {
     let (simulated, page) = simulate_with_page(&RUN);
