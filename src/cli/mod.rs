@@ -12,6 +12,7 @@ mod scenario;
 mod settings;
 mod simulate;
 mod source;
+mod validate;
 mod values;
 mod verify;
 
@@ -30,7 +31,8 @@ pub enum Outcome {
     Unconverged,
     /// Ctrl-C: what was computed is written.
     Interrupted,
-    /// `verify` found that the file's certificates are not those of its steps.
+    /// `verify` found that the file's certificates are not those of its steps, or `validate`
+    /// that a quantity is off.
     Mismatch,
 }
 
@@ -104,6 +106,7 @@ pub fn run() -> Result<Outcome, Failure> {
         Some(Command::Gif(args)) => gif::run(&args),
         Some(Command::Plot(args)) => plot::run(&args),
         Some(Command::Inspect(args)) => inspect::run(&args),
+        Some(Command::Validate(args)) => validate::run(&args),
     }
 }
 
