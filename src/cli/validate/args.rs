@@ -18,7 +18,7 @@ pub struct ValidateArgs {
     pub solver: Solvers,
     /// Time step, s. Every problem is also run with its half, the native solver with its
     /// quarter as well [default: the problem's own (see --list), and five times that with
-    /// Ipopt, which is slower: a minute for all].
+    /// Ipopt, which is slower: some minutes for all].
     #[arg(long, value_name = "S", value_parser = values::halved_step, allow_hyphen_values = true)]
     pub dt: Option<f64>,
     /// Mass, kg.

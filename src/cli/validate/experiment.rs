@@ -4,7 +4,6 @@ use super::args::ValidateArgs;
 use crate::cli::Failure;
 use crate::cli::job::refuse_flags;
 use crate::pictures::validation::{Series, Solver, Trial};
-use std::fmt::Write as _;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use tumble::error::Error;
@@ -75,14 +74,13 @@ pub fn plan(args: &ValidateArgs) -> Result<Vec<Plan>, Failure> {
 
 /// The flags that set `values` and the step.
 pub fn flags(values: &[(Input, f64)], step: Option<f64>) -> String {
-    let mut text = String::new();
-    for (input, value) in values {
-        let _ = write!(text, " --{} {value:?}", input.name());
-    }
-    if let Some(step) = step {
-        let _ = write!(text, " --dt {step:?}");
-    }
-    text.trim_start().to_owned()
+    let given = values.iter().map(|&(input, value)| (input.name(), value));
+    let flag = |(name, value)| {
+        // As it was typed: 7 and not 7.0, 1e300 and not its 301 digits.
+        let value = format!("{value:?}");
+        format!("--{name} {}", value.strip_suffix(".0").unwrap_or(&value))
+    };
+    given.chain(step.map(|step| ("dt", step))).map(flag).collect::<Vec<_>>().join(" ")
 }
 
 impl Plan {

@@ -5,8 +5,10 @@ use crate::pictures::validation::{Experiment, Report, Series};
 use std::fmt::Write as _;
 use tumble::validation::Problem;
 
-const HEADS: [&str; 10] =
-    ["quantity", "unit", "solver", "h, s", "exact", "measured", "error", "allowed", "order", ""];
+const HEADS: [&str; 10] = [
+    "quantity", "unit", "solver", "h, s", "exact", "measured", "error", "allowed", "order",
+    "verdict",
+];
 /// Columns of words, which stand at the left; numbers stand at the right.
 const WORDS: [usize; 4] = [0, 1, 2, 9];
 

@@ -13,7 +13,7 @@ use tumble::solver::native::NativeSolver;
 use tumble::trajectory::{TrajectoryReader, TrajectoryWriter};
 
 fn model(scene: &Scene) -> ContactModel {
-    use tumble::{body::RigidBody, model::Parameters, scene};
+    use tumble::{model::Parameters, scene};
     let usual = scene::tutorial_parameters().unwrap();
     let (gravity, time_step) = (scene.gravity, scene.time_step);
     ContactModel::new(Parameters { gravity, time_step, ..usual }).unwrap()

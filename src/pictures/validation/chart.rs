@@ -6,6 +6,7 @@ use crate::pictures::plot::scale::{Axis, Kind};
 use crate::pictures::plot::svg::escape;
 use crate::pictures::plot::thin::{Point, thin};
 use std::fmt::Write as _;
+use tumble::validation::Curve;
 
 /// The size of a chart and its margins. One unit is a pixel on a narrow screen.
 const WIDTH: f64 = 440.0;
@@ -18,6 +19,8 @@ const BOTTOM: f64 = 46.0;
 const COLUMNS: usize = 120;
 /// Marks along Ipopt's curve.
 const MARKS: usize = 24;
+/// What is larger is beyond a chart, and a gap.
+const LARGEST: f64 = 1e150;
 /// An error smaller than this, relative to the value, is one of rounding.
 const ROUNDING: f64 = 1e-12;
 
@@ -97,7 +100,7 @@ impl Chart {
 
 fn mark(solver: Solver, x: f64, y: f64) -> String {
     let (name, radius) = match solver {
-        Solver::Native => ("native", 1.2),
+        Solver::Native => ("native", 1.8),
         Solver::Ipopt => ("ipopt", 4.0),
     };
     format!("<circle class=\"{name}\" cx=\"{x:.2}\" cy=\"{y:.2}\" r=\"{radius}\"/>\n")
@@ -127,13 +130,22 @@ fn solver_keys(experiment: &Experiment, lines: bool) -> String {
     experiment.series.iter().map(entry).collect()
 }
 
+fn shown(values: &[f64]) -> Vec<f64> {
+    values.iter().map(|&value| if value.abs() <= LARGEST { value } else { f64::NAN }).collect()
+}
+
 /// The curve over time: the closed form as a broad line, the native solver as a thin one on
 /// it, Ipopt as rings, so that each is seen where they coincide.
 pub fn curves(experiment: &Experiment) -> String {
-    let curves = || experiment.series.iter().map(|series| &series.curve);
-    let first = &experiment.series[0].curve;
-    let end = curves().filter_map(|curve| curve.times.last()).fold(0.0, |a: f64, b| a.max(*b));
-    let values = curves().flat_map(|curve| curve.measured.iter().chain(&curve.exact).copied());
+    let shown = |series: &Series| Curve {
+        measured: shown(&series.curve.measured),
+        exact: shown(&series.curve.exact),
+        ..series.curve.clone()
+    };
+    let curves: Vec<_> = experiment.series.iter().map(shown).collect();
+    let first = &curves[0];
+    let end = curves.iter().filter_map(|curve| curve.times.last()).fold(0.0, |a: f64, b| a.max(*b));
+    let values = curves.iter().flat_map(|curve| curve.measured.iter().chain(&curve.exact).copied());
     let name = format!("{} ({})", first.name, first.unit);
     let mut chart = Chart::new(
         Axis::linear(0.0, end, 0.0, 6),
@@ -146,8 +158,7 @@ pub fn curves(experiment: &Experiment) -> String {
         chart.line("exact", &drawn(&first.exact, &first.times));
         keys += &key("<path class=\"exact\" d=\"M0 5h26\"/>", "closed form");
     }
-    for series in &experiment.series {
-        let curve = &series.curve;
+    for (series, curve) in experiment.series.iter().zip(&curves) {
         match series.solver {
             Solver::Native => chart.line("native", &drawn(&curve.measured, &curve.times)),
             Solver::Ipopt => {
@@ -171,7 +182,7 @@ pub fn errors(experiment: &Experiment) -> String {
     let points = |series: &Series| -> Vec<(f64, f64)> {
         let trials = series.trials.iter();
         let points = trials.map(|trial| (trial.time_step, trial.quantities[i].error().abs()));
-        points.filter(|(_, error)| *error > 0.0).collect()
+        points.filter(|(_, error)| (f64::MIN_POSITIVE..LARGEST).contains(error)).collect()
     };
     let all: Vec<_> = experiment.series.iter().flat_map(&points).collect();
     let Some(&(h, error)) = all.first() else {

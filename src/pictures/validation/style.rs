@@ -25,7 +25,7 @@ table { border-collapse: collapse; width: 100%; font-size: .8125rem;
 th, td { padding: .3rem .6rem; text-align: left; white-space: nowrap; vertical-align: top; }
 th.n, td.n { text-align: right; }
 thead th { background: var(--band); font-weight: 600; }
-tbody tr.first > * { border-top: 1px solid var(--line); }
+tbody .first th, tbody .first td { border-top: 1px solid var(--line); }
 tbody th { font-weight: 600; }
 sup { line-height: 0; font-size: .75em; }
 .good { color: var(--good); }
@@ -43,5 +43,6 @@ svg text.axis { fill: var(--ink); font-size: 13px; }
 .exact { stroke: var(--exact); stroke-width: 6; fill: none; stroke-linejoin: round; }
 .native { stroke: var(--native); stroke-width: 1.8; fill: none; stroke-linejoin: round; }
 .ipopt { stroke: var(--ipopt); stroke-width: 1.8; fill: none; }
+circle.native { fill: var(--native); }
 .guide { stroke: var(--faint); stroke-width: 1.2; stroke-dasharray: 5 4; fill: none; }
 ";

@@ -69,7 +69,7 @@ pub fn summary(report: &Report) -> String {
                 number(&ratio(series)),
                 number(&series.sum(|trial| trial.steps).to_string()),
                 fault(series.sum(|trial| trial.failed)),
-                fault(series.sum(|trial| trial.fallback)),
+                number(&series.sum(|trial| trial.fallback).to_string()),
                 number(&brief(series.worst_certificate())),
             );
         }
@@ -77,13 +77,17 @@ pub fn summary(report: &Report) -> String {
     table(&columns, &rows)
 }
 
-/// The largest |error| as a share of what is allowed.
+/// The largest |error| as a share of what is allowed; a dash where one is no number.
 fn ratio(series: &Series) -> String {
     let quantities = series.trials.iter().flat_map(|trial| &trial.quantities);
     let shares = quantities
         .filter(|quantity| quantity.error() != 0.0)
-        .map(|quantity| quantity.error().abs() / (quantity.discretisation + quantity.slack));
-    shares.max_by(f64::total_cmp).map_or("0".to_owned(), |share| format!("{share:.2}"))
+        .map(|quantity| (quantity.error() / (quantity.discretisation + quantity.slack)).abs());
+    match shares.max_by(f64::total_cmp) {
+        None => "0".to_owned(),
+        Some(share) if share.is_finite() => format!("{share:.2}"),
+        Some(_) => "—".to_owned(),
+    }
 }
 
 /// One row a quantity, solver and time step.
