@@ -109,7 +109,7 @@ fn mark(solver: Solver, x: f64, y: f64) -> String {
 /// An entry of a legend: what is drawn like `drawn`.
 fn key(drawn: &str, name: &str) -> String {
     format!(
-        "<svg class=\"key\" viewBox=\"0 0 26 10\" aria-hidden=\"true\">{drawn}</svg>{}",
+        "<span class=\"key\"><svg viewBox=\"0 0 26 10\" aria-hidden=\"true\">{drawn}</svg>{}</span> ",
         escape(name)
     )
 }
@@ -190,8 +190,9 @@ pub fn errors(experiment: &Experiment) -> String {
     };
     let least = all.iter().fold(f64::INFINITY, |least, (h, _)| least.min(*h));
     let most = all.iter().fold(0.0, |most: f64, (h, _)| most.max(*h));
-    let guide = [least, most].map(|end| (end, error * end / h));
-    let steps = all.iter().map(|point| point.0);
+    // Longer than the points are apart, so that it shows where they lie on it.
+    let guide = [0.6 * least, most / 0.6].map(|end| (end, error * end / h));
+    let steps = all.iter().chain(&guide).map(|point| point.0);
     let errors = all.iter().chain(&guide).map(|point| point.1);
     let quantity = &experiment.series[0].trials[0].quantities[i];
     let name = format!("|error| of {} ({})", quantity.name, quantity.unit);

@@ -34,8 +34,9 @@ sup { line-height: 0; font-size: .75em; }
   grid-template-columns: repeat(auto-fit, minmax(min(100%, 24rem), 1fr)); }
 figure { margin: 0; max-width: 36rem; }
 svg { display: block; width: 100%; height: auto; }
-svg.key { display: inline-block; width: 26px; height: 10px; vertical-align: baseline;
-  margin: 0 .3rem 0 .6rem; }
+.key { white-space: nowrap; margin-right: .8rem; }
+.key svg { display: inline-block; width: 26px; height: 10px; vertical-align: baseline;
+  margin-right: .3rem; }
 svg text { fill: var(--faint); font-size: 12px; }
 svg text.axis { fill: var(--ink); font-size: 13px; }
 .grid { stroke: var(--grid); fill: none; }

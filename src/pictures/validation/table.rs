@@ -107,9 +107,12 @@ pub fn quantities(experiment: &Experiment) -> String {
     let first = &experiment.series[0].trials[0].quantities;
     let mut rows = String::new();
     for (i, named) in first.iter().enumerate() {
-        let (name, unit) = (escape(named.name), escape(named.unit));
+        let name = match named.unit {
+            "1" => escape(named.name),
+            unit => escape(&format!("{}, {unit}", named.name)),
+        };
         let mut opening = format!(
-            "<tr class=\"first\"><th scope=\"rowgroup\" rowspan=\"{rows_each}\">{name}, {unit}</th>"
+            "<tr class=\"first\"><th scope=\"rowgroup\" rowspan=\"{rows_each}\">{name}</th>"
         );
         for series in &experiment.series {
             let span = series.trials.len();
