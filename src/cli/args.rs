@@ -1,6 +1,7 @@
 //! The arguments, and what each value may be.
 
 use super::settings::{Attitude, Frame, Inertia};
+use super::validate::ValidateArgs;
 use super::values::{self, LoadKnot};
 use crate::pictures::animation::View;
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -42,6 +43,9 @@ pub enum Command {
     View(ViewArgs),
     /// Evaluate the step's nonlinear program at a point: values and exact derivatives.
     Inspect(InspectArgs),
+    /// Compare simulations with the closed-form answers of textbook problems: a table, and
+    /// OUT/validation.html.
+    Validate(ValidateArgs),
 }
 
 #[derive(Debug, Args)]

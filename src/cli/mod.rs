@@ -12,6 +12,7 @@ mod scenario;
 mod settings;
 mod simulate;
 mod source;
+mod validate;
 mod values;
 mod verify;
 mod view;
@@ -31,7 +32,8 @@ pub enum Outcome {
     Unconverged,
     /// Ctrl-C: what was computed is written.
     Interrupted,
-    /// `verify` found that the file's certificates are not those of its steps.
+    /// `verify` found that the file's certificates are not those of its steps, or `validate`
+    /// that a quantity is off.
     Mismatch,
 }
 
@@ -106,6 +108,7 @@ pub fn run() -> Result<Outcome, Failure> {
         Some(Command::Plot(args)) => plot::run(&args),
         Some(Command::View(args)) => view::run(&args),
         Some(Command::Inspect(args)) => inspect::run(&args),
+        Some(Command::Validate(args)) => validate::run(&args),
     }
 }
 

@@ -109,7 +109,7 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
 }
 
 /// Ctrl-C and a polite kill raise `flag`; the run then ends within a solver iteration.
-fn raise_on_signals(flag: &Arc<AtomicBool>) -> Result<(), Failure> {
+pub fn raise_on_signals(flag: &Arc<AtomicBool>) -> Result<(), Failure> {
     for signal in [SIGINT, SIGTERM] {
         signal_hook::flag::register(signal, Arc::clone(flag))
             .map_err(|error| Failure::Other(format!("Ctrl-C cannot be caught: {error}")))?;

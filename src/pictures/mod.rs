@@ -1,7 +1,8 @@
-//! Pictures of a trajectory: pure functions from rows to bytes.
+//! Pictures of trajectories and validations: pure functions from rows to bytes.
 
 pub mod animation;
 pub mod plot;
+pub mod validation;
 pub mod view;
 
 use tumble::load::Load;

@@ -35,7 +35,9 @@ impl Input {
         }
     }
 
-    /// Its unit.
+    /// Its unit; what a speed is one of, the problem says ([`Problem::unit`]).
+    ///
+    /// [`Problem::unit`]: super::Problem::unit
     #[must_use]
     pub fn unit(self) -> &'static str {
         match self {
@@ -43,7 +45,7 @@ impl Input {
             Self::Friction => "",
             Self::Gravity => "m/s²",
             Self::Slope => "°",
-            Self::Speed => "m/s, rad/s or 1",
+            Self::Speed => "m/s",
         }
     }
 

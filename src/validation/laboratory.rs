@@ -1,5 +1,6 @@
 //! Simulates the problems' runs and keeps what the answers are compared with.
 
+use super::Unsuitable;
 use crate::body::RigidBody;
 use crate::detection::Detection;
 use crate::error::Error;
@@ -50,6 +51,9 @@ pub struct Run {
     pub certificates: Vec<f64>,
 }
 
+/// All states of a run are in memory, 0.1 kB each.
+const MOST_STEPS: f64 = 1e6;
+
 /// Where the runs are made.
 pub struct Laboratory<'a> {
     make_solver: &'a MakeSolver<'a>,
@@ -81,16 +85,16 @@ impl<'a> Laboratory<'a> {
     /// Simulates `setup` for its duration.
     ///
     /// # Errors
-    /// A setup that the model refuses.
-    pub fn run(&mut self, setup: &Setup) -> Result<Run, Error> {
+    /// A setup that the model refuses, or of more than a million steps.
+    pub fn run(&mut self, setup: &Setup) -> Result<Run, Unsuitable> {
         self.run_until(setup, &|_| false)
     }
 
     /// Simulates `setup` for its duration or until a state is past all that matters.
     ///
     /// # Errors
-    /// A setup that the model refuses.
-    pub fn run_until(&mut self, setup: &Setup, until: Until<'_>) -> Result<Run, Error> {
+    /// A setup that the model refuses, or of more than a million steps.
+    pub fn run_until(&mut self, setup: &Setup, until: Until<'_>) -> Result<Run, Unsuitable> {
         let model = ContactModel::new(Parameters {
             body: setup.body.clone(),
             plane: setup.plane.clone(),
@@ -99,6 +103,13 @@ impl<'a> Laboratory<'a> {
             time_step: self.time_step,
             smoothing: SMOOTHING,
         })?;
+        let steps = (setup.duration / self.time_step).round();
+        if steps > MOST_STEPS {
+            return Err(Unsuitable::Motion(format!(
+                "the motion takes {:.3} s, more than a million steps of {} s",
+                setup.duration, self.time_step
+            )));
+        }
         let plane = &setup.plane;
         let solver = (self.make_solver)(&model)?;
         let motion = Motion::Contact { detection: Detection::default(), solver };
@@ -106,7 +117,6 @@ impl<'a> Laboratory<'a> {
         let mut simulation = Simulation::new(model.clone(), start, motion)?;
         simulation.set_load(setup.load.clone());
 
-        let steps = (setup.duration / self.time_step).round() as usize;
         let mut record = StepRecord::new(&start, model.contact_count());
         let mut run = Run {
             time_step: self.time_step,
@@ -114,7 +124,7 @@ impl<'a> Laboratory<'a> {
             forces: Vec::new(),
             certificates: Vec::new(),
         };
-        for _ in 0..steps {
+        for _ in 0..steps as usize {
             simulation.step(&mut record)?;
             let force: Vector3<f64> = record.solution.forces().sum();
             run.forces.push(plane.vector_to_ground(&force));

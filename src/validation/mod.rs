@@ -39,6 +39,11 @@ pub trait Problem: Sync {
     /// The numbers it depends on, with their usual values.
     fn inputs(&self) -> Inputs;
 
+    /// The unit of `input` in it.
+    fn unit(&self, input: Input) -> &'static str {
+        input.unit()
+    }
+
     /// Simulates it and compares.
     ///
     /// # Errors

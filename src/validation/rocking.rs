@@ -103,6 +103,10 @@ impl Problem for Rocking {
         Inputs::new(0.001, &values)
     }
 
+    fn unit(&self, input: Input) -> &'static str {
+        if input == Input::Speed { "of the spin that topples it" } else { input.unit() }
+    }
+
     /// About the edge the energy ½ I ω² + m g R cos(α − φ) stays, up to the peak φ:
     ///
     /// ```text

@@ -26,6 +26,10 @@ impl Problem for SpinningBox {
         Inputs::new(0.002, &values)
     }
 
+    fn unit(&self, input: Input) -> &'static str {
+        if input == Input::Speed { "rad/s" } else { input.unit() }
+    }
+
     /// Friction at every corner is along its circle, together μ m g however the corners
     /// share the weight, with the arm R = √(a² + b²). With I = m (a² + b²)/3 = m R²/3:
     ///

@@ -1,14 +1,14 @@
 //! A trajectory as curves over time: two sheets of panels, as SVG and as PNG.
 
-mod curve;
+pub(super) mod curve;
 mod energy;
 mod motion;
-mod number;
+pub(super) mod number;
 mod panel;
 mod png;
-mod scale;
-mod svg;
-mod thin;
+pub(super) mod scale;
+pub(super) mod svg;
+pub(super) mod thin;
 
 pub use panel::{Panel, PanelMaker, Series, steps};
 pub use scale::{Axis, Kind, Transform};

@@ -262,7 +262,7 @@ fn mark_style(colour: &str) -> String {
 }
 
 /// Text as XML has it.
-fn escape(text: &str) -> String {
+pub fn escape(text: &str) -> String {
     text.chars().fold(String::new(), |mut out, c| {
         match c {
             '&' => out.push_str("&amp;"),

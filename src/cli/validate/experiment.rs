@@ -1,0 +1,180 @@
+//! What is to be run, checked before the first run, and the runs.
+
+use super::args::ValidateArgs;
+use crate::cli::Failure;
+use crate::cli::job::refuse_flags;
+use crate::pictures::validation::{Series, Solver, Trial};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use tumble::error::Error;
+use tumble::model::ContactModel;
+use tumble::scene;
+use tumble::solver::StepSolver;
+use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, Rung};
+use tumble::solver::native::NativeSolver;
+use tumble::validation::{self, Curve, Input, Inputs, Laboratory, PROBLEMS, Problem, Unsuitable};
+
+/// Ipopt's usual step in steps of the problem: it is some thousand times slower.
+const IPOPT_STEP: f64 = 5.0;
+
+/// A problem with the inputs it is to be run with.
+pub struct Plan {
+    pub problem: &'static dyn Problem,
+    pub inputs: Inputs,
+    /// Where `--dt` gives one.
+    step: Option<f64>,
+    /// The flags that change something for this problem.
+    flags: String,
+}
+
+/// Why a run has no findings.
+pub enum Stop {
+    Interrupted,
+    Failed(Failure),
+}
+
+/// The problems that `args` name, or all.
+pub fn chosen(args: &ValidateArgs) -> Result<Vec<&'static dyn Problem>, Failure> {
+    if args.problems.is_empty() {
+        return Ok(PROBLEMS.to_vec());
+    }
+    let mut chosen: Vec<&'static dyn Problem> = Vec::new();
+    for name in &args.problems {
+        let problem = validation::find(name).ok_or_else(|| {
+            let names: Vec<_> = PROBLEMS.iter().map(|problem| problem.name()).collect();
+            Failure::Input(format!("{name:?} is no problem; there are {}", names.join(", ")))
+        })?;
+        if chosen.iter().all(|other| other.name() != problem.name()) {
+            chosen.push(problem);
+        }
+    }
+    Ok(chosen)
+}
+
+/// The plan of `args`: every input is one that its problem can be posed with.
+pub fn plan(args: &ValidateArgs) -> Result<Vec<Plan>, Failure> {
+    let problems = chosen(args)?;
+    let given = args.inputs();
+    for (input, _) in &given {
+        let idle = !problems.iter().any(|problem| problem.inputs().has(*input));
+        let names: Vec<_> = problems.iter().map(|problem| problem.name()).collect();
+        refuse_flags(&names.join(", "), &[(&format!("--{}", input.name()), idle)])?;
+    }
+    let plans: Vec<_> =
+        problems.into_iter().map(|problem| Plan::new(problem, &given, args.dt)).collect();
+    for plan in &plans {
+        for solver in args.solver.each() {
+            for step in plan.time_steps(*solver) {
+                plan.check(step)?;
+            }
+        }
+    }
+    Ok(plans)
+}
+
+/// The flags that set `values` and the step.
+pub fn flags(values: &[(Input, f64)], step: Option<f64>) -> String {
+    let given = values.iter().map(|&(input, value)| (input.name(), value));
+    let flag = |(name, value)| {
+        // As it was typed: 7 and not 7.0, 1e300 and not its 301 digits.
+        let value = format!("{value:?}");
+        format!("--{name} {}", value.strip_suffix(".0").unwrap_or(&value))
+    };
+    given.chain(step.map(|step| ("dt", step))).map(flag).collect::<Vec<_>>().join(" ")
+}
+
+impl Plan {
+    fn new(problem: &'static dyn Problem, given: &[(Input, f64)], step: Option<f64>) -> Self {
+        let mut inputs = problem.inputs();
+        let mut used = given.to_vec();
+        used.retain(|(input, _)| inputs.has(*input));
+        for &(input, value) in &used {
+            inputs.set(input, value);
+        }
+        Self { problem, inputs, step, flags: flags(&used, step) }
+    }
+
+    /// The steps with which `solver` runs it, each half of the one before.
+    pub fn time_steps(&self, solver: Solver) -> Vec<f64> {
+        let usual = self.inputs.time_step;
+        match solver {
+            Solver::Native => {
+                let step = self.step.unwrap_or(usual);
+                vec![step, 0.5 * step, 0.25 * step]
+            }
+            Solver::Ipopt => {
+                let step = self.step.unwrap_or(IPOPT_STEP * usual);
+                vec![step, 0.5 * step]
+            }
+        }
+    }
+
+    /// Whether the problem can be posed at all. A solver that gives up before it is made
+    /// ends it there: by then its inputs have been checked.
+    fn check(&self, step: f64) -> Result<(), Failure> {
+        let give_up = |_: &ContactModel| Err(Error::Interrupted);
+        match self.problem.solve(&self.inputs, &mut Laboratory::new(&give_up, step)) {
+            Ok(_) | Err(Unsuitable::Model(Error::Interrupted)) => Ok(()),
+            Err(why) => Err(self.refusal(&why)),
+        }
+    }
+
+    /// One sentence with the problem, the flags and the reason.
+    fn refusal(&self, why: &Unsuitable) -> Failure {
+        let flags = &self.flags;
+        let with = if flags.is_empty() { String::new() } else { format!(" with {flags}") };
+        Failure::Input(format!("{}{with}: {why}", self.problem.name()))
+    }
+
+    /// All runs by `solver`; `done` is called after each.
+    pub fn run(
+        &self,
+        solver: Solver,
+        interrupt: &Arc<AtomicBool>,
+        done: impl Fn(),
+    ) -> Result<Series, Stop> {
+        let make = |model: &ContactModel| make_solver(solver, model, interrupt);
+        let (mut trials, mut curve) = (Vec::new(), Curve::default());
+        for time_step in self.time_steps(solver) {
+            let mut laboratory = Laboratory::new(&make, time_step);
+            let findings = match self.problem.solve(&self.inputs, &mut laboratory) {
+                Ok(findings) => findings,
+                Err(Unsuitable::Model(Error::Interrupted)) => return Err(Stop::Interrupted),
+                Err(why) => return Err(Stop::Failed(self.refusal(&why))),
+            };
+            if trials.is_empty() {
+                curve = findings.curve;
+            }
+            trials.push(Trial {
+                time_step,
+                quantities: findings.quantities,
+                steps: laboratory.steps,
+                failed: laboratory.failed,
+                fallback: laboratory.fallback,
+                worst_certificate: laboratory.worst_certificate,
+            });
+            done();
+        }
+        Ok(Series { solver, trials, curve })
+    }
+}
+
+/// A solver, unless Ctrl-C came before it.
+fn make_solver(
+    solver: Solver,
+    model: &ContactModel,
+    interrupt: &Arc<AtomicBool>,
+) -> Result<Box<dyn StepSolver>, Error> {
+    if interrupt.load(Ordering::Relaxed) {
+        return Err(Error::Interrupted);
+    }
+    Ok(match solver {
+        Solver::Native => Box::new(NativeSolver::new(model)),
+        Solver::Ipopt => {
+            let options = IpoptSolver::options(scene::TOLERANCE, scene::MOST_ITERATIONS);
+            let mut ipopt = IpoptSolver::new(model, Formulation::default(), options)?;
+            ipopt.interrupt_by(Arc::clone(interrupt));
+            Box::new(Ladder::new(model, ipopt, &Rung::ALL))
+        }
+    })
+}

@@ -1,0 +1,130 @@
+//! A validation for people at a terminal.
+
+use crate::pictures::validation::number::{brief, figure, order};
+use crate::pictures::validation::{Experiment, Report, Series};
+use std::fmt::Write as _;
+use tumble::validation::Problem;
+
+const HEADS: [&str; 10] = [
+    "quantity", "unit", "solver", "h, s", "exact", "measured", "error", "allowed", "order",
+    "verdict",
+];
+/// Columns of words, which stand at the left; numbers stand at the right.
+const WORDS: [usize; 4] = [0, 1, 2, 9];
+
+/// The names, what each is, and its inputs.
+pub fn list(problems: &[&'static dyn Problem]) -> String {
+    let mut text = String::new();
+    for problem in problems {
+        let (name, inputs) = (problem.name(), problem.inputs());
+        let experiment = Experiment { problem: *problem, inputs, series: Vec::new() };
+        let _ = writeln!(
+            text,
+            "{name}\n  {}\n  inputs: {}, dt {} s",
+            problem.about(),
+            experiment.inputs_in_words(),
+            experiment.inputs.time_step
+        );
+    }
+    text
+}
+
+/// The tables of all problems, and what they amount to.
+pub fn describe(report: &Report) -> String {
+    let mut text = String::new();
+    for experiment in &report.experiments {
+        let _ = writeln!(text, "{}: {}", experiment.problem.name(), experiment.inputs_in_words());
+        align(&mut text, &rows(experiment));
+        for series in &experiment.series {
+            counts(&mut text, series);
+        }
+        text.push('\n');
+    }
+    text
+}
+
+/// One row a quantity and solver, at the solver's largest step.
+fn rows(experiment: &Experiment) -> Vec<[String; 10]> {
+    let mut rows = vec![HEADS.map(str::to_owned)];
+    for i in 0..experiment.series[0].trials[0].quantities.len() {
+        for (place, series) in experiment.series.iter().enumerate() {
+            let trial = &series.trials[0];
+            let quantity = &trial.quantities[i];
+            let once = |word: &str| if place == 0 { word.to_owned() } else { String::new() };
+            rows.push([
+                once(quantity.name),
+                once(quantity.unit),
+                series.solver.name().to_owned(),
+                trial.time_step.to_string(),
+                figure(quantity.exact),
+                figure(quantity.measured),
+                brief(quantity.error()),
+                brief(quantity.discretisation + quantity.slack),
+                order(series.order(i, 1)),
+                if series.holds(i) { "holds" } else { "OFF" }.to_owned(),
+            ]);
+        }
+    }
+    rows
+}
+
+fn align(text: &mut String, rows: &[[String; 10]]) {
+    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max();
+    let widths: [usize; 10] = std::array::from_fn(|column| width(column).unwrap_or(0));
+    for row in rows {
+        let mut line = String::from(" ");
+        for (column, cell) in row.iter().enumerate() {
+            let width = widths[column];
+            let _ = if WORDS.contains(&column) {
+                write!(line, " {cell:<width$}")
+            } else {
+                write!(line, " {cell:>width$}")
+            };
+            line.push(' ');
+        }
+        text.push_str(line.trim_end());
+        text.push('\n');
+    }
+}
+
+/// What the steps of a solver came to.
+fn counts(text: &mut String, series: &Series) {
+    let steps: Vec<_> = series.trials.iter().map(|trial| trial.time_step.to_string()).collect();
+    let _ = writeln!(
+        text,
+        "  {}: {} steps at h = {} s, {} not converged, {} fallbacks, worst certificate {} m/s",
+        series.solver.name(),
+        series.sum(|trial| trial.steps),
+        steps.join(", "),
+        series.sum(|trial| trial.failed),
+        series.sum(|trial| trial.fallback),
+        brief(series.worst_certificate()),
+    );
+}
+
+/// The quantities that are off, a line each, and how many hold.
+pub fn verdict(report: &Report) -> String {
+    let mut text = String::new();
+    for experiment in &report.experiments {
+        for series in &experiment.series {
+            for trial in &series.trials {
+                for quantity in trial.quantities.iter().filter(|quantity| !quantity.holds()) {
+                    let _ = writeln!(
+                        text,
+                        "off: {}, {}, {} at h = {} s: error {} {unit}, allowed {} {unit}",
+                        experiment.problem.name(),
+                        quantity.name,
+                        series.solver.name(),
+                        trial.time_step,
+                        brief(quantity.error()),
+                        brief(quantity.discretisation + quantity.slack),
+                        unit = quantity.unit
+                    );
+                }
+            }
+        }
+    }
+    let (holding, count) = report.holding();
+    let _ = writeln!(text, "{holding} of {count} quantities hold");
+    text
+}
