@@ -52,9 +52,13 @@ def slide(scene: Scene, states: np.ndarray, lowest: np.ndarray) -> dict[str, flo
 
 
 def incline(_scene: Scene, states: np.ndarray, _lowest: np.ndarray) -> dict[str, float]:
-    """How far the centre moved along the slope; it should not."""
-    moved = (states[-1] - states[0])[POSITION]
-    return {"creep_m": float(np.hypot(moved[0], moved[1]))}
+    """How far the centre moved along the slope, in all and in the second half; it should not."""
+    half = states[len(states) // 2]
+    moved, late = (states[-1] - start for start in (states[0], half))
+    return {
+        "creep_m": float(np.hypot(moved[0], moved[1])),
+        "late_creep_m": float(np.hypot(late[0], late[1])),
+    }
 
 
 SPECIAL = {"rest": rest, "slide": slide, "incline": incline}

@@ -1,5 +1,6 @@
 """Drake: compliant contact with regularised friction, a convex problem per step."""
 
+import logging
 import time
 from importlib.metadata import version
 
@@ -105,6 +106,8 @@ STIFF = {"point_contact_stiffness": 1e8, "hunt_crossley_dissipation": 50.0}
 
 
 def engines() -> list[Engine]:
+    # It warns that half spaces are not for deformable bodies, of which there are none.
+    logging.getLogger("drake").setLevel(logging.ERROR)
     sap = {"discrete_contact_approximation": "sap"}
     fine = {"stiction_tolerance": 1e-5}
     return [

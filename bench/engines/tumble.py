@@ -15,8 +15,10 @@ from scene import Scene, quaternion_product
 STATE = ["x_m", "y_m", "z_m", "qw", "qx", "qy", "qz"]
 STATE += ["vx_m_s", "vy_m_s", "vz_m_s", "wx_rad_s", "wy_rad_s", "wz_rad_s"]
 BINARY = os.environ.get("TUMBLE", "target/release/tumble")
-# The two certificates differ by rounding, which the division by h magnifies.
-AGREEMENT = 1e-9
+# The two certificates differ by rounding, which the division by h magnifies. On a slope the file
+# has the attitude turned to the world and normalised, while |q| = 1 holds in Ipopt's own step
+# only to its tolerance.
+AGREEMENT, AGREEMENT_ON_SLOPE = 1e-9, 1e-6
 
 
 class Tumble(Engine):
@@ -84,14 +86,16 @@ def check_certificate(scene: Scene, motion: Motion, rows: list[dict[str, str]]) 
     own = np.array([float(row["certificate_m_s"]) for row in rows[:-1]])
     ours = certify(scene, motion.states, motion.forces).whole
     worst = float(np.abs(own - ours).max())
-    if not worst <= AGREEMENT:
+    level = np.array_equal(scene.to_ground, np.eye(3))
+    if not worst <= (AGREEMENT if level else AGREEMENT_ON_SLOPE):
         raise RuntimeError(f"{scene.name}: the two certificates differ by {worst:.1e} m/s")
 
 
 def engines() -> list[Engine]:
     if not Path(BINARY).is_file():
         raise Unavailable(f"there is no program {BINARY}")
+    version = subprocess.run([BINARY, "--version"], capture_output=True, text=True, check=True)
     return [
-        Tumble("ipopt", "the default: tolerance 1e-6, ladder of starts"),
+        Tumble("ipopt", f"{version.stdout.strip()}, the default: tolerance 1e-6, ladder of starts"),
         Tumble("native", "`--solver native`, no settings"),
     ]

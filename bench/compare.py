@@ -1,0 +1,76 @@
+"""tumble and other engines on the same scenes: timed in rounds, measured, printed and saved.
+
+Every round runs every engine once on every timed scene, one after the other; the tables show
+medians over the rounds and ratios taken round by round. What each engine makes of a scene is
+recorded in a run of its own, which is not timed.
+"""
+
+import sys
+
+import arguments
+import engines
+import report
+import scene
+from engines.base import Engine, Unavailable
+from metrics import measure
+
+
+class Field:
+    """The engines that take part, and who was left out or failed, and why."""
+
+    def __init__(self, names: list[str]) -> None:
+        self.engines: list[Engine] = []
+        self.left_out: dict[str, str] = {}
+        self.failed = False
+        for name in names:
+            try:
+                self.engines += engines.load(name)
+            except Unavailable as reason:
+                self.leave_out(name, str(reason))
+
+    def leave_out(self, name: str, reason: str) -> None:
+        self.left_out[name] = reason
+        print(f"left out: {name} ({reason})", flush=True)
+
+    def each(self, work, scenes: list[scene.Scene], what: str) -> None:
+        """`work(engine, scene)` for all; an engine that fails takes no further part."""
+        for place in scenes:
+            for engine in list(self.engines):
+                if not engine.runs(place):
+                    continue
+                try:
+                    work(engine, place)
+                # Whatever a foreign library raises, the others go on.
+                except Exception as error:
+                    self.engines.remove(engine)
+                    self.failed = True
+                    self.leave_out(engine.name, f"{what} {place.name}: {error}")
+
+
+def main() -> int:
+    chosen = arguments.parse()
+    drops = [scene.drop(seed) for seed in chosen.seeds]
+    others = [scene.load(name) for name in ("rest", "slide", "incline")]
+    field = Field(chosen.engines)
+    results = report.Results(chosen, field.left_out)
+
+    def time(engine: Engine, place: scene.Scene) -> None:
+        results.seconds(engine, place).append(engine.time(place))
+
+    def record(engine: Engine, place: scene.Scene) -> None:
+        results.figures(engine)[place.name] = measure(place, engine.record(place))
+
+    for number in range(chosen.rounds):
+        print(f"round {number + 1} of {chosen.rounds}", flush=True)
+        field.each(time, drops, "timing")
+    print("recording", flush=True)
+    field.each(record, drops + others, "recording")
+
+    results.finish(field.engines, drops)
+    print(results.markdown())
+    results.save(chosen.out)
+    return int(field.failed)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
