@@ -69,9 +69,8 @@ class Results:
         machine = self.about["machine"]
         parts = [
             f"{self.about['date']}, `{self.about['command']}`, {machine['cpu']}, "
-            f"{machine['cores']} cores, {machine['system']}; load {self.about['load_at_start']:.2f} "
-            f"at the start, {self.about['load_at_end']:.2f} at the end; "
-            f"{self.about['rounds']} rounds.",
+            f"{machine['cores']} cores, {machine['system']}; {self.about['rounds']} rounds; load "
+            f"{self.about['load_at_start']:.2f} before, {self.about['load_at_end']:.2f} after.",
         ]
         for drop in self.drops:
             title = f"**drop, seed {drop.seed}** ({drop.steps} steps)"

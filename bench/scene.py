@@ -49,7 +49,7 @@ class Scene:
 def drop(seed: int) -> Scene:
     """The tutorial's cube: thrown from 2.5 m in a random attitude (numpy's draws), 999 steps.
 
-    Its inertia is the tutorial's, 600 times smaller than that of a solid cube.
+    Its inertia is the tutorial's, 667 times smaller than that of a solid cube.
     """
     draws = np.random.RandomState(seed).rand(4)
     attitude = draws / np.linalg.norm(draws)

@@ -30,13 +30,13 @@ class Mujoco(Engine):
     def __init__(self, mode: str, option: str, contact: str, settings: str) -> None:
         self.name = f"MuJoCo {mode}"
         self.option, self.contact = option, contact
-        self.settings = f"{settings}; timed: one call of `mujoco.rollout`, a loop in C"
+        self.settings = f"{settings}; timed: one call of `mujoco.rollout`, a loop in C, processor time"
 
     def time(self, scene: Scene) -> float:
         model, data, state = self.begin(scene)
-        clock = time.perf_counter()
+        clock = time.process_time()
         rollout.rollout(model, data, state, nstep=scene.steps)
-        return time.perf_counter() - clock
+        return time.process_time() - clock
 
     def record(self, scene: Scene) -> Motion:
         model, data, _ = self.begin(scene)
@@ -112,7 +112,7 @@ def engines() -> list[Engine]:
             "no slip, stiff",
             'cone="elliptic" solver="Newton" impratio="100" noslip_iterations="10"',
             'solref="0.004 1" solimp="0.95 0.99 0.001"',
-            "elliptic cone, Newton, `impratio` 100, `noslip_iterations` 10, `solref` 0.004 1 (twice "
-            "the step, the least it allows), `solimp` 0.95 0.99 0.001",
+            "elliptic cone, Newton, `impratio` 100, `noslip_iterations` 10, `solref` 0.004 1 (twice the "
+            "step, the least it allows), `solimp` 0.95 0.99 0.001",
         ),
     ]
