@@ -30,7 +30,8 @@ class Mujoco(Engine):
     def __init__(self, mode: str, option: str, contact: str, settings: str) -> None:
         self.name = f"MuJoCo {mode}"
         self.option, self.contact = option, contact
-        self.settings = f"{settings}; timed: one call of `mujoco.rollout`, a loop in C, processor time"
+        timed = "one call of `mujoco.rollout`, a loop in C, processor time"
+        self.settings = f"{settings}; timed: {timed}"
 
     def time(self, scene: Scene) -> float:
         model, data, state = self.begin(scene)
@@ -112,7 +113,7 @@ def engines() -> list[Engine]:
             "no slip, stiff",
             'cone="elliptic" solver="Newton" impratio="100" noslip_iterations="10"',
             'solref="0.004 1" solimp="0.95 0.99 0.001"',
-            "elliptic cone, Newton, `impratio` 100, `noslip_iterations` 10, `solref` 0.004 1 (twice the "
-            "step, the least it allows), `solimp` 0.95 0.99 0.001",
+            "elliptic cone, Newton, `impratio` 100, `noslip_iterations` 10, `solref` 0.004 1 "
+            "(twice the step, the least it allows), `solimp` 0.95 0.99 0.001",
         ),
     ]
