@@ -21,6 +21,9 @@ class Engine(ABC):
 
     name: str
     settings: str
+    # Whether a run takes seconds: on a busy machine such a run shares its processor, which one
+    # of milliseconds may escape, so that the two kinds are not compared.
+    slow = False
 
     def runs(self, scene: Scene) -> bool:
         """Whether the engine takes part in the scene."""

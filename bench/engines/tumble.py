@@ -26,6 +26,7 @@ class Tumble(Engine):
 
     def __init__(self, solver: str, settings: str) -> None:
         self.solver = solver
+        self.slow = solver == "ipopt"
         self.name = f"tumble {solver}"
         self.settings = f"{settings}; timed: `solve_seconds` of run.json, certificates included"
 

@@ -18,6 +18,7 @@ class Tutorial(Engine):
     """The program as it stands; its scene is built in, so it runs only the drop."""
 
     name = "tutorial (CasADi, Ipopt)"
+    slow = True
     settings = (
         f"CasADi {casadi.__version__} with its Ipopt, the tutorial's options; timed: the Python "
         "loop over the solver's calls"
