@@ -1,0 +1,68 @@
+"""The arguments of scripts/bench. Needs nothing but Python, so that a wrong argument ends the
+script before anything is installed; run as a program it prints the engines to be run."""
+
+import argparse
+from pathlib import Path
+
+ENGINES = ("tutorial", "tumble", "mujoco", "drake", "rapier", "pybullet")
+
+
+class Parser(argparse.ArgumentParser):
+    """Says what is wrong in one sentence."""
+
+    def error(self, message: str) -> None:
+        self.exit(2, f"bench: {message}\n")
+
+
+def seeds(text: str) -> list[int]:
+    """Distinct whole numbers from 0 to 2³² − 1 between commas."""
+    parts = text.split(",")
+    found = [int(part) for part in parts if part.isdecimal() and int(part) < 2**32]
+    if len(found) != len(parts) or len(set(found)) != len(found):
+        needed = "needed are different whole numbers from 0 to 4294967295 between commas"
+        raise argparse.ArgumentTypeError(f"'{text}': {needed}")
+    return found
+
+
+def rounds(text: str) -> int:
+    if not text.isdecimal() or not 1 <= int(text) <= 1000:
+        raise argparse.ArgumentTypeError(f"'{text}': a whole number from 1 to 1000 is needed")
+    return int(text)
+
+
+def engines(text: str) -> list[str]:
+    names = text.split(",")
+    for name in names:
+        if name not in ENGINES:
+            raise argparse.ArgumentTypeError(f"'{name}': there are {', '.join(ENGINES)}")
+    return [name for name in ENGINES if name in names]
+
+
+def parse() -> argparse.Namespace:
+    """The arguments given to the program."""
+    parser = Parser(
+        prog="scripts/bench",
+        description="tumble and other engines on the same scenes, interleaved, on this machine.",
+        allow_abbrev=False,
+    )
+    parser.add_argument(
+        "--seeds", type=seeds, default=[42, 0], help="of the drop scene [default: 42,0]"
+    )
+    parser.add_argument("--rounds", type=rounds, default=3, help="of timing [default: 3]")
+    parser.add_argument(
+        "--engines",
+        type=engines,
+        default=list(ENGINES),
+        help=f"which to run [default: {','.join(ENGINES)}]",
+    )
+    parser.add_argument(
+        "--out",
+        type=Path,
+        default=Path("target/bench"),
+        help="directory for results.json and results.md [default: target/bench]",
+    )
+    return parser.parse_args()
+
+
+if __name__ == "__main__":
+    print("\n".join(parse().engines))

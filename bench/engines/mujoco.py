@@ -1,0 +1,119 @@
+"""MuJoCo: soft contacts, a convex problem per step."""
+
+import time
+
+import mujoco
+import numpy as np
+from engines.base import Engine, Motion, nearest_corner
+from mujoco import rollout
+from scene import Scene
+
+MODEL = """
+<mujoco>
+  <option timestep="{h}" gravity="{gravity}" integrator="Euler" {option}/>
+  <default><geom condim="3" friction="{mu} 0 0" {contact}/></default>
+  <worldbody>
+    <geom type="plane" size="50 50 1"/>
+    <body>
+      <freejoint/>
+      <inertial pos="0 0 0" mass="{mass}" diaginertia="{inertia}"/>
+      <geom type="box" size="{half}"/>
+    </body>
+  </worldbody>
+</mujoco>
+"""
+
+
+class Mujoco(Engine):
+    """MuJoCo with some options and some softness of its contacts."""
+
+    def __init__(self, mode: str, option: str, contact: str, settings: str) -> None:
+        self.name = f"MuJoCo {mode}"
+        self.option, self.contact = option, contact
+        timed = "one call of `mujoco.rollout`, a loop in C, processor time"
+        self.settings = f"{settings}; timed: {timed}"
+
+    def time(self, scene: Scene) -> float:
+        model, data, state = self.begin(scene)
+        clock = time.process_time()
+        rollout.rollout(model, data, state, nstep=scene.steps)
+        return time.process_time() - clock
+
+    def record(self, scene: Scene) -> Motion:
+        model, data, _ = self.begin(scene)
+        states, forces, unsolved = [scene.start], np.zeros((scene.steps, 8, 3)), 0
+        for k in range(scene.steps):
+            centre, turn = states[-1][:3], None
+            mujoco.mj_step(model, data)
+            # The contacts in `data` are those of the step's start, where its forces act.
+            for i in range(data.ncon):
+                turn = rotation(states[-1][3:7]) if turn is None else turn
+                corner = nearest_corner(scene, (data.contact[i].pos - centre) @ turn)
+                forces[k, corner] += contact_force(model, data, i)
+            unsolved += int(data.nefc > 0 and data.solver_niter[0] >= model.opt.iterations)
+            states.append(np.concatenate((data.qpos, data.qvel)))
+        return Motion(np.array(states), forces, unsolved)
+
+    def begin(self, scene: Scene) -> tuple:
+        """Model, data and full state at the start of the scene."""
+        text = MODEL.format(
+            h=scene.step_seconds,
+            gravity=numbers(scene.gravity),
+            option=self.option,
+            mu=scene.friction,
+            contact=self.contact,
+            mass=scene.mass,
+            inertia=numbers(scene.inertia),
+            half=numbers(scene.sides / 2),
+        )
+        model = mujoco.MjModel.from_xml_string(text)
+        data = mujoco.MjData(model)
+        # Both put position and attitude (scalar first) before velocity and body-frame spin.
+        data.qpos[:], data.qvel[:] = scene.start[:7], scene.start[7:]
+        kind = mujoco.mjtState.mjSTATE_FULLPHYSICS
+        state = np.zeros(mujoco.mj_stateSize(model, kind))
+        mujoco.mj_getState(model, data, state, kind)
+        return model, data, state
+
+
+def contact_force(model: mujoco.MjModel, data: mujoco.MjData, i: int) -> np.ndarray:
+    """The force of the plane on the box at contact i, N."""
+    wrench = np.zeros(6)
+    mujoco.mj_contactForce(model, data, i, wrench)
+    # Rows of the frame: the normal, from the plane to the box, and two tangents.
+    return data.contact[i].frame.reshape(3, 3).T @ wrench[:3]
+
+
+def rotation(attitude: np.ndarray) -> np.ndarray:
+    matrix = np.zeros(9)
+    mujoco.mju_quat2Mat(matrix, attitude)
+    return matrix.reshape(3, 3)
+
+
+def numbers(values: np.ndarray) -> str:
+    return " ".join(repr(float(value)) for value in values)
+
+
+def engines() -> list[Engine]:
+    return [
+        Mujoco("default", "", "", f"{mujoco.__version__}: pyramidal cone, Newton, Euler"),
+        Mujoco(
+            "elliptic",
+            'cone="elliptic" solver="Newton"',
+            "",
+            "elliptic cone, Newton, Euler, default softness",
+        ),
+        Mujoco(
+            "no slip",
+            'cone="elliptic" solver="Newton" impratio="10" noslip_iterations="10"',
+            "",
+            "elliptic cone, Newton, `impratio` 10, `noslip_iterations` 10, default softness",
+        ),
+        Mujoco(
+            "no slip, stiff",
+            'cone="elliptic" solver="Newton" impratio="100" noslip_iterations="10"',
+            'solref="0.004 1" solimp="0.95 0.99 0.001"',
+            "elliptic cone, Newton, `impratio` 100, `noslip_iterations` 10, `solref` 0.004 1 "
+            "(twice the step, the least it allows), `solimp` 0.95 0.99 0.001",
+        ),
+    ]

@@ -1,0 +1,164 @@
+"""Results: kept, made into tables, written to files."""
+
+import datetime
+import json
+import os
+import platform
+import shlex
+import statistics
+import sys
+from argparse import Namespace
+from pathlib import Path
+
+from engines.base import Engine
+from scene import Scene
+
+# What the ratios are taken to: slow runs to the first, others to the second.
+TUTORIAL, MUJOCO = "tutorial (CasADi, Ipopt)", "MuJoCo elliptic"
+NOTHING = "–"
+COMMON_HEADS = ["not converged", "certificate: contact law, m/s", "certificate: whole, m/s"]
+
+
+class Results:
+    """Times and figures of all engines."""
+
+    def __init__(self, chosen: Namespace, left_out: dict[str, str]) -> None:
+        self.left_out = left_out
+        self.about = {
+            "date": datetime.date.today().isoformat(),
+            "command": shlex.join(["scripts/bench", *sys.argv[1:]]),
+            "rounds": chosen.rounds,
+            "machine": machine(),
+            "load_at_start": os.getloadavg()[0],
+        }
+        self.times: dict[str, dict[str, list[float]]] = {}
+        self.measured: dict[str, dict[str, dict]] = {}
+
+    def seconds(self, engine: Engine, scene: Scene) -> list[float]:
+        """The times of an engine on a scene, round by round."""
+        return self.times.setdefault(engine.name, {}).setdefault(scene.name, [])
+
+    def figures(self, engine: Engine) -> dict[str, dict]:
+        """The figures of an engine, scene by scene."""
+        return self.measured.setdefault(engine.name, {})
+
+    def finish(self, engines: list[Engine], drops: list[Scene]) -> None:
+        """Keeps the engines that got to the end."""
+        self.engines, self.drops = engines, drops
+        self.about["load_at_end"] = os.getloadavg()[0]
+
+    def save(self, out: Path) -> None:
+        """OUT/results.json and OUT/results.md, each whole or not at all."""
+        out.mkdir(parents=True, exist_ok=True)
+        data = {
+            **self.about,
+            "settings": {engine.name: engine.settings for engine in self.engines},
+            "left_out": self.left_out,
+            "seconds": {engine.name: self.times[engine.name] for engine in self.engines},
+            "figures": {engine.name: self.measured[engine.name] for engine in self.engines},
+        }
+        text = json.dumps(data, indent=2, ensure_ascii=False) + "\n"
+        for name, content in (("results.json", text), ("results.md", self.markdown())):
+            part = out / f"{name}.part"
+            part.write_text(content)
+            part.replace(out / name)
+            print(f"wrote {out / name}")
+
+    def markdown(self) -> str:
+        """All tables."""
+        machine = self.about["machine"]
+        parts = [
+            f"{self.about['date']}, `{self.about['command']}`, {machine['cpu']}, "
+            f"{machine['cores']} cores, {machine['system']}; {self.about['rounds']} rounds; load "
+            f"{self.about['load_at_start']:.2f} before, {self.about['load_at_end']:.2f} after.",
+        ]
+        for drop in self.drops:
+            title = f"**drop, seed {drop.seed}** ({drop.steps} steps)"
+            parts += [title, self.drop_table(drop)]
+        parts += ["**rest, slide, incline**", self.others_table()]
+        lines = [f"- {engine.name}: {engine.settings}." for engine in self.engines]
+        lines += [f"- left out: {name} ({why})." for name, why in self.left_out.items()]
+        return "\n\n".join([*parts, "\n".join(lines)]) + "\n"
+
+    def drop_table(self, drop: Scene) -> str:
+        """Speed, penetration and certificates on the drop scene."""
+        heads = ["µs a step", "× real time", "to the tutorial's", "to MuJoCo elliptic"]
+        heads += ["deepest penetration", *COMMON_HEADS]
+        rows = []
+        for engine in self.engines:
+            seconds = self.times[engine.name][drop.name]
+            figures = self.measured[engine.name][drop.name]
+            median = statistics.median(seconds)
+            row = [f"{1e6 * median / drop.steps:.2f}", f"{drop.seconds / median:.2f}"]
+            row += [self.ratio(seconds, TUTORIAL, drop) if engine.slow else NOTHING]
+            row += [self.ratio(seconds, MUJOCO, drop) if not engine.slow else NOTHING]
+            row += [length(figures["penetration_m"]), unsolved(figures), *certificates([figures])]
+            rows.append([engine.name, *row])
+        return table(heads, rows)
+
+    def ratio(self, seconds: list[float], base: str, drop: Scene) -> str:
+        """The median of the ratios of one round each."""
+        bases = self.times.get(base, {}).get(drop.name, [])
+        if len(bases) != len(seconds):
+            return NOTHING
+        return f"{statistics.median(a / b for a, b in zip(seconds, bases)):.3g}"
+
+    def others_table(self) -> str:
+        """What the engines make of the three quiet scenes."""
+        heads = ["rest: drift", "rest: sink", "rest: energy, J", "slide: lift-off"]
+        heads += ["slide: distance error", "incline: creep", "of it after 30 s"]
+        heads += COMMON_HEADS
+        rows = []
+        for engine in self.engines:
+            figures = self.measured[engine.name]
+            if "rest" not in figures:
+                continue
+            rest, slide, incline = (figures[name] for name in ("rest", "slide", "incline"))
+            row = [length(rest["drift_m"]), length(rest["sink_m"])]
+            row += [f"{rest['kinetic_energy_J']:.1g}", length(slide["lift_off_m"])]
+            row += [length(slide["distance_error_m"]), length(incline["creep_m"])]
+            row += [length(incline["late_creep_m"]), unsolved(rest, slide, incline)]
+            rows.append([engine.name, *row, *certificates([rest, slide, incline])])
+        return table(heads, rows)
+
+
+def certificates(figures: list[dict]) -> list[str]:
+    """The worst certificates of some scenes: the contact law alone, and all of eq. 18."""
+    if any(one["certificate_m_s"] is None for one in figures):
+        return ["no forces", "no forces"]
+    names = ("certificate_contact_m_s", "certificate_m_s")
+    return [f"{max(one[name] for one in figures):.2g}" for name in names]
+
+
+def unsolved(*figures: dict) -> str:
+    """The steps that were not solved, in all of some scenes."""
+    counts = [one["unsolved"] for one in figures]
+    return "not reported" if None in counts else str(sum(counts))
+
+
+def length(metres: float) -> str:
+    """A length in a unit that suits it; below a nanometre as a power of ten."""
+    size = abs(metres)
+    if size < 1e-9:
+        return "0" if size == 0 else f"{metres:.0e} m"
+    for unit, scale in (("m", 1.0), ("cm", 1e-2), ("mm", 1e-3), ("µm", 1e-6)):
+        if size >= scale:
+            return f"{metres / scale:.3g} {unit}"
+    return f"{metres / 1e-9:.3g} nm"
+
+
+def table(heads: list[str], rows: list[list[str]]) -> str:
+    """A Markdown table with an empty first head."""
+    lines = [["", *heads], ["---"] * (len(heads) + 1), *rows]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def machine() -> dict[str, str | int | None]:
+    """What it runs on."""
+    lines = Path("/proc/cpuinfo").read_text().splitlines()
+    model = next((line.split(":")[1].strip() for line in lines if "model name" in line), "")
+    return {
+        "cpu": model or platform.machine(),
+        "cores": os.cpu_count(),
+        "system": f"{platform.system()} {platform.machine()}, Python {platform.python_version()}",
+    }
