@@ -60,12 +60,17 @@ pub enum Motion<'a> {
     Floating,
 }
 
-impl Motion<'_> {
+impl<'a> Motion<'a> {
+    /// Contact by `solver`, with the usual rule for the contact flags.
+    #[must_use]
+    pub fn contact(solver: impl StepSolver + 'a) -> Self {
+        Self::Contact { detection: Detection::default(), solver: Box::new(solver) }
+    }
+
     /// Contact by tumble's own solver, with the usual rule for the contact flags.
     #[must_use]
     pub fn native(model: &ContactModel) -> Self {
-        let solver = Box::new(NativeSolver::new(model));
-        Self::Contact { detection: Detection::default(), solver }
+        Self::contact(NativeSolver::new(model))
     }
 }
 
@@ -127,6 +132,19 @@ impl<'a> Simulation<'a> {
     #[must_use]
     pub fn index(&self) -> u64 {
         self.index
+    }
+
+    /// A record to be filled by [`Simulation::step`], of as many contacts as the model has.
+    #[must_use]
+    pub fn record(&self) -> StepRecord {
+        StepRecord::new(&self.state(), self.model.contact_count())
+    }
+
+    /// Exchanges what moves the body from here on with `motion`, which must be made for this
+    /// simulation's model: to repeat a step with another solver, after
+    /// [`Simulation::take_back`].
+    pub fn swap_motion(&mut self, motion: &mut Motion<'a>) {
+        std::mem::swap(&mut self.motion, motion);
     }
 
     /// Sets the external wrench of the steps to come, gravity and the load apart: for a
@@ -211,16 +229,20 @@ impl<'a> Simulation<'a> {
     }
 
     /// Goes back to before the step that `record` describes, which must be the last one
-    /// taken: for a run that ends there. The start of a further step stays the undone
-    /// step's solution.
+    /// taken: for a run that ends there, or to repeat the step in another way. Any other
+    /// record changes nothing.
     pub fn take_back(&mut self, record: &StepRecord) {
+        if record.index + 1 != self.index {
+            return;
+        }
         self.state = self.state_before;
         self.index = record.index;
+        std::mem::swap(&mut self.previous, &mut self.solution);
     }
 
     /// Describes the current state as the last row of a trajectory: no step follows.
     pub fn end(&self, record: &mut StepRecord) {
-        *record = StepRecord::new(&self.state(), self.model.contact_count());
+        *record = self.record();
         record.index = self.index;
     }
 }
