@@ -27,7 +27,8 @@ const STYLE: &str = r#"
 ///   them, the text stays.
 ///
 /// # Errors
-/// A formula that cannot be converted, by its line.
+/// What is wrong, with its line: a formula that cannot be converted, a formula in the text of
+/// a link, a dollar sign outside formulas and code.
 pub fn page(source: &str) -> Result<String, String> {
     let options = Options::ENABLE_MATH | Options::ENABLE_TABLES;
     let converter = LatexToMathML::new(MathCoreConfig::default())
@@ -39,11 +40,24 @@ pub fn page(source: &str) -> Result<String, String> {
         page.push_str(text);
         written = range.end;
     };
+    let line = |at: usize| source[..at].matches('\n').count() + 1;
     let mut link = None;
+    let mut in_code = false;
     for (event, range) in Parser::new_ext(source, options).into_offset_iter() {
         let (latex, display) = match &event {
             Event::InlineMath(latex) => (latex, MathDisplay::Inline),
             Event::DisplayMath(latex) => (latex, MathDisplay::Block),
+            Event::Text(text) if !in_code && text.contains('$') => {
+                return Err(format!("line {}: a $ that is part of no formula", line(range.start)));
+            }
+            Event::Start(Tag::CodeBlock(_)) => {
+                in_code = true;
+                continue;
+            }
+            Event::End(TagEnd::CodeBlock) => {
+                in_code = false;
+                continue;
+            }
             Event::Start(Tag::Link { dest_url, .. }) => {
                 link = Some(dest_url.to_string());
                 continue;
@@ -64,11 +78,14 @@ pub fn page(source: &str) -> Result<String, String> {
             }
             _ => continue,
         };
+        if link.is_some() {
+            return Err(format!("line {}: a formula in a link", line(range.start)));
+        }
         let mathml = converter.convert_with_local_state(latex, display).map_err(|error| {
             let dollars = (range.len() - latex.len()) / 2;
-            let line = source[..range.start + dollars + error.0.start].matches('\n').count();
-            let text = source.lines().nth(line).unwrap_or_default();
-            format!("line {}: {error} This is the line:\n{text}", line + 1)
+            let line = line(range.start + dollars + error.0.start);
+            let text = source.lines().nth(line - 1).unwrap_or_default();
+            format!("line {line}: {error} This is the line:\n{text}")
         })?;
         replace(range, &shielded(&mathml.mathml));
     }

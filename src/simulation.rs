@@ -84,8 +84,8 @@ pub struct Simulation<'a> {
     index: u64,
     /// X at step k, ground's frame.
     state: State,
-    /// X at step k − 1, ground's frame.
-    state_before: State,
+    /// X at step k − 1, ground's frame, where the last step can be taken back.
+    state_before: Option<State>,
     /// The step's solution, ground's frame.
     solution: Decision,
     /// The previous step's solution, the start of the next.
@@ -108,7 +108,7 @@ impl<'a> Simulation<'a> {
             load: Load::none(),
             index: 0,
             state,
-            state_before: state,
+            state_before: None,
             solution: Decision::at_rest_in(&state, contacts),
             previous: Decision::at_rest_in(&state, contacts),
             forces: vec![Vector3::zeros(); contacts],
@@ -170,12 +170,17 @@ impl<'a> Simulation<'a> {
         Wrench { force: plane.vector_to_ground(&wrench.force), torque: wrench.torque }
     }
 
-    /// Advances by one step and describes it in `record`. A step that did not converge
-    /// is taken all the same, with its status in the report.
+    /// Advances by one step and describes it in `record`, which is made anew if it is not
+    /// one of this simulation's. A step that did not converge is taken all the same, with
+    /// its status in the report.
     ///
     /// # Errors
     /// Only where a step could not be posed; the simulation stays where it was.
     pub fn step(&mut self, record: &mut StepRecord) -> Result<(), Error> {
+        let contacts = self.model.contact_count();
+        if record.active.len() != contacts || record.solution.layout().contacts() != contacts {
+            *record = self.record();
+        }
         let wrench = self.wrench_now();
         let plane = self.model.plane();
         record.index = self.index;
@@ -221,7 +226,7 @@ impl<'a> Simulation<'a> {
         };
         record.solution.copy_from(solution);
         record.solution.turn_to_world(model.plane());
-        self.state_before = *state;
+        self.state_before = Some(*state);
         self.state = solution.state();
         std::mem::swap(&mut self.previous, &mut self.solution);
         self.index += 1;
@@ -235,9 +240,11 @@ impl<'a> Simulation<'a> {
         if record.index + 1 != self.index {
             return;
         }
-        self.state = self.state_before;
-        self.index = record.index;
-        std::mem::swap(&mut self.previous, &mut self.solution);
+        if let Some(before) = self.state_before.take() {
+            self.state = before;
+            self.index = record.index;
+            std::mem::swap(&mut self.previous, &mut self.solution);
+        }
     }
 
     /// Describes the current state as the last row of a trajectory: no step follows.
