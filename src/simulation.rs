@@ -1,7 +1,8 @@
 //! The simulation loop: one step after another, each with its report and certificate.
 //!
 //! States, forces and loads are in the world's frame here; the steps between are solved in
-//! the ground's ([`crate::plane`]).
+//! the ground's ([`crate::plane`]) by a [solver](crate::solver) and judged by their
+//! [certificate](crate::certificate).
 
 use crate::certificate::{Certificate, certify_contact_step, certify_rk4_step};
 use crate::detection::Detection;
@@ -47,7 +48,8 @@ impl StepRecord {
     }
 }
 
-/// What moves the body from one step to the next.
+/// What moves the body from one step to the next. Its solver must be made for the model of the
+/// simulation.
 pub enum Motion<'a> {
     /// The contact step, with a rule for the contact flags and a solver.
     Contact {
@@ -147,8 +149,8 @@ impl<'a> Simulation<'a> {
         std::mem::swap(&mut self.motion, motion);
     }
 
-    /// Sets the external wrench of the steps to come, gravity and the load apart: for a
-    /// program that decides it from step to step.
+    /// Sets the external wrench of the steps to come (force in N, world; torque in N m,
+    /// body), gravity and the load apart: for a program that decides it from step to step.
     pub fn set_wrench(&mut self, wrench: Wrench) {
         self.wrench = wrench;
     }
