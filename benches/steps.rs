@@ -10,7 +10,7 @@ use tumble::detection::Detection;
 use tumble::error::Error;
 use tumble::model::{ContactModel, Parameters};
 use tumble::scene::{self, Scene};
-use tumble::simulation::{Motion, Simulation, StepRecord};
+use tumble::simulation::{Motion, Simulation};
 use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, Rung};
 use tumble::solver::native::NativeSolver;
 use tumble::solver::{Decision, Step, StepSolver};
@@ -43,7 +43,7 @@ const REGIMES: [(&str, u64); 4] = [("impact", 234), ("slide", 500), ("stick", 70
 
 fn record(model: &ContactModel) -> Result<Vec<Recorded>, Error> {
     let mut simulation = simulation(model, Box::new(NativeSolver::new(model)))?;
-    let mut row = StepRecord::new(simulation.state(), model.contact_count());
+    let mut row = simulation.record();
     let mut recorded = Vec::new();
     for k in 0..999 {
         let previous = row.solution.clone();
@@ -87,7 +87,7 @@ fn benches(criterion: &mut Criterion) -> Result<(), Error> {
         IpoptSolver::new(&model, Formulation::default(), options)
     };
     let start = simulation(&model, Box::new(NativeSolver::new(&model)))?;
-    let (state, wrench) = (*start.state(), Wrench::zero());
+    let (state, wrench) = (start.state(), Wrench::zero());
     criterion.bench_function("one step/free", |bencher| {
         bencher.iter(|| black_box(model.free_flight(black_box(&state), &wrench)));
     });
@@ -95,11 +95,11 @@ fn benches(criterion: &mut Criterion) -> Result<(), Error> {
     one_step(criterion, &model, "ipopt", &mut ipopt()?)?;
 
     let whole_run = |mut simulation: Simulation<'_>| -> Result<State, Error> {
-        let mut row = StepRecord::new(simulation.state(), model.contact_count());
+        let mut row = simulation.record();
         for _ in 0..999 {
             simulation.step(&mut row)?;
         }
-        Ok(*simulation.state())
+        Ok(simulation.state())
     };
     criterion.bench_function("999 steps, seed 42/native", |bencher| {
         bencher.iter_batched(

@@ -8,7 +8,7 @@ use std::time::Instant;
 use tumble::detection::Detection;
 use tumble::error::Error;
 use tumble::ipopt::{BarrierStrategy, Options};
-use tumble::model::{ContactModel, Parameters};
+use tumble::model::ContactModel;
 use tumble::scene::{self, Scene};
 use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::solver::StepSolver;

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use std::time::Instant;
 use tumble::detection::Detection;
 use tumble::error::Error;
-use tumble::model::{ContactModel, Parameters};
+use tumble::model::ContactModel;
 use tumble::scene::{self, Scene};
 use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, Rung};
