@@ -8,7 +8,7 @@ use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
 use tumble::detection::Detection;
 use tumble::error::Error;
-use tumble::model::{ContactModel, Parameters};
+use tumble::model::ContactModel;
 use tumble::scene::{self, Scene};
 use tumble::simulation::{Motion, Simulation};
 use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, Rung};
