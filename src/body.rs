@@ -1,4 +1,6 @@
-//! The rigid body: mass, inertia and the points that can touch the ground.
+//! The rigid body: mass, inertia and the points that can touch the ground. How it moves is
+//! its [`State`](crate::state::State); above a ground it is a
+//! [`ContactModel`](crate::model::ContactModel).
 
 use crate::error::{Error, in_range};
 use crate::quaternion::rotated_point_forms;

@@ -4,7 +4,7 @@
 //! It is a natural-map residual (eq. 18): zero exactly at the solutions of the
 //! hard-contact step with Coulomb's cone and maximum dissipation, and, unlike a
 //! product such as f_z z⁺, it cannot be made small by making two errors small. This
-//! module knows no solver.
+//! module knows no solver; [`Simulation`](crate::simulation::Simulation) certifies every step.
 
 use crate::dynamics::rk4_step;
 use crate::model::ContactModel;
@@ -82,9 +82,9 @@ fn norm_inf<'a>(entries: impl IntoIterator<Item = &'a f64>) -> f64 {
     entries.into_iter().map(|entry| entry.abs()).fold(0.0, largest)
 }
 
-/// Certifies the contact step `state` → `next` under the contact forces `forces` (N, one
-/// per contact point, ground on body) and the external `wrench`, all in the ground's frame
-/// ([`crate::plane`]).
+/// Certifies the contact step `state` → `next` under the contact forces `forces` (N, one per
+/// contact point, ground on body) and the external `wrench` without gravity. States and
+/// forces are in the ground's frame ([`crate::plane`]), which on level ground is the world's.
 #[must_use]
 pub fn certify_contact_step(
     model: &ContactModel,
@@ -120,8 +120,8 @@ pub fn certify_contact_step(
 }
 
 /// Certifies a step of the fourth-order Runge–Kutta method, which has no contact: the
-/// difference between `next` and the method's own step from `state`, scaled as the
-/// dynamics part of a contact step.
+/// difference between `next` and the method's own step from `state` under `wrench`, gravity
+/// included, scaled as the dynamics part of a contact step.
 #[must_use]
 pub fn certify_rk4_step(
     model: &ContactModel,

@@ -1,4 +1,5 @@
-//! Which contact points may carry a force in a step: the flags α.
+//! Which contact points may carry a force in a step: the flags α, which a
+//! [`StepSolver`](crate::solver::StepSolver) gets.
 
 use crate::model::ContactModel;
 use crate::state::State;
@@ -18,7 +19,8 @@ pub enum Detection {
 }
 
 impl Detection {
-    /// Sets `active` for a step from `state` whose free flight would end in `free`.
+    /// Sets `active`, one flag a contact point, for a step from `state` whose free flight
+    /// would end in `free`, both in the ground's frame.
     /// Returns whether the step needs a contact problem: whether any point is flagged,
     /// or free flight would take an unflagged one below the ground.
     pub fn flag(

@@ -1,5 +1,6 @@
 //! Rigid-body dynamics without contact: the continuous equations, the Runge–Kutta
-//! integrator of the floating scene and the semi-implicit step.
+//! integrator of the floating scene ([`Motion::Floating`](crate::simulation::Motion)) and the
+//! semi-implicit step.
 //!
 //! Equation numbers are those of `docs/formulation.md`.
 
@@ -18,7 +19,7 @@ pub fn skew(a: &Vector3<f64>) -> Matrix3<f64> {
     )
 }
 
-/// Ẋ of the Newton–Euler equations under a wrench (eq. 5):
+/// Ẋ = (ṙ, q̇, v̇, ω̇) of the Newton–Euler equations (eq. 5) under a wrench, gravity included:
 ///
 /// ```text
 /// ṙ = v,  q̇ = ½ L(q) H ω,  v̇ = f/m,  ω̇ = I⁻¹ (τ − ω × I ω)
@@ -36,7 +37,8 @@ pub fn derivative(body: &RigidBody, state: &State, wrench: &Wrench) -> SVector<f
 }
 
 /// One step of the classical fourth-order Runge–Kutta method (eq. 6), the quaternion
-/// normalised afterwards; the wrench is constant over the step. `time_step` in s.
+/// normalised afterwards; the wrench, gravity included, is constant over the step.
+/// `time_step` in s.
 #[must_use]
 pub fn rk4_step(body: &RigidBody, state: &State, wrench: &Wrench, time_step: f64) -> State {
     let x = state.to_vector();

@@ -1,4 +1,5 @@
-//! A load: an external force and torque on the body over time.
+//! A load: an external force and torque on the body over time, for
+//! [`Simulation::set_load`](crate::simulation::Simulation::set_load).
 
 use crate::error::{Error, in_range};
 use crate::quaternion::rotation;

@@ -1,4 +1,5 @@
-//! The model of a contact step: everything that stays fixed during a run.
+//! The model of a contact step: everything that stays fixed during a run of a
+//! [`Simulation`](crate::simulation::Simulation).
 
 use crate::body::RigidBody;
 use crate::dynamics;

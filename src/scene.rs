@@ -1,4 +1,5 @@
-//! The two scenes of the tutorial.
+//! The two scenes of the tutorial: constants for a [model](crate::model) and starts for a
+//! [simulation](crate::simulation).
 
 use crate::body::RigidBody;
 use crate::error::Error;

@@ -1,7 +1,8 @@
 //! The simulation loop: one step after another, each with its report and certificate.
 //!
 //! States, forces and loads are in the world's frame here; the steps between are solved in
-//! the ground's ([`crate::plane`]).
+//! the ground's ([`crate::plane`]) by a [solver](crate::solver) and judged by their
+//! [certificate](crate::certificate).
 
 use crate::certificate::{Certificate, certify_contact_step, certify_rk4_step};
 use crate::detection::Detection;
@@ -47,7 +48,8 @@ impl StepRecord {
     }
 }
 
-/// What moves the body from one step to the next.
+/// What moves the body from one step to the next. Its solver must be made for the model of the
+/// simulation.
 pub enum Motion<'a> {
     /// The contact step, with a rule for the contact flags and a solver.
     Contact {
@@ -60,12 +62,17 @@ pub enum Motion<'a> {
     Floating,
 }
 
-impl Motion<'_> {
+impl<'a> Motion<'a> {
+    /// Contact by `solver`, with the usual rule for the contact flags.
+    #[must_use]
+    pub fn contact(solver: impl StepSolver + 'a) -> Self {
+        Self::Contact { detection: Detection::default(), solver: Box::new(solver) }
+    }
+
     /// Contact by tumble's own solver, with the usual rule for the contact flags.
     #[must_use]
     pub fn native(model: &ContactModel) -> Self {
-        let solver = Box::new(NativeSolver::new(model));
-        Self::Contact { detection: Detection::default(), solver }
+        Self::contact(NativeSolver::new(model))
     }
 }
 
@@ -79,8 +86,8 @@ pub struct Simulation<'a> {
     index: u64,
     /// X at step k, ground's frame.
     state: State,
-    /// X at step k − 1, ground's frame.
-    state_before: State,
+    /// X at step k − 1, ground's frame, where the last step can be taken back.
+    state_before: Option<State>,
     /// The step's solution, ground's frame.
     solution: Decision,
     /// The previous step's solution, the start of the next.
@@ -103,7 +110,7 @@ impl<'a> Simulation<'a> {
             load: Load::none(),
             index: 0,
             state,
-            state_before: state,
+            state_before: None,
             solution: Decision::at_rest_in(&state, contacts),
             previous: Decision::at_rest_in(&state, contacts),
             forces: vec![Vector3::zeros(); contacts],
@@ -129,8 +136,21 @@ impl<'a> Simulation<'a> {
         self.index
     }
 
-    /// Sets the external wrench of the steps to come, gravity and the load apart: for a
-    /// program that decides it from step to step.
+    /// A record to be filled by [`Simulation::step`], of as many contacts as the model has.
+    #[must_use]
+    pub fn record(&self) -> StepRecord {
+        StepRecord::new(&self.state(), self.model.contact_count())
+    }
+
+    /// Exchanges what moves the body from here on with `motion`, which must be made for this
+    /// simulation's model: to repeat a step with another solver, after
+    /// [`Simulation::take_back`].
+    pub fn swap_motion(&mut self, motion: &mut Motion<'a>) {
+        std::mem::swap(&mut self.motion, motion);
+    }
+
+    /// Sets the external wrench of the steps to come (force in N, world; torque in N m,
+    /// body), gravity and the load apart: for a program that decides it from step to step.
     pub fn set_wrench(&mut self, wrench: Wrench) {
         self.wrench = wrench;
     }
@@ -152,12 +172,17 @@ impl<'a> Simulation<'a> {
         Wrench { force: plane.vector_to_ground(&wrench.force), torque: wrench.torque }
     }
 
-    /// Advances by one step and describes it in `record`. A step that did not converge
-    /// is taken all the same, with its status in the report.
+    /// Advances by one step and describes it in `record`, which is made anew if it is not
+    /// one of this simulation's. A step that did not converge is taken all the same, with
+    /// its status in the report.
     ///
     /// # Errors
     /// Only where a step could not be posed; the simulation stays where it was.
     pub fn step(&mut self, record: &mut StepRecord) -> Result<(), Error> {
+        let contacts = self.model.contact_count();
+        if record.active.len() != contacts || record.solution.layout().contacts() != contacts {
+            *record = self.record();
+        }
         let wrench = self.wrench_now();
         let plane = self.model.plane();
         record.index = self.index;
@@ -203,7 +228,7 @@ impl<'a> Simulation<'a> {
         };
         record.solution.copy_from(solution);
         record.solution.turn_to_world(model.plane());
-        self.state_before = *state;
+        self.state_before = Some(*state);
         self.state = solution.state();
         std::mem::swap(&mut self.previous, &mut self.solution);
         self.index += 1;
@@ -211,16 +236,22 @@ impl<'a> Simulation<'a> {
     }
 
     /// Goes back to before the step that `record` describes, which must be the last one
-    /// taken: for a run that ends there. The start of a further step stays the undone
-    /// step's solution.
+    /// taken: for a run that ends there, or to repeat the step in another way. Any other
+    /// record changes nothing.
     pub fn take_back(&mut self, record: &StepRecord) {
-        self.state = self.state_before;
-        self.index = record.index;
+        if record.index + 1 != self.index {
+            return;
+        }
+        if let Some(before) = self.state_before.take() {
+            self.state = before;
+            self.index = record.index;
+            std::mem::swap(&mut self.previous, &mut self.solution);
+        }
     }
 
     /// Describes the current state as the last row of a trajectory: no step follows.
     pub fn end(&self, record: &mut StepRecord) {
-        *record = StepRecord::new(&self.state(), self.model.contact_count());
+        *record = self.record();
         record.index = self.index;
     }
 }

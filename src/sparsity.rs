@@ -1,5 +1,6 @@
 //! Coordinate patterns of sparse matrices: where the entries stand, apart from
-//! their values.
+//! their values. The [step's program](crate::step_nlp) makes them, [Ipopt](crate::ipopt)
+//! takes them.
 
 /// The positions of a sparse matrix's structural non-zeros, 0-based, in the order
 /// in which their values are stored.

@@ -1,4 +1,5 @@
-//! The state of a rigid body and the wrench on it.
+//! The state of a rigid body and the wrench on it: what a
+//! [`Simulation`](crate::simulation::Simulation) starts from, and what is set on it.
 
 use crate::error::{Error, in_range};
 use nalgebra::{SVector, Vector3, Vector4};

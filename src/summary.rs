@@ -1,4 +1,5 @@
-//! What a run amounts to: counts, certificates, the first failures.
+//! What a run amounts to: counts, certificates, the first failures, from the
+//! [records](crate::simulation::StepRecord) of its steps.
 
 use crate::ipopt::ReturnStatus;
 use crate::simulation::StepRecord;

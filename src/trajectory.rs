@@ -1,4 +1,5 @@
-//! A trajectory as CSV: one row a step, in and out of any stream.
+//! A trajectory as CSV: one row a step, from the step's
+//! [record](crate::simulation::StepRecord), in and out of any stream.
 //!
 //! Columns, for n contact points: `k,t_s`, the 13 numbers of the state at step k, then
 //! the solution of the step k → k+1 (`fx…,fy…,fz…` in N, world, `s1_…` in N m, `s2_…` in W,

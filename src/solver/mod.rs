@@ -1,5 +1,5 @@
 //! What a solver of the contact step is: one trait, so that model, certificate, loop
-//! and writers do not know which one runs.
+//! and writers do not know which one runs. The crate has [`native`] and [`ipopt`].
 
 pub mod ipopt;
 pub mod native;
@@ -13,14 +13,15 @@ use crate::step_nlp::layout::{self, Layout};
 use nalgebra::{SVector, Vector3};
 use std::fmt;
 
-/// One contact step to be solved, in the ground's frame ([`crate::plane`]).
+/// One contact step to be solved. States and forces are in the ground's frame
+/// ([`crate::plane`]), in which the ground is z = 0; torques and spins are the body's.
 #[derive(Debug, Clone, Copy)]
 pub struct Step<'a> {
     /// The constants.
     pub model: &'a ContactModel,
     /// X at step k.
     pub state: &'a State,
-    /// External wrench during the step.
+    /// External wrench during the step, without gravity: N and N m.
     pub wrench: &'a Wrench,
     /// X at step k+1 if nothing touched the ground.
     pub free: &'a State,
@@ -28,8 +29,9 @@ pub struct Step<'a> {
     pub previous: &'a Decision,
 }
 
-/// A point of the step problem: (X⁺, f_x, f_y, f_z, s1, s2, λ) in the order of
-/// [`Layout`].
+/// A point of the step problem: (X⁺, f_x, f_y, f_z, s1, s2, λ), 13 + 6n numbers in the order
+/// of [`Layout`]. In the ground's frame inside a step, in the world's in a
+/// [`StepRecord`](crate::simulation::StepRecord).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Decision {
     layout: Layout,
@@ -112,7 +114,10 @@ impl Decision {
         Self { layout, values: vec![0.0; layout.variables()] }
     }
 
-    /// Makes this the same point as `other`, of as many contacts.
+    /// Makes this the same point as `other`.
+    ///
+    /// # Panics
+    /// If `other` is of another number of contacts.
     pub fn copy_from(&mut self, other: &Self) {
         self.values.copy_from_slice(&other.values);
     }
@@ -147,6 +152,9 @@ impl Decision {
     }
 
     /// f_i, N, ground on body; in the frame of the whole point.
+    ///
+    /// # Panics
+    /// If there is no contact `i`.
     #[must_use]
     pub fn force(&self, i: usize) -> Vector3<f64> {
         let [fx, fy, fz, ..] = self.layout.contact_variables(i);

@@ -15,6 +15,10 @@
 //! `docs/formulation.md`. Each is written once, as a sequence of entries
 //! (`entries.rs`): run with a pattern as sink it gives the structure, run with an array
 //! as sink the values, so that the two cannot disagree.
+//!
+//! States and forces are in the ground's frame ([`crate::plane`]). Points x have
+//! [`Layout::variables`] numbers, rows and multipliers [`Layout::constraints`]; the methods of
+//! [`StepNlp`] panic on shorter slices.
 
 mod entries;
 mod hessian;
@@ -158,14 +162,14 @@ impl StepNlp {
         &self.hessian_pattern
     }
 
-    /// s1ᵀs1 + s2ᵀs2 (eq. 16), N²m² + W².
+    /// s1ᵀs1 + s2ᵀs2 at the point `x` (eq. 16), N²m² + W².
     #[must_use]
     pub fn objective(&self, x: &[f64]) -> f64 {
         let (s1, s2) = (self.layout.slack_1(), self.layout.slack_2());
         x[s1].iter().chain(&x[s2]).map(|s| s * s).sum()
     }
 
-    /// The gradient of the objective, one number per variable.
+    /// The gradient of the objective at the point `x`, one number per variable.
     pub fn gradient(&self, x: &[f64], gradient: &mut [f64]) {
         gradient.fill(0.0);
         for k in self.layout.slack_1().chain(self.layout.slack_2()) {
@@ -173,7 +177,7 @@ impl StepNlp {
         }
     }
 
-    /// All constraint rows, in the layout's order.
+    /// All constraint rows at the point `x`, in the layout's order.
     pub fn constraints(&self, x: &[f64], rows: &mut [f64]) {
         self.dynamics_rows(x, rows);
         let next = self.next_state(x);
@@ -182,12 +186,14 @@ impl StepNlp {
         self.contact_rows(x, &next, rows);
     }
 
-    /// The Jacobian's values in the order of its pattern.
+    /// The Jacobian's values at the point `x` in the order of its pattern, as many as it has
+    /// entries.
     pub fn jacobian(&self, x: &[f64], values: &mut [f64]) {
         self.emit_jacobian(x, &mut ValueSink::new(values));
     }
 
-    /// The values of σ∇²f + Σ yⱼ∇²gⱼ in the order of its pattern.
+    /// The values of σ∇²f + Σ yⱼ∇²gⱼ at the point `x` in the order of its pattern, with σ the
+    /// `objective_factor` and y the `multipliers`, one a row.
     pub fn hessian(
         &self,
         x: &[f64],

@@ -1,0 +1,125 @@
+//! A solid cube is tossed with the same start for many coefficients of friction, on all
+//! cores: where does it come to rest, when, and how far did it slide? The table is the same
+//! whatever the number of threads.
+//!
+//! `cargo run --release --example friction_sweep` or, for 3 threads,
+//! `cargo run --release --example friction_sweep -- 3`
+//!
+//! Exit code 3 if a step did not converge, 2 for a bad number.
+
+use nalgebra::Vector3;
+use std::error::Error;
+use std::num::NonZeroUsize;
+use std::process::ExitCode;
+use std::thread;
+use tumble::body::RigidBody;
+use tumble::model::{ContactModel, Parameters};
+use tumble::random::random_attitude;
+use tumble::scene::tutorial_parameters;
+use tumble::simulation::{Motion, Simulation, StepRecord};
+use tumble::solver::StepStatus;
+use tumble::state::State;
+
+/// A half side of the cube, m.
+const HALF_SIDE: f64 = 0.1;
+/// How fast the cube is thrown along x, m/s.
+const SPEED: f64 = 3.0;
+/// At rest is what moves more slowly than this, m/s, for a tenth of a second.
+const REST: f64 = 1e-6;
+/// No toss is followed longer, s.
+const LONGEST: f64 = 10.0;
+
+/// What became of one toss.
+#[derive(Debug, Clone, Default)]
+struct Outcome {
+    friction: f64,
+    /// m.
+    rest: Vector3<f64>,
+    /// When it came to rest, s; `None` if it did not.
+    time: Option<f64>,
+    /// m.
+    slid: f64,
+    /// m/s.
+    worst_certificate: f64,
+    failed: u32,
+}
+
+/// How far the contact slid in a step, m: the slip speeds λ of the points, weighted by their
+/// normal forces.
+fn slip(record: &StepRecord, time_step: f64) -> f64 {
+    let (layout, x) = (record.solution.layout(), record.solution.as_slice());
+    let (forces, speeds) = (&x[layout.force_z()], &x[layout.slip_speed()]);
+    let load: f64 = forces.iter().sum();
+    let weighted: f64 = forces.iter().zip(speeds).map(|(force, speed)| force * speed).sum();
+    if load > 0.0 { time_step * weighted / load } else { 0.0 }
+}
+
+fn toss(friction: f64) -> Result<Outcome, tumble::error::Error> {
+    let body = RigidBody::solid_box(1.0, Vector3::repeat(HALF_SIDE))?;
+    let model = ContactModel::new(Parameters { body, friction, ..tutorial_parameters()? })?;
+    let start = State {
+        position: Vector3::new(0.0, 0.0, 0.5),
+        attitude: random_attitude(42),
+        velocity: Vector3::new(SPEED, 0.0, 0.0),
+        spin: Vector3::new(0.0, 10.0, 5.0),
+    };
+    let h = model.time_step();
+    let motion = Motion::native(&model);
+    let mut simulation = Simulation::new(model, start, motion)?;
+    let mut record = simulation.record();
+    let mut outcome = Outcome { friction, ..Outcome::default() };
+    let mut resting = 0.0;
+    while simulation.index() as f64 * h < LONGEST && resting < 0.1 {
+        simulation.step(&mut record)?;
+        outcome.slid += slip(&record, h);
+        outcome.worst_certificate = outcome.worst_certificate.max(record.certificate.worst());
+        outcome.failed += u32::from(record.report.status == StepStatus::Failed);
+        let state = simulation.state();
+        let moves = state.velocity.norm() + HALF_SIDE * state.spin.norm() > REST;
+        resting = if moves { 0.0 } else { resting + h };
+    }
+    outcome.rest = simulation.state().position;
+    outcome.time = (resting > 0.0).then(|| simulation.index() as f64 * h - resting);
+    Ok(outcome)
+}
+
+/// The outcome of every toss, in the order of `frictions`.
+fn sweep(frictions: &[f64], threads: NonZeroUsize) -> Result<Vec<Outcome>, tumble::error::Error> {
+    let mut outcomes = vec![Ok(Outcome::default()); frictions.len()];
+    let share = frictions.len().div_ceil(threads.get()).max(1);
+    thread::scope(|scope| {
+        for (frictions, outcomes) in frictions.chunks(share).zip(outcomes.chunks_mut(share)) {
+            scope.spawn(move || {
+                for (&friction, outcome) in frictions.iter().zip(outcomes) {
+                    *outcome = toss(friction);
+                }
+            });
+        }
+    });
+    outcomes.into_iter().collect()
+}
+
+fn main() -> Result<ExitCode, Box<dyn Error>> {
+    let threads = match std::env::args().nth(1).map(|threads| threads.parse()) {
+        None => thread::available_parallelism()?,
+        Some(Ok(threads)) => threads,
+        Some(Err(_)) => {
+            eprintln!("a number of threads from 1 is needed, for example: 3");
+            return Ok(ExitCode::from(2));
+        }
+    };
+    let frictions: Vec<f64> = (1..=12).map(|k| f64::from(k) / 10.0).collect();
+    let outcomes = sweep(&frictions, threads)?;
+
+    println!("   μ  rest at (m)             after (s)  slid (m)  certificate (m/s)  failed");
+    for outcome in &outcomes {
+        let [x, y, z] = outcome.rest.into();
+        let time = outcome.time.map_or("-".to_owned(), |time| format!("{time:.3}"));
+        println!(
+            "{:4.1}  {x:6.3} {y:6.3} {z:8.6}  {time:>9}  {:8.3}  {:17.1e}  {:6}",
+            outcome.friction, outcome.slid, outcome.worst_certificate, outcome.failed,
+        );
+    }
+    let failed = outcomes.iter().any(|outcome| outcome.failed > 0);
+    Ok(ExitCode::from(if failed { 3 } else { 0 }))
+}

@@ -1,0 +1,70 @@
+//! What a program does with the certificate: the drop scene by Ipopt alone, with a limit of
+//! iterations so tight that steps fail. A step that failed is taken back and repeated with
+//! the native solver; which law it had violated most is counted.
+//!
+//! `cargo run --release --example react_to_failure` or, with another limit,
+//! `cargo run --release --example react_to_failure -- 300`
+//!
+//! Exit code 3 if a step stays unsolved, 2 for a bad number.
+
+use std::collections::BTreeMap;
+use std::process::ExitCode;
+use tumble::error::Error;
+use tumble::model::ContactModel;
+use tumble::scene::{Scene, TOLERANCE, tutorial_parameters};
+use tumble::simulation::{Motion, Simulation};
+use tumble::solver::StepStatus;
+use tumble::solver::ipopt::{Formulation, IpoptSolver};
+
+/// Steps: the fall and the first impacts.
+const STEPS: u64 = 400;
+
+fn main() -> Result<ExitCode, Error> {
+    let argument = std::env::args().nth(1);
+    let Ok(limit) = argument.as_deref().unwrap_or("20").parse() else {
+        eprintln!("a limit of iterations from 0 to 1000000 is needed, for example: 20");
+        return Ok(ExitCode::from(2));
+    };
+    let scene = Scene::drop();
+    let model = ContactModel::new(tutorial_parameters()?)?;
+    let options = IpoptSolver::options(TOLERANCE, limit);
+    let ipopt = Motion::contact(IpoptSolver::new(&model, Formulation::default(), options)?);
+    let mut native = Motion::native(&model);
+    let start = scene.start(scene.attitude(42));
+    let mut simulation = Simulation::new(model, start, ipopt)?;
+    let mut record = simulation.record();
+
+    let (mut contact, mut repeated, mut unsolved) = (0, 0, 0);
+    let mut laws = BTreeMap::<&str, u32>::new();
+    let mut worst = 0.0_f64;
+    for _ in 0..STEPS {
+        simulation.step(&mut record)?;
+        if record.report.status == StepStatus::Failed {
+            let before = record.certificate;
+            *laws.entry(before.worst_part()).or_default() += 1;
+            simulation.take_back(&record);
+            simulation.swap_motion(&mut native);
+            simulation.step(&mut record)?;
+            simulation.swap_motion(&mut native);
+            repeated += 1;
+            if repeated <= 5 {
+                println!(
+                    "step {}: {} violated by {:.1e} m/s; repeated: {:.1e} m/s",
+                    record.index,
+                    before.worst_part(),
+                    before.worst(),
+                    record.certificate.worst(),
+                );
+            }
+        }
+        contact += u32::from(record.report.status != StepStatus::Free);
+        unsolved += u32::from(record.report.status == StepStatus::Failed);
+        worst = worst.max(record.certificate.worst());
+    }
+    println!("{STEPS} steps, {contact} in contact, at most {limit} iterations of Ipopt each");
+    for (law, count) in &laws {
+        println!("failed by the {law}: {count}");
+    }
+    println!("repeated {repeated}, unsolved {unsolved}, worst certificate {worst:.1e} m/s");
+    Ok(ExitCode::from(if unsolved > 0 { 3 } else { 0 }))
+}

@@ -1,0 +1,109 @@
+//! The front page made of docs/guide.md, and the equation numbers that it and the source
+//! cite.
+
+#[path = "../build/guide.rs"]
+mod guide;
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::Path;
+
+fn read(file: impl AsRef<Path>) -> String {
+    fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(file)).unwrap()
+}
+
+#[test]
+fn formulas_become_mathml_and_code_stays() {
+    let code = "```rust\nlet a = \"$x$\"; // $$y$$\n```\n\nand `$z$` and `a_b`\n";
+    let page = guide::page(&format!("A $\\mu$ and\n\n{code}\n\n$$\n\\frac1h\n$$\n")).unwrap();
+    assert!(page.starts_with("A <math><mi>μ</mi></math> and\n"), "{page}");
+    assert!(page.contains(code), "{page}");
+    assert!(page.contains("<math display=\"block\"><mfrac><mn>1</mn><mi>h</mi></mfrac></math>"));
+}
+
+/// What Markdown would take for a link, emphasis or the end of a cell.
+#[test]
+fn the_punctuation_of_formulas_means_nothing_to_markdown() {
+    let page = guide::page("$[a]_*|b| < c$").unwrap();
+    let text: String = page.split('>').filter_map(|piece| piece.split('<').next()).collect();
+    assert!(!text.contains(['[', ']', '*', '_', '|', '`', '\\']), "{text}");
+    assert!(page.contains("&#91;") && page.contains("&#124;") && page.contains("&lt;"), "{page}");
+}
+
+#[test]
+fn links_to_source_become_links_to_items() {
+    let page =
+        |source: &str| guide::page(source).unwrap().split("\n<style>").next().map(str::to_owned);
+    let is = |source, expected: &str| assert_eq!(page(source).as_deref(), Some(expected));
+    is("[`Plane`](../src/plane.rs#Plane)", "[`Plane`](crate::plane::Plane)");
+    is("[`solver`](../src/solver/mod.rs)", "[`solver`](crate::solver)");
+    is("see [`docs/a.md`](a.md)!", "see `docs/a.md`!");
+    is("[Ipopt](https://coin-or.github.io/Ipopt/)", "[Ipopt](https://coin-or.github.io/Ipopt/)");
+}
+
+#[test]
+fn a_formula_that_cannot_be_converted_is_named_by_its_line() {
+    let error = guide::page("text\n\n$$\na=\n\\nonsense b\n$$\n").unwrap_err();
+    assert!(error.starts_with("line 5: ") && error.contains("\\nonsense b"), "{error}");
+    let error = guide::page("$a$ and\n$\\frac{a$").unwrap_err();
+    assert_eq!(error, "line 2: a $ that is part of no formula");
+    let error = guide::page("$a$ and\n[$b$](b.md)").unwrap_err();
+    assert_eq!(error, "line 2: a formula in a link");
+}
+
+#[test]
+fn every_formula_of_the_guide_is_converted() {
+    let source = read("docs/guide.md");
+    let page = guide::page(&source).unwrap();
+    assert!(page.matches("<math").count() > 40);
+    assert_eq!(page.matches("```").count(), source.matches("```").count());
+    assert!(!page.contains('$') && !page.contains("../src"), "{page}");
+}
+
+/// The numbers of a page's equations: `8a` of `\tag{8a}`.
+fn tags(page: &str) -> BTreeSet<String> {
+    let ends = page.split("\\tag{").skip(1);
+    ends.filter_map(|text| Some(text.split_once('}')?.0.to_owned())).collect()
+}
+
+#[test]
+fn the_equations_are_numbered_through_and_the_guide_has_the_same_numbers() {
+    let formulation = tags(&read("docs/formulation.md"));
+    for number in 1..=20 {
+        let parts = ["", "a"].map(|part| formulation.contains(&format!("{number}{part}")));
+        assert!(parts.contains(&true), "equation {number}");
+    }
+    let guide = tags(&read("docs/guide.md"));
+    assert!(guide.len() > 10 && guide.is_subset(&formulation), "{guide:?}");
+}
+
+/// All Rust files below `folder`.
+fn sources(folder: &Path, found: &mut Vec<String>) {
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            sources(&path, found);
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            found.push(read(path));
+        }
+    }
+}
+
+#[test]
+fn the_source_cites_equations_that_exist() {
+    let mut known = tags(&read("docs/formulation.md"));
+    known.insert("8".to_owned());
+    let mut files = Vec::new();
+    sources(&Path::new(env!("CARGO_MANIFEST_DIR")).join("src"), &mut files);
+    let mut cited = 0;
+    for file in &files {
+        for text in file.split("(eq. ").chain(file.split(" of eq. ")).skip(1) {
+            let number: String = text.chars().take_while(|c| c.is_ascii_alphanumeric()).collect();
+            if text.starts_with(|c: char| c.is_ascii_digit() || c == 'D') {
+                assert!(known.contains(&number), "eq. {number}");
+                cited += 1;
+            }
+        }
+    }
+    assert!(cited > 40, "{cited}");
+}
