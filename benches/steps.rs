@@ -83,7 +83,7 @@ fn one_step(
 fn benches(criterion: &mut Criterion) -> Result<(), Error> {
     let model = model()?;
     let ipopt = || {
-        let options = IpoptSolver::options(scene::TOLERANCE, scene::MOST_ITERATIONS);
+        let options = IpoptSolver::options(&model, scene::TOLERANCE, scene::MOST_ITERATIONS);
         IpoptSolver::new(&model, Formulation::default(), options)
     };
     let start = simulation(&model, Box::new(NativeSolver::new(&model)))?;

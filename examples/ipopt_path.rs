@@ -26,14 +26,15 @@ struct Setting {
 }
 
 /// Every row changes one thing of the row before it.
-fn settings() -> Vec<Setting> {
+fn settings(model: &ContactModel) -> Vec<Setting> {
     let tutorial = Options {
         tolerance: scene::TOLERANCE,
         max_iterations: scene::MOST_ITERATIONS,
         ..Options::default()
     };
     let adaptive = Options { barrier: BarrierStrategy::Adaptive, ..tutorial.clone() };
-    let recommended = IpoptSolver::options(scene::TOLERANCE, scene::MOST_ITERATIONS);
+    let recommended = IpoptSolver::options(model, scene::TOLERANCE, scene::MOST_ITERATIONS);
+    let unscaled = Options { objective_scaling: 1.0, ..recommended.clone() };
     let (height, predictive) = (Detection::Height, Detection::Predictive);
     let (clamped, reduced) = (Formulation::Clamped, Formulation::Reduced);
     let row = |name, detection, formulation, options: &Options, rungs| Setting {
@@ -48,24 +49,24 @@ fn settings() -> Vec<Setting> {
         row("predictive flags", predictive, clamped, &tutorial, &[]),
         row("reduced program", predictive, reduced, &tutorial, &[]),
         row("adaptive barrier", predictive, reduced, &adaptive, &[]),
-        row("multipliers by dual infeasibility", predictive, reduced, &recommended, &[]),
+        row("multipliers by dual infeasibility", predictive, reduced, &unscaled, &[]),
+        row("objective in weights", predictive, reduced, &recommended, &[]),
         row("ladder without warm start", predictive, reduced, &recommended, &Rung::ALL[1..]),
         row("ladder", predictive, reduced, &recommended, &Rung::ALL),
     ]
 }
 
-fn run(setting: &Setting, seed: u32) -> Result<RunSummary, Error> {
+fn run(model: &ContactModel, setting: &Setting, seed: u32) -> Result<RunSummary, Error> {
     let scene = Scene::drop();
-    let model = ContactModel::new(scene::tutorial_parameters()?)?;
-    let ipopt = IpoptSolver::new(&model, setting.formulation, setting.options.clone())?;
+    let ipopt = IpoptSolver::new(model, setting.formulation, setting.options.clone())?;
     let solver: Box<dyn StepSolver> = if setting.rungs.is_empty() {
         Box::new(ipopt)
     } else {
-        Box::new(Ladder::new(&model, ipopt, setting.rungs))
+        Box::new(Ladder::new(model, ipopt, setting.rungs))
     };
     let start = scene.start(scene.attitude(seed));
     let motion = Motion::Contact { detection: setting.detection, solver };
-    let mut simulation = Simulation::new(model, start, motion)?;
+    let mut simulation = Simulation::new(model.clone(), start, motion)?;
     let mut record = StepRecord::new(&start, 8);
     let mut summary = RunSummary::default();
     for _ in 1..scene.rows {
@@ -81,11 +82,18 @@ fn main() -> ExitCode {
         eprintln!("seeds from 0 to 4294967295 are needed, for example: 42 0");
         return ExitCode::from(2);
     };
+    let model = match scene::tutorial_parameters().and_then(ContactModel::new) {
+        Ok(model) => model,
+        Err(error) => {
+            eprintln!("{error}");
+            return ExitCode::FAILURE;
+        }
+    };
     for seed in seeds {
         println!("seed {seed}: iterations a contact step, seconds, statuses, certificate (m/s)");
-        for setting in settings() {
+        for setting in settings(&model) {
             let clock = Instant::now();
-            match run(&setting, seed) {
+            match run(&model, &setting, seed) {
                 Ok(summary) => println!(
                     "  {:34} {:5.1} {:6.1}  retried {:3}, fallback {:2}, failed {:3}  \
                      median {:.1e}, largest {:.1e}",

@@ -27,7 +27,7 @@ fn main() -> Result<ExitCode, Error> {
     };
     let scene = Scene::drop();
     let model = ContactModel::new(tutorial_parameters()?)?;
-    let options = IpoptSolver::options(TOLERANCE, limit);
+    let options = IpoptSolver::options(&model, TOLERANCE, limit);
     let ipopt = Motion::contact(IpoptSolver::new(&model, Formulation::default(), options)?);
     let mut native = Motion::native(&model);
     let start = scene.start(scene.attitude(42));

@@ -78,7 +78,7 @@ fn solver(model: &ContactModel, who: Who) -> Result<Box<dyn StepSolver>, Error> 
     if who == Who::Native {
         return Ok(Box::new(NativeSolver::new(model)));
     }
-    let options = IpoptSolver::options(scene::TOLERANCE, scene::MOST_ITERATIONS);
+    let options = IpoptSolver::options(model, scene::TOLERANCE, scene::MOST_ITERATIONS);
     let ipopt = IpoptSolver::new(model, Formulation::default(), options)?;
     Ok(Box::new(Ladder::new(model, ipopt, &Rung::ALL)))
 }

@@ -113,7 +113,8 @@ impl Plane {
         if self.level { *vector } else { self.to_ground.tr_mul(vector) }
     }
 
-    /// A state of the world in the ground's frame; the spin is the body's in both.
+    /// A state of the world in the ground's frame; the spin is the body's in both, and the
+    /// quaternion keeps its length.
     #[must_use]
     pub fn state_to_ground(&self, state: &State) -> State {
         if self.level {
@@ -121,7 +122,7 @@ impl Plane {
         }
         State {
             position: self.to_ground * (state.position - self.offset * self.normal),
-            attitude: (left(&self.turn) * state.attitude).normalize(),
+            attitude: left(&self.turn) * state.attitude,
             velocity: self.to_ground * state.velocity,
             spin: state.spin,
         }
@@ -136,7 +137,7 @@ impl Plane {
         let [w, x, y, z] = self.turn.into();
         State {
             position: self.to_ground.tr_mul(&state.position) + self.offset * self.normal,
-            attitude: (left(&Vector4::new(w, -x, -y, -z)) * state.attitude).normalize(),
+            attitude: left(&Vector4::new(w, -x, -y, -z)) * state.attitude,
             velocity: self.to_ground.tr_mul(&state.velocity),
             spin: state.spin,
         }

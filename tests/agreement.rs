@@ -95,7 +95,7 @@ static COMPARISONS: LazyLock<Vec<Comparison>> = LazyLock::new(|| {
     let (mut found, mut all) = (Vec::new(), 0);
     for body in cubes() {
         let model = ContactModel::new(parameters(body)).unwrap();
-        let options = IpoptSolver::options(1e-6, 300);
+        let options = IpoptSolver::options(&model, 1e-6, 300);
         let mut ipopt = IpoptSolver::new(&model, Formulation::Reduced, options).unwrap();
         for seed in SEEDS {
             let run = thrown_run(&model, seed);

@@ -45,7 +45,8 @@ fn before_the_touch(model: &ContactModel, seed: u32) -> State {
 
 fn ladder_run(model: &ContactModel, start: State) -> Vec<StepRecord> {
     let ipopt =
-        IpoptSolver::new(model, Formulation::default(), IpoptSolver::options(1e-6, 300)).unwrap();
+        IpoptSolver::new(model, Formulation::default(), IpoptSolver::options(model, 1e-6, 300))
+            .unwrap();
     let solver = Box::new(Ladder::new(model, ipopt, &Rung::ALL));
     let motion = Motion::Contact { detection: Detection::Predictive, solver };
     let mut simulation = Simulation::new(model.clone(), start, motion).unwrap();

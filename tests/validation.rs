@@ -19,7 +19,7 @@ fn native(model: &ContactModel) -> Result<Box<dyn StepSolver>, Error> {
 }
 
 fn ipopt(model: &ContactModel) -> Result<Box<dyn StepSolver>, Error> {
-    let options = IpoptSolver::options(scene::TOLERANCE, scene::MOST_ITERATIONS);
+    let options = IpoptSolver::options(model, scene::TOLERANCE, scene::MOST_ITERATIONS);
     let ipopt = IpoptSolver::new(model, Formulation::default(), options)?;
     Ok(Box::new(Ladder::new(model, ipopt, &Rung::ALL)))
 }

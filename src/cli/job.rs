@@ -108,7 +108,7 @@ impl Job {
 
         let contact = if ground {
             refuse_start_below_ground(&model, &start, position[2])?;
-            Some(Contact::new(&settings)?)
+            Some(Contact::new(&model, &settings)?)
         } else {
             None
         };
@@ -185,7 +185,7 @@ impl Job {
 }
 
 impl Contact {
-    fn new(settings: &Settings) -> Result<Self, Failure> {
+    fn new(model: &ContactModel, settings: &Settings) -> Result<Self, Failure> {
         let detection = settings.detection.map(Detection::from).unwrap_or_default();
         if settings.solver == Some(SolverName::Native) {
             let ladder = settings.on_failure == Some(OnFailure::Ladder);
@@ -196,6 +196,7 @@ impl Contact {
             return Ok(Self { detection, on_failure, ipopt: None });
         }
         let options = IpoptSolver::options(
+            model,
             settings.tol.unwrap_or(scene::TOLERANCE),
             settings.max_iter.unwrap_or(scene::MOST_ITERATIONS),
         );

@@ -57,6 +57,9 @@ pub struct Options {
     pub initial_barrier: f64,
     /// Problem scaling (`nlp_scaling_method`).
     pub scaling: Scaling,
+    /// What the objective is multiplied with inside Ipopt (`obj_scaling_factor`), and so how
+    /// much of it `tolerance` stands for. In (0, 1e12]; Ipopt's default is 1.
+    pub objective_scaling: f64,
     /// How far the start is pushed away from a bound, absolutely (`bound_push`) and as
     /// a fraction of the distance between two bounds (`bound_frac`); Ipopt's default
     /// is 0.01. In (0, 0.5].
@@ -82,6 +85,7 @@ impl Default for Options {
             multiplier_step: MultiplierStep::Primal,
             initial_barrier: 0.1,
             scaling: Scaling::GradientBased,
+            objective_scaling: 1.0,
             bound_push: 0.01,
             mumps_pivot_order: 0,
             mumps_memory_percent: 100,
@@ -124,6 +128,8 @@ impl Options {
         number("tol", self.tolerance, 0.0, 1.0 - f64::EPSILON, "above 0 and below 1")?;
         integer("max_iter", self.max_iterations, 1_000_000, "0 to 1000000")?;
         number("mu_init", self.initial_barrier, 0.0, 1e6, "above 0 and up to 1e6")?;
+        let allowed = "above 0 and up to 1e12";
+        number("obj_scaling_factor", self.objective_scaling, 0.0, 1e12, allowed)?;
         number("bound_push", self.bound_push, 0.0, 0.5, "above 0 and up to 0.5")?;
         // 1 needs an order to be given; 4 (PORD) can end the process.
         if !matches!(self.mumps_pivot_order, 0 | 2 | 3 | 5..=7) {
@@ -176,6 +182,7 @@ impl Options {
                     Scaling::None => "none",
                 },
             ),
+            Number("obj_scaling_factor", self.objective_scaling),
             Number("bound_push", self.bound_push),
             Number("bound_frac", self.bound_push),
             Integer("mumps_pivot_order", int(self.mumps_pivot_order)),

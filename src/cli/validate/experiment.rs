@@ -171,7 +171,7 @@ fn make_solver(
     Ok(match solver {
         Solver::Native => Box::new(NativeSolver::new(model)),
         Solver::Ipopt => {
-            let options = IpoptSolver::options(scene::TOLERANCE, scene::MOST_ITERATIONS);
+            let options = IpoptSolver::options(model, scene::TOLERANCE, scene::MOST_ITERATIONS);
             let mut ipopt = IpoptSolver::new(model, Formulation::default(), options)?;
             ipopt.interrupt_by(Arc::clone(interrupt));
             Box::new(Ladder::new(model, ipopt, &Rung::ALL))
