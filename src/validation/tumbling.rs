@@ -63,8 +63,11 @@ impl Problem for Tumble {
             friction,
             start,
             load: Load::none(),
-            // Falls and rolls over, each of the time a fall takes, and a slide of all it has.
-            duration: 10.0 * (2.0 * HALF_SIDE / g).sqrt() + 2.0 * (speed + 3.0) / (friction * g),
+            // Falls and rolls over, each of the time a fall takes, flights with all the speed
+            // upwards, and a slide of all it has.
+            duration: 10.0 * (2.0 * HALF_SIDE / g).sqrt()
+                + 4.0 * (speed + 3.0) / g
+                + 2.0 * (speed + 3.0) / (friction * g),
         })?;
         let energy = |state: &State| {
             let turning = 0.5 * state.spin.dot(&(inertia * state.spin));
