@@ -195,13 +195,17 @@ impl Contact {
             let on_failure = settings.on_failure.unwrap_or(OnFailure::Record);
             return Ok(Self { detection, on_failure, ipopt: None });
         }
-        let options = IpoptSolver::options(
+        let mut options = IpoptSolver::options(
             model,
             settings.tol.unwrap_or(scene::TOLERANCE),
             settings.max_iter.unwrap_or(scene::MOST_ITERATIONS),
         );
         options.validate().map_err(tumble::error::Error::from)?;
         let on_failure = settings.on_failure.unwrap_or(OnFailure::Ladder);
+        if on_failure != OnFailure::Ladder {
+            // It pays with the ladder's warm starts only (docs/ipopt-path.md).
+            options.objective_scaling = 1.0;
+        }
         Ok(Self { detection, on_failure, ipopt: Some(options) })
     }
 }
