@@ -4,6 +4,7 @@ use super::rocking::{TallBox, tilt};
 use super::stopping::resting;
 use super::{Curve, Findings, Input, Inputs, Laboratory, Problem, Quantity, Setup, Unsuitable};
 use crate::plane::Plane;
+use crate::state::State;
 
 /// A tall box pushed over its edge.
 pub struct PushedOver;
@@ -57,7 +58,8 @@ impl Problem for PushedOver {
         let bracket = (0.8 * critical, 1.2 * critical);
         let (measured, resolution) = bisect(bracket, 0.1 * lag, |spin| {
             let setup = tall.setup(tall.pushed(spin), 20.0 * tall.growth_time())?;
-            let decided = |state: &_| tilt(state) > 1.2 * balance || tilt(state) < -0.01;
+            // Past the balance, or on the way back.
+            let decided = |state: &State| tilt(state) > balance || state.spin[1] < 0.0;
             let run = laboratory.run_until(&setup, &decided)?;
             slack = slack.max(run.velocity_slack() / tall.radius());
             let over = tilt(run.end()) > balance;
@@ -114,12 +116,13 @@ impl Problem for SlopeTopple {
         let degree = 1.0_f64.to_radians();
         let bracket = (balance - degree, balance + degree);
         let (measured, resolution) = bisect(bracket, 0.005 * degree, |slope| {
-            let duration = 15.0 * tall.growth_time();
+            // A tilt of 1e-5 rad, less than the resolution, grows to 0.1 in this time.
+            let duration = 10.0 * tall.growth_time();
             let setup = Setup {
                 plane: Plane::sloping(slope.to_degrees())?,
                 ..tall.setup(resting(tall.half_sides[2]), duration)?
             };
-            let run = laboratory.run_until(&setup, &|state| tilt(state) > 0.3)?;
+            let run = laboratory.run_until(&setup, &|state| tilt(state) > 0.1)?;
             slack = slack.max(tall.growth_time() * run.velocity_slack() / tall.radius());
             curve = Some(Curve::of(
                 ("tilt near the threshold", "rad"),
@@ -127,7 +130,7 @@ impl Problem for SlopeTopple {
                 |k| tilt(&run.states[k]),
                 |_| f64::NAN,
             ));
-            Ok(tilt(run.end()) > 0.1)
+            Ok(tilt(run.end()) > 0.05)
         })?;
         Ok(Findings {
             quantities: vec![Quantity {
