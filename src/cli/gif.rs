@@ -2,13 +2,11 @@
 
 use super::args::{AnimationArgs, GifArgs, SimulateArgs};
 use super::job::{Job, refuse_flags};
-use super::output::{PendingFile, create_directory, progress_bar, say};
+use super::output::{PendingFile, create_directory, directory_of, progress_bar, say};
 use super::source::TrajectoryFile;
 use super::{Failure, Outcome};
 use crate::pictures::Film;
 use crate::pictures::animation::{AnimationError, Settings, animate, frame_count};
-use std::fs::File;
-use std::io::{self, BufWriter, Write};
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -19,9 +17,7 @@ const MOST_ROWS: usize = 500_000;
 
 /// `tumble gif`.
 pub fn run(args: &GifArgs) -> Result<Outcome, Failure> {
-    let beside = args.file.parent().unwrap_or(Path::new(""));
-    let beside = if beside.as_os_str().is_empty() { Path::new(".") } else { beside };
-    let out = args.out.as_deref().unwrap_or(beside);
+    let out = directory_of(args.out.as_deref(), &args.file);
     let film = TrajectoryFile::open(&args.file, &args.physics)?.film(MOST_ROWS)?;
     let failed = film.rows.iter().any(|row| row.status == StepStatus::Failed);
     write(&film, out, &args.animation, args.quiet, &AtomicBool::new(false))?;
@@ -93,21 +89,13 @@ fn write(
         Err(error) => return Err(refused(error)),
     };
     bar.finish_and_clear();
-    let mut stream = pending.stream()?;
-    store(&mut stream, &animation).map_err(|error| pending.failed(&error))?;
+    pending.write(&animation)?;
     let path = pending.publish()?;
     if !quiet {
         let megabytes = animation.len() as f64 / 1e6;
         say(&format!("wrote {} ({megabytes:.2} MB)\n", path.display()))?;
     }
     Ok(Outcome::Done)
-}
-
-/// Everything down to the disk: a full one must be noticed before the file gets its name.
-fn store(stream: &mut BufWriter<File>, bytes: &[u8]) -> io::Result<()> {
-    stream.write_all(bytes)?;
-    stream.flush()?;
-    stream.get_ref().sync_all()
 }
 
 fn refused(error: AnimationError) -> Failure {

@@ -43,6 +43,17 @@ impl PendingFile {
         Ok(BufWriter::new(file))
     }
 
+    /// Writes all of the file, down to the disk: a full one must be noticed before the file
+    /// gets its name.
+    pub fn write(&self, bytes: &[u8]) -> Result<(), Failure> {
+        let mut stream = self.stream()?;
+        stream
+            .write_all(bytes)
+            .and_then(|()| stream.flush())
+            .and_then(|()| stream.get_ref().sync_all())
+            .map_err(|error| self.failed(&error))
+    }
+
     /// Turns an error of the stream into a sentence.
     pub fn failed(&self, error: &io::Error) -> Failure {
         cannot_write(&self.path, error)
@@ -55,6 +66,13 @@ impl PendingFile {
             Err(error) => Err(cannot_write(&self.path, &error.error)),
         }
     }
+}
+
+/// Where pictures of the trajectory `file` go: to `out`, or beside it.
+pub fn directory_of<'a>(out: Option<&'a Path>, file: &'a Path) -> &'a Path {
+    // `x.csv` has the parent "", which is no name of a directory.
+    let beside = file.parent().filter(|parent| !parent.as_os_str().is_empty());
+    out.or(beside).unwrap_or(Path::new("."))
 }
 
 /// Makes the output directory.

@@ -2,12 +2,11 @@
 
 use super::args::{PlotArgs, SimulateArgs};
 use super::job::Job;
-use super::output::{PendingFile, create_directory, say};
+use super::output::{PendingFile, create_directory, directory_of, say};
 use super::source::TrajectoryFile;
 use super::{Failure, Outcome};
 use crate::pictures::Film;
 use crate::pictures::plot::{self, Sheet};
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// Rows that a plot may be made of: they are all in memory, 0.8 kB each.
@@ -39,8 +38,8 @@ impl PendingPlots {
             let svg = plot::svg(film, *sheet);
             let png = plot::png(&svg)
                 .map_err(|why| Failure::Other(format!("the trajectory cannot be drawn: {why}")))?;
-            write(png_file, &png)?;
-            write(svg_file, svg.as_bytes())?;
+            png_file.write(&png)?;
+            svg_file.write(svg.as_bytes())?;
         }
         let files = self.files.into_iter().flat_map(|(_, png, svg)| [png, svg]);
         files.map(PendingFile::publish).collect()
@@ -60,9 +59,7 @@ pub fn run(args: &PlotArgs) -> Result<Outcome, Failure> {
     let file = TrajectoryFile::open(&args.file, &args.physics)?;
     let note = file.source.note;
     let film = file.film(MOST_ROWS)?;
-    // `x.csv` has the parent "", which is no name of a directory.
-    let beside = args.file.parent().filter(|parent| !parent.as_os_str().is_empty());
-    let directory = args.out.as_deref().or(beside).unwrap_or(Path::new("."));
+    let directory = directory_of(args.out.as_deref(), &args.file);
     create_directory(directory)?;
     let written = PendingPlots::create(directory)?.write(&film)?;
     let note = if note.is_empty() { String::new() } else { format!("note: {note}\n") };
@@ -74,13 +71,4 @@ pub fn run(args: &PlotArgs) -> Result<Outcome, Failure> {
 pub fn describe(written: &[PathBuf]) -> String {
     let names: Vec<_> = written.iter().map(|path| path.display().to_string()).collect();
     format!("wrote {}\n", names.join(", "))
-}
-
-fn write(file: &PendingFile, bytes: &[u8]) -> Result<(), Failure> {
-    let mut stream = file.stream()?;
-    stream
-        .write_all(bytes)
-        .and_then(|()| stream.flush())
-        .and_then(|()| stream.get_ref().sync_all())
-        .map_err(|error| file.failed(&error))
 }

@@ -169,13 +169,9 @@ fn finish(writer: TrajectoryWriter<BufWriter<File>>) -> io::Result<()> {
 }
 
 fn write_run_file(pending: &PendingFile, file: &RunFile) -> Result<(), Failure> {
-    let mut stream = pending.stream()?;
-    serde_json::to_writer_pretty(&mut stream, file)
-        .map_err(io::Error::from)
-        .and_then(|()| stream.write_all(b"\n"))
-        .and_then(|()| stream.flush())
-        .and_then(|()| stream.get_ref().sync_all())
-        .map_err(|error| pending.failed(&error))
+    let json = serde_json::to_string_pretty(file)
+        .map_err(|error| Failure::Other(format!("run.json cannot be made: {error}")))?;
+    pending.write((json + "\n").as_bytes())
 }
 
 /// One step, unless the run ends before it.

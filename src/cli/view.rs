@@ -2,13 +2,12 @@
 
 use super::args::{SimulateArgs, ViewArgs};
 use super::job::Job;
-use super::output::{PendingFile, create_directory, say};
+use super::output::{PendingFile, create_directory, directory_of, say};
 use super::run_file::RunFile;
 use super::source::TrajectoryFile;
 use super::{Failure, Outcome};
 use crate::pictures::Film;
 use crate::pictures::view::{Fact, Run, page};
-use std::io::Write;
 use std::path::Path;
 use tumble::solver::StepStatus;
 
@@ -26,9 +25,7 @@ pub fn run(args: &ViewArgs) -> Result<Outcome, Failure> {
         }
         films.push((path.as_path(), file.film(MOST_ROWS)?));
     }
-    // `x.csv` has the parent "", which is no name of a directory.
-    let beside = args.files[0].parent().filter(|parent| !parent.as_os_str().is_empty());
-    let directory = args.out.as_deref().or(beside).unwrap_or(Path::new("."));
+    let directory = directory_of(args.out.as_deref(), &args.files[0]);
     create_directory(directory)?;
     let written = write(pending(directory)?, &films)?;
     if !args.quiet {
@@ -65,12 +62,7 @@ pub fn write(pending: PendingFile, films: &[(&Path, Film)]) -> Result<String, Fa
     });
     let page = page(&runs.collect::<Result<Vec<_>, Failure>>()?)
         .map_err(|why| Failure::Other(format!("the page cannot be made: {why}")))?;
-    let mut stream = pending.stream()?;
-    stream
-        .write_all(page.as_bytes())
-        .and_then(|()| stream.flush())
-        .and_then(|()| stream.get_ref().sync_all())
-        .map_err(|error| pending.failed(&error))?;
+    pending.write(page.as_bytes())?;
     let path = pending.publish()?;
     Ok(format!("wrote {} ({:.2} MB)\n", path.display(), page.len() as f64 / 1e6))
 }

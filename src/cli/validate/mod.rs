@@ -11,7 +11,6 @@ use super::simulate::raise_on_signals;
 use super::{Failure, Outcome};
 use crate::pictures::validation::{Experiment, Report, page};
 use experiment::{Plan, Stop};
-use std::io::Write;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -31,12 +30,7 @@ pub fn run(args: &ValidateArgs) -> Result<Outcome, Failure> {
         Err(Stop::Interrupted) => return Ok(Outcome::Interrupted),
         Err(Stop::Failed(failure)) => return Err(failure),
     };
-    let mut stream = file.stream()?;
-    stream
-        .write_all(page(&report).as_bytes())
-        .and_then(|()| stream.flush())
-        .and_then(|()| stream.get_ref().sync_all())
-        .map_err(|error| file.failed(&error))?;
+    file.write(page(&report).as_bytes())?;
     let path = file.publish()?;
     if !args.quiet {
         let wrote = format!("wrote {}\n", path.display());
