@@ -67,6 +67,20 @@ fn ipopt_has_the_answers() {
     }
 }
 
+/// A light box has small forces, of which Ipopt's tolerance is a larger part; its error has one
+/// sign and adds up over the steps.
+#[test]
+fn ipopt_slides_light_boxes_as_well_as_its_certificates_say() {
+    let problem = validation::find("slope-slide").unwrap();
+    for (mass, time_step) in [(2.0, 0.02), (0.2, 0.02), (0.05, 0.01), (0.01, 0.01)] {
+        let mut inputs = problem.inputs();
+        inputs.set(Input::Mass, mass);
+        let mut laboratory = Laboratory::new(&ipopt, time_step);
+        let findings = problem.solve(&inputs, &mut laboratory).unwrap();
+        assert_holds(problem, &inputs, &findings);
+    }
+}
+
 /// Other masses, frictions, gravities, slopes and speeds. Inputs for which the closed form
 /// is another motion's are refused, but not most of them.
 #[test]

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use tumble::detection::Detection;
 use tumble::ipopt::{self, Options};
-use tumble::load::Load;
+use tumble::load::{Load, Polyline};
 use tumble::model::{ContactModel, Parameters};
 use tumble::scene;
 use tumble::simulation::{Motion, Simulation};
@@ -56,10 +56,10 @@ impl Job {
             return Self::of(name.to_owned(), ground, flags.over(Settings::of_scene(scene)));
         };
         let scenario = Scenario::read(path)?;
+        refuse_idle_settings(scenario.ground, &flags)?;
         let seed_given = flags.seed.is_some();
         let settings = flags.over(scenario.settings);
-        let job = refuse_idle_settings(scenario.ground, &settings)
-            .and_then(|()| Self::of(scenario.name, scenario.ground, settings));
+        let job = Self::of(scenario.name, scenario.ground, settings);
         let job = job.map_err(|failure| failure.in_file(path))?;
         let idle_seed = seed_given && !job.drawn;
         refuse_flags("an attitude that is not random", &[("--seed", idle_seed)])?;
@@ -103,11 +103,12 @@ impl Job {
             settings.torque.clone().unwrap_or_default(),
             point,
         )?;
+        refuse_violent_load(&model, &load)?;
         let idle_point = settings.force_at.is_some() && settings.force.is_none();
         refuse_flags("a body without --force", &[("--force-at", idle_point)])?;
 
         let contact = if ground {
-            refuse_start_below_ground(&model, &start, position[2])?;
+            refuse_start_below_ground(&model, &start, &settings)?;
             Some(Contact::new(&model, &settings)?)
         } else {
             None
@@ -242,29 +243,50 @@ pub fn refuse_flags(place: &str, flags: &[(&str, bool)]) -> Result<(), Failure> 
     }
 }
 
-/// A start inside the ground would be thrown out of it within one step. `height` is the
-/// centre's z as it was given. What rounding makes of a start that lies on a slope is none.
+/// A load that in one step makes a speed or spin that no state may have is a mistake.
+fn refuse_violent_load(model: &ContactModel, load: &Load) -> Result<(), Failure> {
+    let (body, h) = (model.body(), model.time_step());
+    let largest = |line: &Polyline| line.knots().iter().map(|(_, v)| v.amax()).fold(0.0, f64::max);
+    let arm = 2.0 * load.point().amax();
+    let (force, torque) = (largest(&load.force), largest(&load.torque));
+    let turning = body.inertia_inverse().amax() * (torque + arm * force);
+    let gained = [("m/s", h * force / body.mass()), ("rad/s", h * turning)];
+    match gained.into_iter().find(|(_, gained)| *gained > MOST_GAINED) {
+        None => Ok(()),
+        Some((unit, gained)) => Err(Failure::Input(format!(
+            "force or torque: a step of this load alone would change the body's motion by \
+             {gained:.1e} {unit}; at most {MOST_GAINED:e} {unit} is allowed"
+        ))),
+    }
+}
+
+/// m/s or rad/s: a tenth of what the state at the start may have.
+const MOST_GAINED: f64 = 1e4;
+
+/// A start inside the ground would be thrown out of it within one step. What rounding makes
+/// of a start that lies on a slope is none.
 fn refuse_start_below_ground(
     model: &ContactModel,
     start: &State,
-    height: f64,
+    settings: &Settings,
 ) -> Result<(), Failure> {
     let start = model.plane().state_to_ground(start);
     let lowest = model.lowest_height(&start);
-    if lowest
-        >= -1e-14 * (start.position.norm() + model.plane().offset().abs() + model.body().reach())
-    {
+    let length = start.position.norm() + model.plane().offset().abs() + model.body().reach();
+    if lowest >= -1e-14 * length {
         return Ok(());
     }
     let depth = -lowest;
-    if !model.plane().is_level() {
+    if settings.frame != Some(Frame::Ground) && !model.plane().is_level() {
         return Err(Failure::Input(format!(
-            "--position: the lowest corner would start {depth:.3e} m below the plane; with --frame \
-             ground the height above it is the position's z"
+            "position: the lowest corner would start {depth:.4} m below the plane; in the ground's \
+             frame (--frame ground) the position's z is the height above it"
         )));
     }
+    let height = start.position[2];
+    let name = if settings.height.is_some() { "--height" } else { "position: z =" };
     Err(Failure::Input(format!(
-        "--height {height}: the lowest corner would start {depth:.4} m below the ground; {:.4} or \
+        "{name} {height}: the lowest corner would start {depth:.4} m below the ground; {:.4} or \
          more is needed for this attitude",
         ((height + depth) * 1e4).ceil() / 1e4
     )))

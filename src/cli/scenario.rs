@@ -157,15 +157,55 @@ impl Scenario {
 
 /// What is wrong, and in which line.
 fn sentence(text: &str, error: &toml::de::Error) -> String {
-    let Some(span) = error.span() else { return error.message().to_owned() };
+    let Some(span) = error.span() else { return plain(error.message()) };
     let before = &text.as_bytes()[..span.start.min(text.len())];
     let line = before.iter().filter(|byte| **byte == b'\n').count();
     let shown: String = text.lines().nth(line).unwrap_or("").trim().chars().take(60).collect();
-    format!("line {}, `{shown}`: {}", line + 1, error.message())
+    let message = plain(error.message());
+    // A table that is missing is missing nowhere.
+    if shown.is_empty() || (span.start == 0 && message.starts_with("missing field")) {
+        return message;
+    }
+    format!("line {}, `{shown}`: {message}", line + 1)
+}
+
+/// A message without the names of our own types.
+fn plain(message: &str) -> String {
+    let types = [
+        ("expected f64", "a number is needed"),
+        ("expected u64", "a whole number is needed"),
+        ("expected u32", "a whole number from 0 to 4294967295 is needed"),
+        (" as i128", ""),
+        ("expected struct BodyTable", "a table [body] is needed"),
+        ("expected struct GroundTable", "a table [ground] is needed"),
+        ("expected struct StartTable", "a table [start] is needed"),
+        ("expected struct LoadTable", "a table [load] is needed"),
+        ("expected struct SolverTable", "a table [solver] is needed"),
+    ];
+    types.iter().fold(message.to_owned(), |text, (name, plain)| text.replace(name, plain))
 }
 
 impl ScenarioFile {
+    /// A field that would do nothing is refused rather than ignored.
+    fn refuse_idle_fields(&self) -> Result<(), String> {
+        let floating = self.ground.is_none();
+        let pushed = self.load.as_ref().is_none_or(|load| load.force.is_some());
+        let placed = self.load.as_ref().is_some_and(|load| load.at.is_some());
+        let idle = [
+            ("solver", "a [ground] table", floating && self.solver.is_some()),
+            ("start.frame \"ground\"", "a [ground] table", floating && self.start.is_in_ground()),
+            ("load.at", "load.force", placed && !pushed),
+        ];
+        match idle.into_iter().find(|(.., idle)| *idle) {
+            Some((field, need, _)) => {
+                Err(format!("{field} has no meaning without {need}; leave it out"))
+            }
+            None => Ok(()),
+        }
+    }
+
     fn scenario(self, stem: String) -> Result<Scenario, String> {
+        self.refuse_idle_fields()?;
         let name = self.name.unwrap_or(stem);
         if name.is_empty() || name.chars().count() > 80 || name.chars().any(char::is_control) {
             return Err("name: 1 to 80 characters in one line are needed".to_owned());
@@ -227,6 +267,12 @@ impl ScenarioFile {
             on_failure: solver.and_then(|table| table.on_failure),
         };
         Ok(Scenario { name, ground, settings })
+    }
+}
+
+impl StartTable {
+    fn is_in_ground(&self) -> bool {
+        self.frame == Some(Frame::Ground)
     }
 }
 

@@ -130,7 +130,7 @@ const REFUSED: [(&[&str], &[&str]); 110] = [
     (&["--plane", "200"], &["--plane", "200", "-180 to 180"]),
     (&["--plane", "1,2"], &["--plane", "NX,NY,NZ"]),
     (&["--plane", "0,0,1,2e6"], &["--plane", "offset"]),
-    (&["--plane", "70"], &["--position", "below the plane", "--frame ground"]),
+    (&["--plane", "70"], &["position", "below the plane", "--frame ground"]),
     (&["--force", "1,2"], &["--force", "X,Y,Z"]),
     (&["--force", "1,2,inf"], &["--force"]),
     (&["--force", "1e10,0,0"], &["--force", "1e9"]),

@@ -103,6 +103,30 @@ fn a_block_on_an_odd_plane_stays_and_its_weight_is_carried() {
     }
 }
 
+/// Far from the plane's origin the turn of the frame costs digits, which 1/h magnifies: the
+/// file still verifies, and a changed one does not.
+#[test]
+fn a_slope_far_from_the_origin_verifies() {
+    for place in [["--position", "5000,0,0.05"], ["--position", "0,3e5,0.05"]] {
+        let flags = [&place[..], &["--solver", "native", "--steps", "200", "--mu", "0.05"]];
+        let (end, directory) = run_scenario(BLOCK, &flags.concat());
+        assert_eq!(end.code, Some(0), "{end:?}");
+        let path = directory.path().join("out/trajectory.csv");
+        assert_eq!(run(&["verify", text(&path)]).code, Some(0), "{place:?}");
+        let other = run(&["verify", text(&path), "--mu", "0.06"]);
+        assert_eq!(other.code, Some(1), "{other:?}");
+    }
+}
+
+/// More than any state may have gained in one step is a mistake in the load.
+#[test]
+fn a_load_that_throws_the_body_out_of_the_world_is_refused() {
+    for flags in [["--force", "1e9,0,0"], ["--torque", "1e7,0,0"]] {
+        let end: End = tumble().args(flags).output().unwrap().into();
+        end.assert_refused(2, &["force or torque", "at most"]);
+    }
+}
+
 /// Without run.json the plane and the load come from flags.
 #[test]
 fn flags_make_the_same_planes_and_loads_as_files() {
@@ -228,7 +252,11 @@ const BROKEN: [(&str, &str, &[&str]); 33] = [
     ("offset = -0.7", "offset = inf", &["ground", "offset"]),
     ("frame = \"ground\"", "frame = \"moon\"", &["line 10", "world", "ground"]),
     ("position = [0.3, 0.1, 0.05]", "", &["line 9", "position"]),
-    ("position = [0.3, 0.1, 0.05]", "position = [0.3, 0.1, 0.04]", &["below the plane"]),
+    (
+        "position = [0.3, 0.1, 0.05]",
+        "position = [0.3, 0.1, 0.04]",
+        &["position", "below the ground", "0.05"],
+    ),
     (
         "position = [0.3, 0.1, 0.05]",
         "position = [0.3, 0.1, 0.05]\nattitude = [0, 0, 0, 0]",
@@ -245,7 +273,7 @@ const BROKEN: [(&str, &str, &[&str]); 33] = [
     ("[body]", "name = \"\"\n[body]", &["name"]),
     ("[body]", "[load]\nforce = [[1.0, 0, 0, 0], [0.5, 0, 0, 0]]\n[body]", &["load.force", "time"]),
     ("[body]", "[load]\nforce = [1.0, 0.0]\n[body]", &["line 3", "three numbers"]),
-    ("[body]", "[load]\nat = [0, 0, 1.0]\n[body]", &["force-at", "--force"]),
+    ("[body]", "[load]\nat = [0, 0, 1.0]\n[body]", &["load.at", "load.force"]),
     ("[body]", "[solver]\nname = \"native\"\ntolerance = 1e-8\n[body]", &["--tol", "native"]),
 ];
 

@@ -123,7 +123,8 @@ impl Plan {
     fn refusal(&self, why: &Unsuitable) -> Failure {
         let flags = &self.flags;
         let with = if flags.is_empty() { String::new() } else { format!(" with {flags}") };
-        Failure::Input(format!("{}{with}: {why}", self.problem.name()))
+        let name = self.problem.name();
+        Failure::Input(format!("{name}{with}: {why} (or leave this problem out)"))
     }
 
     /// All runs by `solver`; `done` is called after each.

@@ -74,7 +74,7 @@ fn slip_speed(film: &Film) -> Panel {
         series: vec![Series::new("", 2, values)],
         legend: None,
         marks: Vec::new(),
-        nothing: Some("no corner slips in this run"),
+        nothing: Some("no corner that carries a force slips in this run"),
     }
 }
 
@@ -132,6 +132,10 @@ fn iterations(film: &Film) -> Panel {
         series: vec![Series::new("", 7, values)],
         legend: None,
         marks: Vec::new(),
-        nothing: Some("no contact problem was solved in this run"),
+        nothing: Some(if steps(film).iter().all(|row| row.status == StepStatus::Free) {
+            "no contact problem was solved in this run"
+        } else {
+            "0 in every step"
+        }),
     }
 }

@@ -64,8 +64,14 @@ pub fn png(svg: &str) -> Result<Vec<u8>, String> {
 /// The run in numbers.
 fn notes(film: &Film) -> String {
     let model = &film.model;
+    let slope = if model.plane().is_level() {
+        String::new()
+    } else {
+        let angle = model.plane().normal()[2].clamp(-1.0, 1.0).acos().to_degrees();
+        format!(", slope {}°", (angle * 100.0).round() / 100.0)
+    };
     format!(
-        "{} row{}, h = {} s, m = {} kg, μ = {}, {} corners",
+        "{} row{}, h = {} s, m = {} kg, μ = {}, {} corners{slope}",
         film.rows.len(),
         if film.rows.len() == 1 { "" } else { "s" },
         model.time_step(),
