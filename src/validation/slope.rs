@@ -22,7 +22,8 @@ pub struct Slope {
 /// A slope below atan μ, for a minute.
 pub static STICK: Slope = Slope {
     name: "slope-stick",
-    about: "A box on a slope below atan μ stays where it is for a minute: it does not creep.",
+    about: "A box on a slope for a minute: below atan μ, as usually, it stays where it is and does \
+            not creep; above, it slides.",
     slope: 20.0,
     duration: 60.0,
     time_step: 0.01,
@@ -31,7 +32,8 @@ pub static STICK: Slope = Slope {
 /// A slope above atan μ.
 pub static SLIDE: Slope = Slope {
     name: "slope-slide",
-    about: "A box on a slope above atan μ slides with a = g (sin θ − μ cos θ).",
+    about: "A box on a slope: above atan μ, as usually, it slides with a = g (sin θ − μ cos θ); \
+            below, it stays.",
     slope: 30.0,
     duration: 2.0,
     time_step: 0.002,
