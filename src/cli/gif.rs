@@ -46,13 +46,8 @@ pub fn check(args: &SimulateArgs, job: &Job) -> Result<(), Failure> {
 }
 
 /// The animation of a finished simulation; no file if `interrupt` is raised.
-pub fn make(
-    trajectory: &Path,
-    args: &SimulateArgs,
-    interrupt: &AtomicBool,
-) -> Result<Outcome, Failure> {
-    let film = TrajectoryFile::open(trajectory, &args.physics)?.film(MOST_ROWS)?;
-    write(&film, &args.out, &args.animation, args.quiet, interrupt)
+pub fn make(film: &Film, args: &SimulateArgs, interrupt: &AtomicBool) -> Result<Outcome, Failure> {
+    write(film, &args.out, &args.animation, args.quiet, interrupt)
 }
 
 fn settings(args: &AnimationArgs) -> Settings {

@@ -321,6 +321,11 @@ impl LoadValue {
     fn polyline(self, field: &str) -> Result<Polyline, String> {
         match self {
             Self::Constant(value) => Polyline::constant(value.into()),
+            Self::Knots(knots) if knots.is_empty() => {
+                return Err(format!(
+                    "{field}: it has no knots; give one at least, or leave it out"
+                ));
+            }
             Self::Knots(knots) => {
                 let knots = knots.into_iter().map(|[t, x, y, z]| (t, Vector3::new(x, y, z)));
                 Polyline::new(knots.collect())

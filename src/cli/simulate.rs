@@ -80,24 +80,27 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
         let _ = writeln!(text, "wrote {} and {}", trajectory.display(), run_json.display());
         say(&text)?;
     }
-    if let Some(plots) = plots {
-        let film = TrajectoryFile::open(&trajectory, &args.physics)?.film(plot::MOST_ROWS)?;
-        let written = plots.write(&film)?;
-        if !args.quiet {
-            say(&plot::describe(&written))?;
+    let gif = args.gif && run.end != End::Interrupted;
+    if plots.is_some() || page.is_some() || gif {
+        // Each kind of picture has checked its own number of rows before the run.
+        let film = TrajectoryFile::open(&trajectory, &args.physics)?.film(usize::MAX)?;
+        if let Some(plots) = plots {
+            let written = plots.write(&film)?;
+            if !args.quiet {
+                say(&plot::describe(&written))?;
+            }
         }
-    }
-    if let Some(page) = page {
-        let film = TrajectoryFile::open(&trajectory, &args.physics)?.film(view::MOST_ROWS)?;
-        let written = view::write(page, &[(&trajectory, film)])?;
-        if !args.quiet {
-            say(&written)?;
+        if let Some(page) = page {
+            let written = view::write(page, &[(&trajectory, &film)])?;
+            if !args.quiet {
+                say(&written)?;
+            }
         }
-    }
-    if args.gif && run.end != End::Interrupted {
-        let made = gif::make(&trajectory, args, &interrupt)?;
-        if matches!(made, Outcome::Interrupted) {
-            return Ok(made);
+        if gif {
+            let made = gif::make(&film, args, &interrupt)?;
+            if matches!(made, Outcome::Interrupted) {
+                return Ok(made);
+            }
         }
     }
     Ok(match run.end {

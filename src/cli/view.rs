@@ -27,7 +27,8 @@ pub fn run(args: &ViewArgs) -> Result<Outcome, Failure> {
     }
     let directory = directory_of(args.out.as_deref(), &args.files[0]);
     create_directory(directory)?;
-    let written = write(pending(directory)?, &films)?;
+    let shown: Vec<_> = films.iter().map(|(path, film)| (*path, film)).collect();
+    let written = write(pending(directory)?, &shown)?;
     if !args.quiet {
         say(&(notes + &written))?;
     }
@@ -51,7 +52,7 @@ pub fn pending(directory: &Path) -> Result<PendingFile, Failure> {
 
 /// Writes the page of one or two films, which were read from the files named; the sentence
 /// on it.
-pub fn write(pending: PendingFile, films: &[(&Path, Film)]) -> Result<String, Failure> {
+pub fn write(pending: PendingFile, films: &[(&Path, &Film)]) -> Result<String, Failure> {
     let several = films.len() > 1;
     let runs = films.iter().map(|(path, film)| {
         let mut facts = known_facts(path)?;

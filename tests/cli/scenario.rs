@@ -118,6 +118,21 @@ fn a_slope_far_from_the_origin_verifies() {
     }
 }
 
+/// What the turn of the frame costs does not excuse a place out of this world.
+#[test]
+fn a_place_out_of_this_world_does_not_verify_on_a_slope() {
+    let (end, directory) = run_scenario(BLOCK, &["--solver", "native", "--steps", "20"]);
+    assert_eq!(end.code, Some(0), "{end:?}");
+    let path = directory.path().join("out/trajectory.csv");
+    let mut table = super::support::Table::parse(&fs::read_to_string(&path).unwrap());
+    let x = table.column("x_m");
+    for far in ["1e12", "1e100", "1e308"] {
+        table.rows[10][x] = far.to_owned();
+        fs::write(&path, table.text()).unwrap();
+        assert_eq!(run(&["verify", text(&path)]).code, Some(1), "{far}");
+    }
+}
+
 /// More than any state may have gained in one step is a mistake in the load.
 #[test]
 fn a_load_that_throws_the_body_out_of_the_world_is_refused() {
@@ -229,7 +244,8 @@ fn pictures_show_slopes() {
 }
 
 /// What is changed in `BLOCK`, by what, and the words of the refusal.
-const BROKEN: [(&str, &str, &[&str]); 33] = [
+const BROKEN: [(&str, &str, &[&str]); 34] = [
+    ("[body]", "[load]\nforce = []\n[body]", &["load.force", "no knots"]),
     ("mass = 3.0", "mass = -3.0", &["mass", "-3", "1e-9 to 1e9"]),
     ("mass = 3.0", "mass = nan", &["mass", "NaN"]),
     ("mass = 3.0", "mass = \"heavy\"", &["line 4", "mass", "heavy"]),
