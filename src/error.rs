@@ -31,9 +31,23 @@ pub enum Error {
     /// The step was given up because its interrupt flag was raised.
     #[error("the step was interrupted")]
     Interrupted,
-    /// Ipopt refused the problem before it ran.
-    #[error(transparent)]
-    Ipopt(#[from] crate::ipopt::IpoptError),
+    /// A feature that a part of the library does not have.
+    #[error("{what}: {why}")]
+    Unsupported {
+        /// What was asked for.
+        what: &'static str,
+        /// Why it is not to be had.
+        why: &'static str,
+    },
+    /// A solver refused the step before it ran, or broke the rules of
+    /// [`StepSolver`](crate::step::StepSolver).
+    #[error("{solver}: {why}")]
+    Solver {
+        /// Which solver.
+        solver: &'static str,
+        /// Its reason.
+        why: String,
+    },
 }
 
 /// `Ok(value)` where `low ≤ value ≤ high`.

@@ -1,26 +1,24 @@
-#![doc = include_str!(concat!(env!("OUT_DIR"), "/guide.md"))]
+#![cfg_attr(feature = "guide", doc = include_str!(concat!(env!("OUT_DIR"), "/guide.md")))]
+#![cfg_attr(not(feature = "guide"), doc = include_str!("../docs/guide.md"))]
 #![deny(unsafe_code)]
 
-pub mod body;
-pub mod certificate;
-pub mod detection;
-pub mod dynamics;
 pub mod error;
-pub mod ipopt;
-pub mod load;
-pub mod model;
-pub mod plane;
-pub mod quaternion;
-pub mod random;
-pub mod scene;
-pub mod simulation;
+
+pub mod mechanics;
+
+pub mod contact;
+pub mod world;
+
 pub mod solver;
 pub mod sparsity;
-pub mod state;
+pub mod step;
 pub mod step_nlp;
-pub mod summary;
-pub mod trajectory;
+
+pub mod simulation;
 pub mod validation;
+
+#[cfg(feature = "ipopt")]
+pub mod ipopt;
 
 /// The README's programs, compiled and run.
 #[cfg(doctest)]

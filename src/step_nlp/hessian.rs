@@ -6,8 +6,8 @@
 
 use super::StepNlp;
 use super::entries::EntrySink;
-use super::layout::{ATTITUDE, ATTITUDE_ROWS, POSITION, SPIN, SPIN_ROWS, UNIT_NORM_ROW};
-use crate::state::State;
+use super::layout::{ATTITUDE, ATTITUDE_ROWS, SPIN, SPIN_ROWS, UNIT_NORM_ROW};
+use crate::mechanics::State;
 use nalgebra::{Matrix3, Matrix4, Vector2, Vector4};
 
 /// The multipliers of one contact's rows.
@@ -46,15 +46,15 @@ impl StepNlp {
     /// q⁺ × q⁺: 2 y E of eq. 9, and the constant forms Q_k of eq. 3 with the multipliers
     /// of eqs. 10 (times α/h), 12 and 14 (times −f_z).
     fn emit_attitude_block(&self, x: &[f64], multipliers: &[f64], sink: &mut impl EntrySink) {
-        let h = self.model.time_step();
+        let h = self.world.time_step();
         let mut block = Matrix4::identity() * (2.0 * multipliers[UNIT_NORM_ROW]);
         let mut present = Matrix4::<f64>::identity();
-        for (i, point) in self.model.body().contact_points().iter().enumerate() {
+        for (i, forms) in self.forms.iter().enumerate() {
             let y = self.contact_multipliers(multipliers, i);
             let slip = y.dissipation * (self.step.alpha[i] / h);
             let fz = x[self.layout.contact_variables(i)[2]];
             let weights = [slip[0], slip[1], y.height - y.normal * fz];
-            for (form, weight) in point.forms.iter().zip(weights) {
+            for (form, weight) in forms.iter().zip(weights) {
                 block += form * weight;
                 present += form.abs();
             }
@@ -76,7 +76,7 @@ impl StepNlp {
         let mut block: Matrix3<f64> =
             b.transpose() * self.advanced_attitude(&next.spin).hessian(y) * b;
         for (form, y) in self.gyroscopic_forms.iter().zip(&multipliers[SPIN_ROWS]) {
-            block -= form * (self.model.time_step() * y);
+            block -= form * (self.world.time_step() * y);
         }
         for row in 0..3 {
             for col in 0..=row {
@@ -112,7 +112,7 @@ impl StepNlp {
         sink: &mut impl EntrySink,
     ) {
         let fz = self.layout.contact_variables(i)[2];
-        sink.put(fz, POSITION.start + 2, -y.normal);
+        self.emit_position_gradient(2, fz, -y.normal, sink);
         self.emit_attitude_gradient(next, i, 2, fz, -y.normal, sink);
     }
 
@@ -130,8 +130,8 @@ impl StepNlp {
             + force.direction * y.friction;
         sink.put(slip, fx, by_force[0]);
         sink.put(slip, fy, by_force[1]);
-        if self.model.friction() > 0.0 {
-            sink.put(slip, fz, -y.friction * self.model.friction());
+        if self.world.friction() > 0.0 {
+            sink.put(slip, fz, -y.friction * self.world.friction());
         }
     }
 

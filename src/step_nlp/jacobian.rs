@@ -6,8 +6,8 @@ use super::layout::{
     ATTITUDE, ATTITUDE_ROWS, POSITION, POSITION_ROWS, SPIN, SPIN_ROWS, UNIT_NORM_ROW, VELOCITY,
     VELOCITY_ROWS,
 };
-use crate::dynamics::skew;
-use crate::state::State;
+
+use crate::mechanics::State;
 use nalgebra::{Matrix3, Vector4};
 
 impl StepNlp {
@@ -37,7 +37,7 @@ impl StepNlp {
         for k in 0..3 {
             let row = POSITION_ROWS.start + k;
             sink.put(row, POSITION.start + k, -1.0);
-            sink.put(row, VELOCITY.start + k, self.model.time_step());
+            sink.put(row, VELOCITY.start + k, self.world.time_step());
         }
     }
 
@@ -53,22 +53,27 @@ impl StepNlp {
         }
     }
 
-    /// Eq. 8c: v + h (Σf/m + g) − v⁺.
+    /// Eq. 8c: v + h (Σ F f/m + g) − v⁺.
     fn emit_velocity_rows(&self, sink: &mut impl EntrySink) {
-        let per_force = self.model.time_step() / self.model.body().mass();
+        let per_force = self.world.time_step() / self.body().mass();
         for k in 0..3 {
             let row = VELOCITY_ROWS.start + k;
             sink.put(row, VELOCITY.start + k, -1.0);
             for i in 0..self.layout.contacts() {
-                sink.put(row, self.layout.contact_variables(i)[k], per_force);
+                for (axis, col) in self.layout.contact_variables(i)[..3].iter().enumerate() {
+                    let share = self.frame()[(k, axis)];
+                    if share != 0.0 {
+                        sink.put(row, *col, per_force * share);
+                    }
+                }
             }
         }
     }
 
     /// Eq. 8d: ω + h I⁻¹ (τ − ω⁺ × I ω⁺) − ω⁺. By ω⁺: −E − h T(ω⁺), row k of T(ω) being
-    /// ωᵀ T_k (eq. D6); by f_i: h I⁻¹ [c_i]× Aᵀ (eq. D5).
+    /// ωᵀ T_k (eq. D6); by f_i: h I⁻¹ [c_i]× Aᵀ F (eq. D5).
     fn emit_spin_rows(&self, next: &State, sink: &mut impl EntrySink) {
-        let h = self.model.time_step();
+        let h = self.world.time_step();
         for k in 0..3 {
             let row = SPIN_ROWS.start + k;
             let form = &self.gyroscopic_forms[k];
@@ -80,9 +85,9 @@ impl StepNlp {
                     sink.put(row, SPIN.start + j, by_spin[j]);
                 }
             }
-            for (i, point) in self.model.body().contact_points().iter().enumerate() {
+            for (i, point) in self.body().contact_points().iter().enumerate() {
                 let lever: Matrix3<f64> =
-                    self.model.body().inertia_inverse() * skew(&point.position);
+                    self.body().inertia_inverse() * point.position.cross_matrix();
                 if lever.row(k).amax() > 0.0 {
                     for (axis, col) in self.layout.contact_variables(i)[..3].iter().enumerate() {
                         sink.put(row, *col, self.step.spin_per_force[i][(k, axis)]);
@@ -99,10 +104,10 @@ impl StepNlp {
         let force = self.smooth_force(x, i);
         let by_force = force.direction_jacobian();
         let alpha = self.step.alpha[i];
-        let rate = alpha / self.model.time_step();
+        let rate = alpha / self.world.time_step();
         for axis in 0..2 {
             let row = self.layout.dissipation_rows().start + 2 * i + axis;
-            sink.put(row, POSITION.start + axis, rate);
+            self.emit_position_gradient(axis, row, rate, sink);
             self.emit_attitude_gradient(next, i, axis, row, rate, sink);
             sink.put(row, fx, alpha * x[slip] * by_force[(axis, 0)]);
             sink.put(row, fy, alpha * x[slip] * by_force[(axis, 1)]);
@@ -113,7 +118,7 @@ impl StepNlp {
     /// Eq. 12: z⁺ = (r⁺ + A(q⁺) c)_z.
     fn emit_height_row(&self, next: &State, i: usize, sink: &mut impl EntrySink) {
         let row = self.layout.height_rows().start + i;
-        sink.put(row, POSITION.start + 2, 1.0);
+        self.emit_position_gradient(2, row, 1.0, sink);
         self.emit_attitude_gradient(next, i, 2, row, 1.0, sink);
     }
 
@@ -124,8 +129,8 @@ impl StepNlp {
         let d = self.smooth_force(x, i).direction;
         sink.put(row, fx, -d[0]);
         sink.put(row, fy, -d[1]);
-        if self.model.friction() > 0.0 {
-            sink.put(row, fz, self.model.friction());
+        if self.world.friction() > 0.0 {
+            sink.put(row, fz, self.world.friction());
         }
     }
 
@@ -139,9 +144,10 @@ impl StepNlp {
     ) {
         let row = self.layout.normal_complementarity_rows().start + i;
         let [_, _, fz, s1, ..] = self.layout.contact_variables(i);
-        let form = &self.model.body().contact_points()[i].forms[2];
-        let height = next.position[2] + 0.5 * next.attitude.dot(&(form * next.attitude));
-        sink.put(row, POSITION.start + 2, -x[fz]);
+        let (form, ground) = (&self.forms[i][2], self.world.ground());
+        let centre = ground.normal().dot(&next.position) - ground.offset();
+        let height = centre + 0.5 * next.attitude.dot(&(form * next.attitude));
+        self.emit_position_gradient(2, row, -x[fz], sink);
         self.emit_attitude_gradient(next, i, 2, row, -x[fz], sink);
         sink.put(row, fz, -height);
         sink.put(row, s1, 1.0);
@@ -152,7 +158,7 @@ impl StepNlp {
         let row = self.layout.friction_complementarity_rows().start + i;
         let [fx, fy, fz, _, s2, slip] = self.layout.contact_variables(i);
         let force = self.smooth_force(x, i);
-        let friction = self.model.friction();
+        let friction = self.world.friction();
         sink.put(row, fx, x[slip] * force.direction[0]);
         sink.put(row, fy, x[slip] * force.direction[1]);
         if friction > 0.0 {
@@ -162,7 +168,22 @@ impl StepNlp {
         sink.put(row, slip, force.norm - friction * x[fz]);
     }
 
-    /// `factor` times ∂(A(q⁺) c_i)_axis/∂q⁺ = (Q_axis q⁺)ᵀ (eq. 3) in `row`. A contact
+    /// `factor` times ∂(Fᵀ r⁺)_axis/∂r⁺ in `row`: column `axis` of F.
+    pub(super) fn emit_position_gradient(
+        &self,
+        axis: usize,
+        row: usize,
+        factor: f64,
+        sink: &mut impl EntrySink,
+    ) {
+        for (k, share) in self.frame().column(axis).iter().enumerate() {
+            if *share != 0.0 {
+                sink.put(row, POSITION.start + k, factor * share);
+            }
+        }
+    }
+
+    /// `factor` times ∂(Fᵀ A(q⁺) c_i)_axis/∂q⁺ = (Q_axis q⁺)ᵀ (eq. 3) in `row`. A contact
     /// point in the centre of mass has no such entries.
     pub(super) fn emit_attitude_gradient(
         &self,
@@ -173,7 +194,7 @@ impl StepNlp {
         factor: f64,
         sink: &mut impl EntrySink,
     ) {
-        let form = &self.model.body().contact_points()[i].forms[axis];
+        let form = &self.forms[i][axis];
         let gradient: Vector4<f64> = form * next.attitude;
         for k in 0..4 {
             if form.row(k).amax() > 0.0 {

@@ -16,31 +16,49 @@
 //! (`entries.rs`): run with a pattern as sink it gives the structure, run with an array
 //! as sink the values, so that the two cannot disagree.
 //!
-//! States and forces are in the ground's frame ([`crate::plane`]). Points x have
-//! [`Layout::variables`] numbers, rows and multipliers [`Layout::constraints`]; the methods of
-//! [`StepNlp`] panic on shorter slices.
+//! This is the tutorial's program and knows one body and the ground. A contact is the point of
+//! its index; its force and slip have the components (x, y, z) along the tangents and the
+//! normal of the ground's [frame](crate::contact::Plane::frame), z_i is its height above the
+//! plane. On level ground these are the world's axes. Points x have [`Layout::variables`]
+//! numbers, rows and multipliers [`Layout::constraints`]; the methods of [`StepNlp`] panic on
+//! shorter slices.
 
 mod entries;
 mod hessian;
 mod jacobian;
 mod kernels;
 pub mod layout;
+pub mod point;
 
-use crate::model::ContactModel;
-use crate::quaternion::{attitude_map, rotation};
+pub use point::ProgramPoint;
+
+use crate::error::{Error, in_range};
+use crate::mechanics::quaternion::{attitude_map, rotation};
+use crate::mechanics::{RigidBody, State, Wrench};
 use crate::sparsity::SparsityPattern;
-use crate::state::{State, Wrench};
+use crate::world::World;
 use entries::{PatternSink, ValueSink};
 use kernels::{Normalised, SmoothForce};
 use layout::Layout;
-use nalgebra::{Matrix3, Matrix4x3, SVector, Vector2, Vector3, Vector4};
+use nalgebra::{Matrix3, Matrix4, Matrix4x3, SVector, Vector2, Vector3, Vector4};
 
-/// The step problem of one model: structure and constants fixed, the parameters
+/// ε of the tutorial, N: the smoothing of the friction force's norm (eq. 11), and the small
+/// force added in its denominator.
+pub const SMOOTHING: f64 = 1e-6;
+
+/// The body that the program is of.
+const BODY: usize = 0;
+
+/// The step problem of one world: structure and constants fixed, the parameters
 /// (X, external wrench, α) set anew for each step.
 #[derive(Debug, Clone)]
 pub struct StepNlp {
-    model: ContactModel,
+    world: World,
+    /// ε, N.
+    smoothing: f64,
     layout: Layout,
+    /// Q_1, Q_2, Q_n of every contact point: the forms of eq. 3 along the ground's frame.
+    forms: Vec<[Matrix4<f64>; 3]>,
     /// T_k of eq. D6: component k of I⁻¹ (ω × I ω) is ½ ωᵀ T_k ω.
     gyroscopic_forms: [Matrix3<f64>; 3],
     jacobian_pattern: SparsityPattern,
@@ -57,18 +75,28 @@ struct StepData {
     alpha: Vec<f64>,
     /// ½ h L(q) H, the derivative of the unnormalised attitude by ω⁺.
     attitude_rate: Matrix4x3<f64>,
-    /// C_xy of every contact point at step k, m.
+    /// C_xy of every contact point at step k, m, along the ground's tangents.
     old_positions: Vec<Vector2<f64>>,
-    /// h I⁻¹ [c_i]× Aᵀ, the derivative of ω⁺ by f_i.
+    /// h I⁻¹ [c_i]× Aᵀ F, the derivative of ω⁺ by f_i.
     spin_per_force: Vec<Matrix3<f64>>,
 }
 
 impl StepNlp {
-    /// The step problem of `model`, its structure built once. The parameters are a
-    /// body at rest at the origin until [`StepNlp::set_step`] is called.
-    #[must_use]
-    pub fn new(model: ContactModel) -> Self {
-        let layout = Layout::new(model.contact_count());
+    /// The step problem of `world` with the smoothing ε (N), its structure built once. The
+    /// parameters are a body at rest at the origin until [`StepNlp::set_step`] is called.
+    ///
+    /// # Errors
+    /// A world of several bodies, a smoothing outside 1e-12…1 N.
+    pub fn new(world: World, smoothing: f64) -> Result<Self, Error> {
+        in_range("smoothing epsilon (N)", smoothing, 1e-12, 1.0, "1e-12 to 1")?;
+        if world.bodies().len() > 1 {
+            return Err(Error::Unsupported {
+                what: "the tutorial's program",
+                why: "it is of one body; give a world of one",
+            });
+        }
+        let body = &world.bodies()[BODY];
+        let layout = Layout::new(body.contact_points().len());
         let state = State {
             position: Vector3::zeros(),
             attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
@@ -77,8 +105,10 @@ impl StepNlp {
         };
         let n = layout.contacts();
         let mut nlp = Self {
-            gyroscopic_forms: gyroscopic_forms(&model),
+            smoothing,
             layout,
+            forms: forms_along(body, world.ground().frame()),
+            gyroscopic_forms: gyroscopic_forms(body),
             jacobian_pattern: SparsityPattern::new(),
             hessian_pattern: SparsityPattern::new(),
             step: StepData {
@@ -89,7 +119,7 @@ impl StepNlp {
                 old_positions: vec![Vector2::zeros(); n],
                 spin_per_force: vec![Matrix3::zeros(); n],
             },
-            model,
+            world,
         };
         nlp.set_step(&state, &Wrench::zero(), std::iter::repeat_n(0.0, n));
         let x = vec![0.0; layout.variables()];
@@ -99,7 +129,7 @@ impl StepNlp {
         let mut pattern = PatternSink::default();
         nlp.emit_hessian(&x, 0.0, &vec![0.0; layout.constraints()], &mut pattern);
         nlp.hessian_pattern = pattern.0;
-        nlp
+        Ok(nlp)
     }
 
     /// Sets the step's parameters: the state X at step k, the external wrench, and the
@@ -110,9 +140,10 @@ impl StepNlp {
         wrench: &Wrench,
         alpha: impl IntoIterator<Item = f64>,
     ) {
-        let h = self.model.time_step();
-        let to_body = rotation(&state.attitude).transpose();
-        let inertia_inverse = self.model.body().inertia_inverse();
+        let h = self.world.time_step();
+        let body = &self.world.bodies()[BODY];
+        let frame = self.world.ground().frame();
+        let (position, rotation) = (state.position, rotation(&state.attitude));
         let step = &mut self.step;
         step.state = *state;
         step.wrench = *wrench;
@@ -120,22 +151,35 @@ impl StepNlp {
         for (slot, flag) in step.alpha.iter_mut().zip(alpha) {
             *slot = flag;
         }
-        for (slot, position) in
-            step.old_positions.iter_mut().zip(self.model.contact_positions(state))
-        {
-            *slot = position.xy();
+        for (slot, point) in step.old_positions.iter_mut().zip(body.contact_points()) {
+            *slot = frame.tr_mul(&(position + rotation * point.position)).xy();
         }
-        let points = self.model.body().contact_points();
-        for (slot, point) in step.spin_per_force.iter_mut().zip(points) {
-            let lever = crate::dynamics::skew(&point.position);
-            *slot = h * inertia_inverse * lever * to_body;
+        for (slot, point) in step.spin_per_force.iter_mut().zip(body.contact_points()) {
+            let lever = point.position.cross_matrix();
+            *slot = h * body.inertia_inverse() * lever * rotation.transpose() * frame;
         }
     }
 
-    /// The model.
+    /// The world.
     #[must_use]
-    pub fn model(&self) -> &ContactModel {
-        &self.model
+    pub fn world(&self) -> &World {
+        &self.world
+    }
+
+    /// ε, N.
+    #[must_use]
+    pub fn smoothing(&self) -> f64 {
+        self.smoothing
+    }
+
+    /// The body.
+    fn body(&self) -> &RigidBody {
+        &self.world.bodies()[BODY]
+    }
+
+    /// F: the ground's tangents and normal as columns.
+    fn frame(&self) -> &Matrix3<f64> {
+        self.world.ground().frame()
     }
 
     /// The order of variables and rows.
@@ -206,13 +250,13 @@ impl StepNlp {
 
     /// Eq. 8: the semi-implicit step minus X⁺.
     fn dynamics_rows(&self, x: &[f64], rows: &mut [f64]) {
-        let (body, h) = (self.model.body(), self.model.time_step());
+        let (body, h) = (self.body(), self.world.time_step());
         let (old, next) = (&self.step.state, self.next_state(x));
         let mut force = self.step.wrench.force;
         let mut spin = next.spin - old.spin;
         for i in 0..self.layout.contacts() {
             let f = self.force(x, i);
-            force += f;
+            force += self.frame() * f;
             spin -= self.step.spin_per_force[i] * f;
         }
         let gyroscopic = next.spin.cross(&(body.inertia() * next.spin));
@@ -220,7 +264,7 @@ impl StepNlp {
 
         let position = old.position + h * next.velocity - next.position;
         let attitude = self.advanced_attitude(&next.spin).unit - next.attitude;
-        let acceleration = force / body.mass() + self.model.gravity();
+        let acceleration = force / body.mass() + self.world.gravity();
         let velocity = old.velocity + h * acceleration - next.velocity;
         rows[layout::POSITION_ROWS].copy_from_slice(position.as_slice());
         rows[layout::ATTITUDE_ROWS].copy_from_slice(attitude.as_slice());
@@ -230,9 +274,12 @@ impl StepNlp {
 
     /// Eqs. 10 and 12–15, contact by contact.
     fn contact_rows(&self, x: &[f64], next: &State, rows: &mut [f64]) {
-        let (h, friction) = (self.model.time_step(), self.model.friction());
-        let layout = self.layout;
-        for (i, position) in self.model.contact_positions(next).enumerate() {
+        let (h, friction) = (self.world.time_step(), self.world.friction());
+        let (layout, rotation) = (self.layout, rotation(&next.attitude));
+        for (i, point) in self.body().contact_points().iter().enumerate() {
+            let position = next.position + rotation * point.position;
+            let position = self.frame().tr_mul(&position);
+            let height = position[2] - self.world.ground().offset();
             let [_, _, fz, s1, s2, slip] = layout.contact_variables(i);
             let force = self.smooth_force(x, i);
             let slip_velocity = (position.xy() - self.step.old_positions[i]) / h;
@@ -241,9 +288,9 @@ impl StepNlp {
 
             let first = layout.dissipation_rows().start + 2 * i;
             rows[first..first + 2].copy_from_slice(dissipation.as_slice());
-            rows[layout.height_rows().start + i] = position[2];
+            rows[layout.height_rows().start + i] = height;
             rows[layout.cone_rows().start + i] = room;
-            rows[layout.normal_complementarity_rows().start + i] = x[s1] - x[fz] * position[2];
+            rows[layout.normal_complementarity_rows().start + i] = x[s1] - x[fz] * height;
             rows[layout.friction_complementarity_rows().start + i] = x[s2] - x[slip] * room;
         }
     }
@@ -253,7 +300,7 @@ impl StepNlp {
         State::from_vector(&SVector::from_column_slice(&x[layout::STATE]))
     }
 
-    /// f_i.
+    /// f_i, along the ground's frame.
     fn force(&self, x: &[f64], i: usize) -> Vector3<f64> {
         let [fx, fy, fz, ..] = self.layout.contact_variables(i);
         Vector3::new(x[fx], x[fy], x[fz])
@@ -261,13 +308,22 @@ impl StepNlp {
 
     /// f_xy,i with the smoothed norm.
     fn smooth_force(&self, x: &[f64], i: usize) -> SmoothForce {
-        SmoothForce::new(self.force(x, i).xy(), self.model.smoothing())
+        SmoothForce::new(self.force(x, i).xy(), self.smoothing)
     }
 
     /// q + ½ h L(q) H ω⁺, normalised.
     fn advanced_attitude(&self, spin: &Vector3<f64>) -> Normalised {
         Normalised::new(self.step.state.attitude + self.step.attitude_rate * spin)
     }
+}
+
+/// Σ_k F_kj Q_k for the columns j of `frame` F: (Fᵀ A(q) c)_j = ½ qᵀ (Σ_k F_kj Q_k) q (eq. 3).
+fn forms_along(body: &RigidBody, frame: &Matrix3<f64>) -> Vec<[Matrix4<f64>; 3]> {
+    let along = |forms: &[Matrix4<f64>; 3], j: usize| -> Matrix4<f64> {
+        forms.iter().enumerate().map(|(k, form)| form * frame[(k, j)]).sum()
+    };
+    let points = body.contact_points().iter();
+    points.map(|point| [0, 1, 2].map(|j| along(&point.forms, j))).collect()
 }
 
 /// T_k (eq. D6). With S_i the symmetric matrix of component i of ω × I ω,
@@ -278,8 +334,8 @@ impl StepNlp {
 /// ```
 ///
 /// T_k = Σ_i (I⁻¹)_ki S_i. Zero, exactly, for an isotropic inertia.
-fn gyroscopic_forms(model: &ContactModel) -> [Matrix3<f64>; 3] {
-    let inertia = model.body().inertia();
+fn gyroscopic_forms(body: &RigidBody) -> [Matrix3<f64>; 3] {
+    let inertia = body.inertia();
     let component = |i: usize| {
         let (j, k) = ((i + 1) % 3, (i + 2) % 3);
         let half: Matrix3<f64> =
@@ -287,6 +343,6 @@ fn gyroscopic_forms(model: &ContactModel) -> [Matrix3<f64>; 3] {
         half + half.transpose()
     };
     let components = [component(0), component(1), component(2)];
-    let inverse = model.body().inertia_inverse();
+    let inverse = body.inertia_inverse();
     [0, 1, 2].map(|k| (0..3).map(|i| components[i] * inverse[(k, i)]).sum())
 }

@@ -2,9 +2,9 @@
 
 use super::stopping::resting;
 use super::{Curve, Findings, Input, Inputs, Laboratory, Problem, Quantity, Setup, Unsuitable};
-use crate::body::RigidBody;
-use crate::load::{Load, Polyline};
-use crate::plane::Plane;
+use crate::contact::plane::Plane;
+use crate::mechanics::body::RigidBody;
+use crate::mechanics::load::{Load, Polyline};
 use nalgebra::Vector3;
 
 /// A cube under a growing force.
@@ -142,7 +142,7 @@ fn mean(values: &[f64]) -> f64 {
 }
 
 /// When the speed along x passes [`SLIDING`], on the line between two states, s.
-fn passing(states: &[crate::state::State], h: f64) -> Option<f64> {
+fn passing(states: &[crate::mechanics::state::State], h: f64) -> Option<f64> {
     let k = states.iter().position(|state| state.velocity[0] >= SLIDING)?;
     let before = states[k.checked_sub(1)?].velocity[0];
     Some(h * (k as f64 - (states[k].velocity[0] - SLIDING) / (states[k].velocity[0] - before)))

@@ -2,9 +2,9 @@
 
 use super::stopping::resting;
 use super::{Curve, Findings, Input, Inputs, Laboratory, Problem, Quantity, Setup, Unsuitable};
-use crate::body::RigidBody;
-use crate::load::Load;
-use crate::plane::Plane;
+use crate::contact::plane::Plane;
+use crate::mechanics::body::RigidBody;
+use crate::mechanics::load::Load;
 use nalgebra::Vector3;
 
 /// Free fall for a second.

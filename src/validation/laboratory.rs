@@ -1,20 +1,19 @@
 //! Simulates the problems' runs and keeps what the answers are compared with.
 
 use super::Unsuitable;
-use crate::body::RigidBody;
-use crate::detection::Detection;
+use crate::contact::detection::Detection;
+use crate::contact::plane::Plane;
 use crate::error::Error;
-use crate::load::Load;
-use crate::model::{ContactModel, Parameters};
-use crate::plane::Plane;
-use crate::scene::SMOOTHING;
+use crate::mechanics::body::RigidBody;
+use crate::mechanics::load::Load;
+use crate::mechanics::state::State;
 use crate::simulation::{Motion, Simulation, StepRecord};
-use crate::solver::{StepSolver, StepStatus};
-use crate::state::State;
+use crate::step::{StepSolver, StepStatus};
+use crate::world::{Parameters, World};
 use nalgebra::Vector3;
 
 /// Makes the solver under test for a model.
-pub type MakeSolver<'a> = dyn Fn(&ContactModel) -> Result<Box<dyn StepSolver>, Error> + 'a;
+pub type MakeSolver<'a> = dyn Fn(&World) -> Result<Box<dyn StepSolver>, Error> + 'a;
 
 /// One run of a problem.
 #[derive(Debug, Clone)]
@@ -95,13 +94,12 @@ impl<'a> Laboratory<'a> {
     /// # Errors
     /// A setup that the model refuses, or of more than a million steps.
     pub fn run_until(&mut self, setup: &Setup, until: Until<'_>) -> Result<Run, Unsuitable> {
-        let model = ContactModel::new(Parameters {
-            body: setup.body.clone(),
-            plane: setup.plane.clone(),
+        let world = World::new(Parameters {
+            bodies: vec![setup.body.clone()],
+            ground: setup.plane.clone(),
             gravity: Vector3::new(0.0, 0.0, -setup.gravity),
             friction: setup.friction,
             time_step: self.time_step,
-            smoothing: SMOOTHING,
         })?;
         let steps = (setup.duration / self.time_step).round();
         if steps > MOST_STEPS {
@@ -111,13 +109,13 @@ impl<'a> Laboratory<'a> {
             )));
         }
         let plane = &setup.plane;
-        let solver = (self.make_solver)(&model)?;
+        let solver = (self.make_solver)(&world)?;
         let motion = Motion::Contact { detection: Detection::default(), solver };
         let start = plane.state_to_world(&setup.start);
-        let mut simulation = Simulation::new(model.clone(), start, motion)?;
-        simulation.set_load(setup.load.clone());
+        let mut simulation = Simulation::new(world, [start], motion)?;
+        simulation.set_load(0, setup.load.clone())?;
 
-        let mut record = StepRecord::new(&start, model.contact_count());
+        let mut record = StepRecord::new();
         let mut run = Run {
             time_step: self.time_step,
             states: vec![setup.start],
@@ -126,10 +124,10 @@ impl<'a> Laboratory<'a> {
         };
         for _ in 0..steps as usize {
             simulation.step(&mut record)?;
-            let force: Vector3<f64> = record.solution.forces().sum();
+            let force = record.solution.total_force(0);
             run.forces.push(plane.vector_to_ground(&force));
-            run.certificates.push(record.certificate.worst());
-            run.states.push(plane.state_to_ground(&record.solution.state()));
+            run.certificates.push(record.certificate.residual());
+            run.states.push(plane.state_to_ground(record.next()));
             self.count(&record);
             if until(&run.states[run.states.len() - 1]) {
                 break;
@@ -142,7 +140,7 @@ impl<'a> Laboratory<'a> {
         self.steps += 1;
         self.failed += u64::from(record.report.status == StepStatus::Failed);
         self.fallback += u64::from(record.report.status == StepStatus::Fallback);
-        let certificate = record.certificate.worst();
+        let certificate = record.certificate.residual();
         if certificate.is_nan() || certificate > self.worst_certificate {
             self.worst_certificate = certificate;
         }

@@ -2,10 +2,10 @@
 
 use super::stopping::resting;
 use super::{Curve, Findings, Input, Inputs, Laboratory, Problem, Quantity, Setup, Unsuitable};
-use crate::body::RigidBody;
-use crate::load::Load;
-use crate::plane::Plane;
-use crate::state::State;
+use crate::contact::plane::Plane;
+use crate::mechanics::body::RigidBody;
+use crate::mechanics::load::Load;
+use crate::mechanics::state::State;
 use nalgebra::Vector3;
 
 /// A tall box on its edge.

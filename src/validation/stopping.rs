@@ -3,11 +3,11 @@
 use super::{
     Curve, Findings, Input, Inputs, Laboratory, Problem, Quantity, Run, Setup, Unsuitable,
 };
-use crate::body::RigidBody;
-use crate::load::Load;
-use crate::plane::Plane;
-use crate::quaternion::rotation;
-use crate::state::State;
+use crate::contact::plane::Plane;
+use crate::mechanics::body::RigidBody;
+use crate::mechanics::load::Load;
+use crate::mechanics::quaternion::rotation;
+use crate::mechanics::state::State;
 use nalgebra::{Vector3, Vector4};
 
 /// A box that slides until it stops.

@@ -3,8 +3,8 @@
 use super::rocking::{TallBox, tilt};
 use super::stopping::resting;
 use super::{Curve, Findings, Input, Inputs, Laboratory, Problem, Quantity, Setup, Unsuitable};
-use crate::plane::Plane;
-use crate::state::State;
+use crate::contact::plane::Plane;
+use crate::mechanics::state::State;
 
 /// A tall box pushed over its edge.
 pub struct PushedOver;

@@ -1,17 +1,21 @@
 //! What is tried when Ipopt does not solve a step from its first start: a ladder of
 //! rungs, each with its reason, the last of which always holds.
 
-use super::{Attempt, IpoptSolver};
-use crate::certificate::certify_contact_step;
+use super::memory::Multipliers;
+use super::program::{Attempt, Program};
+use super::{BODY, IpoptSolver, previous_point, set_flags, set_point, set_solution};
+use crate::contact::certificate::{Certifier, Claim};
+use crate::contact::{Contact, rounding};
 use crate::error::Error;
-use crate::model::ContactModel;
 use crate::solver::native::NativeSolver;
-use crate::solver::{Decision, Step, StepReport, StepSolver, StepStatus};
-use nalgebra::Vector3;
+use crate::step::{ContactForce, Step, StepReport, StepSolution, StepSolver, StepStatus};
+use crate::step_nlp::ProgramPoint;
+use crate::world::World;
 
-/// A step counts as solved only with a certificate of at most this, m/s, whatever Ipopt says
-/// of it: fifty times what its solutions usually have.
-pub const LADDER_CERTIFICATE: f64 = 1e-4;
+/// A step counts as solved only with a residual of at most this, m/s, whatever Ipopt says
+/// of it: a hundred times what its solutions usually have. The number is that of the
+/// tutorial's cube, and scaled with the world's [speed](World::speed_scale).
+pub const LADDER_RESIDUAL: f64 = 1e-3;
 
 /// How a step came to be solved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -77,6 +81,10 @@ impl Rung {
             Self::Native => StepStatus::Fallback,
         }
     }
+
+    fn asks_native(self) -> bool {
+        matches!(self, Self::NativeStart | Self::Native)
+    }
 }
 
 /// Ipopt with the ladder behind it.
@@ -84,118 +92,191 @@ pub struct Ladder {
     ipopt: IpoptSolver,
     native: NativeSolver,
     rungs: Vec<Rung>,
-    /// The native solution of the step, once it is asked for.
-    native_point: Decision,
-    native_active: Vec<bool>,
-    start: Decision,
+    accepted: f64,
+    certifier: Certifier,
+    /// The native solution of the step, where it was asked for.
+    asked: Asked,
+    /// The end of the rung that was tried last.
+    tried: StepSolution,
+    /// The best end of the rungs so far.
+    best: StepSolution,
+    best_point: ProgramPoint,
+}
+
+/// What the native solver said of the step.
+struct Asked {
+    /// Whether it was asked, and whether it solved the step.
+    solved: Option<bool>,
+    contacts: Vec<Contact>,
+    solution: StepSolution,
+    point: ProgramPoint,
+    /// The points that carry a force in it.
     flags: Vec<bool>,
-    forces: Vec<Vector3<f64>>,
+}
+
+/// The end of a rung, its point in the ladder's buffers.
+struct Climbed {
+    converged: bool,
+    iterations: u32,
+    message: Option<&'static str>,
+    multipliers: Option<Multipliers>,
 }
 
 impl Ladder {
     /// Ipopt and the rungs to try, in order; [`Rung::ALL`] is the recommended ladder.
     #[must_use]
-    pub fn new(model: &ContactModel, ipopt: IpoptSolver, rungs: &[Rung]) -> Self {
-        let n = model.contact_count();
-        let nowhere = Decision::zeros(n);
+    pub fn new(world: &World, ipopt: IpoptSolver, rungs: &[Rung]) -> Self {
+        let n = ipopt.program.points();
         Self {
             ipopt,
-            native: NativeSolver::new(model),
+            native: NativeSolver::new(world),
             rungs: rungs.to_vec(),
-            native_point: nowhere.clone(),
-            native_active: vec![false; n],
-            start: nowhere,
-            flags: vec![false; n],
-            forces: vec![Vector3::zeros(); n],
+            accepted: LADDER_RESIDUAL * world.speed_scale(),
+            certifier: Certifier::new(),
+            asked: Asked {
+                solved: None,
+                contacts: Vec::new(),
+                solution: StepSolution::default(),
+                point: ProgramPoint::zeros(n),
+                flags: vec![false; n],
+            },
+            tried: StepSolution::default(),
+            best: StepSolution::default(),
+            best_point: ProgramPoint::zeros(n),
         }
     }
 
-    /// One rung: sets `active` and `solution`; the status is Failed where Ipopt did not
-    /// converge. `None` where the rung has nothing to start from.
+    /// One rung, from the flags of `contacts`; leaves its end in `tried`. `None` where the
+    /// rung has nothing to start from.
     fn climb(
         &mut self,
         rung: Rung,
         step: &Step<'_>,
-        active: &mut [bool],
-        solution: &mut Decision,
-    ) -> Result<Option<StepReport>, Error> {
+        contacts: &[Contact],
+    ) -> Result<Option<Climbed>, Error> {
+        let IpoptSolver { program, memory, flags, start, point, .. } = &mut self.ipopt;
+        set_flags(contacts, flags);
+        let mut multipliers = None;
         match rung {
-            Rung::Warm | Rung::Previous => self.start.copy_from(step.previous),
+            Rung::Warm => {
+                multipliers = previous_point(memory, step, flags, start);
+                if multipliers.is_none() {
+                    return Ok(None);
+                }
+            }
+            Rung::Previous => {
+                previous_point(memory, step, flags, start);
+            }
             Rung::NativeStart => {
-                active.copy_from_slice(&self.native_active);
-                self.start.copy_from(&self.native_point);
+                flags.copy_from_slice(&self.asked.flags);
+                start.copy_from(&self.asked.point);
             }
-            Rung::FreeFlight => self.start.set_free_flight(step.free),
-            Rung::SharedWeight => self.share_weight(step, active),
+            Rung::FreeFlight => start.set_free(&step.free[BODY]),
+            Rung::SharedWeight => share_weight(step, flags, start),
             Rung::Native => {
-                active.copy_from_slice(&self.native_active);
-                solution.copy_from(&self.native_point);
-                return Ok(Some(StepReport::without_problem(StepStatus::Fallback)));
+                self.tried.copy_from(&self.asked.solution);
+                point.copy_from(&self.asked.point);
+                return Ok(Some(Climbed {
+                    converged: self.asked.solved == Some(true),
+                    iterations: 0,
+                    message: None,
+                    multipliers: None,
+                }));
             }
         }
-        let attempt =
-            Attempt { start: &self.start, warm: rung == Rung::Warm, limit: rung.patience() };
-        self.ipopt.attempt(step, active, attempt, solution)
+        let attempt = Attempt { start, multipliers, limit: rung.patience() };
+        let attempted = Program::attempt(program, step, flags, attempt, point)?;
+        set_solution(step, contacts, point, &mut self.tried);
+        Ok(Some(Climbed {
+            converged: attempted.converged,
+            iterations: attempted.iterations,
+            message: Some(attempted.status.name()),
+            multipliers: attempted.multipliers,
+        }))
     }
 
-    fn share_weight(&mut self, step: &Step<'_>, active: &[bool]) {
-        self.start.set_free_flight(step.free);
-        let count = active.iter().filter(|active| **active).count().max(1) as f64;
-        let share = step.model.body().mass() * step.model.gravity().norm() / count;
-        let normal = self.start.layout().force_z();
-        for (force, _) in
-            self.start.as_mut_slice()[normal].iter_mut().zip(active).filter(|(_, active)| **active)
-        {
-            *force = share;
+    /// Asks the native solver, once a step. It may admit contacts that detection missed; they
+    /// then are contacts of the step.
+    fn ask_native(&mut self, step: &Step<'_>, contacts: &mut Vec<Contact>) -> Result<(), Error> {
+        if self.asked.solved.is_some() {
+            return Ok(());
         }
+        let Asked { solved, contacts: asked, solution, point, flags } = &mut self.asked;
+        asked.clone_from(contacts);
+        let report = self.native.solve(step, asked, solution)?;
+        *solved = Some(report.status != StepStatus::Failed);
+        set_point(step, solution, point);
+        flags.fill(false);
+        for contact in solution.contacts.iter().filter(|contact| contact.carries_force()) {
+            flags[contact.key.point] = true;
+        }
+        let admitted = &asked[contacts.len()..];
+        self.best.contacts.extend(admitted.iter().map(|contact| ContactForce::none(contact.key)));
+        contacts.extend_from_slice(admitted);
+        Ok(())
     }
 
-    /// The certificate of a point, m/s.
-    fn certificate(&mut self, step: &Step<'_>, point: &Decision) -> f64 {
-        for (slot, force) in self.forces.iter_mut().zip(point.forces()) {
-            *slot = force;
-        }
-        certify_contact_step(step.model, step.state, &point.state(), &self.forces, step.wrench)
-            .worst()
+    /// The residual of the rung tried last, m/s.
+    fn residual(&mut self, step: &Step<'_>, contacts: &[Contact]) -> f64 {
+        let (states, next) = (step.states, &self.tried.states);
+        let claim = Claim { states, next, wrenches: step.wrenches, contacts };
+        self.certifier.contact_step(step.world, &claim, self.tried.forces()).residual()
+    }
+}
+
+/// Sets `start` to free flight with the weight on the flagged points.
+fn share_weight(step: &Step<'_>, flags: &[bool], start: &mut ProgramPoint) {
+    start.set_free(&step.free[BODY]);
+    let count = flags.iter().filter(|flag| **flag).count().max(1) as f64;
+    let share = step.world.bodies()[BODY].mass() * step.world.gravity().norm() / count;
+    let normal = start.layout().force_z();
+    let forces = start.as_mut_slice()[normal].iter_mut().zip(flags);
+    for (force, _) in forces.filter(|(_, flag)| **flag) {
+        *force = share;
     }
 }
 
 impl StepSolver for Ladder {
-    fn accepted_certificate(&self) -> f64 {
-        LADDER_CERTIFICATE
+    fn accepted_residual(&self) -> f64 {
+        self.accepted
     }
 
     fn solve(
         &mut self,
         step: &Step<'_>,
-        active: &mut [bool],
-        solution: &mut Decision,
+        contacts: &mut Vec<Contact>,
+        solution: &mut StepSolution,
     ) -> Result<StepReport, Error> {
-        self.flags.copy_from_slice(active);
-        let mut native_solved = None;
+        self.asked.solved = None;
+        // Where no rung has an end to show, free flight is at least a motion.
+        self.best.set_free(step.free);
+        self.best.contacts.extend(contacts.iter().map(|contact| ContactForce::none(contact.key)));
+        self.best_point.set_free(&step.free[BODY]);
+        let (mut least, mut multipliers) = (f64::INFINITY, None);
         let mut report = StepReport::without_problem(StepStatus::Failed);
         for index in 0..self.rungs.len() {
             let rung = self.rungs[index];
-            active.copy_from_slice(&self.flags);
-            if matches!(rung, Rung::NativeStart | Rung::Native) && native_solved.is_none() {
-                self.native_active.copy_from_slice(&self.flags);
-                let native =
-                    self.native.solve(step, &mut self.native_active, &mut self.native_point)?;
-                native_solved = Some(native.status != StepStatus::Failed);
+            if rung.asks_native() {
+                self.ask_native(step, contacts)?;
             }
-            let Some(attempt) = self.climb(rung, step, active, solution)? else { continue };
-            report.iterations += attempt.iterations;
-            report.ipopt_status = attempt.ipopt_status.or(report.ipopt_status);
-            report.rung = Some(rung);
-            let solved = match rung {
-                Rung::Native => native_solved == Some(true),
-                _ => attempt.status == StepStatus::Converged,
-            };
-            if solved && self.certificate(step, solution) <= LADDER_CERTIFICATE {
+            let Some(climbed) = self.climb(rung, step, contacts)? else { continue };
+            report.iterations += climbed.iterations;
+            report.message = climbed.message.or(report.message);
+            let residual = self.residual(step, contacts);
+            if residual < least {
+                (least, multipliers) = (residual, climbed.multipliers);
+                self.best.copy_from(&self.tried);
+                self.best_point.copy_from(&self.ipopt.point);
+                report.start = Some(rung.name());
+            }
+            let rounding = || rounding::residual(step.world, step.states, &self.tried.states);
+            if climbed.converged && (residual <= self.accepted || residual <= rounding()) {
                 report.status = rung.status();
                 break;
             }
         }
+        solution.copy_from(&self.best);
+        self.ipopt.memory.keep(step.previous, solution, &self.best_point, multipliers);
         Ok(report)
     }
 }

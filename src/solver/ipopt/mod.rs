@@ -1,19 +1,25 @@
-//! The step problem solved by Ipopt: the adapter between [`StepNlp`] and
+//! The step problem solved by Ipopt: the adapter between [`crate::step_nlp`] and
 //! [`crate::ipopt`], started from the previous solution.
 
 mod ladder;
+mod memory;
+mod program;
 mod subproblem;
 
-pub use ladder::{LADDER_CERTIFICATE, Ladder, Rung};
+pub use ladder::{LADDER_RESIDUAL, Ladder, Rung};
 
-use super::{Decision, Step, StepReport, StepSolver, StepStatus};
+use crate::contact::Contact;
 use crate::error::Error;
-use crate::ipopt::{BarrierStrategy, MultiplierStep, Options, Point, ReturnStatus, Solver, Start};
-use crate::model::ContactModel;
-use crate::step_nlp::StepNlp;
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
-use subproblem::{Scratch, Subproblem};
+use crate::ipopt::{BarrierStrategy, IpoptError, MultiplierStep, Options};
+use crate::mechanics::State;
+use crate::step::{ContactForce, Step, StepReport, StepSolution, StepSolver, StepStatus};
+use crate::step_nlp::{ProgramPoint, SMOOTHING};
+use crate::world::World;
+use memory::{Memory, Multipliers};
+use program::{Attempt, Program};
+
+/// The body that is solved for: the tutorial's program is of one.
+const BODY: usize = 0;
 
 /// How the variables of contacts without a flag are held at zero. Both have the same
 /// solutions.
@@ -28,76 +34,54 @@ pub enum Formulation {
     Reduced,
 }
 
-/// Ipopt for the steps of one model.
+/// Ipopt for the steps of one world.
 pub struct IpoptSolver {
-    nlp: StepNlp,
-    formulation: Formulation,
-    options: Options,
-    scratch: Scratch,
-    interrupt: Option<Arc<AtomicBool>>,
-    /// The problem of the last flags, kept for as long as they do not change.
-    current: Option<Prepared>,
-}
-
-/// A problem with the solver of its structure.
-struct Prepared {
-    active: Vec<bool>,
-    subproblem: Subproblem,
-    solver: Solver,
-    start: Vec<f64>,
-    /// The multipliers at the last point that Ipopt converged to.
-    last: Option<Multipliers>,
-}
-
-/// A solution's multipliers, with the point that they belong to.
-struct Multipliers {
-    x: Vec<f64>,
-    constraints: Vec<f64>,
-    lower: Vec<f64>,
-    upper: Vec<f64>,
-}
-
-/// Where a solve starts and how long it may take.
-#[derive(Clone, Copy)]
-struct Attempt<'a> {
-    start: &'a Decision,
-    /// Only with the multipliers of the start, which must be the last solution.
-    warm: bool,
-    /// Iterations; the options may allow less.
-    limit: u32,
+    program: Program,
+    accepted: f64,
+    memory: Memory,
+    /// Which points are candidates of the step.
+    flags: Vec<bool>,
+    start: ProgramPoint,
+    point: ProgramPoint,
 }
 
 /// What the objective is multiplied with where m g ℓ is 1 N m: the middle of the range, 10⁶ to
-/// 10⁸ and more, in which iterations and certificates hardly change.
+/// 10⁸ and more, in which iterations and residuals hardly change.
 const OBJECTIVE_SCALE: f64 = 1e7;
 
-/// A step of Ipopt alone counts as failed with a certificate above this, m/s, whatever Ipopt
-/// says of it: its tolerance can be met by points that violate the contact law grossly.
-pub const ACCEPTED_CERTIFICATE: f64 = 0.01;
+/// A step of Ipopt alone counts as failed with a residual above this, m/s, whatever Ipopt
+/// says of it: its tolerance can be met by points that violate the contact law grossly. The
+/// number is that of the tutorial's cube, and scaled with the world's
+/// [speed](World::speed_scale).
+pub const ACCEPTED_RESIDUAL: f64 = 0.01;
+
+/// What Ipopt refused before it ran.
+impl From<IpoptError> for Error {
+    fn from(error: IpoptError) -> Self {
+        Self::Solver { solver: "Ipopt", why: error.to_string() }
+    }
+}
 
 impl IpoptSolver {
-    /// A solver for steps of `model`.
+    /// A solver for steps of `world`.
     ///
     /// # Errors
-    /// An option out of its range.
-    pub fn new(
-        model: &ContactModel,
-        formulation: Formulation,
-        options: Options,
-    ) -> Result<Self, Error> {
-        options.validate()?;
-        let nlp = StepNlp::new(model.clone());
-        let scratch = Scratch::new(&nlp);
-        Ok(Self { formulation, options, scratch, interrupt: None, current: None, nlp })
+    /// An option out of its range, a world that
+    /// [`StepNlp::new`](crate::step_nlp::StepNlp::new) refuses.
+    pub fn new(world: &World, formulation: Formulation, options: Options) -> Result<Self, Error> {
+        let program = Program::new(world, formulation, options)?;
+        let n = program.points();
+        Ok(Self {
+            program,
+            accepted: ACCEPTED_RESIDUAL * world.speed_scale(),
+            memory: Memory::default(),
+            flags: vec![false; n],
+            start: ProgramPoint::zeros(n),
+            point: ProgramPoint::zeros(n),
+        })
     }
 
-    /// Gives up a step with [`Error::Interrupted`] within an iteration of `flag` being
-    /// raised.
-    pub fn interrupt_by(&mut self, flag: Arc<AtomicBool>) {
-        self.interrupt = Some(flag);
-    }
-
-    /// The recommended settings for the contact steps of `model`: the barrier is chosen anew
+    /// The recommended settings for the contact steps of `world`: the barrier is chosen anew
     /// in every iteration, the multipliers' step by dual infeasibility, and the objective, a
     /// sum of squared slacks (N m, W), is measured in units of weight times reach ℓ:
     ///
@@ -107,12 +91,12 @@ impl IpoptSolver {
     ///
     /// Its square makes the objective flat, so that the tolerance is met while slacks are
     /// still large: forces act at a distance and things that should stick creep. Scaled,
-    /// Ipopt goes on to certificates of some 10⁻⁶ m/s, and from its warm starts in fewer
+    /// Ipopt goes on to residuals of some 10⁻⁶ m/s, and from its warm starts in fewer
     /// iterations, because the next step begins nearer to its solution (docs/ipopt-path.md).
     #[must_use]
-    pub fn options(model: &ContactModel, tolerance: f64, max_iterations: u32) -> Options {
-        let body = model.body();
-        let moment = body.mass() * model.gravity().norm() * body.reach();
+    pub fn options(world: &World, tolerance: f64, max_iterations: u32) -> Options {
+        let body = &world.bodies()[BODY];
+        let moment = body.mass() * world.gravity().norm() * body.reach();
         // Without gravity there is no weight to go by.
         let scaling = (OBJECTIVE_SCALE / (moment * moment)).clamp(1e-3, 1e10);
         Options {
@@ -124,99 +108,87 @@ impl IpoptSolver {
             ..Options::default()
         }
     }
+}
 
-    /// The problem for the flags `active`.
-    fn prepare(&mut self, active: &[bool]) -> Result<Prepared, Error> {
-        match self.current.take() {
-            Some(prepared) if prepared.active == active => Ok(prepared),
-            _ => {
-                let subproblem = Subproblem::new(&self.nlp, active, self.formulation);
-                let program = subproblem.bind(&self.nlp, &mut self.scratch, None);
-                let solver = Solver::new(&program, self.options.clone())?;
-                let start = vec![0.0; subproblem.variables().len()];
-                Ok(Prepared { active: active.to_vec(), subproblem, solver, start, last: None })
-            }
-        }
+/// Sets `start` to the point of the last step's solution; its multipliers, if they are known
+/// for `flags`.
+fn previous_point<'a>(
+    memory: &'a Memory,
+    step: &Step<'_>,
+    flags: &[bool],
+    start: &mut ProgramPoint,
+) -> Option<&'a Multipliers> {
+    let Some(known) = memory.find(step.previous) else {
+        set_point(step, step.previous, start);
+        return None;
+    };
+    start.copy_from(&known.point);
+    known.multipliers.as_ref().filter(|multipliers| multipliers.flags == flags)
+}
+
+/// Sets `point` to that of `solution`.
+fn set_point(step: &Step<'_>, solution: &StepSolution, point: &mut ProgramPoint) {
+    let world = step.world;
+    let heights: Vec<f64> = world.heights(BODY, &solution.states[BODY].pose()).collect();
+    let friction = world.friction();
+    point.set_solution(solution, world.ground(), |i| heights[i], friction, SMOOTHING);
+}
+
+/// Flags the points of `contacts`.
+fn set_flags(contacts: &[Contact], flags: &mut [bool]) {
+    flags.fill(false);
+    for contact in contacts {
+        flags[contact.key.point] = true;
     }
 }
 
-impl IpoptSolver {
-    /// Solves `step` for the flags `active`. `None` where the attempt is to be warm and
-    /// there are no multipliers for its start.
-    fn attempt(
-        &mut self,
-        step: &Step<'_>,
-        active: &[bool],
-        attempt: Attempt<'_>,
-        solution: &mut Decision,
-    ) -> Result<Option<StepReport>, Error> {
-        let alpha = active.iter().map(|&active| f64::from(u8::from(active)));
-        self.nlp.set_step(step.state, step.wrench, alpha);
-        let mut prepared = self.prepare(active)?;
-        let Prepared { subproblem, solver, start: x, last, .. } = &mut prepared;
-        subproblem.gather(attempt.start.as_slice(), x);
-        let known = last.take().filter(|last| attempt.warm && last.x == *x);
-        let start = match &known {
-            Some(known) => Start::Warm {
-                x,
-                constraint_multipliers: &known.constraints,
-                lower_multipliers: &known.lower,
-                upper_multipliers: &known.upper,
-            },
-            None if attempt.warm => {
-                self.current = Some(prepared);
-                return Ok(None);
-            }
-            None => Start::Cold { x },
-        };
-        solver.set_iteration_limit(attempt.limit.min(self.options.max_iterations))?;
-
-        let mut program = subproblem.bind(&self.nlp, &mut self.scratch, self.interrupt.as_deref());
-        let outcome = solver.solve(&mut program, subproblem.bounds(), &start)?;
-        match outcome.point {
-            Some(point) => subproblem.scatter(point.x, solution.as_mut_slice()),
-            // No iterate to report: free flight is at least a motion.
-            None => solution.set_free_flight(step.free),
+/// `point` as the solution of `step`.
+fn set_solution(
+    step: &Step<'_>,
+    contacts: &[Contact],
+    point: &ProgramPoint,
+    solution: &mut StepSolution,
+) {
+    let next: State = point.state();
+    let (before, after) = (step.states[BODY].pose(), next.pose());
+    solution.set_free(&[next]);
+    solution.contacts.extend(contacts.iter().map(|contact| {
+        let force = point.force(contact.key.point);
+        let normal = contact.normal();
+        let u = contact.motion((&before, &after), None, step.world.time_step());
+        ContactForce {
+            key: contact.key,
+            force: contact.frame * force,
+            normal_force: force[2],
+            slip: u - normal * normal.dot(&u),
         }
-        let interrupted = outcome.status == ReturnStatus::UserRequestedStop;
-        let converged = outcome.status.is_success() && outcome.point.is_some();
-        *last = outcome.point.filter(|_| converged).map(Multipliers::of);
-        let report = StepReport {
-            status: if converged { StepStatus::Converged } else { StepStatus::Failed },
-            iterations: outcome.iterations,
-            ipopt_status: Some(outcome.status),
-            rung: None,
-        };
-        self.current = Some(prepared);
-        if interrupted { Err(Error::Interrupted) } else { Ok(Some(report)) }
-    }
-}
-
-impl Multipliers {
-    fn of(point: Point<'_>) -> Self {
-        Self {
-            x: point.x.to_vec(),
-            constraints: point.constraint_multipliers.to_vec(),
-            lower: point.lower_multipliers.to_vec(),
-            upper: point.upper_multipliers.to_vec(),
-        }
-    }
+    }));
 }
 
 /// Ipopt alone, from the previous solution without multipliers: what the tutorial does.
 impl StepSolver for IpoptSolver {
-    fn accepted_certificate(&self) -> f64 {
-        ACCEPTED_CERTIFICATE
+    fn accepted_residual(&self) -> f64 {
+        self.accepted
     }
 
     fn solve(
         &mut self,
         step: &Step<'_>,
-        active: &mut [bool],
-        solution: &mut Decision,
+        contacts: &mut Vec<Contact>,
+        solution: &mut StepSolution,
     ) -> Result<StepReport, Error> {
-        let attempt = Attempt { start: step.previous, warm: false, limit: u32::MAX };
-        let report = self.attempt(step, active, attempt, solution)?;
-        Ok(report.unwrap_or(StepReport::without_problem(StepStatus::Failed)))
+        let Self { program, memory, flags, start, point, .. } = self;
+        set_flags(contacts, flags);
+        previous_point(memory, step, flags, start);
+        let attempt = Attempt { start, multipliers: None, limit: u32::MAX };
+        let attempted = program.attempt(step, flags, attempt, point)?;
+        set_solution(step, contacts, point, solution);
+        memory.keep(step.previous, solution, point, attempted.multipliers);
+        Ok(StepReport {
+            status: if attempted.converged { StepStatus::Converged } else { StepStatus::Failed },
+            iterations: attempted.iterations,
+            start: Some(Rung::Previous.name()),
+            message: Some(attempted.status.name()),
+        })
     }
 }

@@ -4,28 +4,36 @@
 //! Impulses are divided by the mass, p̂ = h f/m in m/s, so that every unknown is a
 //! velocity. Equation numbers are those of `docs/native-solver.md`.
 
-use crate::dynamics::skew;
-use crate::model::ContactModel;
-use crate::quaternion::rotation;
-use crate::solver::Step;
-use crate::state::State;
+use super::newton::Iterate;
+use super::tolerances::{SETTLING, Tolerances};
+use crate::contact::Contact;
+use crate::mechanics::quaternion::rotation;
+use crate::mechanics::{RigidBody, State};
+use crate::step::Step;
+use crate::world::World;
 use nalgebra::{Matrix3, Vector3};
 
-/// A contact point that may carry an impulse in this step.
+/// A contact that may carry an impulse in this step, as the solver needs it. Vectors are in the
+/// world's axes where no frame is named.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Candidate {
-    /// Which contact point of the body.
-    pub(super) point: usize,
-    /// c, m, body.
+    /// n.
+    pub(super) normal: Vector3<f64>,
+    /// (t₁, t₂, n) as columns.
+    pub(super) frame: Matrix3<f64>,
+    /// y, m, body: the touching point.
     pub(super) lever: Vector3<f64>,
-    /// A c, m, world.
+    /// A y, m.
     arm: Vector3<f64>,
-    /// G = [c]× Aᵀ, m: the torque (body) of an impulse (world).
+    /// a − y, m, body: to the point whose gap counts; zero where nothing is rounded.
+    rounding: Vector3<f64>,
+    /// G = [y]× Aᵀ, m: the torque (body) of an impulse (world).
     pub(super) torque_map: Matrix3<f64>,
-    /// z/h at step k, m/s.
+    /// φ/h at step k, m/s.
     pub(super) approach: f64,
-    /// ρ_n and ρ_t: the inverse of this point's own normal and mean tangential Delassus
-    /// entry, which scale the natural map.
+    /// μ.
+    pub(super) friction: f64,
+    /// ρ_n and ρ_t: the inverse of the contact's own response, which scale the natural map.
     pub(super) normal_scale: f64,
     pub(super) tangential_scale: f64,
 }
@@ -43,7 +51,6 @@ pub(super) struct Velocity {
 #[derive(Debug, Clone)]
 pub(super) struct StepEquations {
     time_step: f64,
-    friction: f64,
     /// ℓ, m.
     reach: f64,
     /// A(q), body → world.
@@ -61,41 +68,43 @@ pub(super) struct StepEquations {
     /// h τ/m of the external torque, m²/s.
     torque_impulse: Vector3<f64>,
     isotropic: bool,
+    tolerances: Tolerances,
+    /// How much the impulses changed in the steps before, in parts of the largest.
+    unsettled: f64,
     candidates: Vec<Candidate>,
 }
 
-/// Heights within this many roundings of the coordinates they are differences of are
-/// zero: below it, the doubles of the state do not tell a plane from a warped one.
-const HEIGHT_ROUNDINGS: f64 = 16.0;
-
 impl StepEquations {
-    /// Room for the steps of `model`.
-    pub(super) fn new(model: &ContactModel) -> Self {
-        let body = model.body();
-        let inertia = body.inertia() / body.mass();
+    /// Room for the steps of `body` in `world`.
+    pub(super) fn new(world: &World, body: &RigidBody) -> Self {
+        let inertia = *body.specific_inertia();
         Self {
-            time_step: model.time_step(),
-            friction: model.friction(),
+            time_step: world.time_step(),
             reach: body.reach(),
             rotation: Matrix3::identity(),
             free_linear: Vector3::zeros(),
             free_spin: Vector3::zeros(),
             old_spin: Vector3::zeros(),
-            inertia_inverse: body.inertia_inverse() * body.mass(),
+            inertia_inverse: *body.specific_inertia_inverse(),
             torque_impulse: Vector3::zeros(),
             isotropic: inertia == Matrix3::from_diagonal_element(inertia[(0, 0)]),
             inertia,
-            candidates: Vec::with_capacity(model.contact_count()),
+            tolerances: Tolerances::of(world, 0.0),
+            unsettled: f64::INFINITY,
+            candidates: Vec::with_capacity(body.contact_points().len()),
         }
     }
 
-    /// Sets the step's constants; no candidates yet.
-    pub(super) fn begin(&mut self, step: &Step<'_>) {
-        self.rotation = rotation(&step.state.attitude);
-        self.free_linear = step.free.velocity;
-        self.free_spin = step.free.spin;
-        self.old_spin = step.state.spin;
-        self.torque_impulse = step.wrench.torque * (self.time_step / step.model.body().mass());
+    /// Sets the step's constants for body `index`; no candidates yet.
+    pub(super) fn begin(&mut self, step: &Step<'_>, index: usize) {
+        let (state, free) = (&step.states[index], &step.free[index]);
+        self.rotation = rotation(&state.attitude);
+        self.free_linear = free.velocity;
+        self.free_spin = free.spin;
+        self.old_spin = state.spin;
+        let mass = step.world.bodies()[index].mass();
+        self.torque_impulse = step.wrenches[index].torque * (self.time_step / mass);
+        self.tolerances = Tolerances::of(step.world, self.speed());
         self.candidates.clear();
     }
 
@@ -103,9 +112,44 @@ impl StepEquations {
         &self.candidates
     }
 
-    /// μ.
-    pub(super) fn friction(&self) -> f64 {
-        self.friction
+    /// The tolerances of the step.
+    pub(super) fn tolerances(&self) -> &Tolerances {
+        &self.tolerances
+    }
+
+    /// How much the impulses changed in the steps before, in parts of the largest.
+    pub(super) fn unsettled(&self) -> f64 {
+        self.unsettled
+    }
+
+    pub(super) fn set_unsettled(&mut self, unsettled: f64) {
+        self.unsettled = unsettled;
+    }
+
+    /// The residual at which the limit of vanishing compliance is reached: to rounding where
+    /// the impulses are settling, because they may be kept for many steps.
+    pub(super) fn limit(&self) -> f64 {
+        if self.unsettled <= SETTLING { self.tolerances.rounding } else { self.tolerances.exact }
+    }
+
+    /// Sets the iterate's velocity to that of its impulses, and of that keeps what is as it was
+    /// in `state` to rounding as it was: the spin, the velocity, or its part along a contact's
+    /// normal.
+    pub(super) fn keep_velocity(&self, state: &State, iterate: &mut Iterate) {
+        let exact = self.tolerances.exact;
+        let velocity = &mut iterate.velocity;
+        if (velocity.spin - state.spin).amax() * self.reach <= exact {
+            velocity.spin = state.spin;
+        }
+        if (velocity.linear - state.velocity).amax() <= exact {
+            velocity.linear = state.velocity;
+        }
+        for candidate in &self.candidates {
+            let along = candidate.normal.dot(&(velocity.linear - state.velocity));
+            if along.abs() <= exact {
+                velocity.linear -= candidate.normal * along;
+            }
+        }
     }
 
     /// The speed of the body's motion before any impulse, m/s: the scale of the step.
@@ -118,26 +162,19 @@ impl StepEquations {
         self.inertia_inverse * angular * self.reach
     }
 
-    /// Adds contact point `point` as a candidate.
-    pub(super) fn admit(&mut self, model: &ContactModel, state: &State, point: usize) {
-        let lever = model.body().contact_points()[point].position;
-        let arm = self.rotation * lever;
-        let height = state.position[2] + arm[2];
-        let noise = HEIGHT_ROUNDINGS * f64::EPSILON * (state.position[2].abs() + arm[2].abs());
-        let torque_map = skew(&lever) * self.rotation.transpose();
-        // The diagonal of W = E + Gᵀ Î⁻¹ G, G = [c]× Aᵀ: this point's Delassus block per
-        // unit of mass.
-        let response = self.inertia_inverse * torque_map;
-        let diagonal = |k: usize| 1.0 + torque_map.column(k).dot(&response.column(k));
-        let (normal, tangential) = (diagonal(2), 0.5 * (diagonal(0) + diagonal(1)));
+    /// Adds a contact of the body with the ground.
+    pub(super) fn admit(&mut self, contact: &Contact) {
         self.candidates.push(Candidate {
-            point,
-            lever,
-            arm,
-            torque_map,
-            approach: if height.abs() <= noise { 0.0 } else { height / self.time_step },
-            normal_scale: 1.0 / normal,
-            tangential_scale: 1.0 / tangential,
+            normal: contact.normal(),
+            frame: contact.frame,
+            lever: contact.lever,
+            arm: contact.arm,
+            rounding: contact.features.point - contact.lever,
+            torque_map: contact.torque_map,
+            approach: contact.gap / self.time_step,
+            friction: contact.law.friction,
+            normal_scale: 1.0 / contact.response.normal,
+            tangential_scale: 1.0 / contact.response.tangential,
         });
     }
 
@@ -182,7 +219,7 @@ impl StepEquations {
         if self.isotropic {
             return self.inertia;
         }
-        let gyroscopic = skew(spin) * self.inertia - skew(&(self.inertia * spin));
+        let gyroscopic = spin.cross_matrix() * self.inertia - (self.inertia * spin).cross_matrix();
         self.inertia + self.time_step * gyroscopic
     }
 
@@ -192,7 +229,7 @@ impl StepEquations {
         let half = 0.5 * self.time_step;
         let shrink = 1.0 / (1.0 + half * half * spin.norm_squared());
         // K = ([ω]× + (h/2) (ω ωᵀ − ω² E)) / (1 + h²ω²/4)
-        let mut sweep = skew(&spin) + half * spin * spin.transpose();
+        let mut sweep = spin.cross_matrix() + half * spin * spin.transpose();
         for k in 0..3 {
             sweep[(k, k)] -= half * spin.norm_squared();
         }
@@ -230,29 +267,58 @@ pub(super) struct Turning<'a> {
 }
 
 impl Turning<'_> {
-    /// u of a candidate (N2): mean tangential velocity over the step and gap speed
-    /// z⁺/h, m/s.
+    /// u of a candidate (N2): mean tangential velocity over the step, and along the normal
+    /// the gap speed φ⁺/h, m/s.
+    ///
+    /// The gap is that of the point a, the slip that of the touching point y; A K (a − y)
+    /// along the normal is what rounding adds to one over the other.
+    #[inline]
     pub(super) fn point_velocity(&self, candidate: &Candidate) -> Vector3<f64> {
-        let mut u = self.linear + self.sweep * candidate.lever;
-        u[2] += candidate.approach;
-        u
+        let u = self.linear + self.sweep * candidate.lever;
+        let mut along = candidate.approach;
+        if candidate.rounding != Vector3::zeros() {
+            along += candidate.normal.dot(&(self.sweep * candidate.rounding));
+        }
+        u + candidate.normal * along
     }
 
-    /// ∂u/∂ω⁺ (N3), `u` being the candidate's; ∂u/∂v⁺ is E. With ∂/∂ω (ω × c) = −[c]×,
-    /// ∂/∂ω (ω × (ω × c)) = ω cᵀ + (ω·c) E − 2 c ωᵀ and −A [c]× = Gᵀ:
+    /// ∂u/∂ω⁺ (N3), `u` being the candidate's; ∂u/∂v⁺ is E.
+    #[inline]
+    pub(super) fn point_slope(&self, candidate: &Candidate, u: &Vector3<f64>) -> Matrix3<f64> {
+        let Candidate { normal, lever, arm, rounding, torque_map, .. } = candidate;
+        if *rounding == Vector3::zeros() {
+            let swept = u - self.linear - normal * candidate.approach;
+            return self.swept_slope(lever, arm, torque_map.transpose(), &swept);
+        }
+        let swept = self.sweep * lever;
+        let slope = self.swept_slope(lever, arm, torque_map.transpose(), &swept);
+        let rotation = &self.equations.rotation;
+        let turned = -rotation * rounding.cross_matrix();
+        let swept = self.sweep * rounding;
+        let between = self.swept_slope(rounding, &(rotation * rounding), turned, &swept);
+        slope + normal * between.tr_mul(normal).transpose()
+    }
+
+    /// ∂(A K c)/∂ω⁺ of the body's point c, from A c, −A [c]× and A K c. With
+    /// ∂/∂ω (ω × c) = −[c]× and ∂/∂ω (ω × (ω × c)) = ω cᵀ + (ω·c) E − 2 c ωᵀ:
     ///
     /// ```text
-    /// ∂u/∂ω = (Gᵀ + (h/2) (A ω cᵀ + (ω·c) A − 2 A c ωᵀ)) / (1 + h²ω²/4)
-    ///         − (h²/2) A K c ωᵀ / (1 + h²ω²/4)
+    /// (−A [c]× + (h/2) (A ω cᵀ + (ω·c) A − 2 A c ωᵀ)) / (1 + h²ω²/4)
+    ///   − (h²/2) A K c ωᵀ / (1 + h²ω²/4)
     /// ```
-    pub(super) fn point_slope(&self, candidate: &Candidate, u: &Vector3<f64>) -> Matrix3<f64> {
-        let (half, lever) = (self.half, &candidate.lever);
-        let mut swept = u - self.linear;
-        swept[2] -= candidate.approach;
-        let back = (candidate.arm + half * swept) * (2.0 * half);
-        let mut slope = candidate.torque_map.transpose();
-        slope += self.spin_world * (half * lever).transpose();
-        slope += self.equations.rotation * (half * self.spin.dot(lever));
+    #[inline]
+    fn swept_slope(
+        &self,
+        point: &Vector3<f64>,
+        arm: &Vector3<f64>,
+        turned: Matrix3<f64>,
+        swept: &Vector3<f64>,
+    ) -> Matrix3<f64> {
+        let half = self.half;
+        let back = (arm + half * swept) * (2.0 * half);
+        let mut slope = turned;
+        slope += self.spin_world * (half * point).transpose();
+        slope += self.equations.rotation * (half * self.spin.dot(point));
         slope -= back * self.spin.transpose();
         slope * self.shrink
     }

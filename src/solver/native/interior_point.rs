@@ -4,15 +4,18 @@
 //!
 //! Equation numbers are those of `docs/native-solver.md`.
 
-use super::COMPLIANCE;
+use super::effort::Effort;
 use super::elimination::{Elimination, MotionSystem};
-use super::equations::{StepEquations, Velocity};
+use super::equations::{Candidate, StepEquations, Velocity};
 use super::newton::Iterate;
+use super::tolerances::COMPLIANCE;
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
-/// The variables of one contact besides V.
+/// The variables of one contact besides V, in its own frame (t₁, t₂, n).
 #[derive(Debug, Clone, Copy)]
 struct Cone {
+    /// μ.
+    friction: f64,
     /// γ > 0, normal impulse.
     normal: f64,
     /// β, |β| < μγ.
@@ -36,7 +39,9 @@ pub(super) struct InteriorPoint {
 /// A contact eliminated, with what its other variables' steps need.
 #[derive(Debug, Clone, Copy)]
 struct ConeElimination {
+    /// World.
     motion: Elimination,
+    frame: Matrix3<f64>,
     /// (η, s) − û.
     gap_error: Vector3<f64>,
     /// Right-hand side of (N7b).
@@ -57,6 +62,10 @@ const MOST_ITERATIONS: u32 = 60;
 const TO_BOUNDARY: f64 = 0.995;
 /// Complementarity (m²/s², relative to the speed scale) at which Newton takes over.
 const GOOD_ENOUGH: f64 = 1e-13;
+/// The error of the equations (relative to the speed scale) that goes with it.
+const NEAR: f64 = 1e-9;
+/// The least speed and friction that a start is scaled with, in parts of the world's scale.
+const LEAST: f64 = 1e-6;
 
 impl InteriorPoint {
     pub(super) fn new(contacts: usize) -> Self {
@@ -68,60 +77,58 @@ impl InteriorPoint {
     }
 
     /// Brings `iterate` near a solution from a centred start with normal impulses of
-    /// `scale` times the momentum over the number of contacts. Returns the iterations.
+    /// `scale` times the momentum over the number of contacts.
     pub(super) fn solve(
         &mut self,
         equations: &StepEquations,
         scale: f64,
         iterate: &mut Iterate,
-    ) -> u32 {
+        effort: &mut Effort<'_>,
+    ) {
         let speed = self.start(equations, scale, iterate);
         let target = GOOD_ENOUGH * speed * speed;
-        for iteration in 0..MOST_ITERATIONS {
-            let gap = self.complementarity(equations.friction(), 0.0);
-            if gap <= target && self.error(equations, iterate) <= 1e-9 * speed {
-                return iteration;
+        for _ in 0..MOST_ITERATIONS {
+            let gap = self.complementarity(0.0);
+            let there = gap <= target && self.error(equations, iterate) <= NEAR * speed;
+            if there || !effort.spend() {
+                return;
             }
             // The predictor's progress says how much to centre (Mehrotra).
             if self.direction(equations, iterate, Aim::Boundary).is_none() {
-                return iteration;
+                return;
             }
-            let length = self.longest_step(equations.friction());
-            let after = self.complementarity(equations.friction(), length);
+            let after = self.complementarity(self.longest_step());
             let centring = (after / gap).clamp(0.0, 1.0).powi(3);
             let aim = Aim::Centre(centring * gap);
-            let Some(step) = self.direction(equations, iterate, aim) else { return iteration };
-            let length = self.longest_step(equations.friction());
-            self.advance(iterate, &step, length);
+            let Some(step) = self.direction(equations, iterate, aim) else { return };
+            self.advance(equations, iterate, &step, self.longest_step());
         }
-        MOST_ITERATIONS
     }
 
     /// The centred start; returns the speed scale.
     fn start(&mut self, equations: &StepEquations, scale: f64, iterate: &mut Iterate) -> f64 {
         let count = equations.candidates().len() as f64;
-        let speed = equations.speed().max(1e-6);
-        let centred = Cone {
+        let speed = equations.speed().max(LEAST);
+        let centred = |candidate: &Candidate| Cone {
+            friction: candidate.friction,
             normal: scale * speed / count,
-            tangential: Vector2::zeros(),
             gap: speed,
-            dual: speed / equations.friction().max(1e-6),
-            slip: Vector2::zeros(),
+            dual: speed / candidate.friction.max(LEAST),
+            ..Cone::ZERO
         };
         self.cones.clear();
-        self.cones.extend(equations.candidates().iter().map(|_| centred));
+        self.cones.extend(equations.candidates().iter().map(centred));
         self.steps.clear();
         self.steps.extend(equations.candidates().iter().map(|_| Cone::ZERO));
-        iterate.impulses.clear();
-        iterate.impulses.extend(self.cones.iter().map(Cone::impulse));
+        self.set_impulses(equations, iterate);
         iterate.velocity = equations.velocity_after(&[]);
         speed
     }
 
     /// Mean complementarity of all products after a step of `length` along `steps`.
-    fn complementarity(&self, friction: f64, length: f64) -> f64 {
+    fn complementarity(&self, length: f64) -> f64 {
         let moved = self.cones.iter().zip(&self.steps).map(|(cone, step)| cone.moved(step, length));
-        let total: f64 = moved.map(|cone| cone.products(friction)).sum();
+        let total: f64 = moved.map(|cone| cone.products()).sum();
         total / (2 * self.cones.len()) as f64
     }
 
@@ -131,7 +138,8 @@ impl InteriorPoint {
         let mut largest = linear.amax().max(equations.as_speed(&angular).amax());
         let turning = equations.turning(&iterate.velocity);
         for (candidate, cone) in equations.candidates().iter().zip(&self.cones) {
-            let u = turning.point_velocity(candidate) + COMPLIANCE * cone.impulse();
+            let u = candidate.frame.tr_mul(&turning.point_velocity(candidate));
+            let u = u + COMPLIANCE * cone.impulse();
             largest = largest.max((cone.speeds() - u).amax());
         }
         largest
@@ -144,24 +152,29 @@ impl InteriorPoint {
         iterate: &Iterate,
         aim: Aim,
     ) -> Option<Velocity> {
-        let (friction, velocity) = (equations.friction(), &iterate.velocity);
+        let velocity = &iterate.velocity;
         let mut system = MotionSystem::new(equations, velocity, &iterate.impulses);
         let turning = equations.turning(velocity);
         self.eliminations.clear();
         let contacts = equations.candidates().iter().zip(&self.cones).zip(&self.steps);
         for ((candidate, cone), predictor) in contacts {
             let targets = match aim {
-                Aim::Boundary => cone.targets(friction, 0.0, &Cone::ZERO),
-                Aim::Centre(kappa) => cone.targets(friction, kappa, predictor),
+                Aim::Boundary => cone.targets(0.0, &Cone::ZERO),
+                Aim::Centre(kappa) => cone.targets(kappa, predictor),
             };
             let u = turning.point_velocity(candidate);
-            let gap_error = cone.speeds() - u - COMPLIANCE * cone.impulse();
-            let (offset, gain) = cone.eliminate(friction, &targets, &gap_error)?;
-            let slope = turning.point_slope(candidate, &u);
-            let motion = Elimination { offset, gain, slope };
+            let frame = candidate.frame;
+            let gap_error = cone.speeds() - frame.tr_mul(&u) - COMPLIANCE * cone.impulse();
+            let (offset, gain) = cone.eliminate(&targets, &gap_error)?;
+            let motion = Elimination {
+                offset: frame * offset,
+                gain: frame * gain * frame.transpose(),
+                slope: turning.point_slope(candidate, &u),
+            };
             system.add(&candidate.torque_map, &motion);
             self.eliminations.push(ConeElimination {
                 motion,
+                frame,
                 gap_error,
                 dual_target: targets.dual,
             });
@@ -169,29 +182,40 @@ impl InteriorPoint {
         let change = system.solve()?;
         let eliminated = self.cones.iter().zip(&self.eliminations);
         for (step, (cone, contact)) in self.steps.iter_mut().zip(eliminated) {
-            *step = cone.step(friction, contact, &change);
+            *step = cone.step(contact, &change);
         }
         Some(change)
     }
 
     /// The longest step that keeps every cone strictly inside.
-    fn longest_step(&self, friction: f64) -> f64 {
+    fn longest_step(&self) -> f64 {
         self.cones
             .iter()
             .zip(&self.steps)
-            .map(|(cone, step)| cone.longest_step(step, friction))
+            .map(|(cone, step)| cone.longest_step(step))
             .fold(1.0, f64::min)
     }
 
-    fn advance(&mut self, iterate: &mut Iterate, step: &Velocity, length: f64) {
+    fn advance(
+        &mut self,
+        equations: &StepEquations,
+        iterate: &mut Iterate,
+        step: &Velocity,
+        length: f64,
+    ) {
         iterate.velocity.linear += length * step.linear;
         iterate.velocity.spin += length * step.spin;
         for (cone, step) in self.cones.iter_mut().zip(&self.steps) {
             *cone = cone.moved(step, length);
         }
-        for (impulse, cone) in iterate.impulses.iter_mut().zip(&self.cones) {
-            *impulse = cone.impulse();
-        }
+        self.set_impulses(equations, iterate);
+    }
+
+    /// The cones' impulses in the world's axes.
+    fn set_impulses(&self, equations: &StepEquations, iterate: &mut Iterate) {
+        let contacts = equations.candidates().iter().zip(&self.cones);
+        iterate.impulses.clear();
+        iterate.impulses.extend(contacts.map(|(contact, cone)| contact.frame * cone.impulse()));
     }
 }
 
@@ -205,6 +229,7 @@ struct Targets {
 
 impl Cone {
     const ZERO: Self = Self {
+        friction: 0.0,
         normal: 0.0,
         tangential: Vector2::new(0.0, 0.0),
         gap: 0.0,
@@ -223,9 +248,9 @@ impl Cone {
     }
 
     /// γ s + (μ γ ψ + β·η).
-    fn products(&self, friction: f64) -> f64 {
+    fn products(&self) -> f64 {
         self.normal * self.gap
-            + friction * self.normal * self.dual
+            + self.friction * self.normal * self.dual
             + self.tangential.dot(&self.slip)
     }
 
@@ -235,7 +260,8 @@ impl Cone {
     }
 
     /// (κ, κ, 0) less the products here and the quadratic terms of `predictor`.
-    fn targets(&self, friction: f64, kappa: f64, predictor: &Self) -> Targets {
+    fn targets(&self, kappa: f64, predictor: &Self) -> Targets {
+        let friction = self.friction;
         let dual_product =
             |cone: &Self| friction * cone.normal * cone.dual + cone.tangential.dot(&cone.slip);
         Targets {
@@ -248,10 +274,10 @@ impl Cone {
     /// (N7) linearised and solved for the impulse: (δγ, δβ) = offset + gain δu.
     fn eliminate(
         &self,
-        friction: f64,
         targets: &Targets,
         gap_error: &Vector3<f64>,
     ) -> Option<(Vector3<f64>, Matrix3<f64>)> {
+        let friction = self.friction;
         // s δγ + γ δs = r_a with δs = δu_z + ε δγ − e_z.
         let across = self.gap + COMPLIANCE * self.normal;
         let normal_offset = (targets.gap + self.normal * gap_error[2]) / across;
@@ -290,10 +316,13 @@ impl Cone {
     }
 
     /// The step of all variables of this contact for a change of the velocities.
-    fn step(&self, friction: f64, contact: &ConeElimination, change: &Velocity) -> Self {
-        let impulse = contact.motion.impulse_step(change);
-        let speeds = contact.motion.point_step(change) + COMPLIANCE * impulse - contact.gap_error;
+    fn step(&self, contact: &ConeElimination, change: &Velocity) -> Self {
+        let friction = self.friction;
+        let impulse = contact.frame.tr_mul(&contact.motion.impulse_step(change));
+        let moved = contact.frame.tr_mul(&contact.motion.point_step(change));
+        let speeds = moved + COMPLIANCE * impulse - contact.gap_error;
         let mut step = Self {
+            friction: 0.0,
             normal: impulse[2],
             tangential: impulse.xy(),
             gap: speeds[2],
@@ -311,6 +340,7 @@ impl Cone {
 
     fn moved(&self, step: &Self, length: f64) -> Self {
         Self {
+            friction: self.friction,
             normal: self.normal + length * step.normal,
             tangential: self.tangential + length * step.tangential,
             gap: self.gap + length * step.gap,
@@ -320,7 +350,8 @@ impl Cone {
     }
 
     /// The longest step that keeps γ, s and both cones inside, at most 1.
-    fn longest_step(&self, step: &Self, friction: f64) -> f64 {
+    fn longest_step(&self, step: &Self) -> f64 {
+        let friction = self.friction;
         let mut length = 1.0_f64;
         for (value, change) in [(self.normal, step.normal), (self.gap, step.gap)] {
             if change < 0.0 {

@@ -9,57 +9,61 @@
 //! the limit of an equal, vanishing compliance at every contact point (N6): what very
 //! stiff, equal springs would do.
 
+mod effort;
 mod elimination;
 mod equations;
 mod interior_point;
 mod newton;
 mod starts;
+mod tolerances;
 
-use super::{Decision, Step, StepReport, StepSolver, StepStatus};
+use crate::contact::Contact;
+use crate::contact::detection::admit_missed;
+use crate::contact::rounding;
 use crate::error::Error;
-use crate::model::ContactModel;
-use crate::quaternion::advance;
-use crate::state::State;
+use crate::mechanics::State;
+use crate::mechanics::quaternion::advance;
+use crate::step::{ContactForce, Step, StepReport, StepSolution, StepSolver, StepStatus};
+use crate::world::World;
+use effort::Effort;
 use equations::StepEquations;
 use interior_point::InteriorPoint;
 use nalgebra::Vector3;
 use newton::{Iterate, Law, Newton, exact_residual};
 use starts::Start;
+use tolerances::{ACCEPTED, COMPLIANCES, SETTLED, SHARPNESSES, STICK_MARGINS};
 
-/// ε of the compliance û = u + ε p̂ while a solution is sought (N6).
-const COMPLIANCE: f64 = 1e-6;
-/// The compliances to follow where the limit cannot be taken from the first.
-const COMPLIANCES: [f64; 4] = [COMPLIANCE, 1e-7, 1e-8, 1e-9];
-/// Scalings of the natural map to try where Newton's method stalls near a solution.
-const SHARPNESSES: [f64; 7] = [1.0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6];
-/// Margins on the cone to try when a limit is taken: a contact exactly on its cone may
-/// belong to either side.
-const STICK_MARGINS: [f64; 3] = [0.0, 1e-3, -1e-3];
-/// Largest certificate of a step that counts as solved, m/s.
-pub const ACCEPTED_CERTIFICATE: f64 = 1e-9;
-/// A step is solved when its residual without compliance is at most this, m/s.
-const ACCEPTED_RESIDUAL: f64 = 1e-10;
-/// With this residual a point is taken if no start but the scattered ones does better.
-const SETTLED_RESIDUAL: f64 = 5e-10;
-/// When all starts have been tried, the best point counts as solved with at most this
-/// residual, if its certificate, which is often smaller, agrees.
-const ARGUABLE_RESIDUAL: f64 = 1e-8;
-/// With at most this residual without compliance (m/s) an iteration that stalled is near
-/// enough to a solution to go on from it.
-const NEARBY_RESIDUAL: f64 = 1e-4;
-/// Points lower than this after the step, as a speed through the ground (m/s), join it.
-const MISSED_CONTACT: f64 = 1e-10;
+/// The body that is solved for: this solver has one body's six velocities as unknowns.
+const BODY: usize = 0;
 
-/// The native solver of one model's steps. Owns all scratch memory: a step allocates
-/// nothing.
+/// The native solver of the steps of a world of one body. Owns all scratch memory: a step
+/// allocates nothing.
 #[derive(Debug, Clone)]
 pub struct NativeSolver {
+    accepted: f64,
     equations: StepEquations,
     newton: Newton,
     interior_point: InteriorPoint,
     iterate: Iterate,
     /// The best point of all starts, for a step that none of them solves.
     best: Iterate,
+}
+
+/// What a start or all starts came to.
+#[derive(Debug, Clone, Copy)]
+struct Outcome {
+    solved: bool,
+    start: Start,
+}
+
+/// How good the end of a start is: the least is best.
+#[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]
+struct Rank {
+    unsolved: bool,
+    /// Turns the body further in one step than its motion explains.
+    turns_too_far: bool,
+    /// Without compliance, m/s.
+    residual: f64,
 }
 
 /// Where a start led.
@@ -72,22 +76,15 @@ struct Reached {
     selected: bool,
 }
 
-/// What the starts of one set of candidates came to.
-#[derive(Debug, Clone, Copy)]
-struct Attempts {
-    solved: bool,
-    /// Whether the first start did.
-    first_start: bool,
-    iterations: u32,
-}
-
 impl NativeSolver {
-    /// A solver for steps of `model`.
+    /// A solver for steps of `world`.
     #[must_use]
-    pub fn new(model: &ContactModel) -> Self {
-        let contacts = model.contact_count();
+    pub fn new(world: &World) -> Self {
+        let body = &world.bodies()[BODY];
+        let contacts = body.contact_points().len();
         Self {
-            equations: StepEquations::new(model),
+            accepted: ACCEPTED * world.speed_scale(),
+            equations: StepEquations::new(world, body),
             newton: Newton::new(contacts),
             interior_point: InteriorPoint::new(contacts),
             iterate: Iterate::new(contacts),
@@ -99,88 +96,142 @@ impl NativeSolver {
     /// the best point found.
     ///
     /// A solution that the law with compliance did not select, or one that turns the body
-    /// wildly in one step, stands back for another as long as there are starts other than
-    /// the scattered ones.
-    fn solve_candidates(&mut self, step: &Step<'_>) -> Attempts {
-        let mut iterations = 0;
-        // Unsolved, wild, residual: the least is best.
-        let mut best = (true, true, f64::INFINITY);
+    /// too far in one step, is kept, and another one preferred to it, as long as there are
+    /// starts other than the scattered ones.
+    fn solve_candidates(
+        &mut self,
+        step: &Step<'_>,
+        contacts: &[Contact],
+        effort: &mut Effort<'_>,
+    ) -> Outcome {
+        let tolerances = *self.equations.tolerances();
+        let nothing = Rank { unsolved: true, turns_too_far: true, residual: f64::INFINITY };
+        let mut best = (nothing, Start::Previous);
         for (index, start) in starts::all().enumerate() {
-            if best.2 <= SETTLED_RESIDUAL && matches!(start, Start::Scattered(_)) {
+            let enough = best.0.residual <= tolerances.sufficient;
+            if enough && matches!(start, Start::Scattered(_)) {
                 break;
             }
-            iterations += self.start(step, start);
-            let reached = self.descend(&mut iterations);
-            let solved = reached.residual <= ACCEPTED_RESIDUAL;
-            let wild = self.turns_wildly(step);
-            if solved && reached.selected && !wild {
-                return Attempts { solved: true, first_start: index == 0, iterations };
+            self.start(step, contacts, start, effort);
+            let reached = if start == Start::Previous && self.repeats(step) {
+                Reached { residual: self.residual(), selected: true }
+            } else {
+                self.descend(effort)
+            };
+            let rank = Rank {
+                unsolved: reached.residual > tolerances.solved,
+                turns_too_far: self.turns_too_far(step),
+                residual: reached.residual,
+            };
+            if !rank.unsolved && reached.selected && !rank.turns_too_far {
+                return Outcome { solved: true, start };
             }
-            let rank = (!solved, wild, reached.residual);
-            if index == 0 || rank < best {
-                best = rank;
+            if index == 0 || rank < best.0 {
+                best = (rank, start);
                 self.best.copy_from(&self.iterate);
+            }
+            if effort.is_over() {
+                break;
             }
         }
         self.iterate.copy_from(&self.best);
         if !self.iterate.is_finite() {
             // Only where the step's own numbers overflow: free flight is at least finite.
-            self.start(step, Start::Zero);
+            self.start(step, contacts, Start::Zero, effort);
         }
-        Attempts { solved: best.2 <= ARGUABLE_RESIDUAL, first_start: false, iterations }
+        Outcome { solved: best.0.residual <= self.accepted, start: best.1 }
+    }
+
+    /// Whether the last step's impulses are this step's as they are: they did not change from
+    /// the step before the last one to the last, so that Newton's method with compliance has
+    /// nothing left to select between them, and they obey the law without compliance to
+    /// rounding. A residual alone does not say so: it hardly feels the shares that the law
+    /// leaves open.
+    ///
+    /// Where it is so the iterate keeps the velocities that the impulses leave as they were, to
+    /// the last bit: rounding in the sum of the impulses would add up from step to step, until
+    /// the face of a body at rest is warped by it.
+    fn repeats(&mut self, step: &Step<'_>) -> bool {
+        if self.equations.unsettled() > SETTLED {
+            return false;
+        }
+        let tolerances = *self.equations.tolerances();
+        self.equations.keep_velocity(&step.states[BODY], &mut self.iterate);
+        let residual = self.residual();
+        let sinking = self.iterate.gap_speed(&self.equations);
+        if residual <= tolerances.exact && sinking <= tolerances.rounding {
+            return true;
+        }
+        self.iterate.velocity = self.equations.velocity_after(&self.iterate.impulses);
+        false
+    }
+
+    /// The residual of the law without compliance at the iterate, m/s.
+    fn residual(&mut self) -> f64 {
+        exact_residual(&self.equations, &mut self.iterate)
     }
 
     /// Whether the iterate turns the body by more than 1 rad in the step, and by more than
     /// twice what it came with: the discrete equations have such solutions for slender
     /// bodies, and they make energy from nothing.
-    fn turns_wildly(&self, step: &Step<'_>) -> bool {
-        let turn = step.model.time_step() * self.iterate.velocity.spin.norm();
-        turn > 1.0 && turn > 2.0 * step.model.time_step() * step.state.spin.norm()
+    fn turns_too_far(&self, step: &Step<'_>) -> bool {
+        let h = step.world.time_step();
+        let turn = h * self.iterate.velocity.spin.norm();
+        turn > 1.0 && turn > 2.0 * h * step.states[BODY].spin.norm()
     }
 
-    /// Sets the iterate to a start; returns the iterations that cost.
-    fn start(&mut self, step: &Step<'_>, start: Start) -> u32 {
+    /// Sets the iterate to a start.
+    fn start(
+        &mut self,
+        step: &Step<'_>,
+        contacts: &[Contact],
+        start: Start,
+        effort: &mut Effort<'_>,
+    ) {
         let candidates = self.equations.candidates();
         let impulses = &mut self.iterate.impulses;
         impulses.clear();
         match start {
             Start::Previous => {
-                let to_impulse = step.model.time_step() / step.model.body().mass();
-                impulses
-                    .extend(candidates.iter().map(|c| step.previous.force(c.point) * to_impulse));
+                let to_impulse = step.world.time_step() / step.world.bodies()[BODY].mass();
+                impulses.extend(contacts.iter().enumerate().map(|(place, contact)| {
+                    let before = step.previous.find(&contact.key, place);
+                    before.map_or(Vector3::zeros(), |before| before.force * to_impulse)
+                }));
             }
             Start::Zero => impulses.extend(candidates.iter().map(|_| Vector3::zeros())),
             Start::InteriorPoint(scale) => {
-                return self.interior_point.solve(&self.equations, scale, &mut self.iterate);
+                let Self { equations, interior_point, iterate, .. } = self;
+                return interior_point.solve(equations, scale, iterate, effort);
             }
             Start::Scattered(number) => starts::scatter(number, &self.equations, impulses),
         }
         self.iterate.velocity = self.equations.velocity_after(&self.iterate.impulses);
-        0
     }
 
     /// Newton with compliance, then its limit; with less and less compliance where the
     /// limit is not in reach.
-    fn descend(&mut self, iterations: &mut u32) -> Reached {
+    ///
+    fn descend(&mut self, effort: &mut Effort<'_>) -> Reached {
+        let tolerances = *self.equations.tolerances();
         let mut reached = Reached { residual: f64::INFINITY, selected: false };
         for compliance in COMPLIANCES {
             let law = Law::with_compliance(compliance);
             let Self { equations, newton, iterate, .. } = &mut *self;
-            let found = newton.solve(equations, &law, compliance, iterate);
-            *iterations += found.iterations;
-            reached.selected |= found.converged;
-            if found.converged {
-                reached.residual = newton.take_limit(equations, &law, iterate, iterations);
+            let converged = newton.solve(equations, &law, compliance, iterate, effort);
+            reached.selected |= converged;
+            if converged {
+                reached.residual = newton.take_limit(equations, &law, iterate, effort);
             } else {
                 reached.residual = exact_residual(equations, iterate);
-                if reached.residual > NEARBY_RESIDUAL {
+                if reached.residual > tolerances.near {
                     break;
                 }
             }
-            if reached.residual > ACCEPTED_RESIDUAL {
-                reached.residual = self.polish(compliance, iterations);
+            if reached.residual > tolerances.solved {
+                reached.residual = self.polish(compliance, effort);
             }
-            if reached.residual <= ACCEPTED_RESIDUAL {
+            if reached.residual <= tolerances.solved || effort.is_over() {
                 break;
             }
         }
@@ -189,109 +240,127 @@ impl NativeSolver {
 
     /// Solves the law without compliance from a point near a solution, in every way there
     /// is. Returns its residual.
-    fn polish(&mut self, compliance: f64, iterations: &mut u32) -> f64 {
+    fn polish(&mut self, compliance: f64, effort: &mut Effort<'_>) -> f64 {
         let Self { equations, newton, iterate, .. } = self;
+        let solved = equations.tolerances().solved;
         for sharpness in SHARPNESSES {
             let law = Law { sharpness, ..Law::EXACT };
-            *iterations += newton.solve(equations, &law, compliance, iterate).iterations;
+            newton.solve(equations, &law, compliance, iterate, effort);
             let residual = exact_residual(equations, iterate);
-            if residual <= ACCEPTED_RESIDUAL {
+            if residual <= solved {
                 return residual;
             }
         }
         let mut residual = f64::INFINITY;
         for stick_margin in STICK_MARGINS {
             let law = Law { stick_margin, ..Law::with_compliance(compliance) };
-            residual = newton.take_limit(equations, &law, iterate, iterations);
-            if residual <= ACCEPTED_RESIDUAL {
+            residual = newton.take_limit(equations, &law, iterate, effort);
+            if residual <= solved {
                 break;
             }
         }
         residual
     }
 
-    /// Makes candidates of the points that the motion found would take below the
-    /// ground. Returns whether there were any.
-    fn admit_missed(&mut self, step: &Step<'_>, next: &State) -> bool {
-        let lowest = -MISSED_CONTACT * step.model.time_step();
-        let before = self.equations.candidates().len();
-        for (point, height) in step.model.contact_heights(next).enumerate() {
-            let known = self.equations.candidates().iter().any(|c| c.point == point);
-            if height < lowest && !known {
-                self.equations.admit(step.model, step.state, point);
-            }
-        }
-        self.equations.candidates().len() > before
-    }
-
     /// X⁺ of the iterate (eq. 8).
     fn next_state(&self, step: &Step<'_>) -> State {
-        let (velocity, h) = (&self.iterate.velocity, step.model.time_step());
+        let (state, velocity) = (&step.states[BODY], &self.iterate.velocity);
+        let h = step.world.time_step();
         State {
-            position: step.state.position + h * velocity.linear,
-            attitude: advance(&step.state.attitude, &velocity.spin, h),
+            position: state.position + h * velocity.linear,
+            attitude: advance(&state.attitude, &velocity.spin, h),
             velocity: velocity.linear,
             spin: velocity.spin,
         }
     }
 
-    /// Writes forces, slacks (zero) and slip speeds, and flags the points that carry a
-    /// force: with these flags the point is the optimum of the tutorial's program, but for
-    /// its smoothing of the cone (ε times the slip speed in eq. 15).
-    fn write(&self, step: &Step<'_>, active: &mut [bool], solution: &mut Decision) {
-        let to_force = step.model.body().mass() / step.model.time_step();
-        let smoothing = step.model.smoothing();
-        let layout = solution.layout();
+    /// Writes the new state, and the force and slip of every contact.
+    fn write(
+        &self,
+        step: &Step<'_>,
+        contacts: &[Contact],
+        next: State,
+        solution: &mut StepSolution,
+    ) {
+        let to_force = step.world.bodies()[BODY].mass() / step.world.time_step();
         let turning = self.equations.turning(&self.iterate.velocity);
-        active.fill(false);
-        for (candidate, impulse) in self.equations.candidates().iter().zip(&self.iterate.impulses) {
-            let force = impulse * to_force;
-            let slip = turning.point_velocity(candidate).xy();
-            let [fx, fy, fz, _, _, slip_speed] = layout.contact_variables(candidate.point);
-            let x = solution.as_mut_slice();
-            (x[fx], x[fy], x[fz]) = (force[0], force[1], force[2]);
-            let friction = force.xy().norm();
-            if friction > 0.0 {
-                // λ of eq. 10: c_xy + λ f_xy/ρ = 0 with ρ = √(f·f + ε²).
-                x[slip_speed] = slip.norm() * friction.hypot(smoothing) / friction;
-            }
-            active[candidate.point] = force[2] > 0.0;
-        }
+        let candidates = self.equations.candidates().iter().zip(&self.iterate.impulses);
+        solution.set_free(&[next]);
+        solution.contacts.extend(contacts.iter().zip(candidates).map(
+            |(contact, (candidate, impulse))| {
+                let (normal, force) = (candidate.normal, impulse * to_force);
+                let u = turning.point_velocity(candidate);
+                ContactForce {
+                    key: contact.key,
+                    force,
+                    normal_force: normal.dot(&force),
+                    slip: u - normal * normal.dot(&u),
+                }
+            },
+        ));
     }
 }
 
 impl StepSolver for NativeSolver {
-    fn accepted_certificate(&self) -> f64 {
-        ACCEPTED_CERTIFICATE
+    fn accepted_residual(&self) -> f64 {
+        self.accepted
     }
 
     fn solve(
         &mut self,
         step: &Step<'_>,
-        active: &mut [bool],
-        solution: &mut Decision,
+        contacts: &mut Vec<Contact>,
+        solution: &mut StepSolution,
     ) -> Result<StepReport, Error> {
-        self.equations.begin(step);
-        for (point, _) in active.iter().enumerate().filter(|(_, active)| **active) {
-            self.equations.admit(step.model, step.state, point);
-        }
-        let (mut iterations, mut first_start) = (0, true);
-        let (solved, next) = loop {
-            let attempts = self.solve_candidates(step);
-            iterations += attempts.iterations;
-            first_start &= attempts.first_start;
+        self.equations.begin(step, BODY);
+        self.equations.set_unsettled(unsettled(step));
+        let mut effort = Effort::new(step);
+        let (mut admitted, mut first_start) = (0, true);
+        let (outcome, next) = loop {
+            for contact in &contacts[admitted..] {
+                self.equations.admit(contact);
+            }
+            admitted = contacts.len();
+            let outcome = self.solve_candidates(step, contacts, &mut effort);
+            effort.check()?;
+            first_start &= outcome.start == Start::Previous;
             let next = self.next_state(step);
-            if !self.admit_missed(step, &next) {
-                break (attempts.solved, next);
+            let depth = self.deepest_miss(step, &next);
+            if !admit_missed(step.world, step.states, &[next], depth, contacts) {
+                break (outcome, next);
             }
         };
-        solution.set_free_flight(&next);
-        self.write(step, active, solution);
-        let status = match (solved, first_start) {
+        self.write(step, contacts, next, solution);
+        let status = match (outcome.solved, first_start) {
             (true, true) => StepStatus::Converged,
             (true, false) => StepStatus::Retried,
             (false, _) => StepStatus::Failed,
         };
-        Ok(StepReport { iterations, ..StepReport::without_problem(status) })
+        let start = Some(outcome.start.name());
+        Ok(StepReport { status, iterations: effort.iterations(), start, message: None })
+    }
+}
+
+/// How much the impulses changed from the step before the last one to the last, in parts of
+/// the largest; infinite where none pressed.
+fn unsettled(step: &Step<'_>) -> f64 {
+    let Some(earlier) = step.earlier else { return f64::INFINITY };
+    let (mut apart, mut largest) = (0.0_f64, 0.0_f64);
+    for (place, contact) in step.previous.contacts.iter().enumerate() {
+        let before = earlier.find(&contact.key, place).map_or(Vector3::zeros(), |c| c.force);
+        apart = apart.max((contact.force - before).amax());
+        largest = largest.max(contact.force.amax());
+    }
+    if largest > 0.0 { apart / largest } else { f64::INFINITY }
+}
+
+impl NativeSolver {
+    /// How deep a point may be below the ground at the end of the step before it counts as
+    /// missed, m: what no certificate sees, or what rounding leaves of a height.
+    fn deepest_miss(&self, step: &Step<'_>, next: &State) -> f64 {
+        let (ground, reach) = (step.world.ground(), step.world.reach());
+        let arm = ground.normal() * reach;
+        let rounding = rounding::gap(ground.normal(), &next.position, ground.offset(), &arm);
+        rounding.max(self.equations.tolerances().missed * step.world.time_step())
     }
 }

@@ -3,9 +3,13 @@
 //!
 //! Equation numbers are those of `docs/native-solver.md`.
 
+use super::effort::Effort;
 use super::elimination::{Elimination, MotionSystem};
 use super::equations::{Candidate, StepEquations, Velocity};
-use nalgebra::{Matrix3, Vector2, Vector3};
+use super::tolerances::{
+    CORRECTIONS, NEWTON_ITERATIONS, SHORTEST_STEP, SUFFICIENT_DECREASE, WHOLE_STEPS,
+};
+use nalgebra::{Matrix3, Vector3};
 
 /// A point of the iteration.
 #[derive(Debug, Clone)]
@@ -23,13 +27,6 @@ pub(super) struct Newton {
     trial: Iterate,
     modes: Vec<Mode>,
     eliminations: Vec<Elimination>,
-}
-
-/// How an iteration ended.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct NewtonReport {
-    pub(super) converged: bool,
-    pub(super) iterations: u32,
 }
 
 /// The contact law to be solved.
@@ -70,24 +67,6 @@ struct Residual {
     squared: f64,
 }
 
-const MOST_ITERATIONS: u32 = 40;
-/// Corrections towards the limit of vanishing compliance.
-const MOST_CORRECTIONS: u32 = 3;
-/// Residual to converge to, m/s.
-const TOLERANCE: f64 = 1e-11;
-/// Residual at which the limit is reached: rounding of z⁺/h, m/s.
-const LIMIT_TOLERANCE: f64 = 1e-12;
-/// Below this residual (m/s) whole steps are taken even where the residual grows: the
-/// natural map has kinks at the scale of the compliance, on which a search along the
-/// direction stalls although the next piece of the map has the solution.
-const DARING_RESIDUAL: f64 = 1e-5;
-/// How many of them.
-const MOST_DARING_STEPS: u32 = 6;
-/// A step shorter than this fraction of Newton's is taken for a stall.
-const SHORTEST_STEP: f64 = 1e-4;
-/// How much of the decrease that the linear model promises a step must bring.
-const SUFFICIENT_DECREASE: f64 = 1e-4;
-
 impl Newton {
     pub(super) fn new(contacts: usize) -> Self {
         Self {
@@ -98,37 +77,42 @@ impl Newton {
     }
 
     /// Solves `law` from `iterate`, with the compliance `matrix` in the Newton matrix: that
-    /// of the law, or any where the law has none.
+    /// of the law, or any where the law has none. Returns whether it converged.
     pub(super) fn solve(
         &mut self,
         equations: &StepEquations,
         law: &Law,
         matrix: f64,
         iterate: &mut Iterate,
-    ) -> NewtonReport {
+        effort: &mut Effort<'_>,
+    ) -> bool {
         let mut merit = residual(equations, law, iterate);
-        let mut daring = MOST_DARING_STEPS;
-        for iterations in 0..MOST_ITERATIONS {
-            if merit.largest <= TOLERANCE {
-                return NewtonReport { converged: true, iterations };
+        let tolerances = equations.tolerances();
+        let mut whole_steps = WHOLE_STEPS;
+        for _ in 0..NEWTON_ITERATIONS {
+            if merit.largest <= tolerances.newton {
+                return true;
+            }
+            if !effort.spend() {
+                return false;
             }
             self.find_modes(equations, law, iterate);
             let Some(step) = self.direction(equations, law, matrix, iterate) else {
-                return NewtonReport { converged: false, iterations };
+                return false;
             };
-            if merit.largest <= DARING_RESIDUAL && daring > 0 {
+            if merit.largest <= tolerances.whole_steps && whole_steps > 0 {
                 self.try_step(iterate, &step, 1.0);
                 let trial = residual(equations, law, &mut self.trial);
-                daring -= u32::from(trial.squared >= merit.squared);
+                whole_steps -= u32::from(trial.squared >= merit.squared);
                 std::mem::swap(iterate, &mut self.trial);
                 merit = trial;
             } else if let Some(better) = self.search(equations, law, iterate, &step, &merit) {
                 merit = better;
             } else {
-                return NewtonReport { converged: false, iterations };
+                return false;
             }
         }
-        NewtonReport { converged: merit.largest <= TOLERANCE, iterations: MOST_ITERATIONS }
+        merit.largest <= tolerances.newton
     }
 
     /// Moves a solution of `law` to the limit of vanishing compliance (N9): the law without
@@ -140,18 +124,17 @@ impl Newton {
         equations: &StepEquations,
         law: &Law,
         iterate: &mut Iterate,
-        iterations: &mut u32,
+        effort: &mut Effort<'_>,
     ) -> f64 {
         let mut merit = residual(equations, &Law::EXACT, iterate);
         self.find_modes(equations, law, iterate);
-        for _ in 0..MOST_CORRECTIONS {
-            if merit.largest <= LIMIT_TOLERANCE {
+        for _ in 0..CORRECTIONS {
+            if merit.largest <= equations.limit() || !effort.spend() {
                 break;
             }
             let Some(step) = self.direction(equations, &Law::EXACT, law.compliance, iterate) else {
                 break;
             };
-            *iterations += 1;
             self.try_step(iterate, &step, 1.0);
             let corrected = residual(equations, &Law::EXACT, &mut self.trial);
             if corrected.largest >= merit.largest {
@@ -167,7 +150,7 @@ impl Newton {
         let contacts = equations.candidates().iter().zip(&iterate.impulses).zip(&iterate.points);
         self.modes.clear();
         self.modes.extend(contacts.map(|((candidate, impulse), u)| {
-            Pull::new(law, candidate, u, impulse).mode(equations.friction(), law.stick_margin)
+            Pull::new(law, candidate, u, impulse).mode(candidate, law.stick_margin)
         }));
     }
 
@@ -187,7 +170,7 @@ impl Newton {
         let contacts = equations.candidates().iter().zip(&iterate.impulses);
         for (((candidate, impulse), u), mode) in contacts.zip(&iterate.points).zip(&self.modes) {
             let pull = Pull::new(law, candidate, u, impulse);
-            let (offset, gain) = pull.linearise(*mode, equations.friction(), matrix, impulse);
+            let (offset, gain) = pull.linearise(*mode, candidate, matrix, impulse);
             let slope = turning.point_slope(candidate, u);
             let elimination = Elimination { offset, gain, slope };
             system.add(&candidate.torque_map, &elimination);
@@ -242,6 +225,16 @@ impl Iterate {
         }
     }
 
+    /// The largest speed, up or down, at which a candidate that presses changes its gap, m/s; of
+    /// the last residual's point.
+    pub(super) fn gap_speed(&self, equations: &StepEquations) -> f64 {
+        let contacts = equations.candidates().iter().zip(&self.impulses).zip(&self.points);
+        contacts
+            .filter(|((contact, impulse), _)| contact.normal.dot(impulse) > 0.0)
+            .map(|((contact, _), u)| contact.normal.dot(u).abs())
+            .fold(0.0, f64::max)
+    }
+
     pub(super) fn is_finite(&self) -> bool {
         let Velocity { linear, spin } = &self.velocity;
         let vectors = self.impulses.iter().chain([linear, spin]);
@@ -275,7 +268,7 @@ fn residual(equations: &StepEquations, law: &Law, iterate: &mut Iterate) -> Resi
     for (candidate, impulse) in equations.candidates().iter().zip(&iterate.impulses) {
         let u = turning.point_velocity(candidate);
         iterate.points.push(u);
-        let map = Pull::new(law, candidate, &u, impulse).natural_map(equations.friction(), impulse);
+        let map = Pull::new(law, candidate, &u, impulse).natural_map(candidate);
         size.largest = size.largest.max(map.amax());
         size.squared += map.norm_squared();
     }
@@ -286,51 +279,65 @@ fn residual(equations: &StepEquations, law: &Law, iterate: &mut Iterate) -> Resi
     size
 }
 
-/// One contact's arguments of the projections in the natural map (N4), with û = u + ε p̂:
+/// One contact's arguments of the projections in the natural map (N4), with û = u + ε p̂ and
+/// both split along and across the normal, p̂ = γ n + β:
 ///
 /// ```text
-/// γ − ρ_n û_z   and   β − ρ_t û_xy
+/// γ − ρ_n û_n   and   β − ρ_t û_t
 /// ```
 #[derive(Debug, Clone, Copy)]
 struct Pull {
+    /// û.
     u: Vector3<f64>,
+    /// û_n.
+    u_n: f64,
+    /// γ.
+    gamma: f64,
+    /// β.
+    beta: Vector3<f64>,
     rho_n: f64,
     rho_t: f64,
+    /// γ − ρ_n û_n.
     normal: f64,
-    tangential: Vector2<f64>,
-    /// |β − ρ_t û_xy|.
+    /// β − ρ_t û_t.
+    tangential: Vector3<f64>,
+    /// Its length.
     size: f64,
 }
 
 impl Pull {
     #[inline]
     fn new(law: &Law, candidate: &Candidate, u: &Vector3<f64>, impulse: &Vector3<f64>) -> Self {
+        let n = &candidate.normal;
         let u = u + law.compliance * impulse;
+        let (u_n, gamma) = (n.dot(&u), n.dot(impulse));
+        let beta = impulse - n * gamma;
         let rho_n = candidate.normal_scale;
         let rho_t = candidate.tangential_scale * law.sharpness;
-        let tangential = impulse.xy() - rho_t * u.xy();
+        let tangential = beta - rho_t * (u - n * u_n);
         let size = tangential.norm();
-        Self { u, rho_n, rho_t, normal: impulse[2] - rho_n * u[2], tangential, size }
+        Self { u, u_n, gamma, beta, rho_n, rho_t, normal: gamma - rho_n * u_n, tangential, size }
     }
 
     /// The natural map (N4), as a velocity:
     ///
     /// ```text
-    /// (γ − max(0, γ − ρ_n û_z)) / ρ_n,   (β − Π_{μ max(0, γ − ρ_n û_z)}(β − ρ_t û_xy)) / ρ_t
+    /// n (γ − max(0, γ − ρ_n û_n))/ρ_n + (β − Π_{μ max(0, γ − ρ_n û_n)}(β − ρ_t û_t))/ρ_t
     /// ```
-    fn natural_map(&self, friction: f64, impulse: &Vector3<f64>) -> Vector3<f64> {
+    #[inline]
+    fn natural_map(&self, candidate: &Candidate) -> Vector3<f64> {
         let normal = self.normal.max(0.0);
-        let radius = friction * normal;
+        let radius = candidate.friction * normal;
         let shrink = if self.size > radius { radius / self.size } else { 1.0 };
-        let tangential = (impulse.xy() - shrink * self.tangential) / self.rho_t;
-        Vector3::new(tangential[0], tangential[1], (impulse[2] - normal) / self.rho_n)
+        let tangential = (self.beta - shrink * self.tangential) / self.rho_t;
+        tangential + candidate.normal * ((self.gamma - normal) / self.rho_n)
     }
 
     /// The piece of the natural map; within `stick_margin` of the cone it is stick.
-    fn mode(&self, friction: f64, stick_margin: f64) -> Mode {
+    fn mode(&self, candidate: &Candidate, stick_margin: f64) -> Mode {
         if self.normal <= 0.0 {
             Mode::Open
-        } else if self.size <= friction * (1.0 + stick_margin) * self.normal {
+        } else if self.size <= candidate.friction * (1.0 + stick_margin) * self.normal {
             Mode::Stick
         } else {
             Mode::Slip
@@ -342,7 +349,7 @@ impl Pull {
     fn linearise(
         &self,
         mode: Mode,
-        friction: f64,
+        candidate: &Candidate,
         compliance: f64,
         impulse: &Vector3<f64>,
     ) -> (Vector3<f64>, Matrix3<f64>) {
@@ -352,35 +359,21 @@ impl Pull {
             Mode::Open => (-impulse, Matrix3::zeros()),
             // û = 0.
             Mode::Stick => (-stiffness * self.u, Matrix3::from_diagonal_element(-stiffness)),
-            // û_z = 0, and β = μ (γ − ρ_n û_z) t with t the direction of the pull
-            // β − ρ_t û_xy. By δû_z = −û_z and
-            // δt = n nᵀ (δβ − ρ_t δû_xy)/|pull|, n across t.
+            // û_n = 0, and β = μ (γ − ρ_n û_n) t with t the direction of the pull
+            // β − ρ_t û_t. By δû_n = −û_n and δt = s sᵀ (δβ − ρ_t δû_t)/|pull|, s = n × t.
             Mode::Slip => {
+                let (n, friction) = (&candidate.normal, candidate.friction);
                 let size = self.size.max(f64::MIN_POSITIVE);
                 let t = self.tangential / size;
-                let n = Vector2::new(-t[1], t[0]);
+                let s = n.cross(&t);
                 let bend = (friction * self.normal / size).min(1.0);
                 let across = 1.0 - bend + self.rho_t * compliance * bend;
-                let normal_offset = -stiffness * self.u[2];
-                let along = friction * (impulse[2] + normal_offset) - t.dot(&impulse.xy());
-                let sideways = -n.dot(&impulse.xy()) / across;
-                let offset = along * t + sideways * n;
-                let turn = (-self.rho_t * bend / across) * n * n.transpose();
-                let press = (-stiffness * friction) * t;
-                (
-                    Vector3::new(offset[0], offset[1], normal_offset),
-                    Matrix3::new(
-                        turn[(0, 0)],
-                        turn[(0, 1)],
-                        press[0],
-                        turn[(1, 0)],
-                        turn[(1, 1)],
-                        press[1],
-                        0.0,
-                        0.0,
-                        -stiffness,
-                    ),
-                )
+                let normal_offset = -stiffness * self.u_n;
+                let along = friction * (self.gamma + normal_offset) - t.dot(&self.beta);
+                let sideways = -s.dot(&self.beta) / across;
+                let turn = (-self.rho_t * bend / across) * s * s.transpose();
+                let press = (-stiffness * friction) * t - stiffness * n;
+                (along * t + sideways * s + normal_offset * n, turn + press * n.transpose())
             }
         }
     }

@@ -32,6 +32,18 @@ const FIRST: [Start; 7] = [
     Start::InteriorPoint(100.0),
 ];
 
+impl Start {
+    /// The word of a report.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Previous => "previous",
+            Self::Zero => "zero",
+            Self::InteriorPoint(_) => "interior point",
+            Self::Scattered(_) => "scattered",
+        }
+    }
+}
+
 /// All starts in their order.
 pub(super) fn all() -> impl Iterator<Item = Start> {
     FIRST.into_iter().chain((0..MOST_SCATTERED).map(Start::Scattered))
@@ -44,10 +56,11 @@ pub(super) fn scatter(number: u32, equations: &StepEquations, impulses: &mut Vec
     let mut twister = Mt::new(number);
     let mut uniform = || f64::from(twister.next_u32()) / f64::from(u32::MAX);
     let strength = equations.speed() * 10_f64.powf(3.0 * uniform() - 2.0);
-    for _ in equations.candidates() {
+    for candidate in equations.candidates() {
         let (open, press, spread, angle) = (uniform() < 0.5, uniform(), uniform(), TAU * uniform());
         let normal = if open { 0.0 } else { strength * press };
-        let friction = equations.friction() * normal * spread.sqrt();
-        impulses.push(Vector3::new(friction * angle.cos(), friction * angle.sin(), normal));
+        let friction = candidate.friction * normal * spread.sqrt();
+        let impulse = Vector3::new(friction * angle.cos(), friction * angle.sin(), normal);
+        impulses.push(candidate.frame * impulse);
     }
 }

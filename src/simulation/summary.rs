@@ -1,10 +1,8 @@
-//! What a run amounts to: counts, certificates, the first failures, from the
+//! What a run amounts to: counts, residuals, the first failures, from the
 //! [records](crate::simulation::StepRecord) of its steps.
 
-use crate::ipopt::ReturnStatus;
-use crate::simulation::StepRecord;
-use crate::solver::StepStatus;
-use crate::solver::ipopt::Rung;
+use super::StepRecord;
+use crate::step::StepStatus;
 use std::collections::BTreeMap;
 
 /// How many failed steps are kept for the report.
@@ -15,10 +13,10 @@ const MOST_FAILURES_KEPT: usize = 5;
 pub struct FailedStep {
     /// k.
     pub index: u64,
-    /// What Ipopt said, where it ran.
-    pub ipopt_status: Option<ReturnStatus>,
-    /// The certificate, m/s.
-    pub certificate: f64,
+    /// What the solver's last try came to in its own words, where it has any.
+    pub message: Option<&'static str>,
+    /// The residual, m/s.
+    pub residual: f64,
     /// Which law is violated most.
     pub part: &'static str,
 }
@@ -38,20 +36,20 @@ pub struct RunSummary {
     pub failed: u64,
     /// Iterations of the solver over all steps.
     pub iterations: u64,
-    /// How many steps ended on each rung of the Ipopt path.
-    pub rungs: BTreeMap<Rung, u64>,
+    /// How many contact steps each start of the solver ended.
+    pub starts: BTreeMap<&'static str, u64>,
     /// The first few failures.
     pub first_failures: Vec<FailedStep>,
-    /// The step with the largest certificate: k, m/s, the law.
+    /// The step with the largest residual: k, m/s, the law.
     pub worst: Option<(u64, f64, &'static str)>,
-    /// Certificates of the contact steps, m/s, in order of the steps.
-    contact_certificates: Vec<f64>,
+    /// Residuals of the contact steps, m/s, in order of the steps.
+    contact_residuals: Vec<f64>,
 }
 
 impl RunSummary {
     /// Counts one step.
     pub fn add(&mut self, record: &StepRecord) {
-        let certificate = record.certificate.worst();
+        let residual = record.certificate.residual();
         let part = record.certificate.worst_part();
         match record.report.status {
             StepStatus::End => return,
@@ -64,22 +62,22 @@ impl RunSummary {
                 if self.first_failures.len() < MOST_FAILURES_KEPT {
                     self.first_failures.push(FailedStep {
                         index: record.index,
-                        ipopt_status: record.report.ipopt_status,
-                        certificate,
+                        message: record.report.message,
+                        residual,
                         part,
                     });
                 }
             }
         }
         self.iterations += u64::from(record.report.iterations);
-        if let Some(rung) = record.report.rung {
-            *self.rungs.entry(rung).or_default() += 1;
+        if let Some(start) = record.report.start {
+            *self.starts.entry(start).or_default() += 1;
         }
         if record.report.status != StepStatus::Free {
-            self.contact_certificates.push(certificate);
+            self.contact_residuals.push(residual);
         }
-        if self.worst.is_none_or(|(_, worst, _)| certificate > worst || certificate.is_nan()) {
-            self.worst = Some((record.index, certificate, part));
+        if self.worst.is_none_or(|(_, worst, _)| residual > worst || residual.is_nan()) {
+            self.worst = Some((record.index, residual, part));
         }
     }
 
@@ -95,10 +93,10 @@ impl RunSummary {
         self.free + self.contact_steps()
     }
 
-    /// The median certificate of the contact steps, m/s; `None` without contact.
+    /// The median residual of the contact steps, m/s; `None` without contact.
     #[must_use]
-    pub fn median_certificate(&self) -> Option<f64> {
-        let mut sorted = self.contact_certificates.clone();
+    pub fn median_residual(&self) -> Option<f64> {
+        let mut sorted = self.contact_residuals.clone();
         sorted.sort_by(f64::total_cmp);
         let middle = sorted.len() / 2;
         match sorted.len() {
@@ -108,9 +106,9 @@ impl RunSummary {
         }
     }
 
-    /// The largest certificate of all steps, m/s; `None` without steps.
+    /// The largest residual of all steps, m/s; `None` without steps.
     #[must_use]
-    pub fn largest_certificate(&self) -> Option<f64> {
-        self.worst.map(|(_, certificate, _)| certificate)
+    pub fn largest_residual(&self) -> Option<f64> {
+        self.worst.map(|(_, residual, _)| residual)
     }
 }

@@ -1,11 +1,11 @@
 //! The state of a rigid body and the wrench on it: what a
 //! [`Simulation`](crate::simulation::Simulation) starts from, and what is set on it.
 
+use super::quaternion::rotation;
 use crate::error::{Error, in_range};
-use nalgebra::{SVector, Vector3, Vector4};
+use nalgebra::{Matrix3, SVector, Vector3, Vector4};
 
-/// X = (r, q, v, ω): thirteen numbers in this order. What is "world" here is the ground's
-/// frame inside a step (see [`crate::plane`]); on level ground they are the same.
+/// X = (r, q, v, ω): thirteen numbers in this order.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct State {
     /// r, m, world: the centre of mass.
@@ -18,10 +18,19 @@ pub struct State {
     pub spin: Vector3<f64>,
 }
 
+/// Where a body is: position and rotation of a [`State`], ready to place points.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pose {
+    /// r, m, world.
+    pub position: Vector3<f64>,
+    /// A(q), body → world.
+    pub rotation: Matrix3<f64>,
+}
+
 /// A force and a torque on a body.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Wrench {
-    /// N, world, at the centre of mass; the ground's frame inside a step.
+    /// N, world, at the centre of mass.
     pub force: Vector3<f64>,
     /// N m, **body**.
     pub torque: Vector3<f64>,
@@ -53,30 +62,35 @@ impl State {
         }
     }
 
-    /// Checks that a simulation can start here.
+    /// Where the body is.
+    #[must_use]
+    pub fn pose(&self) -> Pose {
+        Pose { position: self.position, rotation: rotation(&self.attitude) }
+    }
+
+    /// The state from which a simulation can start: this one, its attitude made a unit
+    /// quaternion where it is not one to rounding.
     ///
     /// # Errors
     /// A coordinate that is not finite or beyond 1e6 m, 1e5 m/s, 1e5 rad/s; a
-    /// quaternion whose norm differs from 1 by more than 1e-6.
-    pub fn validate(&self) -> Result<(), Error> {
+    /// quaternion whose norm differs from 1 by more than 1e-5.
+    pub fn checked(&self) -> Result<Self, Error> {
         for &value in &self.position {
             in_range("position (m)", value, -1e6, 1e6, "-1e6 to 1e6")?;
         }
         let norm = self.attitude.norm();
-        in_range(
-            "norm of the attitude quaternion",
-            norm,
-            1.0 - 1e-6,
-            1.0 + 1e-6,
-            "1 to within 1e-6",
-        )?;
+        let allowed = "1 to within 1e-5";
+        in_range("norm of the attitude quaternion", norm, 1.0 - 1e-5, 1.0 + 1e-5, allowed)?;
         for &value in &self.velocity {
             in_range("velocity (m/s)", value, -1e5, 1e5, "-1e5 to 1e5")?;
         }
         for &value in &self.spin {
             in_range("spin (rad/s)", value, -1e5, 1e5, "-1e5 to 1e5")?;
         }
-        Ok(())
+        // A unit quaternion to rounding keeps its bits: a norm of four squares is known to 4ε.
+        let is_unit = (norm - 1.0).abs() <= 4.0 * f64::EPSILON;
+        let attitude = if is_unit { self.attitude } else { self.attitude / norm };
+        Ok(Self { attitude, ..*self })
     }
 }
 
@@ -85,6 +99,20 @@ impl Wrench {
     #[must_use]
     pub fn zero() -> Self {
         Self { force: Vector3::zeros(), torque: Vector3::zeros() }
+    }
+
+    /// Checks that a simulation can bear this.
+    ///
+    /// # Errors
+    /// A component that is not finite or beyond 1e9 N, 1e9 N m.
+    pub fn validate(&self) -> Result<(), Error> {
+        for &value in &self.force {
+            in_range("force (N)", value, -1e9, 1e9, "-1e9 to 1e9")?;
+        }
+        for &value in &self.torque {
+            in_range("torque (N m)", value, -1e9, 1e9, "-1e9 to 1e9")?;
+        }
+        Ok(())
     }
 
     /// Both wrenches together.

@@ -1,22 +1,27 @@
-//! The ground: a plane of any slope, and the frame in which the step problem is posed.
+//! The surface that bodies touch: a plane of any slope.
 //!
-//! The plane is n·x = d in the world, the free side where n·x > d. In the **ground's
-//! frame** the origin is the point d n of the plane and the z axis is n, so that heights
-//! are z and every plane is the same problem with gravity tilted:
+//! The plane is n·x = d in the world, the free side where n·x > d. Two unit tangents make its
+//! normal a right-handed frame F = (t₁, t₂, n), in which friction, slip and the tutorial's
+//! program have their components:
 //!
 //! ```text
-//! x_g = R (x − d n),   R n = e_z                                          (eq. 19)
+//! Fᵀ = R,   R n = e_z                                                     (eq. 19)
 //! ```
 //!
 //! R is the smallest rotation that does it. A plane that falls towards +x by the angle θ,
-//! n = (sin θ, 0, cos θ), has its x_g axis pointing downhill and its y_g axis along y.
+//! n = (sin θ, 0, cos θ), has t₁ pointing downhill and t₂ along y. Coulomb's cone is round, so
+//! that motions and forces do not depend on the choice of the tangents.
+//!
+//! Nothing in a step is turned. For starts and results that are told relative to a slope,
+//! [`Plane::state_to_world`] and [`Plane::state_to_ground`] go between the world and the
+//! **ground's frame**: origin d n, axes t₁, t₂, n.
 
 use crate::error::{Error, in_range};
-use crate::quaternion::{left, rotation};
-use crate::state::State;
+use crate::mechanics::State;
+use crate::mechanics::quaternion::{left, rotation};
 use nalgebra::{Matrix3, Vector3, Vector4};
 
-/// A plane, and with it the ground's frame.
+/// A plane with its frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plane {
     normal: Vector3<f64>,
@@ -25,6 +30,8 @@ pub struct Plane {
     turn: Vector4<f64>,
     /// R.
     to_ground: Matrix3<f64>,
+    /// F = Rᵀ.
+    frame: Matrix3<f64>,
     /// Whether world and ground are the same frame.
     level: bool,
 }
@@ -44,6 +51,7 @@ impl Plane {
             offset: 0.0,
             turn: Vector4::new(1.0, 0.0, 0.0, 0.0),
             to_ground: Matrix3::identity(),
+            frame: Matrix3::identity(),
             level: true,
         }
     }
@@ -64,7 +72,11 @@ impl Plane {
             return Ok(Self::level());
         }
         let turn = smallest_turn_to_z(&normal);
-        Ok(Self { normal, offset, turn, to_ground: rotation(&turn), level: false })
+        let to_ground = rotation(&turn);
+        let mut frame = to_ground.transpose();
+        // The normal itself, not what the rotation makes of it.
+        frame.set_column(2, &normal);
+        Ok(Self { normal, offset, turn, to_ground, frame, level: false })
     }
 
     /// The plane through the origin that falls towards +x by `slope`, degrees.
@@ -93,6 +105,12 @@ impl Plane {
     #[must_use]
     pub fn is_level(&self) -> bool {
         self.level
+    }
+
+    /// F: t₁, t₂ and n as columns, unit, world.
+    #[must_use]
+    pub fn frame(&self) -> &Matrix3<f64> {
+        &self.frame
     }
 
     /// R, world → ground.

@@ -1,9 +1,9 @@
-//! The rigid body: mass, inertia and the points that can touch the ground. How it moves is
-//! its [`State`](crate::state::State); above a ground it is a
-//! [`ContactModel`](crate::model::ContactModel).
+//! The rigid body: mass, inertia and the points that can touch something. How it moves is
+//! its [`State`](super::State); with a ground to fall on it is a part of a
+//! [`World`](crate::world::World).
 
+use super::quaternion::rotated_point_forms;
 use crate::error::{Error, in_range};
-use crate::quaternion::rotated_point_forms;
 use nalgebra::{Matrix3, Matrix4, Vector3};
 
 /// A rigid body with contact points. Immutable once checked.
@@ -12,11 +12,13 @@ pub struct RigidBody {
     mass: f64,
     inertia: Matrix3<f64>,
     inertia_inverse: Matrix3<f64>,
+    specific_inertia: Matrix3<f64>,
+    specific_inertia_inverse: Matrix3<f64>,
     contact_points: Vec<ContactPoint>,
     reach: f64,
 }
 
-/// One point of a body that can touch the ground.
+/// One point of a body that can touch something.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ContactPoint {
     /// c, m, body frame.
@@ -60,7 +62,15 @@ impl RigidBody {
             .iter()
             .map(|&position| ContactPoint { position, forms: rotated_point_forms(&position) })
             .collect();
-        Ok(Self { mass, inertia, inertia_inverse, contact_points, reach })
+        Ok(Self {
+            mass,
+            inertia,
+            inertia_inverse,
+            specific_inertia: inertia / mass,
+            specific_inertia_inverse: inertia_inverse * mass,
+            contact_points,
+            reach,
+        })
     }
 
     /// A box with a contact point in every corner. `half_sides` in m; corners in the
@@ -108,6 +118,18 @@ impl RigidBody {
     #[must_use]
     pub fn inertia_inverse(&self) -> &Matrix3<f64> {
         &self.inertia_inverse
+    }
+
+    /// Î = I/m, m²: the inertia of a unit of mass.
+    #[must_use]
+    pub fn specific_inertia(&self) -> &Matrix3<f64> {
+        &self.specific_inertia
+    }
+
+    /// Î⁻¹ = m I⁻¹, 1/m².
+    #[must_use]
+    pub fn specific_inertia_inverse(&self) -> &Matrix3<f64> {
+        &self.specific_inertia_inverse
     }
 
     /// The contact points, in the order of all per-contact arrays.

@@ -1,16 +1,23 @@
-//! A trajectory as CSV: one row a step, from the step's
-//! [record](crate::simulation::StepRecord), in and out of any stream.
+//! A trajectory of one body as CSV: one row a step, from the step's [record](StepRecord), in
+//! and out of any stream.
 //!
-//! Columns, for n contact points: `k,t_s`, the 13 numbers of the state at step k, then
-//! the solution of the step k → k+1 (`fx…,fy…,fz…` in N, world, `s1_…` in N m, `s2_…` in W,
-//! `lam…` in m/s, `alpha…`), then `status,iterations,certificate_m_s`. The last row is a
-//! state without a step: its step columns are 0 and its status is `end`. Numbers have the
-//! fewest digits that read back to the same double.
+//! Columns, for a body of n contact points: `k,t_s`, the 13 numbers of the state at step k, then
+//! of the step k → k+1 what the tutorial's program has of each point (`fx…,fy…,fz…` in N,
+//! world, `s1_…` in N m, `s2_…` in W, `lam…` in m/s, `alpha…`), then
+//! `status,iterations,certificate_m_s`. A point that is no contact has zeros. `s1` and `s2` are
+//! the least slacks of the row's forces and motion, `lam` its slip speed
+//! ([`products`]), and `alpha` is 1 where the point carries a force. The last row is a state
+//! without a step: its step columns are 0 and its status is `end`. Numbers have the fewest
+//! digits that read back to the same double.
 
-use crate::simulation::StepRecord;
-use crate::solver::StepStatus;
-use crate::state::State;
+use super::StepRecord;
+use crate::contact::rounding;
+use crate::mechanics::State;
+use crate::step::StepStatus;
+use crate::step_nlp::SMOOTHING;
 use crate::step_nlp::layout::{Layout, STATE};
+use crate::step_nlp::point::products;
+use crate::world::World;
 use nalgebra::{SVector, Vector3};
 use std::io::{Read, Write};
 
@@ -45,21 +52,33 @@ pub fn header(contacts: usize) -> Vec<String> {
     fixed(&STATE_COLUMNS).chain(per_contact).chain(fixed(&REPORT_COLUMNS)).collect()
 }
 
-/// Writes a trajectory row by row.
+/// Writes a trajectory of one body row by row.
 pub struct TrajectoryWriter<W: Write> {
     csv: csv::Writer<W>,
-    time_step: f64,
+    world: World,
+    layout: Layout,
+    /// What stands in a row between state and flags.
+    step: Vec<f64>,
+    carrying: Vec<u8>,
 }
 
 impl<W: Write> TrajectoryWriter<W> {
-    /// Writes the header. `time_step` (s) gives the column `t_s`.
+    /// Writes the header of a trajectory of the first body of `world`.
     ///
     /// # Errors
     /// The stream's.
-    pub fn new(stream: W, contacts: usize, time_step: f64) -> csv::Result<Self> {
+    pub fn new(stream: W, world: &World) -> csv::Result<Self> {
+        let points = world.bodies()[0].contact_points().len();
+        let layout = Layout::new(points);
         let mut csv = csv::WriterBuilder::new().has_headers(false).from_writer(stream);
-        csv.write_record(header(contacts))?;
-        Ok(Self { csv, time_step })
+        csv.write_record(header(points))?;
+        Ok(Self {
+            csv,
+            world: world.clone(),
+            layout,
+            step: vec![0.0; layout.variables() - STATE.end],
+            carrying: vec![0; points],
+        })
     }
 
     /// Writes one row.
@@ -69,18 +88,46 @@ impl<W: Write> TrajectoryWriter<W> {
     pub fn write(&mut self, record: &StepRecord) -> csv::Result<()> {
         let is_end = record.report.status == StepStatus::End;
         // k h in one rounding, so that times do not drift.
-        let time = record.index as f64 * self.time_step;
-        let step = &record.solution.as_slice()[STATE.end..];
+        let time = record.index as f64 * self.world.time_step();
+        self.fill(record);
         self.csv.serialize((
             record.index,
             time,
-            record.state.to_vector().as_slice(),
-            step,
-            record.active.iter().map(|&active| u8::from(active)).collect::<Vec<_>>(),
+            record.state().to_vector().as_slice(),
+            &self.step,
+            &self.carrying,
             record.report.status.name(),
             record.report.iterations,
-            if is_end { 0.0 } else { record.certificate.worst() },
+            if is_end { 0.0 } else { record.certificate.residual() },
         ))
+    }
+
+    /// The columns of the step.
+    fn fill(&mut self, record: &StepRecord) {
+        self.step.fill(0.0);
+        self.carrying.fill(0);
+        let next = record.next().pose();
+        for (contact, found) in record.contacts.iter().zip(&record.solution.contacts) {
+            let height = contact.gap_at(&next, None);
+            let noise = rounding::gap(
+                &contact.normal(),
+                &next.position,
+                contact.features.offset,
+                &contact.arm,
+            );
+            let height = if height.abs() <= noise { 0.0 } else { height };
+            let force = contact.frame.tr_mul(&found.force);
+            let slip = found.slip.norm();
+            let products = products(&force, slip, height, contact.law.friction, SMOOTHING);
+            let f = found.force;
+            let values =
+                [f[0], f[1], f[2], products.normal, products.friction, products.slip_speed];
+            let places = self.layout.contact_variables(contact.key.point);
+            for (place, value) in places.into_iter().zip(values) {
+                self.step[place - STATE.end] = value;
+            }
+            self.carrying[contact.key.point] = u8::from(found.carries_force());
+        }
     }
 
     /// Flushes and gives the stream back.
@@ -101,29 +148,29 @@ pub struct TrajectoryRow {
     pub time: f64,
     /// X at step k.
     pub state: State,
-    /// f_x, f_y, f_z, s1, s2, λ of all contacts: the decision vector after X⁺.
+    /// f_x, f_y, f_z, s1, s2, λ of all points: the program's variables after X⁺.
     pub step: Vec<f64>,
-    /// α.
-    pub active: Vec<bool>,
+    /// Whether each point carries a force: `alpha`.
+    pub carrying: Vec<bool>,
     /// How the step ended.
     pub status: StepStatus,
     /// Iterations of the solver.
     pub iterations: u32,
-    /// The certificate as the file has it, m/s.
-    pub certificate: f64,
+    /// The residual as the file has it, m/s: `certificate_m_s`.
+    pub residual: f64,
 }
 
 impl TrajectoryRow {
     /// f_i, N, world, ground on body.
     #[must_use]
     pub fn force(&self, i: usize) -> Vector3<f64> {
-        let n = self.active.len();
+        let n = self.carrying.len();
         Vector3::new(self.step[i], self.step[i + n], self.step[i + 2 * n])
     }
 
     /// f_i of all contacts, N.
     pub fn forces(&self) -> impl Iterator<Item = Vector3<f64>> + '_ {
-        (0..self.active.len()).map(|i| self.force(i))
+        (0..self.carrying.len()).map(|i| self.force(i))
     }
 }
 
@@ -264,7 +311,7 @@ impl<R: Read> TrajectoryReader<R> {
             time: self.number(1)?,
             state: State::from_vector(&state),
             step: (first_step..first_alpha).map(|k| self.number(k)).collect::<Result<_, _>>()?,
-            active: (first_alpha..first_report)
+            carrying: (first_alpha..first_report)
                 .map(|k| {
                     self.field(k, "0 or 1", |text| match text {
                         "0" => Some(false),
@@ -276,7 +323,7 @@ impl<R: Read> TrajectoryReader<R> {
             status,
             iterations: self
                 .field(first_report + 1, "a count of iterations", |text| text.parse().ok())?,
-            certificate: self.number(first_report + 2)?,
+            residual: self.number(first_report + 2)?,
         })
     }
 

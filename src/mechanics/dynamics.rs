@@ -4,20 +4,10 @@
 //!
 //! Equation numbers are those of `docs/formulation.md`.
 
-use crate::body::RigidBody;
-use crate::quaternion::{advance, attitude_map};
-use crate::state::{State, Wrench};
+use super::body::RigidBody;
+use super::quaternion::{advance, attitude_map};
+use super::state::{State, Wrench};
 use nalgebra::{Matrix3, SVector, Vector3};
-
-/// The matrix of the cross product: `skew(a) * b` = a × b.
-#[must_use]
-pub fn skew(a: &Vector3<f64>) -> Matrix3<f64> {
-    Matrix3::new(
-        0.0, -a[2], a[1], //
-        a[2], 0.0, -a[0], //
-        -a[1], a[0], 0.0,
-    )
-}
 
 /// Ẋ = (ṙ, q̇, v̇, ω̇) of the Newton–Euler equations (eq. 5) under a wrench, gravity included:
 ///
@@ -137,7 +127,7 @@ impl SpinEquation<'_> {
                 break;
             }
             // ∂/∂u (u × I u) = [u]× I − [I u]×
-            let slope = skew(&u) * inertia - skew(&(inertia * u));
+            let slope = u.cross_matrix() * inertia - (inertia * u).cross_matrix();
             let jacobian = Matrix3::identity() + h * (inverse * slope);
             let Some(step) = jacobian.lu().solve(&r) else { break };
             let shorter = |halvings: i32| u - 0.5_f64.powi(halvings) * step;
@@ -177,8 +167,9 @@ mod tests {
         let body = brick();
         let drift = |h: f64, steps: usize| {
             let mut state = spinning(Vector3::new(1.0, 4.0, 0.5));
-            let momentum =
-                |s: &State| crate::quaternion::rotation(&s.attitude) * (body.inertia() * s.spin);
+            let momentum = |s: &State| {
+                crate::mechanics::quaternion::rotation(&s.attitude) * (body.inertia() * s.spin)
+            };
             let start = momentum(&state);
             for _ in 0..steps {
                 state = rk4_step(&body, &state, &Wrench::zero(), h);

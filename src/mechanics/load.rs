@@ -1,9 +1,9 @@
 //! A load: an external force and torque on the body over time, for
 //! [`Simulation::set_load`](crate::simulation::Simulation::set_load).
 
+use super::quaternion::rotation;
+use super::state::Wrench;
 use crate::error::{Error, in_range};
-use crate::quaternion::rotation;
-use crate::state::Wrench;
 use nalgebra::{Vector3, Vector4};
 
 /// A vector over time that changes linearly between knots, and keeps the first knot's value

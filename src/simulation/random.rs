@@ -1,4 +1,4 @@
-//! Random numbers as numpy draws them: the start of the drop [scene](crate::scene).
+//! Random numbers as numpy draws them: the start of the drop [scene](crate::simulation::scene).
 
 use nalgebra::Vector4;
 use rand_mt::Mt;

@@ -1,12 +1,11 @@
-//! The two scenes of the tutorial: constants for a [model](crate::model) and starts for a
+//! The two scenes of the tutorial: constants for a [world](crate::world) and starts for a
 //! [simulation](crate::simulation).
 
-use crate::body::RigidBody;
+use super::random::random_attitude;
+use crate::contact::Plane;
 use crate::error::Error;
-use crate::model::Parameters;
-use crate::plane::Plane;
-use crate::random::random_attitude;
-use crate::state::State;
+use crate::mechanics::{RigidBody, State};
+use crate::world::Parameters;
 use nalgebra::{Matrix3, Vector3, Vector4};
 
 /// Defaults of a scene; every one can be changed on the command line.
@@ -36,8 +35,6 @@ pub const CUBE_INERTIA: f64 = 0.01;
 pub const CUBE_HALF_SIDE: f64 = 1.0;
 /// μ of the tutorial.
 pub const FRICTION: f64 = 0.3;
-/// ε of the tutorial, N.
-pub const SMOOTHING: f64 = 1e-6;
 /// Ipopt's tolerance in the tutorial.
 pub const TOLERANCE: f64 = 1e-6;
 /// The tutorial's iteration limit.
@@ -102,12 +99,11 @@ impl Scene {
 pub fn tutorial_parameters() -> Result<Parameters, Error> {
     let scene = Scene::drop();
     Ok(Parameters {
-        body: tutorial_cube()?,
-        plane: Plane::level(),
+        bodies: vec![tutorial_cube()?],
+        ground: Plane::level(),
         gravity: scene.gravity,
         friction: FRICTION,
         time_step: scene.time_step,
-        smoothing: SMOOTHING,
     })
 }
 

@@ -1,0 +1,214 @@
+//! The certificate of a step: how far its states and contact forces miss the equations of an
+//! exact step, whoever computed them.
+//!
+//! Its number is a **residual**, in m/s, each contact in its own scale (eq. 18): zero exactly
+//! at the solutions of the hard-contact step with Coulomb's cone and maximum dissipation. It is
+//! *not* a distance to a solution: where the problem is badly conditioned a small residual may
+//! belong to a state that is much farther from the solution, and where the laws leave the
+//! motion open it does not say which solution this is. Unlike a product such as f_n φ⁺ it
+//! cannot be made small by making two errors small.
+//!
+//! This module knows no solver; [`Simulation`](crate::simulation::Simulation) certifies every
+//! step.
+
+use super::law::largest;
+use super::{Contact, Partner};
+use crate::mechanics::dynamics::rk4_step;
+use crate::mechanics::quaternion::advance;
+use crate::mechanics::{Pose, RigidBody, State, Wrench};
+use crate::world::World;
+use nalgebra::Vector3;
+
+/// The five parts of a step's residual, each in m/s: the largest over bodies and contacts.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Certificate {
+    /// The equations of motion (eq. 18a); angles are turned into distances by the
+    /// body's [reach](RigidBody::reach).
+    pub dynamics: f64,
+    /// max(0, −φ⁺/h): how fast the deepest point went through the ground (eq. 18b).
+    pub penetration: f64,
+    /// Force without touch, or touch with a pulling force (eq. 18c).
+    pub normal_law: f64,
+    /// Friction that does not oppose the slip with all it has, or that holds without
+    /// sticking (eq. 18d).
+    pub friction_law: f64,
+    /// Friction beyond the cone (eq. 18e).
+    pub cone: f64,
+}
+
+/// What a step claims: to be judged.
+#[derive(Debug, Clone, Copy)]
+pub struct Claim<'a> {
+    /// X at step k, one a body.
+    pub states: &'a [State],
+    /// X at step k+1.
+    pub next: &'a [State],
+    /// External wrenches without gravity, one a body.
+    pub wrenches: &'a [Wrench],
+    /// The contacts between the bodies at step k.
+    pub contacts: &'a [Contact],
+}
+
+impl Certificate {
+    /// The residual of the step: the largest part, m/s. NaN if any part is.
+    #[must_use]
+    pub fn residual(&self) -> f64 {
+        self.parts().into_iter().map(|(_, value)| value).fold(0.0, largest)
+    }
+
+    /// Which part is the largest.
+    #[must_use]
+    pub fn worst_part(&self) -> &'static str {
+        let residual = self.residual();
+        self.parts()
+            .into_iter()
+            .find(|(_, value)| *value == residual || value.is_nan())
+            .map_or("dynamics", |(name, _)| name)
+    }
+
+    /// The parts by name.
+    #[must_use]
+    pub fn parts(&self) -> [(&'static str, f64); 5] {
+        [
+            ("dynamics", self.dynamics),
+            ("penetration", self.penetration),
+            ("normal law", self.normal_law),
+            ("friction law", self.friction_law),
+            ("cone", self.cone),
+        ]
+    }
+}
+
+/// Certifies steps of one world; owns its scratch memory, so that certifying allocates
+/// nothing.
+#[derive(Debug, Clone, Default)]
+pub struct Certifier {
+    /// Poses of the bodies at both ends of the step.
+    poses: Vec<(Pose, Pose)>,
+    /// Force (world) and torque (body) of all contacts and the outside on each body.
+    loads: Vec<Wrench>,
+}
+
+impl Certifier {
+    /// Room for the steps of any world.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Certifies a contact step under the contact forces `forces` (N, world, on body A), one a
+    /// contact of the claim. Points that are no contact must not end below the ground either.
+    pub fn contact_step(
+        &mut self,
+        world: &World,
+        claim: &Claim<'_>,
+        forces: impl IntoIterator<Item = Vector3<f64>>,
+    ) -> Certificate {
+        let h = world.time_step();
+        let mut certificate = Certificate::default();
+        self.begin(claim);
+        for (contact, force) in claim.contacts.iter().zip(forces) {
+            self.add_force(contact, &force);
+            let a = &self.poses[contact.key.body];
+            let b = match contact.key.partner {
+                Partner::Ground => None,
+                Partner::Body(index) => Some(&self.poses[index]),
+            };
+            let u = contact.motion((&a.0, &a.1), b.map(|b| (&b.0, &b.1)), h);
+            let p = force * (h / world.bodies()[contact.key.body].mass());
+            let parts = contact.law.residual(&contact.response, &contact.normal(), &p, &u);
+            certificate.normal_law = largest(certificate.normal_law, parts.normal);
+            certificate.friction_law = largest(certificate.friction_law, parts.friction);
+            certificate.cone = largest(certificate.cone, parts.cone);
+            let through = -contact.normal().dot(&u);
+            certificate.penetration = largest(certificate.penetration, through);
+        }
+        for (index, (body, (_, pose))) in world.bodies().iter().zip(&self.poses).enumerate() {
+            let (state, next) = (&claim.states[index], &claim.next[index]);
+            let motion = momentum_residual(world, body, (state, next), &self.loads[index]);
+            certificate.dynamics = largest(certificate.dynamics, motion);
+            let depth = world.heights(index, pose).map(|height| -height).fold(0.0, largest);
+            certificate.penetration = largest(certificate.penetration, depth / h);
+        }
+        certificate
+    }
+
+    fn begin(&mut self, claim: &Claim<'_>) {
+        let pairs = claim.states.iter().zip(claim.next);
+        self.poses.clear();
+        self.poses.extend(pairs.map(|(state, next)| (state.pose(), next.pose())));
+        self.loads.clear();
+        self.loads.extend_from_slice(claim.wrenches);
+    }
+
+    /// A force acts on A at the touching point and, opposite, on B at the same point of the
+    /// world: momentum of the pair is kept.
+    fn add_force(&mut self, contact: &Contact, force: &Vector3<f64>) {
+        let load = &mut self.loads[contact.key.body];
+        load.force += force;
+        load.torque += contact.torque_map * force;
+        if let Partner::Body(other) = contact.key.partner {
+            let (a, b) = (&self.poses[contact.key.body].0, &self.poses[other].0);
+            let arm = a.position + contact.arm - b.position;
+            let load = &mut self.loads[other];
+            load.force -= force;
+            load.torque -= b.rotation.tr_mul(&arm.cross(force));
+        }
+    }
+}
+
+/// Certifies a step of the fourth-order Runge–Kutta method, which has no contact: the
+/// difference between the next states and the method's own steps under the claim's wrenches
+/// and gravity, scaled as the dynamics part of a contact step.
+///
+/// It says whether a file holds what the method computes; how good the method is, the tests of
+/// [`rk4_step`] say.
+#[must_use]
+pub fn certify_rk4_step(world: &World, claim: &Claim<'_>) -> Certificate {
+    let h = world.time_step();
+    let mut certificate = Certificate::default();
+    for (index, body) in world.bodies().iter().enumerate() {
+        let mut wrench = claim.wrenches[index];
+        wrench.force += world.gravity() * body.mass();
+        let exact = rk4_step(body, &claim.states[index], &wrench, h);
+        let (next, reach) = (&claim.next[index], body.reach());
+        let parts = [
+            norm_inf(&(exact.position - next.position)) / h,
+            norm_inf(&(exact.attitude - next.attitude)) * reach / h,
+            norm_inf(&(exact.velocity - next.velocity)),
+            norm_inf(&(exact.spin - next.spin)) * reach,
+        ];
+        certificate.dynamics = parts.into_iter().fold(certificate.dynamics, largest);
+    }
+    certificate
+}
+
+/// The largest residual of the four equations of motion of a body (eq. 8), m/s, under all that
+/// acts on it besides gravity.
+fn momentum_residual(
+    world: &World,
+    body: &RigidBody,
+    (state, next): (&State, &State),
+    load: &Wrench,
+) -> f64 {
+    let h = world.time_step();
+    let gyroscopic = next.spin.cross(&(body.inertia() * next.spin));
+    let position = next.position - state.position - h * next.velocity;
+    let attitude = next.attitude - advance(&state.attitude, &next.spin, h);
+    let acceleration = load.force / body.mass() + world.gravity();
+    let velocity = next.velocity - state.velocity - h * acceleration;
+    let spin = next.spin - state.spin - h * (body.inertia_inverse() * (load.torque - gyroscopic));
+    [
+        norm_inf(&position) / h,
+        norm_inf(&attitude) * body.reach() / h,
+        norm_inf(&velocity),
+        norm_inf(&spin) * body.reach(),
+    ]
+    .into_iter()
+    .fold(0.0, largest)
+}
+
+/// ‖a‖∞, NaN if any entry is.
+fn norm_inf<'a>(entries: impl IntoIterator<Item = &'a f64>) -> f64 {
+    entries.into_iter().map(|entry| entry.abs()).fold(0.0, largest)
+}

@@ -1,0 +1,110 @@
+//! Detection: which points may touch in a step, as [contacts](Contact).
+//!
+//! What detection finds are *candidates*: contacts that a solver considers. Which of them
+//! *carry a force* is the solution's to say
+//! ([`ContactForce::carries_force`](crate::step::ContactForce::carries_force)).
+
+use super::{Contact, ContactKey, ContactLaw, Features, Partner};
+use crate::mechanics::{Pose, State};
+use crate::world::World;
+
+/// A point at or below this height at step k is a candidate, in parts of the body's reach: 5 mm
+/// for the tutorial's cube, whose value it is.
+pub const CONTACT_BAND: f64 = 0.005;
+
+/// The rule by which points become candidates.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Detection {
+    /// The tutorial's rule: a height of at most [`CONTACT_BAND`] at step k. A fast point can
+    /// jump the band in one step; where a solver then clamps its force to zero, the step has
+    /// no solution.
+    Height,
+    /// The same, or a height of at most 0 after a free flight step.
+    #[default]
+    Predictive,
+}
+
+impl Detection {
+    /// Fills `contacts` with the candidates of a step from `states` whose free flight would
+    /// end in `free`, in the order of bodies and points. Returns whether the step needs a
+    /// contact problem at all: whether there is a candidate, or free flight would take some
+    /// other point below the ground.
+    pub fn find(
+        self,
+        world: &World,
+        states: &[State],
+        free: &[State],
+        contacts: &mut Vec<Contact>,
+    ) -> bool {
+        contacts.clear();
+        let mut needs_contact = false;
+        for (index, body) in world.bodies().iter().enumerate() {
+            let band = CONTACT_BAND * body.reach();
+            let (pose, free) = (states[index].pose(), free[index].pose());
+            let heights = world.heights(index, &pose).zip(world.heights(index, &free));
+            for (point, (now, then)) in heights.enumerate() {
+                let candidate = now <= band || (self == Self::Predictive && then <= 0.0);
+                if candidate {
+                    contacts.push(ground_contact(world, index, point, &pose));
+                }
+                needs_contact |= candidate || then < 0.0;
+            }
+        }
+        needs_contact
+    }
+
+    /// The word of the command line.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Height => "height",
+            Self::Predictive => "predictive",
+        }
+    }
+}
+
+/// Every point of every body against the ground, whatever its height: what a step can be
+/// judged by that comes from a file.
+pub fn all_contacts(world: &World, states: &[State], contacts: &mut Vec<Contact>) {
+    contacts.clear();
+    for (index, (body, state)) in world.bodies().iter().zip(states).enumerate() {
+        let pose = state.pose();
+        let points = 0..body.contact_points().len();
+        contacts.extend(points.map(|point| ground_contact(world, index, point, &pose)));
+    }
+}
+
+/// Adds the points that the step `states` → `next` takes lower than `depth` (m) below the
+/// ground and that are no candidates yet: detection is a prediction, and an impulse on one
+/// point may drive down another. Returns whether there were any.
+pub fn admit_missed(
+    world: &World,
+    states: &[State],
+    next: &[State],
+    depth: f64,
+    contacts: &mut Vec<Contact>,
+) -> bool {
+    let before = contacts.len();
+    for (index, next) in next.iter().enumerate() {
+        for (point, height) in world.heights(index, &next.pose()).enumerate() {
+            let known = |contact: &Contact| (contact.key.body, contact.key.point) == (index, point);
+            if height < -depth && !contacts[..before].iter().any(known) {
+                contacts.push(ground_contact(world, index, point, &states[index].pose()));
+            }
+        }
+    }
+    contacts.len() > before
+}
+
+/// The contact of a body's point with the ground.
+fn ground_contact(world: &World, body: usize, point: usize, pose: &Pose) -> Contact {
+    let (a, ground) = (&world.bodies()[body], world.ground());
+    let features = Features {
+        point: a.contact_points()[point].position,
+        radius: 0.0,
+        frame: *ground.frame(),
+        offset: ground.offset(),
+    };
+    let key = ContactKey { body, point, partner: Partner::Ground };
+    Contact::new(key, features, ContactLaw { friction: world.friction() }, (a, pose), None)
+}

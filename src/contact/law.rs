@@ -1,0 +1,131 @@
+//! The contact law: hard contact, Coulomb's round cone, maximum dissipation, and the residual
+//! by which a force and a motion miss it.
+//!
+//! Impulses are divided by the mass of body A, p̂ = h f/m_A, so that they are velocities.
+//! Equation numbers are those of `docs/formulation.md`.
+
+use crate::mechanics::RigidBody;
+use nalgebra::{Matrix3, Vector3};
+
+/// The constants of the law at one contact.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ContactLaw {
+    /// μ, coefficient of friction.
+    pub friction: f64,
+}
+
+/// How the touching point answers an impulse there: the contact's own scale.
+///
+/// With W the 3 × 3 response of the relative velocity of the touching point to an impulse at
+/// it, both bodies together, in the contact's frame,
+///
+/// ```text
+/// W = Σ (E/m + Gᵀ I⁻¹ G),  G = [y]× Aᵀ,   w_n = m_A W_nn,  w_t = m_A ½ tr W_tt    (eq. 18)
+/// ```
+///
+/// Without unit: 1 for a point in the centre of a body that touches the ground.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Response {
+    /// w_n.
+    pub normal: f64,
+    /// w_t, the mean over both tangents.
+    pub tangential: f64,
+}
+
+impl Response {
+    /// One body's share, times its own mass; `frame` has (t₁, t₂, n) as columns.
+    pub(super) fn of_point(
+        body: &RigidBody,
+        torque_map: &Matrix3<f64>,
+        frame: &Matrix3<f64>,
+    ) -> Self {
+        let torques = torque_map * frame;
+        let answers = body.specific_inertia_inverse() * torques;
+        let diagonal = |k: usize| 1.0 + torques.column(k).dot(&answers.column(k));
+        Self { normal: diagonal(2), tangential: 0.5 * (diagonal(0) + diagonal(1)) }
+    }
+
+    pub(super) fn plus(&self, other: &Self) -> Self {
+        Self { normal: self.normal + other.normal, tangential: self.tangential + other.tangential }
+    }
+
+    pub(super) fn times(&self, factor: f64) -> Self {
+        Self { normal: factor * self.normal, tangential: factor * self.tangential }
+    }
+}
+
+/// How far a contact's impulse and motion are from the law, each part in m/s.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LawResidual {
+    /// |min(w_n p_n, u_n)| (eq. 18c).
+    pub normal: f64,
+    /// ‖w_t p_t − Π(w_t p_t − u_t)‖, Π on the disc of radius μ w_t max(p_n, 0) (eq. 18d).
+    pub friction: f64,
+    /// max(0, w_t (‖p_t‖ − μ p_n)) (eq. 18e).
+    pub cone: f64,
+}
+
+impl ContactLaw {
+    /// The residual of the impulse `p` over the mass of A (m/s) and the motion `u` (m/s), both
+    /// in the axes of the unit `normal`. A NaN stays one.
+    #[must_use]
+    pub fn residual(
+        &self,
+        response: &Response,
+        normal: &Vector3<f64>,
+        p: &Vector3<f64>,
+        u: &Vector3<f64>,
+    ) -> LawResidual {
+        let (p_n, u_n) = (normal.dot(p), normal.dot(u));
+        // f64::min would drop a NaN.
+        let complementarity = -largest(-response.normal * p_n, -u_n);
+        let pull = response.tangential * (p - normal * p_n);
+        let slip = u - normal * u_n;
+        let radius = self.friction * response.tangential * largest(p_n, 0.0);
+        let friction = (pull - project_on_disc(pull - slip, radius)).norm();
+        let outside = pull.norm() - self.friction * response.tangential * p_n;
+        LawResidual { normal: complementarity.abs(), friction, cone: largest(0.0, outside) }
+    }
+}
+
+/// The larger of two numbers, NaN if either is: a NaN must not pass for a small residual.
+pub(super) fn largest(a: f64, b: f64) -> f64 {
+    if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
+}
+
+/// Π: the nearest point of the disc of `radius` about the origin, across the normal.
+fn project_on_disc(point: Vector3<f64>, radius: f64) -> Vector3<f64> {
+    let norm = point.norm();
+    if norm > radius { point * (radius / norm) } else { point }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LAW: ContactLaw = ContactLaw { friction: 0.5 };
+    const ALONE: Response = Response { normal: 1.0, tangential: 1.0 };
+
+    fn residual(p: [f64; 3], u: [f64; 3]) -> LawResidual {
+        LAW.residual(&ALONE, &Vector3::z(), &p.into(), &u.into())
+    }
+
+    #[test]
+    fn what_obeys_the_law_has_no_residual() {
+        let exact = LawResidual { normal: 0.0, friction: 0.0, cone: 0.0 };
+        assert_eq!(residual([0.0; 3], [3.0, 0.0, 1.0]), exact, "open");
+        assert_eq!(residual([0.2, 0.1, 1.0], [0.0; 3]), exact, "stick");
+        assert_eq!(residual([-0.5, 0.0, 1.0], [3.0, 0.0, 0.0]), exact, "slip");
+    }
+
+    #[test]
+    fn every_way_to_break_the_law_shows() {
+        assert_eq!(residual([0.0, 0.0, 1.0], [0.0, 0.0, 0.25]).normal, 0.25);
+        assert_eq!(residual([0.0, 0.0, -1.0], [0.0, 0.0, 0.25]).normal, 1.0);
+        assert_eq!(residual([0.0; 3], [0.0, 0.0, -2.0]).normal, 2.0);
+        assert_eq!(residual([0.5, 0.0, 1.0], [3.0, 0.0, 0.0]).friction, 1.0);
+        assert_eq!(residual([0.0, 0.75, 1.0], [0.0; 3]).cone, 0.25);
+        assert!(residual([f64::NAN, 0.0, 1.0], [0.0; 3]).friction.is_nan());
+        assert!(residual([0.0, 0.0, f64::NAN], [0.0; 3]).normal.is_nan());
+    }
+}

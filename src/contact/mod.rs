@@ -1,0 +1,174 @@
+//! Contact as a value: a point of one body against a plane of another, for one step.
+//!
+//! A [`Contact`] is made anew in every step by [`detection`] and holds all that the contact
+//! [`law`] needs to know of the two bodies. The [solvers](crate::solver) find its force, the
+//! [`certificate`] judges it.
+//!
+//! With body A's point a (rounded by a radius ρ) and the plane n·x = d of B,
+//!
+//! ```text
+//! w(X) = A_Bᵀ (r_A + A_A a − r_B),   gap φ(X) = n·w − d − ρ                (eq. 4)
+//! ```
+//!
+//! Point and plane are fixed in their bodies' frames for the step, so that turning the whole
+//! world turns the answer and no plane is special. The ground is a B that never moves:
+//! r_B = 0, A_B = E. Equation numbers are those of `docs/formulation.md`.
+
+pub mod certificate;
+pub mod detection;
+pub mod law;
+pub mod plane;
+pub mod rounding;
+
+pub use certificate::{Certificate, Certifier};
+pub use detection::Detection;
+pub use law::{ContactLaw, Response};
+pub use plane::Plane;
+
+use crate::mechanics::RigidBody;
+use crate::mechanics::state::Pose;
+use nalgebra::{Matrix3, Vector3};
+
+/// What a body touches.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Partner {
+    /// The fixed ground.
+    Ground,
+    /// The body of this index in [`World::bodies`](crate::world::World::bodies).
+    Body(usize),
+}
+
+/// Which features touch: the same from step to step, so that forces find their contact again.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct ContactKey {
+    /// A, an index of [`World::bodies`](crate::world::World::bodies).
+    pub body: usize,
+    /// The index of A's [contact point](RigidBody::contact_points).
+    pub point: usize,
+    /// B.
+    pub partner: Partner,
+}
+
+/// The features that make a contact: what [`Contact::new`] is made of.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Features {
+    /// a, m, frame of A.
+    pub point: Vector3<f64>,
+    /// ρ, m: the rounding radius about a.
+    pub radius: f64,
+    /// (t₁, t₂, n) as columns, right-handed, unit, frame of B; n points away from B.
+    pub frame: Matrix3<f64>,
+    /// d, m, in the frame of B: the plane is n·x = d.
+    pub offset: f64,
+}
+
+/// A body at the start of a step: its constants and its pose.
+pub type Placed<'a> = (&'a RigidBody, &'a Pose);
+
+/// A point of body A against a plane of body B or of the ground, with what the step takes
+/// from the configuration at its start. Vectors are in the world's axes where no frame is
+/// named.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Contact {
+    /// Which features touch.
+    pub key: ContactKey,
+    /// The features, in their bodies' frames.
+    pub features: Features,
+    /// (t₁, t₂, n) as columns, world, at the step's start.
+    pub frame: Matrix3<f64>,
+    /// φ at the step's start, m; exactly zero where rounding alone is left of it
+    /// ([`rounding::gap`]).
+    pub gap: f64,
+    /// Friction.
+    pub law: ContactLaw,
+    /// y = a − ρ A_Aᵀ n, m, frame of A: the material point that touches, where forces act.
+    pub lever: Vector3<f64>,
+    /// A_A y, m: from A's centre of mass to the touching point.
+    pub arm: Vector3<f64>,
+    /// [y]× A_Aᵀ, m: the torque (frame of A) of an impulse on A (world).
+    pub torque_map: Matrix3<f64>,
+    /// How the touching point answers an impulse.
+    pub response: Response,
+}
+
+impl Contact {
+    /// The contact of `features` between `a`, the body that `key` names, and `b`, its partner:
+    /// `None` for the ground.
+    #[must_use]
+    pub fn new(
+        key: ContactKey,
+        features: Features,
+        law: ContactLaw,
+        a: Placed<'_>,
+        b: Option<Placed<'_>>,
+    ) -> Self {
+        let (body, pose) = a;
+        let frame = b.map_or(features.frame, |(_, b)| b.rotation * features.frame);
+        let normal = frame.column(2).into_owned();
+        let mut lever = features.point;
+        if features.radius > 0.0 {
+            lever -= features.radius * pose.rotation.tr_mul(&normal);
+        }
+        let arm = pose.rotation * lever;
+        let torque_map = lever.cross_matrix() * pose.rotation.transpose();
+        let mut response = Response::of_point(body, &torque_map, &frame);
+        if let Some((other, other_pose)) = b {
+            let arm = pose.position + arm - other_pose.position;
+            let lever = other_pose.rotation.tr_mul(&arm);
+            let torque_map = lever.cross_matrix() * other_pose.rotation.transpose();
+            let share = Response::of_point(other, &torque_map, &frame);
+            response = response.plus(&share.times(body.mass() / other.mass()));
+        }
+        let mut contact =
+            Self { key, features, frame, gap: 0.0, law, lever, arm, torque_map, response };
+        let gap = contact.gap_at(pose, b.map(|(_, pose)| pose));
+        let noise = rounding::gap(&normal, &pose.position, features.offset, &arm);
+        contact.gap = if gap.abs() <= noise { 0.0 } else { gap };
+        contact
+    }
+
+    /// n, world, at the step's start: from B to A.
+    #[must_use]
+    pub fn normal(&self) -> Vector3<f64> {
+        self.frame.column(2).into_owned()
+    }
+
+    /// φ (eq. 4), m, where A is at `a` and B at `b`, `None` for the ground.
+    #[must_use]
+    pub fn gap_at(&self, a: &Pose, b: Option<&Pose>) -> f64 {
+        let Features { point, radius, frame, offset } = &self.features;
+        let w = seen_from(b, &(a.position + a.rotation * point));
+        frame.column(2).dot(&w) - offset - radius
+    }
+
+    /// u (eq. 10, 12), m/s, world: the mean slip of the touching point over the step of `h` (s)
+    /// across the normal, and along it the gap speed φ⁺/h.
+    ///
+    /// ```text
+    /// u = A_B (E − n nᵀ) (y⁺ − y)/h + n φ⁺/h,   y seen from B
+    /// ```
+    ///
+    /// `a` and `b` are the poses (start, end) of the two bodies; `None` is the ground.
+    #[must_use]
+    pub fn motion(&self, a: (&Pose, &Pose), b: Option<(&Pose, &Pose)>, h: f64) -> Vector3<f64> {
+        let touching = |pose: &Pose| pose.position + pose.rotation * self.lever;
+        let before = seen_from(b.map(|b| b.0), &touching(a.0));
+        let after = seen_from(b.map(|b| b.1), &touching(a.1));
+        let mut moved = after - before;
+        if let Some((b, _)) = b {
+            moved = b.rotation * moved;
+        }
+        let normal = self.normal();
+        let gap = self.gap_at(a.1, b.map(|b| b.1));
+        let slip = moved - normal * normal.dot(&moved);
+        (slip + normal * gap) / h
+    }
+}
+
+/// A point of the world in the frame of B.
+fn seen_from(b: Option<&Pose>, point: &Vector3<f64>) -> Vector3<f64> {
+    match b {
+        Some(b) => b.rotation.tr_mul(&(point - b.position)),
+        None => *point,
+    }
+}

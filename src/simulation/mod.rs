@@ -1,0 +1,348 @@
+//! The simulation loop: one step after another, each with its report and certificate.
+//!
+//! A step is free flight, [detection](crate::contact::detection) of the contacts, a
+//! [solver](crate::solver) for their forces, and the
+//! [certificate](crate::contact::certificate) that judges the answer. Around it: starts
+//! ([`scene`], [`random`]), what is kept of a step ([`record`]), of a run ([`summary`]) and in
+//! a file (`trajectory`, with the feature `csv`).
+
+pub mod random;
+pub mod record;
+pub mod scene;
+pub mod summary;
+#[cfg(feature = "csv")]
+pub mod trajectory;
+
+pub use record::StepRecord;
+
+use crate::contact::certificate::{Certifier, Claim, certify_rk4_step};
+use crate::contact::{Certificate, Contact, Detection, rounding};
+use crate::error::Error;
+use crate::mechanics::dynamics::rk4_step;
+use crate::mechanics::{Load, State, Wrench};
+use crate::solver::native::NativeSolver;
+use crate::step::{Step, StepReport, StepSolution, StepSolver, StepStatus};
+use crate::world::World;
+use std::mem::swap;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+/// What moves the bodies from one step to the next. Its solver must be made for the world of
+/// the simulation.
+pub enum Motion<'a> {
+    /// The contact step, with a rule for the candidates and a solver.
+    Contact {
+        /// Which points may touch.
+        detection: Detection,
+        /// Who solves the step.
+        solver: Box<dyn StepSolver + 'a>,
+    },
+    /// Fourth-order Runge–Kutta, no ground.
+    Floating,
+}
+
+impl<'a> Motion<'a> {
+    /// Contact by `solver`, with the usual rule for the candidates.
+    #[must_use]
+    pub fn contact(solver: impl StepSolver + 'a) -> Self {
+        Self::Contact { detection: Detection::default(), solver: Box::new(solver) }
+    }
+
+    /// Contact by tumble's own solver, with the usual rule for the candidates.
+    #[must_use]
+    pub fn native(world: &World) -> Self {
+        Self::contact(NativeSolver::new(world))
+    }
+}
+
+/// A running simulation.
+pub struct Simulation<'a> {
+    world: World,
+    motion: Motion<'a>,
+    /// What acts on each body from outside.
+    outside: Vec<Outside>,
+    interrupt: Option<Arc<AtomicBool>>,
+    index: u64,
+    /// The solution that led to step k: X at k and the forces of the step before, the start
+    /// of the next.
+    now: StepSolution,
+    /// The same for k − 1, where the last step can be taken back, and for k − 2, which that step
+    /// has seen.
+    before: Option<StepSolution>,
+    long_before: Option<StepSolution>,
+    scratch: Scratch,
+}
+
+/// The external wrench on a body, gravity apart.
+#[derive(Debug, Clone)]
+struct Outside {
+    wrench: Wrench,
+    load: Load,
+}
+
+/// The solutions that a step can see.
+#[derive(Clone, Copy)]
+struct Past<'a> {
+    now: &'a StepSolution,
+    before: Option<&'a StepSolution>,
+}
+
+/// Memory that steps use again.
+#[derive(Default)]
+struct Scratch {
+    wrenches: Vec<Wrench>,
+    free: Vec<State>,
+    contacts: Vec<Contact>,
+    solution: StepSolution,
+    certifier: Certifier,
+}
+
+impl<'a> Simulation<'a> {
+    /// A simulation of `world` from `states`, one a body.
+    ///
+    /// # Errors
+    /// A world of several bodies (contacts between bodies are not detected); another number of
+    /// states than bodies; a state that [`State::checked`] refuses.
+    pub fn new(
+        world: World,
+        states: impl IntoIterator<Item = State>,
+        motion: Motion<'a>,
+    ) -> Result<Self, Error> {
+        let bodies = world.bodies().len();
+        if bodies > 1 {
+            return Err(Error::Unsupported {
+                what: "a simulation of several bodies",
+                why: "contacts between bodies are not detected; give one body",
+            });
+        }
+        let states =
+            states.into_iter().map(|state| state.checked()).collect::<Result<Vec<_>, _>>()?;
+        if states.len() != bodies {
+            return Err(Error::Count {
+                field: "states at the start",
+                count: states.len(),
+                allowed: "one a body",
+            });
+        }
+        let nothing = Outside { wrench: Wrench::zero(), load: Load::none() };
+        Ok(Self {
+            outside: vec![nothing; bodies],
+            world,
+            motion,
+            interrupt: None,
+            index: 0,
+            now: StepSolution::free(&states),
+            before: None,
+            long_before: None,
+            scratch: Scratch::default(),
+        })
+    }
+
+    /// The world.
+    #[must_use]
+    pub fn world(&self) -> &World {
+        &self.world
+    }
+
+    /// X at the current step, one a body.
+    #[must_use]
+    pub fn states(&self) -> &[State] {
+        &self.now.states
+    }
+
+    /// X at the current step of the first body.
+    #[must_use]
+    pub fn state(&self) -> &State {
+        &self.now.states[0]
+    }
+
+    /// k.
+    #[must_use]
+    pub fn index(&self) -> u64 {
+        self.index
+    }
+
+    /// Exchanges what moves the bodies from here on with `motion`, which must be made for this
+    /// simulation's world: to repeat a step with another solver, after
+    /// [`Simulation::take_back`].
+    pub fn swap_motion(&mut self, motion: &mut Motion<'a>) {
+        swap(&mut self.motion, motion);
+    }
+
+    /// Sets the external wrench on body `index` in the steps to come (force in N, world; torque
+    /// in N m, body), gravity and the load apart: for a program that decides it from step to
+    /// step.
+    ///
+    /// # Errors
+    /// A body that is not there; a wrench that [`Wrench::validate`] refuses. The wrench before
+    /// it stays.
+    pub fn set_wrench(&mut self, index: usize, wrench: Wrench) -> Result<(), Error> {
+        wrench.validate()?;
+        self.outside_mut(index)?.wrench = wrench;
+        Ok(())
+    }
+
+    /// Sets the external load on body `index` over time, counted from step 0.
+    ///
+    /// # Errors
+    /// A body that is not there.
+    pub fn set_load(&mut self, index: usize, load: Load) -> Result<(), Error> {
+        self.outside_mut(index)?.load = load;
+        Ok(())
+    }
+
+    fn outside_mut(&mut self, index: usize) -> Result<&mut Outside, Error> {
+        let missing = Error::Count { field: "body", count: index, allowed: "an index of a body" };
+        self.outside.get_mut(index).ok_or(missing)
+    }
+
+    /// Gives up a step with [`Error::Interrupted`] soon after `flag` is raised, whoever solves
+    /// it.
+    pub fn interrupt_by(&mut self, flag: Arc<AtomicBool>) {
+        self.interrupt = Some(flag);
+    }
+
+    /// Advances by one step and describes it in `record`. A step that did not converge is taken
+    /// all the same, with its status in the report.
+    ///
+    /// # Errors
+    /// Only where a step could not be posed or was interrupted; the simulation stays where it
+    /// was.
+    pub fn step(&mut self, record: &mut StepRecord) -> Result<(), Error> {
+        self.set_wrenches();
+        let Self { world, motion, interrupt, now, before, scratch, .. } = &mut *self;
+        let (report, certificate) = match motion {
+            Motion::Floating => floating_step(world, &now.states, scratch),
+            Motion::Contact { detection, solver } => {
+                let past = Past { now, before: before.as_ref() };
+                let interrupt = interrupt.as_deref();
+                contact_step(world, past, *detection, solver.as_mut(), interrupt, scratch)?
+            }
+        };
+        record.index = self.index;
+        record.report = report;
+        record.certificate = certificate;
+        record.states.clear();
+        record.states.extend_from_slice(&self.now.states);
+        record.solution.copy_from(&self.scratch.solution);
+        swap(&mut record.contacts, &mut self.scratch.contacts);
+
+        // solution → now → before → long before; the oldest one's memory is used again.
+        let oldest = self.long_before.take().unwrap_or_default();
+        let solution = std::mem::replace(&mut self.scratch.solution, oldest);
+        let now = std::mem::replace(&mut self.now, solution);
+        self.long_before = self.before.replace(now);
+        self.index += 1;
+        Ok(())
+    }
+
+    /// The wrenches of the step to come.
+    fn set_wrenches(&mut self) {
+        let (index, h) = (self.index, self.world.time_step());
+        let now = self.outside.iter().zip(&self.now.states).map(|(outside, state)| {
+            if outside.load.is_none() {
+                return outside.wrench;
+            }
+            outside.wrench.plus(&outside.load.wrench(index, h, &state.attitude))
+        });
+        self.scratch.wrenches.clear();
+        self.scratch.wrenches.extend(now);
+    }
+
+    /// Goes back to before the step that `record` describes, which must be the last one
+    /// taken: for a run that ends there, or to repeat the step, in the same way or another. Any
+    /// other record changes nothing, nor does a second call.
+    pub fn take_back(&mut self, record: &StepRecord) {
+        if record.index + 1 != self.index {
+            return;
+        }
+        if let Some(before) = self.before.take() {
+            self.now = before;
+            self.before = self.long_before.take();
+            self.index = record.index;
+        }
+    }
+
+    /// Describes the current state as the last row of a trajectory: no step follows.
+    pub fn end(&self, record: &mut StepRecord) {
+        *record = StepRecord {
+            index: self.index,
+            states: self.now.states.clone(),
+            solution: StepSolution::free(&self.now.states),
+            ..StepRecord::new()
+        };
+    }
+}
+
+/// Each body by itself, by the Runge–Kutta method.
+fn floating_step(
+    world: &World,
+    states: &[State],
+    scratch: &mut Scratch,
+) -> (StepReport, Certificate) {
+    let Scratch { wrenches, contacts, solution, .. } = scratch;
+    contacts.clear();
+    solution.set_free(&[]);
+    let bodies = world.bodies().iter().zip(states).zip(&*wrenches);
+    solution.states.extend(bodies.map(|((body, state), wrench)| {
+        let mut total = *wrench;
+        total.force += world.gravity() * body.mass();
+        rk4_step(body, state, &total, world.time_step())
+    }));
+    let claim = Claim { states, next: &solution.states, wrenches, contacts };
+    (StepReport::without_problem(StepStatus::Free), certify_rk4_step(world, &claim))
+}
+
+/// Free flight, detection, solver, certificate. The solution is left in the scratch memory.
+fn contact_step(
+    world: &World,
+    past: Past<'_>,
+    detection: Detection,
+    solver: &mut dyn StepSolver,
+    interrupt: Option<&AtomicBool>,
+    scratch: &mut Scratch,
+) -> Result<(StepReport, Certificate), Error> {
+    let Scratch { wrenches, free, contacts, solution, certifier } = scratch;
+    let Past { now: previous, before: earlier } = past;
+    let states = &previous.states;
+    free.clear();
+    let flights = states.iter().zip(&*wrenches).enumerate();
+    free.extend(flights.map(|(i, (state, wrench))| world.free_flight(i, state, wrench)));
+
+    let (mut report, accepted) = if detection.find(world, states, free, contacts) {
+        let step = Step { world, states, wrenches, free, previous, earlier, interrupt };
+        let report = solver.solve(&step, contacts, solution)?;
+        check_sizes(solution, states.len(), contacts.len())?;
+        (report, solver.accepted_residual())
+    } else {
+        solution.set_free(free);
+        // Exact but for an implicit gyroscopic equation without a solution in reach.
+        (StepReport::without_problem(StepStatus::Free), 0.0)
+    };
+    let claim = Claim { states, next: &solution.states, wrenches, contacts };
+    let certificate = certifier.contact_step(world, &claim, solution.forces());
+    // A solver may think better of a point than it is. A NaN is within nothing.
+    let residual = certificate.residual();
+    let rounding = || rounding::residual(world, states, &solution.states);
+    let within = residual <= accepted || residual <= rounding();
+    if !within {
+        report.status = StepStatus::Failed;
+    }
+    Ok((report, certificate))
+}
+
+/// A solution of another size than the step's would be read out of place.
+fn check_sizes(solution: &StepSolution, bodies: usize, contacts: usize) -> Result<(), Error> {
+    let found = (solution.states.len(), solution.contacts.len());
+    if found == (bodies, contacts) {
+        return Ok(());
+    }
+    Err(Error::Solver {
+        solver: "the step's solver",
+        why: format!(
+            "its solution has {} states and {} contact forces where the step has {bodies} and \
+             {contacts}",
+            found.0, found.1
+        ),
+    })
+}

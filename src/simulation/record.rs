@@ -1,0 +1,61 @@
+//! What a step leaves behind: all that is written to a file or shown.
+
+use crate::contact::{Certificate, Contact};
+use crate::mechanics::State;
+use crate::step::{StepReport, StepSolution, StepStatus};
+
+/// One step k → k+1 of a simulation. Lists go over the bodies of the world.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StepRecord {
+    /// k.
+    pub index: u64,
+    /// X at step k.
+    pub states: Vec<State>,
+    /// The contacts that were considered: the candidates.
+    pub contacts: Vec<Contact>,
+    /// The states at k+1, and the force of every contact.
+    pub solution: StepSolution,
+    /// How the step ended.
+    pub report: StepReport,
+    /// How exact the step is.
+    pub certificate: Certificate,
+}
+
+impl Default for StepRecord {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl StepRecord {
+    /// An empty record, to be filled by [`Simulation::step`](super::Simulation::step).
+    #[must_use]
+    pub fn new() -> Self {
+        Self {
+            index: 0,
+            states: Vec::new(),
+            contacts: Vec::new(),
+            solution: StepSolution::default(),
+            report: StepReport::without_problem(StepStatus::End),
+            certificate: Certificate::default(),
+        }
+    }
+
+    /// X at step k of the first body.
+    ///
+    /// # Panics
+    /// If the record is empty.
+    #[must_use]
+    pub fn state(&self) -> &State {
+        &self.states[0]
+    }
+
+    /// X at step k+1 of the first body.
+    ///
+    /// # Panics
+    /// If the record is empty.
+    #[must_use]
+    pub fn next(&self) -> &State {
+        &self.solution.states[0]
+    }
+}

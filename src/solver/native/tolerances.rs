@@ -1,0 +1,88 @@
+//! The native solver's tolerances, each with its reason, in one place.
+//!
+//! All are speeds: residuals are compared with them in m/s, each contact in its own scale (eq.
+//! 18). The numbers are those of the tutorial's cube; another world has them multiplied by its
+//! [speed scale](crate::world::World::speed_scale), so that a smaller copy of a scene is
+//! solved as the larger one is. No tolerance is below what the step's own speeds are rounded
+//! to.
+
+use crate::world::World;
+
+/// ε of the compliance û = u + ε p̂ while a solution is sought (N6): large enough that the
+/// stiffness 1/ε times rounding (10⁻¹³ m/s) stays small against impulses, small enough that
+/// the selected solution is within 10⁻⁶ of the limit.
+pub(super) const COMPLIANCE: f64 = 1e-6;
+/// The compliances to follow where the limit cannot be taken from the first.
+pub(super) const COMPLIANCES: [f64; 4] = [COMPLIANCE, 1e-7, 1e-8, 1e-9];
+/// Scalings of the natural map to try where Newton's method stalls near a solution.
+pub(super) const SHARPNESSES: [f64; 7] = [1.0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6];
+/// Relative margins on the cone to try when a limit is taken: a contact exactly on its cone may
+/// belong to either side.
+pub(super) const STICK_MARGINS: [f64; 3] = [0.0, 1e-3, -1e-3];
+/// Impulses that changed by less than this part of the largest one have settled: what Newton's
+/// method would still change is smaller by far.
+pub(super) const SETTLED: f64 = 1e-10;
+/// Impulses that changed by less than this part may soon have: they are solved for to rounding.
+pub(super) const SETTLING: f64 = 1e-6;
+/// Iterations that a step may take, all starts together: fifty times what the hardest steps of
+/// the tests need, and some ten milliseconds with four contacts. A step that has used them is
+/// reported with the best point found.
+pub(super) const BUDGET: u32 = 20_000;
+/// Iterations of Newton's method from one start.
+pub(super) const NEWTON_ITERATIONS: u32 = 40;
+/// Corrections towards the limit of vanishing compliance; one nearly always suffices.
+pub(super) const CORRECTIONS: u32 = 3;
+/// Whole Newton steps that may be taken near a solution although the residual grows.
+pub(super) const WHOLE_STEPS: u32 = 6;
+/// A step shorter than this fraction of Newton's is a stall.
+pub(super) const SHORTEST_STEP: f64 = 1e-4;
+/// The part of the decrease that the linear model promises which a step must bring (Armijo).
+pub(super) const SUFFICIENT_DECREASE: f64 = 1e-4;
+
+/// Residual of a step that counts as solved, m/s: what the certificate is held against.
+pub(super) const ACCEPTED: f64 = 1e-9;
+/// The law without compliance is met: rounding of φ⁺/h. A warm start that is as near is the
+/// solution.
+const EXACT: f64 = 1e-12;
+/// Speeds are rounded to this part of themselves, sixteen roundings.
+const ROUNDING: f64 = 16.0 * f64::EPSILON;
+
+/// The tolerances of one step, m/s.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Tolerances {
+    /// What is left where an equation is solved as well as doubles can.
+    pub(super) rounding: f64,
+    /// The limit of vanishing compliance is reached.
+    pub(super) exact: f64,
+    /// Newton's method with compliance has converged: a tenth of what is asked in the end.
+    pub(super) newton: f64,
+    /// A start has solved the step.
+    pub(super) solved: f64,
+    /// A point is taken if no start but the scattered ones does better.
+    pub(super) sufficient: f64,
+    /// Whole steps are taken where the residual is at most this, even where it grows: the
+    /// natural map has kinks at the scale of the compliance, on which a search along the
+    /// direction stalls although the next piece of the map has the solution.
+    pub(super) whole_steps: f64,
+    /// An iteration that stalled here is near enough to a solution to go on from it.
+    pub(super) near: f64,
+    /// A point that goes down through the ground at this speed was missed by detection.
+    pub(super) missed: f64,
+}
+
+impl Tolerances {
+    /// Those of a step of `world` whose bodies move at `speed` (m/s).
+    pub(super) fn of(world: &World, speed: f64) -> Self {
+        let scale = world.speed_scale().max(ROUNDING / EXACT * speed);
+        Self {
+            rounding: 1e-14 * scale,
+            exact: EXACT * scale,
+            newton: 1e-11 * scale,
+            solved: 1e-10 * scale,
+            sufficient: 5e-10 * scale,
+            whole_steps: 1e-5 * scale,
+            near: 1e-4 * scale,
+            missed: 1e-10 * scale,
+        }
+    }
+}

@@ -1,0 +1,242 @@
+//! One step as a problem and its solution, and what a solver of it is.
+//!
+//! A [`Step`] says what is given: the world, the states at k, the free flight, the previous
+//! solution. A [`StepSolver`] finds the new states and a force for every contact, a
+//! [`StepSolution`]. Which solvers there are is the business of [`crate::solver`]; model,
+//! certificate, loop and writers know this trait alone.
+
+use crate::contact::{Contact, ContactKey};
+use crate::error::Error;
+use crate::mechanics::{State, Wrench};
+use crate::world::World;
+use nalgebra::Vector3;
+use std::fmt;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// One contact step to be solved; lists go over the bodies of the world.
+#[derive(Debug, Clone, Copy)]
+pub struct Step<'a> {
+    /// The constants.
+    pub world: &'a World,
+    /// X at step k.
+    pub states: &'a [State],
+    /// External wrenches during the step, without gravity.
+    pub wrenches: &'a [Wrench],
+    /// X at step k+1 if nothing touched anything.
+    pub free: &'a [State],
+    /// The solution of the previous step, where solvers start.
+    pub previous: &'a StepSolution,
+    /// The solution of the step before that, where it is known: what it shares with the
+    /// previous one has settled.
+    pub earlier: Option<&'a StepSolution>,
+    /// Ends the step with [`Error::Interrupted`] when it is raised.
+    pub interrupt: Option<&'a AtomicBool>,
+}
+
+impl Step<'_> {
+    /// Whether the step is to be given up; solvers ask between iterations.
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`] if it is.
+    pub fn check_interrupt(&self) -> Result<(), Error> {
+        match self.interrupt {
+            Some(flag) if flag.load(Ordering::Relaxed) => Err(Error::Interrupted),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// The force of one contact over a step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ContactForce {
+    /// Which features touch.
+    pub key: ContactKey,
+    /// f, N, world, on body A; the opposite one acts on B.
+    pub force: Vector3<f64>,
+    /// The part of the force along the contact's normal, N.
+    pub normal_force: f64,
+    /// The mean slip of the touching point over the step, m/s, world, across the normal.
+    pub slip: Vector3<f64>,
+}
+
+impl ContactForce {
+    /// No force at the contact `key`.
+    #[must_use]
+    pub fn none(key: ContactKey) -> Self {
+        Self { key, force: Vector3::zeros(), normal_force: 0.0, slip: Vector3::zeros() }
+    }
+
+    /// Whether the contact presses: a candidate that touches without a force does not.
+    #[must_use]
+    pub fn carries_force(&self) -> bool {
+        self.normal_force > 0.0
+    }
+}
+
+/// What a step came to.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct StepSolution {
+    /// X at step k+1, one a body.
+    pub states: Vec<State>,
+    /// One a candidate contact, in the candidates' order.
+    pub contacts: Vec<ContactForce>,
+}
+
+impl StepSolution {
+    /// Free flight to `states`, no contact.
+    #[must_use]
+    pub fn free(states: &[State]) -> Self {
+        Self { states: states.to_vec(), contacts: Vec::new() }
+    }
+
+    /// Makes this free flight to `states`: no contact.
+    pub fn set_free(&mut self, states: &[State]) {
+        self.states.clear();
+        self.states.extend_from_slice(states);
+        self.contacts.clear();
+    }
+
+    /// Makes this the same as `other`, in the memory that it has.
+    pub fn copy_from(&mut self, other: &Self) {
+        self.states.clear();
+        self.states.extend_from_slice(&other.states);
+        self.contacts.clear();
+        self.contacts.extend_from_slice(&other.contacts);
+    }
+
+    /// The force of the contact `key`, if it is a candidate. `near` is where to look first;
+    /// contacts keep their order from step to step, so that it is mostly there.
+    #[must_use]
+    pub fn find(&self, key: &ContactKey, near: usize) -> Option<&ContactForce> {
+        let near = near.min(self.contacts.len());
+        let (before, after) = self.contacts.split_at(near);
+        after.iter().chain(before).find(|contact| contact.key == *key)
+    }
+
+    /// The forces of all candidates, N, world.
+    pub fn forces(&self) -> impl Iterator<Item = Vector3<f64>> + '_ {
+        self.contacts.iter().map(|contact| contact.force)
+    }
+
+    /// The sum of all contact forces on body `index`, N, world.
+    #[must_use]
+    pub fn total_force(&self, index: usize) -> Vector3<f64> {
+        use crate::contact::Partner;
+        let share = |contact: &ContactForce| match contact.key {
+            key if key.body == index => contact.force,
+            key if key.partner == Partner::Body(index) => -contact.force,
+            _ => Vector3::zeros(),
+        };
+        self.contacts.iter().map(share).sum()
+    }
+}
+
+/// How a step ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum StepStatus {
+    /// Nothing can touch: the answer is free flight, no problem was solved.
+    Free,
+    /// The solver met its tolerance from its first start.
+    Converged,
+    /// The solver met its tolerance from a later start.
+    Retried,
+    /// Another solver's answer stands in.
+    Fallback,
+    /// No solver met its tolerance; the best point found is reported.
+    Failed,
+    /// The last row of a trajectory: a state without a step.
+    End,
+}
+
+impl StepStatus {
+    /// All of them.
+    pub const ALL: [Self; 6] =
+        [Self::Free, Self::Converged, Self::Retried, Self::Fallback, Self::Failed, Self::End];
+
+    /// The word of the CSV column.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Free => "free",
+            Self::Converged => "converged",
+            Self::Retried => "retried",
+            Self::Fallback => "fallback",
+            Self::Failed => "failed",
+            Self::End => "end",
+        }
+    }
+
+    /// The status of a CSV word.
+    #[must_use]
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|status| status.name() == name)
+    }
+}
+
+impl fmt::Display for StepStatus {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// What a solver reports of a step, beside the solution.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct StepReport {
+    /// How it ended.
+    pub status: StepStatus,
+    /// Iterations of the solver.
+    pub iterations: u32,
+    /// The start that the solution came from, in the solver's words; `None` where no problem
+    /// was solved.
+    pub start: Option<&'static str>,
+    /// What a solver behind the interface said of its last try: Ipopt's return status.
+    pub message: Option<&'static str>,
+}
+
+impl StepReport {
+    /// The report of a step or row for which no problem was solved.
+    #[must_use]
+    pub fn without_problem(status: StepStatus) -> Self {
+        Self { status, iterations: 0, start: None, message: None }
+    }
+}
+
+/// A solver of the contact step. Implementations own their scratch memory and are made for
+/// one world.
+pub trait StepSolver: Send {
+    /// A step counts as solved only with a residual of at most this, m/s, whatever the solver
+    /// itself says; the simulation checks it with its
+    /// [certificate](crate::contact::certificate).
+    fn accepted_residual(&self) -> f64;
+
+    /// Solves `step` and writes the point found to `solution`, also where the report says that
+    /// it failed: one state a body, one force a contact. Every number in it is finite.
+    ///
+    /// `contacts` comes in as the candidates. A solver may add to them
+    /// ([`admit_missed`](crate::contact::detection::admit_missed)), never take one away.
+    ///
+    /// # Errors
+    /// Only where the step could not be posed at all, or was interrupted; what `solution` then
+    /// holds means nothing. Non-convergence is a status.
+    fn solve(
+        &mut self,
+        step: &Step<'_>,
+        contacts: &mut Vec<Contact>,
+        solution: &mut StepSolution,
+    ) -> Result<StepReport, Error>;
+}
+
+impl<S: StepSolver + ?Sized> StepSolver for Box<S> {
+    fn accepted_residual(&self) -> f64 {
+        (**self).accepted_residual()
+    }
+
+    fn solve(
+        &mut self,
+        step: &Step<'_>,
+        contacts: &mut Vec<Contact>,
+        solution: &mut StepSolution,
+    ) -> Result<StepReport, Error> {
+        (**self).solve(step, contacts, solution)
+    }
+}

@@ -1,0 +1,149 @@
+//! Points of the step's program, and how they go together with a solution of the step.
+//!
+//! The program's variables (X⁺, f_x, f_y, f_z, s1, s2, λ) hold more than a step's solution: the
+//! slacks and the multiplier λ. [`products`] gives those that belong to a solution.
+
+use super::layout::{self, Layout};
+use crate::contact::Plane;
+use crate::mechanics::State;
+use crate::step::StepSolution;
+use nalgebra::{SVector, Vector3};
+
+/// A point of the step problem: (X⁺, f_x, f_y, f_z, s1, s2, λ), 13 + 6n numbers in the order
+/// of [`Layout`]; forces along the ground's frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ProgramPoint {
+    layout: Layout,
+    values: Vec<f64>,
+}
+
+impl ProgramPoint {
+    /// The zero vector.
+    #[must_use]
+    pub fn zeros(contacts: usize) -> Self {
+        let layout = Layout::new(contacts);
+        Self { layout, values: vec![0.0; layout.variables()] }
+    }
+
+    /// The point `state` with all forces, slacks and multipliers zero.
+    #[must_use]
+    pub fn free(state: &State, contacts: usize) -> Self {
+        let mut point = Self::zeros(contacts);
+        point.set_free(state);
+        point
+    }
+
+    /// Makes this the point `state` with all forces, slacks and multipliers zero.
+    pub fn set_free(&mut self, state: &State) {
+        self.values.fill(0.0);
+        self.values[layout::STATE].copy_from_slice(state.to_vector().as_slice());
+    }
+
+    /// Makes this the same point as `other`.
+    ///
+    /// # Panics
+    /// If `other` is of another number of contacts.
+    pub fn copy_from(&mut self, other: &Self) {
+        self.values.copy_from_slice(&other.values);
+    }
+
+    /// Makes this the point of a solution of a step whose ground is `ground`: slacks as small
+    /// as the rows (14) and (15) let them be, λ as (10) has it with the smoothing ε (N).
+    /// `heights` are those of the points at the end of the step, m. Contacts of points that
+    /// the program does not have are left out.
+    pub fn set_solution(
+        &mut self,
+        solution: &StepSolution,
+        ground: &Plane,
+        heights: impl Fn(usize) -> f64,
+        friction: f64,
+        smoothing: f64,
+    ) {
+        self.set_free(&solution.states[0]);
+        let points = self.layout.contacts();
+        for contact in solution.contacts.iter().filter(|contact| contact.key.point < points) {
+            let point = contact.key.point;
+            let force = ground.frame().tr_mul(&contact.force);
+            let height = heights(point);
+            let products = products(&force, contact.slip.norm(), height, friction, smoothing);
+            let [fx, fy, fz, s1, s2, slip] = self.layout.contact_variables(point);
+            let x = &mut self.values;
+            (x[fx], x[fy], x[fz]) = (force[0], force[1], force[2]);
+            (x[s1], x[s2], x[slip]) = (products.normal, products.friction, products.slip_speed);
+        }
+    }
+
+    /// Offsets of the parts.
+    #[must_use]
+    pub fn layout(&self) -> Layout {
+        self.layout
+    }
+
+    /// All numbers.
+    #[must_use]
+    pub fn as_slice(&self) -> &[f64] {
+        &self.values
+    }
+
+    /// All numbers, to be overwritten.
+    pub fn as_mut_slice(&mut self) -> &mut [f64] {
+        &mut self.values
+    }
+
+    /// X⁺.
+    #[must_use]
+    pub fn state(&self) -> State {
+        State::from_vector(&SVector::from_column_slice(&self.values[layout::STATE]))
+    }
+
+    /// f_i, N, ground on body, along the ground's frame.
+    ///
+    /// # Panics
+    /// If there is no contact `i`.
+    #[must_use]
+    pub fn force(&self, i: usize) -> Vector3<f64> {
+        let [fx, fy, fz, ..] = self.layout.contact_variables(i);
+        Vector3::new(self.values[fx], self.values[fy], self.values[fz])
+    }
+}
+
+/// What the program has of a contact besides its force: the least slacks and λ.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Products {
+    /// s1 = max(0, f_z z⁺), N m: the least slack of row (14).
+    pub normal: f64,
+    /// s2 = max(0, λ (μ f_z − |f_xy|)), W: the least slack of row (15), without smoothing.
+    pub friction: f64,
+    /// λ, m/s: the slip speed where there is friction.
+    pub slip_speed: f64,
+}
+
+/// Products of fewer than this many last digits of their factors are zero.
+const ROUNDINGS: f64 = 16.0;
+
+/// The slacks and λ of a contact with the `force` (N, along its frame) that slips at
+/// `slip_speed` (m/s) and ends at `height` (m, zero below rounding). With ρ = √(f·f + ε²), ε
+/// being the `smoothing` (N),
+///
+/// ```text
+/// c_xy + λ f_xy/ρ = 0  ⇒  λ = |c_xy| ρ/|f_xy|                              (eq. 10)
+/// ```
+#[must_use]
+pub fn products(
+    force: &Vector3<f64>,
+    slip_speed: f64,
+    height: f64,
+    friction: f64,
+    smoothing: f64,
+) -> Products {
+    let tangential = force.xy().norm();
+    let slip_speed =
+        if tangential > 0.0 { slip_speed * tangential.hypot(smoothing) / tangential } else { 0.0 };
+    let room = friction * force[2] - tangential;
+    let is_room = room > ROUNDINGS * f64::EPSILON * tangential;
+    Products {
+        normal: (force[2] * height).max(0.0),
+        friction: if is_room { slip_speed * room } else { 0.0 },
+        slip_speed,
+    }
+}
