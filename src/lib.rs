@@ -1,4 +1,5 @@
-#![doc = include_str!(concat!(env!("OUT_DIR"), "/guide.md"))]
+#![cfg_attr(feature = "guide", doc = include_str!(concat!(env!("OUT_DIR"), "/guide.md")))]
+#![cfg_attr(not(feature = "guide"), doc = include_str!("../docs/guide.md"))]
 #![deny(unsafe_code)]
 
 pub mod body;
@@ -19,6 +20,7 @@ pub mod sparsity;
 pub mod state;
 pub mod step_nlp;
 pub mod summary;
+#[cfg(feature = "csv")]
 pub mod trajectory;
 pub mod validation;
 
