@@ -1,10 +1,10 @@
 //! `tumble gif`, and `--gif` of a simulation: a trajectory file as an animation.
 
 use super::args::{AnimationArgs, GifArgs, SimulateArgs};
-use super::job::{Job, refuse_flags};
+use super::job::Job;
+use super::outcome::{Failure, Outcome, refuse_flags};
 use super::output::{PendingFile, create_directory, directory_of, progress_bar, say};
 use super::source::TrajectoryFile;
-use super::{Failure, Outcome};
 use crate::pictures::Film;
 use crate::pictures::animation::{AnimationError, Settings, animate, frame_count};
 use std::ops::ControlFlow;

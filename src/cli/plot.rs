@@ -2,9 +2,9 @@
 
 use super::args::{PlotArgs, SimulateArgs};
 use super::job::Job;
+use super::outcome::{Failure, Outcome};
 use super::output::{PendingFile, create_directory, directory_of, say};
 use super::source::TrajectoryFile;
-use super::{Failure, Outcome};
 use crate::pictures::Film;
 use crate::pictures::plot::{self, Sheet};
 use std::path::{Path, PathBuf};

@@ -1,9 +1,10 @@
 //! What a trajectory file is a trajectory of: run.json beside it, and the flags.
 
-use super::Failure;
 use super::args::PhysicsArgs;
+use super::choices::Shape;
+use super::outcome::Failure;
 use super::run_file::{PlaneParameters, RunFile, RunParameters, heading};
-use super::settings::{self, Shape, polyline};
+use super::settings::{self, polyline};
 use crate::pictures::Film;
 use nalgebra::Vector3;
 use std::fs::File;

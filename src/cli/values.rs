@@ -1,6 +1,6 @@
 //! What the text of a flag's value means, and what may stand there.
 
-use super::settings::{Attitude, Inertia};
+use super::choices::{Attitude, Inertia};
 use crate::pictures::animation::View;
 use nalgebra::{Matrix3, Vector3, Vector4};
 use tumble::plane::Plane;

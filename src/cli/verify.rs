@@ -1,9 +1,9 @@
 //! `tumble verify`: recompute the certificate of every step from a trajectory file.
 
 use super::args::VerifyArgs;
+use super::outcome::{Failure, Outcome};
 use super::output::say;
 use super::source::{Source, TrajectoryFile};
-use super::{Failure, Outcome};
 use std::fmt::Write as _;
 use tumble::certificate::{Certificate, certify_contact_step, certify_rk4_step};
 use tumble::model::ContactModel;

@@ -2,10 +2,10 @@
 
 use super::args::{SimulateArgs, ViewArgs};
 use super::job::Job;
+use super::outcome::{Failure, Outcome};
 use super::output::{PendingFile, create_directory, directory_of, say};
 use super::run_file::RunFile;
 use super::source::TrajectoryFile;
-use super::{Failure, Outcome};
 use crate::pictures::Film;
 use crate::pictures::view::{Fact, Run, page};
 use std::path::Path;

@@ -1,8 +1,7 @@
 //! What is to be run, checked before the first run, and the runs.
 
-use super::args::ValidateArgs;
-use crate::cli::Failure;
-use crate::cli::job::refuse_flags;
+use crate::cli::args::{Solvers, ValidateArgs};
+use crate::cli::outcome::{Failure, refuse_flags};
 use crate::pictures::validation::{Series, Solver, Trial};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -54,7 +53,7 @@ pub fn chosen(args: &ValidateArgs) -> Result<Vec<&'static dyn Problem>, Failure>
 /// The plan of `args`: every input is one that its problem can be posed with.
 pub fn plan(args: &ValidateArgs) -> Result<Vec<Plan>, Failure> {
     let problems = chosen(args)?;
-    let given = args.inputs();
+    let given = given(args);
     for (input, _) in &given {
         let idle = !problems.iter().any(|problem| problem.inputs().has(*input));
         let names: Vec<_> = problems.iter().map(|problem| problem.name()).collect();
@@ -63,13 +62,34 @@ pub fn plan(args: &ValidateArgs) -> Result<Vec<Plan>, Failure> {
     let plans: Vec<_> =
         problems.into_iter().map(|problem| Plan::new(problem, &given, args.dt)).collect();
     for plan in &plans {
-        for solver in args.solver.each() {
+        for solver in each(args.solver) {
             for step in plan.time_steps(*solver) {
                 plan.check(step)?;
             }
         }
     }
     Ok(plans)
+}
+
+/// The inputs that were given.
+pub fn given(args: &ValidateArgs) -> Vec<(Input, f64)> {
+    let value = |input| match input {
+        Input::Mass => args.mass,
+        Input::Friction => args.mu,
+        Input::Gravity => args.gravity,
+        Input::Slope => args.slope,
+        Input::Speed => args.speed,
+    };
+    Input::ALL.iter().filter_map(|&input| Some((input, value(input)?))).collect()
+}
+
+/// The solvers that `solvers` names, in the order of their runs.
+pub fn each(solvers: Solvers) -> &'static [Solver] {
+    match solvers {
+        Solvers::Native => &[Solver::Native],
+        Solvers::Ipopt => &[Solver::Ipopt],
+        Solvers::Both => &[Solver::Native, Solver::Ipopt],
+    }
 }
 
 /// The flags that set `values` and the step.

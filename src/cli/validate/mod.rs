@@ -1,14 +1,12 @@
 //! `tumble validate`: simulations against closed-form answers.
 
-mod args;
 mod experiment;
 mod table;
 
-pub use args::ValidateArgs;
-
+use super::args::ValidateArgs;
+use super::outcome::{Failure, Outcome};
 use super::output::{PendingFile, create_directory, progress_bar, say};
-use super::simulate::raise_on_signals;
-use super::{Failure, Outcome};
+use super::signals::raise_on_signals;
 use crate::pictures::validation::{Experiment, Report, page};
 use experiment::{Plan, Stop};
 use std::sync::Arc;
@@ -45,7 +43,7 @@ fn examine(
     plans: Vec<Plan>,
     interrupt: &Arc<AtomicBool>,
 ) -> Result<Report, Stop> {
-    let solvers = args.solver.each();
+    let solvers = experiment::each(args.solver);
     let runs = |plan: &Plan| solvers.iter().map(|s| plan.time_steps(*s).len()).sum::<usize>();
     let bar = progress_bar(plans.iter().map(runs).sum::<usize>() as u64, "runs", args.quiet);
     let mut series: Vec<_> = plans.iter().map(|_| Vec::new()).collect();
@@ -62,7 +60,7 @@ fn examine(
         series,
     });
     Ok(Report {
-        given: experiment::flags(&args.inputs(), args.dt),
+        given: experiment::flags(&experiment::given(args), args.dt),
         experiments: experiments.collect(),
     })
 }

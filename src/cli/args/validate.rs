@@ -1,10 +1,8 @@
 //! The arguments of `tumble validate`.
 
 use crate::cli::values;
-use crate::pictures::validation::Solver;
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
-use tumble::validation::Input;
 
 #[derive(Debug, Args)]
 #[command(after_help = "Exit codes: 0 every quantity holds; 1 a quantity is off, or anything \
@@ -57,28 +55,4 @@ pub enum Solvers {
     Ipopt,
     /// One after the other.
     Both,
-}
-
-impl Solvers {
-    pub fn each(self) -> &'static [Solver] {
-        match self {
-            Self::Native => &[Solver::Native],
-            Self::Ipopt => &[Solver::Ipopt],
-            Self::Both => &[Solver::Native, Solver::Ipopt],
-        }
-    }
-}
-
-impl ValidateArgs {
-    /// The inputs that were given.
-    pub fn inputs(&self) -> Vec<(Input, f64)> {
-        let value = |input| match input {
-            Input::Mass => self.mass,
-            Input::Friction => self.mu,
-            Input::Gravity => self.gravity,
-            Input::Slope => self.slope,
-            Input::Speed => self.speed,
-        };
-        Input::ALL.iter().filter_map(|&input| Some((input, value(input)?))).collect()
-    }
 }
