@@ -3,6 +3,7 @@
 mod args;
 mod choices;
 mod describe;
+mod film;
 mod gif;
 mod inspect;
 mod job;

@@ -3,6 +3,7 @@
 use super::args::SimulateArgs;
 use super::choices::OnFailure;
 use super::describe::describe;
+use super::film::film;
 use super::gif;
 use super::job::Job;
 use super::outcome::{Failure, Outcome};
@@ -56,7 +57,7 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     let gif = args.gif && run.end != End::Interrupted;
     if plots.is_some() || page.is_some() || gif {
         // Each kind of picture has checked its own number of rows before the run.
-        let film = TrajectoryFile::open(&trajectory, &args.physics)?.film(usize::MAX)?;
+        let film = film(TrajectoryFile::open(&trajectory, &args.physics)?, usize::MAX)?;
         if let Some(plots) = plots {
             let written = plots.write(&film)?;
             if !args.quiet {
@@ -64,7 +65,7 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
             }
         }
         if let Some(page) = page {
-            let written = view::write(page, &[(&trajectory, &film)])?;
+            let written = view::write(page, &[&film])?;
             if !args.quiet {
                 say(&written)?;
             }

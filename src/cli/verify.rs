@@ -110,8 +110,8 @@ fn verify_step(source: &Source, row: &TrajectoryRow, next: &State) -> Verified {
 fn report(args: &VerifyArgs, source: &Source, findings: &Findings) -> Result<Outcome, Failure> {
     let mut text = String::new();
     let _ = writeln!(text, "{}: {} steps", args.file.display(), findings.steps);
-    if !source.note.is_empty() {
-        let _ = writeln!(text, "  note: {}", source.note);
+    if !source.note().is_empty() {
+        let _ = writeln!(text, "  note: {}", source.note());
     }
     let _ = writeln!(text, "  status `failed`: {}", findings.failed);
     let _ = writeln!(text, "  certificates that differ from the column: {}", findings.differing);

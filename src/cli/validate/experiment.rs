@@ -1,8 +1,8 @@
 //! What is to be run, checked before the first run, and the runs.
 
+use super::report;
 use crate::cli::args::{Solvers, ValidateArgs};
 use crate::cli::outcome::{Failure, refuse_flags};
-use crate::pictures::validation::{Series, Solver, Trial};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use tumble::error::Error;
@@ -11,7 +11,8 @@ use tumble::scene;
 use tumble::solver::StepSolver;
 use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, Rung};
 use tumble::solver::native::NativeSolver;
-use tumble::validation::{self, Curve, Input, Inputs, Laboratory, PROBLEMS, Problem, Unsuitable};
+use tumble::validation::{self, Input, Inputs, Laboratory, PROBLEMS, Problem, Unsuitable};
+use tumble_pictures::validation::{Series, Solver};
 
 /// Ipopt's usual step in steps of the problem: it is some thousand times slower.
 const IPOPT_STEP: f64 = 5.0;
@@ -155,7 +156,7 @@ impl Plan {
         done: impl Fn(),
     ) -> Result<Series, Stop> {
         let make = |model: &ContactModel| make_solver(solver, model, interrupt);
-        let (mut trials, mut curve) = (Vec::new(), Curve::default());
+        let mut runs = Vec::new();
         for time_step in self.time_steps(solver) {
             let mut laboratory = Laboratory::new(&make, time_step);
             let findings = match self.problem.solve(&self.inputs, &mut laboratory) {
@@ -163,20 +164,10 @@ impl Plan {
                 Err(Unsuitable::Model(Error::Interrupted)) => return Err(Stop::Interrupted),
                 Err(why) => return Err(Stop::Failed(self.refusal(&why))),
             };
-            if trials.is_empty() {
-                curve = findings.curve;
-            }
-            trials.push(Trial {
-                time_step,
-                quantities: findings.quantities,
-                steps: laboratory.steps,
-                failed: laboratory.failed,
-                fallback: laboratory.fallback,
-                worst_certificate: laboratory.worst_certificate,
-            });
+            runs.push((time_step, findings, laboratory));
             done();
         }
-        Ok(Series { solver, trials, curve })
+        Ok(report::series(solver, runs))
     }
 }
 
