@@ -6,7 +6,6 @@
 #![forbid(unsafe_code)]
 
 mod cli;
-mod pictures;
 
 use std::io::Write;
 use std::process::ExitCode;

@@ -94,7 +94,9 @@ fn the_source_cites_equations_that_exist() {
     let mut known = tags(&read("docs/formulation.md"));
     known.insert("8".to_owned());
     let mut files = Vec::new();
-    sources(&Path::new(env!("CARGO_MANIFEST_DIR")).join("src"), &mut files);
+    for folder in ["src", "pictures/src"] {
+        sources(&Path::new(env!("CARGO_MANIFEST_DIR")).join(folder), &mut files);
+    }
     let mut cited = 0;
     for file in &files {
         for text in file.split("(eq. ").chain(file.split(" of eq. ")).skip(1) {

@@ -1,16 +1,16 @@
 //! `tumble gif`, and `--gif` of a simulation: a trajectory file as an animation.
 
 use super::args::{AnimationArgs, GifArgs, SimulateArgs};
-use super::job::{Job, refuse_flags};
+use super::film::film;
+use super::job::Job;
+use super::outcome::{Failure, Outcome, refuse_flags};
 use super::output::{PendingFile, create_directory, directory_of, progress_bar, say};
 use super::source::TrajectoryFile;
-use super::{Failure, Outcome};
-use crate::pictures::Film;
-use crate::pictures::animation::{AnimationError, Settings, animate, frame_count};
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
-use tumble::solver::StepStatus;
+use tumble_pictures::Film;
+use tumble_pictures::animation::{AnimationError, Settings, animate, frame_count};
 
 /// Rows that an animation may be made of: they are all in memory, 0.6 kB each.
 const MOST_ROWS: usize = 500_000;
@@ -18,10 +18,9 @@ const MOST_ROWS: usize = 500_000;
 /// `tumble gif`.
 pub fn run(args: &GifArgs) -> Result<Outcome, Failure> {
     let out = directory_of(args.out.as_deref(), &args.file);
-    let film = TrajectoryFile::open(&args.file, &args.physics)?.film(MOST_ROWS)?;
-    let failed = film.rows.iter().any(|row| row.status == StepStatus::Failed);
+    let film = film(TrajectoryFile::open(&args.file, &args.physics)?, MOST_ROWS)?;
     write(&film, out, &args.animation, args.quiet, &AtomicBool::new(false))?;
-    Ok(if failed { Outcome::Unconverged } else { Outcome::Done })
+    Ok(if film.has_failed() { Outcome::Unconverged } else { Outcome::Done })
 }
 
 /// Refuses, before a simulation, what would be refused after it.

@@ -1,8 +1,8 @@
 //! `tumble inspect`: the step's nonlinear program at a point, as JSON.
 
 use super::args::InspectArgs;
+use super::outcome::{Failure, Outcome};
 use super::output::say;
-use super::{Failure, Outcome};
 use nalgebra::{Matrix3, SVector, Vector3};
 use serde::{Deserialize, Serialize};
 use std::io::Read;

@@ -1,11 +1,12 @@
 //! What the arguments of a simulation amount to, checked.
 
-use super::Failure;
-use super::args::{OnFailure, SceneName, SimulateArgs, SolverName};
+use super::args::SimulateArgs;
+use super::choices::{Attitude, Frame, OnFailure, SceneName, SolverName};
+use super::outcome::{Failure, refuse_flags};
+use super::run::Run;
 use super::run_file::{RunFile, RunParameters, SolverSettings, StartState, SummaryFile};
 use super::scenario::Scenario;
-use super::settings::{self, Attitude, Frame, Settings};
-use super::simulate::Run;
+use super::settings::{self, Settings};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use tumble::detection::Detection;
@@ -231,16 +232,6 @@ fn refuse_idle_settings(ground: bool, settings: &Settings) -> Result<(), Failure
     ];
     flags.extend(ipopt_flags(settings));
     refuse_flags("a floating body, which has no contact", &flags)
-}
-
-/// An option that would do nothing is refused rather than ignored.
-pub fn refuse_flags(place: &str, flags: &[(&str, bool)]) -> Result<(), Failure> {
-    match flags.iter().find(|(_, given)| *given) {
-        Some((flag, _)) => {
-            Err(Failure::Input(format!("{flag} has no meaning with {place}; leave it out")))
-        }
-        None => Ok(()),
-    }
 }
 
 /// A load that in one step makes a speed or spin that no state may have is a mistake.

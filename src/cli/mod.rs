@@ -1,15 +1,20 @@
 //! Everything around the library: arguments, files, the terminal.
 
 mod args;
+mod choices;
 mod describe;
+mod film;
 mod gif;
 mod inspect;
 mod job;
+mod outcome;
 mod output;
 mod plot;
+mod run;
 mod run_file;
 mod scenario;
 mod settings;
+mod signals;
 mod simulate;
 mod source;
 mod validate;
@@ -20,80 +25,7 @@ mod view;
 use args::{Cli, Command};
 use clap::Parser;
 use clap::error::ErrorKind;
-use std::fmt;
-use std::path::Path;
-use std::process::ExitCode;
-
-/// How a command ended well.
-pub enum Outcome {
-    /// All is as it should be.
-    Done,
-    /// Finished, but some step did not converge.
-    Unconverged,
-    /// Ctrl-C: what was computed is written.
-    Interrupted,
-    /// `verify` found that the file's certificates are not those of its steps, or `validate`
-    /// that a quantity is off.
-    Mismatch,
-}
-
-impl Outcome {
-    pub fn exit_code(&self) -> ExitCode {
-        match self {
-            Self::Done => ExitCode::SUCCESS,
-            Self::Mismatch => ExitCode::from(1),
-            Self::Unconverged => ExitCode::from(3),
-            Self::Interrupted => ExitCode::from(130),
-        }
-    }
-}
-
-/// Why a command ended early: one sentence.
-#[derive(Debug)]
-pub enum Failure {
-    /// The user can mend it: exit code 2.
-    Input(String),
-    /// Anything else: exit code 1.
-    Other(String),
-}
-
-impl Failure {
-    pub fn exit_code(&self) -> ExitCode {
-        match self {
-            Self::Input(_) => ExitCode::from(2),
-            Self::Other(_) => ExitCode::from(1),
-        }
-    }
-}
-
-impl Failure {
-    /// The same, with the file whose fault it is.
-    pub fn in_file(self, path: &Path) -> Self {
-        match self {
-            Self::Input(sentence) => Self::Input(format!("{}: {sentence}", path.display())),
-            Self::Other(_) => self,
-        }
-    }
-}
-
-impl fmt::Display for Failure {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (Self::Input(sentence) | Self::Other(sentence)) = self;
-        // A file's own words may hold line breaks; the sentence is one line.
-        let line: String = sentence.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
-        f.write_str(&line)
-    }
-}
-
-/// The model refuses a value: say which flag or field sets it.
-impl From<tumble::error::Error> for Failure {
-    fn from(error: tumble::error::Error) -> Self {
-        match args::flag_behind(&error) {
-            Some(flag) => Self::Input(format!("{flag}: {error}")),
-            None => Self::Input(error.to_string()),
-        }
-    }
-}
+use outcome::{Failure, Outcome};
 
 /// Parses the arguments and runs the command they name.
 pub fn run() -> Result<Outcome, Failure> {

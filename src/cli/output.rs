@@ -1,6 +1,6 @@
 //! Files that are either whole or not there, and standard output that may be closed.
 
-use super::Failure;
+use super::outcome::Failure;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::fs::{self, File};
 use std::io::{self, BufWriter, IsTerminal, Write};

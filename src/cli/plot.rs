@@ -1,13 +1,14 @@
 //! `tumble plot`: draw a trajectory over time.
 
 use super::args::{PlotArgs, SimulateArgs};
+use super::film::film;
 use super::job::Job;
+use super::outcome::{Failure, Outcome};
 use super::output::{PendingFile, create_directory, directory_of, say};
 use super::source::TrajectoryFile;
-use super::{Failure, Outcome};
-use crate::pictures::Film;
-use crate::pictures::plot::{self, Sheet};
 use std::path::{Path, PathBuf};
+use tumble_pictures::Film;
+use tumble_pictures::plot::{self, Sheet};
 
 /// Rows that a plot may be made of: they are all in memory, 0.8 kB each.
 pub const MOST_ROWS: usize = 1_000_000;
@@ -57,8 +58,8 @@ pub fn check(args: &SimulateArgs, job: &Job) -> Result<(), Failure> {
 /// `tumble plot`.
 pub fn run(args: &PlotArgs) -> Result<Outcome, Failure> {
     let file = TrajectoryFile::open(&args.file, &args.physics)?;
-    let note = file.source.note;
-    let film = file.film(MOST_ROWS)?;
+    let note = file.source.note();
+    let film = film(file, MOST_ROWS)?;
     let directory = directory_of(args.out.as_deref(), &args.file);
     create_directory(directory)?;
     let written = PendingPlots::create(directory)?.write(&film)?;

@@ -1,7 +1,7 @@
 //! `run.json`: what made a trajectory, and what came of it.
 
-use super::Failure;
-use super::settings::Inertia;
+use super::choices::Inertia;
+use super::outcome::Failure;
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;

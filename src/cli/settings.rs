@@ -1,17 +1,17 @@
 //! What a simulation can be told, by flags, by a scenario file or by the names of the
 //! tutorial's scenes: the same list, one laid over the other.
 
-use super::Failure;
-use super::args::{DetectionName, OnFailure, SceneName, SimulateArgs, SolverName};
+use super::args::SimulateArgs;
+use super::choices::{
+    Attitude, DetectionName, Frame, Inertia, OnFailure, SceneName, Shape, SolverName,
+};
+use super::outcome::Failure;
 use super::values::LoadKnot;
-use clap::ValueEnum;
-use nalgebra::{Matrix3, Vector3, Vector4};
-use serde::Deserialize;
+use nalgebra::{Matrix3, Vector3};
 use tumble::body::{RigidBody, solid_box_inertia};
 use tumble::error::Error;
 use tumble::load::Polyline;
 use tumble::plane::Plane;
-use tumble::random::random_attitude;
 use tumble::scene;
 
 /// All that can be told; `None` where it is not.
@@ -40,59 +40,6 @@ pub struct Settings {
     pub tol: Option<f64>,
     pub max_iter: Option<u32>,
     pub on_failure: Option<OnFailure>,
-}
-
-/// The contact points of the body.
-#[derive(Debug, Clone)]
-pub enum Shape {
-    /// The corners of a box with these sides, m.
-    Box(Vector3<f64>),
-    /// These, m, body frame.
-    Points(Vec<Vector3<f64>>),
-}
-
-#[derive(Debug, Clone, PartialEq)]
-pub enum Inertia {
-    /// That of a box of equal density.
-    Solid,
-    /// kg m², body frame.
-    Matrix(Matrix3<f64>),
-}
-
-#[derive(Debug, Clone, PartialEq)]
-pub enum Attitude {
-    /// Drawn from the seed.
-    Random,
-    /// Unit quaternion, body → frame.
-    Given(Vector4<f64>),
-}
-
-/// In which frame a start is given.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Frame {
-    World,
-    /// Of the plane: z along its normal.
-    Ground,
-}
-
-impl Attitude {
-    /// The unit quaternion along `quaternion`.
-    pub fn given(quaternion: Vector4<f64>) -> Result<Self, String> {
-        // In this order NaN is refused as well.
-        if quaternion.norm() >= 1e-6 && quaternion.amax() <= 1e6 {
-            Ok(Self::Given(quaternion.normalize()))
-        } else {
-            Err("a quaternion W,X,Y,Z of a length from 1e-6 to 1e6 is needed".to_owned())
-        }
-    }
-
-    pub fn quaternion(&self, seed: u32) -> Vector4<f64> {
-        match self {
-            Self::Random => random_attitude(seed),
-            Self::Given(quaternion) => *quaternion,
-        }
-    }
 }
 
 impl Settings {

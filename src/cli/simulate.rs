@@ -1,16 +1,19 @@
 //! The main job: simulate a scene, write the trajectory and the run file, say how it went.
 
-use super::args::{OnFailure, SimulateArgs};
+use super::args::SimulateArgs;
+use super::choices::OnFailure;
 use super::describe::describe;
+use super::film::film;
 use super::gif;
 use super::job::Job;
+use super::outcome::{Failure, Outcome};
 use super::output::{PendingFile, create_directory, progress_bar, say};
 use super::plot::{self, PendingPlots};
+use super::run::{End, Run};
 use super::run_file::RunFile;
+use super::signals::raise_on_signals;
 use super::source::TrajectoryFile;
 use super::view;
-use super::{Failure, Outcome};
-use signal_hook::consts::{SIGINT, SIGTERM};
 use std::fmt::Write as _;
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
@@ -25,35 +28,6 @@ use tumble::trajectory::TrajectoryWriter;
 
 /// Steps between two looks at the clock, so that looking costs nothing.
 const CHUNK: usize = 64;
-
-/// How far a run came.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub enum End {
-    Complete,
-    /// Ctrl-C.
-    Interrupted,
-    /// A failed step under `--on-failure stop`.
-    Stopped,
-}
-
-impl End {
-    /// The word of run.json.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Complete => "complete",
-            Self::Interrupted => "interrupted",
-            Self::Stopped => "stopped",
-        }
-    }
-}
-
-/// What a run came to.
-pub struct Run {
-    pub end: End,
-    pub summary: RunSummary,
-    /// Of the stepping alone.
-    pub elapsed: Duration,
-}
 
 pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     let job = Job::new(args)?;
@@ -83,7 +57,7 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     let gif = args.gif && run.end != End::Interrupted;
     if plots.is_some() || page.is_some() || gif {
         // Each kind of picture has checked its own number of rows before the run.
-        let film = TrajectoryFile::open(&trajectory, &args.physics)?.film(usize::MAX)?;
+        let film = film(TrajectoryFile::open(&trajectory, &args.physics)?, usize::MAX)?;
         if let Some(plots) = plots {
             let written = plots.write(&film)?;
             if !args.quiet {
@@ -91,7 +65,7 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
             }
         }
         if let Some(page) = page {
-            let written = view::write(page, &[(&trajectory, &film)])?;
+            let written = view::write(page, &[&film])?;
             if !args.quiet {
                 say(&written)?;
             }
@@ -109,15 +83,6 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
         End::Complete if run.summary.failed > 0 => Outcome::Unconverged,
         End::Complete => Outcome::Done,
     })
-}
-
-/// Ctrl-C and a polite kill raise `flag`; the run then ends within a solver iteration.
-pub fn raise_on_signals(flag: &Arc<AtomicBool>) -> Result<(), Failure> {
-    for signal in [SIGINT, SIGTERM] {
-        signal_hook::flag::register(signal, Arc::clone(flag))
-            .map_err(|error| Failure::Other(format!("Ctrl-C cannot be caught: {error}")))?;
-    }
-    Ok(())
 }
 
 /// Runs the simulation and writes every row.

@@ -1,10 +1,10 @@
 //! What a trajectory file is a trajectory of: run.json beside it, and the flags.
 
-use super::Failure;
 use super::args::PhysicsArgs;
-use super::run_file::{PlaneParameters, RunFile, RunParameters, heading};
-use super::settings::{self, Shape, polyline};
-use crate::pictures::Film;
+use super::choices::Shape;
+use super::outcome::Failure;
+use super::run_file::{PlaneParameters, RunFile, RunParameters};
+use super::settings::{self, polyline};
 use nalgebra::Vector3;
 use std::fs::File;
 use std::path::Path;
@@ -18,9 +18,8 @@ pub struct Source {
     pub model: ContactModel,
     pub load: Load,
     pub floating: bool,
-    /// Scene, seed and solver; empty where nothing is known of them.
-    pub title: String,
-    pub note: &'static str,
+    /// run.json, where there is one.
+    pub run: Option<RunFile>,
 }
 
 /// A trajectory file that is being read.
@@ -56,20 +55,18 @@ impl<'a> TrajectoryFile<'a> {
         Ok(row)
     }
 
-    /// All rows in memory, to be drawn; more than `most` of them are refused.
-    pub fn film(mut self, most: usize) -> Result<Film, Failure> {
-        let mut rows = Vec::new();
-        while let Some(row) = self.next_row()? {
-            if rows.len() == most {
-                return Err(Failure::Input(format!(
-                    "{} has more than {most} rows, too many for this picture",
-                    self.path.display()
-                )));
-            }
-            rows.push(row);
+    pub fn path(&self) -> &'a Path {
+        self.path
+    }
+}
+
+impl Source {
+    /// What must be said of parameters that no run.json has; empty where one has them.
+    pub fn note(&self) -> &'static str {
+        match self.run {
+            Some(_) => "",
+            None => "no run.json beside the file: the drop scene's parameters, and the flags given",
         }
-        let Source { title, model, load, .. } = self.source;
-        Ok(Film { title, model, load, rows })
     }
 }
 
@@ -80,21 +77,15 @@ fn cannot_read(path: &Path, error: &dyn std::fmt::Display) -> Failure {
 /// The parameters: run.json beside the file, then the flags.
 fn source_of(path: &Path, flags: &PhysicsArgs) -> Result<Source, Failure> {
     let run_path = path.with_file_name("run.json");
-    let (mut parameters, floating, title, note) = match RunFile::read(&run_path)? {
-        Some(run) => {
-            let seed =
-                if run.start.random { format!("seed {}, ", run.seed) } else { String::new() };
-            let title = format!("{}, {seed}{}", heading(&run.scene), run.solver.name);
-            // Without a ground there is but one way to move.
-            (run.parameters, run.solver.name == "rk4", title, "")
+    let run = RunFile::read(&run_path)?;
+    let mut parameters = match &run {
+        Some(run) => run.parameters.clone(),
+        None => {
+            RunParameters::of(&ContactModel::new(scene::tutorial_parameters()?)?, &Load::none(), 0)
         }
-        None => (
-            RunParameters::of(&ContactModel::new(scene::tutorial_parameters()?)?, &Load::none(), 0),
-            false,
-            String::new(),
-            "no run.json beside the file: the drop scene's parameters, and the flags given",
-        ),
     };
+    // Without a ground there is but one way to move.
+    let floating = run.as_ref().is_some_and(|run| run.solver.name == "rk4");
     parameters.dt = flags.dt.unwrap_or(parameters.dt);
     parameters.mu = flags.mu.unwrap_or(parameters.mu);
     parameters.mass = flags.mass.unwrap_or(parameters.mass);
@@ -110,7 +101,7 @@ fn source_of(path: &Path, flags: &PhysicsArgs) -> Result<Source, Failure> {
     let body = settings::body(parameters.mass, &shape, &inertia)?;
     let model = ContactModel::new(Parameters { body, ..parameters.model()?.parameters().clone() })?;
     let load = load_of(flags, parameters.load()?)?;
-    Ok(Source { model, load, floating, title, note })
+    Ok(Source { model, load, floating, run })
 }
 
 /// The load, with the parts that flags give in the place of its own.

@@ -1,9 +1,9 @@
 //! What the text of a flag's value means, and what may stand there.
 
-use super::settings::{Attitude, Inertia};
-use crate::pictures::animation::View;
+use super::choices::{Attitude, Inertia};
 use nalgebra::{Matrix3, Vector3, Vector4};
 use tumble::plane::Plane;
+use tumble_pictures::animation::View;
 
 pub fn number(text: &str) -> Result<f64, String> {
     match text.trim().parse::<f64>() {

@@ -1,9 +1,9 @@
 //! `tumble verify`: recompute the certificate of every step from a trajectory file.
 
 use super::args::VerifyArgs;
+use super::outcome::{Failure, Outcome};
 use super::output::say;
 use super::source::{Source, TrajectoryFile};
-use super::{Failure, Outcome};
 use std::fmt::Write as _;
 use tumble::certificate::{Certificate, certify_contact_step, certify_rk4_step};
 use tumble::model::ContactModel;
@@ -110,8 +110,8 @@ fn verify_step(source: &Source, row: &TrajectoryRow, next: &State) -> Verified {
 fn report(args: &VerifyArgs, source: &Source, findings: &Findings) -> Result<Outcome, Failure> {
     let mut text = String::new();
     let _ = writeln!(text, "{}: {} steps", args.file.display(), findings.steps);
-    if !source.note.is_empty() {
-        let _ = writeln!(text, "  note: {}", source.note);
+    if !source.note().is_empty() {
+        let _ = writeln!(text, "  note: {}", source.note());
     }
     let _ = writeln!(text, "  status `failed`: {}", findings.failed);
     let _ = writeln!(text, "  certificates that differ from the column: {}", findings.differing);

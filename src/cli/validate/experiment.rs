@@ -1,9 +1,8 @@
 //! What is to be run, checked before the first run, and the runs.
 
-use super::args::ValidateArgs;
-use crate::cli::Failure;
-use crate::cli::job::refuse_flags;
-use crate::pictures::validation::{Series, Solver, Trial};
+use super::report;
+use crate::cli::args::{Solvers, ValidateArgs};
+use crate::cli::outcome::{Failure, refuse_flags};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use tumble::error::Error;
@@ -12,7 +11,8 @@ use tumble::scene;
 use tumble::solver::StepSolver;
 use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, Rung};
 use tumble::solver::native::NativeSolver;
-use tumble::validation::{self, Curve, Input, Inputs, Laboratory, PROBLEMS, Problem, Unsuitable};
+use tumble::validation::{self, Input, Inputs, Laboratory, PROBLEMS, Problem, Unsuitable};
+use tumble_pictures::validation::{Series, Solver};
 
 /// Ipopt's usual step in steps of the problem: it is some thousand times slower.
 const IPOPT_STEP: f64 = 5.0;
@@ -54,7 +54,7 @@ pub fn chosen(args: &ValidateArgs) -> Result<Vec<&'static dyn Problem>, Failure>
 /// The plan of `args`: every input is one that its problem can be posed with.
 pub fn plan(args: &ValidateArgs) -> Result<Vec<Plan>, Failure> {
     let problems = chosen(args)?;
-    let given = args.inputs();
+    let given = given(args);
     for (input, _) in &given {
         let idle = !problems.iter().any(|problem| problem.inputs().has(*input));
         let names: Vec<_> = problems.iter().map(|problem| problem.name()).collect();
@@ -63,13 +63,34 @@ pub fn plan(args: &ValidateArgs) -> Result<Vec<Plan>, Failure> {
     let plans: Vec<_> =
         problems.into_iter().map(|problem| Plan::new(problem, &given, args.dt)).collect();
     for plan in &plans {
-        for solver in args.solver.each() {
+        for solver in each(args.solver) {
             for step in plan.time_steps(*solver) {
                 plan.check(step)?;
             }
         }
     }
     Ok(plans)
+}
+
+/// The inputs that were given.
+pub fn given(args: &ValidateArgs) -> Vec<(Input, f64)> {
+    let value = |input| match input {
+        Input::Mass => args.mass,
+        Input::Friction => args.mu,
+        Input::Gravity => args.gravity,
+        Input::Slope => args.slope,
+        Input::Speed => args.speed,
+    };
+    Input::ALL.iter().filter_map(|&input| Some((input, value(input)?))).collect()
+}
+
+/// The solvers that `solvers` names, in the order of their runs.
+pub fn each(solvers: Solvers) -> &'static [Solver] {
+    match solvers {
+        Solvers::Native => &[Solver::Native],
+        Solvers::Ipopt => &[Solver::Ipopt],
+        Solvers::Both => &[Solver::Native, Solver::Ipopt],
+    }
 }
 
 /// The flags that set `values` and the step.
@@ -135,7 +156,7 @@ impl Plan {
         done: impl Fn(),
     ) -> Result<Series, Stop> {
         let make = |model: &ContactModel| make_solver(solver, model, interrupt);
-        let (mut trials, mut curve) = (Vec::new(), Curve::default());
+        let mut runs = Vec::new();
         for time_step in self.time_steps(solver) {
             let mut laboratory = Laboratory::new(&make, time_step);
             let findings = match self.problem.solve(&self.inputs, &mut laboratory) {
@@ -143,20 +164,10 @@ impl Plan {
                 Err(Unsuitable::Model(Error::Interrupted)) => return Err(Stop::Interrupted),
                 Err(why) => return Err(Stop::Failed(self.refusal(&why))),
             };
-            if trials.is_empty() {
-                curve = findings.curve;
-            }
-            trials.push(Trial {
-                time_step,
-                quantities: findings.quantities,
-                steps: laboratory.steps,
-                failed: laboratory.failed,
-                fallback: laboratory.fallback,
-                worst_certificate: laboratory.worst_certificate,
-            });
+            runs.push((time_step, findings, laboratory));
             done();
         }
-        Ok(Series { solver, trials, curve })
+        Ok(report::series(solver, runs))
     }
 }
 

@@ -1,9 +1,8 @@
 //! A validation for people at a terminal.
 
-use crate::pictures::validation::number::{brief, figure, order};
-use crate::pictures::validation::{Experiment, Report, Series};
 use std::fmt::Write as _;
-use tumble::validation::Problem;
+use tumble_pictures::validation::number::{brief, figure, order};
+use tumble_pictures::validation::{Experiment, Report, Series};
 
 const HEADS: [&str; 10] = [
     "quantity", "unit", "solver", "h, s", "exact", "measured", "error", "allowed", "order",
@@ -12,19 +11,11 @@ const HEADS: [&str; 10] = [
 /// Columns of words, which stand at the left; numbers stand at the right.
 const WORDS: [usize; 4] = [0, 1, 2, 9];
 
-/// The names, what each is, and its inputs.
-pub fn list(problems: &[&'static dyn Problem]) -> String {
+/// The names, what each is, its inputs and its usual time step, s.
+pub fn list(problems: &[(Experiment, f64)]) -> String {
     let mut text = String::new();
-    for problem in problems {
-        let (name, inputs) = (problem.name(), problem.inputs());
-        let experiment = Experiment { problem: *problem, inputs, series: Vec::new() };
-        let _ = writeln!(
-            text,
-            "{name}\n  {}\n  inputs: {}, dt {} s",
-            problem.about(),
-            experiment.inputs_in_words(),
-            experiment.inputs.time_step
-        );
+    for (Experiment { name, about, inputs, .. }, step) in problems {
+        let _ = writeln!(text, "{name}\n  {about}\n  inputs: {inputs}, dt {step} s");
     }
     text
 }
@@ -33,7 +24,7 @@ pub fn list(problems: &[&'static dyn Problem]) -> String {
 pub fn describe(report: &Report) -> String {
     let mut text = String::new();
     for experiment in &report.experiments {
-        let _ = writeln!(text, "{}: {}", experiment.problem.name(), experiment.inputs_in_words());
+        let _ = writeln!(text, "{}: {}", experiment.name, experiment.inputs);
         align(&mut text, &rows(experiment));
         for series in &experiment.series {
             counts(&mut text, series);
@@ -52,14 +43,14 @@ fn rows(experiment: &Experiment) -> Vec<[String; 10]> {
             let quantity = &trial.quantities[i];
             let once = |word: &str| if place == 0 { word.to_owned() } else { String::new() };
             rows.push([
-                once(quantity.name),
-                once(quantity.unit),
+                once(&quantity.name),
+                once(&quantity.unit),
                 series.solver.name().to_owned(),
                 trial.time_step.to_string(),
                 figure(quantity.exact),
                 figure(quantity.measured),
                 brief(quantity.error()),
-                brief(quantity.discretisation + quantity.slack),
+                brief(quantity.allowed()),
                 order(series.order(i, 1)),
                 if series.holds(i) { "holds" } else { "OFF" }.to_owned(),
             ]);
@@ -108,16 +99,16 @@ pub fn verdict(report: &Report) -> String {
     for experiment in &report.experiments {
         for series in &experiment.series {
             for trial in &series.trials {
-                for quantity in trial.quantities.iter().filter(|quantity| !quantity.holds()) {
+                for quantity in trial.quantities.iter().filter(|quantity| !quantity.holds) {
                     let _ = writeln!(
                         text,
                         "off: {}, {}, {} at h = {} s: error {} {unit}, allowed {} {unit}",
-                        experiment.problem.name(),
+                        experiment.name,
                         quantity.name,
                         series.solver.name(),
                         trial.time_step,
                         brief(quantity.error()),
-                        brief(quantity.discretisation + quantity.slack),
+                        brief(quantity.allowed()),
                         unit = quantity.unit
                     );
                 }

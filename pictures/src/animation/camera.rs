@@ -1,0 +1,138 @@
+//! Where the camera stands, and where a point is in the picture. Points are in the ground's
+//! frame; the camera stands upright in the world, so that a slope is seen as one.
+
+use nalgebra::{Matrix3, Rotation3, Vector3};
+
+/// Half the width of the picture over its distance: an angle of view of 28°.
+const HALF_VIEW: f64 = 0.249;
+
+/// What of the half picture the motion may fill: at the sides and below, and above, where
+/// the clock stands.
+const FILL: f64 = 0.94;
+const FILL_ABOVE: f64 = 0.84;
+
+/// From where the scene is seen, in degrees.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct View {
+    /// Of the camera about the vertical, from the x axis towards the y axis.
+    pub azimuth: f64,
+    /// Of the camera above the horizon.
+    pub elevation: f64,
+}
+
+impl Default for View {
+    /// The drop scene's motion, along y, goes to the right.
+    fn default() -> Self {
+        Self { azimuth: -32.0, elevation: 20.0 }
+    }
+}
+
+/// A camera that stands still.
+pub struct Camera {
+    /// Ground → right, up, forward.
+    axes: Matrix3<f64>,
+    /// Where the camera is, in its own axes, m.
+    eye: Vector3<f64>,
+    /// Middle of the picture, pixels.
+    middle: f64,
+}
+
+impl Camera {
+    /// The nearest camera that looks from `view` and has all `points` in a picture of
+    /// `size` pixels; `to_ground` turns the world's axes into those of the points.
+    ///
+    /// A point (x, y, z) in camera axes is in the picture of a camera at e if
+    /// |x − e_x| ≤ a (z − e_z), and likewise for y. Over all points that is
+    /// e_x − a e_z ≥ max(x − a z) and e_x + a e_z ≤ min(x + a z): e_z is largest where
+    /// both hold with equality, and e_x lies in the middle of what they leave.
+    pub fn fit(view: View, to_ground: &Rotation3<f64>, size: u16, points: &[Vector3<f64>]) -> Self {
+        let axes = axes(view) * to_ground.matrix().transpose();
+        let (side, above) = (HALF_VIEW * FILL, HALF_VIEW * FILL_ABOVE);
+        let slopes = [(side, side), (above, side)];
+        let mut low = [f64::NEG_INFINITY; 2];
+        let mut high = [f64::INFINITY; 2];
+        let (mut near, mut far) = (f64::INFINITY, f64::NEG_INFINITY);
+        for point in points {
+            let p = axes * point;
+            for (k, (up, down)) in slopes.into_iter().enumerate() {
+                low[k] = low[k].max(p[k] - up * p[2]);
+                high[k] = high[k].min(p[k] + down * p[2]);
+            }
+            (near, far) = (near.min(p[2]), far.max(p[2]));
+        }
+        let mut depth = near - 0.05 * (far - near);
+        for (k, (up, down)) in slopes.into_iter().enumerate() {
+            depth = depth.min((high[k] - low[k]) / (up + down));
+        }
+        let across = |k: usize| {
+            let (up, down) = slopes[k];
+            0.5 * ((low[k] + up * depth) + (high[k] - down * depth))
+        };
+        let eye = Vector3::new(across(0), across(1), depth);
+        Self { axes, eye, middle: f64::from(size) / 2.0 }
+    }
+
+    /// The pixel of a point, x to the right and y down.
+    pub fn project(&self, point: &Vector3<f64>) -> [f32; 2] {
+        let p = self.axes * point - self.eye;
+        let scale = self.middle / (HALF_VIEW * p[2]);
+        [(self.middle + scale * p[0]) as f32, (self.middle - scale * p[1]) as f32]
+    }
+
+    /// Where the camera is, ground's frame.
+    pub fn eye(&self) -> Vector3<f64> {
+        self.axes.transpose() * self.eye
+    }
+}
+
+/// World → right, up, forward, for all elevations up to straight down.
+fn axes(view: View) -> Matrix3<f64> {
+    let (sin_a, cos_a) = view.azimuth.to_radians().sin_cos();
+    let (sin_e, cos_e) = view.elevation.to_radians().sin_cos();
+    #[rustfmt::skip]
+    let axes = Matrix3::new(
+        -sin_a, cos_a, 0.0,
+        -cos_a * sin_e, -sin_a * sin_e, cos_e,
+        -cos_a * cos_e, -sin_a * cos_e, -sin_e,
+    );
+    axes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn everything_is_in_the_picture_and_something_is_at_its_edge() {
+        let points: Vec<_> = (0..8)
+            .map(|i| {
+                let bit = |k: u32| f64::from(i >> k & 1);
+                Vector3::new(7.0 * bit(0) - 40.0, 3.0 * bit(1), 2.0 * bit(2))
+            })
+            .collect();
+        for azimuth in [-170.0, -32.0, 0.0, 45.0, 90.0, 1000.0] {
+            for elevation in [0.0, 20.0, 60.0, 90.0] {
+                let camera =
+                    Camera::fit(View { azimuth, elevation }, &Rotation3::identity(), 800, &points);
+                let mut reached = 0.0f64;
+                for point in &points {
+                    let [x, y] = camera.project(point).map(f64::from);
+                    let (x, y) = ((x - 400.0) / 400.0, (400.0 - y) / 400.0);
+                    assert!(x.abs() <= FILL + 1e-6, "{x}");
+                    assert!((-FILL - 1e-6..=FILL_ABOVE + 1e-6).contains(&y), "{y}");
+                    reached = reached.max((x / FILL).abs()).max(y / FILL_ABOVE).max(-y / FILL);
+                }
+                assert!((reached - 1.0).abs() < 1e-5, "{azimuth} {elevation}: {reached}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_axes_are_a_right_handed_frame_with_forward_towards_the_scene() {
+        let axes = axes(View { azimuth: 30.0, elevation: 90.0 });
+        assert!((axes * axes.transpose() - Matrix3::identity()).amax() < 1e-15);
+        // right × up points at the viewer.
+        assert!((axes.determinant() + 1.0).abs() < 1e-15);
+        assert!((axes.row(2)[2] + 1.0).abs() < 1e-15);
+    }
+}

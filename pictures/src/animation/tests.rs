@@ -1,0 +1,142 @@
+//! The animation as a viewer sees it: decoded, and looked at where things must be.
+
+use super::forces::Arrow;
+use super::palette::{BACKGROUND, Colour, FORCE, GROUND, INK, LINE};
+use super::stage::Stage;
+use super::{AnimationError, Settings, View, animate, moments};
+use crate::Film;
+use crate::samples::{falling_cube, floating_cube};
+use nalgebra::Vector3;
+use std::ops::ControlFlow;
+
+fn bytes(film: &Film, settings: &Settings) -> Vec<u8> {
+    animate(film, settings, |_, _| ControlFlow::Continue(())).unwrap()
+}
+
+/// Every frame as the viewer has it, colours by rows.
+fn pictures(bytes: &[u8], size: usize) -> Vec<Vec<Colour>> {
+    let mut options = gif::DecodeOptions::new();
+    options.set_color_output(gif::ColorOutput::RGBA);
+    let mut decoder = options.read_info(bytes).unwrap();
+    let mut screen = vec![[0; 3]; size * size];
+    let mut pictures = Vec::new();
+    while let Some(frame) = decoder.read_next_frame().unwrap() {
+        let (width, left) = (usize::from(frame.width), usize::from(frame.left));
+        for (i, pixel) in frame.buffer.chunks_exact(4).enumerate() {
+            let place = (usize::from(frame.top) + i / width) * size + left + i % width;
+            if pixel[3] != 0 {
+                screen[place] = [pixel[0], pixel[1], pixel[2]];
+            }
+        }
+        pictures.push(screen.clone());
+    }
+    pictures
+}
+
+fn near(a: Colour, b: Colour) -> bool {
+    a.iter().zip(b).all(|(a, b)| a.abs_diff(b) <= 4)
+}
+
+fn has(picture: &[Colour], colour: Colour) -> bool {
+    picture.iter().any(|&pixel| near(pixel, colour))
+}
+
+#[test]
+fn the_body_is_where_the_trajectory_has_it() {
+    let settings = Settings { size: 300, ..Settings::default() };
+    for (film, floating) in [(falling_cube(500), false), (floating_cube(500), true)] {
+        let moments = moments(&film, &settings).unwrap();
+        let stage = Stage::new(&film, &settings, &moments).unwrap();
+        let empty: Vec<_> = stage.empty().colours().collect();
+        let pictures = pictures(&bytes(&film, &settings), 300);
+        assert_eq!(pictures.len(), moments.len());
+        for (moment, picture) in moments.iter().zip(&pictures) {
+            let middle = moment.corners.iter().sum::<Vector3<f64>>() / 8.0;
+            let [x, y] = stage.camera.project(&middle).map(|x| x as usize);
+            let pixel = picture[y * 300 + x];
+            for other in [BACKGROUND, GROUND, LINE, empty[y * 300 + x]] {
+                assert!(!near(pixel, other), "{pixel:?} at {x}, {y}");
+            }
+            assert!(has(picture, INK));
+            // Nothing is cut off: along the rim the picture is as without a body.
+            for i in 0..300 {
+                for place in [i, 299 * 300 + i, 300 * i, 300 * i + 299] {
+                    assert!(near(picture[place], empty[place]));
+                }
+            }
+        }
+        // Arrows in the drop, once the cube has landed.
+        assert_eq!(has(&pictures[pictures.len() - 1], FORCE), !floating);
+        assert!(!has(&pictures[0], FORCE));
+        // More ground than blends of the grid's lines may look like.
+        let ground = pictures[0].iter().filter(|&&pixel| near(pixel, GROUND)).count();
+        assert_eq!(ground > 9000, !floating, "{ground}");
+    }
+}
+
+#[test]
+fn the_body_covers_the_arrow_at_the_corner_it_hides_and_no_other() {
+    let film = falling_cube(0);
+    let settings = Settings { size: 300, ..Settings::default() };
+    let mut moments = moments(&film, &settings).unwrap();
+    // Upright and large in the picture; the camera sees all corners but one.
+    let corner = |i: usize| Vector3::from_fn(|axis, _| f64::from((i >> axis & 1) as u8));
+    moments[0].corners = (0..8).map(corner).collect();
+    let up = |i: usize| Arrow { from: corner(i), to: corner(i) + Vector3::new(0.0, 0.0, 1.6) };
+    moments[0].arrows = (0..8).map(up).collect();
+    let stage = Stage::new(&film, &settings, &moments).unwrap();
+    let mut paint = |arrows| {
+        moments[0].arrows = arrows;
+        let mut canvas = stage.empty().clone();
+        stage.paint(&mut canvas, &moments[0]);
+        canvas.colours().collect::<Vec<_>>()
+    };
+    let bare = paint(Vec::new());
+    let is_body = |pixel: &Colour| pixel[2].saturating_sub(pixel[0]) > 60;
+    let covered: Vec<_> = (0..8)
+        .map(|i| {
+            let picture = paint(vec![up(i)]);
+            assert!(has(&picture, FORCE), "the tip of arrow {i} stands out");
+            let pairs = bare.iter().zip(&picture).filter(|(before, _)| is_body(before));
+            pairs.filter(|(before, now)| before != now).count() == 0
+        })
+        .collect();
+    // From x > 0, y < 0, z > 0 the corner at x = 0, y = 1, z = 0 is behind the body.
+    let sides: Vec<_> = (0..4).map(|i| covered[i]).collect();
+    assert_eq!(sides, [false, false, true, false]);
+}
+
+#[test]
+fn one_row_is_one_frame() {
+    let film = falling_cube(0);
+    let pictures = pictures(&bytes(&film, &Settings { size: 120, ..Settings::default() }), 120);
+    assert_eq!(pictures.len(), 1);
+}
+
+#[test]
+fn other_views_and_other_bodies_are_drawn_too() {
+    let mut film = falling_cube(300);
+    let views = [(200.0, 0.0), (0.0, 90.0), (-720.0, 45.0)];
+    for (azimuth, elevation) in views {
+        let view = View { azimuth, elevation };
+        let bytes = bytes(&film, &Settings { size: 120, view, speed: 10.0 });
+        assert_eq!(pictures(&bytes, 120).len(), 3);
+    }
+    film.bodies[0].points = [Vector3::x(), Vector3::y(), Vector3::z()].into();
+    let pictures = pictures(&bytes(&film, &Settings { size: 400, ..Settings::default() }), 400);
+    assert!(has(&pictures[0], super::palette::EDGE));
+}
+
+#[test]
+fn what_cannot_be_drawn_is_an_error() {
+    let settings = Settings { size: 120, ..Settings::default() };
+    let mut far = falling_cube(0);
+    far.frames[0].poses[0].position.x = 1e200;
+    let go_on = |_, _| ControlFlow::Continue(());
+    assert!(matches!(animate(&far, &settings, go_on), Err(AnimationError::TooFar)));
+    let film = falling_cube(10);
+    let slow = Settings { speed: 1e-4, ..settings };
+    assert!(matches!(animate(&film, &slow, go_on), Err(AnimationError::TooLong { .. })));
+    let stop = |_, _| ControlFlow::Break(());
+    assert!(matches!(animate(&film, &settings, stop), Err(AnimationError::Interrupted)));
+}

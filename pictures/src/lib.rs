@@ -1,0 +1,19 @@
+//! Motions of rigid bodies in contact as pictures: a film in, bytes out.
+//!
+//! A [`Film`] is plain data: bodies, where they are in each frame, and the contact forces
+//! between two frames. [`animation`] makes a GIF of it, [`plot`] curves over time, [`view`] a
+//! page that plays one film or two. [`validation`] makes a page of comparisons with
+//! closed-form answers. Nothing here reads or writes a file, and the same input gives the
+//! same bytes.
+
+#![forbid(unsafe_code)]
+
+pub mod animation;
+mod film;
+pub mod plot;
+#[cfg(test)]
+mod samples;
+pub mod validation;
+pub mod view;
+
+pub use film::{Body, Contact, Fact, Film, Frame, Ground, Load, Pose, Status};

@@ -1,0 +1,132 @@
+//! The panels of the second sheet: energy, what touches, and how exact the steps are.
+
+use super::panel::{Marks, Panel, PanelMaker, Series};
+use super::scale::Kind;
+use crate::{Contact, Film, Frame, Status};
+
+/// From top to bottom.
+pub const PANELS: [PanelMaker; 5] = [energies, lowest_corner, slip_speed, certificate, iterations];
+
+/// The statuses that are marked, and their colours.
+const MARKED: [(Status, &str); 3] =
+    [(Status::Retried, "#e69f00"), (Status::Fallback, "#8250c4"), (Status::Failed, "#cf222e")];
+
+/// Kinetic ½ m v² + ½ ωᵀ I ω, potential −m gᵀ r, and their sum.
+fn energies(film: &Film) -> Panel {
+    let body = film.body();
+    let kinetic = |frame: &Frame| {
+        let (v, spin) = (frame.pose().velocity, frame.pose().spin);
+        0.5 * (body.mass * v.norm_squared() + spin.dot(&(body.inertia * spin)))
+    };
+    let potential = |frame: &Frame| -body.mass * film.gravity.dot(&frame.pose().position);
+    let frames = || film.frames.iter();
+    Panel {
+        id: "energy",
+        symbol: ("E", ""),
+        unit: "J",
+        words: "energy, the potential counted from the origin",
+        kind: Kind::FromZero,
+        height: 200.0,
+        series: vec![
+            Series::new("kinetic", 0, frames().map(kinetic)),
+            Series::new("potential", 1, frames().map(potential)),
+            Series::new("total", 7, frames().map(|frame| kinetic(frame) + potential(frame))),
+        ],
+        legend: None,
+        marks: Vec::new(),
+        nothing: None,
+    }
+}
+
+fn lowest_corner(film: &Film) -> Panel {
+    let values = film.frames.iter().map(|frame| film.lowest_height(frame));
+    Panel {
+        id: "height",
+        symbol: ("z", "min"),
+        unit: "m",
+        words: "height of the lowest corner",
+        kind: Kind::FromZero,
+        height: 110.0,
+        series: vec![Series::new("", 0, values)],
+        legend: None,
+        marks: Vec::new(),
+        nothing: None,
+    }
+}
+
+fn slip_speed(film: &Film) -> Panel {
+    let values = film.frames.windows(2).map(|pair| largest_slip(film, &pair[0], &pair[1]));
+    Panel {
+        id: "slip",
+        symbol: ("c", "max"),
+        unit: "m/s",
+        words: "largest slip speed of the corners that touch",
+        kind: Kind::FromZero,
+        height: 110.0,
+        series: vec![Series::new("", 2, values)],
+        legend: None,
+        marks: Vec::new(),
+        nothing: Some("no corner that carries a force slips in this run"),
+    }
+}
+
+/// max ‖c_xy‖ over the corners that touch in the step from `frame` to `next`: those flagged
+/// α on the force's side of complementarity, h f_z/m > z⁺/h (eq. 18c). NaN if none does.
+fn largest_slip(film: &Film, frame: &Frame, next: &Frame) -> f64 {
+    let Some(ground) = film.ground.filter(|_| frame.touches().next().is_some()) else {
+        return f64::NAN;
+    };
+    let (h, mass) = (film.time_step, film.body().mass);
+    let (old, new): (Vec<_>, Vec<_>) = film.points(frame).zip(film.points(next)).unzip();
+    let slip = |contact: &Contact| {
+        let (old, new) = (old.get(contact.point)?, new.get(contact.point)?);
+        let push = h * ground.normal.dot(&contact.force) / mass;
+        let touches = contact.may_carry && push > ground.height(new) / h;
+        let way = new - old;
+        touches.then(|| (way - ground.normal * ground.normal.dot(&way)).norm() / h)
+    };
+    frame.touches().filter_map(slip).fold(f64::NAN, f64::max)
+}
+
+fn certificate(film: &Film) -> Panel {
+    let values = film.steps().iter().map(|frame| frame.certificate);
+    let marks = |(status, colour): (Status, &'static str)| {
+        let value = |frame: &Frame| {
+            if frame.status == status { frame.certificate } else { f64::NAN }
+        };
+        Marks { status, colour, values: film.steps().iter().map(value).collect() }
+    };
+    let is_there = |marks: &Marks| marks.values.iter().any(|value| !value.is_nan());
+    Panel {
+        id: "certificate",
+        symbol: ("certificate", ""),
+        unit: "m/s",
+        words: "distance of each step from an exact solution",
+        kind: Kind::Log,
+        height: 190.0,
+        series: vec![Series::new("", 0, values)],
+        legend: None,
+        marks: MARKED.into_iter().map(marks).filter(is_there).collect(),
+        nothing: Some("0 in every step"),
+    }
+}
+
+fn iterations(film: &Film) -> Panel {
+    let values = film.steps().iter().map(|frame| f64::from(frame.iterations));
+    Panel {
+        id: "iterations",
+        symbol: ("iterations", ""),
+        unit: "",
+        words: "of the solver in each step",
+        kind: Kind::FromZero,
+        height: 110.0,
+        series: vec![Series::new("", 7, values)],
+        legend: None,
+        marks: Vec::new(),
+        nothing: Some(if film.steps().iter().all(|frame| frame.status == Status::Free) {
+            "no contact problem was solved in this run"
+        } else {
+            "0 in every step"
+        }),
+    }
+}

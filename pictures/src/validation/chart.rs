@@ -1,0 +1,229 @@
+//! The charts of the page: a curve over time, and errors over the time step.
+
+use super::{Curve, Experiment, Series, Solver};
+use crate::plot::curve::line;
+use crate::plot::scale::{Axis, Kind};
+use crate::plot::svg::escape;
+use crate::plot::thin::{Point, thin};
+use std::fmt::Write as _;
+
+/// The size of a chart and its margins. One unit is a pixel on a narrow screen.
+const WIDTH: f64 = 440.0;
+const HEIGHT: f64 = 290.0;
+const LEFT: f64 = 64.0;
+const RIGHT: f64 = 16.0;
+const TOP: f64 = 30.0;
+const BOTTOM: f64 = 46.0;
+/// Columns that curves are thinned to.
+const COLUMNS: usize = 120;
+/// Marks along Ipopt's curve.
+const MARKS: usize = 24;
+/// What is larger is beyond a chart, and a gap.
+const LARGEST: f64 = 1e150;
+/// An error smaller than this, relative to the value, is one of rounding.
+const ROUNDING: f64 = 1e-12;
+
+/// A chart in the making.
+struct Chart {
+    x: Axis,
+    y: Axis,
+    body: String,
+}
+
+impl Chart {
+    fn new(x: Axis, y: Axis, (x_name, y_name): (&str, &str)) -> Self {
+        let mut chart = Self { x, y, body: String::new() };
+        let (right, bottom) = (WIDTH - RIGHT, HEIGHT - BOTTOM);
+        let (mut lines, mut labels) = (String::new(), String::new());
+        for (value, label) in &chart.x.ticks {
+            let (x, _) = chart.place((*value, 0.0));
+            let _ = write!(lines, "M{x:.2} {TOP}V{bottom}");
+            let y = bottom + 17.0;
+            let _ = writeln!(
+                labels,
+                "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"middle\">{label}</text>"
+            );
+        }
+        for (value, label) in &chart.y.ticks {
+            let (_, y) = chart.place((0.0, *value));
+            let _ = write!(lines, "M{LEFT} {y:.2}H{right}");
+            let (x, y) = (LEFT - 7.0, y + 4.2);
+            let _ = writeln!(
+                labels,
+                "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"end\">{label}</text>"
+            );
+        }
+        let middle = (LEFT + right) / 2.0;
+        let _ = write!(
+            chart.body,
+            "<path class=\"grid\" d=\"{lines}\"/>\n\
+             <path class=\"frame\" d=\"M{LEFT} {TOP}H{right}V{bottom}H{LEFT}Z\"/>\n{labels}\
+             <text class=\"axis\" x=\"4\" y=\"16\">{}</text>\n\
+             <text class=\"axis\" x=\"{middle}\" y=\"{}\" text-anchor=\"middle\">{}</text>\n",
+            escape(y_name),
+            HEIGHT - 8.0,
+            escape(x_name)
+        );
+        chart
+    }
+
+    fn place(&self, (x, y): (f64, f64)) -> (f64, f64) {
+        (
+            LEFT + self.x.fraction(x) * (WIDTH - LEFT - RIGHT),
+            HEIGHT - BOTTOM - self.y.fraction(y) * (HEIGHT - TOP - BOTTOM),
+        )
+    }
+
+    fn line(&mut self, class: &str, points: &[Point]) {
+        let placed: Vec<_> = points.iter().map(|p| p.map(|p| self.place(p))).collect();
+        let _ = writeln!(self.body, "<path class=\"{class}\" d=\"{}\"/>", line(&placed));
+    }
+
+    /// The mark of `solver` at each point: a disc within Ipopt's ring where they coincide.
+    fn marks(&mut self, solver: Solver, points: impl Iterator<Item = (f64, f64)>) {
+        for (x, y) in points.map(|point| self.place(point)).collect::<Vec<_>>() {
+            self.body.push_str(&mark(solver, x, y));
+        }
+    }
+
+    /// The figure, with its caption, which is markup.
+    fn figure(self, words: &str, caption: &str) -> String {
+        format!(
+            "<figure>\n<svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"{}\">\n{}\
+             </svg>\n<figcaption>{caption}</figcaption>\n</figure>\n",
+            escape(words),
+            self.body
+        )
+    }
+}
+
+fn mark(solver: Solver, x: f64, y: f64) -> String {
+    let (name, radius) = match solver {
+        Solver::Native => ("native", 1.8),
+        Solver::Ipopt => ("ipopt", 4.0),
+    };
+    format!("<circle class=\"{name}\" cx=\"{x:.2}\" cy=\"{y:.2}\" r=\"{radius}\"/>\n")
+}
+
+/// An entry of a legend: what is drawn like `drawn`.
+fn key(drawn: &str, name: &str) -> String {
+    format!(
+        "<span class=\"key\"><svg viewBox=\"0 0 26 10\" aria-hidden=\"true\">{drawn}</svg>{}</span> ",
+        escape(name)
+    )
+}
+
+/// The entries of the solvers; `lines` where their curves are drawn.
+fn solver_keys(experiment: &Experiment, lines: bool) -> String {
+    let entry = |series: &Series| {
+        let solver = series.solver;
+        let line = match solver {
+            Solver::Native if lines => "<path class=\"native\" d=\"M0 5h26\"/>".to_owned(),
+            _ => mark(solver, 13.0, 5.0).trim_end().to_owned(),
+        };
+        let step = series.trials[0].time_step;
+        let name =
+            if lines { format!("{}, h = {step} s", solver.name()) } else { solver.name().into() };
+        key(&line, &name)
+    };
+    experiment.series.iter().map(entry).collect()
+}
+
+fn shown(values: &[f64]) -> Vec<f64> {
+    values.iter().map(|&value| if value.abs() <= LARGEST { value } else { f64::NAN }).collect()
+}
+
+/// The curve over time: the closed form as a broad line, the native solver as a thin one on
+/// it, Ipopt as rings, so that each is seen where they coincide.
+pub fn curves(experiment: &Experiment) -> String {
+    let shown = |series: &Series| Curve {
+        measured: shown(&series.curve.measured),
+        exact: shown(&series.curve.exact),
+        ..series.curve.clone()
+    };
+    let curves: Vec<_> = experiment.series.iter().map(shown).collect();
+    let first = &curves[0];
+    let end = curves.iter().filter_map(|curve| curve.times.last()).fold(0.0, |a: f64, b| a.max(*b));
+    let values = curves.iter().flat_map(|curve| curve.measured.iter().chain(&curve.exact).copied());
+    let name = format!("{} ({})", first.name, first.unit);
+    let mut chart = Chart::new(
+        Axis::linear(0.0, end, 0.0, 6),
+        Axis::new(Kind::Linear, values, 6),
+        ("time t (s)", &name),
+    );
+    let drawn = |values: &[f64], times: &[f64]| thin(times, values, (0.0, end), COLUMNS);
+    let mut keys = String::new();
+    if first.exact.iter().any(|value| !value.is_nan()) {
+        chart.line("exact", &drawn(&first.exact, &first.times));
+        keys += &key("<path class=\"exact\" d=\"M0 5h26\"/>", "closed form");
+    }
+    for (series, curve) in experiment.series.iter().zip(&curves) {
+        match series.solver {
+            Solver::Native => chart.line("native", &drawn(&curve.measured, &curve.times)),
+            Solver::Ipopt => {
+                let stride = curve.times.len().div_ceil(MARKS).max(1);
+                let points = curve.times.iter().copied().zip(curve.measured.iter().copied());
+                let points = points.filter(|(_, value)| !value.is_nan()).step_by(stride);
+                chart.marks(series.solver, points);
+            }
+        }
+    }
+    keys += &solver_keys(experiment, true);
+    chart.figure(&format!("{name} over time"), &keys)
+}
+
+/// The |error| of one quantity over the time step, both on log axes, with a line of slope 1;
+/// nothing where no quantity has an error of first order.
+pub fn errors(experiment: &Experiment) -> String {
+    let Some(i) = first_order_quantity(&experiment.series[0]) else {
+        return String::new();
+    };
+    let points = |series: &Series| -> Vec<(f64, f64)> {
+        let trials = series.trials.iter();
+        let points = trials.map(|trial| (trial.time_step, trial.quantities[i].error().abs()));
+        points.filter(|(_, error)| (f64::MIN_POSITIVE..LARGEST).contains(error)).collect()
+    };
+    let all: Vec<_> = experiment.series.iter().flat_map(&points).collect();
+    let Some(&(h, error)) = all.first() else {
+        return String::new();
+    };
+    let least = all.iter().fold(f64::INFINITY, |least, (h, _)| least.min(*h));
+    let most = all.iter().fold(0.0, |most: f64, (h, _)| most.max(*h));
+    // Longer than the points are apart, so that it shows where they lie on it.
+    let guide = [0.6 * least, most / 0.6].map(|end| (end, error * end / h));
+    let steps = all.iter().chain(&guide).map(|point| point.0);
+    let errors = all.iter().chain(&guide).map(|point| point.1);
+    let quantity = &experiment.series[0].trials[0].quantities[i];
+    let name = format!("|error| of {} ({})", quantity.name, quantity.unit);
+    let mut chart = Chart::new(
+        Axis::new(Kind::Log, steps, 4),
+        Axis::new(Kind::Log, errors, 6),
+        ("time step h (s)", &name),
+    );
+    chart.line("guide", &guide.map(Some));
+    for series in &experiment.series {
+        let points = points(series);
+        if series.solver == Solver::Native {
+            chart.line("native", &points.iter().copied().map(Some).collect::<Vec<_>>());
+        }
+        chart.marks(series.solver, points.into_iter());
+    }
+    let keys =
+        key("<path class=\"guide\" d=\"M0 5h26\"/>", "slope 1") + &solver_keys(experiment, false);
+    chart.figure(&format!("{name} over the time step, log axes"), &keys)
+}
+
+/// The quantity whose error shows the order of the step: its allowance is halved with the
+/// step, its error is more than rounding, and best has an order.
+fn first_order_quantity(series: &Series) -> Option<usize> {
+    let [whole, half, ..] = series.trials.as_slice() else {
+        return None;
+    };
+    let halved = |i: &usize| {
+        let (whole, half) = (&whole.quantities[*i], &half.quantities[*i]);
+        let ratio = half.discretisation / whole.discretisation;
+        (0.4..0.6).contains(&ratio) && whole.error().abs() > ROUNDING * whole.exact.abs()
+    };
+    let candidates = || (0..whole.quantities.len()).filter(halved);
+    candidates().find(|&i| series.order(i, 1).is_some()).or_else(|| candidates().next())
+}

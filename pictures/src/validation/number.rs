@@ -1,0 +1,72 @@
+//! Numbers of the tables, in the terminal and on the page.
+
+/// Six digits where that is short, else three and a power of ten; a dash for no number.
+#[must_use]
+pub fn figure(value: f64) -> String {
+    let size = value.abs();
+    if value.is_nan() {
+        "—".to_owned()
+    } else if size == 0.0 {
+        "0".to_owned()
+    } else if (1e-4..1e6).contains(&size) {
+        let digits = (5 - size.log10().floor() as i32).clamp(0, 9) as usize;
+        format!("{value:.digits$}")
+    } else {
+        format!("{value:.2e}")
+    }
+}
+
+/// Two digits and a power of ten.
+#[must_use]
+pub fn brief(value: f64) -> String {
+    match value {
+        value if value.is_nan() => "—".to_owned(),
+        0.0 => "0".to_owned(),
+        value => format!("{value:.1e}"),
+    }
+}
+
+/// An order of convergence, or a dash where there is none.
+#[must_use]
+pub fn order(order: Option<f64>) -> String {
+    order.map_or("—".to_owned(), |order| format!("{order:.2}"))
+}
+
+/// A number of [`figure`] or [`brief`] as HTML: `−1.2·10⁻³` instead of `-1.2e-3`.
+#[must_use]
+pub fn html(text: &str) -> String {
+    let text = text.replace('-', "−");
+    match text.split_once('e') {
+        Some((mantissa, exponent)) => format!("{mantissa}·10<sup>{exponent}</sup>"),
+        None => text,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_as_many_digits_as_say_something() {
+        for (value, text) in [
+            (0.0, "0"),
+            (1.529_051_987, "1.52905"),
+            (-0.001_234_567_8, "-0.00123457"),
+            (123_456.7, "123457"),
+            (4.2e-13, "4.20e-13"),
+            (-7e8, "-7.00e8"),
+            (f64::NAN, "—"),
+            (f64::INFINITY, "inf"),
+        ] {
+            assert_eq!(figure(value), text);
+        }
+        assert_eq!([brief(-0.0031), brief(0.0), brief(f64::NAN)], ["-3.1e-3", "0", "—"]);
+        assert_eq!([order(Some(1.004)), order(None)], ["1.00", "—"]);
+    }
+
+    #[test]
+    fn powers_of_ten_are_raised() {
+        assert_eq!(html("-3.1e-3"), "−3.1·10<sup>−3</sup>");
+        assert_eq!(html("1.52905"), "1.52905");
+    }
+}

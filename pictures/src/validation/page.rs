@@ -1,0 +1,113 @@
+//! The page: a heading, a summary, and a section for each problem.
+
+use super::style::STYLE;
+use super::{Experiment, Report, chart, table};
+use crate::plot::svg::escape;
+use std::fmt::Write as _;
+
+/// How the page is to be read.
+const READING: &str = "Each problem is simulated with a time step h and with its halves. A \
+    quantity holds if at every h its error, measured − exact, is within what is allowed: what \
+    the step's own discretisation may do, known from the same algebra as the answer, and what \
+    the certificates of the steps leave open. The order in h is p where the error goes like \
+    h<sup>p</sup>, from the row above and this one; a dash stands where the error is too small \
+    to have one, or depends on how the steps happen to fall.";
+
+/// `report` as a page of HTML that needs nothing else. The same report gives the same bytes.
+#[must_use]
+pub fn page(report: &Report) -> String {
+    let (holding, count) = report.holding();
+    let title = "tumble, checked against closed forms";
+    let inputs = match report.given.as_str() {
+        "" => "the usual ones of each problem".to_owned(),
+        given => format!("the usual ones of each problem, but {}", escape(given)),
+    };
+    let class = if holding == count { "good" } else { "bad" };
+    let mut html = format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n\
+         <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; \
+         style-src 'unsafe-inline'\"/>\n\
+         <title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n\
+         <h1>{title}</h1>\n\
+         <p class=\"faint\">{}. Inputs: {inputs}.</p>\n\
+         <p><strong class=\"{class}\">{holding} of {count} quantities hold</strong>, each counted \
+         once for every solver.</p>\n<p>{READING}</p>\n",
+        escape(&report.program),
+    );
+    html.push_str(&table::summary(report));
+    for experiment in &report.experiments {
+        section(&mut html, experiment);
+    }
+    html.push_str("</body>\n</html>\n");
+    html
+}
+
+fn section(html: &mut String, experiment: &Experiment) {
+    let _ = write!(
+        html,
+        "<section id=\"{name}\">\n<h2>{name}</h2>\n<p>{}</p>\n<p class=\"faint\">Inputs: {}.</p>\n\
+         {}<div class=\"charts\">\n{}{}</div>\n</section>\n",
+        escape(&experiment.about),
+        escape(&experiment.inputs),
+        table::quantities(experiment),
+        chart::curves(experiment),
+        chart::errors(experiment),
+        name = experiment.name,
+    );
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::validation::{Curve, Quantity, Series, Solver, Trial};
+
+    /// A report of one quantity at two time steps, `error` m off at the second of them.
+    fn report(error: f64) -> Report {
+        let words = |text: &str| text.to_owned();
+        let trial = |error: f64, time_step: f64| Trial {
+            time_step,
+            quantities: vec![Quantity {
+                name: words("way < & >"),
+                unit: words("m"),
+                measured: 2.0 + error,
+                exact: 2.0,
+                discretisation: time_step,
+                slack: 1e-9,
+                holds: error.abs() <= time_step + 1e-9,
+                order: None,
+            }],
+            steps: 5,
+            failed: 0,
+            fallback: 0,
+            worst_certificate: 1e-12,
+        };
+        let curve = Curve {
+            name: words("way"),
+            unit: words("m"),
+            times: vec![0.0, 0.1, 0.2],
+            measured: vec![0.0, f64::INFINITY, 1.0],
+            exact: vec![f64::NAN; 3],
+        };
+        let trials = vec![trial(0.01, 0.01), trial(error, 0.005)];
+        let series = vec![Series { solver: Solver::Native, trials, curve }];
+        let (name, about, inputs) = (words("free-fall"), words("It falls."), words("mass 2 kg"));
+        let experiments = vec![Experiment { name, about, inputs, series }];
+        Report { program: words("tumble"), given: words("--speed <b>"), experiments }
+    }
+
+    #[test]
+    fn a_quantity_that_is_off_at_one_step_is_off_once() {
+        assert!(!page(&report(0.005)).contains(">off<"));
+        assert_eq!(page(&report(0.006)).matches(">off<").count(), 1);
+    }
+
+    #[test]
+    fn what_is_no_number_leaves_a_gap_and_words_are_escaped() {
+        let page = page(&report(f64::NAN));
+        for wrong in ["NaN", "inf\"", "way < &", "<b>"] {
+            assert!(!page.contains(wrong), "{wrong}");
+        }
+        assert!(page.contains("way &lt; &amp; &gt;") && page.contains("--speed &lt;b&gt;"));
+    }
+}

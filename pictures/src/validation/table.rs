@@ -1,0 +1,139 @@
+//! The tables of the page.
+
+use super::number::{brief, figure, html, order};
+use super::{Experiment, Report, Series};
+use crate::plot::svg::escape;
+use std::fmt::Write as _;
+
+/// A table in a box that scrolls; each column has a name and whether it holds numbers.
+fn table(columns: &[(&str, bool)], rows: &str) -> String {
+    let class = |numbers: bool| if numbers { " class=\"n\"" } else { "" };
+    let heads = columns
+        .iter()
+        .map(|(name, numbers)| format!("<th scope=\"col\"{}>{name}</th>", class(*numbers)));
+    format!(
+        "<div class=\"box\" tabindex=\"0\">\n<table>\n<thead><tr>{}</tr></thead>\n\
+         <tbody>\n{rows}</tbody>\n</table>\n</div>\n",
+        heads.collect::<String>()
+    )
+}
+
+fn number(text: &str) -> String {
+    format!("<td class=\"n\">{}</td>", html(text))
+}
+
+fn verdict(holds: bool, good: &str, bad: &str) -> String {
+    let (class, text) = if holds { ("good", good) } else { ("bad", bad) };
+    format!("<td class=\"{class}\">{text}</td>")
+}
+
+/// A count that should be 0.
+fn fault(count: u64) -> String {
+    let class = if count == 0 { "n" } else { "n bad" };
+    format!("<td class=\"{class}\">{count}</td>")
+}
+
+/// One row a problem and solver.
+pub fn summary(report: &Report) -> String {
+    let columns = [
+        ("problem", false),
+        ("solver", false),
+        ("quantities that hold", false),
+        ("largest error/allowed", true),
+        ("steps", true),
+        ("not converged", true),
+        ("fallbacks", true),
+        ("worst certificate, m/s", true),
+    ];
+    let mut rows = String::new();
+    for experiment in &report.experiments {
+        let name = &experiment.name;
+        for (i, series) in experiment.series.iter().enumerate() {
+            if i == 0 {
+                let span = experiment.series.len();
+                let _ = write!(
+                    rows,
+                    "<tr class=\"first\"><th scope=\"rowgroup\" rowspan=\"{span}\">\
+                     <a href=\"#{name}\">{name}</a></th>"
+                );
+            } else {
+                rows.push_str("<tr>");
+            }
+            let (holding, count) = series.holding();
+            let hold = format!("{holding} of {count}");
+            let _ = writeln!(
+                rows,
+                "<td>{}</td>{}{}{}{}{}{}</tr>",
+                series.solver.name(),
+                verdict(holding == count, &hold, &hold),
+                number(&ratio(series)),
+                number(&series.sum(|trial| trial.steps).to_string()),
+                fault(series.sum(|trial| trial.failed)),
+                number(&series.sum(|trial| trial.fallback).to_string()),
+                number(&brief(series.worst_certificate())),
+            );
+        }
+    }
+    table(&columns, &rows)
+}
+
+/// The largest |error| as a share of what is allowed; a dash where one is no number.
+fn ratio(series: &Series) -> String {
+    let quantities = series.trials.iter().flat_map(|trial| &trial.quantities);
+    let shares = quantities
+        .filter(|quantity| quantity.error() != 0.0)
+        .map(|quantity| (quantity.error() / quantity.allowed()).abs());
+    match shares.max_by(f64::total_cmp) {
+        None => "0".to_owned(),
+        Some(share) if share.is_finite() => format!("{share:.2}"),
+        Some(_) => "—".to_owned(),
+    }
+}
+
+/// One row a quantity, solver and time step.
+pub fn quantities(experiment: &Experiment) -> String {
+    let columns = [
+        ("quantity", false),
+        ("solver", false),
+        ("h, s", true),
+        ("exact", true),
+        ("measured", true),
+        ("error", true),
+        ("allowed", true),
+        ("order in h", true),
+        ("verdict", false),
+    ];
+    let rows_each: usize = experiment.series.iter().map(|series| series.trials.len()).sum();
+    let first = &experiment.series[0].trials[0].quantities;
+    let mut rows = String::new();
+    for (i, named) in first.iter().enumerate() {
+        let name = match named.unit.as_str() {
+            "1" => escape(&named.name),
+            unit => escape(&format!("{}, {unit}", named.name)),
+        };
+        let mut opening = format!(
+            "<tr class=\"first\"><th scope=\"rowgroup\" rowspan=\"{rows_each}\">{name}</th>"
+        );
+        for series in &experiment.series {
+            let span = series.trials.len();
+            let mut solver = format!("<td rowspan=\"{span}\">{}</td>", series.solver.name());
+            for (k, trial) in series.trials.iter().enumerate() {
+                let quantity = &trial.quantities[i];
+                let _ = writeln!(
+                    rows,
+                    "{}{}{}{}{}{}{}{}{}</tr>",
+                    std::mem::replace(&mut opening, "<tr>".to_owned()),
+                    std::mem::take(&mut solver),
+                    number(&trial.time_step.to_string()),
+                    number(&figure(quantity.exact)),
+                    number(&figure(quantity.measured)),
+                    number(&brief(quantity.error())),
+                    number(&brief(quantity.allowed())),
+                    number(&order(series.order(i, k))),
+                    verdict(quantity.holds, "holds", "off"),
+                );
+            }
+        }
+    }
+    table(&columns, &rows)
+}

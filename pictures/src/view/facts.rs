@@ -1,0 +1,122 @@
+//! The parameters of a film, for people.
+
+use crate::animation::Shape;
+use crate::{Fact, Film, Frame, Ground};
+use nalgebra::{Matrix3, Vector3};
+
+/// What is known of `film`: its own facts, then its parameters and its start.
+pub fn facts(film: &Film) -> Vec<Fact> {
+    let body = film.body();
+    let mut facts = film.facts.clone();
+    let mut add = |name, value| facts.push(Fact::new(name, value));
+    add("rows", film.frames.len().to_string());
+    add("time step h", format!("{} s", number(film.time_step)));
+    add("mass m", format!("{} kg", number(body.mass)));
+    add("friction μ", number(film.friction));
+    add("gravity g", format!("{} m/s²", vector(&film.gravity)));
+    if let Some(ground) = film.inclined_ground() {
+        add("ground", plane(ground));
+    }
+    let load = &body.load;
+    for (name, knots, unit) in [("force", &load.force, "N"), ("torque", &load.torque, "N m, body")]
+    {
+        if !knots.is_empty() {
+            add(name, polyline(knots, unit));
+        }
+    }
+    if load.point != Vector3::zeros() {
+        add("force at", format!("{} m, body", vector(&load.point)));
+    }
+    add("inertia I", format!("{} kg m²", inertia(&body.inertia)));
+    add("body", shape(&body.points));
+    if let Some(pose) = film.frames.first().map(Frame::pose) {
+        add("start position", format!("{} m", vector(&pose.position)));
+        add("start velocity", format!("{} m/s", vector(&pose.velocity)));
+        add("start spin", format!("{} rad/s", vector(&pose.spin)));
+    }
+    facts
+}
+
+/// In nine digits, without those that are 0 at its end; very large and very small numbers as
+/// powers of ten.
+fn number(value: f64) -> String {
+    let rounded = format!("{value:.8e}").parse().unwrap_or(value);
+    // −0 is 0 to people.
+    let value: f64 = rounded + 0.0;
+    let size = value.abs();
+    if size >= 1e6 || (size > 0.0 && size < 1e-4) {
+        format!("{value:e}")
+    } else {
+        value.to_string()
+    }
+}
+
+fn list(values: impl Iterator<Item = f64>) -> String {
+    values.map(number).collect::<Vec<_>>().join(", ")
+}
+
+fn vector(v: &Vector3<f64>) -> String {
+    format!("({})", list(v.iter().copied()))
+}
+
+/// The slope and n · x = d, in four digits.
+fn plane(ground: &Ground) -> String {
+    let round = |x: f64| (x * 1e4).round() / 1e4;
+    let normal = vector(&ground.normal.map(round));
+    format!("slope {}°, normal {normal}, offset {} m", round(ground.slope()), number(ground.offset))
+}
+
+/// The first knots of a load over time.
+fn polyline(knots: &[(f64, Vector3<f64>)], unit: &str) -> String {
+    if let [(_, constant)] = knots {
+        return format!("{} {unit}", vector(constant));
+    }
+    let shown = knots.iter().take(4);
+    let mut words: Vec<_> =
+        shown.map(|(t, value)| format!("{} at {} s", vector(value), number(*t))).collect();
+    if knots.len() > words.len() {
+        words.push(format!("… {} knots", knots.len()));
+    }
+    format!("{} {unit}", words.join(", "))
+}
+
+/// A multiple of the unit matrix, a diagonal, or all rows.
+fn inertia(inertia: &Matrix3<f64>) -> String {
+    let moments = inertia.diagonal();
+    if *inertia == Matrix3::from_diagonal_element(moments[0]) {
+        return format!("{} E₃", number(moments[0]));
+    }
+    if *inertia == Matrix3::from_diagonal(&moments) {
+        return format!("diag{}", vector(&moments));
+    }
+    let rows = inertia.row_iter().map(|row| list(row.iter().copied()));
+    format!("[{}]", rows.collect::<Vec<_>>().join("; "))
+}
+
+fn shape(points: &[Vector3<f64>]) -> String {
+    if Shape::of(points) != Shape::Box {
+        let s = if points.len() == 1 { "" } else { "s" };
+        return format!("{} contact point{s}", points.len());
+    }
+    let edges = [1, 2, 4].map(|corner| number((points[corner] - points[0]).norm()));
+    format!("box {} × {} × {} m", edges[0], edges[1], edges[2])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn matrices_and_bodies_are_as_short_as_they_can_be() {
+        assert_eq!(inertia(&(Matrix3::identity() * 0.01)), "0.01 E₃");
+        assert_eq!(inertia(&Matrix3::from_diagonal(&Vector3::new(1.0, 2.0, 3.0))), "diag(1, 2, 3)");
+        let full = Matrix3::new(1.0, 0.5, -0.0, 0.5, 2.0, 0.0, 0.0, 0.0, 3.0);
+        assert_eq!(inertia(&full), "[1, 0.5, 0; 0.5, 2, 0; 0, 0, 3]");
+        assert_eq!(inertia(&(Matrix3::identity() * 1e-12)), "1e-12 E₃");
+        assert_eq!(number(1.0 / 3.0), "0.333333333");
+        assert_eq!(number(0.1 + 0.2), "0.3");
+        assert_eq!(shape(&[Vector3::x()]), "1 contact point");
+        let corner = |i: usize| Vector3::from_fn(|axis, _| f64::from((i >> axis & 1) as u8));
+        assert_eq!(shape(&(0..8).map(corner).collect::<Vec<_>>()), "box 1 × 1 × 1 m");
+    }
+}

@@ -1,0 +1,74 @@
+//! The arguments of the commands that read a file.
+
+use super::shared::{AnimationArgs, PhysicsArgs};
+use clap::Args;
+use std::path::PathBuf;
+
+#[derive(Debug, Args)]
+pub struct GifArgs {
+    /// The trajectory. Its parameters come from run.json beside it; the flags below go
+    /// before them.
+    #[arg(value_name = "FILE.csv")]
+    pub file: PathBuf,
+    /// Directory for animation.gif, made if it is not there [default: that of FILE.csv].
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    #[command(flatten)]
+    pub animation: AnimationArgs,
+    #[command(flatten)]
+    pub physics: PhysicsArgs,
+    /// No progress bar and no summary.
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct PlotArgs {
+    /// The trajectory. Its parameters come from run.json beside it; flags that are given
+    /// override them. The defaults below hold only where there is no run.json.
+    #[arg(value_name = "FILE.csv")]
+    pub file: PathBuf,
+    /// Directory for the pictures, made if it is not there [default: that of FILE.csv].
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    #[command(flatten)]
+    pub physics: PhysicsArgs,
+}
+
+#[derive(Debug, Args)]
+pub struct ViewArgs {
+    /// The trajectory, or two to compare. The parameters of each come from run.json beside
+    /// it; flags that are given override them. The defaults below hold only where there is
+    /// no run.json.
+    #[arg(value_name = "FILE.csv", num_args = 1..=2, required = true)]
+    pub files: Vec<PathBuf>,
+    /// Directory for view.html, made if it is not there [default: that of the first file].
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    #[command(flatten)]
+    pub physics: PhysicsArgs,
+    /// No summary.
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct VerifyArgs {
+    /// The trajectory. Its parameters come from run.json beside it; flags that are given
+    /// override them. The defaults below hold only where there is no run.json.
+    #[arg(value_name = "FILE.csv")]
+    pub file: PathBuf,
+    #[command(flatten)]
+    pub physics: PhysicsArgs,
+    /// How many of the worst steps to print.
+    #[arg(long, value_name = "N", default_value_t = 5, allow_hyphen_values = true)]
+    pub worst: usize,
+}
+
+#[derive(Debug, Args)]
+pub struct InspectArgs {
+    /// JSON with state (13), alpha (8), x (61), obj_factor, multipliers (62), and
+    /// optionally dt, mu, mass, inertia (3×3), gravity, epsilon; `-` reads standard input.
+    #[arg(value_name = "POINT.json")]
+    pub file: PathBuf,
+}

@@ -1,0 +1,59 @@
+//! The arguments, and what each value may be.
+
+mod files;
+mod shared;
+mod simulate;
+mod validate;
+
+pub use files::{GifArgs, InspectArgs, PlotArgs, VerifyArgs, ViewArgs};
+pub use shared::{AnimationArgs, PhysicsArgs};
+pub use simulate::SimulateArgs;
+pub use validate::{Solvers, ValidateArgs};
+
+use clap::{Parser, Subcommand};
+
+const VERSION: &str =
+    concat!(env!("CARGO_PKG_VERSION"), " (Ipopt ", env!("TUMBLE_IPOPT_VERSION"), ")");
+
+/// Rigid bodies in hard frictional contact: every time step one optimisation problem,
+/// solved and certified.
+///
+/// Without a verb: simulate a scene and write OUT/trajectory.csv and OUT/run.json.
+#[derive(Debug, Parser)]
+#[command(version = VERSION, args_conflicts_with_subcommands = true)]
+#[command(after_help = "Exit codes: 0 done; 2 bad input; 3 finished, but some step did not \
+    converge; 130 interrupted; 1 anything else.")]
+pub struct Cli {
+    #[command(subcommand)]
+    pub command: Option<Command>,
+    #[command(flatten)]
+    pub simulate: SimulateArgs,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Recompute the certificate of every step of a trajectory from the file alone.
+    Verify(VerifyArgs),
+    /// Draw a trajectory as an animated GIF.
+    Gif(GifArgs),
+    /// Draw a trajectory over time: plot and plot-energy, each as .png and .svg.
+    Plot(PlotArgs),
+    /// Make a page that plays one or two trajectories in any browser: view.html.
+    View(ViewArgs),
+    /// Evaluate the step's nonlinear program at a point: values and exact derivatives.
+    Inspect(InspectArgs),
+    /// Compare simulations with the closed-form answers of textbook problems: a table, and
+    /// OUT/validation.html.
+    Validate(ValidateArgs),
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_definition_is_consistent() {
+        Cli::command().debug_assert();
+    }
+}

@@ -1,0 +1,64 @@
+//! Arguments that several commands have.
+
+use crate::cli::choices::Inertia;
+use crate::cli::values::{self, LoadKnot};
+use clap::Args;
+use nalgebra::Vector3;
+use tumble::plane::Plane;
+use tumble_pictures::animation::View;
+
+/// What certificates depend on: the constants of the model, and the load.
+#[derive(Debug, Args)]
+pub struct PhysicsArgs {
+    /// Time step, s [default: drop 0.002, floating 0.001].
+    #[arg(long, value_name = "S", value_parser = values::number, allow_hyphen_values = true)]
+    pub dt: Option<f64>,
+    /// Coefficient of friction [default: 0.3].
+    #[arg(long, value_parser = values::number, allow_hyphen_values = true)]
+    pub mu: Option<f64>,
+    /// Mass, kg [default: 10].
+    #[arg(long, value_name = "KG", value_parser = values::number, allow_hyphen_values = true)]
+    pub mass: Option<f64>,
+    /// Inertia, kg m², body frame: one number (times the unit matrix), three (diagonal),
+    /// nine (the matrix by rows), or `solid`, that of a box of equal density [default: 0.01].
+    #[arg(long, value_name = "I", value_parser = values::inertia, allow_hyphen_values = true)]
+    pub inertia: Option<Inertia>,
+    /// Sides of the box, m: one number (a cube) or three, along the body's axes
+    /// [default: 2].
+    #[arg(long = "box", value_name = "L", value_parser = values::sides, allow_hyphen_values = true)]
+    pub sides: Option<Vector3<f64>>,
+    /// The ground: its slope in degrees, falling towards +x, or its normal and, if it does not
+    /// pass through the origin, its distance from there along the normal, m [default: 0].
+    #[arg(long, value_name = "DEGREES|NX,NY,NZ[,D]", value_parser = values::plane, allow_hyphen_values = true)]
+    pub plane: Option<Plane>,
+    /// An external force, N, world: constant, or, given once for each knot as T:X,Y,Z, linear
+    /// between the times T in s [default: none].
+    #[arg(long, value_name = "[T:]X,Y,Z", value_parser = values::load_knot, allow_hyphen_values = true)]
+    pub force: Vec<LoadKnot>,
+    /// An external torque, N m, body frame; as --force [default: none].
+    #[arg(long, value_name = "[T:]X,Y,Z", value_parser = values::load_knot, allow_hyphen_values = true)]
+    pub torque: Vec<LoadKnot>,
+    /// Where the external force acts, m, body frame, from the centre of mass [default:
+    /// 0,0,0].
+    #[arg(long, value_name = "X,Y,Z", value_parser = values::vector, allow_hyphen_values = true)]
+    pub force_at: Option<Vector3<f64>>,
+    /// Gravity, m/s²: one number (downwards) or the vector X,Y,Z [default: drop 9.81,
+    /// floating 0].
+    #[arg(long, value_name = "G", value_parser = values::gravity, allow_hyphen_values = true)]
+    pub gravity: Option<Vector3<f64>>,
+}
+
+/// How an animation looks, for `simulate` and `gif`.
+#[derive(Debug, Args)]
+pub struct AnimationArgs {
+    /// Speed of the animation: 0.1 is ten times slower than real [default: 1].
+    #[arg(long, value_name = "FACTOR", value_parser = values::speed, allow_hyphen_values = true)]
+    pub gif_speed: Option<f64>,
+    /// Width and height of the animation, pixels [default: 800].
+    #[arg(long, value_name = "PIXELS", value_parser = values::pixels, allow_hyphen_values = true)]
+    pub gif_size: Option<u16>,
+    /// Where the animation is seen from: degrees about the vertical, from x towards y, and
+    /// degrees above the horizon, 0 to 90 [default: -32,20].
+    #[arg(long, value_name = "AZIMUTH,ELEVATION", value_parser = values::view, allow_hyphen_values = true)]
+    pub camera: Option<View>,
+}

@@ -1,0 +1,86 @@
+//! The arguments of a simulation.
+
+use super::shared::{AnimationArgs, PhysicsArgs};
+use crate::cli::choices::{Attitude, DetectionName, Frame, OnFailure, SceneName, SolverName};
+use crate::cli::values;
+use clap::Args;
+use nalgebra::Vector3;
+use std::path::PathBuf;
+
+#[derive(Debug, Args)]
+pub struct SimulateArgs {
+    /// What is simulated: a scene of the tutorial [default: drop].
+    #[arg(long, value_enum)]
+    pub scene: Option<SceneName>,
+    /// What is simulated: a scenario file (TOML, see scenarios/README.md). Flags that are
+    /// given go before its values.
+    #[arg(long, value_name = "FILE", conflicts_with = "scene")]
+    pub scenario: Option<PathBuf>,
+    /// Rows of the trajectory, k = 0 … N−1: N−1 steps [default: drop 1000, floating 1200].
+    #[arg(long, value_name = "N", value_parser = values::rows, allow_hyphen_values = true)]
+    pub steps: Option<u64>,
+    /// Seed of the attitude at the start, drawn as numpy.random.seed(SEED) and rand(4) do.
+    /// The floating scene draws nothing and only records it [default: 42].
+    #[arg(long, value_parser = values::seed, allow_hyphen_values = true)]
+    pub seed: Option<u32>,
+    #[command(flatten)]
+    pub physics: PhysicsArgs,
+    /// Position of the centre of mass at the start, m [default: drop 0,0,2.5, floating
+    /// 0,0,3].
+    #[arg(long, value_name = "X,Y,Z", value_parser = values::vector, allow_hyphen_values = true)]
+    pub position: Option<Vector3<f64>>,
+    /// The position's Z alone, m.
+    #[arg(long, value_name = "M", value_parser = values::number, allow_hyphen_values = true)]
+    pub height: Option<f64>,
+    /// Attitude at the start, body → frame: a quaternion, made a unit one, or `random`, drawn
+    /// from the seed [default: drop random, floating 1,0,0,0].
+    #[arg(long, value_name = "W,X,Y,Z", value_parser = values::attitude, allow_hyphen_values = true)]
+    pub attitude: Option<Attitude>,
+    /// Velocity at the start, m/s [default: drop 0,4,0, floating 2,0,0].
+    #[arg(long, value_name = "X,Y,Z", value_parser = values::vector, allow_hyphen_values = true)]
+    pub velocity: Option<Vector3<f64>>,
+    /// Angular velocity at the start, rad/s, body [default: drop 0,-2,1, floating 2,4,6].
+    #[arg(long, value_name = "X,Y,Z", value_parser = values::vector, allow_hyphen_values = true)]
+    pub spin: Option<Vector3<f64>>,
+    /// In which frame position, attitude and velocity at the start are given: the world's, or
+    /// the ground's, whose z is the plane's normal and the height above it [default: world].
+    #[arg(long, value_enum)]
+    pub frame: Option<Frame>,
+    /// Who solves the contact steps: Ipopt as in the tutorial, or tumble's own solver,
+    /// exact and a thousand times faster [default: ipopt].
+    #[arg(long, value_enum)]
+    pub solver: Option<SolverName>,
+    /// Which corners may carry a force: those at most 5 mm high at step k (the tutorial's
+    /// rule), or also those that free flight would take to the ground in this step
+    /// [default: predictive].
+    #[arg(long, value_enum)]
+    pub detection: Option<DetectionName>,
+    /// Ipopt's tolerance; only with --solver ipopt [default: 1e-6].
+    #[arg(long, value_parser = values::number, allow_hyphen_values = true)]
+    pub tol: Option<f64>,
+    /// Ipopt's iteration limit for a step; only with --solver ipopt [default: 300].
+    #[arg(long, value_name = "N", value_parser = values::iterations, allow_hyphen_values = true)]
+    pub max_iter: Option<u32>,
+    /// What becomes of a step that Ipopt does not solve from its first start: try other
+    /// starts and at last the native solution, record it as failed and go on, or stop
+    /// [default: ladder; with --solver native: record].
+    #[arg(long, value_enum)]
+    pub on_failure: Option<OnFailure>,
+    /// Directory for the files, made if it is not there.
+    #[arg(long, value_name = "DIR", default_value = "out")]
+    pub out: PathBuf,
+    /// Also draw the trajectory over time, as `tumble plot` does.
+    #[arg(long)]
+    pub plot: bool,
+    /// Also draw the motion: OUT/animation.gif.
+    #[arg(long)]
+    pub gif: bool,
+    /// Also make a page that plays the motion in any browser: OUT/view.html.
+    #[arg(long)]
+    pub html: bool,
+    #[command(flatten)]
+    pub animation: AnimationArgs,
+    /// No progress bar and no summary.
+    #[arg(long)]
+    pub quiet: bool,
+}

@@ -1,0 +1,126 @@
+//! What flags and fields of scenario files may name: the values that are no plain numbers.
+
+use clap::ValueEnum;
+use nalgebra::{Matrix3, Vector3, Vector4};
+use serde::Deserialize;
+use tumble::detection::Detection;
+use tumble::random::random_attitude;
+use tumble::scene::Scene;
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum SceneName {
+    /// A cube thrown on the ground.
+    Drop,
+    /// A cube floating without gravity or ground.
+    Floating,
+}
+
+impl SceneName {
+    pub fn scene(self) -> Scene {
+        match self {
+            Self::Drop => Scene::drop(),
+            Self::Floating => Scene::floating(),
+        }
+    }
+}
+
+/// The contact points of the body.
+#[derive(Debug, Clone)]
+pub enum Shape {
+    /// The corners of a box with these sides, m.
+    Box(Vector3<f64>),
+    /// These, m, body frame.
+    Points(Vec<Vector3<f64>>),
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub enum Inertia {
+    /// That of a box of equal density.
+    Solid,
+    /// kg m², body frame.
+    Matrix(Matrix3<f64>),
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub enum Attitude {
+    /// Drawn from the seed.
+    Random,
+    /// Unit quaternion, body → frame.
+    Given(Vector4<f64>),
+}
+
+impl Attitude {
+    /// The unit quaternion along `quaternion`.
+    pub fn given(quaternion: Vector4<f64>) -> Result<Self, String> {
+        // In this order NaN is refused as well.
+        if quaternion.norm() >= 1e-6 && quaternion.amax() <= 1e6 {
+            Ok(Self::Given(quaternion.normalize()))
+        } else {
+            Err("a quaternion W,X,Y,Z of a length from 1e-6 to 1e6 is needed".to_owned())
+        }
+    }
+
+    pub fn quaternion(&self, seed: u32) -> Vector4<f64> {
+        match self {
+            Self::Random => random_attitude(seed),
+            Self::Given(quaternion) => *quaternion,
+        }
+    }
+}
+
+/// In which frame a start is given.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Frame {
+    World,
+    /// Of the plane: z along its normal.
+    Ground,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum SolverName {
+    /// Ipopt on the tutorial's nonlinear program.
+    Ipopt,
+    /// Newton's method on the contact law itself.
+    Native,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum DetectionName {
+    /// z ≤ 5 mm at step k.
+    Height,
+    /// The same, or free flight ends at z ≤ 0.
+    Predictive,
+}
+
+impl From<DetectionName> for Detection {
+    fn from(name: DetectionName) -> Self {
+        match name {
+            DetectionName::Height => Self::Height,
+            DetectionName::Predictive => Self::Predictive,
+        }
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum OnFailure {
+    /// Climb the ladder of other starts; only with --solver ipopt.
+    Ladder,
+    /// Keep the point found, as the tutorial does, but say so.
+    Record,
+    /// End the run before such a step.
+    Stop,
+}
+
+impl OnFailure {
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Ladder => "ladder",
+            Self::Record => "record",
+            Self::Stop => "stop",
+        }
+    }
+}

@@ -1,0 +1,120 @@
+//! A trajectory file as a film: what the library calls things, in the words of the pictures.
+
+use super::outcome::Failure;
+use super::run_file::{RunFile, heading};
+use super::source::{Source, TrajectoryFile};
+use nalgebra::{Quaternion, UnitQuaternion};
+use tumble::load::Load;
+use tumble::model::ContactModel;
+use tumble::solver::StepStatus;
+use tumble::trajectory::TrajectoryRow;
+use tumble_pictures::{self as pictures, Body, Contact, Fact, Film, Frame, Ground, Pose, Status};
+
+/// All rows in memory, to be drawn; more than `most` of them are refused.
+pub fn film(mut file: TrajectoryFile<'_>, most: usize) -> Result<Film, Failure> {
+    let mut frames = Vec::new();
+    while let Some(row) = file.next_row()? {
+        if frames.len() == most {
+            return Err(Failure::Input(format!(
+                "{} has more than {most} rows, too many for this picture",
+                file.path().display()
+            )));
+        }
+        frames.push(frame(&row));
+    }
+    let Source { model, load, run, .. } = file.source;
+    let plane = model.plane();
+    Ok(Film {
+        title: run.as_ref().map_or(String::new(), title),
+        facts: run.map_or(Vec::new(), facts),
+        time_step: model.time_step(),
+        gravity: model.parameters().gravity,
+        friction: model.friction(),
+        ground: Some(Ground { normal: *plane.normal(), offset: plane.offset() }),
+        bodies: vec![body(&model, &load)],
+        frames,
+    })
+}
+
+fn body(model: &ContactModel, load: &Load) -> Body {
+    let body = model.body();
+    Body {
+        mass: body.mass(),
+        inertia: *body.inertia(),
+        points: body.contact_points().iter().map(|point| point.position).collect(),
+        load: pictures::Load {
+            force: load.force.knots().to_vec(),
+            torque: load.torque.knots().to_vec(),
+            point: *load.point(),
+        },
+    }
+}
+
+fn frame(row: &TrajectoryRow) -> Frame {
+    let [w, x, y, z] = row.state.attitude.into();
+    let count = row.active.len();
+    let contact = |point: usize| Contact {
+        body: 0,
+        point,
+        force: row.force(point),
+        may_carry: row.active[point],
+        slacks: [row.step[3 * count + point], row.step[4 * count + point]],
+        multiplier: row.step[5 * count + point],
+    };
+    Frame {
+        index: row.index,
+        time: row.time,
+        poses: vec![Pose {
+            position: row.state.position,
+            // The file's own digits: of a trajectory they are of length 1.
+            attitude: UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z)),
+            velocity: row.state.velocity,
+            spin: row.state.spin,
+        }],
+        contacts: (0..count).map(contact).filter(says_something).collect(),
+        status: status(row.status),
+        iterations: row.iterations,
+        certificate: row.certificate,
+    }
+}
+
+/// Whether a row says of a point that it touches: it may carry a force, or has a number.
+fn says_something(contact: &Contact) -> bool {
+    let Contact { force, slacks: [s1, s2], multiplier, .. } = contact;
+    contact.may_carry || force.iter().chain([s1, s2, multiplier]).any(|number| *number != 0.0)
+}
+
+fn status(status: StepStatus) -> Status {
+    match status {
+        StepStatus::Free => Status::Free,
+        StepStatus::Converged => Status::Converged,
+        StepStatus::Retried => Status::Retried,
+        StepStatus::Fallback => Status::Fallback,
+        StepStatus::Failed => Status::Failed,
+        StepStatus::End => Status::End,
+    }
+}
+
+/// Scene, seed and solver.
+fn title(run: &RunFile) -> String {
+    let seed = if run.start.random { format!("seed {}, ", run.seed) } else { String::new() };
+    format!("{}, {seed}{}", heading(&run.scene), run.solver.name)
+}
+
+/// What run.json says besides the model's constants.
+fn facts(run: RunFile) -> Vec<Fact> {
+    let solver = run.solver;
+    let mut facts = vec![Fact::new("scene", run.scene)];
+    if run.start.random {
+        facts.push(Fact::new("seed", run.seed.to_string()));
+    }
+    facts.push(Fact::new("solver", solver.name));
+    let mut add = |name, value: Option<String>| facts.extend(value.map(|v| Fact::new(name, v)));
+    add("detection", solver.detection);
+    add("on failure", solver.on_failure);
+    add("tolerance", solver.tol.map(|tol| format!("{tol:e}")));
+    add("iteration limit", solver.max_iter.map(|limit| limit.to_string()));
+    add("outcome", Some(run.outcome).filter(|outcome| outcome != "complete"));
+    add("tumble", Some(run.tumble_version));
+    facts
+}

@@ -1,0 +1,280 @@
+//! The tables of a scenario file, and what their fields say.
+
+use crate::cli::choices::{Attitude, DetectionName, Frame, Inertia, OnFailure, Shape, SolverName};
+use crate::cli::settings::Settings;
+use nalgebra::{Matrix3, Vector3};
+use serde::Deserialize;
+use tumble::load::Polyline;
+use tumble::plane::Plane;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ScenarioFile {
+    pub name: Option<String>,
+    steps: Option<u64>,
+    time_step: Option<f64>,
+    seed: Option<u32>,
+    gravity: Option<Gravity>,
+    body: BodyTable,
+    pub ground: Option<GroundTable>,
+    start: StartTable,
+    load: Option<LoadTable>,
+    solver: Option<SolverTable>,
+}
+
+#[derive(Deserialize)]
+#[serde(untagged, expecting = "a number (downwards) or three are needed")]
+enum Gravity {
+    Downwards(f64),
+    Vector([f64; 3]),
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct BodyTable {
+    #[serde(rename = "box")]
+    sides: Option<Sides>,
+    points: Option<Vec<[f64; 3]>>,
+    mass: f64,
+    inertia: Option<InertiaValue>,
+}
+
+#[derive(Deserialize)]
+#[serde(untagged, expecting = "one number (a cube) or three are needed")]
+enum Sides {
+    Cube(f64),
+    Box([f64; 3]),
+}
+
+#[derive(Deserialize)]
+#[serde(
+    untagged,
+    expecting = "\"solid\", one number, three (diagonal) or a 3 × 3 matrix are needed"
+)]
+enum InertiaValue {
+    Word(Solid),
+    Moment(f64),
+    Diagonal([f64; 3]),
+    Rows([[f64; 3]; 3]),
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum Solid {
+    Solid,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GroundTable {
+    friction: f64,
+    slope: Option<f64>,
+    normal: Option<[f64; 3]>,
+    offset: Option<f64>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct StartTable {
+    position: [f64; 3],
+    attitude: Option<AttitudeValue>,
+    velocity: Option<[f64; 3]>,
+    spin: Option<[f64; 3]>,
+    frame: Option<Frame>,
+}
+
+#[derive(Deserialize)]
+#[serde(untagged, expecting = "\"random\" or four numbers (w, x, y, z) are needed")]
+enum AttitudeValue {
+    Word(Random),
+    Quaternion([f64; 4]),
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum Random {
+    Random,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct LoadTable {
+    force: Option<LoadValue>,
+    torque: Option<LoadValue>,
+    at: Option<[f64; 3]>,
+}
+
+#[derive(Deserialize)]
+#[serde(untagged, expecting = "three numbers, or a list of knots [t, x, y, z], are needed")]
+enum LoadValue {
+    Constant([f64; 3]),
+    Knots(Vec<[f64; 4]>),
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SolverTable {
+    name: Option<SolverName>,
+    detection: Option<DetectionName>,
+    tolerance: Option<f64>,
+    max_iterations: Option<u32>,
+    on_failure: Option<OnFailure>,
+}
+
+impl ScenarioFile {
+    /// A field that would do nothing is refused rather than ignored.
+    pub fn refuse_idle_fields(&self) -> Result<(), String> {
+        let floating = self.ground.is_none();
+        let pushed = self.load.as_ref().is_none_or(|load| load.force.is_some());
+        let placed = self.load.as_ref().is_some_and(|load| load.at.is_some());
+        let idle = [
+            ("solver", "a [ground] table", floating && self.solver.is_some()),
+            ("start.frame \"ground\"", "a [ground] table", floating && self.start.is_in_ground()),
+            ("load.at", "load.force", placed && !pushed),
+        ];
+        match idle.into_iter().find(|(.., idle)| *idle) {
+            Some((field, need, _)) => {
+                Err(format!("{field} has no meaning without {need}; leave it out"))
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// What the fields say. Those of a ground are open where there is none.
+    pub fn settings(self) -> Result<Settings, String> {
+        let steps = self.steps.unwrap_or(1000);
+        if !(1..=10_000_000).contains(&steps) {
+            return Err(format!("steps is {steps}; allowed is 1 to 10000000"));
+        }
+        let mut settings = Settings {
+            steps: Some(steps),
+            seed: self.seed,
+            dt: Some(self.time_step.unwrap_or(0.002)),
+            gravity: Some(self.gravity.map_or(Vector3::new(0.0, 0.0, -9.81), Gravity::vector)),
+            ..Settings::default()
+        };
+        if let Some(table) = self.ground {
+            table.set(&mut settings)?;
+        }
+        self.body.set(&mut settings)?;
+        self.start.set(&mut settings)?;
+        if let Some(table) = self.load {
+            table.set(&mut settings)?;
+        }
+        if let Some(table) = self.solver {
+            table.set(&mut settings);
+        }
+        Ok(settings)
+    }
+}
+
+impl Gravity {
+    fn vector(self) -> Vector3<f64> {
+        match self {
+            Self::Downwards(g) => Vector3::new(0.0, 0.0, -g),
+            Self::Vector(vector) => vector.into(),
+        }
+    }
+}
+
+impl StartTable {
+    fn is_in_ground(&self) -> bool {
+        self.frame == Some(Frame::Ground)
+    }
+
+    fn set(self, settings: &mut Settings) -> Result<(), String> {
+        settings.position = Some(self.position.into());
+        settings.attitude = Some(match self.attitude {
+            None => Attitude::Given([1.0, 0.0, 0.0, 0.0].into()),
+            Some(AttitudeValue::Word(Random::Random)) => Attitude::Random,
+            Some(AttitudeValue::Quaternion(quaternion)) => Attitude::given(quaternion.into())
+                .map_err(|why| format!("start.attitude: {why}"))?,
+        });
+        settings.velocity = Some(self.velocity.map_or(Vector3::zeros(), Vector3::from));
+        settings.spin = Some(self.spin.map_or(Vector3::zeros(), Vector3::from));
+        settings.frame = self.frame;
+        Ok(())
+    }
+}
+
+impl BodyTable {
+    fn set(self, settings: &mut Settings) -> Result<(), String> {
+        let shape = match (self.sides, self.points) {
+            (Some(Sides::Cube(side)), None) => Shape::Box(Vector3::repeat(side)),
+            (Some(Sides::Box(sides)), None) => Shape::Box(sides.into()),
+            (None, Some(points)) => Shape::Points(points.into_iter().map(Vector3::from).collect()),
+            _ => return Err("body: either `box` or `points` is needed".to_owned()),
+        };
+        settings.inertia = Some(match self.inertia {
+            None if matches!(shape, Shape::Points(_)) => {
+                return Err("body.inertia: it is needed with `points`".to_owned());
+            }
+            None | Some(InertiaValue::Word(Solid::Solid)) => Inertia::Solid,
+            Some(InertiaValue::Moment(moment)) => {
+                Inertia::Matrix(Matrix3::from_diagonal_element(moment))
+            }
+            Some(InertiaValue::Diagonal(moments)) => {
+                Inertia::Matrix(Matrix3::from_diagonal(&moments.into()))
+            }
+            Some(InertiaValue::Rows(rows)) => Inertia::Matrix(Matrix3::from(rows).transpose()),
+        });
+        settings.shape = Some(shape);
+        settings.mass = Some(self.mass);
+        Ok(())
+    }
+}
+
+impl GroundTable {
+    fn set(self, settings: &mut Settings) -> Result<(), String> {
+        let offset = self.offset.unwrap_or(0.0);
+        let plane = match (self.slope, self.normal) {
+            (Some(_), Some(_)) => {
+                return Err("ground: either `slope` or `normal` can be given".to_owned());
+            }
+            (Some(slope), None) => {
+                Plane::sloping(slope).and_then(|plane| Plane::new(*plane.normal(), offset))
+            }
+            (None, normal) => Plane::new(normal.map_or(Vector3::z(), Vector3::from), offset),
+        };
+        settings.plane = Some(plane.map_err(|error| format!("ground: {error}"))?);
+        settings.mu = Some(self.friction);
+        Ok(())
+    }
+}
+
+impl LoadTable {
+    fn set(self, settings: &mut Settings) -> Result<(), String> {
+        settings.force = self.force.map(|value| value.polyline("load.force")).transpose()?;
+        settings.torque = self.torque.map(|value| value.polyline("load.torque")).transpose()?;
+        settings.force_at = self.at.map(Vector3::from);
+        Ok(())
+    }
+}
+
+impl SolverTable {
+    fn set(self, settings: &mut Settings) {
+        settings.solver = self.name;
+        settings.detection = self.detection;
+        settings.tol = self.tolerance;
+        settings.max_iter = self.max_iterations;
+        settings.on_failure = self.on_failure;
+    }
+}
+
+impl LoadValue {
+    fn polyline(self, field: &str) -> Result<Polyline, String> {
+        match self {
+            Self::Constant(value) => Polyline::constant(value.into()),
+            Self::Knots(knots) if knots.is_empty() => {
+                return Err(format!(
+                    "{field}: it has no knots; give one at least, or leave it out"
+                ));
+            }
+            Self::Knots(knots) => {
+                let knots = knots.into_iter().map(|[t, x, y, z]| (t, Vector3::new(x, y, z)));
+                Polyline::new(knots.collect())
+            }
+        }
+        .map_err(|error| format!("{field}: {error}"))
+    }
+}
