@@ -1,5 +1,5 @@
-//! Finds the installed Ipopt, generates bindings to its C interface and
-//! compiles the exception guard against the same headers.
+//! Finds the installed Ipopt, compiles the exception guard against its headers and
+//! generates bindings to the guard.
 //!
 //! `pkg-config --libs ipopt` is not used for linking: Debian's file publicly
 //! lists `-llapack -lblas`, whose development links need not be installed.
@@ -19,7 +19,6 @@ struct Installation {
 fn main() {
     println!("cargo:rerun-if-env-changed=IPOPT_INCLUDE_DIR");
     println!("cargo:rerun-if-env-changed=IPOPT_LIB_DIR");
-    println!("cargo:rerun-if-changed=wrapper.h");
     println!("cargo:rerun-if-changed=guard/guard.cpp");
     println!("cargo:rerun-if-changed=guard/guard.h");
 
@@ -90,18 +89,14 @@ fn header_version(include_dirs: &[PathBuf]) -> Result<String, String> {
 fn generate_bindings(include_dirs: &[PathBuf]) {
     let out = Path::new(&env::var_os("OUT_DIR").expect("cargo sets OUT_DIR")).join("bindings.rs");
     let bindings = bindgen::Builder::default()
-        .header("wrapper.h")
+        .header("guard/guard.h")
         .clang_args(include_dirs.iter().map(|dir| format!("-I{}", dir.display())))
-        .allowlist_function("(Create|Free)IpoptProblem")
-        .allowlist_function("AddIpopt(Str|Num|Int)Option")
-        .allowlist_function("SetIntermediateCallback")
+        // Ipopt's own functions stay behind the guard.
         .allowlist_function("ipopt_sys_.*")
-        .allowlist_type("Bool|ApplicationReturnStatus|AlgorithmMode|IpoptProblem|UserDataPtr")
-        .allowlist_type("Eval_.*_CB|Intermediate_CB")
-        .allowlist_var("IPOPT_VERSION.*")
-        // A C enum may hold numbers that this header does not list: never a Rust enum.
-        .default_enum_style(bindgen::EnumVariation::Consts)
-        .prepend_enum_name(false)
+        .allowlist_type("Bool|ApplicationReturnStatus|AlgorithmMode|UserDataPtr")
+        // A C enum may hold numbers that this header does not list: never a Rust enum, but
+        // a module of constants.
+        .default_enum_style(bindgen::EnumVariation::ModuleConsts)
         .generate_comments(false)
         .layout_tests(false)
         .generate()

@@ -25,6 +25,12 @@ pub enum Error {
         /// The range.
         allowed: &'static str,
     },
+    /// Three knots of a load, or more, at one time.
+    #[error("the load has more than two knots at {time:?} s; allowed is one, or two for a jump")]
+    KnotsAtOneTime {
+        /// s.
+        time: f64,
+    },
     /// A matrix that cannot be an inertia matrix.
     #[error("the inertia matrix (kg m²) {0}")]
     Inertia(&'static str),

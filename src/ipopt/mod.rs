@@ -5,8 +5,8 @@
 //! would otherwise find out one crash at a time:
 //!
 //! - the sparsity structure is checked once, bounds and starts before every solve;
-//! - one lock for the process around create … solve … free, because Ipopt 3.11 and
-//!   MUMPS keep global state; a solve started inside a callback is an error;
+//! - the lock of `ipopt-sys` is held from create to free, because Ipopt 3.11 and MUMPS
+//!   keep global state; a solve started inside a callback is an error;
 //! - a solve that a callback starts on another thread and waits for would wait for ever:
 //!   the lock cannot see that;
 //! - a panic in a callback is caught, the solve ended, and the panic resumed;

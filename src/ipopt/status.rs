@@ -134,6 +134,7 @@ impl fmt::Display for ReturnStatus {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use ipopt_sys::ApplicationReturnStatus as c;
 
     #[test]
     fn every_number_keeps_its_identity() {
@@ -147,12 +148,12 @@ mod tests {
     #[test]
     fn the_table_agrees_with_the_installed_header() {
         for (code, status) in [
-            (ipopt_sys::Solve_Succeeded, ReturnStatus::SolveSucceeded),
-            (ipopt_sys::Maximum_Iterations_Exceeded, ReturnStatus::MaximumIterationsExceeded),
-            (ipopt_sys::Maximum_CpuTime_Exceeded, ReturnStatus::MaximumCpuTimeExceeded),
-            (ipopt_sys::Invalid_Number_Detected, ReturnStatus::InvalidNumberDetected),
-            (ipopt_sys::NonIpopt_Exception_Thrown, ReturnStatus::NonIpoptExceptionThrown),
-            (ipopt_sys::Internal_Error, ReturnStatus::InternalError),
+            (c::Solve_Succeeded, ReturnStatus::SolveSucceeded),
+            (c::Maximum_Iterations_Exceeded, ReturnStatus::MaximumIterationsExceeded),
+            (c::Maximum_CpuTime_Exceeded, ReturnStatus::MaximumCpuTimeExceeded),
+            (c::Invalid_Number_Detected, ReturnStatus::InvalidNumberDetected),
+            (c::NonIpopt_Exception_Thrown, ReturnStatus::NonIpoptExceptionThrown),
+            (c::Internal_Error, ReturnStatus::InternalError),
         ] {
             assert_eq!(ReturnStatus::from_code(code), status);
         }

@@ -7,8 +7,8 @@ use crate::error::{Error, in_range};
 use nalgebra::{Vector3, Vector4};
 
 /// A vector over time that changes linearly between knots, and keeps the first knot's value
-/// before it and the last one's after it. Two knots at one time are a jump. Without knots
-/// it is zero.
+/// before it and the last one's after it. Two knots at one time, and no more, are a jump.
+/// Without knots it is zero.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Polyline {
     /// t (s) and the value there, in order of time.
@@ -40,8 +40,8 @@ impl Polyline {
     /// A polyline through `knots`, t (s) and value (N or N m).
     ///
     /// # Errors
-    /// More than a million knots; times that decrease or are beyond ±1e6 s; a component
-    /// beyond ±1e9.
+    /// More than a million knots; times that decrease or are beyond ±1e6 s; more than two
+    /// knots at one time; a component beyond ±1e9.
     pub fn new(knots: Vec<(f64, Vector3<f64>)>) -> Result<Self, Error> {
         if knots.len() > MOST_KNOTS {
             return Err(Error::Count {
@@ -57,6 +57,10 @@ impl Polyline {
             for &component in value {
                 in_range("load (N, N m)", component, -1e9, 1e9, "-1e9 to 1e9")?;
             }
+        }
+        // In order of time, so that the outer two of three are at one time if all are.
+        if let Some(jump) = knots.windows(3).find(|three| three[0].0 == three[2].0) {
+            return Err(Error::KnotsAtOneTime { time: jump[0].0 });
         }
         Ok(Self { knots })
     }
@@ -201,6 +205,25 @@ mod tests {
         // p × (2, 0, 0) = (0, 6, 0) in the body's frame.
         assert!((wrench.torque - Vector3::new(0.5, 6.0, 0.0)).norm() < 1e-14);
         assert!((wrench.force - Vector3::new(0.0, 2.0, 0.0)).norm() < 1e-15);
+    }
+
+    /// Two knots at one time are a jump; of three the middle one would mean nothing.
+    #[test]
+    fn a_third_knot_at_one_time_is_refused() {
+        let line = |knots: &[(f64, f64)]| {
+            Polyline::new(knots.iter().map(|&(t, x)| (t, Vector3::repeat(x))).collect())
+        };
+        assert!(line(&[(0.0, 1.0), (-0.0, 2.0), (0.5, 3.0), (0.5, 4.0)]).is_ok());
+        for knots in [
+            [(0.4, 1.0), (0.4, 2.0), (0.4, 3.0), (0.5, 0.0)],
+            [(0.0, 1.0), (0.4, 2.0), (0.4, 2.0), (0.4, 2.0)],
+            [(0.4, 1.0), (0.4, 1.0), (0.4, 1.0), (0.4, 1.0)],
+        ] {
+            let refusal = line(&knots).unwrap_err().to_string();
+            let expected =
+                "the load has more than two knots at 0.4 s; allowed is one, or two for a jump";
+            assert_eq!(refusal, expected);
+        }
     }
 
     #[test]

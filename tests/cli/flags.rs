@@ -59,7 +59,7 @@ fn the_help_names_every_flag_and_exit_code() {
 }
 
 /// Arguments, and the words that the one line of refusal must contain.
-const REFUSED: [(&[&str], &[&str]); 110] = [
+const REFUSED: [(&[&str], &[&str]); 111] = [
     (&["--steps", "0"], &["--steps", "'0'", "1 to"]),
     (&["--steps", "1000000000"], &["--steps", "1000000000"]),
     (&["--steps", "-5"], &["--steps"]),
@@ -135,6 +135,10 @@ const REFUSED: [(&[&str], &[&str]); 110] = [
     (&["--force", "1,2,inf"], &["--force"]),
     (&["--force", "1e10,0,0"], &["--force", "1e9"]),
     (&["--force", "1:0,0,0", "--force", "0:0,0,0"], &["--force", "time"]),
+    (
+        &["--force", "1:0,0,0", "--force", "1:5,0,0", "--force", "1:0,0,0"],
+        &["--force: the load has more than two knots at 1.0 s", "two for a jump"],
+    ),
     (&["--force", "1,0,0", "--force", "2,0,0"], &["--force", "T:X,Y,Z"]),
     (&["--torque", "x:1,0,0"], &["--torque", "X,Y,Z"]),
     (&["--force-at", "0,0,1"], &["--force-at", "--force"]),

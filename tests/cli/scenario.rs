@@ -244,7 +244,7 @@ fn pictures_show_slopes() {
 }
 
 /// What is changed in `BLOCK`, by what, and the words of the refusal.
-const BROKEN: [(&str, &str, &[&str]); 34] = [
+const BROKEN: [(&str, &str, &[&str]); 35] = [
     ("[body]", "[load]\nforce = []\n[body]", &["load.force", "no knots"]),
     ("mass = 3.0", "mass = -3.0", &["mass", "-3", "1e-9 to 1e9"]),
     ("mass = 3.0", "mass = nan", &["mass", "NaN"]),
@@ -288,6 +288,11 @@ const BROKEN: [(&str, &str, &[&str]); 34] = [
     ("[body]", "time_step = 1.0\n[body]", &["dt", "1e-6 to 0.1"]),
     ("[body]", "name = \"\"\n[body]", &["name"]),
     ("[body]", "[load]\nforce = [[1.0, 0, 0, 0], [0.5, 0, 0, 0]]\n[body]", &["load.force", "time"]),
+    (
+        "[body]",
+        "[load]\ntorque = [[1, 0, 0, 0], [1, 2, 0, 0], [1, 0, 0, 0]]\n[body]",
+        &["load.torque: the load has more than two knots at 1.0 s", "two for a jump"],
+    ),
     ("[body]", "[load]\nforce = [1.0, 0.0]\n[body]", &["line 3", "three numbers"]),
     ("[body]", "[load]\nat = [0, 0, 1.0]\n[body]", &["load.at", "load.force"]),
     ("[body]", "[solver]\nname = \"native\"\ntolerance = 1e-8\n[body]", &["--tol", "native"]),

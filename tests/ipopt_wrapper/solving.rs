@@ -108,6 +108,12 @@ fn four_threads_with_fifty_solves_each_get_what_one_thread_gets() {
     });
 }
 
+/// A solver owns plain data; what belongs to a thread lives only as long as a solve.
+const _: () = {
+    const fn is_send<T: Send>() {}
+    is_send::<Solver>();
+};
+
 #[test]
 fn a_solver_may_be_made_on_one_thread_and_used_on_another() {
     let problem = hs035();

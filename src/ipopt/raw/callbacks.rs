@@ -190,7 +190,7 @@ pub(super) unsafe extern "C" fn intermediate(
             context.iterations = u32::try_from(iteration).unwrap_or(0);
             context.program.keep_going(&Progress {
                 iteration: context.iterations,
-                in_restoration: mode == sys::RestorationPhaseMode as c_int,
+                in_restoration: mode == sys::AlgorithmMode::RestorationPhaseMode as c_int,
                 objective,
                 primal_infeasibility,
                 dual_infeasibility,

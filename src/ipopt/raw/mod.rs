@@ -1,13 +1,12 @@
-//! The calls into Ipopt: the only module of this package with `unsafe`.
+//! Solving: the only module of this package with `unsafe`.
 //!
 //! Invariants that the `SAFETY` notes refer to:
 //!
-//! - (A) *lengths*: n, m and the entry counts given to `ipopt_sys_create` are those
-//!   of the [`Solver`], and every array handed over has the length they imply.
+//! - (A) *lengths*: n, m and the entry counts that Ipopt is told are those of the
+//!   [`Solver`], and the arrays that it hands to the callbacks have the lengths they imply.
 //! - (B) *context*: `user_data` is a pointer to the [`Context`] on the stack of
 //!   [`Solver::solve`], which outlives the call and is not touched by it meanwhile;
 //!   Ipopt calls back on the same thread, one callback at a time.
-//! - (C) *exclusion*: create, solve and free run under [`IPOPT_LOCK`].
 
 mod callbacks;
 
@@ -16,19 +15,9 @@ use super::{Bounds, IpoptError, NonlinearProgram, Options, ReturnStatus, Start};
 use crate::sparsity::SparsityPattern;
 use ipopt_sys as sys;
 use std::any::Any;
-use std::cell::Cell;
 use std::collections::HashSet;
 use std::ffi::{CString, c_int};
 use std::panic::resume_unwind;
-use std::sync::{Mutex, MutexGuard, PoisonError};
-
-/// Ipopt 3.11 and MUMPS keep global state: two problems at once crash the process.
-static IPOPT_LOCK: Mutex<()> = Mutex::new(());
-
-thread_local! {
-    /// Whether this thread is inside [`Solver::solve`].
-    static INSIDE: Cell<bool> = const { Cell::new(false) };
-}
 
 /// Ipopt reads bounds beyond ±1e19 as infinite.
 const NO_BOUND: f64 = 2e19;
@@ -165,14 +154,16 @@ impl Solver {
         bounds.validate(self.n, self.m)?;
         start.validate(self.n, self.m)?;
 
-        let _exclusive = enter()?;
+        let mut lock = sys::lock().map_err(|sys::Reentrant| IpoptError::Reentrant)?;
         self.load_bounds(bounds);
         self.load_start(start);
-        let problem = Problem::create(self)?;
+        let mut problem = self.create(&mut lock)?;
         for setting in self.options.settings(start.is_warm()) {
-            problem.set(setting)?;
+            set(&mut problem, setting)?;
         }
-        problem.watch()?;
+        if !problem.watch(Some(callbacks::intermediate)) {
+            return Err(IpoptError::Create);
+        }
 
         let mut context = Context {
             program,
@@ -182,27 +173,49 @@ impl Solver {
             panic: None,
         };
         let mut objective = 0.0;
-        // SAFETY: (A), (B), (C).
-        let code = unsafe {
-            sys::ipopt_sys_solve(
-                problem.0,
-                self.x.as_mut_ptr(),
-                self.constraints.as_mut_ptr(),
-                &raw mut objective,
-                self.constraint_multipliers.as_mut_ptr(),
-                self.lower_multipliers.as_mut_ptr(),
-                self.upper_multipliers.as_mut_ptr(),
-                (&raw mut context).cast(),
-            )
+        let arrays = sys::Arrays {
+            x: &mut self.x,
+            g: &mut self.constraints,
+            objective: &mut objective,
+            mult_g: &mut self.constraint_multipliers,
+            mult_x_lower: &mut self.lower_multipliers,
+            mult_x_upper: &mut self.upper_multipliers,
         };
+        // SAFETY: (A), (B); the callbacks catch every panic, fill in the checked patterns, and
+        // refuse numbers that are not finite; `Options::validate` refuses what 3.11 does not
+        // survive.
+        let code = unsafe { problem.solve(arrays, (&raw mut context).cast()) };
         let Context { iterations, panic, .. } = context;
         drop(problem);
+        drop(lock);
         if let Some(payload) = panic {
-            drop(_exclusive);
             resume_unwind(payload);
         }
         let status = ReturnStatus::from_code(code);
         Ok(Outcome { status, iterations, point: self.point(status, objective) })
+    }
+
+    /// Ipopt copies the bounds here and offers no way to change them later: a
+    /// problem is created for every solve (100 µs, a few per cent of a solve).
+    fn create<'lock>(
+        &self,
+        lock: &'lock mut sys::Exclusive,
+    ) -> Result<sys::Problem<'lock>, IpoptError> {
+        let [x_lower, x_upper, g_lower, g_upper] = &self.c_bounds;
+        let definition = sys::Definition {
+            x_lower,
+            x_upper,
+            g_lower,
+            g_upper,
+            jacobian_entries: self.jacobian.rows.len(),
+            hessian_entries: self.hessian.rows.len(),
+            eval_f: Some(callbacks::eval_f),
+            eval_grad_f: Some(callbacks::eval_grad_f),
+            eval_g: Some(callbacks::eval_g),
+            eval_jac_g: Some(callbacks::eval_jac_g),
+            eval_h: Some(callbacks::eval_h),
+        };
+        lock.create(&definition).ok_or(IpoptError::Create)
     }
 
     /// The arrays that the solve wrote, if they mean something.
@@ -287,89 +300,15 @@ fn c_index(index: usize) -> c_int {
     c_int::try_from(index).unwrap_or(c_int::MAX)
 }
 
-/// Exclusive use of Ipopt by this thread, until dropped.
-struct Exclusive {
-    _guard: MutexGuard<'static, ()>,
-}
-
-fn enter() -> Result<Exclusive, IpoptError> {
-    if INSIDE.get() {
-        return Err(IpoptError::Reentrant);
-    }
-    // The lock protects no data: a panic while it was held leaves nothing broken.
-    let guard = IPOPT_LOCK.lock().unwrap_or_else(PoisonError::into_inner);
-    INSIDE.set(true);
-    Ok(Exclusive { _guard: guard })
-}
-
-impl Drop for Exclusive {
-    fn drop(&mut self) {
-        INSIDE.set(false);
-    }
-}
-
-/// An `IpoptProblem` that frees itself.
-struct Problem(sys::IpoptProblem);
-
-impl Problem {
-    /// Ipopt copies the bounds here and offers no way to change them later: a
-    /// problem is created for every solve (100 µs, a few per cent of a solve).
-    fn create(solver: &mut Solver) -> Result<Self, IpoptError> {
-        let [x_lower, x_upper, g_lower, g_upper] = &mut solver.c_bounds;
-        // SAFETY: (A), (C); the bounds are copied before the call returns.
-        let problem = unsafe {
-            sys::ipopt_sys_create(
-                c_index(solver.n),
-                x_lower.as_mut_ptr(),
-                x_upper.as_mut_ptr(),
-                c_index(solver.m),
-                g_lower.as_mut_ptr(),
-                g_upper.as_mut_ptr(),
-                c_index(solver.jacobian.rows.len()),
-                c_index(solver.hessian.rows.len()),
-                Some(callbacks::eval_f),
-                Some(callbacks::eval_g),
-                Some(callbacks::eval_grad_f),
-                Some(callbacks::eval_jac_g),
-                Some(callbacks::eval_h),
-            )
-        };
-        if problem.is_null() { Err(IpoptError::Create) } else { Ok(Self(problem)) }
-    }
-
-    fn set(&self, setting: Setting) -> Result<(), IpoptError> {
-        let (Setting::Text(name, _) | Setting::Number(name, _) | Setting::Integer(name, _)) =
-            setting;
-        let refused = |_| IpoptError::OptionRefused { name };
-        let key = CString::new(name).map_err(refused)?;
-        let key = key.as_ptr().cast_mut();
-        // SAFETY: the problem is alive, the strings are null-terminated and copied by
-        // Ipopt, which does not write to them; (C).
-        let accepted = unsafe {
-            match setting {
-                Setting::Text(_, value) => {
-                    let value = CString::new(value).map_err(refused)?;
-                    sys::AddIpoptStrOption(self.0, key, value.as_ptr().cast_mut())
-                }
-                Setting::Number(_, value) => sys::AddIpoptNumOption(self.0, key, value),
-                Setting::Integer(_, value) => sys::AddIpoptIntOption(self.0, key, value),
-            }
-        };
-        if sys::is_true(accepted) { Ok(()) } else { Err(IpoptError::OptionRefused { name }) }
-    }
-
-    /// Installs the callback that counts iterations and can stop the solve.
-    fn watch(&self) -> Result<(), IpoptError> {
-        // SAFETY: the problem is alive; (C).
-        let accepted =
-            unsafe { sys::SetIntermediateCallback(self.0, Some(callbacks::intermediate)) };
-        if sys::is_true(accepted) { Ok(()) } else { Err(IpoptError::Create) }
-    }
-}
-
-impl Drop for Problem {
-    fn drop(&mut self) {
-        // SAFETY: created by `create`, freed once, here; (C).
-        unsafe { sys::FreeIpoptProblem(self.0) }
-    }
+/// Hands one option to Ipopt.
+fn set(problem: &mut sys::Problem<'_>, setting: Setting) -> Result<(), IpoptError> {
+    let (Setting::Text(name, _) | Setting::Number(name, _) | Setting::Integer(name, _)) = setting;
+    let refused = |_| IpoptError::OptionRefused { name };
+    let key = CString::new(name).map_err(refused)?;
+    let accepted = match setting {
+        Setting::Text(_, value) => problem.set_text(&key, &CString::new(value).map_err(refused)?),
+        Setting::Number(_, value) => problem.set_number(&key, value),
+        Setting::Integer(_, value) => problem.set_integer(&key, value),
+    };
+    if accepted { Ok(()) } else { Err(IpoptError::OptionRefused { name }) }
 }

@@ -1,0 +1,60 @@
+//! Exclusive use of Ipopt.
+
+use std::cell::Cell;
+use std::fmt;
+use std::marker::PhantomData;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+static IPOPT: Mutex<()> = Mutex::new(());
+
+thread_local! {
+    /// Whether this thread holds [`IPOPT`].
+    static HELD: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Exclusive use of Ipopt by this thread, until dropped. It stays on its thread.
+///
+/// ```compile_fail,E0277
+/// let lock = ipopt_sys::lock().unwrap();
+/// std::thread::scope(|scope| {
+///     scope.spawn(|| drop(lock));
+/// });
+/// ```
+#[derive(Debug)]
+pub struct Exclusive {
+    _guard: MutexGuard<'static, ()>,
+    /// Neither `Send` nor `Sync`.
+    _here: PhantomData<*mut ()>,
+}
+
+/// The lock was asked for by the thread that holds it: from inside a callback, say.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Reentrant;
+
+impl fmt::Display for Reentrant {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("this thread is inside Ipopt already")
+    }
+}
+
+impl std::error::Error for Reentrant {}
+
+/// Waits until no other thread uses Ipopt. A panic while the lock was held does no harm.
+///
+/// # Errors
+/// [`Reentrant`] where this thread holds the lock already, and would wait for ever.
+pub fn lock() -> Result<Exclusive, Reentrant> {
+    if HELD.get() {
+        return Err(Reentrant);
+    }
+    // The lock protects no data: a panic while it was held leaves nothing broken.
+    let guard = IPOPT.lock().unwrap_or_else(PoisonError::into_inner);
+    HELD.set(true);
+    Ok(Exclusive { _guard: guard, _here: PhantomData })
+}
+
+impl Drop for Exclusive {
+    fn drop(&mut self) {
+        HELD.set(false);
+    }
+}

@@ -1,2 +1,0 @@
-#include "IpoptConfig.h"
-#include "guard/guard.h"
