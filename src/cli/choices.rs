@@ -3,9 +3,9 @@
 use clap::ValueEnum;
 use nalgebra::{Matrix3, Vector3, Vector4};
 use serde::Deserialize;
-use tumble::detection::Detection;
-use tumble::random::random_attitude;
-use tumble::scene::Scene;
+use tumble::contact::detection::Detection;
+use tumble::simulation::random::random_attitude;
+use tumble::simulation::scene::Scene;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum SceneName {

@@ -4,13 +4,13 @@ use super::job::Job;
 use super::run::{End, Run};
 use super::run_file::heading;
 use std::fmt::Write as _;
-use tumble::solver::StepStatus;
-use tumble::summary::RunSummary;
+use tumble::simulation::summary::RunSummary;
+use tumble::step::StepStatus;
 
 /// The summary for people.
 pub fn describe(job: &Job, run: &Run) -> String {
     let summary = &run.summary;
-    let simulated = summary.steps() as f64 * job.model.time_step();
+    let simulated = summary.steps() as f64 * job.world.time_step();
     let mut text = title(job, summary, simulated) + &ending(job, run);
     let _ = writeln!(
         text,
@@ -37,7 +37,7 @@ fn title(job: &Job, summary: &RunSummary, simulated: f64) -> String {
         "{}, {seed}{} rows, h = {} s: {simulated:.3} s of motion\n",
         heading(&job.name),
         summary.steps() + 1,
-        job.model.time_step()
+        job.world.time_step()
     )
 }
 
@@ -71,11 +71,11 @@ fn contact_steps(solver: &str, summary: &RunSummary) -> String {
     }
     let _ = writeln!(text, "\n  failed       {}", summary.failed);
     for failure in &summary.first_failures {
-        let status = failure.ipopt_status.map_or("no status", |status| status.name());
+        let message = failure.message.unwrap_or("not solved");
         let _ = writeln!(
             text,
-            "    k = {:<6}   {status}, certificate {:.1e} m/s ({})",
-            failure.index, failure.certificate, failure.part
+            "    k = {:<6}   {message}, residual {:.1e} m/s ({})",
+            failure.index, failure.residual, failure.part
         );
     }
     if summary.failed > summary.first_failures.len() as u64 {
@@ -85,11 +85,11 @@ fn contact_steps(solver: &str, summary: &RunSummary) -> String {
 }
 
 fn certificates(summary: &RunSummary) -> String {
-    let Some((index, certificate, part)) = summary.worst else {
+    let Some((index, residual, part)) = summary.worst else {
         return String::new();
     };
     let median = summary
-        .median_certificate()
+        .median_residual()
         .map_or(String::new(), |median| format!("median {median:.1e} m/s in contact, "));
-    format!("  certificate  {median}largest {certificate:.1e} m/s at k = {index} ({part})\n")
+    format!("  residual     {median}largest {residual:.1e} m/s at k = {index} ({part})\n")
 }

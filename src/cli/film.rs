@@ -4,10 +4,10 @@ use super::outcome::Failure;
 use super::run_file::{RunFile, heading};
 use super::source::{Source, TrajectoryFile};
 use nalgebra::{Quaternion, UnitQuaternion};
-use tumble::load::Load;
-use tumble::model::ContactModel;
-use tumble::solver::StepStatus;
-use tumble::trajectory::TrajectoryRow;
+use tumble::mechanics::RigidBody;
+use tumble::mechanics::load::Load;
+use tumble::simulation::trajectory::TrajectoryRow;
+use tumble::step::StepStatus;
 use tumble_pictures::{self as pictures, Body, Contact, Fact, Film, Frame, Ground, Pose, Status};
 
 /// All rows in memory, to be drawn; more than `most` of them are refused.
@@ -22,22 +22,21 @@ pub fn film(mut file: TrajectoryFile<'_>, most: usize) -> Result<Film, Failure> 
         }
         frames.push(frame(&row));
     }
-    let Source { model, load, run, .. } = file.source;
-    let plane = model.plane();
+    let Source { world, load, run, .. } = file.source;
+    let plane = world.ground();
     Ok(Film {
         title: run.as_ref().map_or(String::new(), title),
         facts: run.map_or(Vec::new(), facts),
-        time_step: model.time_step(),
-        gravity: model.parameters().gravity,
-        friction: model.friction(),
+        time_step: world.time_step(),
+        gravity: *world.gravity(),
+        friction: world.friction(),
         ground: Some(Ground { normal: *plane.normal(), offset: plane.offset() }),
-        bodies: vec![body(&model, &load)],
+        bodies: vec![body(&world.bodies()[0], &load)],
         frames,
     })
 }
 
-fn body(model: &ContactModel, load: &Load) -> Body {
-    let body = model.body();
+fn body(body: &RigidBody, load: &Load) -> Body {
     Body {
         mass: body.mass(),
         inertia: *body.inertia(),
@@ -52,12 +51,12 @@ fn body(model: &ContactModel, load: &Load) -> Body {
 
 fn frame(row: &TrajectoryRow) -> Frame {
     let [w, x, y, z] = row.state.attitude.into();
-    let count = row.active.len();
+    let count = row.carrying.len();
     let contact = |point: usize| Contact {
         body: 0,
         point,
         force: row.force(point),
-        may_carry: row.active[point],
+        may_carry: row.carrying[point],
         slacks: [row.step[3 * count + point], row.step[4 * count + point]],
         multiplier: row.step[5 * count + point],
     };
@@ -74,7 +73,7 @@ fn frame(row: &TrajectoryRow) -> Frame {
         contacts: (0..count).map(contact).filter(says_something).collect(),
         status: status(row.status),
         iterations: row.iterations,
-        certificate: row.certificate,
+        certificate: row.residual,
     }
 }
 

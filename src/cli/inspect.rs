@@ -6,12 +6,12 @@ use super::output::say;
 use nalgebra::{Matrix3, SVector, Vector3};
 use serde::{Deserialize, Serialize};
 use std::io::Read;
-use tumble::body::RigidBody;
-use tumble::model::{ContactModel, Parameters};
-use tumble::scene;
+use tumble::mechanics::body::RigidBody;
+use tumble::mechanics::state::{State, Wrench};
+use tumble::simulation::scene;
 use tumble::sparsity::SparsityPattern;
-use tumble::state::{State, Wrench};
-use tumble::step_nlp::StepNlp;
+use tumble::step_nlp::{SMOOTHING, StepNlp};
+use tumble::world::{Parameters, World};
 
 /// A point has some hundred numbers; more bytes than this are something else.
 const LARGEST_POINT: u64 = 1 << 20;
@@ -65,7 +65,8 @@ pub fn run(args: &InspectArgs) -> Result<Outcome, Failure> {
     }
     let point: PointFile =
         serde_json::from_str(&text).map_err(|error| odd(&format!("not a point: {error}")))?;
-    let mut nlp = StepNlp::new(point.model()?);
+    let epsilon = point.epsilon.unwrap_or(SMOOTHING);
+    let mut nlp = StepNlp::new(point.world()?, epsilon)?;
     point.check(&nlp).map_err(|why| odd(&why))?;
     let state = State::from_vector(&SVector::from_column_slice(&point.state));
     nlp.set_step(&state, &Wrench::zero(), point.alpha.iter().copied());
@@ -93,26 +94,25 @@ fn read(args: &InspectArgs) -> std::io::Result<String> {
 
 impl PointFile {
     /// The tutorial's cube with the constants given.
-    fn model(&self) -> Result<ContactModel, Failure> {
+    fn world(&self) -> Result<World, Failure> {
         let usual = scene::tutorial_parameters()?;
-        let inertia =
-            self.inertia.map_or(*usual.body.inertia(), |rows| Matrix3::from(rows).transpose());
+        let cube = &usual.bodies[0];
+        let inertia = self.inertia.map_or(*cube.inertia(), |rows| Matrix3::from(rows).transpose());
         let gravity = match self.gravity {
             None => usual.gravity,
             Some(Gravity::Downwards(g)) => Vector3::new(0.0, 0.0, -g),
             Some(Gravity::Vector(vector)) => vector.into(),
         };
-        Ok(ContactModel::new(Parameters {
-            body: RigidBody::with_box_corners(
-                self.mass.unwrap_or(usual.body.mass()),
+        Ok(World::new(Parameters {
+            bodies: vec![RigidBody::with_box_corners(
+                self.mass.unwrap_or(cube.mass()),
                 inertia,
                 Vector3::repeat(scene::CUBE_HALF_SIDE),
-            )?,
-            plane: usual.plane,
+            )?],
+            ground: usual.ground,
             gravity,
             friction: self.mu.unwrap_or(usual.friction),
             time_step: self.dt.unwrap_or(usual.time_step),
-            smoothing: self.epsilon.unwrap_or(usual.smoothing),
         })?)
     }
 

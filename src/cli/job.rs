@@ -9,16 +9,17 @@ use super::scenario::Scenario;
 use super::settings::{self, Settings};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use tumble::detection::Detection;
+use tumble::contact::detection::Detection;
+use tumble::contact::rounding;
 use tumble::ipopt::{self, Options};
-use tumble::load::{Load, Polyline};
-use tumble::model::{ContactModel, Parameters};
-use tumble::scene;
+use tumble::mechanics::load::{Load, Polyline};
+use tumble::mechanics::state::State;
+use tumble::simulation::scene;
 use tumble::simulation::{Motion, Simulation};
-use tumble::solver::StepSolver;
 use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, Rung};
 use tumble::solver::native::NativeSolver;
-use tumble::state::State;
+use tumble::step::StepSolver;
+use tumble::world::{Parameters, World};
 
 /// What the arguments amount to.
 pub struct Job {
@@ -28,7 +29,7 @@ pub struct Job {
     pub seed: u32,
     pub drawn: bool,
     pub rows: u64,
-    pub model: ContactModel,
+    pub world: World,
     /// World.
     pub start: State,
     pub load: Load,
@@ -74,13 +75,12 @@ impl Job {
         let shape = settings.shape.as_ref().ok_or_else(|| needed("box"))?;
         let inertia = settings.inertia.as_ref().ok_or_else(|| needed("inertia"))?;
         let plane = settings.plane.clone().unwrap_or_default();
-        let model = ContactModel::new(Parameters {
-            body: settings::body(mass, shape, inertia)?,
-            plane: plane.clone(),
+        let world = World::new(Parameters {
+            bodies: vec![settings::body(mass, shape, inertia)?],
+            ground: plane.clone(),
             gravity: settings.gravity.ok_or_else(|| needed("gravity"))?,
             friction: settings.mu.unwrap_or(scene::FRICTION),
             time_step: settings.dt.ok_or_else(|| needed("dt"))?,
-            smoothing: scene::SMOOTHING,
         })?;
 
         let seed = settings.seed.unwrap_or(USUAL_SEED);
@@ -93,7 +93,7 @@ impl Job {
             velocity: settings.velocity.ok_or_else(|| needed("velocity"))?,
             spin: settings.spin.ok_or_else(|| needed("spin"))?,
         };
-        start.validate()?;
+        let start = start.checked()?;
         let start = match settings.frame {
             Some(Frame::Ground) => plane.state_to_world(&start),
             Some(Frame::World) | None => start,
@@ -104,46 +104,41 @@ impl Job {
             settings.torque.clone().unwrap_or_default(),
             point,
         )?;
-        refuse_violent_load(&model, &load)?;
+        refuse_violent_load(&world, &load)?;
         let idle_point = settings.force_at.is_some() && settings.force.is_none();
         refuse_flags("a body without --force", &[("--force-at", idle_point)])?;
 
         let contact = if ground {
-            refuse_start_below_ground(&model, &start, &settings)?;
-            Some(Contact::new(&model, &settings)?)
+            refuse_start_below_ground(&world, &start, &settings)?;
+            Some(Contact::new(&world, &settings)?)
         } else {
             None
         };
         let rows = settings.steps.ok_or_else(|| needed("steps"))?;
         let drawn = *attitude == Attitude::Random;
-        Ok(Self { name, seed, drawn, rows, model, start, load, contact })
+        Ok(Self { name, seed, drawn, rows, world, start, load, contact })
     }
 
     pub fn simulation(&self, interrupt: &Arc<AtomicBool>) -> Result<Simulation<'static>, Failure> {
         let motion = match &self.contact {
             None => Motion::Floating,
-            Some(contact) => Motion::Contact {
-                detection: contact.detection,
-                solver: self.solver(contact, interrupt)?,
-            },
+            Some(contact) => {
+                Motion::Contact { detection: contact.detection, solver: self.solver(contact)? }
+            }
         };
-        let mut simulation = Simulation::new(self.model.clone(), self.start, motion)?;
-        simulation.set_load(self.load.clone());
+        let mut simulation = Simulation::new(self.world.clone(), [self.start], motion)?;
+        simulation.set_load(0, self.load.clone())?;
+        simulation.interrupt_by(Arc::clone(interrupt));
         Ok(simulation)
     }
 
-    fn solver(
-        &self,
-        contact: &Contact,
-        interrupt: &Arc<AtomicBool>,
-    ) -> Result<Box<dyn StepSolver>, Failure> {
+    fn solver(&self, contact: &Contact) -> Result<Box<dyn StepSolver>, Failure> {
         let Some(options) = &contact.ipopt else {
-            return Ok(Box::new(NativeSolver::new(&self.model)));
+            return Ok(Box::new(NativeSolver::new(&self.world)));
         };
-        let mut ipopt = IpoptSolver::new(&self.model, Formulation::default(), options.clone())?;
-        ipopt.interrupt_by(Arc::clone(interrupt));
+        let ipopt = IpoptSolver::new(&self.world, Formulation::default(), options.clone())?;
         Ok(match contact.on_failure {
-            OnFailure::Ladder => Box::new(Ladder::new(&self.model, ipopt, &Rung::ALL)),
+            OnFailure::Ladder => Box::new(Ladder::new(&self.world, ipopt, &Rung::ALL)),
             OnFailure::Record | OnFailure::Stop => Box::new(ipopt),
         })
     }
@@ -166,7 +161,7 @@ impl Job {
             ipopt_version: ipopt::VERSION.to_owned(),
             scene: self.name.clone(),
             seed: self.seed,
-            parameters: RunParameters::of(&self.model, &self.load, self.rows),
+            parameters: RunParameters::of(&self.world, &self.load, self.rows),
             solver: SolverSettings {
                 name: self.solver_name().to_owned(),
                 detection: contact.map(|contact| contact.detection.name().to_owned()),
@@ -187,7 +182,7 @@ impl Job {
 }
 
 impl Contact {
-    fn new(model: &ContactModel, settings: &Settings) -> Result<Self, Failure> {
+    fn new(world: &World, settings: &Settings) -> Result<Self, Failure> {
         let detection = settings.detection.map(Detection::from).unwrap_or_default();
         if settings.solver == Some(SolverName::Native) {
             let ladder = settings.on_failure == Some(OnFailure::Ladder);
@@ -198,11 +193,11 @@ impl Contact {
             return Ok(Self { detection, on_failure, ipopt: None });
         }
         let mut options = IpoptSolver::options(
-            model,
+            world,
             settings.tol.unwrap_or(scene::TOLERANCE),
             settings.max_iter.unwrap_or(scene::MOST_ITERATIONS),
         );
-        options.validate().map_err(tumble::error::Error::from)?;
+        options.validate().map_err(Failure::of_ipopt)?;
         let on_failure = settings.on_failure.unwrap_or(OnFailure::Ladder);
         if on_failure != OnFailure::Ladder {
             // It pays with the ladder's warm starts only (docs/ipopt-path.md).
@@ -235,8 +230,8 @@ fn refuse_idle_settings(ground: bool, settings: &Settings) -> Result<(), Failure
 }
 
 /// A load that in one step makes a speed or spin that no state may have is a mistake.
-fn refuse_violent_load(model: &ContactModel, load: &Load) -> Result<(), Failure> {
-    let (body, h) = (model.body(), model.time_step());
+fn refuse_violent_load(world: &World, load: &Load) -> Result<(), Failure> {
+    let (body, h) = (&world.bodies()[0], world.time_step());
     let largest = |line: &Polyline| line.knots().iter().map(|(_, v)| v.amax()).fold(0.0, f64::max);
     let arm = 2.0 * load.point().amax();
     let (force, torque) = (largest(&load.force), largest(&load.torque));
@@ -257,24 +252,24 @@ const MOST_GAINED: f64 = 1e4;
 /// A start inside the ground would be thrown out of it within one step. What rounding makes
 /// of a start that lies on a slope is none.
 fn refuse_start_below_ground(
-    model: &ContactModel,
+    world: &World,
     start: &State,
     settings: &Settings,
 ) -> Result<(), Failure> {
-    let start = model.plane().state_to_ground(start);
-    let lowest = model.lowest_height(&start);
-    let length = start.position.norm() + model.plane().offset().abs() + model.body().reach();
-    if lowest >= -1e-14 * length {
+    let lowest = world.lowest_height(&[*start]);
+    let (ground, reach) = (world.ground(), world.reach());
+    let arm = ground.normal() * reach;
+    if lowest >= -rounding::gap(ground.normal(), &start.position, ground.offset(), &arm) {
         return Ok(());
     }
     let depth = -lowest;
-    if settings.frame != Some(Frame::Ground) && !model.plane().is_level() {
+    if settings.frame != Some(Frame::Ground) && !ground.is_level() {
         return Err(Failure::Input(format!(
             "position: the lowest corner would start {depth:.4} m below the plane; in the ground's \
              frame (--frame ground) the position's z is the height above it"
         )));
     }
-    let height = start.position[2];
+    let height = ground.state_to_ground(start).position[2];
     let name = if settings.height.is_some() { "--height" } else { "position: z =" };
     Err(Failure::Input(format!(
         "{name} {height}: the lowest corner would start {depth:.4} m below the ground; {:.4} or \

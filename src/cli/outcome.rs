@@ -56,6 +56,16 @@ impl Failure {
     }
 }
 
+impl Failure {
+    /// Ipopt refuses an option: say which.
+    pub fn of_ipopt(error: IpoptError) -> Self {
+        match error {
+            IpoptError::Option { name, .. } => Self::Input(format!("{name}: {error}")),
+            other => Self::Other(other.to_string()),
+        }
+    }
+}
+
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (Self::Input(sentence) | Self::Other(sentence)) = self;
@@ -97,7 +107,6 @@ fn flag_behind(error: &Error) -> Option<&'static str> {
             "spin (rad/s)" => Some("spin"),
             _ => None,
         },
-        Error::Ipopt(IpoptError::Option { name, .. }) => Some(name),
         _ => None,
     }
 }

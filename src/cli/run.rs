@@ -1,7 +1,7 @@
 //! What a run came to.
 
 use std::time::Duration;
-use tumble::summary::RunSummary;
+use tumble::simulation::summary::RunSummary;
 
 /// How far a run came.
 #[derive(Clone, Copy, PartialEq, Eq)]

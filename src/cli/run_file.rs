@@ -6,12 +6,13 @@ use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
-use tumble::body::RigidBody;
-use tumble::load::{Load, Polyline};
-use tumble::model::{ContactModel, Parameters};
-use tumble::plane::Plane;
-use tumble::scene::Scene;
-use tumble::summary::RunSummary;
+use tumble::contact::plane::Plane;
+use tumble::mechanics::body::RigidBody;
+use tumble::mechanics::load::{Load, Polyline};
+use tumble::simulation::scene::Scene;
+use tumble::simulation::summary::RunSummary;
+use tumble::step_nlp::SMOOTHING;
+use tumble::world::{Parameters, World};
 
 #[derive(Debug, Serialize, Deserialize)]
 pub struct RunFile {
@@ -38,6 +39,7 @@ pub struct RunParameters {
     /// By rows.
     pub inertia: [[f64; 3]; 3],
     pub gravity: [f64; 3],
+    /// ε of the tutorial's program, N.
     pub epsilon: f64,
     #[serde(default)]
     pub plane: PlaneParameters,
@@ -125,10 +127,11 @@ pub struct SummaryFile {
     pub retried: u64,
     pub fallback: u64,
     pub failed: u64,
-    /// Steps by the rung of the Ipopt path that they ended on; a failed step counts on the
-    /// last that was tried.
-    pub rungs: BTreeMap<String, u64>,
-    /// Of the contact steps; null without contact.
+    /// Contact steps by the start that their solution came from: for Ipopt the rungs of its
+    /// ladder; a failed step counts on that of the best point.
+    #[serde(alias = "rungs")]
+    pub starts: BTreeMap<String, u64>,
+    /// The residual, of the contact steps; null without contact.
     pub certificate_median_m_s: Option<f64>,
     /// Of all steps; null without steps.
     pub certificate_max_m_s: Option<f64>,
@@ -142,17 +145,17 @@ pub fn heading(scene: &str) -> String {
 }
 
 impl RunParameters {
-    pub fn of(model: &ContactModel, load: &Load, steps: u64) -> Self {
-        let body = model.body();
+    pub fn of(world: &World, load: &Load, steps: u64) -> Self {
+        let body = &world.bodies()[0];
         Self {
             steps,
-            dt: model.time_step(),
-            mu: model.friction(),
+            dt: world.time_step(),
+            mu: world.friction(),
             mass: body.mass(),
             inertia: body.inertia().transpose().into(),
-            gravity: model.parameters().gravity.into(),
-            epsilon: model.smoothing(),
-            plane: PlaneParameters::of(model.plane()),
+            gravity: (*world.gravity()).into(),
+            epsilon: SMOOTHING,
+            plane: PlaneParameters::of(world.ground()),
             contact_points: body.contact_points().iter().map(|c| c.position.into()).collect(),
             load: (!load.is_none()).then(|| LoadParameters::of(load)),
         }
@@ -168,18 +171,17 @@ impl RunParameters {
         Inertia::Matrix(Matrix3::from(self.inertia).transpose())
     }
 
-    /// The model these parameters describe.
-    pub fn model(&self) -> Result<ContactModel, Failure> {
+    /// The world these parameters describe.
+    pub fn world(&self) -> Result<World, Failure> {
         let inertia = Matrix3::from(self.inertia).transpose();
         let points: Vec<Vector3<f64>> =
             self.contact_points.iter().copied().map(Vector3::from).collect();
-        Ok(ContactModel::new(Parameters {
-            body: RigidBody::new(self.mass, inertia, &points)?,
-            plane: Plane::new(self.plane.normal.into(), self.plane.offset)?,
+        Ok(World::new(Parameters {
+            bodies: vec![RigidBody::new(self.mass, inertia, &points)?],
+            ground: Plane::new(self.plane.normal.into(), self.plane.offset)?,
             gravity: self.gravity.into(),
             friction: self.mu,
             time_step: self.dt,
-            smoothing: self.epsilon,
         })?)
     }
 }
@@ -195,13 +197,9 @@ impl SummaryFile {
             retried: summary.retried,
             fallback: summary.fallback,
             failed: summary.failed,
-            rungs: summary
-                .rungs
-                .iter()
-                .map(|(rung, count)| (rung.name().to_owned(), *count))
-                .collect(),
-            certificate_median_m_s: summary.median_certificate(),
-            certificate_max_m_s: summary.largest_certificate(),
+            starts: summary.starts.iter().map(|(start, n)| ((*start).to_owned(), *n)).collect(),
+            certificate_median_m_s: summary.median_residual(),
+            certificate_max_m_s: summary.largest_residual(),
             solve_seconds,
         }
     }

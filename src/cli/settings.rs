@@ -8,11 +8,11 @@ use super::choices::{
 use super::outcome::Failure;
 use super::values::LoadKnot;
 use nalgebra::{Matrix3, Vector3};
-use tumble::body::{RigidBody, solid_box_inertia};
+use tumble::contact::plane::Plane;
 use tumble::error::Error;
-use tumble::load::Polyline;
-use tumble::plane::Plane;
-use tumble::scene;
+use tumble::mechanics::body::{RigidBody, solid_box_inertia};
+use tumble::mechanics::load::Polyline;
+use tumble::simulation::scene;
 
 /// All that can be told; `None` where it is not.
 #[derive(Debug, Default)]

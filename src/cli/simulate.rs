@@ -21,10 +21,10 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 use tumble::error::Error;
+use tumble::simulation::summary::RunSummary;
+use tumble::simulation::trajectory::TrajectoryWriter;
 use tumble::simulation::{Simulation, StepRecord};
-use tumble::solver::StepStatus;
-use tumble::summary::RunSummary;
-use tumble::trajectory::TrajectoryWriter;
+use tumble::step::StepStatus;
 
 /// Steps between two looks at the clock, so that looking costs nothing.
 const CHUNK: usize = 64;
@@ -93,14 +93,12 @@ fn write_trajectory(
     file: &PendingFile,
     quiet: bool,
 ) -> Result<Run, Failure> {
-    let contacts = job.model.contact_count();
     let csv_failed = |error: csv::Error| match error.into_kind() {
         csv::ErrorKind::Io(error) => file.failed(&error),
         other => Failure::Other(format!("the trajectory cannot be written: {other:?}")),
     };
-    let mut writer = TrajectoryWriter::new(file.stream()?, contacts, job.model.time_step())
-        .map_err(csv_failed)?;
-    let mut records = vec![StepRecord::new(&job.start, contacts); CHUNK];
+    let mut writer = TrajectoryWriter::new(file.stream()?, &job.world).map_err(csv_failed)?;
+    let mut records = vec![StepRecord::new(); CHUNK];
     let (mut summary, mut elapsed) = (RunSummary::default(), Duration::ZERO);
     let mut end = End::Complete;
     let bar = progress_bar(job.rows - 1, "steps", quiet);

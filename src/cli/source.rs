@@ -3,19 +3,21 @@
 use super::args::PhysicsArgs;
 use super::choices::Shape;
 use super::outcome::Failure;
-use super::run_file::{PlaneParameters, RunFile, RunParameters};
+use super::run_file::{PlaneParameters, RunFile, RunParameters, SolverSettings};
 use super::settings::{self, polyline};
 use nalgebra::Vector3;
 use std::fs::File;
 use std::path::Path;
-use tumble::load::Load;
-use tumble::model::{ContactModel, Parameters};
-use tumble::scene;
-use tumble::trajectory::{TrajectoryReader, TrajectoryRow};
+use tumble::mechanics::load::Load;
+use tumble::simulation::scene;
+use tumble::simulation::trajectory::{TrajectoryReader, TrajectoryRow};
+use tumble::solver::ipopt::{self, LADDER_RESIDUAL};
+use tumble::solver::native;
+use tumble::world::{Parameters, World};
 
 /// What is known of the file besides its rows.
 pub struct Source {
-    pub model: ContactModel,
+    pub world: World,
     pub load: Load,
     pub floating: bool,
     /// run.json, where there is one.
@@ -35,12 +37,12 @@ impl<'a> TrajectoryFile<'a> {
         let file = File::open(path).map_err(|error| cannot_read(path, &error))?;
         let reader = TrajectoryReader::new(file).map_err(|error| cannot_read(path, &error))?;
         let source = source_of(path, flags)?;
-        if source.model.contact_count() != reader.contacts() {
+        let points = source.world.bodies()[0].contact_points().len();
+        if points != reader.contacts() {
             return Err(Failure::Input(format!(
-                "{} has columns for {} contact points, run.json names {}",
+                "{} has columns for {} contact points, run.json names {points}",
                 path.display(),
                 reader.contacts(),
-                source.model.contact_count()
             )));
         }
         Ok(Self { path, reader, source })
@@ -50,7 +52,7 @@ impl<'a> TrajectoryFile<'a> {
     pub fn next_row(&mut self) -> Result<Option<TrajectoryRow>, Failure> {
         let row = self.reader.next_row().map_err(|error| cannot_read(self.path, &error))?;
         if let Some(row) = &row {
-            check_time(self.path, row, self.source.model.time_step())?;
+            check_time(self.path, row, self.source.world.time_step())?;
         }
         Ok(row)
     }
@@ -61,6 +63,20 @@ impl<'a> TrajectoryFile<'a> {
 }
 
 impl Source {
+    /// The residual that a solved contact step may have, m/s: what its solver holds its steps to,
+    /// or the laxest of them where the solver is not known.
+    pub fn accepted(&self) -> f64 {
+        let solver = self.run.as_ref().map(|run| &run.solver);
+        let ladder = |solver: &SolverSettings| solver.on_failure.as_deref() == Some("ladder");
+        self.world.speed_scale()
+            * match solver {
+                Some(solver) if solver.name == "native" => native::ACCEPTED_RESIDUAL,
+                Some(solver) if solver.name == "rk4" => 0.0,
+                Some(solver) if ladder(solver) => LADDER_RESIDUAL,
+                Some(_) | None => ipopt::ACCEPTED_RESIDUAL,
+            }
+    }
+
     /// What must be said of parameters that no run.json has; empty where one has them.
     pub fn note(&self) -> &'static str {
         match self.run {
@@ -80,9 +96,7 @@ fn source_of(path: &Path, flags: &PhysicsArgs) -> Result<Source, Failure> {
     let run = RunFile::read(&run_path)?;
     let mut parameters = match &run {
         Some(run) => run.parameters.clone(),
-        None => {
-            RunParameters::of(&ContactModel::new(scene::tutorial_parameters()?)?, &Load::none(), 0)
-        }
+        None => RunParameters::of(&World::new(scene::tutorial_parameters()?)?, &Load::none(), 0),
     };
     // Without a ground there is but one way to move.
     let floating = run.as_ref().is_some_and(|run| run.solver.name == "rk4");
@@ -99,9 +113,10 @@ fn source_of(path: &Path, flags: &PhysicsArgs) -> Result<Source, Failure> {
     let shape = flags.sides.map_or_else(|| Shape::Points(points()), Shape::Box);
     let inertia = flags.inertia.clone().unwrap_or_else(|| parameters.inertia_matrix());
     let body = settings::body(parameters.mass, &shape, &inertia)?;
-    let model = ContactModel::new(Parameters { body, ..parameters.model()?.parameters().clone() })?;
+    let world =
+        World::new(Parameters { bodies: vec![body], ..parameters.world()?.parameters().clone() })?;
     let load = load_of(flags, parameters.load()?)?;
-    Ok(Source { model, load, floating, run })
+    Ok(Source { world, load, floating, run })
 }
 
 /// The load, with the parts that flags give in the place of its own.

@@ -11,6 +11,8 @@ use crate::simulation::{Motion, Simulation, StepRecord};
 use crate::step::{StepSolver, StepStatus};
 use crate::world::{Parameters, World};
 use nalgebra::Vector3;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 /// Makes the solver under test for a model.
 pub type MakeSolver<'a> = dyn Fn(&World) -> Result<Box<dyn StepSolver>, Error> + 'a;
@@ -56,6 +58,7 @@ const MOST_STEPS: f64 = 1e6;
 /// Where the runs are made.
 pub struct Laboratory<'a> {
     make_solver: &'a MakeSolver<'a>,
+    interrupt: Option<Arc<AtomicBool>>,
     /// h, s.
     time_step: f64,
     /// Steps of all runs.
@@ -72,7 +75,20 @@ impl<'a> Laboratory<'a> {
     /// A laboratory for one solver and one time step (s).
     #[must_use]
     pub fn new(make_solver: &'a MakeSolver<'a>, time_step: f64) -> Self {
-        Self { make_solver, time_step, steps: 0, failed: 0, fallback: 0, worst_certificate: 0.0 }
+        Self {
+            make_solver,
+            interrupt: None,
+            time_step,
+            steps: 0,
+            failed: 0,
+            fallback: 0,
+            worst_certificate: 0.0,
+        }
+    }
+
+    /// Gives up a run with [`Error::Interrupted`] soon after `flag` is raised.
+    pub fn interrupt_by(&mut self, flag: Arc<AtomicBool>) {
+        self.interrupt = Some(flag);
     }
 
     /// h, s.
@@ -114,6 +130,9 @@ impl<'a> Laboratory<'a> {
         let start = plane.state_to_world(&setup.start);
         let mut simulation = Simulation::new(world, [start], motion)?;
         simulation.set_load(0, setup.load.clone())?;
+        if let Some(flag) = &self.interrupt {
+            simulation.interrupt_by(Arc::clone(flag));
+        }
 
         let mut record = StepRecord::new();
         let mut run = Run {

@@ -4,7 +4,7 @@ use crate::cli::choices::Inertia;
 use crate::cli::values::{self, LoadKnot};
 use clap::Args;
 use nalgebra::Vector3;
-use tumble::plane::Plane;
+use tumble::contact::plane::Plane;
 use tumble_pictures::animation::View;
 
 /// What certificates depend on: the constants of the model, and the load.

@@ -4,8 +4,8 @@ use crate::cli::choices::{Attitude, DetectionName, Frame, Inertia, OnFailure, Sh
 use crate::cli::settings::Settings;
 use nalgebra::{Matrix3, Vector3};
 use serde::Deserialize;
-use tumble::load::Polyline;
-use tumble::plane::Plane;
+use tumble::contact::plane::Plane;
+use tumble::mechanics::load::Polyline;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]

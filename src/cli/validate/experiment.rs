@@ -6,12 +6,12 @@ use crate::cli::outcome::{Failure, refuse_flags};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use tumble::error::Error;
-use tumble::model::ContactModel;
-use tumble::scene;
-use tumble::solver::StepSolver;
+use tumble::simulation::scene;
 use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, Rung};
 use tumble::solver::native::NativeSolver;
+use tumble::step::StepSolver;
 use tumble::validation::{self, Input, Inputs, Laboratory, PROBLEMS, Problem, Unsuitable};
+use tumble::world::World;
 use tumble_pictures::validation::{Series, Solver};
 
 /// Ipopt's usual step in steps of the problem: it is some thousand times slower.
@@ -133,7 +133,7 @@ impl Plan {
     /// Whether the problem can be posed at all. A solver that gives up before it is made
     /// ends it there: by then its inputs have been checked.
     fn check(&self, step: f64) -> Result<(), Failure> {
-        let give_up = |_: &ContactModel| Err(Error::Interrupted);
+        let give_up = |_: &World| Err(Error::Interrupted);
         match self.problem.solve(&self.inputs, &mut Laboratory::new(&give_up, step)) {
             Ok(_) | Err(Unsuitable::Model(Error::Interrupted)) => Ok(()),
             Err(why) => Err(self.refusal(&why)),
@@ -155,10 +155,11 @@ impl Plan {
         interrupt: &Arc<AtomicBool>,
         done: impl Fn(),
     ) -> Result<Series, Stop> {
-        let make = |model: &ContactModel| make_solver(solver, model, interrupt);
+        let make = |world: &World| make_solver(solver, world, interrupt);
         let mut runs = Vec::new();
         for time_step in self.time_steps(solver) {
             let mut laboratory = Laboratory::new(&make, time_step);
+            laboratory.interrupt_by(Arc::clone(interrupt));
             let findings = match self.problem.solve(&self.inputs, &mut laboratory) {
                 Ok(findings) => findings,
                 Err(Unsuitable::Model(Error::Interrupted)) => return Err(Stop::Interrupted),
@@ -174,19 +175,18 @@ impl Plan {
 /// A solver, unless Ctrl-C came before it.
 fn make_solver(
     solver: Solver,
-    model: &ContactModel,
+    world: &World,
     interrupt: &Arc<AtomicBool>,
 ) -> Result<Box<dyn StepSolver>, Error> {
     if interrupt.load(Ordering::Relaxed) {
         return Err(Error::Interrupted);
     }
     Ok(match solver {
-        Solver::Native => Box::new(NativeSolver::new(model)),
+        Solver::Native => Box::new(NativeSolver::new(world)),
         Solver::Ipopt => {
-            let options = IpoptSolver::options(model, scene::TOLERANCE, scene::MOST_ITERATIONS);
-            let mut ipopt = IpoptSolver::new(model, Formulation::default(), options)?;
-            ipopt.interrupt_by(Arc::clone(interrupt));
-            Box::new(Ladder::new(model, ipopt, &Rung::ALL))
+            let options = IpoptSolver::options(world, scene::TOLERANCE, scene::MOST_ITERATIONS);
+            let ipopt = IpoptSolver::new(world, Formulation::default(), options)?;
+            Box::new(Ladder::new(world, ipopt, &Rung::ALL))
         }
     })
 }

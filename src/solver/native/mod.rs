@@ -31,7 +31,8 @@ use interior_point::InteriorPoint;
 use nalgebra::Vector3;
 use newton::{Iterate, Law, Newton, exact_residual};
 use starts::Start;
-use tolerances::{ACCEPTED, COMPLIANCES, SETTLED, SHARPNESSES, STICK_MARGINS};
+pub use tolerances::ACCEPTED_RESIDUAL;
+use tolerances::{COMPLIANCES, SETTLED, SHARPNESSES, STICK_MARGINS};
 
 /// The body that is solved for: this solver has one body's six velocities as unknowns.
 const BODY: usize = 0;
@@ -83,7 +84,7 @@ impl NativeSolver {
         let body = &world.bodies()[BODY];
         let contacts = body.contact_points().len();
         Self {
-            accepted: ACCEPTED * world.speed_scale(),
+            accepted: ACCEPTED_RESIDUAL * world.speed_scale(),
             equations: StepEquations::new(world, body),
             newton: Newton::new(contacts),
             interior_point: InteriorPoint::new(contacts),

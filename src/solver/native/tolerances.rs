@@ -40,7 +40,7 @@ pub(super) const SHORTEST_STEP: f64 = 1e-4;
 pub(super) const SUFFICIENT_DECREASE: f64 = 1e-4;
 
 /// Residual of a step that counts as solved, m/s: what the certificate is held against.
-pub(super) const ACCEPTED: f64 = 1e-9;
+pub const ACCEPTED_RESIDUAL: f64 = 1e-9;
 /// The law without compliance is met: rounding of φ⁺/h. A warm start that is as near is the
 /// solution.
 const EXACT: f64 = 1e-12;
