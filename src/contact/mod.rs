@@ -121,7 +121,11 @@ impl Contact {
         }
         let mut contact =
             Self { key, features, frame, gap: 0.0, law, lever, arm, torque_map, response };
-        let gap = contact.gap_at(pose, b.map(|(_, pose)| pose));
+        let touching = pose.position + arm;
+        let gap = match b {
+            None if features.radius == 0.0 => normal.dot(&touching) - features.offset,
+            _ => contact.gap_at(pose, b.map(|(_, pose)| pose)),
+        };
         let noise = rounding::gap(&normal, &pose.position, features.offset, &arm);
         contact.gap = if gap.abs() <= noise { 0.0 } else { gap };
         contact
@@ -151,21 +155,25 @@ impl Contact {
     /// `a` and `b` are the poses (start, end) of the two bodies; `None` is the ground.
     #[must_use]
     pub fn motion(&self, a: (&Pose, &Pose), b: Option<(&Pose, &Pose)>, h: f64) -> Vector3<f64> {
-        let touching = |pose: &Pose| pose.position + pose.rotation * self.lever;
-        let before = seen_from(b.map(|b| b.0), &touching(a.0));
-        let after = seen_from(b.map(|b| b.1), &touching(a.1));
+        let normal = self.normal();
+        let before = seen_from(b.map(|b| b.0), &(a.0.position + self.arm));
+        let after = seen_from(b.map(|b| b.1), &(a.1.position + a.1.rotation * self.lever));
         let mut moved = after - before;
         if let Some((b, _)) = b {
             moved = b.rotation * moved;
         }
-        let normal = self.normal();
-        let gap = self.gap_at(a.1, b.map(|b| b.1));
+        let gap = if self.features.radius > 0.0 {
+            self.gap_at(a.1, b.map(|b| b.1))
+        } else {
+            self.features.frame.column(2).dot(&after) - self.features.offset
+        };
         let slip = moved - normal * normal.dot(&moved);
         (slip + normal * gap) / h
     }
 }
 
 /// A point of the world in the frame of B.
+#[inline]
 fn seen_from(b: Option<&Pose>, point: &Vector3<f64>) -> Vector3<f64> {
     match b {
         Some(b) => b.rotation.tr_mul(&(point - b.position)),

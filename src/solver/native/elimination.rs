@@ -6,9 +6,19 @@ use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 /// One contact solved for its impulse: δp̂ = offset + gain · δu with δu = δv + slope δω.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Elimination {
-    pub(super) offset: Vector3<f64>,
-    pub(super) gain: Matrix3<f64>,
-    pub(super) slope: Matrix3<f64>,
+    offset: Vector3<f64>,
+    gain: Gain,
+    slope: Matrix3<f64>,
+}
+
+/// What an impulse gains by a change of its point's motion.
+#[derive(Debug, Clone, Copy)]
+enum Gain {
+    /// An open contact: nothing.
+    Zero,
+    /// A sticking one: −k E.
+    Spring(f64),
+    Full(Matrix3<f64>),
 }
 
 /// The linearised equations of motion with the contacts added one by one (N8):
@@ -47,14 +57,29 @@ impl MotionSystem {
     }
 
     /// Adds a contact with its torque map G.
+    #[inline]
     pub(super) fn add(&mut self, torque_map: &Matrix3<f64>, contact: &Elimination) {
-        let by_spin = contact.gain * contact.slope;
-        self.linear_linear -= contact.gain;
-        self.linear_angular -= by_spin;
-        self.angular_linear -= torque_map * contact.gain;
-        self.angular_angular -= torque_map * by_spin;
         self.linear += contact.offset;
         self.angular += torque_map * contact.offset;
+        match &contact.gain {
+            Gain::Zero => {}
+            Gain::Spring(stiffness) => {
+                let by_spin = contact.slope * -stiffness;
+                for k in 0..3 {
+                    self.linear_linear[(k, k)] += stiffness;
+                }
+                self.linear_angular -= by_spin;
+                self.angular_linear += torque_map * *stiffness;
+                self.angular_angular -= torque_map * by_spin;
+            }
+            Gain::Full(gain) => {
+                let by_spin = gain * contact.slope;
+                self.linear_linear -= gain;
+                self.linear_angular -= by_spin;
+                self.angular_linear -= torque_map * gain;
+                self.angular_angular -= torque_map * by_spin;
+            }
+        }
     }
 
     /// (δv, δω), `None` where the matrix is singular.
@@ -76,9 +101,29 @@ impl MotionSystem {
 }
 
 impl Elimination {
+    /// p̂ = 0.
+    pub(super) fn open(impulse: &Vector3<f64>) -> Self {
+        Self { offset: -impulse, gain: Gain::Zero, slope: Matrix3::zeros() }
+    }
+
+    /// A spring of `stiffness` in all directions.
+    pub(super) fn stick(offset: Vector3<f64>, stiffness: f64, slope: Matrix3<f64>) -> Self {
+        Self { offset, gain: Gain::Spring(stiffness), slope }
+    }
+
+    /// Any gain.
+    pub(super) fn full(offset: Vector3<f64>, gain: Matrix3<f64>, slope: Matrix3<f64>) -> Self {
+        Self { offset, gain: Gain::Full(gain), slope }
+    }
+
     /// δp̂ for a change of the velocities.
+    #[inline]
     pub(super) fn impulse_step(&self, change: &Velocity) -> Vector3<f64> {
-        self.offset + self.gain * self.point_step(change)
+        match &self.gain {
+            Gain::Zero => self.offset,
+            Gain::Spring(stiffness) => self.offset - self.point_step(change) * *stiffness,
+            Gain::Full(gain) => self.offset + gain * self.point_step(change),
+        }
     }
 
     /// δu for a change of the velocities.

@@ -166,11 +166,11 @@ impl InteriorPoint {
             let frame = candidate.frame;
             let gap_error = cone.speeds() - frame.tr_mul(&u) - COMPLIANCE * cone.impulse();
             let (offset, gain) = cone.eliminate(&targets, &gap_error)?;
-            let motion = Elimination {
-                offset: frame * offset,
-                gain: frame * gain * frame.transpose(),
-                slope: turning.point_slope(candidate, &u),
-            };
+            let motion = Elimination::full(
+                frame * offset,
+                frame * gain * frame.transpose(),
+                turning.point_slope(candidate, &u),
+            );
             system.add(&candidate.torque_map, &motion);
             self.eliminations.push(ConeElimination {
                 motion,

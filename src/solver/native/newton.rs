@@ -17,8 +17,14 @@ pub(super) struct Iterate {
     pub(super) velocity: Velocity,
     /// p̂ of every candidate, m/s, world.
     pub(super) impulses: Vec<Vector3<f64>>,
-    /// u of every candidate (N2), kept from the last residual.
+    /// u of every candidate (N2), kept from the last evaluation.
     points: Vec<Vector3<f64>>,
+    /// The arguments of every candidate's projections, for the law evaluated last.
+    pulls: Vec<Pull>,
+    /// The residual of the equations of motion, which no contact law changes.
+    motion: Residual,
+    /// The law evaluated last.
+    law: Law,
 }
 
 /// Scratch of the iteration, sized once.
@@ -30,7 +36,7 @@ pub(super) struct Newton {
 }
 
 /// The contact law to be solved.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Law {
     /// ε in û = u + ε p̂ (N6).
     pub(super) compliance: f64,
@@ -59,7 +65,7 @@ enum Mode {
 }
 
 /// Size of all residuals at a point.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 struct Residual {
     /// Largest entry, m/s.
     largest: f64,
@@ -86,7 +92,7 @@ impl Newton {
         iterate: &mut Iterate,
         effort: &mut Effort<'_>,
     ) -> bool {
-        let mut merit = residual(equations, law, iterate);
+        let mut merit = evaluate(equations, law, iterate);
         let tolerances = equations.tolerances();
         let mut whole_steps = WHOLE_STEPS;
         for _ in 0..NEWTON_ITERATIONS {
@@ -97,12 +103,12 @@ impl Newton {
                 return false;
             }
             self.find_modes(equations, law, iterate);
-            let Some(step) = self.direction(equations, law, matrix, iterate) else {
+            let Some(step) = self.direction(equations, matrix, iterate) else {
                 return false;
             };
             if merit.largest <= tolerances.whole_steps && whole_steps > 0 {
                 self.try_step(iterate, &step, 1.0);
-                let trial = residual(equations, law, &mut self.trial);
+                let trial = evaluate(equations, law, &mut self.trial);
                 whole_steps -= u32::from(trial.squared >= merit.squared);
                 std::mem::swap(iterate, &mut self.trial);
                 merit = trial;
@@ -118,7 +124,7 @@ impl Newton {
     /// Moves a solution of `law` to the limit of vanishing compliance (N9): the law without
     /// compliance, every contact on the piece that `law` puts it on, and the compliance in
     /// the matrix alone, which leaves the undetermined part of the impulses where it is.
-    /// Returns the residual of the law without compliance.
+    /// Returns the residual of the law without compliance. The iterate must have been evaluated.
     pub(super) fn take_limit(
         &mut self,
         equations: &StepEquations,
@@ -126,17 +132,20 @@ impl Newton {
         iterate: &mut Iterate,
         effort: &mut Effort<'_>,
     ) -> f64 {
-        let mut merit = residual(equations, &Law::EXACT, iterate);
+        if iterate.law != *law {
+            evaluate_again(equations, law, iterate);
+        }
         self.find_modes(equations, law, iterate);
+        let mut merit = evaluate_again(equations, &Law::EXACT, iterate);
         for _ in 0..CORRECTIONS {
             if merit.largest <= equations.limit() || !effort.spend() {
                 break;
             }
-            let Some(step) = self.direction(equations, &Law::EXACT, law.compliance, iterate) else {
+            let Some(step) = self.direction(equations, law.compliance, iterate) else {
                 break;
             };
             self.try_step(iterate, &step, 1.0);
-            let corrected = residual(equations, &Law::EXACT, &mut self.trial);
+            let corrected = evaluate(equations, &Law::EXACT, &mut self.trial);
             if corrected.largest >= merit.largest {
                 break;
             }
@@ -146,20 +155,18 @@ impl Newton {
         merit.largest
     }
 
+    /// The pieces that `law`, which must be the one evaluated last, puts the contacts on.
     fn find_modes(&mut self, equations: &StepEquations, law: &Law, iterate: &Iterate) {
-        let contacts = equations.candidates().iter().zip(&iterate.impulses).zip(&iterate.points);
+        let contacts = equations.candidates().iter().zip(&iterate.pulls);
         self.modes.clear();
-        self.modes.extend(contacts.map(|((candidate, impulse), u)| {
-            Pull::new(law, candidate, u, impulse).mode(candidate, law.stick_margin)
-        }));
+        self.modes.extend(contacts.map(|(contact, pull)| pull.mode(contact, law.stick_margin)));
     }
 
-    /// The Newton direction of the velocities for the modes found before; the impulses'
-    /// part follows from the eliminations.
+    /// The Newton direction of the velocities for the law evaluated last and the modes found
+    /// before; the impulses' part follows from the eliminations.
     fn direction(
         &mut self,
         equations: &StepEquations,
-        law: &Law,
         matrix: f64,
         iterate: &Iterate,
     ) -> Option<Velocity> {
@@ -168,11 +175,20 @@ impl Newton {
         let turning = equations.turning(velocity);
         self.eliminations.clear();
         let contacts = equations.candidates().iter().zip(&iterate.impulses);
-        for (((candidate, impulse), u), mode) in contacts.zip(&iterate.points).zip(&self.modes) {
-            let pull = Pull::new(law, candidate, u, impulse);
-            let (offset, gain) = pull.linearise(*mode, candidate, matrix, impulse);
-            let slope = turning.point_slope(candidate, u);
-            let elimination = Elimination { offset, gain, slope };
+        let pulls = iterate.points.iter().zip(&iterate.pulls).zip(&self.modes);
+        for ((candidate, impulse), ((u, pull), mode)) in contacts.zip(pulls) {
+            let elimination = match mode {
+                Mode::Open => Elimination::open(impulse),
+                Mode::Stick => {
+                    let stiffness = 1.0 / matrix;
+                    let slope = turning.point_slope(candidate, u);
+                    Elimination::stick(-stiffness * pull.u, stiffness, slope)
+                }
+                Mode::Slip => {
+                    let (offset, gain) = pull.linearise_slip(candidate, matrix);
+                    Elimination::full(offset, gain, turning.point_slope(candidate, u))
+                }
+            };
             system.add(&candidate.torque_map, &elimination);
             self.eliminations.push(elimination);
         }
@@ -191,7 +207,7 @@ impl Newton {
         let mut length = 1.0;
         while length >= SHORTEST_STEP {
             self.try_step(iterate, step, length);
-            let trial = residual(equations, law, &mut self.trial);
+            let trial = evaluate(equations, law, &mut self.trial);
             if trial.squared < (1.0 - SUFFICIENT_DECREASE * length) * merit.squared {
                 std::mem::swap(iterate, &mut self.trial);
                 return Some(trial);
@@ -222,6 +238,9 @@ impl Iterate {
             velocity: Velocity { linear: Vector3::zeros(), spin: Vector3::zeros() },
             impulses: Vec::with_capacity(contacts),
             points: Vec::with_capacity(contacts),
+            pulls: Vec::with_capacity(contacts),
+            motion: Residual::default(),
+            law: Law::EXACT,
         }
     }
 
@@ -247,28 +266,43 @@ impl Iterate {
         self.impulses.extend_from_slice(&other.impulses);
         self.points.clear();
         self.points.extend_from_slice(&other.points);
+        self.pulls.clear();
+        self.pulls.extend_from_slice(&other.pulls);
+        self.motion = other.motion;
+        self.law = other.law;
     }
 }
 
 /// The residual of the law without compliance, m/s.
 pub(super) fn exact_residual(equations: &StepEquations, iterate: &mut Iterate) -> f64 {
-    residual(equations, &Law::EXACT, iterate).largest
+    evaluate(equations, &Law::EXACT, iterate).largest
 }
 
 /// The equations of motion (N1) and the natural map (N4) at a point, all as velocities.
-fn residual(equations: &StepEquations, law: &Law, iterate: &mut Iterate) -> Residual {
+fn evaluate(equations: &StepEquations, law: &Law, iterate: &mut Iterate) -> Residual {
     let (linear, angular) = equations.motion_residual(&iterate.velocity, &iterate.impulses);
     let angular = equations.as_speed(&angular);
-    let mut size = Residual {
+    iterate.motion = Residual {
         largest: linear.amax().max(angular.amax()),
         squared: linear.norm_squared() + angular.norm_squared(),
     };
     let turning = equations.turning(&iterate.velocity);
     iterate.points.clear();
-    for (candidate, impulse) in equations.candidates().iter().zip(&iterate.impulses) {
-        let u = turning.point_velocity(candidate);
-        iterate.points.push(u);
-        let map = Pull::new(law, candidate, &u, impulse).natural_map(candidate);
+    let points = equations.candidates().iter().map(|contact| turning.point_velocity(contact));
+    iterate.points.extend(points);
+    evaluate_again(equations, law, iterate)
+}
+
+/// The same for another law at the point that was evaluated last.
+fn evaluate_again(equations: &StepEquations, law: &Law, iterate: &mut Iterate) -> Residual {
+    let mut size = iterate.motion;
+    iterate.law = *law;
+    iterate.pulls.clear();
+    let contacts = equations.candidates().iter().zip(&iterate.impulses).zip(&iterate.points);
+    for ((candidate, impulse), u) in contacts {
+        let pull = Pull::new(law, candidate, u, impulse);
+        iterate.pulls.push(pull);
+        let map = pull.natural_map(candidate);
         size.largest = size.largest.max(map.amax());
         size.squared += map.norm_squared();
     }
@@ -344,37 +378,28 @@ impl Pull {
         }
     }
 
-    /// A piece linearised and solved for the impulse (N5): (offset, gain) of
+    /// The slip piece linearised and solved for the impulse (N5): (offset, gain) of
     /// δp̂ = offset + gain · δu, with δû = δu + ε δp̂ and ε = `compliance`.
-    fn linearise(
+    ///
+    /// û_n = 0, and β = μ (γ − ρ_n û_n) t with t the direction of the pull β − ρ_t û_t. By
+    /// δû_n = −û_n and δt = s sᵀ (δβ − ρ_t δû_t)/|pull|, s = n × t.
+    fn linearise_slip(
         &self,
-        mode: Mode,
         candidate: &Candidate,
         compliance: f64,
-        impulse: &Vector3<f64>,
     ) -> (Vector3<f64>, Matrix3<f64>) {
         let stiffness = 1.0 / compliance;
-        match mode {
-            // p̂ = 0.
-            Mode::Open => (-impulse, Matrix3::zeros()),
-            // û = 0.
-            Mode::Stick => (-stiffness * self.u, Matrix3::from_diagonal_element(-stiffness)),
-            // û_n = 0, and β = μ (γ − ρ_n û_n) t with t the direction of the pull
-            // β − ρ_t û_t. By δû_n = −û_n and δt = s sᵀ (δβ − ρ_t δû_t)/|pull|, s = n × t.
-            Mode::Slip => {
-                let (n, friction) = (&candidate.normal, candidate.friction);
-                let size = self.size.max(f64::MIN_POSITIVE);
-                let t = self.tangential / size;
-                let s = n.cross(&t);
-                let bend = (friction * self.normal / size).min(1.0);
-                let across = 1.0 - bend + self.rho_t * compliance * bend;
-                let normal_offset = -stiffness * self.u_n;
-                let along = friction * (self.gamma + normal_offset) - t.dot(&self.beta);
-                let sideways = -s.dot(&self.beta) / across;
-                let turn = (-self.rho_t * bend / across) * s * s.transpose();
-                let press = (-stiffness * friction) * t - stiffness * n;
-                (along * t + sideways * s + normal_offset * n, turn + press * n.transpose())
-            }
-        }
+        let (n, friction) = (&candidate.normal, candidate.friction);
+        let size = self.size.max(f64::MIN_POSITIVE);
+        let t = self.tangential / size;
+        let s = n.cross(&t);
+        let bend = (friction * self.normal / size).min(1.0);
+        let across = 1.0 - bend + self.rho_t * compliance * bend;
+        let normal_offset = -stiffness * self.u_n;
+        let along = friction * (self.gamma + normal_offset) - t.dot(&self.beta);
+        let sideways = -s.dot(&self.beta) / across;
+        let turn = (-self.rho_t * bend / across) * s * s.transpose();
+        let press = (-stiffness * friction) * t - stiffness * n;
+        (along * t + sideways * s + normal_offset * n, turn + press * n.transpose())
     }
 }
