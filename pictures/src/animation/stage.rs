@@ -1,14 +1,15 @@
 //! One frame: floor, shadow, body, forces, clock.
 
+use super::arrows::{self, Arrow};
 use super::camera::Camera;
 use super::canvas::Canvas;
 use super::floor::{Floor, Light};
-use super::forces::{self, Arrow};
 use super::lettering;
+use super::outline::{hull, seen_faces};
 use super::palette::{self, BACKGROUND, EDGE, INK};
-use super::shape::{Shape, hull, seen_faces};
-use super::{Settings, to_ground};
-use crate::Film;
+use super::settings::Settings;
+use crate::film::Film;
+use crate::shape::Shape;
 use nalgebra::Vector3;
 
 /// What one frame shows, in the ground's frame.
@@ -40,7 +41,7 @@ impl Stage {
         let tips = moments.iter().flat_map(|moment| &moment.arrows).map(|arrow| arrow.to);
         let mut points = corners.clone();
         points.extend(tips.chain(floor.corners()));
-        let turn = to_ground(film).rotation.to_rotation_matrix();
+        let turn = film.to_ground().rotation.to_rotation_matrix();
         let camera = Camera::fit(settings.view, &turn, settings.size, &points);
         let mut empty = Canvas::new(settings.size, BACKGROUND)?;
         floor.paint(&mut empty, &camera);
@@ -60,12 +61,12 @@ impl Stage {
         // What the body hides, the body, what stands before it.
         let (hidden, seen): (Vec<_>, Vec<_>) =
             moment.arrows.iter().partition(|arrow| self.is_hidden(&moment.corners, &arrow.from));
-        forces::paint(canvas, &self.camera, &hidden);
+        arrows::paint(canvas, &self.camera, &hidden);
         match self.shape {
             Shape::Box => self.paint_box(canvas, &moment.corners),
             Shape::Points => self.paint_points(canvas, &moment.corners),
         }
-        forces::paint(canvas, &self.camera, &seen);
+        arrows::paint(canvas, &self.camera, &seen);
         self.paint_clock(canvas, moment.time);
     }
 

@@ -3,9 +3,11 @@
 use super::curves::{Plot, plots};
 use super::facts::facts;
 use super::poses::Poses;
-use crate::animation::{Scale, Shape, has_ground};
+use crate::animation::has_ground;
+use crate::film::{Fact, Film, Status};
+use crate::forces::Scale;
 use crate::plot::Sheet;
-use crate::{Fact, Film, Status};
+use crate::shape::Shape;
 use serde::Serialize;
 
 #[derive(Serialize)]
@@ -107,7 +109,7 @@ impl RunData {
                 is_box: Shape::of(points) == Shape::Box,
                 points: points.iter().map(|&point| point.into()).collect(),
             },
-            arrows: Arrows { weight: scale.weight(), longest: scale.longest() },
+            arrows: Arrows { weight: scale.weight, longest: scale.longest },
             ground: ground.filter(|_| has_ground),
             frames: Poses::of(film, &scale),
         }
