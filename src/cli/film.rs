@@ -22,15 +22,16 @@ pub fn film(mut file: TrajectoryFile<'_>, most: usize) -> Result<Film, Failure> 
         }
         frames.push(frame(&row));
     }
-    let Source { model, load, run, .. } = file.source;
+    let Source { model, load, floating, run } = file.source;
     let plane = model.plane();
+    let ground = Ground { normal: *plane.normal(), offset: plane.offset() };
     Ok(Film {
         title: run.as_ref().map_or(String::new(), title),
         facts: run.map_or(Vec::new(), facts),
         time_step: model.time_step(),
         gravity: model.parameters().gravity,
         friction: model.friction(),
-        ground: Some(Ground { normal: *plane.normal(), offset: plane.offset() }),
+        ground: (!floating).then_some(ground),
         bodies: vec![body(&model, &load)],
         frames,
     })

@@ -17,6 +17,7 @@ use tumble::trajectory::{TrajectoryReader, TrajectoryRow};
 pub struct Source {
     pub model: ContactModel,
     pub load: Load,
+    /// Whether there is no ground.
     pub floating: bool,
     /// run.json, where there is one.
     pub run: Option<RunFile>,

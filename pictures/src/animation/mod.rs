@@ -26,7 +26,6 @@ mod tests;
 
 pub use camera::View;
 pub use settings::{AnimationError, Settings};
-pub(crate) use stage::has_ground;
 pub use timing::frame_count;
 
 use crate::film::Film;

@@ -36,8 +36,7 @@ impl Stage {
     pub fn new(film: &Film, settings: &Settings, moments: &[Moment]) -> Option<Self> {
         let light = Light::for_azimuth(settings.view.azimuth);
         let corners: Vec<_> = moments.iter().flat_map(|moment| &moment.corners).copied().collect();
-        let lowest = corners.iter().map(|corner| corner.z).fold(f64::INFINITY, f64::min);
-        let floor = Floor::under(&corners, light, has_ground(film, lowest));
+        let floor = Floor::under(&corners, light, film.ground.is_some());
         let tips = moments.iter().flat_map(|moment| &moment.arrows).map(|arrow| arrow.to);
         let mut points = corners.clone();
         points.extend(tips.chain(floor.corners()));
@@ -119,12 +118,4 @@ impl Stage {
             lettering::write(canvas, &text, [32.0 * unit, 70.0 * unit], 15.0 * unit, INK);
         }
     }
-}
-
-/// Whether the run has a ground: something was flagged for contact, or there is gravity and
-/// nothing ever fell through; `lowest` is how low a corner comes, m.
-pub fn has_ground(film: &Film, lowest: f64) -> bool {
-    let mut contacts = film.frames.iter().flat_map(|frame| frame.touches());
-    let flagged = contacts.any(|contact| contact.may_carry);
-    flagged || (film.gravity.norm() > 0.0 && lowest >= 0.0)
 }

@@ -3,7 +3,6 @@
 use super::curves::{Plot, plots};
 use super::facts::facts;
 use super::poses::Poses;
-use crate::animation::has_ground;
 use crate::film::{Fact, Film, Status};
 use crate::forces::Scale;
 use crate::plot::Sheet;
@@ -94,10 +93,8 @@ impl RunData {
         });
         let points = &film.body().points;
         let scale = Scale::of(film);
-        let lowest = film.frames.iter().map(|frame| film.lowest_height(frame));
         let ground =
             film.ground.map(|plane| Ground { normal: plane.normal.into(), offset: plane.offset });
-        let has_ground = has_ground(film, lowest.fold(f64::INFINITY, f64::min));
         Self {
             title: film.title.clone(),
             facts: facts(film),
@@ -110,7 +107,7 @@ impl RunData {
                 points: points.iter().map(|&point| point.into()).collect(),
             },
             arrows: Arrows { weight: scale.weight, longest: scale.longest },
-            ground: ground.filter(|_| has_ground),
+            ground,
             frames: Poses::of(film, &scale),
         }
     }
