@@ -146,6 +146,26 @@ fn speed_size_and_camera_are_what_was_asked_for() {
     assert_eq!(gif(&["--camera", "0,90"]).pictures.len(), 7);
 }
 
+/// The grid alone is drawn where there is no ground: the background shows between its lines.
+#[test]
+fn a_body_that_falls_without_a_ground_is_drawn_on_none() {
+    let directory = TempDir::new().unwrap();
+    let here = directory.path();
+    let flags = ["--gif", "--gif-size", "400", "--steps", "100", "--quiet"];
+    let ground = |args: &[&str]| {
+        done(&[args, &flags].concat(), here);
+        let animation = Animation::open(&here.join("out/animation.gif"));
+        let is_ground = |pixel: &&Colour| {
+            pixel.iter().zip([0xe9, 0xed, 0xf2]).all(|(a, b): (&u8, u8)| a.abs_diff(b) <= 4)
+        };
+        animation.pictures[0].iter().filter(is_ground).count()
+    };
+    let (with, without) =
+        (ground(&["--solver", "native"]), ground(&["--scene", "floating", "--gravity", "9.81"]));
+    // Blends of the grid's lines look like it here and there.
+    assert!(with > 10_000 && 3 * without < with, "{with} {without}");
+}
+
 #[test]
 fn one_row_and_the_floating_scene_are_drawn() {
     let directory = TempDir::new().unwrap();

@@ -170,6 +170,11 @@ impl Film {
         self.points(frame).map(|point| self.height(&point)).fold(f64::INFINITY, f64::min)
     }
 
+    /// World → the frame of the ground, which is the world's where there is none.
+    pub(crate) fn to_ground(&self) -> Isometry3<f64> {
+        self.ground.map_or(Isometry3::identity(), |ground| ground.frame())
+    }
+
     /// The ground where it is not the plane z = 0.
     pub(crate) fn inclined_ground(&self) -> Option<&Ground> {
         self.ground.as_ref().filter(|ground| !ground.is_level())
@@ -212,7 +217,7 @@ impl Ground {
 
     /// World → a frame in which the plane is z = 0: by the smallest turn, so that a level
     /// plane through the origin keeps the world's.
-    pub(crate) fn frame(&self) -> Isometry3<f64> {
+    fn frame(&self) -> Isometry3<f64> {
         let turn = UnitQuaternion::rotation_between(&self.normal, &Vector3::z())
             .unwrap_or_else(|| UnitQuaternion::from_euler_angles(std::f64::consts::PI, 0.0, 0.0));
         let foot = turn * (self.offset * self.normal);

@@ -10,9 +10,12 @@
 
 pub mod animation;
 mod film;
+mod forces;
+mod markup;
 pub mod plot;
 #[cfg(test)]
 mod samples;
+mod shape;
 pub mod validation;
 pub mod view;
 

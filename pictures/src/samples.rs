@@ -1,6 +1,6 @@
 //! Films for tests, from closed forms.
 
-use crate::{Body, Contact, Film, Frame, Ground, Load, Pose, Status};
+use crate::film::{Body, Contact, Film, Frame, Ground, Load, Pose, Status};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 /// g, m/s².

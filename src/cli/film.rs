@@ -22,15 +22,16 @@ pub fn film(mut file: TrajectoryFile<'_>, most: usize) -> Result<Film, Failure> 
         }
         frames.push(frame(&row));
     }
-    let Source { world, load, run, .. } = file.source;
+    let Source { world, load, floating, run } = file.source;
     let plane = world.ground();
+    let ground = Ground { normal: *plane.normal(), offset: plane.offset() };
     Ok(Film {
         title: run.as_ref().map_or(String::new(), title),
         facts: run.map_or(Vec::new(), facts),
         time_step: world.time_step(),
         gravity: *world.gravity(),
         friction: world.friction(),
-        ground: Some(Ground { normal: *plane.normal(), offset: plane.offset() }),
+        ground: (!floating).then_some(ground),
         bodies: vec![body(&world.bodies()[0], &load)],
         frames,
     })

@@ -19,6 +19,7 @@ use tumble::world::{Parameters, World};
 pub struct Source {
     pub world: World,
     pub load: Load,
+    /// Whether there is no ground.
     pub floating: bool,
     /// run.json, where there is one.
     pub run: Option<RunFile>,

@@ -125,6 +125,20 @@ fn a_slope_is_a_slope_in_the_page() {
     assert!((sum - 2.0 * 9.81 * normal[2]).abs() < 1e-4, "{sum}");
 }
 
+/// Whatever the motion: a body that falls without a ground has none to be drawn on, and one
+/// that floats above a ground has it.
+#[test]
+fn the_page_has_a_ground_where_the_run_has_one() {
+    let ground = |args: &[&str]| {
+        let (_simulated, page) = simulate_with_page(args);
+        page.data["runs"][0]["ground"].clone()
+    };
+    let falling = ["--scene", "floating", "--gravity", "9.81", "--steps", "100"];
+    assert!(ground(&falling).is_null());
+    let hovering = ["--solver", "native", "--gravity", "0", "--steps", "20"];
+    assert_eq!(ground(&hovering)["normal"], serde_json::json!([0.0, 0.0, 1.0]));
+}
+
 #[test]
 fn the_data_are_the_trajectory_s_own_numbers() {
     let (simulated, page) = simulate_with_page(&RUN);

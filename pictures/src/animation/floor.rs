@@ -2,8 +2,8 @@
 
 use super::camera::Camera;
 use super::canvas::Canvas;
+use super::outline::hull;
 use super::palette::{GROUND, LINE, SHADOW, SHADOW_DEPTH, SHADOW_STEPS};
-use super::shape::hull;
 use nalgebra::{Vector2, Vector3};
 
 /// Lines of the grid along the longer side, about.

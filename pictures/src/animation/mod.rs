@@ -5,18 +5,19 @@
 //! and settings give the same bytes.
 //!
 //! Arrows show the mean force of the steps since the frame before, on a compressed scale
-//! (see `forces::Scale`). The body covers those whose corner it hides. A body of eight
+//! (`forces::Scale`). The body covers those whose corner it hides. A body of eight
 //! contact points that are the corners of a box, x fastest, is drawn as a box; of any other
 //! body the points and their outline are drawn.
 
+mod arrows;
 mod camera;
 mod canvas;
 mod difference;
 mod floor;
-mod forces;
 mod lettering;
+mod outline;
 mod palette;
-mod shape;
+mod settings;
 mod stage;
 mod timing;
 
@@ -24,61 +25,20 @@ mod timing;
 mod tests;
 
 pub use camera::View;
-pub(crate) use forces::{NEGLIGIBLE, Scale, means};
-pub(crate) use shape::Shape;
-pub(crate) use stage::has_ground;
+pub use settings::{AnimationError, Settings};
 pub use timing::frame_count;
 
-use crate::Film;
+use crate::film::Film;
+use crate::forces::Scale;
+use arrows::Arrow;
 use difference::difference;
 use gif::{AnyExtension, Encoder, Frame, Repeat};
-use nalgebra::{Isometry3, Point3};
+use nalgebra::{Point3, Vector3};
 use palette::Palette;
+use settings::FARTHEST;
 use stage::{Moment, Stage};
 use std::borrow::Cow;
 use std::ops::ControlFlow;
-
-/// How a film becomes an animation.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Settings {
-    /// Seconds of the film in a second of the animation.
-    pub speed: f64,
-    /// Width and height, pixels.
-    pub size: u16,
-    /// Where the camera stands.
-    pub view: View,
-}
-
-impl Default for Settings {
-    fn default() -> Self {
-        Self { speed: 1.0, size: 800, view: View::default() }
-    }
-}
-
-/// Why there is no animation.
-#[derive(Debug, thiserror::Error)]
-pub enum AnimationError {
-    /// More frames than anyone wants in a file.
-    #[error("the animation would have {frames:.0} frames, more than {most}")]
-    TooLong {
-        /// How many there would be.
-        frames: f64,
-        /// How many there may be.
-        most: u64,
-    },
-    /// Places so far away that pictures of them have no digits left.
-    #[error("the motion goes farther than {FARTHEST:e} m; no picture can show it")]
-    TooFar,
-    /// The progress callback said so.
-    #[error("interrupted")]
-    Interrupted,
-    /// The encoder failed.
-    #[error("the animation cannot be encoded: {0}")]
-    Encoding(#[from] gif::EncodingError),
-}
-
-/// Coordinates beyond this are not drawn, m.
-const FARTHEST: f64 = 1e9;
 
 /// The GIF's comment extension.
 const COMMENT: AnyExtension = AnyExtension(0xfe);
@@ -133,7 +93,7 @@ pub fn animate(
 fn moments(film: &Film, settings: &Settings) -> Result<Vec<Moment>, AnimationError> {
     let duration = (film.frames.len() - 1) as f64 * film.time_step;
     let scale = Scale::of(film);
-    let to_ground = to_ground(film);
+    let to_ground = film.to_ground();
     let mut before = 0;
     let mut moments = Vec::new();
     for frame in 0..frame_count(duration, settings.speed)? {
@@ -144,18 +104,14 @@ fn moments(film: &Film, settings: &Settings) -> Result<Vec<Moment>, AnimationErr
         if !corners.iter().flatten().all(|coordinate| coordinate.abs() <= FARTHEST) {
             return Err(AnimationError::TooFar);
         }
-        // A mean, so that an impact of one step is seen whichever frame is shown.
         let steps = &film.frames[before.min(now.saturating_sub(1))..now];
-        let forces = means(steps, corners.len()).into_iter().map(|mean| to_ground.rotation * mean);
-        let arrows = corners.iter().zip(forces);
-        let arrows = arrows.filter_map(|(corner, force)| scale.arrow(*corner, &force)).collect();
+        let arrow = |(point, force): (usize, Vector3<f64>)| {
+            let from = corners[point];
+            Arrow { from, to: from + to_ground.rotation * scale.arrow(&force) }
+        };
+        let arrows = scale.means(film, steps).into_iter().map(arrow).collect();
         moments.push(Moment { time: film.frames[now].time, corners, arrows });
         before = now;
     }
     Ok(moments)
-}
-
-/// World → the frame of the ground, which is the world's where there is none.
-fn to_ground(film: &Film) -> Isometry3<f64> {
-    film.ground.map_or(Isometry3::identity(), |ground| ground.frame())
 }

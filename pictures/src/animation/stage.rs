@@ -1,14 +1,15 @@
 //! One frame: floor, shadow, body, forces, clock.
 
+use super::arrows::{self, Arrow};
 use super::camera::Camera;
 use super::canvas::Canvas;
 use super::floor::{Floor, Light};
-use super::forces::{self, Arrow};
 use super::lettering;
+use super::outline::{hull, seen_faces};
 use super::palette::{self, BACKGROUND, EDGE, INK};
-use super::shape::{Shape, hull, seen_faces};
-use super::{Settings, to_ground};
-use crate::Film;
+use super::settings::Settings;
+use crate::film::Film;
+use crate::shape::Shape;
 use nalgebra::Vector3;
 
 /// What one frame shows, in the ground's frame.
@@ -35,12 +36,11 @@ impl Stage {
     pub fn new(film: &Film, settings: &Settings, moments: &[Moment]) -> Option<Self> {
         let light = Light::for_azimuth(settings.view.azimuth);
         let corners: Vec<_> = moments.iter().flat_map(|moment| &moment.corners).copied().collect();
-        let lowest = corners.iter().map(|corner| corner.z).fold(f64::INFINITY, f64::min);
-        let floor = Floor::under(&corners, light, has_ground(film, lowest));
+        let floor = Floor::under(&corners, light, film.ground.is_some());
         let tips = moments.iter().flat_map(|moment| &moment.arrows).map(|arrow| arrow.to);
         let mut points = corners.clone();
         points.extend(tips.chain(floor.corners()));
-        let turn = to_ground(film).rotation.to_rotation_matrix();
+        let turn = film.to_ground().rotation.to_rotation_matrix();
         let camera = Camera::fit(settings.view, &turn, settings.size, &points);
         let mut empty = Canvas::new(settings.size, BACKGROUND)?;
         floor.paint(&mut empty, &camera);
@@ -60,12 +60,12 @@ impl Stage {
         // What the body hides, the body, what stands before it.
         let (hidden, seen): (Vec<_>, Vec<_>) =
             moment.arrows.iter().partition(|arrow| self.is_hidden(&moment.corners, &arrow.from));
-        forces::paint(canvas, &self.camera, &hidden);
+        arrows::paint(canvas, &self.camera, &hidden);
         match self.shape {
             Shape::Box => self.paint_box(canvas, &moment.corners),
             Shape::Points => self.paint_points(canvas, &moment.corners),
         }
-        forces::paint(canvas, &self.camera, &seen);
+        arrows::paint(canvas, &self.camera, &seen);
         self.paint_clock(canvas, moment.time);
     }
 
@@ -118,12 +118,4 @@ impl Stage {
             lettering::write(canvas, &text, [32.0 * unit, 70.0 * unit], 15.0 * unit, INK);
         }
     }
-}
-
-/// Whether the run has a ground: something was flagged for contact, or there is gravity and
-/// nothing ever fell through; `lowest` is how low a corner comes, m.
-pub fn has_ground(film: &Film, lowest: f64) -> bool {
-    let mut contacts = film.frames.iter().flat_map(|frame| frame.touches());
-    let flagged = contacts.any(|contact| contact.may_carry);
-    flagged || (film.gravity.norm() > 0.0 && lowest >= 0.0)
 }

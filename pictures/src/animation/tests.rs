@@ -1,10 +1,10 @@
 //! The animation as a viewer sees it: decoded, and looked at where things must be.
 
-use super::forces::Arrow;
+use super::arrows::Arrow;
 use super::palette::{BACKGROUND, Colour, FORCE, GROUND, INK, LINE};
 use super::stage::Stage;
 use super::{AnimationError, Settings, View, animate, moments};
-use crate::Film;
+use crate::film::Film;
 use crate::samples::{falling_cube, floating_cube};
 use nalgebra::Vector3;
 use std::ops::ControlFlow;

@@ -1,7 +1,7 @@
 //! Which frame of the film a frame of the animation shows, and how long.
 
-use super::AnimationError;
-use crate::Film;
+use super::settings::AnimationError;
+use crate::film::Film;
 
 /// Frames of a second of the animation.
 const FRAMES_A_SECOND: u64 = 30;

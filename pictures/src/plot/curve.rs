@@ -1,7 +1,7 @@
 //! Points as the path data of SVG.
 
 use super::thin::Point;
-use crate::Status;
+use crate::film::Status;
 use std::fmt::Write as _;
 
 /// Hundredths of a unit, the precision of a path.

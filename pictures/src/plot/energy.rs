@@ -2,7 +2,7 @@
 
 use super::panel::{Marks, Panel, PanelMaker, Series};
 use super::scale::Kind;
-use crate::{Contact, Film, Frame, Status};
+use crate::film::{Contact, Film, Frame, Status};
 
 /// From top to bottom.
 pub const PANELS: [PanelMaker; 5] = [energies, lowest_corner, slip_speed, certificate, iterations];
@@ -32,9 +32,7 @@ fn energies(film: &Film) -> Panel {
             Series::new("potential", 1, frames().map(potential)),
             Series::new("total", 7, frames().map(|frame| kinetic(frame) + potential(frame))),
         ],
-        legend: None,
-        marks: Vec::new(),
-        nothing: None,
+        ..Panel::default()
     }
 }
 
@@ -48,9 +46,7 @@ fn lowest_corner(film: &Film) -> Panel {
         kind: Kind::FromZero,
         height: 110.0,
         series: vec![Series::new("", 0, values)],
-        legend: None,
-        marks: Vec::new(),
-        nothing: None,
+        ..Panel::default()
     }
 }
 
@@ -64,9 +60,8 @@ fn slip_speed(film: &Film) -> Panel {
         kind: Kind::FromZero,
         height: 110.0,
         series: vec![Series::new("", 2, values)],
-        legend: None,
-        marks: Vec::new(),
         nothing: Some("no corner that carries a force slips in this run"),
+        ..Panel::default()
     }
 }
 
@@ -105,9 +100,9 @@ fn certificate(film: &Film) -> Panel {
         kind: Kind::Log,
         height: 190.0,
         series: vec![Series::new("", 0, values)],
-        legend: None,
         marks: MARKED.into_iter().map(marks).filter(is_there).collect(),
         nothing: Some("0 in every step"),
+        ..Panel::default()
     }
 }
 
@@ -121,12 +116,11 @@ fn iterations(film: &Film) -> Panel {
         kind: Kind::FromZero,
         height: 110.0,
         series: vec![Series::new("", 7, values)],
-        legend: None,
-        marks: Vec::new(),
         nothing: Some(if film.steps().iter().all(|frame| frame.status == Status::Free) {
             "no contact problem was solved in this run"
         } else {
             "0 in every step"
         }),
+        ..Panel::default()
     }
 }

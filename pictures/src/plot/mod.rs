@@ -4,17 +4,17 @@ pub(super) mod curve;
 mod energy;
 mod motion;
 pub(super) mod number;
-mod panel;
+pub(super) mod panel;
 mod png;
 pub(super) mod scale;
-pub(super) mod svg;
+mod svg;
 pub(super) mod thin;
 
 pub(crate) use panel::{Panel, PanelMaker, Series};
 pub(crate) use scale::{Axis, Kind, Transform};
 pub(crate) use thin::thin_rows;
 
-use crate::Film;
+use crate::film::Film;
 
 /// The sheets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

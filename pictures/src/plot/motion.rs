@@ -2,7 +2,7 @@
 
 use super::panel::{Panel, PanelMaker, Series};
 use super::scale::Kind;
-use crate::{Contact, Film};
+use crate::film::{Contact, Film};
 use nalgebra::Vector3;
 
 /// From top to bottom.
@@ -50,12 +50,9 @@ fn position(film: &Film, axis: usize, id: &'static str) -> Panel {
         symbol: (id, ""),
         unit: "m",
         words: "centre of mass",
-        kind: Kind::Linear,
         height: 84.0,
         series: vec![Series::new("", 0, values)],
-        legend: None,
-        marks: Vec::new(),
-        nothing: None,
+        ..Panel::default()
     }
 }
 
@@ -99,7 +96,7 @@ fn corners(
         height: 100.0,
         series: values.into_iter().enumerate().map(series).collect(),
         legend: Some("corner"),
-        marks: Vec::new(),
         nothing: Some("0 in every step"),
+        ..Panel::default()
     }
 }

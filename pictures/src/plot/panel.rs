@@ -1,9 +1,10 @@
 //! A panel: what is drawn, before it is drawn.
 
 use super::scale::Kind;
-use crate::{Film, Status};
+use crate::film::{Film, Status};
 
 /// One pair of axes with its curves.
+#[derive(Default)]
 pub struct Panel {
     /// Its name in the SVG.
     pub id: &'static str,
@@ -47,8 +48,8 @@ pub type PanelMaker = fn(&Film) -> Panel;
 pub const COLOURS: [&str; 8] =
     ["#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#7f5539", "#3d3d3d"];
 
-/// What is larger is beyond a picture, and a gap.
-const LARGEST: f64 = 1e150;
+/// What is larger is beyond a picture.
+pub const LARGEST: f64 = 1e150;
 
 impl Panel {
     /// What to say instead of drawing.
@@ -64,7 +65,6 @@ impl Panel {
 
 impl Series {
     pub fn new(name: impl Into<String>, colour: usize, values: impl Iterator<Item = f64>) -> Self {
-        let shown = |value: f64| if value.abs() <= LARGEST { value } else { f64::NAN };
         let colour = COLOURS[colour % COLOURS.len()];
         Self { name: name.into(), colour, values: values.map(shown).collect() }
     }
@@ -73,4 +73,9 @@ impl Series {
     pub fn is_idle(&self) -> bool {
         self.values.iter().all(|value| *value == 0.0 || value.is_nan())
     }
+}
+
+/// `value`, or a gap for what is beyond a picture.
+pub fn shown(value: f64) -> f64 {
+    if value.abs() <= LARGEST { value } else { f64::NAN }
 }

@@ -3,9 +3,10 @@
 use super::number::{decimal, power_of_ten};
 
 /// What a panel asks of its vertical axis.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Kind {
     /// Linear over the range of the values.
+    #[default]
     Linear,
     /// Linear, with 0 in the range.
     FromZero,

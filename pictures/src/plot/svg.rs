@@ -5,7 +5,8 @@ use super::number::back_to_line;
 use super::panel::{Panel, PanelMaker, Series};
 use super::scale::Axis;
 use super::thin::{Point, thin};
-use crate::Film;
+use crate::film::Film;
+use crate::markup::escape;
 use std::fmt::Write as _;
 
 /// The size of a picture and its parts. One unit is a pixel at the usual size.
@@ -259,20 +260,4 @@ fn with_widths(series: &[Series]) -> impl Iterator<Item = (&Series, f64)> {
 
 fn mark_style(colour: &str) -> String {
     format!("fill=\"none\" stroke=\"{colour}\" stroke-width=\"1.8\"")
-}
-
-/// Text as XML has it.
-pub fn escape(text: &str) -> String {
-    text.chars().fold(String::new(), |mut out, c| {
-        match c {
-            '&' => out.push_str("&amp;"),
-            '<' => out.push_str("&lt;"),
-            '>' => out.push_str("&gt;"),
-            '"' => out.push_str("&quot;"),
-            // Neither control characters nor what else XML has no place for.
-            c if c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}') => out.push(' '),
-            c => out.push(c),
-        }
-        out
-    })
 }

@@ -1,9 +1,10 @@
 //! The charts of the page: a curve over time, and errors over the time step.
 
-use super::{Curve, Experiment, Series, Solver};
+use super::report::{Curve, Experiment, Series, Solver};
+use crate::markup::escape;
 use crate::plot::curve::line;
+use crate::plot::panel::{LARGEST, shown};
 use crate::plot::scale::{Axis, Kind};
-use crate::plot::svg::escape;
 use crate::plot::thin::{Point, thin};
 use std::fmt::Write as _;
 
@@ -18,8 +19,6 @@ const BOTTOM: f64 = 46.0;
 const COLUMNS: usize = 120;
 /// Marks along Ipopt's curve.
 const MARKS: usize = 24;
-/// What is larger is beyond a chart, and a gap.
-const LARGEST: f64 = 1e150;
 /// An error smaller than this, relative to the value, is one of rounding.
 const ROUNDING: f64 = 1e-12;
 
@@ -129,19 +128,16 @@ fn solver_keys(experiment: &Experiment, lines: bool) -> String {
     experiment.series.iter().map(entry).collect()
 }
 
-fn shown(values: &[f64]) -> Vec<f64> {
-    values.iter().map(|&value| if value.abs() <= LARGEST { value } else { f64::NAN }).collect()
-}
-
 /// The curve over time: the closed form as a broad line, the native solver as a thin one on
 /// it, Ipopt as rings, so that each is seen where they coincide.
 pub fn curves(experiment: &Experiment) -> String {
-    let shown = |series: &Series| Curve {
-        measured: shown(&series.curve.measured),
-        exact: shown(&series.curve.exact),
+    let drawable = |values: &[f64]| values.iter().copied().map(shown).collect();
+    let curve = |series: &Series| Curve {
+        measured: drawable(&series.curve.measured),
+        exact: drawable(&series.curve.exact),
         ..series.curve.clone()
     };
-    let curves: Vec<_> = experiment.series.iter().map(shown).collect();
+    let curves: Vec<_> = experiment.series.iter().map(curve).collect();
     let first = &curves[0];
     let end = curves.iter().filter_map(|curve| curve.times.last()).fold(0.0, |a: f64, b| a.max(*b));
     let values = curves.iter().flat_map(|curve| curve.measured.iter().chain(&curve.exact).copied());

@@ -1,8 +1,9 @@
 //! The page: a heading, a summary, and a section for each problem.
 
+use super::report::{Experiment, Report};
 use super::style::STYLE;
-use super::{Experiment, Report, chart, table};
-use crate::plot::svg::escape;
+use super::{chart, table};
+use crate::markup::escape;
 use std::fmt::Write as _;
 
 /// How the page is to be read.

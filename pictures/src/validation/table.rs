@@ -1,8 +1,8 @@
 //! The tables of the page.
 
 use super::number::{brief, figure, html, order};
-use super::{Experiment, Report, Series};
-use crate::plot::svg::escape;
+use super::report::{Experiment, Report, Series};
+use crate::markup::escape;
 use std::fmt::Write as _;
 
 /// A table in a box that scrolls; each column has a name and whether it holds numbers.

@@ -1,7 +1,7 @@
 //! The panels of the plots, as data: the page shows the same quantities.
 
 use super::encode::{f32s, u32s};
-use crate::Film;
+use crate::film::Film;
 use crate::plot::{Axis, Panel, PanelMaker, Transform, thin_rows};
 use serde::Serialize;
 

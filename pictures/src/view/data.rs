@@ -3,9 +3,10 @@
 use super::curves::{Plot, plots};
 use super::facts::facts;
 use super::poses::Poses;
-use crate::animation::{Scale, Shape, has_ground};
+use crate::film::{Fact, Film, Status};
+use crate::forces::Scale;
 use crate::plot::Sheet;
-use crate::{Fact, Film, Status};
+use crate::shape::Shape;
 use serde::Serialize;
 
 #[derive(Serialize)]
@@ -92,10 +93,8 @@ impl RunData {
         });
         let points = &film.body().points;
         let scale = Scale::of(film);
-        let lowest = film.frames.iter().map(|frame| film.lowest_height(frame));
         let ground =
             film.ground.map(|plane| Ground { normal: plane.normal.into(), offset: plane.offset });
-        let has_ground = has_ground(film, lowest.fold(f64::INFINITY, f64::min));
         Self {
             title: film.title.clone(),
             facts: facts(film),
@@ -107,8 +106,8 @@ impl RunData {
                 is_box: Shape::of(points) == Shape::Box,
                 points: points.iter().map(|&point| point.into()).collect(),
             },
-            arrows: Arrows { weight: scale.weight(), longest: scale.longest() },
-            ground: ground.filter(|_| has_ground),
+            arrows: Arrows { weight: scale.weight, longest: scale.longest },
+            ground,
             frames: Poses::of(film, &scale),
         }
     }

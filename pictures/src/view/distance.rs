@@ -1,8 +1,8 @@
 //! How far two runs are from each other.
 
 use super::curves::{self, Plot};
+use crate::film::{Film, Frame};
 use crate::plot::{Kind, Panel, Series};
-use crate::{Film, Frame};
 use nalgebra::Vector3;
 
 /// The plot of ‖r_A − r_B‖ as long as both runs last, at the rows of the run with the
@@ -28,9 +28,8 @@ fn panel(values: Vec<f64>) -> Panel {
         kind: Kind::Log,
         height: 190.0,
         series: vec![Series::new("", 7, values.into_iter())],
-        legend: None,
-        marks: Vec::new(),
         nothing: Some("0 at all times"),
+        ..Panel::default()
     }
 }
 

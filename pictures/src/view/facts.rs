@@ -1,7 +1,7 @@
 //! The parameters of a film, for people.
 
-use crate::animation::Shape;
-use crate::{Fact, Film, Frame, Ground};
+use crate::film::{Fact, Film, Frame, Ground};
+use crate::shape::Shape;
 use nalgebra::{Matrix3, Vector3};
 
 /// What is known of `film`: its own facts, then its parameters and its start.

@@ -11,7 +11,8 @@ mod encode;
 mod facts;
 mod poses;
 
-use crate::Film;
+use crate::film::Film;
+use crate::markup::escape;
 use std::fmt::Write as _;
 
 const TEMPLATE: &str = include_str!("page/index.html");
@@ -46,7 +47,7 @@ pub fn page(version: &str, films: &[&Film]) -> Result<String, String> {
         let (name, after) = after.split_once("}}").unwrap_or((after, ""));
         page.push_str(before);
         match name {
-            "title" => page.push_str(&escape_html(&title(films))),
+            "title" => page.push_str(&escape(&title(films))),
             "style" => page.extend(STYLES),
             "licence" => page.push_str(PLOTTER_LICENCE),
             "plotter" => page.push_str(PLOTTER),
@@ -85,20 +86,6 @@ fn escape_json(json: &str) -> String {
     })
 }
 
-/// Text as HTML has it.
-fn escape_html(text: &str) -> String {
-    text.chars().fold(String::new(), |mut out, c| {
-        match c {
-            '&' => out.push_str("&amp;"),
-            '<' => out.push_str("&lt;"),
-            '>' => out.push_str("&gt;"),
-            c if c.is_control() => out.push(' '),
-            c => out.push(c),
-        }
-        out
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -114,11 +101,10 @@ mod tests {
     }
 
     #[test]
-    fn json_and_text_are_harmless_in_html() {
+    fn json_is_harmless_in_html() {
         let text = "</script><!-- & \u{2028}";
         let json = escape_json(&serde_json::to_string(text).unwrap());
         assert!(!json.contains(['<', '>', '&', '\u{2028}']));
         assert_eq!(serde_json::from_str::<String>(&json).unwrap(), text);
-        assert_eq!(escape_html("a<b>&\n"), "a&lt;b&gt;&amp; ");
     }
 }

@@ -1,8 +1,8 @@
 //! The poses that the page shows, and what happens between them.
 
 use super::encode::{f32s, u8s, u16s};
-use crate::animation::{NEGLIGIBLE, Scale, means};
-use crate::{Film, Frame};
+use crate::film::{Film, Frame};
+use crate::forces::Scale;
 use nalgebra::Vector3;
 use serde::Serialize;
 
@@ -57,11 +57,9 @@ impl Poses {
         let (mut touching, mut forces) = (Vec::new(), Vec::new());
         for span in &spans {
             let before = touching.len();
-            for (corner, force) in means(span, corners).into_iter().enumerate() {
-                if force.norm() > NEGLIGIBLE * scale.weight() {
-                    touching.push(corner);
-                    forces.extend(force.iter().copied());
-                }
+            for (corner, force) in scale.means(film, span) {
+                touching.push(corner);
+                forces.extend(force.iter().copied());
             }
             counts.push(touching.len() - before);
         }

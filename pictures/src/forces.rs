@@ -1,0 +1,83 @@
+//! Which contact forces are shown, and how large.
+
+use crate::film::{Film, Frame};
+use nalgebra::Vector3;
+
+/// Forces below this times [`Scale::weight`] are not shown.
+const NEGLIGIBLE: f64 = 1e-6;
+
+/// How long the arrow of a force is.
+///
+/// Impacts are hundreds of times the weight, so lengths are compressed: with
+/// s = √(force / weight) the length is s / (1 + s) of the longest, which grows like the
+/// square root for forces below the weight and levels off above it.
+pub struct Scale {
+    /// Mass times gravity; without gravity the largest force of the film. Its arrow has half
+    /// of the longest length. N.
+    pub weight: f64,
+    /// No arrow gets this long, m.
+    pub longest: f64,
+}
+
+impl Scale {
+    pub fn of(film: &Film) -> Self {
+        let body = film.body();
+        let mut weight = body.mass * film.gravity.norm();
+        if weight == 0.0 {
+            let contacts = film.frames.iter().flat_map(Frame::touches);
+            weight = contacts.map(|c| c.force.norm()).fold(f64::MIN_POSITIVE, f64::max);
+        }
+        let reach = body.points.iter().map(|point| point.norm()).fold(0.0, f64::max);
+        Self { weight, longest: 1.5 * reach }
+    }
+
+    /// The arrow of a force that is shown.
+    pub fn arrow(&self, force: &Vector3<f64>) -> Vector3<f64> {
+        let root = (force.norm() / self.weight).sqrt();
+        force.normalize() * (self.longest * root / (1.0 + root))
+    }
+
+    /// The points with a force that is shown, and the mean of it over `steps`: a mean, so that
+    /// an impact of one step is seen whichever frame is shown.
+    pub fn means(&self, film: &Film, steps: &[Frame]) -> Vec<(usize, Vector3<f64>)> {
+        let mut means = vec![Vector3::zeros(); film.body().points.len()];
+        for contact in steps.iter().flat_map(Frame::touches) {
+            if let Some(mean) = means.get_mut(contact.point) {
+                *mean += contact.force / steps.len() as f64;
+            }
+        }
+        let is_shown = |force: &Vector3<f64>| force.norm() > NEGLIGIBLE * self.weight;
+        means.into_iter().enumerate().filter(|(_, force)| is_shown(force)).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::samples::{falling_cube, floating_cube};
+
+    #[test]
+    fn larger_forces_have_longer_arrows_of_limited_length() {
+        let scale = Scale { weight: 100.0, longest: 2.0 };
+        let length = |force: f64| scale.arrow(&Vector3::new(0.0, 0.0, force)).norm();
+        assert!((length(100.0) - 1.0).abs() < 1e-12);
+        // Nearly the square root for small forces.
+        assert!((length(0.04) / length(0.01) - 2.0).abs() < 0.05);
+        assert!(length(1e3) < length(1e4) && length(1e12) <= 2.0);
+    }
+
+    #[test]
+    fn a_force_that_is_shown_is_the_mean_of_the_steps() {
+        let film = falling_cube(500);
+        let scale = Scale::of(&film);
+        assert!((scale.weight - 98.1).abs() < 1e-12);
+        let landed = film.frames.iter().position(|frame| !frame.contacts.is_empty()).unwrap();
+        assert_eq!(scale.means(&film, &film.frames[..landed]), []);
+        let means = scale.means(&film, &film.frames[landed - 3..landed + 1]);
+        assert_eq!(means.iter().map(|mean| mean.0).collect::<Vec<_>>(), [0, 1, 2, 3]);
+        // One step of four, and a quarter of the weight for each corner.
+        assert!(means.iter().all(|(_, force)| (force.norm() - 98.1 / 16.0).abs() < 1e-12));
+        let floating = floating_cube(3);
+        assert_eq!(Scale::of(&floating).means(&floating, &floating.frames), []);
+    }
+}
