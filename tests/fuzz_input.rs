@@ -9,6 +9,8 @@ mod inspect_verify;
 mod program;
 #[path = "fuzz_input/solvers.rs"]
 mod solvers;
+#[path = "fuzz_input/steps.rs"]
+mod steps;
 #[allow(dead_code)]
 #[path = "cli/support.rs"]
 mod support;

@@ -10,6 +10,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
+use tumble::solver::StepStatus;
 use tumble::trajectory::TrajectoryReader;
 
 /// What is refused is refused in milliseconds, and a step takes as long; the disk that a run
@@ -63,7 +64,7 @@ fn check_simulation(args: &[OsString]) {
             assert_eq!(end.stderr, "", "{args:?}");
             assert!(took < DONE_WITHIN, "{args:?}: {took:?}");
             if directory.path().join("out").exists() {
-                check_file(&directory.path().join("out/trajectory.csv"));
+                check_file(&directory.path().join("out/trajectory.csv"), &end);
             }
         }
         Some(2) => {
@@ -76,10 +77,18 @@ fn check_simulation(args: &[OsString]) {
     }
 }
 
-/// A file that the program wrote can be read again.
-fn check_file(path: &Path) {
+/// A file that the program wrote can be read again, every number in it is finite, and it holds
+/// failed steps where the exit code, 3, says so.
+fn check_file(path: &Path, end: &End) {
     let mut reader = TrajectoryReader::new(File::open(path).unwrap()).unwrap();
-    while reader.next_row().unwrap().is_some() {}
+    let mut failed = false;
+    while let Some(row) = reader.next_row().unwrap() {
+        let state = row.state.to_vector();
+        let numbers = row.step.iter().chain(&state).chain([&row.certificate]);
+        assert!(numbers.into_iter().all(|number| number.is_finite()), "{row:?}");
+        failed |= row.status == StepStatus::Failed;
+    }
+    assert_eq!(end.code, Some(if failed { 3 } else { 0 }), "{end:?}");
 }
 
 /// The flags with a value.
@@ -254,7 +263,7 @@ fn a_run_of_any_valid_arguments_writes_a_file_that_can_be_read() {
         let (end, took) = end_of(directory.path(), &args);
         prop_assert!(matches!(end.code, Some(0 | 3)) && end.stderr.is_empty(), "{:?}", end);
         prop_assert!(took < DONE_WITHIN, "{:?}", took);
-        check_file(&directory.path().join("out/trajectory.csv"));
+        check_file(&directory.path().join("out/trajectory.csv"), &end);
         let (verified, _) = end_of(directory.path(), &["verify", "out/trajectory.csv"]);
         prop_assert_eq!(verified.code, end.code, "{:?} {:?}", verified, end);
         Ok(())

@@ -1,5 +1,6 @@
 //! Constants, states, options and points of the program: refused by name, or good for a step.
 
+use super::steps::{Seen, check_run, native};
 use super::{any_bits, each, finite, wild};
 use crate::common::{any_model, state, tutorial_model, tutorial_parameters};
 use nalgebra::{Matrix3, Vector3};
@@ -7,36 +8,20 @@ use proptest::array::uniform8;
 use proptest::collection::vec;
 use proptest::prelude::*;
 use tumble::body::RigidBody;
-use tumble::detection::Detection;
 use tumble::ipopt::{BarrierStrategy, MultiplierStep, Options, Scaling};
 use tumble::model::{ContactModel, Parameters};
-use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::solver::StepSolver;
-use tumble::solver::ipopt::{Formulation, IpoptSolver};
-use tumble::solver::native::NativeSolver;
-use tumble::state::{State, Wrench};
+use tumble::solver::ipopt::{ACCEPTED_CERTIFICATE, Formulation, IpoptSolver};
+use tumble::state::Wrench;
 use tumble::step_nlp::StepNlp;
 
-/// A state that rests on a corner or two of most bodies, moving.
+/// A state in which the tutorial's cube stands on the ground, moving down and along it.
 fn ordinary() -> [f64; 13] {
-    [0.0, 0.0, 0.9, 1.0, 0.0, 0.0, 0.0, 1.0, 0.5, -1.0, 0.3, -0.2, 0.1]
+    [0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.5, -1.0, 0.3, -0.2, 0.1]
 }
 
-/// Takes two steps and checks that every number that comes out is finite.
-fn assert_steps(model: &ContactModel, start: State, solver: Box<dyn StepSolver + '_>) {
-    let motion = Motion::Contact { detection: Detection::Predictive, solver };
-    let mut simulation = Simulation::new(model.clone(), start, motion).unwrap();
-    let mut record = StepRecord::new(&start, model.contact_count());
-    for _ in 0..2 {
-        simulation.step(&mut record).unwrap();
-        let finite = record.solution.as_slice().iter().all(|number| number.is_finite());
-        assert!(finite, "{record:?}");
-    }
-}
-
-fn assert_native_steps(model: &ContactModel, start: State) {
-    assert_steps(model, start, Box::new(NativeSolver::new(model)));
-}
+/// Steps of each run.
+const STEPS: usize = 2;
 
 /// The refusal of something of which only `field` is odd.
 fn assert_names(error: &dyn std::fmt::Display, field: &str) {
@@ -47,6 +32,7 @@ fn assert_names(error: &dyn std::fmt::Display, field: &str) {
 /// Mass, inertia, points: one of them odd.
 #[test]
 fn a_body_of_any_numbers_is_refused_by_name_or_can_be_simulated() {
+    let seen = Seen::default();
     let numbers = (0..3_usize, vec(wild(), 1 + 9 + 24), any::<bool>());
     each(10_000, numbers, |(odd, numbers, diagonal)| {
         let mass = if odd == 0 { numbers[0] } else { 10.0 };
@@ -65,15 +51,19 @@ fn a_body_of_any_numbers_is_refused_by_name_or_can_be_simulated() {
             Err(error) => assert_names(&error, ["mass", "inertia", "contact point"][odd]),
             Ok(body) => {
                 let parameters = Parameters { body, ..tutorial_parameters() };
-                assert_native_steps(&ContactModel::new(parameters).unwrap(), state(&ordinary()));
+                let model = ContactModel::new(parameters).unwrap();
+                check_run(&model, state(&ordinary()), native(&model), STEPS, &seen)?;
             }
         }
         Ok(())
     });
+    // Measured: 742, 116.
+    seen.assert_counts(720, 125, 0);
 }
 
 #[test]
 fn a_box_of_any_sides_is_refused_by_name_or_can_be_simulated() {
+    let seen = Seen::default();
     each(5000, (0..3_usize, wild()), |(axis, half_side)| {
         let mut half_sides = Vector3::repeat(1.0);
         half_sides[axis] = half_side;
@@ -81,15 +71,19 @@ fn a_box_of_any_sides_is_refused_by_name_or_can_be_simulated() {
             Err(error) => assert_names(&error, "half side"),
             Ok(body) => {
                 let parameters = Parameters { body, ..tutorial_parameters() };
-                assert_native_steps(&ContactModel::new(parameters).unwrap(), state(&ordinary()));
+                let model = ContactModel::new(parameters).unwrap();
+                check_run(&model, state(&ordinary()), native(&model), STEPS, &seen)?;
             }
         }
         Ok(())
     });
+    // Measured: 707, 29.
+    seen.assert_counts(690, 35, 0);
 }
 
 #[test]
 fn constants_of_any_numbers_are_refused_by_name_or_can_be_simulated() {
+    let seen = Seen::default();
     let fields = ["time step", "friction", "gravity", "gravity", "gravity", "smoothing"];
     each(10_000, (0..6_usize, wild()), |(odd, number)| {
         let mut parameters = tutorial_parameters();
@@ -101,14 +95,17 @@ fn constants_of_any_numbers_are_refused_by_name_or_can_be_simulated() {
         }
         match ContactModel::new(parameters) {
             Err(error) => assert_names(&error, fields[odd]),
-            Ok(model) => assert_native_steps(&model, state(&ordinary())),
+            Ok(model) => check_run(&model, state(&ordinary()), native(&model), STEPS, &seen)?,
         }
         Ok(())
     });
+    // Measured: 7298.
+    seen.assert_counts(7100, 0, 0);
 }
 
 #[test]
 fn a_state_of_any_numbers_is_refused_by_name_or_can_be_simulated() {
+    let seen = Seen::default();
     let model = tutorial_model();
     each(10_000, (0..13_usize, wild()), |(odd, number)| {
         let mut numbers = ordinary();
@@ -122,16 +119,18 @@ fn a_state_of_any_numbers_is_refused_by_name_or_can_be_simulated() {
         let start = state(&numbers);
         match start.validate() {
             Err(error) => assert_names(&error, field),
-            Ok(()) => assert_native_steps(&model, start),
+            Ok(()) => check_run(&model, start, native(&model), STEPS, &seen)?,
         }
         Ok(())
     });
     each(1000, vec(any_bits(), 13), |numbers| {
         if state(&numbers).validate().is_ok() {
-            assert_native_steps(&model, state(&numbers));
+            check_run(&model, state(&numbers), native(&model), STEPS, &seen)?;
         }
         Ok(())
     });
+    // Measured: 10 139, 126; 88 of these from quaternions that are not quite of unit length.
+    seen.assert_counts(9900, 135, 0);
 }
 
 /// Options, one of them odd, and Ipopt's name of it.
@@ -139,7 +138,7 @@ fn odd_options() -> impl Strategy<Value = (Options, &'static str)> {
     let integer = prop_oneof![0..12_u32, any::<u32>()];
     (0..6_usize, wild(), integer, any::<[bool; 3]>()).prop_map(
         |(odd, number, integer, [barrier, multipliers, scaling])| {
-            let mut options = Options { max_iterations: 20, ..Options::default() };
+            let mut options = Options { max_iterations: 200, ..Options::default() };
             if barrier {
                 options.barrier = BarrierStrategy::Adaptive;
             }
@@ -170,16 +169,18 @@ fn odd_options() -> impl Strategy<Value = (Options, &'static str)> {
     )
 }
 
-/// Ipopt with options out of the ordinary need not converge.
+/// Ipopt with options out of the ordinary need not converge, but mostly does.
 #[test]
 fn options_of_any_numbers_are_refused_by_name_or_ipopt_takes_them() {
+    let seen = Seen::default();
     let model = tutorial_model();
-    each(300, odd_options(), |(options, name)| {
+    each(120, odd_options(), |(options, name)| {
         match options.validate() {
             Err(error) => assert_names(&error, name),
             Ok(()) => {
                 let solver = IpoptSolver::new(&model, Formulation::default(), options).unwrap();
-                assert_steps(&model, state(&ordinary()), Box::new(solver));
+                let solver = (Box::new(solver) as Box<dyn StepSolver>, ACCEPTED_CERTIFICATE);
+                check_run(&model, state(&ordinary()), solver, STEPS, &seen)?;
             }
         }
         Ok(())
@@ -189,6 +190,8 @@ fn options_of_any_numbers_are_refused_by_name_or_ipopt_takes_them() {
         prop_assert_eq!(options.validate().is_ok(), max_iterations <= 1_000_000);
         Ok(())
     });
+    // Measured: 53, and 10 that did not converge in 200 iterations or to their tolerance.
+    seen.assert_counts(49, 0, 14);
 }
 
 /// Overflow is allowed, a panic is not.
