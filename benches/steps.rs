@@ -6,15 +6,15 @@
 
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
-use tumble::detection::Detection;
+use tumble::contact::detection::Detection;
 use tumble::error::Error;
-use tumble::model::ContactModel;
-use tumble::scene::{self, Scene};
+use tumble::world::ContactModel;
+use tumble::simulation::scene::{self, Scene};
 use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, Rung};
 use tumble::solver::native::NativeSolver;
-use tumble::solver::{Decision, Step, StepSolver};
-use tumble::state::{State, Wrench};
+use tumble::step::{Decision, Step, StepSolver};
+use tumble::mechanics::state::{State, Wrench};
 
 /// A step to be solved again and again.
 struct Recorded {

@@ -12,13 +12,13 @@ use std::error::Error;
 use std::num::NonZeroUsize;
 use std::process::ExitCode;
 use std::thread;
-use tumble::body::RigidBody;
-use tumble::model::{ContactModel, Parameters};
-use tumble::random::random_attitude;
-use tumble::scene::tutorial_parameters;
+use tumble::mechanics::body::RigidBody;
+use tumble::world::{ContactModel, Parameters};
+use tumble::simulation::random::random_attitude;
+use tumble::simulation::scene::tutorial_parameters;
 use tumble::simulation::{Motion, Simulation, StepRecord};
-use tumble::solver::StepStatus;
-use tumble::state::State;
+use tumble::step::StepStatus;
+use tumble::mechanics::state::State;
 
 /// A half side of the cube, m.
 const HALF_SIDE: f64 = 0.1;

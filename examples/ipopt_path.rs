@@ -5,15 +5,15 @@
 
 use std::process::ExitCode;
 use std::time::Instant;
-use tumble::detection::Detection;
+use tumble::contact::detection::Detection;
 use tumble::error::Error;
 use tumble::ipopt::{BarrierStrategy, Options};
-use tumble::model::ContactModel;
-use tumble::scene::{self, Scene};
+use tumble::world::ContactModel;
+use tumble::simulation::scene::{self, Scene};
 use tumble::simulation::{Motion, Simulation, StepRecord};
-use tumble::solver::StepSolver;
+use tumble::step::StepSolver;
 use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, Rung};
-use tumble::summary::RunSummary;
+use tumble::simulation::summary::RunSummary;
 
 /// One row of the table.
 struct Setting {

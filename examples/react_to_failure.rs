@@ -10,10 +10,10 @@
 use std::collections::BTreeMap;
 use std::process::ExitCode;
 use tumble::error::Error;
-use tumble::model::ContactModel;
-use tumble::scene::{Scene, TOLERANCE, tutorial_parameters};
+use tumble::world::ContactModel;
+use tumble::simulation::scene::{Scene, TOLERANCE, tutorial_parameters};
 use tumble::simulation::{Motion, Simulation};
-use tumble::solver::StepStatus;
+use tumble::step::StepStatus;
 use tumble::solver::ipopt::{Formulation, IpoptSolver};
 
 /// Steps: the fall and the first impacts.

@@ -4,14 +4,14 @@
 
 use std::process::ExitCode;
 use std::time::Instant;
-use tumble::detection::Detection;
+use tumble::contact::detection::Detection;
 use tumble::error::Error;
-use tumble::model::ContactModel;
-use tumble::scene::{self, Scene};
+use tumble::world::ContactModel;
+use tumble::simulation::scene::{self, Scene};
 use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, Rung};
 use tumble::solver::native::NativeSolver;
-use tumble::solver::{StepSolver, StepStatus};
+use tumble::step::{StepSolver, StepStatus};
 
 const USAGE: &str = "usage: soak [NATIVE_STEPS [IPOPT_STEPS]] | soak seeds FIRST END";
 /// Steps by the native solver and by Ipopt.

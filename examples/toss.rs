@@ -4,10 +4,10 @@
 //! `cargo run --release --example toss`
 
 use tumble::error::Error;
-use tumble::model::ContactModel;
-use tumble::scene::{Scene, tutorial_parameters};
+use tumble::world::ContactModel;
+use tumble::simulation::scene::{Scene, tutorial_parameters};
 use tumble::simulation::{Motion, Simulation};
-use tumble::solver::StepStatus;
+use tumble::step::StepStatus;
 
 fn main() -> Result<(), Error> {
     let scene = Scene::drop();

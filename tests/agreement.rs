@@ -7,13 +7,13 @@ use common::{quantile, solve};
 use nalgebra::Vector3;
 use std::sync::LazyLock;
 use toss::*;
-use tumble::certificate::certify_contact_step;
-use tumble::detection::Detection;
-use tumble::model::ContactModel;
+use tumble::contact::certificate::certify_contact_step;
+use tumble::contact::detection::Detection;
+use tumble::world::ContactModel;
 use tumble::simulation::StepRecord;
-use tumble::solver::StepStatus;
+use tumble::step::StepStatus;
 use tumble::solver::ipopt::{Formulation, IpoptSolver};
-use tumble::state::Wrench;
+use tumble::mechanics::state::Wrench;
 
 const SEEDS: [u32; 6] = [0, 1, 2, 3, 6, 42];
 /// Every so many steps of a run one is compared.

@@ -8,10 +8,10 @@ use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use proptest::prelude::*;
 use serde::Deserialize;
 use std::collections::HashMap;
-use tumble::body::RigidBody;
-use tumble::model::{ContactModel, Parameters};
+use tumble::mechanics::body::RigidBody;
+use tumble::world::{ContactModel, Parameters};
 use tumble::sparsity::SparsityPattern;
-use tumble::state::Wrench;
+use tumble::mechanics::state::Wrench;
 use tumble::step_nlp::StepNlp;
 
 /// One line of `data/derivatives.jsonl.gz`.

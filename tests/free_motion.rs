@@ -9,18 +9,18 @@ use common::{
 };
 use nalgebra::{Matrix3, Vector3, Vector4};
 use proptest::prelude::*;
-use tumble::body::RigidBody;
-use tumble::certificate::certify_contact_step;
-use tumble::detection::Detection;
-use tumble::dynamics::{free_flight, rk4_step};
+use tumble::mechanics::body::RigidBody;
+use tumble::contact::certificate::certify_contact_step;
+use tumble::contact::detection::Detection;
+use tumble::mechanics::dynamics::{free_flight, rk4_step};
 use tumble::ipopt::Options;
-use tumble::model::{ContactModel, Parameters};
-use tumble::quaternion::{left, rotation};
-use tumble::scene::Scene;
+use tumble::world::{ContactModel, Parameters};
+use tumble::mechanics::quaternion::{left, rotation};
+use tumble::simulation::scene::Scene;
 use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::solver::ipopt::{Formulation, IpoptSolver};
-use tumble::solver::{Decision, StepStatus};
-use tumble::state::{State, Wrench};
+use tumble::step::{Decision, StepStatus};
+use tumble::mechanics::state::{State, Wrench};
 use tumble::step_nlp::{StepNlp, layout};
 
 /// The tutorial's cube on its way, under its rule for the contact flags.

@@ -3,11 +3,11 @@
 mod common;
 
 use nalgebra::{Matrix3, Vector3, Vector4};
-use tumble::body::RigidBody;
-use tumble::load::{Load, Polyline};
-use tumble::model::{ContactModel, Parameters};
+use tumble::mechanics::body::RigidBody;
+use tumble::mechanics::load::{Load, Polyline};
+use tumble::world::{ContactModel, Parameters};
 use tumble::simulation::{Motion, Simulation, StepRecord};
-use tumble::state::State;
+use tumble::mechanics::state::State;
 
 /// 2 kg and 0.5 kg m² about every axis, without gravity.
 fn model(time_step: f64) -> ContactModel {
@@ -90,7 +90,7 @@ fn wrench_and_load_add_up() {
     let force = Polyline::constant(Vector3::new(1.0, 0.0, 0.0)).unwrap();
     let load = Load::new(force, Polyline::default(), Vector3::zeros()).unwrap();
     simulation.set_load(load);
-    simulation.set_wrench(tumble::state::Wrench {
+    simulation.set_wrench(tumble::mechanics::state::Wrench {
         force: Vector3::new(-3.0, 4.0, 0.0),
         torque: Vector3::zeros(),
     });

@@ -5,7 +5,7 @@ mod toss;
 
 use std::thread;
 use toss::*;
-use tumble::model::ContactModel;
+use tumble::world::ContactModel;
 use tumble::simulation::StepRecord;
 use tumble::solver::native::NativeSolver;
 

@@ -8,7 +8,7 @@ use common::{reference, state};
 use nalgebra::Vector3;
 use serde::Deserialize;
 use toss::*;
-use tumble::solver::StepStatus;
+use tumble::step::StepStatus;
 use tumble::solver::native::NativeSolver;
 
 #[derive(Deserialize)]

@@ -7,10 +7,10 @@ use common::state;
 use nalgebra::{Matrix3, Vector3};
 use std::f64::consts::TAU;
 use toss::*;
-use tumble::body::RigidBody;
-use tumble::model::{ContactModel, Parameters};
+use tumble::mechanics::body::RigidBody;
+use tumble::world::{ContactModel, Parameters};
 use tumble::simulation::StepRecord;
-use tumble::state::State;
+use tumble::mechanics::state::State;
 
 const GRAVITY: f64 = 9.81;
 /// Speed at which the boxes start to slide, m/s.

@@ -7,10 +7,10 @@ mod toss;
 use nalgebra::{Matrix3, Vector3};
 use std::ops::Range;
 use toss::*;
-use tumble::body::RigidBody;
-use tumble::model::ContactModel;
+use tumble::mechanics::body::RigidBody;
+use tumble::world::ContactModel;
 use tumble::simulation::StepRecord;
-use tumble::state::Wrench;
+use tumble::mechanics::state::Wrench;
 use tumble::step_nlp::{StepNlp, layout};
 
 /// Every step of some runs with its rows of the program.

@@ -10,13 +10,13 @@ use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestRunner};
 use std::cell::Cell;
 use toss::native;
-use tumble::body::RigidBody;
-use tumble::model::{ContactModel, Parameters};
-use tumble::plane::Plane;
-use tumble::quaternion::rotation;
+use tumble::mechanics::body::RigidBody;
+use tumble::world::{ContactModel, Parameters};
+use tumble::contact::plane::Plane;
+use tumble::mechanics::quaternion::rotation;
 use tumble::simulation::StepRecord;
-use tumble::solver::StepStatus;
-use tumble::state::State;
+use tumble::step::StepStatus;
+use tumble::mechanics::state::State;
 
 /// Steps of each toss.
 const STEPS: usize = 50;

@@ -6,15 +6,15 @@ mod common;
 use nalgebra::{Matrix3, Vector3, Vector4};
 use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestRunner};
-use tumble::body::RigidBody;
-use tumble::certificate::certify_contact_step;
-use tumble::load::{Load, Polyline};
-use tumble::model::{ContactModel, Parameters};
-use tumble::plane::Plane;
-use tumble::quaternion::{left, rotation};
+use tumble::mechanics::body::RigidBody;
+use tumble::contact::certificate::certify_contact_step;
+use tumble::mechanics::load::{Load, Polyline};
+use tumble::world::{ContactModel, Parameters};
+use tumble::contact::plane::Plane;
+use tumble::mechanics::quaternion::{left, rotation};
 use tumble::simulation::{Motion, Simulation, StepRecord};
-use tumble::solver::StepStatus;
-use tumble::state::State;
+use tumble::step::StepStatus;
+use tumble::mechanics::state::State;
 
 /// A turn of the world, and a shift.
 #[derive(Debug)]
@@ -124,7 +124,7 @@ fn records_are_in_the_worlds_frame() {
     let plane = Plane::new(Vector3::new(0.3, -0.2, 0.9), -0.4).unwrap();
     let parameters = Parameters { plane: plane.clone(), ..model.parameters().clone() };
     let model = ContactModel::new(parameters).unwrap();
-    let zero = tumble::state::Wrench::zero();
+    let zero = tumble::mechanics::state::Wrench::zero();
     let motion = Motion::native(&model);
     let mut touched = 0;
     for record in records(&model, start, Polyline::default(), motion, 600) {

@@ -3,7 +3,7 @@
 mod common;
 
 use common::reference;
-use tumble::random::{numpy_rand4, random_attitude};
+use tumble::simulation::random::{numpy_rand4, random_attitude};
 
 /// The numbers of the array `key` in one object of `numpy_draws.json`, read by the
 /// standard library, which rounds correctly; serde_json may be one unit in the last place

@@ -6,10 +6,10 @@ mod toss;
 
 use nalgebra::{Matrix3, Vector3};
 use toss::*;
-use tumble::body::RigidBody;
-use tumble::model::ContactModel;
+use tumble::mechanics::body::RigidBody;
+use tumble::world::ContactModel;
 use tumble::simulation::{Motion, StepRecord};
-use tumble::solver::StepStatus;
+use tumble::step::StepStatus;
 
 /// The start of the repeated step is that of the step, too: the same doubles.
 #[test]

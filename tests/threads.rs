@@ -6,13 +6,13 @@ mod toss;
 
 use std::thread;
 use toss::*;
-use tumble::detection::Detection;
-use tumble::model::ContactModel;
+use tumble::contact::detection::Detection;
+use tumble::world::ContactModel;
 use tumble::simulation::{Motion, Simulation, StepRecord};
-use tumble::solver::StepStatus;
+use tumble::step::StepStatus;
 use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, Rung};
 use tumble::solver::native::NativeSolver;
-use tumble::state::State;
+use tumble::mechanics::state::State;
 
 const THREADS: usize = 8;
 /// Steps by Ipopt: from shortly before the first touch to well into the contact.

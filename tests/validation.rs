@@ -5,11 +5,11 @@ use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestRunner};
 use std::cell::Cell;
 use tumble::error::Error;
-use tumble::model::{ContactModel, Parameters};
-use tumble::scene;
+use tumble::world::{ContactModel, Parameters};
+use tumble::simulation::scene;
 use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, Rung};
 use tumble::solver::native::NativeSolver;
-use tumble::solver::{Decision, Step, StepReport, StepSolver};
+use tumble::step::{Decision, Step, StepReport, StepSolver};
 use tumble::validation::{
     self, Findings, Input, Inputs, Laboratory, PROBLEMS, Problem, Unsuitable,
 };

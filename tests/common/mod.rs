@@ -11,13 +11,15 @@ use serde::Deserialize;
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
-use tumble::body::RigidBody;
-use tumble::model::{ContactModel, Parameters};
-use tumble::plane::Plane;
-use tumble::quaternion::rotation;
-use tumble::scene;
-use tumble::solver::{Decision, Step, StepReport, StepSolver};
-use tumble::state::{State, Wrench};
+use tumble::contact::certificate::{Certificate, Certifier, Claim};
+use tumble::contact::detection::all_contacts;
+use tumble::contact::{Contact, Plane};
+use tumble::mechanics::quaternion::rotation;
+use tumble::mechanics::{RigidBody, State, Wrench};
+use tumble::simulation::scene;
+use tumble::step::{Step, StepReport, StepSolution, StepSolver};
+use tumble::step_nlp::ProgramPoint;
+use tumble::world::{Parameters, World};
 
 /// The seeds of `data/tutorial`.
 pub const SEEDS: [u32; 4] = [42, 0, 1, 2];
@@ -43,7 +45,7 @@ pub struct Row {
     pub solved: bool,
     pub iterations: u32,
     pub active: [bool; 8],
-    pub decision: Decision,
+    pub point: ProgramPoint,
 }
 
 #[derive(Deserialize)]
@@ -55,14 +57,14 @@ pub fn tutorial_rows(seed: u32) -> Vec<Row> {
     let mut reader = csv::Reader::from_reader(text.as_bytes());
     let rows = reader.deserialize().map(|row| {
         let RawRow(k, status, iterations, flags, x) = row.unwrap();
-        let mut decision = Decision::at_rest_in(&state(&x[..13]), 8);
-        decision.as_mut_slice().copy_from_slice(&x);
+        let mut point = ProgramPoint::zeros(8);
+        point.as_mut_slice().copy_from_slice(&x);
         Row {
             k,
             solved: status == "Solve_Succeeded",
             iterations,
             active: std::array::from_fn(|i| flags.as_bytes()[i] == b'1'),
-            decision,
+            point,
         }
     });
     rows.collect()
@@ -75,11 +77,11 @@ impl Row {
     }
 
     pub fn state(&self) -> State {
-        self.decision.state()
+        self.point.state()
     }
 
     pub fn forces(&self) -> Vec<Vector3<f64>> {
-        self.decision.forces().collect()
+        (0..8).map(|i| self.point.force(i)).collect()
     }
 }
 
@@ -89,8 +91,8 @@ pub fn tutorial_parameters() -> Parameters {
 }
 
 /// The tutorial's thrown cube above the ground.
-pub fn tutorial_model() -> ContactModel {
-    ContactModel::new(tutorial_parameters()).unwrap()
+pub fn tutorial_world() -> World {
+    World::new(tutorial_parameters()).unwrap()
 }
 
 /// A state of thirteen numbers.
@@ -108,59 +110,119 @@ pub fn wrench_of(body: &RigidBody, state: &State, forces: &[Vector3<f64>]) -> Wr
     }
 }
 
-/// One step by `solver`, for the flags `active` and from the start `previous`.
+/// The body of a world of one.
+pub fn body(world: &World) -> &RigidBody {
+    &world.bodies()[0]
+}
+
+/// The number of contact points of the body.
+pub fn points(world: &World) -> usize {
+    body(world).contact_points().len()
+}
+
+/// The heights of the body's points above the ground, m.
+pub fn heights(world: &World, state: &State) -> Vec<f64> {
+    world.heights(0, &state.pose()).collect()
+}
+
+/// The contacts of all points with the ground.
+pub fn contacts(world: &World, state: &State) -> Vec<Contact> {
+    let mut contacts = Vec::new();
+    all_contacts(world, &[*state], &mut contacts);
+    contacts
+}
+
+/// The contacts of the flagged points with the ground.
+pub fn flagged_contacts(world: &World, state: &State, flags: &[bool]) -> Vec<Contact> {
+    contacts(world, state).into_iter().filter(|contact| flags[contact.key.point]).collect()
+}
+
+/// The forces of a solution, one a contact point of the body; zero where there is no contact.
+pub fn point_forces(world: &World, solution: &StepSolution) -> Vec<Vector3<f64>> {
+    let mut forces = vec![Vector3::zeros(); points(world)];
+    for contact in &solution.contacts {
+        forces[contact.key.point] = contact.force;
+    }
+    forces
+}
+
+/// One step by `solver`, with the candidates `candidates` and from the start `previous`.
 pub fn solve(
     solver: &mut dyn StepSolver,
-    model: &ContactModel,
+    world: &World,
     (state, wrench): (&State, &Wrench),
-    active: &[bool],
-    previous: &Decision,
-) -> (StepReport, Decision) {
-    let (mut active, mut solution) = (active.to_vec(), previous.clone());
-    let free = &model.free_flight(state, wrench);
-    let step = Step { model, state, wrench, free, previous };
-    let report = solver.solve(&step, &mut active, &mut solution).unwrap();
+    candidates: &[Contact],
+    previous: &StepSolution,
+) -> (StepReport, StepSolution) {
+    let (mut candidates, mut solution) = (candidates.to_vec(), StepSolution::default());
+    let (states, wrenches) = (&[*state], &[*wrench]);
+    let free = &[world.free_flight(0, state, wrench)];
+    let step =
+        Step { world, states, wrenches, free, previous, earlier: None, interrupt: None };
+    let report = solver.solve(&step, &mut candidates, &mut solution).unwrap();
     (report, solution)
 }
 
-/// The certificate written down a second time, with products of quaternions instead of
-/// matrices: dynamics, penetration, normal law, friction law, cone.
+/// The certificate of a step from the forces of all points, N, world.
+pub fn certify(
+    world: &World,
+    (old, new): (&State, &State),
+    forces: &[Vector3<f64>],
+    wrench: &Wrench,
+) -> Certificate {
+    let contacts = contacts(world, old);
+    let (states, next, wrenches) = (&[*old], &[*new], &[*wrench]);
+    let claim = Claim { states, next, wrenches, contacts: &contacts };
+    Certifier::new().contact_step(world, &claim, forces.iter().copied())
+}
+
+/// The certificate on level ground written down a second time, with products of quaternions
+/// and the response in the world's axes, W = E/m − [r]× (A I Aᵀ)⁻¹ [r]×: dynamics,
+/// penetration, normal law, friction law, cone.
 pub fn certificate_by_hand(
-    model: &ContactModel,
+    world: &World,
     (old, new): (&State, &State),
     forces: &[Vector3<f64>],
     wrench: &Wrench,
 ) -> [f64; 5] {
-    let (h, mass, mu) = (model.time_step(), model.body().mass(), model.friction());
+    let (h, mass, mu) = (world.time_step(), body(world).mass(), world.friction());
     let q = |state: &State| {
         let [w, x, y, z] = state.attitude.into();
         Quaternion::new(w, x, y, z)
     };
     let turned = |q: Quaternion<f64>, c| (q * Quaternion::from_imag(c) * q.conjugate()).imag();
+    let axes = Matrix3::from_columns(
+        &[Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| turned(q(old), axis)),
+    );
+    let inertia_world = axes * body(world).inertia() * axes.transpose();
     let (mut f, mut torque, mut reach) = (wrench.force, wrench.torque, 0.0_f64);
     let mut parts = [0.0_f64; 5];
-    for (c, force) in model.body().contact_points().iter().map(|p| p.position).zip(forces) {
+    for (c, force) in body(world).contact_points().iter().map(|p| p.position).zip(forces) {
         f += force;
         torque += c.cross(&turned(q(old).conjugate(), *force));
         reach = reach.max(c.amax());
         let [before, after] = [old, new].map(|x| x.position + turned(q(x), c));
         let (slip, rise) = ((after - before).xy() / h, after.z / h);
+        let lever = (before - old.position).cross_matrix();
+        let response =
+            Matrix3::identity() / mass - lever * inertia_world.try_inverse().unwrap() * lever;
+        let (w_n, w_t) = (response[(2, 2)], 0.5 * (response[(0, 0)] + response[(1, 1)]));
         let (p, normal) = (force.xy() * h, force.z * h);
-        let target: Vector2<f64> = p - slip * mass;
-        let radius = mu * normal.max(0.0);
+        let target: Vector2<f64> = w_t * p - slip;
+        let radius = mu * w_t * normal.max(0.0);
         let nearest = target * if target.norm() > radius { radius / target.norm() } else { 1.0 };
         parts[1] = parts[1].max(-rise);
-        parts[2] = parts[2].max((normal / mass).min(rise).abs());
-        parts[3] = parts[3].max((p - nearest).norm() / mass);
-        parts[4] = parts[4].max((p.norm() - mu * normal) / mass);
+        parts[2] = parts[2].max((w_n * normal).min(rise).abs());
+        parts[3] = parts[3].max((w_t * p - nearest).norm());
+        parts[4] = parts[4].max(w_t * (p.norm() - mu * normal));
     }
-    let inertia = model.body().inertia();
+    let inertia = body(world).inertia();
     let rate = inertia.lu().solve(&(torque - new.spin.cross(&(inertia * new.spin)))).unwrap();
     let turned = q(old) + q(old) * Quaternion::from_imag(new.spin) * (0.5 * h);
     parts[0] = [
         (old.position + new.velocity * h - new.position).amax() / h,
         (turned.normalize() - q(new)).coords.amax() * reach / h,
-        (old.velocity + (f / mass + model.gravity()) * h - new.velocity).amax(),
+        (old.velocity + (f / mass + world.gravity()) * h - new.velocity).amax(),
         (old.spin + rate * h - new.spin).amax() * reach,
     ]
     .into_iter()
@@ -203,17 +265,21 @@ pub fn inertia() -> impl Strategy<Value = Matrix3<f64>> {
     })
 }
 
-/// Any body with 1 to 12 contact points on any incline, with or without friction. The
-/// smoothing is large, 0.5 to 1 N, for derivatives that differences can follow.
-pub fn any_model() -> impl Strategy<Value = ContactModel> {
+/// Any body with 1 to 12 contact points above any plane, with or without friction.
+pub fn any_world() -> impl Strategy<Value = World> {
     let body = (0.1..100.0, inertia(), proptest::collection::vec(vector(2.0), 1..=12));
     let friction = prop_oneof![1 => Just(0.0), 4 => 0.05..1.0];
-    (body, vector(10.0), friction, 1e-3..0.05, 0.5..1.0).prop_map(
-        |((mass, inertia, points), gravity, friction, time_step, smoothing)| {
+    let ground = prop_oneof![
+        1 => Just(Plane::level()),
+        1 => (vector(1.0), -1.0..1.0)
+            .prop_filter("a normal", |(normal, _)| normal.norm() > 0.1)
+            .prop_map(|(normal, offset)| Plane::new(normal, offset).unwrap()),
+    ];
+    (body, vector(10.0), friction, 1e-3..0.05, ground).prop_map(
+        |((mass, inertia, points), gravity, friction, time_step, ground)| {
             let body = RigidBody::new(mass, inertia, &points).unwrap();
-            let parameters =
-                Parameters { body, plane: Plane::level(), gravity, friction, time_step, smoothing };
-            ContactModel::new(parameters).unwrap()
+            let bodies = vec![body];
+            World::new(Parameters { bodies, ground, gravity, friction, time_step }).unwrap()
         },
     )
 }

@@ -6,12 +6,12 @@ use super::steps::{Seen, check_run, native};
 use crate::common::{any_model, quaternion, tutorial_model, vector};
 use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::*;
-use tumble::body::RigidBody;
-use tumble::model::{ContactModel, Parameters};
-use tumble::plane::Plane;
-use tumble::quaternion::rotation;
+use tumble::mechanics::body::RigidBody;
+use tumble::world::{ContactModel, Parameters};
+use tumble::contact::plane::Plane;
+use tumble::mechanics::quaternion::rotation;
 use tumble::solver::ipopt::{Formulation, IpoptSolver, LADDER_CERTIFICATE, Ladder, Rung};
-use tumble::state::State;
+use tumble::mechanics::state::State;
 
 /// Steps of each run.
 const STEPS: usize = 4;

@@ -2,15 +2,15 @@
 
 use proptest::prelude::*;
 use std::cell::Cell;
-use tumble::certificate::certify_contact_step;
-use tumble::detection::Detection;
+use tumble::contact::certificate::certify_contact_step;
+use tumble::contact::detection::Detection;
 use tumble::ipopt::ReturnStatus;
-use tumble::model::ContactModel;
+use tumble::world::ContactModel;
 use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::solver::ipopt::Rung;
 use tumble::solver::native::{ACCEPTED_CERTIFICATE, NativeSolver};
-use tumble::solver::{StepReport, StepSolver, StepStatus};
-use tumble::state::{State, Wrench};
+use tumble::step::{StepReport, StepSolver, StepStatus};
+use tumble::mechanics::state::{State, Wrench};
 
 /// How the contact steps of a test's runs ended.
 #[derive(Debug, Default)]

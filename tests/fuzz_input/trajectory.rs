@@ -4,10 +4,10 @@ use super::{each, finite};
 use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::{Index, select};
-use tumble::certificate::Certificate;
+use tumble::contact::certificate::Certificate;
 use tumble::simulation::StepRecord;
-use tumble::solver::{StepReport, StepStatus};
-use tumble::trajectory::{TrajectoryError, TrajectoryReader, TrajectoryRow, TrajectoryWriter};
+use tumble::step::{StepReport, StepStatus};
+use tumble::simulation::trajectory::{TrajectoryError, TrajectoryReader, TrajectoryRow, TrajectoryWriter};
 
 /// Everything up to the `end` row; an error is one short line.
 fn read(bytes: &[u8]) -> Result<Vec<TrajectoryRow>, TrajectoryError> {

@@ -7,12 +7,12 @@ use nalgebra::{Matrix3, Vector3};
 use proptest::array::uniform8;
 use proptest::collection::vec;
 use proptest::prelude::*;
-use tumble::body::RigidBody;
+use tumble::mechanics::body::RigidBody;
 use tumble::ipopt::{BarrierStrategy, MultiplierStep, Options, Scaling};
-use tumble::model::{ContactModel, Parameters};
-use tumble::solver::StepSolver;
+use tumble::world::{ContactModel, Parameters};
+use tumble::step::StepSolver;
 use tumble::solver::ipopt::{ACCEPTED_CERTIFICATE, Formulation, IpoptSolver};
-use tumble::state::Wrench;
+use tumble::mechanics::state::Wrench;
 use tumble::step_nlp::StepNlp;
 
 /// A state in which the tutorial's cube stands on the ground, moving down and along it.

@@ -4,19 +4,17 @@
 // Each test program compiles this file for itself and uses a part of it.
 #![allow(dead_code)]
 
-use crate::common::tutorial_parameters;
+use crate::common::{body, certify, contacts, point_forces, solve, tutorial_parameters};
 use nalgebra::{Matrix3, Vector3, Vector4};
 use rand_mt::Mt;
-use tumble::body::RigidBody;
-use tumble::certificate::{Certificate, certify_contact_step};
-use tumble::detection::Detection;
-use tumble::model::{ContactModel, Parameters};
-use tumble::quaternion::left;
-use tumble::scene::Scene;
+use tumble::contact::{Certificate, Detection};
+use tumble::mechanics::quaternion::left;
+use tumble::mechanics::{RigidBody, State, Wrench};
+use tumble::simulation::scene::Scene;
 use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::solver::native::NativeSolver;
-use tumble::solver::{Decision, Step, StepReport, StepSolver, StepStatus};
-use tumble::state::{State, Wrench};
+use tumble::step::{ContactForce, StepReport, StepSolution, StepSolver, StepStatus};
+use tumble::world::{Parameters, World};
 
 /// I of the tutorial's cube over E₃, kg m².
 pub const LIGHT: f64 = 0.01;
@@ -25,7 +23,7 @@ pub const SOLID: f64 = 6.666667;
 
 /// The tutorial's constants for a body.
 pub fn parameters(body: RigidBody) -> Parameters {
-    Parameters { body, ..tutorial_parameters() }
+    Parameters { bodies: vec![body], ..tutorial_parameters() }
 }
 
 /// The tutorial's cube with another inertia.
@@ -33,10 +31,10 @@ pub fn cube(inertia: Matrix3<f64>) -> RigidBody {
     RigidBody::with_box_corners(10.0, inertia, Vector3::repeat(1.0)).unwrap()
 }
 
-/// The tutorial's model with the inertia `inertia` E₃.
-pub fn cube_model(inertia: f64) -> ContactModel {
+/// The tutorial's world with the inertia `inertia` E₃.
+pub fn cube_world(inertia: f64) -> World {
     let inertia = Matrix3::from_diagonal_element(inertia);
-    ContactModel::new(parameters(cube(inertia))).unwrap()
+    World::new(parameters(cube(inertia))).unwrap()
 }
 
 /// Cubes of three inertias: the tutorial's, a solid cube's, and one with moments close to
@@ -57,21 +55,21 @@ pub fn thrown(seed: u32) -> State {
 }
 
 /// A simulation by the native solver.
-pub fn native(model: &ContactModel, start: State) -> Simulation<'static> {
-    let solver = Box::new(NativeSolver::new(model));
+pub fn native(world: &World, start: State) -> Simulation<'static> {
+    let solver = Box::new(NativeSolver::new(world));
     let motion = Motion::Contact { detection: Detection::Predictive, solver };
-    Simulation::new(model.clone(), start, motion).unwrap()
+    Simulation::new(world.clone(), [start], motion).unwrap()
 }
 
 /// The steps of a thrown cube's run of 1000 rows by the native solver.
-pub fn thrown_run(model: &ContactModel, seed: u32) -> Vec<StepRecord> {
-    native_run(model, thrown(seed), 999)
+pub fn thrown_run(world: &World, seed: u32) -> Vec<StepRecord> {
+    native_run(world, thrown(seed), 999)
 }
 
 /// The steps of a run by the native solver.
-pub fn native_run(model: &ContactModel, start: State, steps: usize) -> Vec<StepRecord> {
-    let mut simulation = native(model, start);
-    let mut record = StepRecord::new(&start, model.contact_count());
+pub fn native_run(world: &World, start: State, steps: usize) -> Vec<StepRecord> {
+    let mut simulation = native(world, start);
+    let mut record = StepRecord::new();
     let mut run = Vec::with_capacity(steps);
     for _ in 0..steps {
         simulation.step(&mut record).unwrap();
@@ -80,12 +78,12 @@ pub fn native_run(model: &ContactModel, start: State, steps: usize) -> Vec<StepR
     run
 }
 
-/// The largest certificate of a run, after a check that no step failed.
-pub fn worst_certificate(run: &[StepRecord]) -> f64 {
+/// The largest residual of a run, after a check that no step failed.
+pub fn worst_residual(run: &[StepRecord]) -> f64 {
     for step in run {
         assert_ne!(step.report.status, StepStatus::Failed, "step {}", step.index);
     }
-    run.iter().map(|step| step.certificate.worst()).fold(0.0, largest)
+    run.iter().map(|step| step.certificate.residual()).fold(0.0, largest)
 }
 
 /// The larger of two numbers, NaN if either is.
@@ -96,8 +94,7 @@ pub fn largest(a: f64, b: f64) -> f64 {
 /// A step solved on its own.
 pub struct Solved {
     pub report: StepReport,
-    pub active: Vec<bool>,
-    pub decision: Decision,
+    pub solution: StepSolution,
     pub certificate: Certificate,
 }
 
@@ -105,36 +102,34 @@ pub struct Solved {
 /// the start `previous`.
 pub fn solve_step(
     solver: &mut dyn StepSolver,
-    model: &ContactModel,
+    world: &World,
     state: &State,
-    previous: &Decision,
+    previous: &StepSolution,
 ) -> Solved {
     let wrench = &Wrench::zero();
-    let free = &model.free_flight(state, wrench);
-    let mut active = vec![false; model.contact_count()];
-    let mut decision = Decision::at_rest_in(free, model.contact_count());
-    let report = if Detection::Predictive.flag(model, state, free, &mut active) {
-        let step = Step { model, state, wrench, free, previous };
-        solver.solve(&step, &mut active, &mut decision).unwrap()
+    let free = world.free_flight(0, state, wrench);
+    let mut candidates = Vec::new();
+    let touches = Detection::Predictive.find(world, &[*state], &[free], &mut candidates);
+    let (report, solution) = if touches {
+        solve(solver, world, (state, wrench), &candidates, previous)
     } else {
-        StepReport::without_problem(StepStatus::Free)
+        (StepReport::without_problem(StepStatus::Free), StepSolution::free(&[free]))
     };
-    let forces: Vec<_> = decision.forces().collect();
-    let certificate = certify_contact_step(model, state, &decision.state(), &forces, wrench);
-    Solved { report, active, decision, certificate }
+    let forces = point_forces(world, &solution);
+    let certificate = certify(world, (state, &solution.states[0]), &forces, wrench);
+    Solved { report, solution, certificate }
 }
 
-/// The point `state` with the contact forces `forces`, a start for a step.
-pub fn with_forces(state: &State, forces: &[Vector3<f64>]) -> Decision {
-    let mut decision = Decision::at_rest_in(state, forces.len());
-    let layout = decision.layout();
-    for (i, force) in forces.iter().enumerate() {
-        let variables = layout.contact_variables(i);
-        for axis in 0..3 {
-            decision.as_mut_slice()[variables[axis]] = force[axis];
-        }
-    }
-    decision
+/// The point `state` with forces (N, world) at the contact points, a start for a step.
+pub fn with_forces(world: &World, state: &State, forces: &[Vector3<f64>]) -> StepSolution {
+    let mut solution = StepSolution::free(&[*state]);
+    let contacts = contacts(world, state);
+    solution.contacts.extend(contacts.iter().zip(forces).map(|(contact, force)| ContactForce {
+        force: *force,
+        normal_force: contact.normal().dot(force),
+        ..ContactForce::none(contact.key)
+    }));
+    solution
 }
 
 /// The state turned by `angle` about the vertical.
@@ -156,9 +151,9 @@ pub fn pose_apart(a: &State, b: &State) -> f64 {
 }
 
 /// The largest difference of two states' motions at the body's reach, m/s.
-pub fn motion_apart(model: &ContactModel, a: &State, b: &State) -> f64 {
+pub fn motion_apart(world: &World, a: &State, b: &State) -> f64 {
     let velocity = (a.velocity - b.velocity).amax();
-    velocity.max((a.spin - b.spin).amax() * model.body().reach())
+    velocity.max((a.spin - b.spin).amax() * body(world).reach())
 }
 
 /// Random numbers from 0 to 1, the same in every run.
