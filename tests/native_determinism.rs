@@ -3,11 +3,12 @@
 mod common;
 mod toss;
 
+use common::point_forces;
 use std::thread;
 use toss::*;
-use tumble::world::ContactModel;
 use tumble::simulation::StepRecord;
 use tumble::solver::native::NativeSolver;
+use tumble::world::World;
 
 /// FNV-1a, 64 bits, over the bytes of the numbers, lowest first.
 fn fingerprint(numbers: impl IntoIterator<Item = f64>) -> u64 {
@@ -18,18 +19,20 @@ fn fingerprint(numbers: impl IntoIterator<Item = f64>) -> u64 {
 }
 
 /// States and forces of all steps of a run. They come from + − × ÷ and √ alone, which round
-/// in one way on every machine; the slip speeds λ also need the `hypot` of its library.
-fn numbers(run: &[StepRecord]) -> Vec<f64> {
+/// in one way on every machine.
+fn numbers(world: &World, run: &[StepRecord]) -> Vec<f64> {
     let solution = |step: &StepRecord| {
-        let end = step.solution.layout().force_z().end;
-        step.solution.as_slice()[..end].to_vec()
+        let mut numbers = step.next().to_vector().as_slice().to_vec();
+        numbers.extend(point_forces(world, &step.solution).iter().flatten());
+        numbers
     };
     run.iter().flat_map(solution).collect()
 }
 
 /// The fingerprint of a thrown cube's run of 1000 rows.
 fn thrown_fingerprint(inertia: f64, seed: u32) -> u64 {
-    fingerprint(numbers(&thrown_run(&cube_model(inertia), seed)))
+    let world = cube_world(inertia);
+    fingerprint(numbers(&world, &thrown_run(&world, seed)))
 }
 
 const RUNS: [(f64, u32); 6] =
@@ -103,12 +106,12 @@ fn eight_threads_give_the_same_doubles_as_one() {
 /// A solver that has solved other steps before, of another run, leaves no trace of them.
 #[test]
 fn a_solver_remembers_nothing_of_the_steps_before() {
-    let model = ContactModel::new(parameters(cubes().remove(2))).unwrap();
-    let (one, other) = (thrown_run(&model, 42), thrown_run(&model, 1));
-    let mut used = NativeSolver::new(&model);
-    for (pair, elsewhere) in one.windows(2).zip(&other) {
-        solve_step(&mut used, &model, &elsewhere.state, &elsewhere.solution);
-        let again = solve_step(&mut used, &model, &pair[1].state, &pair[0].solution);
-        assert_eq!(again.decision, pair[1].solution, "step {}", pair[1].index);
+    let world = World::new(parameters(cubes().remove(2))).unwrap();
+    let (one, other) = (thrown_run(&world, 42), thrown_run(&world, 1));
+    let mut used = NativeSolver::new(&world);
+    for k in 2..one.len() {
+        solve_step(&mut used, &world, other[k].state(), &other[k - 1].solution);
+        let again = solve_again(&mut used, &world, &one, k);
+        assert_eq!(again.solution, one[k].solution, "step {k}");
     }
 }
