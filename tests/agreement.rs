@@ -9,11 +9,11 @@ use std::sync::LazyLock;
 use toss::*;
 use tumble::contact::certificate::certify_contact_step;
 use tumble::contact::detection::Detection;
-use tumble::world::ContactModel;
-use tumble::simulation::StepRecord;
-use tumble::step::StepStatus;
-use tumble::solver::ipopt::{Formulation, IpoptSolver};
 use tumble::mechanics::state::Wrench;
+use tumble::simulation::StepRecord;
+use tumble::solver::ipopt::{Formulation, IpoptSolver};
+use tumble::step::StepStatus;
+use tumble::world::ContactModel;
 
 const SEEDS: [u32; 6] = [0, 1, 2, 3, 6, 42];
 /// Every so many steps of a run one is compared.

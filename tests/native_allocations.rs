@@ -6,11 +6,11 @@ mod toss;
 use allocation_counter::measure;
 use nalgebra::Vector3;
 use toss::*;
-use tumble::world::ContactModel;
+use tumble::mechanics::state::Wrench;
 use tumble::simulation::StepRecord;
 use tumble::solver::native::NativeSolver;
 use tumble::step::{Decision, Step, StepSolver, StepStatus};
-use tumble::mechanics::state::Wrench;
+use tumble::world::ContactModel;
 
 /// Whole runs, flags, solves and certificates. The seeds 1, 2 and 6 hold the hard steps, in
 /// which Newton's method does not get there from the step before.

@@ -5,9 +5,9 @@ mod toss;
 
 use std::thread;
 use toss::*;
-use tumble::world::ContactModel;
 use tumble::simulation::StepRecord;
 use tumble::solver::native::NativeSolver;
+use tumble::world::ContactModel;
 
 /// FNV-1a, 64 bits, over the bytes of the numbers, lowest first.
 fn fingerprint(numbers: impl IntoIterator<Item = f64>) -> u64 {

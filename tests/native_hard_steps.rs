@@ -8,8 +8,8 @@ use common::{reference, state};
 use nalgebra::Vector3;
 use serde::Deserialize;
 use toss::*;
-use tumble::step::StepStatus;
 use tumble::solver::native::NativeSolver;
+use tumble::step::StepStatus;
 
 #[derive(Deserialize)]
 struct Steps {

@@ -8,9 +8,9 @@ use nalgebra::{Matrix3, Vector3};
 use std::f64::consts::TAU;
 use toss::*;
 use tumble::mechanics::body::RigidBody;
-use tumble::world::{ContactModel, Parameters};
-use tumble::simulation::StepRecord;
 use tumble::mechanics::state::State;
+use tumble::simulation::StepRecord;
+use tumble::world::{ContactModel, Parameters};
 
 const GRAVITY: f64 = 9.81;
 /// Speed at which the boxes start to slide, m/s.

@@ -8,10 +8,10 @@ use nalgebra::{Matrix3, Vector3};
 use std::ops::Range;
 use toss::*;
 use tumble::mechanics::body::RigidBody;
-use tumble::world::ContactModel;
-use tumble::simulation::StepRecord;
 use tumble::mechanics::state::Wrench;
+use tumble::simulation::StepRecord;
 use tumble::step_nlp::{StepNlp, layout};
+use tumble::world::ContactModel;
 
 /// Every step of some runs with its rows of the program.
 fn each_step(mut check: impl FnMut(&StepNlp, &StepRecord, &[f64])) {

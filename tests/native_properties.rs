@@ -10,13 +10,13 @@ use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestRunner};
 use std::cell::Cell;
 use toss::native;
-use tumble::mechanics::body::RigidBody;
-use tumble::world::{ContactModel, Parameters};
 use tumble::contact::plane::Plane;
+use tumble::mechanics::body::RigidBody;
 use tumble::mechanics::quaternion::rotation;
+use tumble::mechanics::state::State;
 use tumble::simulation::StepRecord;
 use tumble::step::StepStatus;
-use tumble::mechanics::state::State;
+use tumble::world::{ContactModel, Parameters};
 
 /// Steps of each toss.
 const STEPS: usize = 50;

@@ -8,13 +8,13 @@ use common::{reference, state};
 use nalgebra::{Matrix3, Vector3};
 use serde::Deserialize;
 use toss::{motion_apart, native_run, pose_apart, worst_certificate};
-use tumble::mechanics::body::RigidBody;
-use tumble::world::{ContactModel, Parameters};
 use tumble::contact::plane::Plane;
-use tumble::simulation::scene::SMOOTHING;
-use tumble::simulation::StepRecord;
-use tumble::step::StepStatus;
+use tumble::mechanics::body::RigidBody;
 use tumble::mechanics::state::State;
+use tumble::simulation::StepRecord;
+use tumble::simulation::scene::SMOOTHING;
+use tumble::step::StepStatus;
+use tumble::world::{ContactModel, Parameters};
 
 #[derive(Deserialize)]
 struct Index {

@@ -8,10 +8,10 @@ use common::state;
 use nalgebra::{Matrix3, Vector3};
 use std::f64::consts::FRAC_1_SQRT_2;
 use toss::*;
-use tumble::world::{ContactModel, Parameters};
-use tumble::step::StepStatus;
-use tumble::solver::native::NativeSolver;
 use tumble::mechanics::state::State;
+use tumble::solver::native::NativeSolver;
+use tumble::step::StepStatus;
+use tumble::world::{ContactModel, Parameters};
 
 /// Starts of each step: no forces, then random ones.
 const STARTS: u32 = 4;

@@ -6,9 +6,9 @@ mod toss;
 
 use nalgebra::{Matrix3, Vector3, Vector4};
 use toss::*;
-use tumble::world::{ContactModel, Parameters};
-use tumble::simulation::StepRecord;
 use tumble::mechanics::state::State;
+use tumble::simulation::StepRecord;
+use tumble::world::{ContactModel, Parameters};
 
 const SEEDS: [u32; 7] = [0, 1, 2, 3, 6, 8, 42];
 

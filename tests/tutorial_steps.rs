@@ -12,9 +12,9 @@ use proptest::prelude::*;
 use tumble::contact::certificate::{Certificate, certify_contact_step};
 use tumble::ipopt::{BarrierStrategy, MultiplierStep, Options, Scaling};
 use tumble::mechanics::quaternion::advance;
-use tumble::step::StepStatus;
-use tumble::solver::ipopt::{Formulation, IpoptSolver};
 use tumble::mechanics::state::{State, Wrench};
+use tumble::solver::ipopt::{Formulation, IpoptSolver};
+use tumble::step::StepStatus;
 use tumble::step_nlp::StepNlp;
 
 /// The tutorial's options: its own two, and Ipopt's defaults for all that change a path.

@@ -157,8 +157,7 @@ pub fn solve(
     let (mut candidates, mut solution) = (candidates.to_vec(), StepSolution::default());
     let (states, wrenches) = (&[*state], &[*wrench]);
     let free = &[world.free_flight(0, state, wrench)];
-    let step =
-        Step { world, states, wrenches, free, previous, earlier: None, interrupt: None };
+    let step = Step { world, states, wrenches, free, previous, earlier: None, interrupt: None };
     let report = solver.solve(&step, &mut candidates, &mut solution).unwrap();
     (report, solution)
 }
