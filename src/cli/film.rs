@@ -1,11 +1,10 @@
 //! A trajectory file as a film: what the library calls things, in the words of the pictures.
 
 use super::outcome::Failure;
+use super::physics::Physics;
 use super::run_file::{RunFile, heading};
 use super::source::{Source, TrajectoryFile};
 use nalgebra::{Quaternion, UnitQuaternion};
-use tumble::load::Load;
-use tumble::model::ContactModel;
 use tumble::solver::StepStatus;
 use tumble::trajectory::TrajectoryRow;
 use tumble_pictures::{self as pictures, Body, Contact, Fact, Film, Frame, Ground, Pose, Status};
@@ -22,8 +21,8 @@ pub fn film(mut file: TrajectoryFile<'_>, most: usize) -> Result<Film, Failure> 
         }
         frames.push(frame(&row));
     }
-    let Source { model, load, floating, run } = file.source;
-    let plane = model.plane();
+    let Source { physics, floating, run } = file.source;
+    let (model, plane) = (&physics.model, physics.model.plane());
     let ground = Ground { normal: *plane.normal(), offset: plane.offset() };
     Ok(Film {
         title: run.as_ref().map_or(String::new(), title),
@@ -32,13 +31,13 @@ pub fn film(mut file: TrajectoryFile<'_>, most: usize) -> Result<Film, Failure> 
         gravity: model.parameters().gravity,
         friction: model.friction(),
         ground: (!floating).then_some(ground),
-        bodies: vec![body(&model, &load)],
+        bodies: vec![body(&physics)],
         frames,
     })
 }
 
-fn body(model: &ContactModel, load: &Load) -> Body {
-    let body = model.body();
+fn body(physics: &Physics) -> Body {
+    let (body, load) = (physics.model.body(), &physics.load);
     Body {
         mass: body.mass(),
         inertia: *body.inertia(),

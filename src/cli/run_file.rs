@@ -1,15 +1,9 @@
 //! `run.json`: what made a trajectory, and what came of it.
 
-use super::choices::Inertia;
 use super::outcome::Failure;
-use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
-use tumble::body::RigidBody;
-use tumble::load::{Load, Polyline};
-use tumble::model::{ContactModel, Parameters};
-use tumble::plane::Plane;
 use tumble::scene::Scene;
 use tumble::summary::RunSummary;
 
@@ -28,7 +22,7 @@ pub struct RunFile {
     pub summary: SummaryFile,
 }
 
-/// The constants of the model, SI units; see [`Parameters`].
+/// The constants of the model, SI units.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct RunParameters {
     pub steps: u64,
@@ -55,7 +49,7 @@ pub struct PlaneParameters {
     pub offset: f64,
 }
 
-/// The external load; see [`Load`].
+/// The external load.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct LoadParameters {
     /// Knots: t, s, and the force, N, world.
@@ -68,31 +62,7 @@ pub struct LoadParameters {
 
 impl Default for PlaneParameters {
     fn default() -> Self {
-        Self::of(&Plane::level())
-    }
-}
-
-impl PlaneParameters {
-    pub fn of(plane: &Plane) -> Self {
-        Self { normal: (*plane.normal()).into(), offset: plane.offset() }
-    }
-}
-
-impl LoadParameters {
-    pub fn of(load: &Load) -> Self {
-        let knots = |line: &Polyline| {
-            line.knots().iter().map(|(time, v)| [*time, v[0], v[1], v[2]]).collect()
-        };
-        let at = (*load.point()).into();
-        Self { force: knots(&load.force), torque: knots(&load.torque), at }
-    }
-
-    fn load(&self) -> Result<Load, Failure> {
-        let line = |knots: &[[f64; 4]]| {
-            let knots = knots.iter().map(|&[t, x, y, z]| (t, Vector3::new(x, y, z)));
-            Polyline::new(knots.collect())
-        };
-        Ok(Load::new(line(&self.force)?, line(&self.torque)?, self.at.into())?)
+        Self { normal: [0.0, 0.0, 1.0], offset: 0.0 }
     }
 }
 
@@ -139,49 +109,6 @@ pub struct SummaryFile {
 pub fn heading(scene: &str) -> String {
     let of_tutorial = [Scene::drop().name, Scene::floating().name].contains(&scene);
     if of_tutorial { format!("{scene} scene") } else { scene.to_owned() }
-}
-
-impl RunParameters {
-    pub fn of(model: &ContactModel, load: &Load, steps: u64) -> Self {
-        let body = model.body();
-        Self {
-            steps,
-            dt: model.time_step(),
-            mu: model.friction(),
-            mass: body.mass(),
-            inertia: body.inertia().transpose().into(),
-            gravity: model.parameters().gravity.into(),
-            epsilon: model.smoothing(),
-            plane: PlaneParameters::of(model.plane()),
-            contact_points: body.contact_points().iter().map(|c| c.position.into()).collect(),
-            load: (!load.is_none()).then(|| LoadParameters::of(load)),
-        }
-    }
-
-    /// The load these parameters describe.
-    pub fn load(&self) -> Result<Load, Failure> {
-        self.load.as_ref().map_or(Ok(Load::none()), LoadParameters::load)
-    }
-
-    /// The inertia, from its rows.
-    pub fn inertia_matrix(&self) -> Inertia {
-        Inertia::Matrix(Matrix3::from(self.inertia).transpose())
-    }
-
-    /// The model these parameters describe.
-    pub fn model(&self) -> Result<ContactModel, Failure> {
-        let inertia = Matrix3::from(self.inertia).transpose();
-        let points: Vec<Vector3<f64>> =
-            self.contact_points.iter().copied().map(Vector3::from).collect();
-        Ok(ContactModel::new(Parameters {
-            body: RigidBody::new(self.mass, inertia, &points)?,
-            plane: Plane::new(self.plane.normal.into(), self.plane.offset)?,
-            gravity: self.gravity.into(),
-            friction: self.mu,
-            time_step: self.dt,
-            smoothing: self.epsilon,
-        })?)
-    }
 }
 
 impl SummaryFile {

@@ -93,12 +93,12 @@ fn write_trajectory(
     file: &PendingFile,
     quiet: bool,
 ) -> Result<Run, Failure> {
-    let contacts = job.model.contact_count();
+    let contacts = job.physics.model.contact_count();
     let csv_failed = |error: csv::Error| match error.into_kind() {
         csv::ErrorKind::Io(error) => file.failed(&error),
         other => Failure::Other(format!("the trajectory cannot be written: {other:?}")),
     };
-    let mut writer = TrajectoryWriter::new(file.stream()?, contacts, job.model.time_step())
+    let mut writer = TrajectoryWriter::new(file.stream()?, contacts, job.physics.time_step())
         .map_err(csv_failed)?;
     let mut records = vec![StepRecord::new(&job.start, contacts); CHUNK];
     let (mut summary, mut elapsed) = (RunSummary::default(), Duration::ZERO);

@@ -1,22 +1,16 @@
 //! What a trajectory file is a trajectory of: run.json beside it, and the flags.
 
 use super::args::PhysicsArgs;
-use super::choices::Shape;
 use super::outcome::Failure;
-use super::run_file::{PlaneParameters, RunFile, RunParameters};
-use super::settings::{self, polyline};
-use nalgebra::Vector3;
+use super::physics::Physics;
+use super::run_file::RunFile;
 use std::fs::File;
 use std::path::Path;
-use tumble::load::Load;
-use tumble::model::{ContactModel, Parameters};
-use tumble::scene;
 use tumble::trajectory::{TrajectoryReader, TrajectoryRow};
 
 /// What is known of the file besides its rows.
 pub struct Source {
-    pub model: ContactModel,
-    pub load: Load,
+    pub physics: Physics,
     /// Whether there is no ground.
     pub floating: bool,
     /// run.json, where there is one.
@@ -36,12 +30,12 @@ impl<'a> TrajectoryFile<'a> {
         let file = File::open(path).map_err(|error| cannot_read(path, &error))?;
         let reader = TrajectoryReader::new(file).map_err(|error| cannot_read(path, &error))?;
         let source = source_of(path, flags)?;
-        if source.model.contact_count() != reader.contacts() {
+        if source.physics.model.contact_count() != reader.contacts() {
             return Err(Failure::Input(format!(
                 "{} has columns for {} contact points, run.json names {}",
                 path.display(),
                 reader.contacts(),
-                source.model.contact_count()
+                source.physics.model.contact_count()
             )));
         }
         Ok(Self { path, reader, source })
@@ -51,7 +45,7 @@ impl<'a> TrajectoryFile<'a> {
     pub fn next_row(&mut self) -> Result<Option<TrajectoryRow>, Failure> {
         let row = self.reader.next_row().map_err(|error| cannot_read(self.path, &error))?;
         if let Some(row) = &row {
-            check_time(self.path, row, self.source.model.time_step())?;
+            check_time(self.path, row, self.source.physics.time_step())?;
         }
         Ok(row)
     }
@@ -79,38 +73,13 @@ fn cannot_read(path: &Path, error: &dyn std::fmt::Display) -> Failure {
 fn source_of(path: &Path, flags: &PhysicsArgs) -> Result<Source, Failure> {
     let run_path = path.with_file_name("run.json");
     let run = RunFile::read(&run_path)?;
-    let mut parameters = match &run {
+    let parameters = match &run {
         Some(run) => run.parameters.clone(),
-        None => {
-            RunParameters::of(&ContactModel::new(scene::tutorial_parameters()?)?, &Load::none(), 0)
-        }
+        None => Physics::of_tutorial()?.parameters(0),
     };
     // Without a ground there is but one way to move.
     let floating = run.as_ref().is_some_and(|run| run.solver.name == "rk4");
-    parameters.dt = flags.dt.unwrap_or(parameters.dt);
-    parameters.mu = flags.mu.unwrap_or(parameters.mu);
-    parameters.mass = flags.mass.unwrap_or(parameters.mass);
-    if let Some(gravity) = flags.gravity {
-        parameters.gravity = gravity.into();
-    }
-    if let Some(plane) = &flags.plane {
-        parameters.plane = PlaneParameters::of(plane);
-    }
-    let points = || parameters.contact_points.iter().copied().map(Vector3::from).collect();
-    let shape = flags.sides.map_or_else(|| Shape::Points(points()), Shape::Box);
-    let inertia = flags.inertia.clone().unwrap_or_else(|| parameters.inertia_matrix());
-    let body = settings::body(parameters.mass, &shape, &inertia)?;
-    let model = ContactModel::new(Parameters { body, ..parameters.model()?.parameters().clone() })?;
-    let load = load_of(flags, parameters.load()?)?;
-    Ok(Source { model, load, floating, run })
-}
-
-/// The load, with the parts that flags give in the place of its own.
-fn load_of(flags: &PhysicsArgs, load: Load) -> Result<Load, Failure> {
-    let point = flags.force_at.unwrap_or(*load.point());
-    let force = polyline("--force", &flags.force)?.unwrap_or(load.force);
-    let torque = polyline("--torque", &flags.torque)?.unwrap_or(load.torque);
-    Ok(Load::new(force, torque, point)?)
+    Ok(Source { physics: Physics::of_run(&parameters, flags)?, floating, run })
 }
 
 /// Times that do not fit the time step show that the parameters are another run's.

@@ -3,10 +3,10 @@
 use super::args::VerifyArgs;
 use super::outcome::{Failure, Outcome};
 use super::output::say;
+use super::physics::Physics;
 use super::source::{Source, TrajectoryFile};
 use std::fmt::Write as _;
 use tumble::certificate::{Certificate, certify_contact_step, certify_rk4_step};
-use tumble::model::ContactModel;
 use tumble::solver::StepStatus;
 use tumble::state::State;
 use tumble::trajectory::TrajectoryRow;
@@ -37,7 +37,8 @@ impl Verified {
 /// A turn of the frame changes the last digits of lengths, a few of them, and 1/h makes
 /// speeds of that: 64 ε (ℓ/h + v), with the distance ℓ from the plane's origin. The level
 /// ground's frame is the world's, and its states are those of the file to the last bit.
-fn rounding(model: &ContactModel, state: &State, next: &State) -> f64 {
+fn rounding(physics: &Physics, state: &State, next: &State) -> f64 {
+    let model = &physics.model;
     if model.plane().is_level() {
         return 0.0;
     }
@@ -91,10 +92,11 @@ pub fn run(args: &VerifyArgs) -> Result<Outcome, Failure> {
 }
 
 fn verify_step(source: &Source, row: &TrajectoryRow, next: &State) -> Verified {
-    let (model, plane) = (&source.model, source.model.plane());
-    let mut wrench = source.load.wrench(row.index, model.time_step(), &row.state.attitude);
+    let Physics { model, load } = &source.physics;
+    let plane = model.plane();
+    let mut wrench = load.wrench(row.index, model.time_step(), &row.state.attitude);
     wrench.force = plane.vector_to_ground(&wrench.force);
-    let rounding = rounding(model, &row.state, next);
+    let rounding = rounding(&source.physics, &row.state, next);
     let (state, next) = (plane.state_to_ground(&row.state), plane.state_to_ground(next));
     let certificate = if source.floating {
         wrench.force += model.gravity() * model.body().mass();
