@@ -10,11 +10,11 @@ use common::{
 use nalgebra::Vector3;
 use proptest::prelude::*;
 use tumble::contact::certificate::{Certificate, certify_contact_step};
-use tumble::ipopt::{BarrierStrategy, MultiplierStep, Options, Scaling};
+use tumble::ipopt::{BarrierStrategy, MultiplierStep, Options, ReturnStatus, Scaling};
 use tumble::mechanics::quaternion::advance;
-use tumble::mechanics::state::{State, Wrench};
-use tumble::solver::ipopt::{Formulation, IpoptSolver};
 use tumble::step::StepStatus;
+use tumble::solver::ipopt::{Formulation, IpoptSolver};
+use tumble::mechanics::state::{State, Wrench};
 use tumble::step_nlp::StepNlp;
 
 /// The tutorial's options: its own two, and Ipopt's defaults for all that change a path.
@@ -52,6 +52,8 @@ struct Comparison {
 struct Comparisons {
     /// The number that the reference solved.
     reference: usize,
+    /// How those ended that ours did not: each one's k, and Ipopt's word.
+    unsolved: Vec<(i64, Option<ReturnStatus>)>,
     /// Those that ours solved as well.
     both: Vec<Comparison>,
     /// Iterations spent on these, ours and the reference's.
@@ -63,7 +65,8 @@ struct Comparisons {
 fn compare(seed: u32, every: i64, formulation: Formulation) -> Comparisons {
     let (model, rows, none) = (tutorial_model(), tutorial_rows(seed), Wrench::zero());
     let mut solver = IpoptSolver::new(&model, formulation, options()).unwrap();
-    let mut found = Comparisons { reference: 0, both: Vec::new(), iterations: (0, 0) };
+    let mut found =
+        Comparisons { reference: 0, unsolved: Vec::new(), both: Vec::new(), iterations: (0, 0) };
     let chosen = |row: &Row| row.solved && row.flagged() > 0 && row.k % every == 0;
     for (before, row) in steps(&rows).filter(|(_, row)| chosen(row)) {
         found.reference += 1;
@@ -71,8 +74,10 @@ fn compare(seed: u32, every: i64, formulation: Formulation) -> Comparisons {
         let (report, ours) =
             solve(&mut solver, &model, (&state, &none), &row.active, &before.decision);
         if report.status != StepStatus::Converged {
+            found.unsolved.push((row.k, report.ipopt_status));
             continue;
         }
+        assert_eq!(report.ipopt_status, Some(ReturnStatus::SolveSucceeded), "{seed}, {}", row.k);
         found.iterations.0 += report.iterations;
         found.iterations.1 += row.iterations;
         let certificate = |next: &State, forces: &[Vector3<f64>]| {
@@ -113,17 +118,24 @@ fn compare(seed: u32, every: i64, formulation: Formulation) -> Comparisons {
 /// motion, open.
 ///
 /// Most steps stop at the same barrier parameter and agree far better: v to 1.1e-7 m/s in
-/// half of seed 42's steps, to 1e-5 m/s in 80 % (clamped) and 70 % (reduced) of all. Ours
-/// fails in 2 % of the steps of seed 42 that the reference solved, in 5 to 14 % of the
-/// other seeds', and takes 0.87 (clamped) and 1.1 (reduced) times its iterations; without
-/// the constraints' second derivatives it would be 1.06 and 2.1.
-fn check_motions(formulation: Formulation, every: i64) {
+/// half of seed 42's steps, to 1e-5 m/s in the share of all that [`Measured`] says.
+fn check_motions(formulation: Formulation, every: i64, measured: &Measured) {
     let (mut close, mut all, mut ours, mut theirs) = (0, 0, 0, 0);
-    for seed in SEEDS {
-        let (every, share) = if seed == 42 { (every, 0.9) } else { (10, 0.7) };
-        let Comparisons { reference, both, iterations } = compare(seed, every, formulation);
-        let solved = both.len() as f64 / reference as f64;
-        assert!(reference >= 30 && solved > share, "seed {seed}: {solved}");
+    for ((seed, steps), most) in SEEDS.into_iter().zip(measured.steps).zip(measured.unsolved) {
+        let every = if seed == 42 { every } else { 10 };
+        let found = compare(seed, every, formulation);
+        let Comparisons { reference, unsolved, both, iterations } = found;
+        assert_eq!((reference, both.len() + unsolved.len()), (steps, steps), "seed {seed}");
+        assert!(unsolved.len() <= most + MARGIN, "seed {seed}: {most} were unsolved, {unsolved:?}");
+        // What keeps Ipopt from an end is its limit of 300 iterations, or a restoration from
+        // which it does not come back; never numbers or options that it refuses.
+        for (k, word) in unsolved {
+            let known = matches!(
+                word,
+                Some(ReturnStatus::MaximumIterationsExceeded | ReturnStatus::RestorationFailed)
+            );
+            assert!(known, "{seed}, {k}: {word:?}");
+        }
         close += both.iter().filter(|step| step.velocity < 1e-5).count();
         all += both.len();
         ours += iterations.0;
@@ -139,18 +151,48 @@ fn check_motions(formulation: Formulation, every: i64) {
             assert!(attitude < 0.001 * spin + 1e-7, "{seed}, {k}: q by {attitude:e}");
         }
     }
-    assert!(2 * close > all, "{close} of {all} steps agree to 1e-5 m/s");
-    assert!(2 * ours < 3 * theirs, "{ours} iterations, recorded {theirs}");
+    let (close, iterations) = (close as f64 / all as f64, f64::from(ours) / f64::from(theirs));
+    assert!(close > measured.close - 0.03, "{close} of the steps agree to 1e-5 m/s");
+    assert!(iterations < measured.iterations + 0.05, "{iterations} of the recorded iterations");
 }
+
+/// What one formulation comes to, by seeds in the order of [`SEEDS`]: the same on every run of
+/// one machine, and a little different where its linear algebra rounds otherwise.
+struct Measured {
+    /// Steps with a flag that the reference solved.
+    steps: [usize; 4],
+    /// Those of them that ours did not.
+    unsolved: [usize; 4],
+    /// The share of the others whose v agrees to 1e-5 m/s.
+    close: f64,
+    /// Iterations on these, as a share of the recorded ones; without the constraints' second
+    /// derivatives they would be 1.06 (clamped) and 2.1 (reduced).
+    iterations: f64,
+}
+
+/// Unsolved steps more than measured that another machine may have, of 36 to 606.
+const MARGIN: usize = 2;
 
 #[test]
 fn clamped_steps_move_the_cube_as_the_recorded_ones_do() {
-    check_motions(Formulation::Clamped, 1);
+    let measured = Measured {
+        steps: [606, 64, 36, 62],
+        unsolved: [13, 6, 5, 6],
+        close: 0.80,
+        iterations: 0.87,
+    };
+    check_motions(Formulation::Clamped, 1, &measured);
 }
 
 #[test]
 fn reduced_steps_move_the_cube_as_the_recorded_ones_do() {
-    check_motions(Formulation::Reduced, 3);
+    let measured = Measured {
+        steps: [198, 64, 36, 62],
+        unsolved: [3, 3, 4, 6],
+        close: 0.70,
+        iterations: 1.10,
+    };
+    check_motions(Formulation::Reduced, 3, &measured);
 }
 
 /// Ipopt ends with the dynamics to its tolerance (measured: 2e-8) and with every row,
