@@ -6,74 +6,79 @@
 
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
-use tumble::contact::detection::Detection;
+use tumble::contact::{Contact, Detection};
 use tumble::error::Error;
-use tumble::world::ContactModel;
+use tumble::mechanics::{State, Wrench};
 use tumble::simulation::scene::{self, Scene};
 use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, Rung};
 use tumble::solver::native::NativeSolver;
-use tumble::step::{Decision, Step, StepSolver};
-use tumble::mechanics::state::{State, Wrench};
+use tumble::step::{Step, StepSolution, StepSolver};
+use tumble::world::World;
 
 /// A step to be solved again and again.
 struct Recorded {
     regime: &'static str,
     state: State,
     free: State,
-    active: Vec<bool>,
-    previous: Decision,
+    contacts: Vec<Contact>,
+    previous: StepSolution,
+    earlier: StepSolution,
 }
 
-fn model() -> Result<ContactModel, Error> {
-    ContactModel::new(scene::tutorial_parameters()?)
+fn world() -> Result<World, Error> {
+    World::new(scene::tutorial_parameters()?)
 }
 
 fn simulation<'a>(
-    model: &ContactModel,
+    world: &World,
     solver: Box<dyn StepSolver + 'a>,
 ) -> Result<Simulation<'a>, Error> {
     let scene = Scene::drop();
     let motion = Motion::Contact { detection: Detection::default(), solver };
-    Simulation::new(model.clone(), scene.start(scene.attitude(42)), motion)
+    Simulation::new(world.clone(), [scene.start(scene.attitude(42))], motion)
 }
 
 /// What the steps of seed 42 are at these k, by the certified native run.
 const REGIMES: [(&str, u64); 4] = [("impact", 234), ("slide", 500), ("stick", 700), ("rest", 950)];
 
-fn record(model: &ContactModel) -> Result<Vec<Recorded>, Error> {
-    let mut simulation = simulation(model, Box::new(NativeSolver::new(model)))?;
-    let mut row = StepRecord::new(&simulation.state(), model.contact_count());
+fn record(world: &World) -> Result<Vec<Recorded>, Error> {
+    let mut simulation = simulation(world, Box::new(NativeSolver::new(world)))?;
+    let mut row = StepRecord::new();
     let mut recorded = Vec::new();
+    let (mut previous, mut earlier) = (StepSolution::default(), StepSolution::default());
     for k in 0..999 {
-        let previous = row.solution.clone();
         simulation.step(&mut row)?;
         if let Some((regime, _)) = REGIMES.iter().find(|(_, at)| *at == k) {
-            let free = model.free_flight(&row.state, &Wrench::zero());
-            let mut active = vec![false; model.contact_count()];
-            Detection::default().flag(model, &row.state, &free, &mut active);
-            recorded.push(Recorded { regime, state: row.state, free, active, previous });
+            let state = *row.state();
+            let free = world.free_flight(0, &state, &Wrench::zero());
+            let mut contacts = Vec::new();
+            Detection::default().find(world, &[state], &[free], &mut contacts);
+            let (previous, earlier) = (previous.clone(), earlier.clone());
+            recorded.push(Recorded { regime, state, free, contacts, previous, earlier });
         }
+        earlier = std::mem::replace(&mut previous, row.solution.clone());
     }
     Ok(recorded)
 }
 
 fn one_step(
     criterion: &mut Criterion,
-    model: &ContactModel,
+    world: &World,
     name: &str,
     solver: &mut dyn StepSolver,
 ) -> Result<(), Error> {
-    let wrench = Wrench::zero();
-    for recorded in record(model)? {
-        let Recorded { regime, state, free, active, previous } = &recorded;
-        let step = Step { model, state, wrench: &wrench, free, previous };
+    let wrenches = &[Wrench::zero()];
+    for recorded in record(world)? {
+        let Recorded { regime, state, free, contacts, previous, earlier } = &recorded;
+        let (states, free, earlier) = (&[*state], &[*free], Some(earlier));
+        let step = Step { world, states, wrenches, free, previous, earlier, interrupt: None };
         let mut solution = previous.clone();
-        let mut flags = active.clone();
+        let mut candidates = contacts.clone();
         criterion.bench_function(&format!("one step/{regime}/{name}"), |bencher| {
             bencher.iter(|| {
-                flags.copy_from_slice(active);
-                black_box(solver.solve(black_box(&step), &mut flags, &mut solution))
+                candidates.clone_from(contacts);
+                black_box(solver.solve(black_box(&step), &mut candidates, &mut solution))
             });
         });
     }
@@ -81,29 +86,29 @@ fn one_step(
 }
 
 fn benches(criterion: &mut Criterion) -> Result<(), Error> {
-    let model = model()?;
+    let world = world()?;
     let ipopt = || {
-        let options = IpoptSolver::options(&model, scene::TOLERANCE, scene::MOST_ITERATIONS);
-        IpoptSolver::new(&model, Formulation::default(), options)
+        let options = IpoptSolver::options(&world, scene::TOLERANCE, scene::MOST_ITERATIONS);
+        IpoptSolver::new(&world, Formulation::default(), options)
     };
-    let start = simulation(&model, Box::new(NativeSolver::new(&model)))?;
-    let (state, wrench) = (start.state(), Wrench::zero());
+    let start = simulation(&world, Box::new(NativeSolver::new(&world)))?;
+    let (state, wrench) = (*start.state(), Wrench::zero());
     criterion.bench_function("one step/free", |bencher| {
-        bencher.iter(|| black_box(model.free_flight(black_box(&state), &wrench)));
+        bencher.iter(|| black_box(world.free_flight(0, black_box(&state), &wrench)));
     });
-    one_step(criterion, &model, "native", &mut NativeSolver::new(&model))?;
-    one_step(criterion, &model, "ipopt", &mut ipopt()?)?;
+    one_step(criterion, &world, "native", &mut NativeSolver::new(&world))?;
+    one_step(criterion, &world, "ipopt", &mut ipopt()?)?;
 
     let whole_run = |mut simulation: Simulation<'_>| -> Result<State, Error> {
-        let mut row = StepRecord::new(&simulation.state(), model.contact_count());
+        let mut row = StepRecord::new();
         for _ in 0..999 {
             simulation.step(&mut row)?;
         }
-        Ok(simulation.state())
+        Ok(*simulation.state())
     };
     criterion.bench_function("999 steps, seed 42/native", |bencher| {
         bencher.iter_batched(
-            || simulation(&model, Box::new(NativeSolver::new(&model))),
+            || simulation(&world, Box::new(NativeSolver::new(&world))),
             |simulation| simulation.and_then(whole_run),
             BatchSize::SmallInput,
         );
@@ -113,8 +118,8 @@ fn benches(criterion: &mut Criterion) -> Result<(), Error> {
     slow.bench_function("ipopt", |bencher| {
         bencher.iter_batched(
             || {
-                let ladder = Ladder::new(&model, ipopt()?, &Rung::ALL);
-                simulation(&model, Box::new(ladder))
+                let ladder = Ladder::new(&world, ipopt()?, &Rung::ALL);
+                simulation(&world, Box::new(ladder))
             },
             |simulation| simulation.and_then(whole_run),
             BatchSize::PerIteration,

@@ -12,13 +12,12 @@ use std::error::Error;
 use std::num::NonZeroUsize;
 use std::process::ExitCode;
 use std::thread;
-use tumble::mechanics::body::RigidBody;
-use tumble::world::{ContactModel, Parameters};
+use tumble::mechanics::{RigidBody, State};
 use tumble::simulation::random::random_attitude;
 use tumble::simulation::scene::tutorial_parameters;
 use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::step::StepStatus;
-use tumble::mechanics::state::State;
+use tumble::world::{Parameters, World};
 
 /// A half side of the cube, m.
 const HALF_SIDE: f64 = 0.1;
@@ -40,39 +39,40 @@ struct Outcome {
     /// m.
     slid: f64,
     /// m/s.
-    worst_certificate: f64,
+    largest_residual: f64,
     failed: u32,
 }
 
-/// How far the contact slid in a step, m: the slip speeds λ of the points, weighted by their
-/// normal forces.
+/// How far the contact slid in a step, m: the slips of the points, weighted by their normal
+/// forces.
 fn slip(record: &StepRecord, time_step: f64) -> f64 {
-    let (layout, x) = (record.solution.layout(), record.solution.as_slice());
-    let (forces, speeds) = (&x[layout.force_z()], &x[layout.slip_speed()]);
-    let load: f64 = forces.iter().sum();
-    let weighted: f64 = forces.iter().zip(speeds).map(|(force, speed)| force * speed).sum();
+    let contacts = &record.solution.contacts;
+    let load: f64 = contacts.iter().map(|contact| contact.normal_force).sum();
+    let weighted: f64 =
+        contacts.iter().map(|contact| contact.normal_force * contact.slip.norm()).sum();
     if load > 0.0 { time_step * weighted / load } else { 0.0 }
 }
 
 fn toss(friction: f64) -> Result<Outcome, tumble::error::Error> {
     let body = RigidBody::solid_box(1.0, Vector3::repeat(HALF_SIDE))?;
-    let model = ContactModel::new(Parameters { body, friction, ..tutorial_parameters()? })?;
+    let bodies = vec![body];
+    let world = World::new(Parameters { bodies, friction, ..tutorial_parameters()? })?;
     let start = State {
         position: Vector3::new(0.0, 0.0, 0.5),
         attitude: random_attitude(42),
         velocity: Vector3::new(SPEED, 0.0, 0.0),
         spin: Vector3::new(0.0, 10.0, 5.0),
     };
-    let h = model.time_step();
-    let motion = Motion::native(&model);
-    let mut simulation = Simulation::new(model, start, motion)?;
-    let mut record = simulation.record();
+    let h = world.time_step();
+    let motion = Motion::native(&world);
+    let mut simulation = Simulation::new(world, [start], motion)?;
+    let mut record = StepRecord::new();
     let mut outcome = Outcome { friction, ..Outcome::default() };
     let mut resting = 0.0;
     while simulation.index() as f64 * h < LONGEST && resting < 0.1 {
         simulation.step(&mut record)?;
         outcome.slid += slip(&record, h);
-        outcome.worst_certificate = outcome.worst_certificate.max(record.certificate.worst());
+        outcome.largest_residual = outcome.largest_residual.max(record.certificate.residual());
         outcome.failed += u32::from(record.report.status == StepStatus::Failed);
         let state = simulation.state();
         let moves = state.velocity.norm() + HALF_SIDE * state.spin.norm() > REST;
@@ -111,13 +111,13 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
     let frictions: Vec<f64> = (1..=12).map(|k| f64::from(k) / 10.0).collect();
     let outcomes = sweep(&frictions, threads)?;
 
-    println!("   μ  rest at (m)             after (s)  slid (m)  certificate (m/s)  failed");
+    println!("   μ  rest at (m)             after (s)  slid (m)     residual (m/s)  failed");
     for outcome in &outcomes {
         let [x, y, z] = outcome.rest.into();
         let time = outcome.time.map_or("-".to_owned(), |time| format!("{time:.3}"));
         println!(
             "{:4.1}  {x:6.3} {y:6.3} {z:8.6}  {time:>9}  {:8.3}  {:17.1e}  {:6}",
-            outcome.friction, outcome.slid, outcome.worst_certificate, outcome.failed,
+            outcome.friction, outcome.slid, outcome.largest_residual, outcome.failed,
         );
     }
     let failed = outcomes.iter().any(|outcome| outcome.failed > 0);

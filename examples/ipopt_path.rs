@@ -8,12 +8,12 @@ use std::time::Instant;
 use tumble::contact::detection::Detection;
 use tumble::error::Error;
 use tumble::ipopt::{BarrierStrategy, Options};
-use tumble::world::ContactModel;
 use tumble::simulation::scene::{self, Scene};
-use tumble::simulation::{Motion, Simulation, StepRecord};
-use tumble::step::StepSolver;
-use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, Rung};
 use tumble::simulation::summary::RunSummary;
+use tumble::simulation::{Motion, Simulation, StepRecord};
+use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, Rung};
+use tumble::step::StepSolver;
+use tumble::world::World;
 
 /// One row of the table.
 struct Setting {
@@ -26,14 +26,14 @@ struct Setting {
 }
 
 /// Every row changes one thing of the row before it.
-fn settings(model: &ContactModel) -> Vec<Setting> {
+fn settings(world: &World) -> Vec<Setting> {
     let tutorial = Options {
         tolerance: scene::TOLERANCE,
         max_iterations: scene::MOST_ITERATIONS,
         ..Options::default()
     };
     let adaptive = Options { barrier: BarrierStrategy::Adaptive, ..tutorial.clone() };
-    let recommended = IpoptSolver::options(model, scene::TOLERANCE, scene::MOST_ITERATIONS);
+    let recommended = IpoptSolver::options(world, scene::TOLERANCE, scene::MOST_ITERATIONS);
     let unscaled = Options { objective_scaling: 1.0, ..recommended.clone() };
     let (height, predictive) = (Detection::Height, Detection::Predictive);
     let (clamped, reduced) = (Formulation::Clamped, Formulation::Reduced);
@@ -56,18 +56,18 @@ fn settings(model: &ContactModel) -> Vec<Setting> {
     ]
 }
 
-fn run(model: &ContactModel, setting: &Setting, seed: u32) -> Result<RunSummary, Error> {
+fn run(world: &World, setting: &Setting, seed: u32) -> Result<RunSummary, Error> {
     let scene = Scene::drop();
-    let ipopt = IpoptSolver::new(model, setting.formulation, setting.options.clone())?;
+    let ipopt = IpoptSolver::new(world, setting.formulation, setting.options.clone())?;
     let solver: Box<dyn StepSolver> = if setting.rungs.is_empty() {
         Box::new(ipopt)
     } else {
-        Box::new(Ladder::new(model, ipopt, setting.rungs))
+        Box::new(Ladder::new(world, ipopt, setting.rungs))
     };
     let start = scene.start(scene.attitude(seed));
     let motion = Motion::Contact { detection: setting.detection, solver };
-    let mut simulation = Simulation::new(model.clone(), start, motion)?;
-    let mut record = StepRecord::new(&start, 8);
+    let mut simulation = Simulation::new(world.clone(), [start], motion)?;
+    let mut record = StepRecord::new();
     let mut summary = RunSummary::default();
     for _ in 1..scene.rows {
         simulation.step(&mut record)?;
@@ -82,18 +82,18 @@ fn main() -> ExitCode {
         eprintln!("seeds from 0 to 4294967295 are needed, for example: 42 0");
         return ExitCode::from(2);
     };
-    let model = match scene::tutorial_parameters().and_then(ContactModel::new) {
-        Ok(model) => model,
+    let world = match scene::tutorial_parameters().and_then(World::new) {
+        Ok(world) => world,
         Err(error) => {
             eprintln!("{error}");
             return ExitCode::FAILURE;
         }
     };
     for seed in seeds {
-        println!("seed {seed}: iterations a contact step, seconds, statuses, certificate (m/s)");
-        for setting in settings(&model) {
+        println!("seed {seed}: iterations a contact step, seconds, statuses, residual (m/s)");
+        for setting in settings(&world) {
             let clock = Instant::now();
-            match run(&model, &setting, seed) {
+            match run(&world, &setting, seed) {
                 Ok(summary) => println!(
                     "  {:34} {:5.1} {:6.1}  retried {:3}, fallback {:2}, failed {:3}  \
                      median {:.1e}, largest {:.1e}",
@@ -103,8 +103,8 @@ fn main() -> ExitCode {
                     summary.retried,
                     summary.fallback,
                     summary.failed,
-                    summary.median_certificate().unwrap_or(0.0),
-                    summary.largest_certificate().unwrap_or(0.0),
+                    summary.median_residual().unwrap_or(0.0),
+                    summary.largest_residual().unwrap_or(0.0),
                 ),
                 Err(error) => {
                     eprintln!("{}: {error}", setting.name);

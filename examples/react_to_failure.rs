@@ -10,11 +10,11 @@
 use std::collections::BTreeMap;
 use std::process::ExitCode;
 use tumble::error::Error;
-use tumble::world::ContactModel;
 use tumble::simulation::scene::{Scene, TOLERANCE, tutorial_parameters};
-use tumble::simulation::{Motion, Simulation};
-use tumble::step::StepStatus;
+use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::solver::ipopt::{Formulation, IpoptSolver};
+use tumble::step::StepStatus;
+use tumble::world::World;
 
 /// Steps: the fall and the first impacts.
 const STEPS: u64 = 400;
@@ -26,13 +26,13 @@ fn main() -> Result<ExitCode, Error> {
         return Ok(ExitCode::from(2));
     };
     let scene = Scene::drop();
-    let model = ContactModel::new(tutorial_parameters()?)?;
-    let options = IpoptSolver::options(&model, TOLERANCE, limit);
-    let ipopt = Motion::contact(IpoptSolver::new(&model, Formulation::default(), options)?);
-    let mut native = Motion::native(&model);
+    let world = World::new(tutorial_parameters()?)?;
+    let options = IpoptSolver::options(&world, TOLERANCE, limit);
+    let ipopt = Motion::contact(IpoptSolver::new(&world, Formulation::default(), options)?);
+    let mut native = Motion::native(&world);
     let start = scene.start(scene.attitude(42));
-    let mut simulation = Simulation::new(model, start, ipopt)?;
-    let mut record = simulation.record();
+    let mut simulation = Simulation::new(world, [start], ipopt)?;
+    let mut record = StepRecord::new();
 
     let (mut contact, mut repeated, mut unsolved) = (0, 0, 0);
     let mut laws = BTreeMap::<&str, u32>::new();
@@ -52,19 +52,19 @@ fn main() -> Result<ExitCode, Error> {
                     "step {}: {} violated by {:.1e} m/s; repeated: {:.1e} m/s",
                     record.index,
                     before.worst_part(),
-                    before.worst(),
-                    record.certificate.worst(),
+                    before.residual(),
+                    record.certificate.residual(),
                 );
             }
         }
         contact += u32::from(record.report.status != StepStatus::Free);
         unsolved += u32::from(record.report.status == StepStatus::Failed);
-        worst = worst.max(record.certificate.worst());
+        worst = worst.max(record.certificate.residual());
     }
     println!("{STEPS} steps, {contact} in contact, at most {limit} iterations of Ipopt each");
     for (law, count) in &laws {
         println!("failed by the {law}: {count}");
     }
-    println!("repeated {repeated}, unsolved {unsolved}, worst certificate {worst:.1e} m/s");
+    println!("repeated {repeated}, unsolved {unsolved}, largest residual {worst:.1e} m/s");
     Ok(ExitCode::from(if unsolved > 0 { 3 } else { 0 }))
 }

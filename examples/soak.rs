@@ -6,12 +6,12 @@ use std::process::ExitCode;
 use std::time::Instant;
 use tumble::contact::detection::Detection;
 use tumble::error::Error;
-use tumble::world::ContactModel;
 use tumble::simulation::scene::{self, Scene};
 use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, Rung};
 use tumble::solver::native::NativeSolver;
 use tumble::step::{StepSolver, StepStatus};
+use tumble::world::World;
 
 const USAGE: &str = "usage: soak [NATIVE_STEPS [IPOPT_STEPS]] | soak seeds FIRST END";
 /// Steps by the native solver and by Ipopt.
@@ -32,7 +32,7 @@ enum Who {
 struct Counts {
     steps: u64,
     by_status: [u64; 5],
-    /// The largest certificate with its seed and step.
+    /// The largest residual with its seed and step.
     worst: Option<(f64, u32, u64)>,
 }
 
@@ -50,9 +50,9 @@ impl Counts {
         for (count, status) in self.by_status.iter_mut().zip(STATUSES) {
             *count += u64::from(record.report.status == status);
         }
-        let certificate = record.certificate.worst();
-        if self.worst.is_none_or(|(worst, ..)| certificate > worst || certificate.is_nan()) {
-            self.worst = Some((certificate, seed, record.index));
+        let residual = record.certificate.residual();
+        if self.worst.is_none_or(|(worst, ..)| residual > worst || residual.is_nan()) {
+            self.worst = Some((residual, seed, record.index));
         }
     }
 
@@ -63,34 +63,34 @@ impl Counts {
         }
         match self.worst {
             Some((worst, seed, k)) => {
-                println!("; largest certificate {worst:.1e} m/s (seed {seed}, k = {k})");
+                println!("; largest residual {worst:.1e} m/s (seed {seed}, k = {k})");
             }
             None => println!(),
         }
     }
 }
 
-fn model() -> Result<ContactModel, Error> {
-    ContactModel::new(scene::tutorial_parameters()?)
+fn world() -> Result<World, Error> {
+    World::new(scene::tutorial_parameters()?)
 }
 
-fn solver(model: &ContactModel, who: Who) -> Result<Box<dyn StepSolver>, Error> {
+fn solver(world: &World, who: Who) -> Result<Box<dyn StepSolver>, Error> {
     if who == Who::Native {
-        return Ok(Box::new(NativeSolver::new(model)));
+        return Ok(Box::new(NativeSolver::new(world)));
     }
-    let options = IpoptSolver::options(model, scene::TOLERANCE, scene::MOST_ITERATIONS);
-    let ipopt = IpoptSolver::new(model, Formulation::default(), options)?;
-    Ok(Box::new(Ladder::new(model, ipopt, &Rung::ALL)))
+    let options = IpoptSolver::options(world, scene::TOLERANCE, scene::MOST_ITERATIONS);
+    let ipopt = IpoptSolver::new(world, Formulation::default(), options)?;
+    Ok(Box::new(Ladder::new(world, ipopt, &Rung::ALL)))
 }
 
 /// At most `most` steps of the throw with `seed`.
 fn throw(who: Who, seed: u32, most: u64, counts: &mut Counts) -> Result<u64, Error> {
-    let (model, scene) = (model()?, Scene::drop());
+    let (world, scene) = (world()?, Scene::drop());
     let start = scene.start(scene.attitude(seed));
-    let mut record = StepRecord::new(&start, model.contact_count());
-    let solver = solver(&model, who)?;
+    let mut record = StepRecord::new();
+    let solver = solver(&world, who)?;
     let motion = Motion::Contact { detection: Detection::default(), solver };
-    let mut simulation = Simulation::new(model, start, motion)?;
+    let mut simulation = Simulation::new(world, [start], motion)?;
     let steps = most.min(THROW);
     for _ in 0..steps {
         simulation.step(&mut record)?;

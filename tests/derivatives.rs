@@ -9,10 +9,10 @@ use proptest::prelude::*;
 use serde::Deserialize;
 use std::collections::HashMap;
 use tumble::mechanics::body::RigidBody;
-use tumble::world::{ContactModel, Parameters};
-use tumble::sparsity::SparsityPattern;
 use tumble::mechanics::state::Wrench;
+use tumble::sparsity::SparsityPattern;
 use tumble::step_nlp::StepNlp;
+use tumble::world::{ContactModel, Parameters};
 
 /// One line of `data/derivatives.jsonl.gz`.
 #[derive(Deserialize)]

@@ -9,19 +9,19 @@ use common::{
 };
 use nalgebra::{Matrix3, Vector3, Vector4};
 use proptest::prelude::*;
-use tumble::mechanics::body::RigidBody;
 use tumble::contact::certificate::certify_contact_step;
 use tumble::contact::detection::Detection;
-use tumble::mechanics::dynamics::{free_flight, rk4_step};
 use tumble::ipopt::Options;
-use tumble::world::{ContactModel, Parameters};
+use tumble::mechanics::body::RigidBody;
+use tumble::mechanics::dynamics::{free_flight, rk4_step};
 use tumble::mechanics::quaternion::{left, rotation};
+use tumble::mechanics::state::{State, Wrench};
 use tumble::simulation::scene::Scene;
 use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::solver::ipopt::{Formulation, IpoptSolver};
 use tumble::step::{Decision, StepStatus};
-use tumble::mechanics::state::{State, Wrench};
 use tumble::step_nlp::{StepNlp, layout};
+use tumble::world::{ContactModel, Parameters};
 
 /// The tutorial's cube on its way, under its rule for the contact flags.
 fn flight(start: State) -> Simulation<'static> {

@@ -14,9 +14,9 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 use support::{FAILING_RUN, PROGRAM, Simulated, everything_in, run, simulate};
 use tempfile::TempDir;
-use tumble::step::StepStatus;
-use tumble::solver::ipopt::LADDER_CERTIFICATE;
 use tumble::simulation::trajectory::{TrajectoryReader, TrajectoryRow};
+use tumble::solver::ipopt::LADDER_CERTIFICATE;
+use tumble::step::StepStatus;
 
 /// Minutes of Ipopt, seconds of the native solver: no run below reaches its end.
 const IPOPT: [&str; 4] = ["--steps", "100000", "--seed", "42"];

@@ -5,9 +5,9 @@ mod common;
 use nalgebra::{Matrix3, Vector3, Vector4};
 use tumble::mechanics::body::RigidBody;
 use tumble::mechanics::load::{Load, Polyline};
-use tumble::world::{ContactModel, Parameters};
-use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::mechanics::state::State;
+use tumble::simulation::{Motion, Simulation, StepRecord};
+use tumble::world::{ContactModel, Parameters};
 
 /// 2 kg and 0.5 kg m² about every axis, without gravity.
 fn model(time_step: f64) -> ContactModel {

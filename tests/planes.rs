@@ -6,15 +6,15 @@ mod common;
 use nalgebra::{Matrix3, Vector3, Vector4};
 use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestRunner};
-use tumble::mechanics::body::RigidBody;
 use tumble::contact::certificate::certify_contact_step;
-use tumble::mechanics::load::{Load, Polyline};
-use tumble::world::{ContactModel, Parameters};
 use tumble::contact::plane::Plane;
+use tumble::mechanics::body::RigidBody;
+use tumble::mechanics::load::{Load, Polyline};
 use tumble::mechanics::quaternion::{left, rotation};
+use tumble::mechanics::state::State;
 use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::step::StepStatus;
-use tumble::mechanics::state::State;
+use tumble::world::{ContactModel, Parameters};
 
 /// A turn of the world, and a shift.
 #[derive(Debug)]

@@ -7,9 +7,9 @@ mod toss;
 use nalgebra::{Matrix3, Vector3};
 use toss::*;
 use tumble::mechanics::body::RigidBody;
-use tumble::world::ContactModel;
 use tumble::simulation::{Motion, StepRecord};
 use tumble::step::StepStatus;
+use tumble::world::ContactModel;
 
 /// The start of the repeated step is that of the step, too: the same doubles.
 #[test]

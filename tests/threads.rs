@@ -7,12 +7,12 @@ mod toss;
 use std::thread;
 use toss::*;
 use tumble::contact::detection::Detection;
-use tumble::world::ContactModel;
+use tumble::mechanics::state::State;
 use tumble::simulation::{Motion, Simulation, StepRecord};
-use tumble::step::StepStatus;
 use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, Rung};
 use tumble::solver::native::NativeSolver;
-use tumble::mechanics::state::State;
+use tumble::step::StepStatus;
+use tumble::world::ContactModel;
 
 const THREADS: usize = 8;
 /// Steps by Ipopt: from shortly before the first touch to well into the contact.

@@ -4,18 +4,20 @@
 mod common;
 
 use common::{
-    Row, SEEDS, any_model, any_state, any_wrench, cases, certificate_by_hand, quantile, solve,
-    tutorial_model, tutorial_rows, vector, wrench_of,
+    Row, SEEDS, any_state, any_world, any_wrench, body, cases, certificate_by_hand, certify,
+    flagged_contacts, point_forces, points, quantile, tutorial_rows, tutorial_world, vector,
+    wrench_of,
 };
 use nalgebra::Vector3;
 use proptest::prelude::*;
-use tumble::contact::certificate::{Certificate, certify_contact_step};
-use tumble::ipopt::{BarrierStrategy, MultiplierStep, Options, Scaling};
+use tumble::contact::Certificate;
+use tumble::ipopt::{BarrierStrategy, MultiplierStep, Options, ReturnStatus, Scaling};
 use tumble::mechanics::quaternion::advance;
-use tumble::step::StepStatus;
+use tumble::mechanics::{State, Wrench};
 use tumble::solver::ipopt::{Formulation, IpoptSolver};
-use tumble::mechanics::state::{State, Wrench};
-use tumble::step_nlp::StepNlp;
+use tumble::step::{Step, StepReport, StepSolution, StepStatus};
+use tumble::step_nlp::{SMOOTHING, StepNlp};
+use tumble::world::World;
 
 /// The tutorial's options: its own two, and Ipopt's defaults for all that change a path.
 fn options() -> Options {
@@ -44,7 +46,7 @@ struct Comparison {
     attitude: f64,
     velocity: f64,
     spin: f64,
-    /// The sum of the two certificates.
+    /// The sum of the two residuals.
     looseness: f64,
 }
 
@@ -52,34 +54,55 @@ struct Comparison {
 struct Comparisons {
     /// The number that the reference solved.
     reference: usize,
+    /// How those ended that ours did not: each one's k, and Ipopt's word.
+    unsolved: Vec<(i64, &'static str)>,
     /// Those that ours solved as well.
     both: Vec<Comparison>,
     /// Iterations spent on these, ours and the reference's.
     iterations: (u32, u32),
 }
 
+/// One recorded step again, from the recorded state and start.
+fn again(
+    solver: &mut IpoptSolver,
+    world: &World,
+    before: &Row,
+    row: &Row,
+) -> (StepReport, StepSolution) {
+    let (states, wrenches) = (&[before.state()], &[Wrench::zero()]);
+    let free = &[world.free_flight(0, &states[0], &wrenches[0])];
+    let (previous, mut solution) = (&StepSolution::free(states), StepSolution::default());
+    let contacts = flagged_contacts(world, &states[0], &row.active);
+    let step = Step { world, states, wrenches, free, previous, earlier: None, interrupt: None };
+    let report = solver.solve_from(&step, &contacts, &before.point, &mut solution).unwrap();
+    (report, solution)
+}
+
 /// Solves every `every`th recorded step that has a flag and that the reference solved, from
 /// the recorded state and start.
 fn compare(seed: u32, every: i64, formulation: Formulation) -> Comparisons {
-    let (model, rows, none) = (tutorial_model(), tutorial_rows(seed), Wrench::zero());
-    let mut solver = IpoptSolver::new(&model, formulation, options()).unwrap();
-    let mut found = Comparisons { reference: 0, both: Vec::new(), iterations: (0, 0) };
+    let (world, rows, none) = (tutorial_world(), tutorial_rows(seed), Wrench::zero());
+    let mut solver = IpoptSolver::new(&world, formulation, options()).unwrap();
+    let mut found =
+        Comparisons { reference: 0, unsolved: Vec::new(), both: Vec::new(), iterations: (0, 0) };
     let chosen = |row: &Row| row.solved && row.flagged() > 0 && row.k % every == 0;
     for (before, row) in steps(&rows).filter(|(_, row)| chosen(row)) {
         found.reference += 1;
         let state = before.state();
-        let (report, ours) =
-            solve(&mut solver, &model, (&state, &none), &row.active, &before.decision);
+        let (report, ours) = again(&mut solver, &world, before, row);
+        let word = report.message.unwrap_or("no word");
         if report.status != StepStatus::Converged {
+            found.unsolved.push((row.k, word));
             continue;
         }
+        assert_eq!(word, ReturnStatus::SolveSucceeded.name(), "{seed}, {}", row.k);
         found.iterations.0 += report.iterations;
         found.iterations.1 += row.iterations;
-        let certificate = |next: &State, forces: &[Vector3<f64>]| {
-            certify_contact_step(&model, &state, next, forces, &none).worst()
+        let residual = |next: &State, forces: &[Vector3<f64>]| {
+            certify(&world, (&state, next), forces, &none).residual()
         };
-        let (a, b) = (ours.state(), row.state());
-        let forces: Vec<_> = ours.forces().collect();
+        let (a, b) = (ours.states[0], row.state());
+        let forces = point_forces(&world, &ours);
         found.both.push(Comparison {
             k: row.k,
             flagged: row.flagged(),
@@ -87,7 +110,7 @@ fn compare(seed: u32, every: i64, formulation: Formulation) -> Comparisons {
             attitude: (a.attitude - b.attitude).norm(),
             velocity: (a.velocity - b.velocity).norm(),
             spin: (a.spin - b.spin).norm(),
-            looseness: certificate(&a, &forces) + certificate(&b, &row.forces()),
+            looseness: residual(&a, &forces) + residual(&b, &row.forces()),
         });
     }
     found
@@ -113,17 +136,22 @@ fn compare(seed: u32, every: i64, formulation: Formulation) -> Comparisons {
 /// motion, open.
 ///
 /// Most steps stop at the same barrier parameter and agree far better: v to 1.1e-7 m/s in
-/// half of seed 42's steps, to 1e-5 m/s in 80 % (clamped) and 70 % (reduced) of all. Ours
-/// fails in 2 % of the steps of seed 42 that the reference solved, in 5 to 14 % of the
-/// other seeds', and takes 0.87 (clamped) and 1.1 (reduced) times its iterations; without
-/// the constraints' second derivatives it would be 1.06 and 2.1.
-fn check_motions(formulation: Formulation, every: i64) {
+/// half of seed 42's steps, to 1e-5 m/s in the share of all that [`Measured`] says.
+fn check_motions(formulation: Formulation, every: i64, measured: &Measured) {
     let (mut close, mut all, mut ours, mut theirs) = (0, 0, 0, 0);
-    for seed in SEEDS {
-        let (every, share) = if seed == 42 { (every, 0.9) } else { (10, 0.7) };
-        let Comparisons { reference, both, iterations } = compare(seed, every, formulation);
-        let solved = both.len() as f64 / reference as f64;
-        assert!(reference >= 30 && solved > share, "seed {seed}: {solved}");
+    for ((seed, steps), most) in SEEDS.into_iter().zip(measured.steps).zip(measured.unsolved) {
+        let every = if seed == 42 { every } else { 10 };
+        let found = compare(seed, every, formulation);
+        let Comparisons { reference, unsolved, both, iterations } = found;
+        assert_eq!((reference, both.len() + unsolved.len()), (steps, steps), "seed {seed}");
+        assert!(unsolved.len() <= most + MARGIN, "seed {seed}: {most} were unsolved, {unsolved:?}");
+        // What keeps Ipopt from an end is its limit of 300 iterations, or a restoration from
+        // which it does not come back; never numbers or options that it refuses.
+        for (k, word) in unsolved {
+            let limit = ReturnStatus::MaximumIterationsExceeded.name();
+            let known = [limit, ReturnStatus::RestorationFailed.name()].contains(&word);
+            assert!(known, "{seed}, {k}: {word:?}");
+        }
         close += both.iter().filter(|step| step.velocity < 1e-5).count();
         all += both.len();
         ours += iterations.0;
@@ -139,25 +167,55 @@ fn check_motions(formulation: Formulation, every: i64) {
             assert!(attitude < 0.001 * spin + 1e-7, "{seed}, {k}: q by {attitude:e}");
         }
     }
-    assert!(2 * close > all, "{close} of {all} steps agree to 1e-5 m/s");
-    assert!(2 * ours < 3 * theirs, "{ours} iterations, recorded {theirs}");
+    let (close, iterations) = (close as f64 / all as f64, f64::from(ours) / f64::from(theirs));
+    assert!(close > measured.close - 0.03, "{close} of the steps agree to 1e-5 m/s");
+    assert!(iterations < measured.iterations + 0.05, "{iterations} of the recorded iterations");
 }
+
+/// What one formulation comes to, by seeds in the order of [`SEEDS`]: the same on every run of
+/// one machine, and a little different where its linear algebra rounds otherwise.
+struct Measured {
+    /// Steps with a flag that the reference solved.
+    steps: [usize; 4],
+    /// Those of them that ours did not.
+    unsolved: [usize; 4],
+    /// The share of the others whose v agrees to 1e-5 m/s.
+    close: f64,
+    /// Iterations on these, as a share of the recorded ones; without the constraints' second
+    /// derivatives they would be 1.06 (clamped) and 2.1 (reduced).
+    iterations: f64,
+}
+
+/// Unsolved steps more than measured that another machine may have, of 36 to 606.
+const MARGIN: usize = 2;
 
 #[test]
 fn clamped_steps_move_the_cube_as_the_recorded_ones_do() {
-    check_motions(Formulation::Clamped, 1);
+    let measured = Measured {
+        steps: [606, 64, 36, 62],
+        unsolved: [13, 6, 5, 6],
+        close: 0.80,
+        iterations: 0.87,
+    };
+    check_motions(Formulation::Clamped, 1, &measured);
 }
 
 #[test]
 fn reduced_steps_move_the_cube_as_the_recorded_ones_do() {
-    check_motions(Formulation::Reduced, 3);
+    let measured = Measured {
+        steps: [198, 64, 36, 62],
+        unsolved: [3, 3, 4, 6],
+        close: 0.70,
+        iterations: 1.10,
+    };
+    check_motions(Formulation::Reduced, 3, &measured);
 }
 
 /// Ipopt ends with the dynamics to its tolerance (measured: 2e-8) and with every row,
 /// unscaled, to 1e-4 (its `constr_viol_tol`; measured: equations 5e-5, inequalities 2e-8).
 #[test]
 fn recorded_solutions_satisfy_our_rows() {
-    let mut nlp = StepNlp::new(tutorial_model());
+    let mut nlp = StepNlp::new(tutorial_world(), SMOOTHING).unwrap();
     let equalities = nlp.layout().equalities();
     let mut g = vec![f64::NAN; nlp.layout().constraints()];
     for seed in SEEDS {
@@ -165,7 +223,7 @@ fn recorded_solutions_satisfy_our_rows() {
         for (before, row) in steps(&rows).filter(|(_, row)| row.solved) {
             let alpha = row.active.map(|active| f64::from(u8::from(active)));
             nlp.set_step(&before.state(), &Wrench::zero(), alpha);
-            nlp.constraints(row.decision.as_slice(), &mut g);
+            nlp.constraints(row.point.as_slice(), &mut g);
             assert!(g[..14].iter().all(|g| g.abs() < 1e-6), "{seed}, {}: {g:?}", row.k);
             assert!(g[14..equalities].iter().all(|g| g.abs() < 1e-4), "{seed}, {}: {g:?}", row.k);
             assert!(g[equalities..].iter().all(|g| *g > -1e-4), "{seed}, {}: {g:?}", row.k);
@@ -187,18 +245,18 @@ fn same_certificate(certificate: &Certificate, by_hand: [f64; 5]) -> Result<(), 
 /// from a third program, to its three digits.
 #[test]
 fn certificates_of_the_recorded_runs_are_the_known_ones() {
-    let (model, none) = (tutorial_model(), Wrench::zero());
+    let (world, none) = (tutorial_world(), Wrench::zero());
     let known = [(42, 3.53e-3, 10.8), (0, 3.85e-3, 0.335), (1, 3.87e-3, 2.62), (2, 3.44e-3, 7.23)];
     for (seed, median, largest) in known {
         let rows = tutorial_rows(seed);
         let mut worst = Vec::new();
         for (before, row) in steps(&rows) {
             let (old, new, forces) = (before.state(), row.state(), row.forces());
-            let certificate = certify_contact_step(&model, &old, &new, &forces, &none);
-            let by_hand = certificate_by_hand(&model, (&old, &new), &forces, &none);
+            let certificate = certify(&world, (&old, &new), &forces, &none);
+            let by_hand = certificate_by_hand(&world, (&old, &new), &forces, &none);
             same_certificate(&certificate, by_hand).unwrap();
             if row.flagged() > 0 {
-                worst.push(certificate.worst());
+                worst.push(certificate.residual());
             }
         }
         let found = (quantile(&worst, 0.5), quantile(&worst, 1.0));
@@ -215,18 +273,18 @@ proptest! {
     /// or rad/s.
     #[test]
     fn the_certificate_of_any_step_is_that_by_hand(
-        model in any_model(),
+        world in any_world(),
         old in any_state(),
         forces in proptest::collection::vec(vector(20.0), 12),
         wrench in any_wrench(),
         violated in 0..4,
         by in vector(1.0),
     ) {
-        let (forces, h) = (&forces[..model.contact_count()], model.time_step());
-        let mut total = wrench_of(model.body(), &old, forces);
+        let (forces, h) = (&forces[..points(&world)], world.time_step());
+        let mut total = wrench_of(body(&world), &old, forces);
         total.force += wrench.force;
         total.torque += wrench.torque;
-        let mut new = model.free_flight(&old, &total);
+        let mut new = world.free_flight(0, &old, &total);
         match violated {
             0 => new.position += by * h,
             1 => new.attitude += by.push(0.5) * h,
@@ -239,8 +297,8 @@ proptest! {
                 new.attitude = advance(&old.attitude, &new.spin, h);
             }
         }
-        let certificate = certify_contact_step(&model, &old, &new, forces, &wrench);
-        let by_hand = certificate_by_hand(&model, (&old, &new), forces, &wrench);
+        let certificate = certify(&world, (&old, &new), forces, &wrench);
+        let by_hand = certificate_by_hand(&world, (&old, &new), forces, &wrench);
         prop_assert_eq!(same_certificate(&certificate, by_hand), Ok(()));
     }
 }

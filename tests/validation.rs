@@ -5,7 +5,6 @@ use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestRunner};
 use std::cell::Cell;
 use tumble::error::Error;
-use tumble::world::{ContactModel, Parameters};
 use tumble::simulation::scene;
 use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, Rung};
 use tumble::solver::native::NativeSolver;
@@ -13,6 +12,7 @@ use tumble::step::{Decision, Step, StepReport, StepSolver};
 use tumble::validation::{
     self, Findings, Input, Inputs, Laboratory, PROBLEMS, Problem, Unsuitable,
 };
+use tumble::world::{ContactModel, Parameters};
 
 fn native(model: &ContactModel) -> Result<Box<dyn StepSolver>, Error> {
     Ok(Box::new(NativeSolver::new(model)))

@@ -111,11 +111,11 @@ pub struct Contact {
     pub point: usize,
     /// On the body, N.
     pub force: Vector3<f64>,
-    /// Whether the step let the point carry a force (α).
+    /// Whether the step let the point carry a force: α.
     pub may_carry: bool,
-    /// Of complementarity (s1, N m) and of friction (s2, W).
+    /// Of complementarity, s1 (N m), and of friction, s2 (W).
     pub slacks: [f64; 2],
-    /// Of the slip speed (λ), m/s.
+    /// Of the slip speed, λ, m/s.
     pub multiplier: f64,
 }
 

@@ -10,7 +10,7 @@ use tumble::step::StepStatus;
 /// The summary for people.
 pub fn describe(job: &Job, run: &Run) -> String {
     let summary = &run.summary;
-    let simulated = summary.steps() as f64 * job.world.time_step();
+    let simulated = summary.steps() as f64 * job.physics.time_step();
     let mut text = title(job, summary, simulated) + &ending(job, run);
     let _ = writeln!(
         text,
@@ -37,7 +37,7 @@ fn title(job: &Job, summary: &RunSummary, simulated: f64) -> String {
         "{}, {seed}{} rows, h = {} s: {simulated:.3} s of motion\n",
         heading(&job.name),
         summary.steps() + 1,
-        job.world.time_step()
+        job.physics.time_step()
     )
 }
 

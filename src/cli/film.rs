@@ -1,11 +1,10 @@
 //! A trajectory file as a film: what the library calls things, in the words of the pictures.
 
 use super::outcome::Failure;
+use super::physics::Physics;
 use super::run_file::{RunFile, heading};
 use super::source::{Source, TrajectoryFile};
 use nalgebra::{Quaternion, UnitQuaternion};
-use tumble::mechanics::RigidBody;
-use tumble::mechanics::load::Load;
 use tumble::simulation::trajectory::TrajectoryRow;
 use tumble::step::StepStatus;
 use tumble_pictures::{self as pictures, Body, Contact, Fact, Film, Frame, Ground, Pose, Status};
@@ -22,8 +21,8 @@ pub fn film(mut file: TrajectoryFile<'_>, most: usize) -> Result<Film, Failure> 
         }
         frames.push(frame(&row));
     }
-    let Source { world, load, floating, run } = file.source;
-    let plane = world.ground();
+    let Source { physics, floating, run } = file.source;
+    let (world, plane) = (&physics.world, physics.world.ground());
     let ground = Ground { normal: *plane.normal(), offset: plane.offset() };
     Ok(Film {
         title: run.as_ref().map_or(String::new(), title),
@@ -32,12 +31,13 @@ pub fn film(mut file: TrajectoryFile<'_>, most: usize) -> Result<Film, Failure> 
         gravity: *world.gravity(),
         friction: world.friction(),
         ground: (!floating).then_some(ground),
-        bodies: vec![body(&world.bodies()[0], &load)],
+        bodies: vec![body(&physics)],
         frames,
     })
 }
 
-fn body(body: &RigidBody, load: &Load) -> Body {
+fn body(physics: &Physics) -> Body {
+    let (body, load) = (physics.body(), &physics.load);
     Body {
         mass: body.mass(),
         inertia: *body.inertia(),

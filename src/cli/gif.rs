@@ -39,7 +39,7 @@ pub fn check(args: &SimulateArgs, job: &Job) -> Result<(), Failure> {
             "--gif: an animation is made of at most {MOST_ROWS} rows"
         )));
     }
-    let duration = (job.rows - 1) as f64 * job.world.time_step();
+    let duration = (job.rows - 1) as f64 * job.physics.time_step();
     frame_count(duration, settings(animation).speed).map_err(refused)?;
     Ok(())
 }

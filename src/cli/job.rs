@@ -3,23 +3,23 @@
 use super::args::SimulateArgs;
 use super::choices::{Attitude, Frame, OnFailure, SceneName, SolverName};
 use super::outcome::{Failure, refuse_flags};
+use super::physics::Physics;
 use super::run::Run;
-use super::run_file::{RunFile, RunParameters, SolverSettings, StartState, SummaryFile};
+use super::run_file::{RunFile, SolverSettings, StartState, SummaryFile};
 use super::scenario::Scenario;
-use super::settings::{self, Settings};
+use super::settings::Settings;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use tumble::contact::detection::Detection;
 use tumble::contact::rounding;
 use tumble::ipopt::{self, Options};
-use tumble::mechanics::load::{Load, Polyline};
 use tumble::mechanics::state::State;
 use tumble::simulation::scene;
 use tumble::simulation::{Motion, Simulation};
 use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, Rung};
 use tumble::solver::native::NativeSolver;
 use tumble::step::StepSolver;
-use tumble::world::{Parameters, World};
+use tumble::world::World;
 
 /// What the arguments amount to.
 pub struct Job {
@@ -29,10 +29,9 @@ pub struct Job {
     pub seed: u32,
     pub drawn: bool,
     pub rows: u64,
-    pub world: World,
+    pub physics: Physics,
     /// World.
     pub start: State,
-    pub load: Load,
     /// `None` without a ground.
     pub contact: Option<Contact>,
 }
@@ -70,53 +69,35 @@ impl Job {
 
     /// The job of complete settings.
     fn of(name: String, ground: bool, settings: Settings) -> Result<Self, Failure> {
-        let needed = |field: &str| Failure::Input(format!("{field} is not given; it is needed"));
-        let mass = settings.mass.ok_or_else(|| needed("mass"))?;
-        let shape = settings.shape.as_ref().ok_or_else(|| needed("box"))?;
-        let inertia = settings.inertia.as_ref().ok_or_else(|| needed("inertia"))?;
-        let plane = settings.plane.clone().unwrap_or_default();
-        let world = World::new(Parameters {
-            bodies: vec![settings::body(mass, shape, inertia)?],
-            ground: plane.clone(),
-            gravity: settings.gravity.ok_or_else(|| needed("gravity"))?,
-            friction: settings.mu.unwrap_or(scene::FRICTION),
-            time_step: settings.dt.ok_or_else(|| needed("dt"))?,
-        })?;
-
+        let physics = Physics::of_settings(&settings)?;
         let seed = settings.seed.unwrap_or(USUAL_SEED);
-        let attitude = settings.attitude.as_ref().ok_or_else(|| needed("attitude"))?;
-        let mut position = settings.position.ok_or_else(|| needed("position"))?;
+        let attitude = settings.attitude.as_ref().ok_or_else(|| Failure::needed("attitude"))?;
+        let mut position = settings.position.ok_or_else(|| Failure::needed("position"))?;
         position[2] = settings.height.unwrap_or(position[2]);
         let start = State {
             position,
             attitude: attitude.quaternion(seed),
-            velocity: settings.velocity.ok_or_else(|| needed("velocity"))?,
-            spin: settings.spin.ok_or_else(|| needed("spin"))?,
+            velocity: settings.velocity.ok_or_else(|| Failure::needed("velocity"))?,
+            spin: settings.spin.ok_or_else(|| Failure::needed("spin"))?,
         };
         let start = start.checked()?;
         let start = match settings.frame {
-            Some(Frame::Ground) => plane.state_to_world(&start),
+            Some(Frame::Ground) => physics.world.ground().state_to_world(&start),
             Some(Frame::World) | None => start,
         };
-        let point = settings.force_at.unwrap_or_default();
-        let load = Load::new(
-            settings.force.clone().unwrap_or_default(),
-            settings.torque.clone().unwrap_or_default(),
-            point,
-        )?;
-        refuse_violent_load(&world, &load)?;
+        physics.refuse_violent_load()?;
         let idle_point = settings.force_at.is_some() && settings.force.is_none();
         refuse_flags("a body without --force", &[("--force-at", idle_point)])?;
 
         let contact = if ground {
-            refuse_start_below_ground(&world, &start, &settings)?;
-            Some(Contact::new(&world, &settings)?)
+            refuse_start_below_ground(&physics.world, &start, &settings)?;
+            Some(Contact::new(&physics.world, &settings)?)
         } else {
             None
         };
-        let rows = settings.steps.ok_or_else(|| needed("steps"))?;
+        let rows = settings.steps.ok_or_else(|| Failure::needed("steps"))?;
         let drawn = *attitude == Attitude::Random;
-        Ok(Self { name, seed, drawn, rows, world, start, load, contact })
+        Ok(Self { name, seed, drawn, rows, physics, start, contact })
     }
 
     pub fn simulation(&self, interrupt: &Arc<AtomicBool>) -> Result<Simulation<'static>, Failure> {
@@ -126,19 +107,21 @@ impl Job {
                 Motion::Contact { detection: contact.detection, solver: self.solver(contact)? }
             }
         };
-        let mut simulation = Simulation::new(self.world.clone(), [self.start], motion)?;
-        simulation.set_load(0, self.load.clone())?;
+        let Physics { world, load } = &self.physics;
+        let mut simulation = Simulation::new(world.clone(), [self.start], motion)?;
+        simulation.set_load(0, load.clone())?;
         simulation.interrupt_by(Arc::clone(interrupt));
         Ok(simulation)
     }
 
     fn solver(&self, contact: &Contact) -> Result<Box<dyn StepSolver>, Failure> {
+        let world = &self.physics.world;
         let Some(options) = &contact.ipopt else {
-            return Ok(Box::new(NativeSolver::new(&self.world)));
+            return Ok(Box::new(NativeSolver::new(world)));
         };
-        let ipopt = IpoptSolver::new(&self.world, Formulation::default(), options.clone())?;
+        let ipopt = IpoptSolver::new(world, Formulation::default(), options.clone())?;
         Ok(match contact.on_failure {
-            OnFailure::Ladder => Box::new(Ladder::new(&self.world, ipopt, &Rung::ALL)),
+            OnFailure::Ladder => Box::new(Ladder::new(world, ipopt, &Rung::ALL)),
             OnFailure::Record | OnFailure::Stop => Box::new(ipopt),
         })
     }
@@ -161,7 +144,7 @@ impl Job {
             ipopt_version: ipopt::VERSION.to_owned(),
             scene: self.name.clone(),
             seed: self.seed,
-            parameters: RunParameters::of(&self.world, &self.load, self.rows),
+            parameters: self.physics.parameters(self.rows),
             solver: SolverSettings {
                 name: self.solver_name().to_owned(),
                 detection: contact.map(|contact| contact.detection.name().to_owned()),
@@ -229,26 +212,6 @@ fn refuse_idle_settings(ground: bool, settings: &Settings) -> Result<(), Failure
     refuse_flags("a floating body, which has no contact", &flags)
 }
 
-/// A load that in one step makes a speed or spin that no state may have is a mistake.
-fn refuse_violent_load(world: &World, load: &Load) -> Result<(), Failure> {
-    let (body, h) = (&world.bodies()[0], world.time_step());
-    let largest = |line: &Polyline| line.knots().iter().map(|(_, v)| v.amax()).fold(0.0, f64::max);
-    let arm = 2.0 * load.point().amax();
-    let (force, torque) = (largest(&load.force), largest(&load.torque));
-    let turning = body.inertia_inverse().amax() * (torque + arm * force);
-    let gained = [("m/s", h * force / body.mass()), ("rad/s", h * turning)];
-    match gained.into_iter().find(|(_, gained)| *gained > MOST_GAINED) {
-        None => Ok(()),
-        Some((unit, gained)) => Err(Failure::Input(format!(
-            "force or torque: a step of this load alone would change the body's motion by \
-             {gained:.1e} {unit}; at most {MOST_GAINED:e} {unit} is allowed"
-        ))),
-    }
-}
-
-/// m/s or rad/s: a tenth of what the state at the start may have.
-const MOST_GAINED: f64 = 1e4;
-
 /// A start inside the ground would be thrown out of it within one step. What rounding makes
 /// of a start that lies on a slope is none.
 fn refuse_start_below_ground(
@@ -257,8 +220,8 @@ fn refuse_start_below_ground(
     settings: &Settings,
 ) -> Result<(), Failure> {
     let lowest = world.lowest_height(&[*start]);
-    let (ground, reach) = (world.ground(), world.reach());
-    let arm = ground.normal() * reach;
+    let ground = world.ground();
+    let arm = ground.normal() * world.reach();
     if lowest >= -rounding::gap(ground.normal(), &start.position, ground.offset(), &arm) {
         return Ok(());
     }

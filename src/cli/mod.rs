@@ -9,6 +9,7 @@ mod inspect;
 mod job;
 mod outcome;
 mod output;
+mod physics;
 mod plot;
 mod run;
 mod run_file;

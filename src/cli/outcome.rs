@@ -47,6 +47,11 @@ impl Failure {
         }
     }
 
+    /// A setting without which there is nothing to simulate.
+    pub fn needed(field: &str) -> Self {
+        Self::Input(format!("{field} is not given; it is needed"))
+    }
+
     /// The same, with the file whose fault it is.
     pub fn in_file(self, path: &Path) -> Self {
         match self {

@@ -1,18 +1,11 @@
 //! `run.json`: what made a trajectory, and what came of it.
 
-use super::choices::Inertia;
 use super::outcome::Failure;
-use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
-use tumble::contact::plane::Plane;
-use tumble::mechanics::body::RigidBody;
-use tumble::mechanics::load::{Load, Polyline};
 use tumble::simulation::scene::Scene;
 use tumble::simulation::summary::RunSummary;
-use tumble::step_nlp::SMOOTHING;
-use tumble::world::{Parameters, World};
 
 #[derive(Debug, Serialize, Deserialize)]
 pub struct RunFile {
@@ -29,7 +22,7 @@ pub struct RunFile {
     pub summary: SummaryFile,
 }
 
-/// The constants of the model, SI units; see [`Parameters`].
+/// The constants of the model, SI units.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct RunParameters {
     pub steps: u64,
@@ -57,7 +50,7 @@ pub struct PlaneParameters {
     pub offset: f64,
 }
 
-/// The external load; see [`Load`].
+/// The external load.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct LoadParameters {
     /// Knots: t, s, and the force, N, world.
@@ -70,31 +63,7 @@ pub struct LoadParameters {
 
 impl Default for PlaneParameters {
     fn default() -> Self {
-        Self::of(&Plane::level())
-    }
-}
-
-impl PlaneParameters {
-    pub fn of(plane: &Plane) -> Self {
-        Self { normal: (*plane.normal()).into(), offset: plane.offset() }
-    }
-}
-
-impl LoadParameters {
-    pub fn of(load: &Load) -> Self {
-        let knots = |line: &Polyline| {
-            line.knots().iter().map(|(time, v)| [*time, v[0], v[1], v[2]]).collect()
-        };
-        let at = (*load.point()).into();
-        Self { force: knots(&load.force), torque: knots(&load.torque), at }
-    }
-
-    fn load(&self) -> Result<Load, Failure> {
-        let line = |knots: &[[f64; 4]]| {
-            let knots = knots.iter().map(|&[t, x, y, z]| (t, Vector3::new(x, y, z)));
-            Polyline::new(knots.collect())
-        };
-        Ok(Load::new(line(&self.force)?, line(&self.torque)?, self.at.into())?)
+        Self { normal: [0.0, 0.0, 1.0], offset: 0.0 }
     }
 }
 
@@ -142,48 +111,6 @@ pub struct SummaryFile {
 pub fn heading(scene: &str) -> String {
     let of_tutorial = [Scene::drop().name, Scene::floating().name].contains(&scene);
     if of_tutorial { format!("{scene} scene") } else { scene.to_owned() }
-}
-
-impl RunParameters {
-    pub fn of(world: &World, load: &Load, steps: u64) -> Self {
-        let body = &world.bodies()[0];
-        Self {
-            steps,
-            dt: world.time_step(),
-            mu: world.friction(),
-            mass: body.mass(),
-            inertia: body.inertia().transpose().into(),
-            gravity: (*world.gravity()).into(),
-            epsilon: SMOOTHING,
-            plane: PlaneParameters::of(world.ground()),
-            contact_points: body.contact_points().iter().map(|c| c.position.into()).collect(),
-            load: (!load.is_none()).then(|| LoadParameters::of(load)),
-        }
-    }
-
-    /// The load these parameters describe.
-    pub fn load(&self) -> Result<Load, Failure> {
-        self.load.as_ref().map_or(Ok(Load::none()), LoadParameters::load)
-    }
-
-    /// The inertia, from its rows.
-    pub fn inertia_matrix(&self) -> Inertia {
-        Inertia::Matrix(Matrix3::from(self.inertia).transpose())
-    }
-
-    /// The world these parameters describe.
-    pub fn world(&self) -> Result<World, Failure> {
-        let inertia = Matrix3::from(self.inertia).transpose();
-        let points: Vec<Vector3<f64>> =
-            self.contact_points.iter().copied().map(Vector3::from).collect();
-        Ok(World::new(Parameters {
-            bodies: vec![RigidBody::new(self.mass, inertia, &points)?],
-            ground: Plane::new(self.plane.normal.into(), self.plane.offset)?,
-            gravity: self.gravity.into(),
-            friction: self.mu,
-            time_step: self.dt,
-        })?)
-    }
 }
 
 impl SummaryFile {

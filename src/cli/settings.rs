@@ -10,7 +10,6 @@ use super::values::LoadKnot;
 use nalgebra::{Matrix3, Vector3};
 use tumble::contact::plane::Plane;
 use tumble::error::Error;
-use tumble::mechanics::body::{RigidBody, solid_box_inertia};
 use tumble::mechanics::load::Polyline;
 use tumble::simulation::scene;
 
@@ -142,30 +141,4 @@ pub fn polyline(flag: &str, knots: &[LoadKnot]) -> Result<Option<Polyline>, Fail
             Polyline::new(knots).map(Some).map_err(named)
         }
     }
-}
-
-/// The body of `mass` (kg).
-pub fn body(mass: f64, shape: &Shape, inertia: &Inertia) -> Result<RigidBody, Failure> {
-    Ok(match (shape, inertia) {
-        (Shape::Box(sides), Inertia::Solid) => RigidBody::solid_box(mass, 0.5 * sides)?,
-        (Shape::Box(sides), Inertia::Matrix(matrix)) => {
-            RigidBody::with_box_corners(mass, *matrix, 0.5 * sides)?
-        }
-        (Shape::Points(points), Inertia::Matrix(matrix)) => RigidBody::new(mass, *matrix, points)?,
-        (Shape::Points(points), Inertia::Solid) => {
-            let inertia = solid_box_inertia(mass, &half_sides(points)?);
-            RigidBody::new(mass, inertia, points)?
-        }
-    })
-}
-
-/// Half the sides of the box with these corners, refused where they are of no box.
-fn half_sides(points: &[Vector3<f64>]) -> Result<Vector3<f64>, Failure> {
-    let half = points.iter().fold(Vector3::zeros(), |half, point| point.abs().sup(&half));
-    if points.len() == 8 && points.iter().all(|point| point.abs() == half) {
-        return Ok(half);
-    }
-    Err(Failure::Input(
-        "inertia: `solid` is for boxes; the contact points are of no box, give numbers".to_owned(),
-    ))
 }

@@ -97,7 +97,8 @@ fn write_trajectory(
         csv::ErrorKind::Io(error) => file.failed(&error),
         other => Failure::Other(format!("the trajectory cannot be written: {other:?}")),
     };
-    let mut writer = TrajectoryWriter::new(file.stream()?, &job.world).map_err(csv_failed)?;
+    let mut writer =
+        TrajectoryWriter::new(file.stream()?, &job.physics.world).map_err(csv_failed)?;
     let mut records = vec![StepRecord::new(); CHUNK];
     let (mut summary, mut elapsed) = (RunSummary::default(), Duration::ZERO);
     let mut end = End::Complete;

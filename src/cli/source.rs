@@ -1,24 +1,18 @@
 //! What a trajectory file is a trajectory of: run.json beside it, and the flags.
 
 use super::args::PhysicsArgs;
-use super::choices::Shape;
 use super::outcome::Failure;
-use super::run_file::{PlaneParameters, RunFile, RunParameters, SolverSettings};
-use super::settings::{self, polyline};
-use nalgebra::Vector3;
+use super::physics::Physics;
+use super::run_file::{RunFile, SolverSettings};
 use std::fs::File;
 use std::path::Path;
-use tumble::mechanics::load::Load;
-use tumble::simulation::scene;
 use tumble::simulation::trajectory::{TrajectoryReader, TrajectoryRow};
 use tumble::solver::ipopt::{self, LADDER_RESIDUAL};
 use tumble::solver::native;
-use tumble::world::{Parameters, World};
 
 /// What is known of the file besides its rows.
 pub struct Source {
-    pub world: World,
-    pub load: Load,
+    pub physics: Physics,
     /// Whether there is no ground.
     pub floating: bool,
     /// run.json, where there is one.
@@ -38,7 +32,7 @@ impl<'a> TrajectoryFile<'a> {
         let file = File::open(path).map_err(|error| cannot_read(path, &error))?;
         let reader = TrajectoryReader::new(file).map_err(|error| cannot_read(path, &error))?;
         let source = source_of(path, flags)?;
-        let points = source.world.bodies()[0].contact_points().len();
+        let points = source.physics.body().contact_points().len();
         if points != reader.contacts() {
             return Err(Failure::Input(format!(
                 "{} has columns for {} contact points, run.json names {points}",
@@ -53,7 +47,7 @@ impl<'a> TrajectoryFile<'a> {
     pub fn next_row(&mut self) -> Result<Option<TrajectoryRow>, Failure> {
         let row = self.reader.next_row().map_err(|error| cannot_read(self.path, &error))?;
         if let Some(row) = &row {
-            check_time(self.path, row, self.source.world.time_step())?;
+            check_time(self.path, row, self.source.physics.time_step())?;
         }
         Ok(row)
     }
@@ -69,7 +63,7 @@ impl Source {
     pub fn accepted(&self) -> f64 {
         let solver = self.run.as_ref().map(|run| &run.solver);
         let ladder = |solver: &SolverSettings| solver.on_failure.as_deref() == Some("ladder");
-        self.world.speed_scale()
+        self.physics.world.speed_scale()
             * match solver {
                 Some(solver) if solver.name == "native" => native::ACCEPTED_RESIDUAL,
                 Some(solver) if solver.name == "rk4" => 0.0,
@@ -95,37 +89,13 @@ fn cannot_read(path: &Path, error: &dyn std::fmt::Display) -> Failure {
 fn source_of(path: &Path, flags: &PhysicsArgs) -> Result<Source, Failure> {
     let run_path = path.with_file_name("run.json");
     let run = RunFile::read(&run_path)?;
-    let mut parameters = match &run {
+    let parameters = match &run {
         Some(run) => run.parameters.clone(),
-        None => RunParameters::of(&World::new(scene::tutorial_parameters()?)?, &Load::none(), 0),
+        None => Physics::of_tutorial()?.parameters(0),
     };
     // Without a ground there is but one way to move.
     let floating = run.as_ref().is_some_and(|run| run.solver.name == "rk4");
-    parameters.dt = flags.dt.unwrap_or(parameters.dt);
-    parameters.mu = flags.mu.unwrap_or(parameters.mu);
-    parameters.mass = flags.mass.unwrap_or(parameters.mass);
-    if let Some(gravity) = flags.gravity {
-        parameters.gravity = gravity.into();
-    }
-    if let Some(plane) = &flags.plane {
-        parameters.plane = PlaneParameters::of(plane);
-    }
-    let points = || parameters.contact_points.iter().copied().map(Vector3::from).collect();
-    let shape = flags.sides.map_or_else(|| Shape::Points(points()), Shape::Box);
-    let inertia = flags.inertia.clone().unwrap_or_else(|| parameters.inertia_matrix());
-    let body = settings::body(parameters.mass, &shape, &inertia)?;
-    let world =
-        World::new(Parameters { bodies: vec![body], ..parameters.world()?.parameters().clone() })?;
-    let load = load_of(flags, parameters.load()?)?;
-    Ok(Source { world, load, floating, run })
-}
-
-/// The load, with the parts that flags give in the place of its own.
-fn load_of(flags: &PhysicsArgs, load: Load) -> Result<Load, Failure> {
-    let point = flags.force_at.unwrap_or(*load.point());
-    let force = polyline("--force", &flags.force)?.unwrap_or(load.force);
-    let torque = polyline("--torque", &flags.torque)?.unwrap_or(load.torque);
-    Ok(Load::new(force, torque, point)?)
+    Ok(Source { physics: Physics::of_run(&parameters, flags)?, floating, run })
 }
 
 /// Times that do not fit the time step show that the parameters are another run's.

@@ -95,9 +95,9 @@ struct Judge {
 
 impl Judge {
     fn step(&mut self, source: &Source, row: &TrajectoryRow, next: &State) -> Verified {
-        let world = &source.world;
+        let world = &source.physics.world;
         let (states, next) = ([row.state], [*next]);
-        let wrench = source.load.wrench(row.index, world.time_step(), &row.state.attitude);
+        let wrench = source.physics.load.wrench(row.index, world.time_step(), &row.state.attitude);
         let mut contacts = Vec::new();
         if !source.floating {
             all_contacts(world, &states, &mut contacts);

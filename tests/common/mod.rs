@@ -5,7 +5,7 @@
 #![allow(dead_code)]
 
 use flate2::read::GzDecoder;
-use nalgebra::{Matrix3, Quaternion, SVector, Vector2, Vector3, Vector4};
+use nalgebra::{Matrix3, Quaternion, SVector, Vector3, Vector4};
 use proptest::prelude::*;
 use serde::Deserialize;
 use std::fs::File;
@@ -186,9 +186,9 @@ pub fn certify(
     Certifier::new().contact_step(world, &claim, forces.iter().copied())
 }
 
-/// The certificate on level ground written down a second time, with products of quaternions
-/// and the response in the world's axes, W = E/m − [r]× (A I Aᵀ)⁻¹ [r]×: dynamics,
-/// penetration, normal law, friction law, cone.
+/// The certificate written down a second time, with products of quaternions and with the
+/// response of a point along a direction d as 1/m + τ·I⁻¹τ, τ the torque of a unit impulse
+/// along d: dynamics, penetration, normal law, friction law, cone.
 pub fn certificate_by_hand(
     world: &World,
     (old, new): (&State, &State),
@@ -196,15 +196,14 @@ pub fn certificate_by_hand(
     wrench: &Wrench,
 ) -> [f64; 5] {
     let (h, mass, mu) = (world.time_step(), body(world).mass(), world.friction());
+    let (n, offset) = (world.ground().normal(), world.ground().offset());
+    let across = |v: Vector3<f64>| v - n * n.dot(&v);
     let q = |state: &State| {
         let [w, x, y, z] = state.attitude.into();
         Quaternion::new(w, x, y, z)
     };
     let turned = |q: Quaternion<f64>, c| (q * Quaternion::from_imag(c) * q.conjugate()).imag();
-    let axes = Matrix3::from_columns(
-        &[Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| turned(q(old), axis)),
-    );
-    let inertia_world = axes * body(world).inertia() * axes.transpose();
+    let solved = |torque| body(world).inertia().lu().solve(&torque).unwrap();
     let (mut f, mut torque, mut reach) = (wrench.force, wrench.torque, 0.0_f64);
     let mut parts = [0.0_f64; 5];
     for (c, force) in body(world).contact_points().iter().map(|p| p.position).zip(forces) {
@@ -212,13 +211,15 @@ pub fn certificate_by_hand(
         torque += c.cross(&turned(q(old).conjugate(), *force));
         reach = reach.max(c.amax());
         let [before, after] = [old, new].map(|x| x.position + turned(q(x), c));
-        let (slip, rise) = ((after - before).xy() / h, after.z / h);
-        let lever = (before - old.position).cross_matrix();
-        let response =
-            Matrix3::identity() / mass - lever * inertia_world.try_inverse().unwrap() * lever;
-        let (w_n, w_t) = (response[(2, 2)], 0.5 * (response[(0, 0)] + response[(1, 1)]));
-        let (p, normal) = (force.xy() * h, force.z * h);
-        let target: Vector2<f64> = w_t * p - slip;
+        let (slip, rise) = (across(after - before) / h, (n.dot(&after) - offset) / h);
+        let response = |d: Vector3<f64>| {
+            let torque: Vector3<f64> = c.cross(&turned(q(old).conjugate(), d));
+            1.0 / mass + torque.dot(&solved(torque))
+        };
+        let all = [Vector3::x(), Vector3::y(), Vector3::z()].map(response).iter().sum::<f64>();
+        let (w_n, w_t) = (response(*n), 0.5 * (all - response(*n)));
+        let (p, normal) = (across(*force) * h, n.dot(force) * h);
+        let target = w_t * p - slip;
         let radius = mu * w_t * normal.max(0.0);
         let nearest = target * if target.norm() > radius { radius / target.norm() } else { 1.0 };
         parts[1] = parts[1].max(-rise);
@@ -226,8 +227,7 @@ pub fn certificate_by_hand(
         parts[3] = parts[3].max((w_t * p - nearest).norm());
         parts[4] = parts[4].max(w_t * (p.norm() - mu * normal));
     }
-    let inertia = body(world).inertia();
-    let rate = inertia.lu().solve(&(torque - new.spin.cross(&(inertia * new.spin)))).unwrap();
+    let rate = solved(torque - new.spin.cross(&(body(world).inertia() * new.spin)));
     let turned = q(old) + q(old) * Quaternion::from_imag(new.spin) * (0.5 * h);
     parts[0] = [
         (old.position + new.velocity * h - new.position).amax() / h,

@@ -10,8 +10,8 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
-use tumble::step::StepStatus;
 use tumble::simulation::trajectory::TrajectoryReader;
+use tumble::step::StepStatus;
 
 /// What is refused is refused in milliseconds, and a step takes as long; the disk that a run
 /// waits for at its end may be busy.

@@ -6,12 +6,12 @@ use super::steps::{Seen, check_run, native};
 use crate::common::{any_model, quaternion, tutorial_model, vector};
 use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::*;
-use tumble::mechanics::body::RigidBody;
-use tumble::world::{ContactModel, Parameters};
 use tumble::contact::plane::Plane;
+use tumble::mechanics::body::RigidBody;
 use tumble::mechanics::quaternion::rotation;
-use tumble::solver::ipopt::{Formulation, IpoptSolver, LADDER_CERTIFICATE, Ladder, Rung};
 use tumble::mechanics::state::State;
+use tumble::solver::ipopt::{Formulation, IpoptSolver, LADDER_CERTIFICATE, Ladder, Rung};
+use tumble::world::{ContactModel, Parameters};
 
 /// Steps of each run.
 const STEPS: usize = 4;

@@ -5,12 +5,12 @@ use std::cell::Cell;
 use tumble::contact::certificate::certify_contact_step;
 use tumble::contact::detection::Detection;
 use tumble::ipopt::ReturnStatus;
-use tumble::world::ContactModel;
+use tumble::mechanics::state::{State, Wrench};
 use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::solver::ipopt::Rung;
 use tumble::solver::native::{ACCEPTED_CERTIFICATE, NativeSolver};
 use tumble::step::{StepReport, StepSolver, StepStatus};
-use tumble::mechanics::state::{State, Wrench};
+use tumble::world::ContactModel;
 
 /// How the contact steps of a test's runs ended.
 #[derive(Debug, Default)]

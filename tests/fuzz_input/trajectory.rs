@@ -6,8 +6,10 @@ use proptest::prelude::*;
 use proptest::sample::{Index, select};
 use tumble::contact::certificate::Certificate;
 use tumble::simulation::StepRecord;
+use tumble::simulation::trajectory::{
+    TrajectoryError, TrajectoryReader, TrajectoryRow, TrajectoryWriter,
+};
 use tumble::step::{StepReport, StepStatus};
-use tumble::simulation::trajectory::{TrajectoryError, TrajectoryReader, TrajectoryRow, TrajectoryWriter};
 
 /// Everything up to the `end` row; an error is one short line.
 fn read(bytes: &[u8]) -> Result<Vec<TrajectoryRow>, TrajectoryError> {

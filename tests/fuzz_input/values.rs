@@ -7,13 +7,13 @@ use nalgebra::{Matrix3, Vector3};
 use proptest::array::uniform8;
 use proptest::collection::vec;
 use proptest::prelude::*;
-use tumble::mechanics::body::RigidBody;
 use tumble::ipopt::{BarrierStrategy, MultiplierStep, Options, Scaling};
-use tumble::world::{ContactModel, Parameters};
-use tumble::step::StepSolver;
-use tumble::solver::ipopt::{ACCEPTED_CERTIFICATE, Formulation, IpoptSolver};
+use tumble::mechanics::body::RigidBody;
 use tumble::mechanics::state::Wrench;
+use tumble::solver::ipopt::{ACCEPTED_CERTIFICATE, Formulation, IpoptSolver};
+use tumble::step::StepSolver;
 use tumble::step_nlp::StepNlp;
+use tumble::world::{ContactModel, Parameters};
 
 /// A state in which the tutorial's cube stands on the ground, moving down and along it.
 fn ordinary() -> [f64; 13] {

@@ -110,6 +110,52 @@ impl IpoptSolver {
     }
 }
 
+impl IpoptSolver {
+    /// Solves `step` from the point `start` of the program, slacks and multipliers λ included,
+    /// instead of the previous solution's: to repeat a step that another program recorded.
+    ///
+    /// # Errors
+    /// As [`StepSolver::solve`]; a start of another number of contact points.
+    pub fn solve_from(
+        &mut self,
+        step: &Step<'_>,
+        contacts: &[Contact],
+        start: &ProgramPoint,
+        solution: &mut StepSolution,
+    ) -> Result<StepReport, Error> {
+        if start.layout() != self.start.layout() {
+            return Err(Error::Count {
+                field: "contact points of the start",
+                count: start.layout().contacts(),
+                allowed: "those of the world's body",
+            });
+        }
+        set_flags(contacts, &mut self.flags);
+        self.start.copy_from(start);
+        self.solve_from_start(step, contacts, solution)
+    }
+
+    /// Solves `step` for the flags and the start that have been set.
+    fn solve_from_start(
+        &mut self,
+        step: &Step<'_>,
+        contacts: &[Contact],
+        solution: &mut StepSolution,
+    ) -> Result<StepReport, Error> {
+        let Self { program, memory, flags, start, point, .. } = self;
+        let attempt = Attempt { start, multipliers: None, limit: u32::MAX };
+        let attempted = program.attempt(step, flags, attempt, point)?;
+        set_solution(step, contacts, point, solution);
+        memory.keep(step.previous, solution, point, attempted.multipliers);
+        Ok(StepReport {
+            status: if attempted.converged { StepStatus::Converged } else { StepStatus::Failed },
+            iterations: attempted.iterations,
+            start: Some(Rung::Previous.name()),
+            message: Some(attempted.status.name()),
+        })
+    }
+}
+
 /// Sets `start` to the point of the last step's solution; its multipliers, if they are known
 /// for `flags`.
 fn previous_point<'a>(
@@ -177,18 +223,8 @@ impl StepSolver for IpoptSolver {
         contacts: &mut Vec<Contact>,
         solution: &mut StepSolution,
     ) -> Result<StepReport, Error> {
-        let Self { program, memory, flags, start, point, .. } = self;
-        set_flags(contacts, flags);
-        previous_point(memory, step, flags, start);
-        let attempt = Attempt { start, multipliers: None, limit: u32::MAX };
-        let attempted = program.attempt(step, flags, attempt, point)?;
-        set_solution(step, contacts, point, solution);
-        memory.keep(step.previous, solution, point, attempted.multipliers);
-        Ok(StepReport {
-            status: if attempted.converged { StepStatus::Converged } else { StepStatus::Failed },
-            iterations: attempted.iterations,
-            start: Some(Rung::Previous.name()),
-            message: Some(attempted.status.name()),
-        })
+        set_flags(contacts, &mut self.flags);
+        previous_point(&self.memory, step, &self.flags, &mut self.start);
+        self.solve_from_start(step, contacts, solution)
     }
 }
