@@ -202,12 +202,13 @@ fn every_step_of_a_tossed_solid_box_is_solved_exactly() {
 
 /// With any inertia and friction up to 2 a point can be such that pressing it makes it
 /// approach, and the search fails more often: no more than once in 10 000 contact steps
-/// (measured: 137 times in 9.9 million). It then says so.
+/// (measured: 36 times in 9.9 million; besides, 101 free flights by 38 rad a step, whose
+/// gyroscopic torque rounding makes more of than it is excused for). It then says so.
 #[test]
 fn a_step_of_any_toss_is_solved_exactly_or_reported_as_failed() {
     let (contact, failed) = (Cell::new(0), Cell::new(0));
     each_step(4000, toss(scene(any_box(), 2.0)), |world, record| {
-        contact.set(contact.get() + u32::from(record.report.status != StepStatus::Free));
+        contact.set(contact.get() + u32::from(!record.contacts.is_empty()));
         if record.report.status == StepStatus::Failed {
             failed.set(failed.get() + 1);
             return Ok(());
