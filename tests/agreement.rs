@@ -3,17 +3,15 @@
 mod common;
 mod toss;
 
-use common::{quantile, solve};
-use nalgebra::Vector3;
+use common::{body, certify, flagged_contacts, point_forces, points, quantile, solve};
 use std::sync::LazyLock;
 use toss::*;
-use tumble::contact::certificate::certify_contact_step;
-use tumble::contact::detection::Detection;
-use tumble::mechanics::state::Wrench;
+use tumble::contact::Detection;
+use tumble::mechanics::Wrench;
 use tumble::simulation::StepRecord;
 use tumble::solver::ipopt::{Formulation, IpoptSolver};
-use tumble::step::StepStatus;
-use tumble::world::ContactModel;
+use tumble::step::{StepSolution, StepStatus};
+use tumble::world::World;
 
 const SEEDS: [u32; 6] = [0, 1, 2, 3, 6, 42];
 /// Every so many steps of a run one is compared.
@@ -48,42 +46,55 @@ struct Comparison {
     height: f64,
 }
 
+/// Whether each point carries a force.
+fn carrying(world: &World, step: &StepRecord) -> Vec<bool> {
+    let mut carrying = vec![false; points(world)];
+    for contact in &step.solution.contacts {
+        carrying[contact.key.point] = contact.carries_force();
+    }
+    carrying
+}
+
+/// Whether no point that carries a force slides.
+fn sticks(solution: &StepSolution) -> bool {
+    let mut pressed = solution.contacts.iter().filter(|contact| contact.carries_force());
+    pressed.all(|contact| contact.slip.norm() < SLIDING)
+}
+
 fn compare(
     ipopt: &mut IpoptSolver,
-    model: &ContactModel,
+    world: &World,
     (before, step): (&StepRecord, &StepRecord),
     from: From,
 ) -> Option<Comparison> {
-    let none = Wrench::zero();
-    let (state, native) = (&step.state, &step.solution);
-    let (flags, start) = match from {
-        From::NativePoint => (step.active.clone(), native),
+    let (none, flags) = (Wrench::zero(), carrying(world, step));
+    let (state, native) = (step.state(), &step.solution);
+    let (candidates, start) = match from {
+        From::NativePoint => (flagged_contacts(world, state, &flags), native),
         From::StepBefore => {
-            let mut flags = vec![false; model.contact_count()];
-            let free = model.free_flight(state, &none);
-            Detection::Predictive.flag(model, state, &free, &mut flags);
-            (flags, &before.solution)
+            let free = world.free_flight(0, state, &none);
+            let mut candidates = Vec::new();
+            Detection::Predictive.find(world, &[*state], &[free], &mut candidates);
+            (candidates, &before.solution)
         }
     };
-    let (report, theirs) = solve(ipopt, model, (state, &none), &flags, start);
+    let (report, theirs) = solve(ipopt, world, (state, &none), &candidates, start);
     if report.status != StepStatus::Converged {
         return None;
     }
-    let forces: Vec<_> = theirs.forces().collect();
-    let certificate = certify_contact_step(model, state, &theirs.state(), &forces, &none);
-    let (a, b) = (theirs.state(), native.state());
-    let (mass, h) = (model.body().mass(), model.time_step());
-    let slips = &native.as_slice()[native.layout().slip_speed()];
-    let carrying = step.active.iter().filter(|active| **active).count();
-    let press = forces.iter().sum::<Vector3<f64>>() - native.forces().sum::<Vector3<f64>>();
-    let lightest = model.body().inertia().symmetric_eigenvalues().min();
+    let (a, b) = (&theirs.states[0], step.next());
+    let certificate = certify(world, (state, a), &point_forces(world, &theirs), &none);
+    let (mass, h) = (body(world).mass(), world.time_step());
+    let count = flags.iter().filter(|carries| **carries).count();
+    let press = theirs.total_force(0) - native.total_force(0);
+    let lightest = body(world).inertia().symmetric_eigenvalues().min();
     Some(Comparison {
         name: format!("inertia {lightest:.2}, step {}, {from:?}", step.index),
-        determined: carrying < 3 || slips.iter().all(|slip| *slip < SLIDING),
-        ipopt: certificate.worst(),
-        native: step.certificate.worst(),
+        determined: count < 3 || sticks(native),
+        ipopt: certificate.residual(),
+        native: step.certificate.residual(),
         velocity: (a.velocity - b.velocity).amax(),
-        spin: (a.spin - b.spin).amax() * lightest / (mass * model.body().reach()),
+        spin: (a.spin - b.spin).amax() * lightest / (mass * world.reach()),
         press: press[2].abs() * h / mass,
         height: (a.position[2] - b.position[2]).abs() / h,
     })
@@ -94,17 +105,17 @@ fn compare(
 static COMPARISONS: LazyLock<Vec<Comparison>> = LazyLock::new(|| {
     let (mut found, mut all) = (Vec::new(), 0);
     for body in cubes() {
-        let model = ContactModel::new(parameters(body)).unwrap();
-        let options = IpoptSolver::options(&model, 1e-6, 300);
-        let mut ipopt = IpoptSolver::new(&model, Formulation::Reduced, options).unwrap();
+        let world = World::new(parameters(body)).unwrap();
+        let options = IpoptSolver::options(&world, 1e-6, 300);
+        let mut ipopt = IpoptSolver::new(&world, Formulation::Reduced, options).unwrap();
         for seed in SEEDS {
-            let run = thrown_run(&model, seed);
+            let run = thrown_run(&world, seed);
             let steps = run.windows(2).skip(seed as usize % EVERY).step_by(EVERY);
-            let flagged = |step: &StepRecord| step.active.iter().any(|active| *active);
-            for pair in steps.filter(|pair| flagged(&pair[1])) {
+            let touches = |step: &StepRecord| carrying(&world, step).contains(&true);
+            for pair in steps.filter(|pair| touches(&pair[1])) {
                 let starts = [From::NativePoint, From::StepBefore];
                 let steps =
-                    starts.map(|from| compare(&mut ipopt, &model, (&pair[0], &pair[1]), from));
+                    starts.map(|from| compare(&mut ipopt, &world, (&pair[0], &pair[1]), from));
                 all += steps.len();
                 found.extend(steps.into_iter().flatten());
             }

@@ -3,16 +3,15 @@
 
 mod common;
 
-use common::{any_model, any_state, any_wrench, cases, reference, state};
+use common::{any_state, any_world, any_wrench, cases, reference, state};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use proptest::prelude::*;
 use serde::Deserialize;
 use std::collections::HashMap;
-use tumble::mechanics::body::RigidBody;
-use tumble::mechanics::state::Wrench;
+use tumble::mechanics::{RigidBody, Wrench};
 use tumble::sparsity::SparsityPattern;
-use tumble::step_nlp::StepNlp;
-use tumble::world::{ContactModel, Parameters};
+use tumble::step_nlp::{SMOOTHING, StepNlp};
+use tumble::world::{Parameters, World};
 
 /// One line of `data/derivatives.jsonl.gz`.
 #[derive(Deserialize)]
@@ -69,18 +68,20 @@ impl Input {
     /// The problem of this step, a constant being the tutorial's where none is given.
     fn nlp(&self) -> StepNlp {
         let (given, usual) = (self, common::tutorial_parameters());
+        let cube = &usual.bodies[0];
         // The matrix is symmetric: rows and columns are the same.
-        let inertia = given.inertia.map_or(*usual.body.inertia(), Matrix3::from);
-        let mass = given.mass.unwrap_or(usual.body.mass());
+        let inertia = given.inertia.map_or(*cube.inertia(), Matrix3::from);
+        let mass = given.mass.unwrap_or(cube.mass());
+        let body = RigidBody::with_box_corners(mass, inertia, Vector3::repeat(1.0)).unwrap();
         let parameters = Parameters {
-            body: RigidBody::with_box_corners(mass, inertia, Vector3::repeat(1.0)).unwrap(),
-            plane: usual.plane.clone(),
+            bodies: vec![body],
             gravity: given.gravity.map_or(usual.gravity, Vector3::from),
             friction: given.mu.unwrap_or(usual.friction),
             time_step: given.dt.unwrap_or(usual.time_step),
-            smoothing: given.epsilon.unwrap_or(usual.smoothing),
+            ..usual
         };
-        let mut nlp = StepNlp::new(ContactModel::new(parameters).unwrap());
+        let smoothing = given.epsilon.unwrap_or(SMOOTHING);
+        let mut nlp = StepNlp::new(World::new(parameters).unwrap(), smoothing).unwrap();
         nlp.set_step(&state(&given.state), &Wrench::zero(), given.alpha.iter().copied());
         nlp
     }
@@ -174,7 +175,7 @@ fn values_and_derivatives_are_those_of_casadi() {
     }
 }
 
-/// For each kind of model (isotropic inertia or not, friction or none) every entry differs
+/// For each kind of world (isotropic inertia or not, friction or none) every entry differs
 /// from zero somewhere; that none is missing, `compare` has shown.
 #[test]
 fn the_patterns_hold_no_entry_that_is_always_zero() {
@@ -210,10 +211,12 @@ struct Anywhere {
 }
 
 fn anywhere() -> impl Strategy<Value = Anywhere> {
-    let step = (any_model(), any_state(), any_wrench(), any_state());
+    let step = (any_world(), any_state(), any_wrench(), any_state());
     let numbers = proptest::collection::vec(-1.0..1.0, 2 * 86);
-    (step, numbers).prop_map(|((model, old, wrench, new), numbers): (_, Vec<f64>)| {
-        let mut nlp = StepNlp::new(model);
+    // A smoothing so large that differences can follow the derivatives.
+    (step, 0.5..1.0, numbers).prop_map(|((world, old, wrench, new), smoothing, numbers)| {
+        let numbers: Vec<f64> = numbers;
+        let mut nlp = StepNlp::new(world, smoothing).unwrap();
         let layout = nlp.layout();
         let mut x = new.to_vector().as_slice().to_vec();
         // f_x, f_y ±5 N, comparable to the smoothing; f_z 0…50 N; the rest 0…5.

@@ -4,31 +4,29 @@
 mod common;
 
 use common::{
-    SEEDS, any_model, any_state, any_wrench, cases, solve, state, tutorial_model,
-    tutorial_parameters, tutorial_rows, vector, wrench_of,
+    SEEDS, any_state, any_world, any_wrench, body, cases, certify, points, solve, state,
+    tutorial_parameters, tutorial_rows, tutorial_world, vector, wrench_of,
 };
 use nalgebra::{Matrix3, Vector3, Vector4};
 use proptest::prelude::*;
-use tumble::contact::certificate::certify_contact_step;
-use tumble::contact::detection::Detection;
+use tumble::contact::Detection;
 use tumble::ipopt::Options;
-use tumble::mechanics::body::RigidBody;
 use tumble::mechanics::dynamics::{free_flight, rk4_step};
 use tumble::mechanics::quaternion::{left, rotation};
-use tumble::mechanics::state::{State, Wrench};
+use tumble::mechanics::{RigidBody, State, Wrench};
 use tumble::simulation::scene::Scene;
 use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::solver::ipopt::{Formulation, IpoptSolver};
-use tumble::step::{Decision, StepStatus};
-use tumble::step_nlp::{StepNlp, layout};
-use tumble::world::{ContactModel, Parameters};
+use tumble::step::{StepSolution, StepStatus};
+use tumble::step_nlp::{ProgramPoint, SMOOTHING, StepNlp, layout};
+use tumble::world::{Parameters, World};
 
 /// The tutorial's cube on its way, under its rule for the contact flags.
 fn flight(start: State) -> Simulation<'static> {
-    let model = tutorial_model();
-    let solver = IpoptSolver::new(&model, Formulation::Reduced, Options::default()).unwrap();
+    let world = tutorial_world();
+    let solver = IpoptSolver::new(&world, Formulation::Reduced, Options::default()).unwrap();
     let motion = Motion::Contact { detection: Detection::Height, solver: Box::new(solver) };
-    Simulation::new(model, start, motion).unwrap()
+    Simulation::new(world, [start], motion).unwrap()
 }
 
 /// In the air the recorded corner forces are not 0 but up to 1e-8 N, because Ipopt relaxed
@@ -43,14 +41,15 @@ fn the_flight_to_the_ground_is_the_tutorials() {
         let start = scene.start(scene.attitude(seed));
         assert!((start.to_vector() - rows[0].state().to_vector()).amax() < 3e-16, "seed {seed}");
         let mut whole = flight(start);
-        let mut record = StepRecord::new(&start, 8);
+        let mut record = StepRecord::new();
         let airborne = rows.windows(2).take_while(|pair| pair[1].flagged() == 0 && pair[1].solved);
         let mut steps = 0.0;
         for pair in airborne {
             let (old, new, forces) = (pair[0].state(), pair[1].state(), pair[1].forces());
             assert!(forces.iter().all(|force| force.amax() <= 1e-8), "seed {seed}");
             let mut single = flight(old);
-            single.set_wrench(wrench_of(single.model().body(), &old, &forces));
+            let wrench = wrench_of(body(single.world()), &old, &forces);
+            single.set_wrench(0, wrench).unwrap();
             single.step(&mut record).unwrap();
             assert_eq!(record.report.status, StepStatus::Free);
             let apart = (single.state().to_vector() - new.to_vector()).amax();
@@ -83,9 +82,9 @@ fn the_floating_cube_follows_its_closed_form() {
     let parameters =
         Parameters { gravity: scene.gravity, time_step: scene.time_step, ..tutorial_parameters() };
     let start = scene.start(scene.attitude(0));
-    let model = ContactModel::new(parameters).unwrap();
-    let mut simulation = Simulation::new(model, start, Motion::Floating).unwrap();
-    let mut record = StepRecord::new(&start, 8);
+    let world = World::new(parameters).unwrap();
+    let mut simulation = Simulation::new(world, [start], Motion::Floating).unwrap();
+    let mut record = StepRecord::new();
     let phase = (0.5 * scene.time_step * scene.spin.norm()).powi(5) / 120.0;
     for k in 1..scene.rows {
         simulation.step(&mut record).unwrap();
@@ -105,7 +104,7 @@ fn the_floating_cube_follows_its_closed_form() {
         assert!((now.spin - scene.spin).amax() < 1e-15 * steps);
     }
     assert_eq!(simulation.index(), 1199);
-    let long = rk4_step(simulation.model().body(), &start, &Wrench::zero(), 0.1);
+    let long = rk4_step(body(simulation.world()), &start, &Wrench::zero(), 0.1);
     assert!((long.attitude.norm() - 1.0).abs() < 1e-15);
 }
 
@@ -114,20 +113,20 @@ fn the_floating_cube_follows_its_closed_form() {
 /// above, 1.6e-11 m/s and 3.9e-8 rad/s.
 #[test]
 fn ipopt_in_the_air_finds_free_flight_and_no_force() {
-    let model = tutorial_model();
+    let world = tutorial_world();
     let wrench =
         Wrench { force: Vector3::new(3.0, -2.0, 5.0), torque: Vector3::new(0.3, 0.1, -0.2) };
     for formulation in [Formulation::Clamped, Formulation::Reduced] {
         let options = Options { tolerance: 1e-8, ..Options::default() };
-        let mut solver = IpoptSolver::new(&model, formulation, options).unwrap();
+        let mut solver = IpoptSolver::new(&world, formulation, options).unwrap();
         for seed in SEEDS {
             let state = Scene::drop().start(Scene::drop().attitude(seed));
-            let (step, start) = ((&state, &wrench), Decision::at_rest_in(&state, 8));
-            let (report, solution) = solve(&mut solver, &model, step, &[false; 8], &start);
+            let (step, start) = ((&state, &wrench), StepSolution::free(&[state]));
+            let (report, solution) = solve(&mut solver, &world, step, &[], &start);
             assert_eq!(report.status, StepStatus::Converged, "{formulation:?} {seed}");
-            assert!(solution.forces().all(|force| force == Vector3::zeros()));
-            let free = model.free_flight(&state, &wrench);
-            let apart = (solution.state().to_vector() - free.to_vector()).abs();
+            assert!(solution.contacts.is_empty());
+            let free = world.free_flight(0, &state, &wrench);
+            let apart = (solution.states[0].to_vector() - free.to_vector()).abs();
             assert!(apart.rows(0, 10).max() < 1e-8, "{formulation:?} {seed}: {apart}");
             assert!(apart.rows(10, 3).max() < 5e-8, "{formulation:?} {seed}: {apart}");
         }
@@ -135,13 +134,14 @@ fn ipopt_in_the_air_finds_free_flight_and_no_force() {
 }
 
 /// A brick whose principal axes lie askew in the body, at the time step `h`.
-fn askew_brick(h: f64, gravity: Vector3<f64>) -> ContactModel {
+fn askew_brick(h: f64, gravity: Vector3<f64>) -> World {
     let axes = rotation(&Vector4::new(0.7, 0.3, -0.5, 0.4).normalize());
     let inertia = axes * Matrix3::from_diagonal(&Vector3::new(1.0, 2.0, 2.5)) * axes.transpose();
     let inertia = 0.5 * (inertia + inertia.transpose());
     let body = RigidBody::new(3.0, inertia, &[Vector3::new(1.0, 0.6, 0.4)]).unwrap();
-    let parameters = Parameters { body, gravity, time_step: h, ..tutorial_parameters() };
-    ContactModel::new(parameters).unwrap()
+    let usual = tutorial_parameters();
+    let parameters = Parameters { bodies: vec![body], gravity, time_step: h, ..usual };
+    World::new(parameters).unwrap()
 }
 
 fn thrown() -> State {
@@ -152,13 +152,13 @@ fn thrown() -> State {
 /// by 4, up to the next order, h|ω| = 0.5 % (measured: 3.995).
 #[test]
 fn angular_momentum_in_the_world_is_kept_to_second_order_a_step() {
-    let momentum = |model: &ContactModel, state: &State| {
-        rotation(&state.attitude) * (model.body().inertia() * state.spin)
+    let momentum = |world: &World, state: &State| {
+        rotation(&state.attitude) * (body(world).inertia() * state.spin)
     };
     let drift = |h: f64| {
-        let model = askew_brick(h, Vector3::zeros());
-        let next = model.free_flight(&thrown(), &Wrench::zero());
-        (momentum(&model, &next) - momentum(&model, &thrown())).norm()
+        let world = askew_brick(h, Vector3::zeros());
+        let next = world.free_flight(0, &thrown(), &Wrench::zero());
+        (momentum(&world, &next) - momentum(&world, &thrown())).norm()
     };
     let ratio = drift(1e-3) / drift(5e-4);
     assert!((ratio - 4.0).abs() < 0.02, "{ratio}");
@@ -172,12 +172,12 @@ fn the_step_converges_to_the_equations_of_motion() {
     let gravity = Vector3::new(2.0, -1.0, -9.0);
     let wrench =
         Wrench { force: Vector3::new(5.0, 1.0, -4.0), torque: Vector3::new(2.0, -3.0, 4.0) };
-    let body = askew_brick(0.1, gravity).body().clone();
+    let body = body(&askew_brick(0.1, gravity)).clone();
     let total = Wrench { force: wrench.force + gravity * body.mass(), ..wrench };
     let exact = (0..100).fold(thrown(), |state, _| rk4_step(&body, &state, &total, 1e-3));
     let error = |steps: i32| {
-        let model = askew_brick(0.1 / f64::from(steps), gravity);
-        let end = (0..steps).fold(thrown(), |state, _| model.free_flight(&state, &wrench));
+        let world = askew_brick(0.1 / f64::from(steps), gravity);
+        let end = (0..steps).fold(thrown(), |state, _| world.free_flight(0, &state, &wrench));
         (end.to_vector() - exact.to_vector()).abs()
     };
     let (coarse, fine) = (error(200), error(400));
@@ -216,11 +216,11 @@ proptest! {
     /// rounding of λ|ω|² and λ²|ω|², λ the largest moment (measured: 1e-15 of them).
     #[test]
     fn a_free_spin_loses_energy_and_momentum_of_second_order_only(
-        model in any_model(), start in any_state(), force in vector(10.0)
+        world in any_world(), start in any_state(), force in vector(10.0)
     ) {
         let wrench = Wrench { force, torque: Vector3::zeros() };
-        let next = model.free_flight(&start, &wrench);
-        let inertia = model.body().inertia();
+        let next = world.free_flight(0, &start, &wrench);
+        let inertia = body(&world).inertia();
         let change = inertia * (next.spin - start.spin);
         let momentum = |state: &State| inertia * state.spin;
         let energy = |state: &State| 0.5 * state.spin.dot(&momentum(state));
@@ -237,11 +237,11 @@ proptest! {
     /// positions and attitudes divided by h, 2e-16 · 5 / 0.001 m/s (measured: 1.1e-13).
     #[test]
     fn free_flight_satisfies_the_equations_of_its_step(
-        model in any_model(), start in any_state(), wrench in any_wrench()
+        world in any_world(), start in any_state(), wrench in any_wrench()
     ) {
-        let next = model.free_flight(&start, &wrench);
-        let none = vec![Vector3::zeros(); model.contact_count()];
-        let residual = certify_contact_step(&model, &start, &next, &none, &wrench).dynamics;
+        let next = world.free_flight(0, &start, &wrench);
+        let none = vec![Vector3::zeros(); points(&world)];
+        let residual = certify(&world, (&start, &next), &none, &wrench).dynamics;
         prop_assert!(residual < 1e-12, "{residual:e}");
     }
 
@@ -249,20 +249,22 @@ proptest! {
     /// To rounding (measured: 5e-15).
     #[test]
     fn contact_forces_and_their_wrench_do_the_same(
-        model in any_model(), start in any_state(), next in any_state(), force in vector(10.0)
+        world in any_world(), start in any_state(), next in any_state(), force in vector(10.0)
     ) {
-        let contacts = model.contact_count();
+        let contacts = points(&world);
         let forces: Vec<_> = (0..contacts).map(|i| force * (1.0 - 0.3 * i as f64)).collect();
-        let wrench = wrench_of(model.body(), &start, &forces);
-        let mut nlp = StepNlp::new(model);
-        let mut x = Decision::at_rest_in(&next, contacts);
+        let wrench = wrench_of(body(&world), &start, &forces);
+        let frame = *world.ground().frame();
+        let mut nlp = StepNlp::new(world, SMOOTHING).unwrap();
+        let mut x = ProgramPoint::free(&next, contacts);
         let (mut inside, mut outside) =
             (vec![0.0; nlp.layout().constraints()], vec![0.0; nlp.layout().constraints()]);
         nlp.set_step(&start, &wrench, []);
         nlp.constraints(x.as_slice(), &mut outside);
         for (i, force) in forces.iter().enumerate() {
+            let along = frame.tr_mul(force);
             for axis in 0..3 {
-                x.as_mut_slice()[nlp.layout().contact_variables(i)[axis]] = force[axis];
+                x.as_mut_slice()[nlp.layout().contact_variables(i)[axis]] = along[axis];
             }
         }
         nlp.set_step(&start, &Wrench::zero(), []);

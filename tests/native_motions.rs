@@ -4,13 +4,12 @@ mod common;
 mod toss;
 
 use common::state;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 use std::f64::consts::TAU;
 use toss::*;
-use tumble::mechanics::body::RigidBody;
-use tumble::mechanics::state::State;
+use tumble::mechanics::{RigidBody, State};
 use tumble::simulation::StepRecord;
-use tumble::world::{ContactModel, Parameters};
+use tumble::world::{Parameters, World};
 
 const GRAVITY: f64 = 9.81;
 /// Speed at which the boxes start to slide, m/s.
@@ -18,18 +17,16 @@ const SPEED: f64 = 2.0;
 
 /// A solid box on the ground.
 struct Resting {
-    model: ContactModel,
+    world: World,
     height: f64,
 }
 
 impl Resting {
     fn new(half_sides: [f64; 3], friction: f64, time_step: f64) -> Self {
         let half_sides = Vector3::from(half_sides);
-        let squares = half_sides.component_mul(&half_sides) * (10.0 / 3.0);
-        let inertia = Matrix3::from_diagonal(&squares.map(|square| squares.sum() - square));
-        let body = RigidBody::with_box_corners(10.0, inertia, half_sides).unwrap();
-        let model = ContactModel::new(Parameters { friction, time_step, ..parameters(body) });
-        Self { model: model.unwrap(), height: half_sides[2] }
+        let body = RigidBody::solid_box(10.0, half_sides).unwrap();
+        let world = World::new(Parameters { friction, time_step, ..parameters(body) });
+        Self { world: world.unwrap(), height: half_sides[2] }
     }
 
     /// On the ground, moving along `velocity`, its sides turned by `heading` against x.
@@ -40,9 +37,9 @@ impl Resting {
 
     /// The steps in which the box slides, and ten more.
     fn slide(&self, velocity: Vector3<f64>, heading: f64) -> Vec<StepRecord> {
-        let loss = self.model.friction() * GRAVITY * self.model.time_step();
+        let loss = self.world.friction() * GRAVITY * self.world.time_step();
         let steps = (velocity.norm() / loss) as usize + 10;
-        native_run(&self.model, self.at(velocity, heading), steps)
+        native_run(&self.world, self.at(velocity, heading), steps)
     }
 }
 
@@ -64,11 +61,11 @@ fn a_box_at_rest_keeps_its_pose_and_its_energy() {
     for resting in boxes() {
         for heading in [0.0, 0.4, 1.1, 3.0] {
             let start = resting.at(Vector3::zeros(), heading);
-            let run = native_run(&resting.model, start, 1000);
-            assert!(worst_certificate(&run) < 1e-10);
+            let run = native_run(&resting.world, start, 1000);
+            assert!(worst_residual(&run) < 1e-10);
             for step in run {
-                let next = step.solution.state();
-                let apart = pose_apart(&next, &start);
+                let next = step.next();
+                let apart = pose_apart(next, &start);
                 let energy = next.velocity.norm_squared() + next.spin.norm_squared();
                 assert!(apart < 1e-13 && energy < 1e-26, "step {}: {apart:e}", step.index);
             }
@@ -84,18 +81,18 @@ fn a_box_at_rest_keeps_its_pose_and_its_energy() {
 #[test]
 fn a_sliding_box_stops_after_the_square_of_its_speed_over_twice_the_deceleration() {
     for resting in boxes() {
-        let (h, friction) = (resting.model.time_step(), resting.model.friction());
+        let (h, friction) = (resting.world.time_step(), resting.world.friction());
         let run = resting.slide(Vector3::new(SPEED, 0.0, 0.0), 0.0);
         let (mut speed, mut way) = (SPEED, 0.0);
         for step in &run {
             speed = f64::max(0.0, speed - friction * GRAVITY * h);
             way += h * speed;
-            let next = step.solution.state();
+            let next = step.next();
             let name = format!("μ = {friction}, step {}", step.index);
             assert!((next.velocity[0] - speed).abs() < 1e-12, "{name}: {}", next.velocity);
             assert!((next.position[0] - way).abs() < 1e-12, "{name}: {}", next.position);
         }
-        let end = run.last().unwrap().solution.state();
+        let end = run.last().unwrap().next();
         let exact = SPEED * SPEED / (2.0 * friction * GRAVITY);
         let short = (exact - end.position[0]) / (h * SPEED);
         assert!((0.49..0.51).contains(&short), "μ = {friction}: {short} hv short");
@@ -117,7 +114,7 @@ fn a_slide_is_straight_and_equally_long_in_every_compass_direction() {
             let direction = Vector3::new(angle.cos(), angle.sin(), 0.0);
             let run = resting.slide(SPEED * direction, 0.7 * f64::from(k % 5));
             for (step, straight) in run.iter().zip(&along_x) {
-                let (next, x) = (step.solution.state(), straight.solution.state().position[0]);
+                let (next, x) = (step.next(), straight.next().position[0]);
                 let expected = x * direction + Vector3::new(0.0, 0.0, resting.height);
                 let apart = (next.position - expected).amax();
                 assert!(apart < 1e-12, "{angle}, step {}: {apart:e} m", step.index);

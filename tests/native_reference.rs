@@ -7,14 +7,12 @@ mod toss;
 use common::{reference, state};
 use nalgebra::{Matrix3, Vector3};
 use serde::Deserialize;
-use toss::{motion_apart, native_run, pose_apart, worst_certificate};
-use tumble::contact::plane::Plane;
-use tumble::mechanics::body::RigidBody;
-use tumble::mechanics::state::State;
+use toss::{motion_apart, native_run, pose_apart, worst_residual};
+use tumble::contact::Plane;
+use tumble::mechanics::{RigidBody, State};
 use tumble::simulation::StepRecord;
-use tumble::simulation::scene::SMOOTHING;
 use tumble::step::StepStatus;
-use tumble::world::{ContactModel, Parameters};
+use tumble::world::{Parameters, World};
 
 #[derive(Deserialize)]
 struct Index {
@@ -40,20 +38,19 @@ struct Run {
 }
 
 impl Run {
-    fn model(&self) -> ContactModel {
+    fn world(&self) -> World {
         let inertia = Matrix3::from_fn(|row, column| self.inertia[row][column]);
         let half_sides = Vector3::repeat(self.half_side);
         let body = RigidBody::with_box_corners(self.mass, inertia, half_sides).unwrap();
         let gravity = Vector3::new(0.0, 0.0, -self.gravity);
         let (friction, time_step) = (self.mu, self.h);
-        let (plane, smoothing) = (Plane::level(), SMOOTHING);
-        let parameters = Parameters { body, plane, gravity, friction, time_step, smoothing };
-        ContactModel::new(parameters).unwrap()
+        let (bodies, ground) = (vec![body], Plane::level());
+        World::new(Parameters { bodies, ground, gravity, friction, time_step }).unwrap()
     }
 
     /// The native solver's steps.
-    fn solve(&self, model: &ContactModel) -> Vec<StepRecord> {
-        native_run(model, state(&self.start), self.rows - 1)
+    fn solve(&self, world: &World) -> Vec<StepRecord> {
+        native_run(world, state(&self.start), self.rows - 1)
     }
 
     /// The exact rows that are written, each with its number.
@@ -71,7 +68,7 @@ fn runs() -> Vec<Run> {
 
 /// Row `k` of a run.
 fn row(steps: &[StepRecord], k: usize) -> State {
-    steps.get(k).map_or_else(|| steps[k - 1].solution.state(), |step| step.state)
+    *steps.get(k).map_or_else(|| steps[k - 1].next(), |step| step.state())
 }
 
 /// Both sides solve every step to rounding, 4e-12 m/s, and no run makes more than 370 times
@@ -87,12 +84,12 @@ fn every_run_passes_through_the_exact_poses_and_ends_in_the_exact_one() {
     assert_eq!(runs.len(), 11);
     for run in &runs {
         assert!(run.max_residual < 1e-12 && run.growth <= 370.0, "{}", run.file);
-        let (model, exact) = (run.model(), run.exact_rows());
-        let steps = run.solve(&model);
+        let (world, exact) = (run.world(), run.exact_rows());
+        let steps = run.solve(&world);
         assert_eq!((exact.len(), exact.last().unwrap().0), (101, run.rows - 1));
         for (k, exact) in &exact {
             let ours = row(&steps, *k);
-            let (pose, motion) = (pose_apart(&ours, exact), motion_apart(&model, &ours, exact));
+            let (pose, motion) = (pose_apart(&ours, exact), motion_apart(&world, &ours, exact));
             assert!(pose < 1e-7, "{}, row {k}: pose by {pose:e}", run.file);
             assert!(motion < 1e-6, "{}, row {k}: motion by {motion:e}", run.file);
         }
@@ -109,7 +106,7 @@ fn every_run_passes_through_the_exact_poses_and_ends_in_the_exact_one() {
 #[test]
 fn every_step_of_these_runs_is_exact() {
     for run in runs() {
-        let worst = worst_certificate(&run.solve(&run.model()));
+        let worst = worst_residual(&run.solve(&run.world()));
         assert!(worst < 1e-10, "{}: {worst:e}", run.file);
     }
 }
@@ -120,7 +117,7 @@ fn every_step_of_these_runs_is_exact() {
 #[test]
 fn the_step_before_leads_to_nearly_every_solution() {
     for run in runs() {
-        let mut contact = run.solve(&run.model());
+        let mut contact = run.solve(&run.world());
         contact.retain(|step| step.report.status != StepStatus::Free);
         let again = |step: &&StepRecord| step.report.status != StepStatus::Converged;
         let retried = contact.iter().filter(again).count();

@@ -6,13 +6,13 @@ mod toss;
 
 use std::thread;
 use toss::*;
-use tumble::contact::detection::Detection;
-use tumble::mechanics::state::State;
+use tumble::contact::{ContactKey, Detection};
+use tumble::mechanics::State;
 use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, Rung};
 use tumble::solver::native::NativeSolver;
 use tumble::step::StepStatus;
-use tumble::world::ContactModel;
+use tumble::world::World;
 
 const THREADS: usize = 8;
 /// Steps by Ipopt: from shortly before the first touch to well into the contact.
@@ -37,20 +37,19 @@ const JOBS: [Job; 8] = [
 ];
 
 /// The state ten steps before the first contact step of the native solver.
-fn before_the_touch(model: &ContactModel, seed: u32) -> State {
-    let run = native_run(model, thrown(seed), 400);
+fn before_the_touch(world: &World, seed: u32) -> State {
+    let run = native_run(world, thrown(seed), 400);
     let contact = run.iter().position(|step| step.report.status != StepStatus::Free);
-    run[contact.expect("contact") - 10].state
+    *run[contact.expect("contact") - 10].state()
 }
 
-fn ladder_run(model: &ContactModel, start: State) -> Vec<StepRecord> {
-    let ipopt =
-        IpoptSolver::new(model, Formulation::default(), IpoptSolver::options(model, 1e-6, 300))
-            .unwrap();
-    let solver = Box::new(Ladder::new(model, ipopt, &Rung::ALL));
+fn ladder_run(world: &World, start: State) -> Vec<StepRecord> {
+    let options = IpoptSolver::options(world, 1e-6, 300);
+    let ipopt = IpoptSolver::new(world, Formulation::default(), options).unwrap();
+    let solver = Box::new(Ladder::new(world, ipopt, &Rung::ALL));
     let motion = Motion::Contact { detection: Detection::Predictive, solver };
-    let mut simulation = Simulation::new(model.clone(), start, motion).unwrap();
-    let mut record = StepRecord::new(&start, model.contact_count());
+    let mut simulation = Simulation::new(world.clone(), [start], motion).unwrap();
+    let mut record = StepRecord::new();
     let mut run = Vec::with_capacity(STEPS);
     for _ in 0..STEPS {
         simulation.step(&mut record).unwrap();
@@ -59,19 +58,24 @@ fn ladder_run(model: &ContactModel, start: State) -> Vec<StepRecord> {
     run
 }
 
-/// Everything that a job computes: all numbers as bits, flags, statuses, iterations.
-fn outcome(job: Job) -> Vec<(Vec<u64>, Vec<bool>, String)> {
-    let model = cube_model(LIGHT);
+/// Everything that a job computes: all numbers as bits, contacts, statuses, iterations.
+fn outcome(job: Job) -> Vec<(Vec<u64>, Vec<ContactKey>, String)> {
+    let world = cube_world(LIGHT);
     let run = match job {
-        Job::Ladder(seed) => ladder_run(&model, before_the_touch(&model, seed)),
-        Job::Native(seed) => native_run(&model, before_the_touch(&model, seed), 600),
+        Job::Ladder(seed) => ladder_run(&world, before_the_touch(&world, seed)),
+        Job::Native(seed) => native_run(&world, before_the_touch(&world, seed), 600),
     };
     let step = |step: StepRecord| {
-        let certificate = step.certificate.parts().map(|(_, value)| value);
-        let state = step.state.to_vector();
-        let numbers = step.solution.as_slice().iter().chain(&certificate).chain(&state);
-        let bits = numbers.map(|number| number.to_bits()).collect();
-        (bits, step.active, format!("{:?}", step.report))
+        let mut numbers = step.certificate.parts().map(|(_, value)| value).to_vec();
+        numbers.extend(&step.state().to_vector());
+        numbers.extend(&step.next().to_vector());
+        for contact in &step.solution.contacts {
+            numbers.extend(contact.force.iter().chain(&contact.slip));
+            numbers.push(contact.normal_force);
+        }
+        let bits = numbers.into_iter().map(f64::to_bits).collect();
+        let pressed = step.solution.contacts.iter().filter(|contact| contact.carries_force());
+        (bits, pressed.map(|contact| contact.key).collect(), format!("{:?}", step.report))
     };
     run.into_iter().map(step).collect()
 }
@@ -82,7 +86,7 @@ fn outcome(job: Job) -> Vec<(Vec<u64>, Vec<bool>, String)> {
 fn eight_threads_of_both_solvers_give_the_same_doubles_as_one() {
     let alone = JOBS.map(outcome);
     for (job, steps) in JOBS.iter().zip(&alone) {
-        let contact = steps.iter().filter(|(_, active, _)| active.contains(&true)).count();
+        let contact = steps.iter().filter(|(_, pressed, _)| !pressed.is_empty()).count();
         assert!(contact >= 10, "{job:?}: {contact} steps in contact");
     }
     let threads: Vec<_> = (0..THREADS)
@@ -106,17 +110,18 @@ fn eight_threads_of_both_solvers_give_the_same_doubles_as_one() {
 /// A native solver belongs to no thread: one that has solved steps here goes on there.
 #[test]
 fn a_native_solver_that_moves_to_another_thread_gives_the_same_doubles() {
-    let model = cube_model(LIGHT);
-    let run = native_run(&model, before_the_touch(&model, 42), 200);
-    let mut solver = NativeSolver::new(&model);
-    for pair in run.windows(2) {
-        let (before, step) = (pair[0].clone(), pair[1].clone());
-        let model = model.clone();
-        let moved = thread::spawn(move || {
-            let solved = solve_step(&mut solver, &model, &step.state, &before.solution);
-            assert_eq!(solved.decision, step.solution, "step {}", step.index);
-            solver
+    let world = cube_world(LIGHT);
+    let run = native_run(&world, before_the_touch(&world, 42), 200);
+    let mut solver = NativeSolver::new(&world);
+    for k in 2..run.len() {
+        let (world, run) = (&world, &run);
+        solver = thread::scope(|scope| {
+            let moved = scope.spawn(move || {
+                let solved = solve_again(&mut solver, world, run, k);
+                assert_eq!(solved.solution, run[k].solution, "step {k}");
+                solver
+            });
+            moved.join().unwrap()
         });
-        solver = moved.join().unwrap();
     }
 }

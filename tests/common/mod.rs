@@ -154,10 +154,21 @@ pub fn solve(
     candidates: &[Contact],
     previous: &StepSolution,
 ) -> (StepReport, StepSolution) {
+    solve_after(solver, world, (state, wrench), candidates, (previous, None))
+}
+
+/// The same after the two solutions `previous` and `earlier`.
+pub fn solve_after(
+    solver: &mut dyn StepSolver,
+    world: &World,
+    (state, wrench): (&State, &Wrench),
+    candidates: &[Contact],
+    (previous, earlier): (&StepSolution, Option<&StepSolution>),
+) -> (StepReport, StepSolution) {
     let (mut candidates, mut solution) = (candidates.to_vec(), StepSolution::default());
     let (states, wrenches) = (&[*state], &[*wrench]);
     let free = &[world.free_flight(0, state, wrench)];
-    let step = Step { world, states, wrenches, free, previous, earlier: None, interrupt: None };
+    let step = Step { world, states, wrenches, free, previous, earlier, interrupt: None };
     let report = solver.solve(&step, &mut candidates, &mut solution).unwrap();
     (report, solution)
 }

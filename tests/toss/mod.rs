@@ -4,7 +4,7 @@
 // Each test program compiles this file for itself and uses a part of it.
 #![allow(dead_code)]
 
-use crate::common::{body, certify, contacts, point_forces, solve, tutorial_parameters};
+use crate::common::{body, certify, contacts, point_forces, solve_after, tutorial_parameters};
 use nalgebra::{Matrix3, Vector3, Vector4};
 use rand_mt::Mt;
 use tumble::contact::{Certificate, Detection};
@@ -106,12 +106,32 @@ pub fn solve_step(
     state: &State,
     previous: &StepSolution,
 ) -> Solved {
+    solve_step_after(solver, world, state, (previous, None))
+}
+
+/// Step `k` of `run`, 2 or later, as the run had it: after the same two solutions.
+pub fn solve_again(
+    solver: &mut dyn StepSolver,
+    world: &World,
+    run: &[StepRecord],
+    k: usize,
+) -> Solved {
+    let past = (&run[k - 1].solution, Some(&run[k - 2].solution));
+    solve_step_after(solver, world, run[k].state(), past)
+}
+
+fn solve_step_after(
+    solver: &mut dyn StepSolver,
+    world: &World,
+    state: &State,
+    past: (&StepSolution, Option<&StepSolution>),
+) -> Solved {
     let wrench = &Wrench::zero();
     let free = world.free_flight(0, state, wrench);
     let mut candidates = Vec::new();
     let touches = Detection::Predictive.find(world, &[*state], &[free], &mut candidates);
     let (report, solution) = if touches {
-        solve(solver, world, (state, wrench), &candidates, previous)
+        solve_after(solver, world, (state, wrench), &candidates, past)
     } else {
         (StepReport::without_problem(StepStatus::Free), StepSolution::free(&[free]))
     };
