@@ -83,19 +83,22 @@ fn outcome(report: &Report) -> Outcome {
 mod tests {
     use super::*;
     use crate::pictures::validation::{Series, Solver, Trial};
-    use tumble::validation::{Curve, Quantity, find};
+    use tumble::validation::{Claim, Convergence, Curve, Quantity, find};
 
-    /// A report of one quantity at two time steps, `error` m off at the second of them.
+    /// A report of one quantity of first order at two time steps, `error` m off the discrete
+    /// answer at the second of them.
     fn report(error: f64, failed: u64) -> Report {
         let trial = |error: f64, time_step: f64| Trial {
             time_step,
             quantities: vec![Quantity {
                 name: "way < & >",
                 unit: "m",
-                measured: 2.0 + error,
+                measured: 2.0 + time_step + error,
+                discrete: 2.0 + time_step,
                 exact: 2.0,
-                discretisation: time_step,
-                slack: 1e-9,
+                slack: 1e-5,
+                claim: Claim::Equal,
+                convergence: Convergence::Order(1),
             }],
             steps: 5,
             failed,
@@ -109,7 +112,7 @@ mod tests {
             measured: vec![0.0, f64::INFINITY, 1.0],
             exact: vec![f64::NAN; 3],
         };
-        let trials = vec![trial(0.01, 0.01), trial(error, 0.005)];
+        let trials = vec![trial(0.0, 0.01), trial(error, 0.005)];
         let series = vec![Series { solver: Solver::Native, trials, curve }];
         let problem = find("free-fall").unwrap();
         let experiment = Experiment { problem, inputs: problem.inputs(), series };
@@ -118,16 +121,16 @@ mod tests {
 
     #[test]
     fn a_quantity_that_is_off_at_one_step_is_off_and_named() {
-        let good = report(0.005, 0);
+        let good = report(1e-5, 0);
         assert!(matches!(outcome(&good), Outcome::Done));
         assert_eq!(table::verdict(&good), "1 of 1 quantities hold\n");
         assert!(!page(&good).contains(">off<"));
 
-        let off = report(0.006, 0);
+        let off = report(6e-5, 0);
         assert!(matches!(outcome(&off), Outcome::Mismatch));
         assert_eq!(
             table::verdict(&off),
-            "off: free-fall, way < & >, native at h = 0.005 s: error 6.0e-3 m, allowed 5.0e-3 m\n\
+            "off: free-fall, way < & >, native at h = 0.005 s: error 6.0e-5 m, allowed 1.0e-5 m\n\
              0 of 1 quantities hold\n"
         );
         assert_eq!(page(&off).matches(">off<").count(), 1);
@@ -137,8 +140,22 @@ mod tests {
     }
 
     #[test]
+    fn a_quantity_of_another_order_than_declared_is_off_and_named() {
+        let mut other = report(0.0, 0);
+        let quantity = &mut other.experiments[0].series[0].trials[1].quantities[0];
+        (quantity.measured, quantity.discrete) = (2.0025, 2.0025);
+        assert!(matches!(outcome(&other), Outcome::Mismatch));
+        assert_eq!(
+            table::verdict(&other),
+            "off: free-fall, way < & >, native at h = 0.005 s: declared Order(1), found 2.00\n\
+             0 of 1 quantities hold\n"
+        );
+        assert_eq!(page(&other).matches(">off<").count(), 1);
+    }
+
+    #[test]
     fn steps_that_did_not_converge_come_before_the_quantities() {
-        assert!(matches!(outcome(&report(0.005, 1)), Outcome::Unconverged));
+        assert!(matches!(outcome(&report(1e-5, 1)), Outcome::Unconverged));
         assert!(matches!(outcome(&report(1.0, 1)), Outcome::Unconverged));
     }
 

@@ -1,16 +1,16 @@
 //! A validation for people at a terminal.
 
-use crate::pictures::validation::number::{brief, figure, order};
+use crate::pictures::validation::number::{brief, figure};
 use crate::pictures::validation::{Experiment, Report, Series};
 use std::fmt::Write as _;
 use tumble::validation::Problem;
 
-const HEADS: [&str; 10] = [
-    "quantity", "unit", "solver", "h, s", "exact", "measured", "error", "allowed", "order",
-    "verdict",
+const HEADS: [&str; 11] = [
+    "quantity", "unit", "solver", "h, s", "exact", "discrete", "measured", "error", "allowed",
+    "order", "verdict",
 ];
 /// Columns of words, which stand at the left; numbers stand at the right.
-const WORDS: [usize; 4] = [0, 1, 2, 9];
+const WORDS: [usize; 4] = [0, 1, 2, 10];
 
 /// The names, what each is, and its inputs.
 pub fn list(problems: &[&'static dyn Problem]) -> String {
@@ -44,7 +44,7 @@ pub fn describe(report: &Report) -> String {
 }
 
 /// One row a quantity and solver, at the solver's largest step.
-fn rows(experiment: &Experiment) -> Vec<[String; 10]> {
+fn rows(experiment: &Experiment) -> Vec<[String; 11]> {
     let mut rows = vec![HEADS.map(str::to_owned)];
     for i in 0..experiment.series[0].trials[0].quantities.len() {
         for (place, series) in experiment.series.iter().enumerate() {
@@ -57,10 +57,11 @@ fn rows(experiment: &Experiment) -> Vec<[String; 10]> {
                 series.solver.name().to_owned(),
                 trial.time_step.to_string(),
                 figure(quantity.exact),
+                figure(quantity.discrete),
                 figure(quantity.measured),
                 brief(quantity.error()),
-                brief(quantity.discretisation + quantity.slack),
-                order(series.order(i, 1)),
+                brief(quantity.slack),
+                series.order(i, 1),
                 if series.holds(i) { "holds" } else { "OFF" }.to_owned(),
             ]);
         }
@@ -68,9 +69,9 @@ fn rows(experiment: &Experiment) -> Vec<[String; 10]> {
     rows
 }
 
-fn align(text: &mut String, rows: &[[String; 10]]) {
+fn align(text: &mut String, rows: &[[String; 11]]) {
     let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max();
-    let widths: [usize; 10] = std::array::from_fn(|column| width(column).unwrap_or(0));
+    let widths: [usize; 11] = std::array::from_fn(|column| width(column).unwrap_or(0));
     for row in rows {
         let mut line = String::from(" ");
         for (column, cell) in row.iter().enumerate() {
@@ -107,18 +108,26 @@ pub fn verdict(report: &Report) -> String {
     let mut text = String::new();
     for experiment in &report.experiments {
         for series in &experiment.series {
-            for trial in &series.trials {
-                for quantity in trial.quantities.iter().filter(|quantity| !quantity.holds()) {
+            for (k, trial) in series.trials.iter().enumerate() {
+                for (i, quantity) in trial.quantities.iter().enumerate() {
+                    let what = if !quantity.holds() {
+                        let (error, slack) = (brief(quantity.error()), brief(quantity.slack));
+                        format!(
+                            "error {error} {unit}, allowed {slack} {unit}",
+                            unit = quantity.unit
+                        )
+                    } else if !series.converges(i, k) {
+                        format!("declared {:?}, found {}", quantity.convergence, series.order(i, k))
+                    } else {
+                        continue;
+                    };
                     let _ = writeln!(
                         text,
-                        "off: {}, {}, {} at h = {} s: error {} {unit}, allowed {} {unit}",
+                        "off: {}, {}, {} at h = {} s: {what}",
                         experiment.problem.name(),
                         quantity.name,
                         series.solver.name(),
                         trial.time_step,
-                        brief(quantity.error()),
-                        brief(quantity.discretisation + quantity.slack),
-                        unit = quantity.unit
                     );
                 }
             }

@@ -66,9 +66,17 @@ impl Solver {
 }
 
 impl Series {
-    /// Whether the quantity `i` holds at every time step.
+    /// Whether the quantity `i` holds at every time step and converges as it is declared to.
     pub fn holds(&self, i: usize) -> bool {
         self.trials.iter().all(|trial| trial.quantities[i].holds())
+            && (1..self.trials.len()).all(|k| self.converges(i, k))
+    }
+
+    /// Whether the quantity `i` converges as it is declared to from the trial before `k` to
+    /// `k`; so does the first, which has none before it.
+    pub fn converges(&self, i: usize, k: usize) -> bool {
+        let Some(before) = k.checked_sub(1) else { return true };
+        self.trials[before].quantities[i].converges(&self.trials[k].quantities[i])
     }
 
     /// How many quantities hold, and how many there are.
@@ -77,10 +85,15 @@ impl Series {
         ((0..count).filter(|&i| self.holds(i)).count(), count)
     }
 
-    /// The order of the error of the quantity `i` from the trial before `k` to `k`.
-    pub fn order(&self, i: usize, k: usize) -> Option<f64> {
-        let (half, whole) = (self.trials.get(k)?, self.trials.get(k.checked_sub(1)?)?);
-        whole.quantities[i].order(&half.quantities[i])
+    /// What the quantity `i` shows of its order from the trial before `k` to `k`.
+    pub fn order(&self, i: usize, k: usize) -> String {
+        let quantity = |k: usize| self.trials.get(k).map(|trial| &trial.quantities[i]);
+        let before = k.checked_sub(1).and_then(quantity);
+        match (before, quantity(k)) {
+            (Some(whole), half) => number::order(whole, half),
+            (None, Some(first)) => number::order(first, None),
+            (None, None) => String::new(),
+        }
     }
 
     /// A count of all trials.

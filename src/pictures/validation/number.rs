@@ -1,5 +1,7 @@
 //! Numbers of the tables, in the terminal and on the page.
 
+use tumble::validation::{Convergence, Quantity};
+
 /// Six digits where that is short, else three and a power of ten; a dash for no number.
 pub fn figure(value: f64) -> String {
     let size = value.abs();
@@ -24,17 +26,27 @@ pub fn brief(value: f64) -> String {
     }
 }
 
-/// An order of convergence, or a dash where there is none.
-pub fn order(order: Option<f64>) -> String {
-    order.map_or("—".to_owned(), |order| format!("{order:.2}"))
+/// What a quantity shows of its order of convergence, beside the same one at half the time
+/// step: the order, or why there is none.
+pub fn order(whole: &Quantity, half: Option<&Quantity>) -> String {
+    let order = half.and_then(|half| whole.order(half));
+    match (whole.convergence, half, order) {
+        (_, _, Some(order)) => format!("{order:.2}"),
+        (Convergence::Order(_), None, _) => "—".to_owned(),
+        (Convergence::Order(_), Some(_), None) => "hidden".to_owned(),
+        (Convergence::Exact, ..) => "exact".to_owned(),
+        (Convergence::Within(bound), ..) => format!("≤{}", brief(bound)),
+        (Convergence::Unresolved, ..) => "few steps".to_owned(),
+    }
 }
 
-/// A number of [`figure`] or [`brief`] as HTML: `−1.2·10⁻³` instead of `-1.2e-3`.
+/// A number of [`figure`], [`brief`] or [`order`] as HTML: `−1.2·10⁻³` instead of `-1.2e-3`.
 pub fn html(text: &str) -> String {
-    let text = text.replace('-', "−");
     match text.split_once('e') {
-        Some((mantissa, exponent)) => format!("{mantissa}·10<sup>{exponent}</sup>"),
-        None => text,
+        Some((mantissa, exponent)) if exponent.parse::<i32>().is_ok() => {
+            format!("{mantissa}·10<sup>{exponent}</sup>").replace('-', "−")
+        }
+        _ => text.replace('-', "−"),
     }
 }
 
@@ -57,12 +69,14 @@ mod tests {
             assert_eq!(figure(value), text);
         }
         assert_eq!([brief(-0.0031), brief(0.0), brief(f64::NAN)], ["-3.1e-3", "0", "—"]);
-        assert_eq!([order(Some(1.004)), order(None)], ["1.00", "—"]);
     }
 
     #[test]
     fn powers_of_ten_are_raised() {
         assert_eq!(html("-3.1e-3"), "−3.1·10<sup>−3</sup>");
-        assert_eq!(html("1.52905"), "1.52905");
+        assert_eq!(html("≤4.5e-5"), "≤4.5·10<sup>−5</sup>");
+        for text in ["1.52905", "few steps", "exact"] {
+            assert_eq!(html(text), text);
+        }
     }
 }

@@ -6,12 +6,14 @@ use crate::pictures::plot::svg::escape;
 use std::fmt::Write as _;
 
 /// How the page is to be read.
-const READING: &str = "Each problem is simulated with a time step h and with its halves. A \
-    quantity holds if at every h its error, measured − exact, is within what is allowed: what \
-    the step's own discretisation may do, known from the same algebra as the answer, and what \
-    the certificates of the steps leave open. The order in h is p where the error goes like \
-    h<sup>p</sup>, from the row above and this one; a dash stands where the error is too small \
-    to have one, or depends on how the steps happen to fall.";
+const READING: &str = "Each problem is simulated with a time step h and with its halves. The \
+    exact answer is that of Newton's and Coulomb's laws in continuous time, the discrete one \
+    what the step's own equations give for the motion, both solved by hand. A quantity holds if \
+    at every h its error, measured − discrete, is within what rounding and the residuals of the \
+    steps allow, and if measured − exact shrinks as declared. The order in h is p where it goes \
+    like h<sup>p</sup>, from the row above and this one; “exact” stands where the step is exact, \
+    a bound where the difference depends on how the steps happen to fall, “hidden” where the \
+    residuals hide the order, and “few steps” where the motion has too few for one.";
 
 /// `report` as a page of HTML that needs nothing else. The same report gives the same bytes.
 pub fn page(report: &Report) -> String {
