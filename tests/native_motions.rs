@@ -55,7 +55,7 @@ fn boxes() -> [Resting; 4] {
 }
 
 /// Nothing moves, and nothing is lost: to rounding of the impulse of gravity of a step,
-/// 2e-16 times 0.05 m/s, over 1000 steps (measured: exactly still, or 1.2e-15 m).
+/// 2e-16 times 0.05 m/s, over 1000 steps (measured: exactly still, or 1.5e-17 m).
 #[test]
 fn a_box_at_rest_keeps_its_pose_and_its_energy() {
     for resting in boxes() {
@@ -76,7 +76,7 @@ fn a_box_at_rest_keeps_its_pose_and_its_energy() {
 /// Each step takes μgh from the speed, and the last one what is left. So the speeds are
 /// known exactly, and the way is h times their sum: v²/(2μg) less half of hv, for the step
 /// moves with the new velocity, up to a part μgh/v of that. Speeds and ways to rounding,
-/// 1e-12 (measured: 4.7e-14 m, 3.3e-14 m/s); at the end nothing moves, to the rounding of
+/// 1e-12 (measured: 2.1e-14 m, 4.6e-14 m/s); at the end nothing moves, to the rounding of
 /// an impulse of gravity (measured: 1.2e-15 m/s).
 #[test]
 fn a_sliding_box_stops_after_the_square_of_its_speed_over_twice_the_deceleration() {
@@ -103,7 +103,7 @@ fn a_sliding_box_stops_after_the_square_of_its_speed_over_twice_the_deceleration
 /// Friction on a round cone knows no direction, and on a box that does not turn it acts at
 /// every corner along the same line, whose torque about the vertical is that of the normal
 /// forces' centre: none. In 36 directions, with the sides of the box at any angle to them,
-/// all ways are straight and equally long, to rounding as above (measured: 4.6e-14 m), and
+/// all ways are straight and equally long, to rounding as above (measured: 7.6e-14 m), and
 /// the box does not turn (1.9e-15 rad/s).
 #[test]
 fn a_slide_is_straight_and_equally_long_in_every_compass_direction() {

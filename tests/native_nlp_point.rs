@@ -69,10 +69,10 @@ fn shortfall(rows: &[f64], range: Range<usize>) -> f64 {
 
 /// All to rounding. Positions and attitudes are computed from the velocities by the rows
 /// themselves: 1e-15 (measured: exactly 0, and 1.1e-16; the unit norm 5.6e-16). Velocities come
-/// from a linear system of 6 equations: 1e-13 m/s (measured: 1.2e-15). So do spins, and the
+/// from a linear system of 6 equations: 1e-13 m/s (measured: 1.1e-15). So do spins, and the
 /// impulses of a corner over the light cube's inertia turn a rounding of 4e-16 m/s into a
-/// thousand times as much: 1e-11 rad/s (measured: 5.7e-13). Slips are as exact as the
-/// certificate, 1e-10 m/s (measured: 9.8e-13).
+/// thousand times as much: 1e-11 rad/s (measured: 1.0e-12). Slips are as exact as the
+/// certificate, 1e-10 m/s (measured: 8.4e-13).
 #[test]
 fn all_thirty_equations_hold_in_every_step() {
     each_step(|nlp, step| {
@@ -93,7 +93,7 @@ fn all_thirty_equations_hold_in_every_step() {
     });
 }
 
-/// Heights to the certificate, 1e-10 m/s, times h, 2e-13 m (measured: 7.8e-15 m). The normal
+/// Heights to the certificate, 1e-10 m/s, times h, 2e-13 m (measured: 8.2e-15 m). The normal
 /// complementarity is that height times a force of up to 18 kN: 4e-9 N m, a bound from the
 /// certificate alone (measured: 8.6e-12). The cone has ε to spare, for the smoothed norm is
 /// shorter than the norm (measured: no shortfall).
@@ -131,7 +131,7 @@ fn all_thirty_two_inequalities_hold_in_every_step() {
 /// without a force is 0. A step without contact has no force. The least slacks that the rows
 /// allow are products of the laws' errors with forces of up to 18 kN: 1e-10 m/s times h and
 /// 1e-10 m/s times μ f_z, 4e-9 N m and 6e-7 W. So the objective is 0 to 8 · 4e-13 (measured:
-/// MEASURED).
+/// 3.5e-21).
 #[test]
 fn all_bounds_hold_and_the_objective_is_zero_in_every_step() {
     each_step(|nlp, step| {
@@ -153,7 +153,7 @@ fn all_bounds_hold_and_the_objective_is_zero_in_every_step() {
 
 /// The same with other sides, mass, friction and time step, axes askew, on an incline: no
 /// row is off by more than 1e-9, beyond the λε of the friction complementarity, with forces
-/// of up to 2 kN and slips of up to 4.4 m/s (measured: 3.7e-12).
+/// of up to 2 kN and slips of up to 4.4 m/s (measured: 3.8e-12).
 #[test]
 fn a_brick_on_an_incline_is_a_point_of_its_program_too() {
     let half_sides = Vector3::new(0.3, 0.1, 0.05);
