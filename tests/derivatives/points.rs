@@ -72,12 +72,12 @@ impl Input {
     }
 
     pub fn mass(&self) -> f64 {
-        self.mass.unwrap_or(tutorial_parameters().body.mass())
+        self.mass.unwrap_or(tutorial_parameters().bodies[0].mass())
     }
 
     /// Symmetric: rows and columns are the same.
     pub fn inertia(&self) -> [[f64; 3]; 3] {
-        self.inertia.unwrap_or((*tutorial_parameters().body.inertia()).into())
+        self.inertia.unwrap_or((*tutorial_parameters().bodies[0].inertia()).into())
     }
 
     pub fn gravity(&self) -> [f64; 3] {
@@ -85,7 +85,7 @@ impl Input {
     }
 
     pub fn epsilon(&self) -> f64 {
-        self.epsilon.unwrap_or(tutorial_parameters().smoothing)
+        self.epsilon.unwrap_or(tumble::step_nlp::SMOOTHING)
     }
 }
 
