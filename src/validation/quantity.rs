@@ -40,14 +40,13 @@ pub enum Convergence {
     Order(i32),
     /// It depends on how the steps happen to fall, and is at most this.
     Within(f64),
-    /// The motion has too few steps for an order.
+    /// The steps are too coarse for an order.
     Unresolved,
 }
 
 /// How far an order that shows may be from the one declared. The next term of the expansion
-/// in h moves it by about 1/n, n being the steps of the motion.
+/// in h moves it by about 1/n, n being the steps of the motion, of which there must be some.
 const ORDER_TOLERANCE: f64 = 0.1;
-/// A motion of fewer steps has no order that shows.
 const LEAST_STEPS: f64 = 20.0;
 /// An order is shown where the slack makes it uncertain by no more than this.
 const ORDER_UNCERTAINTY: f64 = 0.2;
@@ -56,6 +55,11 @@ impl Convergence {
     /// Order `p`, for a motion of `steps` steps.
     pub(super) fn order(p: i32, steps: f64) -> Self {
         if steps >= LEAST_STEPS { Self::Order(p) } else { Self::Unresolved }
+    }
+
+    /// At most `bound`, to first order, for a motion of `steps` steps.
+    pub(super) fn within(bound: f64, steps: f64) -> Self {
+        if steps >= LEAST_STEPS { Self::Within(bound) } else { Self::Unresolved }
     }
 }
 

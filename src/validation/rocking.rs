@@ -201,12 +201,18 @@ impl Problem for Rocking {
             )));
         }
         let spin = share * tall.critical_spin();
+        let (h, rise) = (laboratory.time_step(), spin / tall.deceleration());
+        if rise < 2.0 * h {
+            return Err(Unsuitable::Motion(format!(
+                "the box rises for {rise:.3} s, which is less than two steps of {h} s"
+            )));
+        }
         let setup = tall.setup(tall.pushed(spin), 15.0 * tall.growth_time())?;
         // A little longer than until the face meets the ground.
         let beyond = -0.1 * tall.balance();
         let run = laboratory.run_until(&setup, &mut |step| tilt(step.after) < beyond)?;
 
-        let (h, alpha, radius) = (run.time_step, tall.balance(), tall.radius());
+        let (alpha, radius, fine) = (tall.balance(), tall.radius(), tall.growth_time() / h);
         let weight = tall.mass * tall.gravity;
         let rise = tall.half_sides[2] + 0.5 * tall.inertia() * spin * spin / weight;
         let peak = alpha - (rise / radius).acos();
@@ -224,11 +230,12 @@ impl Problem for Rocking {
             2.0 * change / trial * moved
         };
         let measured = Swing::of(&motion);
+        let bound = 2.0 * tall.deceleration() * h / swing.before;
         Ok(Findings {
             quantities: vec![
                 Quantity {
                     discrete: swing.peak,
-                    convergence: Convergence::order(1, tall.growth_time() / h),
+                    convergence: Convergence::order(1, fine),
                     ..Quantity::exactly(
                         ("peak tilt", "rad"),
                         measured.peak,
@@ -238,7 +245,7 @@ impl Problem for Rocking {
                 },
                 Quantity {
                     discrete: swing.kept,
-                    convergence: Convergence::Within(2.0 * tall.deceleration() * h / swing.before),
+                    convergence: Convergence::within(bound, fine),
                     ..Quantity::exactly(
                         ("spin kept at impact", "1"),
                         measured.kept,

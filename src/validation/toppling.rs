@@ -69,8 +69,8 @@ impl Problem for PushedOver {
     }
 
     /// The energy ½ I ω² must lift the centre by R − c. The step's own threshold is that of
-    /// the recurrence of `edge.rs`, between 0.8 and 1.2 of the exact one; the simulation's is
-    /// looked for near it. The spin lags by up to a step of deceleration, m g a h/I: first order.
+    /// the recurrence of `edge.rs`; the simulation's is looked for near it. The spin lags by up
+    /// to a step of deceleration, m g a h/I: first order.
     fn solve(
         &self,
         inputs: &Inputs,

@@ -14,7 +14,7 @@ const READING: &str = "Each problem is simulated with a time step h and with its
     steps allow, and if measured − exact shrinks as declared. The order in h is p where it goes \
     like h<sup>p</sup>, from the row above and this one; “exact” stands where the step is exact, \
     a bound where the difference depends on how the steps happen to fall, “hidden” where the \
-    residuals hide the order, and “few steps” where the motion has too few for one.";
+    residuals hide the order, and “coarse” where the steps are too coarse for one.";
 
 /// `report` as a page of HTML that needs nothing else. The same report gives the same bytes.
 #[must_use]

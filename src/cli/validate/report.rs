@@ -67,16 +67,15 @@ fn fault(
         let (error, slack, unit) = (brief(quantity.error()), brief(quantity.slack), quantity.unit);
         return Some(format!("error {error} {unit}, allowed {slack} {unit}"));
     }
-    if coarser.is_none_or(|coarser| coarser.converges(quantity)) {
-        return None;
-    }
-    let declared = match quantity.convergence {
-        Convergence::Exact => "exact".to_owned(),
-        Convergence::Order(p) => format!("of order {p}"),
-        Convergence::Within(bound) => format!("within {}", brief(bound)),
-        Convergence::Unresolved => "of no order".to_owned(),
-    };
-    Some(format!("declared {declared}, found {}", order(quantity, coarser)))
+    let coarser = coarser.filter(|coarser| !coarser.converges(quantity))?;
+    let apart = brief(coarser.discrete - coarser.exact);
+    Some(match coarser.convergence {
+        Convergence::Order(p) => format!("order {}, declared {p}", order(quantity, Some(coarser))),
+        Convergence::Within(bound) => {
+            format!("discrete − exact {apart} before, declared ≤{}", brief(bound))
+        }
+        _ => format!("discrete − exact {apart} before, declared exact"),
+    })
 }
 
 /// What a quantity shows of its order of convergence beside the same one at twice the time step:
@@ -89,7 +88,7 @@ fn order(quantity: &validation::Quantity, coarser: Option<&validation::Quantity>
         }
         (Convergence::Exact, _) => "exact".to_owned(),
         (Convergence::Within(bound), _) => format!("≤{}", brief(bound)),
-        (Convergence::Unresolved, _) => "few steps".to_owned(),
+        (Convergence::Unresolved, _) => "coarse".to_owned(),
     }
 }
 
