@@ -56,7 +56,10 @@ mod tests {
             assert_eq!(figure(value), text);
         }
         assert_eq!([brief(-0.0031), brief(0.0), brief(f64::NAN)], ["-3.1e-3", "0", "—"]);
-        assert_eq!([order(Some(1.004)), order(None)], ["1.00", "—"]);
+        for text in ["1.52905", "coarse", "exact"] {
+            assert_eq!(html(text), text);
+        }
+        assert_eq!(html("≤4.5e-5"), "≤4.5·10<sup>−5</sup>");
     }
 
     #[test]
