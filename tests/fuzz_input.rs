@@ -7,6 +7,8 @@ mod common;
 mod inspect_verify;
 #[path = "fuzz_input/program.rs"]
 mod program;
+#[path = "fuzz_input/rows.rs"]
+mod rows;
 #[path = "fuzz_input/solvers.rs"]
 mod solvers;
 #[path = "fuzz_input/steps.rs"]

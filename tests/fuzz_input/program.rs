@@ -84,7 +84,7 @@ fn check_file(path: &Path, end: &End) {
     let mut failed = false;
     while let Some(row) = reader.next_row().unwrap() {
         let state = row.state.to_vector();
-        let numbers = row.step.iter().chain(&state).chain([&row.certificate]);
+        let numbers = row.step.iter().chain(&state).chain([&row.residual]);
         assert!(numbers.into_iter().all(|number| number.is_finite()), "{row:?}");
         failed |= row.status == StepStatus::Failed;
     }

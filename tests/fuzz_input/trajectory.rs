@@ -1,15 +1,18 @@
 //! The reader of trajectories.
 
-use super::{each, finite};
+use super::each;
+use super::rows::{Run, TIME_STEP, one_row, runs, world};
+use crate::common::state;
 use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::{Index, select};
-use tumble::contact::certificate::Certificate;
 use tumble::simulation::StepRecord;
 use tumble::simulation::trajectory::{
     TrajectoryError, TrajectoryReader, TrajectoryRow, TrajectoryWriter,
 };
-use tumble::step::{StepReport, StepStatus};
+use tumble::step::StepStatus;
+use tumble::step_nlp::SMOOTHING;
+use tumble::step_nlp::point::products;
 
 /// Everything up to the `end` row; an error is one short line.
 fn read(bytes: &[u8]) -> Result<Vec<TrajectoryRow>, TrajectoryError> {
@@ -30,45 +33,9 @@ fn read_rows(bytes: &[u8]) -> Result<Vec<TrajectoryRow>, TrajectoryError> {
     Ok(rows)
 }
 
-const STATUSES: [StepStatus; 5] = [
-    StepStatus::Free,
-    StepStatus::Converged,
-    StepStatus::Retried,
-    StepStatus::Fallback,
-    StepStatus::Failed,
-];
-
-/// A run of 1 to 4 contact points and any finite numbers.
-fn records() -> impl Strategy<Value = Vec<StepRecord>> {
-    (1..=4_usize, 0..=6_usize).prop_flat_map(|(contacts, steps)| {
-        let numbers = vec(finite(), 13 + 13 + 6 * contacts + 1);
-        let report = (select(STATUSES.to_vec()), any::<u32>());
-        let row = (numbers, vec(any::<bool>(), contacts), report);
-        vec(row, steps + 1).prop_map(move |rows| {
-            let last = rows.len() - 1;
-            let row = |(k, (numbers, active, report)): (usize, (Vec<f64>, Vec<bool>, _))| {
-                let (status, iterations) = report;
-                let mut record = StepRecord::new(&crate::common::state(&numbers[..13]), contacts);
-                record.index = k as u64;
-                record.solution.as_mut_slice().copy_from_slice(&numbers[13..26 + 6 * contacts]);
-                record.active = active;
-                let status = if k == last { StepStatus::End } else { status };
-                record.report = StepReport { iterations, ..StepReport::without_problem(status) };
-                let dynamics = numbers[26 + 6 * contacts].abs();
-                record.certificate = Certificate { dynamics, ..Certificate::default() };
-                record
-            };
-            rows.into_iter().enumerate().map(row).collect()
-        })
-    })
-}
-
-const TIME_STEP: f64 = 0.002;
-
-fn write(records: &[StepRecord]) -> Vec<u8> {
-    let contacts = records[0].active.len();
-    let mut writer = TrajectoryWriter::new(Vec::new(), contacts, TIME_STEP).unwrap();
-    for record in records {
+fn write(run: &Run) -> Vec<u8> {
+    let mut writer = TrajectoryWriter::new(Vec::new(), &world(run.points)).unwrap();
+    for record in &run.records {
         writer.write(record).unwrap();
     }
     writer.finish().unwrap()
@@ -78,23 +45,41 @@ fn bits<'a>(numbers: impl IntoIterator<Item = &'a f64>) -> Vec<u64> {
     numbers.into_iter().map(|number| number.to_bits()).collect()
 }
 
+/// What a row has of each point of the step: force, slacks and λ; zeros where there is no
+/// contact.
+fn step_columns(points: usize, record: &StepRecord) -> Vec<f64> {
+    let mut columns = vec![0.0; 6 * points];
+    let height = record.next().position[2];
+    for (contact, found) in record.contacts.iter().zip(&record.solution.contacts) {
+        let (force, slip) = (found.force, found.slip.norm());
+        let products = products(&force, slip, height, contact.law.friction, SMOOTHING);
+        let of_step = [products.normal, products.friction, products.slip_speed];
+        for (block, value) in force.iter().chain(&of_step).enumerate() {
+            columns[block * points + contact.key.point] = *value;
+        }
+    }
+    columns
+}
+
 #[test]
 fn what_is_written_is_read_back_bit_for_bit() {
-    each(2000, records(), |records| {
-        let rows = read(&write(&records)).unwrap();
-        prop_assert_eq!(rows.len(), records.len());
-        for (row, record) in rows.iter().zip(&records) {
-            let states = [row.state, record.state].map(|state| bits(&state.to_vector()));
+    each(2000, runs(), |run| {
+        let rows = read(&write(&run)).unwrap();
+        prop_assert_eq!(rows.len(), run.records.len());
+        for (row, record) in rows.iter().zip(&run.records) {
+            let states = [&row.state, record.state()].map(|state| bits(&state.to_vector()));
             prop_assert_eq!(&states[0], &states[1]);
-            prop_assert_eq!(bits(&row.step), bits(&record.solution.as_slice()[13..]));
-            prop_assert_eq!(&row.active, &record.active);
+            prop_assert_eq!(bits(&row.step), bits(&step_columns(run.points, record)));
+            let contacts = record.solution.contacts.iter();
+            let carrying = contacts.filter(|contact| contact.normal_force > 0.0);
+            let mut flags = vec![false; run.points];
+            carrying.for_each(|contact| flags[contact.key.point] = true);
+            prop_assert_eq!(&row.carrying, &flags);
             let report = (row.index, row.status, row.iterations);
             let written = (record.index, record.report.status, record.report.iterations);
             prop_assert_eq!(report, written);
-            let is_end = record.report.status == StepStatus::End;
-            let certificate = if is_end { 0.0 } else { record.certificate.worst() };
-            let time = record.index as f64 * TIME_STEP;
-            prop_assert_eq!(bits(&[row.certificate, row.time]), bits(&[certificate, time]));
+            let (residual, time) = (record.certificate.residual(), record.index as f64 * TIME_STEP);
+            prop_assert_eq!(bits(&[row.residual, row.time]), bits(&[residual, time]));
         }
         Ok(())
     });
@@ -113,7 +98,7 @@ fn no_arbitrary_bytes_are_a_trajectory() {
         Ok(())
     });
     // After a header that is one.
-    let header = write(&[StepRecord::new(&crate::common::state(&[0.5; 13]), 1)]);
+    let header = write(&one_row(1));
     let header = header[..=header.iter().position(|&byte| byte == b'\n').unwrap()].to_vec();
     each(10_000, vec(select(alphabet.to_vec()), 0..600), |bytes| {
         prop_assert!(read(&[header.as_slice(), &bytes].concat()).is_err());
@@ -125,8 +110,8 @@ fn no_arbitrary_bytes_are_a_trajectory() {
 /// is missing.
 #[test]
 fn a_file_that_is_cut_off_anywhere_is_refused() {
-    each(4000, (records(), any::<Index>()), |(records, cut)| {
-        let bytes = write(&records);
+    each(4000, (runs(), any::<Index>()), |(run, cut)| {
+        let bytes = write(&run);
         let length = cut.index(bytes.len());
         match read(&bytes[..length]) {
             Err(_) => {}
@@ -165,8 +150,8 @@ fn edits() -> impl Strategy<Value = Vec<Edit>> {
 /// has no more rows than the file has lines.
 #[test]
 fn an_edited_file_is_refused_or_read_as_a_whole() {
-    each(20_000, (records(), edits()), |(records, edits)| {
-        let mut bytes = write(&records);
+    each(20_000, (runs(), edits()), |(run, edits)| {
+        let mut bytes = write(&run);
         for Edit { at, removed, put_in } in edits {
             let at = at.index(bytes.len());
             let end = (at + removed).min(bytes.len());
@@ -174,12 +159,11 @@ fn an_edited_file_is_refused_or_read_as_a_whole() {
         }
         let Ok(rows) = read(&bytes) else { return Ok(()) };
         prop_assert!(std::str::from_utf8(&bytes).is_ok());
-        let contacts = records[0].active.len();
-        prop_assert_eq!(rows.len(), records.len());
+        prop_assert_eq!(rows.len(), run.records.len());
         for (k, row) in rows.iter().enumerate() {
-            prop_assert_eq!((row.index, row.active.len()), (k as u64, contacts));
-            prop_assert_eq!(row.step.len(), 6 * contacts);
-            let numbers = row.step.iter().chain([&row.time, &row.certificate]);
+            prop_assert_eq!((row.index, row.carrying.len()), (k as u64, run.points));
+            prop_assert_eq!(row.step.len(), 6 * run.points);
+            let numbers = row.step.iter().chain([&row.time, &row.residual]);
             let state = row.state.to_vector();
             prop_assert!(numbers.chain(&state).all(|number| number.is_finite()));
             prop_assert_eq!(row.status == StepStatus::End, k + 1 == rows.len());
@@ -190,8 +174,8 @@ fn an_edited_file_is_refused_or_read_as_a_whole() {
 
 #[test]
 fn swapped_lines_or_columns_are_refused() {
-    each(4000, (records(), any::<[Index; 2]>(), 0..3_u8), |(records, places, what)| {
-        let text = String::from_utf8(write(&records)).unwrap();
+    each(4000, (runs(), any::<[Index; 2]>(), 0..3_u8), |(run, places, what)| {
+        let text = String::from_utf8(write(&run)).unwrap();
         let mut table: Vec<Vec<&str>> =
             text.lines().map(|line| line.split(',').collect()).collect();
         let count = if what == 0 { table.len() } else { table[0].len() };
@@ -213,8 +197,7 @@ fn swapped_lines_or_columns_are_refused() {
 
 #[test]
 fn a_field_of_a_megabyte_is_refused_in_one_short_line() {
-    let state = crate::common::state(&[0.5; 13]);
-    let text = String::from_utf8(write(&[StepRecord::new(&state, 2)])).unwrap();
+    let text = String::from_utf8(write(&one_row(2))).unwrap();
     for field in ["0.5", "x_m", "end", "alpha1"] {
         for huge in ["x".repeat(1 << 20), "9".repeat(1 << 20), "\u{1F4A5}".repeat(1 << 18)] {
             assert!(read(text.replacen(field, &huge, 1).as_bytes()).is_err(), "{field}");
@@ -222,5 +205,8 @@ fn a_field_of_a_megabyte_is_refused_in_one_short_line() {
     }
     // A number with a million digits is a number all the same.
     let long = format!("0.5{}", "0".repeat(1 << 20));
-    assert_eq!(read(text.replacen("0.5", &long, 1).as_bytes()).unwrap()[0].state, state);
+    assert_eq!(
+        read(text.replacen("0.5", &long, 1).as_bytes()).unwrap()[0].state,
+        state(&[0.5; 13])
+    );
 }

@@ -2,18 +2,17 @@
 
 use super::steps::{Seen, check_run, native};
 use super::{any_bits, each, finite, wild};
-use crate::common::{any_model, state, tutorial_model, tutorial_parameters};
+use crate::common::{any_world, state, tutorial_parameters, tutorial_world};
 use nalgebra::{Matrix3, Vector3};
 use proptest::array::uniform8;
 use proptest::collection::vec;
 use proptest::prelude::*;
 use tumble::ipopt::{BarrierStrategy, MultiplierStep, Options, Scaling};
-use tumble::mechanics::body::RigidBody;
-use tumble::mechanics::state::Wrench;
-use tumble::solver::ipopt::{ACCEPTED_CERTIFICATE, Formulation, IpoptSolver};
+use tumble::mechanics::{RigidBody, Wrench};
+use tumble::solver::ipopt::{ACCEPTED_RESIDUAL, Formulation, IpoptSolver};
 use tumble::step::StepSolver;
-use tumble::step_nlp::StepNlp;
-use tumble::world::{ContactModel, Parameters};
+use tumble::step_nlp::{SMOOTHING, StepNlp};
+use tumble::world::{Parameters, World};
 
 /// A state in which the tutorial's cube stands on the ground, moving down and along it.
 fn ordinary() -> [f64; 13] {
@@ -45,14 +44,14 @@ fn a_body_of_any_numbers_is_refused_by_name_or_can_be_simulated() {
         let points: Vec<_> = if odd == 2 {
             numbers[10..].chunks(3).map(Vector3::from_column_slice).collect()
         } else {
-            tutorial_parameters().body.contact_points().iter().map(|c| c.position).collect()
+            tutorial_parameters().bodies[0].contact_points().iter().map(|c| c.position).collect()
         };
         match RigidBody::new(mass, inertia, &points) {
             Err(error) => assert_names(&error, ["mass", "inertia", "contact point"][odd]),
             Ok(body) => {
-                let parameters = Parameters { body, ..tutorial_parameters() };
-                let model = ContactModel::new(parameters).unwrap();
-                check_run(&model, state(&ordinary()), native(&model), STEPS, &seen)?;
+                let parameters = Parameters { bodies: vec![body], ..tutorial_parameters() };
+                let world = World::new(parameters).unwrap();
+                check_run(&world, state(&ordinary()), native(&world), STEPS, &seen)?;
             }
         }
         Ok(())
@@ -70,9 +69,9 @@ fn a_box_of_any_sides_is_refused_by_name_or_can_be_simulated() {
         match RigidBody::with_box_corners(10.0, Matrix3::identity(), half_sides) {
             Err(error) => assert_names(&error, "half side"),
             Ok(body) => {
-                let parameters = Parameters { body, ..tutorial_parameters() };
-                let model = ContactModel::new(parameters).unwrap();
-                check_run(&model, state(&ordinary()), native(&model), STEPS, &seen)?;
+                let parameters = Parameters { bodies: vec![body], ..tutorial_parameters() };
+                let world = World::new(parameters).unwrap();
+                check_run(&world, state(&ordinary()), native(&world), STEPS, &seen)?;
             }
         }
         Ok(())
@@ -84,18 +83,17 @@ fn a_box_of_any_sides_is_refused_by_name_or_can_be_simulated() {
 #[test]
 fn constants_of_any_numbers_are_refused_by_name_or_can_be_simulated() {
     let seen = Seen::default();
-    let fields = ["time step", "friction", "gravity", "gravity", "gravity", "smoothing"];
-    each(10_000, (0..6_usize, wild()), |(odd, number)| {
+    let fields = ["time step", "friction", "gravity", "gravity", "gravity"];
+    each(10_000, (0..5_usize, wild()), |(odd, number)| {
         let mut parameters = tutorial_parameters();
         match odd {
             0 => parameters.time_step = number,
             1 => parameters.friction = number,
-            5 => parameters.smoothing = number,
             axis => parameters.gravity[axis - 2] = number,
         }
-        match ContactModel::new(parameters) {
+        match World::new(parameters) {
             Err(error) => assert_names(&error, fields[odd]),
-            Ok(model) => check_run(&model, state(&ordinary()), native(&model), STEPS, &seen)?,
+            Ok(world) => check_run(&world, state(&ordinary()), native(&world), STEPS, &seen)?,
         }
         Ok(())
     });
@@ -106,7 +104,7 @@ fn constants_of_any_numbers_are_refused_by_name_or_can_be_simulated() {
 #[test]
 fn a_state_of_any_numbers_is_refused_by_name_or_can_be_simulated() {
     let seen = Seen::default();
-    let model = tutorial_model();
+    let world = tutorial_world();
     each(10_000, (0..13_usize, wild()), |(odd, number)| {
         let mut numbers = ordinary();
         numbers[odd] = number;
@@ -117,15 +115,15 @@ fn a_state_of_any_numbers_is_refused_by_name_or_can_be_simulated() {
             _ => "spin",
         };
         let start = state(&numbers);
-        match start.validate() {
+        match start.checked() {
             Err(error) => assert_names(&error, field),
-            Ok(()) => check_run(&model, start, native(&model), STEPS, &seen)?,
+            Ok(_) => check_run(&world, start, native(&world), STEPS, &seen)?,
         }
         Ok(())
     });
     each(1000, vec(any_bits(), 13), |numbers| {
-        if state(&numbers).validate().is_ok() {
-            check_run(&model, state(&numbers), native(&model), STEPS, &seen)?;
+        if state(&numbers).checked().is_ok() {
+            check_run(&world, state(&numbers), native(&world), STEPS, &seen)?;
         }
         Ok(())
     });
@@ -173,14 +171,15 @@ fn odd_options() -> impl Strategy<Value = (Options, &'static str)> {
 #[test]
 fn options_of_any_numbers_are_refused_by_name_or_ipopt_takes_them() {
     let seen = Seen::default();
-    let model = tutorial_model();
+    let world = tutorial_world();
     each(120, odd_options(), |(options, name)| {
         match options.validate() {
             Err(error) => assert_names(&error, name),
             Ok(()) => {
-                let solver = IpoptSolver::new(&model, Formulation::default(), options).unwrap();
-                let solver = (Box::new(solver) as Box<dyn StepSolver>, ACCEPTED_CERTIFICATE);
-                check_run(&model, state(&ordinary()), solver, STEPS, &seen)?;
+                let solver = IpoptSolver::new(&world, Formulation::default(), options).unwrap();
+                let accepted = ACCEPTED_RESIDUAL * world.speed_scale();
+                let solver = (Box::new(solver) as Box<dyn StepSolver>, accepted);
+                check_run(&world, state(&ordinary()), solver, STEPS, &seen)?;
             }
         }
         Ok(())
@@ -194,16 +193,28 @@ fn options_of_any_numbers_are_refused_by_name_or_ipopt_takes_them() {
     seen.assert_counts(49, 0, 14);
 }
 
+#[test]
+fn a_smoothing_of_any_size_is_refused_by_name_or_taken() {
+    each(2000, wild(), |smoothing| {
+        let taken = StepNlp::new(tutorial_world(), smoothing);
+        prop_assert_eq!(taken.is_ok(), (1e-12..=1.0).contains(&smoothing));
+        if let Err(error) = taken {
+            assert_names(&error, "smoothing");
+        }
+        Ok(())
+    });
+}
+
 /// Overflow is allowed, a panic is not.
 #[test]
 fn the_program_can_be_evaluated_at_any_finite_point() {
-    let points = (any_model(), vec(finite(), 13), uniform8(finite())).prop_flat_map(|model| {
-        let layout = StepNlp::new(model.0.clone()).layout();
-        let x = vec(finite(), layout.variables());
-        (Just(model), x, vec(finite(), layout.constraints()), finite())
+    let steps = (any_world(), vec(finite(), 13), uniform8(finite()));
+    let points = steps.prop_flat_map(|(world, old, alpha)| {
+        let nlp = StepNlp::new(world, SMOOTHING).unwrap();
+        let (x, rows) = (nlp.layout().variables(), nlp.layout().constraints());
+        (Just((nlp, old, alpha)), vec(finite(), x), vec(finite(), rows), finite())
     });
-    each(5000, points, |((model, old, alpha), x, multipliers, factor)| {
-        let mut nlp = StepNlp::new(model);
+    each(5000, points, |((mut nlp, old, alpha), x, multipliers, factor)| {
         let push = Wrench {
             force: Vector3::from_column_slice(&alpha[..3]),
             torque: Vector3::from_column_slice(&alpha[3..6]),
