@@ -81,7 +81,7 @@ fn fault(
 /// What a quantity shows of its order of convergence beside the same one at twice the time step:
 /// the order, or why there is none.
 fn order(quantity: &validation::Quantity, coarser: Option<&validation::Quantity>) -> String {
-    match (quantity.convergence, coarser) {
+    match (coarser.unwrap_or(quantity).convergence, coarser) {
         (Convergence::Order(_), None) => "—".to_owned(),
         (Convergence::Order(_), Some(coarser)) => {
             coarser.order(quantity).map_or("hidden".to_owned(), |order| format!("{order:.2}"))
