@@ -102,7 +102,14 @@ impl Dragged {
                 0.9 * FORCE
             )));
         }
-        Ok(Self { mass, friction, gravity })
+        let dragged = Self { mass, friction, gravity };
+        if dragged.speed(DURATION) < 2.0 * SLIDING {
+            return Err(Unsuitable::Motion(format!(
+                "the cube is dragged to no more than {:.3} m/s; a lighter one is needed",
+                dragged.speed(DURATION)
+            )));
+        }
+        Ok(dragged)
     }
 
     /// μ m g, N.

@@ -83,11 +83,11 @@ impl Problem for PushedOver {
         let decided = |tilt: f64, spin: f64| tilt > balance || spin < 0.0;
         let mut curve = Curve::default();
         let steps = (h, (duration / h).round() as usize);
-        let discrete =
-            Threshold::find((0.8 * critical, 1.2 * critical), 1e-14 * critical, |spin| {
-                let over = |motion: Vec<(f64, f64)>| motion[motion.len() - 1].0 > balance;
-                Ok((over(tall.discrete(spin, steps, decided)), 0.0))
-            })?;
+        let around = (0.8 * critical, 1.2 * critical + h * tall.deceleration());
+        let discrete = Threshold::find(around, 1e-14 * critical, |spin| {
+            let over = |motion: Vec<(f64, f64)>| motion[motion.len() - 1].0 > balance;
+            Ok((over(tall.discrete(spin, steps, decided)), 0.0))
+        })?;
         let bracket = (BRACKET.0 * discrete.value, BRACKET.1 * discrete.value);
         let measured = Threshold::find(bracket, 1e-6 * critical, |spin| {
             let setup = tall.setup(tall.pushed(spin), duration)?;
