@@ -1,4 +1,4 @@
-"""The certificate of a step, eq. 18 of docs/formulation.md, in numpy, for whole motions at once.
+"""The residual of a step, eq. 18 of docs/formulation.md, in numpy, for whole motions at once.
 
 It is computed from states and contact forces alone, so it can be asked of any engine that says
 what its forces are. Every run of the comparison checks it against tumble's own column.
@@ -64,20 +64,32 @@ def contact_residual(
 ) -> np.ndarray:
     """The largest of eq. 18b to 18e over the corners.
 
-    With p = h f_xy, c_xy the mean slip over the step and Π the projection on the disc of radius
-    μ h max(f_z, 0): max(0, −z⁺/h), |min(h f_z/m, z⁺/h)|, ‖p − Π(p − m c_xy)‖/m and
-    max(0, ‖p‖ − μ h f_z)/m.
+    Each corner in its own scale: with W = E/m + Gᵀ I⁻¹ G the response of its velocity to an
+    impulse, G = [c]× Aᵀ, and w_n = W_zz, w_t = (W_xx + W_yy)/2, the impulses count as the speeds
+    n = w_n h f_z and p = w_t h f_xy. With c_xy the mean slip over the step and Π the projection
+    on the disc of radius μ w_t h max(f_z, 0): max(0, −z⁺/h), |min(n, z⁺/h)|, ‖p − Π(p − c_xy)‖
+    and max(0, ‖p‖ − μ w_t h f_z).
     """
-    h, mass, mu = scene.step_seconds, scene.mass, scene.friction
+    h, mu = scene.step_seconds, scene.friction
     old, new = corner_positions(scene, before), corner_positions(scene, after)
     slip, rise = (new - old)[..., :2] / h, new[..., 2] / h
-    friction, normal = h * forces[..., :2], h * forces[..., 2]
+    w_n, w_t = responses(scene, before)
+    friction, limit = w_t[..., None] * h * forces[..., :2], mu * w_t * h * forces[..., 2]
 
-    target = friction - mass * slip
+    target = friction - slip
     reach = np.maximum(np.linalg.norm(target, axis=2), np.finfo(float).tiny)
-    shrink = np.minimum(1.0, mu * np.maximum(normal, 0.0) / reach)
-    friction_law = np.linalg.norm(friction - target * shrink[..., None], axis=2) / mass
-    cone = np.maximum(0.0, np.linalg.norm(friction, axis=2) - mu * normal) / mass
-    normal_law = np.abs(np.minimum(normal / mass, rise))
+    shrink = np.minimum(1.0, np.maximum(limit, 0.0) / reach)
+    friction_law = np.linalg.norm(friction - target * shrink[..., None], axis=2)
+    cone = np.maximum(0.0, np.linalg.norm(friction, axis=2) - limit)
+    normal_law = np.abs(np.minimum(w_n * h * forces[..., 2], rise))
     penetration = np.maximum(0.0, -rise)
     return np.maximum.reduce([penetration, normal_law, friction_law, cone]).max(axis=1)
+
+
+def responses(scene: Scene, states: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """w_n and w_t of every corner in every state, 1/kg: W_dd = 1/m + τ·I⁻¹τ for a direction d,
+    τ = c × Aᵀ d."""
+    axes = rotations(states[:, ATTITUDE])  # rows: Aᵀ d in the body's frame
+    torques = np.cross(scene.corners[None, :, None, :], axes[:, None, :, :])
+    diagonal = 1 / scene.mass + (torques * torques / scene.inertia).sum(axis=3)
+    return diagonal[..., 2], diagonal[..., :2].mean(axis=2)

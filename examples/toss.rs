@@ -22,7 +22,7 @@ fn main() -> Result<(), Error> {
         contact += u32::from(record.report.status != StepStatus::Free);
         failed += u32::from(record.report.status == StepStatus::Failed);
         worst = worst.max(record.certificate.residual());
-        if record.index % 100 == 0 {
+        if record.index.is_multiple_of(100) {
             let height = record.state().position.z;
             let force = record.solution.total_force(0).z;
             println!("step {:3}  height {height:.3} m  force {force:5.1} N", record.index);

@@ -1,5 +1,7 @@
 //! The command line end to end, in temporary directories: files, exit codes, messages.
 
+mod common;
+
 #[path = "cli/failure.rs"]
 mod failure;
 #[path = "cli/flags.rs"]
@@ -10,16 +12,22 @@ mod inspect;
 mod picture;
 #[path = "cli/plot.rs"]
 mod plot;
+#[path = "derivatives/points.rs"]
+mod points;
 #[path = "cli/scenario.rs"]
 mod scenario;
 #[path = "cli/simulate.rs"]
 mod simulate;
+#[path = "derivatives/sizes.rs"]
+mod sizes;
 #[path = "cli/streams.rs"]
 mod streams;
 #[path = "cli/support.rs"]
 mod support;
 #[path = "cli/tampering.rs"]
 mod tampering;
+#[path = "derivatives/terms.rs"]
+mod terms;
 #[path = "cli/verify.rs"]
 mod verify;
 #[path = "cli/view.rs"]

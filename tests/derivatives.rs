@@ -2,89 +2,37 @@
 //! against central differences for bodies of any shape.
 
 mod common;
+#[path = "derivatives/points.rs"]
+mod points;
+#[path = "derivatives/sizes.rs"]
+mod sizes;
+#[path = "derivatives/terms.rs"]
+mod terms;
 
-use common::{any_state, any_world, any_wrench, cases, reference, state};
+use common::{any_state, any_world, any_wrench, cases, state};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
+use points::{Input, Output, Point, Triplets, compare, points};
 use proptest::prelude::*;
-use serde::Deserialize;
-use std::collections::HashMap;
 use tumble::mechanics::{RigidBody, Wrench};
 use tumble::sparsity::SparsityPattern;
-use tumble::step_nlp::{SMOOTHING, StepNlp};
+use tumble::step_nlp::StepNlp;
 use tumble::world::{Parameters, World};
 
-/// One line of `data/derivatives.jsonl.gz`.
-#[derive(Deserialize)]
-struct Point {
-    name: String,
-    input: Input,
-    output: Output,
-}
-
-#[derive(Deserialize)]
-struct Input {
-    state: Vec<f64>,
-    alpha: Vec<f64>,
-    x: Vec<f64>,
-    obj_factor: f64,
-    multipliers: Vec<f64>,
-    dt: Option<f64>,
-    mu: Option<f64>,
-    mass: Option<f64>,
-    inertia: Option<[[f64; 3]; 3]>,
-    gravity: Option<[f64; 3]>,
-    epsilon: Option<f64>,
-}
-
-#[derive(Deserialize)]
-struct Output {
-    objective: f64,
-    gradient: Vec<f64>,
-    constraints: Vec<f64>,
-    jacobian: Triplets,
-    hessian: Triplets,
-}
-
-#[derive(Deserialize)]
-struct Triplets {
-    rows: Vec<usize>,
-    cols: Vec<usize>,
-    values: Vec<f64>,
-}
-
-impl Triplets {
-    fn entries(&self) -> impl Iterator<Item = (usize, usize, f64)> {
-        let positions = self.rows.iter().zip(&self.cols);
-        positions.zip(&self.values).map(|((&row, &col), &value)| (row, col, value))
-    }
-}
-
-fn points() -> Vec<Point> {
-    let text = reference("derivatives.jsonl.gz");
-    text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
-}
-
-impl Input {
-    /// The problem of this step, a constant being the tutorial's where none is given.
-    fn nlp(&self) -> StepNlp {
-        let (given, usual) = (self, common::tutorial_parameters());
-        let cube = &usual.bodies[0];
-        // The matrix is symmetric: rows and columns are the same.
-        let inertia = given.inertia.map_or(*cube.inertia(), Matrix3::from);
-        let mass = given.mass.unwrap_or(cube.mass());
-        let body = RigidBody::with_box_corners(mass, inertia, Vector3::repeat(1.0)).unwrap();
-        let parameters = Parameters {
-            bodies: vec![body],
-            gravity: given.gravity.map_or(usual.gravity, Vector3::from),
-            friction: given.mu.unwrap_or(usual.friction),
-            time_step: given.dt.unwrap_or(usual.time_step),
-            ..usual
-        };
-        let smoothing = given.epsilon.unwrap_or(SMOOTHING);
-        let mut nlp = StepNlp::new(World::new(parameters).unwrap(), smoothing).unwrap();
-        nlp.set_step(&state(&given.state), &Wrench::zero(), given.alpha.iter().copied());
-        nlp
-    }
+/// The problem of a point's step.
+fn nlp_of(input: &Input) -> StepNlp {
+    let usual = common::tutorial_parameters();
+    let inertia = Matrix3::from(input.inertia());
+    let body = RigidBody::with_box_corners(input.mass(), inertia, Vector3::repeat(1.0)).unwrap();
+    let parameters = Parameters {
+        bodies: vec![body],
+        gravity: input.gravity().into(),
+        friction: input.mu(),
+        time_step: input.dt(),
+        ..usual
+    };
+    let mut nlp = StepNlp::new(World::new(parameters).unwrap(), input.epsilon()).unwrap();
+    nlp.set_step(&state(&input.state), &Wrench::zero(), input.alpha.iter().copied());
+    nlp
 }
 
 /// The numbers that `write` puts into an array of `len`.
@@ -115,63 +63,25 @@ fn dense(pattern: &SparsityPattern, values: &[f64], (rows, cols): (usize, usize)
     matrix
 }
 
-/// Compares to 1e-12 of the larger of 1 and the entry, and to 1e-12 of the largest entry
-/// of its row (in a Hessian also of its column), whichever is stricter. An entry is a sum
-/// of a few products, some of them larger than it; measured: 1.4e-13 and 4e-14.
-fn compare(name: &str, pattern: &SparsityPattern, ours: &[f64], theirs: &Triplets) {
-    let ours: HashMap<_, _> = pattern.positions().zip(ours).collect();
-    assert_eq!(ours.len(), pattern.len(), "{name}: no entry stands twice");
-    let symmetric = theirs.rows.iter().zip(&theirs.cols).all(|(row, col)| row >= col);
-    let mut largest = vec![0.0_f64; 62];
-    for (row, col, value) in theirs.entries() {
-        largest[row] = largest[row].max(value.abs());
-        if symmetric {
-            largest[col] = largest[col].max(value.abs());
-        }
-    }
-    let mut common = 0;
-    for (row, col, value) in theirs.entries() {
-        let Some(&&found) = ours.get(&(row, col)) else {
-            assert_eq!(value, 0.0, "{name}: entry ({row}, {col}) is missing");
-            continue;
-        };
-        common += 1;
-        let near = if symmetric { largest[row].min(largest[col]) } else { largest[row] };
-        let tolerance = 1e-12 * near.min(value.abs().max(1.0));
-        let error = (found - value).abs();
-        assert!(error <= tolerance, "{name}: ({row}, {col}) is {found:e}, not {value:e}");
-    }
-    assert_eq!(common, ours.len(), "{name}: CasADi has every entry of ours");
+fn triplets(pattern: &SparsityPattern, values: Vec<f64>) -> Triplets {
+    Triplets { rows: pattern.rows().to_vec(), cols: pattern.cols().to_vec(), values }
 }
 
 #[test]
 fn values_and_derivatives_are_those_of_casadi() {
-    let points = points();
-    assert_eq!(points.len(), 250);
-    for Point { name, input, output } in &points {
-        let (nlp, x) = (input.nlp(), &input.x);
-        // A sum of 16 squares and its derivative: nothing cancels. serde_json may read a
-        // number one unit in the last place off, so that even 2 s is not exact.
-        let error = (nlp.objective(x) - output.objective).abs();
-        assert!(error <= 4e-15 * output.objective, "{name}: objective");
-        let gradient = written(x.len(), |gradient| nlp.gradient(x, gradient));
-        for (ours, theirs) in gradient.iter().zip(&output.gradient) {
-            assert!((ours - theirs).abs() <= 4e-16 * theirs.abs(), "{name}: gradient");
-        }
-        // What x's own rounding does to a row is ε Σ |∂g/∂x_j x_j|. To 1e-14 of that sum
-        // (measured: 6e-16; 1e-20 for rows of zeros), although heights cancel and slips are
-        // divided by h.
-        let mut scale: Vec<f64> = output.constraints.iter().map(|row| row.abs()).collect();
-        for (row, col, entry) in output.jacobian.entries() {
-            scale[row] += (entry * x[col]).abs();
-        }
-        for (i, ours) in constraints(&nlp, x).iter().enumerate() {
-            let error = (ours - output.constraints[i]).abs();
-            assert!(error <= 1e-14 * scale[i] + 1e-20, "{name}: row {i} is {error:e} off");
-        }
-        compare(name, nlp.jacobian_pattern(), &jacobian(&nlp, x), &output.jacobian);
-        let values = hessian(&nlp, x, input.obj_factor, &input.multipliers);
-        compare(name, nlp.hessian_pattern(), &values, &output.hessian);
+    for point in &points() {
+        let (nlp, input) = (nlp_of(&point.input), &point.input);
+        let hessian = hessian(&nlp, &input.x, input.obj_factor, &input.multipliers);
+        compare(
+            point,
+            &Output {
+                objective: nlp.objective(&input.x),
+                gradient: written(input.x.len(), |gradient| nlp.gradient(&input.x, gradient)),
+                constraints: constraints(&nlp, &input.x),
+                jacobian: triplets(nlp.jacobian_pattern(), jacobian(&nlp, &input.x)),
+                hessian: triplets(nlp.hessian_pattern(), hessian),
+            },
+        );
     }
 }
 
@@ -181,7 +91,7 @@ fn values_and_derivatives_are_those_of_casadi() {
 fn the_patterns_hold_no_entry_that_is_always_zero() {
     let mut used: Vec<(SparsityPattern, Vec<bool>)> = Vec::new();
     for Point { input, .. } in &points() {
-        let nlp = input.nlp();
+        let nlp = nlp_of(input);
         let hessian = hessian(&nlp, &input.x, input.obj_factor, &input.multipliers);
         for (pattern, values) in
             [(nlp.jacobian_pattern(), jacobian(&nlp, &input.x)), (nlp.hessian_pattern(), hessian)]

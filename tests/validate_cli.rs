@@ -13,7 +13,7 @@ use std::time::Duration;
 use support::{End, everything_in, run, tumble};
 use tempfile::TempDir;
 use tumble::solver::native::NativeSolver;
-use tumble::validation::{Laboratory, PROBLEMS, Problem, Quantity};
+use tumble::validation::{Convergence, Laboratory, PROBLEMS, Problem, Quantity};
 
 /// A finished validation in a directory of its own.
 struct Validated {
@@ -83,7 +83,9 @@ fn the_native_solver_has_every_answer_in_the_table_and_on_the_page() {
         for quantity in quantities(problem) {
             let rows = validated.rows(name, quantity.name);
             assert_eq!(rows.len(), 1, "{name}, {}", quantity.name);
-            let [solver, h, exact, measured, error, allowed, _, verdict] = rows[0][..] else {
+            let [solver, h, exact, discrete, measured, error, allowed, order, verdict] =
+                rows[0][..]
+            else {
                 panic!("{rows:?}")
             };
             assert_eq!((solver, verdict), ("native", "holds"), "{name}, {}", quantity.name);
@@ -92,11 +94,21 @@ fn the_native_solver_has_every_answer_in_the_table_and_on_the_page() {
             // As many digits as the table has.
             for (shown, value, digits) in [
                 (exact, quantity.exact, 1e-2),
+                (discrete, quantity.discrete, 1e-2),
                 (measured, quantity.measured, 1e-2),
                 (error, quantity.error(), 0.1),
-                (allowed, quantity.discretisation + quantity.slack, 0.1),
+                (allowed, quantity.slack, 0.1),
             ] {
                 assert!((number(shown) - value).abs() <= digits * value.abs(), "{name}: {rows:?}");
+            }
+            match quantity.convergence {
+                Convergence::Exact => assert_eq!(order, "exact"),
+                Convergence::Order(p) => assert!((number(order) - f64::from(p)).abs() < 0.1),
+                Convergence::Within(bound) => {
+                    let shown = number(order.strip_prefix('≤').unwrap());
+                    assert!((shown - bound).abs() < 0.1 * bound);
+                }
+                Convergence::Unresolved => panic!("{name}, {}: too coarse", quantity.name),
             }
             let heading = match quantity.unit {
                 "1" => format!(">{}</th>", quantity.name),
@@ -142,9 +154,11 @@ fn both_solvers_stand_side_by_side() {
     assert_eq!(validated.end.code, Some(0), "{:?}", validated.end);
     assert!(validated.end.stdout.ends_with("12 of 12 quantities hold\n"));
     let rows = validated.rows("slope-slide", "way down the slope");
-    let solvers: Vec<_> = rows.iter().map(|row| (row[0], row[1], row[7])).collect();
+    let solvers: Vec<_> = rows.iter().map(|row| (row[0], row[1], row[8])).collect();
     assert_eq!(solvers, [("native", "0.002", "holds"), ("ipopt", "0.01", "holds")]);
-    assert_eq!(rows[0][6], "1.00", "the step is first order: {rows:?}");
+    for row in &rows {
+        assert_eq!(row[7], "1.00", "the step is first order: {row:?}");
+    }
     for line in ["  native: 7000 steps", "  ipopt: 600 steps at h = 0.01, 0.005 s, 0 not converged"]
     {
         assert!(validated.end.stdout.contains(line), "{line}: {}", validated.end.stdout);
@@ -155,6 +169,21 @@ fn both_solvers_stand_side_by_side() {
     {
         assert!(section.contains(needed), "{needed}");
     }
+}
+
+/// Steps in which it stops within the first, and within a few.
+#[test]
+fn a_box_that_stops_at_once_has_its_answer() {
+    for speed in ["0.01", "0.02", "0.05", "0.1"] {
+        let args = ["spinning-box", "--solver", "native", "--speed", speed];
+        for others in [&[][..], &["--mu", "0.9"], &["--dt", "0.01"], &["--gravity", "2"]] {
+            let validated = validate(&[&args[..], others].concat());
+            assert_eq!(validated.end.code, Some(0), "{others:?}: {}", validated.end.stdout);
+            assert!(validated.end.stdout.ends_with("3 of 3 quantities hold\n"));
+        }
+    }
+    let validated = validate(&["spinning-box", "--solver", "native", "--speed", "0.05"]);
+    assert!(validated.end.stdout.contains("coarse"), "{}", validated.end.stdout);
 }
 
 #[test]

@@ -147,27 +147,42 @@ def dynamics_residuals(problem: Problem, state: np.ndarray, x: np.ndarray) -> li
 
 
 def contact_residuals(problem: Problem, state: np.ndarray, x: np.ndarray) -> list[np.ndarray]:
-    """With p_i = h f_xy,i and Π the projection on the disc of radius μ h max(f_z,i, 0):
+    """With w_n and w_t the response of corner i to an impulse, p_i = w_t h f_xy,i and Π the
+    projection on the disc of radius μ w_t h max(f_z,i, 0):
 
     penetration   max(0, −z⁺_i) / h
-    normal law    |min(h f_z,i / m, z⁺_i / h)|
-    friction law  ‖p_i − Π(p_i − m c_xy,i)‖ / m
-    cone          max(0, ‖p_i‖ − μ h f_z,i) / m
+    normal law    |min(w_n h f_z,i, z⁺_i / h)|
+    friction law  ‖p_i − Π(p_i − c_xy,i)‖
+    cone          max(0, ‖p_i‖ − μ w_t h f_z,i)
     """
-    h, mu, mass = problem.constants.dt, problem.constants.mu, problem.constants.mass
+    h, mu = problem.constants.dt, problem.constants.mu
+    w_n, w_t = responses(problem, state)
     before, after = np.array(problem.corners(state)), np.array(problem.corners(x[: nlp.STATE]))
     slip, heights = (after - before)[:, :2] / h, after[:, 2]
 
-    friction, normal = h * np.column_stack((x[nlp.FX], x[nlp.FY])), h * x[nlp.FZ]
-    target = friction - mass * slip
+    normal = h * x[nlp.FZ]
+    friction = w_t[:, None] * h * np.column_stack((x[nlp.FX], x[nlp.FY]))
+    limit = mu * w_t * normal
+    target = friction - slip
     reach = np.maximum(np.linalg.norm(target, axis=1), np.finfo(float).tiny)
-    projected = target * np.minimum(1.0, mu * np.maximum(normal, 0.0) / reach)[:, None]
+    projected = target * np.minimum(1.0, np.maximum(limit, 0.0) / reach)[:, None]
     return [
         np.maximum(-heights, 0.0) / h,
-        np.abs(np.minimum(normal / mass, heights / h)),
-        np.linalg.norm(friction - projected, axis=1) / mass,
-        np.maximum(np.linalg.norm(friction, axis=1) - mu * normal, 0.0) / mass,
+        np.abs(np.minimum(w_n * normal, heights / h)),
+        np.linalg.norm(friction - projected, axis=1),
+        np.maximum(np.linalg.norm(friction, axis=1) - limit, 0.0),
     ]
+
+
+def responses(problem: Problem, state: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """W_zz and (W_xx + W_yy)/2 of every corner, 1/kg: W = E/m − [r]× (A I Aᵀ)⁻¹ [r]×."""
+    constants = problem.constants
+    levers = np.array(problem.corners(state)) - state[nlp.POSITION]
+    # The tutorial's inertia is a multiple of E, the same in every frame.
+    moment = np.asarray(constants.inertia, dtype=float).ravel()[0]
+    squares = (levers**2).sum(axis=1)
+    diagonal = 1 / constants.mass + (squares[:, None] - levers**2) / moment
+    return diagonal[:, 2], diagonal[:, :2].mean(axis=1)
 
 
 def write(steps: list[Step], path: Path) -> None:

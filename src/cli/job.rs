@@ -138,6 +138,7 @@ impl Job {
     pub fn run_file(&self, run: &Run) -> RunFile {
         let contact = self.contact.as_ref();
         let ipopt = contact.and_then(|contact| contact.ipopt.as_ref());
+        let climbs = contact.is_some_and(|contact| contact.on_failure == OnFailure::Ladder);
         RunFile {
             outcome: run.end.name().to_owned(),
             tumble_version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -159,7 +160,7 @@ impl Job {
                 velocity: self.start.velocity.into(),
                 spin: self.start.spin.into(),
             },
-            summary: SummaryFile::of(&run.summary, run.elapsed.as_secs_f64()),
+            summary: SummaryFile::of(&run.summary, climbs, run.elapsed.as_secs_f64()),
         }
     }
 }

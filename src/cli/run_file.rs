@@ -96,10 +96,9 @@ pub struct SummaryFile {
     pub retried: u64,
     pub fallback: u64,
     pub failed: u64,
-    /// Contact steps by the start that their solution came from: for Ipopt the rungs of its
-    /// ladder; a failed step counts on that of the best point.
-    #[serde(alias = "rungs")]
-    pub starts: BTreeMap<String, u64>,
+    /// Contact steps by the rung of Ipopt's ladder that their solution came from; a failed step
+    /// counts on that of the best point. Empty without the ladder.
+    pub rungs: BTreeMap<String, u64>,
     /// The residual, of the contact steps; null without contact.
     pub certificate_median_m_s: Option<f64>,
     /// Of all steps; null without steps.
@@ -114,7 +113,10 @@ pub fn heading(scene: &str) -> String {
 }
 
 impl SummaryFile {
-    pub fn of(summary: &RunSummary, solve_seconds: f64) -> Self {
+    /// The summary of a run, with the starts of its steps where they are rungs of a ladder.
+    pub fn of(summary: &RunSummary, climbs: bool, solve_seconds: f64) -> Self {
+        let starts = summary.starts.iter().filter(|_| climbs);
+        let rungs = starts.map(|(start, count)| ((*start).to_owned(), *count)).collect();
         Self {
             rows: summary.steps() + 1,
             free_steps: summary.free,
@@ -124,7 +126,7 @@ impl SummaryFile {
             retried: summary.retried,
             fallback: summary.fallback,
             failed: summary.failed,
-            starts: summary.starts.iter().map(|(start, n)| ((*start).to_owned(), *n)).collect(),
+            rungs,
             certificate_median_m_s: summary.median_residual(),
             certificate_max_m_s: summary.largest_residual(),
             solve_seconds,

@@ -70,6 +70,8 @@ pub struct Simulation<'a> {
     /// has seen.
     before: Option<StepSolution>,
     long_before: Option<StepSolution>,
+    /// Whether the last step was taken back already.
+    taken_back: bool,
     scratch: Scratch,
 }
 
@@ -134,6 +136,7 @@ impl<'a> Simulation<'a> {
             now: StepSolution::free(&states),
             before: None,
             long_before: None,
+            taken_back: false,
             scratch: Scratch::default(),
         })
     }
@@ -232,6 +235,7 @@ impl<'a> Simulation<'a> {
         let solution = std::mem::replace(&mut self.scratch.solution, oldest);
         let now = std::mem::replace(&mut self.now, solution);
         self.long_before = self.before.replace(now);
+        self.taken_back = false;
         self.index += 1;
         Ok(())
     }
@@ -253,12 +257,13 @@ impl<'a> Simulation<'a> {
     /// taken: for a run that ends there, or to repeat the step, in the same way or another. Any
     /// other record changes nothing, nor does a second call.
     pub fn take_back(&mut self, record: &StepRecord) {
-        if record.index + 1 != self.index {
+        if self.taken_back || record.index + 1 != self.index {
             return;
         }
         if let Some(before) = self.before.take() {
             self.now = before;
             self.before = self.long_before.take();
+            self.taken_back = true;
             self.index = record.index;
         }
     }

@@ -27,9 +27,12 @@ impl Problem for Compass {
         Inputs::new(0.002, &values)
     }
 
-    /// Coulomb's cone is round: the slide is v²/(2 μ g) long whatever its direction, and the
+    /// Coulomb's cone is round: the slide is that of [`Slide`] whatever its direction, and the
     /// box does not turn, because friction, opposite to the slide and in proportion to the
     /// normal forces, has its resultant through the line of the slide.
+    ///
+    /// A speed across the slide is the same kinetic energy as a spin of √(m/I) times it, with
+    /// I = m (a² + b²)/3.
     fn solve(
         &self,
         inputs: &Inputs,
@@ -40,7 +43,8 @@ impl Problem for Compass {
         let speed = east.velocity.norm();
         let (mut shortest, mut longest) = (f64::INFINITY, 0.0_f64);
         let (mut sideways, mut turned) = (0.0_f64, 0.0_f64);
-        let (mut position_slack, mut curve) = (0.0_f64, None);
+        let (mut way_slack, mut across_slack) = (0.0_f64, 0.0_f64);
+        let mut curve = Curve::default();
         for k in 0..DIRECTIONS {
             let (sin, cos) = (TAU * k as f64 / DIRECTIONS as f64).sin_cos();
             let direction = Vector3::new(cos, sin, 0.0);
@@ -53,40 +57,27 @@ impl Problem for Compass {
             sideways = sideways.max((way - along * direction).norm());
             // The vector part of a small rotation's quaternion is half its angle.
             turned = turned.max(2.0 * run.end().attitude.fixed_rows::<3>(1).norm());
-            position_slack = position_slack.max(run.position_slack());
+            let slack = slide.slack(&run);
+            way_slack = way_slack.max(slack.way());
+            across_slack = across_slack.max(slack.across);
             if k == 1 {
-                curve = Some(Curve::of(
+                curve = Curve::of(
                     ("way north-northeast by east", "m"),
                     &run,
                     |k| (run.states[k].position - start.position).dot(&direction),
                     |t| slide.way(t),
-                ));
+                );
             }
         }
-        let h = laboratory.time_step();
-        let exact = |name: &'static str, unit: &'static str, measured: f64, slack: f64| Quantity {
-            name,
-            unit,
-            measured,
-            exact: 0.0,
-            discretisation: 0.0,
-            slack,
-        };
-        Ok(Findings {
-            quantities: vec![
-                Quantity {
-                    name: "longest slide",
-                    unit: "m",
-                    measured: longest,
-                    exact: east.distance(),
-                    discretisation: east.distance_error(h),
-                    slack: position_slack,
-                },
-                exact("longest less shortest", "m", longest - shortest, 2.0 * position_slack),
-                exact("way sideways", "m", sideways, position_slack),
-                exact("angle turned", "rad", turned, position_slack / half_sides[1]),
-            ],
-            curve: curve.unwrap_or_default(),
-        })
+        let spread = longest - shortest;
+        let gyration = (half_sides[0].hypot(half_sides[1])) / 3.0_f64.sqrt();
+        let distance = east.distance(longest, laboratory.time_step(), way_slack);
+        let quantities = vec![
+            Quantity { name: "longest slide", ..distance },
+            Quantity::at_most_zero(("longest less shortest", "m"), spread, 2.0 * way_slack),
+            Quantity::at_most_zero(("way sideways", "m"), sideways, across_slack),
+            Quantity::at_most_zero(("angle turned", "rad"), turned, across_slack / gyration),
+        ];
+        Ok(Findings { quantities, curve })
     }
 }

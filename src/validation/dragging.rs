@@ -1,10 +1,11 @@
 //! A cube that is dragged harder and harder.
 
+use super::slack::{SlideSlack, SlideStep, Slider};
 use super::stopping::resting;
-use super::{Curve, Findings, Input, Inputs, Laboratory, Problem, Quantity, Setup, Unsuitable};
-use crate::contact::plane::Plane;
-use crate::mechanics::body::RigidBody;
-use crate::mechanics::load::{Load, Polyline};
+use super::{Convergence, Curve, Findings, Input, Inputs, Laboratory, Problem, Quantity};
+use super::{Run, Setup, Unsuitable};
+use crate::mechanics::RigidBody;
+use crate::mechanics::{Load, Polyline};
 use nalgebra::Vector3;
 
 /// A cube under a growing force.
@@ -39,16 +40,61 @@ impl Problem for DraggedCube {
     /// v(t) = r (t − t_s)²/(2 m),   x(t) = r (t − t_s)³/(6 m)
     /// ```
     ///
-    /// The step's impulses are exact but in the step where sliding begins, which may lack as
-    /// much as r h²/m of speed; its way is longer by ½ v h.
+    /// [`Dragged`] has the step's.
     fn solve(
         &self,
         inputs: &Inputs,
         laboratory: &mut Laboratory<'_>,
     ) -> Result<Findings, Unsuitable> {
-        let (friction, g) = (inputs.get(Input::Friction)?, inputs.get(Input::Gravity)?);
+        let dragged = Dragged::new(inputs)?;
+        let force = Polyline::new(vec![
+            (0.0, Vector3::zeros()),
+            // Longer than the last step.
+            (2.0 * DURATION, Vector3::new(2.0 * FORCE, 0.0, 0.0)),
+        ])?;
+        let run = laboratory.run(&Setup {
+            body: RigidBody::solid_box(dragged.mass, Vector3::repeat(HALF_SIDE))?,
+            slope: 0.0,
+            gravity: dragged.gravity,
+            friction: dragged.friction,
+            start: resting(HALF_SIDE),
+            load: Load::new(force, Polyline::default(), Vector3::zeros())?,
+            duration: DURATION,
+        })?;
+        Ok(Findings {
+            quantities: dragged.quantities(&run),
+            curve: Curve::of(("way", "m"), &run, |k| run.states[k].position[0], |t| dragged.way(t)),
+        })
+    }
+}
+
+/// The cube and what drags it.
+///
+/// The step's load is its mean, r h (k + ½) in the step k, so that the cube is held up to
+/// the step s, the least with r h (s + ½) > μ m g. After n more steps, with the first
+/// excess F = r h (s + ½) − μ m g,
+///
+/// ```text
+/// v = h/m (n F + ½ n (n − 1) r h)
+/// x = h²/m (½ n (n + 1) F + (n − 1) n (n + 1) r h/6)
+/// ```
+///
+/// Since s h is within ½ h of t_s, the speed is less than the exact one by at most
+/// r h²/(8 m); the way is longer by ½ v h.
+struct Dragged {
+    mass: f64,
+    friction: f64,
+    gravity: f64,
+}
+
+/// r, N/s.
+const RATE: f64 = FORCE / DURATION;
+
+impl Dragged {
+    fn new(inputs: &Inputs) -> Result<Self, Unsuitable> {
+        let (friction, gravity) = (inputs.get(Input::Friction)?, inputs.get(Input::Gravity)?);
         let mass = inputs.get(Input::Mass)?;
-        let (rate, limit) = (FORCE / DURATION, friction * mass * g);
+        let limit = friction * mass * gravity;
         if limit >= 0.9 * FORCE || friction >= 0.95 {
             return Err(Unsuitable::Motion(format!(
                 "mu m g = {limit:.3} N with mu {friction}: below {} N and mu 0.95 are needed for \
@@ -56,84 +102,124 @@ impl Problem for DraggedCube {
                 0.9 * FORCE
             )));
         }
-        let force = Polyline::new(vec![
-            (0.0, Vector3::zeros()),
-            (DURATION, Vector3::new(FORCE, 0.0, 0.0)),
-        ])?;
-        let run = laboratory.run(&Setup {
-            body: RigidBody::solid_box(mass, Vector3::repeat(HALF_SIDE))?,
-            plane: Plane::level(),
-            gravity: g,
-            friction,
-            start: resting(HALF_SIDE),
-            load: Load::new(force, Polyline::default(), Vector3::zeros())?,
-            duration: DURATION,
-        })?;
+        let dragged = Self { mass, friction, gravity };
+        if dragged.speed(DURATION) < 2.0 * SLIDING {
+            return Err(Unsuitable::Motion(format!(
+                "the cube is dragged to no more than {:.3} m/s; a lighter one is needed",
+                dragged.speed(DURATION)
+            )));
+        }
+        Ok(dragged)
+    }
 
+    /// μ m g, N.
+    fn limit(&self) -> f64 {
+        self.friction * self.mass * self.gravity
+    }
+
+    /// t_s, s.
+    fn onset(&self) -> f64 {
+        self.limit() / RATE
+    }
+
+    /// v(t), m/s.
+    fn speed(&self, t: f64) -> f64 {
+        0.5 * RATE * (t - self.onset()).max(0.0).powi(2) / self.mass
+    }
+
+    /// x(t), m.
+    fn way(&self, t: f64) -> f64 {
+        RATE * (t - self.onset()).max(0.0).powi(3) / (6.0 * self.mass)
+    }
+
+    /// s, the first step that slides.
+    fn first_slide(&self, h: f64) -> usize {
+        (self.limit() / (RATE * h) + 0.5).floor() as usize
+    }
+
+    /// v and x after `steps`, m/s and m.
+    fn discrete(&self, h: f64, steps: usize) -> (f64, f64) {
+        let first = self.first_slide(h);
+        let n = steps.saturating_sub(first) as f64;
+        let excess = RATE * h * (first as f64 + 0.5) - self.limit();
+        let speed = h / self.mass * (n * excess + 0.5 * n * (n - 1.0) * RATE * h);
+        let cubic = (n - 1.0) * n * (n + 1.0) * RATE * h / 6.0;
+        (speed, h * h / self.mass * (0.5 * n * (n + 1.0) * excess + cubic))
+    }
+
+    fn slack(&self, run: &Run) -> SlideSlack {
         let h = run.time_step;
-        let onset = limit / rate;
-        let speed = |t: f64| 0.5 * rate * (t - onset).max(0.0).powi(2) / mass;
-        let way = |t: f64| rate * (t - onset).max(0.0).powi(3) / (6.0 * mass);
-        let t = run.time(run.states.len() - 1);
-        let lost = rate * h * h / mass;
-        let held = run.states.iter().enumerate().filter(|(k, _)| run.time(*k) <= onset);
-        let crept = held.map(|(_, state)| state.position.xy().norm()).fold(0.0, f64::max);
-        let sliding: Vec<f64> = (0..run.forces.len())
-            .filter(|&k| run.time(k) > onset + h)
-            .map(|k| -run.forces[k][0])
-            .collect();
-        let drag = mean(&sliding);
-        // How fast the speed passes SLIDING: the slope there turns speeds into times.
-        let seen = onset + (2.0 * mass * SLIDING / rate).sqrt();
-        let slope = rate * (seen - onset) / mass;
-        Ok(Findings {
-            quantities: vec![
-                Quantity {
-                    name: "creep while it sticks",
-                    unit: "m",
-                    measured: crept,
-                    exact: 0.0,
-                    discretisation: 0.0,
-                    slack: run.position_slack(),
-                },
-                Quantity {
-                    name: "time of 1 cm/s",
-                    unit: "s",
-                    measured: passing(&run.states, h).unwrap_or(f64::NAN),
-                    exact: seen,
-                    // The chord of a parabola over a step is at most an eighth of h² times
-                    // its curvature above it.
-                    discretisation: (lost + 0.125 * rate * h * h / mass) / slope,
-                    slack: run.velocity_slack() / slope,
-                },
-                Quantity {
-                    name: "friction while it slides",
-                    unit: "N",
-                    measured: drag,
-                    exact: limit,
-                    discretisation: 0.0,
-                    // An impulse h F of every step may be off by m c.
-                    slack: mass * (mean(&run.certificates) + 1e-11) / h,
-                },
-                Quantity {
-                    name: "speed at the end",
-                    unit: "m/s",
-                    measured: run.end().velocity[0],
-                    exact: speed(t),
-                    discretisation: lost,
-                    slack: run.velocity_slack(),
-                },
-                Quantity {
-                    name: "way",
-                    unit: "m",
-                    measured: run.end().position[0],
-                    exact: way(t),
-                    discretisation: 0.5 * speed(t) * h + lost * t,
-                    slack: run.position_slack(),
-                },
-            ],
-            curve: Curve::of(("way", "m"), &run, |k| run.states[k].position[0], way),
-        })
+        let steps = (0..run.steps()).map(|k| SlideStep {
+            slip: self.discrete(h, k + 1).0,
+            share: RATE * h * (k as f64 + 0.5) / self.limit(),
+        });
+        let grip = self.friction * self.gravity * h;
+        let slider = Slider { mobility: 1.0, friction: self.friction, grip, lean: 1.0 };
+        slider.slack(run, &steps.collect::<Vec<_>>())
+    }
+
+    fn quantities(&self, run: &Run) -> Vec<Quantity> {
+        let (h, steps) = (run.time_step, run.steps());
+        let (t, slack, first) = (run.time(steps), self.slack(run), self.first_slide(h));
+        let held = &run.states[..=first.min(steps)];
+        let crept = held.iter().map(|state| state.position.xy().norm()).fold(0.0, f64::max);
+        let crept_slack = slack.ways[first.clamp(1, steps) - 1];
+        let measured = run.end().velocity[0];
+        let (speed, way) = self.discrete(h, steps);
+        let bound = Convergence::Within(0.125 * RATE * h * h / self.mass);
+        vec![
+            Quantity::at_most_zero(("creep while it sticks", "m"), crept, crept_slack),
+            self.passing(run, &slack),
+            self.drag(run, &slack),
+            Quantity {
+                discrete: speed,
+                convergence: bound,
+                ..Quantity::exactly(
+                    ("speed at the end", "m/s"),
+                    measured,
+                    self.speed(t),
+                    slack.speed(),
+                )
+            },
+            Quantity {
+                discrete: way,
+                convergence: Convergence::order(1, (steps - first.min(steps)) as f64),
+                ..Quantity::exactly(("way", "m"), run.end().position[0], self.way(t), slack.way())
+            },
+        ]
+    }
+
+    /// When the speed v passes [`SLIDING`], after τ = √(2 m v/r) of sliding. Speeds are less
+    /// by r h²/(8 m), and the line between two of them is above the parabola by as much:
+    /// times are off by no more than √(τ² + ½ h²) − τ or τ − √(τ² − ½ h²).
+    fn passing(&self, run: &Run, slack: &SlideSlack) -> Quantity {
+        let h = run.time_step;
+        let measured: Vec<f64> = run.states.iter().map(|state| state.velocity[0]).collect();
+        let discrete: Vec<f64> = (0..=run.steps()).map(|k| self.discrete(h, k).0).collect();
+        let after = (2.0 * self.mass * SLIDING / RATE).sqrt();
+        let bound = after - (after * after - 0.5 * h * h).max(0.0).sqrt();
+        let passed = discrete.iter().position(|speed| *speed >= SLIDING).unwrap_or(1).max(1);
+        let slope = (discrete[passed] - discrete[passed - 1]) / h;
+        Quantity {
+            discrete: passing(&discrete, h),
+            convergence: Convergence::Within(bound.max(after.hypot(h) - after)),
+            ..Quantity::exactly(
+                ("time of 1 cm/s", "s"),
+                passing(&measured, h),
+                self.onset() + after,
+                2.0 * slack.speeds[passed - 1] / slope,
+            )
+        }
+    }
+
+    /// Friction in the steps that slide all the while; the one in which it begins may be held
+    /// for a part.
+    fn drag(&self, run: &Run, slack: &SlideSlack) -> Quantity {
+        let from = (self.first_slide(run.time_step) + 1).min(run.steps());
+        let sliding: Vec<f64> = run.forces[from..].iter().map(|force| -force[0]).collect();
+        let lifted = 2.0 * slack.lifted / sliding.len() as f64;
+        let slack = self.mass / run.time_step * (mean(&slack.changes[from..]) + lifted);
+        Quantity::exactly(("friction while it slides", "N"), mean(&sliding), self.limit(), slack)
     }
 }
 
@@ -141,9 +227,9 @@ fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
-/// When the speed along x passes [`SLIDING`], on the line between two states, s.
-fn passing(states: &[crate::mechanics::state::State], h: f64) -> Option<f64> {
-    let k = states.iter().position(|state| state.velocity[0] >= SLIDING)?;
-    let before = states[k.checked_sub(1)?].velocity[0];
-    Some(h * (k as f64 - (states[k].velocity[0] - SLIDING) / (states[k].velocity[0] - before)))
+/// When the `speeds` pass [`SLIDING`], on the line between two states, s.
+fn passing(speeds: &[f64], h: f64) -> f64 {
+    let Some(k) = speeds.iter().position(|speed| *speed >= SLIDING) else { return f64::NAN };
+    let Some(before) = k.checked_sub(1).map(|before| speeds[before]) else { return f64::NAN };
+    h * (k as f64 - (speeds[k] - SLIDING) / (speeds[k] - before))
 }

@@ -1,10 +1,10 @@
 //! A body thrown sideways that meets nothing.
 
 use super::stopping::resting;
-use super::{Curve, Findings, Input, Inputs, Laboratory, Problem, Quantity, Setup, Unsuitable};
-use crate::contact::plane::Plane;
-use crate::mechanics::body::RigidBody;
-use crate::mechanics::load::Load;
+use super::{Convergence, Curve, Findings, Input, Inputs, Laboratory, Problem, Quantity};
+use super::{Setup, Unsuitable};
+use crate::mechanics::Load;
+use crate::mechanics::RigidBody;
 use nalgebra::Vector3;
 
 /// Free fall for a second.
@@ -29,8 +29,13 @@ impl Problem for FreeFall {
 
     /// z(t) = z_0 − ½ g t², v_z(t) = −g t, x(t) = v t.
     ///
-    /// The step takes the velocity at its end, so that z_n = z_0 − ½ g t² − ½ g h t, exactly
-    /// ½ g h t too low.
+    /// The step takes the velocity at its end, v_k = −k g h, so that after N steps
+    ///
+    /// ```text
+    /// z_0 − z_N = h Σ k g h = ½ g h² N (N + 1)
+    /// ```
+    ///
+    /// which is ½ g h t more than ½ g t²; velocities and the way sideways are exact.
     fn solve(
         &self,
         inputs: &Inputs,
@@ -38,49 +43,36 @@ impl Problem for FreeFall {
     ) -> Result<Findings, Unsuitable> {
         let (mass, g) = (inputs.get(Input::Mass)?, inputs.get(Input::Gravity)?);
         let speed = inputs.get(Input::Speed)?;
-        let drop = 0.5 * g * DURATION * DURATION;
         let mut start = resting(0.1);
-        start.position[2] = 1.5 * drop + 1.0;
+        start.position[2] = 0.75 * g * DURATION * DURATION + 1.0;
         start.velocity = Vector3::new(speed, 0.0, 0.0);
         let run = laboratory.run(&Setup {
             body: RigidBody::solid_box(mass, Vector3::new(0.2, 0.15, 0.1))?,
-            plane: Plane::level(),
+            slope: 0.0,
             gravity: g,
             friction: 0.3,
             start,
             load: Load::none(),
             duration: DURATION,
         })?;
-        let t = run.time(run.states.len() - 1);
+        let (end, h, steps) = (run.end(), run.time_step, run.steps() as f64);
+        let t = run.time(run.steps());
         let fallen = |t: f64| 0.5 * g * t * t;
-        let (end, h) = (run.end(), run.time_step);
-        let rounding = 1e-12 * (speed + g + drop);
+        let (speed_slack, way_slack) = (run.flight_speed_slack(), run.flight_way_slack());
         Ok(Findings {
             quantities: vec![
                 Quantity {
-                    name: "height fallen",
-                    unit: "m",
-                    measured: start.position[2] - end.position[2],
-                    exact: fallen(t),
-                    discretisation: 0.5 * g * h * t,
-                    slack: rounding + run.position_slack(),
+                    discrete: 0.5 * g * h * h * steps * (steps + 1.0),
+                    convergence: Convergence::order(1, steps),
+                    ..Quantity::exactly(
+                        ("height fallen", "m"),
+                        start.position[2] - end.position[2],
+                        fallen(t),
+                        way_slack,
+                    )
                 },
-                Quantity {
-                    name: "speed downwards",
-                    unit: "m/s",
-                    measured: -end.velocity[2],
-                    exact: g * t,
-                    discretisation: 0.0,
-                    slack: rounding + run.velocity_slack(),
-                },
-                Quantity {
-                    name: "way sideways",
-                    unit: "m",
-                    measured: end.position[0],
-                    exact: speed * t,
-                    discretisation: 0.0,
-                    slack: rounding + run.position_slack(),
-                },
+                Quantity::exactly(("speed downwards", "m/s"), -end.velocity[2], g * t, speed_slack),
+                Quantity::exactly(("way sideways", "m"), end.position[0], speed * t, way_slack),
             ],
             curve: Curve::of(
                 ("height", "m"),

@@ -1,21 +1,29 @@
 //! Problems with a closed-form answer, for any solver of the contact step.
 //!
 //! Each [`Problem`] poses one or more runs, lets a [`Laboratory`] simulate them with the
-//! solver under test, and compares what came out with the answer of the continuous
-//! problem: Newton's and Coulomb's laws, solved by hand. The answers stand above the code
-//! that computes them, one file a problem.
+//! solver under test, and compares what came out with two answers. The *exact* one is that
+//! of the continuous problem: Newton's and Coulomb's laws, solved by hand. The *discrete*
+//! one is what the step of `docs/formulation.md` makes of the same motion: its equations for
+//! this motion, summed over the steps in closed form, or as a recurrence of one unknown
+//! where there is no such sum. Both stand above the code that computes them, one file a
+//! problem, and nothing of the simulator's mechanics is called for them.
 //!
-//! The step is first order in time, so that a measured quantity differs from the answer by
-//! an error of order h. Each [`Quantity`] therefore names two allowances: what the step's
-//! own discretisation may do, known from the same algebra, and what the certificates of
-//! the run's steps allow ([`Run::velocity_slack`]).
+//! A [`Quantity`] holds if what was measured is the discrete answer to within rounding and
+//! what the residuals of the run's steps allow (`slack.rs`). How the discrete answer comes
+//! to the exact one as the time step shrinks is declared for each ([`Convergence`]) and
+//! checked ([`Quantity::converges`]).
 
 mod compass;
 mod dragging;
+mod edge;
 mod falling;
+mod incline;
 mod inputs;
 mod laboratory;
+mod quantity;
+mod residual;
 mod rocking;
+mod slack;
 mod slope;
 mod spinning;
 mod stopping;
@@ -23,7 +31,9 @@ mod toppling;
 mod tumbling;
 
 pub use inputs::{Input, Inputs};
-pub use laboratory::{Laboratory, MakeSolver, Run, Setup, Until};
+pub use laboratory::{Laboratory, MakeSolver, Run, Setup, Taken, Until};
+pub use quantity::{Claim, Convergence, Quantity};
+pub use residual::Residual;
 
 use crate::error::Error;
 
@@ -80,57 +90,10 @@ pub fn find(name: &str) -> Option<&'static dyn Problem> {
 /// What a problem found out.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Findings {
-    /// Measured against exact.
+    /// Measured, and what they should be.
     pub quantities: Vec<Quantity>,
     /// One of them over time, to be drawn.
     pub curve: Curve,
-}
-
-/// A number that was measured, and what it should be.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Quantity {
-    /// In words.
-    pub name: &'static str,
-    /// Its unit.
-    pub unit: &'static str,
-    /// From the simulation.
-    pub measured: f64,
-    /// From the closed form.
-    pub exact: f64,
-    /// How far the step's own discretisation may take it from the closed form.
-    pub discretisation: f64,
-    /// How far the certificates of the steps may take it from there.
-    pub slack: f64,
-}
-
-impl Quantity {
-    /// measured − exact.
-    #[must_use]
-    pub fn error(&self) -> f64 {
-        self.measured - self.exact
-    }
-
-    /// Whether the error is within what discretisation and certificates allow.
-    #[must_use]
-    pub fn holds(&self) -> bool {
-        self.error().abs() <= self.discretisation + self.slack
-    }
-
-    /// The order p of the error, which goes like hᵖ, from the same quantity `at_half` the
-    /// time step: p = log₂(e(h)/e(h/2)). `None` where an error is hardly one: no more than
-    /// the certificates allow, or a tenth of what discretisation does, where it depends on
-    /// how the step happens to fall; or where the allowance is not one of the time step.
-    #[must_use]
-    pub fn order(&self, at_half: &Self) -> Option<f64> {
-        if at_half.discretisation >= 0.9 * self.discretisation {
-            return None;
-        }
-        let speaks = |quantity: &Self| {
-            let least = quantity.slack.max(0.1 * quantity.discretisation);
-            quantity.error().abs() > least
-        };
-        (speaks(self) && speaks(at_half)).then(|| (self.error() / at_half.error()).abs().log2())
-    }
 }
 
 /// A quantity over time, as it was simulated and as the closed form has it.

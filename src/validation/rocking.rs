@@ -1,15 +1,24 @@
 //! A tall box that is tilted over an edge and falls back.
 
+use super::edge::{Edges, Planar};
 use super::stopping::resting;
-use super::{Curve, Findings, Input, Inputs, Laboratory, Problem, Quantity, Setup, Unsuitable};
-use crate::contact::plane::Plane;
-use crate::mechanics::body::RigidBody;
-use crate::mechanics::load::Load;
-use crate::mechanics::state::State;
-use nalgebra::Vector3;
+use super::{Convergence, Curve, Findings, Input, Inputs, Laboratory, Problem, Quantity};
+use super::{Run, Setup, Unsuitable};
+use crate::mechanics::Load;
+use crate::mechanics::RigidBody;
+use crate::mechanics::State;
+use nalgebra::{Vector2, Vector3};
 
 /// A tall box on its edge.
 pub struct Rocking;
+
+/// μ: enough for the edge not to slip.
+const FRICTION: f64 = 1.0;
+/// Corners as low as this may carry a force, m.
+const BAND: f64 = crate::contact::detection::CONTACT_BAND;
+
+/// A face tilted by no more than this has landed, rad.
+const LANDED: f64 = 1e-6;
 
 /// A tall box, a to the edge and c to the top, that turns about the edge x = a.
 pub(super) struct TallBox {
@@ -68,13 +77,73 @@ impl TallBox {
         start
     }
 
+    /// The same, and what follows by the step's own equations: the tilt (rad) and spin
+    /// (rad/s) of each state, for `steps` or until `past` a state.
+    pub fn discrete(
+        &self,
+        spin: f64,
+        (h, steps): (f64, usize),
+        past: impl Fn(f64, f64) -> bool,
+    ) -> Vec<(f64, f64)> {
+        let (a, c) = (self.half_sides[0], self.half_sides[2]);
+        let half_sides = Vector2::new(a, c);
+        let (gravity, friction) = (self.gravity, FRICTION);
+        let edges = Edges { half_sides, gravity, friction, time_step: h };
+        let velocity = Vector2::new(spin * c, spin * a);
+        let mut state = Planar { position: Vector2::new(0.0, c), tilt: 0.0, velocity, spin };
+        let mut motion = vec![(0.0, spin)];
+        for _ in 0..steps {
+            let Some(next) = edges.step(&state) else { break };
+            state = next;
+            motion.push((state.tilt, state.spin));
+            if past(state.tilt, state.spin) {
+                break;
+            }
+        }
+        motion
+    }
+
+    /// The change of the spin at the start, ω, that does as much to the motion as the
+    /// residuals of `run`, rad/s.
+    ///
+    /// A change of spin or tilt matters the less the later it comes, in energy: I ω_k δω_k
+    /// and m g R sin(α − φ) δφ_k are no more than I ω δω for δω = δω_k and m g a/(I ω) δφ_k.
+    /// Let d_k be the vector from the edge to the centre and U_k all that the centre's
+    /// velocity has besides (d_k − d_{k−1})/h: an edge that lifts (2 δ_n) or slips (2 δ_f,
+    /// by (b) of `slack.rs` with τ ≤ ⁶⁄₇), and what the positions lack. About the edge
+    ///
+    /// ```text
+    /// (I/m) Σ δω_k = Σ d_k × (U_{k+1} − U_k),   |.| ≤ 3 R max U
+    /// ```
+    ///
+    /// by summation in parts, for a motion of at most one radian in all; I = ⁴⁄₃ m R². What
+    /// velocities lack counts in full, and so does a force δ_n on each corner of the other
+    /// edge, 2a away, as long as it is low enough for one.
+    pub fn spin_slack(&self, run: &Run, spin: f64) -> f64 {
+        let (h, radius) = (run.time_step, self.radius());
+        let reach = self.half_sides.amax();
+        let astray = 2.0 * run.largest(|residual| residual.normal + residual.friction)
+            + run.largest(|residual| residual.kinematics);
+        let pushed = run.sum(|residual| residual.momentum) * (0.75 / radius + 0.25 / reach);
+        let low = |state: &State| 2.0 * self.half_sides[0] * tilt(state).sin() < BAND;
+        let touched = run.residuals.iter().zip(&run.states).filter(|(_, state)| low(state));
+        let touched: f64 = touched.map(|(residual, _)| residual.normal).sum();
+        let turned = h / reach * run.sum(|residual| residual.kinematics);
+        let rounding = run.rounding(spin) + 16.0 * f64::EPSILON / h;
+        3.0 * astray / radius
+            + pushed
+            + 3.0 * self.half_sides[0] / radius.powi(2) * touched
+            + self.deceleration() / spin * turned
+            + rounding
+    }
+
     /// Friction enough for the edge not to slip, and as long as the motion takes.
     pub fn setup(&self, start: State, duration: f64) -> Result<Setup, Unsuitable> {
         Ok(Setup {
             body: RigidBody::solid_box(self.mass, self.half_sides)?,
-            plane: Plane::level(),
+            slope: 0.0,
             gravity: self.gravity,
-            friction: 1.0,
+            friction: FRICTION,
             start,
             load: Load::none(),
             duration,
@@ -116,9 +185,9 @@ impl Problem for Rocking {
     /// When the face meets the ground again the box goes on about the other edge, whose
     /// angular momentum the impact keeps (Housner 1963): ω⁺ = (1 − ³⁄₂ sin²α) ω⁻.
     ///
-    /// The step's spin lags by up to a step of deceleration, m g a h/I, which the peak feels
-    /// as δφ = I ω δω/(m g R sin(α − φ)); the spins about the impact are those of whole
-    /// steps, up to two from it.
+    /// The step's motion is the recurrence of `edge.rs`, through the impact as well. Its spin
+    /// lags by up to a step of deceleration, m g a h/I, and the spins about the impact are
+    /// those of whole steps, up to two from it: how the steps fall decides.
     fn solve(
         &self,
         inputs: &Inputs,
@@ -132,48 +201,83 @@ impl Problem for Rocking {
             )));
         }
         let spin = share * tall.critical_spin();
+        let (h, rise) = (laboratory.time_step(), spin / tall.deceleration());
+        if rise < 2.0 * h {
+            return Err(Unsuitable::Motion(format!(
+                "the box rises for {rise:.3} s, which is less than two steps of {h} s"
+            )));
+        }
         let setup = tall.setup(tall.pushed(spin), 15.0 * tall.growth_time())?;
         // A little longer than until the face meets the ground.
-        let run = laboratory.run_until(&setup, &|state| tilt(state) < -0.1 * tall.balance())?;
+        let beyond = -0.1 * tall.balance();
+        let run = laboratory.run_until(&setup, &mut |step| tilt(step.after) < beyond)?;
 
-        let (h, alpha, radius) = (run.time_step, tall.balance(), tall.radius());
-        let moment = tall.mass * tall.gravity * radius;
-        let rise = tall.half_sides[2] + 0.5 * tall.inertia() * spin * spin / (moment / radius);
+        let (alpha, radius, fine) = (tall.balance(), tall.radius(), tall.growth_time() / h);
+        let weight = tall.mass * tall.gravity;
+        let rise = tall.half_sides[2] + 0.5 * tall.inertia() * spin * spin / weight;
         let peak = alpha - (rise / radius).acos();
-        let lag = tall.deceleration() * h;
-        let sensitivity = tall.inertia() * spin / (moment * (alpha - peak).sin());
-        let highest = run.states.iter().map(tilt).fold(0.0, f64::max);
+        let motion: Vec<_> = run.states.iter().map(|state| (tilt(state), state.spin[1])).collect();
+        let most = (setup.duration / h).round() as usize;
+        let discrete = |spin: f64| tall.discrete(spin, (h, most), |tilt, _| tilt < beyond);
+        let swing = Swing::of(&discrete(spin));
 
-        // The fall back is the fastest just before the face meets the ground.
-        let spins: Vec<f64> = run.states.iter().map(|state| -state.spin[1]).collect();
-        let back = run.states.iter().position(|state| state.spin[1] < 0.0 && tilt(state) <= 0.0);
-        let (before, after) = back.map_or((f64::NAN, f64::NAN), |k| {
-            let near = |from: usize, to: usize| {
-                spins[from..to.min(spins.len())].iter().copied().fold(f64::NAN, f64::max)
-            };
-            (near(k.saturating_sub(4), k), spins.get(k + 1).copied().unwrap_or(f64::NAN))
-        });
-        let kept = 1.0 - 1.5 * alpha.sin().powi(2);
+        // What a change of the first spin does, by the recurrence itself.
+        let change = tall.spin_slack(&run, spin);
+        let trial = change.max(1e-7 * spin);
+        let [less, more] = [-trial, trial].map(|change| Swing::of(&discrete(spin + change)));
+        let effect = |of: fn(&Swing) -> f64| {
+            let moved = (of(&less) - of(&swing)).abs().max((of(&more) - of(&swing)).abs());
+            2.0 * change / trial * moved
+        };
+        let measured = Swing::of(&motion);
+        let bound = 2.0 * tall.deceleration() * h / swing.before;
         Ok(Findings {
             quantities: vec![
                 Quantity {
-                    name: "peak tilt",
-                    unit: "rad",
-                    measured: highest,
-                    exact: peak,
-                    discretisation: sensitivity * lag,
-                    slack: sensitivity * run.velocity_slack() / radius,
+                    discrete: swing.peak,
+                    convergence: Convergence::order(1, fine),
+                    ..Quantity::exactly(
+                        ("peak tilt", "rad"),
+                        measured.peak,
+                        peak,
+                        effect(|swing| swing.peak),
+                    )
                 },
                 Quantity {
-                    name: "spin kept at impact",
-                    unit: "1",
-                    measured: after / before,
-                    exact: kept,
-                    discretisation: 2.0 * lag / before,
-                    slack: run.velocity_slack() / (radius * before),
+                    discrete: swing.kept,
+                    convergence: Convergence::within(bound, fine),
+                    ..Quantity::exactly(
+                        ("spin kept at impact", "1"),
+                        measured.kept,
+                        1.0 - 1.5 * alpha.sin().powi(2),
+                        effect(|swing| swing.kept) + 2.0 * change / swing.before,
+                    )
                 },
             ],
             curve: Curve::of(("tilt", "rad"), &run, |k| tilt(&run.states[k]), |_| f64::NAN),
         })
+    }
+}
+
+/// What is measured of a box that rises and falls back.
+struct Swing {
+    /// The largest tilt, rad.
+    peak: f64,
+    /// The largest spin in the four steps before the face meets the ground, rad/s.
+    before: f64,
+    /// The spin two steps later, as a share of it.
+    kept: f64,
+}
+
+impl Swing {
+    /// From the tilts and spins of the states.
+    fn of(motion: &[(f64, f64)]) -> Self {
+        let peak = motion.iter().map(|(tilt, _)| *tilt).fold(0.0, f64::max);
+        let back = motion.iter().position(|&(tilt, spin)| spin < 0.0 && tilt <= LANDED);
+        let Some(back) = back else { return Self { peak, before: f64::NAN, kept: f64::NAN } };
+        let falling = &motion[back.saturating_sub(4)..back];
+        let before = falling.iter().map(|(_, spin)| -spin).fold(f64::NAN, f64::max);
+        let after = motion.get(back + 1).map_or(f64::NAN, |(_, spin)| -spin);
+        Self { peak, before, kept: after / before }
     }
 }

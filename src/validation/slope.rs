@@ -1,10 +1,11 @@
 //! A box let go on a slope.
 
+use super::slack::{SlideSlack, SlideStep, Slider};
 use super::stopping::resting;
-use super::{Curve, Findings, Input, Inputs, Laboratory, Problem, Quantity, Setup, Unsuitable};
-use crate::contact::plane::Plane;
-use crate::mechanics::body::RigidBody;
-use crate::mechanics::load::Load;
+use super::{Convergence, Curve, Findings, Input, Inputs, Laboratory, Problem, Quantity};
+use super::{Run, Setup, Unsuitable};
+use crate::mechanics::Load;
+use crate::mechanics::RigidBody;
 use nalgebra::Vector3;
 
 /// A box let go on a slope, which holds it or not.
@@ -39,6 +40,53 @@ pub static SLIDE: Slope = Slope {
     time_step: 0.002,
 };
 
+/// m.
+const HALF_SIDES: Vector3<f64> = Vector3::new(0.2, 0.15, 0.1);
+
+/// The box on its slope.
+struct Inclined {
+    friction: f64,
+    /// g sin θ and g cos θ, m/s².
+    along: f64,
+    onto: f64,
+}
+
+impl Inclined {
+    fn new(inputs: &Inputs) -> Result<Self, Unsuitable> {
+        let (friction, g) = (inputs.get(Input::Friction)?, inputs.get(Input::Gravity)?);
+        let slope = inputs.get(Input::Slope)?;
+        let (sin, cos) = slope.to_radians().sin_cos();
+        // Where friction pulls as hard as it must or can, the box must not tip.
+        let pull = friction.min(sin / cos);
+        if pull * HALF_SIDES[2] >= 0.95 * HALF_SIDES[0] {
+            return Err(Unsuitable::Motion(format!(
+                "with mu {friction} on a slope of {slope}° the box tips over; a smaller one is \
+                 needed"
+            )));
+        }
+        Ok(Self { friction, along: g * sin, onto: g * cos })
+    }
+
+    /// a, m/s². A slope of atan μ to the last digit is held: rounding is no pull.
+    fn acceleration(&self) -> f64 {
+        let pull = self.along - self.friction * self.onto;
+        if pull > 1e-12 * self.along { pull } else { 0.0 }
+    }
+
+    /// A box that is held has slipped by what every step's slip (c) adds to the way, and is no
+    /// faster than one of them; and it leans where its corners are off the ground.
+    fn slack(&self, run: &Run) -> SlideSlack {
+        let (h, a) = (run.time_step, self.acceleration());
+        let grip = self.friction * self.onto * h;
+        let lean = HALF_SIDES[2] / HALF_SIDES[1];
+        let slider = Slider { mobility: 1.0, friction: self.friction, grip, lean };
+        let share = self.along * h / grip;
+        let steps: Vec<_> =
+            (1..=run.steps()).map(|k| SlideStep { slip: k as f64 * a * h, share }).collect();
+        slider.slack(run, &steps)
+    }
+}
+
 impl Problem for Slope {
     fn name(&self) -> &'static str {
         self.name
@@ -60,65 +108,51 @@ impl Problem for Slope {
     /// a = max(0, g (sin θ − μ cos θ)),   v = a t,   x = ½ a t²
     /// ```
     ///
-    /// The step's velocities are exact; its way is longer by ½ a h t.
+    /// The step's velocities are exact, v_k = k a h, and its way is x_N = ½ a h² N (N + 1),
+    /// longer by ½ a h t. A box that is held does not move at all.
     fn solve(
         &self,
         inputs: &Inputs,
         laboratory: &mut Laboratory<'_>,
     ) -> Result<Findings, Unsuitable> {
-        let (friction, g) = (inputs.get(Input::Friction)?, inputs.get(Input::Gravity)?);
-        let slope = inputs.get(Input::Slope)?;
-        let (sin, cos) = slope.to_radians().sin_cos();
-        let half_sides = Vector3::new(0.2, 0.15, 0.1);
-        // Where friction pulls as hard as it must or can, the box must not tip.
-        let pull = friction.min(sin / cos);
-        if pull * half_sides[2] >= 0.95 * half_sides[0] {
-            return Err(Unsuitable::Motion(format!(
-                "with mu {friction} on a slope of {slope}° the box tips over; a smaller one is \
-                 needed"
-            )));
-        }
+        let on = Inclined::new(inputs)?;
         let run = laboratory.run(&Setup {
-            body: RigidBody::solid_box(inputs.get(Input::Mass)?, half_sides)?,
-            plane: Plane::sloping(slope)?,
-            gravity: g,
-            friction,
-            start: resting(half_sides[2]),
+            body: RigidBody::solid_box(inputs.get(Input::Mass)?, HALF_SIDES)?,
+            slope: inputs.get(Input::Slope)?,
+            gravity: inputs.get(Input::Gravity)?,
+            friction: on.friction,
+            start: resting(HALF_SIDES[2]),
             load: Load::none(),
             duration: self.duration,
         })?;
-        // A slope of atan μ to the last digit is held: rounding is no pull.
-        let pull = g * (sin - friction * cos);
-        let a = if pull > 1e-12 * g { pull } else { 0.0 };
-        let t = run.time(run.states.len() - 1);
-        let end = run.end();
-        let astray = end.position[1].hypot(end.position[2] - half_sides[2]);
+        let (a, h, steps) = (on.acceleration(), run.time_step, run.steps() as f64);
+        let (t, end) = (run.time(run.steps()), run.end());
+        let slack = on.slack(&run);
+        let astray = end.position[1].hypot(end.position[2] - HALF_SIDES[2]);
+        let convergence = if a > 0.0 { Convergence::order(1, steps) } else { Convergence::Exact };
         Ok(Findings {
             quantities: vec![
                 Quantity {
-                    name: "way down the slope",
-                    unit: "m",
-                    measured: end.position[0],
-                    exact: 0.5 * a * t * t,
-                    discretisation: 0.5 * a * run.time_step * t,
-                    slack: run.position_slack(),
+                    discrete: 0.5 * a * h * h * steps * (steps + 1.0),
+                    convergence,
+                    ..Quantity::exactly(
+                        ("way down the slope", "m"),
+                        end.position[0],
+                        0.5 * a * t * t,
+                        slack.way(),
+                    )
                 },
-                Quantity {
-                    name: "speed down the slope",
-                    unit: "m/s",
-                    measured: end.velocity[0],
-                    exact: a * t,
-                    discretisation: 0.0,
-                    slack: run.velocity_slack(),
-                },
-                Quantity {
-                    name: "way across and off the slope",
-                    unit: "m",
-                    measured: astray,
-                    exact: 0.0,
-                    discretisation: 0.0,
-                    slack: run.position_slack(),
-                },
+                Quantity::exactly(
+                    ("speed down the slope", "m/s"),
+                    end.velocity[0],
+                    a * t,
+                    slack.speed(),
+                ),
+                Quantity::at_most_zero(
+                    ("way across and off the slope", "m"),
+                    astray,
+                    slack.across + run.seat(),
+                ),
             ],
             curve: Curve::of(
                 ("way down the slope", "m"),

@@ -1,10 +1,12 @@
 //! A flat box that spins on level ground until friction stops it.
 
-use super::stopping::{resting, stop_time_slack};
-use super::{Curve, Findings, Input, Inputs, Laboratory, Problem, Quantity, Setup, Unsuitable};
-use crate::contact::plane::Plane;
-use crate::mechanics::body::RigidBody;
-use crate::mechanics::load::Load;
+use super::slack::{SlideSlack, SlideStep, Slider};
+use super::stopping::{resting, stopping_time};
+use super::{Convergence, Curve, Findings, Input, Inputs, Laboratory, Problem, Quantity};
+use super::{Run, Setup, Unsuitable};
+use crate::mechanics::Load;
+use crate::mechanics::RigidBody;
+use crate::mechanics::State;
 use nalgebra::Vector3;
 
 /// A flat box spinning about the vertical.
@@ -37,79 +39,155 @@ impl Problem for SpinningBox {
     /// ω(t) = ω − 3 μ g t/R,   t_stop = R ω/(3 μ g),   φ = ½ ω t_stop
     /// ```
     ///
-    /// The step's slip is the chord of the circle, which shortens friction's arm to
-    /// R cos(½ ω h): the stop comes later by a share of at most (ω h)²/8. Its angle goes with
-    /// the spin at the end of the step and lacks ½ ω h.
+    /// [`Spinner`] has the step's.
     fn solve(
         &self,
         inputs: &Inputs,
         laboratory: &mut Laboratory<'_>,
     ) -> Result<Findings, Unsuitable> {
-        let (friction, g) = (inputs.get(Input::Friction)?, inputs.get(Input::Gravity)?);
-        let (mass, spin) = (inputs.get(Input::Mass)?, inputs.get(Input::Speed)?);
-        let half_sides = Vector3::<f64>::new(0.2, 0.2, 0.02);
-        let radius = half_sides[0].hypot(half_sides[1]);
-        let deceleration = 3.0 * friction * g / radius;
-        let time = spin / deceleration;
-        let h = laboratory.time_step();
-        if spin * h > 0.5 {
-            return Err(Unsuitable::Motion(format!(
-                "speed {spin} rad/s turns the box by more than half a radian a step"
-            )));
-        }
-        let mut start = resting(half_sides[2]);
-        start.spin = Vector3::new(0.0, 0.0, spin);
+        let spinner = Spinner::new(inputs, laboratory.time_step())?;
+        let mut start = resting(HALF_SIDES[2]);
+        start.spin = Vector3::new(0.0, 0.0, spinner.spin);
+        let (h, time) = (laboratory.time_step(), spinner.spin / spinner.deceleration());
         let run = laboratory.run(&Setup {
-            body: RigidBody::solid_box(mass, half_sides)?,
-            plane: Plane::level(),
-            gravity: g,
-            friction,
+            body: RigidBody::solid_box(inputs.get(Input::Mass)?, HALF_SIDES)?,
+            slope: 0.0,
+            gravity: spinner.gravity,
+            friction: spinner.friction,
             start,
             load: Load::none(),
             duration: 1.25 * time + 4.0 * h,
         })?;
 
-        let arm = (spin * h).powi(2) / 8.0;
-        // Speeds of the corners turn into spins.
-        let slack = run.position_slack() / radius;
-        let mut angles = vec![0.0];
-        for state in &run.states[1..] {
-            angles.push(angles[angles.len() - 1] + h * state.spin[2]);
-        }
+        let discrete = spinner.discrete_spins(h, run.steps());
+        let (slack, radius) = (spinner.slack(&run, &discrete), radius());
+        let measured: Vec<f64> = run.states.iter().map(|state| state.spin[2]).collect();
+        let whole = discrete.iter().filter(|spin| **spin > 0.0).count() as f64;
+        // The second term of the angle's error is a share ¼ φ ω h of the first.
+        let fine = 4.0 / (0.5 * spinner.spin * time * spinner.spin * h);
+        let angles = turned(&run.states);
         let angle = |t: f64| {
             let t = t.min(time);
-            spin * t - 0.5 * deceleration * t * t
+            spinner.spin * t - 0.5 * spinner.deceleration() * t * t
         };
         let astray = run.states.iter().map(|state| state.position.xy().norm()).fold(0.0, f64::max);
-        let stop = run.stop_time(|state| state.spin[2].abs()).unwrap_or(f64::NAN);
+        let decrement = radius * spinner.deceleration() * h;
+        let stop = stopping_time((&measured, &discrete), decrement, time, h, &slack);
         Ok(Findings {
             quantities: vec![
+                Quantity { convergence: Convergence::order(2, whole), ..stop },
                 Quantity {
-                    name: "stopping time",
-                    unit: "s",
-                    measured: stop,
-                    exact: time,
-                    discretisation: arm * time,
-                    slack: stop_time_slack(&run, deceleration * radius, time),
+                    discrete: discrete[1..].iter().map(|spin| turn(h, *spin)).sum(),
+                    convergence: Convergence::order(1, whole.min(fine)),
+                    ..Quantity::exactly(
+                        ("angle turned", "rad"),
+                        angles[angles.len() - 1],
+                        angle(time),
+                        slack.way() / radius,
+                    )
                 },
-                Quantity {
-                    name: "angle turned",
-                    unit: "rad",
-                    measured: angles[angles.len() - 1],
-                    exact: angle(time),
-                    discretisation: 0.5 * spin * h + deceleration * h * h + arm * angle(time),
-                    slack,
-                },
-                Quantity {
-                    name: "way of the centre",
-                    unit: "m",
-                    measured: astray,
-                    exact: 0.0,
-                    discretisation: 0.0,
-                    slack: run.position_slack(),
-                },
+                Quantity::at_most_zero(("way of the centre", "m"), astray, slack.across),
             ],
             curve: Curve::of(("angle turned", "rad"), &run, |k| angles[k], angle),
         })
+    }
+}
+
+/// m.
+const HALF_SIDES: Vector3<f64> = Vector3::new(0.2, 0.2, 0.02);
+/// Enough for the spin of a step to settle to the last digit.
+const ROUNDS: usize = 40;
+
+/// R, m.
+fn radius() -> f64 {
+    HALF_SIDES[0].hypot(HALF_SIDES[1])
+}
+
+/// A box that spins on its four corners.
+///
+/// The step turns it by ψ = 2 atan(½ h ω⁺), so that a corner's mean slip is along a chord,
+/// and friction, against it, has the arm R cos ½ψ at the attitude of the step's start. The
+/// spin after the step is the root of
+///
+/// ```text
+/// ω⁺ = ω − D/√(1 + (½ h ω⁺)²),   D = 3 μ g h/R
+/// ```
+///
+/// or zero if ω ≤ D. Since the arm is shorter by a share of at most (ω h)²/8, the stop comes
+/// later, to second order in h; the angle φ, which goes with the spin at the step's end, lacks
+/// ½ ω h, and gains up to φ (ω h)²/8 by the longer time.
+struct Spinner {
+    friction: f64,
+    gravity: f64,
+    /// At the start, rad/s.
+    spin: f64,
+}
+
+/// What a step turns the box by, rad.
+fn turn(h: f64, spin: f64) -> f64 {
+    2.0 * (0.5 * h * spin).atan()
+}
+
+/// The angle that the box has turned by in each state, rad: the sum of the angles between
+/// attitudes.
+fn turned(states: &[State]) -> Vec<f64> {
+    let mut angles = vec![0.0];
+    for pair in states.windows(2) {
+        let (p, q) = (&pair[0].attitude, &pair[1].attitude);
+        // The conjugate of p times q, of which w and z remain.
+        let cos = p[0] * q[0] + p[3] * q[3];
+        let sin = p[0] * q[3] - p[3] * q[0];
+        angles.push(angles[angles.len() - 1] + 2.0 * sin.atan2(cos));
+    }
+    angles
+}
+
+impl Spinner {
+    fn new(inputs: &Inputs, h: f64) -> Result<Self, Unsuitable> {
+        let (friction, gravity) = (inputs.get(Input::Friction)?, inputs.get(Input::Gravity)?);
+        let spin = inputs.get(Input::Speed)?;
+        if spin * h > 0.5 {
+            return Err(Unsuitable::Motion(format!(
+                "speed {spin} rad/s turns the box by more than half a radian a step"
+            )));
+        }
+        Ok(Self { friction, gravity, spin })
+    }
+
+    /// 3 μ g/R, rad/s².
+    fn deceleration(&self) -> f64 {
+        3.0 * self.friction * self.gravity / radius()
+    }
+
+    /// The spin at the start and after each step, rad/s.
+    fn discrete_spins(&self, h: f64, steps: usize) -> Vec<f64> {
+        let lost = self.deceleration() * h;
+        let mut spins = vec![self.spin];
+        for k in 0..steps {
+            let before = spins[k];
+            let mut after = 0.0;
+            if before > lost {
+                // Each round leaves a share of about ½ h² D ω of the error.
+                for _ in 0..ROUNDS {
+                    after = before - lost / (0.5 * h * after).hypot(1.0);
+                }
+            }
+            spins.push(after);
+        }
+        spins
+    }
+
+    /// The rim, of mobility m R²/I = 3, is what slides.
+    fn slack(&self, run: &Run, spins: &[f64]) -> SlideSlack {
+        let h = run.time_step;
+        let grip = self.friction * self.gravity * h;
+        let lean = HALF_SIDES[2] / HALF_SIDES[1];
+        let slider = Slider { mobility: 3.0, friction: self.friction, grip, lean };
+        let lost = self.deceleration() * h;
+        let steps = spins.windows(2).map(|pair| SlideStep {
+            slip: 2.0 * radius() / h * (0.5 * turn(h, pair[1])).sin(),
+            share: pair[0] / lost,
+        });
+        slider.slack(run, &steps.collect::<Vec<_>>())
     }
 }

@@ -1,13 +1,12 @@
 //! Bodies that slide on level ground until friction stops them.
 
-use super::{
-    Curve, Findings, Input, Inputs, Laboratory, Problem, Quantity, Run, Setup, Unsuitable,
-};
-use crate::contact::plane::Plane;
-use crate::mechanics::body::RigidBody;
-use crate::mechanics::load::Load;
+use super::slack::{SlideSlack, SlideStep, Slider, stop_time};
+use super::{Convergence, Curve, Findings, Input, Inputs, Laboratory, Problem, Quantity, Run};
+use super::{Setup, Unsuitable};
+use crate::mechanics::Load;
+use crate::mechanics::RigidBody;
+use crate::mechanics::State;
 use crate::mechanics::quaternion::rotation;
-use crate::mechanics::state::State;
 use nalgebra::{Vector3, Vector4};
 
 /// A box that slides until it stops.
@@ -27,6 +26,15 @@ pub(super) fn resting(height: f64) -> State {
 }
 
 /// A slide on level ground along a direction.
+///
+/// In continuous time v(t) = v − μ g t. A step takes the grip G = μ g h from the speed, or
+/// what is left of it; with v = (M + θ) G, M whole and 0 ≤ θ < 1,
+///
+/// ```text
+/// v_k = max(0, v − k G),   x_k = h (j v − ½ j (j + 1) G) with j = min(k, M)
+/// ```
+///
+/// The way at the stop is v²/(2 μ g) − ½ v h + ½ θ (1 − θ) h G.
 pub(super) struct Slide {
     pub half_sides: Vector3<f64>,
     pub mass: f64,
@@ -48,20 +56,48 @@ impl Slide {
         })
     }
 
-    /// v²/(2 μ g): the stopping distance, m.
-    pub fn distance(&self) -> f64 {
-        self.velocity.norm_squared() / (2.0 * self.friction * self.gravity)
+    fn speed(&self) -> f64 {
+        self.velocity.norm()
     }
 
     /// v/(μ g): the stopping time, s.
-    pub fn time(&self) -> f64 {
-        self.velocity.norm() / (self.friction * self.gravity)
+    fn time(&self) -> f64 {
+        self.speed() / (self.friction * self.gravity)
     }
 
-    /// How far the step's stopping distance is from v²/(2 μ g), m: the step moves with the
-    /// velocity at its end, which shortens the way by ½ v h, and stops within a step.
-    pub fn distance_error(&self, h: f64) -> f64 {
-        0.5 * self.velocity.norm() * h + self.friction * self.gravity * h * h
+    /// x(t) = v t − ½ μ g t² until the stop, m.
+    pub fn way(&self, t: f64) -> f64 {
+        let t = t.min(self.time());
+        self.speed() * t - 0.5 * self.friction * self.gravity * t * t
+    }
+
+    /// v_k, m/s.
+    fn discrete_speeds(&self, h: f64, steps: usize) -> Vec<f64> {
+        let grip = self.friction * self.gravity * h;
+        (0..=steps).map(|k| (self.speed() - k as f64 * grip).max(0.0)).collect()
+    }
+
+    /// The stopping distance, m.
+    pub fn distance(&self, measured: f64, h: f64, slack: f64) -> Quantity {
+        let grip = self.friction * self.gravity * h;
+        let whole = (self.speed() / grip).floor();
+        Quantity {
+            discrete: h * (whole * self.speed() - 0.5 * whole * (whole + 1.0) * grip),
+            convergence: Convergence::order(1, whole),
+            ..Quantity::exactly(("stopping distance", "m"), measured, self.way(self.time()), slack)
+        }
+    }
+
+    /// What the residuals of `run` allow.
+    pub fn slack(&self, run: &Run) -> SlideSlack {
+        let grip = self.friction * self.gravity * run.time_step;
+        let speeds = self.discrete_speeds(run.time_step, run.steps());
+        let steps =
+            speeds.windows(2).map(|pair| SlideStep { slip: pair[1], share: pair[0] / grip });
+        let foot = self.half_sides[0].min(self.half_sides[1]);
+        let lean = self.half_sides[2] / foot;
+        let slider = Slider { mobility: 1.0, friction: self.friction, grip, lean };
+        slider.slack(run, &steps.collect::<Vec<_>>())
     }
 
     /// The run, a quarter longer than the slide.
@@ -83,7 +119,7 @@ impl Slide {
         let duration = 1.25 * self.time() + 4.0 * laboratory.time_step();
         laboratory.run(&Setup {
             body: RigidBody::solid_box(self.mass, self.half_sides)?,
-            plane: Plane::level(),
+            slope: 0.0,
             gravity: self.gravity,
             friction: self.friction,
             start,
@@ -91,11 +127,32 @@ impl Slide {
             duration,
         })
     }
+}
 
-    /// x(t) = v t − ½ μ g t² until the stop, m.
-    pub fn way(&self, t: f64) -> f64 {
-        let t = t.min(self.time());
-        self.velocity.norm() * t - 0.5 * self.friction * self.gravity * t * t
+/// When a body stops that the friction of a step slows by `decrement`, m/s: `speeds` as they
+/// were measured and as they must be, at the start and after each step.
+///
+/// Speeds that are off by what `slack` says shift the line to zero by their sum, and turn it
+/// by what they change from one step to the next, over a hundredth of the time or a step.
+pub(super) fn stopping_time(
+    (measured, discrete): (&[f64], &[f64]),
+    decrement: f64,
+    exact: f64,
+    h: f64,
+    slack: &SlideSlack,
+) -> Quantity {
+    // The states that may be on the line.
+    let fast = discrete[1..].iter().take_while(|speed| **speed > 0.01 * discrete[0]).count().max(1);
+    let largest = |values: &[f64]| values[..fast].iter().copied().fold(0.0, f64::max);
+    let turned = (largest(&slack.changes) + 2.0 * slack.lifted) / decrement * (0.01 * exact + h);
+    Quantity {
+        discrete: stop_time(discrete, h),
+        ..Quantity::exactly(
+            ("stopping time", "s"),
+            stop_time(measured, h),
+            exact,
+            h * largest(&slack.speeds) / decrement + turned,
+        )
     }
 }
 
@@ -114,8 +171,9 @@ impl Problem for SlidingStop {
         Inputs::new(0.002, &values)
     }
 
-    /// v(t) = v − μ g t: the stop is after v/(μ g) and v²/(2 μ g). Velocities of the step are
-    /// exact, and with them the time at which their line reaches zero.
+    /// v(t) = v − μ g t: the stop is after v/(μ g) and v²/(2 μ g). The speeds of [`Slide`] are
+    /// on that line, and with them the time at which it reaches zero, unless the first step
+    /// stops the box.
     fn solve(
         &self,
         inputs: &Inputs,
@@ -123,51 +181,32 @@ impl Problem for SlidingStop {
     ) -> Result<Findings, Unsuitable> {
         let slide = Slide::along_x(Vector3::new(0.2, 0.15, 0.1), inputs)?;
         let run = slide.run(laboratory)?;
-        let h = run.time_step;
-        let deceleration = slide.friction * slide.gravity;
-        let time = run.stop_time(|state| state.velocity.norm());
+        let (h, slack) = (run.time_step, slide.slack(&run));
+        let grip = slide.friction * slide.gravity * h;
+        let measured: Vec<f64> = run.states.iter().map(|state| state.velocity.norm()).collect();
+        let discrete = slide.discrete_speeds(h, run.steps());
+        let time = stopping_time((&measured, &discrete), grip, slide.time(), h, &slack);
+        let convergence = on_the_line(&discrete);
         Ok(Findings {
             quantities: vec![
-                Quantity {
-                    name: "stopping distance",
-                    unit: "m",
-                    measured: run.end().position[0],
-                    exact: slide.distance(),
-                    discretisation: slide.distance_error(h),
-                    slack: run.position_slack(),
-                },
-                Quantity {
-                    name: "stopping time",
-                    unit: "s",
-                    measured: time.unwrap_or(f64::NAN),
-                    exact: slide.time(),
-                    discretisation: 0.0,
-                    // Two velocities half a per cent of the slide apart, or one step, give
-                    // the line its slope.
-                    slack: stop_time_slack(&run, deceleration, slide.time()),
-                },
-                Quantity {
-                    name: "speed at the end",
-                    unit: "m/s",
-                    measured: run.end().velocity.norm(),
-                    exact: 0.0,
-                    discretisation: 0.0,
-                    slack: run.velocity_slack(),
-                },
+                slide.distance(run.end().position[0], run.time_step, slack.way()),
+                Quantity { convergence, ..time },
+                Quantity::exactly(
+                    ("speed at the end", "m/s"),
+                    run.end().velocity.norm(),
+                    0.0,
+                    slack.speed(),
+                ),
             ],
             curve: Curve::of(("way", "m"), &run, |k| run.states[k].position[0], |t| slide.way(t)),
         })
     }
 }
 
-/// How far a stop time from a line through two velocities may be off, s, when the velocities
-/// are off by the certificates: the level by their sum, the slope by two of them, over what
-/// is left of the way to zero, a hundredth of the time or a step.
-pub(super) fn stop_time_slack(run: &Run, deceleration: f64, time: f64) -> f64 {
-    let level = run.velocity_slack() / deceleration;
-    let largest = run.certificates.iter().fold(1e-13, |a: f64, b| a.max(*b));
-    let slope = 2.0 * largest / (deceleration * run.time_step);
-    level + slope * (0.01 * time + run.time_step)
+/// How a stopping time comes to the exact one where speeds fall along a line: it is exact if
+/// two of them are on it.
+fn on_the_line(speeds: &[f64]) -> Convergence {
+    if speeds[1] > 0.01 * speeds[0] { Convergence::Exact } else { Convergence::Unresolved }
 }
 
 impl Problem for FastPlate {
@@ -207,27 +246,13 @@ impl Problem for FastPlate {
         let highest = heights.iter().flatten().fold(0.0_f64, |a, &b| a.max(b));
         let lowest = heights.iter().flatten().fold(0.0_f64, |a, &b| a.min(b));
         let astray = run.states.iter().map(|state| state.position[1].abs()).fold(0.0, f64::max);
-        let exact = |name: &'static str, measured: f64| Quantity {
-            name,
-            unit: "m",
-            measured,
-            exact: 0.0,
-            discretisation: 0.0,
-            slack: run.position_slack(),
-        };
+        let slack = slide.slack(&run);
         Ok(Findings {
             quantities: vec![
-                exact("lift-off", highest),
-                exact("penetration", -lowest),
-                exact("way sideways", astray),
-                Quantity {
-                    name: "stopping distance",
-                    unit: "m",
-                    measured: run.end().position[0],
-                    exact: slide.distance(),
-                    discretisation: slide.distance_error(run.time_step),
-                    slack: run.position_slack(),
-                },
+                Quantity::at_most_zero(("lift-off", "m"), highest, run.seat()),
+                Quantity::at_most_zero(("penetration", "m"), -lowest, run.seat()),
+                Quantity::at_most_zero(("way sideways", "m"), astray, slack.across),
+                slide.distance(run.end().position[0], run.time_step, slack.way()),
             ],
             curve: Curve::of(("way", "m"), &run, |k| run.states[k].position[0], |t| slide.way(t)),
         })

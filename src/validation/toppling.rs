@@ -2,9 +2,8 @@
 
 use super::rocking::{TallBox, tilt};
 use super::stopping::resting;
-use super::{Curve, Findings, Input, Inputs, Laboratory, Problem, Quantity, Setup, Unsuitable};
-use crate::contact::plane::Plane;
-use crate::mechanics::state::State;
+use super::{Convergence, Curve, Findings, Input, Inputs, Laboratory, Problem, Quantity};
+use super::{Run, Setup, Unsuitable};
 
 /// A tall box pushed over its edge.
 pub struct PushedOver;
@@ -12,23 +11,48 @@ pub struct PushedOver;
 /// A tall box on a slope that gets steeper.
 pub struct SlopeTopple;
 
-/// The threshold in `low`…`high` above which `topples` says yes, to ±`resolution` or a
-/// little better, and the resolution reached.
-fn bisect(
-    (mut low, mut high): (f64, f64),
-    resolution: f64,
-    mut topples: impl FnMut(f64) -> Result<bool, Unsuitable>,
-) -> Result<(f64, f64), Unsuitable> {
-    while 0.5 * (high - low) > resolution {
-        let middle = 0.5 * (low + high);
-        if topples(middle)? {
-            high = middle;
-        } else {
-            low = middle;
-        }
-    }
-    Ok((0.5 * (low + high), 0.5 * (high - low)))
+/// A threshold that was found, and how well.
+struct Threshold {
+    value: f64,
+    /// Half of what is left between what does not topple and what does, and the larger slack
+    /// of these two runs: each of them may be on the wrong side by its own.
+    slack: f64,
 }
+
+impl Threshold {
+    /// Halves `low`…`high` until it is within `resolution`, or within the slack of its ends.
+    /// `topples` says whether a run does, and within what slack of the threshold it might as
+    /// well not have. An end that is on the wrong side is taken for the threshold.
+    fn find(
+        (mut low, mut high): (f64, f64),
+        resolution: f64,
+        mut topples: impl FnMut(f64) -> Result<(bool, f64), Unsuitable>,
+    ) -> Result<Self, Unsuitable> {
+        let (over, mut low_slack) = topples(low)?;
+        if over {
+            return Ok(Self { value: low, slack: low_slack });
+        }
+        let (over, mut high_slack) = topples(high)?;
+        if !over {
+            return Ok(Self { value: high, slack: high_slack });
+        }
+        while 0.5 * (high - low) > low_slack.max(high_slack).max(resolution) {
+            let middle = 0.5 * (low + high);
+            let (over, slack) = topples(middle)?;
+            if over {
+                (high, high_slack) = (middle, slack);
+            } else {
+                (low, low_slack) = (middle, slack);
+            }
+        }
+        let slack = 0.5 * (high - low) + low_slack.max(high_slack);
+        Ok(Self { value: 0.5 * (low + high), slack })
+    }
+}
+
+/// Thresholds are looked for between these shares of what they must be; not in even parts,
+/// lest the middle stands on the brink.
+const BRACKET: (f64, f64) = (0.998, 1.0021);
 
 impl Problem for PushedOver {
     fn name(&self) -> &'static str {
@@ -44,8 +68,9 @@ impl Problem for PushedOver {
         Inputs::new(0.001, &[(Input::Mass, 3.0), (Input::Gravity, 9.81)])
     }
 
-    /// The energy ½ I ω² must lift the centre by R − c. The threshold is found between 0.8
-    /// and 1.2 of that spin. The step's spin lags by up to a step of deceleration, m g a h/I.
+    /// The energy ½ I ω² must lift the centre by R − c. The step's own threshold is that of
+    /// the recurrence of `edge.rs`; the simulation's is looked for near it. The spin lags by up
+    /// to a step of deceleration, m g a h/I: first order.
     fn solve(
         &self,
         inputs: &Inputs,
@@ -53,34 +78,41 @@ impl Problem for PushedOver {
     ) -> Result<Findings, Unsuitable> {
         let tall = TallBox::new(inputs)?;
         let (critical, balance) = (tall.critical_spin(), tall.balance());
-        let (mut slack, mut curve) = (0.0_f64, None);
-        let lag = tall.deceleration() * laboratory.time_step();
-        let bracket = (0.8 * critical, 1.2 * critical);
-        let (measured, resolution) = bisect(bracket, 0.1 * lag, |spin| {
-            let setup = tall.setup(tall.pushed(spin), 20.0 * tall.growth_time())?;
-            // Past the balance, or on the way back.
-            let decided = |state: &State| tilt(state) > balance || state.spin[1] < 0.0;
-            let run = laboratory.run_until(&setup, &decided)?;
-            slack = slack.max(run.velocity_slack() / tall.radius());
-            let over = tilt(run.end()) > balance;
-            curve = Some(Curve::of(
+        let (h, duration) = (laboratory.time_step(), 20.0 * tall.growth_time());
+        // Past the balance, or on the way back.
+        let decided = |tilt: f64, spin: f64| tilt > balance || spin < 0.0;
+        let mut curve = Curve::default();
+        let steps = (h, (duration / h).round() as usize);
+        let around = (0.8 * critical, 1.2 * critical + h * tall.deceleration());
+        let discrete = Threshold::find(around, 1e-14 * critical, |spin| {
+            let over = |motion: Vec<(f64, f64)>| motion[motion.len() - 1].0 > balance;
+            Ok((over(tall.discrete(spin, steps, decided)), 0.0))
+        })?;
+        let bracket = (BRACKET.0 * discrete.value, BRACKET.1 * discrete.value);
+        let measured = Threshold::find(bracket, 1e-6 * critical, |spin| {
+            let setup = tall.setup(tall.pushed(spin), duration)?;
+            let run = laboratory
+                .run_until(&setup, &mut |step| decided(tilt(step.after), step.after.spin[1]))?;
+            curve = Curve::of(
                 ("tilt near the threshold", "rad"),
                 &run,
                 |k| tilt(&run.states[k]),
                 |_| balance,
-            ));
-            Ok(over)
+            );
+            Ok((tilt(run.end()) > balance, tall.spin_slack(&run, spin)))
         })?;
         Ok(Findings {
             quantities: vec![Quantity {
-                name: "spin that topples",
-                unit: "rad/s",
-                measured,
-                exact: critical,
-                discretisation: lag + resolution,
-                slack,
+                discrete: discrete.value,
+                convergence: Convergence::order(1, tall.growth_time() / h),
+                ..Quantity::exactly(
+                    ("spin that topples", "rad/s"),
+                    measured.value,
+                    critical,
+                    measured.slack + discrete.slack,
+                )
             }],
-            curve: curve.unwrap_or_default(),
+            curve,
         })
     }
 }
@@ -100,11 +132,7 @@ impl Problem for SlopeTopple {
     }
 
     /// Gravity passes through the lower edge at tan θ = a/c. A box that is at rest is exactly
-    /// at rest, so that the step adds no error; the threshold is looked for within a degree.
-    ///
-    /// A box that stands δ below the threshold and is set turning with the spin ω falls back
-    /// if ½ I ω² < ½ m g R δ²: spins of c/R, which certificates allow, excuse δ = τ c/R with
-    /// τ² = I/(m g R).
+    /// at rest, so that the step adds no error.
     fn solve(
         &self,
         inputs: &Inputs,
@@ -112,36 +140,62 @@ impl Problem for SlopeTopple {
     ) -> Result<Findings, Unsuitable> {
         let tall = TallBox::new(inputs)?;
         let balance = tall.balance();
-        let (mut slack, mut curve) = (0.0_f64, None);
-        let degree = 1.0_f64.to_radians();
-        let bracket = (balance - degree, balance + degree);
-        let (measured, resolution) = bisect(bracket, 0.005 * degree, |slope| {
-            // A tilt of 1e-5 rad, less than the resolution, grows to 0.1 in this time.
-            let duration = 10.0 * tall.growth_time();
+        let mut curve = Curve::default();
+        let bracket = (BRACKET.0 * balance, BRACKET.1 * balance);
+        let measured = Threshold::find(bracket, RESOLUTION, |slope| {
+            // A tilt of the resolution grows to 0.1 in this time.
+            let duration = 1.2 * (0.1 / RESOLUTION).ln() * tall.growth_time();
             let setup = Setup {
-                plane: Plane::sloping(slope.to_degrees())?,
+                slope: slope.to_degrees(),
                 ..tall.setup(resting(tall.half_sides[2]), duration)?
             };
-            let run = laboratory.run_until(&setup, &|state| tilt(state) > 0.1)?;
-            slack = slack.max(tall.growth_time() * run.velocity_slack() / tall.radius());
-            curve = Some(Curve::of(
+            let run = laboratory.run_until(&setup, &mut |step| tilt(step.after) > 0.1)?;
+            curve = Curve::of(
                 ("tilt near the threshold", "rad"),
                 &run,
                 |k| tilt(&run.states[k]),
                 |_| f64::NAN,
-            ));
-            Ok(tilt(run.end()) > 0.05)
+            );
+            let over = tilt(run.end()) > 0.05;
+            Ok((over, if over { tall.tipped(&run) } else { tall.propped(&run) }))
         })?;
         Ok(Findings {
-            quantities: vec![Quantity {
-                name: "slope that topples",
-                unit: "rad",
-                measured,
-                exact: balance,
-                discretisation: resolution,
-                slack,
-            }],
-            curve: curve.unwrap_or_default(),
+            quantities: vec![Quantity::exactly(
+                ("slope that topples", "rad"),
+                measured.value,
+                balance,
+                measured.slack,
+            )],
+            curve,
         })
+    }
+}
+
+/// rad.
+const RESOLUTION: f64 = 1e-6;
+
+impl TallBox {
+    /// How far below the threshold the residuals of `run` may tip the box over, rad: τ δω,
+    /// with the spin δω that they may give it. A box that stands δ below, set turning with
+    /// ω, falls back if ½ I ω² < ½ m g R δ², and τ² = I/(m g R).
+    fn tipped(&self, run: &Run) -> f64 {
+        self.growth_time() * self.spin_slack(run, self.critical_spin())
+    }
+
+    /// How far above the threshold the residuals of `run` may prop it up, rad. At δ above it
+    /// each step pulls with g h R δ, per unit mass, about the lower edge. Against it there
+    /// are what velocities lack (R + R²/(3ℓ) for a lever), a pull δ_n at each of the two upper
+    /// corners, 2a away, and positions that stay behind the velocities by as much as these
+    /// have grown in the time t, ¾ g δ t.
+    fn propped(&self, run: &Run) -> f64 {
+        let (radius, steps) = (self.radius(), run.steps() as f64);
+        let reach = self.half_sides.amax();
+        let pull = self.gravity * run.time_step * radius;
+        let pushed = run.sum(|residual| residual.momentum) / steps;
+        let pushed = pushed * (radius + radius * radius / (3.0 * reach));
+        let held = 4.0 * self.half_sides[0] * run.sum(|residual| residual.normal) / steps;
+        let behind = run.largest(|residual| residual.kinematics);
+        let grown = 0.75 * self.gravity * run.time(run.steps());
+        (pushed + held) / pull + behind / grown + run.rounding(1.0)
     }
 }

@@ -1,23 +1,13 @@
 //! `tumble inspect`: exact values and derivatives, and points that are none.
 
 use super::support::{End, tumble};
-use flate2::read::GzDecoder;
+use crate::common::reference;
+use crate::points::{Output, compare, points};
 use serde_json::{Value, json};
-use std::collections::BTreeMap;
-use std::fs::{self, File};
-use std::io::Read;
-
-/// Both sides are exact formulas in double precision; they differ by rounding in another
-/// order, which is some 1e-16 of the largest terms. The forces of `large_force` reach
-/// 2e4 N and their terms 1e8, so that differences of 1e-8 must be allowed there relative
-/// to an entry; relative to the array's largest entry, 1e-10 leaves room and would show
-/// any wrong formula.
-const TOLERANCE: f64 = 1e-10;
+use std::fs;
 
 fn reference_points() -> Vec<Value> {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/data/derivatives.jsonl.gz");
-    let mut text = String::new();
-    GzDecoder::new(File::open(path).unwrap()).read_to_string(&mut text).unwrap();
+    let text = reference("derivatives.jsonl.gz");
     text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
 }
 
@@ -32,58 +22,18 @@ fn inspect_file(text: &str) -> End {
     tumble().arg("inspect").arg(file).output().unwrap().into()
 }
 
-/// A result as named arrays of numbers; matrices by position, zeros left out.
-fn arrays(output: &Value) -> BTreeMap<String, BTreeMap<(u64, u64), f64>> {
-    let mut all = BTreeMap::new();
-    all.insert("objective".to_owned(), BTreeMap::from([((0, 0), number(&output["objective"]))]));
-    for name in ["gradient", "constraints"] {
-        let numbers = output[name].as_array().unwrap();
-        let entries = numbers.iter().enumerate().map(|(k, value)| ((k as u64, 0), number(value)));
-        all.insert(name.to_owned(), entries.collect());
-    }
-    for name in ["jacobian", "hessian"] {
-        let column = |key: &str| output[name][key].as_array().unwrap();
-        let mut entries = BTreeMap::new();
-        for ((row, col), value) in column("rows").iter().zip(column("cols")).zip(column("values")) {
-            let position = (row.as_u64().unwrap(), col.as_u64().unwrap());
-            assert!(entries.insert(position, number(value)).is_none(), "{name} {position:?} twice");
-            assert!(name != "hessian" || position.0 >= position.1, "{position:?} is above");
-        }
-        entries.retain(|_, value| *value != 0.0);
-        all.insert(name.to_owned(), entries);
-    }
-    all
-}
-
-fn number(value: &Value) -> f64 {
-    value.as_f64().unwrap()
-}
-
+/// As the library's own values are compared in `tests/derivatives.rs`, entry by entry.
 #[test]
 fn every_reference_point_gives_the_reference_values() {
-    let points = reference_points();
-    assert_eq!(points.len(), 250);
-    for (index, point) in points.iter().enumerate() {
+    for (index, (point, known)) in reference_points().iter().zip(points()).enumerate() {
         let input = point["input"].to_string();
         let end = if index % 2 == 0 { inspect_stdin(input) } else { inspect_file(&input) };
-        assert_eq!((end.code, end.stderr.as_str()), (Some(0), ""), "{}", point["name"]);
+        assert_eq!((end.code, end.stderr.as_str()), (Some(0), ""), "{}", known.name);
         assert_eq!(end.stdout.matches('\n').count(), 1, "one line of JSON");
-        let found = arrays(&serde_json::from_str(&end.stdout).unwrap());
-        for (name, expected) in arrays(&point["output"]) {
-            let found = &found[&name];
-            let scale = expected.values().fold(1.0, |max, value| value.abs().max(max));
-            for position in expected.keys().chain(found.keys()) {
-                let at = |side: &BTreeMap<_, f64>| side.get(position).copied().unwrap_or(0.0);
-                let difference = (at(found) - at(&expected)).abs();
-                assert!(
-                    difference <= TOLERANCE * scale,
-                    "{} {name} {position:?}: {} is not {}",
-                    point["name"],
-                    at(found),
-                    at(&expected)
-                );
-            }
-        }
+        let found: Output = serde_json::from_str(&end.stdout).unwrap();
+        let [rows, cols] = [&found.hessian.rows, &found.hessian.cols];
+        assert!(rows.iter().zip(cols).all(|(row, col)| row >= col), "the lower triangle");
+        compare(&known, &found);
     }
 }
 

@@ -132,7 +132,7 @@ fn a_drop_with_contact_converges_and_its_files_agree() {
 #[test]
 fn a_run_whose_steps_fail_is_written_whole_and_ends_with_code_3() {
     let run = simulate(&FAILING_RUN);
-    assert_consistent(&run, 40, 0.002);
+    assert_consistent(&run, 4, 0.002);
     assert_eq!(run.end.code, Some(3));
     assert!(run.end.stdout.contains("failed"), "{}", run.end.stdout);
 }

@@ -19,8 +19,6 @@ const BOTTOM: f64 = 46.0;
 const COLUMNS: usize = 120;
 /// Marks along Ipopt's curve.
 const MARKS: usize = 24;
-/// An error smaller than this, relative to the value, is one of rounding.
-const ROUNDING: f64 = 1e-12;
 
 /// A chart in the making.
 struct Chart {
@@ -168,15 +166,18 @@ pub fn curves(experiment: &Experiment) -> String {
     chart.figure(&format!("{name} over time"), &keys)
 }
 
-/// The |error| of one quantity over the time step, both on log axes, with a line of slope 1;
-/// nothing where no quantity has an error of first order.
+/// How far one quantity is from the exact answer over the time step, both on log axes, with a
+/// line of slope 1; nothing where none is declared to be of first order.
 pub fn errors(experiment: &Experiment) -> String {
     let Some(i) = first_order_quantity(&experiment.series[0]) else {
         return String::new();
     };
     let points = |series: &Series| -> Vec<(f64, f64)> {
         let trials = series.trials.iter();
-        let points = trials.map(|trial| (trial.time_step, trial.quantities[i].error().abs()));
+        let points = trials.map(|trial| {
+            let quantity = &trial.quantities[i];
+            (trial.time_step, (quantity.measured - quantity.exact).abs())
+        });
         points.filter(|(_, error)| (f64::MIN_POSITIVE..LARGEST).contains(error)).collect()
     };
     let all: Vec<_> = experiment.series.iter().flat_map(&points).collect();
@@ -190,7 +191,7 @@ pub fn errors(experiment: &Experiment) -> String {
     let steps = all.iter().chain(&guide).map(|point| point.0);
     let errors = all.iter().chain(&guide).map(|point| point.1);
     let quantity = &experiment.series[0].trials[0].quantities[i];
-    let name = format!("|error| of {} ({})", quantity.name, quantity.unit);
+    let name = format!("|measured − exact| of {} ({})", quantity.name, quantity.unit);
     let mut chart = Chart::new(
         Axis::new(Kind::Log, steps, 4),
         Axis::new(Kind::Log, errors, 6),
@@ -209,17 +210,7 @@ pub fn errors(experiment: &Experiment) -> String {
     chart.figure(&format!("{name} over the time step, log axes"), &keys)
 }
 
-/// The quantity whose error shows the order of the step: its allowance is halved with the
-/// step, its error is more than rounding, and best has an order.
+/// The first quantity that is declared to be of first order.
 fn first_order_quantity(series: &Series) -> Option<usize> {
-    let [whole, half, ..] = series.trials.as_slice() else {
-        return None;
-    };
-    let halved = |i: &usize| {
-        let (whole, half) = (&whole.quantities[*i], &half.quantities[*i]);
-        let ratio = half.discretisation / whole.discretisation;
-        (0.4..0.6).contains(&ratio) && whole.error().abs() > ROUNDING * whole.exact.abs()
-    };
-    let candidates = || (0..whole.quantities.len()).filter(halved);
-    candidates().find(|&i| series.order(i, 1).is_some()).or_else(|| candidates().next())
+    series.trials[0].quantities.iter().position(|quantity| quantity.first_order)
 }

@@ -26,19 +26,14 @@ pub fn brief(value: f64) -> String {
     }
 }
 
-/// An order of convergence, or a dash where there is none.
-#[must_use]
-pub fn order(order: Option<f64>) -> String {
-    order.map_or("—".to_owned(), |order| format!("{order:.2}"))
-}
-
 /// A number of [`figure`] or [`brief`] as HTML: `−1.2·10⁻³` instead of `-1.2e-3`.
 #[must_use]
 pub fn html(text: &str) -> String {
-    let text = text.replace('-', "−");
     match text.split_once('e') {
-        Some((mantissa, exponent)) => format!("{mantissa}·10<sup>{exponent}</sup>"),
-        None => text,
+        Some((mantissa, exponent)) if exponent.parse::<i32>().is_ok() => {
+            format!("{mantissa}·10<sup>{exponent}</sup>").replace('-', "−")
+        }
+        _ => text.replace('-', "−"),
     }
 }
 
@@ -61,7 +56,10 @@ mod tests {
             assert_eq!(figure(value), text);
         }
         assert_eq!([brief(-0.0031), brief(0.0), brief(f64::NAN)], ["-3.1e-3", "0", "—"]);
-        assert_eq!([order(Some(1.004)), order(None)], ["1.00", "—"]);
+        for text in ["1.52905", "coarse", "exact"] {
+            assert_eq!(html(text), text);
+        }
+        assert_eq!(html("≤4.5e-5"), "≤4.5·10<sup>−5</sup>");
     }
 
     #[test]

@@ -61,16 +61,18 @@ pub struct Quantity {
     pub unit: String,
     /// From the simulation.
     pub measured: f64,
-    /// From the closed form.
+    /// What the steps must give.
+    pub discrete: f64,
+    /// From the closed form in continuous time.
     pub exact: f64,
-    /// How far the step's own discretisation may take it from the closed form.
-    pub discretisation: f64,
-    /// How far the certificates of the steps may take it from there.
+    /// How far rounding and the residuals of the steps may take `measured` from `discrete`.
     pub slack: f64,
-    /// Whether its error is within both.
-    pub holds: bool,
-    /// The order of the error in the time step, from the trial before, where there is one.
-    pub order: Option<f64>,
+    /// What is wrong with it, in words; `None` where it holds.
+    pub fault: Option<String>,
+    /// What is to be said of its order in the time step, from the trial before.
+    pub order: String,
+    /// Whether it comes to the exact value with the first power of the time step.
+    pub first_order: bool,
 }
 
 /// A quantity over time, as it was simulated and as the closed form has it.
@@ -112,7 +114,7 @@ impl Series {
     /// Whether the quantity `i` holds at every time step.
     #[must_use]
     pub fn holds(&self, i: usize) -> bool {
-        self.trials.iter().all(|trial| trial.quantities[i].holds)
+        self.trials.iter().all(|trial| trial.quantities[i].fault.is_none())
     }
 
     /// How many quantities hold, and how many there are.
@@ -122,10 +124,10 @@ impl Series {
         ((0..count).filter(|&i| self.holds(i)).count(), count)
     }
 
-    /// The order of the error of the quantity `i` in the trial `k`.
+    /// What is said of the order of the quantity `i` in the trial `k`; nothing without one.
     #[must_use]
-    pub fn order(&self, i: usize, k: usize) -> Option<f64> {
-        self.trials.get(k)?.quantities[i].order
+    pub fn order(&self, i: usize, k: usize) -> &str {
+        self.trials.get(k).map_or("", |trial| &trial.quantities[i].order)
     }
 
     /// A count of all trials.
@@ -151,15 +153,9 @@ impl Report {
 }
 
 impl Quantity {
-    /// measured − exact.
+    /// measured − discrete.
     #[must_use]
     pub fn error(&self) -> f64 {
-        self.measured - self.exact
-    }
-
-    /// How large its error may be.
-    #[must_use]
-    pub fn allowed(&self) -> f64 {
-        self.discretisation + self.slack
+        self.measured - self.discrete
     }
 }

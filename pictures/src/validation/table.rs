@@ -1,6 +1,6 @@
 //! The tables of the page.
 
-use super::number::{brief, figure, html, order};
+use super::number::{brief, figure, html};
 use super::report::{Experiment, Report, Series};
 use crate::markup::escape;
 use std::fmt::Write as _;
@@ -82,7 +82,7 @@ fn ratio(series: &Series) -> String {
     let quantities = series.trials.iter().flat_map(|trial| &trial.quantities);
     let shares = quantities
         .filter(|quantity| quantity.error() != 0.0)
-        .map(|quantity| (quantity.error() / quantity.allowed()).abs());
+        .map(|quantity| (quantity.error() / quantity.slack).abs());
     match shares.max_by(f64::total_cmp) {
         None => "0".to_owned(),
         Some(share) if share.is_finite() => format!("{share:.2}"),
@@ -97,6 +97,7 @@ pub fn quantities(experiment: &Experiment) -> String {
         ("solver", false),
         ("h, s", true),
         ("exact", true),
+        ("discrete", true),
         ("measured", true),
         ("error", true),
         ("allowed", true),
@@ -121,16 +122,17 @@ pub fn quantities(experiment: &Experiment) -> String {
                 let quantity = &trial.quantities[i];
                 let _ = writeln!(
                     rows,
-                    "{}{}{}{}{}{}{}{}{}</tr>",
+                    "{}{}{}{}{}{}{}{}{}{}</tr>",
                     std::mem::replace(&mut opening, "<tr>".to_owned()),
                     std::mem::take(&mut solver),
                     number(&trial.time_step.to_string()),
                     number(&figure(quantity.exact)),
+                    number(&figure(quantity.discrete)),
                     number(&figure(quantity.measured)),
                     number(&brief(quantity.error())),
-                    number(&brief(quantity.allowed())),
-                    number(&order(series.order(i, k))),
-                    verdict(quantity.holds, "holds", "off"),
+                    number(&brief(quantity.slack)),
+                    number(series.order(i, k)),
+                    verdict(quantity.fault.is_none(), "holds", "off"),
                 );
             }
         }

@@ -32,7 +32,8 @@ pub struct Cli {
 
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Recompute the certificate of every step of a trajectory from the file alone.
+    /// Recompute the residual of every step of a trajectory from the file alone, and judge every
+    /// row by it.
     Verify(VerifyArgs),
     /// Draw a trajectory as an animated GIF.
     Gif(GifArgs),

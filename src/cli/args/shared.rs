@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use tumble::contact::plane::Plane;
 use tumble_pictures::animation::View;
 
-/// What certificates depend on: the constants of the model, and the load.
+/// What residuals depend on: the constants of the model, and the load.
 #[derive(Debug, Args)]
 pub struct PhysicsArgs {
     /// Time step, s [default: drop 0.002, floating 0.001].

@@ -1,6 +1,7 @@
 //! What was found out, as the page and the tables have it.
 
-use tumble::validation::{self, Findings, Inputs, Laboratory, Problem};
+use tumble::validation::{self, Convergence, Findings, Inputs, Laboratory, Problem};
+use tumble_pictures::validation::number::brief;
 use tumble_pictures::validation::{Curve, Experiment, Quantity, Series, Solver, Trial};
 
 /// What is told of a problem with `inputs`, and what came of it.
@@ -48,10 +49,46 @@ fn quantity(quantity: &validation::Quantity, coarser: Option<&validation::Quanti
         unit: quantity.unit.to_owned(),
         measured: quantity.measured,
         exact: quantity.exact,
-        discretisation: quantity.discretisation,
+        discrete: quantity.discrete,
         slack: quantity.slack,
-        holds: quantity.holds(),
-        order: coarser.and_then(|coarser| coarser.order(quantity)),
+        fault: fault(quantity, coarser),
+        order: order(quantity, coarser),
+        first_order: quantity.convergence == Convergence::Order(1),
+    }
+}
+
+/// What is wrong with a quantity: it is off the discrete answer, or does not come to the exact
+/// one as it is declared to.
+fn fault(
+    quantity: &validation::Quantity,
+    coarser: Option<&validation::Quantity>,
+) -> Option<String> {
+    if !quantity.holds() {
+        let (error, slack, unit) = (brief(quantity.error()), brief(quantity.slack), quantity.unit);
+        return Some(format!("error {error} {unit}, allowed {slack} {unit}"));
+    }
+    let coarser = coarser.filter(|coarser| !coarser.converges(quantity))?;
+    let apart = brief(coarser.discrete - coarser.exact);
+    Some(match coarser.convergence {
+        Convergence::Order(p) => format!("order {}, declared {p}", order(quantity, Some(coarser))),
+        Convergence::Within(bound) => {
+            format!("discrete − exact {apart} before, declared ≤{}", brief(bound))
+        }
+        _ => format!("discrete − exact {apart} before, declared exact"),
+    })
+}
+
+/// What a quantity shows of its order of convergence beside the same one at twice the time step:
+/// the order, or why there is none.
+fn order(quantity: &validation::Quantity, coarser: Option<&validation::Quantity>) -> String {
+    match (coarser.unwrap_or(quantity).convergence, coarser) {
+        (Convergence::Order(_), None) => "—".to_owned(),
+        (Convergence::Order(_), Some(coarser)) => {
+            coarser.order(quantity).map_or("hidden".to_owned(), |order| format!("{order:.2}"))
+        }
+        (Convergence::Exact, _) => "exact".to_owned(),
+        (Convergence::Within(bound), _) => format!("≤{}", brief(bound)),
+        (Convergence::Unresolved, _) => "coarse".to_owned(),
     }
 }
 

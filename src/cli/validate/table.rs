@@ -1,15 +1,15 @@
 //! A validation for people at a terminal.
 
 use std::fmt::Write as _;
-use tumble_pictures::validation::number::{brief, figure, order};
+use tumble_pictures::validation::number::{brief, figure};
 use tumble_pictures::validation::{Experiment, Report, Series};
 
-const HEADS: [&str; 10] = [
-    "quantity", "unit", "solver", "h, s", "exact", "measured", "error", "allowed", "order",
-    "verdict",
+const HEADS: [&str; 11] = [
+    "quantity", "unit", "solver", "h, s", "exact", "discrete", "measured", "error", "allowed",
+    "order", "verdict",
 ];
 /// Columns of words, which stand at the left; numbers stand at the right.
-const WORDS: [usize; 4] = [0, 1, 2, 9];
+const WORDS: [usize; 4] = [0, 1, 2, 10];
 
 /// The names, what each is, its inputs and its usual time step, s.
 pub fn list(problems: &[(Experiment, f64)]) -> String {
@@ -35,7 +35,7 @@ pub fn describe(report: &Report) -> String {
 }
 
 /// One row a quantity and solver, at the solver's largest step.
-fn rows(experiment: &Experiment) -> Vec<[String; 10]> {
+fn rows(experiment: &Experiment) -> Vec<[String; 11]> {
     let mut rows = vec![HEADS.map(str::to_owned)];
     for i in 0..experiment.series[0].trials[0].quantities.len() {
         for (place, series) in experiment.series.iter().enumerate() {
@@ -48,10 +48,11 @@ fn rows(experiment: &Experiment) -> Vec<[String; 10]> {
                 series.solver.name().to_owned(),
                 trial.time_step.to_string(),
                 figure(quantity.exact),
+                figure(quantity.discrete),
                 figure(quantity.measured),
                 brief(quantity.error()),
-                brief(quantity.allowed()),
-                order(series.order(i, 1)),
+                brief(quantity.slack),
+                series.order(i, 1).to_owned(),
                 if series.holds(i) { "holds" } else { "OFF" }.to_owned(),
             ]);
         }
@@ -59,9 +60,9 @@ fn rows(experiment: &Experiment) -> Vec<[String; 10]> {
     rows
 }
 
-fn align(text: &mut String, rows: &[[String; 10]]) {
+fn align(text: &mut String, rows: &[[String; 11]]) {
     let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max();
-    let widths: [usize; 10] = std::array::from_fn(|column| width(column).unwrap_or(0));
+    let widths: [usize; 11] = std::array::from_fn(|column| width(column).unwrap_or(0));
     for row in rows {
         let mut line = String::from(" ");
         for (column, cell) in row.iter().enumerate() {
@@ -99,17 +100,15 @@ pub fn verdict(report: &Report) -> String {
     for experiment in &report.experiments {
         for series in &experiment.series {
             for trial in &series.trials {
-                for quantity in trial.quantities.iter().filter(|quantity| !quantity.holds) {
+                for quantity in &trial.quantities {
+                    let Some(fault) = &quantity.fault else { continue };
                     let _ = writeln!(
                         text,
-                        "off: {}, {}, {} at h = {} s: error {} {unit}, allowed {} {unit}",
+                        "off: {}, {}, {} at h = {} s: {fault}",
                         experiment.name,
                         quantity.name,
                         series.solver.name(),
                         trial.time_step,
-                        brief(quantity.error()),
-                        brief(quantity.allowed()),
-                        unit = quantity.unit
                     );
                 }
             }

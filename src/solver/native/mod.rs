@@ -32,7 +32,7 @@ use nalgebra::Vector3;
 use newton::{Iterate, Law, Newton, exact_residual};
 use starts::Start;
 pub use tolerances::ACCEPTED_RESIDUAL;
-use tolerances::{COMPLIANCES, SETTLED, SHARPNESSES, STICK_MARGINS};
+use tolerances::{COMPLIANCES, LARGE_TURN, SETTLED, SHARPNESSES, STICK_MARGINS, TURN_GAIN};
 
 /// The body that is solved for: this solver has one body's six velocities as unknowns.
 const BODY: usize = 0;
@@ -172,13 +172,13 @@ impl NativeSolver {
         exact_residual(&self.equations, &mut self.iterate)
     }
 
-    /// Whether the iterate turns the body by more than 1 rad in the step, and by more than
-    /// twice what it came with: the discrete equations have such solutions for slender
+    /// Whether the iterate turns the body by more than [`LARGE_TURN`] in the step, and by more
+    /// than [`TURN_GAIN`] times what it came with: the discrete equations have such solutions for slender
     /// bodies, and they make energy from nothing.
     fn turns_too_far(&self, step: &Step<'_>) -> bool {
         let h = step.world.time_step();
         let turn = h * self.iterate.velocity.spin.norm();
-        turn > 1.0 && turn > 2.0 * h * step.states[BODY].spin.norm()
+        turn > LARGE_TURN && turn > TURN_GAIN * h * step.states[BODY].spin.norm()
     }
 
     /// Sets the iterate to a start.
