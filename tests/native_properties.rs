@@ -107,10 +107,11 @@ fn toss(scene: impl Strategy<Value = World>) -> impl Strategy<Value = (World, St
     )
 }
 
-/// What a step that counts as solved claims: the laws to 1e-9 m/s (measured in 15 million
-/// contact steps of the tosses below: 1.3e-10), no corner lower than 1e-11 m (3.4e-13), no
+/// What a step that counts as solved claims: the laws to 1e-9 m/s (measured in 32 million
+/// contact steps of the tosses below: 2.2e-10), no corner lower than 1e-11 m (2.5e-13), no
 /// force that pulls and no friction beyond the cone, both to 1e-9 m/s times m/h; a corner
-/// with a flag touches or carries less than that, one without carries exactly nothing.
+/// that presses touches or carries less than that, one that does not carries exactly nothing
+/// (in the 32 million, eight corners kept the last digits of an impulse, up to 2.2e-12 m/s).
 fn check_laws(world: &World, record: &StepRecord) -> Result<(), TestCaseError> {
     let (k, h, mass) = (record.index, world.time_step(), body(world).mass());
     prop_assert!(record.certificate.residual() < 1e-9, "step {k}: {:?}", record.certificate);
@@ -189,8 +190,8 @@ impl Balance {
 }
 
 /// In 1000 tosses with friction up to 0.6 none fails. The search for a solution is not
-/// complete, though: in a study with friction up to 1 nine of 13 million contact steps of
-/// such tosses failed, one of them below 0.6.
+/// complete, though: in a study with friction up to 1 six of 11 million contact steps of
+/// such tosses failed, one of them below 0.6; with friction up to 0.6 none of as many.
 #[test]
 fn every_step_of_a_tossed_solid_box_is_solved_exactly() {
     each_step(1000, toss(scene(solid_box(), 0.6)), |world, record| {
@@ -201,12 +202,13 @@ fn every_step_of_a_tossed_solid_box_is_solved_exactly() {
 
 /// With any inertia and friction up to 2 a point can be such that pressing it makes it
 /// approach, and the search fails more often: no more than once in 10 000 contact steps
-/// (measured: 16 times in 2.2 million). It then says so.
+/// (measured: 36 times in 9.9 million; besides, 101 free flights by 38 rad a step, whose
+/// gyroscopic torque rounding makes more of than it is excused for). It then says so.
 #[test]
 fn a_step_of_any_toss_is_solved_exactly_or_reported_as_failed() {
     let (contact, failed) = (Cell::new(0), Cell::new(0));
     each_step(4000, toss(scene(any_box(), 2.0)), |world, record| {
-        contact.set(contact.get() + u32::from(record.report.status != StepStatus::Free));
+        contact.set(contact.get() + u32::from(!record.contacts.is_empty()));
         if record.report.status == StepStatus::Failed {
             failed.set(failed.get() + 1);
             return Ok(());
