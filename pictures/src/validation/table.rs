@@ -43,7 +43,7 @@ pub fn summary(report: &Report) -> String {
         ("steps", true),
         ("not converged", true),
         ("fallbacks", true),
-        ("worst certificate, m/s", true),
+        ("largest residual, m/s", true),
     ];
     let mut rows = String::new();
     for experiment in &report.experiments {

@@ -84,7 +84,7 @@ fn counts(text: &mut String, series: &Series) {
     let steps: Vec<_> = series.trials.iter().map(|trial| trial.time_step.to_string()).collect();
     let _ = writeln!(
         text,
-        "  {}: {} steps at h = {} s, {} not converged, {} fallbacks, worst certificate {} m/s",
+        "  {}: {} steps at h = {} s, {} not converged, {} fallbacks, largest residual {} m/s",
         series.solver.name(),
         series.sum(|trial| trial.steps),
         steps.join(", "),

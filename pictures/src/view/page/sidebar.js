@@ -8,7 +8,7 @@ function key(run) {
   return made;
 }
 
-// How many steps ended how, and the worst certificate, which is a link to its step.
+// How many steps ended how, and the largest residual, which is a link to its step.
 function counts(run, setTime) {
   const line = element("div", { class: "counts", "data-run": run.name });
   if (isPair) line.append(key(run));
@@ -21,7 +21,7 @@ function counts(run, setTime) {
     const jump = element(
       "button",
       { type: "button", class: "link worst", title: "Go to this step" },
-      `worst certificate ${number(worst.certificate ?? NaN, 2)} m/s at k = ${count(worst.row)}`,
+      `largest residual ${number(worst.certificate ?? NaN, 2)} m/s at k = ${count(worst.row)}`,
     );
     jump.addEventListener("click", () => setTime(worst.row * run.step));
     line.append(jump);
