@@ -134,7 +134,8 @@ fn the_certificate_of_a_floating_step_is_the_distance_from_the_truth() {
     assert!(coarse < 1e-6, "{coarse:e}");
     assert!((coarse / fine - 16.0).abs() < 0.1 * 16.0, "{coarse:e} {fine:e}");
     // 1 mm in 10 ms, 1e-4 of a turn at the reach of 0.8 m in as long, 0.1 m/s, 0.1 rad/s there.
-    let changes: [(&dyn Fn(&mut State), f64); 4] = [
+    type Change<'a> = &'a dyn Fn(&mut State);
+    let changes: [(Change<'_>, f64); 4] = [
         (&|next| next.position[1] += 1e-3, 0.1),
         (&|next| next.attitude[2] -= 1e-4, 1e-4 * 0.8 / 0.01),
         (&|next| next.velocity[0] += 0.1, 0.1),

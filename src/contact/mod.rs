@@ -85,7 +85,7 @@ pub struct Contact {
     pub lever: Vector3<f64>,
     /// A_A y, m: from A's centre of mass to the touching point.
     pub arm: Vector3<f64>,
-    /// [y]× A_Aᵀ, m: the torque (frame of A) of an impulse on A (world).
+    /// `[y]× A_Aᵀ`, m: the torque (frame of A) of an impulse on A (world).
     pub torque_map: Matrix3<f64>,
     /// How the touching point answers an impulse.
     pub response: Response,
