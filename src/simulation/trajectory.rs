@@ -119,9 +119,11 @@ impl<W: Write> TrajectoryWriter<W> {
             let force = contact.frame.tr_mul(&found.force);
             let slip = found.slip.norm();
             let products = products(&force, slip, height, contact.law.friction, SMOOTHING);
+            // A slip that moves the point by no more than rounding makes no product.
+            let sticks = slip * self.world.time_step() <= noise;
+            let product = if sticks { 0.0 } else { products.friction };
             let f = found.force;
-            let values =
-                [f[0], f[1], f[2], products.normal, products.friction, products.slip_speed];
+            let values = [f[0], f[1], f[2], products.normal, product, products.slip_speed];
             let places = self.layout.contact_variables(contact.key.point);
             for (place, value) in places.into_iter().zip(values) {
                 self.step[place - STATE.end] = value;
