@@ -316,6 +316,7 @@ fn contact_step(
 
     let (mut report, accepted) = if detection.find(world, states, free, contacts) {
         let step = Step { world, states, wrenches, free, previous, earlier, interrupt };
+        step.check_interrupt()?;
         let report = solver.solve(&step, contacts, solution)?;
         check_sizes(solution, states.len(), contacts.len())?;
         (report, solver.accepted_residual())
