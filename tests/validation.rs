@@ -62,7 +62,7 @@ fn the_native_solver_has_the_answers() {
             let mut laboratory = Laboratory::new(&native, part * inputs.time_step);
             let findings = problem.solve(&inputs, &mut laboratory).unwrap();
             assert_eq!((laboratory.failed, laboratory.fallback), (0, 0), "{}", problem.name());
-            assert!(laboratory.worst_certificate < 1e-9, "{}", problem.name());
+            assert!(laboratory.worst_residual < 1e-9, "{}", problem.name());
             assert_holds(problem, &inputs, &findings);
             findings
         });
@@ -255,7 +255,7 @@ fn a_solver_with_a_defect_is_found_out() {
             let found = findings.quantities.iter().find(|found| found.name == *quantity).unwrap();
             assert!(!found.holds(), "{defect}: {name}, {found:?}");
             // The certificate knows it as well: it does not believe the solver.
-            assert!(laboratory.worst_certificate > 1e-5, "{defect}: {name}");
+            assert!(laboratory.worst_residual > 1e-5, "{defect}: {name}");
         }
     }
 }

@@ -323,7 +323,7 @@ fn every_control_is_reached_by_tab_with_a_visible_focus() {
         "next",
         "facts BUTTON",
         "plot-z SUMMARY",
-        "plot-certificate SUMMARY",
+        "plot-residual SUMMARY",
     ];
     for id in ids {
         assert!(reached.iter().any(|other| other == id), "{id}: {reached:?}");

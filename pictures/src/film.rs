@@ -85,8 +85,8 @@ pub struct Frame {
     pub status: Status,
     /// Iterations of the solver.
     pub iterations: u32,
-    /// How far the step is from an exact solution, m/s.
-    pub certificate: f64,
+    /// By how much the step misses the exact laws, m/s.
+    pub residual: f64,
 }
 
 /// Where a body is and how it moves.
@@ -111,8 +111,8 @@ pub struct Contact {
     pub point: usize,
     /// On the body, N.
     pub force: Vector3<f64>,
-    /// Whether the step let the point carry a force: α.
-    pub may_carry: bool,
+    /// Whether the point presses in the step: α.
+    pub carries_force: bool,
     /// Of complementarity, s1 (N m), and of friction, s2 (W).
     pub slacks: [f64; 2],
     /// Of the slip speed, λ, m/s.

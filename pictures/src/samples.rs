@@ -29,7 +29,7 @@ pub fn falling_cube(steps: u64) -> Film {
             body: 0,
             point,
             force,
-            may_carry: true,
+            carries_force: true,
             slacks: [0.0; 2],
             multiplier: 0.0,
         };
@@ -91,7 +91,7 @@ fn moment(index: u64, time: f64) -> Frame {
         contacts: Vec::new(),
         status: Status::Free,
         iterations: 0,
-        certificate: 0.0,
+        residual: 0.0,
     }
 }
 

@@ -57,7 +57,7 @@ fn frame(row: &TrajectoryRow) -> Frame {
         body: 0,
         point,
         force: row.force(point),
-        may_carry: row.carrying[point],
+        carries_force: row.carrying[point],
         slacks: [row.step[3 * count + point], row.step[4 * count + point]],
         multiplier: row.step[5 * count + point],
     };
@@ -74,14 +74,14 @@ fn frame(row: &TrajectoryRow) -> Frame {
         contacts: (0..count).map(contact).filter(says_something).collect(),
         status: status(row.status),
         iterations: row.iterations,
-        certificate: row.residual,
+        residual: row.residual,
     }
 }
 
 /// Whether a row says of a point that it touches: it may carry a force, or has a number.
 fn says_something(contact: &Contact) -> bool {
     let Contact { force, slacks: [s1, s2], multiplier, .. } = contact;
-    contact.may_carry || force.iter().chain([s1, s2, multiplier]).any(|number| *number != 0.0)
+    contact.carries_force || force.iter().chain([s1, s2, multiplier]).any(|number| *number != 0.0)
 }
 
 fn status(status: StepStatus) -> Status {

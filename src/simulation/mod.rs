@@ -25,7 +25,7 @@ use crate::step::{Step, StepReport, StepSolution, StepSolver, StepStatus};
 use crate::world::World;
 use std::mem::swap;
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// What moves the bodies from one step to the next. Its solver must be made for the world of
 /// the simulation.
@@ -200,7 +200,7 @@ impl<'a> Simulation<'a> {
     }
 
     /// Gives up a step with [`Error::Interrupted`] soon after `flag` is raised, whoever solves
-    /// it.
+    /// it, and takes no other while it is.
     pub fn interrupt_by(&mut self, flag: Arc<AtomicBool>) {
         self.interrupt = Some(flag);
     }
@@ -212,6 +212,9 @@ impl<'a> Simulation<'a> {
     /// Only where a step could not be posed or was interrupted; the simulation stays where it
     /// was.
     pub fn step(&mut self, record: &mut StepRecord) -> Result<(), Error> {
+        if self.interrupt.as_ref().is_some_and(|flag| flag.load(Ordering::Relaxed)) {
+            return Err(Error::Interrupted);
+        }
         self.set_wrenches();
         let Self { world, motion, interrupt, now, before, scratch, .. } = &mut *self;
         let (report, certificate) = match motion {
@@ -316,7 +319,6 @@ fn contact_step(
 
     let (mut report, accepted) = if detection.find(world, states, free, contacts) {
         let step = Step { world, states, wrenches, free, previous, earlier, interrupt };
-        step.check_interrupt()?;
         let report = solver.solve(&step, contacts, solution)?;
         check_sizes(solution, states.len(), contacts.len())?;
         (report, solver.accepted_residual())

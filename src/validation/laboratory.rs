@@ -86,7 +86,7 @@ pub struct Laboratory<'a> {
     /// Steps for which another solver's answer stands in.
     pub fallback: u64,
     /// The largest certificate, m/s.
-    pub worst_certificate: f64,
+    pub worst_residual: f64,
 }
 
 impl<'a> Laboratory<'a> {
@@ -100,7 +100,7 @@ impl<'a> Laboratory<'a> {
             steps: 0,
             failed: 0,
             fallback: 0,
-            worst_certificate: 0.0,
+            worst_residual: 0.0,
         }
     }
 
@@ -226,8 +226,8 @@ impl<'a> Laboratory<'a> {
         self.failed += u64::from(record.report.status == StepStatus::Failed);
         self.fallback += u64::from(record.report.status == StepStatus::Fallback);
         let certificate = record.certificate.residual();
-        if certificate.is_nan() || certificate > self.worst_certificate {
-            self.worst_certificate = certificate;
+        if certificate.is_nan() || certificate > self.worst_residual {
+            self.worst_residual = certificate;
         }
     }
 }

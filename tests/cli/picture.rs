@@ -20,7 +20,7 @@ pub const ENERGY: Panels<5> = [
     ("energy", "E (J)", 3),
     ("height", "zmin (m)", 1),
     ("slip", "cmax (m/s)", 1),
-    ("certificate", "certificate (m/s)", 1),
+    ("residual", "residual (m/s)", 1),
     ("iterations", "iterations", 1),
 ];
 

@@ -51,7 +51,7 @@ fn the_sheets_have_their_panels_labels_and_curves() {
         assert!(picture.text.contains("time t (s)"));
         assert!(picture.text.contains("drop scene, seed 42, ipopt"));
     }
-    assert!(energy.panel("certificate").label.contains("log axis"));
+    assert!(energy.panel("residual").label.contains("log axis"));
     let corners: Vec<_> = (0..8).map(|corner| corner.to_string()).collect();
     let legend = motion.panel("fz").legend;
     assert!(corners.iter().all(|corner| legend.contains(corner)), "{legend:?}");
@@ -106,7 +106,7 @@ fn two_impacts_in_200_000_rows_are_seen() {
     assert!(motion.text.len() < 1_000_000, "{}", motion.text.len());
 
     let energy = Svg::read(&directory.path().join("plot-energy.svg"));
-    assert_eq!(energy.panel("certificate").legend, ["failed (1)"]);
+    assert_eq!(energy.panel("residual").legend, ["failed (1)"]);
 }
 
 #[test]
@@ -139,7 +139,7 @@ fn failed_steps_are_marked_and_a_drawn_run_keeps_its_exit_code() {
     let (simulated, _, energy) = simulate_and_plot(&FAILING_RUN);
     assert_eq!(simulated.end.code, Some(3));
     let failed = simulated.run_json()["summary"]["failed"].as_u64().unwrap();
-    let panel = energy.panel("certificate");
+    let panel = energy.panel("residual");
     assert!(panel.legend.contains(&format!("failed ({failed})")), "{:?}", panel.legend);
     assert_eq!(panel.marks, ["failed"]);
     // Drawing them again is no failure.

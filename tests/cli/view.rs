@@ -154,7 +154,7 @@ fn the_data_are_the_trajectory_s_own_numbers() {
         }
     }
     let certificates = table.numbers("certificate_m_s");
-    let shown = floats(&frames["certificates"]);
+    let shown = floats(&frames["residuals"]);
     assert!(shown.iter().zip(&certificates).all(|(shown, value)| *shown == *value as f32));
     let names = page.data["statuses"].as_array().unwrap();
     let statuses = bytes(&frames["statuses"]);
@@ -193,7 +193,7 @@ fn the_data_are_the_trajectory_s_own_numbers() {
     }
     let worst = &page.data["runs"][0]["worst"];
     let largest = certificates.iter().copied().fold(0.0, f64::max);
-    assert_eq!(worst["certificate"].as_f64().unwrap(), largest);
+    assert_eq!(worst["residual"].as_f64().unwrap(), largest);
     assert_eq!(certificates[worst["row"].as_u64().unwrap() as usize], largest);
 }
 
@@ -223,7 +223,7 @@ fn the_parameters_and_counts_are_those_of_run_json() {
         assert_eq!(count[1], summary[field], "{name}");
     }
     // The plots are those of `tumble plot`.
-    for id in ["x", "fz", "lambda", "energy", "height", "slip", "certificate", "iterations"] {
+    for id in ["x", "fz", "lambda", "energy", "height", "slip", "residual", "iterations"] {
         assert!(page.plot(id)["axis"]["ticks"].is_array(), "{id}");
     }
 }
@@ -244,7 +244,7 @@ fn two_impacts_in_200_000_rows_stay() {
     assert!(z.contains(&(77_777, 9.0)) && z.contains(&(123_456, -3.0)), "{z:?}");
     let fz = page.plot("fz")["series"].as_array().unwrap().iter().map(curve);
     assert!(fz.flatten().any(|point| point == (77_777, 20_000.0)));
-    let marks = &page.plot("certificate")["marks"][0];
+    let marks = &page.plot("residual")["marks"][0];
     assert_eq!((&marks["status"], &marks["count"]), (&"failed".into(), &1.into()));
     assert_eq!(integers(&marks["rows"]), [77_777]);
 
@@ -272,7 +272,7 @@ fn more_marks_than_a_page_takes_are_thinned_and_counted() {
     fs::write(&file, csv[..last].replace(",converged,", ",failed,") + &ended).unwrap();
     assert_eq!(view(&[&file], &[]).code, Some(3));
     let page = Page::read(&directory.path().join("view.html"));
-    let marks = &page.plot("certificate")["marks"][0];
+    let marks = &page.plot("residual")["marks"][0];
     assert_eq!(marks["count"], 19_999);
     let rows = integers(&marks["rows"]);
     assert!((4000..=5000).contains(&rows.len()), "{}", rows.len());
@@ -344,7 +344,7 @@ fn failed_steps_are_marked_and_keep_the_exit_code() {
     let (simulated, page) = simulate_with_page(&FAILING_RUN);
     assert_eq!(simulated.end.code, Some(3));
     let failed = &simulated.run_json()["summary"]["failed"];
-    let marks = page.plot("certificate")["marks"].as_array().unwrap();
+    let marks = page.plot("residual")["marks"].as_array().unwrap();
     let of_failed = marks.iter().find(|marks| marks["status"] == "failed").unwrap();
     assert_eq!(&of_failed["count"], failed);
     assert_eq!(integers(&of_failed["rows"]).len() as u64, failed.as_u64().unwrap());

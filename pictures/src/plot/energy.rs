@@ -5,7 +5,7 @@ use super::scale::Kind;
 use crate::film::{Contact, Film, Frame, Status};
 
 /// From top to bottom.
-pub const PANELS: [PanelMaker; 5] = [energies, lowest_corner, slip_speed, certificate, iterations];
+pub const PANELS: [PanelMaker; 5] = [energies, lowest_corner, slip_speed, residual, iterations];
 
 /// The statuses that are marked, and their colours.
 const MARKED: [(Status, &str); 3] =
@@ -65,8 +65,9 @@ fn slip_speed(film: &Film) -> Panel {
     }
 }
 
-/// max ‖c_xy‖ over the corners that touch in the step from `frame` to `next`: those flagged
-/// α on the force's side of complementarity, h f_z/m > z⁺/h (eq. 18c). NaN if none does.
+/// The largest slip speed, m/s, of the corners that touch in the step from `frame` to `next`:
+/// those that press with more than they are away, h f_z/m > z⁺/h. (A solver in the interior
+/// leaves a little of a force on every corner.) NaN if none does.
 fn largest_slip(film: &Film, frame: &Frame, next: &Frame) -> f64 {
     let Some(ground) = film.ground.filter(|_| frame.touches().next().is_some()) else {
         return f64::NAN;
@@ -76,27 +77,27 @@ fn largest_slip(film: &Film, frame: &Frame, next: &Frame) -> f64 {
     let slip = |contact: &Contact| {
         let (old, new) = (old.get(contact.point)?, new.get(contact.point)?);
         let push = h * ground.normal.dot(&contact.force) / mass;
-        let touches = contact.may_carry && push > ground.height(new) / h;
+        let touches = contact.carries_force && push > ground.height(new) / h;
         let way = new - old;
         touches.then(|| (way - ground.normal * ground.normal.dot(&way)).norm() / h)
     };
     frame.touches().filter_map(slip).fold(f64::NAN, f64::max)
 }
 
-fn certificate(film: &Film) -> Panel {
-    let values = film.steps().iter().map(|frame| frame.certificate);
+fn residual(film: &Film) -> Panel {
+    let values = film.steps().iter().map(|frame| frame.residual);
     let marks = |(status, colour): (Status, &'static str)| {
         let value = |frame: &Frame| {
-            if frame.status == status { frame.certificate } else { f64::NAN }
+            if frame.status == status { frame.residual } else { f64::NAN }
         };
         Marks { status, colour, values: film.steps().iter().map(value).collect() }
     };
     let is_there = |marks: &Marks| marks.values.iter().any(|value| !value.is_nan());
     Panel {
-        id: "certificate",
-        symbol: ("certificate", ""),
+        id: "residual",
+        symbol: ("residual", ""),
         unit: "m/s",
-        words: "distance of each step from an exact solution",
+        words: "by how much each step misses the exact laws",
         kind: Kind::Log,
         height: 190.0,
         series: vec![Series::new("", 0, values)],

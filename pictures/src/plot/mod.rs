@@ -21,7 +21,7 @@ use crate::film::Film;
 pub enum Sheet {
     /// Position, contact forces, slacks, multipliers.
     Motion,
-    /// Energy, touch, certificates, iterations.
+    /// Energy, touch, residuals, iterations.
     Energy,
 }
 
@@ -31,7 +31,7 @@ impl Sheet {
     pub fn name(self) -> &'static str {
         match self {
             Self::Motion => "Motion and contact",
-            Self::Energy => "Energy and certificate",
+            Self::Energy => "Energy and residual",
         }
     }
 

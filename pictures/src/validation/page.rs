@@ -84,7 +84,7 @@ mod tests {
             steps: 5,
             failed: 0,
             fallback: 0,
-            worst_certificate: 1e-12,
+            worst_residual: 1e-12,
         };
         let curve = Curve {
             name: words("way"),

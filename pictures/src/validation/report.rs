@@ -49,7 +49,7 @@ pub struct Trial {
     /// Steps for which another solver's answer stands in.
     pub fallback: u64,
     /// How far a step is from an exact solution at most, m/s.
-    pub worst_certificate: f64,
+    pub worst_residual: f64,
 }
 
 /// A number that was measured, and what it should be.
@@ -135,11 +135,11 @@ impl Series {
         self.trials.iter().map(count).sum()
     }
 
-    /// The largest certificate, m/s; NaN counts as largest.
+    /// The largest residual, m/s; NaN counts as largest.
     #[must_use]
-    pub fn worst_certificate(&self) -> f64 {
-        let certificates = self.trials.iter().map(|trial| trial.worst_certificate);
-        certificates.max_by(f64::total_cmp).unwrap_or(0.0)
+    pub fn worst_residual(&self) -> f64 {
+        let residuals = self.trials.iter().map(|trial| trial.worst_residual);
+        residuals.max_by(f64::total_cmp).unwrap_or(0.0)
     }
 }
 

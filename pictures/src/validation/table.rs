@@ -70,7 +70,7 @@ pub fn summary(report: &Report) -> String {
                 number(&series.sum(|trial| trial.steps).to_string()),
                 fault(series.sum(|trial| trial.failed)),
                 number(&series.sum(|trial| trial.fallback).to_string()),
-                number(&brief(series.worst_certificate())),
+                number(&brief(series.worst_residual())),
             );
         }
     }

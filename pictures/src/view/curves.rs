@@ -13,7 +13,7 @@ pub const MOST_MARKS: usize = 5000;
 /// Labels of an axis, about.
 const TICKS: usize = 6;
 /// The plots that are open when the page is: what tells most.
-const OPEN: [&str; 6] = ["distance", "z", "fz", "energy", "certificate", "height"];
+const OPEN: [&str; 6] = ["distance", "z", "fz", "energy", "residual", "height"];
 
 /// One pair of axes with the curves of all runs.
 #[derive(Serialize)]

@@ -33,11 +33,11 @@ struct RunData {
     frames: Poses,
 }
 
-/// The step with the largest certificate.
+/// The step with the largest residual.
 #[derive(Serialize)]
 struct Worst {
     row: usize,
-    certificate: f64,
+    residual: f64,
 }
 
 #[derive(Serialize)]
@@ -114,9 +114,9 @@ impl RunData {
 }
 
 fn worst(film: &Film) -> Option<Worst> {
-    let certificates = film.steps().iter().map(|step| step.certificate).enumerate();
+    let residuals = film.steps().iter().map(|step| step.residual).enumerate();
     // Of equal ones the first.
-    certificates
+    residuals
         .reduce(|worst, other| if other.1 > worst.1 { other } else { worst })
-        .map(|(row, certificate)| Worst { row, certificate })
+        .map(|(row, residual)| Worst { row, residual })
 }

@@ -13,7 +13,7 @@ const FEWEST_FRAMES: usize = 500;
 
 /// Every `every`-th frame, and the last.
 ///
-/// Of the steps from one of them to the next: their mean forces, their largest certificate and
+/// Of the steps from one of them to the next: their mean forces, their largest residual and
 /// their most conspicuous status.
 #[derive(Serialize)]
 pub struct Poses {
@@ -26,7 +26,7 @@ pub struct Poses {
     /// ‖v‖, m/s.
     speeds: String,
     /// m/s.
-    certificates: String,
+    residuals: String,
     /// Places in [`Status::ALL`](crate::Status::ALL).
     statuses: String,
     /// How many corners of each have a force.
@@ -69,8 +69,8 @@ impl Poses {
             origin: origin.into(),
             poses: f32s(spans.iter().flat_map(pose)),
             speeds: f32s(spans.iter().map(|span| span[0].pose().velocity.norm())),
-            certificates: f32s(spans.iter().map(|span| {
-                span.iter().map(|frame| frame.certificate).fold(f64::NEG_INFINITY, f64::max)
+            residuals: f32s(spans.iter().map(|span| {
+                span.iter().map(|frame| frame.residual).fold(f64::NEG_INFINITY, f64::max)
             })),
             statuses: u8s(spans
                 .iter()

@@ -111,7 +111,7 @@ mod tests {
             steps: 5,
             failed,
             fallback: 0,
-            worst_certificate: 1e-12,
+            worst_residual: 1e-12,
         };
         let trials = vec![trial(0.0, 0.01), trial(error, 0.005)];
         let series = vec![Series { solver: Solver::Native, trials, curve: Curve::default() }];

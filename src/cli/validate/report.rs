@@ -33,7 +33,7 @@ pub fn series(solver: Solver, runs: Vec<(f64, Findings, Laboratory<'_>)>) -> Ser
             steps: laboratory.steps,
             failed: laboratory.failed,
             fallback: laboratory.fallback,
-            worst_certificate: laboratory.worst_certificate,
+            worst_residual: laboratory.worst_residual,
         });
         before = Some(findings);
     }

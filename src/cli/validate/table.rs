@@ -90,7 +90,7 @@ fn counts(text: &mut String, series: &Series) {
         steps.join(", "),
         series.sum(|trial| trial.failed),
         series.sum(|trial| trial.fallback),
-        brief(series.worst_certificate()),
+        brief(series.worst_residual()),
     );
 }
 

@@ -212,7 +212,6 @@ impl NativeSolver {
 
     /// Newton with compliance, then its limit; with less and less compliance where the
     /// limit is not in reach.
-    ///
     fn descend(&mut self, effort: &mut Effort<'_>) -> Reached {
         let tolerances = *self.equations.tolerances();
         let mut reached = Reached { residual: f64::INFINITY, selected: false };
@@ -300,6 +299,15 @@ impl NativeSolver {
             },
         ));
     }
+
+    /// How deep a point may be below the ground at the end of the step before it counts as
+    /// missed, m: what no certificate sees, or what rounding leaves of a height.
+    fn deepest_miss(&self, step: &Step<'_>, next: &State) -> f64 {
+        let (ground, reach) = (step.world.ground(), step.world.reach());
+        let arm = ground.normal() * reach;
+        let rounding = rounding::gap(ground.normal(), &next.position, ground.offset(), &arm);
+        rounding.max(self.equations.tolerances().missed * step.world.time_step())
+    }
 }
 
 impl StepSolver for NativeSolver {
@@ -353,15 +361,4 @@ fn unsettled(step: &Step<'_>) -> f64 {
         largest = largest.max(contact.force.amax());
     }
     if largest > 0.0 { apart / largest } else { f64::INFINITY }
-}
-
-impl NativeSolver {
-    /// How deep a point may be below the ground at the end of the step before it counts as
-    /// missed, m: what no certificate sees, or what rounding leaves of a height.
-    fn deepest_miss(&self, step: &Step<'_>, next: &State) -> f64 {
-        let (ground, reach) = (step.world.ground(), step.world.reach());
-        let arm = ground.normal() * reach;
-        let rounding = rounding::gap(ground.normal(), &next.position, ground.offset(), &arm);
-        rounding.max(self.equations.tolerances().missed * step.world.time_step())
-    }
 }

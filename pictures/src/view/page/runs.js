@@ -25,7 +25,7 @@ class Run {
     this.origin = frames.origin;
     this.poses = floats(frames.poses);
     this.speeds = floats(frames.speeds);
-    this.certificates = floats(frames.certificates);
+    this.residuals = floats(frames.residuals);
     this.statuses = new Uint8Array(bytes(frames.statuses));
     this.forceCorners = new Uint16Array(bytes(frames.force_corners));
     this.forceValues = floats(frames.forces);

@@ -21,7 +21,7 @@ function counts(run, setTime) {
     const jump = element(
       "button",
       { type: "button", class: "link worst", title: "Go to this step" },
-      `largest residual ${number(worst.certificate ?? NaN, 2)} m/s at k = ${count(worst.row)}`,
+      `largest residual ${number(worst.residual ?? NaN, 2)} m/s at k = ${count(worst.row)}`,
     );
     jump.addEventListener("click", () => setTime(worst.row * run.step));
     line.append(jump);
@@ -67,7 +67,7 @@ function omissions() {
   for (const run of runs.filter((one) => one.every > 1)) {
     notes.push(
       `${isPair ? `${run.name}: ` : ""}every ${th(run.every)} of ${count(run.rows)} rows is shown, with the ` +
-        "mean forces, the largest certificate and the worst status of the steps between",
+        "mean forces, the largest residual and the worst status of the steps between",
     );
   }
   if (runs.some((run) => run.rows > 4000)) notes.push("curves are thinned and keep every extreme");
@@ -106,7 +106,7 @@ function fillState() {
     };
     if (isPair) field("run", "run").append(key(run));
     const fields = Object.fromEntries(
-      ["t", "k", "status", "position", "speed", "certificate"].map((name) => [
+      ["t", "k", "status", "position", "speed", "residual"].map((name) => [
         name,
         field(name, name),
       ]),
@@ -138,6 +138,6 @@ function showState(lines, time) {
         .join(", ")} m`,
     );
     put(fields.speed, `${fixed(run.speeds[frame], 3)} m/s`);
-    put(fields.certificate, isEnd ? NOTHING : `${number(run.certificates[frame], 2)} m/s`);
+    put(fields.residual, isEnd ? NOTHING : `${number(run.residuals[frame], 2)} m/s`);
   }
 }
