@@ -5,7 +5,7 @@
 //! [`StepSolution`]. Which solvers there are is the business of [`crate::solver`]; model,
 //! certificate, loop and writers know this trait alone.
 
-use crate::contact::{Contact, ContactKey};
+use crate::contact::{Candidates, ContactKey};
 use crate::error::Error;
 use crate::mechanics::{State, Wrench};
 use crate::world::World;
@@ -212,8 +212,8 @@ pub trait StepSolver: Send {
     /// Solves `step` and writes the point found to `solution`, also where the report says that
     /// it failed: one state a body, one force a contact. Every number in it is finite.
     ///
-    /// `contacts` comes in as the candidates. A solver may add to them
-    /// ([`admit_missed`](crate::contact::detection::admit_missed)), never take one away.
+    /// `candidates` comes in with the contacts to consider. A solver may have
+    /// [more of them found](Candidates::admit_missed); none is ever taken away.
     ///
     /// # Errors
     /// Only where the step could not be posed at all, or was interrupted; what `solution` then
@@ -221,7 +221,7 @@ pub trait StepSolver: Send {
     fn solve(
         &mut self,
         step: &Step<'_>,
-        contacts: &mut Vec<Contact>,
+        candidates: &mut Candidates,
         solution: &mut StepSolution,
     ) -> Result<StepReport, Error>;
 }
@@ -234,9 +234,9 @@ impl<S: StepSolver + ?Sized> StepSolver for Box<S> {
     fn solve(
         &mut self,
         step: &Step<'_>,
-        contacts: &mut Vec<Contact>,
+        candidates: &mut Candidates,
         solution: &mut StepSolution,
     ) -> Result<StepReport, Error> {
-        (**self).solve(step, contacts, solution)
+        (**self).solve(step, candidates, solution)
     }
 }

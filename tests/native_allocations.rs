@@ -7,6 +7,7 @@ mod toss;
 use allocation_counter::measure;
 use nalgebra::Vector3;
 use toss::*;
+use tumble::contact::Candidates;
 use tumble::mechanics::Wrench;
 use tumble::simulation::StepRecord;
 use tumble::solver::native::NativeSolver;
@@ -58,13 +59,14 @@ fn a_step_that_fails_allocates_nothing() {
     let states = &record.states;
     let free = &[world.free_flight(0, &states[0], &none)];
     let previous = &StepSolution::free(states);
-    let (mut contacts, mut solution) = (record.contacts.clone(), StepSolution::default());
+    let mut candidates = Candidates::from(record.contacts.clone());
+    let mut solution = StepSolution::default();
     let mut solver = NativeSolver::new(&world);
     let mut solve = |wrench: &Wrench| {
         let (world, wrenches) = (&world, &[*wrench]);
         let (earlier, interrupt) = (None, None);
         let step = Step { world, states, wrenches, free, previous, earlier, interrupt };
-        solver.solve(&step, &mut contacts, &mut solution).unwrap().status
+        solver.solve(&step, &mut candidates, &mut solution).unwrap().status
     };
     assert_ne!(solve(&none), StepStatus::Failed);
     let mut status = StepStatus::End;

@@ -7,7 +7,7 @@ mod toss;
 use common::{body, points};
 use nalgebra::{Matrix3, Vector3};
 use toss::*;
-use tumble::contact::Contact;
+use tumble::contact::Candidates;
 use tumble::error::Error;
 use tumble::mechanics::{Load, RigidBody, State, Wrench};
 use tumble::simulation::{Motion, Simulation, StepRecord};
@@ -121,9 +121,10 @@ impl StepSolver for OfSize {
     fn solve(
         &mut self,
         step: &Step<'_>,
-        contacts: &mut Vec<Contact>,
+        candidates: &mut Candidates,
         solution: &mut StepSolution,
     ) -> Result<StepReport, Error> {
+        let contacts = candidates.contacts();
         let count = contacts.len().saturating_add_signed(self.more);
         let force = ContactForce::none(contacts[0].key);
         solution.states = vec![step.free[0]; self.states];

@@ -111,7 +111,7 @@ impl Certifier {
             self.add_force(contact, &force);
             let a = &self.poses[contact.key.body];
             let b = match contact.key.partner {
-                Partner::Ground => None,
+                Partner::Ground | Partner::Fixed(_) => None,
                 Partner::Body(index) => Some(&self.poses[index]),
             };
             let u = contact.motion((&a.0, &a.1), b.map(|b| (&b.0, &b.1)), h);

@@ -14,12 +14,14 @@
 //! world turns the answer and no plane is special. The ground is a B that never moves:
 //! r_B = 0, A_B = E. Equation numbers are those of `docs/formulation.md`.
 
+mod candidates;
 pub mod certificate;
 pub mod detection;
 pub mod law;
 pub mod plane;
 pub mod rounding;
 
+pub use candidates::Candidates;
 pub use certificate::{Certificate, Certifier};
 pub use detection::Detection;
 pub use law::{ContactLaw, Response};
@@ -34,6 +36,8 @@ use nalgebra::{Matrix3, Vector3};
 pub enum Partner {
     /// The fixed ground.
     Ground,
+    /// The fixed piece of this index in [`World::fixed`](crate::world::World::fixed).
+    Fixed(usize),
     /// The body of this index in [`World::bodies`](crate::world::World::bodies).
     Body(usize),
 }

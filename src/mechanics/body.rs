@@ -132,6 +132,12 @@ impl RigidBody {
         &self.specific_inertia_inverse
     }
 
+    /// Whether all principal moments are equal, so that no spin changes by itself.
+    #[must_use]
+    pub fn is_isotropic(&self) -> bool {
+        self.specific_inertia == Matrix3::from_diagonal_element(self.specific_inertia[(0, 0)])
+    }
+
     /// The contact points, in the order of all per-contact arrays.
     #[must_use]
     pub fn contact_points(&self) -> &[ContactPoint] {

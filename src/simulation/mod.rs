@@ -16,7 +16,7 @@ pub mod trajectory;
 pub use record::StepRecord;
 
 use crate::contact::certificate::{Certifier, Claim, certify_rk4_step};
-use crate::contact::{Certificate, Contact, Detection, rounding};
+use crate::contact::{Candidates, Certificate, Detection, rounding};
 use crate::error::Error;
 use crate::mechanics::dynamics::rk4_step;
 use crate::mechanics::{Load, State, Wrench};
@@ -94,7 +94,7 @@ struct Past<'a> {
 struct Scratch {
     wrenches: Vec<Wrench>,
     free: Vec<State>,
-    contacts: Vec<Contact>,
+    candidates: Candidates,
     solution: StepSolution,
     certifier: Certifier,
 }
@@ -231,7 +231,7 @@ impl<'a> Simulation<'a> {
         record.states.clear();
         record.states.extend_from_slice(&self.now.states);
         record.solution.copy_from(&self.scratch.solution);
-        swap(&mut record.contacts, &mut self.scratch.contacts);
+        self.scratch.candidates.hand_over(&mut record.contacts);
 
         // solution → now → before → long before; the oldest one's memory is used again.
         let oldest = self.long_before.take().unwrap_or_default();
@@ -288,8 +288,8 @@ fn floating_step(
     states: &[State],
     scratch: &mut Scratch,
 ) -> (StepReport, Certificate) {
-    let Scratch { wrenches, contacts, solution, .. } = scratch;
-    contacts.clear();
+    let Scratch { wrenches, candidates, solution, .. } = scratch;
+    candidates.clear();
     solution.set_free(&[]);
     let bodies = world.bodies().iter().zip(states).zip(&*wrenches);
     solution.states.extend(bodies.map(|((body, state), wrench)| {
@@ -297,6 +297,7 @@ fn floating_step(
         total.force += world.gravity() * body.mass();
         rk4_step(body, state, &total, world.time_step())
     }));
+    let contacts = candidates.contacts();
     let claim = Claim { states, next: &solution.states, wrenches, contacts };
     (StepReport::without_problem(StepStatus::Free), certify_rk4_step(world, &claim))
 }
@@ -310,23 +311,24 @@ fn contact_step(
     interrupt: Option<&AtomicBool>,
     scratch: &mut Scratch,
 ) -> Result<(StepReport, Certificate), Error> {
-    let Scratch { wrenches, free, contacts, solution, certifier } = scratch;
+    let Scratch { wrenches, free, candidates, solution, certifier } = scratch;
     let Past { now: previous, before: earlier } = past;
     let states = &previous.states;
     free.clear();
     let flights = states.iter().zip(&*wrenches).enumerate();
     free.extend(flights.map(|(i, (state, wrench))| world.free_flight(i, state, wrench)));
 
-    let (mut report, accepted) = if detection.find(world, states, free, contacts) {
+    let (mut report, accepted) = if candidates.find(detection, world, states, free) {
         let step = Step { world, states, wrenches, free, previous, earlier, interrupt };
-        let report = solver.solve(&step, contacts, solution)?;
-        check_sizes(solution, states.len(), contacts.len())?;
+        let report = solver.solve(&step, candidates, solution)?;
+        check_sizes(solution, states.len(), candidates.contacts().len())?;
         (report, solver.accepted_residual())
     } else {
         solution.set_free(free);
         // Exact but for an implicit gyroscopic equation without a solution in reach.
         (StepReport::without_problem(StepStatus::Free), 0.0)
     };
+    let contacts = candidates.contacts();
     let claim = Claim { states, next: &solution.states, wrenches, contacts };
     let certificate = certifier.contact_step(world, &claim, solution.forces());
     // A solver may think better of a point than it is. A NaN is within nothing.

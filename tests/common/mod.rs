@@ -13,7 +13,7 @@ use std::io::Read;
 use std::path::Path;
 use tumble::contact::certificate::{Certificate, Certifier, Claim};
 use tumble::contact::detection::all_contacts;
-use tumble::contact::{Contact, Plane};
+use tumble::contact::{Candidates, Contact, Plane};
 use tumble::mechanics::quaternion::rotation;
 use tumble::mechanics::{RigidBody, State, Wrench};
 use tumble::simulation::scene;
@@ -165,7 +165,8 @@ pub fn solve_after(
     candidates: &[Contact],
     (previous, earlier): (&StepSolution, Option<&StepSolution>),
 ) -> (StepReport, StepSolution) {
-    let (mut candidates, mut solution) = (candidates.to_vec(), StepSolution::default());
+    let mut candidates = Candidates::from(candidates.to_vec());
+    let mut solution = StepSolution::default();
     let (states, wrenches) = (&[*state], &[*wrench]);
     let free = &[world.free_flight(0, state, wrench)];
     let step = Step { world, states, wrenches, free, previous, earlier, interrupt: None };

@@ -1,7 +1,7 @@
 //! Solvers with a defect, which the answers must find out.
 
 use nalgebra::Vector4;
-use tumble::contact::{Contact, ContactLaw};
+use tumble::contact::{Candidates, Contact, ContactLaw};
 use tumble::error::Error;
 use tumble::mechanics::State;
 use tumble::mechanics::quaternion::{advance, left};
@@ -51,15 +51,17 @@ impl StepSolver for Planted {
     fn solve(
         &mut self,
         step: &Step<'_>,
-        contacts: &mut Vec<Contact>,
+        candidates: &mut Candidates,
         solution: &mut StepSolution,
     ) -> Result<StepReport, Error> {
         let given = Given::of(step);
         let law = ContactLaw { friction: (self.friction)(&given) * given.friction };
-        let mut others: Vec<Contact> =
-            contacts.iter().map(|contact| Contact { law, ..*contact }).collect();
+        let contacts = candidates.contacts();
+        let known = contacts.len();
+        let changed = contacts.iter().map(|contact| Contact { law, ..*contact });
+        let mut others = Candidates::from(changed.collect::<Vec<_>>());
         let report = self.solver.solve(step, &mut others, solution)?;
-        contacts.extend_from_slice(&others[contacts.len()..]);
+        candidates.extend(others.contacts()[known..].iter().copied());
         let ground = step.world.ground();
         let mut state = ground.state_to_ground(&solution.states[0]);
         (self.defect)(&given, &mut state);

@@ -5,7 +5,7 @@ use super::memory::Multipliers;
 use super::program::{Attempt, Program};
 use super::{BODY, IpoptSolver, previous_point, set_flags, set_point, set_solution};
 use crate::contact::certificate::{Certifier, Claim};
-use crate::contact::{Contact, rounding};
+use crate::contact::{Candidates, Contact, rounding};
 use crate::error::Error;
 use crate::solver::native::NativeSolver;
 use crate::step::{ContactForce, Step, StepReport, StepSolution, StepSolver, StepStatus};
@@ -107,7 +107,6 @@ pub struct Ladder {
 struct Asked {
     /// Whether it was asked, and whether it solved the step.
     solved: Option<bool>,
-    contacts: Vec<Contact>,
     solution: StepSolution,
     point: ProgramPoint,
     /// The points that carry a force in it.
@@ -135,7 +134,6 @@ impl Ladder {
             certifier: Certifier::new(),
             asked: Asked {
                 solved: None,
-                contacts: Vec::new(),
                 solution: StepSolution::default(),
                 point: ProgramPoint::zeros(n),
                 flags: vec![false; n],
@@ -197,22 +195,21 @@ impl Ladder {
 
     /// Asks the native solver, once a step. It may admit contacts that detection missed; they
     /// then are contacts of the step.
-    fn ask_native(&mut self, step: &Step<'_>, contacts: &mut Vec<Contact>) -> Result<(), Error> {
+    fn ask_native(&mut self, step: &Step<'_>, candidates: &mut Candidates) -> Result<(), Error> {
         if self.asked.solved.is_some() {
             return Ok(());
         }
-        let Asked { solved, contacts: asked, solution, point, flags } = &mut self.asked;
-        asked.clone_from(contacts);
-        let report = self.native.solve(step, asked, solution)?;
+        let Asked { solved, solution, point, flags } = &mut self.asked;
+        let known = candidates.contacts().len();
+        let report = self.native.solve(step, candidates, solution)?;
         *solved = Some(report.status != StepStatus::Failed);
         set_point(step, solution, point);
         flags.fill(false);
         for contact in solution.contacts.iter().filter(|contact| contact.carries_force()) {
             flags[contact.key.point] = true;
         }
-        let admitted = &asked[contacts.len()..];
+        let admitted = &candidates.contacts()[known..];
         self.best.contacts.extend(admitted.iter().map(|contact| ContactForce::none(contact.key)));
-        contacts.extend_from_slice(admitted);
         Ok(())
     }
 
@@ -244,21 +241,23 @@ impl StepSolver for Ladder {
     fn solve(
         &mut self,
         step: &Step<'_>,
-        contacts: &mut Vec<Contact>,
+        candidates: &mut Candidates,
         solution: &mut StepSolution,
     ) -> Result<StepReport, Error> {
         self.asked.solved = None;
         // Where no rung has an end to show, free flight is at least a motion.
         self.best.set_free(step.free);
-        self.best.contacts.extend(contacts.iter().map(|contact| ContactForce::none(contact.key)));
+        let contacts = candidates.contacts().iter();
+        self.best.contacts.extend(contacts.map(|contact| ContactForce::none(contact.key)));
         self.best_point.set_free(&step.free[BODY]);
         let (mut least, mut multipliers) = (f64::INFINITY, None);
         let mut report = StepReport::without_problem(StepStatus::Failed);
         for index in 0..self.rungs.len() {
             let rung = self.rungs[index];
             if rung.asks_native() {
-                self.ask_native(step, contacts)?;
+                self.ask_native(step, candidates)?;
             }
+            let contacts = candidates.contacts();
             let Some(climbed) = self.climb(rung, step, contacts)? else { continue };
             report.iterations += climbed.iterations;
             report.message = climbed.message.or(report.message);

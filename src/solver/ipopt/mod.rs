@@ -8,7 +8,7 @@ mod subproblem;
 
 pub use ladder::{LADDER_RESIDUAL, Ladder, Rung};
 
-use crate::contact::Contact;
+use crate::contact::{Candidates, Contact};
 use crate::error::Error;
 use crate::ipopt::{BarrierStrategy, IpoptError, MultiplierStep, Options};
 use crate::mechanics::State;
@@ -220,9 +220,10 @@ impl StepSolver for IpoptSolver {
     fn solve(
         &mut self,
         step: &Step<'_>,
-        contacts: &mut Vec<Contact>,
+        candidates: &mut Candidates,
         solution: &mut StepSolution,
     ) -> Result<StepReport, Error> {
+        let contacts = candidates.contacts();
         set_flags(contacts, &mut self.flags);
         previous_point(&self.memory, step, &self.flags, &mut self.start);
         self.solve_from_start(step, contacts, solution)

@@ -1,20 +1,29 @@
 //! What a step has cost so far, and when to give it up.
 
-use super::tolerances::BUDGET;
+use super::tolerances::{BUDGET, BUDGET_CONTACTS, LEAST_BUDGET};
 use crate::error::Error;
 use crate::step::Step;
 
-/// Counts the iterations of a step, over all its starts, and asks for an interrupt before each.
+/// Counts the iterations of a step, over all its islands and starts, and asks for an interrupt
+/// before each.
 #[derive(Debug)]
 pub(super) struct Effort<'a> {
     step: &'a Step<'a>,
     iterations: u32,
+    /// How many more there may be for the island at hand.
+    left: u32,
     interrupted: bool,
 }
 
 impl<'a> Effort<'a> {
     pub(super) fn new(step: &'a Step<'a>) -> Self {
-        Self { step, iterations: 0, interrupted: false }
+        Self { step, iterations: 0, left: 0, interrupted: false }
+    }
+
+    /// A new budget, for an island of so many `contacts`: fewer iterations where each takes longer.
+    pub(super) fn begin_part(&mut self, contacts: usize) {
+        let cost = u32::try_from(contacts.div_ceil(BUDGET_CONTACTS)).unwrap_or(u32::MAX).max(1);
+        self.left = (BUDGET / cost).max(LEAST_BUDGET);
     }
 
     /// One iteration more; `false` where there is to be none.
@@ -23,13 +32,14 @@ impl<'a> Effort<'a> {
         if self.is_over() {
             return false;
         }
-        self.iterations += 1;
+        self.iterations = self.iterations.saturating_add(1);
+        self.left -= 1;
         true
     }
 
     /// Whether the budget is used up or the step interrupted.
     pub(super) fn is_over(&self) -> bool {
-        self.interrupted || self.iterations >= BUDGET
+        self.interrupted || self.left == 0
     }
 
     pub(super) fn iterations(&self) -> u32 {

@@ -1,16 +1,12 @@
-//! The equations of one step in impulse form: what is constant during the step (model),
-//! and the motion of the contact points as a function of the new velocity.
+//! What Newton's method and the interior point ask of the equations of a step, whether of one
+//! body ([`super::single`]) or of several that touch each other ([`super::island`]).
 //!
-//! Impulses are divided by the mass, p̂ = h f/m in m/s, so that every unknown is a
-//! velocity. Equation numbers are those of `docs/native-solver.md`.
+//! Impulses are divided by one mass M, p̂ = h f/M in m/s, so that every unknown is a velocity:
+//! that of the body, or a reference for all bodies of an island. Equation numbers are those of
+//! `docs/native-solver.md`.
 
-use super::newton::Iterate;
-use super::tolerances::{SETTLING, Tolerances};
+use super::tolerances::Tolerances;
 use crate::contact::Contact;
-use crate::mechanics::quaternion::rotation;
-use crate::mechanics::{RigidBody, State};
-use crate::step::Step;
-use crate::world::World;
 use nalgebra::{Matrix3, Vector3};
 
 /// A contact that may carry an impulse in this step, as the solver needs it. Vectors are in the
@@ -21,13 +17,13 @@ pub(super) struct Candidate {
     pub(super) normal: Vector3<f64>,
     /// (t₁, t₂, n) as columns.
     pub(super) frame: Matrix3<f64>,
-    /// y, m, body: the touching point.
+    /// y, m, frame of A: the touching point.
     pub(super) lever: Vector3<f64>,
     /// A y, m.
-    arm: Vector3<f64>,
-    /// a − y, m, body: to the point whose gap counts; zero where nothing is rounded.
-    rounding: Vector3<f64>,
-    /// G = [y]× Aᵀ, m: the torque (body) of an impulse (world).
+    pub(super) arm: Vector3<f64>,
+    /// a − y, m, frame of A: to the point whose gap counts; zero where nothing is rounded.
+    pub(super) rounding: Vector3<f64>,
+    /// G = [y]× Aᵀ, m: the torque (frame of A) of an impulse (world).
     pub(super) torque_map: Matrix3<f64>,
     /// φ/h at step k, m/s.
     pub(super) approach: f64,
@@ -38,7 +34,25 @@ pub(super) struct Candidate {
     pub(super) tangential_scale: f64,
 }
 
-/// The new velocities, V = (v⁺, ω⁺).
+impl Candidate {
+    /// That of `contact`, `share` being M over the mass of its body A.
+    pub(super) fn new(contact: &Contact, time_step: f64, share: f64) -> Self {
+        Self {
+            normal: contact.normal(),
+            frame: contact.frame,
+            lever: contact.lever,
+            arm: contact.arm,
+            rounding: contact.features.point - contact.lever,
+            torque_map: contact.torque_map,
+            approach: contact.gap / time_step,
+            friction: contact.law.friction,
+            normal_scale: 1.0 / (share * contact.response.normal),
+            tangential_scale: 1.0 / (share * contact.response.tangential),
+        }
+    }
+}
+
+/// The new velocities of a body, V = (v⁺, ω⁺).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Velocity {
     /// v⁺, m/s, world.
@@ -47,279 +61,222 @@ pub(super) struct Velocity {
     pub(super) spin: Vector3<f64>,
 }
 
-/// The step's constants.
-#[derive(Debug, Clone)]
-pub(super) struct StepEquations {
-    time_step: f64,
-    /// ℓ, m.
-    reach: f64,
-    /// A(q), body → world.
-    rotation: Matrix3<f64>,
-    /// v + h (f/m + g), m/s.
-    free_linear: Vector3<f64>,
-    /// ω of free flight, rad/s.
-    free_spin: Vector3<f64>,
-    /// ω at step k, rad/s.
-    old_spin: Vector3<f64>,
-    /// Î = I/m, m².
-    inertia: Matrix3<f64>,
-    /// Î⁻¹.
-    inertia_inverse: Matrix3<f64>,
-    /// h τ/m of the external torque, m²/s.
-    torque_impulse: Vector3<f64>,
-    isotropic: bool,
-    tolerances: Tolerances,
-    /// How much the impulses changed in the steps before, in parts of the largest.
-    unsettled: f64,
-    candidates: Vec<Candidate>,
+impl Velocity {
+    pub(super) fn zero() -> Self {
+        Self { linear: Vector3::zeros(), spin: Vector3::zeros() }
+    }
+
+    /// This and `length` times `step`.
+    #[inline]
+    pub(super) fn moved(&self, length: f64, step: &Self) -> Self {
+        Self { linear: self.linear + length * step.linear, spin: self.spin + length * step.spin }
+    }
+
+    pub(super) fn is_finite(&self) -> bool {
+        self.linear.iter().chain(&self.spin).all(|number| number.is_finite())
+    }
 }
 
-impl StepEquations {
-    /// Room for the steps of `body` in `world`.
-    pub(super) fn new(world: &World, body: &RigidBody) -> Self {
-        let inertia = *body.specific_inertia();
-        Self {
-            time_step: world.time_step(),
-            reach: body.reach(),
-            rotation: Matrix3::identity(),
-            free_linear: Vector3::zeros(),
-            free_spin: Vector3::zeros(),
-            old_spin: Vector3::zeros(),
-            inertia_inverse: *body.specific_inertia_inverse(),
-            torque_impulse: Vector3::zeros(),
-            isotropic: inertia == Matrix3::from_diagonal_element(inertia[(0, 0)]),
-            inertia,
-            tolerances: Tolerances::of(world, 0.0),
-            unsettled: f64::INFINITY,
-            candidates: Vec::with_capacity(body.contact_points().len()),
+/// The velocities of all bodies of a part of the step.
+pub(super) trait Velocities: Clone + std::fmt::Debug {
+    /// Room for them.
+    fn empty() -> Self;
+    /// Makes this `from` and `length` times `step`.
+    fn set_moved(&mut self, from: &Self, length: f64, step: &Self);
+    /// Makes this the same as `from`.
+    fn copy_from(&mut self, from: &Self);
+    fn is_finite(&self) -> bool;
+}
+
+impl Velocities for Velocity {
+    fn empty() -> Self {
+        Self::zero()
+    }
+
+    #[inline]
+    fn set_moved(&mut self, from: &Self, length: f64, step: &Self) {
+        *self = from.moved(length, step);
+    }
+
+    fn copy_from(&mut self, from: &Self) {
+        *self = *from;
+    }
+
+    fn is_finite(&self) -> bool {
+        Self::is_finite(self)
+    }
+}
+
+impl Velocities for Vec<Velocity> {
+    fn empty() -> Self {
+        Self::new()
+    }
+
+    fn set_moved(&mut self, from: &Self, length: f64, step: &Self) {
+        self.clear();
+        self.extend(from.iter().zip(step).map(|(from, step)| from.moved(length, step)));
+    }
+
+    fn copy_from(&mut self, from: &Self) {
+        self.clear();
+        self.extend_from_slice(from);
+    }
+
+    fn is_finite(&self) -> bool {
+        self.iter().all(Velocity::is_finite)
+    }
+}
+
+/// Makes room for `count` entries in all, whatever a list holds.
+pub(super) fn reserve<T>(list: &mut Vec<T>, count: usize) {
+    list.reserve(count.saturating_sub(list.len()));
+}
+
+/// Size of all residuals at a point.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Residual {
+    /// Largest entry, m/s.
+    pub(super) largest: f64,
+    /// Sum of squares, m²/s².
+    pub(super) squared: f64,
+}
+
+impl Residual {
+    #[inline]
+    pub(super) fn add(&mut self, part: &Vector3<f64>) {
+        self.largest = self.largest.max(part.amax());
+        self.squared += part.norm_squared();
+    }
+}
+
+/// One contact solved for its impulse (N5): δp̂ = offset + gain · δu.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Answer {
+    pub(super) offset: Vector3<f64>,
+    pub(super) gain: Gain,
+}
+
+/// What an impulse gains by a change of its point's motion.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Gain {
+    /// An open contact: nothing.
+    Zero,
+    /// A sticking one: −k E.
+    Spring(f64),
+    Full(Matrix3<f64>),
+}
+
+impl Answer {
+    /// p̂ = 0.
+    pub(super) fn open(impulse: &Vector3<f64>) -> Self {
+        Self { offset: -impulse, gain: Gain::Zero }
+    }
+
+    /// A spring of `stiffness` in all directions.
+    pub(super) fn stick(offset: Vector3<f64>, stiffness: f64) -> Self {
+        Self { offset, gain: Gain::Spring(stiffness) }
+    }
+
+    /// Any gain.
+    pub(super) fn full(offset: Vector3<f64>, gain: Matrix3<f64>) -> Self {
+        Self { offset, gain: Gain::Full(gain) }
+    }
+}
+
+/// ∂u/∂V of one contact.
+pub(super) trait Slope: Copy + std::fmt::Debug {
+    type Velocity: Velocities;
+
+    /// δu for a change of the velocities.
+    fn point_step(&self, change: &Self::Velocity) -> Vector3<f64>;
+}
+
+/// A contact eliminated: its answer, and what its point answers to the velocities.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Elimination<S> {
+    pub(super) answer: Answer,
+    /// Unused where the gain is zero.
+    pub(super) slope: S,
+}
+
+impl<S: Slope> Elimination<S> {
+    /// δp̂ for a change of the velocities.
+    #[inline]
+    pub(super) fn impulse_step(&self, change: &S::Velocity) -> Vector3<f64> {
+        let offset = self.answer.offset;
+        match &self.answer.gain {
+            Gain::Zero => offset,
+            Gain::Spring(stiffness) => offset - self.point_step(change) * *stiffness,
+            Gain::Full(gain) => offset + gain * self.point_step(change),
         }
     }
 
-    /// Sets the step's constants for body `index`; no candidates yet.
-    pub(super) fn begin(&mut self, step: &Step<'_>, index: usize) {
-        let (state, free) = (&step.states[index], &step.free[index]);
-        self.rotation = rotation(&state.attitude);
-        self.free_linear = free.velocity;
-        self.free_spin = free.spin;
-        self.old_spin = state.spin;
-        let mass = step.world.bodies()[index].mass();
-        self.torque_impulse = step.wrenches[index].torque * (self.time_step / mass);
-        self.tolerances = Tolerances::of(step.world, self.speed());
-        self.candidates.clear();
+    /// δu for a change of the velocities.
+    #[inline]
+    pub(super) fn point_step(&self, change: &S::Velocity) -> Vector3<f64> {
+        self.slope.point_step(change)
     }
+}
 
-    pub(super) fn candidates(&self) -> &[Candidate] {
-        &self.candidates
-    }
+/// The equations of bodies that move together in a step: what is constant during the step, and
+/// the motion of the contact points as a function of the new velocities.
+pub(super) trait Equations {
+    /// V of all bodies.
+    type Velocity: Velocities;
+    type Slope: Slope<Velocity = Self::Velocity>;
+    /// Memory of the linear system.
+    type System: Clone + std::fmt::Debug + Default;
 
+    /// The contacts that may carry an impulse.
+    fn candidates(&self) -> &[Candidate];
     /// The tolerances of the step.
-    pub(super) fn tolerances(&self) -> &Tolerances {
-        &self.tolerances
-    }
-
+    fn tolerances(&self) -> &Tolerances;
+    /// How many bodies there are.
+    fn bodies(&self) -> usize;
     /// How much the impulses changed in the steps before, in parts of the largest.
-    pub(super) fn unsettled(&self) -> f64 {
-        self.unsettled
-    }
-
-    pub(super) fn set_unsettled(&mut self, unsettled: f64) {
-        self.unsettled = unsettled;
-    }
-
-    /// The residual at which the limit of vanishing compliance is reached: to rounding where
-    /// the impulses are settling, because they may be kept for many steps.
-    pub(super) fn limit(&self) -> f64 {
-        if self.unsettled <= SETTLING { self.tolerances.rounding } else { self.tolerances.exact }
-    }
-
-    /// Sets the iterate's velocity to that of its impulses, and of that keeps what is as it was
-    /// in `state` to rounding as it was: the spin, the velocity, or its part along a contact's
-    /// normal.
-    pub(super) fn keep_velocity(&self, state: &State, iterate: &mut Iterate) {
-        let exact = self.tolerances.exact;
-        let velocity = &mut iterate.velocity;
-        if (velocity.spin - state.spin).amax() * self.reach <= exact {
-            velocity.spin = state.spin;
-        }
-        if (velocity.linear - state.velocity).amax() <= exact {
-            velocity.linear = state.velocity;
-        }
-        for candidate in &self.candidates {
-            let along = candidate.normal.dot(&(velocity.linear - state.velocity));
-            if along.abs() <= exact {
-                velocity.linear -= candidate.normal * along;
-            }
-        }
-    }
-
-    /// The speed of the body's motion before any impulse, m/s: the scale of the step.
-    pub(super) fn speed(&self) -> f64 {
-        self.free_linear.norm() + self.free_spin.norm() * self.reach
-    }
-
-    /// An angular residual of (N1) as the speed of a point at the body's reach, m/s.
-    pub(super) fn as_speed(&self, angular: &Vector3<f64>) -> Vector3<f64> {
-        self.inertia_inverse * angular * self.reach
-    }
-
-    /// Adds a contact of the body with the ground.
-    pub(super) fn admit(&mut self, contact: &Contact) {
-        self.candidates.push(Candidate {
-            normal: contact.normal(),
-            frame: contact.frame,
-            lever: contact.lever,
-            arm: contact.arm,
-            rounding: contact.features.point - contact.lever,
-            torque_map: contact.torque_map,
-            approach: contact.gap / self.time_step,
-            friction: contact.law.friction,
-            normal_scale: 1.0 / contact.response.normal,
-            tangential_scale: 1.0 / contact.response.tangential,
-        });
-    }
-
-    /// V of the impulses p̂, the gyroscopic term as in free flight: the start of an
-    /// iteration.
-    pub(super) fn velocity_after(&self, impulses: &[Vector3<f64>]) -> Velocity {
-        let mut velocity = Velocity { linear: self.free_linear, spin: self.free_spin };
-        let mut torque = Vector3::zeros();
-        for (candidate, impulse) in self.candidates.iter().zip(impulses) {
-            velocity.linear += impulse;
-            torque += candidate.torque_map * impulse;
-        }
-        velocity.spin += self.inertia_inverse * torque;
-        velocity
-    }
-
-    /// The linear and angular parts of the equations of motion (N1):
-    ///
-    /// ```text
-    /// v⁺ − v_free − Σ p̂,   Î (ω⁺ − ω) + h ω⁺ × Î ω⁺ − h τ/m − Σ [c]× Aᵀ p̂
-    /// ```
-    pub(super) fn motion_residual(
+    fn unsettled(&self) -> f64;
+    /// The speed of the motion before any impulse, m/s: the scale of the step.
+    fn speed(&self) -> f64;
+    /// Sets the velocities to those that the impulses p̂ leave, the gyroscopic term as in free
+    /// flight: the start of an iteration.
+    fn set_velocity_after(&self, impulses: &[Vector3<f64>], velocity: &mut Self::Velocity);
+    /// Of velocities, makes what is as it was at the step's start, to rounding, exactly so: spins,
+    /// velocities, or their parts along a contact's normal.
+    fn keep_velocity(&self, velocity: &mut Self::Velocity);
+    /// Whether a body turns by more than a large angle in the step, and by more than a multiple of
+    /// what it came with: the discrete equations have such solutions for slender bodies, and they
+    /// make energy from nothing.
+    fn turns_too_far(&self, velocity: &Self::Velocity) -> bool;
+    /// The residual of the equations of motion (N1), as speeds; `scratch` is memory for it.
+    fn motion_residual(
         &self,
-        velocity: &Velocity,
+        velocity: &Self::Velocity,
         impulses: &[Vector3<f64>],
-    ) -> (Vector3<f64>, Vector3<f64>) {
-        let spin = &velocity.spin;
-        let mut linear = velocity.linear - self.free_linear;
-        let mut angular = self.inertia * (spin - self.old_spin) - self.torque_impulse;
-        if !self.isotropic {
-            angular += self.time_step * spin.cross(&(self.inertia * spin));
-        }
-        for (candidate, impulse) in self.candidates.iter().zip(impulses) {
-            linear -= impulse;
-            angular -= candidate.torque_map * impulse;
-        }
-        (linear, angular)
-    }
-
-    /// ∂(angular part)/∂ω⁺ = Î + h ([ω]× Î − [Î ω]×).
-    pub(super) fn angular_slope(&self, spin: &Vector3<f64>) -> Matrix3<f64> {
-        if self.isotropic {
-            return self.inertia;
-        }
-        let gyroscopic = spin.cross_matrix() * self.inertia - (self.inertia * spin).cross_matrix();
-        self.inertia + self.time_step * gyroscopic
-    }
-
-    /// What all contact points share of their motion at `velocity` (N2).
-    pub(super) fn turning(&self, velocity: &Velocity) -> Turning<'_> {
-        let spin = velocity.spin;
-        let half = 0.5 * self.time_step;
-        let shrink = 1.0 / (1.0 + half * half * spin.norm_squared());
-        // K = ([ω]× + (h/2) (ω ωᵀ − ω² E)) / (1 + h²ω²/4)
-        let mut sweep = spin.cross_matrix() + half * spin * spin.transpose();
-        for k in 0..3 {
-            sweep[(k, k)] -= half * spin.norm_squared();
-        }
-        Turning {
-            equations: self,
-            linear: velocity.linear,
-            spin,
-            spin_world: self.rotation * spin,
-            half,
-            shrink,
-            sweep: self.rotation * sweep * shrink,
-        }
-    }
-}
-
-/// The motion of the body's points during the step at one velocity.
-///
-/// The attitude step turns the body by the Cayley map of h ω/2, so that
-///
-/// ```text
-/// (A(q⁺) − A(q)) c / h = A K c,   K c = (ω × c + (h/2) ω × (ω × c)) / (1 + h²ω²/4)
-/// ```
-pub(super) struct Turning<'a> {
-    equations: &'a StepEquations,
-    linear: Vector3<f64>,
-    spin: Vector3<f64>,
-    /// A ω.
-    spin_world: Vector3<f64>,
-    /// h/2.
-    half: f64,
-    /// 1/(1 + h²ω²/4).
-    shrink: f64,
-    /// A K.
-    sweep: Matrix3<f64>,
-}
-
-impl Turning<'_> {
-    /// u of a candidate (N2): mean tangential velocity over the step, and along the normal
-    /// the gap speed φ⁺/h, m/s.
-    ///
-    /// The gap is that of the point a, the slip that of the touching point y; A K (a − y)
-    /// along the normal is what rounding adds to one over the other.
-    #[inline]
-    pub(super) fn point_velocity(&self, candidate: &Candidate) -> Vector3<f64> {
-        let u = self.linear + self.sweep * candidate.lever;
-        let mut along = candidate.approach;
-        if candidate.rounding != Vector3::zeros() {
-            along += candidate.normal.dot(&(self.sweep * candidate.rounding));
-        }
-        u + candidate.normal * along
-    }
-
-    /// ∂u/∂ω⁺ (N3), `u` being the candidate's; ∂u/∂v⁺ is E.
-    #[inline]
-    pub(super) fn point_slope(&self, candidate: &Candidate, u: &Vector3<f64>) -> Matrix3<f64> {
-        let Candidate { normal, lever, arm, rounding, torque_map, .. } = candidate;
-        if *rounding == Vector3::zeros() {
-            let swept = u - self.linear - normal * candidate.approach;
-            return self.swept_slope(lever, arm, torque_map.transpose(), &swept);
-        }
-        let swept = self.sweep * lever;
-        let slope = self.swept_slope(lever, arm, torque_map.transpose(), &swept);
-        let rotation = &self.equations.rotation;
-        let turned = -rotation * rounding.cross_matrix();
-        let swept = self.sweep * rounding;
-        let between = self.swept_slope(rounding, &(rotation * rounding), turned, &swept);
-        slope + normal * between.tr_mul(normal).transpose()
-    }
-
-    /// ∂(A K c)/∂ω⁺ of the body's point c, from A c, −A [c]× and A K c. With
-    /// ∂/∂ω (ω × c) = −[c]× and ∂/∂ω (ω × (ω × c)) = ω cᵀ + (ω·c) E − 2 c ωᵀ:
-    ///
-    /// ```text
-    /// (−A [c]× + (h/2) (A ω cᵀ + (ω·c) A − 2 A c ωᵀ)) / (1 + h²ω²/4)
-    ///   − (h²/2) A K c ωᵀ / (1 + h²ω²/4)
-    /// ```
-    #[inline]
-    fn swept_slope(
+        scratch: &mut Self::Velocity,
+    ) -> Residual;
+    /// u of candidate `index` (N2), m/s, world.
+    fn point(&self, index: usize, velocity: &Self::Velocity) -> Vector3<f64>;
+    /// Adds to the velocities what an impulse p̂ more at candidate `index` makes of them.
+    fn push(&self, index: usize, impulse: &Vector3<f64>, velocity: &mut Self::Velocity);
+    /// u of every candidate (N2), m/s, world.
+    fn set_points(&self, velocity: &Self::Velocity, points: &mut Vec<Vector3<f64>>);
+    /// The direction of the velocities (N8) at a point (velocities, impulses and u of the
+    /// candidates), where `answer` solves each candidate for its impulse. The eliminations of all
+    /// candidates are left behind. `false` where the system has no solution.
+    fn direction(
         &self,
-        point: &Vector3<f64>,
-        arm: &Vector3<f64>,
-        turned: Matrix3<f64>,
-        swept: &Vector3<f64>,
-    ) -> Matrix3<f64> {
-        let half = self.half;
-        let back = (arm + half * swept) * (2.0 * half);
-        let mut slope = turned;
-        slope += self.spin_world * (half * point).transpose();
-        slope += self.equations.rotation * (half * self.spin.dot(point));
-        slope -= back * self.spin.transpose();
-        slope * self.shrink
-    }
+        at: Point<'_, Self::Velocity>,
+        answer: impl FnMut(usize, &Candidate, &Vector3<f64>) -> Option<Answer>,
+        eliminations: &mut Vec<Elimination<Self::Slope>>,
+        system: &mut Self::System,
+        step: &mut Self::Velocity,
+    ) -> bool;
+}
+
+/// A point of an iteration: the velocities, p̂ and u of every candidate.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Point<'a, V> {
+    pub(super) velocity: &'a V,
+    pub(super) impulses: &'a [Vector3<f64>],
+    pub(super) points: &'a [Vector3<f64>],
 }

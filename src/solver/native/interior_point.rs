@@ -5,8 +5,7 @@
 //! Equation numbers are those of `docs/native-solver.md`.
 
 use super::effort::Effort;
-use super::elimination::{Elimination, MotionSystem};
-use super::equations::{Candidate, StepEquations, Velocity};
+use super::equations::{Answer, Candidate, Elimination, Equations, Point, Velocities, reserve};
 use super::newton::Iterate;
 use super::tolerances::COMPLIANCE;
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
@@ -30,22 +29,17 @@ struct Cone {
 
 /// Scratch of the iteration.
 #[derive(Debug, Clone)]
-pub(super) struct InteriorPoint {
+pub(super) struct InteriorPoint<E: Equations> {
     cones: Vec<Cone>,
     steps: Vec<Cone>,
-    eliminations: Vec<ConeElimination>,
-}
-
-/// A contact eliminated, with what its other variables' steps need.
-#[derive(Debug, Clone, Copy)]
-struct ConeElimination {
-    /// World.
-    motion: Elimination,
-    frame: Matrix3<f64>,
-    /// (η, s) − û.
-    gap_error: Vector3<f64>,
-    /// Right-hand side of (N7b).
-    dual_target: f64,
+    /// Of every contact: (η, s) − û, and the right-hand side of (N7b).
+    errors: Vec<(Vector3<f64>, f64)>,
+    eliminations: Vec<Elimination<E::Slope>>,
+    points: Vec<Vector3<f64>>,
+    step: E::Velocity,
+    /// Memory of a moved point and of an evaluation.
+    moved: E::Velocity,
+    system: E::System,
 }
 
 /// What a direction aims at.
@@ -67,22 +61,36 @@ const NEAR: f64 = 1e-9;
 /// The least speed and friction that a start is scaled with, in parts of the world's scale.
 const LEAST: f64 = 1e-6;
 
-impl InteriorPoint {
-    pub(super) fn new(contacts: usize) -> Self {
+impl<E: Equations> InteriorPoint<E> {
+    pub(super) fn new() -> Self {
         Self {
-            cones: Vec::with_capacity(contacts),
-            steps: Vec::with_capacity(contacts),
-            eliminations: Vec::with_capacity(contacts),
+            cones: Vec::new(),
+            steps: Vec::new(),
+            errors: Vec::new(),
+            eliminations: Vec::new(),
+            points: Vec::new(),
+            step: E::Velocity::empty(),
+            moved: E::Velocity::empty(),
+            system: E::System::default(),
         }
+    }
+
+    /// Room for so many contacts.
+    pub(super) fn reserve(&mut self, contacts: usize) {
+        reserve(&mut self.cones, contacts);
+        reserve(&mut self.steps, contacts);
+        reserve(&mut self.errors, contacts);
+        reserve(&mut self.eliminations, contacts);
+        reserve(&mut self.points, contacts);
     }
 
     /// Brings `iterate` near a solution from a centred start with normal impulses of
     /// `scale` times the momentum over the number of contacts.
     pub(super) fn solve(
         &mut self,
-        equations: &StepEquations,
+        equations: &E,
         scale: f64,
-        iterate: &mut Iterate,
+        iterate: &mut Iterate<E::Velocity>,
         effort: &mut Effort<'_>,
     ) {
         let speed = self.start(equations, scale, iterate);
@@ -94,19 +102,21 @@ impl InteriorPoint {
                 return;
             }
             // The predictor's progress says how much to centre (Mehrotra).
-            if self.direction(equations, iterate, Aim::Boundary).is_none() {
+            if !self.set_direction(equations, iterate, Aim::Boundary) {
                 return;
             }
             let after = self.complementarity(self.longest_step());
             let centring = (after / gap).clamp(0.0, 1.0).powi(3);
             let aim = Aim::Centre(centring * gap);
-            let Some(step) = self.direction(equations, iterate, aim) else { return };
-            self.advance(equations, iterate, &step, self.longest_step());
+            if !self.set_direction(equations, iterate, aim) {
+                return;
+            }
+            self.advance(equations, iterate, self.longest_step());
         }
     }
 
     /// The centred start; returns the speed scale.
-    fn start(&mut self, equations: &StepEquations, scale: f64, iterate: &mut Iterate) -> f64 {
+    fn start(&mut self, equations: &E, scale: f64, iterate: &mut Iterate<E::Velocity>) -> f64 {
         let count = equations.candidates().len() as f64;
         let speed = equations.speed().max(LEAST);
         let centred = |candidate: &Candidate| Cone {
@@ -121,7 +131,7 @@ impl InteriorPoint {
         self.steps.clear();
         self.steps.extend(equations.candidates().iter().map(|_| Cone::ZERO));
         self.set_impulses(equations, iterate);
-        iterate.velocity = equations.velocity_after(&[]);
+        equations.set_velocity_after(&[], &mut iterate.velocity);
         speed
     }
 
@@ -133,58 +143,55 @@ impl InteriorPoint {
     }
 
     /// Largest error of the equations of motion and of (η, s) = û, m/s.
-    fn error(&self, equations: &StepEquations, iterate: &Iterate) -> f64 {
-        let (linear, angular) = equations.motion_residual(&iterate.velocity, &iterate.impulses);
-        let mut largest = linear.amax().max(equations.as_speed(&angular).amax());
-        let turning = equations.turning(&iterate.velocity);
-        for (candidate, cone) in equations.candidates().iter().zip(&self.cones) {
-            let u = candidate.frame.tr_mul(&turning.point_velocity(candidate));
-            let u = u + COMPLIANCE * cone.impulse();
+    fn error(&mut self, equations: &E, iterate: &Iterate<E::Velocity>) -> f64 {
+        let Self { cones, points, moved, .. } = self;
+        let motion = equations.motion_residual(&iterate.velocity, &iterate.impulses, moved);
+        let mut largest = motion.largest;
+        equations.set_points(&iterate.velocity, points);
+        for ((candidate, cone), u) in equations.candidates().iter().zip(&*cones).zip(&*points) {
+            let u = candidate.frame.tr_mul(u) + COMPLIANCE * cone.impulse();
             largest = largest.max((cone.speeds() - u).amax());
         }
         largest
     }
 
-    /// The direction of the velocities; that of the cones' variables goes to `steps`.
-    fn direction(
-        &mut self,
-        equations: &StepEquations,
-        iterate: &Iterate,
-        aim: Aim,
-    ) -> Option<Velocity> {
-        let velocity = &iterate.velocity;
-        let mut system = MotionSystem::new(equations, velocity, &iterate.impulses);
-        let turning = equations.turning(velocity);
-        self.eliminations.clear();
-        let contacts = equations.candidates().iter().zip(&self.cones).zip(&self.steps);
-        for ((candidate, cone), predictor) in contacts {
-            let targets = match aim {
-                Aim::Boundary => cone.targets(0.0, &Cone::ZERO),
-                Aim::Centre(kappa) => cone.targets(kappa, predictor),
-            };
-            let u = turning.point_velocity(candidate);
-            let frame = candidate.frame;
-            let gap_error = cone.speeds() - frame.tr_mul(&u) - COMPLIANCE * cone.impulse();
-            let (offset, gain) = cone.eliminate(&targets, &gap_error)?;
-            let motion = Elimination::full(
-                frame * offset,
-                frame * gain * frame.transpose(),
-                turning.point_slope(candidate, &u),
-            );
-            system.add(&candidate.torque_map, &motion);
-            self.eliminations.push(ConeElimination {
-                motion,
-                frame,
-                gap_error,
-                dual_target: targets.dual,
-            });
+    /// Sets the direction of the velocities to `step` and that of the cones' variables to
+    /// `steps`; `false` where there is none.
+    fn set_direction(&mut self, equations: &E, iterate: &Iterate<E::Velocity>, aim: Aim) -> bool {
+        let Self { cones, steps, errors, eliminations, points, step, system, .. } = self;
+        let (velocity, impulses) = (&iterate.velocity, iterate.impulses.as_slice());
+        equations.set_points(velocity, points);
+        errors.clear();
+        let solvable = equations.direction(
+            Point { velocity, impulses, points },
+            |index, candidate, u| {
+                let cone = &cones[index];
+                let targets = match aim {
+                    Aim::Boundary => cone.targets(0.0, &Cone::ZERO),
+                    Aim::Centre(kappa) => cone.targets(kappa, &steps[index]),
+                };
+                let frame = &candidate.frame;
+                let gap_error = cone.speeds() - frame.tr_mul(u) - COMPLIANCE * cone.impulse();
+                let (offset, gain) = cone.eliminate(&targets, &gap_error)?;
+                errors.push((gap_error, targets.dual));
+                Some(Answer::full(frame * offset, frame * gain * frame.transpose()))
+            },
+            eliminations,
+            system,
+            step,
+        );
+        if solvable {
+            let contacts = equations.candidates().iter().zip(&*cones);
+            let solved = eliminations.iter().zip(&*errors);
+            for ((target, (candidate, cone)), (elimination, (gap_error, dual_target))) in
+                steps.iter_mut().zip(contacts).zip(solved)
+            {
+                let impulse = candidate.frame.tr_mul(&elimination.impulse_step(step));
+                let moved = candidate.frame.tr_mul(&elimination.point_step(step));
+                *target = cone.step(&impulse, &moved, gap_error, *dual_target);
+            }
         }
-        let change = system.solve()?;
-        let eliminated = self.cones.iter().zip(&self.eliminations);
-        for (step, (cone, contact)) in self.steps.iter_mut().zip(eliminated) {
-            *step = cone.step(contact, &change);
-        }
-        Some(change)
+        solvable
     }
 
     /// The longest step that keeps every cone strictly inside.
@@ -196,15 +203,9 @@ impl InteriorPoint {
             .fold(1.0, f64::min)
     }
 
-    fn advance(
-        &mut self,
-        equations: &StepEquations,
-        iterate: &mut Iterate,
-        step: &Velocity,
-        length: f64,
-    ) {
-        iterate.velocity.linear += length * step.linear;
-        iterate.velocity.spin += length * step.spin;
+    fn advance(&mut self, equations: &E, iterate: &mut Iterate<E::Velocity>, length: f64) {
+        self.moved.set_moved(&iterate.velocity, length, &self.step);
+        iterate.velocity.copy_from(&self.moved);
         for (cone, step) in self.cones.iter_mut().zip(&self.steps) {
             *cone = cone.moved(step, length);
         }
@@ -212,7 +213,7 @@ impl InteriorPoint {
     }
 
     /// The cones' impulses in the world's axes.
-    fn set_impulses(&self, equations: &StepEquations, iterate: &mut Iterate) {
+    fn set_impulses(&self, equations: &E, iterate: &mut Iterate<E::Velocity>) {
         let contacts = equations.candidates().iter().zip(&self.cones);
         iterate.impulses.clear();
         iterate.impulses.extend(contacts.map(|(contact, cone)| contact.frame * cone.impulse()));
@@ -315,12 +316,17 @@ impl Cone {
         ))
     }
 
-    /// The step of all variables of this contact for a change of the velocities.
-    fn step(&self, contact: &ConeElimination, change: &Velocity) -> Self {
+    /// The step of all variables of this contact for the steps of its impulse and of its point,
+    /// both in its frame.
+    fn step(
+        &self,
+        impulse: &Vector3<f64>,
+        moved: &Vector3<f64>,
+        gap_error: &Vector3<f64>,
+        dual_target: f64,
+    ) -> Self {
         let friction = self.friction;
-        let impulse = contact.frame.tr_mul(&contact.motion.impulse_step(change));
-        let moved = contact.frame.tr_mul(&contact.motion.point_step(change));
-        let speeds = moved + COMPLIANCE * impulse - contact.gap_error;
+        let speeds = moved + COMPLIANCE * impulse - gap_error;
         let mut step = Self {
             friction: 0.0,
             normal: impulse[2],
@@ -333,7 +339,7 @@ impl Cone {
             let products = friction * self.dual * step.normal
                 + self.slip.dot(&step.tangential)
                 + self.tangential.dot(&step.slip);
-            step.dual = (contact.dual_target - products) / (friction * self.normal);
+            step.dual = (dual_target - products) / (friction * self.normal);
         }
         step
     }

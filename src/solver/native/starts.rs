@@ -1,6 +1,6 @@
 //! Where an iteration starts, in the order in which starts are tried.
 
-use super::equations::StepEquations;
+use super::equations::Candidate;
 use nalgebra::Vector3;
 use rand_mt::Mt;
 use std::f64::consts::TAU;
@@ -12,17 +12,23 @@ pub(super) enum Start {
     Previous,
     /// No impulses.
     Zero,
+    /// Where a path of less and less compliance leads, from no impulses and a compliance of
+    /// [`SOFTEST`], by this factor from one to the next.
+    Compliant(f64),
     /// An interior point's answer, itself started with normal impulses of this multiple
     /// of the momentum: finds the jams, where one point takes all momentum.
     InteriorPoint(f64),
+    /// What this number of Gauss–Seidel sweeps makes of no impulses.
+    Swept(u32),
     /// Impulses scattered over the cones, by number; the same for every step.
     Scattered(u32),
 }
 
-/// How many scattered starts are tried before a step is given up.
-const MOST_SCATTERED: u32 = 1024;
+/// ε where a path of compliance starts: a tenth of a body's own response.
+pub(super) const SOFTEST: f64 = 0.1;
 
-const FIRST: [Start; 7] = [
+/// For one body: a few unknowns, so that many starts cost little.
+const ALONE: [Start; 9] = [
     Start::Previous,
     Start::Zero,
     Start::InteriorPoint(1.0),
@@ -30,7 +36,26 @@ const FIRST: [Start; 7] = [
     Start::InteriorPoint(10.0),
     Start::InteriorPoint(0.01),
     Start::InteriorPoint(100.0),
+    Start::Compliant(0.1),
+    Start::Compliant(0.3),
 ];
+/// How many scattered starts are tried for one body before a step is given up.
+const SCATTERED_ALONE: u32 = 1024;
+
+/// For several bodies: in the order of what they solve for their cost.
+const TOGETHER: [Start; 10] = [
+    Start::Previous,
+    Start::Compliant(0.1),
+    Start::Zero,
+    Start::Swept(30),
+    Start::InteriorPoint(1.0),
+    Start::InteriorPoint(0.1),
+    Start::InteriorPoint(10.0),
+    Start::Compliant(0.3),
+    Start::Swept(300),
+    Start::InteriorPoint(0.01),
+];
+const SCATTERED_TOGETHER: u32 = 16;
 
 impl Start {
     /// The word of a report.
@@ -38,25 +63,36 @@ impl Start {
         match self {
             Self::Previous => "previous",
             Self::Zero => "zero",
+            Self::Compliant(_) => "compliance",
             Self::InteriorPoint(_) => "interior point",
+            Self::Swept(_) => "sweeps",
             Self::Scattered(_) => "scattered",
         }
     }
 }
 
-/// All starts in their order.
-pub(super) fn all() -> impl Iterator<Item = Start> {
-    FIRST.into_iter().chain((0..MOST_SCATTERED).map(Start::Scattered))
+/// All starts in their order, for so many bodies.
+pub(super) fn all(bodies: usize) -> impl Iterator<Item = Start> {
+    let (first, scattered) = match bodies {
+        1 => (ALONE.as_slice(), SCATTERED_ALONE),
+        _ => (TOGETHER.as_slice(), SCATTERED_TOGETHER),
+    };
+    first.iter().copied().chain((0..scattered).map(Start::Scattered))
 }
 
 /// Scattered start `number`: each candidate with even odds open or pressed by up to a
 /// multiple of the momentum (one for all candidates, between 0.01 and 10), its friction
 /// anywhere in the cone.
-pub(super) fn scatter(number: u32, equations: &StepEquations, impulses: &mut Vec<Vector3<f64>>) {
+pub(super) fn scatter(
+    number: u32,
+    candidates: &[Candidate],
+    speed: f64,
+    impulses: &mut Vec<Vector3<f64>>,
+) {
     let mut twister = Mt::new(number);
     let mut uniform = || f64::from(twister.next_u32()) / f64::from(u32::MAX);
-    let strength = equations.speed() * 10_f64.powf(3.0 * uniform() - 2.0);
-    for candidate in equations.candidates() {
+    let strength = speed * 10_f64.powf(3.0 * uniform() - 2.0);
+    for candidate in candidates {
         let (open, press, spread, angle) = (uniform() < 0.5, uniform(), uniform(), TAU * uniform());
         let normal = if open { 0.0 } else { strength * press };
         let friction = candidate.friction * normal * spread.sqrt();

@@ -28,10 +28,14 @@ pub(super) const TURN_GAIN: f64 = 2.0;
 pub(super) const SETTLED: f64 = 1e-10;
 /// Impulses that changed by less than this part may soon have: they are solved for to rounding.
 pub(super) const SETTLING: f64 = 1e-6;
-/// Iterations that a step may take, all starts together: fifty times what the hardest steps of
-/// the tests need, and some ten milliseconds with four contacts. A step that has used them is
-/// reported with the best point found.
+/// Iterations that an island may take in a step, all starts together: fifty times what the hardest
+/// steps of the tests need, and some ten milliseconds with four contacts. An island that has used
+/// them is reported with the best point found.
 pub(super) const BUDGET: u32 = 20_000;
+/// That budget is for up to so many contacts; with more it shrinks as an iteration grows.
+pub(super) const BUDGET_CONTACTS: usize = 8;
+/// The least budget: all starts but the scattered ones.
+pub(super) const LEAST_BUDGET: u32 = 1_000;
 /// Iterations of Newton's method from one start.
 pub(super) const NEWTON_ITERATIONS: u32 = 40;
 /// Corrections towards the limit of vanishing compliance; one nearly always suffices.

@@ -1,0 +1,79 @@
+//! The candidates of a step: the contacts that its solver considers, and the search for more.
+
+use super::{Contact, Detection, detection};
+use crate::mechanics::State;
+use crate::world::World;
+
+/// The contacts of a step, and the memory of the search for them.
+///
+/// What is found are *candidates*: contacts that a solver considers. Which of them *carry a
+/// force* is the solution's to say
+/// ([`ContactForce::carries_force`](crate::step::ContactForce::carries_force)).
+#[derive(Debug, Clone, Default)]
+pub struct Candidates {
+    contacts: Vec<Contact>,
+}
+
+impl Candidates {
+    /// No contacts yet.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// The contacts found so far, in the order in which they were found.
+    #[must_use]
+    pub fn contacts(&self) -> &[Contact] {
+        &self.contacts
+    }
+
+    /// Gives the contacts away, for the memory of `contacts`.
+    pub fn hand_over(&mut self, contacts: &mut Vec<Contact>) {
+        std::mem::swap(&mut self.contacts, contacts);
+        self.contacts.clear();
+    }
+
+    /// Forgets the contacts.
+    pub fn clear(&mut self) {
+        self.contacts.clear();
+    }
+
+    /// Makes these the candidates of a step from `states` whose free flight would end in `free`,
+    /// by `rule`. Returns whether the step needs a contact problem at all.
+    pub fn find(
+        &mut self,
+        rule: Detection,
+        world: &World,
+        states: &[State],
+        free: &[State],
+    ) -> bool {
+        rule.find(world, states, free, &mut self.contacts)
+    }
+
+    /// Adds the contacts that the step `states` → `next` takes deeper than `depth` (m) into each
+    /// other and that are no candidates yet: detection is a prediction, and an impulse on one point
+    /// may drive down another. Returns whether there were any.
+    pub fn admit_missed(
+        &mut self,
+        world: &World,
+        states: &[State],
+        next: &[State],
+        depth: f64,
+    ) -> bool {
+        detection::admit_missed(world, states, next, depth, &mut self.contacts)
+    }
+}
+
+/// Contacts that were found otherwise.
+impl Extend<Contact> for Candidates {
+    fn extend<T: IntoIterator<Item = Contact>>(&mut self, contacts: T) {
+        self.contacts.extend(contacts);
+    }
+}
+
+/// Contacts that are given, to repeat a step.
+impl From<Vec<Contact>> for Candidates {
+    fn from(contacts: Vec<Contact>) -> Self {
+        Self { contacts }
+    }
+}

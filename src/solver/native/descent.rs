@@ -1,0 +1,256 @@
+//! From starts to a solution: Newton's method with compliance and its limit, from one start after
+//! another.
+
+use super::effort::Effort;
+use super::equations::Equations;
+use super::interior_point::InteriorPoint;
+use super::natural_map::Law;
+use super::newton::{Iterate, Newton, exact_residual};
+use super::starts::{self, Start};
+use super::sweeps::sweep;
+use super::tolerances::{COMPLIANCE, COMPLIANCES, SETTLED, SHARPNESSES, STICK_MARGINS};
+use nalgebra::Vector3;
+
+/// Newton's method, the interior point, and where they stand.
+#[derive(Debug, Clone)]
+pub(super) struct Descent<E: Equations> {
+    newton: Newton<E>,
+    interior_point: InteriorPoint<E>,
+    iterate: Iterate<E::Velocity>,
+    /// The best point of all starts, for a step that none of them solves.
+    best: Iterate<E::Velocity>,
+}
+
+/// What a start or all starts came to.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Outcome {
+    pub(super) solved: bool,
+    pub(super) start: Start,
+}
+
+/// How good the end of a start is: the least is best.
+#[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]
+struct Rank {
+    unsolved: bool,
+    /// Turns a body further in one step than its motion explains.
+    turns_too_far: bool,
+    /// Without compliance, m/s.
+    residual: f64,
+}
+
+/// Where a start led.
+#[derive(Debug, Clone, Copy)]
+struct Reached {
+    /// Without compliance, m/s.
+    residual: f64,
+    /// Whether the law with compliance was solved on the way, so that the point is the one
+    /// of the selection rule.
+    selected: bool,
+}
+
+impl<E: Equations> Descent<E> {
+    pub(super) fn new() -> Self {
+        Self {
+            newton: Newton::new(),
+            interior_point: InteriorPoint::new(),
+            iterate: Iterate::new(),
+            best: Iterate::new(),
+        }
+    }
+
+    /// Room for so many contacts, in all that any start needs.
+    pub(super) fn reserve(&mut self, contacts: usize) {
+        self.newton.reserve(contacts);
+        self.interior_point.reserve(contacts);
+        self.iterate.reserve(contacts);
+        self.best.reserve(contacts);
+    }
+
+    /// The velocities where the last solve ended.
+    pub(super) fn velocity(&self) -> &E::Velocity {
+        &self.iterate.velocity
+    }
+
+    /// p̂ of every candidate there, m/s, world.
+    pub(super) fn impulses(&self) -> &[Vector3<f64>] {
+        &self.iterate.impulses
+    }
+
+    /// u of every candidate there, m/s, world.
+    pub(super) fn points(&self) -> &[Vector3<f64>] {
+        self.iterate.points()
+    }
+
+    /// Tries one start after another until one leads to a solution; otherwise leaves
+    /// the best point found. `previous` are the impulses p̂ of the last step, `accepted` the
+    /// residual of a point that is no failure, m/s.
+    ///
+    /// A solution that the law with compliance did not select, or one that turns a body
+    /// too far in one step, is kept, and another one preferred to it, as long as there are
+    /// starts other than the scattered ones.
+    pub(super) fn solve(
+        &mut self,
+        equations: &E,
+        previous: &[Vector3<f64>],
+        accepted: f64,
+        effort: &mut Effort<'_>,
+    ) -> Outcome {
+        let tolerances = *equations.tolerances();
+        let nothing = Rank { unsolved: true, turns_too_far: true, residual: f64::INFINITY };
+        let mut best = (nothing, Start::Previous);
+        for (index, start) in starts::all(equations.bodies()).enumerate() {
+            let enough = best.0.residual <= tolerances.sufficient;
+            if enough && matches!(start, Start::Scattered(_)) {
+                break;
+            }
+            self.start(equations, previous, start, effort);
+            let reached = if start == Start::Previous && self.repeats(equations) {
+                Reached { residual: self.residual(equations), selected: true }
+            } else {
+                self.descend(equations, effort)
+            };
+            let rank = Rank {
+                unsolved: reached.residual > tolerances.solved,
+                turns_too_far: equations.turns_too_far(&self.iterate.velocity),
+                residual: reached.residual,
+            };
+            if !rank.unsolved && reached.selected && !rank.turns_too_far {
+                return Outcome { solved: true, start };
+            }
+            if index == 0 || rank < best.0 {
+                best = (rank, start);
+                self.best.copy_from(&self.iterate);
+            }
+            if effort.is_over() {
+                break;
+            }
+        }
+        self.iterate.copy_from(&self.best);
+        if !self.iterate.is_finite() {
+            // Only where the step's own numbers overflow: free flight is at least finite.
+            self.start(equations, previous, Start::Zero, effort);
+            self.iterate.evaluate_points(equations);
+        }
+        Outcome { solved: best.0.residual <= accepted, start: best.1 }
+    }
+
+    /// Whether the last step's impulses are this step's as they are: they did not change from
+    /// the step before the last one to the last, so that Newton's method with compliance has
+    /// nothing left to select between them, and they obey the law without compliance to
+    /// rounding. A residual alone does not say so: it hardly feels the shares that the law
+    /// leaves open.
+    ///
+    /// Where it is so the iterate keeps the velocities that the impulses leave as they were, to
+    /// the last bit: rounding in the sum of the impulses would add up from step to step, until
+    /// the face of a body at rest is warped by it.
+    fn repeats(&mut self, equations: &E) -> bool {
+        if equations.unsettled() > SETTLED {
+            return false;
+        }
+        let tolerances = *equations.tolerances();
+        equations.keep_velocity(&mut self.iterate.velocity);
+        let residual = self.residual(equations);
+        let sinking = self.iterate.gap_speed(equations);
+        if residual <= tolerances.exact && sinking <= tolerances.rounding {
+            return true;
+        }
+        equations.set_velocity_after(&self.iterate.impulses, &mut self.iterate.velocity);
+        false
+    }
+
+    /// The residual of the law without compliance at the iterate, m/s.
+    fn residual(&mut self, equations: &E) -> f64 {
+        exact_residual(equations, &mut self.iterate)
+    }
+
+    /// Sets the iterate to a start.
+    fn start(
+        &mut self,
+        equations: &E,
+        previous: &[Vector3<f64>],
+        start: Start,
+        effort: &mut Effort<'_>,
+    ) {
+        let candidates = equations.candidates();
+        let Self { newton, interior_point, iterate, .. } = self;
+        iterate.impulses.clear();
+        match start {
+            Start::Previous => iterate.impulses.extend_from_slice(previous),
+            Start::Zero | Start::Compliant(_) | Start::Swept(_) => {
+                iterate.impulses.extend(candidates.iter().map(|_| Vector3::zeros()));
+            }
+            Start::InteriorPoint(scale) => {
+                return interior_point.solve(equations, scale, iterate, effort);
+            }
+            Start::Scattered(number) => {
+                let (speed, impulses) = (equations.speed(), &mut iterate.impulses);
+                starts::scatter(number, candidates, speed, impulses);
+            }
+        }
+        equations.set_velocity_after(&iterate.impulses, &mut iterate.velocity);
+        match start {
+            Start::Compliant(factor) => {
+                let mut compliance = starts::SOFTEST;
+                while compliance > COMPLIANCE {
+                    let law = Law::with_compliance(compliance);
+                    newton.solve(equations, &law, compliance, iterate, effort);
+                    compliance *= factor;
+                }
+            }
+            Start::Swept(number) => sweep(equations, number, iterate, effort),
+            _ => {}
+        }
+    }
+
+    /// Newton with compliance, then its limit; with less and less compliance where the
+    /// limit is not in reach.
+    fn descend(&mut self, equations: &E, effort: &mut Effort<'_>) -> Reached {
+        let tolerances = *equations.tolerances();
+        let mut reached = Reached { residual: f64::INFINITY, selected: false };
+        for compliance in COMPLIANCES {
+            let law = Law::with_compliance(compliance);
+            let Self { newton, iterate, .. } = &mut *self;
+            let converged = newton.solve(equations, &law, compliance, iterate, effort);
+            reached.selected |= converged;
+            if converged {
+                reached.residual = newton.take_limit(equations, &law, iterate, effort);
+            } else {
+                reached.residual = exact_residual(equations, iterate);
+                if reached.residual > tolerances.near {
+                    break;
+                }
+            }
+            if reached.residual > tolerances.solved {
+                reached.residual = self.polish(equations, compliance, effort);
+            }
+            if reached.residual <= tolerances.solved || effort.is_over() {
+                break;
+            }
+        }
+        reached
+    }
+
+    /// Solves the law without compliance from a point near a solution, in every way there
+    /// is. Returns its residual.
+    fn polish(&mut self, equations: &E, compliance: f64, effort: &mut Effort<'_>) -> f64 {
+        let Self { newton, iterate, .. } = self;
+        let solved = equations.tolerances().solved;
+        for sharpness in SHARPNESSES {
+            let law = Law { sharpness, ..Law::EXACT };
+            newton.solve(equations, &law, compliance, iterate, effort);
+            let residual = exact_residual(equations, iterate);
+            if residual <= solved {
+                return residual;
+            }
+        }
+        let mut residual = f64::INFINITY;
+        for stick_margin in STICK_MARGINS {
+            let law = Law { stick_margin, ..Law::with_compliance(compliance) };
+            residual = newton.take_limit(equations, &law, iterate, effort);
+            if residual <= solved {
+                break;
+            }
+        }
+        residual
+    }
+}

@@ -1,0 +1,520 @@
+//! The equations of several bodies that touch each other: six unknowns a body, a block of the
+//! linear system for every pair that touches.
+//!
+//! Impulses are divided by one mass M for all bodies of the island, the geometric mean of
+//! theirs, so that equal compliance in (N6) is equal for all contacts whatever they join.
+//! Equation numbers are those of `docs/native-solver.md`.
+
+use super::blocks::BlockSystem;
+use super::equations::{
+    Answer, Candidate, Elimination, Equations, Gain, Point, Residual, Slope, Velocities, Velocity,
+};
+use super::tolerances::{LARGE_TURN, TURN_GAIN, Tolerances};
+use super::turning::Turning;
+use crate::contact::{Contact, Partner};
+use crate::mechanics::quaternion::rotation;
+use crate::step::Step;
+use crate::world::World;
+use nalgebra::{Matrix3, Matrix3x6, Matrix6, Vector3, Vector6};
+
+/// One body of the island.
+#[derive(Debug, Clone)]
+struct Member {
+    /// ℓ, m.
+    reach: f64,
+    /// r at step k.
+    position: Vector3<f64>,
+    /// A(q) at step k, body → world.
+    rotation: Matrix3<f64>,
+    /// V of free flight, and at step k.
+    free: Velocity,
+    old: Velocity,
+    /// Î = I/m, m².
+    inertia: Matrix3<f64>,
+    /// Î⁻¹.
+    inertia_inverse: Matrix3<f64>,
+    /// h τ/m of the external torque, m²/s.
+    torque_impulse: Vector3<f64>,
+    /// M/m.
+    share: f64,
+}
+
+/// Which bodies of the island a candidate joins.
+#[derive(Debug, Clone, Copy)]
+struct Link {
+    /// A.
+    a: usize,
+    /// B, where it is no fixed thing.
+    b: Option<Other>,
+}
+
+/// The other side of a contact between two bodies.
+#[derive(Debug, Clone, Copy)]
+struct Other {
+    index: usize,
+    /// G_B, m: the torque (frame of B) of an impulse (world) at the touching point.
+    torque_map: Matrix3<f64>,
+    /// r_A + A_A y − r_B at step k, m, world.
+    arm: Vector3<f64>,
+}
+
+/// The step of the bodies of one island.
+#[derive(Debug, Clone)]
+pub(super) struct Island {
+    time_step: f64,
+    /// M, kg.
+    mass: f64,
+    members: Vec<Member>,
+    candidates: Vec<Candidate>,
+    links: Vec<Link>,
+    tolerances: Tolerances,
+    unsettled: f64,
+}
+
+impl Island {
+    /// Room for islands of `world`.
+    pub(super) fn new(world: &World) -> Self {
+        Self {
+            time_step: world.time_step(),
+            mass: 1.0,
+            members: Vec::new(),
+            candidates: Vec::new(),
+            links: Vec::new(),
+            tolerances: Tolerances::of(world, 0.0),
+            unsettled: f64::INFINITY,
+        }
+    }
+
+    /// Sets the step's constants for the bodies of these `indices`, whose impulses changed by
+    /// `unsettled` in the steps before; no candidates yet.
+    pub(super) fn begin(&mut self, step: &Step<'_>, indices: &[usize], unsettled: f64) {
+        let bodies = step.world.bodies();
+        let logarithms: f64 = indices.iter().map(|&index| bodies[index].mass().ln()).sum();
+        self.mass = (logarithms / indices.len() as f64).exp();
+        self.members.clear();
+        self.members.extend(indices.iter().map(|&index| {
+            let (body, state, free) = (&bodies[index], &step.states[index], &step.free[index]);
+            Member {
+                reach: body.reach(),
+                position: state.position,
+                rotation: rotation(&state.attitude),
+                free: Velocity { linear: free.velocity, spin: free.spin },
+                old: Velocity { linear: state.velocity, spin: state.spin },
+                inertia: *body.specific_inertia(),
+                inertia_inverse: *body.specific_inertia_inverse(),
+                torque_impulse: step.wrenches[index].torque * (self.time_step / body.mass()),
+                share: self.mass / body.mass(),
+            }
+        }));
+        self.candidates.clear();
+        self.links.clear();
+        self.tolerances = Tolerances::of(step.world, self.speed());
+        self.unsettled = unsettled;
+    }
+
+    /// M, kg: the mass that impulses are divided by.
+    pub(super) fn mass(&self) -> f64 {
+        self.mass
+    }
+
+    /// Adds a contact; `place` gives the place of a body of the world in the island.
+    pub(super) fn admit(&mut self, contact: &Contact, place: impl Fn(usize) -> usize) {
+        let a = place(contact.key.body);
+        let b = match contact.key.partner {
+            Partner::Body(other) => {
+                let index = place(other);
+                let other = &self.members[index];
+                let arm = self.members[a].position + contact.arm - other.position;
+                let lever = other.rotation.tr_mul(&arm);
+                let torque_map = lever.cross_matrix() * other.rotation.transpose();
+                Some(Other { index, torque_map, arm })
+            }
+            Partner::Ground | Partner::Fixed(_) => None,
+        };
+        self.links.push(Link { a, b });
+        let share = self.members[a].share;
+        self.candidates.push(Candidate::new(contact, self.time_step, share));
+    }
+
+    /// The residuals of the equations of motion (N1) of all bodies go to `each`: linear and
+    /// angular, per unit of a body's own mass.
+    fn motion(
+        &self,
+        velocity: &[Velocity],
+        impulses: &[Vector3<f64>],
+        residuals: &mut Vec<Velocity>,
+    ) {
+        residuals.clear();
+        residuals.extend(self.members.iter().zip(velocity).map(|(member, velocity)| {
+            let spin = &velocity.spin;
+            let gyroscopic = self.time_step * spin.cross(&(member.inertia * spin));
+            let turned = member.inertia * (spin - member.old.spin);
+            Velocity {
+                linear: velocity.linear - member.free.linear,
+                spin: turned + gyroscopic - member.torque_impulse,
+            }
+        }));
+        for ((link, candidate), impulse) in self.links.iter().zip(&self.candidates).zip(impulses) {
+            let share = self.members[link.a].share;
+            residuals[link.a].linear -= share * impulse;
+            residuals[link.a].spin -= share * (candidate.torque_map * impulse);
+            if let Some(other) = &link.b {
+                let share = self.members[other.index].share;
+                residuals[other.index].linear += share * impulse;
+                residuals[other.index].spin += share * (other.torque_map * impulse);
+            }
+        }
+    }
+
+    /// ∂(angular part)/∂ω⁺ = Î + h ([ω]× Î − [Î ω]×) of a body.
+    fn angular_slope(&self, member: &Member, spin: &Vector3<f64>) -> Matrix3<f64> {
+        let gyroscopic =
+            spin.cross_matrix() * member.inertia - (member.inertia * spin).cross_matrix();
+        member.inertia + self.time_step * gyroscopic
+    }
+
+    fn turning(&self, index: usize, velocity: &[Velocity]) -> Turning<'_> {
+        Turning::new(&self.members[index].rotation, velocity[index].spin, self.time_step)
+    }
+
+    /// How the frame of B turns back: with the spin −ω, because w = A_Bᵀ (…) and the Cayley map
+    /// of −a is the transpose of that of a.
+    fn turning_back(&self, index: usize, velocity: &[Velocity]) -> Turning<'_> {
+        Turning::new(&self.members[index].rotation, -velocity[index].spin, self.time_step)
+    }
+}
+
+/// The motion of a pair's touching point, seen from B.
+///
+/// With s⁺ = r_A⁺ + A_A⁺ y − r_B⁺ and the sweeps K (see [`Turning`]) of A and of B backwards,
+///
+/// ```text
+/// A_B (w⁺ − w)/h = v_A − v_B + A_A K_A y + A_B K_B(−ω_B) A_Bᵀ s⁺            (N10)
+/// ```
+struct PairMotion<'a> {
+    candidate: &'a Candidate,
+    a: Turning<'a>,
+    b: Turning<'a>,
+    time_step: f64,
+    /// v_A − v_B + A_A K_A y.
+    relative: Vector3<f64>,
+    /// A_Bᵀ s⁺.
+    seen: Vector3<f64>,
+    /// A_Bᵀ A_A⁺ (a − y).
+    seen_rounding: Vector3<f64>,
+}
+
+impl<'a> PairMotion<'a> {
+    fn new(
+        island: &'a Island,
+        candidate: &'a Candidate,
+        (link, other): (&Link, &Other),
+        velocity: &[Velocity],
+    ) -> Self {
+        let a = island.turning(link.a, velocity);
+        let b = island.turning_back(other.index, velocity);
+        let h = island.time_step;
+        let apart = velocity[link.a].linear - velocity[other.index].linear;
+        let relative = apart + a.swept(&candidate.lever);
+        let seen = b.rotation().tr_mul(&(other.arm + h * relative));
+        let rounding = &candidate.rounding;
+        let seen_rounding = if *rounding == Vector3::zeros() {
+            Vector3::zeros()
+        } else {
+            b.rotation().tr_mul(&(a.rotation() * rounding + h * a.swept(rounding)))
+        };
+        Self { candidate, a, b, time_step: h, relative, seen, seen_rounding }
+    }
+
+    /// u (N2).
+    fn u(&self) -> Vector3<f64> {
+        let Candidate { normal, approach, rounding, .. } = self.candidate;
+        let u = self.relative + self.b.swept(&self.seen);
+        let mut along = *approach;
+        if *rounding != Vector3::zeros() {
+            let between = self.a.swept(rounding) + self.b.swept(&self.seen_rounding);
+            along += normal.dot(&between);
+        }
+        u + normal * along
+    }
+
+    /// ∂u/∂(v_A, ω_A) and ∂u/∂(v_B, ω_B). With L = E + h A_B K_B(−ω_B) A_Bᵀ,
+    ///
+    /// ```text
+    /// ∂u/∂v_A = L,   ∂u/∂ω_A = L S_A(y),   ∂u/∂v_B = −L,   ∂u/∂ω_B = −S_B(A_Bᵀ s⁺)  (N11)
+    /// ```
+    ///
+    /// with S(c) = ∂(A K c)/∂ω; along the normal what rounds the point comes to it.
+    fn slopes(&self) -> (Matrix3x6<f64>, Matrix3x6<f64>) {
+        let Candidate { normal, lever, arm, rounding, torque_map, .. } = self.candidate;
+        let back = self.b.sweep() * self.b.rotation().transpose() * self.time_step;
+        let seen_from = Matrix3::identity() + back;
+        let swept = self.a.swept(lever);
+        let mut by_a = seen_from * self.a.slope(lever, arm, torque_map.transpose(), &swept);
+        let mut by_b = -self.b.slope_of(&self.seen);
+        if *rounding != Vector3::zeros() {
+            let along = |slope: Matrix3<f64>| normal * slope.tr_mul(normal).transpose();
+            by_a += along(seen_from * self.a.slope_of(rounding));
+            by_b -= along(self.b.slope_of(&self.seen_rounding));
+        }
+        (beside(&seen_from, &by_a), beside(&-seen_from, &by_b))
+    }
+}
+
+/// (L, R).
+fn beside(left: &Matrix3<f64>, right: &Matrix3<f64>) -> Matrix3x6<f64> {
+    let mut both = Matrix3x6::zeros();
+    both.fixed_view_mut::<3, 3>(0, 0).copy_from(left);
+    both.fixed_view_mut::<3, 3>(0, 3).copy_from(right);
+    both
+}
+
+/// ∂u/∂V of a contact of an island.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct PairSlope {
+    a: (usize, Matrix3x6<f64>),
+    b: Option<(usize, Matrix3x6<f64>)>,
+}
+
+impl Slope for PairSlope {
+    type Velocity = Vec<Velocity>;
+
+    #[inline]
+    fn point_step(&self, change: &Vec<Velocity>) -> Vector3<f64> {
+        let by = |(index, slope): &(usize, Matrix3x6<f64>)| slope * stacked(&change[*index]);
+        by(&self.a) + self.b.as_ref().map_or(Vector3::zeros(), by)
+    }
+}
+
+/// (δv, δω).
+#[inline]
+fn stacked(velocity: &Velocity) -> Vector6<f64> {
+    let (v, w) = (&velocity.linear, &velocity.spin);
+    Vector6::new(v[0], v[1], v[2], w[0], w[1], w[2])
+}
+
+/// Memory of the linear system, and of the residuals on its right-hand side.
+#[derive(Debug, Clone, Default)]
+pub(super) struct IslandSystem {
+    blocks: BlockSystem,
+    residuals: Vec<Velocity>,
+}
+
+impl Equations for Island {
+    type Velocity = Vec<Velocity>;
+    type Slope = PairSlope;
+    type System = IslandSystem;
+
+    fn candidates(&self) -> &[Candidate] {
+        &self.candidates
+    }
+
+    fn tolerances(&self) -> &Tolerances {
+        &self.tolerances
+    }
+
+    fn bodies(&self) -> usize {
+        self.members.len()
+    }
+
+    fn unsettled(&self) -> f64 {
+        self.unsettled
+    }
+
+    fn speed(&self) -> f64 {
+        let speeds = self
+            .members
+            .iter()
+            .map(|member| member.free.linear.norm() + member.free.spin.norm() * member.reach);
+        speeds.fold(0.0, f64::max)
+    }
+
+    fn set_velocity_after(&self, impulses: &[Vector3<f64>], velocity: &mut Vec<Velocity>) {
+        velocity.clear();
+        velocity.extend(self.members.iter().map(|member| member.free));
+        for (index, impulse) in impulses.iter().enumerate() {
+            self.push(index, impulse, velocity);
+        }
+    }
+
+    fn push(&self, index: usize, impulse: &Vector3<f64>, velocity: &mut Vec<Velocity>) {
+        let mut push = |index: usize, impulse: &Vector3<f64>, torque_map: &Matrix3<f64>| {
+            let member = &self.members[index];
+            let impulse = member.share * impulse;
+            velocity[index].linear += impulse;
+            velocity[index].spin += member.inertia_inverse * (torque_map * impulse);
+        };
+        let link = &self.links[index];
+        push(link.a, impulse, &self.candidates[index].torque_map);
+        if let Some(other) = &link.b {
+            push(other.index, &-impulse, &other.torque_map);
+        }
+    }
+
+    fn keep_velocity(&self, velocity: &mut Vec<Velocity>) {
+        let exact = self.tolerances.exact;
+        for (member, velocity) in self.members.iter().zip(velocity.iter_mut()) {
+            if (velocity.spin - member.old.spin).amax() * member.reach <= exact {
+                velocity.spin = member.old.spin;
+            }
+            if (velocity.linear - member.old.linear).amax() <= exact {
+                velocity.linear = member.old.linear;
+            }
+        }
+        for (link, candidate) in self.links.iter().zip(&self.candidates) {
+            let sides = [Some(link.a), link.b.map(|other| other.index)];
+            for index in sides.into_iter().flatten() {
+                let old = &self.members[index].old.linear;
+                let along = candidate.normal.dot(&(velocity[index].linear - old));
+                if along.abs() <= exact {
+                    velocity[index].linear -= candidate.normal * along;
+                }
+            }
+        }
+    }
+
+    fn turns_too_far(&self, velocity: &Vec<Velocity>) -> bool {
+        let h = self.time_step;
+        self.members.iter().zip(velocity).any(|(member, velocity)| {
+            let turn = h * velocity.spin.norm();
+            turn > LARGE_TURN && turn > TURN_GAIN * h * member.old.spin.norm()
+        })
+    }
+
+    fn motion_residual(
+        &self,
+        velocity: &Vec<Velocity>,
+        impulses: &[Vector3<f64>],
+        scratch: &mut Vec<Velocity>,
+    ) -> Residual {
+        self.motion(velocity, impulses, scratch);
+        let mut size = Residual::default();
+        for (member, residual) in self.members.iter().zip(&*scratch) {
+            size.add(&residual.linear);
+            size.add(&(member.inertia_inverse * residual.spin * member.reach));
+        }
+        size
+    }
+
+    fn point(&self, index: usize, velocity: &Vec<Velocity>) -> Vector3<f64> {
+        let (link, candidate) = (&self.links[index], &self.candidates[index]);
+        match &link.b {
+            Some(other) => PairMotion::new(self, candidate, (link, other), velocity).u(),
+            None => {
+                let turning = self.turning(link.a, velocity);
+                let u = velocity[link.a].linear + turning.swept(&candidate.lever);
+                let between = turning.swept(&candidate.rounding);
+                u + candidate.normal * (candidate.approach + candidate.normal.dot(&between))
+            }
+        }
+    }
+
+    fn set_points(&self, velocity: &Vec<Velocity>, points: &mut Vec<Vector3<f64>>) {
+        points.clear();
+        points.extend((0..self.links.len()).map(|index| self.point(index, velocity)));
+    }
+
+    fn direction(
+        &self,
+        at: Point<'_, Vec<Velocity>>,
+        mut answer: impl FnMut(usize, &Candidate, &Vector3<f64>) -> Option<Answer>,
+        eliminations: &mut Vec<Elimination<PairSlope>>,
+        system: &mut IslandSystem,
+        step: &mut Vec<Velocity>,
+    ) -> bool {
+        let IslandSystem { blocks, residuals } = system;
+        self.motion(at.velocity, at.impulses, residuals);
+        let pairs = self.links.iter().filter_map(|link| link.b.map(|other| (link.a, other.index)));
+        blocks.begin(self.members.len(), pairs);
+        for (index, residual) in residuals.iter().enumerate() {
+            let mut diagonal = Matrix6::identity();
+            let slope = self.angular_slope(&self.members[index], &at.velocity[index].spin);
+            diagonal.fixed_view_mut::<3, 3>(3, 3).copy_from(&slope);
+            blocks.add(index, index, &diagonal);
+            blocks.add_rhs(index, &-stacked(residual));
+        }
+        eliminations.clear();
+        for (index, (candidate, u)) in self.candidates.iter().zip(at.points).enumerate() {
+            let Some(answer) = answer(index, candidate, u) else { return false };
+            let link = &self.links[index];
+            let slope = match answer.gain {
+                Gain::Zero => PairSlope { a: (link.a, Matrix3x6::zeros()), b: None },
+                _ => self.pair_slope(link, candidate, at.velocity),
+            };
+            let elimination = Elimination { answer, slope };
+            self.add_contact(link, candidate, &elimination, blocks);
+            eliminations.push(elimination);
+        }
+        if !blocks.solve() {
+            return false;
+        }
+        step.clear();
+        step.extend(blocks.solution().map(|x| Velocity {
+            linear: x.fixed_rows::<3>(0).into(),
+            spin: x.fixed_rows::<3>(3).into(),
+        }));
+        step.is_finite()
+    }
+}
+
+impl Island {
+    fn pair_slope(&self, link: &Link, candidate: &Candidate, velocity: &[Velocity]) -> PairSlope {
+        match &link.b {
+            Some(other) => {
+                let pair = PairMotion::new(self, candidate, (link, other), velocity);
+                let (by_a, by_b) = pair.slopes();
+                PairSlope { a: (link.a, by_a), b: Some((other.index, by_b)) }
+            }
+            None => {
+                let turning = self.turning(link.a, velocity);
+                let Candidate { normal, lever, arm, rounding, torque_map, .. } = candidate;
+                let swept = turning.swept(lever);
+                let mut by_spin = turning.slope(lever, arm, torque_map.transpose(), &swept);
+                if *rounding != Vector3::zeros() {
+                    let between = turning.slope_of(rounding);
+                    by_spin += normal * between.tr_mul(normal).transpose();
+                }
+                PairSlope { a: (link.a, beside(&Matrix3::identity(), &by_spin)), b: None }
+            }
+        }
+    }
+
+    /// Adds to the system what a contact's answer δp̂ = d + D δu makes of the equations of
+    /// motion: with H = M/m (E; G) of A and −M/m (E; G) of B,
+    ///
+    /// ```text
+    /// rhs_i += H_i d,   block (i, j) −= H_i D ∂u/∂V_j                            (N12)
+    /// ```
+    fn add_contact(
+        &self,
+        link: &Link,
+        candidate: &Candidate,
+        contact: &Elimination<PairSlope>,
+        blocks: &mut BlockSystem,
+    ) {
+        let a = (link.a, self.members[link.a].share, &candidate.torque_map);
+        let b = link
+            .b
+            .as_ref()
+            .map(|other| (other.index, -self.members[other.index].share, &other.torque_map));
+        let Elimination { answer, slope } = contact;
+        for (row, share, torque_map) in std::iter::once(a).chain(b) {
+            let mut rhs = Vector6::zeros();
+            rhs.fixed_rows_mut::<3>(0).copy_from(&(share * answer.offset));
+            rhs.fixed_rows_mut::<3>(3).copy_from(&(share * (torque_map * answer.offset)));
+            blocks.add_rhs(row, &rhs);
+            for (column, slope) in std::iter::once(&slope.a).chain(slope.b.as_ref()) {
+                let gained = match &answer.gain {
+                    Gain::Zero => continue,
+                    Gain::Spring(stiffness) => slope * -stiffness,
+                    Gain::Full(gain) => gain * slope,
+                };
+                let linear = gained * -share;
+                let mut block = Matrix6::zeros();
+                block.fixed_view_mut::<3, 6>(0, 0).copy_from(&linear);
+                block.fixed_view_mut::<3, 6>(3, 0).copy_from(&(torque_map * linear));
+                blocks.add(row, *column, &block);
+            }
+        }
+    }
+}

@@ -1,0 +1,217 @@
+//! Islands: sets of bodies that touch each other, directly or through others. What is fixed
+//! joins nothing. Islands are independent problems.
+
+use crate::contact::{Contact, Partner};
+use crate::step::Step;
+use nalgebra::Vector3;
+
+/// The islands of a step, in the order of their first bodies, and what each consists of.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Islands {
+    /// For each body, another one of its island, at last the first one (union–find).
+    parents: Vec<usize>,
+    /// For each body, its island; [`NONE`] for a body without contact.
+    islands: Vec<usize>,
+    /// For each body, its place in the island.
+    places: Vec<usize>,
+    bodies: Groups,
+    contacts: Groups,
+    /// Whether an island has a contact that the last call did not know.
+    changed: Vec<bool>,
+    unsettled: Vec<f64>,
+    changes: Vec<(f64, f64)>,
+}
+
+const NONE: usize = usize::MAX;
+
+/// Lists of indices, one a group, in one memory.
+#[derive(Debug, Clone, Default)]
+struct Groups {
+    starts: Vec<usize>,
+    entries: Vec<usize>,
+}
+
+impl Groups {
+    /// Sorts the numbers 0, 1, … by the group that each is of, in their order.
+    fn sort(&mut self, groups: usize, of: impl Iterator<Item = usize> + Clone) {
+        self.starts.clear();
+        self.starts.resize(groups + 1, 0);
+        let grouped = || of.clone().enumerate().filter(|(_, group)| *group != NONE);
+        for (_, group) in grouped() {
+            self.starts[group + 1] += 1;
+        }
+        for group in 0..groups {
+            self.starts[group + 1] += self.starts[group];
+        }
+        self.entries.clear();
+        self.entries.resize(self.starts[groups], 0);
+        // Each start is moved to the end of its group, and back by one group at the end.
+        for (entry, group) in grouped() {
+            self.entries[self.starts[group]] = entry;
+            self.starts[group] += 1;
+        }
+        self.starts.rotate_right(1);
+        self.starts[0] = 0;
+    }
+
+    /// One group of the numbers 0, 1, … up to `count`.
+    fn set_only_one(&mut self, count: usize) {
+        self.starts.clear();
+        self.starts.extend([0, count]);
+        if self.entries.len() != count {
+            self.entries.clear();
+            self.entries.extend(0..count);
+        }
+    }
+
+    fn len(&self) -> usize {
+        self.starts.len() - 1
+    }
+
+    fn get(&self, group: usize) -> &[usize] {
+        &self.entries[self.starts[group]..self.starts[group + 1]]
+    }
+}
+
+/// One island.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct IslandView<'a> {
+    /// Its bodies, indices of the world.
+    pub(super) bodies: &'a [usize],
+    /// Its contacts, indices of the candidates.
+    pub(super) contacts: &'a [usize],
+    /// For every body of the world, its place among `bodies`.
+    pub(super) places: &'a [usize],
+    /// How much its impulses changed from the step before the last one to the last, in parts of
+    /// the largest; infinite where none pressed.
+    pub(super) unsettled: f64,
+}
+
+impl Islands {
+    /// Finds the islands of a step. The first `known` contacts have been seen by the last call in
+    /// the same step.
+    pub(super) fn find(&mut self, step: &Step<'_>, contacts: &[Contact], known: usize) {
+        let count = step.states.len();
+        if count == 1 {
+            self.set_only_one(contacts.len());
+        } else {
+            self.set_many(count, contacts);
+        }
+        let islands = self.bodies.len();
+        self.changed.clear();
+        let new = |island| self.contacts.get(island).last().is_some_and(|place| *place >= known);
+        self.changed.extend((0..islands).map(new));
+        self.set_unsettled(step, islands);
+    }
+
+    /// The island of a world of one body, without a search.
+    fn set_only_one(&mut self, contacts: usize) {
+        self.islands.clear();
+        self.islands.push(0);
+        self.places.clear();
+        self.places.push(0);
+        self.bodies.set_only_one(1);
+        self.contacts.set_only_one(contacts);
+    }
+
+    fn set_many(&mut self, count: usize, contacts: &[Contact]) {
+        self.parents.clear();
+        self.parents.extend(0..count);
+        self.islands.clear();
+        self.islands.resize(count, NONE);
+        for contact in contacts {
+            if let Partner::Body(other) = contact.key.partner {
+                self.join(contact.key.body, other);
+            }
+        }
+        for contact in contacts {
+            // Marks the root: it has a contact.
+            let root = self.root(contact.key.body);
+            self.islands[root] = 0;
+        }
+        let mut islands = 0;
+        for body in 0..count {
+            let root = self.root(body);
+            if self.islands[root] == NONE {
+                continue;
+            }
+            if root == body {
+                self.islands[body] = islands;
+                islands += 1;
+            } else {
+                // A root is the first body of its island.
+                self.islands[body] = self.islands[root];
+            }
+        }
+        self.bodies.sort(islands, self.islands.iter().copied());
+        let of = contacts.iter().map(|contact| self.islands[contact.key.body]);
+        self.contacts.sort(islands, of);
+        self.places.clear();
+        self.places.resize(count, 0);
+        for island in 0..islands {
+            for (place, &body) in self.bodies.get(island).iter().enumerate() {
+                self.places[body] = place;
+            }
+        }
+    }
+
+    /// The first body of a body's island.
+    fn root(&mut self, body: usize) -> usize {
+        let mut root = body;
+        while self.parents[root] != root {
+            root = self.parents[root];
+        }
+        let mut at = body;
+        while self.parents[at] != root {
+            at = std::mem::replace(&mut self.parents[at], root);
+        }
+        root
+    }
+
+    fn join(&mut self, a: usize, b: usize) {
+        let (a, b) = (self.root(a), self.root(b));
+        self.parents[a.max(b)] = a.min(b);
+    }
+
+    /// How much the impulses of each island changed.
+    fn set_unsettled(&mut self, step: &Step<'_>, islands: usize) {
+        self.unsettled.clear();
+        self.unsettled.resize(islands, f64::INFINITY);
+        let Some(earlier) = step.earlier else { return };
+        // The largest change and the largest impulse of each.
+        self.changes.clear();
+        self.changes.resize(islands, (0.0, 0.0));
+        for (place, contact) in step.previous.contacts.iter().enumerate() {
+            let Some((apart, largest)) = self.changes.get_mut(self.islands[contact.key.body])
+            else {
+                continue;
+            };
+            let before = earlier.find(&contact.key, place).map_or(Vector3::zeros(), |c| c.force);
+            *apart = apart.max((contact.force - before).amax());
+            *largest = largest.max(contact.force.amax());
+        }
+        for (unsettled, (apart, largest)) in self.unsettled.iter_mut().zip(&self.changes) {
+            if *largest > 0.0 {
+                *unsettled = apart / largest;
+            }
+        }
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.changed.len()
+    }
+
+    /// The islands with contacts that the last call did not know, each with its number.
+    pub(super) fn changed(&self) -> impl Iterator<Item = (usize, IslandView<'_>)> {
+        let changed = self.changed.iter().enumerate().filter(|(_, changed)| **changed);
+        changed.map(|(island, _)| {
+            let view = IslandView {
+                bodies: self.bodies.get(island),
+                contacts: self.contacts.get(island),
+                places: &self.places,
+                unsettled: self.unsettled[island],
+            };
+            (island, view)
+        })
+    }
+}

@@ -1,0 +1,173 @@
+//! The problem of one island: its equations, of one body or of several, and their solution.
+
+use super::descent::{Descent, Outcome};
+use super::effort::Effort;
+use super::equations::{Equations, Velocity, reserve};
+use super::island::Island;
+use super::islands::IslandView;
+use super::single::Single;
+use crate::contact::Contact;
+use crate::mechanics::State;
+use crate::mechanics::quaternion::advance;
+use crate::step::{ContactForce, Step, StepSolution};
+use crate::world::World;
+use nalgebra::Vector3;
+
+/// The memory of an island's problem.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Part {
+    alone: Option<Box<Problem<Single>>>,
+    together: Option<Box<Problem<Island>>>,
+}
+
+#[derive(Debug, Clone)]
+struct Problem<E: Equations> {
+    equations: E,
+    descent: Descent<E>,
+    /// p̂ of the last step.
+    previous: Vec<Vector3<f64>>,
+    /// How many contacts there is room for.
+    room: usize,
+}
+
+impl<E: Equations> Problem<E> {
+    fn new(equations: E) -> Self {
+        Self { equations, descent: Descent::new(), previous: Vec::new(), room: 0 }
+    }
+
+    /// Room for so many contacts.
+    fn reserve(&mut self, contacts: usize) {
+        if contacts > self.room {
+            self.room = contacts;
+            self.descent.reserve(contacts);
+            reserve(&mut self.previous, contacts);
+        }
+    }
+
+    /// Solves from the impulses of the last step, over the mass `mass` (kg).
+    fn solve(
+        &mut self,
+        step: &Step<'_>,
+        (contacts, island): (&[Contact], &IslandView<'_>),
+        (mass, accepted): (f64, f64),
+        effort: &mut Effort<'_>,
+    ) -> Outcome {
+        let to_impulse = step.world.time_step() / mass;
+        self.reserve(island.contacts.len());
+        self.previous.clear();
+        self.previous.extend(island.contacts.iter().map(|&place| {
+            let before = step.previous.find(&contacts[place].key, place);
+            before.map_or(Vector3::zeros(), |before| before.force * to_impulse)
+        }));
+        self.descent.solve(&self.equations, &self.previous, accepted, effort)
+    }
+
+    /// Writes the force and slip of every contact of the island.
+    fn write_forces(
+        &self,
+        step: &Step<'_>,
+        (contacts, island): (&[Contact], &IslandView<'_>),
+        mass: f64,
+        solution: &mut StepSolution,
+    ) {
+        let to_force = mass / step.world.time_step();
+        let solved = self.descent.impulses().iter().zip(self.descent.points());
+        for (&place, (impulse, u)) in island.contacts.iter().zip(solved) {
+            let (normal, force) = (contacts[place].normal(), impulse * to_force);
+            solution.contacts[place] = ContactForce {
+                key: contacts[place].key,
+                force,
+                normal_force: normal.dot(&force),
+                slip: u - normal * normal.dot(u),
+            };
+        }
+    }
+}
+
+impl Part {
+    /// Room for the problems of one body with up to so many contacts.
+    pub(super) fn reserve(&mut self, world: &World, contacts: usize) {
+        let problem = alone(&mut self.alone, world);
+        problem.equations.reserve(contacts);
+        problem.reserve(contacts);
+    }
+
+    /// Solves the problem of `island` for the contacts found so far. A residual of `accepted`
+    /// (m/s) is no failure.
+    pub(super) fn solve(
+        &mut self,
+        step: &Step<'_>,
+        contacts: &[Contact],
+        island: &IslandView<'_>,
+        accepted: f64,
+        effort: &mut Effort<'_>,
+    ) -> Outcome {
+        effort.begin_part(island.contacts.len());
+        let view = (contacts, island);
+        if let [body] = *island.bodies {
+            let problem = alone(&mut self.alone, step.world);
+            problem.equations.begin(step, body, island.unsettled);
+            for &place in island.contacts {
+                problem.equations.admit(&contacts[place]);
+            }
+            let mass = step.world.bodies()[body].mass();
+            return problem.solve(step, view, (mass, accepted), effort);
+        }
+        let problem = together(&mut self.together, step.world);
+        problem.equations.begin(step, island.bodies, island.unsettled);
+        for &place in island.contacts {
+            problem.equations.admit(&contacts[place], |body| island.places[body]);
+        }
+        let mass = problem.equations.mass();
+        problem.solve(step, view, (mass, accepted), effort)
+    }
+
+    /// Writes what the last solve came to: the states of the island's bodies at k+1, and the force
+    /// of its contacts.
+    pub(super) fn write(
+        &mut self,
+        step: &Step<'_>,
+        contacts: &[Contact],
+        island: &IslandView<'_>,
+        solution: &mut StepSolution,
+    ) {
+        let view = (contacts, island);
+        if let [body] = *island.bodies {
+            let problem = alone(&mut self.alone, step.world);
+            solution.states[body] = next_state(step, body, problem.descent.velocity());
+            problem.write_forces(step, view, step.world.bodies()[body].mass(), solution);
+            return;
+        }
+        let problem = together(&mut self.together, step.world);
+        for (&body, velocity) in island.bodies.iter().zip(problem.descent.velocity()) {
+            solution.states[body] = next_state(step, body, velocity);
+        }
+        let mass = problem.equations.mass();
+        problem.write_forces(step, view, mass, solution);
+    }
+}
+
+fn alone<'a>(
+    problem: &'a mut Option<Box<Problem<Single>>>,
+    world: &World,
+) -> &'a mut Problem<Single> {
+    problem.get_or_insert_with(|| Box::new(Problem::new(Single::new(world))))
+}
+
+fn together<'a>(
+    problem: &'a mut Option<Box<Problem<Island>>>,
+    world: &World,
+) -> &'a mut Problem<Island> {
+    problem.get_or_insert_with(|| Box::new(Problem::new(Island::new(world))))
+}
+
+/// X⁺ of a body (eq. 8).
+fn next_state(step: &Step<'_>, body: usize, velocity: &Velocity) -> State {
+    let (state, h) = (&step.states[body], step.world.time_step());
+    State {
+        position: state.position + h * velocity.linear,
+        attitude: advance(&state.attitude, &velocity.spin, h),
+        velocity: velocity.linear,
+        spin: velocity.spin,
+    }
+}

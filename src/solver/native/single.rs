@@ -1,0 +1,367 @@
+//! The equations of one body that touches fixed things alone: six unknowns, on the stack.
+
+use super::equations::{
+    Answer, Candidate, Elimination, Equations, Gain, Point, Residual, Slope, Velocity, reserve,
+};
+use super::tolerances::{LARGE_TURN, TURN_GAIN, Tolerances};
+use super::turning::Turning;
+use crate::contact::Contact;
+use crate::mechanics::quaternion::rotation;
+use crate::step::Step;
+use crate::world::World;
+use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
+
+/// The step of one body; M is its mass.
+#[derive(Debug, Clone)]
+pub(super) struct Single {
+    time_step: f64,
+    /// ℓ, m.
+    reach: f64,
+    /// A(q), body → world.
+    rotation: Matrix3<f64>,
+    /// v + h (f/m + g), m/s.
+    free_linear: Vector3<f64>,
+    /// ω of free flight, rad/s.
+    free_spin: Vector3<f64>,
+    /// v and ω at step k.
+    old: Velocity,
+    /// Î = I/m, m².
+    inertia: Matrix3<f64>,
+    /// Î⁻¹.
+    inertia_inverse: Matrix3<f64>,
+    /// h τ/m of the external torque, m²/s.
+    torque_impulse: Vector3<f64>,
+    isotropic: bool,
+    tolerances: Tolerances,
+    unsettled: f64,
+    candidates: Vec<Candidate>,
+}
+
+impl Single {
+    /// Room for the steps of a body.
+    pub(super) fn new(world: &World) -> Self {
+        Self {
+            time_step: world.time_step(),
+            reach: 0.0,
+            rotation: Matrix3::identity(),
+            free_linear: Vector3::zeros(),
+            free_spin: Vector3::zeros(),
+            old: Velocity::zero(),
+            inertia: Matrix3::identity(),
+            inertia_inverse: Matrix3::identity(),
+            torque_impulse: Vector3::zeros(),
+            isotropic: false,
+            tolerances: Tolerances::of(world, 0.0),
+            unsettled: f64::INFINITY,
+            candidates: Vec::new(),
+        }
+    }
+
+    /// Sets the step's constants for body `index`, whose impulses changed by `unsettled` in the
+    /// steps before; no candidates yet.
+    pub(super) fn begin(&mut self, step: &Step<'_>, index: usize, unsettled: f64) {
+        let (state, free) = (&step.states[index], &step.free[index]);
+        let body = &step.world.bodies()[index];
+        self.reach = body.reach();
+        self.inertia = *body.specific_inertia();
+        self.inertia_inverse = *body.specific_inertia_inverse();
+        self.isotropic = body.is_isotropic();
+        self.rotation = rotation(&state.attitude);
+        self.free_linear = free.velocity;
+        self.free_spin = free.spin;
+        self.old = Velocity { linear: state.velocity, spin: state.spin };
+        self.torque_impulse = step.wrenches[index].torque * (self.time_step / body.mass());
+        self.tolerances = Tolerances::of(step.world, self.speed());
+        self.unsettled = unsettled;
+        self.candidates.clear();
+    }
+
+    /// Room for so many contacts.
+    pub(super) fn reserve(&mut self, contacts: usize) {
+        reserve(&mut self.candidates, contacts);
+    }
+
+    /// Adds a contact of the body with something fixed.
+    pub(super) fn admit(&mut self, contact: &Contact) {
+        self.candidates.push(Candidate::new(contact, self.time_step, 1.0));
+    }
+
+    /// An angular residual of (N1) as the speed of a point at the body's reach, m/s.
+    fn as_speed(&self, angular: &Vector3<f64>) -> Vector3<f64> {
+        self.inertia_inverse * angular * self.reach
+    }
+
+    /// The linear and angular parts of the equations of motion (N1):
+    ///
+    /// ```text
+    /// v⁺ − v_free − Σ p̂,   Î (ω⁺ − ω) + h ω⁺ × Î ω⁺ − h τ/m − Σ [c]× Aᵀ p̂
+    /// ```
+    fn motion(
+        &self,
+        velocity: &Velocity,
+        impulses: &[Vector3<f64>],
+    ) -> (Vector3<f64>, Vector3<f64>) {
+        let spin = &velocity.spin;
+        let mut linear = velocity.linear - self.free_linear;
+        let mut angular = self.inertia * (spin - self.old.spin) - self.torque_impulse;
+        if !self.isotropic {
+            angular += self.time_step * spin.cross(&(self.inertia * spin));
+        }
+        for (candidate, impulse) in self.candidates.iter().zip(impulses) {
+            linear -= impulse;
+            angular -= candidate.torque_map * impulse;
+        }
+        (linear, angular)
+    }
+
+    /// ∂(angular part)/∂ω⁺ = Î + h ([ω]× Î − [Î ω]×).
+    fn angular_slope(&self, spin: &Vector3<f64>) -> Matrix3<f64> {
+        if self.isotropic {
+            return self.inertia;
+        }
+        let gyroscopic = spin.cross_matrix() * self.inertia - (self.inertia * spin).cross_matrix();
+        self.inertia + self.time_step * gyroscopic
+    }
+
+    fn turning(&self, velocity: &Velocity) -> Turning<'_> {
+        Turning::new(&self.rotation, velocity.spin, self.time_step)
+    }
+}
+
+impl Equations for Single {
+    type Velocity = Velocity;
+    type Slope = SpinSlope;
+    type System = ();
+
+    #[inline]
+    fn candidates(&self) -> &[Candidate] {
+        &self.candidates
+    }
+
+    fn tolerances(&self) -> &Tolerances {
+        &self.tolerances
+    }
+
+    fn bodies(&self) -> usize {
+        1
+    }
+
+    fn unsettled(&self) -> f64 {
+        self.unsettled
+    }
+
+    fn speed(&self) -> f64 {
+        self.free_linear.norm() + self.free_spin.norm() * self.reach
+    }
+
+    fn set_velocity_after(&self, impulses: &[Vector3<f64>], velocity: &mut Velocity) {
+        let (mut linear, mut torque) = (self.free_linear, Vector3::zeros());
+        for (candidate, impulse) in self.candidates.iter().zip(impulses) {
+            linear += impulse;
+            torque += candidate.torque_map * impulse;
+        }
+        *velocity = Velocity { linear, spin: self.free_spin + self.inertia_inverse * torque };
+    }
+
+    fn keep_velocity(&self, velocity: &mut Velocity) {
+        let (exact, old) = (self.tolerances.exact, &self.old);
+        if (velocity.spin - old.spin).amax() * self.reach <= exact {
+            velocity.spin = old.spin;
+        }
+        if (velocity.linear - old.linear).amax() <= exact {
+            velocity.linear = old.linear;
+        }
+        for candidate in &self.candidates {
+            let along = candidate.normal.dot(&(velocity.linear - old.linear));
+            if along.abs() <= exact {
+                velocity.linear -= candidate.normal * along;
+            }
+        }
+    }
+
+    fn turns_too_far(&self, velocity: &Velocity) -> bool {
+        let turn = self.time_step * velocity.spin.norm();
+        turn > LARGE_TURN && turn > TURN_GAIN * self.time_step * self.old.spin.norm()
+    }
+
+    #[inline]
+    fn motion_residual(
+        &self,
+        velocity: &Velocity,
+        impulses: &[Vector3<f64>],
+        _: &mut Velocity,
+    ) -> Residual {
+        let (linear, angular) = self.motion(velocity, impulses);
+        let mut residual = Residual::default();
+        residual.add(&linear);
+        residual.add(&self.as_speed(&angular));
+        residual
+    }
+
+    fn point(&self, index: usize, velocity: &Velocity) -> Vector3<f64> {
+        point_velocity(&self.turning(velocity), velocity, &self.candidates[index])
+    }
+
+    fn push(&self, index: usize, impulse: &Vector3<f64>, velocity: &mut Velocity) {
+        velocity.linear += impulse;
+        let torque = self.candidates[index].torque_map * impulse;
+        velocity.spin += self.inertia_inverse * torque;
+    }
+
+    #[inline]
+    fn set_points(&self, velocity: &Velocity, points: &mut Vec<Vector3<f64>>) {
+        let turning = self.turning(velocity);
+        points.clear();
+        let candidates = self.candidates.iter();
+        points.extend(candidates.map(|candidate| point_velocity(&turning, velocity, candidate)));
+    }
+
+    #[inline]
+    fn direction(
+        &self,
+        at: Point<'_, Velocity>,
+        mut answer: impl FnMut(usize, &Candidate, &Vector3<f64>) -> Option<Answer>,
+        eliminations: &mut Vec<Elimination<SpinSlope>>,
+        (): &mut (),
+        step: &mut Velocity,
+    ) -> bool {
+        let (linear, angular) = self.motion(at.velocity, at.impulses);
+        let mut system = MotionSystem {
+            linear_linear: Matrix3::identity(),
+            linear_angular: Matrix3::zeros(),
+            angular_linear: Matrix3::zeros(),
+            angular_angular: self.angular_slope(&at.velocity.spin),
+            linear: -linear,
+            angular: -angular,
+        };
+        let turning = self.turning(at.velocity);
+        eliminations.clear();
+        for (index, (candidate, u)) in self.candidates.iter().zip(at.points).enumerate() {
+            let Some(answer) = answer(index, candidate, u) else { return false };
+            let slope = match answer.gain {
+                Gain::Zero => SpinSlope(Matrix3::zeros()),
+                _ => SpinSlope(point_slope(&turning, &at.velocity.linear, candidate, u)),
+            };
+            let elimination = Elimination { answer, slope };
+            system.add(&candidate.torque_map, &elimination);
+            eliminations.push(elimination);
+        }
+        match system.solve() {
+            Some(change) => {
+                *step = change;
+                true
+            }
+            None => false,
+        }
+    }
+}
+
+/// u of a candidate (N2). The gap is that of the point a, the slip that of the touching point y;
+/// A K (a − y) along the normal is what rounding adds to one over the other.
+#[inline]
+fn point_velocity(
+    turning: &Turning<'_>,
+    velocity: &Velocity,
+    candidate: &Candidate,
+) -> Vector3<f64> {
+    let u = velocity.linear + turning.swept(&candidate.lever);
+    let mut along = candidate.approach;
+    if candidate.rounding != Vector3::zeros() {
+        along += candidate.normal.dot(&turning.swept(&candidate.rounding));
+    }
+    u + candidate.normal * along
+}
+
+/// ∂u/∂ω⁺ (N3), `u` being the candidate's; ∂u/∂v⁺ is E.
+#[inline]
+fn point_slope(
+    turning: &Turning<'_>,
+    linear: &Vector3<f64>,
+    candidate: &Candidate,
+    u: &Vector3<f64>,
+) -> Matrix3<f64> {
+    let Candidate { normal, lever, arm, rounding, torque_map, .. } = candidate;
+    if *rounding == Vector3::zeros() {
+        let swept = u - linear - normal * candidate.approach;
+        return turning.slope(lever, arm, torque_map.transpose(), &swept);
+    }
+    let slope = turning.slope(lever, arm, torque_map.transpose(), &turning.swept(lever));
+    let between = turning.slope_of(rounding);
+    slope + normal * between.tr_mul(normal).transpose()
+}
+
+/// ∂u/∂ω⁺; ∂u/∂v⁺ is E.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct SpinSlope(Matrix3<f64>);
+
+impl Slope for SpinSlope {
+    type Velocity = Velocity;
+
+    #[inline]
+    fn point_step(&self, change: &Velocity) -> Vector3<f64> {
+        change.linear + self.0 * change.spin
+    }
+}
+
+/// The linearised equations of motion with the contacts added one by one (N8):
+///
+/// ```text
+/// ⎡ E − Σ D        − Σ D J          ⎤ ⎡δv⎤   ⎡ −r_v + Σ d          ⎤
+/// ⎣ − Σ G D    M(ω) − Σ G D J       ⎦ ⎣δω⎦ = ⎣ −r_ω + Σ G d        ⎦
+/// ```
+///
+/// with G = [c]× Aᵀ, J = ∂u/∂ω, and (d, D) the offset and gain of a contact.
+struct MotionSystem {
+    linear_linear: Matrix3<f64>,
+    linear_angular: Matrix3<f64>,
+    angular_linear: Matrix3<f64>,
+    angular_angular: Matrix3<f64>,
+    linear: Vector3<f64>,
+    angular: Vector3<f64>,
+}
+
+impl MotionSystem {
+    /// Adds a contact with its torque map G.
+    #[inline]
+    fn add(&mut self, torque_map: &Matrix3<f64>, contact: &Elimination<SpinSlope>) {
+        let (answer, slope) = (&contact.answer, &contact.slope.0);
+        self.linear += answer.offset;
+        self.angular += torque_map * answer.offset;
+        match &answer.gain {
+            Gain::Zero => {}
+            Gain::Spring(stiffness) => {
+                let by_spin = slope * -stiffness;
+                for k in 0..3 {
+                    self.linear_linear[(k, k)] += stiffness;
+                }
+                self.linear_angular -= by_spin;
+                self.angular_linear += torque_map * *stiffness;
+                self.angular_angular -= torque_map * by_spin;
+            }
+            Gain::Full(gain) => {
+                let by_spin = gain * slope;
+                self.linear_linear -= gain;
+                self.linear_angular -= by_spin;
+                self.angular_linear -= torque_map * gain;
+                self.angular_angular -= torque_map * by_spin;
+            }
+        }
+    }
+
+    /// (δv, δω), `None` where the matrix is singular.
+    fn solve(&self) -> Option<Velocity> {
+        let mut matrix = Matrix6::zeros();
+        matrix.fixed_view_mut::<3, 3>(0, 0).copy_from(&self.linear_linear);
+        matrix.fixed_view_mut::<3, 3>(0, 3).copy_from(&self.linear_angular);
+        matrix.fixed_view_mut::<3, 3>(3, 0).copy_from(&self.angular_linear);
+        matrix.fixed_view_mut::<3, 3>(3, 3).copy_from(&self.angular_angular);
+        let mut rhs = Vector6::zeros();
+        rhs.fixed_rows_mut::<3>(0).copy_from(&self.linear);
+        rhs.fixed_rows_mut::<3>(3).copy_from(&self.angular);
+        let solvable = matrix.lu().solve_mut(&mut rhs) && rhs.iter().all(|x| x.is_finite());
+        solvable.then(|| Velocity {
+            linear: rhs.fixed_rows::<3>(0).into(),
+            spin: rhs.fixed_rows::<3>(3).into(),
+        })
+    }
+}

@@ -1,0 +1,88 @@
+//! How the points of a body move in a step that ends with a spin (N2, N3).
+
+use nalgebra::{Matrix3, Vector3};
+
+/// The sweep of a body's points at one spin.
+///
+/// The attitude step turns the body by the Cayley map of h ω/2, so that
+///
+/// ```text
+/// (A(q⁺) − A(q)) c / h = A K c,   K c = (ω × c + (h/2) ω × (ω × c)) / (1 + h²ω²/4)
+/// ```
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Turning<'a> {
+    /// A(q), body → world.
+    rotation: &'a Matrix3<f64>,
+    spin: Vector3<f64>,
+    /// A ω.
+    spin_world: Vector3<f64>,
+    /// h/2.
+    half: f64,
+    /// 1/(1 + h²ω²/4).
+    shrink: f64,
+    /// A K.
+    sweep: Matrix3<f64>,
+}
+
+impl<'a> Turning<'a> {
+    /// That of a body with the `rotation` A(q) at the step's start, at the spin ω⁺ (rad/s,
+    /// body), over a step of `time_step` (s).
+    #[inline]
+    pub(super) fn new(rotation: &'a Matrix3<f64>, spin: Vector3<f64>, time_step: f64) -> Self {
+        let half = 0.5 * time_step;
+        let shrink = 1.0 / (1.0 + half * half * spin.norm_squared());
+        // K = ([ω]× + (h/2) (ω ωᵀ − ω² E)) / (1 + h²ω²/4)
+        let mut sweep = spin.cross_matrix() + half * spin * spin.transpose();
+        for k in 0..3 {
+            sweep[(k, k)] -= half * spin.norm_squared();
+        }
+        let sweep = rotation * sweep * shrink;
+        Self { rotation, spin, spin_world: rotation * spin, half, shrink, sweep }
+    }
+
+    /// A K c of the body's point c.
+    #[inline]
+    pub(super) fn swept(&self, point: &Vector3<f64>) -> Vector3<f64> {
+        self.sweep * point
+    }
+
+    /// A K.
+    pub(super) fn sweep(&self) -> &Matrix3<f64> {
+        &self.sweep
+    }
+
+    /// A, body → world.
+    pub(super) fn rotation(&self) -> &Matrix3<f64> {
+        self.rotation
+    }
+
+    /// ∂(A K c)/∂ω⁺ of the body's point c, from A c, −A [c]× and A K c. With
+    /// ∂/∂ω (ω × c) = −[c]× and ∂/∂ω (ω × (ω × c)) = ω cᵀ + (ω·c) E − 2 c ωᵀ:
+    ///
+    /// ```text
+    /// (−A [c]× + (h/2) (A ω cᵀ + (ω·c) A − 2 A c ωᵀ)) / (1 + h²ω²/4)
+    ///   − (h²/2) A K c ωᵀ / (1 + h²ω²/4)
+    /// ```
+    #[inline]
+    pub(super) fn slope(
+        &self,
+        point: &Vector3<f64>,
+        arm: &Vector3<f64>,
+        turned: Matrix3<f64>,
+        swept: &Vector3<f64>,
+    ) -> Matrix3<f64> {
+        let half = self.half;
+        let back = (arm + half * swept) * (2.0 * half);
+        let mut slope = turned;
+        slope += self.spin_world * (half * point).transpose();
+        slope += self.rotation * (half * self.spin.dot(point));
+        slope -= back * self.spin.transpose();
+        slope * self.shrink
+    }
+
+    /// The same of any point c.
+    pub(super) fn slope_of(&self, point: &Vector3<f64>) -> Matrix3<f64> {
+        let turned = -self.rotation * point.cross_matrix();
+        self.slope(point, &(self.rotation * point), turned, &self.swept(point))
+    }
+}
