@@ -6,8 +6,10 @@
 //! [detection](crate::contact::detection) does not find are contacts between two bodies, so
 //! that a [`Simulation`](crate::simulation::Simulation) takes worlds of one body.
 
+use crate::contact::Partner;
 use crate::contact::plane::Plane;
 use crate::error::{Error, in_range};
+use crate::geometry::Piece;
 use crate::mechanics::dynamics;
 use crate::mechanics::{Pose, RigidBody, State, Wrench};
 use nalgebra::Vector3;
@@ -27,10 +29,22 @@ pub struct Parameters {
     pub time_step: f64,
 }
 
+/// A piece that never moves: a step, a ramp, a wall, a part of a bowl.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fixed {
+    /// The piece, in the world's frame.
+    pub piece: Piece,
+    /// A coefficient of friction of its own, in place of the world's.
+    pub friction: Option<f64>,
+}
+
 /// Rigid bodies above a ground, with friction: the constants of every step.
 #[derive(Debug, Clone, PartialEq)]
 pub struct World {
     parameters: Parameters,
+    fixed: Vec<Fixed>,
+    /// In ascending order.
+    pair_frictions: Vec<((usize, Partner), f64)>,
     reach: f64,
     speed_scale: f64,
 }
@@ -52,7 +66,91 @@ impl World {
         }
         let reach = parameters.bodies.iter().map(RigidBody::reach).fold(0.0, f64::max);
         let speed_scale = speed_scale(&parameters.gravity, reach);
-        Ok(Self { parameters, reach, speed_scale })
+        let (fixed, pair_frictions) = (Vec::new(), Vec::new());
+        Ok(Self { parameters, fixed, pair_frictions, reach, speed_scale })
+    }
+
+    /// This world with pieces that never move.
+    ///
+    /// # Errors
+    /// A coefficient of friction outside 0…10.
+    pub fn with_fixed(self, fixed: Vec<Fixed>) -> Result<Self, Error> {
+        for friction in fixed.iter().filter_map(|fixed| fixed.friction) {
+            in_range("coefficient of friction", friction, 0.0, 10.0, "0 to 10")?;
+        }
+        Ok(Self { fixed, ..self })
+    }
+
+    /// This world with a coefficient of `friction` between body `body` and `partner`, whatever
+    /// their own are. The last word on a pair counts.
+    ///
+    /// # Errors
+    /// A body or fixed piece that is not there, a body with itself, a coefficient outside 0…10.
+    pub fn with_friction_between(
+        mut self,
+        body: usize,
+        partner: Partner,
+        friction: f64,
+    ) -> Result<Self, Error> {
+        in_range("coefficient of friction", friction, 0.0, 10.0, "0 to 10")?;
+        let bodies = self.bodies().len();
+        let known = match partner {
+            Partner::Ground => true,
+            Partner::Fixed(index) => index < self.fixed.len(),
+            Partner::Body(other) => other < bodies && other != body,
+        };
+        if body >= bodies || !known {
+            let allowed = "a pair of a body and another body or a fixed thing of the world";
+            return Err(Error::Count { field: "pair with friction", count: body, allowed });
+        }
+        let pair = ordered(body, partner);
+        match self.pair_frictions.binary_search_by(|(known, _)| known.cmp(&pair)) {
+            Ok(place) => self.pair_frictions[place].1 = friction,
+            Err(place) => self.pair_frictions.insert(place, (pair, friction)),
+        }
+        Ok(self)
+    }
+
+    /// The pieces that never move.
+    #[must_use]
+    pub fn fixed(&self) -> &[Fixed] {
+        &self.fixed
+    }
+
+    /// The coefficients of friction that were given for pairs.
+    #[must_use]
+    pub fn pair_frictions(&self) -> &[((usize, Partner), f64)] {
+        &self.pair_frictions
+    }
+
+    /// μ between body `body` and `partner`: what was given for the pair, or the geometric mean
+    ///
+    /// ```text
+    /// μ = √(μ_a μ_b)
+    /// ```
+    ///
+    /// of the coefficients of both, the world's where a body or piece has none of its own. The
+    /// ground has the world's.
+    ///
+    /// # Panics
+    /// If there is no such body or partner.
+    #[must_use]
+    pub fn friction_between(&self, body: usize, partner: Partner) -> f64 {
+        if !self.pair_frictions.is_empty() {
+            let pair = ordered(body, partner);
+            let place = self.pair_frictions.binary_search_by(|(known, _)| known.cmp(&pair));
+            if let Ok(place) = place {
+                return self.pair_frictions[place].1;
+            }
+        }
+        let own = |friction: Option<f64>| friction.unwrap_or(self.friction());
+        let a = own(self.bodies()[body].friction());
+        let b = match partner {
+            Partner::Ground => self.friction(),
+            Partner::Fixed(index) => own(self.fixed[index].friction),
+            Partner::Body(other) => own(self.bodies()[other].friction()),
+        };
+        if a == b { a } else { (a * b).sqrt() }
     }
 
     /// The constants.
@@ -122,7 +220,7 @@ impl World {
     /// The heights above the ground of body `index`'s contact points, m, where it is at `pose`:
     ///
     /// ```text
-    /// φ_i = n·r − d + (Aᵀ n)·c_i
+    /// φ_i = n·r − d + (Aᵀ n)·c_i − ρ_i
     /// ```
     ///
     /// # Panics
@@ -136,7 +234,7 @@ impl World {
         let centre = ground.normal().dot(&pose.position) - ground.offset();
         let normal = pose.rotation.tr_mul(ground.normal());
         let points = self.bodies()[index].contact_points().iter();
-        points.map(move |point| centre + normal.dot(&point.position))
+        points.map(move |point| centre + normal.dot(&point.position) - point.radius)
     }
 
     /// The height of the lowest contact point of any body, m.
@@ -145,6 +243,14 @@ impl World {
         let heights =
             states.iter().enumerate().flat_map(|(i, state)| self.heights(i, &state.pose()));
         heights.fold(f64::INFINITY, f64::min)
+    }
+}
+
+/// The same for both orders of a pair.
+fn ordered(body: usize, partner: Partner) -> (usize, Partner) {
+    match partner {
+        Partner::Body(other) if other < body => (other, Partner::Body(body)),
+        _ => (body, partner),
     }
 }
 

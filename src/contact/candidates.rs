@@ -1,6 +1,7 @@
 //! The candidates of a step: the contacts that its solver considers, and the search for more.
 
-use super::{Contact, Detection, detection};
+use super::neighbours::Neighbours;
+use super::{Contact, Detection, Partner, detection};
 use crate::mechanics::State;
 use crate::world::World;
 
@@ -12,6 +13,7 @@ use crate::world::World;
 #[derive(Debug, Clone, Default)]
 pub struct Candidates {
     contacts: Vec<Contact>,
+    neighbours: Neighbours,
 }
 
 impl Candidates {
@@ -47,7 +49,9 @@ impl Candidates {
         states: &[State],
         free: &[State],
     ) -> bool {
-        rule.find(world, states, free, &mut self.contacts)
+        let needs_contact = rule.find(world, states, free, &mut self.contacts);
+        self.neighbours.touching(world, states, &mut self.contacts);
+        needs_contact || !self.contacts.is_empty()
     }
 
     /// Adds the contacts that the step `states` → `next` takes deeper than `depth` (m) into each
@@ -60,7 +64,19 @@ impl Candidates {
         next: &[State],
         depth: f64,
     ) -> bool {
-        detection::admit_missed(world, states, next, depth, &mut self.contacts)
+        let ground = detection::admit_missed(world, states, next, depth, &mut self.contacts);
+        let pieces = self.neighbours.overlapping(world, states, next, depth, &mut self.contacts);
+        ground || pieces
+    }
+
+    /// The deepest overlap of any two pieces where the bodies are at `states`, m, from the shapes
+    /// alone, and whose they are: the second is what is fixed, if one is. `None` without overlap.
+    pub fn deepest_overlap(
+        &mut self,
+        world: &World,
+        states: &[State],
+    ) -> Option<(f64, Partner, Partner)> {
+        self.neighbours.deepest(world, states)
     }
 }
 
@@ -74,6 +90,6 @@ impl Extend<Contact> for Candidates {
 /// Contacts that are given, to repeat a step.
 impl From<Vec<Contact>> for Candidates {
     fn from(contacts: Vec<Contact>) -> Self {
-        Self { contacts }
+        Self { contacts, neighbours: Neighbours::default() }
     }
 }

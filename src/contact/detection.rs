@@ -101,10 +101,11 @@ fn ground_contact(world: &World, body: usize, point: usize, pose: &Pose) -> Cont
     let (a, ground) = (&world.bodies()[body], world.ground());
     let features = Features {
         point: a.contact_points()[point].position,
-        radius: 0.0,
+        radius: a.contact_points()[point].radius,
         frame: *ground.frame(),
         offset: ground.offset(),
     };
-    let key = ContactKey { body, point, partner: Partner::Ground };
-    Contact::new(key, features, ContactLaw { friction: world.friction() }, (a, pose), None)
+    let key = ContactKey { body, point, partner: Partner::Ground, pair: None };
+    let law = ContactLaw { friction: world.friction_between(body, Partner::Ground) };
+    Contact::new(key, features, law, (a, pose), None)
 }

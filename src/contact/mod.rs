@@ -18,6 +18,7 @@ mod candidates;
 pub mod certificate;
 pub mod detection;
 pub mod law;
+mod neighbours;
 pub mod plane;
 pub mod rounding;
 
@@ -27,6 +28,7 @@ pub use detection::Detection;
 pub use law::{ContactLaw, Response};
 pub use plane::Plane;
 
+use crate::geometry::Feature;
 use crate::mechanics::RigidBody;
 use crate::mechanics::state::Pose;
 use nalgebra::{Matrix3, Vector3};
@@ -42,15 +44,30 @@ pub enum Partner {
     Body(usize),
 }
 
+/// Which features of two pieces touch.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct PairFeatures {
+    /// The piece of A and the piece of B, indices of their [pieces](RigidBody::pieces); 0 for a
+    /// fixed piece.
+    pub pieces: (usize, usize),
+    /// The features.
+    pub feature: Feature,
+    /// Counts the planes that a step met these features with: 0 for the first.
+    pub plane: u32,
+}
+
 /// Which features touch: the same from step to step, so that forces find their contact again.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct ContactKey {
     /// A, an index of [`World::bodies`](crate::world::World::bodies).
     pub body: usize,
-    /// The index of A's [contact point](RigidBody::contact_points).
+    /// The index of A's [contact point](RigidBody::contact_points) that touches; where an edge does
+    /// between its ends, that of its first end.
     pub point: usize,
     /// B.
     pub partner: Partner,
+    /// Which features of which pieces, where B has several; none for the ground.
+    pub pair: Option<PairFeatures>,
 }
 
 /// The features that make a contact: what [`Contact::new`] is made of.

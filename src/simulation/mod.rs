@@ -16,7 +16,7 @@ pub mod trajectory;
 pub use record::StepRecord;
 
 use crate::contact::certificate::{Certifier, Claim, certify_rk4_step};
-use crate::contact::{Candidates, Certificate, Detection, rounding};
+use crate::contact::{Candidates, Certificate, Detection, Partner, rounding};
 use crate::error::Error;
 use crate::mechanics::dynamics::rk4_step;
 use crate::mechanics::{Load, State, Wrench};
@@ -103,20 +103,14 @@ impl<'a> Simulation<'a> {
     /// A simulation of `world` from `states`, one a body.
     ///
     /// # Errors
-    /// A world of several bodies (contacts between bodies are not detected); another number of
-    /// states than bodies; a state that [`State::checked`] refuses.
+    /// Another number of states than bodies; a state that [`State::checked`] refuses; pieces that
+    /// overlap, a body and the ground apart.
     pub fn new(
         world: World,
         states: impl IntoIterator<Item = State>,
         motion: Motion<'a>,
     ) -> Result<Self, Error> {
         let bodies = world.bodies().len();
-        if bodies > 1 {
-            return Err(Error::Unsupported {
-                what: "a simulation of several bodies",
-                why: "contacts between bodies are not detected; give one body",
-            });
-        }
         let states =
             states.into_iter().map(|state| state.checked()).collect::<Result<Vec<_>, _>>()?;
         if states.len() != bodies {
@@ -126,6 +120,8 @@ impl<'a> Simulation<'a> {
                 allowed: "one a body",
             });
         }
+        let mut candidates = Candidates::new();
+        check_overlap(&world, &states, &mut candidates)?;
         let nothing = Outside { wrench: Wrench::zero(), load: Load::none() };
         Ok(Self {
             outside: vec![nothing; bodies],
@@ -137,7 +133,7 @@ impl<'a> Simulation<'a> {
             before: None,
             long_before: None,
             taken_back: false,
-            scratch: Scratch::default(),
+            scratch: Scratch { candidates, ..Scratch::default() },
         })
     }
 
@@ -228,6 +224,9 @@ impl<'a> Simulation<'a> {
         record.index = self.index;
         record.report = report;
         record.certificate = certificate;
+        let overlap =
+            self.scratch.candidates.deepest_overlap(&self.world, &self.scratch.solution.states);
+        record.overlap = overlap.map_or(0.0, |(depth, ..)| depth);
         record.states.clear();
         record.states.extend_from_slice(&self.now.states);
         record.solution.copy_from(&self.scratch.solution);
@@ -279,6 +278,28 @@ impl<'a> Simulation<'a> {
             solution: StepSolution::free(&self.now.states),
             ..StepRecord::new()
         };
+    }
+}
+
+/// What rounding and the digits of an input may leave, in parts of the world's reach.
+const OVERLAP_AT_THE_START: f64 = 1e-6;
+
+/// Pieces that overlap would fly apart in the first step.
+fn check_overlap(
+    world: &World,
+    states: &[State],
+    candidates: &mut Candidates,
+) -> Result<(), Error> {
+    let name = |owner: Partner| match owner {
+        Partner::Ground => "the ground".to_owned(),
+        Partner::Fixed(index) => format!("fixed piece {index}"),
+        Partner::Body(index) => format!("body {index}"),
+    };
+    match candidates.deepest_overlap(world, states) {
+        Some((depth, first, second)) if depth > OVERLAP_AT_THE_START * world.reach() => {
+            Err(Error::Overlap { first: name(first), second: name(second), depth })
+        }
+        _ => Ok(()),
     }
 }
 

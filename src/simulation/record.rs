@@ -19,6 +19,9 @@ pub struct StepRecord {
     pub report: StepReport,
     /// How exact the step is.
     pub certificate: Certificate,
+    /// How deep pieces overlap at k+1, m: the deepest of all pairs, from the shapes alone. Planes
+    /// are kept for a step, so that it is of second order in the turn of a step.
+    pub overlap: f64,
 }
 
 impl Default for StepRecord {
@@ -38,6 +41,7 @@ impl StepRecord {
             solution: StepSolution::default(),
             report: StepReport::without_problem(StepStatus::End),
             certificate: Certificate::default(),
+            overlap: 0.0,
         }
     }
 

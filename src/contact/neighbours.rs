@@ -1,0 +1,412 @@
+//! Contacts between pieces: of bodies with each other, and with what is fixed.
+//!
+//! The broad phase is a sweep over boxes that are a little larger than what moves in them; its
+//! pairs are kept until something leaves its box. The narrow phase is exact
+//! ([`crate::geometry::manifold`]).
+//!
+//! A plane of a piece stops a point wherever it meets the plane, also beside the face that it is
+//! of. So the features of a step are taken from where the pieces touch or overlap: at the step's
+//! start, or at the end of what has been solved so far. What is merely near gives no contact.
+
+use super::{Contact, ContactKey, ContactLaw, Features, PairFeatures, Partner};
+use crate::geometry::{Aabb, Feature, Hint, Piece, Scratch, Side, Sweep, Touch, bound, manifold};
+use crate::mechanics::{Pose, RigidBody, State};
+use crate::world::World;
+use nalgebra::{Matrix3, Vector3};
+
+/// Pieces touch where they are apart by no more than this part of the smaller one's reach:
+/// rounding of a state, and drifts that no motion makes.
+const TOUCH: f64 = 1e-9;
+/// Corners of a touching face that are higher than this part of the reach do not come down in
+/// the step; those that do are found after it.
+const BAND: f64 = super::detection::CONTACT_BAND;
+/// How much larger than its contents a box of the broad phase is, in parts of the reach.
+const MARGIN: f64 = 0.1;
+/// A second plane for the same features is another one from this angle's cosine on.
+const SAME_PLANE: f64 = 0.999_999;
+/// Face normals are parallel to this: cosine.
+const PARALLEL: f64 = 0.999_55;
+
+/// Whose a piece is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Owner {
+    Body(usize),
+    Fixed(usize),
+}
+
+impl Owner {
+    fn partner(self) -> Partner {
+        match self {
+            Self::Body(index) => Partner::Body(index),
+            Self::Fixed(index) => Partner::Fixed(index),
+        }
+    }
+}
+
+/// A piece of the world.
+#[derive(Debug, Clone, Copy)]
+struct Proxy {
+    owner: Owner,
+    piece: usize,
+}
+
+/// Two pieces that may touch.
+#[derive(Debug, Clone, Copy)]
+struct Neighbour {
+    /// Indices of the proxies, the first one of a body.
+    proxies: (usize, usize),
+    hint: Hint,
+}
+
+/// The pieces of a world near each other, and memory of the search.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Neighbours {
+    proxies: Vec<Proxy>,
+    poses: Vec<Pose>,
+    /// Where the bodies are at the step's start.
+    starts: Vec<Pose>,
+    boxes: Vec<Aabb>,
+    pairs: Vec<Neighbour>,
+    spare: Vec<Neighbour>,
+    sweep: Sweep,
+    scratch: Scratch,
+    touches: Vec<Touch>,
+}
+
+/// Where something fixed is.
+const FIXED: Pose = Pose { position: Vector3::new(0.0, 0.0, 0.0), rotation: IDENTITY };
+const IDENTITY: Matrix3<f64> = Matrix3::new(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0);
+
+impl Neighbours {
+    /// Adds the contacts of the pieces that touch where the bodies are at `states`.
+    pub(super) fn touching(
+        &mut self,
+        world: &World,
+        states: &[State],
+        contacts: &mut Vec<Contact>,
+    ) {
+        if !self.begin(world, states, states) {
+            return;
+        }
+        for index in 0..self.pairs.len() {
+            let pair = &mut self.pairs[index];
+            let [a, b] = [pair.proxies.0, pair.proxies.1].map(|at| self.proxies[at]);
+            let placed = (placed(world, &self.poses, a), placed(world, &self.poses, b));
+            let size = size(placed.0.0).min(size(placed.1.0));
+            let (scratch, touches) = (&mut self.scratch, &mut self.touches);
+            let separation =
+                manifold(placed.0, placed.1, BAND * size, &mut pair.hint, scratch, touches);
+            if separation > TOUCH * size || shares_a_line_only(placed, touches, size) {
+                continue;
+            }
+            let between = Between { world, proxies: (a, b), at: &self.poses, start: &self.poses };
+            contacts.extend(touches.iter().filter_map(|touch| between.contact(touch, 0)));
+        }
+    }
+
+    /// Adds the contacts of the pieces that overlap by more than `depth` (m) where the bodies are at
+    /// `next`, and that are not among the contacts. Returns whether there were any.
+    pub(super) fn overlapping(
+        &mut self,
+        world: &World,
+        states: &[State],
+        next: &[State],
+        depth: f64,
+        contacts: &mut Vec<Contact>,
+    ) -> bool {
+        let known = contacts.len();
+        if !self.begin(world, states, next) {
+            return false;
+        }
+        let mut start = std::mem::take(&mut self.starts);
+        start.clear();
+        start.extend(states.iter().map(State::pose));
+        for index in 0..self.pairs.len() {
+            let pair = &mut self.pairs[index];
+            let [a, b] = [pair.proxies.0, pair.proxies.1].map(|at| self.proxies[at]);
+            let placed = (placed(world, &self.poses, a), placed(world, &self.poses, b));
+            if bound(placed.0, placed.1, &pair.hint) >= -depth {
+                continue;
+            }
+            let size = size(placed.0.0).min(size(placed.1.0));
+            let (scratch, touches) = (&mut self.scratch, &mut self.touches);
+            let separation =
+                manifold(placed.0, placed.1, BAND * size, &mut pair.hint, scratch, touches);
+            if separation >= -depth {
+                continue;
+            }
+            let between = Between { world, proxies: (a, b), at: &self.poses, start: &start };
+            for touch in &*touches {
+                let Some(contact) = between.contact(touch, 0) else { continue };
+                if let Some(plane) = unknown_plane(&contact, contacts) {
+                    contacts.extend(between.contact(touch, plane));
+                }
+            }
+        }
+        self.starts = start;
+        contacts.len() > known
+    }
+
+    /// The deepest overlap of any two pieces where the bodies are at `states`, m, with the owners of
+    /// both.
+    pub(super) fn deepest(
+        &mut self,
+        world: &World,
+        states: &[State],
+    ) -> Option<(f64, Partner, Partner)> {
+        let mut deepest: Option<(f64, Partner, Partner)> = None;
+        if !self.begin(world, states, states) {
+            return None;
+        }
+        for pair in &mut self.pairs {
+            let [a, b] = [pair.proxies.0, pair.proxies.1].map(|at| self.proxies[at]);
+            let placed = (placed(world, &self.poses, a), placed(world, &self.poses, b));
+            if bound(placed.0, placed.1, &pair.hint) >= 0.0 {
+                continue;
+            }
+            let (scratch, touches) = (&mut self.scratch, &mut self.touches);
+            let depth = -manifold(placed.0, placed.1, 0.0, &mut pair.hint, scratch, touches);
+            if depth > 0.0 && deepest.is_none_or(|(known, ..)| depth > known) {
+                deepest = Some((depth, a.owner.partner(), b.owner.partner()));
+            }
+        }
+        deepest
+    }
+
+    /// Places the pieces at `next`, and finds the pairs anew where a piece left its box. `false`
+    /// where nothing can touch but the ground.
+    fn begin(&mut self, world: &World, states: &[State], next: &[State]) -> bool {
+        let pieces: usize = world.bodies().iter().map(|body| body.pieces().len()).sum();
+        if world.bodies().len() + world.fixed().len() < 2 || pieces == 0 {
+            return false;
+        }
+        self.poses.clear();
+        self.poses.extend(next.iter().map(State::pose));
+        if self.proxies.len() != pieces + world.fixed().len() {
+            self.list(world);
+        }
+        let outside = self.proxies.iter().zip(&self.boxes).any(|(proxy, bounds)| {
+            let (piece, pose) = placed(world, &self.poses, *proxy);
+            let tight = Aabb::of(piece, pose);
+            bounds.joined(&tight) != *bounds
+        });
+        if outside || self.boxes.is_empty() {
+            self.search(world, states);
+        }
+        true
+    }
+
+    /// Lists the pieces of the world.
+    fn list(&mut self, world: &World) {
+        self.proxies.clear();
+        self.boxes.clear();
+        self.pairs.clear();
+        for (index, body) in world.bodies().iter().enumerate() {
+            let pieces = 0..body.pieces().len();
+            let owner = Owner::Body(index);
+            self.proxies.extend(pieces.map(|piece| Proxy { owner, piece }));
+        }
+        let fixed = 0..world.fixed().len();
+        let fixed = fixed.map(|index| Proxy { owner: Owner::Fixed(index), piece: 0 });
+        self.proxies.extend(fixed);
+    }
+
+    /// The broad phase: boxes around where the pieces are and were, and the pairs that share
+    /// some of them. Pairs that were known keep their hints.
+    fn search(&mut self, world: &World, states: &[State]) {
+        self.boxes.clear();
+        for proxy in &self.proxies {
+            let (piece, pose) = placed(world, &self.poses, *proxy);
+            let mut bounds = Aabb::of(piece, pose);
+            if let Owner::Body(index) = proxy.owner {
+                bounds = bounds.joined(&Aabb::of(piece, &states[index].pose()));
+                bounds = bounds.grown(MARGIN * size(piece));
+            }
+            self.boxes.push(bounds);
+        }
+        let Self { proxies, boxes, pairs, spare, sweep, .. } = self;
+        std::mem::swap(pairs, spare);
+        pairs.clear();
+        sweep.pairs(boxes, |i, j| {
+            let owners = (proxies[i].owner, proxies[j].owner);
+            let movable = |owner| matches!(owner, Owner::Body(_));
+            if owners.0 != owners.1 && (movable(owners.0) || movable(owners.1)) {
+                let known = spare.binary_search_by(|pair| pair.proxies.cmp(&(i, j)));
+                let hint = known.map_or_else(|_| Hint::default(), |place| spare[place].hint);
+                pairs.push(Neighbour { proxies: (i, j), hint });
+            }
+        });
+    }
+}
+
+/// The number of the plane for the features of `contact`, if `contacts` have none for them that is
+/// as good as the same.
+fn unknown_plane(contact: &Contact, contacts: &[Contact]) -> Option<u32> {
+    let mut planes = 0;
+    for known in contacts {
+        let same = ContactKey { pair: contact.key.pair, ..known.key } == contact.key
+            && known.key.pair.map(|pair| (pair.pieces, pair.feature))
+                == contact.key.pair.map(|pair| (pair.pieces, pair.feature));
+        if same {
+            if known.normal().dot(&contact.normal()) >= SAME_PLANE {
+                return None;
+            }
+            planes += 1;
+        }
+    }
+    Some(planes)
+}
+
+/// ℓ, m: the reach of a piece from its own middle.
+fn size(piece: &Piece) -> f64 {
+    piece.core().reach() + piece.radius()
+}
+
+/// A piece and where its owner is.
+fn placed<'a>(world: &'a World, poses: &'a [Pose], proxy: Proxy) -> (&'a Piece, &'a Pose) {
+    match proxy.owner {
+        Owner::Body(index) => (&world.bodies()[index].pieces()[proxy.piece], &poses[index]),
+        Owner::Fixed(index) => (&world.fixed()[index].piece, &FIXED),
+    }
+}
+
+/// Whether two faces lie in one plane but overlap in a line or a point only, to rounding: boxes on a
+/// floor of tiles, where one reaches the next. Neither holds the other there.
+fn shares_a_line_only(
+    (a, b): ((&Piece, &Pose), (&Piece, &Pose)),
+    touches: &[Touch],
+    size: f64,
+) -> bool {
+    let Some(first) = touches.first() else { return true };
+    let (owner, other) = match first.point_of {
+        Side::A => (b, a),
+        Side::B => (a, b),
+    };
+    // In the world.
+    let normal = owner.1.rotation * first.normal;
+    let faces = |(piece, pose): (&Piece, &Pose), normal: Vector3<f64>| {
+        let normal = pose.rotation.tr_mul(&normal);
+        piece.core().faces().iter().any(|face| face.normal.dot(&normal) >= PARALLEL)
+    };
+    if !faces(owner, normal) || !faces(other, -normal) {
+        return false;
+    }
+    let points = || {
+        touches.iter().map(|touch| {
+            let (_, pose) = if touch.point_of == Side::A { a } else { b };
+            pose.position + pose.rotation * touch.point
+        })
+    };
+    let Some(from) = points().next() else { return true };
+    let farthest = points()
+        .map(|point| point - from)
+        .max_by(|x, y| x.norm_squared().total_cmp(&y.norm_squared()));
+    let Some(along) = farthest.and_then(|along| along.try_normalize(0.0)) else { return true };
+    let width = points().map(|point| (point - from).cross(&along).norm()).fold(0.0, f64::max);
+    width <= 1e-7 * size
+}
+
+/// Makes contacts of the touches of two pieces.
+struct Between<'a> {
+    world: &'a World,
+    proxies: (Proxy, Proxy),
+    /// Where the bodies are where the touches were found.
+    at: &'a [Pose],
+    /// Where they are at the start of the step.
+    start: &'a [Pose],
+}
+
+impl Between<'_> {
+    /// The contact of a touch; `plane` counts the planes that its features have met.
+    fn contact(&self, touch: &Touch, plane: u32) -> Option<Contact> {
+        let (of_point, of_plane) = match touch.point_of {
+            Side::A => self.proxies,
+            Side::B => (self.proxies.1, self.proxies.0),
+        };
+        let features = PairFeatures {
+            pieces: (of_point.piece, of_plane.piece),
+            feature: touch.feature,
+            plane,
+        };
+        match (of_point.owner, of_plane.owner) {
+            (Owner::Body(body), owner) => {
+                let corner = self.corner(body, of_point, touch);
+                let key = ContactKey {
+                    body,
+                    point: corner,
+                    partner: owner.partner(),
+                    pair: Some(features),
+                };
+                Some(self.make(
+                    key,
+                    Features {
+                        point: touch.point,
+                        radius: touch.point_radius,
+                        frame: frame_along(&touch.normal),
+                        offset: touch.offset,
+                    },
+                ))
+            }
+            (fixed @ Owner::Fixed(_), Owner::Body(body)) => {
+                let pieces = (of_plane.piece, of_point.piece);
+                let key = ContactKey {
+                    body,
+                    point: self.world.bodies()[body].point_of(of_plane.piece, 0),
+                    partner: fixed.partner(),
+                    pair: Some(PairFeatures { pieces, ..features }),
+                };
+                Some(self.make(key, turned_about(touch, &self.at[body])))
+            }
+            (Owner::Fixed(_), Owner::Fixed(_)) => None,
+        }
+    }
+
+    /// The contact point of a body that a touch is of.
+    fn corner(&self, body: usize, proxy: Proxy, touch: &Touch) -> usize {
+        let body = &self.world.bodies()[body];
+        let vertex = match (touch.feature, touch.point_of) {
+            (Feature::Vertex(side, vertex), of) if side == of => vertex,
+            (Feature::Edges(a, _), Side::A) => first_end(body, proxy, a),
+            (Feature::Edges(_, b), Side::B) => first_end(body, proxy, b),
+            (Feature::Vertex(..), _) => 0,
+        };
+        body.point_of(proxy.piece, vertex as usize)
+    }
+
+    fn make(&self, key: ContactKey, features: Features) -> Contact {
+        let law = ContactLaw { friction: self.world.friction_between(key.body, key.partner) };
+        let bodies = self.world.bodies();
+        let b = match key.partner {
+            Partner::Body(other) => Some((&bodies[other], &self.start[other])),
+            Partner::Fixed(_) | Partner::Ground => None,
+        };
+        Contact::new(key, features, law, (&bodies[key.body], &self.start[key.body]), b)
+    }
+}
+
+/// A fixed point against a plane of the body at `pose`, as a point of the body against a fixed
+/// plane, which is what a contact is: the point is the foot of the fixed point on the body's
+/// plane, and the plane, turned about, stays where it is for the step.
+fn turned_about(touch: &Touch, pose: &Pose) -> Features {
+    let normal = pose.rotation * touch.normal;
+    let surface = touch.point - normal * touch.point_radius;
+    let foot = surface - normal * touch.gap;
+    Features {
+        point: pose.rotation.tr_mul(&(foot - pose.position)),
+        radius: 0.0,
+        frame: frame_along(&-normal),
+        offset: -normal.dot(&surface),
+    }
+}
+
+/// The first vertex of an edge of a body's piece.
+fn first_end(body: &RigidBody, proxy: Proxy, edge: u32) -> u32 {
+    body.pieces()[proxy.piece].core().edges()[edge as usize].vertices[0]
+}
+
+/// (t₁, t₂, n), right-handed, with t₁ across the axis that n is least along.
+fn frame_along(normal: &Vector3<f64>) -> Matrix3<f64> {
+    let axis = Vector3::ith(normal.iamin(), 1.0);
+    let first = (axis - normal * normal.dot(&axis)).normalize();
+    Matrix3::from_columns(&[first, normal.cross(&first), *normal])
+}
