@@ -147,7 +147,10 @@ impl Contact {
             None if features.radius == 0.0 => normal.dot(&touching) - features.offset,
             _ => contact.gap_at(pose, b.map(|(_, pose)| pose)),
         };
-        let noise = rounding::gap(&normal, &pose.position, features.offset, &arm);
+        let mut noise = rounding::gap(&normal, &pose.position, features.offset, &arm);
+        if let Some((_, other)) = b {
+            noise += rounding::gap(&normal, &other.position, 0.0, &Vector3::zeros());
+        }
         contact.gap = if gap.abs() <= noise { 0.0 } else { gap };
         contact
     }

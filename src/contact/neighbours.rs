@@ -13,6 +13,7 @@ use crate::geometry::{Aabb, Feature, Hint, Piece, Scratch, Side, Sweep, Touch, b
 use crate::mechanics::{Pose, RigidBody, State};
 use crate::world::World;
 use nalgebra::{Matrix3, Vector3};
+use std::ops::Range;
 
 /// Pieces touch where they are apart by no more than this part of the smaller one's reach:
 /// rounding of a state, and drifts that no motion makes.
@@ -51,23 +52,33 @@ struct Proxy {
 }
 
 /// Two pieces that may touch.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 struct Neighbour {
     /// Indices of the proxies, the first one of a body.
     proxies: (usize, usize),
     hint: Hint,
+    /// The separation where it was asked for last, m; a bound from below where they do not overlap.
+    gap: f64,
+    /// The contacts of the last step's start, in the memory of all pairs.
+    kept: Range<usize>,
 }
 
 /// The pieces of a world near each other, and memory of the search.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Neighbours {
     proxies: Vec<Proxy>,
-    poses: Vec<Pose>,
-    /// Where the bodies are at the step's start.
-    starts: Vec<Pose>,
     boxes: Vec<Aabb>,
     pairs: Vec<Neighbour>,
-    spare: Vec<Neighbour>,
+    /// Where the bodies are where the gaps were asked for last.
+    poses: Vec<Pose>,
+    /// Where they were at the last step's start, and what touched there: of two bodies that have
+    /// not moved since nothing is computed again.
+    start: Vec<Pose>,
+    kept: Vec<Contact>,
+    /// The memory of both, and of the pairs, to be exchanged with.
+    spare_start: Vec<Pose>,
+    spare_kept: Vec<Contact>,
+    spare_pairs: Vec<Neighbour>,
     sweep: Sweep,
     scratch: Scratch,
     touches: Vec<Touch>,
@@ -85,23 +96,38 @@ impl Neighbours {
         states: &[State],
         contacts: &mut Vec<Contact>,
     ) {
-        if !self.begin(world, states, states) {
+        if !self.place(world, states, states) {
             return;
         }
-        for index in 0..self.pairs.len() {
-            let pair = &mut self.pairs[index];
-            let [a, b] = [pair.proxies.0, pair.proxies.1].map(|at| self.proxies[at]);
-            let placed = (placed(world, &self.poses, a), placed(world, &self.poses, b));
-            let size = size(placed.0.0).min(size(placed.1.0));
-            let (scratch, touches) = (&mut self.scratch, &mut self.touches);
-            let separation =
-                manifold(placed.0, placed.1, BAND * size, &mut pair.hint, scratch, touches);
-            if separation > TOUCH * size || shares_a_line_only(placed, touches, size) {
+        let Self { proxies, pairs, poses, scratch, touches, .. } = self;
+        std::mem::swap(&mut self.start, &mut self.spare_start);
+        std::mem::swap(&mut self.kept, &mut self.spare_kept);
+        let (start, before, kept, was) =
+            (&mut self.start, &self.spare_start, &mut self.kept, &self.spare_kept);
+        start.clone_from(poses);
+        kept.clear();
+        let still = |owner: Owner| match owner {
+            Owner::Fixed(_) => true,
+            Owner::Body(index) => before.get(index) == Some(&poses[index]),
+        };
+        for pair in pairs {
+            let [a, b] = [pair.proxies.0, pair.proxies.1].map(|at| proxies[at]);
+            let first = kept.len();
+            if still(a.owner) && still(b.owner) {
+                kept.extend_from_slice(&was[pair.kept.clone()]);
+                pair.kept = first..kept.len();
                 continue;
             }
-            let between = Between { world, proxies: (a, b), at: &self.poses, start: &self.poses };
-            contacts.extend(touches.iter().filter_map(|touch| between.contact(touch, 0)));
+            let pieces = (placed(world, poses, a), placed(world, poses, b));
+            let size = size(pieces.0.0).min(size(pieces.1.0));
+            pair.gap = manifold(pieces.0, pieces.1, BAND * size, &mut pair.hint, scratch, touches);
+            if pair.gap <= TOUCH * size && !shares_a_line_only(pieces, touches, size) {
+                let between = Between { world, proxies: (a, b), at: poses, start: poses };
+                kept.extend(touches.iter().filter_map(|touch| between.contact(touch, 0)));
+            }
+            pair.kept = first..kept.len();
         }
+        contacts.extend_from_slice(kept);
     }
 
     /// Adds the contacts of the pieces that overlap by more than `depth` (m) where the bodies are at
@@ -115,27 +141,27 @@ impl Neighbours {
         contacts: &mut Vec<Contact>,
     ) -> bool {
         let known = contacts.len();
-        if !self.begin(world, states, next) {
+        if !self.place(world, states, next) {
             return false;
         }
-        let mut start = std::mem::take(&mut self.starts);
-        start.clear();
-        start.extend(states.iter().map(State::pose));
-        for index in 0..self.pairs.len() {
-            let pair = &mut self.pairs[index];
-            let [a, b] = [pair.proxies.0, pair.proxies.1].map(|at| self.proxies[at]);
-            let placed = (placed(world, &self.poses, a), placed(world, &self.poses, b));
-            if bound(placed.0, placed.1, &pair.hint) >= -depth {
+        let Self { proxies, pairs, poses, start, scratch, touches, .. } = self;
+        if start.len() != states.len() {
+            start.clear();
+            start.extend(states.iter().map(State::pose));
+        }
+        for pair in pairs {
+            let [a, b] = [pair.proxies.0, pair.proxies.1].map(|at| proxies[at]);
+            let pieces = (placed(world, poses, a), placed(world, poses, b));
+            pair.gap = bound(pieces.0, pieces.1, &pair.hint);
+            if pair.gap >= -depth {
                 continue;
             }
-            let size = size(placed.0.0).min(size(placed.1.0));
-            let (scratch, touches) = (&mut self.scratch, &mut self.touches);
-            let separation =
-                manifold(placed.0, placed.1, BAND * size, &mut pair.hint, scratch, touches);
-            if separation >= -depth {
+            let reach = BAND * size(pieces.0.0).min(size(pieces.1.0));
+            pair.gap = manifold(pieces.0, pieces.1, reach, &mut pair.hint, scratch, touches);
+            if pair.gap >= -depth {
                 continue;
             }
-            let between = Between { world, proxies: (a, b), at: &self.poses, start: &start };
+            let between = Between { world, proxies: (a, b), at: poses, start };
             for touch in &*touches {
                 let Some(contact) = between.contact(touch, 0) else { continue };
                 if let Some(plane) = unknown_plane(&contact, contacts) {
@@ -143,7 +169,6 @@ impl Neighbours {
                 }
             }
         }
-        self.starts = start;
         contacts.len() > known
     }
 
@@ -154,18 +179,24 @@ impl Neighbours {
         world: &World,
         states: &[State],
     ) -> Option<(f64, Partner, Partner)> {
-        let mut deepest: Option<(f64, Partner, Partner)> = None;
-        if !self.begin(world, states, states) {
+        let same = |(pose, state): (&Pose, &State)| *pose == state.pose();
+        let known = self.poses.len() == states.len() && self.poses.iter().zip(states).all(same);
+        if !known && !self.place(world, states, states) {
             return None;
         }
-        for pair in &mut self.pairs {
-            let [a, b] = [pair.proxies.0, pair.proxies.1].map(|at| self.proxies[at]);
-            let placed = (placed(world, &self.poses, a), placed(world, &self.poses, b));
-            if bound(placed.0, placed.1, &pair.hint) >= 0.0 {
-                continue;
+        let Self { proxies, pairs, poses, scratch, touches, .. } = self;
+        let mut deepest: Option<(f64, Partner, Partner)> = None;
+        for pair in pairs {
+            let [a, b] = [pair.proxies.0, pair.proxies.1].map(|at| proxies[at]);
+            if !known {
+                let pieces = (placed(world, poses, a), placed(world, poses, b));
+                pair.gap = bound(pieces.0, pieces.1, &pair.hint);
+                if pair.gap < 0.0 {
+                    let hint = &mut pair.hint;
+                    pair.gap = manifold(pieces.0, pieces.1, 0.0, hint, scratch, touches);
+                }
             }
-            let (scratch, touches) = (&mut self.scratch, &mut self.touches);
-            let depth = -manifold(placed.0, placed.1, 0.0, &mut pair.hint, scratch, touches);
+            let depth = -pair.gap;
             if depth > 0.0 && deepest.is_none_or(|(known, ..)| depth > known) {
                 deepest = Some((depth, a.owner.partner(), b.owner.partner()));
             }
@@ -175,7 +206,7 @@ impl Neighbours {
 
     /// Places the pieces at `next`, and finds the pairs anew where a piece left its box. `false`
     /// where nothing can touch but the ground.
-    fn begin(&mut self, world: &World, states: &[State], next: &[State]) -> bool {
+    fn place(&mut self, world: &World, states: &[State], next: &[State]) -> bool {
         let pieces: usize = world.bodies().iter().map(|body| body.pieces().len()).sum();
         if world.bodies().len() + world.fixed().len() < 2 || pieces == 0 {
             return false;
@@ -224,7 +255,7 @@ impl Neighbours {
             }
             self.boxes.push(bounds);
         }
-        let Self { proxies, boxes, pairs, spare, sweep, .. } = self;
+        let Self { proxies, boxes, pairs, spare_pairs: spare, sweep, .. } = self;
         std::mem::swap(pairs, spare);
         pairs.clear();
         sweep.pairs(boxes, |i, j| {
@@ -232,8 +263,15 @@ impl Neighbours {
             let movable = |owner| matches!(owner, Owner::Body(_));
             if owners.0 != owners.1 && (movable(owners.0) || movable(owners.1)) {
                 let known = spare.binary_search_by(|pair| pair.proxies.cmp(&(i, j)));
-                let hint = known.map_or_else(|_| Hint::default(), |place| spare[place].hint);
-                pairs.push(Neighbour { proxies: (i, j), hint });
+                pairs.push(known.map_or_else(
+                    |_| Neighbour {
+                        proxies: (i, j),
+                        hint: Hint::default(),
+                        gap: f64::INFINITY,
+                        kept: 0..0,
+                    },
+                    |place| spare[place].clone(),
+                ));
             }
         });
     }

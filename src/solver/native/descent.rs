@@ -16,9 +16,9 @@ use nalgebra::Vector3;
 pub(super) struct Descent<E: Equations> {
     newton: Newton<E>,
     interior_point: InteriorPoint<E>,
-    iterate: Iterate<E::Velocity>,
+    iterate: Iterate<E>,
     /// The best point of all starts, for a step that none of them solves.
-    best: Iterate<E::Velocity>,
+    best: Iterate<E>,
 }
 
 /// What a start or all starts came to.
@@ -115,6 +115,7 @@ impl<E: Equations> Descent<E> {
                 residual: reached.residual,
             };
             if !rank.unsolved && reached.selected && !rank.turns_too_far {
+                self.settle(equations, reached.residual);
                 return Outcome { solved: true, start };
             }
             if index == 0 || rank < best.0 {
@@ -156,6 +157,20 @@ impl<E: Equations> Descent<E> {
         }
         equations.set_velocity_after(&self.iterate.impulses, &mut self.iterate.velocity);
         false
+    }
+
+    /// Keeps what is at rest at rest where several bodies hold each other. Solved to a tolerance
+    /// their velocities are some 10⁻¹³ m/s, by which they would creep into each other until gaps of
+    /// that size tell the shares of the forces.
+    fn settle(&mut self, equations: &E, residual: f64) {
+        if equations.bodies() == 1 {
+            return;
+        }
+        self.best.copy_from(&self.iterate);
+        equations.keep_velocity(&mut self.iterate.velocity);
+        if self.residual(equations) > residual.max(equations.tolerances().exact) {
+            self.iterate.copy_from(&self.best);
+        }
     }
 
     /// The residual of the law without compliance at the iterate, m/s.

@@ -226,6 +226,8 @@ pub(super) trait Equations {
     type Slope: Slope<Velocity = Self::Velocity>;
     /// Memory of the linear system.
     type System: Clone + std::fmt::Debug + Default;
+    /// Memory of an evaluation.
+    type Scratch: Clone + std::fmt::Debug + Default;
 
     /// The contacts that may carry an impulse.
     fn candidates(&self) -> &[Candidate];
@@ -247,19 +249,24 @@ pub(super) trait Equations {
     /// what it came with: the discrete equations have such solutions for slender bodies, and they
     /// make energy from nothing.
     fn turns_too_far(&self, velocity: &Self::Velocity) -> bool;
-    /// The residual of the equations of motion (N1), as speeds; `scratch` is memory for it.
+    /// The residual of the equations of motion (N1), as speeds.
     fn motion_residual(
         &self,
         velocity: &Self::Velocity,
         impulses: &[Vector3<f64>],
-        scratch: &mut Self::Velocity,
+        scratch: &mut Self::Scratch,
     ) -> Residual;
     /// u of candidate `index` (N2), m/s, world.
     fn point(&self, index: usize, velocity: &Self::Velocity) -> Vector3<f64>;
     /// Adds to the velocities what an impulse p̂ more at candidate `index` makes of them.
     fn push(&self, index: usize, impulse: &Vector3<f64>, velocity: &mut Self::Velocity);
     /// u of every candidate (N2), m/s, world.
-    fn set_points(&self, velocity: &Self::Velocity, points: &mut Vec<Vector3<f64>>);
+    fn set_points(
+        &self,
+        velocity: &Self::Velocity,
+        scratch: &mut Self::Scratch,
+        points: &mut Vec<Vector3<f64>>,
+    );
     /// The direction of the velocities (N8) at a point (velocities, impulses and u of the
     /// candidates), where `answer` solves each candidate for its impulse. The eliminations of all
     /// candidates are left behind. `false` where the system has no solution.

@@ -37,8 +37,8 @@ pub(super) struct InteriorPoint<E: Equations> {
     eliminations: Vec<Elimination<E::Slope>>,
     points: Vec<Vector3<f64>>,
     step: E::Velocity,
-    /// Memory of a moved point and of an evaluation.
     moved: E::Velocity,
+    scratch: E::Scratch,
     system: E::System,
 }
 
@@ -71,6 +71,7 @@ impl<E: Equations> InteriorPoint<E> {
             points: Vec::new(),
             step: E::Velocity::empty(),
             moved: E::Velocity::empty(),
+            scratch: E::Scratch::default(),
             system: E::System::default(),
         }
     }
@@ -90,7 +91,7 @@ impl<E: Equations> InteriorPoint<E> {
         &mut self,
         equations: &E,
         scale: f64,
-        iterate: &mut Iterate<E::Velocity>,
+        iterate: &mut Iterate<E>,
         effort: &mut Effort<'_>,
     ) {
         let speed = self.start(equations, scale, iterate);
@@ -116,7 +117,7 @@ impl<E: Equations> InteriorPoint<E> {
     }
 
     /// The centred start; returns the speed scale.
-    fn start(&mut self, equations: &E, scale: f64, iterate: &mut Iterate<E::Velocity>) -> f64 {
+    fn start(&mut self, equations: &E, scale: f64, iterate: &mut Iterate<E>) -> f64 {
         let count = equations.candidates().len() as f64;
         let speed = equations.speed().max(LEAST);
         let centred = |candidate: &Candidate| Cone {
@@ -143,11 +144,11 @@ impl<E: Equations> InteriorPoint<E> {
     }
 
     /// Largest error of the equations of motion and of (η, s) = û, m/s.
-    fn error(&mut self, equations: &E, iterate: &Iterate<E::Velocity>) -> f64 {
-        let Self { cones, points, moved, .. } = self;
-        let motion = equations.motion_residual(&iterate.velocity, &iterate.impulses, moved);
+    fn error(&mut self, equations: &E, iterate: &Iterate<E>) -> f64 {
+        let Self { cones, points, scratch, .. } = self;
+        let motion = equations.motion_residual(&iterate.velocity, &iterate.impulses, scratch);
         let mut largest = motion.largest;
-        equations.set_points(&iterate.velocity, points);
+        equations.set_points(&iterate.velocity, scratch, points);
         for ((candidate, cone), u) in equations.candidates().iter().zip(&*cones).zip(&*points) {
             let u = candidate.frame.tr_mul(u) + COMPLIANCE * cone.impulse();
             largest = largest.max((cone.speeds() - u).amax());
@@ -157,10 +158,10 @@ impl<E: Equations> InteriorPoint<E> {
 
     /// Sets the direction of the velocities to `step` and that of the cones' variables to
     /// `steps`; `false` where there is none.
-    fn set_direction(&mut self, equations: &E, iterate: &Iterate<E::Velocity>, aim: Aim) -> bool {
-        let Self { cones, steps, errors, eliminations, points, step, system, .. } = self;
+    fn set_direction(&mut self, equations: &E, iterate: &Iterate<E>, aim: Aim) -> bool {
+        let Self { cones, steps, errors, eliminations, points, step, scratch, system, .. } = self;
         let (velocity, impulses) = (&iterate.velocity, iterate.impulses.as_slice());
-        equations.set_points(velocity, points);
+        equations.set_points(velocity, scratch, points);
         errors.clear();
         let solvable = equations.direction(
             Point { velocity, impulses, points },
@@ -203,7 +204,7 @@ impl<E: Equations> InteriorPoint<E> {
             .fold(1.0, f64::min)
     }
 
-    fn advance(&mut self, equations: &E, iterate: &mut Iterate<E::Velocity>, length: f64) {
+    fn advance(&mut self, equations: &E, iterate: &mut Iterate<E>, length: f64) {
         self.moved.set_moved(&iterate.velocity, length, &self.step);
         iterate.velocity.copy_from(&self.moved);
         for (cone, step) in self.cones.iter_mut().zip(&self.steps) {
@@ -213,7 +214,7 @@ impl<E: Equations> InteriorPoint<E> {
     }
 
     /// The cones' impulses in the world's axes.
-    fn set_impulses(&self, equations: &E, iterate: &mut Iterate<E::Velocity>) {
+    fn set_impulses(&self, equations: &E, iterate: &mut Iterate<E>) {
         let contacts = equations.candidates().iter().zip(&self.cones);
         iterate.impulses.clear();
         iterate.impulses.extend(contacts.map(|(contact, cone)| contact.frame * cone.impulse()));

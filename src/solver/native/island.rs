@@ -173,15 +173,51 @@ impl Island {
         member.inertia + self.time_step * gyroscopic
     }
 
-    fn turning(&self, index: usize, velocity: &[Velocity]) -> Turning<'_> {
-        Turning::new(&self.members[index].rotation, velocity[index].spin, self.time_step)
+    fn turnings(&self, member: &Member, velocity: &Velocity) -> Both {
+        let (rotation, h) = (&member.rotation, self.time_step);
+        Both {
+            there: Turning::new(rotation, velocity.spin, h),
+            back: Turning::new(rotation, -velocity.spin, h),
+        }
     }
 
-    /// How the frame of B turns back: with the spin −ω, because w = A_Bᵀ (…) and the Cayley map
-    /// of −a is the transpose of that of a.
-    fn turning_back(&self, index: usize, velocity: &[Velocity]) -> Turning<'_> {
-        Turning::new(&self.members[index].rotation, -velocity[index].spin, self.time_step)
+    /// Those of all bodies.
+    fn set_turnings(&self, velocity: &[Velocity], turnings: &mut Vec<Both>) {
+        let bodies = self.members.iter().zip(velocity);
+        turnings.clear();
+        turnings.extend(bodies.map(|(member, velocity)| self.turnings(member, velocity)));
     }
+
+    /// u of a candidate (N2), where the bodies that it joins turn as told.
+    fn point_velocity(
+        &self,
+        (link, candidate): (&Link, &Candidate),
+        velocity: &[Velocity],
+        turnings: (&Both, Option<&Both>),
+    ) -> Vector3<f64> {
+        match (&link.b, turnings.1) {
+            (Some(other), Some(b)) => {
+                PairMotion::new(self, candidate, (link, other), velocity, (turnings.0, b)).u()
+            }
+            _ => {
+                let turning = &turnings.0.there;
+                let u = velocity[link.a].linear + turning.swept(&candidate.lever);
+                let mut along = candidate.approach;
+                if candidate.rounding != Vector3::zeros() {
+                    along += candidate.normal.dot(&turning.swept(&candidate.rounding));
+                }
+                u + candidate.normal * along
+            }
+        }
+    }
+}
+
+/// How a body turns, and how its frame turns back: with the spin −ω, because w = A_Bᵀ (…) and the
+/// Cayley map of −a is the transpose of that of a.
+#[derive(Debug, Clone, Copy)]
+struct Both {
+    there: Turning,
+    back: Turning,
 }
 
 /// The motion of a pair's touching point, seen from B.
@@ -193,8 +229,10 @@ impl Island {
 /// ```
 struct PairMotion<'a> {
     candidate: &'a Candidate,
-    a: Turning<'a>,
-    b: Turning<'a>,
+    /// A(q) of A and of B, body → world.
+    rotations: (&'a Matrix3<f64>, &'a Matrix3<f64>),
+    a: &'a Turning,
+    b: &'a Turning,
     time_step: f64,
     /// v_A − v_B + A_A K_A y.
     relative: Vector3<f64>,
@@ -210,20 +248,21 @@ impl<'a> PairMotion<'a> {
         candidate: &'a Candidate,
         (link, other): (&Link, &Other),
         velocity: &[Velocity],
+        turnings: (&'a Both, &'a Both),
     ) -> Self {
-        let a = island.turning(link.a, velocity);
-        let b = island.turning_back(other.index, velocity);
+        let (a, b) = (&turnings.0.there, &turnings.1.back);
+        let rotations = (&island.members[link.a].rotation, &island.members[other.index].rotation);
         let h = island.time_step;
         let apart = velocity[link.a].linear - velocity[other.index].linear;
         let relative = apart + a.swept(&candidate.lever);
-        let seen = b.rotation().tr_mul(&(other.arm + h * relative));
+        let seen = rotations.1.tr_mul(&(other.arm + h * relative));
         let rounding = &candidate.rounding;
         let seen_rounding = if *rounding == Vector3::zeros() {
             Vector3::zeros()
         } else {
-            b.rotation().tr_mul(&(a.rotation() * rounding + h * a.swept(rounding)))
+            rotations.1.tr_mul(&(rotations.0 * rounding + h * a.swept(rounding)))
         };
-        Self { candidate, a, b, time_step: h, relative, seen, seen_rounding }
+        Self { candidate, rotations, a, b, time_step: h, relative, seen, seen_rounding }
     }
 
     /// u (N2).
@@ -247,15 +286,16 @@ impl<'a> PairMotion<'a> {
     /// with S(c) = ∂(A K c)/∂ω; along the normal what rounds the point comes to it.
     fn slopes(&self) -> (Matrix3x6<f64>, Matrix3x6<f64>) {
         let Candidate { normal, lever, arm, rounding, torque_map, .. } = self.candidate;
-        let back = self.b.sweep() * self.b.rotation().transpose() * self.time_step;
+        let (of_a, of_b) = self.rotations;
+        let back = self.b.sweep() * of_b.transpose() * self.time_step;
         let seen_from = Matrix3::identity() + back;
         let swept = self.a.swept(lever);
-        let mut by_a = seen_from * self.a.slope(lever, arm, torque_map.transpose(), &swept);
-        let mut by_b = -self.b.slope_of(&self.seen);
+        let mut by_a = seen_from * self.a.slope(of_a, lever, arm, torque_map.transpose(), &swept);
+        let mut by_b = -self.b.slope_of(of_b, &self.seen);
         if *rounding != Vector3::zeros() {
             let along = |slope: Matrix3<f64>| normal * slope.tr_mul(normal).transpose();
-            by_a += along(seen_from * self.a.slope_of(rounding));
-            by_b -= along(self.b.slope_of(&self.seen_rounding));
+            by_a += along(seen_from * self.a.slope_of(of_a, rounding));
+            by_b -= along(self.b.slope_of(of_b, &self.seen_rounding));
         }
         (beside(&seen_from, &by_a), beside(&-seen_from, &by_b))
     }
@@ -293,17 +333,25 @@ fn stacked(velocity: &Velocity) -> Vector6<f64> {
     Vector6::new(v[0], v[1], v[2], w[0], w[1], w[2])
 }
 
-/// Memory of the linear system, and of the residuals on its right-hand side.
+/// Memory of the linear system.
 #[derive(Debug, Clone, Default)]
 pub(super) struct IslandSystem {
     blocks: BlockSystem,
+    scratch: IslandScratch,
+}
+
+/// Memory of an evaluation: residuals, and how the bodies turn and turn back.
+#[derive(Debug, Clone, Default)]
+pub(super) struct IslandScratch {
     residuals: Vec<Velocity>,
+    turnings: Vec<Both>,
 }
 
 impl Equations for Island {
     type Velocity = Vec<Velocity>;
     type Slope = PairSlope;
     type System = IslandSystem;
+    type Scratch = IslandScratch;
 
     fn candidates(&self) -> &[Candidate] {
         &self.candidates
@@ -360,6 +408,9 @@ impl Equations for Island {
             if (velocity.linear - member.old.linear).amax() <= exact {
                 velocity.linear = member.old.linear;
             }
+            if velocity.linear.amax() <= exact && velocity.spin.amax() * member.reach <= exact {
+                *velocity = Velocity::zero();
+            }
         }
         for (link, candidate) in self.links.iter().zip(&self.candidates) {
             let sides = [Some(link.a), link.b.map(|other| other.index)];
@@ -385,11 +436,12 @@ impl Equations for Island {
         &self,
         velocity: &Vec<Velocity>,
         impulses: &[Vector3<f64>],
-        scratch: &mut Vec<Velocity>,
+        scratch: &mut IslandScratch,
     ) -> Residual {
-        self.motion(velocity, impulses, scratch);
+        let residuals = &mut scratch.residuals;
+        self.motion(velocity, impulses, residuals);
         let mut size = Residual::default();
-        for (member, residual) in self.members.iter().zip(&*scratch) {
+        for (member, residual) in self.members.iter().zip(&*residuals) {
             size.add(&residual.linear);
             size.add(&(member.inertia_inverse * residual.spin * member.reach));
         }
@@ -397,21 +449,25 @@ impl Equations for Island {
     }
 
     fn point(&self, index: usize, velocity: &Vec<Velocity>) -> Vector3<f64> {
-        let (link, candidate) = (&self.links[index], &self.candidates[index]);
-        match &link.b {
-            Some(other) => PairMotion::new(self, candidate, (link, other), velocity).u(),
-            None => {
-                let turning = self.turning(link.a, velocity);
-                let u = velocity[link.a].linear + turning.swept(&candidate.lever);
-                let between = turning.swept(&candidate.rounding);
-                u + candidate.normal * (candidate.approach + candidate.normal.dot(&between))
-            }
-        }
+        let link = &self.links[index];
+        let turnings = |body: usize| self.turnings(&self.members[body], &velocity[body]);
+        let (a, b) = (turnings(link.a), link.b.map(|other| turnings(other.index)));
+        self.point_velocity((link, &self.candidates[index]), velocity, (&a, b.as_ref()))
     }
 
-    fn set_points(&self, velocity: &Vec<Velocity>, points: &mut Vec<Vector3<f64>>) {
+    fn set_points(
+        &self,
+        velocity: &Vec<Velocity>,
+        scratch: &mut IslandScratch,
+        points: &mut Vec<Vector3<f64>>,
+    ) {
+        let turnings = &mut scratch.turnings;
+        self.set_turnings(velocity, turnings);
         points.clear();
-        points.extend((0..self.links.len()).map(|index| self.point(index, velocity)));
+        points.extend(self.links.iter().zip(&self.candidates).map(|(link, candidate)| {
+            let b = link.b.map(|other| &turnings[other.index]);
+            self.point_velocity((link, candidate), velocity, (&turnings[link.a], b))
+        }));
     }
 
     fn direction(
@@ -422,8 +478,9 @@ impl Equations for Island {
         system: &mut IslandSystem,
         step: &mut Vec<Velocity>,
     ) -> bool {
-        let IslandSystem { blocks, residuals } = system;
+        let IslandSystem { blocks, scratch: IslandScratch { residuals, turnings } } = system;
         self.motion(at.velocity, at.impulses, residuals);
+        self.set_turnings(at.velocity, turnings);
         let pairs = self.links.iter().filter_map(|link| link.b.map(|other| (link.a, other.index)));
         blocks.begin(self.members.len(), pairs);
         for (index, residual) in residuals.iter().enumerate() {
@@ -439,7 +496,7 @@ impl Equations for Island {
             let link = &self.links[index];
             let slope = match answer.gain {
                 Gain::Zero => PairSlope { a: (link.a, Matrix3x6::zeros()), b: None },
-                _ => self.pair_slope(link, candidate, at.velocity),
+                _ => self.pair_slope(link, candidate, at.velocity, turnings),
             };
             let elimination = Elimination { answer, slope };
             self.add_contact(link, candidate, &elimination, blocks);
@@ -458,20 +515,28 @@ impl Equations for Island {
 }
 
 impl Island {
-    fn pair_slope(&self, link: &Link, candidate: &Candidate, velocity: &[Velocity]) -> PairSlope {
+    fn pair_slope(
+        &self,
+        link: &Link,
+        candidate: &Candidate,
+        velocity: &[Velocity],
+        turnings: &[Both],
+    ) -> PairSlope {
+        let of_a = &turnings[link.a];
         match &link.b {
             Some(other) => {
-                let pair = PairMotion::new(self, candidate, (link, other), velocity);
+                let both = (of_a, &turnings[other.index]);
+                let pair = PairMotion::new(self, candidate, (link, other), velocity, both);
                 let (by_a, by_b) = pair.slopes();
                 PairSlope { a: (link.a, by_a), b: Some((other.index, by_b)) }
             }
             None => {
-                let turning = self.turning(link.a, velocity);
+                let (turning, rotation) = (&of_a.there, &self.members[link.a].rotation);
                 let Candidate { normal, lever, arm, rounding, torque_map, .. } = candidate;
-                let swept = turning.swept(lever);
-                let mut by_spin = turning.slope(lever, arm, torque_map.transpose(), &swept);
+                let (swept, turned) = (turning.swept(lever), torque_map.transpose());
+                let mut by_spin = turning.slope(rotation, lever, arm, turned, &swept);
                 if *rounding != Vector3::zeros() {
-                    let between = turning.slope_of(rounding);
+                    let between = turning.slope_of(rotation, rounding);
                     by_spin += normal * between.tr_mul(normal).transpose();
                 }
                 PairSlope { a: (link.a, beside(&Matrix3::identity(), &by_spin)), b: None }

@@ -12,8 +12,8 @@ use nalgebra::Vector3;
 
 /// A point of the iteration.
 #[derive(Debug, Clone)]
-pub(super) struct Iterate<V> {
-    pub(super) velocity: V,
+pub(super) struct Iterate<E: Equations> {
+    pub(super) velocity: E::Velocity,
     /// p̂ of every candidate, m/s, world.
     pub(super) impulses: Vec<Vector3<f64>>,
     /// u of every candidate (N2), kept from the last evaluation.
@@ -24,14 +24,13 @@ pub(super) struct Iterate<V> {
     motion: Residual,
     /// The law evaluated last.
     law: Law,
-    /// Memory of an evaluation.
-    scratch: V,
+    scratch: E::Scratch,
 }
 
 /// Scratch of the iteration.
 #[derive(Debug, Clone)]
 pub(super) struct Newton<E: Equations> {
-    trial: Iterate<E::Velocity>,
+    trial: Iterate<E>,
     step: E::Velocity,
     modes: Vec<Mode>,
     eliminations: Vec<Elimination<E::Slope>>,
@@ -63,7 +62,7 @@ impl<E: Equations> Newton<E> {
         equations: &E,
         law: &Law,
         matrix: f64,
-        iterate: &mut Iterate<E::Velocity>,
+        iterate: &mut Iterate<E>,
         effort: &mut Effort<'_>,
     ) -> bool {
         let mut merit = evaluate(equations, law, iterate);
@@ -103,7 +102,7 @@ impl<E: Equations> Newton<E> {
         &mut self,
         equations: &E,
         law: &Law,
-        iterate: &mut Iterate<E::Velocity>,
+        iterate: &mut Iterate<E>,
         effort: &mut Effort<'_>,
     ) -> f64 {
         if iterate.law != *law {
@@ -130,7 +129,7 @@ impl<E: Equations> Newton<E> {
     }
 
     /// The pieces that `law`, which must be the one evaluated last, puts the contacts on.
-    fn find_modes(&mut self, equations: &E, law: &Law, iterate: &Iterate<E::Velocity>) {
+    fn find_modes(&mut self, equations: &E, law: &Law, iterate: &Iterate<E>) {
         let contacts = equations.candidates().iter().zip(&iterate.pulls);
         self.modes.clear();
         self.modes.extend(contacts.map(|(contact, pull)| pull.mode(contact, law.stick_margin)));
@@ -138,12 +137,7 @@ impl<E: Equations> Newton<E> {
 
     /// The Newton direction of the velocities for the law evaluated last and the modes found
     /// before; the impulses' part follows from the eliminations. `false` where there is none.
-    fn set_direction(
-        &mut self,
-        equations: &E,
-        matrix: f64,
-        iterate: &Iterate<E::Velocity>,
-    ) -> bool {
+    fn set_direction(&mut self, equations: &E, matrix: f64, iterate: &Iterate<E>) -> bool {
         let Iterate { velocity, impulses, points, pulls, .. } = iterate;
         let Self { step, modes, eliminations, system, .. } = self;
         let at = Point { velocity, impulses, points };
@@ -163,7 +157,7 @@ impl<E: Equations> Newton<E> {
         &mut self,
         equations: &E,
         law: &Law,
-        iterate: &mut Iterate<E::Velocity>,
+        iterate: &mut Iterate<E>,
         merit: &Residual,
     ) -> Option<Residual> {
         let mut length = 1.0;
@@ -180,7 +174,7 @@ impl<E: Equations> Newton<E> {
     }
 
     /// The trial point `length` along the direction.
-    fn try_step(&mut self, iterate: &Iterate<E::Velocity>, length: f64) {
+    fn try_step(&mut self, iterate: &Iterate<E>, length: f64) {
         let Self { trial, step, eliminations, .. } = self;
         trial.velocity.set_moved(&iterate.velocity, length, step);
         trial.impulses.clear();
@@ -193,16 +187,16 @@ impl<E: Equations> Newton<E> {
     }
 }
 
-impl<V: Velocities> Iterate<V> {
+impl<E: Equations> Iterate<E> {
     pub(super) fn new() -> Self {
         Self {
-            velocity: V::empty(),
+            velocity: E::Velocity::empty(),
             impulses: Vec::new(),
             points: Vec::new(),
             pulls: Vec::new(),
             motion: Residual::default(),
             law: Law::EXACT,
-            scratch: V::empty(),
+            scratch: E::Scratch::default(),
         }
     }
 
@@ -214,7 +208,7 @@ impl<V: Velocities> Iterate<V> {
 
     /// The largest speed, up or down, at which a candidate that presses changes its gap, m/s; of
     /// the last residual's point.
-    pub(super) fn gap_speed<E: Equations<Velocity = V>>(&self, equations: &E) -> f64 {
+    pub(super) fn gap_speed(&self, equations: &E) -> f64 {
         let contacts = equations.candidates().iter().zip(&self.impulses).zip(&self.points);
         contacts
             .filter(|((contact, impulse), _)| contact.normal.dot(impulse) > 0.0)
@@ -228,8 +222,8 @@ impl<V: Velocities> Iterate<V> {
     }
 
     /// Evaluates u of every candidate.
-    pub(super) fn evaluate_points<E: Equations<Velocity = V>>(&mut self, equations: &E) {
-        equations.set_points(&self.velocity, &mut self.points);
+    pub(super) fn evaluate_points(&mut self, equations: &E) {
+        equations.set_points(&self.velocity, &mut self.scratch, &mut self.points);
     }
 
     pub(super) fn is_finite(&self) -> bool {
@@ -258,31 +252,20 @@ fn limit(equations: &impl Equations) -> f64 {
 }
 
 /// The residual of the law without compliance, m/s.
-pub(super) fn exact_residual<E: Equations>(
-    equations: &E,
-    iterate: &mut Iterate<E::Velocity>,
-) -> f64 {
+pub(super) fn exact_residual<E: Equations>(equations: &E, iterate: &mut Iterate<E>) -> f64 {
     evaluate(equations, &Law::EXACT, iterate).largest
 }
 
 /// The equations of motion (N1) and the natural map (N4) at a point, all as velocities.
-fn evaluate<E: Equations>(
-    equations: &E,
-    law: &Law,
-    iterate: &mut Iterate<E::Velocity>,
-) -> Residual {
-    let Iterate { velocity, impulses, scratch, .. } = &mut *iterate;
-    iterate.motion = equations.motion_residual(velocity, impulses, scratch);
-    equations.set_points(&iterate.velocity, &mut iterate.points);
+fn evaluate<E: Equations>(equations: &E, law: &Law, iterate: &mut Iterate<E>) -> Residual {
+    let Iterate { velocity, impulses, points, scratch, motion, .. } = &mut *iterate;
+    *motion = equations.motion_residual(velocity, impulses, scratch);
+    equations.set_points(velocity, scratch, points);
     evaluate_again(equations, law, iterate)
 }
 
 /// The same for another law at the point that was evaluated last.
-fn evaluate_again<E: Equations>(
-    equations: &E,
-    law: &Law,
-    iterate: &mut Iterate<E::Velocity>,
-) -> Residual {
+fn evaluate_again<E: Equations>(equations: &E, law: &Law, iterate: &mut Iterate<E>) -> Residual {
     let mut size = iterate.motion;
     iterate.law = *law;
     iterate.pulls.clear();

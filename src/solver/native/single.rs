@@ -123,7 +123,7 @@ impl Single {
         self.inertia + self.time_step * gyroscopic
     }
 
-    fn turning(&self, velocity: &Velocity) -> Turning<'_> {
+    fn turning(&self, velocity: &Velocity) -> Turning {
         Turning::new(&self.rotation, velocity.spin, self.time_step)
     }
 }
@@ -132,6 +132,7 @@ impl Equations for Single {
     type Velocity = Velocity;
     type Slope = SpinSlope;
     type System = ();
+    type Scratch = ();
 
     #[inline]
     fn candidates(&self) -> &[Candidate] {
@@ -189,7 +190,7 @@ impl Equations for Single {
         &self,
         velocity: &Velocity,
         impulses: &[Vector3<f64>],
-        _: &mut Velocity,
+        (): &mut (),
     ) -> Residual {
         let (linear, angular) = self.motion(velocity, impulses);
         let mut residual = Residual::default();
@@ -209,7 +210,7 @@ impl Equations for Single {
     }
 
     #[inline]
-    fn set_points(&self, velocity: &Velocity, points: &mut Vec<Vector3<f64>>) {
+    fn set_points(&self, velocity: &Velocity, (): &mut (), points: &mut Vec<Vector3<f64>>) {
         let turning = self.turning(velocity);
         points.clear();
         let candidates = self.candidates.iter();
@@ -240,7 +241,13 @@ impl Equations for Single {
             let Some(answer) = answer(index, candidate, u) else { return false };
             let slope = match answer.gain {
                 Gain::Zero => SpinSlope(Matrix3::zeros()),
-                _ => SpinSlope(point_slope(&turning, &at.velocity.linear, candidate, u)),
+                _ => SpinSlope(point_slope(
+                    &self.rotation,
+                    &turning,
+                    &at.velocity.linear,
+                    candidate,
+                    u,
+                )),
             };
             let elimination = Elimination { answer, slope };
             system.add(&candidate.torque_map, &elimination);
@@ -259,11 +266,7 @@ impl Equations for Single {
 /// u of a candidate (N2). The gap is that of the point a, the slip that of the touching point y;
 /// A K (a − y) along the normal is what rounding adds to one over the other.
 #[inline]
-fn point_velocity(
-    turning: &Turning<'_>,
-    velocity: &Velocity,
-    candidate: &Candidate,
-) -> Vector3<f64> {
+fn point_velocity(turning: &Turning, velocity: &Velocity, candidate: &Candidate) -> Vector3<f64> {
     let u = velocity.linear + turning.swept(&candidate.lever);
     let mut along = candidate.approach;
     if candidate.rounding != Vector3::zeros() {
@@ -275,7 +278,8 @@ fn point_velocity(
 /// ∂u/∂ω⁺ (N3), `u` being the candidate's; ∂u/∂v⁺ is E.
 #[inline]
 fn point_slope(
-    turning: &Turning<'_>,
+    rotation: &Matrix3<f64>,
+    turning: &Turning,
     linear: &Vector3<f64>,
     candidate: &Candidate,
     u: &Vector3<f64>,
@@ -283,10 +287,10 @@ fn point_slope(
     let Candidate { normal, lever, arm, rounding, torque_map, .. } = candidate;
     if *rounding == Vector3::zeros() {
         let swept = u - linear - normal * candidate.approach;
-        return turning.slope(lever, arm, torque_map.transpose(), &swept);
+        return turning.slope(rotation, lever, arm, torque_map.transpose(), &swept);
     }
-    let slope = turning.slope(lever, arm, torque_map.transpose(), &turning.swept(lever));
-    let between = turning.slope_of(rounding);
+    let slope = turning.slope(rotation, lever, arm, torque_map.transpose(), &turning.swept(lever));
+    let between = turning.slope_of(rotation, rounding);
     slope + normal * between.tr_mul(normal).transpose()
 }
 

@@ -18,7 +18,7 @@ use super::tolerances::COMPLIANCE;
 pub(super) fn sweep<E: Equations>(
     equations: &E,
     number: u32,
-    iterate: &mut Iterate<E::Velocity>,
+    iterate: &mut Iterate<E>,
     effort: &mut Effort<'_>,
 ) {
     let law = Law::with_compliance(COMPLIANCE);

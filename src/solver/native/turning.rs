@@ -10,9 +10,7 @@ use nalgebra::{Matrix3, Vector3};
 /// (A(q⁺) − A(q)) c / h = A K c,   K c = (ω × c + (h/2) ω × (ω × c)) / (1 + h²ω²/4)
 /// ```
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Turning<'a> {
-    /// A(q), body → world.
-    rotation: &'a Matrix3<f64>,
+pub(super) struct Turning {
     spin: Vector3<f64>,
     /// A ω.
     spin_world: Vector3<f64>,
@@ -24,11 +22,11 @@ pub(super) struct Turning<'a> {
     sweep: Matrix3<f64>,
 }
 
-impl<'a> Turning<'a> {
+impl Turning {
     /// That of a body with the `rotation` A(q) at the step's start, at the spin ω⁺ (rad/s,
     /// body), over a step of `time_step` (s).
     #[inline]
-    pub(super) fn new(rotation: &'a Matrix3<f64>, spin: Vector3<f64>, time_step: f64) -> Self {
+    pub(super) fn new(rotation: &Matrix3<f64>, spin: Vector3<f64>, time_step: f64) -> Self {
         let half = 0.5 * time_step;
         let shrink = 1.0 / (1.0 + half * half * spin.norm_squared());
         // K = ([ω]× + (h/2) (ω ωᵀ − ω² E)) / (1 + h²ω²/4)
@@ -37,7 +35,7 @@ impl<'a> Turning<'a> {
             sweep[(k, k)] -= half * spin.norm_squared();
         }
         let sweep = rotation * sweep * shrink;
-        Self { rotation, spin, spin_world: rotation * spin, half, shrink, sweep }
+        Self { spin, spin_world: rotation * spin, half, shrink, sweep }
     }
 
     /// A K c of the body's point c.
@@ -51,12 +49,7 @@ impl<'a> Turning<'a> {
         &self.sweep
     }
 
-    /// A, body → world.
-    pub(super) fn rotation(&self) -> &Matrix3<f64> {
-        self.rotation
-    }
-
-    /// ∂(A K c)/∂ω⁺ of the body's point c, from A c, −A [c]× and A K c. With
+    /// ∂(A K c)/∂ω⁺ of the body's point c, from A, c, A c, −A [c]× and A K c. With
     /// ∂/∂ω (ω × c) = −[c]× and ∂/∂ω (ω × (ω × c)) = ω cᵀ + (ω·c) E − 2 c ωᵀ:
     ///
     /// ```text
@@ -66,6 +59,7 @@ impl<'a> Turning<'a> {
     #[inline]
     pub(super) fn slope(
         &self,
+        rotation: &Matrix3<f64>,
         point: &Vector3<f64>,
         arm: &Vector3<f64>,
         turned: Matrix3<f64>,
@@ -75,14 +69,14 @@ impl<'a> Turning<'a> {
         let back = (arm + half * swept) * (2.0 * half);
         let mut slope = turned;
         slope += self.spin_world * (half * point).transpose();
-        slope += self.rotation * (half * self.spin.dot(point));
+        slope += rotation * (half * self.spin.dot(point));
         slope -= back * self.spin.transpose();
         slope * self.shrink
     }
 
     /// The same of any point c.
-    pub(super) fn slope_of(&self, point: &Vector3<f64>) -> Matrix3<f64> {
-        let turned = -self.rotation * point.cross_matrix();
-        self.slope(point, &(self.rotation * point), turned, &self.swept(point))
+    pub(super) fn slope_of(&self, rotation: &Matrix3<f64>, point: &Vector3<f64>) -> Matrix3<f64> {
+        let turned = -rotation * point.cross_matrix();
+        self.slope(rotation, point, &(rotation * point), turned, &self.swept(point))
     }
 }
