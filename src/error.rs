@@ -34,6 +34,14 @@ pub enum Error {
     /// A matrix that cannot be an inertia matrix.
     #[error("the inertia matrix (kg m²) {0}")]
     Inertia(&'static str),
+    /// A shape that cannot be used.
+    #[error("{shape} {why}")]
+    Shape {
+        /// What kind of shape: "the hull", "the mesh".
+        shape: &'static str,
+        /// What is wrong with it, and what would be right.
+        why: String,
+    },
     /// The step was given up because its interrupt flag was raised.
     #[error("the step was interrupted")]
     Interrupted,

@@ -4,6 +4,7 @@
 
 pub mod error;
 
+pub mod geometry;
 pub mod mechanics;
 
 pub mod contact;

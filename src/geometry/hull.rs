@@ -1,0 +1,368 @@
+//! Convex cores: a point, a segment, or a polyhedron with whole polygons as faces.
+
+use super::triangles::{FLAT, Triangle, hull_triangles};
+use crate::error::{Error, in_range};
+use nalgebra::{Matrix3, Vector3};
+
+/// Coplanar to this part of the size: neighbouring triangles become one face. The corners of
+/// a turned box are off their common plane by a few 1e-16 of its size.
+const COPLANAR: f64 = 1e-9;
+
+/// Largest number of corners of a hull. The narrow phase looks at all features of a hull, so
+/// that more would be slow without a warning.
+const MOST_VERTICES: usize = 1000;
+
+/// Largest number of points a hull is made from.
+const MOST_POINTS: usize = 100_000;
+
+/// A convex core, immutable: a point (one vertex), a segment (two vertices, one edge) or a
+/// polyhedron. Lengths in m, in the frame of the body that it belongs to.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Hull {
+    vertices: Vec<Vector3<f64>>,
+    faces: Vec<Face>,
+    corners: Vec<Corner>,
+    edges: Vec<Edge>,
+    centre: Vector3<f64>,
+    reach: f64,
+}
+
+/// One polygon of a polyhedron: n·x ≤ d for all of it, with equality on the face.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Face {
+    /// n, unit, outward.
+    pub normal: Vector3<f64>,
+    /// d, m.
+    pub offset: f64,
+    /// m².
+    pub area: f64,
+    first: u32,
+    count: u32,
+}
+
+/// One corner of a face's loop.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Corner {
+    /// Which vertex.
+    pub vertex: u32,
+    /// The edge from this corner to the next one of the loop.
+    pub edge: u32,
+}
+
+/// One edge.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Edge {
+    /// Its vertices, the smaller index first.
+    pub vertices: [u32; 2],
+    /// The faces to the left and to the right of the way from the first to the second vertex,
+    /// seen from outside; none at a segment. With n their normals, the edge runs along
+    /// n_left × n_right.
+    pub faces: Option<[u32; 2]>,
+}
+
+impl Hull {
+    /// One point: the core of a sphere.
+    ///
+    /// # Errors
+    /// A coordinate beyond ±1e4 m.
+    pub fn point(at: Vector3<f64>) -> Result<Self, Error> {
+        check_coordinates(&[at])?;
+        Ok(Self::with_vertices(vec![at], Vec::new()))
+    }
+
+    /// Two points and all between them: the core of a capsule.
+    ///
+    /// # Errors
+    /// A coordinate beyond ±1e4 m; a length below 1e-6 m.
+    pub fn segment(from: Vector3<f64>, to: Vector3<f64>) -> Result<Self, Error> {
+        check_coordinates(&[from, to])?;
+        in_range("length of the segment (m)", (to - from).norm(), 1e-6, 4e4, "1e-6 to 4e4")?;
+        let edge = Edge { vertices: [0, 1], faces: None };
+        Ok(Self::with_vertices(vec![from, to], vec![edge]))
+    }
+
+    /// The convex hull of points, m: its vertices keep their order; points inside, on faces
+    /// or on edges (to 1e-9 of the size) are left out. Neighbouring triangles that lie in one
+    /// plane to 1e-9 of the size are one face.
+    ///
+    /// # Errors
+    /// Fewer than 4 points, more than 100 000, more than 1000 vertices; a coordinate beyond
+    /// ±1e4 m or a largest extent below 1e-6 m; points that lie within 1e-5 of their extent
+    /// in one plane.
+    pub fn from_points(points: &[Vector3<f64>]) -> Result<Self, Error> {
+        Self::merged(points, COPLANAR)
+    }
+
+    /// As [`Hull::from_points`], faces merged to another part of the size.
+    pub(super) fn merged(points: &[Vector3<f64>], coplanar: f64) -> Result<Self, Error> {
+        if !(4..=MOST_POINTS).contains(&points.len()) {
+            let (field, count) = ("points of the hull", points.len());
+            return Err(Error::Count { field, count, allowed: "4 to 100000" });
+        }
+        check_coordinates(points)?;
+        let size = extent(points);
+        in_range("largest extent of the hull (m)", size, 1e-6, 2e4, "1e-6 to 2e4")?;
+        let flat = || {
+            refused(format!(
+                "is flat: its points lie within {FLAT:e} of its extent in one plane; allowed is \
+                 a body with an inside"
+            ))
+        };
+        let triangles = hull_triangles(points).ok_or_else(flat)?;
+        let loops = polygons(points, &triangles, coplanar * size)?;
+        Self::from_loops(points, &loops)
+    }
+
+    /// The polyhedron with these face loops, of indices into `points`.
+    fn from_loops(points: &[Vector3<f64>], loops: &[Vec<usize>]) -> Result<Self, Error> {
+        let mut used: Vec<usize> = loops.iter().flatten().copied().collect();
+        used.sort_unstable();
+        used.dedup();
+        if used.len() > MOST_VERTICES {
+            let (field, count) = ("vertices of the hull", used.len());
+            return Err(Error::Count { field, count, allowed: "4 to 1000" });
+        }
+        let renumbered = |point: &usize| used.binary_search(point).unwrap_or_default() as u32;
+        let vertices = used.iter().map(|&point| points[point]).collect();
+        let (mut faces, mut corners) = (Vec::new(), Vec::new());
+        // Every side of every face: (smaller vertex, larger vertex, right side?, corner, face).
+        let mut sides = Vec::new();
+        for (face, polygon) in loops.iter().enumerate() {
+            let first = corners.len() as u32;
+            for (at, point) in polygon.iter().enumerate() {
+                let (u, v) = (renumbered(point), renumbered(&polygon[(at + 1) % polygon.len()]));
+                sides.push((u.min(v), u.max(v), u > v, corners.len(), face as u32));
+                corners.push(Corner { vertex: u, edge: 0 });
+            }
+            let (normal, area, offset) = (Vector3::zeros(), 0.0, 0.0);
+            faces.push(Face { normal, offset, area, first, count: polygon.len() as u32 });
+        }
+        sides.sort_unstable();
+        let mut edges = Vec::with_capacity(sides.len() / 2);
+        for pair in sides.chunks(2) {
+            let &[(u, v, false, left, left_face), (x, y, true, right, right_face)] = pair else {
+                return Err(unresolved());
+            };
+            if (u, v) != (x, y) {
+                return Err(unresolved());
+            }
+            corners[left].edge = edges.len() as u32;
+            corners[right].edge = edges.len() as u32;
+            edges.push(Edge { vertices: [u, v], faces: Some([left_face, right_face]) });
+        }
+        let mut hull = Self::with_vertices(vertices, edges);
+        (hull.faces, hull.corners) = (faces, corners);
+        hull.measure_faces();
+        Ok(hull)
+    }
+
+    fn with_vertices(vertices: Vec<Vector3<f64>>, edges: Vec<Edge>) -> Self {
+        let mut hull = Self {
+            vertices,
+            edges,
+            faces: Vec::new(),
+            corners: Vec::new(),
+            centre: Vector3::zeros(),
+            reach: 0.0,
+        };
+        hull.measure();
+        hull
+    }
+
+    fn measure(&mut self) {
+        self.centre = self.vertices.iter().sum::<Vector3<f64>>() / self.vertices.len() as f64;
+        let distances = self.vertices.iter().map(|v| (v - self.centre).norm());
+        self.reach = distances.fold(0.0, f64::max);
+    }
+
+    /// Normal, area and offset of every face from its loop. The area vector is
+    ///
+    /// ```text
+    /// ½ Σ (v_i − v_0) × (v_{i+1} − v_0)
+    /// ```
+    fn measure_faces(&mut self) {
+        for index in 0..self.faces.len() {
+            let area: Vector3<f64> =
+                self.fan(index).map(|[a, b, c]| (b - a).cross(&(c - a)) / 2.0).sum();
+            let normal = area.normalize();
+            let heights = self.polygon(index).map(|vertex| normal.dot(vertex));
+            let offset = heights.fold(f64::NEG_INFINITY, f64::max);
+            let face = &mut self.faces[index];
+            (face.normal, face.offset, face.area) = (normal, offset, area.norm());
+        }
+    }
+
+    /// This hull turned about the origin, then moved. `rotation` must be one: see
+    /// [`Piece::moved_by`](super::Piece::moved_by), which checks it.
+    pub(super) fn moved_by(&self, rotation: &Matrix3<f64>, translation: &Vector3<f64>) -> Self {
+        let mut moved = self.clone();
+        for vertex in &mut moved.vertices {
+            *vertex = rotation * *vertex + translation;
+        }
+        moved.measure();
+        moved.measure_faces();
+        moved
+    }
+
+    /// The vertices, m.
+    #[must_use]
+    pub fn vertices(&self) -> &[Vector3<f64>] {
+        &self.vertices
+    }
+
+    /// The faces; none at a point or segment.
+    #[must_use]
+    pub fn faces(&self) -> &[Face] {
+        &self.faces
+    }
+
+    /// The edges, in the order of their vertices; one at a segment, none at a point.
+    #[must_use]
+    pub fn edges(&self) -> &[Edge] {
+        &self.edges
+    }
+
+    /// The loop of face `face`, counter-clockwise seen from outside.
+    ///
+    /// # Panics
+    /// If there is no such face.
+    #[must_use]
+    pub fn face_loop(&self, face: usize) -> &[Corner] {
+        let Face { first, count, .. } = self.faces[face];
+        &self.corners[first as usize..(first + count) as usize]
+    }
+
+    /// The corners of face `face`, m, counter-clockwise seen from outside.
+    ///
+    /// # Panics
+    /// If there is no such face.
+    pub fn polygon(&self, face: usize) -> impl Iterator<Item = &Vector3<f64>> {
+        self.face_loop(face).iter().map(|corner| &self.vertices[corner.vertex as usize])
+    }
+
+    /// Face `face` cut into triangles from its first corner.
+    pub(super) fn fan(&self, face: usize) -> impl Iterator<Item = [Vector3<f64>; 3]> {
+        let at = |corner: &Corner| self.vertices[corner.vertex as usize];
+        let corners = self.face_loop(face);
+        corners[1..].windows(2).map(move |two| [at(&corners[0]), at(&two[0]), at(&two[1])])
+    }
+
+    /// The mean of the vertices, m.
+    #[must_use]
+    pub fn centre(&self) -> &Vector3<f64> {
+        &self.centre
+    }
+
+    /// The distance of the farthest vertex from the [centre](Self::centre), m.
+    #[must_use]
+    pub fn reach(&self) -> f64 {
+        self.reach
+    }
+}
+
+/// Merges triangles into polygons: from the largest triangle on, all connected ones whose
+/// corners are within `tolerance` (m) of its plane. Corners with fewer than three polygons
+/// around them (on a face or an edge) go.
+fn polygons(
+    points: &[Vector3<f64>],
+    triangles: &[Triangle],
+    tolerance: f64,
+) -> Result<Vec<Vec<usize>>, Error> {
+    const NONE: usize = usize::MAX;
+    let sides = |[a, b, c]: Triangle| [(a, b), (b, c), (c, a)];
+    let mut owners: Vec<((usize, usize), usize)> = (triangles.iter().enumerate())
+        .flat_map(|(index, &triangle)| sides(triangle).map(|side| (side, index)))
+        .collect();
+    owners.sort_unstable();
+    let neighbour = |(u, v): (usize, usize)| {
+        let found = owners.binary_search_by_key(&(v, u), |owner| owner.0);
+        found.map_or(NONE, |at| owners[at].1)
+    };
+    let area = |[a, b, c]: Triangle| (points[b] - points[a]).cross(&(points[c] - points[a])) / 2.0;
+    let areas: Vec<f64> = triangles.iter().map(|&t| area(t).norm()).collect();
+    let mut seeds: Vec<usize> = (0..triangles.len()).collect();
+    seeds.sort_by(|&a, &b| areas[b].total_cmp(&areas[a]));
+
+    let mut group = vec![NONE; triangles.len()];
+    let mut groups = 0;
+    for seed in seeds {
+        if group[seed] != NONE {
+            continue;
+        }
+        let (normal, origin) = (area(triangles[seed]).normalize(), points[triangles[seed][0]]);
+        let is_flat =
+            |t: Triangle| t.iter().all(|&p| normal.dot(&(points[p] - origin)).abs() <= tolerance);
+        let mut waiting = vec![seed];
+        while let Some(index) = waiting.pop() {
+            if group[index] != NONE {
+                continue;
+            }
+            group[index] = groups;
+            let next = sides(triangles[index]).map(neighbour);
+            waiting.extend(
+                next.into_iter()
+                    .filter(|&n| n != NONE && group[n] == NONE && is_flat(triangles[n])),
+            );
+        }
+        groups += 1;
+    }
+
+    // The sides between two polygons, by polygon; and the polygons around every point.
+    let mut rims = vec![Vec::new(); groups];
+    let mut around = vec![Vec::new(); points.len()];
+    for &((u, v), owner) in &owners {
+        let other = neighbour((u, v));
+        if other == NONE {
+            return Err(unresolved());
+        }
+        if group[owner] != group[other] {
+            rims[group[owner]].push((u, v));
+            around[u].push(group[owner]);
+        }
+    }
+    let is_vertex: Vec<bool> = around.iter().map(|polygons| polygons.len() >= 3).collect();
+    let mut loops = Vec::with_capacity(groups);
+    for rim in &rims {
+        // `owners` is sorted, and so is the rim: it starts at its smallest point.
+        let &(start, mut at) = rim.first().ok_or_else(unresolved)?;
+        let mut polygon = vec![start];
+        while at != start && polygon.len() < rim.len() {
+            polygon.push(at);
+            let next = rim.binary_search_by_key(&at, |side| side.0).map_err(|_| unresolved())?;
+            at = rim[next].1;
+        }
+        if at != start || polygon.len() != rim.len() {
+            return Err(unresolved());
+        }
+        polygon.retain(|&point| is_vertex[point]);
+        if polygon.len() < 3 {
+            return Err(unresolved());
+        }
+        loops.push(polygon);
+    }
+    Ok(loops)
+}
+
+fn check_coordinates(points: &[Vector3<f64>]) -> Result<(), Error> {
+    for &coordinate in points.iter().flatten() {
+        in_range("coordinate of a shape's point (m)", coordinate, -1e4, 1e4, "-1e4 to 1e4")?;
+    }
+    Ok(())
+}
+
+/// The largest side of the box around points, m.
+pub(super) fn extent(points: &[Vector3<f64>]) -> f64 {
+    let low = points.iter().fold(Vector3::repeat(f64::INFINITY), |low, p| low.inf(p));
+    let high = points.iter().fold(Vector3::repeat(f64::NEG_INFINITY), |high, p| high.sup(p));
+    (high - low).max()
+}
+
+fn refused(why: String) -> Error {
+    Error::Shape { shape: "the hull", why }
+}
+
+fn unresolved() -> Error {
+    refused(
+        "has features too small for its size; allowed are points that are not almost equal".into(),
+    )
+}

@@ -1,0 +1,249 @@
+//! Triangle meshes from OBJ and STL, and when one is a convex piece.
+
+use super::hull::{Hull, extent};
+use crate::error::{Error, in_range};
+use nalgebra::{Matrix3, Vector3};
+use std::io::Cursor;
+use stl_io::create_stl_reader;
+
+/// How far, in parts of the size, a mesh may be from its convex hull, and triangles of a face
+/// from one plane: an STL file holds 24 bits of each coordinate, 6e-8 of it.
+const CONVEX: f64 = 1e-6;
+
+/// The most triangles of a mesh.
+const MOST_TRIANGLES: usize = 200_000;
+
+/// A closed triangle mesh whose triangles are counter-clockwise seen from outside.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mesh {
+    vertices: Vec<Vector3<f64>>,
+    triangles: Vec<[usize; 3]>,
+}
+
+/// Reads a Wavefront OBJ file's text: `v` and `f` lines, all objects together; polygons are
+/// cut into triangles. Lengths are taken as m. Messages count facets from 1, after the cut.
+///
+/// # Errors
+/// Text that is not OBJ; what [`Mesh::new`] refuses.
+pub fn parse_obj(text: &str) -> Result<Mesh, Error> {
+    let options = tobj::LoadOptions {
+        triangulate: true,
+        ignore_points: true,
+        ignore_lines: true,
+        ..Default::default()
+    };
+    let no_materials = |_: &std::path::Path| Ok(Default::default());
+    let (models, _) = tobj::load_obj_buf(&mut text.as_bytes(), &options, no_materials)
+        .map_err(|error| refused(format!("is no OBJ file: {error}")))?;
+    let mut facets = Vec::new();
+    for model in &models {
+        let at = |&index: &u32| {
+            let three = model.mesh.positions.chunks_exact(3).nth(index as usize);
+            three.map(Vector3::from_column_slice)
+        };
+        for three in model.mesh.indices.chunks_exact(3) {
+            match (at(&three[0]), at(&three[1]), at(&three[2])) {
+                (Some(a), Some(b), Some(c)) => facets.push([a, b, c]),
+                _ => {
+                    return Err(refused(format!("has no vertices for facet {}", facets.len() + 1)));
+                }
+            }
+        }
+    }
+    Mesh::from_facets(&facets)
+}
+
+/// Reads an STL file's bytes, binary (80 bytes, a count, 50 bytes a facet) or ASCII. The
+/// facets' own normals are ignored; equal corners are one vertex. Lengths are taken as m.
+///
+/// # Errors
+/// Bytes that are not STL; what [`Mesh::new`] refuses.
+pub fn parse_stl(bytes: &[u8]) -> Result<Mesh, Error> {
+    let count = bytes.get(80..84).map_or([0; 4], |four| [four[0], four[1], four[2], four[3]]);
+    let is_binary = bytes.len() as u64 == 84 + 50 * u64::from(u32::from_le_bytes(count));
+    let no_stl = |error: std::io::Error| refused(format!("is no STL file: {error}"));
+    // The reader takes every file that starts with "solid " for ASCII, binary ones too, and no
+    // other; here the length decides, and the solid may be without a name.
+    let mut clear = if is_binary {
+        [&[0; 80], &bytes[80..]].concat()
+    } else if bytes.starts_with(b"solid") {
+        let line = bytes.iter().position(|&byte| byte == b'\n').unwrap_or(bytes.len());
+        [b"solid ", &bytes[line..]].concat()
+    } else {
+        let why = "is no STL file: it does not start with `solid`, and its length is not that of \
+                   a binary file's facets";
+        return Err(refused(why.into()));
+    };
+    let mut cursor = Cursor::new(&mut clear);
+    let facets = create_stl_reader(&mut cursor);
+    let mut corners = Vec::new();
+    for facet in facets.map_err(no_stl)? {
+        let facet = facet.map_err(no_stl)?;
+        corners.push(facet.vertices.map(|vertex| Vector3::from(vertex.0.map(f64::from))));
+    }
+    Mesh::from_facets(&corners)
+}
+
+impl Mesh {
+    /// A mesh of vertices (m) and triangles, each three indices of vertices, counter-clockwise
+    /// seen from outside.
+    ///
+    /// # Errors
+    /// No triangle or more than 200 000, an index without a vertex, a coordinate beyond
+    /// ±1e6; a triangle that has a vertex twice; an edge that does not have exactly two
+    /// triangles, running along it in opposite directions (the mesh is open, or a facet is
+    /// turned over); a volume that is not positive (the mesh is inside-out).
+    pub fn new(vertices: Vec<Vector3<f64>>, triangles: Vec<[usize; 3]>) -> Result<Self, Error> {
+        if !(4..=MOST_TRIANGLES).contains(&triangles.len()) {
+            let (field, count) = ("triangles of the mesh", triangles.len());
+            return Err(Error::Count { field, count, allowed: "4 to 200000" });
+        }
+        for &coordinate in vertices.iter().flatten() {
+            in_range("coordinate of the mesh (m)", coordinate, -1e6, 1e6, "-1e6 to 1e6")?;
+        }
+        let mesh = Self { vertices, triangles };
+        mesh.check_edges()?;
+        let volume = mesh.volume();
+        if volume <= 0.0 {
+            return Err(refused(format!(
+                "is inside-out: its volume is {volume:.6e} m³; allowed are facets that are \
+                 counter-clockwise seen from outside"
+            )));
+        }
+        Ok(mesh)
+    }
+
+    /// The mesh of facets given by their corners; equal corners are one vertex.
+    fn from_facets(facets: &[[Vector3<f64>; 3]]) -> Result<Self, Error> {
+        // Adding 0 turns −0 into 0, so that equal numbers have equal bits.
+        let key = |p: &Vector3<f64>| [p.x + 0.0, p.y + 0.0, p.z + 0.0].map(f64::to_bits);
+        let mut numbers = std::collections::HashMap::new();
+        let (mut vertices, mut triangles) = (Vec::new(), Vec::with_capacity(facets.len()));
+        for facet in facets {
+            triangles.push(facet.map(|corner| {
+                *numbers.entry(key(&corner)).or_insert_with(|| {
+                    vertices.push(corner);
+                    vertices.len() - 1
+                })
+            }));
+        }
+        Self::new(vertices, triangles)
+    }
+
+    /// Every edge must be run along twice, once in each direction.
+    fn check_edges(&self) -> Result<(), Error> {
+        let mut sides = Vec::with_capacity(3 * self.triangles.len());
+        for (index, &[a, b, c]) in self.triangles.iter().enumerate() {
+            let facet = index + 1;
+            let count = self.vertices.len();
+            if [a, b, c].iter().any(|&vertex| vertex >= count) {
+                return Err(refused(format!("has no vertices for facet {facet}")));
+            }
+            if a == b || b == c || c == a {
+                return Err(refused(format!(
+                    "has the same vertex twice in facet {facet}; allowed are three different ones"
+                )));
+            }
+            sides.extend([(a, b, facet), (b, c, facet), (c, a, facet)]);
+        }
+        sides.sort_unstable();
+        let place = |vertex: usize| {
+            let p = self.vertices[vertex];
+            format!("({}, {}, {})", p.x, p.y, p.z)
+        };
+        for two in sides.windows(2) {
+            let ((a, b, first), (x, y, second)) = (two[0], two[1]);
+            if (a, b) == (x, y) {
+                return Err(refused(format!(
+                    "has the edge {} to {} in the same direction in facets {first} and {second}; \
+                     allowed are two facets an edge, both counter-clockwise seen from outside",
+                    place(a),
+                    place(b)
+                )));
+            }
+        }
+        for &(a, b, facet) in &sides {
+            if sides.binary_search_by_key(&(b, a), |side| (side.0, side.1)).is_err() {
+                return Err(refused(format!(
+                    "is open: no facet but {facet} has the edge {} to {}; allowed is a closed \
+                     surface",
+                    place(a),
+                    place(b)
+                )));
+            }
+        }
+        Ok(())
+    }
+
+    /// The volume inside, m³: Σ det(a − o, b − o, c − o)/6 over the triangles, o a vertex.
+    #[must_use]
+    pub fn volume(&self) -> f64 {
+        let o = self.vertices.first().copied().unwrap_or_default();
+        let corner = |vertex: usize| self.vertices[vertex] - o;
+        let six = self.triangles.iter().map(|&[a, b, c]| {
+            Matrix3::from_columns(&[corner(a), corner(b), corner(c)]).determinant()
+        });
+        six.sum::<f64>() / 6.0
+    }
+
+    /// The vertices, m.
+    #[must_use]
+    pub fn vertices(&self) -> &[Vector3<f64>] {
+        &self.vertices
+    }
+
+    /// The triangles: indices of vertices, counter-clockwise seen from outside.
+    #[must_use]
+    pub fn triangles(&self) -> &[[usize; 3]] {
+        &self.triangles
+    }
+
+    /// This mesh with all lengths multiplied, 0.001 for a file in mm.
+    ///
+    /// # Errors
+    /// A factor outside 1e-6…1e6; coordinates that then are beyond ±1e6 m.
+    pub fn scaled(&self, factor: f64) -> Result<Self, Error> {
+        in_range("scale of the mesh", factor, 1e-6, 1e6, "1e-6 to 1e6")?;
+        let vertices = self.vertices.iter().map(|vertex| vertex * factor).collect();
+        Self::new(vertices, self.triangles.clone())
+    }
+
+    /// The convex hull of a convex mesh; triangles that lie in one plane to 1e-6 of the size
+    /// are one face.
+    ///
+    /// # Errors
+    /// What [`Hull::from_points`] refuses; a mesh that is not convex: a vertex deeper than
+    /// 1e-6 of the size inside the hull, or a volume smaller than the hull's by more than a
+    /// skin of that thickness.
+    pub fn hull(&self) -> Result<Hull, Error> {
+        let hull = Hull::merged(&self.vertices, CONVEX)?;
+        let skin = CONVEX * extent(&self.vertices);
+        for vertex in &self.vertices {
+            let heights = hull.faces().iter().map(|face| face.normal.dot(vertex) - face.offset);
+            let depth = -heights.fold(f64::NEG_INFINITY, f64::max);
+            if depth > skin {
+                let at = format!("its vertex ({}, {}, {})", vertex.x, vertex.y, vertex.z);
+                return Err(not_convex(&format!("{at} is {depth:.3e} m inside its convex hull")));
+            }
+        }
+        let triangles = (0..hull.faces().len()).flat_map(|face| hull.fan(face));
+        let o = hull.centre();
+        let six = triangles.map(|t| Matrix3::from_columns(&t.map(|p| p - o)).determinant());
+        let (whole, own) = (six.sum::<f64>() / 6.0, self.volume());
+        let area: f64 = hull.faces().iter().map(|face| face.area).sum();
+        if (whole - own).abs() > skin * area {
+            return Err(not_convex(&format!(
+                "its volume is {own:.6e} m³, that of its convex hull {whole:.6e} m³"
+            )));
+        }
+        Ok(hull)
+    }
+}
+
+fn not_convex(what: &str) -> Error {
+    refused(format!("is not convex: {what}; cut it into convex pieces"))
+}
+
+fn refused(why: String) -> Error {
+    Error::Shape { shape: "the mesh", why }
+}
