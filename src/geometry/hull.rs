@@ -247,6 +247,19 @@ impl Hull {
         corners[1..].windows(2).map(move |two| [at(&corners[0]), at(&two[0]), at(&two[1])])
     }
 
+    /// Whether a point, seen along the normal of face `face`, is in it or on its rim.
+    pub(super) fn is_over(&self, face: usize, point: &Vector3<f64>) -> bool {
+        let corners = self.face_loop(face);
+        let normal = &self.faces[face].normal;
+        let mut from = &self.vertices[corners[corners.len() - 1].vertex as usize];
+        corners.iter().all(|corner| {
+            let to = &self.vertices[corner.vertex as usize];
+            let side = (to - from).cross(&(point - from)).dot(normal);
+            from = to;
+            side >= 0.0
+        })
+    }
+
     /// The mean of the vertices, m.
     #[must_use]
     pub fn centre(&self) -> &Vector3<f64> {

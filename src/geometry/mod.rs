@@ -4,13 +4,29 @@
 //! A [`Piece`] is a convex [`Hull`] (a point, a segment or a polyhedron) rounded by a radius.
 //! A shape that is not convex is several pieces. [`MassProperties`] are those of pieces of
 //! uniform density, exactly; a [`Mesh`](mesh::Mesh) becomes a piece if it is closed and convex.
+//!
+//! Which pairs of pieces may touch, [`Sweep`] says from boxes around them; how far two pieces
+//! are apart, [`separation()`]; at which points and planes they touch, [`manifold()`].
 
+mod axes;
+mod closest;
 pub mod hull;
+pub mod manifold;
 pub mod mass;
 pub mod mesh;
+mod overlap;
+pub mod pair;
 pub mod piece;
+pub mod separation;
+pub mod sweep;
+pub mod touch;
 mod triangles;
 
 pub use hull::Hull;
+pub use manifold::manifold;
 pub use mass::MassProperties;
+pub use pair::{Hint, Placed, Scratch};
 pub use piece::Piece;
+pub use separation::{Separation, overlap, separation};
+pub use sweep::{Aabb, Sweep};
+pub use touch::{Feature, Side, Touch};

@@ -1,0 +1,376 @@
+//! The contact points of two pieces: points of one against planes of the other.
+//!
+//! The axis of largest separation says which features meet. If a face is nearly across it,
+//! the points are the corners of the polygon in which the two faces overlap, seen along the
+//! axis; otherwise two edges, an edge and a vertex or two vertices meet in one point, and
+//! parallel edges in the two ends of what they share.
+
+use super::Hull;
+use super::axes::{Axis, Kind, best_axis, span};
+use super::closest::{On, Points, closest, of_edges};
+use super::overlap::At;
+use super::pair::{Hint, Pair, Placed, Scratch, highest, lowest};
+use super::separation::across_cores;
+use super::touch::{Feature, Side, Touch};
+use nalgebra::Vector3;
+
+/// A face whose normal is within 0.03 rad of the axis is nearly across it. Seen along the axis
+/// a face is then drawn to 1 − cos 0.03 = 0.05 % of its size, and a corner that such a tilt
+/// lifts (3 % of the face) is beyond any sensible reach: contacts do not jump where the angle
+/// is passed.
+const NEARLY_ACROSS: f64 = 0.999_55;
+
+/// Edges at an angle of a smaller sine meet in the ends of what they share. Each end has its
+/// own exact plane, so that the value matters little.
+const NEARLY_PARALLEL: f64 = 0.03;
+
+/// Corners nearer than this part of the size are one; see [`manifold`].
+const MERGE: f64 = 1e-7;
+
+/// A distance of cores that is smaller than this part of the size has no direction.
+const NO_DIRECTION: f64 = 1e-8;
+
+/// Fills `out` with the touches of two pieces that have a gap of at most `reach` (m), and
+/// returns their separation.
+///
+/// Two faces give every corner of the polygon in which they overlap: vertices of one against
+/// the face of the other, and crossings of sides, which are points of the piece whose face is
+/// less across the axis (of equals: of the one with the smaller face; of equals again: of B).
+/// Corners that coincide to 1e-7 of the smaller piece's size are one: of a vertex and a
+/// crossing the vertex stays, of two vertices that of the piece that has the crossings. Keys
+/// and number of touches of two faces do not change under drifts below that.
+///
+/// Where both cores are polyhedra and meet in edges, the plane is spanned by the edges and the
+/// point is that of A. Where a rounded piece meets an edge or a vertex, the plane is across the
+/// shortest line, and the point is that of the larger radius, so that the plane belongs to
+/// what is less round.
+///
+/// The return value is the separation of [`separation()`](super::separation()) if it is
+/// negative, and otherwise a bound from below on it (m), above `reach` if nothing is in reach.
+/// Nothing says that a plane of a thing that is merely near will be met: see where the poses
+/// come from.
+pub fn manifold(
+    a: Placed<'_>,
+    b: Placed<'_>,
+    reach: f64,
+    hint: &mut Hint,
+    scratch: &mut Scratch,
+    out: &mut Vec<Touch>,
+) -> f64 {
+    out.clear();
+    let pair = Pair::new(a, b);
+    let radii = pair.radii();
+    let quick = pair.quick_gap(hint) - radii;
+    if quick > reach {
+        return quick;
+    }
+    pair.place(scratch);
+    let axis = best_axis(&pair, scratch, reach + radii);
+    hint.axis = axis.map(|axis| axis.normal);
+    if let Some(axis) = axis.filter(|axis| axis.gap - radii > reach) {
+        return axis.gap - radii;
+    }
+    let mut meeting = Meeting { pair, scratch, reach, out, points: None };
+    let gap = meeting.find(axis);
+    hint.axis = Some(meeting.normal(axis));
+    gap - radii
+}
+
+/// Two pieces whose touches are looked for.
+struct Meeting<'a, 's> {
+    pair: Pair<'a>,
+    scratch: &'s mut Scratch,
+    reach: f64,
+    out: &'s mut Vec<Touch>,
+    /// The closest points of the cores, where they had to be found.
+    points: Option<Points>,
+}
+
+impl Meeting<'_, '_> {
+    /// Finds the touches; the gap of the cores, m.
+    fn find(&mut self, axis: Option<Axis>) -> f64 {
+        let radii = self.pair.radii();
+        let Some(axis) = axis else {
+            let gap = self.closest(None);
+            self.edges(None);
+            return gap;
+        };
+        // Rounded pieces meet along the shortest line; it is the axis where that is exact.
+        let mut gap = axis.gap;
+        if radii > 0.0 && !axis.exact {
+            gap = self.closest(Some(&axis));
+            if gap - radii > self.reach {
+                return gap;
+            }
+        }
+        self.faces(&axis);
+        let lowest = self.out.iter().map(|touch| touch.gap).fold(f64::INFINITY, f64::min);
+        if self.points.is_some() {
+            if lowest > gap - radii + MERGE * self.pair.size() {
+                self.edges(Some(&axis));
+            }
+        } else if self.out.is_empty() {
+            if axis.exact {
+                self.deepest(&axis);
+            } else {
+                gap = self.closest(Some(&axis));
+                if gap - radii <= self.reach {
+                    self.edges(Some(&axis));
+                }
+            }
+        }
+        gap
+    }
+
+    fn closest(&mut self, axis: Option<&Axis>) -> f64 {
+        let points = closest(&self.pair, self.scratch, axis.map(|axis| &axis.normal));
+        self.points = Some(points);
+        points.distance()
+    }
+
+    /// The direction from A to B: along the shortest line where it is known and has one.
+    fn normal(&self, axis: Option<Axis>) -> Vector3<f64> {
+        match (self.points, axis) {
+            (Some(points), _) if points.distance() > NO_DIRECTION * self.pair.size() => {
+                (points.b - points.a).normalize()
+            }
+            (_, Some(axis)) => axis.normal,
+            (_, None) => across_cores(&self.pair, self.scratch),
+        }
+    }
+
+    /// The touches of two faces, or of a face and whatever is above it.
+    fn faces(&mut self, axis: &Axis) {
+        let normal = self.normal(Some(*axis));
+        let (pair, scratch) = (self.pair, &mut *self.scratch);
+        let normals_a = || pair.a.faces().iter().map(|face| face.normal);
+        let normals_b = || scratch.normals.iter().copied();
+        let mut face_a = most_across(normals_a(), |_| true, &normal);
+        let mut face_b = most_across(normals_b(), |_| true, &-normal);
+        let across = |face: Option<(usize, f64)>| face.is_some_and(|(_, cos)| cos > NEARLY_ACROSS);
+        let (across_a, across_b) = (across(face_a), across(face_b));
+        if !across_a && !across_b {
+            return;
+        }
+        // What is not across meets the other with its deepest vertex.
+        if !across_a && face_a.is_some() {
+            let (deepest, _) = highest(pair.a.vertices(), &normal);
+            face_a = most_across(normals_a(), |face| has(pair.a, face, deepest), &normal);
+        }
+        if !across_b && face_b.is_some() {
+            let (deepest, _) = lowest(&scratch.vertices, &normal);
+            face_b = most_across(normals_b(), |face| has(pair.b, face, deepest), &-normal);
+        }
+        let (face_a, face_b) = (face_a.map(|face| face.0), face_b.map(|face| face.0));
+        let reference = match (across_a, across_b, axis.kind) {
+            (true, false, _) | (true, true, Kind::FaceA(_)) => Side::A,
+            (false, _, _) | (true, true, Kind::FaceB(_)) => Side::B,
+            (true, true, Kind::Edges(..)) => {
+                let area = |hull: &Hull, face: Option<usize>| {
+                    face.map_or(0.0, |face| hull.faces()[face].area)
+                };
+                let b_is_larger = area(pair.b, face_b) > area(pair.a, face_a) * (1.0 + MERGE);
+                if b_is_larger { Side::B } else { Side::A }
+            }
+        };
+        scratch.overlap.a.fill(pair.a, pair.a.vertices(), face_a);
+        scratch.overlap.b.fill(pair.b, &scratch.vertices, face_b);
+        scratch.overlap.find(&normal, MERGE * pair.size(), reference == Side::B);
+        let overlap = std::mem::take(&mut scratch.overlap);
+        for &at in &overlap.corners {
+            let touch = match at {
+                At::A(i) => {
+                    let feature = Feature::Vertex(Side::A, overlap.a.vertices[i] as u32);
+                    face_b.map(|face| pair.on_face_b(face, &overlap.a.points[i], feature))
+                }
+                At::B(j) => {
+                    let feature = Feature::Vertex(Side::B, overlap.b.vertices[j] as u32);
+                    face_a.map(|face| pair.on_face_a(face, &overlap.b.points[j], feature))
+                }
+                At::Crossing(i, j) => {
+                    let (edge_a, edge_b) = (overlap.a.edges[i], overlap.b.edges[j]);
+                    let feature = Feature::Edges(edge_a as u32, edge_b as u32);
+                    let points = of_edges(&pair, &self.scratch.vertices, edge_a, edge_b);
+                    let (along_a, along_b) = overlap.along(i, j);
+                    let at = |(from, to): (&Vector3<f64>, &Vector3<f64>), t| from.lerp(to, t);
+                    // Round things meet along the shortest line, unless their cores overlap.
+                    let is_round = pair.radii() > 0.0 && axis.gap > 0.0;
+                    if is_round && points.distance() > NO_DIRECTION * pair.size() {
+                        let normal = (points.b - points.a).normalize();
+                        Some(pair.between(&points, &normal, feature, Side::A))
+                    } else if reference == Side::A {
+                        let point = at(overlap.b.side(j), along_b);
+                        face_a.map(|face| pair.on_face_a(face, &point, feature))
+                    } else {
+                        let point = at(overlap.a.side(i), along_a);
+                        face_b.map(|face| pair.on_face_b(face, &point, feature))
+                    }
+                }
+            };
+            self.push(touch);
+        }
+        self.scratch.overlap = overlap;
+    }
+
+    /// Cores that overlap without a corner in reach: two edges, or a vertex and a face that is
+    /// as good as the best one.
+    fn deepest(&mut self, axis: &Axis) {
+        let pair = self.pair;
+        let touch = match axis.kind {
+            Kind::Edges(edge_a, edge_b) => {
+                let points = of_edges(&pair, &self.scratch.vertices, edge_a, edge_b);
+                let feature = Feature::Edges(edge_a as u32, edge_b as u32);
+                pair.between(&points, &axis.normal, feature, Side::A)
+            }
+            Kind::FaceA(face) => {
+                let (deepest, _) = lowest(&self.scratch.vertices, &axis.normal);
+                let point = self.scratch.vertices[deepest];
+                pair.on_face_a(face, &point, Feature::Vertex(Side::B, deepest as u32))
+            }
+            Kind::FaceB(face) => {
+                let (deepest, _) = highest(pair.a.vertices(), &axis.normal);
+                let point = pair.a.vertices()[deepest];
+                pair.on_face_b(face, &point, Feature::Vertex(Side::A, deepest as u32))
+            }
+        };
+        self.push(Some(touch));
+    }
+
+    /// The touches along the shortest line: one, or the ends of what parallel edges share.
+    fn edges(&mut self, axis: Option<&Axis>) {
+        let Some(points) = self.points else { return };
+        let normal = self.normal(axis.copied());
+        let merge = MERGE * self.pair.size();
+        let most = points.distance() + merge;
+        let mut parallel = None;
+        self.scratch.near.each_pair(|edge_a, edge_b| {
+            let is_close =
+                || of_edges(&self.pair, &self.scratch.vertices, edge_a, edge_b).distance() <= most;
+            if parallel.is_none()
+                && are_parallel(&self.pair, &self.scratch.vertices, edge_a, edge_b)
+                && is_close()
+            {
+                parallel = Some((edge_a, edge_b));
+            }
+        });
+        let before = self.out.len();
+        if let Some((edge_a, edge_b)) = parallel {
+            self.shared_ends(edge_a, edge_b, &normal, merge);
+        }
+        let ends = self.out[before..].iter().map(|touch| touch.gap).fold(f64::INFINITY, f64::min);
+        if ends <= points.distance() - self.pair.radii() + merge * 1e-2 {
+            return;
+        }
+        let (feature, owner) = match (points.on_a, points.on_b) {
+            (On::Vertex(vertex), On::Edge(_) | On::Face(_)) => {
+                (Feature::Vertex(Side::A, vertex as u32), Side::A)
+            }
+            (On::Edge(_) | On::Face(_), On::Vertex(vertex)) => {
+                (Feature::Vertex(Side::B, vertex as u32), Side::B)
+            }
+            (On::Edge(edge_a), On::Edge(edge_b)) => {
+                (Feature::Edges(edge_a as u32, edge_b as u32), Side::A)
+            }
+            // Of two vertices that of the rounder piece, which owns the point.
+            (On::Vertex(a), On::Vertex(_)) if self.pair.radius_a >= self.pair.radius_b => {
+                (Feature::Vertex(Side::A, a as u32), Side::A)
+            }
+            (_, On::Vertex(b)) => (Feature::Vertex(Side::B, b as u32), Side::B),
+            (_, _) => return,
+        };
+        self.push_new(self.pair.between(&points, &normal, feature, owner));
+    }
+
+    /// The two ends of what two parallel edges share, each a vertex against the other edge.
+    fn shared_ends(&mut self, edge_a: usize, edge_b: usize, normal: &Vector3<f64>, merge: f64) {
+        let pair = self.pair;
+        let (sides_a, sides_b) = (pair.a.edges()[edge_a], pair.b.edges()[edge_b]);
+        let (p, u) = span(pair.a.vertices(), &sides_a);
+        let (q, v) = span(&self.scratch.vertices, &sides_b);
+        // Both edges along A's, from A's first vertex on.
+        let length = u.norm();
+        let (first, second) = (u.dot(&(q - p)) / length, u.dot(&(q + v - p)) / length);
+        let ((low, low_at), (high, high_at)) =
+            if first < second { ((first, 0), (second, 1)) } else { ((second, 1), (first, 0)) };
+        if high.min(length) - low.max(0.0) <= merge {
+            return;
+        }
+        let on_b = |a: Vector3<f64>| Points {
+            a,
+            b: nearest(&a, &q, &v),
+            on_a: On::Edge(edge_a),
+            on_b: On::Edge(edge_b),
+        };
+        let on_a = |b: Vector3<f64>| Points {
+            a: nearest(&b, &p, &u),
+            b,
+            on_a: On::Edge(edge_a),
+            on_b: On::Edge(edge_b),
+        };
+        let b_at = [q, q + v];
+        let vertex = |side, vertices: [u32; 2], at: usize| Feature::Vertex(side, vertices[at]);
+        let ends = [
+            if low <= merge {
+                (on_b(p), vertex(Side::A, sides_a.vertices, 0), Side::A)
+            } else {
+                (on_a(b_at[low_at]), vertex(Side::B, sides_b.vertices, low_at), Side::B)
+            },
+            if high >= length - merge {
+                (on_b(p + u), vertex(Side::A, sides_a.vertices, 1), Side::A)
+            } else {
+                (on_a(b_at[high_at]), vertex(Side::B, sides_b.vertices, high_at), Side::B)
+            },
+        ];
+        for (points, feature, owner) in ends {
+            let distance = points.distance();
+            let has_direction = distance > NO_DIRECTION * pair.size();
+            let normal = if has_direction { (points.b - points.a) / distance } else { *normal };
+            self.push_new(pair.between(&points, &normal, feature, owner));
+        }
+    }
+
+    /// Adds a touch whose features do not touch yet.
+    fn push_new(&mut self, touch: Touch) {
+        if self.out.iter().all(|other| other.feature != touch.feature) {
+            self.push(Some(touch));
+        }
+    }
+
+    fn push(&mut self, touch: Option<Touch>) {
+        self.out.extend(touch.filter(|touch| touch.gap <= self.reach));
+    }
+}
+
+/// The face most along a direction, of those that `may` take part, with the cosine of the
+/// angle; of equals the first.
+fn most_across(
+    normals: impl Iterator<Item = Vector3<f64>>,
+    may: impl Fn(usize) -> bool,
+    direction: &Vector3<f64>,
+) -> Option<(usize, f64)> {
+    let mut best: Option<(usize, f64)> = None;
+    for (index, normal) in normals.enumerate().filter(|(index, _)| may(*index)) {
+        let cosine = normal.dot(direction);
+        if best.is_none_or(|(_, most)| cosine > most) {
+            best = Some((index, cosine));
+        }
+    }
+    best
+}
+
+fn has(hull: &Hull, face: usize, vertex: usize) -> bool {
+    hull.face_loop(face).iter().any(|corner| corner.vertex as usize == vertex)
+}
+
+fn are_parallel(pair: &Pair<'_>, vertices: &[Vector3<f64>], edge_a: usize, edge_b: usize) -> bool {
+    let (Some(a), Some(b)) = (pair.a.edges().get(edge_a), pair.b.edges().get(edge_b)) else {
+        return false;
+    };
+    let (u, v) = (span(pair.a.vertices(), a).1, span(vertices, b).1);
+    u.cross(&v).norm() < NEARLY_PARALLEL * u.norm() * v.norm()
+}
+
+/// The point of the segment q + t v, 0 ≤ t ≤ 1, that is nearest to `point`.
+fn nearest(point: &Vector3<f64>, q: &Vector3<f64>, v: &Vector3<f64>) -> Vector3<f64> {
+    q + v * (v.dot(&(point - q)) / v.norm_squared()).clamp(0.0, 1.0)
+}

@@ -1,0 +1,209 @@
+//! Where two faces overlap, seen along an axis: the corners of the common polygon.
+//!
+//! Every vertex is held against every side of the other face, and every side against every
+//! side, so that the answer does not depend on an order of clipping. What is within a
+//! tolerance of a side counts as inside, and two sides cross only if the ends of both are on
+//! opposite sides beyond it: a corner is then found as a vertex or as a crossing, and where
+//! sides lie on each other as a vertex alone.
+
+use super::Hull;
+use nalgebra::Vector3;
+
+/// Which corner of the common polygon: places in the loops of both faces.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum At {
+    /// A vertex of A's face.
+    A(usize),
+    /// A vertex of B's face.
+    B(usize),
+    /// The side of A's face from this place on, the side of B's, and how far along each.
+    Crossing(usize, usize),
+}
+
+/// Memory: both polygons, and the distance of every vertex from every side of the other.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Overlap {
+    pub a: Polygon,
+    pub b: Polygon,
+    /// Of vertex j of B from side i of A, at i·|B| + j; m, positive inside.
+    b_in_a: Vec<f64>,
+    /// Of vertex i of A from side j of B, at i·|B| + j.
+    a_in_b: Vec<f64>,
+    pub corners: Vec<At>,
+}
+
+/// A face, or a segment or point that stands for one.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Polygon {
+    /// Numbers of the vertices in their hull.
+    pub vertices: Vec<usize>,
+    /// m, frame of A.
+    pub points: Vec<Vector3<f64>>,
+    /// The edge from each vertex to the next.
+    pub edges: Vec<usize>,
+}
+
+impl Polygon {
+    /// The loop of a face, or the whole core where it has none.
+    pub fn fill(&mut self, hull: &Hull, placed: &[Vector3<f64>], face: Option<usize>) {
+        self.vertices.clear();
+        self.edges.clear();
+        match face {
+            Some(face) => {
+                for corner in hull.face_loop(face) {
+                    self.vertices.push(corner.vertex as usize);
+                    self.edges.push(corner.edge as usize);
+                }
+            }
+            None => {
+                self.vertices.extend(0..placed.len());
+                self.edges.extend(hull.edges().iter().map(|_| 0));
+            }
+        }
+        self.points.clear();
+        self.points.extend(self.vertices.iter().map(|&vertex| placed[vertex]));
+    }
+
+    /// The side from place `at` on: its ends.
+    pub fn side(&self, at: usize) -> (&Vector3<f64>, &Vector3<f64>) {
+        (&self.points[at], &self.points[(at + 1) % self.points.len()])
+    }
+}
+
+impl Overlap {
+    /// Finds the corners, along `axis` (unit, from A to B). A's face runs counter-clockwise
+    /// about the axis, B's clockwise; `tolerance` in m. `keep_a` says who stays where a vertex
+    /// of A and one of B coincide.
+    pub fn find(&mut self, axis: &Vector3<f64>, tolerance: f64, keep_a: bool) {
+        let Self { a, b, b_in_a, a_in_b, corners } = self;
+        let (count_a, count_b) = (a.points.len(), b.points.len());
+        corners.clear();
+        b_in_a.clear();
+        b_in_a.resize(count_a * count_b, 0.0);
+        a_in_b.clear();
+        a_in_b.resize(count_a * count_b, 0.0);
+        for i in 0..a.edges.len() {
+            let (from, inward) = inward(a, i, axis);
+            for (j, point) in b.points.iter().enumerate() {
+                b_in_a[i * count_b + j] = inward.dot(&(point - from));
+            }
+        }
+        for j in 0..b.edges.len() {
+            let (from, inward) = inward(b, j, &-axis);
+            for (i, point) in a.points.iter().enumerate() {
+                a_in_b[i * count_b + j] = inward.dot(&(point - from));
+            }
+        }
+        if count_a >= 3 && count_b >= 3 {
+            let is_a = |i: usize| (0..count_b).all(|j| a_in_b[i * count_b + j] >= -tolerance);
+            let is_b = |j: usize| (0..count_a).all(|i| b_in_a[i * count_b + j] >= -tolerance);
+            let coincide = |i: usize, j: usize| {
+                let between = b.points[j] - a.points[i];
+                (between - axis * axis.dot(&between)).norm() <= 4.0 * tolerance
+            };
+            for i in (0..count_a).filter(|&i| is_a(i)) {
+                if keep_a || !(0..count_b).any(|j| is_b(j) && coincide(i, j)) {
+                    corners.push(At::A(i));
+                }
+            }
+            for j in (0..count_b).filter(|&j| is_b(j)) {
+                if !keep_a || !(0..count_a).any(|i| is_a(i) && coincide(i, j)) {
+                    corners.push(At::B(j));
+                }
+            }
+            for i in 0..count_a {
+                for j in 0..count_b {
+                    let (i_next, j_next) = ((i + 1) % count_a, (j + 1) % count_b);
+                    let ends = (b_in_a[i * count_b + j], b_in_a[i * count_b + j_next]);
+                    if !opposite(ends, tolerance) {
+                        continue;
+                    }
+                    let ends = (a_in_b[i * count_b + j], a_in_b[i_next * count_b + j]);
+                    if opposite(ends, tolerance) {
+                        corners.push(At::Crossing(i, j));
+                    }
+                }
+            }
+        } else if count_a >= 3 {
+            let heights = |i: usize, j: usize| b_in_a[i * count_b + j];
+            cut(count_a, count_b, heights, tolerance, |end| {
+                corners.push(match end {
+                    End::Vertex(j) => At::B(j),
+                    End::Side(i) => At::Crossing(i, 0),
+                });
+            });
+        } else if count_b >= 3 {
+            let heights = |j: usize, i: usize| a_in_b[i * count_b + j];
+            cut(count_b, count_a, heights, tolerance, |end| {
+                corners.push(match end {
+                    End::Vertex(i) => At::A(i),
+                    End::Side(j) => At::Crossing(0, j),
+                });
+            });
+        }
+    }
+
+    /// How far along A's side and along B's side a crossing is, 0 to 1.
+    pub fn along(&self, i: usize, j: usize) -> (f64, f64) {
+        let (count_a, count_b) = (self.a.points.len(), self.b.points.len());
+        let (i_next, j_next) = ((i + 1) % count_a, (j + 1) % count_b);
+        let ratio = |from: f64, to: f64| {
+            if from == to { 0.0 } else { (from / (from - to)).clamp(0.0, 1.0) }
+        };
+        let on_b = ratio(self.b_in_a[i * count_b + j], self.b_in_a[i * count_b + j_next]);
+        let on_a = ratio(self.a_in_b[i * count_b + j], self.a_in_b[i_next * count_b + j]);
+        (on_a, on_b)
+    }
+}
+
+/// The first point of a side and the unit vector into the polygon, across axis and side.
+fn inward(polygon: &Polygon, side: usize, axis: &Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
+    let (from, to) = polygon.side(side);
+    (*from, axis.cross(&(to - from)).try_normalize(0.0).unwrap_or_default())
+}
+
+fn opposite((from, to): (f64, f64), tolerance: f64) -> bool {
+    (from > tolerance && to < -tolerance) || (from < -tolerance && to > tolerance)
+}
+
+/// One end of a segment cut to a polygon.
+enum End {
+    Vertex(usize),
+    Side(usize),
+}
+
+/// Cuts a segment (or a point) to a polygon of `sides` sides. `height(side, end)` is the
+/// distance of an end inside a side.
+fn cut(
+    sides: usize,
+    ends: usize,
+    height: impl Fn(usize, usize) -> f64,
+    tolerance: f64,
+    mut push: impl FnMut(End),
+) {
+    let (mut from, mut to) = ((0.0, None), (1.0, None));
+    for side in 0..sides {
+        let (first, last) = (height(side, 0), height(side, ends - 1));
+        if first < -tolerance && last < -tolerance {
+            return;
+        }
+        if first < -tolerance {
+            let at = if last > 0.0 { first / (first - last) } else { 1.0 };
+            if at > from.0 {
+                from = (at, Some(side));
+            }
+        } else if last < -tolerance {
+            let at = if first > 0.0 { first / (first - last) } else { 0.0 };
+            if at < to.0 {
+                to = (at, Some(side));
+            }
+        }
+    }
+    if from.0 > to.0 {
+        return;
+    }
+    push(from.1.map_or(End::Vertex(0), End::Side));
+    if ends > 1 {
+        push(to.1.map_or(End::Vertex(1), End::Side));
+    }
+}
