@@ -115,24 +115,28 @@ pub fn gap_along(a: (&Piece, &Pose), b: (&Piece, &Pose), axis: &V) -> f64 {
     -support(b.0, b.1, &-axis).1 - support(a.0, a.1, axis).1
 }
 
-/// A distance from above: Frank and Wolfe's method for the shortest vector of the difference
-/// of the cores, less the radii. Slow (the error falls as 1/k), and shares nothing with the
-/// library but the vertices.
-pub fn distance_from_above(a: (&Piece, &Pose), b: (&Piece, &Pose), steps: usize) -> f64 {
+/// Bounds on the distance from below and above: Frank and Wolfe's method for the shortest
+/// vector of the difference of the cores, less the radii. Slow (the error falls as 1/k), and
+/// shares nothing with the library but the vertices.
+pub fn distance_bounds(a: (&Piece, &Pose), b: (&Piece, &Pose), steps: usize) -> (f64, f64) {
     let core = |(piece, pose): (&Piece, &Pose), axis: &V| {
         support(piece, pose, axis).0 - axis * piece.radius()
     };
     let mut x = core(b, &V::x()) - core(a, &V::x());
+    let mut below = 0.0f64;
     for _ in 0..steps {
         let axis = x.try_normalize(0.0).unwrap_or_else(V::x);
-        let towards = core(b, &-axis) - core(a, &axis) - x;
+        let corner = core(b, &-axis) - core(a, &axis);
+        below = below.max(axis.dot(&corner));
+        let towards = corner - x;
         let length = towards.norm_squared();
         if length == 0.0 {
             break;
         }
         x += towards * (-x.dot(&towards) / length).clamp(0.0, 1.0);
     }
-    x.norm() - a.0.radius() - b.0.radius()
+    let radii = a.0.radius() + b.0.radius();
+    (below - radii, x.norm() - radii)
 }
 
 /// The points of a touch in the world: on the surface of the point's owner, and below it on
