@@ -295,3 +295,170 @@ fn turned_and_swapped_pairs_have_the_same_touches() {
         }
     }
 }
+
+fn capsule() -> Piece {
+    // Along x.
+    let capsule = Piece::capsule(0.5, 0.1).unwrap();
+    capsule.moved_by(&turn(0.0, std::f64::consts::FRAC_PI_2, 0.0), &V::zeros()).unwrap()
+}
+
+fn gaps(touches: &[Touch]) -> Vec<f64> {
+    touches.iter().map(|touch| touch.gap).collect()
+}
+
+/// Spheres, capsules and boxes in the poses that have obvious answers.
+#[test]
+fn round_pieces_touch_where_they_should() {
+    let floor = Piece::cuboid(v(2.0, 2.0, 0.5)).unwrap();
+    let ball = Piece::sphere(0.25).unwrap();
+    let ground = at(0., 0., 0.);
+    let on = |piece: &Piece, pose: Pose| touches((&floor, &ground), (piece, &pose), 1e-6).1;
+    let near = |given: &[f64], count: usize| {
+        assert_eq!(given.len(), count);
+        assert!(given.iter().all(|gap| gap.abs() < 1e-12), "{given:?}");
+    };
+
+    // A ball on a face, over an edge, over a corner: one touch, the point in its middle.
+    let slope = 0.5f64.sqrt() * 0.25;
+    let corner = 0.25 / 3.0f64.sqrt();
+    let poses = [
+        at(1.3, -0.2, 0.75),
+        at(2.0 + slope, 0.3, 0.5 + slope),
+        at(2.0 + corner, 2.0 + corner, 0.5 + corner),
+    ];
+    for pose in poses {
+        let found = on(&ball, pose);
+        near(&gaps(&found), 1);
+        assert_eq!(found[0].feature, Feature::Vertex(Side::B, 0));
+        assert_eq!((found[0].point_of, found[0].point), (Side::B, V::zeros()));
+        let half_sides = v(2.0, 2.0, 0.5);
+        let nearest = pose.position.sup(&-half_sides).inf(&half_sides);
+        let away = (pose.position - nearest).normalize();
+        assert!((found[0].normal - away).norm() < 1e-12);
+    }
+
+    // A capsule lying: two touches, its ends; over the rim: its end and a point on its axis
+    // over the edge; standing: one.
+    let lying = on(&capsule(), at(0.0, 0.0, 0.6));
+    near(&gaps(&lying), 2);
+    assert_eq!(features(&lying).len(), 2);
+    assert!(lying.iter().all(|touch| touch.point_of == Side::B));
+    let over = on(&capsule(), at(1.9, 0.0, 0.6));
+    near(&gaps(&over), 2);
+    assert_eq!(over.iter().filter(|t| matches!(t.feature, Feature::Edges(..))).count(), 1);
+    let tip = over.iter().find(|t| matches!(t.feature, Feature::Edges(..))).unwrap();
+    assert!((tip.point - v(0.1, 0.0, 0.0)).norm() < 1e-12, "{}", tip.point);
+    let upright = turn(0.0, std::f64::consts::FRAC_PI_2, 0.0);
+    let standing = Pose { position: v(0.3, 0.4, 1.1), rotation: upright };
+    near(&gaps(&on(&capsule(), standing)), 1);
+
+    // Along the rim, beside the top face: its ends too.
+    let beside = on(&capsule(), at(0.0, 2.0 + 0.1 * 0.6, 0.5 + 0.1 * 0.8));
+    near(&gaps(&beside), 2);
+
+    // Two capsules: parallel, shifted along each other, crossed, end to end.
+    let pair = |pose: Pose| touches((&capsule(), &ground), (&capsule(), &pose), 1e-6).1;
+    near(&gaps(&pair(at(0.0, 0.0, 0.2))), 2);
+    let shifted = pair(at(0.4, 0.0, 0.2));
+    near(&gaps(&shifted), 2);
+    assert_eq!(
+        features(&shifted),
+        [Feature::Vertex(Side::A, 1), Feature::Vertex(Side::B, 0)].into()
+    );
+    let crossed = Pose { position: v(0.1, 0.2, 0.2), rotation: turn(0.0, 0.0, 1.0) };
+    assert_eq!(features(&pair(crossed)), [Feature::Edges(0, 0)].into());
+    assert_eq!(features(&pair(at(1.2, 0.0, 0.0))), [Feature::Vertices(1, 0)].into());
+
+    // Two spheres: the plane is across the line of centres.
+    let other = at(0.3, 0.4, 0.0);
+    let (gap, found) = touches((&ball, &ground), (&ball, &other), 1e-6);
+    near(&gaps(&found), 1);
+    assert!(gap.abs() < 1e-15 && (found[0].normal - v(-0.6, -0.8, 0.0)).norm() < 1e-15);
+
+    // A rounded box on the floor: its four lower corners.
+    let corners = Piece::cuboid(v(0.3, 0.2, 0.1)).unwrap().core().vertices().to_vec();
+    let rounded = Piece::hull(&corners, 0.05).unwrap();
+    let found = on(&rounded, at(0.0, 0.0, 0.65));
+    near(&gaps(&found), 4);
+}
+
+/// The cores overlap: the piece still leaves by the shortest way.
+#[test]
+fn deep_overlaps_have_their_depth() {
+    let floor = Piece::cuboid(v(2.0, 2.0, 0.5)).unwrap();
+    let ground = at(0., 0., 0.);
+    let depth = |piece: &Piece, pose: Pose| -separate((&floor, &ground), (piece, &pose)).distance;
+    let ball = Piece::sphere(0.25).unwrap();
+    assert!((depth(&ball, at(0.3, 0.1, 0.4)) - 0.35).abs() < 1e-15);
+    assert!((depth(&capsule(), at(0.3, 0.1, 0.4)) - 0.2).abs() < 1e-15);
+    let (_, found) = touches((&floor, &ground), (&capsule(), &at(0.3, 0.1, 0.4)), 0.0);
+    assert_eq!(found.len(), 2);
+    assert!(found.iter().all(|touch| (touch.gap + 0.2).abs() < 1e-15));
+    // Crossing cores of capsules, and the same sphere twice.
+    let crossed = Pose { position: V::zeros(), rotation: turn(0.0, 0.0, 1.0) };
+    let found = separate((&capsule(), &ground), (&capsule(), &crossed));
+    assert!((found.distance + 0.2).abs() < 1e-15 && (found.axis.z.abs() - 1.0).abs() < 1e-12);
+    assert_eq!(separate((&ball, &ground), (&ball, &ground)).distance, -0.5);
+    let (_, found) = touches((&ball, &ground), (&ball, &ground), 0.0);
+    assert_eq!((found.len(), found[0].gap), (1, -0.5));
+}
+
+/// Boxes whose difference has the origin on a face, an edge or a corner, exactly or almost: a
+/// simplex method may end there without an answer. Every one of them touches.
+#[test]
+fn touching_features_that_coincide_are_not_dropped() {
+    let cube = Piece::cuboid(v(0.5, 0.5, 0.5)).unwrap();
+    let mut draw = Draw::new(8);
+    let steps = [-1.0, -0.5, 0.0, 0.5, 1.0];
+    for x in steps {
+        for y in steps {
+            for z in [-1.0, 1.0] {
+                for tiny in [0.0, 1e-16, 1e-13, 1e-11] {
+                    let position = v(x, y, z) + draw.vector(tiny);
+                    let pose =
+                        Pose { position, rotation: turn(0.0, 0.0, draw.between(-tiny, tiny)) };
+                    let (gap, found) = touches((&cube, &at(0., 0., 0.)), (&cube, &pose), 1e-9);
+                    assert!(gap.abs() < 1e-10 && !found.is_empty(), "{position} {gap:e}");
+                    assert!(found.iter().all(|touch| touch.gap.abs() < 1e-10));
+                    // A whole overlap has four corners.
+                    if x.abs() < 1.0 && y.abs() < 1.0 {
+                        assert_eq!(found.len(), 4, "{position}");
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Corner on face, edge on face and edge on edge of two cubes: their one or two touches.
+#[test]
+fn cubes_on_edge_and_corner_touch_in_one_or_two_points() {
+    let floor = Piece::cuboid(v(2.0, 2.0, 0.5)).unwrap();
+    let cube = Piece::cuboid(v(0.5, 0.5, 0.5)).unwrap();
+    let ground = at(0., 0., 0.);
+    let edge = Pose {
+        position: v(0.1, 0.2, 0.5 + 0.5f64.sqrt()),
+        rotation: turn(std::f64::consts::FRAC_PI_4, 0.0, 0.0),
+    };
+    let (_, found) = touches((&floor, &ground), (&cube, &edge), 1e-9);
+    assert_eq!(found.len(), 2);
+    let tilt = Rotation3::rotation_between(&v(1., 1., 1.), &v(0., 0., -1.)).unwrap();
+    let corner = Pose { position: v(0.1, 0.2, 0.5 + 0.75f64.sqrt()), rotation: *tilt.matrix() };
+    let (_, found) = touches((&floor, &ground), (&cube, &corner), 1e-9);
+    assert_eq!(features(&found), [Feature::Vertex(Side::B, 7)].into());
+    // Two edges crossed at a right angle.
+    let lower =
+        Pose { position: V::zeros(), rotation: turn(std::f64::consts::FRAC_PI_4, 0.0, 0.0) };
+    let upper = Pose {
+        position: v(0.1, 0.2, 2.0f64.sqrt()),
+        rotation: turn(0.0, std::f64::consts::FRAC_PI_4, 0.0),
+    };
+    let (gap, found) = touches((&cube, &lower), (&cube, &upper), 1e-9);
+    assert!(gap.abs() < 1e-12 && found.len() == 1);
+    assert!(matches!(found[0].feature, Feature::Edges(..)));
+    let (point, on_plane, normal) = in_world(&found[0], &lower, &upper);
+    assert!(
+        (point - v(0.1, 0.0, 0.5f64.sqrt())).norm() < 1e-12 && (point - on_plane).norm() < 1e-12
+    );
+    assert!((normal.z.abs() - 1.0).abs() < 1e-12);
+}
