@@ -36,8 +36,14 @@ pub(super) struct Axis {
 }
 
 /// The best axis, or one whose gap is above `enough`. None if neither core has a
-/// face. `scratch` holds B's placed vertices and normals.
-pub(super) fn best_axis(pair: &Pair<'_>, scratch: &mut Scratch, enough: f64) -> Option<Axis> {
+/// face. `scratch` holds B's placed vertices and normals; what is outside a face by no more
+/// than `slack` (m) counts as over it.
+pub(super) fn best_axis(
+    pair: &Pair<'_>,
+    scratch: &mut Scratch,
+    enough: f64,
+    slack: f64,
+) -> Option<Axis> {
     let of_a = best_face_of_a(pair, scratch);
     if let Some(axis) = of_a.filter(|axis| axis.gap > enough) {
         return Some(axis);
@@ -51,7 +57,7 @@ pub(super) fn best_axis(pair: &Pair<'_>, scratch: &mut Scratch, enough: f64) -> 
         (a, b) => a.or(b)?,
     };
     // Where the deepest vertex is over the face itself, nothing can be farther apart.
-    if best.gap >= 0.0 && meets_face(pair, scratch, &best) {
+    if best.gap >= 0.0 && meets_face(pair, scratch, &best, slack) {
         return Some(Axis { exact: true, ..best });
     }
     let best = best_edges(pair, scratch, best);
@@ -92,15 +98,15 @@ fn better_face(pair: &Pair<'_>, a: Axis, b: Axis) -> Axis {
 
 /// Whether the deepest vertex of the other core is over the face of the axis: then the axis'
 /// gap is the distance.
-fn meets_face(pair: &Pair<'_>, scratch: &Scratch, axis: &Axis) -> bool {
+fn meets_face(pair: &Pair<'_>, scratch: &Scratch, axis: &Axis, slack: f64) -> bool {
     match axis.kind {
         Kind::FaceA(face) => {
             let (deepest, _) = lowest(&scratch.vertices, &axis.normal);
-            pair.a.is_over(face, &scratch.vertices[deepest])
+            pair.a.is_over(face, &scratch.vertices[deepest], slack)
         }
         Kind::FaceB(face) => {
             let (deepest, _) = highest(pair.a.vertices(), &axis.normal);
-            pair.b.is_over(face, &pair.in_b(&pair.a.vertices()[deepest]))
+            pair.b.is_over(face, &pair.in_b(&pair.a.vertices()[deepest]), slack)
         }
         Kind::Edges(..) => false,
     }

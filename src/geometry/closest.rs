@@ -78,7 +78,7 @@ pub(super) fn closest(
         let b = vertices[vertex];
         for (index, face) in pair.a.faces().iter().enumerate() {
             let height = face.normal.dot(&b) - face.offset;
-            if height > 0.0 && pair.a.is_over(index, &b) {
+            if height > 0.0 && pair.a.is_over(index, &b, 0.0) {
                 let a = b - face.normal * height;
                 keep(Points { a, b, on_a: On::Face(index), on_b: On::Vertex(vertex) });
             }
@@ -88,7 +88,7 @@ pub(super) fn closest(
         let a = pair.a.vertices()[vertex];
         for (index, (face, normal)) in pair.b.faces().iter().zip(&*normals).enumerate() {
             let height = normal.dot(&(a - pair.shift)) - face.offset;
-            if height > 0.0 && pair.b.is_over(index, &pair.in_b(&a)) {
+            if height > 0.0 && pair.b.is_over(index, &pair.in_b(&a), 0.0) {
                 let b = a - normal * height;
                 keep(Points { a, b, on_a: On::Vertex(vertex), on_b: On::Face(index) });
             }
@@ -166,4 +166,9 @@ pub(super) fn of_edges(
         on_a: on(pair.a.edges(), edge_a, s),
         on_b: on(pair.b.edges(), edge_b, t),
     }
+}
+
+/// The point of the segment q + t v, 0 ≤ t ≤ 1, that is nearest to `point`.
+pub(super) fn nearest(point: &Vector3<f64>, q: &Vector3<f64>, v: &Vector3<f64>) -> Vector3<f64> {
+    q + v * (v.dot(&(point - q)) / v.norm_squared()).clamp(0.0, 1.0)
 }

@@ -247,16 +247,18 @@ impl Hull {
         corners[1..].windows(2).map(move |two| [at(&corners[0]), at(&two[0]), at(&two[1])])
     }
 
-    /// Whether a point, seen along the normal of face `face`, is in it or on its rim.
-    pub(super) fn is_over(&self, face: usize, point: &Vector3<f64>) -> bool {
+    /// Whether a point, seen along the normal of face `face`, is in it, on its rim, or outside
+    /// it by at most `slack`, m.
+    pub(super) fn is_over(&self, face: usize, point: &Vector3<f64>, slack: f64) -> bool {
         let corners = self.face_loop(face);
         let normal = &self.faces[face].normal;
         let mut from = &self.vertices[corners[corners.len() - 1].vertex as usize];
         corners.iter().all(|corner| {
             let to = &self.vertices[corner.vertex as usize];
-            let side = (to - from).cross(&(point - from)).dot(normal);
+            let along = to - from;
+            let side = along.cross(&(point - from)).dot(normal);
             from = to;
-            side >= 0.0
+            side >= 0.0 || side * side <= slack * slack * along.norm_squared()
         })
     }
 

@@ -7,12 +7,13 @@
 
 use super::Hull;
 use super::axes::{Axis, Kind, best_axis, span};
-use super::closest::{On, Points, closest, of_edges};
+use super::closest::{On, Points, closest, nearest, of_edges};
 use super::overlap::At;
 use super::pair::{Hint, Pair, Placed, Scratch, highest, lowest};
 use super::separation::across_cores;
 use super::touch::{Feature, Side, Touch};
 use nalgebra::Vector3;
+use std::cmp::Ordering;
 
 /// A face whose normal is within 0.03 rad of the axis is nearly across it. Seen along the axis
 /// a face is then drawn to 1 − cos 0.03 = 0.05 % of its size, and a corner that such a tilt
@@ -26,9 +27,6 @@ const NEARLY_PARALLEL: f64 = 0.03;
 
 /// Corners nearer than this part of the size are one; see [`manifold`].
 const MERGE: f64 = 1e-7;
-
-/// A distance of cores that is smaller than this part of the size has no direction.
-const NO_DIRECTION: f64 = 1e-8;
 
 /// Fills `out` with the touches of two pieces that have a gap of at most `reach` (m), and
 /// returns their separation.
@@ -65,7 +63,7 @@ pub fn manifold(
         return quick;
     }
     pair.place(scratch);
-    let axis = best_axis(&pair, scratch, reach + radii);
+    let axis = best_axis(&pair, scratch, reach + radii, MERGE * pair.size());
     hint.axis = axis.map(|axis| axis.normal);
     if let Some(axis) = axis.filter(|axis| axis.gap - radii > reach) {
         return axis.gap - radii;
@@ -105,19 +103,19 @@ impl Meeting<'_, '_> {
         }
         self.faces(&axis);
         let lowest = self.out.iter().map(|touch| touch.gap).fold(f64::INFINITY, f64::min);
-        if self.points.is_some() {
-            if lowest > gap - radii + MERGE * self.pair.size() {
-                self.edges(Some(&axis));
-            }
-        } else if self.out.is_empty() {
-            if axis.exact {
-                self.deepest(&axis);
-            } else {
-                gap = self.closest(Some(&axis));
-                if gap - radii <= self.reach {
-                    self.edges(Some(&axis));
-                }
-            }
+        let merge = MERGE * self.pair.size();
+        if lowest <= axis.gap - radii + merge {
+            return gap;
+        }
+        if axis.exact {
+            self.deepest(&axis);
+            return gap;
+        }
+        if self.points.is_none() {
+            gap = self.closest(Some(&axis));
+        }
+        if gap - radii <= self.reach && lowest > gap - radii + merge {
+            self.edges(Some(&axis));
         }
         gap
     }
@@ -130,13 +128,10 @@ impl Meeting<'_, '_> {
 
     /// The direction from A to B: along the shortest line where it is known and has one.
     fn normal(&self, axis: Option<Axis>) -> Vector3<f64> {
-        match (self.points, axis) {
-            (Some(points), _) if points.distance() > NO_DIRECTION * self.pair.size() => {
-                (points.b - points.a).normalize()
-            }
-            (_, Some(axis)) => axis.normal,
-            (_, None) => across_cores(&self.pair, self.scratch),
-        }
+        let shortest = self.points.and_then(|points| self.pair.direction(&points.a, &points.b));
+        shortest
+            .or(axis.map(|axis| axis.normal))
+            .unwrap_or_else(|| across_cores(&self.pair, self.scratch))
     }
 
     /// The touches of two faces, or of a face and whatever is above it.
@@ -177,43 +172,53 @@ impl Meeting<'_, '_> {
         scratch.overlap.b.fill(pair.b, &scratch.vertices, face_b);
         scratch.overlap.find(&normal, MERGE * pair.size(), reference == Side::B);
         let overlap = std::mem::take(&mut scratch.overlap);
+        // Cores of rounded pieces are far apart where the pieces touch: there only what is
+        // exactly over a face meets the face.
+        let is_round = pair.radii() > 0.0 && axis.gap > 0.0;
         for &at in &overlap.corners {
-            let touch = match at {
+            let (side, point, feature) = match at {
                 At::A(i) => {
                     let feature = Feature::Vertex(Side::A, overlap.a.vertices[i] as u32);
-                    face_b.map(|face| pair.on_face_b(face, &overlap.a.points[i], feature))
+                    (Side::A, overlap.a.points[i], feature)
                 }
                 At::B(j) => {
                     let feature = Feature::Vertex(Side::B, overlap.b.vertices[j] as u32);
-                    face_a.map(|face| pair.on_face_a(face, &overlap.b.points[j], feature))
+                    (Side::B, overlap.b.points[j], feature)
                 }
                 At::Crossing(i, j) => {
                     let (edge_a, edge_b) = (overlap.a.edges[i], overlap.b.edges[j]);
                     let feature = Feature::Edges(edge_a as u32, edge_b as u32);
-                    let points = of_edges(&pair, &self.scratch.vertices, edge_a, edge_b);
-                    let (along_a, along_b) = overlap.along(i, j);
-                    let at = |(from, to): (&Vector3<f64>, &Vector3<f64>), t| from.lerp(to, t);
-                    // Round things meet along the shortest line, unless their cores overlap.
-                    let is_round = pair.radii() > 0.0 && axis.gap > 0.0;
-                    if is_round && points.distance() > NO_DIRECTION * pair.size() {
-                        let normal = (points.b - points.a).normalize();
-                        Some(pair.between(&points, &normal, feature, Side::A))
-                    } else if reference == Side::A {
-                        let point = at(overlap.b.side(j), along_b);
-                        face_a.map(|face| pair.on_face_a(face, &point, feature))
-                    } else {
-                        let point = at(overlap.a.side(i), along_a);
-                        face_b.map(|face| pair.on_face_b(face, &point, feature))
-                    }
+                    let (side, point) = match reference {
+                        Side::A => (Side::B, overlap.on_b(i, j)),
+                        Side::B => (Side::A, overlap.on_a(i, j)),
+                    };
+                    (side, point, feature)
                 }
+            };
+            let touch = match side {
+                Side::A => face_b.and_then(|face| {
+                    let is_over = || pair.b.is_over(face, &pair.in_b(&point), 0.0);
+                    if (across_b && !is_round) || is_over() {
+                        return Some(pair.on_face_b(face, &point, feature));
+                    }
+                    let rim = is_round.then(|| overlap.b.nearest(&point))?;
+                    Some(pair.a_against(&point, &rim, &normal, feature))
+                }),
+                Side::B => face_a.and_then(|face| {
+                    if (across_a && !is_round) || pair.a.is_over(face, &point, 0.0) {
+                        return Some(pair.on_face_a(face, &point, feature));
+                    }
+                    let rim = is_round.then(|| overlap.a.nearest(&point))?;
+                    Some(pair.b_against(&point, &rim, &normal, feature))
+                }),
             };
             self.push(touch);
         }
         self.scratch.overlap = overlap;
     }
 
-    /// Cores that overlap without a corner in reach: two edges, or a vertex and a face that is
-    /// as good as the best one.
+    /// Cores whose separation is that of the axis, where no corner has it: two edges, or a
+    /// vertex and a face that is as good as the best one.
     fn deepest(&mut self, axis: &Axis) {
         let pair = self.pair;
         let touch = match axis.kind {
@@ -233,7 +238,7 @@ impl Meeting<'_, '_> {
                 pair.on_face_b(face, &point, Feature::Vertex(Side::A, deepest as u32))
             }
         };
-        self.push(Some(touch));
+        self.push_new(touch);
     }
 
     /// The touches along the shortest line: one, or the ends of what parallel edges share.
@@ -272,10 +277,13 @@ impl Meeting<'_, '_> {
                 (Feature::Edges(edge_a as u32, edge_b as u32), Side::A)
             }
             // Of two vertices that of the rounder piece, which owns the point.
-            (On::Vertex(a), On::Vertex(_)) if self.pair.radius_a >= self.pair.radius_b => {
-                (Feature::Vertex(Side::A, a as u32), Side::A)
+            (On::Vertex(a), On::Vertex(b)) => {
+                match self.pair.radius_a.total_cmp(&self.pair.radius_b) {
+                    Ordering::Greater => (Feature::Vertex(Side::A, a as u32), Side::A),
+                    Ordering::Less => (Feature::Vertex(Side::B, b as u32), Side::B),
+                    Ordering::Equal => (Feature::Vertices(a as u32, b as u32), Side::A),
+                }
             }
-            (_, On::Vertex(b)) => (Feature::Vertex(Side::B, b as u32), Side::B),
             (_, _) => return,
         };
         self.push_new(self.pair.between(&points, &normal, feature, owner));
@@ -322,9 +330,7 @@ impl Meeting<'_, '_> {
             },
         ];
         for (points, feature, owner) in ends {
-            let distance = points.distance();
-            let has_direction = distance > NO_DIRECTION * pair.size();
-            let normal = if has_direction { (points.b - points.a) / distance } else { *normal };
+            let normal = pair.direction(&points.a, &points.b).unwrap_or(*normal);
             self.push_new(pair.between(&points, &normal, feature, owner));
         }
     }
@@ -368,9 +374,4 @@ fn are_parallel(pair: &Pair<'_>, vertices: &[Vector3<f64>], edge_a: usize, edge_
     };
     let (u, v) = (span(pair.a.vertices(), a).1, span(vertices, b).1);
     u.cross(&v).norm() < NEARLY_PARALLEL * u.norm() * v.norm()
-}
-
-/// The point of the segment q + t v, 0 ≤ t ≤ 1, that is nearest to `point`.
-fn nearest(point: &Vector3<f64>, q: &Vector3<f64>, v: &Vector3<f64>) -> Vector3<f64> {
-    q + v * (v.dot(&(point - q)) / v.norm_squared()).clamp(0.0, 1.0)
 }

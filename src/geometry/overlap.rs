@@ -7,6 +7,7 @@
 //! sides lie on each other as a vertex alone.
 
 use super::Hull;
+use super::closest::nearest;
 use nalgebra::Vector3;
 
 /// Which corner of the common polygon: places in the loops of both faces.
@@ -16,7 +17,7 @@ pub(super) enum At {
     A(usize),
     /// A vertex of B's face.
     B(usize),
-    /// The side of A's face from this place on, the side of B's, and how far along each.
+    /// The side of A's face from this place on and the side of B's.
     Crossing(usize, usize),
 }
 
@@ -67,6 +68,20 @@ impl Polygon {
     /// The side from place `at` on: its ends.
     pub fn side(&self, at: usize) -> (&Vector3<f64>, &Vector3<f64>) {
         (&self.points[at], &self.points[(at + 1) % self.points.len()])
+    }
+
+    /// The point of the rim that is nearest to `point`, m.
+    pub fn nearest(&self, point: &Vector3<f64>) -> Vector3<f64> {
+        let mut best = (self.points[0], f64::INFINITY);
+        for at in 0..self.points.len() {
+            let (from, to) = self.side(at);
+            let candidate = nearest(point, from, &(to - from));
+            let square = (candidate - point).norm_squared();
+            if square < best.1 {
+                best = (candidate, square);
+            }
+        }
+        best.0
     }
 }
 
@@ -143,17 +158,27 @@ impl Overlap {
         }
     }
 
-    /// How far along A's side and along B's side a crossing is, 0 to 1.
-    pub fn along(&self, i: usize, j: usize) -> (f64, f64) {
-        let (count_a, count_b) = (self.a.points.len(), self.b.points.len());
-        let (i_next, j_next) = ((i + 1) % count_a, (j + 1) % count_b);
-        let ratio = |from: f64, to: f64| {
-            if from == to { 0.0 } else { (from / (from - to)).clamp(0.0, 1.0) }
-        };
-        let on_b = ratio(self.b_in_a[i * count_b + j], self.b_in_a[i * count_b + j_next]);
-        let on_a = ratio(self.a_in_b[i * count_b + j], self.a_in_b[i_next * count_b + j]);
-        (on_a, on_b)
+    /// A crossing as a point of A's side, m.
+    pub fn on_a(&self, i: usize, j: usize) -> Vector3<f64> {
+        let (next, count_b) = ((i + 1) % self.a.points.len(), self.b.points.len());
+        let (from, to) = (self.a_in_b[i * count_b + j], self.a_in_b[next * count_b + j]);
+        let (start, end) = self.a.side(i);
+        start.lerp(end, zero_between(from, to))
     }
+
+    /// A crossing as a point of B's side, m.
+    pub fn on_b(&self, i: usize, j: usize) -> Vector3<f64> {
+        let count_b = self.b.points.len();
+        let next = (j + 1) % count_b;
+        let (from, to) = (self.b_in_a[i * count_b + j], self.b_in_a[i * count_b + next]);
+        let (start, end) = self.b.side(j);
+        start.lerp(end, zero_between(from, to))
+    }
+}
+
+/// Where between 0 and 1 what runs from one value to another is nothing.
+fn zero_between(from: f64, to: f64) -> f64 {
+    if from == to { 0.0 } else { (from / (from - to)).clamp(0.0, 1.0) }
 }
 
 /// The first point of a side and the unit vector into the polygon, across axis and side.

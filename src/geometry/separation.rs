@@ -44,7 +44,7 @@ pub fn overlap(a: Placed<'_>, b: Placed<'_>, hint: &mut Hint, scratch: &mut Scra
 /// The separation of the cores, m, and its axis (unit, frame of A).
 fn exact(pair: &Pair<'_>, scratch: &mut Scratch) -> (f64, Vector3<f64>) {
     pair.place(scratch);
-    let axis = best_axis(pair, scratch, f64::INFINITY);
+    let axis = best_axis(pair, scratch, f64::INFINITY, 0.0);
     if let Some(axis) = axis.filter(|axis| axis.exact) {
         return (axis.gap, axis.normal);
     }

@@ -4,6 +4,9 @@ use super::closest::Points;
 use super::pair::Pair;
 use nalgebra::Vector3;
 
+/// A distance of cores that is smaller than this part of the size has no direction.
+const NO_DIRECTION: f64 = 1e-8;
+
 /// One of the two pieces.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Side {
@@ -21,6 +24,8 @@ pub enum Feature {
     Vertex(Side, u32),
     /// An edge of A and an edge of B.
     Edges(u32, u32),
+    /// A vertex of A and a vertex of B, of pieces of equal radius.
+    Vertices(u32, u32),
 }
 
 /// One point of one piece against a plane of the other. With w the point in the frame of the
@@ -90,30 +95,80 @@ impl Pair<'_> {
             std::cmp::Ordering::Less => Side::B,
             std::cmp::Ordering::Equal => owner,
         };
-        let gap = normal.dot(&(points.b - points.a)) - self.radii();
-        let in_b = self.in_b(&points.b);
         match owner {
-            Side::A => {
-                let normal = self.rotation.tr_mul(&-normal);
-                Touch {
-                    point_of: Side::A,
-                    point: points.a,
-                    point_radius: self.radius_a,
-                    normal,
-                    offset: normal.dot(&in_b) + self.radius_b,
-                    gap,
-                    feature,
-                }
-            }
-            Side::B => Touch {
-                point_of: Side::B,
-                point: in_b,
-                point_radius: self.radius_b,
-                normal: *normal,
-                offset: normal.dot(&points.a) + self.radius_a,
-                gap,
-                feature,
-            },
+            Side::A => self.a_on_plane(&points.a, &points.b, normal, feature),
+            Side::B => self.b_on_plane(&points.b, &points.a, normal, feature),
+        }
+    }
+
+    /// The direction from a point of A to one of B (m, frame of A), unless they are so near
+    /// that it is rounding.
+    pub(super) fn direction(&self, a: &Vector3<f64>, b: &Vector3<f64>) -> Option<Vector3<f64>> {
+        let distance = (b - a).norm();
+        (distance > NO_DIRECTION * self.size()).then(|| (b - a) / distance)
+    }
+
+    /// A point of A against the nearest point of B's core: the plane is across the line
+    /// between them, or across `or` where there is no direction.
+    pub(super) fn a_against(
+        &self,
+        point: &Vector3<f64>,
+        nearest: &Vector3<f64>,
+        or: &Vector3<f64>,
+        feature: Feature,
+    ) -> Touch {
+        let normal = self.direction(point, nearest).unwrap_or(*or);
+        self.a_on_plane(point, nearest, &normal, feature)
+    }
+
+    /// The same for a point of B.
+    pub(super) fn b_against(
+        &self,
+        point: &Vector3<f64>,
+        nearest: &Vector3<f64>,
+        or: &Vector3<f64>,
+        feature: Feature,
+    ) -> Touch {
+        let normal = self.direction(nearest, point).unwrap_or(*or);
+        self.b_on_plane(point, nearest, &normal, feature)
+    }
+
+    /// A point of A against the plane through a point of B; `normal` from A to B.
+    fn a_on_plane(
+        &self,
+        point: &Vector3<f64>,
+        on: &Vector3<f64>,
+        normal: &Vector3<f64>,
+        feature: Feature,
+    ) -> Touch {
+        let away = self.rotation.tr_mul(&-normal);
+        Touch {
+            point_of: Side::A,
+            point: *point,
+            point_radius: self.radius_a,
+            normal: away,
+            offset: away.dot(&self.in_b(on)) + self.radius_b,
+            gap: normal.dot(&(on - point)) - self.radii(),
+            feature,
+        }
+    }
+
+    /// A point of B against the plane through a point of A; `normal` from A to B.
+    fn b_on_plane(
+        &self,
+        point: &Vector3<f64>,
+        on: &Vector3<f64>,
+        normal: &Vector3<f64>,
+        feature: Feature,
+    ) -> Touch {
+        Touch {
+            point_of: Side::B,
+            point: self.in_b(point),
+            point_radius: self.radius_b,
+            normal: *normal,
+            offset: normal.dot(on) + self.radius_a,
+            gap: normal.dot(&(point - on)) - self.radii(),
+            feature,
         }
     }
 }

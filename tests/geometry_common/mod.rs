@@ -1,0 +1,169 @@
+//! Pieces and poses for the geometry's tests, and slow independent answers.
+
+// Each test program compiles this file for itself and uses a part of it.
+#![allow(dead_code)]
+
+use nalgebra::{Matrix3, Rotation3, Vector3};
+use rand_mt::Mt64;
+use tumble::geometry::{Hint, Piece, Scratch, Separation, Side, Touch, manifold, separation};
+use tumble::mechanics::Pose;
+
+pub type V = Vector3<f64>;
+
+pub fn v(x: f64, y: f64, z: f64) -> V {
+    V::new(x, y, z)
+}
+
+pub fn turn(x: f64, y: f64, z: f64) -> Matrix3<f64> {
+    *Rotation3::new(v(x, y, z)).matrix()
+}
+
+pub fn at(x: f64, y: f64, z: f64) -> Pose {
+    Pose { position: v(x, y, z), rotation: Matrix3::identity() }
+}
+
+/// Numbers from a fixed seed.
+pub struct Draw(Mt64);
+
+impl Draw {
+    pub fn new(seed: u64) -> Self {
+        Self(Mt64::new(seed))
+    }
+
+    /// Between two numbers.
+    pub fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * (self.0.next_u64() >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    pub fn below(&mut self, count: usize) -> usize {
+        (self.0.next_u64() % count as u64) as usize
+    }
+
+    pub fn vector(&mut self, size: f64) -> V {
+        V::from_fn(|_, _| self.between(-size, size))
+    }
+
+    /// A unit vector, evenly.
+    pub fn direction(&mut self) -> V {
+        loop {
+            let x = self.vector(1.0);
+            if (0.01..1.0).contains(&x.norm()) {
+                return x.normalize();
+            }
+        }
+    }
+
+    pub fn pose(&mut self, size: f64) -> Pose {
+        let angle = self.between(0.0, 3.1);
+        let rotation = *Rotation3::new(self.direction() * angle).matrix();
+        Pose { position: self.vector(size), rotation }
+    }
+
+    /// A box, a hull, a sphere, a capsule or a rounded hull, moved in its body.
+    pub fn piece(&mut self) -> Piece {
+        let piece = self.centred_piece();
+        let place = self.pose(0.3);
+        piece.moved_by(&place.rotation, &place.position).unwrap()
+    }
+
+    pub fn centred_piece(&mut self) -> Piece {
+        match self.below(5) {
+            0 => Piece::cuboid(self.half_sides()),
+            1 => self.cloud(0.0),
+            2 => Piece::sphere(self.between(0.1, 0.6)),
+            3 => Piece::capsule(self.between(0.1, 0.8), self.between(0.05, 0.4)),
+            _ => {
+                let radius = self.between(0.01, 0.2);
+                self.cloud(radius)
+            }
+        }
+        .unwrap()
+    }
+
+    pub fn half_sides(&mut self) -> V {
+        V::from_fn(|_, _| self.between(0.1, 0.6))
+    }
+
+    fn cloud(&mut self, radius: f64) -> Result<Piece, tumble::error::Error> {
+        let count = 5 + self.below(20);
+        let points: Vec<V> = (0..count).map(|_| self.vector(0.6)).collect();
+        Piece::hull(&points, radius)
+    }
+}
+
+/// Both answers with fresh memory.
+pub fn separate(a: (&Piece, &Pose), b: (&Piece, &Pose)) -> Separation {
+    separation(a, b, &mut Hint::default(), &mut Scratch::default())
+}
+
+pub fn touches(a: (&Piece, &Pose), b: (&Piece, &Pose), reach: f64) -> (f64, Vec<Touch>) {
+    let mut out = Vec::new();
+    let gap = manifold(a, b, reach, &mut Hint::default(), &mut Scratch::default(), &mut out);
+    (gap, out)
+}
+
+/// The highest point of a piece along a direction (world), and its height.
+pub fn support(piece: &Piece, pose: &Pose, axis: &V) -> (V, f64) {
+    let placed = piece.core().vertices().iter().map(|x| pose.rotation * x + pose.position);
+    let best = placed.max_by(|x, y| axis.dot(x).total_cmp(&axis.dot(y))).unwrap();
+    let point = best + axis * piece.radius();
+    (point, axis.dot(&point))
+}
+
+/// How far two pieces are apart along an axis: every such number is at most their separation.
+pub fn gap_along(a: (&Piece, &Pose), b: (&Piece, &Pose), axis: &V) -> f64 {
+    -support(b.0, b.1, &-axis).1 - support(a.0, a.1, axis).1
+}
+
+/// Bounds on the distance from below and above: Frank and Wolfe's method for the shortest
+/// vector of the difference of the cores, less the radii. Slow (the error falls as 1/k), and
+/// shares nothing with the library but the vertices.
+pub fn distance_bounds(a: (&Piece, &Pose), b: (&Piece, &Pose), steps: usize) -> (f64, f64) {
+    let core = |(piece, pose): (&Piece, &Pose), axis: &V| {
+        support(piece, pose, axis).0 - axis * piece.radius()
+    };
+    let mut x = core(b, &V::x()) - core(a, &V::x());
+    let mut below = 0.0f64;
+    for _ in 0..steps {
+        let axis = x.try_normalize(0.0).unwrap_or_else(V::x);
+        let corner = core(b, &-axis) - core(a, &axis);
+        below = below.max(axis.dot(&corner));
+        let towards = corner - x;
+        let length = towards.norm_squared();
+        if length == 0.0 {
+            break;
+        }
+        x += towards * (-x.dot(&towards) / length).clamp(0.0, 1.0);
+    }
+    let radii = a.0.radius() + b.0.radius();
+    (below - radii, x.norm() - radii)
+}
+
+/// The points of a touch in the world: on the surface of the point's owner, and below it on
+/// the plane; and the plane's normal.
+pub fn in_world(touch: &Touch, a: &Pose, b: &Pose) -> (V, V, V) {
+    let (own, other) = if touch.point_of == Side::A { (a, b) } else { (b, a) };
+    let normal = other.rotation * touch.normal;
+    let point = own.rotation * touch.point + own.position - normal * touch.point_radius;
+    let height = normal.dot(&(point - other.position)) - touch.offset;
+    (point, point - normal * height, normal)
+}
+
+/// What holds for every touch: the gap is that of the point over the plane, the normal is a
+/// unit, the point is in its core and the plane's owner is below the plane.
+pub fn check_touch(touch: &Touch, a: (&Piece, &Pose), b: (&Piece, &Pose)) {
+    let (own, other) = if touch.point_of == Side::A { (a, b) } else { (b, a) };
+    let world = own.1.rotation * touch.point + own.1.position;
+    let w = other.1.rotation.tr_mul(&(world - other.1.position));
+    let gap = touch.normal.dot(&w) - touch.offset - touch.point_radius;
+    assert!((gap - touch.gap).abs() < 1e-12, "{gap} {}", touch.gap);
+    assert!((touch.normal.norm() - 1.0).abs() < 1e-12);
+    assert_eq!(touch.point_radius, own.0.radius());
+    for face in own.0.core().faces() {
+        assert!(face.normal.dot(&touch.point) - face.offset < 1e-9, "a point outside its core");
+    }
+    for vertex in other.0.core().vertices() {
+        let height = touch.normal.dot(vertex) + other.0.radius() - touch.offset;
+        assert!(height < 1e-8, "the plane's owner is {height:e} m above it");
+    }
+}
