@@ -42,6 +42,16 @@ pub enum Error {
         /// What is wrong with it, and what would be right.
         why: String,
     },
+    /// Bodies that overlap at the start.
+    #[error("{first} and {second} overlap by {depth:.3e} m at the start; allowed is to touch")]
+    Overlap {
+        /// One of them.
+        first: String,
+        /// The other.
+        second: String,
+        /// m.
+        depth: f64,
+    },
     /// The step was given up because its interrupt flag was raised.
     #[error("the step was interrupted")]
     Interrupted,

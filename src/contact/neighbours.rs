@@ -406,6 +406,8 @@ impl Between<'_> {
             (Feature::Vertex(side, vertex), of) if side == of => vertex,
             (Feature::Edges(a, _), Side::A) => first_end(body, proxy, a),
             (Feature::Edges(_, b), Side::B) => first_end(body, proxy, b),
+            (Feature::Vertices(a, _), Side::A) => a,
+            (Feature::Vertices(_, b), Side::B) => b,
             (Feature::Vertex(..), _) => 0,
         };
         body.point_of(proxy.piece, vertex as usize)

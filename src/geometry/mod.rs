@@ -9,6 +9,7 @@
 //! are apart, [`separation()`]; at which points and planes they touch, [`manifold()`].
 
 mod axes;
+mod bound;
 mod closest;
 pub mod hull;
 pub mod manifold;
@@ -22,6 +23,7 @@ pub mod sweep;
 pub mod touch;
 mod triangles;
 
+pub use bound::bound;
 pub use hull::Hull;
 pub use manifold::manifold;
 pub use mass::MassProperties;
