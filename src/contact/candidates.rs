@@ -51,7 +51,10 @@ impl Candidates {
     ) -> bool {
         let needs_contact = rule.find(world, states, free, &mut self.contacts);
         self.neighbours.touching(world, states, &mut self.contacts);
-        needs_contact || !self.contacts.is_empty()
+        // Where nothing holds a body, free flight is what there is to look at.
+        needs_contact
+            || !self.contacts.is_empty()
+            || self.neighbours.overlapping(world, states, free, 0.0, &mut self.contacts)
     }
 
     /// Adds the contacts that the step `states` → `next` takes deeper than `depth` (m) into each

@@ -14,12 +14,15 @@
 //! world turns the answer and no plane is special. The ground is a B that never moves:
 //! r_B = 0, A_B = E. Equation numbers are those of `docs/formulation.md`.
 
+mod between;
 mod candidates;
 pub mod certificate;
 pub mod detection;
 pub mod law;
 mod neighbours;
+mod passing;
 pub mod plane;
+mod proxy;
 pub mod rounding;
 
 pub use candidates::Candidates;

@@ -8,11 +8,14 @@
 //! of. So the features of a step are taken from where the pieces touch or overlap: at the step's
 //! start, or at the end of what has been solved so far. What is merely near gives no contact.
 
-use super::{Contact, ContactKey, ContactLaw, Features, PairFeatures, Partner};
-use crate::geometry::{Aabb, Feature, Hint, Piece, Scratch, Side, Sweep, Touch, bound, manifold};
-use crate::mechanics::{Pose, RigidBody, State};
+use super::between::Between;
+use super::passing::{meeting, travel};
+use super::proxy::{Owner, Proxy, placed, size};
+use super::{Contact, ContactKey, Partner};
+use crate::geometry::{Aabb, Hint, Piece, Scratch, Side, Sweep, Touch, bound, manifold};
+use crate::mechanics::{Pose, State};
 use crate::world::World;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 use std::ops::Range;
 
 /// Pieces touch where they are apart by no more than this part of the smaller one's reach:
@@ -23,33 +26,13 @@ const TOUCH: f64 = 1e-9;
 const BAND: f64 = super::detection::CONTACT_BAND;
 /// How much larger than its contents a box of the broad phase is, in parts of the reach.
 const MARGIN: f64 = 0.1;
+/// A pair that moves against each other by less than this part of the smaller one's reach in a step
+/// passes nothing: pieces are thicker, or hardly so.
+const PASSING: f64 = 0.02;
 /// A second plane for the same features is another one from this angle's cosine on.
 const SAME_PLANE: f64 = 0.999_999;
 /// Face normals are parallel to this: cosine.
 const PARALLEL: f64 = 0.999_55;
-
-/// Whose a piece is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Owner {
-    Body(usize),
-    Fixed(usize),
-}
-
-impl Owner {
-    fn partner(self) -> Partner {
-        match self {
-            Self::Body(index) => Partner::Body(index),
-            Self::Fixed(index) => Partner::Fixed(index),
-        }
-    }
-}
-
-/// A piece of the world.
-#[derive(Debug, Clone, Copy)]
-struct Proxy {
-    owner: Owner,
-    piece: usize,
-}
 
 /// Two pieces that may touch.
 #[derive(Debug, Clone)]
@@ -79,14 +62,12 @@ pub(super) struct Neighbours {
     spare_start: Vec<Pose>,
     spare_kept: Vec<Contact>,
     spare_pairs: Vec<Neighbour>,
+    /// Where the bodies are where a fast one meets another within the step.
+    between: Vec<Pose>,
     sweep: Sweep,
     scratch: Scratch,
     touches: Vec<Touch>,
 }
-
-/// Where something fixed is.
-const FIXED: Pose = Pose { position: Vector3::new(0.0, 0.0, 0.0), rotation: IDENTITY };
-const IDENTITY: Matrix3<f64> = Matrix3::new(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0);
 
 impl Neighbours {
     /// Adds the contacts of the pieces that touch where the bodies are at `states`.
@@ -144,7 +125,8 @@ impl Neighbours {
         if !self.place(world, states, next) {
             return false;
         }
-        let Self { proxies, pairs, poses, start, scratch, touches, .. } = self;
+        let Self { proxies, pairs, poses, start, between: between_poses, scratch, touches, .. } =
+            self;
         if start.len() != states.len() {
             start.clear();
             start.extend(states.iter().map(State::pose));
@@ -152,16 +134,29 @@ impl Neighbours {
         for pair in pairs {
             let [a, b] = [pair.proxies.0, pair.proxies.1].map(|at| proxies[at]);
             let pieces = (placed(world, poses, a), placed(world, poses, b));
+            let sizes = (size(pieces.0.0), size(pieces.1.0));
+            let reach = BAND * sizes.0.min(sizes.1);
             pair.gap = bound(pieces.0, pieces.1, &pair.hint);
-            if pair.gap >= -depth {
-                continue;
+            if pair.gap < -depth {
+                pair.gap = manifold(pieces.0, pieces.1, reach, &mut pair.hint, scratch, touches);
             }
-            let reach = BAND * size(pieces.0.0).min(size(pieces.1.0));
-            pair.gap = manifold(pieces.0, pieces.1, reach, &mut pair.hint, scratch, touches);
+            let mut at = poses.as_slice();
             if pair.gap >= -depth {
-                continue;
+                // Apart at the end; a thin or fast one may have been on the other side before.
+                let travel = travel((a.owner, b.owner), (start, poses));
+                if travel <= PASSING * sizes.0.min(sizes.1) {
+                    continue;
+                }
+                between_poses.clone_from(poses);
+                let (ends, memory) = ((states, next), (&mut pair.hint, &mut *scratch));
+                if !meeting(world, (a, b), ends, travel, between_poses, memory) {
+                    continue;
+                }
+                let pieces = (placed(world, between_poses, a), placed(world, between_poses, b));
+                manifold(pieces.0, pieces.1, reach, &mut pair.hint, scratch, touches);
+                at = between_poses.as_slice();
             }
-            let between = Between { world, proxies: (a, b), at: poses, start };
+            let between = Between { world, proxies: (a, b), at, start };
             for touch in &*touches {
                 let Some(contact) = between.contact(touch, 0) else { continue };
                 if let Some(plane) = unknown_plane(&contact, contacts) {
@@ -295,19 +290,6 @@ fn unknown_plane(contact: &Contact, contacts: &[Contact]) -> Option<u32> {
     Some(planes)
 }
 
-/// ℓ, m: the reach of a piece from its own middle.
-fn size(piece: &Piece) -> f64 {
-    piece.core().reach() + piece.radius()
-}
-
-/// A piece and where its owner is.
-fn placed<'a>(world: &'a World, poses: &'a [Pose], proxy: Proxy) -> (&'a Piece, &'a Pose) {
-    match proxy.owner {
-        Owner::Body(index) => (&world.bodies()[index].pieces()[proxy.piece], &poses[index]),
-        Owner::Fixed(index) => (&world.fixed()[index].piece, &FIXED),
-    }
-}
-
 /// Whether two faces lie in one plane but overlap in a line or a point only, to rounding: boxes on a
 /// floor of tiles, where one reaches the next. Neither holds the other there.
 fn shares_a_line_only(
@@ -342,111 +324,4 @@ fn shares_a_line_only(
     let Some(along) = farthest.and_then(|along| along.try_normalize(0.0)) else { return true };
     let width = points().map(|point| (point - from).cross(&along).norm()).fold(0.0, f64::max);
     width <= 1e-7 * size
-}
-
-/// Makes contacts of the touches of two pieces.
-struct Between<'a> {
-    world: &'a World,
-    proxies: (Proxy, Proxy),
-    /// Where the bodies are where the touches were found.
-    at: &'a [Pose],
-    /// Where they are at the start of the step.
-    start: &'a [Pose],
-}
-
-impl Between<'_> {
-    /// The contact of a touch; `plane` counts the planes that its features have met.
-    fn contact(&self, touch: &Touch, plane: u32) -> Option<Contact> {
-        let (of_point, of_plane) = match touch.point_of {
-            Side::A => self.proxies,
-            Side::B => (self.proxies.1, self.proxies.0),
-        };
-        let features = PairFeatures {
-            pieces: (of_point.piece, of_plane.piece),
-            feature: touch.feature,
-            plane,
-        };
-        match (of_point.owner, of_plane.owner) {
-            (Owner::Body(body), owner) => {
-                let corner = self.corner(body, of_point, touch);
-                let key = ContactKey {
-                    body,
-                    point: corner,
-                    partner: owner.partner(),
-                    pair: Some(features),
-                };
-                Some(self.make(
-                    key,
-                    Features {
-                        point: touch.point,
-                        radius: touch.point_radius,
-                        frame: frame_along(&touch.normal),
-                        offset: touch.offset,
-                    },
-                ))
-            }
-            (fixed @ Owner::Fixed(_), Owner::Body(body)) => {
-                let pieces = (of_plane.piece, of_point.piece);
-                let key = ContactKey {
-                    body,
-                    point: self.world.bodies()[body].point_of(of_plane.piece, 0),
-                    partner: fixed.partner(),
-                    pair: Some(PairFeatures { pieces, ..features }),
-                };
-                Some(self.make(key, turned_about(touch, &self.at[body])))
-            }
-            (Owner::Fixed(_), Owner::Fixed(_)) => None,
-        }
-    }
-
-    /// The contact point of a body that a touch is of.
-    fn corner(&self, body: usize, proxy: Proxy, touch: &Touch) -> usize {
-        let body = &self.world.bodies()[body];
-        let vertex = match (touch.feature, touch.point_of) {
-            (Feature::Vertex(side, vertex), of) if side == of => vertex,
-            (Feature::Edges(a, _), Side::A) => first_end(body, proxy, a),
-            (Feature::Edges(_, b), Side::B) => first_end(body, proxy, b),
-            (Feature::Vertices(a, _), Side::A) => a,
-            (Feature::Vertices(_, b), Side::B) => b,
-            (Feature::Vertex(..), _) => 0,
-        };
-        body.point_of(proxy.piece, vertex as usize)
-    }
-
-    fn make(&self, key: ContactKey, features: Features) -> Contact {
-        let law = ContactLaw { friction: self.world.friction_between(key.body, key.partner) };
-        let bodies = self.world.bodies();
-        let b = match key.partner {
-            Partner::Body(other) => Some((&bodies[other], &self.start[other])),
-            Partner::Fixed(_) | Partner::Ground => None,
-        };
-        Contact::new(key, features, law, (&bodies[key.body], &self.start[key.body]), b)
-    }
-}
-
-/// A fixed point against a plane of the body at `pose`, as a point of the body against a fixed
-/// plane, which is what a contact is: the point is the foot of the fixed point on the body's
-/// plane, and the plane, turned about, stays where it is for the step.
-fn turned_about(touch: &Touch, pose: &Pose) -> Features {
-    let normal = pose.rotation * touch.normal;
-    let surface = touch.point - normal * touch.point_radius;
-    let foot = surface - normal * touch.gap;
-    Features {
-        point: pose.rotation.tr_mul(&(foot - pose.position)),
-        radius: 0.0,
-        frame: frame_along(&-normal),
-        offset: -normal.dot(&surface),
-    }
-}
-
-/// The first vertex of an edge of a body's piece.
-fn first_end(body: &RigidBody, proxy: Proxy, edge: u32) -> u32 {
-    body.pieces()[proxy.piece].core().edges()[edge as usize].vertices[0]
-}
-
-/// (t₁, t₂, n), right-handed, with t₁ across the axis that n is least along.
-fn frame_along(normal: &Vector3<f64>) -> Matrix3<f64> {
-    let axis = Vector3::ith(normal.iamin(), 1.0);
-    let first = (axis - normal * normal.dot(&axis)).normalize();
-    Matrix3::from_columns(&[first, normal.cross(&first), *normal])
 }

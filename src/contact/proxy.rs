@@ -1,0 +1,51 @@
+//! The pieces of a world, and where they are.
+
+use super::Partner;
+use crate::geometry::Piece;
+use crate::mechanics::Pose;
+use crate::world::World;
+use nalgebra::{Matrix3, Vector3};
+
+/// Whose a piece is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Owner {
+    Body(usize),
+    Fixed(usize),
+}
+
+impl Owner {
+    pub(super) fn partner(self) -> Partner {
+        match self {
+            Self::Body(index) => Partner::Body(index),
+            Self::Fixed(index) => Partner::Fixed(index),
+        }
+    }
+}
+
+/// A piece of the world.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Proxy {
+    pub(super) owner: Owner,
+    pub(super) piece: usize,
+}
+
+/// ℓ, m: the reach of a piece from its own middle.
+pub(super) fn size(piece: &Piece) -> f64 {
+    piece.core().reach() + piece.radius()
+}
+
+/// A piece and where its owner is.
+pub(super) fn placed<'a>(
+    world: &'a World,
+    poses: &'a [Pose],
+    proxy: Proxy,
+) -> (&'a Piece, &'a Pose) {
+    match proxy.owner {
+        Owner::Body(index) => (&world.bodies()[index].pieces()[proxy.piece], &poses[index]),
+        Owner::Fixed(index) => (&world.fixed()[index].piece, &FIXED),
+    }
+}
+
+/// Where something fixed is.
+const FIXED: Pose = Pose { position: Vector3::new(0.0, 0.0, 0.0), rotation: IDENTITY };
+const IDENTITY: Matrix3<f64> = Matrix3::new(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0);
