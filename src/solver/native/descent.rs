@@ -8,7 +8,10 @@ use super::natural_map::Law;
 use super::newton::{Iterate, Newton, exact_residual};
 use super::starts::{self, Start};
 use super::sweeps::sweep;
-use super::tolerances::{COMPLIANCE, COMPLIANCES, SETTLED, SHARPNESSES, STICK_MARGINS};
+use super::tolerances::{
+    COMPLIANCE, COMPLIANCES, MOST_SHRINKS, MOST_STALLS, SETTLED, SHARPNESSES, SHORTEST_FACTOR,
+    SHRINKING, SHRINKING_SHARPNESSES, STICK_MARGINS,
+};
 use nalgebra::Vector3;
 
 /// Newton's method, the interior point, and where they stand.
@@ -19,6 +22,8 @@ pub(super) struct Descent<E: Equations> {
     iterate: Iterate<E>,
     /// The best point of all starts, for a step that none of them solves.
     best: Iterate<E>,
+    /// The best point while the compliance is taken out.
+    best_of_shrinking: Iterate<E>,
 }
 
 /// What a start or all starts came to.
@@ -55,6 +60,7 @@ impl<E: Equations> Descent<E> {
             interior_point: InteriorPoint::new(),
             iterate: Iterate::new(),
             best: Iterate::new(),
+            best_of_shrinking: Iterate::new(),
         }
     }
 
@@ -64,6 +70,7 @@ impl<E: Equations> Descent<E> {
         self.interior_point.reserve(contacts);
         self.iterate.reserve(contacts);
         self.best.reserve(contacts);
+        self.best_of_shrinking.reserve(contacts);
     }
 
     /// The velocities where the last solve ended.
@@ -187,7 +194,7 @@ impl<E: Equations> Descent<E> {
         effort: &mut Effort<'_>,
     ) {
         let candidates = equations.candidates();
-        let Self { newton, interior_point, iterate, .. } = self;
+        let Self { interior_point, iterate, .. } = self;
         iterate.impulses.clear();
         match start {
             Start::Previous => iterate.impulses.extend_from_slice(previous),
@@ -204,16 +211,36 @@ impl<E: Equations> Descent<E> {
         }
         equations.set_velocity_after(&iterate.impulses, &mut iterate.velocity);
         match start {
-            Start::Compliant(factor) => {
-                let mut compliance = starts::SOFTEST;
-                while compliance > COMPLIANCE {
-                    let law = Law::with_compliance(compliance);
-                    newton.solve(equations, &law, compliance, iterate, effort);
-                    compliance *= factor;
-                }
-            }
+            Start::Compliant(factor) => self.follow(equations, factor, effort),
             Start::Swept(number) => sweep(equations, number, iterate, effort),
             _ => {}
+        }
+    }
+
+    /// Follows the solutions of less and less compliance from [`SOFTEST`](starts::SOFTEST) on, by
+    /// `factor` from one to the next, in smaller steps where Newton's method does not follow. Where
+    /// the path ends before the compliance is small, it is taken out from there by acting on
+    /// changes alone.
+    fn follow(&mut self, equations: &E, factor: f64, effort: &mut Effort<'_>) {
+        let Self { newton, iterate, best_of_shrinking: last, .. } = self;
+        let (mut compliance, mut factor) = (starts::SOFTEST, factor);
+        let law = Law::with_compliance;
+        if !newton.solve(equations, &law(compliance), compliance, iterate, effort) {
+            return;
+        }
+        while compliance > COMPLIANCE {
+            last.copy_from(iterate);
+            let next = compliance * factor;
+            if newton.solve(equations, &law(next), next, iterate, effort) {
+                compliance = next;
+                continue;
+            }
+            iterate.copy_from(last);
+            factor = factor.sqrt();
+            if factor > SHORTEST_FACTOR || effort.is_over() {
+                self.shrink(equations, &[compliance], 1.0, effort);
+                return;
+            }
         }
     }
 
@@ -245,11 +272,57 @@ impl<E: Equations> Descent<E> {
         reached
     }
 
+    /// Takes the compliance out by acting on changes alone, again and again (the proximal point
+    /// method): a solution of (N13) with p̂ = p̂_0 is one of the law without compliance, and
+    /// contacts may change their pieces on the way. Returns the residual.
+    fn shrink(
+        &mut self,
+        equations: &E,
+        compliances: &[f64],
+        sharpness: f64,
+        effort: &mut Effort<'_>,
+    ) -> f64 {
+        let Self { newton, iterate, best_of_shrinking: best, .. } = self;
+        let solved = equations.tolerances().solved;
+        let mut least = exact_residual(equations, iterate);
+        best.copy_from(iterate);
+        for &compliance in compliances {
+            let mut stalled = 0;
+            for _ in 0..MOST_SHRINKS {
+                let law = Law { sharpness, ..Law::with_compliance(compliance) };
+                newton.solve_from_here(equations, &law, iterate, effort);
+                let residual = exact_residual(equations, iterate);
+                stalled += u32::from(residual > 0.5 * least);
+                if residual < least {
+                    least = residual;
+                    best.copy_from(iterate);
+                }
+                if least <= solved || stalled > MOST_STALLS || effort.is_over() {
+                    break;
+                }
+            }
+            iterate.copy_from(best);
+            if least <= solved || effort.is_over() {
+                break;
+            }
+        }
+        exact_residual(equations, iterate)
+    }
+
     /// Solves the law without compliance from a point near a solution, in every way there
     /// is. Returns its residual.
     fn polish(&mut self, equations: &E, compliance: f64, effort: &mut Effort<'_>) -> f64 {
-        let Self { newton, iterate, .. } = self;
         let solved = equations.tolerances().solved;
+        let together = equations.bodies() > 1;
+        if together {
+            for sharpness in SHRINKING_SHARPNESSES {
+                let residual = self.shrink(equations, &SHRINKING, sharpness, effort);
+                if residual <= solved {
+                    return residual;
+                }
+            }
+        }
+        let Self { newton, iterate, .. } = self;
         for sharpness in SHARPNESSES {
             let law = Law { sharpness, ..Law::EXACT };
             newton.solve(equations, &law, compliance, iterate, effort);

@@ -24,6 +24,9 @@ pub(super) struct Iterate<E: Equations> {
     motion: Residual,
     /// The law evaluated last.
     law: Law,
+    /// ε p̂_0 of every candidate, m/s, where the compliance acts on changes from impulses p̂_0
+    /// (N13); empty otherwise.
+    shifts: Vec<Vector3<f64>>,
     scratch: E::Scratch,
 }
 
@@ -92,6 +95,34 @@ impl<E: Equations> Newton<E> {
             }
         }
         merit.largest <= tolerances.newton
+    }
+
+    /// Solves the law with a compliance that acts on changes from the impulses p̂_0 of `iterate`
+    /// alone, from there:
+    ///
+    /// ```text
+    /// û = u + ε (p̂ − p̂_0)                                                     (N13)
+    /// ```
+    ///
+    /// Returns whether it converged.
+    pub(super) fn solve_from_here(
+        &mut self,
+        equations: &E,
+        law: &Law,
+        iterate: &mut Iterate<E>,
+        effort: &mut Effort<'_>,
+    ) -> bool {
+        let compliance = law.compliance;
+        for shifts in [&mut iterate.shifts, &mut self.trial.shifts] {
+            shifts.clear();
+        }
+        let shifts = iterate.impulses.iter().map(|impulse| compliance * impulse);
+        self.trial.shifts.extend(shifts);
+        iterate.shifts.extend_from_slice(&self.trial.shifts);
+        let converged = self.solve(equations, law, compliance, iterate, effort);
+        iterate.shifts.clear();
+        self.trial.shifts.clear();
+        converged
     }
 
     /// Moves a solution of `law` to the limit of vanishing compliance (N9): the law without
@@ -196,6 +227,7 @@ impl<E: Equations> Iterate<E> {
             pulls: Vec::new(),
             motion: Residual::default(),
             law: Law::EXACT,
+            shifts: Vec::new(),
             scratch: E::Scratch::default(),
         }
     }
@@ -204,6 +236,7 @@ impl<E: Equations> Iterate<E> {
         reserve(&mut self.impulses, contacts);
         reserve(&mut self.points, contacts);
         reserve(&mut self.pulls, contacts);
+        reserve(&mut self.shifts, contacts);
     }
 
     /// The largest speed, up or down, at which a candidate that presses changes its gap, m/s; of
@@ -258,9 +291,12 @@ pub(super) fn exact_residual<E: Equations>(equations: &E, iterate: &mut Iterate<
 
 /// The equations of motion (N1) and the natural map (N4) at a point, all as velocities.
 fn evaluate<E: Equations>(equations: &E, law: &Law, iterate: &mut Iterate<E>) -> Residual {
-    let Iterate { velocity, impulses, points, scratch, motion, .. } = &mut *iterate;
+    let Iterate { velocity, impulses, points, scratch, motion, shifts, .. } = &mut *iterate;
     *motion = equations.motion_residual(velocity, impulses, scratch);
     equations.set_points(velocity, scratch, points);
+    for (u, shift) in points.iter_mut().zip(shifts) {
+        *u -= *shift;
+    }
     evaluate_again(equations, law, iterate)
 }
 

@@ -14,6 +14,17 @@ use crate::world::World;
 pub(super) const COMPLIANCE: f64 = 1e-6;
 /// The compliances to follow where the limit cannot be taken from the first.
 pub(super) const COMPLIANCES: [f64; 4] = [COMPLIANCE, 1e-7, 1e-8, 1e-9];
+/// A path of compliance is given up where even a step by this factor is too long.
+pub(super) const SHORTEST_FACTOR: f64 = 0.8;
+/// ε of the compliance on changes from impulses that are nearly a solution: small ones need fewer
+/// repetitions, large ones less from Newton's method.
+pub(super) const SHRINKING: [f64; 3] = [1e-5, 1e-3, 1e-1];
+/// Scalings of the natural map to try with them.
+pub(super) const SHRINKING_SHARPNESSES: [f64; 3] = [1.0, 1e2, 1e4];
+/// Repetitions with each of them.
+pub(super) const MOST_SHRINKS: u32 = 60;
+/// Repetitions that may miss halving the residual.
+pub(super) const MOST_STALLS: u32 = 3;
 /// Scalings of the natural map to try where Newton's method stalls near a solution.
 pub(super) const SHARPNESSES: [f64; 7] = [1.0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6];
 /// Relative margins on the cone to try when a limit is taken: a contact exactly on its cone may
