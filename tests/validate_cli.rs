@@ -119,7 +119,7 @@ fn the_native_solver_has_every_answer_in_the_table_and_on_the_page() {
         }
     }
     assert!(end.stdout.ends_with(&format!("\n{count} of {count} quantities hold\n")));
-    assert_eq!(text.matches("<td class=\"good\">holds</td>").count(), 3 * count);
+    assert_eq!(text.matches("<td class=\"verdict good\">holds</td>").count(), 3 * count);
     assert!(page.element("section", "compass").contains("slope 1"));
 }
 

@@ -10,7 +10,7 @@ mod driver;
 mod pages;
 
 use driver::{Browser, is_installed};
-use pages::{Pages, tumble};
+use pages::{Pages, lab_distance, tumble};
 use serde_json::Value;
 use std::fs;
 use std::time::Duration;
@@ -137,13 +137,23 @@ fn it_orbits_zooms_and_shows_what_is_asked_for() {
         browser.click(&format!("#{id}"));
         assert_eq!(browser.pixels(0), first, "{id}");
     }
-    // Followed, the body stays in the middle while the ground goes by.
+    // Followed, the body is in the middle whenever one looks, and the ground goes by.
     browser.click("#follow");
-    assert_eq!(browser.pixels(0), first);
-    browser.set_time(1.9);
+    for time in [0.0, IMPACT, 1.0, 1.9] {
+        browser.set_time(time);
+        let (x, y) = browser.middle_of_body();
+        assert!((x - 0.5).abs() < 0.06 && (y - 0.5).abs() < 0.06, "{time}: {x} {y}");
+    }
+    browser.screenshot("followed");
     let followed = browser.pixels(0);
     browser.press("c", None);
     assert_ne!(browser.pixels(0), followed);
+    // At the end there is no step, and the page says why there are no forces.
+    browser.press(END, None);
+    let said = browser.run("return document.querySelector('.stage .remark').textContent");
+    assert!(said.as_str().unwrap().contains("no step follows"), "{said}");
+    let residual = "return document.querySelector('#state .residual dd').textContent";
+    assert_eq!(browser.run(residual), "no step follows");
 
     browser.colour_scheme("dark");
     browser.set_time(IMPACT);
@@ -180,6 +190,21 @@ fn the_plots_and_the_time_are_linked() {
     for place in places.as_array().unwrap() {
         assert!((place.as_f64().unwrap() - 0.75).abs() < 0.01, "{places}");
     }
+    // The colours of eight corners are told from each other, by light and by dark: they are
+    // apart in CIELAB by more than twice what is called just noticeable side by side.
+    for scheme in ["light", "dark"] {
+        browser.colour_scheme(scheme);
+        browser.settle();
+        let strokes = browser.legend_strokes("fz");
+        assert_eq!(strokes.len(), 8);
+        for (i, a) in strokes.iter().enumerate() {
+            for b in &strokes[..i] {
+                assert!(lab_distance(&a.0, &b.0) > 15.0, "{scheme}: {a:?} {b:?}");
+            }
+        }
+    }
+    browser.colour_scheme("light");
+    browser.settle();
     // All have curves: some pixel is of another colour than the grid's greys.
     let painted = browser.run(
         "return [...document.querySelectorAll('.uplot canvas')].map((canvas) => { \
@@ -216,6 +241,15 @@ fn two_runs_are_seen_side_by_side_and_in_one_view() {
     let shown = || browser.run("return document.querySelectorAll('.stage:not([hidden])').length");
     assert_eq!(shown(), 2);
     assert_ne!(browser.pixels(0), browser.pixels(1));
+    // Each corner of each run has a colour and a dash of its own.
+    browser.run("document.querySelectorAll('details').forEach((plot) => { plot.open = true })");
+    let strokes = browser.legend_strokes("fz");
+    assert_eq!(strokes.len(), 16);
+    for (i, a) in strokes.iter().enumerate() {
+        for b in &strokes[..i] {
+            assert!(lab_distance(&a.0, &b.0) > 15.0 || a.1 != b.1, "{a:?} {b:?}");
+        }
+    }
     // One camera for both.
     let before = [browser.pixels(0), browser.pixels(1)];
     let middle = browser.place(".stage canvas", 0.5, 0.5);
@@ -269,6 +303,14 @@ fn a_phone_shows_it_in_one_column_and_takes_fingers() {
         browser.screenshot(&format!("{name}-dark"));
         browser.colour_scheme("light");
     }
+    // Of two views a finger that goes up scrolls the page; of one it orbits.
+    let touch = "return getComputedStyle(document.querySelector('.stage canvas')).touchAction";
+    assert_eq!(browser.run(touch), "none");
+    browser.open(&pair);
+    assert_eq!(browser.run(touch), "pan-y");
+    browser.open(&single);
+    browser.run("document.querySelectorAll('details').forEach((plot) => { plot.open = true })");
+    browser.set_time(IMPACT);
     let first = browser.pixels(0);
     let (x, y) = browser.place(".stage canvas", 0.5, 0.5);
     browser.drag("touch", &[[(x, y), (x + 60.0, y)]]);
@@ -328,6 +370,50 @@ fn every_control_is_reached_by_tab_with_a_visible_focus() {
     for id in ids {
         assert!(reached.iter().any(|other| other == id), "{id}: {reached:?}");
     }
+}
+
+/// A body of 1 mm has digits to read, a body that floats no friction and no ground.
+#[test]
+fn a_small_body_and_a_free_one_read_well() {
+    if !is_installed() {
+        return;
+    }
+    let pages = Pages::new();
+    let side = ["--box", "0.001", "--position", "0,0,0.001", "--velocity", "0.01,0,0"];
+    let time = ["--dt", "1e-5", "--steps", "50", "--solver", "native"];
+    let small = pages.simulate("small", &[side.as_slice(), &time].concat(), 0);
+    let free = pages.simulate("free", &["--scene", "floating", "--steps", "50"], 0);
+    let browser = Browser::start(1280, 800);
+    browser.open(&small);
+    browser.press(RIGHT, None);
+    let read = |name: &str| {
+        let read = format!("return document.querySelector('#state .{name} dd').textContent");
+        browser.run(&read).as_str().unwrap().to_owned()
+    };
+    assert!(read("position").ends_with("0.0010000 m"), "{}", read("position"));
+    assert!(read("speed").starts_with("0.01000 "), "{}", read("speed"));
+    assert_eq!(read("t"), "0.00001 s");
+    browser.screenshot("small");
+    browser.open(&free);
+    let facts = browser.run("return document.getElementById('facts').textContent");
+    assert!(!facts.as_str().unwrap().contains("friction"), "{facts}");
+    // Another ground than the other run's is told.
+    let slope = format!("{}/scenarios/slope.toml", env!("CARGO_MANIFEST_DIR"));
+    pages.simulate("slope", &["--scenario", &slope, "--steps", "50", "--solver", "native"], 0);
+    let [a, b] = ["slope", "small"].map(|name| pages.path(name).join("trajectory.csv"));
+    let out = pages.path("grounds");
+    let [a, b, to] = [&a, &b, &out].map(|path| path.to_str().unwrap());
+    tumble(&["view", a, b, "--out", to], 0);
+    browser.open(&out.join("view.html"));
+    browser.press("o", None);
+    let said = "return document.querySelector('.stage:not([hidden]) .remark').textContent";
+    assert_eq!(browser.run(said), "the ground is that of A");
+    let grounds =
+        "return [...document.querySelectorAll('tr.differs')].map((row) => row.textContent)
+        .filter((text) => text.startsWith('ground'))[0]";
+    let grounds = browser.run(grounds);
+    assert!(grounds.as_str().unwrap().contains("level, z = 0 m"), "{grounds}");
+    browser.assert_quiet();
 }
 
 #[test]

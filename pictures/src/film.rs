@@ -175,6 +175,11 @@ impl Film {
         self.ground.map_or(Isometry3::identity(), |ground| ground.frame())
     }
 
+    /// Whether there is anything to touch.
+    pub(crate) fn may_touch(&self) -> bool {
+        self.ground.is_some() || self.bodies.len() > 1
+    }
+
     /// The ground where it is not the plane z = 0.
     pub(crate) fn inclined_ground(&self) -> Option<&Ground> {
         self.ground.as_ref().filter(|ground| !ground.is_level())
@@ -190,6 +195,13 @@ impl Frame {
     /// The contacts of the body that is shown.
     pub(crate) fn touches(&self) -> impl Iterator<Item = &Contact> {
         self.contacts.iter().filter(|contact| contact.body == 0)
+    }
+}
+
+impl Body {
+    /// How far it reaches from its centre of mass, m.
+    pub(crate) fn reach(&self) -> f64 {
+        self.points.iter().map(|point| point.norm()).fold(0.0, f64::max)
     }
 }
 

@@ -27,8 +27,7 @@ impl Scale {
             let contacts = film.frames.iter().flat_map(Frame::touches);
             weight = contacts.map(|c| c.force.norm()).fold(f64::MIN_POSITIVE, f64::max);
         }
-        let reach = body.points.iter().map(|point| point.norm()).fold(0.0, f64::max);
-        Self { weight, longest: 1.5 * reach }
+        Self { weight, longest: 1.5 * body.reach() }
     }
 
     /// The arrow of a force that is shown.

@@ -165,6 +165,29 @@ fn a_title_from_a_file_cannot_break_the_picture() {
     assert!(svg.text.contains("&lt;/text&gt;&lt;b a=&quot;&amp;"), "{}", &svg.text[..400]);
 }
 
+/// A long name is cut in its middle, characters without a glyph are counted, and the SVG's
+/// title keeps them all.
+#[test]
+fn names_that_do_not_fit_are_cut_and_said() {
+    let simulated = simulate(&["--steps", "3"]);
+    let text = fs::read_to_string(simulated.path("run.json")).unwrap();
+    let name = format!("立方体 {}", "long ".repeat(300));
+    fs::write(simulated.path("run.json"), text.replace("\"drop\"", &format!("{name:?}"))).unwrap();
+    assert_eq!(plot(&simulated.path("trajectory.csv"), &[]).code, Some(0));
+    let svg = Svg::read(&simulated.path("plot.svg"));
+    assert!(svg.text.contains("Motion and contact: ??? long"), "{}", &svg.text[..2400]);
+    assert!(svg.text.contains("…") && svg.text.contains("seed 42, ipopt</text>"));
+    assert!(svg.text.contains("“?” stands for 3 characters"));
+    assert!(svg.text.contains(&format!("<title>Motion and contact: {name}")));
+}
+
+/// Nothing to rub against: no friction in the notes.
+#[test]
+fn a_floating_cube_has_no_friction() {
+    let (_, motion, _) = simulate_and_plot(&["--scene", "floating", "--steps", "3"]);
+    assert!(motion.text.contains("m = 10 kg, 8 corners") && !motion.text.contains("μ = "));
+}
+
 #[test]
 fn what_cannot_be_read_or_written_is_one_sentence() {
     let simulated = simulate(&["--steps", "3"]);

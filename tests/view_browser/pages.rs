@@ -89,6 +89,35 @@ impl Browser {
         (corner[0].as_f64().unwrap(), corner[1].as_f64().unwrap())
     }
 
+    /// The middle of all pixels of the body's blue in the first view, by shares of its size.
+    pub fn middle_of_body(&self) -> (f64, f64) {
+        let middle = self.run(
+            "const canvas = document.querySelector('.stage canvas'); \
+             const { width, height } = canvas; \
+             const copy = Object.assign(document.createElement('canvas'), { width, height }); \
+             const context = copy.getContext('2d', { willReadFrequently: true }); \
+             context.drawImage(canvas, 0, 0); \
+             const { data } = context.getImageData(0, 0, width, height); \
+             let [x, y, n] = [0, 0, 0]; \
+             for (let i = 0; i < width * height; i += 1) { \
+               if (data[4 * i + 2] - data[4 * i] < 60) continue; \
+               x += i % width; y += Math.floor(i / width); n += 1; \
+             } \
+             return [x / n / width, y / n / height]",
+        );
+        (middle[0].as_f64().unwrap(), middle[1].as_f64().unwrap())
+    }
+
+    /// Colour (as `#rrggbb`) and dash of each curve that the legend of a plot names.
+    pub fn legend_strokes(&self, plot: &str) -> Vec<(String, String)> {
+        let strokes = self.run(&format!(
+            "return [...document.querySelectorAll('#plot-{plot} .legend path')] \
+             .map((path) => ['stroke', 'stroke-dasharray'].map((name) => path.getAttribute(name)))"
+        ));
+        let text = |value: &serde_json::Value| value.as_str().unwrap().to_owned();
+        strokes.as_array().unwrap().iter().map(|pair| (text(&pair[0]), text(&pair[1]))).collect()
+    }
+
     pub fn is_pressed(&self, id: &str) -> bool {
         self.run(&format!("return document.getElementById('{id}').ariaPressed")) == "true"
     }
@@ -104,4 +133,25 @@ impl Browser {
         let loaded = self.run("return performance.getEntriesByType('resource').length");
         assert_eq!(loaded, 0, "nothing is loaded");
     }
+}
+
+/// The distance of two colours `#rrggbb` in CIELAB (ΔE of 1976), from sRGB under D65.
+pub fn lab_distance(a: &str, b: &str) -> f64 {
+    let lab = |colour: &str| -> [f64; 3] {
+        let channel = |k: usize| {
+            let byte = u8::from_str_radix(&colour[2 * k + 1..2 * k + 3], 16).unwrap();
+            let s = f64::from(byte) / 255.0;
+            if s <= 0.04045 { s / 12.92 } else { ((s + 0.055) / 1.055).powf(2.4) }
+        };
+        let [r, g, b] = [0, 1, 2].map(channel);
+        let f = |t: f64| {
+            if t > 216.0 / 24389.0 { t.cbrt() } else { (24389.0 / 27.0 * t + 16.0) / 116.0 }
+        };
+        let x = f((0.4124 * r + 0.3576 * g + 0.1805 * b) / 0.95047);
+        let y = f(0.2126 * r + 0.7152 * g + 0.0722 * b);
+        let z = f((0.0193 * r + 0.1192 * g + 0.9505 * b) / 1.08883);
+        [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
+    };
+    let (a, b) = (lab(a), lab(b));
+    (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt()
 }

@@ -33,38 +33,31 @@ impl Light {
         Vector3::new(-LEAN * self.away.x, -LEAN * self.away.y, 1.0).normalize()
     }
 
-    /// Where the shadow of `point` falls on the plane at `height`, from one part of the
-    /// light's disc.
-    fn cast(&self, point: &Vector3<f64>, height: f64, part: u8) -> Vector3<f64> {
+    /// Where the shadow of `point` falls on the ground, from one part of the light's disc.
+    fn cast(&self, point: &Vector3<f64>, part: u8) -> Vector3<f64> {
         let angle = std::f64::consts::TAU * f64::from(part) / f64::from(SHADOW_STEPS);
         let lean = LEAN * self.away + SPREAD * Vector2::new(angle.cos(), angle.sin());
-        let above = (point.z - height).max(0.0);
-        Vector3::new(point.x + above * lean.x, point.y + above * lean.y, height)
+        let above = point.z.max(0.0);
+        Vector3::new(point.x + above * lean.x, point.y + above * lean.y, 0.0)
     }
 }
 
-/// A rectangle of ground, or of nothing but its grid.
+/// A rectangle of ground with its grid.
 pub struct Floor {
     low: Vector2<f64>,
     high: Vector2<f64>,
-    height: f64,
     /// Of the grid, m: 1, 2 or 5 times a power of ten.
     spacing: f64,
     light: Light,
-    solid: bool,
 }
 
 impl Floor {
-    /// The floor under `points`, wide enough for their shadows. A floor that is not
-    /// `solid` is a grid for the eye alone: no ground, no shadow, and below all points.
-    pub fn under(points: &[Vector3<f64>], light: Light, solid: bool) -> Self {
-        let lowest = points.iter().map(|point| point.z).fold(0.0, f64::min);
-        let height = if solid { 0.0 } else { lowest };
+    /// The floor under `points`, wide enough for their shadows.
+    pub fn under(points: &[Vector3<f64>], light: Light) -> Self {
         let mut low = Vector2::repeat(f64::INFINITY);
         let mut high = -low;
         for point in points {
-            let parts = if solid { SHADOW_STEPS } else { 0 };
-            let shadows = (0..parts).map(|part| light.cast(point, height, part));
+            let shadows = (0..SHADOW_STEPS).map(|part| light.cast(point, part));
             for place in shadows.chain([*point]) {
                 low = low.inf(&place.xy());
                 high = high.sup(&place.xy());
@@ -74,22 +67,19 @@ impl Floor {
         let margin = Vector2::repeat(0.4 * spacing);
         let low = ((low - margin) / spacing).map(f64::floor) * spacing;
         let high = ((high + margin) / spacing).map(f64::ceil) * spacing;
-        Self { low, high, height, spacing, light, solid }
+        Self { low, high, spacing, light }
     }
 
     /// The four corners.
     pub fn corners(&self) -> [Vector3<f64>; 4] {
         let (a, b) = (self.low, self.high);
-        [(a.x, a.y), (b.x, a.y), (b.x, b.y), (a.x, b.y)]
-            .map(|(x, y)| Vector3::new(x, y, self.height))
+        [(a.x, a.y), (b.x, a.y), (b.x, b.y), (a.x, b.y)].map(|(x, y)| Vector3::new(x, y, 0.0))
     }
 
     /// Paints ground and grid.
     pub fn paint(&self, canvas: &mut Canvas, camera: &Camera) {
         let outline = self.corners().map(|corner| camera.project(&corner));
-        if self.solid {
-            canvas.fill(&outline, GROUND, 1.0);
-        }
+        canvas.fill(&outline, GROUND, 1.0);
         let width = canvas.size() / 800.0;
         let lines = ((self.high - self.low) / self.spacing).map(f64::round);
         for axis in 0..2 {
@@ -98,8 +88,7 @@ impl Floor {
                 from[axis] += f64::from(k) * self.spacing;
                 let mut to = from;
                 to[1 - axis] = self.high[1 - axis];
-                let ends =
-                    [from, to].map(|end| camera.project(&Vector3::new(end.x, end.y, self.height)));
+                let ends = [from, to].map(|end| camera.project(&Vector3::new(end.x, end.y, 0.0)));
                 canvas.line(&ends, false, width, LINE);
             }
         }
@@ -108,15 +97,12 @@ impl Floor {
 
     /// Paints the shadow of a convex body, once for each part of the light's disc.
     pub fn paint_shadow(&self, canvas: &mut Canvas, camera: &Camera, corners: &[Vector3<f64>]) {
-        if !self.solid {
-            return;
-        }
         // As many layers of this leave SHADOW_DEPTH.
         let cover = 1.0 - (1.0 - SHADOW_DEPTH).powf(1.0 / f32::from(SHADOW_STEPS));
         for part in 0..SHADOW_STEPS {
             let places: Vec<_> = corners
                 .iter()
-                .map(|corner| camera.project(&self.light.cast(corner, self.height, part)))
+                .map(|corner| camera.project(&self.light.cast(corner, part)))
                 .collect();
             canvas.fill(&hull(&places), SHADOW, cover);
         }
@@ -145,11 +131,10 @@ mod tests {
     fn points_and_shadows_are_on_the_floor() {
         let light = Light::for_azimuth(10.0);
         let points = [Vector3::new(1.0, 2.0, 3.0), Vector3::new(-4.0, 2.5, 0.0)];
-        let floor = Floor::under(&points, light, true);
-        let cast = light.cast(&points[0], 0.0, 3);
+        let floor = Floor::under(&points, light);
+        let cast = light.cast(&points[0], 3);
         for place in [points[0], points[1], cast] {
             assert!(floor.low < place.xy() && place.xy() < floor.high, "{place}");
         }
-        assert_eq!(Floor::under(&[Vector3::new(0.0, 1.0, -2.0); 2], light, false).height, -2.0);
     }
 }

@@ -23,7 +23,8 @@ pub struct Moment {
 /// Everything that stays the same from frame to frame.
 pub struct Stage {
     pub camera: Camera,
-    floor: Floor,
+    /// `None` where the bodies move freely.
+    floor: Option<Floor>,
     light: Light,
     shape: Shape,
     speed: f64,
@@ -36,14 +37,16 @@ impl Stage {
     pub fn new(film: &Film, settings: &Settings, moments: &[Moment]) -> Option<Self> {
         let light = Light::for_azimuth(settings.view.azimuth);
         let corners: Vec<_> = moments.iter().flat_map(|moment| &moment.corners).copied().collect();
-        let floor = Floor::under(&corners, light, film.ground.is_some());
+        let floor = film.ground.map(|_| Floor::under(&corners, light));
         let tips = moments.iter().flat_map(|moment| &moment.arrows).map(|arrow| arrow.to);
         let mut points = corners.clone();
-        points.extend(tips.chain(floor.corners()));
+        points.extend(tips.chain(floor.iter().flat_map(Floor::corners)));
         let turn = film.to_ground().rotation.to_rotation_matrix();
         let camera = Camera::fit(settings.view, &turn, settings.size, &points);
         let mut empty = Canvas::new(settings.size, BACKGROUND)?;
-        floor.paint(&mut empty, &camera);
+        if let Some(floor) = &floor {
+            floor.paint(&mut empty, &camera);
+        }
         let shape = Shape::of(&film.body().points);
         Some(Self { camera, floor, light, shape, speed: settings.speed, empty })
     }
@@ -56,7 +59,9 @@ impl Stage {
     /// Paints `moment` over whatever is in `canvas`.
     pub fn paint(&self, canvas: &mut Canvas, moment: &Moment) {
         canvas.copy_from(&self.empty);
-        self.floor.paint_shadow(canvas, &self.camera, &moment.corners);
+        if let Some(floor) = &self.floor {
+            floor.paint_shadow(canvas, &self.camera, &moment.corners);
+        }
         // What the body hides, the body, what stands before it.
         let (hidden, seen): (Vec<_>, Vec<_>) =
             moment.arrows.iter().partition(|arrow| self.is_hidden(&moment.corners, &arrow.from));

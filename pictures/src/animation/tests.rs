@@ -68,6 +68,8 @@ fn the_body_is_where_the_trajectory_has_it() {
         // Arrows in the drop, once the cube has landed.
         assert_eq!(has(&pictures[pictures.len() - 1], FORCE), !floating);
         assert!(!has(&pictures[0], FORCE));
+        // Without a ground there is nothing but the body.
+        assert_eq!(empty.iter().all(|&pixel| pixel == BACKGROUND), floating);
         // More ground than blends of the grid's lines may look like.
         let ground = pictures[0].iter().filter(|&&pixel| near(pixel, GROUND)).count();
         assert_eq!(ground > 9000, !floating, "{ground}");

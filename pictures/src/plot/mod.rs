@@ -2,6 +2,7 @@
 
 pub(super) mod curve;
 mod energy;
+mod font;
 mod motion;
 pub(super) mod number;
 pub(super) mod panel;
@@ -68,13 +69,14 @@ fn notes(film: &Film) -> String {
     let slope = film.inclined_ground().map_or(String::new(), |ground| {
         format!(", slope {}°", (ground.slope() * 100.0).round() / 100.0)
     });
+    let friction =
+        if film.may_touch() { format!(", μ = {}", film.friction) } else { String::new() };
     format!(
-        "{} row{}, h = {} s, m = {} kg, μ = {}, {} corners{slope}",
+        "{} row{}, h = {} s, m = {} kg{friction}, {} corners{slope}",
         film.frames.len(),
         if film.frames.len() == 1 { "" } else { "s" },
         film.time_step,
         film.body().mass,
-        film.friction,
         film.body().points.len()
     )
 }

@@ -1,6 +1,7 @@
 //! Drawing a sheet of panels as SVG.
 
 use super::curve::{dots, line, mark_path};
+use super::font::{Font, Heading};
 use super::number::back_to_line;
 use super::panel::{Panel, PanelMaker, Series};
 use super::scale::Axis;
@@ -15,6 +16,7 @@ const LEFT: f64 = 88.0;
 const RIGHT: f64 = 32.0;
 const TOP: f64 = 66.0;
 const HEADING: f64 = 34.0;
+const HEADING_SIZE: f64 = 17.0;
 const BOTTOM: f64 = 50.0;
 /// A label of the vertical axis has this much of it.
 const ROOM_OF_TICK: f64 = 22.0;
@@ -54,13 +56,31 @@ pub fn draw(film: &Film, heading: &str, notes: &str, panels: &[PanelMaker]) -> S
     let axis = Axis::linear(start, end, 0.0, 10);
     let range = (start, end);
     let mut sheet = Sheet { film, times, range, axis, body: String::new(), y: TOP };
-    let title = format!("font-weight=\"700\">{}", escape(heading));
-    sheet.text(LEFT, 30.0, "start", 17.0, INK, &title);
-    sheet.text(LEFT, 51.0, "start", 13.0, FAINT, &format!(">{}", escape(notes)));
+    let (written, notes) = written(heading, notes);
+    let title = format!("font-weight=\"700\">{}", escape(&written));
+    sheet.text(LEFT, 30.0, "start", HEADING_SIZE, INK, &title);
+    sheet.text(LEFT, 51.0, "start", 13.0, FAINT, &format!(">{}", escape(&notes)));
     for (i, panel) in panels.iter().enumerate() {
         sheet.panel(&panel(film), i + 1 == panels.len());
     }
     sheet.finish(heading)
+}
+
+/// The heading as far as it fits and the font has its characters, and the notes with what is
+/// to be said of it.
+fn written(heading: &str, notes: &str) -> (String, String) {
+    let room = WIDTH - LEFT - RIGHT;
+    let Some(Heading { text, missing }) =
+        Font::bold().map(|font| font.heading(heading, HEADING_SIZE, room))
+    else {
+        return (heading.to_owned(), notes.to_owned());
+    };
+    let remark = match missing {
+        0 => String::new(),
+        1 => " (a “?” stands for a character that the picture's font lacks)".to_owned(),
+        n => format!(" (“?” stands for {n} characters that the picture's font lacks)"),
+    };
+    (text, notes.to_owned() + &remark)
 }
 
 impl Sheet<'_> {
@@ -249,15 +269,33 @@ impl Sheet<'_> {
 }
 
 /// The curves in the order of drawing, with their widths. Those that stay at 0 come first;
-/// of the others, earlier ones are wider: where curves coincide, all of them can be seen.
+/// of the others, earlier ones are wider: where curves coincide, all of them can be seen. Of
+/// more than the legend names, all have the same width, which would else look like data.
 fn with_widths(series: &[Series]) -> impl Iterator<Item = (&Series, f64)> {
     let (idle, busy): (Vec<_>, Vec<_>) = series.iter().partition(|series| series.is_idle());
     let count = busy.len();
-    let step = (3.2 / count.saturating_sub(1).max(1) as f64).min(0.6);
+    let most = if series.len() > NAMED { 0.0 } else { 0.6 };
+    let step = (3.2 / count.saturating_sub(1).max(1) as f64).min(most);
     let wider = move |(i, series)| (series, 1.5 + step * (count - 1 - i) as f64);
     idle.into_iter().map(|series| (series, 1.5)).chain(busy.into_iter().enumerate().map(wider))
 }
 
 fn mark_style(colour: &str) -> String {
     format!("fill=\"none\" stroke=\"{colour}\" stroke-width=\"1.8\"")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn many_curves_have_one_width_and_few_are_told_apart_where_they_coincide() {
+        let widths = |count: usize| -> Vec<f64> {
+            let series: Vec<_> =
+                (0..count).map(|i| Series::new("", i, [1.0].into_iter())).collect();
+            with_widths(&series).map(|(_, width)| width).collect()
+        };
+        assert!(widths(200).iter().all(|width| *width == 1.5));
+        assert!(widths(8).windows(2).all(|pair| pair[0] > pair[1]));
+    }
 }

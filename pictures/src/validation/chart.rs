@@ -1,5 +1,6 @@
 //! The charts of the page: a curve over time, and errors over the time step.
 
+use super::number::{brief, html};
 use super::report::{Curve, Experiment, Series, Solver};
 use crate::markup::escape;
 use crate::plot::curve::line;
@@ -19,6 +20,9 @@ const BOTTOM: f64 = 46.0;
 const COLUMNS: usize = 120;
 /// Marks along Ipopt's curve.
 const MARKS: usize = 24;
+/// An axis whose ends are nearer than this (SI units, or relative to the values) magnifies
+/// what no eye would see, and the caption says so.
+const MAGNIFIED: f64 = 1e-6;
 
 /// A chart in the making.
 struct Chart {
@@ -163,7 +167,19 @@ pub fn curves(experiment: &Experiment) -> String {
         }
     }
     keys += &solver_keys(experiment, true);
+    keys += &magnification(&chart.y, &first.unit);
     chart.figure(&format!("{name} over time"), &keys)
+}
+
+/// What is to be said of an axis that shows next to nothing as if it were much.
+fn magnification(axis: &Axis, unit: &str) -> String {
+    let (low, high) = axis.ends();
+    let span = high - low;
+    if span >= MAGNIFIED * low.abs().max(high.abs()).max(1.0) {
+        return String::new();
+    }
+    let span = html(&brief(span));
+    format!("<b>Magnified: the whole vertical axis is {span} {}.</b>", escape(unit))
 }
 
 /// How far one quantity is from the exact answer over the time step, both on log axes, with a

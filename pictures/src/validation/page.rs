@@ -11,7 +11,7 @@ const READING: &str = "Each problem is simulated with a time step h and with its
     exact answer is that of Newton's and Coulomb's laws in continuous time, the discrete one \
     what the step's own equations give for the motion, both solved by hand. A quantity holds if \
     at every h its error, measured − discrete, is within what rounding and the residuals of the \
-    steps allow, and if measured − exact shrinks as declared. The order in h is p where it goes \
+    steps allow (100 % of it is the bound itself, which a step may reach), and if measured − exact shrinks as declared. The order in h is p where it goes \
     like h<sup>p</sup>, from the row above and this one; “exact” stands where the step is exact, \
     a bound where the difference depends on how the steps happen to fall, “hidden” where the \
     residuals hide the order, and “coarse” where the steps are too coarse for one.";
@@ -104,6 +104,29 @@ mod tests {
     fn a_quantity_that_is_off_at_one_step_is_off_once() {
         assert!(!page(&report(1e-5)).contains(">off<"));
         assert_eq!(page(&report(6e-5)).matches(">off<").count(), 1);
+    }
+
+    #[test]
+    fn a_share_of_the_allowed_has_its_verdict() {
+        for (error, said) in [
+            (0.0, "0 %, within"),
+            (1e-8, "below 1 %, within"),
+            (0.315e-5, "31 %, within"),
+            (0.9996e-5, "99 %, within"),
+            (1.0001e-5, "101 %, beyond"),
+            (6e-3, "600 times, beyond"),
+        ] {
+            let page = page(&report(error));
+            assert!(page.contains(&format!("largest error\">{said}<")), "{error}");
+        }
+    }
+
+    #[test]
+    fn a_curve_that_magnifies_rounding_says_so() {
+        let mut report = report(0.0);
+        assert!(!page(&report).contains("Magnified"));
+        report.experiments[0].series[0].curve.measured = vec![0.0, 1.6e-9, 1.6e-9];
+        assert!(page(&report).contains("the whole vertical axis is 1.8·10<sup>−9</sup> m"));
     }
 
     #[test]

@@ -46,4 +46,19 @@ svg text.axis { fill: var(--ink); font-size: 13px; }
 .ipopt { stroke: var(--ipopt); stroke-width: 1.8; fill: none; }
 circle.native { fill: var(--native); }
 .guide { stroke: var(--faint); stroke-width: 1.2; stroke-dasharray: 5 4; fill: none; }
+figcaption b { color: var(--ink); font-weight: 600; }
+@media (max-width: 46rem) {
+  .box { overflow-x: visible; border: 0; }
+  table, tbody { display: block; }
+  thead { display: none; }
+  tbody tr { display: flex; flex-wrap: wrap; gap: 0 .9rem; padding: .3rem .2rem;
+    border-top: 1px dotted var(--line); }
+  tbody tr.first { border-top: 1px solid var(--line); }
+  tbody tr.first th, tbody tr.first td { border-top: 0; }
+  tbody th { flex: 1 0 100%; }
+  th, td, td.n { padding: 0; white-space: normal; text-align: left; }
+  td.verdict { order: -1; }
+  tbody tr th { order: -2; }
+  td[data-name]::before { content: attr(data-name) ' '; color: var(--faint); }
+}
 ";

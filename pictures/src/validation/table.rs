@@ -18,19 +18,20 @@ fn table(columns: &[(&str, bool)], rows: &str) -> String {
     )
 }
 
-fn number(text: &str) -> String {
-    format!("<td class=\"n\">{}</td>", html(text))
+/// A cell of a number; on a narrow page, where rows are no columns, `name` stands before it.
+fn number(name: &str, text: &str) -> String {
+    format!("<td class=\"n\" data-name=\"{name}\">{}</td>", html(text))
 }
 
 fn verdict(holds: bool, good: &str, bad: &str) -> String {
     let (class, text) = if holds { ("good", good) } else { ("bad", bad) };
-    format!("<td class=\"{class}\">{text}</td>")
+    format!("<td class=\"verdict {class}\">{text}</td>")
 }
 
 /// A count that should be 0.
-fn fault(count: u64) -> String {
+fn fault(name: &str, count: u64) -> String {
     let class = if count == 0 { "n" } else { "n bad" };
-    format!("<td class=\"{class}\">{count}</td>")
+    format!("<td class=\"{class}\" data-name=\"{name}\">{count}</td>")
 }
 
 /// One row a problem and solver.
@@ -39,7 +40,7 @@ pub fn summary(report: &Report) -> String {
         ("problem", false),
         ("solver", false),
         ("quantities that hold", false),
-        ("largest error/allowed", true),
+        ("largest error, of the allowed", true),
         ("steps", true),
         ("not converged", true),
         ("fallbacks", true),
@@ -66,26 +67,31 @@ pub fn summary(report: &Report) -> String {
                 "<td>{}</td>{}{}{}{}{}{}</tr>",
                 series.solver.name(),
                 verdict(holding == count, &hold, &hold),
-                number(&ratio(series)),
-                number(&series.sum(|trial| trial.steps).to_string()),
-                fault(series.sum(|trial| trial.failed)),
-                number(&series.sum(|trial| trial.fallback).to_string()),
-                number(&brief(series.worst_residual())),
+                number("largest error", &share(series)),
+                number("steps", &series.sum(|trial| trial.steps).to_string()),
+                fault("not converged", series.sum(|trial| trial.failed)),
+                number("fallbacks", &series.sum(|trial| trial.fallback).to_string()),
+                number("largest residual, m/s", &brief(series.worst_residual())),
             );
         }
     }
     table(&columns, &rows)
 }
 
-/// The largest |error| as a share of what is allowed; a dash where one is no number.
-fn ratio(series: &Series) -> String {
+/// The largest |error| as a share of what is allowed, in whole percent, and whether that is
+/// within it; a dash where one is no number. A share below 1 is rounded down, so that what is
+/// within the bound never reads as at it.
+fn share(series: &Series) -> String {
     let quantities = series.trials.iter().flat_map(|trial| &trial.quantities);
     let shares = quantities
         .filter(|quantity| quantity.error() != 0.0)
         .map(|quantity| (quantity.error() / quantity.slack).abs());
     match shares.max_by(f64::total_cmp) {
-        None => "0".to_owned(),
-        Some(share) if share.is_finite() => format!("{share:.2}"),
+        None => "0 %, within".to_owned(),
+        Some(share) if share < 0.01 => "below 1 %, within".to_owned(),
+        Some(share) if share <= 1.0 => format!("{} %, within", (100.0 * share).floor()),
+        Some(share) if share < 100.0 => format!("{} %, beyond", (100.0 * share).ceil()),
+        Some(share) if share.is_finite() => format!("{share:.0} times, beyond"),
         Some(_) => "—".to_owned(),
     }
 }
@@ -125,13 +131,13 @@ pub fn quantities(experiment: &Experiment) -> String {
                     "{}{}{}{}{}{}{}{}{}{}</tr>",
                     std::mem::replace(&mut opening, "<tr>".to_owned()),
                     std::mem::take(&mut solver),
-                    number(&trial.time_step.to_string()),
-                    number(&figure(quantity.exact)),
-                    number(&figure(quantity.discrete)),
-                    number(&figure(quantity.measured)),
-                    number(&brief(quantity.error())),
-                    number(&brief(quantity.slack)),
-                    number(series.order(i, k)),
+                    number("h, s", &trial.time_step.to_string()),
+                    number("exact", &figure(quantity.exact)),
+                    number("discrete", &figure(quantity.discrete)),
+                    number("measured", &figure(quantity.measured)),
+                    number("error", &brief(quantity.error())),
+                    number("allowed", &brief(quantity.slack)),
+                    number("order", series.order(i, k)),
                     verdict(quantity.fault.is_none(), "holds", "off"),
                 );
             }

@@ -12,11 +12,11 @@ pub fn facts(film: &Film) -> Vec<Fact> {
     add("rows", film.frames.len().to_string());
     add("time step h", format!("{} s", number(film.time_step)));
     add("mass m", format!("{} kg", number(body.mass)));
-    add("friction μ", number(film.friction));
-    add("gravity g", format!("{} m/s²", vector(&film.gravity)));
-    if let Some(ground) = film.inclined_ground() {
-        add("ground", plane(ground));
+    if film.may_touch() {
+        add("friction μ", number(film.friction));
     }
+    add("gravity g", format!("{} m/s²", vector(&film.gravity)));
+    add("ground", film.ground.as_ref().map_or("none".to_owned(), plane));
     let load = &body.load;
     for (name, knots, unit) in [("force", &load.force, "N"), ("torque", &load.torque, "N m, body")]
     {
@@ -30,9 +30,13 @@ pub fn facts(film: &Film) -> Vec<Fact> {
     add("inertia I", format!("{} kg m²", inertia(&body.inertia)));
     add("body", shape(&body.points));
     if let Some(pose) = film.frames.first().map(Frame::pose) {
-        add("start position", format!("{} m", vector(&pose.position)));
-        add("start velocity", format!("{} m/s", vector(&pose.velocity)));
-        add("start spin", format!("{} rad/s", vector(&pose.spin)));
+        // What a body moves in the time of falling by its own size, at least.
+        let reach = body.reach();
+        let speed = (film.gravity.norm() * reach).sqrt();
+        let (at, v, spin) = (&pose.position, &pose.velocity, &pose.spin);
+        add("start position", format!("{} m", cleaned(at, reach)));
+        add("start velocity", format!("{} m/s", cleaned(v, speed)));
+        add("start spin", format!("{} rad/s", cleaned(spin, speed / reach)));
     }
     facts
 }
@@ -59,8 +63,18 @@ fn vector(v: &Vector3<f64>) -> String {
     format!("({})", list(v.iter().copied()))
 }
 
-/// The slope and n · x = d, in four digits.
+/// A vector without the rounding of what made it: what is below 1e-12 of its length, or of
+/// `size` where that is larger, is 0.
+fn cleaned(v: &Vector3<f64>, size: f64) -> String {
+    let least = 1e-12 * if size.is_finite() { size.max(v.norm()) } else { v.norm() };
+    vector(&v.map(|x| if x.abs() < least { 0.0 } else { x }))
+}
+
+/// The height of a level plane; of another the slope and n · x = d, in four digits.
 fn plane(ground: &Ground) -> String {
+    if ground.normal == Vector3::z() {
+        return format!("level, z = {} m", number(ground.offset));
+    }
     let round = |x: f64| (x * 1e4).round() / 1e4;
     let normal = vector(&ground.normal.map(round));
     format!("slope {}°, normal {normal}, offset {} m", round(ground.slope()), number(ground.offset))
@@ -105,6 +119,14 @@ fn shape(points: &[Vector3<f64>]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn rounding_is_no_part_of_a_start() {
+        assert_eq!(cleaned(&Vector3::new(1.2e-17, -0.3, 2.5), 1.0), "(0, -0.3, 2.5)");
+        assert_eq!(cleaned(&Vector3::new(1e-17, 0.0, 0.0), 1.0), "(0, 0, 0)");
+        assert_eq!(cleaned(&Vector3::new(1e-17, 0.0, 0.0), 0.0), "(1e-17, 0, 0)");
+        assert_eq!(cleaned(&Vector3::new(1e-9, 0.0, 1.0), f64::NAN), "(1e-9, 0, 1)");
+    }
 
     #[test]
     fn matrices_and_bodies_are_as_short_as_they_can_be() {

@@ -20,6 +20,8 @@ function readColours() {
     "plot-grid",
     "run-a",
     "run-b",
+    "run-a-other",
+    "run-b-other",
     "retried",
     "fallback",
     "failed",

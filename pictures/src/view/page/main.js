@@ -5,6 +5,10 @@ const SPEEDS = [0.05, 0.1, 0.25, 0.5, 1, 2, 4];
 // Rows of a step with shift.
 const LARGE = 20;
 
+// As many decimals as the finest step has, all readings of the clock alike.
+const clockDecimals = Math.max(...runs.map((run) => stepDecimals(run.step)));
+const clock = (t) => fixed(t, clockDecimals);
+
 let time = 0;
 let speed = 1;
 let isPlaying = false;
@@ -35,14 +39,15 @@ function paint() {
   const shown = stages.filter(isShown);
   if (camera.isFitted) {
     camera.fit([...places, ...feet], ...shown[0].size);
+    show.anchor = camera.target;
   }
   for (const stage of shown) stage.paint(camera, time, isPlaying ? painted : time, show);
   painted = time;
   for (const plot of plots) plot.move(time);
   showState(state, time);
   $("scrub").value = time;
-  $("scrub").setAttribute("aria-valuetext", `${fixed(time, 3)} seconds`);
-  put($("clock"), `${fixed(time, 3)} / ${fixed(duration, 3)} s`);
+  $("scrub").setAttribute("aria-valuetext", `${clock(time)} seconds`);
+  put($("clock"), `${clock(time)} / ${clock(duration)} s`);
 }
 
 function setTime(wanted) {
@@ -99,10 +104,8 @@ function changeSpeed(places) {
 function toggle(what) {
   show[what] = !show[what];
   $(what).setAttribute("aria-pressed", String(show[what]));
-  if (what === "follow" && show.follow) {
-    const middles = runs.map((run) => run.position(run.frame(time)));
-    show.anchor = times(middles.reduce(add), 1 / middles.length);
-  }
+  // What the camera looks at now is what is kept on the body.
+  if (what === "follow") show.anchor = camera.target;
   arrange();
 }
 

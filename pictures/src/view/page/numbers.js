@@ -20,10 +20,11 @@ function number(value, digits = 4) {
   return value.toPrecision(digits).replace("-", MINUS);
 }
 
-// A number with a fixed number of decimals, so that columns do not jump.
+// A number with a fixed number of decimals, so that columns do not jump; as a power of ten
+// where that many would be hard to read.
 function fixed(value, decimals) {
   if (!Number.isFinite(value)) return NOTHING;
-  if (Math.abs(value) >= 1e6) return number(value);
+  if (Math.abs(value) >= 1e6 || decimals > 9) return number(value);
   const text = value.toFixed(decimals);
   return (Number(text) === 0 ? text.replace("-", "") : text).replace("-", MINUS);
 }
@@ -47,6 +48,16 @@ function decimals(step) {
     places += 1;
   }
   return places;
+}
+
+// The decimals with which numbers of the size of `size` have four digits.
+const decimalsOf = (size) =>
+  size > 0 && Number.isFinite(size) ? Math.max(0, 3 - Math.floor(Math.log10(size) + 1e-9)) : 3;
+
+// The decimals of a time: those of the step, or three digits of it where it is no round number.
+function stepDecimals(step) {
+  const three = Math.max(0, 2 - Math.floor(Math.log10(step) + 1e-9));
+  return decimals(step) < 9 ? Math.min(decimals(step), three) : three;
 }
 
 // The label of a tick: a power of ten on a logarithmic axis, else a multiple of `step`.

@@ -2,13 +2,22 @@
 
 // Colours of the curves where those of the sheets would not be seen on a dark page.
 const ON_DARK = {
-  "#0072b2": "#4fa9e3",
-  "#d55e00": "#f08a45",
-  "#009e73": "#35c39a",
-  "#7f5539": "#b98a6b",
+  "#0072b2": "#3b82f6",
+  "#009e73": "#2fbf8f",
+  "#cc79a7": "#f08cc8",
+  "#56b4e9": "#a5e1ff",
+  "#d55e00": "#ff6a3c",
+  "#7f5539": "#a8795b",
   "#3d3d3d": "#c9d1d9",
 };
+// Of two runs each has two tones, and four dashes of each.
 const DASHES = [[], [7, 4], [2, 3], [9, 3, 2, 3]];
+const TONES = [
+  ["run-a", "run-a-other"],
+  ["run-b", "run-b-other"],
+];
+// Curves of a run that the legend names; with more, all are equally wide.
+const NAMED = 8;
 const HEIGHTS = { log: 150, symlog: 150, linear: 125 };
 const AXIS_WIDTH = 54;
 // With fewer rows every value has a dot.
@@ -75,8 +84,9 @@ class Plot {
       };
     }
     const among = this.series.filter((other) => other.run === series.run);
-    const place = among.indexOf(series);
-    return { stroke: colours[series.run ? "run-b" : "run-a"], dash: DASHES[place % DASHES.length] };
+    const place = among.indexOf(series) % NAMED;
+    const tone = TONES[series.run][Math.floor(place / DASHES.length)];
+    return { stroke: colours[tone], dash: DASHES[place % DASHES.length] };
   }
 
   // Earlier curves are wider: where curves coincide, all of them can be seen.
@@ -84,6 +94,7 @@ class Plot {
     if (isPair && this.data.id !== "distance") return series.run ? 1.3 : 3;
     const busy = this.series.filter(({ values }) => values.some((value) => value !== 0));
     const after = busy.length - 1 - busy.indexOf(series);
+    if (this.series.length > NAMED) return 1.5;
     return busy.includes(series)
       ? 1.5 + after * Math.min(0.6, 3.2 / Math.max(1, busy.length - 1))
       : 1.2;
@@ -94,7 +105,9 @@ class Plot {
     const title = this.data.legend ? [`${this.data.legend} `] : [];
     // A lone curve needs no legend; its value stands in the heading.
     const isLone = this.series.length === 1;
-    this.readings = this.series.slice(0, 2 * 8).map((series) => {
+    const isNamed = (series) =>
+      this.series.filter((other) => other.run === series.run).indexOf(series) < NAMED;
+    this.readings = this.series.filter(isNamed).map((series) => {
       const { stroke, dash } = this.look(series);
       const name = [isPair && this.data.id !== "distance" ? runs[series.run].name : "", series.name]
         .join(" ")
@@ -102,10 +115,10 @@ class Plot {
       if (isLone) return { series, value: this.single };
       const value = element("i");
       const swatch = document.createElementNS("http://www.w3.org/2000/svg", "svg");
-      swatch.setAttribute("width", "18");
+      swatch.setAttribute("width", "26");
       swatch.setAttribute("height", "4");
       const line = document.createElementNS("http://www.w3.org/2000/svg", "path");
-      line.setAttribute("d", "M0 2h18");
+      line.setAttribute("d", "M0 2h26");
       line.setAttribute("stroke", stroke);
       line.setAttribute("stroke-width", "2.5");
       line.setAttribute("stroke-dasharray", dash.join(" "));

@@ -36,6 +36,9 @@ class Run {
     }
     this.points = data.body.points;
     this.isBox = data.body.is_box;
+    // Four digits of the body's size, and of the largest speed.
+    this.lengthDecimals = decimalsOf(Math.max(...this.points.map(length)));
+    this.speedDecimals = decimalsOf(this.speeds.reduce((most, v) => (v > most ? v : most), 0));
   }
 
   // Frames along the way of the centre of mass, as many as make `pieces` equal pieces of it.

@@ -126,7 +126,7 @@ function showState(lines, time) {
     const [first, last] = [run.row(frame), Math.min(run.row(frame + 1) - 1, run.rows - 1)];
     const status = page.statuses[run.statuses[frame]];
     const isEnd = frame === run.count - 1;
-    put(fields.t, `${fixed(first * run.step, Math.min(6, decimals(run.step)))} s`);
+    put(fields.t, `${fixed(first * run.step, stepDecimals(run.step))} s`);
     put(fields.k, !isEnd && last > first ? `${count(first)} … ${count(last)}` : count(first));
     put(fields.status, isEnd ? "end" : status);
     fields.status.className = `status-${status}`;
@@ -134,10 +134,10 @@ function showState(lines, time) {
       fields.position,
       `${run
         .position(frame)
-        .map((x) => fixed(x, 3))
+        .map((x) => fixed(x, run.lengthDecimals))
         .join(", ")} m`,
     );
-    put(fields.speed, `${fixed(run.speeds[frame], 3)} m/s`);
-    put(fields.residual, isEnd ? NOTHING : `${number(run.residuals[frame], 2)} m/s`);
+    put(fields.speed, `${fixed(run.speeds[frame], run.speedDecimals)} m/s`);
+    put(fields.residual, isEnd ? "no step follows" : `${number(run.residuals[frame], 2)} m/s`);
   }
 }

@@ -31,12 +31,10 @@ function roundLength(size) {
   return ([1, 2, 5].find((digit) => digit * power >= size) ?? 10) * power;
 }
 
-// The ground under everything: the plane n · x = d with a grid. Without a ground, a level
-// grid below all places, for the eye alone.
+// The ground under everything: the plane n · x = d with a grid; null where there is none.
 function groundOf(run) {
-  const isSolid = run.data.ground !== null;
-  const lowest = Math.min(0, ...places.map((place) => place[2]));
-  const { normal, offset } = run.data.ground ?? { normal: UP, offset: lowest };
+  if (run.data.ground === null) return null;
+  const { normal, offset } = run.data.ground;
   const height = (point) => dot(normal, point) - offset;
   // Along the vertical, or straight across where the ground is a wall.
   const way = Math.abs(dot(normal, UP)) > 0.05 ? times(UP, 1 / dot(normal, UP)) : normal;
@@ -70,7 +68,7 @@ function groundOf(run) {
     grid.push([at(x0, y0 + k * spacing), at(x1, y0 + k * spacing)]);
   }
   const outline = [at(x0, y0), at(x1, y0), at(x1, y1), at(x0, y1)];
-  return { isSolid, normal, height, drop, grid, outline, spacing };
+  return { normal, height, drop, grid, outline };
 }
 
 const grounds = runs.map(groundOf);
@@ -90,6 +88,22 @@ class Stage {
         this.caption.append(key);
       }
     }
+    this.remark = element("span", { class: "remark" });
+    this.caption.append(this.remark);
+  }
+
+  // What the picture does not show by itself.
+  remarks(time, show) {
+    const notes = [];
+    const planes = new Set(this.members.map((run) => JSON.stringify(run.data.ground)));
+    if (planes.size > 1) {
+      const { name, data } = this.members[0];
+      notes.push(data.ground ? `the ground is that of ${name}` : `${name} has no ground to show`);
+    }
+    if (show.forces && this.members.every((run) => run.frame(time) === run.count - 1)) {
+      notes.push("the last row: no step follows, so it has no forces");
+    }
+    return notes.join("; ");
   }
 
   get size() {
@@ -114,7 +128,7 @@ class Stage {
     const brush = new Brush(context, lens);
     const ground = grounds[this.members[0].index];
     const bodies = this.members.map((run) => this.body(run, time, before, lens));
-    const isAbove = ground.height(lens.eye) > 0;
+    const isAbove = ground === null || ground.height(lens.eye) > 0;
     const paintBodies = () => {
       // The farther body first.
       bodies.sort((a, b) => lens.depth(b.place) - lens.depth(a.place));
@@ -122,12 +136,13 @@ class Stage {
     };
     // What is beyond the ground is painted before it.
     if (!isAbove) paintBodies();
-    this.paintGround(brush, ground, isAbove);
-    if (ground.isSolid && isAbove) {
+    if (ground) this.paintGround(brush, ground, isAbove);
+    if (ground && isAbove) {
       for (const body of bodies) this.paintShadow(brush, ground, body);
     }
     if (isAbove) paintBodies();
     this.paintAxes(context, lens, height);
+    put(this.remark, this.remarks(time, show));
   }
 
   // How far the view is moved to keep the bodies in the middle.
@@ -153,7 +168,7 @@ class Stage {
 
   paintGround(brush, ground, isAbove) {
     const alpha = isAbove ? 1 : 0.6;
-    if (ground.isSolid) brush.polygon(ground.outline, { fill: colours.ground, alpha });
+    brush.polygon(ground.outline, { fill: colours.ground, alpha });
     brush.lines(ground.grid, { stroke: colours.grid, alpha });
     brush.polygon(ground.outline, { stroke: colours.grid, width: 1.6, alpha });
   }
