@@ -8,6 +8,8 @@
 mod driver;
 #[path = "view_browser/pages.rs"]
 mod pages;
+#[path = "../pictures/tests/pile/mod.rs"]
+mod pile;
 
 use driver::{Browser, is_installed};
 use pages::{Pages, lab_distance, tumble};
@@ -413,6 +415,86 @@ fn a_small_body_and_a_free_one_read_well() {
         .filter((text) => text.startsWith('ground'))[0]";
     let grounds = browser.run(grounds);
     assert!(grounds.as_str().unwrap().contains("level, z = 0 m"), "{grounds}");
+    browser.assert_quiet();
+}
+
+/// Of a hundred bodies each has its plots, by a click or from the list, and they play smoothly.
+#[test]
+fn a_hundred_bodies_play_and_are_chosen() {
+    if !is_installed() {
+        return;
+    }
+    let pages = Pages::new();
+    let path = pages.path("hundred.html");
+    let film = pile::film(600);
+    fs::write(&path, tumble_pictures::view::page("0", &[&film]).unwrap()).unwrap();
+    let browser = Browser::start(1280, 800);
+    browser.open(&path);
+    browser.screenshot("many-start");
+    let chosen = || browser.run("return document.getElementById('body').selectedOptions[0].text");
+    let position =
+        || browser.run("return document.querySelector('#state .position dd').textContent");
+    assert_eq!((chosen(), position()), ("brick 0".into(), "−1.9000, 1.5000, 0.1000 m".into()));
+    // The page's own places of two bodies, clicked on.
+    for name in ["ball 62", "octahedron 88"] {
+        let (b, body) = film.bodies.iter().enumerate().find(|(_, body)| body.name == name).unwrap();
+        browser.run(&format!(
+            "const list = document.getElementById('body'); list.value = {b}; \
+             list.dispatchEvent(new Event('change')); document.getElementById('follow').click()"
+        ));
+        browser.settle();
+        let start = film.frames[0].poses[b].position;
+        let read = position().as_str().unwrap().replace('−', "-").replace(" m", "");
+        let read: Vec<f64> = read.split(", ").map(|number| number.parse().unwrap()).collect();
+        for (read, start) in read.iter().zip(start.iter()) {
+            assert!((read - start).abs() < 1e-4, "{read} {start}");
+        }
+        let plots = "return document.querySelectorAll('.sheet h2')[0].textContent";
+        assert_eq!(browser.run(plots), format!("Motion and contact: {name}"));
+        browser.run("document.getElementById('follow').click()");
+    }
+    // A click chooses the body whose colour is there: of six hues in turn, for blue and red.
+    browser.click("#forces");
+    browser.click("#trail");
+    let mut found = std::collections::BTreeSet::new();
+    for (across, down) in (0..96).map(|i| (f64::from(i % 12), f64::from(i / 12))) {
+        let place = browser.place(".stage canvas", 0.12 + 0.07 * across, 0.3 + 0.06 * down);
+        browser.run("document.getElementById('body').value = '-1'");
+        let [red, green, blue] = browser.colour_at(place);
+        browser.drag("mouse", &[[place, place]]);
+        let chosen = browser.run("return Number(document.getElementById('body').value || -1)");
+        let Some(b) = chosen.as_i64().filter(|b| *b > 0) else { continue };
+        found.insert(b);
+        let expected = match b % 6 {
+            0 => blue > red + 40 && blue > green,
+            1 => red > green + 20 && green > blue + 20,
+            2 => green > red + 20,
+            3 => red > green + 20 && blue > green + 20,
+            4 => red > green + 40 && red > blue + 40,
+            _ => red > blue + 20 && green > blue + 20,
+        };
+        // Edges and outlines are of no hue.
+        let is_edge = red + green + blue < 300 || (red > 150 && green < 40);
+        assert!(expected || is_edge, "{b}: {red} {green} {blue}");
+    }
+    assert!(found.len() > 15, "{found:?}");
+    let names = |kind: &str| found.iter().any(|b| film.bodies[*b as usize].name.starts_with(kind));
+    assert!(names("brick") && names("ball"));
+    browser.click("#trail");
+    browser.set_time(0.3);
+    browser.screenshot("many");
+    // Painting a frame, without and with forces. The bound is that of 30 frames a second.
+    for forces in [false, true] {
+        if browser.is_pressed("forces") != forces {
+            browser.click("#forces");
+        }
+        let cost = browser.painting_cost();
+        eprintln!("a frame of 100 bodies, forces {forces}: {cost:.1} ms");
+        assert!(cost < 33.0, "{cost} ms");
+    }
+    browser.colour_scheme("dark");
+    browser.set_time(0.6);
+    browser.screenshot("many-dark");
     browser.assert_quiet();
 }
 

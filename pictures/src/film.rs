@@ -1,12 +1,14 @@
 //! What pictures are made of.
 
+use crate::shape::Piece;
 use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
 use serde::Serialize;
 use std::fmt;
 
 /// The motion of bodies, with what is needed to draw it. SI units, the world's frame.
 ///
-/// A film may have several bodies; the pictures show the first.
+/// Of one body the corners are told apart, with their forces and multipliers; of several, the
+/// plots show one body at a time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Film {
     /// For a heading: scene, seed and solver; empty where nothing is known of them.
@@ -21,6 +23,8 @@ pub struct Film {
     pub friction: f64,
     /// `None` where the bodies move freely.
     pub ground: Option<Ground>,
+    /// What stands still besides the ground.
+    pub fixed: Vec<Fixed>,
     /// At least one.
     pub bodies: Vec<Body>,
     /// At least one, a time step apart; the last has no step.
@@ -45,15 +49,29 @@ pub struct Ground {
     pub offset: f64,
 }
 
+/// A thing that does not move, world frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fixed {
+    /// What it is called; may be empty.
+    pub name: String,
+    /// What it consists of.
+    pub pieces: Vec<Piece>,
+}
+
 /// A rigid body.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Body {
+    /// What it is called; may be empty.
+    pub name: String,
     /// m, kg.
     pub mass: f64,
     /// I, kg m², body frame.
     pub inertia: Matrix3<f64>,
     /// Its corners, or other points that can touch, m, body frame, from the centre of mass.
     pub points: Vec<Vector3<f64>>,
+    /// What it consists of, body frame, from the centre of mass. Without any, its points are
+    /// drawn: as a box where they are eight corners of one, x fastest.
+    pub pieces: Vec<Piece>,
     /// What pushes it besides gravity and contact.
     pub load: Load,
 }
@@ -78,8 +96,7 @@ pub struct Frame {
     pub time: f64,
     /// Where each body is and how it moves.
     pub poses: Vec<Pose>,
-    /// The points that touch in the step, by body and point; points without a force may be
-    /// left out.
+    /// What touches in the step; contacts without a force may be left out.
     pub contacts: Vec<Contact>,
     /// How the step ended.
     pub status: Status,
@@ -107,9 +124,11 @@ pub struct Pose {
 pub struct Contact {
     /// Which of [`Film::bodies`].
     pub body: usize,
-    /// Which of [`Body::points`].
-    pub point: usize,
-    /// On the body, N.
+    /// What it touches.
+    pub partner: Partner,
+    /// Where.
+    pub place: Place,
+    /// On the body, N, world frame; the partner gets the opposite.
     pub force: Vector3<f64>,
     /// Whether the point presses in the step: α.
     pub carries_force: bool,
@@ -117,6 +136,31 @@ pub struct Contact {
     pub slacks: [f64; 2],
     /// Of the slip speed, λ, m/s.
     pub multiplier: f64,
+}
+
+/// What a body touches.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Partner {
+    /// [`Film::ground`].
+    Ground,
+    /// One of [`Film::fixed`].
+    Fixed(usize),
+    /// One of [`Film::bodies`].
+    Body(usize),
+}
+
+/// Where a contact is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Place {
+    /// At one of [`Body::points`].
+    Corner(usize),
+    /// Anywhere else.
+    At {
+        /// World frame, m.
+        point: Vector3<f64>,
+        /// Tells the contacts of a pair apart, and is the same from step to step.
+        key: u64,
+    },
 }
 
 /// How a step ended; the later ones are the more conspicuous.
@@ -148,16 +192,24 @@ impl Film {
         self.frames.iter().any(|frame| frame.status == Status::Failed)
     }
 
-    /// The body that is shown.
-    pub(crate) fn body(&self) -> &Body {
-        &self.bodies[0]
+    /// Whether it is about the corners of a single body.
+    pub(crate) fn is_single(&self) -> bool {
+        self.bodies.len() == 1 && self.fixed.is_empty()
     }
 
-    /// Where the points of the body are in `frame`, m.
-    pub(crate) fn points(&self, frame: &Frame) -> impl Iterator<Item = Vector3<f64>> {
-        let pose = frame.pose();
+    /// What body `b` is called.
+    pub(crate) fn name(&self, b: usize) -> String {
+        match self.bodies[b].name.as_str() {
+            "" => format!("body {b}"),
+            name => name.to_owned(),
+        }
+    }
+
+    /// Where the points of body `b` are in `frame`, m.
+    pub(crate) fn points(&self, b: usize, frame: &Frame) -> impl Iterator<Item = Vector3<f64>> {
+        let pose = &frame.poses[b];
         let rotation = pose.attitude.to_rotation_matrix();
-        self.body().points.iter().map(move |point| pose.position + rotation * point)
+        self.bodies[b].points.iter().map(move |point| pose.position + rotation * point)
     }
 
     /// The height of a place above the ground, or along z where there is none, m.
@@ -165,9 +217,18 @@ impl Film {
         self.ground.as_ref().map_or(place.z, |ground| ground.height(place))
     }
 
-    /// The height of the lowest point of the body in `frame`, m.
-    pub(crate) fn lowest_height(&self, frame: &Frame) -> f64 {
-        self.points(frame).map(|point| self.height(&point)).fold(f64::INFINITY, f64::min)
+    /// The height of the lowest point of body `b` in `frame`, m.
+    pub(crate) fn lowest_height(&self, b: usize, frame: &Frame) -> f64 {
+        let (body, pose) = (&self.bodies[b], &frame.poses[b]);
+        let lowest = |core: &[Vector3<f64>], radius: f64| {
+            let heights = core.iter().map(|p| self.height(&(pose.position + pose.attitude * p)));
+            heights.fold(f64::INFINITY, f64::min) - radius
+        };
+        if body.pieces.is_empty() {
+            return lowest(&body.points, 0.0);
+        }
+        let pieces = body.pieces.iter().map(|piece| lowest(piece.core(), piece.radius()));
+        pieces.fold(f64::INFINITY, f64::min)
     }
 
     /// World → the frame of the ground, which is the world's where there is none.
@@ -186,22 +247,35 @@ impl Film {
     }
 }
 
-impl Frame {
-    /// The pose of the body that is shown.
-    pub(crate) fn pose(&self) -> &Pose {
-        &self.poses[0]
+impl Contact {
+    /// Which corner of the body it is at.
+    pub(crate) fn corner(&self) -> Option<usize> {
+        match self.place {
+            Place::Corner(corner) => Some(corner),
+            Place::At { .. } => None,
+        }
     }
 
-    /// The contacts of the body that is shown.
-    pub(crate) fn touches(&self) -> impl Iterator<Item = &Contact> {
-        self.contacts.iter().filter(|contact| contact.body == 0)
+    /// Whether it is a contact of body `b`, from either side.
+    pub(crate) fn is_of(&self, b: usize) -> bool {
+        self.body == b || self.partner == Partner::Body(b)
+    }
+
+    /// The force on body `b`, N.
+    pub(crate) fn force_on(&self, b: usize) -> Vector3<f64> {
+        if self.body == b { self.force } else { -self.force }
     }
 }
 
 impl Body {
     /// How far it reaches from its centre of mass, m.
     pub(crate) fn reach(&self) -> f64 {
-        self.points.iter().map(|point| point.norm()).fold(0.0, f64::max)
+        let points = self.points.iter().map(|point| point.norm());
+        let ends = |piece: &Piece| {
+            let core = piece.core().iter().map(|point| point.norm()).fold(0.0, f64::max);
+            core + piece.radius()
+        };
+        points.chain(self.pieces.iter().map(ends)).fold(0.0, f64::max)
     }
 }
 

@@ -1,7 +1,8 @@
 //! Which contact forces are shown, and how large.
 
-use crate::film::{Film, Frame};
+use crate::film::{Body, Contact, Film, Frame, Partner, Place};
 use nalgebra::Vector3;
+use std::collections::BTreeMap;
 
 /// Forces below this times [`Scale::weight`] are not shown.
 const NEGLIGIBLE: f64 = 1e-6;
@@ -12,8 +13,8 @@ const NEGLIGIBLE: f64 = 1e-6;
 /// s = √(force / weight) the length is s / (1 + s) of the longest, which grows like the
 /// square root for forces below the weight and levels off above it.
 pub struct Scale {
-    /// Mass times gravity; without gravity the largest force of the film. Its arrow has half
-    /// of the longest length. N.
+    /// Mass times gravity, the mean of all bodies; without gravity the largest force of the
+    /// film. Its arrow has half of the longest length. N.
     pub weight: f64,
     /// No arrow gets this long, m.
     pub longest: f64,
@@ -21,13 +22,15 @@ pub struct Scale {
 
 impl Scale {
     pub fn of(film: &Film) -> Self {
-        let body = film.body();
-        let mut weight = body.mass * film.gravity.norm();
+        let count = film.bodies.len() as f64;
+        let mass = film.bodies.iter().map(|body| body.mass).sum::<f64>() / count;
+        let reach = film.bodies.iter().map(Body::reach).sum::<f64>() / count;
+        let mut weight = mass * film.gravity.norm();
         if weight == 0.0 {
-            let contacts = film.frames.iter().flat_map(Frame::touches);
+            let contacts = film.frames.iter().flat_map(|frame| &frame.contacts);
             weight = contacts.map(|c| c.force.norm()).fold(f64::MIN_POSITIVE, f64::max);
         }
-        Self { weight, longest: 1.5 * body.reach() }
+        Self { weight, longest: 1.5 * reach }
     }
 
     /// The arrow of a force that is shown.
@@ -36,17 +39,64 @@ impl Scale {
         force.normalize() * (self.longest * root / (1.0 + root))
     }
 
-    /// The points with a force that is shown, and the mean of it over `steps`: a mean, so that
-    /// an impact of one step is seen whichever frame is shown.
-    pub fn means(&self, film: &Film, steps: &[Frame]) -> Vec<(usize, Vector3<f64>)> {
-        let mut means = vec![Vector3::zeros(); film.body().points.len()];
-        for contact in steps.iter().flat_map(Frame::touches) {
-            if let Some(mean) = means.get_mut(contact.point) {
-                *mean += contact.force / steps.len() as f64;
+    /// The contacts with a force that is shown, and the mean of it over `steps`: a mean, so
+    /// that an impact of one step is seen whichever frame is shown.
+    pub fn means(&self, film: &Film, steps: &[Frame]) -> Vec<Mean> {
+        let mut means = BTreeMap::new();
+        for contact in steps.iter().flat_map(|step| &step.contacts) {
+            let points = film.bodies.get(contact.body).map_or(0, |body| body.points.len());
+            if contact.corner().is_some_and(|corner| corner >= points) {
+                continue;
+            }
+            let mean = means.entry(Site::of(contact)).or_insert((contact.place, Vector3::zeros()));
+            // The last place is the one that is shown.
+            mean.0 = contact.place;
+            mean.1 += contact.force / steps.len() as f64;
+        }
+        let is_shown = |mean: &Mean| mean.force.norm() > NEGLIGIBLE * self.weight;
+        let mean = |(site, (place, force))| Mean { site, place, force };
+        means.into_iter().map(mean).filter(is_shown).collect()
+    }
+}
+
+/// What a contact is told by from step to step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Site {
+    pub body: usize,
+    pub partner: Partner,
+    /// Whether `key` is a corner.
+    pub is_corner: bool,
+    pub key: u64,
+}
+
+/// The mean force of a contact, N, world frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Mean {
+    pub site: Site,
+    pub place: Place,
+    pub force: Vector3<f64>,
+}
+
+impl Site {
+    fn of(contact: &Contact) -> Self {
+        let (is_corner, key) = match contact.place {
+            Place::Corner(corner) => (true, corner as u64),
+            Place::At { key, .. } => (false, key),
+        };
+        Self { body: contact.body, partner: contact.partner, is_corner, key }
+    }
+}
+
+impl Mean {
+    /// Where it is when the bodies are as in `frame`, m.
+    pub fn point(&self, film: &Film, frame: &Frame) -> Vector3<f64> {
+        match self.place {
+            Place::At { point, .. } => point,
+            Place::Corner(corner) => {
+                let pose = &frame.poses[self.site.body];
+                pose.position + pose.attitude * film.bodies[self.site.body].points[corner]
             }
         }
-        let is_shown = |force: &Vector3<f64>| force.norm() > NEGLIGIBLE * self.weight;
-        means.into_iter().enumerate().filter(|(_, force)| is_shown(force)).collect()
     }
 }
 
@@ -73,9 +123,9 @@ mod tests {
         let landed = film.frames.iter().position(|frame| !frame.contacts.is_empty()).unwrap();
         assert_eq!(scale.means(&film, &film.frames[..landed]), []);
         let means = scale.means(&film, &film.frames[landed - 3..landed + 1]);
-        assert_eq!(means.iter().map(|mean| mean.0).collect::<Vec<_>>(), [0, 1, 2, 3]);
+        assert_eq!(means.iter().map(|mean| mean.site.key).collect::<Vec<_>>(), [0, 1, 2, 3]);
         // One step of four, and a quarter of the weight for each corner.
-        assert!(means.iter().all(|(_, force)| (force.norm() - 98.1 / 16.0).abs() < 1e-12));
+        assert!(means.iter().all(|mean| (mean.force.norm() - 98.1 / 16.0).abs() < 1e-12));
         let floating = floating_cube(3);
         assert_eq!(Scale::of(&floating).means(&floating, &floating.frames), []);
     }

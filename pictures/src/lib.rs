@@ -1,7 +1,7 @@
 //! Motions of rigid bodies in contact as pictures: a film in, bytes out.
 //!
-//! A [`Film`] is plain data: bodies, where they are in each frame, and the contact forces
-//! between two frames. [`animation`] makes a GIF of it, [`plot`] curves over time, [`view`] a
+//! A [`Film`] is plain data: bodies and their shapes, where they are in each frame, and the
+//! contact forces between two frames. [`animation`] makes a GIF of it, [`plot`] curves over time, [`view`] a
 //! page that plays one film or two. [`validation`] makes a page of comparisons with
 //! closed-form answers. Nothing here reads or writes a file, and the same input gives the
 //! same bytes.
@@ -19,4 +19,7 @@ mod shape;
 pub mod validation;
 pub mod view;
 
-pub use film::{Body, Contact, Fact, Film, Frame, Ground, Load, Pose, Status};
+pub use film::{
+    Body, Contact, Fact, Film, Fixed, Frame, Ground, Load, Partner, Place, Pose, Status,
+};
+pub use shape::{Hull, Piece};

@@ -1,6 +1,6 @@
 //! Films for tests, from closed forms.
 
-use crate::film::{Body, Contact, Film, Frame, Ground, Load, Pose, Status};
+use crate::film::{Body, Contact, Film, Frame, Ground, Load, Partner, Place, Pose, Status};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 /// g, m/s².
@@ -27,7 +27,8 @@ pub fn falling_cube(steps: u64) -> Film {
         let force = Vector3::new(0.0, 0.0, MASS * GRAVITY / 4.0);
         let contact = |point| Contact {
             body: 0,
-            point,
+            partner: Partner::Ground,
+            place: Place::Corner(point),
             force,
             carries_force: true,
             slacks: [0.0; 2],
@@ -73,7 +74,10 @@ pub fn floating_cube(steps: u64) -> Film {
         gravity: Vector3::zeros(),
         friction: 0.3,
         ground: None,
+        fixed: Vec::new(),
         bodies: vec![Body {
+            name: String::new(),
+            pieces: Vec::new(),
             mass: MASS,
             inertia: Matrix3::identity(),
             points: (0..8).map(corner).collect(),

@@ -1,29 +1,143 @@
-//! What a body looks like, from its points.
+//! What a body looks like: convex pieces, or the points that can touch.
 
+use crate::film::Body;
 use nalgebra::Vector3;
 
-/// How a body is drawn.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Shape {
-    /// Eight corners of a box, x fastest: faces and edges.
-    Box,
-    /// Anything else: the outline of the points, and the points.
-    Points,
+/// A convex piece of a body or of what stands still, m.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Piece {
+    /// A polyhedron, rounded or not.
+    Hull(Hull),
+    /// A ball.
+    Sphere {
+        /// Its middle.
+        centre: Vector3<f64>,
+        /// Of its surface.
+        radius: f64,
+    },
+    /// What is within `radius` of a segment.
+    Capsule {
+        /// The ends of the segment.
+        ends: [Vector3<f64>; 2],
+        /// Of its surface about the segment.
+        radius: f64,
+    },
 }
 
-impl Shape {
-    /// What `points` are the corners of.
-    pub fn of(points: &[Vector3<f64>]) -> Self {
-        let &[origin, x, y, _, z, ..] = points else { return Self::Points };
-        let edges = [x - origin, y - origin, z - origin];
-        let size = edges.iter().map(|edge| edge.amax()).fold(0.0, f64::max);
-        let volume = edges[0].cross(&edges[1]).dot(&edges[2]).abs();
-        let fits = points.iter().enumerate().all(|(i, point)| {
-            let steps = (0..3).map(|k| edges[k] * (i >> k & 1) as f64).sum::<Vector3<f64>>();
-            (origin + steps - point).amax() <= 1e-6 * size
-        });
-        if points.len() == 8 && fits && volume > 0.0 { Self::Box } else { Self::Points }
+/// What is within `radius` of a convex polyhedron.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Hull {
+    /// The corners of the polyhedron.
+    pub vertices: Vec<Vector3<f64>>,
+    /// Its faces: places in [`Hull::vertices`], in order around each, from either side.
+    pub faces: Vec<Vec<usize>>,
+    /// 0 for sharp edges.
+    pub radius: f64,
+}
+
+/// What is drawn.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Look {
+    Solid(Piece),
+    /// The outline of the points, and the points.
+    Points(Vec<Vector3<f64>>),
+}
+
+/// Corners of the six faces of a box, in order around each; corner x + 2 y + 4 z.
+const BOX: [[usize; 4]; 6] =
+    [[0, 2, 6, 4], [1, 3, 7, 5], [0, 1, 5, 4], [2, 3, 7, 6], [0, 1, 3, 2], [4, 5, 7, 6]];
+
+impl Piece {
+    /// A box by its eight corners, x fastest.
+    pub fn cuboid(corners: &[Vector3<f64>]) -> Self {
+        let faces = BOX.iter().map(|face| face.to_vec()).collect();
+        Self::Hull(Hull { vertices: corners.to_vec(), faces, radius: 0.0 })
     }
+
+    /// The corners of the polyhedron, the segment or the point that it is round about.
+    pub(crate) fn core(&self) -> &[Vector3<f64>] {
+        match self {
+            Self::Hull(hull) => &hull.vertices,
+            Self::Sphere { centre, .. } => std::slice::from_ref(centre),
+            Self::Capsule { ends, .. } => ends,
+        }
+    }
+
+    /// How far it goes beyond its core, m.
+    pub(crate) fn radius(&self) -> f64 {
+        match self {
+            Self::Hull(Hull { radius, .. })
+            | Self::Sphere { radius, .. }
+            | Self::Capsule { radius, .. } => *radius,
+        }
+    }
+}
+
+impl Hull {
+    /// The faces with their outward normals, of length 1; without those that have no area.
+    pub(crate) fn sides(&self) -> impl Iterator<Item = (&[usize], Vector3<f64>)> {
+        let middle = self.vertices.iter().sum::<Vector3<f64>>() / self.vertices.len() as f64;
+        self.faces.iter().filter_map(move |face| {
+            let corner = |k: usize| {
+                let place = face.get(k % face.len().max(1))?;
+                self.vertices.get(*place).copied()
+            };
+            // The sum over the corners is twice the area, for any polygon in a plane.
+            let first = corner(0)?;
+            let mut across = Vector3::zeros();
+            for k in 0..face.len() {
+                across += (corner(k)? - first).cross(&(corner(k + 1)? - first));
+            }
+            let normal = across.try_normalize(0.0)?;
+            let outward = normal.dot(&(first - middle)) >= 0.0;
+            Some((face.as_slice(), if outward { normal } else { -normal }))
+        })
+    }
+}
+
+impl Look {
+    /// How `body` is drawn: its pieces; without any, the box that its points are the corners
+    /// of, or the points.
+    pub fn of(body: &Body) -> Vec<Self> {
+        if !body.pieces.is_empty() {
+            return body.pieces.iter().cloned().map(Self::Solid).collect();
+        }
+        let points = &body.points;
+        vec![if is_box(points) {
+            Self::Solid(Piece::cuboid(points))
+        } else {
+            Self::Points(points.clone())
+        }]
+    }
+
+    /// Points that span what is drawn: all of it is in their convex hull.
+    pub fn span(&self) -> Vec<Vector3<f64>> {
+        match self {
+            Self::Points(points) => points.clone(),
+            Self::Solid(piece) if piece.radius() == 0.0 => piece.core().to_vec(),
+            Self::Solid(piece) => {
+                let side = |i: usize| {
+                    Vector3::from_fn(|axis, _| {
+                        if i >> axis & 1 == 1 { piece.radius() } else { -piece.radius() }
+                    })
+                };
+                piece.core().iter().flat_map(|core| (0..8).map(move |i| core + side(i))).collect()
+            }
+        }
+    }
+}
+
+/// Whether `points` are the corners of a box, x fastest.
+pub(crate) fn is_box(points: &[Vector3<f64>]) -> bool {
+    let &[origin, x, y, _, z, ..] = points else { return false };
+    let edges = [x - origin, y - origin, z - origin];
+    let size = edges.iter().map(|edge| edge.amax()).fold(0.0, f64::max);
+    let volume = edges[0].cross(&edges[1]).dot(&edges[2]).abs();
+    let fits = points.iter().enumerate().all(|(i, point)| {
+        let steps = (0..3).map(|k| edges[k] * (i >> k & 1) as f64).sum::<Vector3<f64>>();
+        (origin + steps - point).amax() <= 1e-6 * size
+    });
+    points.len() == 8 && fits && volume > 0.0
 }
 
 #[cfg(test)]
@@ -38,10 +152,26 @@ mod tests {
     fn boxes_are_told_from_other_bodies() {
         let edges = [Vector3::x(), Vector3::y() * 2.0, Vector3::z() * 0.1];
         let mut points = corners(edges);
-        assert_eq!(Shape::of(&points), Shape::Box);
+        assert!(is_box(&points));
         points[3][2] += 0.01;
-        assert_eq!(Shape::of(&points), Shape::Points);
-        assert_eq!(Shape::of(&points[..4]), Shape::Points);
-        assert_eq!(Shape::of(&corners([edges[0]; 3])), Shape::Points);
+        assert!(!is_box(&points));
+        assert!(!is_box(&points[..4]));
+        assert!(!is_box(&corners([edges[0]; 3])));
+    }
+
+    #[test]
+    fn normals_point_outward_whichever_way_the_faces_go() {
+        let Piece::Hull(mut hull) =
+            Piece::cuboid(&corners([Vector3::x(), Vector3::y(), Vector3::z()]))
+        else {
+            unreachable!("a box is a hull")
+        };
+        hull.faces[2].reverse();
+        let normals: Vec<_> = hull.sides().map(|side| side.1).collect();
+        let expected = [0, 1, 2].map(|k| Vector3::ith(k, 1.0)).map(|axis| [-axis, axis]).concat();
+        assert_eq!(normals, expected);
+        // A face without area has none, and one of corners that are not there is left out.
+        hull.faces.extend([vec![0, 0, 0], vec![0, 1, 99], Vec::new()]);
+        assert_eq!(hull.sides().count(), 6);
     }
 }

@@ -7,7 +7,9 @@ use super::source::{Source, TrajectoryFile};
 use nalgebra::{Quaternion, UnitQuaternion};
 use tumble::simulation::trajectory::TrajectoryRow;
 use tumble::step::StepStatus;
-use tumble_pictures::{self as pictures, Body, Contact, Fact, Film, Frame, Ground, Pose, Status};
+use tumble_pictures::{
+    self as pictures, Body, Contact, Fact, Film, Frame, Ground, Partner, Place, Pose, Status,
+};
 
 /// All rows in memory, to be drawn; more than `most` of them are refused.
 pub fn film(mut file: TrajectoryFile<'_>, most: usize) -> Result<Film, Failure> {
@@ -31,6 +33,7 @@ pub fn film(mut file: TrajectoryFile<'_>, most: usize) -> Result<Film, Failure> 
         gravity: *world.gravity(),
         friction: world.friction(),
         ground: (!floating).then_some(ground),
+        fixed: Vec::new(),
         bodies: vec![body(&physics)],
         frames,
     })
@@ -39,9 +42,11 @@ pub fn film(mut file: TrajectoryFile<'_>, most: usize) -> Result<Film, Failure> 
 fn body(physics: &Physics) -> Body {
     let (body, load) = (physics.body(), &physics.load);
     Body {
+        name: String::new(),
         mass: body.mass(),
         inertia: *body.inertia(),
         points: body.contact_points().iter().map(|point| point.position).collect(),
+        pieces: Vec::new(),
         load: pictures::Load {
             force: load.force.knots().to_vec(),
             torque: load.torque.knots().to_vec(),
@@ -55,7 +60,8 @@ fn frame(row: &TrajectoryRow) -> Frame {
     let count = row.carrying.len();
     let contact = |point: usize| Contact {
         body: 0,
-        point,
+        partner: Partner::Ground,
+        place: Place::Corner(point),
         force: row.force(point),
         carries_force: row.carrying[point],
         slacks: [row.step[3 * count + point], row.step[4 * count + point]],

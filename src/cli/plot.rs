@@ -36,7 +36,7 @@ impl PendingPlots {
     /// Draws `film` and gives the files their names.
     pub fn write(self, film: &Film) -> Result<Vec<PathBuf>, Failure> {
         for (sheet, png_file, svg_file) in &self.files {
-            let svg = plot::svg(film, *sheet);
+            let svg = plot::svg(film, *sheet, 0);
             let png = plot::png(&svg)
                 .map_err(|why| Failure::Other(format!("the trajectory cannot be drawn: {why}")))?;
             png_file.write(&png)?;

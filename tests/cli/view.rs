@@ -60,12 +60,6 @@ fn integers(text: &Value) -> Vec<usize> {
     whole.map(|value| value as usize).collect()
 }
 
-fn shorts(text: &Value) -> Vec<usize> {
-    let bytes = bytes(text);
-    let whole = bytes.chunks_exact(2).map(|two| u16::from_le_bytes(two.try_into().unwrap()));
-    whole.map(usize::from).collect()
-}
-
 /// Rows and values of a curve.
 fn curve(series: &Value) -> Vec<(usize, f32)> {
     integers(&series["rows"]).into_iter().zip(floats(&series["values"])).collect()
@@ -163,8 +157,8 @@ fn the_data_are_the_trajectory_s_own_numbers() {
     }
 
     // Forces: all that are not negligible against the weight, and no others.
-    let counts = shorts(&frames["force_counts"]);
-    let corners = shorts(&frames["force_corners"]);
+    let counts = integers(&frames["force_counts"]);
+    let sites = integers(&frames["force_sites"]);
     let forces = floats(&frames["forces"]);
     let mut next = 0;
     let columns: Vec<[Vec<f64>; 3]> = (0..8)
@@ -175,7 +169,9 @@ fn the_data_are_the_trajectory_s_own_numbers() {
         for (corner, parts) in columns.iter().enumerate() {
             let force = [parts[0][row], parts[1][row], parts[2][row]];
             if force.iter().map(|f| f * f).sum::<f64>().sqrt() > 98.1e-6 {
-                assert_eq!(corners[next], corner, "row {row}");
+                // Of the only body, by the ground.
+                let site = &frames["sites"][sites[next]];
+                assert_eq!(*site, serde_json::json!([0, -1, corner]), "row {row}");
                 assert_eq!(forces[3 * next..3 * next + 3], force.map(|f| f as f32), "row {row}");
                 (next, found) = (next + 1, found + 1);
             }
@@ -255,7 +251,7 @@ fn two_impacts_in_200_000_rows_stay() {
     let frame = 77_777 / every;
     let names = page.data["statuses"].as_array().unwrap();
     assert_eq!(names[usize::from(bytes(&frames["statuses"])[frame])], "failed");
-    let first: usize = shorts(&frames["force_counts"])[..frame].iter().sum();
+    let first: usize = integers(&frames["force_counts"])[..frame].iter().sum();
     let mean = (20_000.0 + 25.0 * (every - 1) as f64) / every as f64;
     let forces = floats(&frames["forces"]);
     assert!((f64::from(forces[3 * first + 2]) / mean - 1.0).abs() < 1e-6);
@@ -328,14 +324,14 @@ fn a_single_row_and_a_body_that_is_no_box_have_pages() {
     assert_eq!(page.frames(0)["count"], 1);
     assert_eq!(page.plot("fz")["nothing"], "no step in this run");
     assert!(page.data["runs"][0]["worst"].is_null());
-    assert_eq!(page.data["runs"][0]["body"]["is_box"], true);
+    assert_eq!(page.data["runs"][0]["bodies"][0]["is_box"], true);
 
     let mut run_json = simulated.run_json();
     run_json["parameters"]["contact_points"][0][0] = (-1.5).into();
     fs::write(simulated.path("run.json"), run_json.to_string()).unwrap();
     assert_eq!(view(&[&simulated.path("trajectory.csv")], &[]).code, Some(0));
     let page = Page::read(&simulated.path("view.html"));
-    assert_eq!(page.data["runs"][0]["body"]["is_box"], false);
+    assert_eq!(page.data["runs"][0]["bodies"][0]["is_box"], false);
     assert_eq!(page.fact(0, "body"), "8 contact points");
 }
 

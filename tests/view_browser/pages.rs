@@ -108,6 +108,39 @@ impl Browser {
         (middle[0].as_f64().unwrap(), middle[1].as_f64().unwrap())
     }
 
+    /// Milliseconds that the page works for one frame while it plays, the median of many.
+    pub fn painting_cost(&self) -> f64 {
+        let cost = self.run(
+            "const scrub = document.getElementById('scrub'); \
+             const queue = []; const real = window.requestAnimationFrame; \
+             window.requestAnimationFrame = (call) => queue.push(call); \
+             const costs = []; \
+             for (let k = 0; k < 60; k += 1) { \
+               scrub.value = Number(scrub.max) * k / 60; \
+               const start = performance.now(); \
+               scrub.dispatchEvent(new Event('input')); \
+               queue.splice(0).forEach((call) => call(performance.now())); \
+               costs.push(performance.now() - start); \
+             } \
+             window.requestAnimationFrame = real; \
+             return costs.sort((a, b) => a - b)[30]",
+        );
+        cost.as_f64().unwrap()
+    }
+
+    /// Red, green and blue at a place of the first view.
+    pub fn colour_at(&self, (x, y): (f64, f64)) -> [u64; 3] {
+        let colour = self.run(&format!(
+            "const canvas = document.querySelector('.stage canvas'); \
+             const {{ left, top }} = canvas.getBoundingClientRect(); \
+             const copy = Object.assign(document.createElement('canvas'), {{ width: 1, height: 1 }}); \
+             const context = copy.getContext('2d', {{ willReadFrequently: true }}); \
+             context.drawImage(canvas, left - Math.round({x}), top - Math.round({y})); \
+             return Array.from(context.getImageData(0, 0, 1, 1).data)"
+        ));
+        [0, 1, 2].map(|k| colour[k].as_u64().unwrap())
+    }
+
     /// Colour (as `#rrggbb`) and dash of each curve that the legend of a plot names.
     pub fn legend_strokes(&self, plot: &str) -> Vec<(String, String)> {
         let strokes = self.run(&format!(

@@ -9,6 +9,8 @@ use nalgebra::Vector3;
 pub struct Arrow {
     pub from: Vector3<f64>,
     pub to: Vector3<f64>,
+    /// Of the body that it belongs to, m.
+    pub reach: f64,
 }
 
 /// Paints arrows over what is there, with a seam that sets them off.

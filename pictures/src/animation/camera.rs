@@ -1,6 +1,7 @@
 //! Where the camera stands, and where a point is in the picture. Points are in the ground's
 //! frame; the camera stands upright in the world, so that a slope is seen as one.
 
+use super::raster::Spot;
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
 /// Half the width of the picture over its distance: an angle of view of 28°.
@@ -79,6 +80,31 @@ impl Camera {
         [(self.middle + scale * p[0]) as f32, (self.middle - scale * p[1]) as f32]
     }
 
+    /// The pixel of a point and its depth: x, y and 1/z, z along the view.
+    pub fn spot(&self, point: &Vector3<f64>) -> Spot {
+        let p = self.axes * point - self.eye;
+        let scale = self.middle / (HALF_VIEW * p[2]);
+        [self.middle + scale * p[0], self.middle - scale * p[1], 1.0 / p[2]]
+    }
+
+    /// How many pixels a length across the view takes at a spot.
+    pub fn pixels(&self, length: f64, spot: Spot) -> f64 {
+        self.middle / HALF_VIEW * length * spot[2]
+    }
+
+    /// The way from the eye through a place of the picture, ground's frame; its part along
+    /// the view is 1.
+    pub fn ray(&self, x: f64, y: f64) -> Vector3<f64> {
+        let slope = HALF_VIEW / self.middle;
+        let way = Vector3::new(slope * (x - self.middle), slope * (self.middle - y), 1.0);
+        self.axes.transpose() * way
+    }
+
+    /// Along the view, of length 1, ground's frame.
+    pub fn forward(&self) -> Vector3<f64> {
+        self.axes.row(2).transpose()
+    }
+
     /// Where the camera is, ground's frame.
     pub fn eye(&self) -> Vector3<f64> {
         self.axes.transpose() * self.eye
@@ -124,6 +150,19 @@ mod tests {
                 }
                 assert!((reached - 1.0).abs() < 1e-5, "{azimuth} {elevation}: {reached}");
             }
+        }
+    }
+
+    #[test]
+    fn a_ray_goes_to_the_point_whose_spot_it_starts_from() {
+        let points = [Vector3::new(-4.0, 1.0, 0.0), Vector3::new(2.0, 3.0, 1.5), Vector3::x()];
+        let camera = Camera::fit(View::default(), &Rotation3::identity(), 800, &points);
+        for point in points {
+            let [x, y, w] = camera.spot(&point);
+            assert!((camera.eye() + camera.ray(x, y) / w - point).norm() < 1e-9);
+            assert!((camera.ray(x, y).dot(&camera.forward()) - 1.0).abs() < 1e-12);
+            let [px, py] = camera.project(&point).map(f64::from);
+            assert!((px - x).abs() < 1e-3 && (py - y).abs() < 1e-3);
         }
     }
 

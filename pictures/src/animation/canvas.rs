@@ -44,6 +44,30 @@ impl Canvas {
         }
     }
 
+    /// Fills polygons that may overlap as one.
+    pub fn fill_union(&mut self, polygons: &[Vec<Pixel>], colour: Colour, cover: f32) {
+        let mut path = PathBuilder::new();
+        for polygon in polygons.iter().filter(|polygon| polygon.len() > 2) {
+            for (i, &[x, y]) in polygon.iter().enumerate() {
+                if i == 0 { path.move_to(x, y) } else { path.line_to(x, y) }
+            }
+            path.close();
+        }
+        if let Some(path) = path.finish() {
+            let transform = Transform::identity();
+            self.pixmap.fill_path(&path, &paint(colour, cover), FillRule::Winding, transform, None);
+        }
+    }
+
+    /// Covers `count` of `all` samples of a pixel; their colours add up to `sum`.
+    pub fn blend(&mut self, x: usize, y: usize, sum: [u16; 3], count: u16, all: u16) {
+        let start = 4 * (y * self.pixmap.width() as usize + x);
+        let pixel = &mut self.pixmap.data_mut()[start..start + 3];
+        for (part, sum) in pixel.iter_mut().zip(sum) {
+            *part = ((u16::from(*part) * (all - count) + sum + all / 2) / all) as u8;
+        }
+    }
+
     /// Draws a line through `points`, with round ends and corners.
     pub fn line(&mut self, points: &[Pixel], closed: bool, width: f32, colour: Colour) {
         if let Some(path) = path(points, closed) {
@@ -60,14 +84,6 @@ impl Canvas {
             ..Stroke::default()
         };
         self.pixmap.stroke_path(path, &paint(colour, 1.0), &stroke, Transform::identity(), None);
-    }
-
-    /// Draws a disc.
-    pub fn dot(&mut self, [x, y]: Pixel, radius: f32, colour: Colour) {
-        if let Some(path) = PathBuilder::from_circle(x, y, radius) {
-            let transform = Transform::identity();
-            self.pixmap.fill_path(&path, &paint(colour, 1.0), FillRule::Winding, transform, None);
-        }
     }
 }
 

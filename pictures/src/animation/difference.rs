@@ -1,13 +1,12 @@
 //! What changed from one frame to the next.
 
-use super::palette::TRANSPARENT;
 use gif::{DisposalMethod, Frame};
 use std::borrow::Cow;
 
 /// The smallest rectangle with all that differs between two pictures of `size` by `size`
-/// palette indices; pixels in it that do not differ are transparent. One pixel where
+/// palette indices; pixels in it that do not differ are `transparent`. One pixel where
 /// nothing does: a frame has to have some.
-pub fn difference(before: &[u8], now: &[u8], size: usize) -> Frame<'static> {
+pub fn difference(before: &[u8], now: &[u8], size: usize, transparent: u8) -> Frame<'static> {
     let differs = |y: usize| {
         let row = y * size..(y + 1) * size;
         before[row.clone()].iter().zip(&now[row]).map(|(a, b)| a != b)
@@ -26,7 +25,7 @@ pub fn difference(before: &[u8], now: &[u8], size: usize) -> Frame<'static> {
     for y in top..bottom {
         let row = y * size + left..y * size + right;
         let pixels = before[row.clone()].iter().zip(&now[row]);
-        buffer.extend(pixels.map(|(a, b)| if a == b { TRANSPARENT } else { *b }));
+        buffer.extend(pixels.map(|(a, b)| if a == b { transparent } else { *b }));
     }
     Frame {
         left: left as u16,
@@ -34,7 +33,7 @@ pub fn difference(before: &[u8], now: &[u8], size: usize) -> Frame<'static> {
         width: (right - left) as u16,
         height: (bottom - top) as u16,
         dispose: DisposalMethod::Keep,
-        transparent: Some(TRANSPARENT),
+        transparent: Some(transparent),
         buffer: Cow::Owned(buffer),
         ..Frame::default()
     }
@@ -49,11 +48,11 @@ mod tests {
         let before = vec![5; 16];
         let mut now = before.clone();
         (now[4 + 1], now[8 + 3]) = (7, 8);
-        let frame = difference(&before, &now, 4);
+        let frame = difference(&before, &now, 4, 63);
         assert_eq!((frame.left, frame.top, frame.width, frame.height), (1, 1, 3, 2));
-        let t = TRANSPARENT;
+        let t = 63;
         assert_eq!(*frame.buffer, [7, t, t, t, t, 8]);
-        let same = difference(&now, &now, 4);
+        let same = difference(&now, &now, 4, 63);
         assert_eq!((same.width, same.height, &*same.buffer), (1, 1, &[t][..]));
     }
 }

@@ -95,16 +95,25 @@ impl Floor {
         canvas.line(&outline, true, 1.6 * width, LINE);
     }
 
-    /// Paints the shadow of a convex body, once for each part of the light's disc.
-    pub fn paint_shadow(&self, canvas: &mut Canvas, camera: &Camera, corners: &[Vector3<f64>]) {
+    /// Paints the shadow of convex pieces, each given by points that span it, once for each
+    /// part of the light's disc; where shadows overlap they are no darker.
+    pub fn paint_shadows(
+        &self,
+        canvas: &mut Canvas,
+        camera: &Camera,
+        pieces: &[Vec<Vector3<f64>>],
+    ) {
         // As many layers of this leave SHADOW_DEPTH.
         let cover = 1.0 - (1.0 - SHADOW_DEPTH).powf(1.0 / f32::from(SHADOW_STEPS));
         for part in 0..SHADOW_STEPS {
-            let places: Vec<_> = corners
-                .iter()
-                .map(|corner| camera.project(&self.light.cast(corner, part)))
-                .collect();
-            canvas.fill(&hull(&places), SHADOW, cover);
+            let cast = |points: &Vec<Vector3<f64>>| {
+                let spots = points.iter().map(|point| camera.spot(&self.light.cast(point, part)));
+                hull(&spots.collect::<Vec<_>>())
+                    .iter()
+                    .map(|s| [s[0] as f32, s[1] as f32])
+                    .collect()
+            };
+            canvas.fill_union(&pieces.iter().map(cast).collect::<Vec<_>>(), SHADOW, cover);
         }
     }
 }

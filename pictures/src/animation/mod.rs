@@ -1,13 +1,14 @@
 //! A trajectory as an animated GIF.
 //!
 //! Thirty frames a second; a camera that stands still, as near as it can with the whole
-//! motion in view; the body, its shadow, the contact forces and the clock. The same film
+//! motion in view; the bodies, their shadows, the contact forces and the clock. The same film
 //! and settings give the same bytes.
 //!
 //! Arrows show the mean force of the steps since the frame before, on a compressed scale
-//! (`forces::Scale`). The body covers those whose corner it hides. A body of eight
-//! contact points that are the corners of a box, x fastest, is drawn as a box; of any other
-//! body the points and their outline are drawn.
+//! (`forces::Scale`), between two bodies the force on each. Bodies cover those whose contact
+//! they hide. Pieces are drawn as they are, balls and capsules with two great circles that show
+//! how they turn. A body without pieces is drawn by its contact points: as a box where they are
+//! the eight corners of one, x fastest; else the points and their outline.
 
 mod arrows;
 mod camera;
@@ -17,7 +18,9 @@ mod floor;
 mod lettering;
 mod outline;
 mod palette;
+mod raster;
 mod settings;
+mod solids;
 mod stage;
 mod timing;
 
@@ -28,12 +31,12 @@ pub use camera::View;
 pub use settings::{AnimationError, Settings};
 pub use timing::frame_count;
 
-use crate::film::Film;
+use crate::film::{Body, Film, Partner};
 use crate::forces::Scale;
 use arrows::Arrow;
 use difference::difference;
 use gif::{AnyExtension, Encoder, Frame, Repeat};
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Isometry3, Point3, Vector3};
 use palette::Palette;
 use settings::FARTHEST;
 use stage::{Moment, Stage};
@@ -56,14 +59,14 @@ pub fn animate(
     let moments = moments(film, settings)?;
     let frames = moments.len() as u64;
     let size = usize::from(settings.size);
-    let palette = Palette::new();
+    let mut palette = Palette::of(film.bodies.len(), !film.fixed.is_empty());
     let mut bytes = Vec::new();
     let mut encoder = Encoder::new(&mut bytes, settings.size, settings.size, &palette.bytes())?;
     encoder.set_repeat(Repeat::Infinite)?;
     let title: Vec<&[u8]> = film.title.as_bytes().chunks(255).collect();
     encoder.write_raw_extension(COMMENT, &title)?;
 
-    let stage = Stage::new(film, settings, &moments).ok_or(AnimationError::TooFar)?;
+    let mut stage = Stage::new(film, settings, &moments).ok_or(AnimationError::TooFar)?;
     let mut canvas = stage.empty().clone();
     let (mut before, mut now) = (Vec::new(), Vec::with_capacity(size * size));
     for (k, moment) in (0..).zip(&moments) {
@@ -77,7 +80,7 @@ pub fn animate(
             let (width, height) = (settings.size, settings.size);
             Frame { width, height, buffer: Cow::Borrowed(&now), ..Frame::default() }
         } else {
-            difference(&before, &now, size)
+            difference(&before, &now, size, palette.transparent())
         };
         frame.delay = timing::delay(k);
         encoder.write_frame(&frame)?;
@@ -94,23 +97,41 @@ fn moments(film: &Film, settings: &Settings) -> Result<Vec<Moment>, AnimationErr
     let duration = (film.frames.len() - 1) as f64 * film.time_step;
     let scale = Scale::of(film);
     let to_ground = film.to_ground();
+    let is_near = |place: &Vector3<f64>, room: f64| {
+        // In this order NaN is too far as well.
+        place.iter().all(|coordinate| coordinate.abs() + room <= FARTHEST)
+    };
     let mut before = 0;
     let mut moments = Vec::new();
     for frame in 0..frame_count(duration, settings.speed)? {
         let now = timing::shown(film, frame, settings.speed);
-        let points = film.points(&film.frames[now]);
-        let corners: Vec<_> = points.map(|p| (to_ground * Point3::from(p)).coords).collect();
-        // In this order NaN is too far as well.
-        if !corners.iter().flatten().all(|coordinate| coordinate.abs() <= FARTHEST) {
-            return Err(AnimationError::TooFar);
+        let shown = &film.frames[now];
+        let mut poses = Vec::with_capacity(film.bodies.len());
+        for (body, pose) in film.bodies.iter().zip(&shown.poses) {
+            let pose = to_ground * Isometry3::from_parts(pose.position.into(), pose.attitude);
+            if !is_near(&pose.translation.vector, body.reach()) {
+                return Err(AnimationError::TooFar);
+            }
+            poses.push(pose);
         }
         let steps = &film.frames[before.min(now.saturating_sub(1))..now];
-        let arrow = |(point, force): (usize, Vector3<f64>)| {
-            let from = corners[point];
-            Arrow { from, to: from + to_ground.rotation * scale.arrow(&force) }
-        };
-        let arrows = scale.means(film, steps).into_iter().map(arrow).collect();
-        moments.push(Moment { time: film.frames[now].time, corners, arrows });
+        let mut arrows = Vec::new();
+        for mean in scale.means(film, steps) {
+            let from = (to_ground * Point3::from(mean.point(film, shown))).coords;
+            let way = to_ground.rotation * scale.arrow(&mean.force);
+            if !is_near(&from, way.norm()) {
+                return Err(AnimationError::TooFar);
+            }
+            let mut add = |body: usize, way: Vector3<f64>| {
+                let reach = film.bodies.get(body).map_or(0.0, Body::reach);
+                arrows.push(Arrow { from, to: from + way, reach });
+            };
+            add(mean.site.body, way);
+            if let Partner::Body(other) = mean.site.partner {
+                add(other, -way);
+            }
+        }
+        moments.push(Moment { time: shown.time, poses, arrows });
         before = now;
     }
     Ok(moments)

@@ -1,6 +1,6 @@
-//! The colours of the animation: one palette for all frames of all films.
+//! The colours of the animation: one palette for all frames of a film.
 //!
-//! Pictures are painted with few flat colours, so that the palette holds them and the
+//! Each of several bodies has one of a few hues, what stands still is grey. Pictures are painted with few flat colours, so that the palette holds them and the
 //! blends that smooth edges need; each pixel gets the nearest. No dithering.
 
 /// Red, green, blue.
@@ -16,10 +16,20 @@ pub const LINE: Colour = [0xc6, 0xce, 0xd9];
 pub const SHADOW: Colour = [0x2c, 0x3e, 0x55];
 /// How much of [`SHADOW`] covers the ground where it is deepest.
 pub const SHADOW_DEPTH: f32 = 0.42;
-/// Edges of the body, and its faces from the darkest to the lightest.
+/// Edges of the bodies.
 pub const EDGE: Colour = [0x0f, 0x2a, 0x47];
-const BODY_MIDDLE: Colour = [0x2f, 0x74, 0xb5];
-const BODY_LIGHT: Colour = [0xa9, 0xd0, 0xf0];
+/// Faces, of each hue dark, middle and light; the last is of what stands still.
+const HUES: [[Colour; 3]; 7] = [
+    [EDGE, [0x2f, 0x74, 0xb5], [0xa9, 0xd0, 0xf0]],
+    [[0x4a, 0x2a, 0x08], [0xc4, 0x7a, 0x1c], [0xf8, 0xd4, 0x96]],
+    [[0x0c, 0x3b, 0x2c], [0x24, 0x8f, 0x6b], [0xa6, 0xe3, 0xcb]],
+    [[0x45, 0x16, 0x3a], [0xa8, 0x4b, 0x8f], [0xee, 0xbd, 0xdf]],
+    [[0x47, 0x17, 0x17], [0xb8, 0x4a, 0x45], [0xf3, 0xbf, 0xb8]],
+    [[0x38, 0x38, 0x0a], [0x8f, 0x8b, 0x2b], [0xe3, 0xe0, 0x9b]],
+    [[0x30, 0x36, 0x3f], [0x7d, 0x87, 0x94], [0xd5, 0xdb, 0xe2]],
+];
+/// The hue of what stands still.
+pub const STILL: usize = HUES.len() - 1;
 /// Arrows of the forces, and the seam around them.
 pub const FORCE: Colour = [0xe8, 0x4a, 0x1f];
 pub const SEAM: Colour = [0xff, 0xff, 0xff];
@@ -29,9 +39,6 @@ pub const INK: Colour = [0x1b, 0x26, 0x36];
 /// Steps of the shadow, from none to the deepest.
 pub const SHADOW_STEPS: u8 = 8;
 
-/// The index that leaves a pixel as the frame before had it.
-pub const TRANSPARENT: u8 = 63;
-
 /// `from` at 0, `to` at 1.
 pub fn mix(from: Colour, to: Colour, share: f32) -> Colour {
     std::array::from_fn(|k| {
@@ -40,12 +47,18 @@ pub fn mix(from: Colour, to: Colour, share: f32) -> Colour {
     })
 }
 
+/// The hue of body `b`.
+pub fn hue_of(b: usize) -> usize {
+    b % STILL
+}
+
 /// The colour of a face, `light` from 0 to 1.
-pub fn body(light: f32) -> Colour {
+pub fn body(hue: usize, light: f32) -> Colour {
+    let [dark, middle, bright] = HUES[hue];
     if light < 0.5 {
-        mix(EDGE, BODY_MIDDLE, 2.0 * light)
+        mix(dark, middle, 2.0 * light)
     } else {
-        mix(BODY_MIDDLE, BODY_LIGHT, 2.0 * light - 1.0)
+        mix(middle, bright, 2.0 * light - 1.0)
     }
 }
 
@@ -54,8 +67,8 @@ fn shadow_share(steps: u8) -> f32 {
     SHADOW_DEPTH * f32::from(steps) / f32::from(SHADOW_STEPS)
 }
 
-/// All colours, [`TRANSPARENT`] not among them.
-fn colours() -> Vec<Colour> {
+/// All colours.
+fn colours(hues: &[usize]) -> Vec<Colour> {
     let mut all = vec![BACKGROUND, FORCE, SEAM];
     let mut blends = |from, to, count: u8, last: bool| {
         let blend = |k: u8| mix(from, to, f32::from(k) / f32::from(count));
@@ -66,11 +79,15 @@ fn colours() -> Vec<Colour> {
     blends(INK, BACKGROUND, 5, false);
     blends(FORCE, SEAM, 4, false);
     blends(FORCE, GROUND, 3, false);
-    blends(FORCE, BODY_MIDDLE, 3, false);
+    for &hue in hues {
+        blends(FORCE, HUES[hue][1], 3, false);
+    }
     all.push(INK);
     all.extend((0..=SHADOW_STEPS).map(|k| mix(GROUND, SHADOW, shadow_share(k))));
     all.extend((2..=SHADOW_STEPS).step_by(2).map(|k| mix(LINE, SHADOW, shadow_share(k))));
-    all.extend((0..BODY_LEVELS).map(|k| body(f32::from(k) / f32::from(BODY_LEVELS - 1))));
+    for &hue in hues {
+        all.extend((0..BODY_LEVELS).map(|k| body(hue, f32::from(k) / f32::from(BODY_LEVELS - 1))));
+    }
     all
 }
 
@@ -83,40 +100,38 @@ const BITS: u32 = 6;
 /// Turns colours into indices.
 pub struct Palette {
     colours: Vec<Colour>,
-    /// The nearest index for every colour, by the leading bits of its channels.
-    table: Vec<u8>,
+    /// The nearest index for every colour that was asked for, by the leading bits of its
+    /// channels.
+    table: Vec<Option<u8>>,
 }
 
 impl Palette {
-    pub fn new() -> Self {
-        let colours = colours();
-        let side = 1usize << BITS;
-        let middle = |bits: usize| {
-            // The middle of the colours with these leading bits.
-            (bits << (8 - BITS)) as i32 + (1 << (7 - BITS))
-        };
-        let mut table = Vec::with_capacity(side * side * side);
-        for red in 0..side {
-            for green in 0..side {
-                for blue in 0..side {
-                    let wanted = [middle(red), middle(green), middle(blue)];
-                    table.push(nearest(&colours, wanted));
-                }
-            }
-        }
-        Self { colours, table }
+    /// Of a film of so many bodies, with things that stand still or not.
+    pub fn of(bodies: usize, has_still: bool) -> Self {
+        let mut hues: Vec<usize> = (0..bodies.min(STILL)).collect();
+        hues.extend(has_still.then_some(STILL));
+        Self { colours: colours(&hues), table: vec![None; 1 << (3 * BITS)] }
     }
 
     /// The index of the nearest colour.
-    pub fn index(&self, [red, green, blue]: Colour) -> u8 {
-        let cut = |channel: u8| usize::from(channel >> (8 - BITS));
-        self.table[cut(red) << (2 * BITS) | cut(green) << BITS | cut(blue)]
+    pub fn index(&mut self, colour: Colour) -> u8 {
+        let cut = colour.map(|channel| usize::from(channel >> (8 - BITS)));
+        let place = cut[0] << (2 * BITS) | cut[1] << BITS | cut[2];
+        // The middle of the colours with these leading bits.
+        let middle = |bits: usize| (bits << (8 - BITS)) as i32 + (1 << (7 - BITS));
+        *self.table[place].get_or_insert_with(|| nearest(&self.colours, cut.map(middle)))
     }
 
-    /// As GIF has it: 64 colours, three bytes each.
+    /// The index that leaves a pixel as the frame before had it: the last of a palette of a
+    /// power of two colours, as GIF has them.
+    pub fn transparent(&self) -> u8 {
+        ((self.colours.len() + 1).next_power_of_two() - 1).min(255) as u8
+    }
+
+    /// As GIF has it, three bytes each.
     pub fn bytes(&self) -> Vec<u8> {
         let mut bytes = self.colours.concat();
-        bytes.resize(3 * (usize::from(TRANSPARENT) + 1), 0);
+        bytes.resize(3 * (usize::from(self.transparent()) + 1), 0);
         bytes
     }
 }
@@ -138,12 +153,17 @@ mod tests {
 
     #[test]
     fn flat_colours_are_in_the_palette_as_they_are() {
-        let palette = Palette::new();
-        assert!(palette.colours.len() <= usize::from(TRANSPARENT), "{}", palette.colours.len());
-        for colour in [BACKGROUND, GROUND, LINE, EDGE, FORCE, SEAM, INK, body(1.0)] {
-            let found = palette.colours[usize::from(palette.index(colour))];
-            let far = (0..3).map(|k| found[k].abs_diff(colour[k])).max().unwrap();
-            assert!(far <= 4, "{colour:?} became {found:?}");
+        for (bodies, has_still) in [(1, false), (100, true)] {
+            let mut palette = Palette::of(bodies, has_still);
+            assert!(palette.colours.len() <= usize::from(palette.transparent()));
+            assert_eq!(palette.transparent(), if bodies == 1 { 63 } else { 255 });
+            let flat = [BACKGROUND, GROUND, LINE, EDGE, FORCE, SEAM, INK];
+            let bodies = (0..bodies).map(|b| body(hue_of(b), 1.0));
+            for colour in flat.into_iter().chain(bodies) {
+                let found = palette.colours[usize::from(palette.index(colour))];
+                let far = (0..3).map(|k| found[k].abs_diff(colour[k])).max().unwrap();
+                assert!(far <= 4, "{colour:?} became {found:?}");
+            }
         }
     }
 }

@@ -6,7 +6,7 @@ use super::stage::Stage;
 use super::{AnimationError, Settings, View, animate, moments};
 use crate::film::Film;
 use crate::samples::{falling_cube, floating_cube};
-use nalgebra::Vector3;
+use nalgebra::{Isometry3, Vector3};
 use std::ops::ControlFlow;
 
 fn bytes(film: &Film, settings: &Settings) -> Vec<u8> {
@@ -51,7 +51,7 @@ fn the_body_is_where_the_trajectory_has_it() {
         let pictures = pictures(&bytes(&film, &settings), 300);
         assert_eq!(pictures.len(), moments.len());
         for (moment, picture) in moments.iter().zip(&pictures) {
-            let middle = moment.corners.iter().sum::<Vector3<f64>>() / 8.0;
+            let middle = moment.poses[0].translation.vector;
             let [x, y] = stage.camera.project(&middle).map(|x| x as usize);
             let pixel = picture[y * 300 + x];
             for other in [BACKGROUND, GROUND, LINE, empty[y * 300 + x]] {
@@ -82,11 +82,14 @@ fn the_body_covers_the_arrow_at_the_corner_it_hides_and_no_other() {
     let settings = Settings { size: 300, ..Settings::default() };
     let mut moments = moments(&film, &settings).unwrap();
     // Upright and large in the picture; the camera sees all corners but one.
-    let corner = |i: usize| Vector3::from_fn(|axis, _| f64::from((i >> axis & 1) as u8));
-    moments[0].corners = (0..8).map(corner).collect();
-    let up = |i: usize| Arrow { from: corner(i), to: corner(i) + Vector3::new(0.0, 0.0, 1.6) };
+    let corner = |i: usize| film.bodies[0].points[i];
+    moments[0].poses = vec![Isometry3::identity()];
+    let up = |i: usize| {
+        let (from, way) = (corner(i), Vector3::new(0.0, 0.0, 3.2));
+        Arrow { from, to: from + way, reach: 3f64.sqrt() }
+    };
     moments[0].arrows = (0..8).map(up).collect();
-    let stage = Stage::new(&film, &settings, &moments).unwrap();
+    let mut stage = Stage::new(&film, &settings, &moments).unwrap();
     let mut paint = |arrows| {
         moments[0].arrows = arrows;
         let mut canvas = stage.empty().clone();

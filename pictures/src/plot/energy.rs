@@ -2,23 +2,45 @@
 
 use super::panel::{Marks, Panel, PanelMaker, Series};
 use super::scale::Kind;
-use crate::film::{Contact, Film, Frame, Status};
+use crate::film::{Body, Contact, Film, Frame, Pose, Status};
 
 /// From top to bottom.
-pub const PANELS: [PanelMaker; 5] = [energies, lowest_corner, slip_speed, residual, iterations];
+pub const PANELS: [PanelMaker; 5] = [
+    |film, _| energies(film),
+    |film, _| Panel { words: "height of the lowest corner", ..lowest_point(film) },
+    |film, _| slip_speed(film),
+    |film, _| residual(film),
+    |film, _| iterations(film),
+];
+
+/// Of several bodies, all of them together.
+pub const PANELS_OF_SEVERAL: [PanelMaker; 4] = [
+    |film, _| Panel {
+        words: "energy of all bodies, the potential counted from the origin",
+        ..energies(film)
+    },
+    |film, _| lowest_point(film),
+    |film, _| residual(film),
+    |film, _| iterations(film),
+];
 
 /// The statuses that are marked, and their colours.
 const MARKED: [(Status, &str); 3] =
     [(Status::Retried, "#e69f00"), (Status::Fallback, "#8250c4"), (Status::Failed, "#cf222e")];
 
-/// Kinetic ½ m v² + ½ ωᵀ I ω, potential −m gᵀ r, and their sum.
+/// Kinetic ½ m v² + ½ ωᵀ I ω, potential −m gᵀ r, over all bodies, and their sum.
 fn energies(film: &Film) -> Panel {
-    let body = film.body();
     let kinetic = |frame: &Frame| {
-        let (v, spin) = (frame.pose().velocity, frame.pose().spin);
-        0.5 * (body.mass * v.norm_squared() + spin.dot(&(body.inertia * spin)))
+        let of_one = |(body, pose): (&Body, &Pose)| {
+            let spin = pose.spin;
+            0.5 * (body.mass * pose.velocity.norm_squared() + spin.dot(&(body.inertia * spin)))
+        };
+        film.bodies.iter().zip(&frame.poses).map(of_one).sum::<f64>()
     };
-    let potential = |frame: &Frame| -body.mass * film.gravity.dot(&frame.pose().position);
+    let potential = |frame: &Frame| {
+        let bodies = film.bodies.iter().zip(&frame.poses);
+        bodies.map(|(body, pose)| -body.mass * film.gravity.dot(&pose.position)).sum::<f64>()
+    };
     let frames = || film.frames.iter();
     Panel {
         id: "energy",
@@ -36,13 +58,16 @@ fn energies(film: &Film) -> Panel {
     }
 }
 
-fn lowest_corner(film: &Film) -> Panel {
-    let values = film.frames.iter().map(|frame| film.lowest_height(frame));
+fn lowest_point(film: &Film) -> Panel {
+    let values = film.frames.iter().map(|frame| {
+        let heights = (0..film.bodies.len()).map(|b| film.lowest_height(b, frame));
+        heights.fold(f64::INFINITY, f64::min)
+    });
     Panel {
         id: "height",
         symbol: ("z", "min"),
         unit: "m",
-        words: "height of the lowest corner",
+        words: "height of the lowest point of all",
         kind: Kind::FromZero,
         height: 110.0,
         series: vec![Series::new("", 0, values)],
@@ -69,19 +94,20 @@ fn slip_speed(film: &Film) -> Panel {
 /// those that press with more than they are away, h f_z/m > z⁺/h. (A solver in the interior
 /// leaves a little of a force on every corner.) NaN if none does.
 fn largest_slip(film: &Film, frame: &Frame, next: &Frame) -> f64 {
-    let Some(ground) = film.ground.filter(|_| frame.touches().next().is_some()) else {
+    let Some(ground) = film.ground.filter(|_| !frame.contacts.is_empty()) else {
         return f64::NAN;
     };
-    let (h, mass) = (film.time_step, film.body().mass);
-    let (old, new): (Vec<_>, Vec<_>) = film.points(frame).zip(film.points(next)).unzip();
+    let (h, mass) = (film.time_step, film.bodies[0].mass);
+    let (old, new): (Vec<_>, Vec<_>) = film.points(0, frame).zip(film.points(0, next)).unzip();
     let slip = |contact: &Contact| {
-        let (old, new) = (old.get(contact.point)?, new.get(contact.point)?);
+        let corner = contact.corner()?;
+        let (old, new) = (old.get(corner)?, new.get(corner)?);
         let push = h * ground.normal.dot(&contact.force) / mass;
         let touches = contact.carries_force && push > ground.height(new) / h;
         let way = new - old;
         touches.then(|| (way - ground.normal * ground.normal.dot(&way)).norm() / h)
     };
-    frame.touches().filter_map(slip).fold(f64::NAN, f64::max)
+    frame.contacts.iter().filter_map(slip).fold(f64::NAN, f64::max)
 }
 
 fn residual(film: &Film) -> Panel {

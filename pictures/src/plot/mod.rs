@@ -37,23 +37,34 @@ impl Sheet {
     }
 
     /// Its panels from top to bottom.
-    pub(crate) fn panels(self) -> &'static [PanelMaker] {
-        match self {
-            Self::Motion => &motion::PANELS,
-            Self::Energy => &energy::PANELS,
+    pub(crate) fn panels(self, film: &Film) -> &'static [PanelMaker] {
+        match (self, film.is_single()) {
+            (Self::Motion, true) => &motion::PANELS,
+            (Self::Motion, false) => &motion::PANELS_OF_SEVERAL,
+            (Self::Energy, true) => &energy::PANELS,
+            (Self::Energy, false) => &energy::PANELS_OF_SEVERAL,
         }
+    }
+
+    /// Whether its panels are about one body of a film of several.
+    pub(crate) fn is_of_one_body(self) -> bool {
+        self == Self::Motion
     }
 }
 
-/// A sheet of `film` as SVG. The same film gives the same bytes.
+/// A sheet of `film` as SVG, of the motion that of body `body`, or of the last where there are
+/// fewer. The same film gives the same bytes.
 #[must_use]
-pub fn svg(film: &Film, sheet: Sheet) -> String {
-    let name = sheet.name();
-    let heading = match film.title.as_str() {
-        "" => name.to_owned(),
-        title => format!("{name}: {title}"),
-    };
-    svg::draw(film, &heading, &notes(film), sheet.panels())
+pub fn svg(film: &Film, sheet: Sheet, body: usize) -> String {
+    let body = body.min(film.bodies.len() - 1);
+    let mut heading = sheet.name().to_owned();
+    if sheet.is_of_one_body() && !film.is_single() {
+        heading = format!("{heading} of {}", film.name(body));
+    }
+    if !film.title.is_empty() {
+        heading = format!("{heading}: {}", film.title);
+    }
+    svg::draw(film, body, &heading, &notes(film), sheet.panels(film))
 }
 
 /// An SVG of [`svg`] as PNG.
@@ -71,12 +82,14 @@ fn notes(film: &Film) -> String {
     });
     let friction =
         if film.may_touch() { format!(", μ = {}", film.friction) } else { String::new() };
-    format!(
-        "{} row{}, h = {} s, m = {} kg{friction}, {} corners{slope}",
-        film.frames.len(),
-        if film.frames.len() == 1 { "" } else { "s" },
-        film.time_step,
-        film.body().mass,
-        film.body().points.len()
-    )
+    let bodies = match film.bodies.as_slice() {
+        [body] if film.is_single() => {
+            format!("m = {} kg{friction}, {} corners", body.mass, body.points.len())
+        }
+        [_] => format!("1 body{friction}"),
+        bodies => format!("{} bodies{friction}", bodies.len()),
+    };
+    let rows = film.frames.len();
+    let s = if rows == 1 { "" } else { "s" };
+    format!("{rows} row{s}, h = {} s, {bodies}{slope}", film.time_step)
 }

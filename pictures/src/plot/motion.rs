@@ -2,16 +2,16 @@
 
 use super::panel::{Panel, PanelMaker, Series};
 use super::scale::Kind;
-use crate::film::{Contact, Film};
+use crate::film::{Contact, Film, Frame};
 use nalgebra::Vector3;
 
 /// From top to bottom.
 pub const PANELS: [PanelMaker; 7] = [
-    |film| position(film, 0, "x"),
-    |film| position(film, 1, "y"),
-    |film| position(film, 2, "z"),
-    normal_forces,
-    |film| {
+    |film, body| position(film, body, 0, "x"),
+    |film, body| position(film, body, 1, "y"),
+    |film, body| position(film, body, 2, "z"),
+    |film, _| normal_forces(film),
+    |film, _| {
         corners(
             film,
             |contact| contact.slacks[0],
@@ -21,7 +21,7 @@ pub const PANELS: [PanelMaker; 7] = [
             "complementarity slack of each corner",
         )
     },
-    |film| {
+    |film, _| {
         corners(
             film,
             |contact| contact.slacks[1],
@@ -31,7 +31,7 @@ pub const PANELS: [PanelMaker; 7] = [
             "friction slack of each corner",
         )
     },
-    |film| {
+    |film, _| {
         corners(
             film,
             |contact| contact.multiplier,
@@ -43,8 +43,66 @@ pub const PANELS: [PanelMaker; 7] = [
     },
 ];
 
-fn position(film: &Film, axis: usize, id: &'static str) -> Panel {
-    let values = film.frames.iter().map(|frame| frame.pose().position[axis]);
+/// Of one body among several, from top to bottom.
+pub const PANELS_OF_SEVERAL: [PanelMaker; 6] = [
+    |film, body| position(film, body, 0, "x"),
+    |film, body| position(film, body, 1, "y"),
+    |film, body| position(film, body, 2, "z"),
+    speed,
+    force,
+    contacts,
+];
+
+fn speed(film: &Film, body: usize) -> Panel {
+    let values = film.frames.iter().map(|frame| frame.poses[body].velocity.norm());
+    Panel {
+        id: "speed",
+        symbol: ("|v|", ""),
+        unit: "m/s",
+        words: "speed of the centre of mass",
+        kind: Kind::FromZero,
+        height: 100.0,
+        series: vec![Series::new("", 2, values)],
+        ..Panel::default()
+    }
+}
+
+/// Σ f over the contacts of the body, from the ground, what is fixed and other bodies.
+fn force(film: &Film, body: usize) -> Panel {
+    let sum = |step: &Frame| {
+        let contacts = step.contacts.iter().filter(|contact| contact.is_of(body));
+        contacts.map(|contact| contact.force_on(body)).sum::<Vector3<f64>>().norm()
+    };
+    Panel {
+        id: "force",
+        symbol: ("|F|", ""),
+        unit: "N",
+        words: "sum of all contact forces on the body",
+        kind: Kind::Spikes,
+        height: 170.0,
+        series: vec![Series::new("", 5, film.steps().iter().map(sum))],
+        nothing: Some("no contact force on this body"),
+        ..Panel::default()
+    }
+}
+
+fn contacts(film: &Film, body: usize) -> Panel {
+    let carrying = |contact: &&Contact| contact.carries_force && contact.is_of(body);
+    let count = |step: &Frame| step.contacts.iter().filter(carrying).count() as f64;
+    Panel {
+        id: "contacts",
+        symbol: ("contacts", ""),
+        words: "of the body, that carry a force",
+        kind: Kind::FromZero,
+        height: 84.0,
+        series: vec![Series::new("", 7, film.steps().iter().map(count))],
+        nothing: Some("no contact of this body"),
+        ..Panel::default()
+    }
+}
+
+fn position(film: &Film, body: usize, axis: usize, id: &'static str) -> Panel {
+    let values = film.frames.iter().map(|frame| frame.poses[body].position[axis]);
     Panel {
         id,
         symbol: (id, ""),
@@ -68,7 +126,7 @@ fn normal_forces(film: &Film) -> Panel {
     }
 }
 
-/// A quantity of every corner in every step, 0 where the corner does not touch.
+/// A quantity of every corner of the single body in every step, 0 where the corner does not touch.
 fn corners(
     film: &Film,
     quantity: impl Fn(&Contact) -> f64,
@@ -77,11 +135,11 @@ fn corners(
     unit: &'static str,
     words: &'static str,
 ) -> Panel {
-    let (steps, count) = (film.steps(), film.body().points.len());
+    let (steps, count) = (film.steps(), film.bodies[0].points.len());
     let mut values = vec![vec![0.0; steps.len()]; count];
     for (k, step) in steps.iter().enumerate() {
-        for contact in step.touches() {
-            if let Some(values) = values.get_mut(contact.point) {
+        for contact in &step.contacts {
+            if let Some(values) = contact.corner().and_then(|corner| values.get_mut(corner)) {
                 values[k] = quantity(contact);
             }
         }

@@ -41,8 +41,9 @@ pub struct Marks {
     pub values: Vec<f64>,
 }
 
-/// Makes a panel. Panels are made one at a time: of a long run, each is large.
-pub type PanelMaker = fn(&Film) -> Panel;
+/// Makes a panel of a film and one of its bodies. Panels are made one at a time: of a long run,
+/// each is large.
+pub type PanelMaker = fn(&Film, usize) -> Panel;
 
 /// Colours that stay distinct for the colour-blind (after Okabe and Ito).
 pub const COLOURS: [&str; 8] =

@@ -47,8 +47,8 @@ struct Sheet<'a> {
     y: f64,
 }
 
-/// A sheet of `panels` over time.
-pub fn draw(film: &Film, heading: &str, notes: &str, panels: &[PanelMaker]) -> String {
+/// A sheet of `panels` of a body over time.
+pub fn draw(film: &Film, body: usize, heading: &str, notes: &str, panels: &[PanelMaker]) -> String {
     let times: Vec<f64> = film.frames.iter().map(|frame| frame.time).collect();
     let start = times.first().copied().unwrap_or(0.0);
     // A single row still needs a range.
@@ -61,7 +61,7 @@ pub fn draw(film: &Film, heading: &str, notes: &str, panels: &[PanelMaker]) -> S
     sheet.text(LEFT, 30.0, "start", HEADING_SIZE, INK, &title);
     sheet.text(LEFT, 51.0, "start", 13.0, FAINT, &format!(">{}", escape(&notes)));
     for (i, panel) in panels.iter().enumerate() {
-        sheet.panel(&panel(film), i + 1 == panels.len());
+        sheet.panel(&panel(film, body), i + 1 == panels.len());
     }
     sheet.finish(heading)
 }

@@ -8,12 +8,15 @@ use serde::Serialize;
 /// Columns that curves are thinned to: each keeps its extremes. Up to four times as many
 /// rows stay as they are.
 pub const COLUMNS: usize = 1000;
+/// The fewest columns that the curves of one of many bodies are thinned to: a plot of the
+/// page is about 450 pixels wide, and each column has up to four points.
+const FEWEST_COLUMNS: usize = 125;
 /// More marks of a status than this are thinned evenly.
 pub const MOST_MARKS: usize = 5000;
 /// Labels of an axis, about.
 const TICKS: usize = 6;
 /// The plots that are open when the page is: what tells most.
-const OPEN: [&str; 6] = ["distance", "z", "fz", "energy", "residual", "height"];
+const OPEN: [&str; 7] = ["distance", "z", "fz", "force", "energy", "residual", "height"];
 
 /// One pair of axes with the curves of all runs.
 #[derive(Serialize)]
@@ -67,22 +70,24 @@ struct MarksData {
     values: String,
 }
 
-/// The plots of `makers`, one after the other: of a long run, each panel is large.
-pub fn plots(films: &[&Film], makers: &[PanelMaker]) -> Vec<Plot> {
+/// The plots of `makers` for body `body`, one after the other: of a long run, each panel is
+/// large. Where each of many bodies has its own plots, they are coarser.
+pub fn plots(films: &[&Film], makers: &[PanelMaker], body: usize, bodies: usize) -> Vec<Plot> {
     let has_steps = films.iter().any(|film| !film.steps().is_empty());
-    makers.iter().map(|make| plot(films.iter().map(|film| make(film)), has_steps)).collect()
+    let columns = (COLUMNS / bodies).max(FEWEST_COLUMNS);
+    let panels = |make: &PanelMaker| films.iter().map(|film| make(film, body)).collect();
+    makers.iter().map(|make| plot(panels(make), has_steps, columns)).collect()
 }
 
 /// The plot of one panel of every run.
-pub fn plot(panels: impl Iterator<Item = Panel>, has_steps: bool) -> Plot {
-    let panels: Vec<Panel> = panels.collect();
+pub fn plot(panels: Vec<Panel>, has_steps: bool, columns: usize) -> Plot {
     let first = &panels[0];
     let blank = panels.iter().all(|panel| panel.blank().is_some());
     let nothing = if has_steps { first.nothing } else { Some("no step in this run") };
     let axis = Axis::new(first.kind, panels.iter().flat_map(Panel::values), TICKS);
     let series = panels.iter().enumerate().flat_map(|(run, panel)| {
         panel.series.iter().map(move |series| {
-            let (rows, values) = thinned(&series.values);
+            let (rows, values) = thinned(&series.values, columns);
             Curve { run, name: series.name.clone(), colour: series.colour, rows, values }
         })
     });
@@ -131,10 +136,10 @@ impl AxisData {
 /// The rows and values of a curve, as many as a picture can show. Gaps become NaN at a row
 /// inside them; points inside a level stretch are left out, as are numbers that no `f32`
 /// has.
-fn thinned(values: &[f64]) -> (String, String) {
+fn thinned(values: &[f64], columns: usize) -> (String, String) {
     let times: Vec<f64> = (0..values.len()).map(|i| i as f64).collect();
     let range = (0.0, values.len() as f64);
-    let rows = thin_rows(&times, values, range, COLUMNS);
+    let rows = thin_rows(&times, values, range, columns);
     let shown =
         |i: usize| if values[i].abs() <= f64::from(f32::MAX) { values[i] } else { f64::NAN };
     let mut points: Vec<(usize, f64)> = Vec::with_capacity(rows.len());
@@ -170,7 +175,7 @@ mod tests {
             let bytes = base64::engine::general_purpose::STANDARD.decode(text).unwrap();
             bytes.chunks_exact(4).map(|chunk| chunk.try_into().unwrap()).collect::<Vec<[u8; 4]>>()
         };
-        let (rows, values) = thinned(values);
+        let (rows, values) = thinned(values, COLUMNS);
         let rows = decode(rows).into_iter().map(u32::from_le_bytes);
         rows.zip(decode(values).into_iter().map(f32::from_le_bytes)).collect()
     }

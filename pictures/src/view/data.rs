@@ -1,12 +1,13 @@
 //! Everything that the page knows, as JSON.
 
 use super::curves::{Plot, plots};
-use super::facts::facts;
+use super::facts;
 use super::poses::Poses;
-use crate::film::{Fact, Film, Status};
+use crate::film::{Fact, Film, Fixed, Status};
 use crate::forces::Scale;
 use crate::plot::Sheet;
-use crate::shape::Shape;
+use crate::shape::{Look, Piece, is_box};
+use nalgebra::Vector3;
 use serde::Serialize;
 
 #[derive(Serialize)]
@@ -27,7 +28,8 @@ struct RunData {
     /// How many steps ended with each status.
     counts: Vec<(&'static str, usize)>,
     worst: Option<Worst>,
-    body: Body,
+    bodies: Vec<Body>,
+    fixed: Vec<Body>,
     arrows: Arrows,
     ground: Option<Ground>,
     frames: Poses,
@@ -42,10 +44,31 @@ struct Worst {
 
 #[derive(Serialize)]
 struct Body {
+    name: String,
+    /// What it is, in words.
+    facts: Vec<Fact>,
     /// Whether the points are the corners of a box, x fastest.
     is_box: bool,
-    /// Body frame, m.
+    /// Body frame, m; of what stands still the world's.
     points: Vec<[f64; 3]>,
+    /// What is drawn; empty for a body of points.
+    pieces: Vec<PieceData>,
+}
+
+/// All within `radius` of the polyhedron of these vertices and faces; without faces, of the
+/// segment or the point.
+#[derive(Serialize)]
+struct PieceData {
+    vertices: Vec<[f64; 3]>,
+    faces: Vec<FaceData>,
+    radius: f64,
+}
+
+#[derive(Serialize)]
+struct FaceData {
+    vertices: Vec<usize>,
+    /// Outward, of length 1.
+    normal: [f64; 3],
 }
 
 /// How long arrows are; see [`Scale`].
@@ -65,17 +88,22 @@ struct Ground {
 #[derive(Serialize)]
 struct SheetData {
     name: &'static str,
+    /// Whether the plots are about one body of several.
+    of_body: bool,
+    /// Of the first body, or of all.
     plots: Vec<Plot>,
+    /// Of the bodies after the first.
+    others: Vec<Vec<Plot>>,
 }
 
 impl Page {
     pub fn of(version: &str, films: &[&Film]) -> Self {
-        let mut sheets: Vec<_> = [Sheet::Motion, Sheet::Energy]
-            .map(|sheet| SheetData { name: sheet.name(), plots: plots(films, sheet.panels()) })
-            .into();
+        let mut sheets: Vec<_> =
+            [Sheet::Motion, Sheet::Energy].map(|sheet| SheetData::of(sheet, films)).into();
         if let [a, b] = films {
             let plots = vec![super::distance::plot(a, b)];
-            sheets.insert(0, SheetData { name: "Difference", plots });
+            let others = Vec::new();
+            sheets.insert(0, SheetData { name: "Difference", of_body: false, plots, others });
         }
         Self {
             version: version.to_owned(),
@@ -86,26 +114,83 @@ impl Page {
     }
 }
 
+impl SheetData {
+    /// Of films of one body the panels about its corners; where one has more, those that all
+    /// have.
+    fn of(sheet: Sheet, films: &[&Film]) -> Self {
+        let widest = films.iter().copied().find(|film| !film.is_single()).unwrap_or(films[0]);
+        let makers = sheet.panels(widest);
+        let of_body = sheet.is_of_one_body() && !widest.is_single();
+        let fewest = films.iter().map(|film| film.bodies.len()).min().unwrap_or(1);
+        let bodies = if of_body { fewest } else { 1 };
+        Self {
+            name: sheet.name(),
+            of_body,
+            plots: plots(films, makers, 0, bodies),
+            others: (1..bodies).map(|body| plots(films, makers, body, bodies)).collect(),
+        }
+    }
+}
+
+impl Body {
+    fn of(name: String, facts: Vec<Fact>, points: &[Vector3<f64>], looks: &[Look]) -> Self {
+        let solids = looks.iter().filter_map(|look| match look {
+            Look::Solid(piece) => Some(PieceData::of(piece)),
+            Look::Points(_) => None,
+        });
+        Self {
+            name,
+            facts,
+            is_box: is_box(points),
+            points: points.iter().map(|&point| point.into()).collect(),
+            pieces: solids.collect(),
+        }
+    }
+}
+
+impl PieceData {
+    fn of(piece: &Piece) -> Self {
+        let faces = match piece {
+            Piece::Hull(hull) => hull
+                .sides()
+                .map(|(face, normal)| FaceData { vertices: face.to_vec(), normal: normal.into() })
+                .collect(),
+            Piece::Sphere { .. } | Piece::Capsule { .. } => Vec::new(),
+        };
+        Self {
+            vertices: piece.core().iter().map(|&vertex| vertex.into()).collect(),
+            faces,
+            radius: piece.radius(),
+        }
+    }
+}
+
 impl RunData {
     fn of(film: &Film) -> Self {
         let counts = Status::ALL[1..].iter().map(|status| {
             (status.name(), film.steps().iter().filter(|step| step.status == *status).count())
         });
-        let points = &film.body().points;
+        let body = |b: usize| {
+            let body = &film.bodies[b];
+            let facts = if film.is_single() { Vec::new() } else { facts::of_body(film, b) };
+            Body::of(film.name(b), facts, &body.points, &Look::of(body))
+        };
+        let fixed = |fixed: &Fixed| {
+            let looks: Vec<_> = fixed.pieces.iter().cloned().map(Look::Solid).collect();
+            Body::of(fixed.name.clone(), Vec::new(), &[], &looks)
+        };
         let scale = Scale::of(film);
         let ground =
             film.ground.map(|plane| Ground { normal: plane.normal.into(), offset: plane.offset });
         Self {
             title: film.title.clone(),
-            facts: facts(film),
+            facts: facts::facts(film),
             rows: film.frames.len(),
             step: film.time_step,
             counts: counts.collect(),
             worst: worst(film),
-            body: Body {
-                is_box: Shape::of(points) == Shape::Box,
-                points: points.iter().map(|&point| point.into()).collect(),
-            },
+            bodies: (0..film.bodies.len()).map(body).collect(),
+            fixed: film.fixed.iter().map(fixed).collect(),
             arrows: Arrows { weight: scale.weight, longest: scale.longest },
             ground,
             frames: Poses::of(film, &scale),

@@ -5,26 +5,31 @@ use crate::film::{Film, Frame};
 use crate::plot::{Kind, Panel, Series};
 use nalgebra::Vector3;
 
-/// The plot of ‖r_A − r_B‖ as long as both runs last, at the rows of the run with the
+/// The plot of ‖r_A − r_B‖, of several bodies the largest, as long as both runs last, at the rows of the run with the
 /// smaller time step, the other one interpolated.
 pub fn plot(a: &Film, b: &Film) -> Plot {
     let finer = usize::from(b.time_step < a.time_step);
     let values = if finer == 0 { distances(a, b) } else { distances(b, a) };
-    let mut panels = vec![panel(values)];
+    let words = if a.bodies.len().min(b.bodies.len()) > 1 {
+        "largest distance between the centres of mass of one body"
+    } else {
+        "distance between the centres of mass"
+    };
+    let mut panels = vec![panel(values, words)];
     if finer == 1 {
         // A curve belongs to the run whose rows it counts.
-        panels.insert(0, panel(Vec::new()));
+        panels.insert(0, panel(Vec::new(), words));
         panels[0].series.clear();
     }
-    curves::plot(panels.into_iter(), true)
+    curves::plot(panels, true, curves::COLUMNS)
 }
 
-fn panel(values: Vec<f64>) -> Panel {
+fn panel(values: Vec<f64>, words: &'static str) -> Panel {
     Panel {
         id: "distance",
         symbol: ("‖r_A − r_B‖", ""),
         unit: "m",
-        words: "distance between the centres of mass",
+        words,
         kind: Kind::Log,
         height: 190.0,
         series: vec![Series::new("", 7, values.into_iter())],
@@ -37,21 +42,21 @@ fn distances(fine: &Film, coarse: &Film) -> Vec<f64> {
     let ratio = fine.time_step / coarse.time_step;
     let frames = fine.frames.iter().enumerate();
     let distance = |(i, frame): (usize, &Frame)| {
-        position_at(coarse, i as f64 * ratio).map(|other| (frame.pose().position - other).norm())
+        let others = positions_at(coarse, i as f64 * ratio)?;
+        let apart = frame.poses.iter().zip(others).map(|(pose, other)| pose.position - other);
+        Some(apart.map(|apart| apart.norm()).fold(0.0, f64::max))
     };
     frames.map_while(distance).collect()
 }
 
 /// Between two rows, on the line between their positions; `None` after the last.
-fn position_at(film: &Film, place: f64) -> Option<Vector3<f64>> {
+fn positions_at(film: &Film, place: f64) -> Option<Vec<Vector3<f64>>> {
     // Times that are equal may differ in their last digits.
     let nearest = place.round();
     let place = if (place - nearest).abs() < 1e-6 { nearest } else { place };
-    let position = |i: usize| film.frames.get(i).map(|frame| frame.pose().position);
     let share = place.fract();
-    let before = position(place as usize)?;
-    if share == 0.0 {
-        return Some(before);
-    }
-    position(place as usize + 1).map(|after| before.lerp(&after, share))
+    let before = film.frames.get(place as usize)?;
+    let after = if share == 0.0 { before } else { film.frames.get(place as usize + 1)? };
+    let pairs = before.poses.iter().zip(&after.poses);
+    Some(pairs.map(|(before, after)| before.position.lerp(&after.position, share)).collect())
 }

@@ -17,11 +17,6 @@ pub fn u32s(values: impl Iterator<Item = usize>) -> String {
     base64(values.map(|value| u32::try_from(value).unwrap_or(u32::MAX).to_le_bytes()))
 }
 
-/// As a `Uint16Array`. Corners fit: a body has at most 1000.
-pub fn u16s(values: impl Iterator<Item = usize>) -> String {
-    base64(values.map(|value| u16::try_from(value).unwrap_or(u16::MAX).to_le_bytes()))
-}
-
 /// As a `Uint8Array`.
 pub fn u8s(values: impl Iterator<Item = u8>) -> String {
     base64(values.map(|value| [value]))
@@ -34,7 +29,6 @@ mod tests {
     #[test]
     fn the_bytes_are_little_endian() {
         assert_eq!(u32s([1, 256].into_iter()), "AQAAAAABAAA=");
-        assert_eq!(u16s([513].into_iter()), "AQI=");
         assert_eq!(u8s([1, 2, 3].into_iter()), "AQID");
         assert_eq!(f32s([1.0].into_iter()), STANDARD.encode(1f32.to_le_bytes()));
     }

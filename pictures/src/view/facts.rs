@@ -1,22 +1,43 @@
 //! The parameters of a film, for people.
 
-use crate::film::{Fact, Film, Frame, Ground};
-use crate::shape::Shape;
+use crate::film::{Body, Fact, Film, Ground};
+use crate::shape::{Hull, Look, Piece, is_box};
 use nalgebra::{Matrix3, Vector3};
 
-/// What is known of `film`: its own facts, then its parameters and its start.
+/// What is known of `film`: its own facts, then its parameters; of a single body its own and
+/// its start too.
 pub fn facts(film: &Film) -> Vec<Fact> {
-    let body = film.body();
     let mut facts = film.facts.clone();
     let mut add = |name, value| facts.push(Fact::new(name, value));
     add("rows", film.frames.len().to_string());
     add("time step h", format!("{} s", number(film.time_step)));
-    add("mass m", format!("{} kg", number(body.mass)));
+    if film.is_single() {
+        add("mass m", format!("{} kg", number(film.bodies[0].mass)));
+    } else {
+        let mass = film.bodies.iter().map(|body| body.mass).sum::<f64>();
+        add("bodies", film.bodies.len().to_string());
+        if !film.fixed.is_empty() {
+            add("fixed", film.fixed.len().to_string());
+        }
+        add("mass of all", format!("{} kg", number(mass)));
+    }
     if film.may_touch() {
         add("friction μ", number(film.friction));
     }
     add("gravity g", format!("{} m/s²", vector(&film.gravity)));
     add("ground", film.ground.as_ref().map_or("none".to_owned(), plane));
+    if film.is_single() {
+        facts.extend(of_body(film, 0).into_iter().filter(|fact| fact.name != "mass m"));
+    }
+    facts
+}
+
+/// What is known of body `b`, and of its start.
+pub fn of_body(film: &Film, b: usize) -> Vec<Fact> {
+    let body = &film.bodies[b];
+    let mut facts = Vec::new();
+    let mut add = |name, value| facts.push(Fact::new(name, value));
+    add("mass m", format!("{} kg", number(body.mass)));
     let load = &body.load;
     for (name, knots, unit) in [("force", &load.force, "N"), ("torque", &load.torque, "N m, body")]
     {
@@ -28,8 +49,8 @@ pub fn facts(film: &Film) -> Vec<Fact> {
         add("force at", format!("{} m, body", vector(&load.point)));
     }
     add("inertia I", format!("{} kg m²", inertia(&body.inertia)));
-    add("body", shape(&body.points));
-    if let Some(pose) = film.frames.first().map(Frame::pose) {
+    add("body", shape(body));
+    if let Some(pose) = film.frames.first().map(|frame| &frame.poses[b]) {
         // What a body moves in the time of falling by its own size, at least.
         let reach = body.reach();
         let speed = (film.gravity.norm() * reach).sqrt();
@@ -107,18 +128,40 @@ fn inertia(inertia: &Matrix3<f64>) -> String {
     format!("[{}]", rows.collect::<Vec<_>>().join("; "))
 }
 
-fn shape(points: &[Vector3<f64>]) -> String {
-    if Shape::of(points) != Shape::Box {
-        let s = if points.len() == 1 { "" } else { "s" };
-        return format!("{} contact point{s}", points.len());
+fn shape(body: &Body) -> String {
+    let looks = Look::of(body);
+    match looks.as_slice() {
+        [Look::Solid(piece)] => solid(piece),
+        [Look::Points(points)] => {
+            let s = if points.len() == 1 { "" } else { "s" };
+            format!("{} contact point{s}", points.len())
+        }
+        pieces => format!("{} convex pieces", pieces.len()),
     }
-    let edges = [1, 2, 4].map(|corner| number((points[corner] - points[0]).norm()));
-    format!("box {} × {} × {} m", edges[0], edges[1], edges[2])
+}
+
+fn solid(piece: &Piece) -> String {
+    match piece {
+        Piece::Sphere { radius, .. } => format!("sphere of radius {} m", number(*radius)),
+        Piece::Capsule { ends: [a, b], radius } => {
+            format!("capsule of radius {} m about {} m", number(*radius), number((b - a).norm()))
+        }
+        Piece::Hull(Hull { vertices, faces, radius }) => {
+            let core = if is_box(vertices) {
+                let edges = [1, 2, 4].map(|corner| number((vertices[corner] - vertices[0]).norm()));
+                format!("box {} × {} × {} m", edges[0], edges[1], edges[2])
+            } else {
+                format!("hull of {} corners and {} faces", vertices.len(), faces.len())
+            };
+            if *radius == 0.0 { core } else { format!("{core}, rounded by {} m", number(*radius)) }
+        }
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::samples::floating_cube;
 
     #[test]
     fn rounding_is_no_part_of_a_start() {
@@ -137,8 +180,14 @@ mod tests {
         assert_eq!(inertia(&(Matrix3::identity() * 1e-12)), "1e-12 E₃");
         assert_eq!(number(1.0 / 3.0), "0.333333333");
         assert_eq!(number(0.1 + 0.2), "0.3");
-        assert_eq!(shape(&[Vector3::x()]), "1 contact point");
-        let corner = |i: usize| Vector3::from_fn(|axis, _| f64::from((i >> axis & 1) as u8));
-        assert_eq!(shape(&(0..8).map(corner).collect::<Vec<_>>()), "box 1 × 1 × 1 m");
+        let mut body = floating_cube(0).bodies.remove(0);
+        assert_eq!(shape(&body), "box 2 × 2 × 2 m");
+        body.points.truncate(1);
+        assert_eq!(shape(&body), "1 contact point");
+        body.pieces.push(Piece::Sphere { centre: Vector3::zeros(), radius: 0.5 });
+        assert_eq!(shape(&body), "sphere of radius 0.5 m");
+        let ends = [Vector3::zeros(), Vector3::x() * 2.0];
+        body.pieces = vec![Piece::Capsule { ends, radius: 0.25 }];
+        assert_eq!(shape(&body), "capsule of radius 0.25 m about 2 m");
     }
 }

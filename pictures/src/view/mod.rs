@@ -20,12 +20,13 @@ const STYLES: [&str; 2] = [include_str!("vendor/uPlot.min.css"), include_str!("p
 const PLOTTER_LICENCE: &str = include_str!("vendor/LICENSE-uPlot");
 const PLOTTER: &str = include_str!("vendor/uPlot.iife.min.js");
 /// In the order of what needs what.
-const SCRIPTS: [&str; 9] = [
+const SCRIPTS: [&str; 10] = [
     include_str!("page/vectors.js"),
     include_str!("page/numbers.js"),
     include_str!("page/runs.js"),
     include_str!("page/camera.js"),
     include_str!("page/brush.js"),
+    include_str!("page/shapes.js"),
     include_str!("page/stage.js"),
     include_str!("page/plots.js"),
     include_str!("page/sidebar.js"),

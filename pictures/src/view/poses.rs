@@ -1,15 +1,18 @@
 //! The poses that the page shows, and what happens between them.
 
-use super::encode::{f32s, u8s, u16s};
-use crate::film::{Film, Frame};
-use crate::forces::Scale;
+use super::encode::{f32s, u8s, u32s};
+use crate::film::{Film, Frame, Partner, Place, Pose};
+use crate::forces::{Scale, Site};
 use nalgebra::Vector3;
 use serde::Serialize;
+use std::collections::BTreeMap;
 
 /// More poses than this make a large file and nothing that an eye can see. Bodies with more
-/// than eight corners get fewer, since each has a force.
+/// than eight corners get fewer, since each has a force, and so do films of many bodies.
 const MOST_FRAMES: usize = 6000;
 const FEWEST_FRAMES: usize = 500;
+/// Poses of all bodies together, if that leaves [`FEWEST_FRAMES`].
+const MOST_POSES: usize = 120_000;
 
 /// Every `every`-th frame, and the last.
 ///
@@ -21,65 +24,91 @@ pub struct Poses {
     count: usize,
     /// What positions are relative to, m.
     origin: [f64; 3],
-    /// Of each x, y, z (m) and q_w, q_x, q_y, q_z.
+    /// Of each frame and each body in it x, y, z (m) and q_w, q_x, q_y, q_z.
     poses: String,
-    /// ‖v‖, m/s.
+    /// Of each frame and body ‖v‖, m/s.
     speeds: String,
     /// m/s.
     residuals: String,
     /// Places in [`Status::ALL`](crate::Status::ALL).
     statuses: String,
-    /// How many corners of each have a force.
+    /// How many contacts of each have a force.
     force_counts: String,
-    /// Which they are, one after the other.
-    force_corners: String,
-    /// Of each of them f_x, f_y, f_z, N.
+    /// Which they are, one after the other: places in `sites`.
+    force_sites: String,
+    /// Of each of them f_x, f_y, f_z, on the first body of its site, N.
     forces: String,
+    /// Of each of them that is at no corner where it is, from `origin`, m.
+    force_points: String,
+    /// Everything that touches: the body; its partner, -1 for the ground and from -2 downwards
+    /// for what is fixed; the corner of the body, -1 for none.
+    sites: Vec<[i64; 3]>,
 }
 
 impl Poses {
     pub fn of(film: &Film, scale: &Scale) -> Self {
         let frames = &film.frames;
-        let corners = film.body().points.len();
-        let most = (MOST_FRAMES * 8 / corners.max(8)).max(FEWEST_FRAMES);
-        let every = spacing(frames.len(), most);
+        let corners = film.bodies.iter().map(|body| body.points.len()).max().unwrap_or(0);
+        let most = (MOST_FRAMES * 8 / corners.max(8)).min(MOST_POSES / film.bodies.len());
+        let every = spacing(frames.len(), most.max(FEWEST_FRAMES));
         let shown: Vec<usize> = shown(frames.len(), every).collect();
         let spans: Vec<&[Frame]> = (0..shown.len())
             .map(|i| &frames[shown[i]..shown.get(i + 1).copied().unwrap_or(frames.len())])
             .collect();
-        let origin = frames.first().map_or(Vector3::zeros(), |frame| frame.pose().position);
-        let pose = |span: &&[Frame]| {
-            let pose = span[0].pose();
+        let origin = frames.first().map_or(Vector3::zeros(), |frame| frame.poses[0].position);
+        let pose = |pose: &Pose| {
             let ([x, y, z], q) = ((pose.position - origin).into(), &pose.attitude);
             [x, y, z, q.w, q.i, q.j, q.k]
         };
         let mut counts = Vec::with_capacity(spans.len());
-        let (mut touching, mut forces) = (Vec::new(), Vec::new());
+        let mut sites: BTreeMap<Site, usize> = BTreeMap::new();
+        let mut described = Vec::new();
+        let (mut touching, mut forces, mut points) = (Vec::new(), Vec::new(), Vec::new());
         for span in &spans {
             let before = touching.len();
-            for (corner, force) in scale.means(film, span) {
-                touching.push(corner);
-                forces.extend(force.iter().copied());
+            for mean in scale.means(film, span) {
+                let next = sites.len();
+                let site = *sites.entry(mean.site).or_insert(next);
+                if site == next {
+                    described.push(described_site(&mean.site));
+                }
+                touching.push(site);
+                forces.extend(mean.force.iter().copied());
+                if let Place::At { point, .. } = mean.place {
+                    points.extend((point - origin).iter().copied());
+                }
             }
             counts.push(touching.len() - before);
         }
+        let poses = || spans.iter().flat_map(|span| &span[0].poses);
         Self {
             every,
             count: spans.len(),
             origin: origin.into(),
-            poses: f32s(spans.iter().flat_map(pose)),
-            speeds: f32s(spans.iter().map(|span| span[0].pose().velocity.norm())),
+            poses: f32s(poses().flat_map(pose)),
+            speeds: f32s(poses().map(|pose| pose.velocity.norm())),
             residuals: f32s(spans.iter().map(|span| {
                 span.iter().map(|frame| frame.residual).fold(f64::NEG_INFINITY, f64::max)
             })),
             statuses: u8s(spans
                 .iter()
                 .filter_map(|span| span.iter().map(|frame| frame.status as u8).max())),
-            force_counts: u16s(counts.into_iter()),
-            force_corners: u16s(touching.into_iter()),
+            force_counts: u32s(counts.into_iter()),
+            force_sites: u32s(touching.into_iter()),
             forces: f32s(forces.into_iter()),
+            force_points: f32s(points.into_iter()),
+            sites: described,
         }
     }
+}
+
+fn described_site(site: &Site) -> [i64; 3] {
+    let partner = match site.partner {
+        Partner::Ground => -1,
+        Partner::Fixed(i) => -2 - i as i64,
+        Partner::Body(b) => b as i64,
+    };
+    [site.body as i64, partner, if site.is_corner { site.key as i64 } else { -1 }]
 }
 
 /// Every how many-th of `count` frames is shown so that at most `most` are, and the last.

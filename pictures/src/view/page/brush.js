@@ -17,6 +17,7 @@ function readColours() {
     "force",
     "seam",
     "edge",
+    "chosen",
     "plot-grid",
     "run-a",
     "run-b",
@@ -32,7 +33,8 @@ function readColours() {
 }
 readColours();
 
-// Faces of the bodies from the darkest to the lightest; one hue for each run.
+// Faces of the bodies from the darkest to the lightest; one hue for each of two runs, or for
+// each of several bodies. The last is of what stands still.
 const SHADES = [
   [
     [15, 42, 71],
@@ -44,11 +46,41 @@ const SHADES = [
     [196, 122, 28],
     [248, 212, 150],
   ],
+  [
+    [12, 59, 44],
+    [36, 143, 107],
+    [166, 227, 203],
+  ],
+  [
+    [69, 22, 58],
+    [168, 75, 143],
+    [238, 189, 223],
+  ],
+  [
+    [71, 23, 23],
+    [184, 74, 69],
+    [243, 191, 184],
+  ],
+  [
+    [56, 56, 10],
+    [143, 139, 43],
+    [227, 224, 155],
+  ],
+  [
+    [48, 54, 63],
+    [125, 135, 148],
+    [213, 219, 226],
+  ],
 ];
+const STILL_HUE = SHADES.length - 1;
+const hueOf = (run, body) => {
+  if (body < 0) return STILL_HUE;
+  return isPair ? run : body % STILL_HUE;
+};
 
 // The colour of a face, `light` from 0 to 1.
-function shade(run, light) {
-  const [dark, middle, bright] = SHADES[run];
+function shade(hue, light) {
+  const [dark, middle, bright] = SHADES[hue];
   const [from, to, share] =
     light < 0.5 ? [dark, middle, 2 * light] : [middle, bright, 2 * light - 1];
   return `rgb(${between(from, to, share).map(Math.round).join(" ")})`;
@@ -95,6 +127,19 @@ class Brush {
     context.globalAlpha = 1;
   }
 
+  // Fills polygons of the picture that may overlap as one.
+  union(polygons, { fill, alpha }) {
+    const { context } = this;
+    context.beginPath();
+    for (const points of polygons) {
+      points.forEach(([x, y], i) => (i === 0 ? context.moveTo(x, y) : context.lineTo(x, y)));
+      context.closePath();
+    }
+    Object.assign(context, { fillStyle: fill, globalAlpha: alpha });
+    context.fill();
+    context.globalAlpha = 1;
+  }
+
   // The part of a segment in front of the camera, in the picture.
   segment(a, b) {
     const { depth, near, project } = this.lens;
@@ -124,7 +169,7 @@ class Brush {
   }
 
   // An arrow with a seam that sets it off.
-  arrow(from, to, colour) {
+  arrow(from, to, colour, alpha = 1) {
     const seen = this.segment(from, to);
     if (!seen) return;
     const [[x, y], tip] = seen;
@@ -136,17 +181,20 @@ class Brush {
     const neck = [tip[0] - head * along[0], tip[1] - head * along[1]];
     const side = (w) => [neck[0] - w * along[1], neck[1] + w * along[0]];
     const { context } = this;
-    for (const [stroke, extra] of [
+    const layers = [
       [colours.seam, 2],
       [colour, 0],
-    ]) {
+    ];
+    // A faint one has no seam.
+    for (const [stroke, extra] of alpha < 1 ? layers.slice(1) : layers) {
       this.trace([[x, y], neck], false);
-      Object.assign(context, { strokeStyle: stroke, lineWidth: 2.8 + extra });
+      Object.assign(context, { strokeStyle: stroke, lineWidth: 2.8 + extra, globalAlpha: alpha });
       context.stroke();
       this.flat([tip, side(0.42 * head), side(-0.42 * head)], {
         fill: stroke,
         stroke,
         width: 1 + extra,
+        alpha,
       });
     }
   }

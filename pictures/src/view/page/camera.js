@@ -86,13 +86,19 @@ class Camera {
         height / 2 - (scale * dot(axes[1], p)) / z,
       ];
     };
-    return { axes, eye, depth, project, near: NEAR * this.distance };
+    // How many pixels a length across the view takes at a point.
+    const pixels = (size, point) => (scale * size) / depth(point);
+    return { axes, eye, depth, project, pixels, near: NEAR * this.distance };
   }
 }
 
-// Drag, wheel and two fingers on `canvas` move the `camera`.
-function steer(canvas, camera, moved) {
+// A finger or a mouse that moves less than this between down and up has clicked, pixels.
+const STILL = 4;
+
+// Drag, wheel and two fingers on `canvas` move the `camera`; a click is a click on a place.
+function steer(canvas, camera, moved, clicked) {
   const fingers = new Map();
+  let start = null;
   const spread = () => {
     const [a, b] = [...fingers.values()];
     return Math.hypot(a.x - b.x, a.y - b.y);
@@ -103,10 +109,14 @@ function steer(canvas, camera, moved) {
   };
   canvas.addEventListener("pointerdown", (event) => {
     canvas.setPointerCapture(event.pointerId);
+    start = fingers.size === 0 ? [event.clientX, event.clientY] : null;
     fingers.set(event.pointerId, { x: event.clientX, y: event.clientY });
   });
   canvas.addEventListener("pointermove", (event) => {
     if (!fingers.has(event.pointerId)) return;
+    if (start && Math.hypot(event.clientX - start[0], event.clientY - start[1]) > STILL) {
+      start = null;
+    }
     const [oldX, oldY] = middle();
     const oldSpread = fingers.size === 2 ? spread() : 0;
     fingers.set(event.pointerId, { x: event.clientX, y: event.clientY });
@@ -121,6 +131,11 @@ function steer(canvas, camera, moved) {
       camera.orbit(0.4 * (x - oldX), 0.4 * (y - oldY));
     }
     moved();
+  });
+  canvas.addEventListener("pointerup", (event) => {
+    const { left, top } = canvas.getBoundingClientRect();
+    if (start) clicked([event.clientX - left, event.clientY - top]);
+    start = null;
   });
   for (const end of ["pointerup", "pointercancel"]) {
     canvas.addEventListener(end, (event) => fingers.delete(event.pointerId));

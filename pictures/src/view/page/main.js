@@ -15,7 +15,15 @@ let isPlaying = false;
 let lastTick = 0;
 // The time that the views show.
 let painted = 0;
-const show = { forces: true, trail: true, follow: false, overlay: false, anchor: [0, 0, 0] };
+const show = {
+  forces: true,
+  trail: true,
+  follow: false,
+  overlay: false,
+  anchor: [0, 0, 0],
+  // Which body the plots, the state and the trail are of.
+  body: 0,
+};
 const camera = new Camera();
 
 const LABEL = "Motion; drag to orbit, wheel or pinch to zoom, keys w a s d and z x do the same";
@@ -44,7 +52,7 @@ function paint() {
   for (const stage of shown) stage.paint(camera, time, isPlaying ? painted : time, show);
   painted = time;
   for (const plot of plots) plot.move(time);
-  showState(state, time);
+  showState(state, time, show.body);
   $("scrub").value = time;
   $("scrub").setAttribute("aria-valuetext", `${clock(time)} seconds`);
   put($("clock"), `${clock(time)} / ${clock(duration)} s`);
@@ -107,6 +115,35 @@ function toggle(what) {
   // What the camera looks at now is what is kept on the body.
   if (what === "follow") show.anchor = camera.target;
   arrange();
+}
+
+// The plots, the state and the trail are of that body from now on.
+function choose(body) {
+  if (body < 0 || body >= bodyCount) return;
+  const isOther = body !== show.body;
+  show.body = body;
+  showBody(body);
+  if (isOther) for (const { sheet, card } of sheets) if (sheet.of_body) fillSheet(sheet, card);
+  repaint();
+}
+
+// The plots of a sheet; those of the body before go, and which of them were open stays.
+function fillSheet(sheet, card) {
+  const before = [...card.querySelectorAll("details")];
+  const wasOpen = new Map(before.map((box) => [box.id, box.open]));
+  for (const plot of plots.filter(({ box }) => before.includes(box))) {
+    plot.chart?.destroy();
+    plots.splice(plots.indexOf(plot), 1);
+  }
+  before.forEach((box) => box.remove());
+  const data = show.body > 0 && sheet.of_body ? sheet.others[show.body - 1] : sheet.plots;
+  // Those that are open come first; all others keep their order.
+  const ordered = [...data].sort((a, b) => Number(b.open) - Number(a.open));
+  const made = ordered.map((one) => new Plot(one, setTime));
+  card.append(...made.map((plot) => plot.box));
+  for (const { box } of made) if (wasOpen.has(box.id)) box.open = wasOpen.get(box.id);
+  const name = sheet.of_body ? `${sheet.name}: ${runs[0].bodies[show.body].name}` : sheet.name;
+  card.querySelector("h2").textContent = name;
 }
 
 function resetView() {
@@ -207,14 +244,17 @@ fillFacts((wanted) => {
 });
 const state = fillState();
 $("stages").append(...stages.map((stage) => stage.figure));
-for (const stage of stages) steer(stage.canvas, camera, repaint);
-for (const sheet of page.sheets) {
-  const card = element("section", { class: "card sheet" }, element("h2", {}, sheet.name));
-  // Those that are open come first; all others keep their order.
-  const ordered = [...sheet.plots].sort((a, b) => Number(b.open) - Number(a.open));
-  $("sheets").append(card);
-  card.append(...ordered.map((data) => new Plot(data, setTime).box));
+for (const stage of stages) {
+  steer(stage.canvas, camera, repaint, (place) => isCrowd && choose(stage.bodyAt(place)));
 }
+fillBodies(choose);
+showBody(0);
+const sheets = page.sheets.map((sheet) => {
+  const card = element("section", { class: "card sheet" }, element("h2"));
+  $("sheets").append(card);
+  fillSheet(sheet, card);
+  return { sheet, card };
+});
 for (const value of SPEEDS)
   $("speed").append(element("option", { value: String(value) }, `${value}×`));
 let group = $("keys-time");

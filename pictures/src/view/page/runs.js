@@ -11,6 +11,21 @@ const rowsOf = (text) => new Uint32Array(bytes(text));
 
 const NAMES = ["A", "B"];
 
+// Points that span a body: all of it is in their convex hull.
+function spanOf({ points, pieces }) {
+  if (pieces.length === 0) return points;
+  const sides = [-1, 1];
+  return pieces.flatMap(({ vertices, radius }) =>
+    radius === 0
+      ? vertices
+      : vertices.flatMap((vertex) =>
+          sides.flatMap((x) =>
+            sides.flatMap((y) => sides.map((z) => add(vertex, times([x, y, z], radius)))),
+          ),
+        ),
+  );
+}
+
 class Run {
   constructor(data, index) {
     const { frames } = data;
@@ -27,23 +42,33 @@ class Run {
     this.speeds = floats(frames.speeds);
     this.residuals = floats(frames.residuals);
     this.statuses = new Uint8Array(bytes(frames.statuses));
-    this.forceCorners = new Uint16Array(bytes(frames.force_corners));
+    // Body, partner and corner of everything that touches.
+    this.sites = frames.sites;
+    this.forceSites = rowsOf(frames.force_sites);
     this.forceValues = floats(frames.forces);
-    // Where the forces of a frame begin.
+    this.forcePoints = floats(frames.force_points);
+    // Where the forces of a frame begin, and for each force where its point is, if it has one.
     this.forceStarts = [0];
-    for (const forces of new Uint16Array(bytes(frames.force_counts))) {
+    for (const forces of rowsOf(frames.force_counts)) {
       this.forceStarts.push(this.forceStarts.at(-1) + forces);
     }
-    this.points = data.body.points;
-    this.isBox = data.body.is_box;
-    // Four digits of the body's size, and of the largest speed.
-    this.lengthDecimals = decimalsOf(Math.max(...this.points.map(length)));
+    let points = 0;
+    this.pointPlaces = Uint32Array.from(this.forceSites, (site) =>
+      this.sites[site][2] < 0 ? points++ : 0,
+    );
+    this.bodies = data.bodies;
+    for (const body of [...this.bodies, ...data.fixed]) body.span = spanOf(body);
+    const reach = (body) => Math.max(...body.span.map(length));
+    this.reaches = this.bodies.map(reach);
+    // Four digits of the smallest body's size, and of the largest speed.
+    this.lengthDecimals = decimalsOf(Math.min(...this.reaches));
     this.speedDecimals = decimalsOf(this.speeds.reduce((most, v) => (v > most ? v : most), 0));
   }
 
-  // Frames along the way of the centre of mass, as many as make `pieces` equal pieces of it.
-  way(pieces) {
-    const step = (a, b) => length(subtract(this.position(b), this.position(a))) || 0;
+  // Frames along the way of a body's centre of mass, as many as make `pieces` equal pieces of it.
+  way(body, pieces) {
+    const at = (frame) => this.position(frame, body);
+    const step = (a, b) => length(subtract(at(b), at(a))) || 0;
     let total = 0;
     for (let frame = 1; frame < this.count; frame += 1) total += step(frame - 1, frame);
     const frames = [0];
@@ -71,31 +96,44 @@ class Run {
     return Math.max(0, Math.floor(row / this.every));
   }
 
-  position(frame) {
-    const at = 7 * frame;
+  position(frame, body) {
+    const at = 7 * (frame * this.bodies.length + body);
     return [0, 1, 2].map((axis) => this.origin[axis] + this.poses[at + axis]);
   }
 
-  attitude(frame) {
-    return this.poses.slice(7 * frame + 3, 7 * frame + 7);
+  attitude(frame, body) {
+    const at = 7 * (frame * this.bodies.length + body) + 3;
+    return this.poses.subarray(at, at + 4);
   }
 
-  corners(frame) {
-    const [place, attitude] = [this.position(frame), this.attitude(frame)];
-    return this.points.map((point) => add(place, rotate(attitude, point)));
+  speed(frame, body) {
+    return this.speeds[frame * this.bodies.length + body];
   }
 
-  // The mean forces of the frames after `before` up to `frame`: which corner, and how much.
+  // Points of the body in the world.
+  placed(frame, body, points) {
+    const [place, attitude] = [this.position(frame, body), this.attitude(frame, body)];
+    return points.map((point) => add(place, rotate(attitude, point)));
+  }
+
+  // The mean forces of the frames after `before` up to `frame`: on which body by what, where,
+  // and how much.
   forces(frame, before) {
     const sums = new Map();
     for (let i = this.forceStarts[before + 1]; i < this.forceStarts[frame + 1]; i += 1) {
-      const corner = this.forceCorners[i];
-      sums.set(
-        corner,
-        add(sums.get(corner) ?? [0, 0, 0], this.forceValues.subarray(3 * i, 3 * i + 3)),
-      );
+      const site = this.forceSites[i];
+      const sum = sums.get(site)?.sum ?? [0, 0, 0];
+      sums.set(site, { i, sum: add(sum, this.forceValues.subarray(3 * i, 3 * i + 3)) });
     }
-    return [...sums].map(([corner, sum]) => ({ corner, force: times(sum, 1 / (frame - before)) }));
+    return [...sums].map(([site, { i, sum }]) => {
+      const [body, partner, corner] = this.sites[site];
+      const at = 3 * this.pointPlaces[i];
+      const point =
+        corner < 0
+          ? add(this.origin, this.forcePoints.subarray(at, at + 3))
+          : this.placed(frame, body, [this.bodies[body].points[corner]])[0];
+      return { body, partner, point, force: times(sum, 1 / (frame - before)) };
+    });
   }
 
   // The arrow of a force: with s = √(force / weight) its length is s / (1 + s) of the longest.
@@ -109,6 +147,9 @@ class Run {
 
 const runs = page.runs.map((data, index) => new Run(data, index));
 const isPair = runs.length > 1;
+// Bodies that can be chosen: those that all runs have.
+const bodyCount = Math.min(...runs.map((run) => run.bodies.length));
+const isCrowd = runs.some((run) => run.bodies.length > 1);
 const duration = Math.max(...runs.map((run) => run.duration));
 
 // The next or the previous time at which a run has a frame.

@@ -86,6 +86,7 @@ function fillFacts(setTime) {
     ...runs.map((run) => counts(run, setTime)),
     ...(isPair ? comparison() : [list(runs[0].data.facts)]),
     ...omissions(),
+    element("div", { id: "body-facts" }),
   );
   document.getElementById("made").textContent =
     `made by tumble ${page.version}; plots drawn by uPlot`;
@@ -120,7 +121,30 @@ const put = (place, text) => {
   if (place.textContent !== text) place.textContent = text;
 };
 
-function showState(lines, time) {
+// Choices of bodies, and what is known of the chosen one.
+function fillBodies(choose) {
+  const list = document.getElementById("body");
+  document.getElementById("body-field").hidden = !isCrowd;
+  for (let body = 0; body < bodyCount; body += 1) {
+    list.append(element("option", { value: String(body) }, runs[0].bodies[body].name));
+  }
+  list.addEventListener("change", () => choose(Number(list.value)));
+}
+
+function showBody(body) {
+  document.getElementById("body").value = String(body);
+  const place = document.getElementById("body-facts");
+  place.hidden = !isCrowd;
+  place.replaceChildren(
+    ...runs.flatMap((run) => {
+      const { name, facts } = run.bodies[body];
+      const heading = element("h3", {}, ...(isPair ? [key(run), " "] : []), name);
+      return [heading, list(facts)];
+    }),
+  );
+}
+
+function showState(lines, time, body) {
   for (const { run, fields } of lines) {
     const frame = run.frame(time);
     const [first, last] = [run.row(frame), Math.min(run.row(frame + 1) - 1, run.rows - 1)];
@@ -133,11 +157,11 @@ function showState(lines, time) {
     put(
       fields.position,
       `${run
-        .position(frame)
+        .position(frame, body)
         .map((x) => fixed(x, run.lengthDecimals))
         .join(", ")} m`,
     );
-    put(fields.speed, `${fixed(run.speeds[frame], run.speedDecimals)} m/s`);
+    put(fields.speed, `${fixed(run.speed(frame, body), run.speedDecimals)} m/s`);
     put(fields.residual, isEnd ? "no step follows" : `${number(run.residuals[frame], 2)} m/s`);
   }
 }

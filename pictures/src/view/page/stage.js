@@ -1,4 +1,4 @@
-// A view of one body or of several: ground, shadow, body, forces, trail.
+// A view of one run or of two: ground, shadows, bodies, forces, trail.
 
 const UP = [0, 0, 1];
 // The light comes over the left shoulder of whoever looks from the first view.
@@ -11,13 +11,16 @@ const PIECES = 1200;
 // Lines of the grid along its longer side, about.
 const LINES = 14;
 
-// Places that the body comes to: its corners in frames spread over the run.
+// Places that the bodies come to, in frames spread over the run, and what stands still.
 function visited(run) {
-  const frames = Math.max(FEWEST_FRAMES, SAMPLES / run.points.length);
+  const count = run.bodies.reduce((sum, body) => sum + body.span.length, 0);
+  const frames = Math.max(FEWEST_FRAMES, SAMPLES / count);
   const stride = Math.max(1, Math.ceil(run.count / frames));
-  const points = [];
-  for (let frame = 0; frame < run.count; frame += stride) points.push(...run.corners(frame));
-  points.push(...run.corners(run.count - 1));
+  const points = run.data.fixed.flatMap((fixed) => fixed.span);
+  const visit = (frame) =>
+    run.bodies.forEach((body, b) => points.push(...run.placed(frame, b, body.span)));
+  for (let frame = 0; frame < run.count; frame += stride) visit(frame);
+  visit(run.count - 1);
   return points.filter(isFinitePoint);
 }
 
@@ -72,7 +75,52 @@ function groundOf(run) {
 }
 
 const grounds = runs.map(groundOf);
-const ways = runs.map((run) => run.way(PIECES));
+// Of each run the way of the body that was last asked for.
+const ways = runs.map(() => ({ body: -1, frames: [] }));
+function wayOf(run, body) {
+  const way = ways[run.index];
+  if (way.body !== body) Object.assign(way, { body, frames: run.way(body, PIECES) });
+  return way.frames;
+}
+
+// The lamp, and the sky for what it does not reach, from 0 to 1.
+const lightOf = (normal) => 0.3 + 0.22 * (0.5 + 0.5 * normal[2]) + 0.46 * Math.max(0, dot(normal, LIGHT));
+
+// A level circle about a vertex, as wide as the piece is round.
+function disc(vertex, { radius }) {
+  return Array.from({ length: ROUND }, (_, k) => {
+    const angle = (2 * Math.PI * k) / ROUND;
+    return add(vertex, [radius * Math.cos(angle), radius * Math.sin(angle), 0]);
+  });
+}
+
+// The part that the eye sees of the great circle of a ball, or of the outline of a capsule, across
+// one of the body's axes.
+function seenCircle({ radius, vertices, attitude }, axis, eye) {
+  const [u, v] = [(axis + 1) % 3, (axis + 2) % 3].map((k) => {
+    const unitAxis = [0, 0, 0];
+    unitAxis[k] = radius;
+    return attitude ? rotate(attitude, unitAxis) : unitAxis;
+  });
+  const [a, b] = [vertices[0], vertices.at(-1)];
+  const middle = between(a, b, 0.5);
+  const along = subtract(b, a);
+  const points = Array.from({ length: 25 }, (_, k) => {
+    const angle = (Math.PI * k) / 12;
+    const out = add(times(u, Math.cos(angle)), times(v, Math.sin(angle)));
+    const lean = dot(out, along);
+    // Along the capsule the circle is drawn out to its ends.
+    const core = Math.abs(lean) < 1e-6 * radius * length(along) ? middle : lean > 0 ? b : a;
+    return { place: add(core, out), out };
+  });
+  const segments = [];
+  for (let k = 0; k + 1 < points.length; k += 1) {
+    const [one, other] = [points[k], points[k + 1]];
+    const isSeen = ({ place, out }) => dot(out, subtract(eye, place)) > 0;
+    if (isSeen(one) && isSeen(other)) segments.push([one.place, other.place]);
+  }
+  return segments;
+}
 
 class Stage {
   // `members` are the runs it shows.
@@ -127,20 +175,19 @@ class Stage {
     const lens = camera.lens(width, height, this.followed(time, show));
     const brush = new Brush(context, lens);
     const ground = grounds[this.members[0].index];
-    const bodies = this.members.map((run) => this.body(run, time, before, lens));
+    const scenes = this.members.map((run) => this.scene(run, time, before, lens));
+    const solids = scenes.flatMap((scene) => scene.solids);
+    this.painted = sorted(
+      solids.filter((solid) => solid.isDrawn),
+      lens.eye,
+    );
+    this.lens = lens;
     const isAbove = ground === null || ground.height(lens.eye) > 0;
-    const paintBodies = () => {
-      // The farther body first.
-      bodies.sort((a, b) => lens.depth(b.place) - lens.depth(a.place));
-      for (const body of bodies) this.paintBody(brush, body, show);
-    };
     // What is beyond the ground is painted before it.
-    if (!isAbove) paintBodies();
+    if (!isAbove) this.paintScenes(brush, scenes, show);
     if (ground) this.paintGround(brush, ground, isAbove);
-    if (ground && isAbove) {
-      for (const body of bodies) this.paintShadow(brush, ground, body);
-    }
-    if (isAbove) paintBodies();
+    if (ground && isAbove) this.paintShadows(brush, ground, scenes);
+    if (isAbove) this.paintScenes(brush, scenes, show);
     this.paintAxes(context, lens, height);
     put(this.remark, this.remarks(time, show));
   }
@@ -149,21 +196,44 @@ class Stage {
   followed(time, show) {
     if (!show.follow) return [0, 0, 0];
     const middle = (t) => {
-      const all = this.members.map((run) => run.position(run.frame(t)));
+      const all = this.members.map((run) => run.position(run.frame(t), show.body));
       return times(all.reduce(add), 1 / all.length);
     };
     const shift = subtract(middle(time), show.anchor);
     return isFinitePoint(shift) ? shift : [0, 0, 0];
   }
 
-  body(run, time, before, lens) {
+  // What a run shows: its pieces, its bodies of points, and which moments they are of.
+  scene(run, time, before, lens) {
     const frame = run.frame(time);
     const since = Math.min(run.frame(before), frame - 1);
-    const corners = run.corners(frame);
-    const isDrawn = corners.every(isFinitePoint);
-    const sides = run.isBox && isDrawn ? faces(corners) : [];
-    const isHidden = (point) => sides.length > 0 && hides(sides, lens.eye, point);
-    return { run, frame, since, corners, isDrawn, sides, isHidden, place: run.position(frame) };
+    const solids = [];
+    const clouds = [];
+    run.bodies.forEach(({ pieces, points }, body) => {
+      const [place, attitude] = [run.position(frame, body), run.attitude(frame, body)];
+      const owner = { run, body, reach: run.reaches[body] };
+      for (const piece of pieces) solids.push(new Solid(piece, owner, place, attitude, lens));
+      if (pieces.length === 0) clouds.push({ body, corners: run.placed(frame, body, points) });
+    });
+    const reach = Math.min(...run.reaches);
+    for (const { pieces } of run.data.fixed) {
+      for (const piece of pieces) {
+        solids.push(new Solid(piece, { run, body: -1, reach }, null, null, lens));
+      }
+    }
+    const drawn = solids.filter((solid) => solid.isDrawn);
+    const isHidden = (point) => {
+      const [x, y] = lens.project(point);
+      return drawn.some(
+        (solid) =>
+          x >= solid.box[0] &&
+          x <= solid.box[2] &&
+          y >= solid.box[1] &&
+          y <= solid.box[3] &&
+          solid.hides(lens.eye, point),
+      );
+    };
+    return { run, frame, since, solids, clouds, isHidden };
   }
 
   paintGround(brush, ground, isAbove) {
@@ -173,77 +243,137 @@ class Stage {
     brush.polygon(ground.outline, { stroke: colours.grid, width: 1.6, alpha });
   }
 
-  paintShadow(brush, ground, body) {
-    if (!body.isDrawn) return;
-    const feet = body.corners.map(ground.drop);
-    if (feet.some((foot) => brush.lens.depth(foot) < brush.lens.near)) return;
-    const alpha = colours.isDark ? 0.45 : 0.28;
-    brush.flat(hull(feet.map(brush.lens.project)), { fill: colours.shadow, alpha });
+  paintShadows(brush, ground, scenes) {
+    const { lens } = brush;
+    const shadows = [];
+    const cast = (points) => {
+      const feet = points.map(ground.drop);
+      if (feet.every((foot) => lens.depth(foot) >= lens.near)) {
+        shadows.push(hull(feet.map(lens.project)));
+      }
+    };
+    for (const { solids, clouds } of scenes) {
+      for (const solid of solids.filter(({ isDrawn }) => isDrawn)) {
+        cast(solid.radius === 0 ? solid.vertices : solid.vertices.flatMap((v) => disc(v, solid)));
+      }
+      for (const { corners } of clouds) if (corners.every(isFinitePoint)) cast(corners);
+    }
+    brush.union(shadows, { fill: colours.shadow, alpha: colours.isDark ? 0.45 : 0.28 });
   }
 
-  // First what the body hides, then the body, then what lies before it.
-  paintBody(brush, body, show) {
-    const { run, frame, since, corners, isHidden } = body;
-    if (!body.isDrawn) return;
-    const arrows = show.forces ? run.forces(frame, since) : [];
+  // First what the bodies hide, then the bodies, then what lies before them.
+  paintScenes(brush, scenes, show) {
     const [far, near] = [[], []];
-    for (const { corner, force } of arrows) {
-      (isHidden(corners[corner]) ? far : near).push([
-        corners[corner],
-        add(corners[corner], run.arrow(force)),
-      ]);
+    const lines = [];
+    for (const scene of scenes) {
+      const { run, frame, since, isHidden } = scene;
+      const arrows = show.forces ? run.forces(frame, since) : [];
+      for (const { partner, point, force } of arrows.filter(({ point }) => isFinitePoint(point))) {
+        const among = isHidden(point) ? far : near;
+        const arrow = run.arrow(force);
+        among.push([point, add(point, arrow)]);
+        // Between bodies each has its force.
+        if (partner >= 0) among.push([point, subtract(point, arrow)]);
+      }
+      if (show.trail) {
+        const stroke = isPair ? colours[run.index ? "run-b" : "run-a"] : colours.trail;
+        lines.push({ ...this.trail(scene, show.body), line: { stroke, width: 1.6 } });
+      }
     }
-    const trail = show.trail ? this.trail(body) : { hidden: [], seen: [], ahead: [] };
-    const line = {
-      stroke: isPair ? colours[run.index ? "run-b" : "run-a"] : colours.trail,
-      width: 1.6,
-    };
-    brush.lines(trail.ahead, { ...line, alpha: 0.45, dash: [2, 4] });
-    brush.lines(trail.hidden, line);
+    for (const { ahead, hidden, line } of lines) {
+      brush.lines(ahead, { ...line, alpha: 0.45, dash: [2, 4] });
+      brush.lines(hidden, line);
+    }
     for (const [from, to] of far) brush.arrow(from, to, colours.force);
-    this.paintFaces(brush, body);
-    brush.lines(trail.seen, line);
+    for (const { run, clouds } of scenes) {
+      for (const cloud of clouds) this.paintPoints(brush, run, cloud, show);
+    }
+    for (const solid of this.painted) this.paintSolid(brush, solid, show);
+    for (const { seen, line } of lines) brush.lines(seen, line);
+    // Of a heap, what is inside shows through.
+    if (isCrowd) for (const [from, to] of far) brush.arrow(from, to, colours.force, 0.3);
     for (const [from, to] of near) brush.arrow(from, to, colours.force);
   }
 
-  paintFaces(brush, { run, corners, sides }) {
+  // How edges are drawn: those of the chosen body stand out.
+  edges(body, show) {
+    const isChosen = isCrowd && body === show.body;
+    return { stroke: isChosen ? colours.chosen : colours.edge, width: isChosen ? 3 : 1.6 };
+  }
+
+  get alpha() {
+    return this.members.length > 1 ? 0.6 : 1;
+  }
+
+  paintPoints(brush, run, { body, corners }, show) {
     const { lens } = brush;
-    const alpha = this.members.length > 1 ? 0.6 : 1;
-    if (!run.isBox) {
-      if (corners.some((corner) => lens.depth(corner) < lens.near)) return;
-      const outline = hull(corners.map(lens.project));
-      brush.flat(outline, {
-        fill: shade(run.index, 0.75),
-        stroke: colours.edge,
-        width: 1.8,
-        alpha,
-      });
-      for (const corner of corners) brush.dot(corner, 3.5, colours.edge);
-      return;
+    if (!corners.every((corner) => isFinitePoint(corner) && lens.depth(corner) >= lens.near)) return;
+    const fill = shade(hueOf(run.index, body), 0.75);
+    const edges = { ...this.edges(body, show), alpha: this.alpha };
+    brush.flat(hull(corners.map(lens.project)), { fill, ...edges });
+    for (const corner of corners) brush.dot(corner, 3.5, colours.edge);
+  }
+
+  paintSolid(brush, solid, show) {
+    const { lens } = brush;
+    const { run, body, radius, vertices } = solid;
+    const hue = hueOf(run.index, body);
+    const edges = this.edges(body, show);
+    if (radius > 0) {
+      if (solid.isNear) return;
+      this.paintRound(brush, solid, hue, edges);
     }
-    const seen = sides.filter(
-      ({ corners: [corner], normal }) => dot(normal, subtract(lens.eye, corner)) > 0,
+    const seen = solid.sides.filter(({ normal, offset }) => dot(normal, lens.eye) > offset);
+    const corners = seen.map(({ vertices: face, normal }) =>
+      face.map((i) => (radius > 0 ? add(vertices[i], times(normal, radius)) : vertices[i])),
     );
-    for (const { corners: outline, normal } of seen) {
-      // The lamp, and the sky for what it does not reach.
-      const light = 0.3 + 0.22 * (0.5 + 0.5 * normal[2]) + 0.46 * Math.max(0, dot(normal, LIGHT));
-      brush.polygon(outline, { fill: shade(run.index, light), alpha });
+    seen.forEach(({ normal }, i) => {
+      brush.polygon(corners[i], { fill: shade(hue, lightOf(normal)), alpha: this.alpha });
+    });
+    if (radius === 0) for (const outline of corners) brush.polygon(outline, edges);
+  }
+
+  // What is round: its outline, lit from above, and of balls and capsules the circles that show
+  // how they turn.
+  paintRound(brush, solid, hue, edges) {
+    const { lens } = brush;
+    const { radius, vertices, spots, box } = solid;
+    const { context } = brush;
+    const fill = context.createLinearGradient(box[0], box[1], box[0], box[3]);
+    for (const [at, light] of [
+      [0, 0.98],
+      [0.45, 0.62],
+      [1, 0.34],
+    ]) {
+      fill.addColorStop(at, shade(hue, light));
     }
-    for (const { corners: outline } of seen) {
-      brush.polygon(outline, { stroke: colours.edge, width: 1.6 });
+    if (vertices.length === 1) {
+      context.beginPath();
+      context.arc(...spots[0], lens.pixels(radius, vertices[0]), 0, 2 * Math.PI);
+      Object.assign(context, { fillStyle: fill, strokeStyle: edges.stroke, lineWidth: edges.width });
+      context.globalAlpha = this.alpha;
+      context.fill();
+      context.globalAlpha = 1;
+      context.stroke();
+    } else {
+      brush.flat(solid.outline(lens), { fill, alpha: this.alpha });
+      brush.flat(solid.outline(lens), edges);
     }
+    if (solid.sides.length > 0) return;
+    const line = { stroke: shade(hue, 0.12), width: 1.4 };
+    for (const axis of [0, 2]) brush.lines(seenCircle(solid, axis, lens.eye), line);
   }
 
   // The way of the centre of mass: behind the body, before it, and still to come.
-  trail({ run, frame, isHidden }) {
+  trail({ run, frame, isHidden }, body) {
     const trail = { hidden: [], seen: [], ahead: [] };
-    let from = run.position(0);
+    let from = run.position(0, body);
     let before = 0;
-    for (const next of ways[run.index]) {
+    for (const next of wayOf(run, body)) {
       const ends = before < frame && frame < next ? [frame, next] : [next];
       before = next;
       for (const end of ends) {
-        const to = run.position(end);
+        const to = run.position(end, body);
         if (isFinitePoint(from) && isFinitePoint(to)) {
           const part = end > frame ? "ahead" : isHidden(between(from, to, 0.5)) ? "hidden" : "seen";
           trail[part].push([from, to]);
@@ -252,6 +382,14 @@ class Stage {
       }
     }
     return trail;
+  }
+
+  // The body at a place of the picture; −1 where there is none.
+  bodyAt(place) {
+    for (const solid of [...(this.painted ?? [])].reverse()) {
+      if (!solid.isNear && contains(solid.outline(this.lens), place)) return solid.body;
+    }
+    return -1;
   }
 
   // The directions of the world, in the lower left corner.
