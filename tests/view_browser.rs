@@ -437,7 +437,7 @@ fn a_hundred_bodies_play_and_are_chosen() {
     assert_eq!((chosen(), position()), ("brick 0".into(), "−1.9000, 1.5000, 0.1000 m".into()));
     // The page's own places of two bodies, clicked on.
     for name in ["ball 62", "octahedron 88"] {
-        let (b, body) = film.bodies.iter().enumerate().find(|(_, body)| body.name == name).unwrap();
+        let b = film.bodies.iter().position(|body| body.name == name).unwrap();
         browser.run(&format!(
             "const list = document.getElementById('body'); list.value = {b}; \
              list.dispatchEvent(new Event('change')); document.getElementById('follow').click()"
@@ -481,6 +481,10 @@ fn a_hundred_bodies_play_and_are_chosen() {
     let names = |kind: &str| found.iter().any(|b| film.bodies[*b as usize].name.starts_with(kind));
     assert!(names("brick") && names("ball"));
     browser.click("#trail");
+    browser.run(
+        "const list = document.getElementById('body'); list.value = '62'; \
+         list.dispatchEvent(new Event('change'))",
+    );
     browser.set_time(0.3);
     browser.screenshot("many");
     // Painting a frame, without and with forces. The bound is that of 30 frames a second.

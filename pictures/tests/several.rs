@@ -65,9 +65,9 @@ fn the_plots_are_of_the_body_that_is_asked_for() {
     let svg = plot::svg(&film, Sheet::Motion, 60);
     assert!(svg.contains("Motion and contact of ball 60: a hundred bodies"));
     assert!(svg.contains("100 bodies, μ = 0.5"));
-    // A ball's only force is the ramp's, m g cos θ, and the brick at the bottom has two from
-    // below and two from above.
     assert_ne!(svg, plot::svg(&film, Sheet::Motion, 0));
+    // One that is not there is the last.
+    assert_eq!(plot::svg(&film, Sheet::Motion, 99), plot::svg(&film, Sheet::Motion, 4711));
     leave("ball.png", &plot::png(&svg).unwrap());
     let energy = plot::svg(&film, Sheet::Energy, 60);
     assert_eq!(energy, plot::svg(&film, Sheet::Energy, 0), "the energy is that of all");

@@ -158,3 +158,49 @@ fn corners(
         ..Panel::default()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::film::{Partner, Place};
+    use crate::samples::falling_cube;
+
+    /// Two cubes, the second on the first, which is on the ground: by the third law the first
+    /// has the force of the ground less the weight of the second, m g.
+    #[test]
+    fn the_force_on_a_body_is_the_sum_from_both_sides() {
+        let mut film = falling_cube(3);
+        film.bodies.push(film.bodies[0].clone());
+        let weight = film.bodies[0].mass * film.gravity.norm();
+        let contact = |body, partner, size: f64, key| Contact {
+            body,
+            partner,
+            place: Place::At { point: Vector3::zeros(), key },
+            force: Vector3::z() * size,
+            carries_force: true,
+            slacks: [0.0; 2],
+            multiplier: 0.0,
+        };
+        for frame in &mut film.frames {
+            frame.poses.push(frame.poses[0]);
+            frame.contacts = vec![
+                contact(0, Partner::Ground, 2.0 * weight, 0),
+                contact(1, Partner::Body(0), 0.25 * weight, 0),
+                contact(1, Partner::Body(0), 0.75 * weight, 1),
+            ];
+        }
+        for body in 0..2 {
+            let panel = force(&film, body);
+            assert_eq!(panel.series[0].values.len(), 3);
+            assert!(panel.series[0].values.iter().all(|f| (f - weight).abs() < 1e-12 * weight));
+        }
+        let counts = [0, 1].map(|body| contacts(&film, body).series[0].values[0]);
+        assert_eq!(counts, [3.0, 2.0]);
+        // Turned about, the same.
+        for contact in film.frames.iter_mut().flat_map(|frame| &mut frame.contacts[1..]) {
+            (contact.body, contact.partner) = (0, Partner::Body(1));
+            contact.force = -contact.force;
+        }
+        assert!((force(&film, 0).series[0].values[0] - weight).abs() < 1e-12 * weight);
+    }
+}

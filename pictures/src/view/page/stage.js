@@ -284,14 +284,15 @@ class Stage {
       brush.lines(ahead, { ...line, alpha: 0.45, dash: [2, 4] });
       brush.lines(hidden, line);
     }
-    for (const [from, to] of far) brush.arrow(from, to, colours.force);
+    // Of a heap, what is inside shows through.
+    const paintFar = (alpha) => far.forEach(([a, b]) => brush.arrow(a, b, colours.force, alpha));
+    if (!isCrowd) paintFar(1);
     for (const { run, clouds } of scenes) {
       for (const cloud of clouds) this.paintPoints(brush, run, cloud, show);
     }
     for (const solid of this.painted) this.paintSolid(brush, solid, show);
     for (const { seen, line } of lines) brush.lines(seen, line);
-    // Of a heap, what is inside shows through.
-    if (isCrowd) for (const [from, to] of far) brush.arrow(from, to, colours.force, 0.3);
+    if (isCrowd) paintFar(0.3);
     for (const [from, to] of near) brush.arrow(from, to, colours.force);
   }
 
