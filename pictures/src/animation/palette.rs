@@ -160,7 +160,8 @@ mod tests {
             let flat = [BACKGROUND, GROUND, LINE, EDGE, FORCE, SEAM, INK];
             let bodies = (0..bodies).map(|b| body(hue_of(b), 1.0));
             for colour in flat.into_iter().chain(bodies) {
-                let found = palette.colours[usize::from(palette.index(colour))];
+                let index = palette.index(colour);
+                let found = palette.colours[usize::from(index)];
                 let far = (0..3).map(|k| found[k].abs_diff(colour[k])).max().unwrap();
                 assert!(far <= 4, "{colour:?} became {found:?}");
             }

@@ -88,7 +88,7 @@ impl Easel<'_> {
         pose: &Isometry3<f64>,
         is_marked: bool,
     ) {
-        if !(radius > 0.0) {
+        if radius.is_nan() || radius <= 0.0 {
             return;
         }
         let (camera, light, hue) = (self.camera, self.light, self.hue);
