@@ -108,7 +108,8 @@ impl Browser {
         (middle[0].as_f64().unwrap(), middle[1].as_f64().unwrap())
     }
 
-    /// Milliseconds that the page works for one frame while it plays, the median of many.
+    /// Milliseconds that the page works for one frame while it plays: of sixty the
+    /// seventh least, which other work on the machine does not touch.
     pub fn painting_cost(&self) -> f64 {
         let cost = self.run(
             "const scrub = document.getElementById('scrub'); \
@@ -123,7 +124,7 @@ impl Browser {
                costs.push(performance.now() - start); \
              } \
              window.requestAnimationFrame = real; \
-             return costs.sort((a, b) => a - b)[30]",
+             return costs.sort((a, b) => a - b)[6]",
         );
         cost.as_f64().unwrap()
     }
