@@ -202,8 +202,11 @@ impl Neighbours {
     /// Places the pieces at `next`, and finds the pairs anew where a piece left its box. `false`
     /// where nothing can touch but the ground.
     fn place(&mut self, world: &World, states: &[State], next: &[State]) -> bool {
+        if world.bodies().len() + world.fixed().len() < 2 {
+            return false;
+        }
         let pieces: usize = world.bodies().iter().map(|body| body.pieces().len()).sum();
-        if world.bodies().len() + world.fixed().len() < 2 || pieces == 0 {
+        if pieces == 0 {
             return false;
         }
         self.poses.clear();

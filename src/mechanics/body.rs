@@ -25,6 +25,7 @@ pub struct RigidBody {
     first_points: Vec<usize>,
     friction: Option<f64>,
     reach: f64,
+    isotropic: bool,
 }
 
 /// One point of a body that can touch something.
@@ -97,11 +98,14 @@ impl RigidBody {
                 radius,
             })
             .collect();
+        let specific_inertia = inertia / mass;
+        let sphere = Matrix3::from_diagonal_element(specific_inertia[(0, 0)]);
         Ok(Self {
             mass,
             inertia,
             inertia_inverse,
-            specific_inertia: inertia / mass,
+            isotropic: specific_inertia == sphere,
+            specific_inertia,
             specific_inertia_inverse: inertia_inverse * mass,
             contact_points,
             pieces: Vec::new(),
@@ -214,7 +218,7 @@ impl RigidBody {
     /// Whether all principal moments are equal, so that no spin changes by itself.
     #[must_use]
     pub fn is_isotropic(&self) -> bool {
-        self.specific_inertia == Matrix3::from_diagonal_element(self.specific_inertia[(0, 0)])
+        self.isotropic
     }
 
     /// The contact points, in the order of all per-contact arrays.

@@ -226,7 +226,8 @@ pub(super) trait Equations {
     type Slope: Slope<Velocity = Self::Velocity>;
     /// Memory of the linear system.
     type System: Clone + std::fmt::Debug + Default;
-    /// Memory of an evaluation.
+    /// Memory of an evaluation: [`motion_residual`](Self::motion_residual), then
+    /// [`set_points`](Self::set_points) at the same velocities.
     type Scratch: Clone + std::fmt::Debug + Default;
 
     /// The contacts that may carry an impulse.
@@ -267,12 +268,11 @@ pub(super) trait Equations {
         scratch: &mut Self::Scratch,
         points: &mut Vec<Vector3<f64>>,
     );
-    /// The direction of the velocities (N8) at a point (velocities, impulses and u of the
-    /// candidates), where `answer` solves each candidate for its impulse. The eliminations of all
+    /// The direction of the velocities (N8) at a point that was evaluated, where `answer` solves each candidate for its impulse. The eliminations of all
     /// candidates are left behind. `false` where the system has no solution.
     fn direction(
         &self,
-        at: Point<'_, Self::Velocity>,
+        at: Point<'_, Self>,
         answer: impl FnMut(usize, &Candidate, &Vector3<f64>) -> Option<Answer>,
         eliminations: &mut Vec<Elimination<Self::Slope>>,
         system: &mut Self::System,
@@ -280,10 +280,10 @@ pub(super) trait Equations {
     ) -> bool;
 }
 
-/// A point of an iteration: the velocities, p̂ and u of every candidate.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Point<'a, V> {
-    pub(super) velocity: &'a V,
-    pub(super) impulses: &'a [Vector3<f64>],
+/// A point of an iteration that was evaluated: the velocities, p̂ and u of every candidate, and
+/// what the evaluation left in its memory.
+pub(super) struct Point<'a, E: Equations + ?Sized> {
+    pub(super) velocity: &'a E::Velocity,
     pub(super) points: &'a [Vector3<f64>],
+    pub(super) scratch: &'a E::Scratch,
 }

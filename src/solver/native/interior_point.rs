@@ -161,10 +161,11 @@ impl<E: Equations> InteriorPoint<E> {
     fn set_direction(&mut self, equations: &E, iterate: &Iterate<E>, aim: Aim) -> bool {
         let Self { cones, steps, errors, eliminations, points, step, scratch, system, .. } = self;
         let (velocity, impulses) = (&iterate.velocity, iterate.impulses.as_slice());
+        equations.motion_residual(velocity, impulses, scratch);
         equations.set_points(velocity, scratch, points);
         errors.clear();
         let solvable = equations.direction(
-            Point { velocity, impulses, points },
+            Point { velocity, points, scratch },
             |index, candidate, u| {
                 let cone = &cones[index];
                 let targets = match aim {

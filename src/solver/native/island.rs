@@ -333,13 +333,6 @@ fn stacked(velocity: &Velocity) -> Vector6<f64> {
     Vector6::new(v[0], v[1], v[2], w[0], w[1], w[2])
 }
 
-/// Memory of the linear system.
-#[derive(Debug, Clone, Default)]
-pub(super) struct IslandSystem {
-    blocks: BlockSystem,
-    scratch: IslandScratch,
-}
-
 /// Memory of an evaluation: residuals, and how the bodies turn and turn back.
 #[derive(Debug, Clone, Default)]
 pub(super) struct IslandScratch {
@@ -350,7 +343,7 @@ pub(super) struct IslandScratch {
 impl Equations for Island {
     type Velocity = Vec<Velocity>;
     type Slope = PairSlope;
-    type System = IslandSystem;
+    type System = BlockSystem;
     type Scratch = IslandScratch;
 
     fn candidates(&self) -> &[Candidate] {
@@ -472,15 +465,13 @@ impl Equations for Island {
 
     fn direction(
         &self,
-        at: Point<'_, Vec<Velocity>>,
+        at: Point<'_, Self>,
         mut answer: impl FnMut(usize, &Candidate, &Vector3<f64>) -> Option<Answer>,
         eliminations: &mut Vec<Elimination<PairSlope>>,
-        system: &mut IslandSystem,
+        blocks: &mut BlockSystem,
         step: &mut Vec<Velocity>,
     ) -> bool {
-        let IslandSystem { blocks, scratch: IslandScratch { residuals, turnings } } = system;
-        self.motion(at.velocity, at.impulses, residuals);
-        self.set_turnings(at.velocity, turnings);
+        let IslandScratch { residuals, turnings } = at.scratch;
         let pairs = self.links.iter().filter_map(|link| link.b.map(|other| (link.a, other.index)));
         blocks.begin(self.members.len(), pairs);
         for (index, residual) in residuals.iter().enumerate() {

@@ -114,7 +114,7 @@ impl Pull {
     }
 
     /// The piece `mode` linearised and solved for the impulse, with ε = `compliance`.
-    #[inline]
+    #[inline(always)]
     pub(super) fn answer(
         &self,
         mode: Mode,

@@ -169,9 +169,9 @@ impl<E: Equations> Newton<E> {
     /// The Newton direction of the velocities for the law evaluated last and the modes found
     /// before; the impulses' part follows from the eliminations. `false` where there is none.
     fn set_direction(&mut self, equations: &E, matrix: f64, iterate: &Iterate<E>) -> bool {
-        let Iterate { velocity, impulses, points, pulls, .. } = iterate;
+        let Iterate { velocity, impulses, points, pulls, scratch, .. } = iterate;
         let Self { step, modes, eliminations, system, .. } = self;
-        let at = Point { velocity, impulses, points };
+        let at = Point { velocity, points, scratch };
         equations.direction(
             at,
             |index, candidate, _| {

@@ -132,7 +132,7 @@ impl Equations for Single {
     type Velocity = Velocity;
     type Slope = SpinSlope;
     type System = ();
-    type Scratch = ();
+    type Scratch = Evaluated;
 
     #[inline]
     fn candidates(&self) -> &[Candidate] {
@@ -190,9 +190,10 @@ impl Equations for Single {
         &self,
         velocity: &Velocity,
         impulses: &[Vector3<f64>],
-        (): &mut (),
+        evaluated: &mut Evaluated,
     ) -> Residual {
         let (linear, angular) = self.motion(velocity, impulses);
+        evaluated.residual = (linear, angular);
         let mut residual = Residual::default();
         residual.add(&linear);
         residual.add(&self.as_speed(&angular));
@@ -210,8 +211,14 @@ impl Equations for Single {
     }
 
     #[inline]
-    fn set_points(&self, velocity: &Velocity, (): &mut (), points: &mut Vec<Vector3<f64>>) {
+    fn set_points(
+        &self,
+        velocity: &Velocity,
+        evaluated: &mut Evaluated,
+        points: &mut Vec<Vector3<f64>>,
+    ) {
         let turning = self.turning(velocity);
+        evaluated.turning = turning;
         points.clear();
         let candidates = self.candidates.iter();
         points.extend(candidates.map(|candidate| point_velocity(&turning, velocity, candidate)));
@@ -220,13 +227,13 @@ impl Equations for Single {
     #[inline]
     fn direction(
         &self,
-        at: Point<'_, Velocity>,
+        at: Point<'_, Self>,
         mut answer: impl FnMut(usize, &Candidate, &Vector3<f64>) -> Option<Answer>,
         eliminations: &mut Vec<Elimination<SpinSlope>>,
         (): &mut (),
         step: &mut Velocity,
     ) -> bool {
-        let (linear, angular) = self.motion(at.velocity, at.impulses);
+        let Evaluated { residual: (linear, angular), turning } = at.scratch;
         let mut system = MotionSystem {
             linear_linear: Matrix3::identity(),
             linear_angular: Matrix3::zeros(),
@@ -235,7 +242,6 @@ impl Equations for Single {
             linear: -linear,
             angular: -angular,
         };
-        let turning = self.turning(at.velocity);
         eliminations.clear();
         for (index, (candidate, u)) in self.candidates.iter().zip(at.points).enumerate() {
             let Some(answer) = answer(index, candidate, u) else { return false };
@@ -263,6 +269,22 @@ impl Equations for Single {
     }
 }
 
+/// What an evaluation leaves behind for the direction.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Evaluated {
+    /// The residuals of the equations of motion, linear and angular.
+    residual: (Vector3<f64>, Vector3<f64>),
+    turning: Turning,
+}
+
+impl Default for Evaluated {
+    fn default() -> Self {
+        let nothing = Vector3::zeros();
+        let turning = Turning::new(&Matrix3::identity(), nothing, 0.0);
+        Self { residual: (nothing, nothing), turning }
+    }
+}
+
 /// u of a candidate (N2). The gap is that of the point a, the slip that of the touching point y;
 /// A K (a − y) along the normal is what rounding adds to one over the other.
 #[inline]
@@ -276,7 +298,7 @@ fn point_velocity(turning: &Turning, velocity: &Velocity, candidate: &Candidate)
 }
 
 /// ∂u/∂ω⁺ (N3), `u` being the candidate's; ∂u/∂v⁺ is E.
-#[inline]
+#[inline(always)]
 fn point_slope(
     rotation: &Matrix3<f64>,
     turning: &Turning,
@@ -326,7 +348,7 @@ struct MotionSystem {
 
 impl MotionSystem {
     /// Adds a contact with its torque map G.
-    #[inline]
+    #[inline(always)]
     fn add(&mut self, torque_map: &Matrix3<f64>, contact: &Elimination<SpinSlope>) {
         let (answer, slope) = (&contact.answer, &contact.slope.0);
         self.linear += answer.offset;
