@@ -52,6 +52,42 @@ pub enum Error {
         /// m.
         depth: f64,
     },
+    /// Principal moments of inertia that are too far from each other.
+    #[error(
+        "the least and the largest principal moment of inertia are {least:?} and {largest:?} kg m²; \
+         allowed is a ratio of at most 1e6"
+    )]
+    MomentsApart {
+        /// kg m².
+        least: f64,
+        /// kg m².
+        largest: f64,
+    },
+    /// A principal moment of inertia that does not fit the mass and the contact points: see
+    /// [`RigidBody::new`](crate::mechanics::RigidBody::new).
+    #[error(
+        "a principal moment of inertia is {moment:?} kg m²; allowed with this mass and these \
+         contact points is {least:.1e} to {most:.1e}"
+    )]
+    Moment {
+        /// kg m².
+        moment: f64,
+        /// kg m².
+        least: f64,
+        /// kg m².
+        most: f64,
+    },
+    /// A start deeper below the ground than the contact band.
+    #[error(
+        "the lowest contact point would start {depth:?} m below the ground; allowed is the contact \
+         band, {allowed:?} m"
+    )]
+    StartBelowGround {
+        /// m.
+        depth: f64,
+        /// m.
+        allowed: f64,
+    },
     /// The step was given up because its interrupt flag was raised.
     #[error("the step was interrupted")]
     Interrupted,

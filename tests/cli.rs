@@ -6,8 +6,12 @@ mod common;
 mod failure;
 #[path = "cli/flags.rs"]
 mod flags;
+#[path = "cli/input.rs"]
+mod input;
 #[path = "cli/inspect.rs"]
 mod inspect;
+#[path = "cli/output.rs"]
+mod output;
 #[path = "cli/picture.rs"]
 mod picture;
 #[path = "cli/plot.rs"]

@@ -128,7 +128,7 @@ fn lines(run: &Simulated, count: usize) -> Vec<String> {
 #[test]
 fn a_signal_ends_an_ipopt_run_at_once_with_all_its_steps_written() {
     let undisturbed = simulate(&["--steps", "240", "--seed", "42"]);
-    for signal in ["INT", "TERM"] {
+    for signal in ["INT", "TERM", "HUP"] {
         let mut running = Running::start(&IPOPT);
         running.wait_for(INTO_CONTACT);
         running.send(signal);
@@ -149,7 +149,7 @@ fn a_signal_ends_an_ipopt_run_at_once_with_all_its_steps_written() {
 #[test]
 fn a_signal_ends_a_native_run_at_once_with_all_its_steps_written() {
     let undisturbed = simulate(&["--steps", "1000", "--seed", "42", "--solver", "native"]);
-    for signal in ["INT", "TERM"] {
+    for signal in ["INT", "TERM", "HUP"] {
         let mut running = Running::start(&NATIVE);
         // Beyond row 1000, which ends at some 450 kB.
         running.wait_for(1_000_000);
@@ -195,6 +195,51 @@ fn a_signal_at_the_start_leaves_nothing_half_done() {
                 let left = everything_in(run.directory.path());
                 assert!(left.is_empty() || left == [PathBuf::from("out")], "{left:?}");
             }
+        }
+    }
+}
+
+/// A closed terminal does not end what was started to outlive it.
+#[cfg(target_os = "linux")]
+#[test]
+fn under_nohup_a_hangup_changes_nothing() {
+    let directory = tempfile::tempdir().unwrap();
+    let out = directory.path().join("out");
+    let mut command = Command::new("sh");
+    command.args(["-c", "trap '' HUP; exec \"$0\" \"$@\"", PROGRAM]).args(NATIVE);
+    command.arg("--out").arg(&out).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut running = Running { child: command.spawn().unwrap(), directory };
+    running.wait_for(INTO_CONTACT);
+    running.send("HUP");
+    sleep(Duration::from_millis(300));
+    assert_eq!(running.child.try_wait().unwrap(), None, "the run has ended");
+    running.send("TERM");
+    let (run, _) = running.end();
+    assert_eq!(run.end.code, Some(130));
+}
+
+/// A picture under way is given up at once, and leaves nothing behind.
+#[test]
+fn a_signal_ends_a_picture_at_once_and_leaves_nothing() {
+    let simulated = simulate(&["--steps", "20000", "--solver", "native"]);
+    let csv = simulated.path("trajectory.csv");
+    let before = everything_in(simulated.directory.path());
+    let commands: [&[&str]; 3] =
+        [&["gif", "--gif-speed", "0.5", "--gif-size", "1000"], &["plot"], &["view"]];
+    for args in commands {
+        for signal in ["INT", "TERM", "HUP"] {
+            let mut command = Command::new(PROGRAM);
+            command.args(args).arg(&csv).stdout(Stdio::piped()).stderr(Stdio::piped());
+            let directory = tempfile::tempdir().unwrap();
+            let running = Running { child: command.spawn().unwrap(), directory };
+            // Into the reading, and for the GIF into the drawing.
+            sleep(Duration::from_millis(if args[0] == "gif" { 2000 } else { 60 }));
+            running.send(signal);
+            let (run, took) = running.end();
+            let said = (run.end.code, run.end.stdout.as_str(), run.end.stderr.as_str());
+            assert_eq!(said, (Some(130), "", ""), "{args:?} {signal}");
+            assert!(took < AT_ONCE, "{args:?} {signal}: {took:?}");
+            assert_eq!(everything_in(simulated.directory.path()), before, "{args:?} {signal}");
         }
     }
 }

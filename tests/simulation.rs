@@ -7,7 +7,7 @@ mod toss;
 use common::{body, points};
 use nalgebra::{Matrix3, Vector3};
 use toss::*;
-use tumble::contact::Candidates;
+use tumble::contact::{Candidates, Plane};
 use tumble::error::Error;
 use tumble::mechanics::{Load, RigidBody, State, Wrench};
 use tumble::simulation::{Motion, Simulation, StepRecord};
@@ -104,6 +104,38 @@ fn a_world_of_two_bodies_is_refused() {
     let refused = Simulation::new(world, states, Motion::Floating).err().unwrap();
     assert_one_sentence(&refused);
     assert!(refused.to_string().contains("several bodies"), "{refused}");
+}
+
+/// A step would throw such a body out of the ground, with 1500 m/s from 3 m. What lies in the
+/// contact band, as recorded states do, is taken; without contact there is no ground.
+#[test]
+fn a_start_deep_below_the_ground_is_refused_and_one_in_the_contact_band_is_not() {
+    let level = cube_world(SOLID);
+    let slope = Plane::new(Vector3::new(0.3, -0.2, 1.0), 0.7).unwrap();
+    let slope = World::new(Parameters { ground: slope, ..level.parameters().clone() }).unwrap();
+    for world in [level, slope] {
+        let at = |height: f64| {
+            let mut start = touching(&world);
+            start.position += world.ground().normal() * (height - world.lowest_height(&[start]));
+            start
+        };
+        for depth in [0.0051, 0.1, 3.0, 1e5] {
+            let motion = Motion::native(&world);
+            let refused = Simulation::new(world.clone(), [at(-depth)], motion).err().unwrap();
+            assert_one_sentence(&refused);
+            let Error::StartBelowGround { depth: found, allowed } = refused else {
+                panic!("{refused}");
+            };
+            // Heights are computed from positions of up to 1e5 m.
+            assert!((found - depth).abs() < 1e-9 && allowed == 0.005, "{refused}");
+            let floating = Simulation::new(world.clone(), [at(-depth)], Motion::Floating);
+            assert!(floating.is_ok(), "{depth}");
+        }
+        for height in [-0.0049, -1e-6, 0.0, 10.0] {
+            let motion = Motion::native(&world);
+            assert!(Simulation::new(world.clone(), [at(height)], motion).is_ok(), "{height}");
+        }
+    }
 }
 
 /// A solver that returns as many states and forces as it is told.

@@ -25,7 +25,7 @@ impl SceneName {
 }
 
 /// The contact points of the body.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Shape {
     /// The corners of a box with these sides, m.
     Box(Vector3<f64>),

@@ -3,6 +3,7 @@
 use super::job::Job;
 use super::run::{End, Run};
 use super::run_file::heading;
+use super::shown;
 use std::fmt::Write as _;
 use tumble::simulation::summary::RunSummary;
 use tumble::step::StepStatus;
@@ -35,9 +36,9 @@ fn title(job: &Job, summary: &RunSummary, simulated: f64) -> String {
     let seed = if job.drawn { format!("seed {}, ", job.seed) } else { String::new() };
     format!(
         "{}, {seed}{} rows, h = {} s: {simulated:.3} s of motion\n",
-        heading(&job.name),
+        heading(&job.name, &job.changed),
         summary.steps() + 1,
-        job.physics.time_step()
+        shown::number(job.physics.time_step())
     )
 }
 

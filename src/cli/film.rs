@@ -3,30 +3,55 @@
 use super::outcome::Failure;
 use super::physics::Physics;
 use super::run_file::{RunFile, heading};
+use super::shown;
 use super::source::{Source, TrajectoryFile};
 use nalgebra::{Quaternion, UnitQuaternion};
+use std::sync::atomic::{AtomicBool, Ordering};
 use tumble::simulation::trajectory::TrajectoryRow;
 use tumble::step::StepStatus;
 use tumble_pictures::{
     self as pictures, Body, Contact, Fact, Film, Frame, Ground, Partner, Place, Pose, Status,
 };
 
-/// All rows in memory, to be drawn; more than `most` of them are refused.
-pub fn film(mut file: TrajectoryFile<'_>, most: usize) -> Result<Film, Failure> {
+/// Memory that the rows of a picture may take: a million rows of a box that lies on all its
+/// corners.
+const MOST_BYTES: usize = 800_000_000;
+
+/// All rows in memory, to be drawn; more than `most` of them, or more than memory should hold, are
+/// refused. `None` if `interrupt` is raised.
+pub fn film(
+    mut file: TrajectoryFile<'_>,
+    most: usize,
+    interrupt: &AtomicBool,
+) -> Result<Option<Film>, Failure> {
     let mut frames = Vec::new();
+    let mut bytes = 0;
     while let Some(row) = file.next_row()? {
-        if frames.len() == most {
+        if interrupt.load(Ordering::Relaxed) {
+            return Ok(None);
+        }
+        let rows = frames.len();
+        if rows == most {
             return Err(Failure::Input(format!(
                 "{} has more than {most} rows, too many for this picture",
-                file.path().display()
+                shown::path(file.path())
             )));
         }
         frames.push(frame(&row));
+        bytes += memory(&frames[rows]);
+        if bytes > MOST_BYTES {
+            return Err(Failure::Input(format!(
+                "{}: a picture of its first {rows} rows alone takes {} MB of memory; no more is \
+                 allowed",
+                shown::path(file.path()),
+                MOST_BYTES / 1_000_000
+            )));
+        }
     }
     let Source { physics, floating, run } = file.source;
     let (world, plane) = (&physics.world, physics.world.ground());
     let ground = Ground { normal: *plane.normal(), offset: plane.offset() };
-    Ok(Film {
+    Ok(Some(Film {
         title: run.as_ref().map_or(String::new(), title),
         facts: run.map_or(Vec::new(), facts),
         time_step: world.time_step(),
@@ -36,7 +61,14 @@ pub fn film(mut file: TrajectoryFile<'_>, most: usize) -> Result<Film, Failure> 
         fixed: Vec::new(),
         bodies: vec![body(&physics)],
         frames,
-    })
+    }))
+}
+
+/// Bytes that a row takes: most of them are its contacts, of which there may be a thousand.
+fn memory(frame: &Frame) -> usize {
+    size_of::<Frame>()
+        + size_of_val(frame.poses.as_slice())
+        + size_of_val(frame.contacts.as_slice())
 }
 
 fn body(physics: &Physics) -> Body {
@@ -104,13 +136,16 @@ fn status(status: StepStatus) -> Status {
 /// Scene, seed and solver.
 fn title(run: &RunFile) -> String {
     let seed = if run.start.random { format!("seed {}, ", run.seed) } else { String::new() };
-    format!("{}, {seed}{}", heading(&run.scene), run.solver.name)
+    format!("{}, {seed}{}", heading(&run.scene, &run.changed), run.solver.name)
 }
 
 /// What run.json says besides the model's constants.
 fn facts(run: RunFile) -> Vec<Fact> {
     let solver = run.solver;
     let mut facts = vec![Fact::new("scene", run.scene)];
+    if !run.changed.is_empty() {
+        facts.push(Fact::new("changed", run.changed.join(", ")));
+    }
     if run.start.random {
         facts.push(Fact::new("seed", run.seed.to_string()));
     }
@@ -123,4 +158,37 @@ fn facts(run: RunFile) -> Vec<Fact> {
     add("outcome", Some(run.outcome).filter(|outcome| outcome != "complete"));
     add("tumble", Some(run.tumble_version));
     facts
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use tumble::mechanics::State;
+
+    /// A row of a body whose `count` points all touch.
+    fn row(count: usize) -> TrajectoryRow {
+        TrajectoryRow {
+            index: 0,
+            time: 0.0,
+            state: State::from_vector(&nalgebra::SVector::from_element(0.5)),
+            step: vec![1.0; 6 * count],
+            carrying: vec![true; count],
+            status: StepStatus::Converged,
+            iterations: 1,
+            residual: 0.0,
+        }
+    }
+
+    /// A million rows of a box fit; of a body of a thousand points, only some thousand do.
+    #[test]
+    fn memory_counts_the_points_that_touch() {
+        let of = |count| memory(&frame(&row(count)));
+        assert!(of(8) * 1_000_000 <= MOST_BYTES, "{}", of(8));
+        let rows = MOST_BYTES / of(1000);
+        assert!((5_000..20_000).contains(&rows), "{rows}");
+        // A point without a number is not kept.
+        let still =
+            TrajectoryRow { step: vec![0.0; 6000], carrying: vec![false; 1000], ..row(1000) };
+        assert!(memory(&frame(&still)) < of(8));
+    }
 }

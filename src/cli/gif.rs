@@ -1,13 +1,16 @@
 //! `tumble gif`, and `--gif` of a simulation: a trajectory file as an animation.
 
 use super::args::{AnimationArgs, GifArgs, SimulateArgs};
+use super::directory::OutputDirectory;
 use super::film::film;
 use super::job::Job;
 use super::outcome::{Failure, Outcome, refuse_flags};
-use super::output::{PendingFile, create_directory, directory_of, progress_bar, say};
+use super::output::{PendingFile, Voice, directory_of, progress_bar};
+use super::shown;
+use super::signals::raise_on_signals;
 use super::source::TrajectoryFile;
 use std::ops::ControlFlow;
-use std::path::Path;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use tumble_pictures::Film;
 use tumble_pictures::animation::{AnimationError, Settings, animate, frame_count};
@@ -15,12 +18,25 @@ use tumble_pictures::animation::{AnimationError, Settings, animate, frame_count}
 /// Rows that an animation may be made of: they are all in memory, 0.6 kB each.
 const MOST_ROWS: usize = 500_000;
 
+/// The file.
+pub const FILES: [&str; 1] = ["animation.gif"];
+
 /// `tumble gif`.
 pub fn run(args: &GifArgs) -> Result<Outcome, Failure> {
+    let interrupt = Arc::new(AtomicBool::new(false));
+    raise_on_signals(&interrupt)?;
+    let file = TrajectoryFile::open(&args.file, &args.physics)?;
+    let note = file.source.note_line();
+    let Some(film) = film(file, MOST_ROWS, &interrupt)? else { return Ok(Outcome::Interrupted) };
     let out = directory_of(args.out.as_deref(), &args.file);
-    let film = film(TrajectoryFile::open(&args.file, &args.physics)?, MOST_ROWS)?;
-    write(&film, out, &args.animation, args.quiet, &AtomicBool::new(false))?;
-    Ok(if film.has_failed() { Outcome::Unconverged } else { Outcome::Done })
+    let directory = OutputDirectory::for_pictures(out)?;
+    let mut voice = Voice::new(args.quiet);
+    let outcome = match write(&film, &directory, &args.animation, &mut voice, &interrupt)? {
+        Outcome::Done if film.has_failed() => Outcome::Unconverged,
+        outcome => outcome,
+    };
+    voice.say(&note);
+    voice.end(outcome)
 }
 
 /// Refuses, before a simulation, what would be refused after it.
@@ -44,11 +60,6 @@ pub fn check(args: &SimulateArgs, job: &Job) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The animation of a finished simulation; no file if `interrupt` is raised.
-pub fn make(film: &Film, args: &SimulateArgs, interrupt: &AtomicBool) -> Result<Outcome, Failure> {
-    write(film, &args.out, &args.animation, args.quiet, interrupt)
-}
-
 fn settings(args: &AnimationArgs) -> Settings {
     let default = Settings::default();
     Settings {
@@ -58,16 +69,16 @@ fn settings(args: &AnimationArgs) -> Settings {
     }
 }
 
-fn write(
+/// Writes the animation of `film`; no file if `interrupt` is raised.
+pub fn write(
     film: &Film,
-    out: &Path,
+    out: &OutputDirectory,
     args: &AnimationArgs,
-    quiet: bool,
+    voice: &mut Voice,
     interrupt: &AtomicBool,
 ) -> Result<Outcome, Failure> {
-    create_directory(out)?;
-    let pending = PendingFile::create(out, "animation.gif")?;
-    let bar = progress_bar(0, "frames", quiet);
+    let pending = PendingFile::create(out, FILES[0])?;
+    let bar = progress_bar(0, "frames", voice.is_quiet());
     let progress = |done, frames| {
         bar.set_length(frames);
         bar.set_position(done);
@@ -85,10 +96,8 @@ fn write(
     bar.finish_and_clear();
     pending.write(&animation)?;
     let path = pending.publish()?;
-    if !quiet {
-        let megabytes = animation.len() as f64 / 1e6;
-        say(&format!("wrote {} ({megabytes:.2} MB)\n", path.display()))?;
-    }
+    let megabytes = animation.len() as f64 / 1e6;
+    voice.say(&format!("wrote {} ({megabytes:.2} MB)\n", shown::path(&path)));
     Ok(Outcome::Done)
 }
 

@@ -1,11 +1,14 @@
 //! `tumble inspect`: the step's nonlinear program at a point, as JSON.
 
 use super::args::InspectArgs;
+use super::fields::{self, Exactly, Numbers};
+use super::names::FileKind;
 use super::outcome::{Failure, Outcome};
 use super::output::say;
-use nalgebra::{Matrix3, SVector, Vector3};
+use super::physics::matrix;
+use super::{input, shown};
+use nalgebra::{SVector, Vector3};
 use serde::{Deserialize, Serialize};
-use std::io::Read;
 use tumble::mechanics::body::RigidBody;
 use tumble::mechanics::state::{State, Wrench};
 use tumble::simulation::scene;
@@ -17,7 +20,7 @@ use tumble::world::{Parameters, World};
 const LARGEST_POINT: u64 = 1 << 20;
 
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "an object with state, alpha, x, obj_factor, multipliers")]
 struct PointFile {
     state: Vec<f64>,
     alpha: Vec<f64>,
@@ -27,17 +30,17 @@ struct PointFile {
     dt: Option<f64>,
     mu: Option<f64>,
     mass: Option<f64>,
-    inertia: Option<[[f64; 3]; 3]>,
+    inertia: Option<Exactly<Numbers<3>, 3>>,
     gravity: Option<Gravity>,
     epsilon: Option<f64>,
 }
 
 /// A number (downwards) or a vector.
 #[derive(Clone, Copy, Deserialize)]
-#[serde(untagged)]
+#[serde(untagged, expecting = "a number (downwards) or three are needed")]
 enum Gravity {
     Downwards(f64),
-    Vector([f64; 3]),
+    Vector(Numbers<3>),
 }
 
 #[derive(Serialize)]
@@ -57,16 +60,15 @@ struct SparseMatrix<'a> {
 }
 
 pub fn run(args: &InspectArgs) -> Result<Outcome, Failure> {
-    let name = args.file.display();
+    let name = shown::path(&args.file);
     let odd = |why: &dyn std::fmt::Display| Failure::Input(format!("{name}: {why}"));
-    let text = read(args).map_err(|error| odd(&format!("cannot be read: {error}")))?;
-    if text.len() as u64 > LARGEST_POINT {
-        return Err(odd(&format!("is longer than {LARGEST_POINT} bytes, it is no point")));
-    }
+    let text = read(args).map_err(|error| odd(&format!("cannot be read as a point: {error}")))?;
     let point: PointFile =
-        serde_json::from_str(&text).map_err(|error| odd(&format!("not a point: {error}")))?;
+        fields::json(&text).map_err(|why| odd(&format!("not a point: {why}")))?;
     let epsilon = point.epsilon.unwrap_or(SMOOTHING);
-    let mut nlp = StepNlp::new(point.world()?, epsilon)?;
+    let refused = |failure: Failure| failure.in_file(&args.file, FileKind::Point, &[]);
+    let world = point.world().map_err(refused)?;
+    let mut nlp = StepNlp::new(world, epsilon).map_err(|error| refused(error.into()))?;
     point.check(&nlp).map_err(|why| odd(&why))?;
     let state = State::from_vector(&SVector::from_column_slice(&point.state));
     nlp.set_step(&state, &Wrench::zero(), point.alpha.iter().copied());
@@ -83,13 +85,11 @@ pub fn run(args: &InspectArgs) -> Result<Outcome, Failure> {
 }
 
 fn read(args: &InspectArgs) -> std::io::Result<String> {
-    let mut text = String::new();
     if args.file.as_os_str() == "-" {
-        std::io::stdin().take(LARGEST_POINT + 1).read_to_string(&mut text)?;
+        input::bounded(std::io::stdin(), LARGEST_POINT)
     } else {
-        std::fs::File::open(&args.file)?.take(LARGEST_POINT + 1).read_to_string(&mut text)?;
+        input::text(&args.file, LARGEST_POINT)
     }
-    Ok(text)
 }
 
 impl PointFile {
@@ -97,11 +97,11 @@ impl PointFile {
     fn world(&self) -> Result<World, Failure> {
         let usual = scene::tutorial_parameters()?;
         let cube = &usual.bodies[0];
-        let inertia = self.inertia.map_or(*cube.inertia(), |rows| Matrix3::from(rows).transpose());
+        let inertia = self.inertia.as_ref().map_or(*cube.inertia(), matrix);
         let gravity = match self.gravity {
             None => usual.gravity,
             Some(Gravity::Downwards(g)) => Vector3::new(0.0, 0.0, -g),
-            Some(Gravity::Vector(vector)) => vector.into(),
+            Some(Gravity::Vector(vector)) => vector.0.into(),
         };
         Ok(World::new(Parameters {
             bodies: vec![RigidBody::with_box_corners(
@@ -149,8 +149,8 @@ fn evaluate<'a>(nlp: &'a StepNlp, point: &PointFile) -> Evaluation<'a> {
     let layout = nlp.layout();
     let mut gradient = vec![0.0; layout.variables()];
     let mut constraints = vec![0.0; layout.constraints()];
-    let mut jacobian = matrix(nlp.jacobian_pattern());
-    let mut hessian = matrix(nlp.hessian_pattern());
+    let mut jacobian = sparse(nlp.jacobian_pattern());
+    let mut hessian = sparse(nlp.hessian_pattern());
     nlp.gradient(&point.x, &mut gradient);
     nlp.constraints(&point.x, &mut constraints);
     nlp.jacobian(&point.x, &mut jacobian.values);
@@ -158,6 +158,6 @@ fn evaluate<'a>(nlp: &'a StepNlp, point: &PointFile) -> Evaluation<'a> {
     Evaluation { objective: nlp.objective(&point.x), gradient, constraints, jacobian, hessian }
 }
 
-fn matrix(pattern: &SparsityPattern) -> SparseMatrix<'_> {
+fn sparse(pattern: &SparsityPattern) -> SparseMatrix<'_> {
     SparseMatrix { rows: pattern.rows(), cols: pattern.cols(), values: vec![0.0; pattern.len()] }
 }

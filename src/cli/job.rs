@@ -2,12 +2,15 @@
 
 use super::args::SimulateArgs;
 use super::choices::{Attitude, Frame, OnFailure, SceneName, SolverName};
+use super::fields::Exactly;
+use super::names::FileKind;
 use super::outcome::{Failure, refuse_flags};
-use super::physics::Physics;
+use super::physics::{Physics, numbers};
 use super::run::Run;
 use super::run_file::{RunFile, SolverSettings, StartState, SummaryFile};
 use super::scenario::Scenario;
 use super::settings::Settings;
+use super::shown;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use tumble::contact::detection::Detection;
@@ -25,6 +28,8 @@ use tumble::world::World;
 pub struct Job {
     /// What is simulated.
     pub name: String,
+    /// The settings for which flags gave other values than the scene or scenario has.
+    pub changed: Vec<String>,
     /// The seed, and whether the attitude at the start is drawn from it.
     pub seed: u32,
     pub drawn: bool,
@@ -35,6 +40,9 @@ pub struct Job {
     /// `None` without a ground.
     pub contact: Option<Contact>,
 }
+
+/// Below this, Ipopt's steps take five to a hundred times the iterations and are no better.
+const LEAST_TOLERANCE: f64 = 1e-12;
 
 /// The seed where none is given.
 const USUAL_SEED: u32 = 42;
@@ -54,17 +62,22 @@ impl Job {
             let scene = args.scene.unwrap_or(SceneName::Drop);
             let (name, ground) = (scene.scene().name, scene == SceneName::Drop);
             refuse_idle_settings(ground, &flags)?;
-            return Self::of(name.to_owned(), ground, flags.over(Settings::of_scene(scene)));
+            let usual = Settings::of_scene(scene);
+            let changed = flags.changed(&usual);
+            let job = Self::of(name.to_owned(), ground, flags.over(usual))?;
+            return Ok(Self { changed, ..job });
         };
         let scenario = Scenario::read(path)?;
         refuse_idle_settings(scenario.ground, &flags)?;
         let seed_given = flags.seed.is_some();
+        let changed = flags.changed(&scenario.settings);
         let settings = flags.over(scenario.settings);
         let job = Self::of(scenario.name, scenario.ground, settings);
-        let job = job.map_err(|failure| failure.in_file(path))?;
+        let given = args.given();
+        let job = job.map_err(|failure| failure.in_file(path, FileKind::Scenario, &given))?;
         let idle_seed = seed_given && !job.drawn;
         refuse_flags("an attitude that is not random", &[("--seed", idle_seed)])?;
-        Ok(job)
+        Ok(Self { changed, ..job })
     }
 
     /// The job of complete settings.
@@ -97,7 +110,8 @@ impl Job {
         };
         let rows = settings.steps.ok_or_else(|| Failure::needed("steps"))?;
         let drawn = *attitude == Attitude::Random;
-        Ok(Self { name, seed, drawn, rows, physics, start, contact })
+        let changed = Vec::new();
+        Ok(Self { name, changed, seed, drawn, rows, physics, start, contact })
     }
 
     pub fn simulation(&self, interrupt: &Arc<AtomicBool>) -> Result<Simulation<'static>, Failure> {
@@ -144,6 +158,7 @@ impl Job {
             tumble_version: env!("CARGO_PKG_VERSION").to_owned(),
             ipopt_version: ipopt::VERSION.to_owned(),
             scene: self.name.clone(),
+            changed: self.changed.clone(),
             seed: self.seed,
             parameters: self.physics.parameters(self.rows),
             solver: SolverSettings {
@@ -154,11 +169,11 @@ impl Job {
                 max_iter: ipopt.map(|options| options.max_iterations),
             },
             start: StartState {
-                position: self.start.position.into(),
+                position: numbers(&self.start.position),
                 random: self.drawn,
-                attitude: self.start.attitude.into(),
-                velocity: self.start.velocity.into(),
-                spin: self.start.spin.into(),
+                attitude: Exactly(self.start.attitude.into()),
+                velocity: numbers(&self.start.velocity),
+                spin: numbers(&self.start.spin),
             },
             summary: SummaryFile::of(&run.summary, climbs, run.elapsed.as_secs_f64()),
         }
@@ -176,9 +191,20 @@ impl Contact {
             let on_failure = settings.on_failure.unwrap_or(OnFailure::Record);
             return Ok(Self { detection, on_failure, ipopt: None });
         }
+        let tolerance = settings.tol.unwrap_or(scene::TOLERANCE);
+        if tolerance > 0.0 && tolerance < LEAST_TOLERANCE {
+            return Err(Failure::setting(
+                "tol",
+                format!(
+                    "{} is below {LEAST_TOLERANCE:e}, where rounding keeps Ipopt from ever coming \
+                     to it; the native solver works to rounding",
+                    shown::number(tolerance)
+                ),
+            ));
+        }
         let mut options = IpoptSolver::options(
             world,
-            settings.tol.unwrap_or(scene::TOLERANCE),
+            tolerance,
             settings.max_iter.unwrap_or(scene::MOST_ITERATIONS),
         );
         options.validate().map_err(Failure::of_ipopt)?;
@@ -228,16 +254,36 @@ fn refuse_start_below_ground(
     }
     let depth = -lowest;
     if settings.frame != Some(Frame::Ground) && !ground.is_level() {
-        return Err(Failure::Input(format!(
-            "position: the lowest corner would start {depth:.4} m below the plane; in the ground's \
-             frame (--frame ground) the position's z is the height above it"
-        )));
+        return Err(Failure::setting(
+            "position",
+            format!(
+                "the lowest corner would start {} m below the plane; in the ground's frame \
+                 (--frame ground, or start.frame of a scenario) its z is the height above the plane",
+                rounded(depth)
+            ),
+        ));
     }
     let height = ground.state_to_ground(start).position[2];
-    let name = if settings.height.is_some() { "--height" } else { "position: z =" };
-    Err(Failure::Input(format!(
-        "{name} {height}: the lowest corner would start {depth:.4} m below the ground; {:.4} or \
-         more is needed for this attitude",
-        ((height + depth) * 1e4).ceil() / 1e4
-    )))
+    let name = if settings.height.is_some() { "height" } else { "position" };
+    Err(Failure::setting(
+        name,
+        format!(
+            "with z = {} the lowest corner would start {} m below the ground; {} or more is needed \
+             for this attitude",
+            shown::number(height),
+            rounded(depth),
+            rounded_up(height + depth)
+        ),
+    ))
+}
+
+/// A length with four digits, as few as say the same.
+fn rounded(length: f64) -> String {
+    shown::number(format!("{length:.3e}").parse().unwrap_or(length))
+}
+
+/// The same, not less than the length.
+fn rounded_up(length: f64) -> String {
+    let unit = 10.0_f64.powi(length.abs().log10().floor() as i32 - 3);
+    rounded((length / unit).ceil() * unit)
 }

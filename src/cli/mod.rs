@@ -1,12 +1,17 @@
 //! Everything around the library: arguments, files, the terminal.
 
 mod args;
+mod changed;
 mod choices;
 mod describe;
+mod directory;
+mod fields;
 mod film;
 mod gif;
+mod input;
 mod inspect;
 mod job;
+mod names;
 mod outcome;
 mod output;
 mod physics;
@@ -15,6 +20,7 @@ mod run;
 mod run_file;
 mod scenario;
 mod settings;
+mod shown;
 mod signals;
 mod simulate;
 mod source;
@@ -24,9 +30,10 @@ mod verify;
 mod view;
 
 use args::{Cli, Command};
-use clap::Parser;
 use clap::error::ErrorKind;
+use clap::{CommandFactory, Parser};
 use outcome::{Failure, Outcome};
+use std::ffi::OsStr;
 
 /// Parses the arguments and runs the command they name.
 pub fn run() -> Result<Outcome, Failure> {
@@ -51,9 +58,37 @@ fn usage_error(error: &clap::Error) -> Result<Outcome, Failure> {
         output::say(&error.render().to_string())?;
         return Ok(Outcome::Done);
     }
+    if let Some(sentence) = flag_without_value() {
+        return Err(Failure::Input(sentence));
+    }
     let text = error.render().to_string();
     let first = text.split("\n\n").next().unwrap_or_default();
     let sentence = first.split_whitespace().collect::<Vec<_>>().join(" ");
     let sentence = sentence.strip_prefix("error: ").unwrap_or(&sentence);
     Err(Failure::Input(format!("{sentence} (see tumble --help)")))
+}
+
+/// Values may begin with a minus, so that a flag which lacks its value takes the next flag for it;
+/// what is wrong then shows farther on, and is another thing.
+fn flag_without_value() -> Option<String> {
+    let command = Cli::command();
+    let arguments: Vec<_> = std::env::args_os().skip(1).collect();
+    let within = arguments.first().and_then(|first| command.find_subcommand(first));
+    let flags = within.unwrap_or(&command);
+    let flag = |text: &OsStr| {
+        let name = text.to_str()?.strip_prefix("--")?.split('=').next()?;
+        flags.get_arguments().find(|argument| argument.get_long() == Some(name))
+    };
+    arguments.windows(2).find_map(|pair| {
+        let [first, next] = pair else { return None };
+        // `--name=value` has its value.
+        let lacks = flag(first)?.get_action().takes_values() && !is_assignment(first);
+        let [first, next] = [first, next].map(|text| text.to_string_lossy());
+        (lacks && flag(OsStr::new(&*next)).is_some())
+            .then(|| format!("{first} needs a value, and {next} follows (see tumble --help)"))
+    })
+}
+
+fn is_assignment(argument: &OsStr) -> bool {
+    argument.to_string_lossy().contains('=')
 }

@@ -1,5 +1,7 @@
 //! How a command ends.
 
+use super::names::{self, FileKind};
+use super::shown;
 use std::fmt;
 use std::path::Path;
 use std::process::ExitCode;
@@ -35,6 +37,9 @@ impl Outcome {
 pub enum Failure {
     /// The user can mend it: exit code 2.
     Input(String),
+    /// The same, and it is about a setting, by the name of its flag: what it is called depends
+    /// on where it was given.
+    Setting { name: String, why: String },
     /// Anything else: exit code 1.
     Other(String),
 }
@@ -42,30 +47,38 @@ pub enum Failure {
 impl Failure {
     pub fn exit_code(&self) -> ExitCode {
         match self {
-            Self::Input(_) => ExitCode::from(2),
+            Self::Input(_) | Self::Setting { .. } => ExitCode::from(2),
             Self::Other(_) => ExitCode::from(1),
         }
     }
 
-    /// A setting without which there is nothing to simulate.
-    pub fn needed(field: &str) -> Self {
-        Self::Input(format!("{field} is not given; it is needed"))
+    /// What is wrong with a setting.
+    pub fn setting(name: &str, why: impl fmt::Display) -> Self {
+        Self::Setting { name: name.to_owned(), why: why.to_string() }
     }
 
-    /// The same, with the file whose fault it is.
-    pub fn in_file(self, path: &Path) -> Self {
+    /// A setting without which there is nothing to simulate.
+    pub fn needed(name: &str) -> Self {
+        Self::setting(name, "it is not given, and needed")
+    }
+
+    /// The same, where a file says what flags do not: with the file, and the name that the setting
+    /// has there, unless it is one of `flags`.
+    pub fn in_file(self, path: &Path, kind: FileKind, flags: &[&str]) -> Self {
+        let file = shown::path(path);
         match self {
-            Self::Input(sentence) => Self::Input(format!("{}: {sentence}", path.display())),
-            Self::Other(_) => self,
+            Self::Input(sentence) => Self::Input(format!("{file}: {sentence}")),
+            Self::Setting { name, why } if !names::is_among(&name, flags) => {
+                Self::Input(format!("{file}: {}: {why}", names::in_file(&name, kind)))
+            }
+            other => other,
         }
     }
-}
 
-impl Failure {
     /// Ipopt refuses an option: say which.
     pub fn of_ipopt(error: IpoptError) -> Self {
         match error {
-            IpoptError::Option { name, .. } => Self::Input(format!("{name}: {error}")),
+            IpoptError::Option { name, .. } => Self::setting(&name.replace('_', "-"), &error),
             other => Self::Other(other.to_string()),
         }
     }
@@ -73,46 +86,21 @@ impl Failure {
 
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (Self::Input(sentence) | Self::Other(sentence)) = self;
-        // A file's own words may hold line breaks; the sentence is one line.
-        let line: String = sentence.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
-        f.write_str(&line)
+        let sentence = match self {
+            Self::Input(sentence) | Self::Other(sentence) => sentence.clone(),
+            Self::Setting { name, why } => format!("{}: {why}", names::flags(name)),
+        };
+        f.write_str(&shown::line(&sentence))
     }
 }
 
-/// The model refuses a value: say which flag or field sets it.
+/// The model refuses a value: say which setting it is.
 impl From<Error> for Failure {
     fn from(error: Error) -> Self {
-        match flag_behind(&error) {
-            Some(flag) => Self::Input(format!("{flag}: {error}")),
+        match names::behind(&error) {
+            Some(name) => Self::setting(name, &error),
             None => Self::Input(error.to_string()),
         }
-    }
-}
-
-/// The flag (or field of a file) that sets what the model refused.
-fn flag_behind(error: &Error) -> Option<&'static str> {
-    match error {
-        Error::Inertia(_) => Some("inertia"),
-        Error::OutOfRange { field, .. } => match *field {
-            "time step (s)" => Some("dt"),
-            "coefficient of friction" => Some("mu"),
-            "mass (kg)" => Some("mass"),
-            "gravity (m/s²)" => Some("gravity"),
-            "half side of the box (m)" => Some("box"),
-            "smoothing epsilon (N)" => Some("epsilon"),
-            "position (m)" => Some("position or height"),
-            "norm of the attitude quaternion" => Some("attitude"),
-            "normal of the plane" | "length of the plane's normal" | "offset of the plane (m)" => {
-                Some("plane")
-            }
-            "load (N, N m)" | "time of the load (s)" => Some("force or torque"),
-            "point of the load (m)" => Some("force-at"),
-            "velocity (m/s)" => Some("velocity"),
-            "spin (rad/s)" => Some("spin"),
-            _ => None,
-        },
-        _ => None,
     }
 }
 
@@ -120,7 +108,8 @@ fn flag_behind(error: &Error) -> Option<&'static str> {
 pub fn refuse_flags(place: &str, flags: &[(&str, bool)]) -> Result<(), Failure> {
     match flags.iter().find(|(_, given)| *given) {
         Some((flag, _)) => {
-            Err(Failure::Input(format!("{flag} has no meaning with {place}; leave it out")))
+            let name = flag.trim_start_matches('-');
+            Err(Failure::setting(name, format!("it has no meaning with {place}; leave it out")))
         }
         None => Ok(()),
     }

@@ -1,8 +1,10 @@
 //! Files that are either whole or not there, and standard output that may be closed.
 
-use super::outcome::Failure;
+use super::directory::OutputDirectory;
+use super::outcome::{Failure, Outcome};
+use super::shown;
 use indicatif::{ProgressBar, ProgressStyle};
-use std::fs::{self, File};
+use std::fs::File;
 use std::io::{self, BufWriter, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
@@ -16,12 +18,13 @@ pub struct PendingFile {
 
 impl PendingFile {
     /// Opens a temporary file in `directory` for the later `directory/name`.
-    pub fn create(directory: &Path, name: &str) -> Result<Self, Failure> {
+    pub fn create(directory: &OutputDirectory, name: &str) -> Result<Self, Failure> {
+        let directory = directory.path();
         let path = directory.join(name);
         if path.is_dir() {
             return Err(Failure::Other(format!(
                 "{} is a directory; a file is to be written there",
-                path.display()
+                shown::path(&path)
             )));
         }
         let mut builder = tempfile::Builder::new();
@@ -30,7 +33,7 @@ impl PendingFile {
         {
             use std::os::unix::fs::PermissionsExt;
             // Readable as the umask allows, like any file a program writes.
-            builder.permissions(fs::Permissions::from_mode(0o666));
+            builder.permissions(std::fs::Permissions::from_mode(0o666));
         }
         let temporary =
             builder.tempfile_in(directory).map_err(|error| cannot_write(&path, &error))?;
@@ -75,18 +78,8 @@ pub fn directory_of<'a>(out: Option<&'a Path>, file: &'a Path) -> &'a Path {
     out.or(beside).unwrap_or(Path::new("."))
 }
 
-/// Makes the output directory.
-pub fn create_directory(directory: &Path) -> Result<(), Failure> {
-    fs::create_dir_all(directory).map_err(|error| {
-        Failure::Other(format!(
-            "the output directory {} cannot be made: {error}",
-            directory.display()
-        ))
-    })
-}
-
 fn cannot_write(path: &Path, error: &io::Error) -> Failure {
-    Failure::Other(format!("{} cannot be written: {error}", path.display()))
+    Failure::Other(format!("{} cannot be written: {error}", shown::path(path)))
 }
 
 /// Prints `text` to standard output.
@@ -96,6 +89,35 @@ pub fn say(text: &str) -> Result<(), Failure> {
         .write_all(text.as_bytes())
         .and_then(|()| stdout.flush())
         .map_err(|error| Failure::Other(format!("standard output cannot be written: {error}")))
+}
+
+/// What a command says while it still has files to write: nobody may listen, and they are written
+/// all the same.
+pub struct Voice {
+    quiet: bool,
+    failure: Option<Failure>,
+}
+
+impl Voice {
+    pub fn new(quiet: bool) -> Self {
+        Self { quiet, failure: None }
+    }
+
+    pub fn is_quiet(&self) -> bool {
+        self.quiet
+    }
+
+    /// Prints `text`, unless it is to be quiet or could not be heard before.
+    pub fn say(&mut self, text: &str) {
+        if !self.quiet && self.failure.is_none() {
+            self.failure = say(text).err();
+        }
+    }
+
+    /// How a command ends that came to `outcome`.
+    pub fn end(self, outcome: Outcome) -> Result<Outcome, Failure> {
+        self.failure.map_or(Ok(outcome), Err)
+    }
 }
 
 /// A bar on standard error for `length` of what `unit` names; hidden where nobody looks.

@@ -3,11 +3,13 @@
 
 use super::args::PhysicsArgs;
 use super::choices::{Inertia, Shape};
+use super::fields::{Exactly, Numbers};
 use super::outcome::Failure;
 use super::run_file::{LoadParameters, PlaneParameters, RunParameters};
 use super::settings::{Settings, polyline};
 use nalgebra::{Matrix3, Vector3};
 use tumble::contact::plane::Plane;
+use tumble::error::Error;
 use tumble::mechanics::body::{RigidBody, solid_box_inertia};
 use tumble::mechanics::load::{Load, Polyline};
 use tumble::simulation::scene;
@@ -43,22 +45,22 @@ impl Physics {
 
     /// That of a run, with what flags give in the place of its own.
     pub fn of_run(parameters: &RunParameters, flags: &PhysicsArgs) -> Result<Self, Failure> {
-        let points = || parameters.contact_points.iter().copied().map(Vector3::from).collect();
+        let points = || parameters.contact_points.iter().map(|point| point.0.into()).collect();
         let shape = flags.sides.map_or_else(|| Shape::Points(points()), Shape::Box);
-        let rows = || Inertia::Matrix(Matrix3::from(parameters.inertia).transpose());
+        let rows = || Inertia::Matrix(matrix(&parameters.inertia));
         let inertia = flags.inertia.clone().unwrap_or_else(rows);
         let plane = flags.plane.as_ref().map_or_else(|| parameters.plane.clone(), plane);
         let world = World::new(Parameters {
             bodies: vec![body(flags.mass.unwrap_or(parameters.mass), &shape, &inertia)?],
-            ground: Plane::new(plane.normal.into(), plane.offset)?,
-            gravity: flags.gravity.unwrap_or(parameters.gravity.into()),
+            ground: Plane::new(plane.normal.0.into(), plane.offset)?,
+            gravity: flags.gravity.unwrap_or(parameters.gravity.0.into()),
             friction: flags.mu.unwrap_or(parameters.mu),
             time_step: flags.dt.unwrap_or(parameters.dt),
         })?;
         let load = parameters.load.as_ref().map_or(Ok(Load::none()), LoadParameters::load)?;
         let point = flags.force_at.unwrap_or(*load.point());
-        let force = polyline("--force", &flags.force)?.unwrap_or(load.force);
-        let torque = polyline("--torque", &flags.torque)?.unwrap_or(load.torque);
+        let force = polyline("force", &flags.force)?.unwrap_or(load.force);
+        let torque = polyline("torque", &flags.torque)?.unwrap_or(load.torque);
         Ok(Self { world, load: Load::new(force, torque, point)? })
     }
 
@@ -76,11 +78,11 @@ impl Physics {
             dt: world.time_step(),
             mu: world.friction(),
             mass: body.mass(),
-            inertia: body.inertia().transpose().into(),
-            gravity: (*world.gravity()).into(),
+            inertia: by_rows(body.inertia()),
+            gravity: numbers(world.gravity()),
             epsilon: SMOOTHING,
             plane: plane(world.ground()),
-            contact_points: body.contact_points().iter().map(|c| c.position.into()).collect(),
+            contact_points: body.contact_points().iter().map(|c| numbers(&c.position)).collect(),
             load: (!load.is_none()).then(|| LoadParameters::of(load)),
         }
     }
@@ -105,10 +107,13 @@ impl Physics {
         let gained = [("m/s", h * force / body.mass()), ("rad/s", h * turning)];
         match gained.into_iter().find(|(_, gained)| *gained > MOST_GAINED) {
             None => Ok(()),
-            Some((unit, gained)) => Err(Failure::Input(format!(
-                "force or torque: a step of this load alone would change the body's motion by \
-                 {gained:.1e} {unit}; at most {MOST_GAINED:e} {unit} is allowed"
-            ))),
+            Some((unit, gained)) => Err(Failure::setting(
+                "force or torque",
+                format!(
+                    "a step of this load alone would change the body's motion by {gained:.1e} \
+                     {unit}; at most {MOST_GAINED:e} {unit} is allowed"
+                ),
+            )),
         }
     }
 }
@@ -117,38 +122,61 @@ impl Physics {
 const MOST_GAINED: f64 = 1e4;
 
 fn plane(plane: &Plane) -> PlaneParameters {
-    PlaneParameters { normal: (*plane.normal()).into(), offset: plane.offset() }
+    PlaneParameters { normal: numbers(plane.normal()), offset: plane.offset() }
+}
+
+/// A vector as it stands in a file.
+pub fn numbers(vector: &Vector3<f64>) -> Numbers<3> {
+    Exactly((*vector).into())
+}
+
+/// A matrix as it stands in a file.
+fn by_rows(matrix: &Matrix3<f64>) -> Exactly<Numbers<3>, 3> {
+    Exactly(std::array::from_fn(|row| numbers(&matrix.row(row).transpose())))
+}
+
+/// The matrix of a file's rows.
+pub fn matrix(rows: &Exactly<Numbers<3>, 3>) -> Matrix3<f64> {
+    Matrix3::from_fn(|row, column| rows.0[row].0[column])
 }
 
 impl LoadParameters {
     fn of(load: &Load) -> Self {
         let knots = |line: &Polyline| {
-            line.knots().iter().map(|(time, v)| [*time, v[0], v[1], v[2]]).collect()
+            line.knots().iter().map(|(time, v)| Exactly([*time, v[0], v[1], v[2]])).collect()
         };
-        let at = (*load.point()).into();
+        let at = numbers(load.point());
         Self { force: knots(&load.force), torque: knots(&load.torque), at }
     }
 
     fn load(&self) -> Result<Load, Failure> {
-        let line = |knots: &[[f64; 4]]| {
-            let knots = knots.iter().map(|&[t, x, y, z]| (t, Vector3::new(x, y, z)));
-            Polyline::new(knots.collect())
+        let line = |name: &str, knots: &[Numbers<4>]| {
+            let knots = knots.iter().map(|&Exactly([t, x, y, z])| (t, Vector3::new(x, y, z)));
+            Polyline::new(knots.collect()).map_err(|error| Failure::setting(name, error))
         };
-        Ok(Load::new(line(&self.force)?, line(&self.torque)?, self.at.into())?)
+        let (force, torque) = (line("force", &self.force)?, line("torque", &self.torque)?);
+        Ok(Load::new(force, torque, self.at.0.into())?)
     }
 }
 
 /// The body of `mass` (kg).
 fn body(mass: f64, shape: &Shape, inertia: &Inertia) -> Result<RigidBody, Failure> {
+    // Nobody gave a solid body's inertia: it follows from the sides.
+    let of_sides = |error: Error| match Failure::from(error) {
+        Failure::Setting { name, why } if name == "inertia" => Failure::setting("box", why),
+        other => other,
+    };
     Ok(match (shape, inertia) {
-        (Shape::Box(sides), Inertia::Solid) => RigidBody::solid_box(mass, 0.5 * sides)?,
+        (Shape::Box(sides), Inertia::Solid) => {
+            RigidBody::solid_box(mass, 0.5 * sides).map_err(of_sides)?
+        }
         (Shape::Box(sides), Inertia::Matrix(matrix)) => {
             RigidBody::with_box_corners(mass, *matrix, 0.5 * sides)?
         }
         (Shape::Points(points), Inertia::Matrix(matrix)) => RigidBody::new(mass, *matrix, points)?,
         (Shape::Points(points), Inertia::Solid) => {
             let inertia = solid_box_inertia(mass, &half_sides(points)?);
-            RigidBody::new(mass, inertia, points)?
+            RigidBody::new(mass, inertia, points).map_err(of_sides)?
         }
     })
 }
@@ -159,7 +187,8 @@ fn half_sides(points: &[Vector3<f64>]) -> Result<Vector3<f64>, Failure> {
     if points.len() == 8 && points.iter().all(|point| point.abs() == half) {
         return Ok(half);
     }
-    Err(Failure::Input(
-        "inertia: `solid` is for boxes; the contact points are of no box, give numbers".to_owned(),
+    Err(Failure::setting(
+        "inertia",
+        "`solid` is for boxes; the contact points are of no box, give numbers",
     ))
 }

@@ -1,12 +1,17 @@
 //! `tumble plot`: draw a trajectory over time.
 
 use super::args::{PlotArgs, SimulateArgs};
+use super::directory::OutputDirectory;
 use super::film::film;
 use super::job::Job;
 use super::outcome::{Failure, Outcome};
-use super::output::{PendingFile, create_directory, directory_of, say};
+use super::output::{PendingFile, directory_of, say};
+use super::shown;
+use super::signals::raise_on_signals;
 use super::source::TrajectoryFile;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use tumble_pictures::Film;
 use tumble_pictures::plot::{self, Sheet};
 
@@ -16,6 +21,9 @@ pub const MOST_ROWS: usize = 1_000_000;
 /// The sheets and their names.
 const SHEETS: [(Sheet, &str); 2] = [(Sheet::Motion, "plot"), (Sheet::Energy, "plot-energy")];
 
+/// The files of all sheets.
+pub const FILES: [&str; 4] = ["plot.png", "plot.svg", "plot-energy.png", "plot-energy.svg"];
+
 /// The files of all sheets, not yet written.
 pub struct PendingPlots {
     /// Of each sheet the PNG and the SVG.
@@ -24,7 +32,7 @@ pub struct PendingPlots {
 
 impl PendingPlots {
     /// Opens temporary files in `directory`: what stands in the way shows before the work.
-    pub fn create(directory: &Path) -> Result<Self, Failure> {
+    pub fn create(directory: &OutputDirectory) -> Result<Self, Failure> {
         let pending = |(sheet, name): (Sheet, &str)| {
             let png = PendingFile::create(directory, &format!("{name}.png"))?;
             Ok((sheet, png, PendingFile::create(directory, &format!("{name}.svg"))?))
@@ -33,9 +41,16 @@ impl PendingPlots {
         Ok(Self { files })
     }
 
-    /// Draws `film` and gives the files their names.
-    pub fn write(self, film: &Film) -> Result<Vec<PathBuf>, Failure> {
+    /// Draws `film` and gives the files their names; no file if `interrupt` is raised.
+    pub fn write(
+        self,
+        film: &Film,
+        interrupt: &AtomicBool,
+    ) -> Result<Option<Vec<PathBuf>>, Failure> {
         for (sheet, png_file, svg_file) in &self.files {
+            if interrupt.load(Ordering::Relaxed) {
+                return Ok(None);
+            }
             let svg = plot::svg(film, *sheet, 0);
             let png = plot::png(&svg)
                 .map_err(|why| Failure::Other(format!("the trajectory cannot be drawn: {why}")))?;
@@ -43,7 +58,7 @@ impl PendingPlots {
             svg_file.write(svg.as_bytes())?;
         }
         let files = self.files.into_iter().flat_map(|(_, png, svg)| [png, svg]);
-        files.map(PendingFile::publish).collect()
+        files.map(PendingFile::publish).collect::<Result<_, _>>().map(Some)
     }
 }
 
@@ -57,19 +72,20 @@ pub fn check(args: &SimulateArgs, job: &Job) -> Result<(), Failure> {
 
 /// `tumble plot`.
 pub fn run(args: &PlotArgs) -> Result<Outcome, Failure> {
+    let interrupt = Arc::new(AtomicBool::new(false));
+    raise_on_signals(&interrupt)?;
     let file = TrajectoryFile::open(&args.file, &args.physics)?;
-    let note = file.source.note();
-    let film = film(file, MOST_ROWS)?;
-    let directory = directory_of(args.out.as_deref(), &args.file);
-    create_directory(directory)?;
-    let written = PendingPlots::create(directory)?.write(&film)?;
-    let note = if note.is_empty() { String::new() } else { format!("note: {note}\n") };
+    let note = file.source.note_line();
+    let Some(film) = film(file, MOST_ROWS, &interrupt)? else { return Ok(Outcome::Interrupted) };
+    let directory = OutputDirectory::for_pictures(directory_of(args.out.as_deref(), &args.file))?;
+    let plots = PendingPlots::create(&directory)?;
+    let Some(written) = plots.write(&film, &interrupt)? else { return Ok(Outcome::Interrupted) };
     say(&(note + &describe(&written)))?;
     Ok(Outcome::Done)
 }
 
 /// The sentence on the files written.
 pub fn describe(written: &[PathBuf]) -> String {
-    let names: Vec<_> = written.iter().map(|path| path.display().to_string()).collect();
+    let names: Vec<_> = written.iter().map(|path| shown::path(path)).collect();
     format!("wrote {}\n", names.join(", "))
 }

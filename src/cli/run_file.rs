@@ -1,6 +1,8 @@
 //! `run.json`: what made a trajectory, and what came of it.
 
+use super::fields::{self, Exactly, Numbers};
 use super::outcome::Failure;
+use super::{input, shown};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -8,6 +10,7 @@ use tumble::simulation::scene::Scene;
 use tumble::simulation::summary::RunSummary;
 
 #[derive(Debug, Serialize, Deserialize)]
+#[serde(expecting = "an object with the fields of a run.json")]
 pub struct RunFile {
     /// `complete`; `interrupted` (Ctrl-C) or `stopped` (a failed step under --on-failure
     /// stop) where there are fewer rows than asked for.
@@ -15,6 +18,9 @@ pub struct RunFile {
     pub tumble_version: String,
     pub ipopt_version: String,
     pub scene: String,
+    /// The settings of the scene for which flags gave other values.
+    #[serde(default)]
+    pub changed: Vec<String>,
     pub seed: u32,
     pub parameters: RunParameters,
     pub solver: SolverSettings,
@@ -24,20 +30,21 @@ pub struct RunFile {
 
 /// The constants of the model, SI units.
 #[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(expecting = "an object with the constants of the model")]
 pub struct RunParameters {
     pub steps: u64,
     pub dt: f64,
     pub mu: f64,
     pub mass: f64,
     /// By rows.
-    pub inertia: [[f64; 3]; 3],
-    pub gravity: [f64; 3],
+    pub inertia: Exactly<Numbers<3>, 3>,
+    pub gravity: Numbers<3>,
     /// ε of the tutorial's program, N.
     pub epsilon: f64,
     #[serde(default)]
     pub plane: PlaneParameters,
     /// Body frame.
-    pub contact_points: Vec<[f64; 3]>,
+    pub contact_points: Vec<Numbers<3>>,
     /// Null without one.
     #[serde(default)]
     pub load: Option<LoadParameters>,
@@ -45,29 +52,32 @@ pub struct RunParameters {
 
 /// The ground n·x = d.
 #[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(expecting = "an object with normal and offset")]
 pub struct PlaneParameters {
-    pub normal: [f64; 3],
+    pub normal: Numbers<3>,
     pub offset: f64,
 }
 
 /// The external load.
 #[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(expecting = "an object with force, torque and at")]
 pub struct LoadParameters {
     /// Knots: t, s, and the force, N, world.
-    pub force: Vec<[f64; 4]>,
+    pub force: Vec<Numbers<4>>,
     /// Knots: t, s, and the torque, N m, body.
-    pub torque: Vec<[f64; 4]>,
+    pub torque: Vec<Numbers<4>>,
     /// Where the force acts, m, body.
-    pub at: [f64; 3],
+    pub at: Numbers<3>,
 }
 
 impl Default for PlaneParameters {
     fn default() -> Self {
-        Self { normal: [0.0, 0.0, 1.0], offset: 0.0 }
+        Self { normal: Exactly([0.0, 0.0, 1.0]), offset: 0.0 }
     }
 }
 
 #[derive(Debug, Serialize, Deserialize)]
+#[serde(expecting = "an object with the solver's name and settings")]
 pub struct SolverSettings {
     pub name: String,
     pub detection: Option<String>,
@@ -77,16 +87,18 @@ pub struct SolverSettings {
 }
 
 #[derive(Debug, Serialize, Deserialize)]
+#[serde(expecting = "an object with the state at the start")]
 pub struct StartState {
-    pub position: [f64; 3],
+    pub position: Numbers<3>,
     /// Whether the attitude is drawn from the seed.
     pub random: bool,
-    pub attitude: [f64; 4],
-    pub velocity: [f64; 3],
-    pub spin: [f64; 3],
+    pub attitude: Numbers<4>,
+    pub velocity: Numbers<3>,
+    pub spin: Numbers<3>,
 }
 
 #[derive(Debug, Serialize, Deserialize)]
+#[serde(expecting = "an object with the counts of the run")]
 pub struct SummaryFile {
     pub rows: u64,
     pub free_steps: u64,
@@ -106,10 +118,18 @@ pub struct SummaryFile {
     pub solve_seconds: f64,
 }
 
-/// What is simulated, in words: the tutorial's scenes are called so, scenarios have names.
-pub fn heading(scene: &str) -> String {
+/// What is simulated, in words: the tutorial's scenes are called so, scenarios have names; and
+/// what was changed in it.
+pub fn heading(scene: &str, changed: &[String]) -> String {
+    /// More names than this are only counted.
+    const MOST_NAMED: usize = 4;
     let of_tutorial = [Scene::drop().name, Scene::floating().name].contains(&scene);
-    if of_tutorial { format!("{scene} scene") } else { scene.to_owned() }
+    let name = if of_tutorial { format!("{scene} scene") } else { scene.to_owned() };
+    match changed {
+        [] => name,
+        few if few.len() <= MOST_NAMED => format!("{name} with changed {}", few.join(", ")),
+        many => format!("{name} with {} changed settings", many.len()),
+    }
 }
 
 impl SummaryFile {
@@ -134,23 +154,49 @@ impl SummaryFile {
     }
 }
 
-/// Reads a run file. Larger ones than this are no run files.
+/// Characters of a name or a word.
+const LONGEST_WORD: usize = 80;
+
+/// More bytes than this are no run file.
 const LARGEST_RUN_FILE: u64 = 16 << 20;
 
 impl RunFile {
     /// `None` where there is no such file.
     pub fn read(path: &Path) -> Result<Option<Self>, Failure> {
-        let odd =
-            |why: String| Failure::Input(format!("{} is not a run.json: {why}", path.display()));
-        let length = match std::fs::metadata(path) {
-            Ok(metadata) => metadata.len(),
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
-            Err(error) => return Err(odd(error.to_string())),
+        let odd = |why: &dyn std::fmt::Display| {
+            Failure::Input(format!("{} is not a run.json: {why}", shown::path(path)))
         };
-        if length > LARGEST_RUN_FILE {
-            return Err(odd(format!("it has {length} bytes, at most {LARGEST_RUN_FILE} expected")));
+        let text = match input::text(path, LARGEST_RUN_FILE) {
+            Ok(text) => text,
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+            Err(error) => return Err(odd(&error)),
+        };
+        let file: Self = fields::json(&text).map_err(|why| odd(&why))?;
+        match file.long_word() {
+            None => Ok(Some(file)),
+            Some(field) => {
+                Err(odd(&format!("{field}: it has more than {LONGEST_WORD} characters")))
+            }
         }
-        let text = std::fs::read_to_string(path).map_err(|error| odd(error.to_string()))?;
-        serde_json::from_str(&text).map(Some).map_err(|error| odd(error.to_string()))
+    }
+
+    /// The first field that is too long for a title or a table.
+    fn long_word(&self) -> Option<&'static str> {
+        let solver = &self.solver;
+        let words = [
+            ("outcome", Some(&self.outcome)),
+            ("tumble_version", Some(&self.tumble_version)),
+            ("ipopt_version", Some(&self.ipopt_version)),
+            ("scene", Some(&self.scene)),
+            ("solver.name", Some(&solver.name)),
+            ("solver.detection", solver.detection.as_ref()),
+            ("solver.on_failure", solver.on_failure.as_ref()),
+        ];
+        let words = words.into_iter().filter_map(|(field, word)| Some((field, word?)));
+        let changed = self.changed.iter().map(|word| ("changed", word));
+        words
+            .chain(changed)
+            .find(|(_, word)| word.chars().count() > LONGEST_WORD)
+            .map(|(field, _)| field)
     }
 }

@@ -84,8 +84,8 @@ impl Settings {
             velocity: args.velocity,
             spin: args.spin,
             frame: args.frame,
-            force: polyline("--force", &physics.force)?,
-            torque: polyline("--torque", &physics.torque)?,
+            force: polyline("force", &physics.force)?,
+            torque: polyline("torque", &physics.torque)?,
             force_at: physics.force_at,
             solver: args.solver,
             detection: args.detection,
@@ -127,16 +127,14 @@ impl Settings {
 
 /// The polyline through the knots that a flag was given for; `None` if it was not.
 pub fn polyline(flag: &str, knots: &[LoadKnot]) -> Result<Option<Polyline>, Failure> {
-    let named = |error: Error| Failure::Input(format!("{flag}: {error}"));
+    let named = |error: Error| Failure::setting(flag, error);
     match knots {
         [] => Ok(None),
         [(None, value)] => Polyline::constant(*value).map(Some).map_err(named),
         _ => {
             let timed = knots.iter().map(|(time, value)| time.map(|time| (time, *value)));
             let knots = timed.collect::<Option<Vec<_>>>().ok_or_else(|| {
-                Failure::Input(format!(
-                    "{flag} is given more than once: each needs a time, T:X,Y,Z"
-                ))
+                Failure::setting(flag, "given more than once, each needs a time, T:X,Y,Z")
             })?;
             Polyline::new(knots).map(Some).map_err(named)
         }

@@ -1,15 +1,28 @@
-//! Ctrl-C and a polite kill as a flag.
+//! Ctrl-C, a polite kill and a terminal that is closed, as a flag.
 
 use super::outcome::Failure;
-use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+use std::fs;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-/// Ctrl-C and a polite kill raise `flag`; a run then ends within a solver iteration.
+/// Ctrl-C, a polite kill and a terminal that is closed raise `flag`; a run then ends within a
+/// solver iteration. Under `nohup` a closed terminal changes nothing.
 pub fn raise_on_signals(flag: &Arc<AtomicBool>) -> Result<(), Failure> {
-    for signal in [SIGINT, SIGTERM] {
+    let hangup = if is_ignored(SIGHUP) { None } else { Some(SIGHUP) };
+    for signal in [SIGINT, SIGTERM].into_iter().chain(hangup) {
         signal_hook::flag::register(signal, Arc::clone(flag))
             .map_err(|error| Failure::Other(format!("Ctrl-C cannot be caught: {error}")))?;
     }
     Ok(())
+}
+
+/// Whether the program was started to ignore `signal`, or may have been: where the system does
+/// not tell, the signal is left alone.
+fn is_ignored(signal: i32) -> bool {
+    let mask = fs::read_to_string("/proc/self/status").ok().and_then(|status| {
+        let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"))?;
+        u64::from_str_radix(mask.trim(), 16).ok()
+    });
+    mask.is_none_or(|mask| mask >> (signal - 1) & 1 == 1)
 }

@@ -3,20 +3,23 @@
 use super::args::SimulateArgs;
 use super::choices::OnFailure;
 use super::describe::describe;
+use super::directory::OutputDirectory;
 use super::film::film;
 use super::gif;
 use super::job::Job;
 use super::outcome::{Failure, Outcome};
-use super::output::{PendingFile, create_directory, progress_bar, say};
+use super::output::{PendingFile, Voice, progress_bar};
 use super::plot::{self, PendingPlots};
 use super::run::{End, Run};
 use super::run_file::RunFile;
+use super::shown;
 use super::signals::raise_on_signals;
 use super::source::TrajectoryFile;
 use super::view;
 use std::fmt::Write as _;
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -39,50 +42,77 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
 
     // Before the first file: a signal that comes earlier would leave it behind.
     raise_on_signals(&interrupt)?;
-    create_directory(&args.out)?;
-    let trajectory = PendingFile::create(&args.out, "trajectory.csv")?;
-    let run_json = PendingFile::create(&args.out, "run.json")?;
-    let plots = args.plot.then(|| PendingPlots::create(&args.out)).transpose()?;
-    let page = args.html.then(|| view::pending(&args.out)).transpose()?;
+    let out = OutputDirectory::for_run(&args.out)?;
+    let trajectory = PendingFile::create(&out, "trajectory.csv")?;
+    let run_json = PendingFile::create(&out, "run.json")?;
+    let plots = args.plot.then(|| PendingPlots::create(&out)).transpose()?;
+    let page = args.html.then(|| view::pending(&out)).transpose()?;
     let run = write_trajectory(&job, &mut simulation, &interrupt, &trajectory, args.quiet)?;
 
     write_run_file(&run_json, &job.run_file(&run))?;
     let trajectory = trajectory.publish()?;
     let run_json = run_json.publish()?;
-    if !args.quiet {
-        let mut text = describe(&job, &run);
-        let _ = writeln!(text, "wrote {} and {}", trajectory.display(), run_json.display());
-        say(&text)?;
+    let removed = out.remove_pictures()?;
+    let mut voice = Voice::new(args.quiet);
+    let mut text = describe(&job, &run);
+    let names = [&trajectory, &run_json].map(|path| shown::path(path));
+    let _ = writeln!(text, "wrote {}", names.join(" and "));
+    if !removed.is_empty() {
+        let _ = writeln!(text, "removed {} of an earlier run", removed.join(", "));
     }
-    let gif = args.gif && run.end != End::Interrupted;
-    if plots.is_some() || page.is_some() || gif {
-        // Each kind of picture has checked its own number of rows before the run.
-        let film = film(TrajectoryFile::open(&trajectory, &args.physics)?, usize::MAX)?;
-        if let Some(plots) = plots {
-            let written = plots.write(&film)?;
-            if !args.quiet {
-                say(&plot::describe(&written))?;
-            }
-        }
-        if let Some(page) = page {
-            let written = view::write(page, &[&film])?;
-            if !args.quiet {
-                say(&written)?;
-            }
-        }
-        if gif {
-            let made = gif::make(&film, args, &interrupt)?;
-            if matches!(made, Outcome::Interrupted) {
-                return Ok(made);
-            }
-        }
-    }
-    Ok(match run.end {
+    voice.say(&text);
+    let pictures = Pictures { plots, page, gif: args.gif && run.end != End::Interrupted };
+    // What ended the run does not end the pictures of it, but what comes after does.
+    interrupt.store(false, Ordering::Relaxed);
+    let drawn = pictures.draw(args, &out, &trajectory, &mut voice, &interrupt)?;
+    voice.end(match run.end {
         End::Interrupted => Outcome::Interrupted,
+        _ if !drawn => Outcome::Interrupted,
         End::Stopped => Outcome::Unconverged,
         End::Complete if run.summary.failed > 0 => Outcome::Unconverged,
         End::Complete => Outcome::Done,
     })
+}
+
+/// The pictures of a run that are still to be drawn.
+struct Pictures {
+    plots: Option<PendingPlots>,
+    page: Option<PendingFile>,
+    gif: bool,
+}
+
+impl Pictures {
+    /// Draws them from the trajectory's file; `false` where `interrupt` was raised before the
+    /// last.
+    fn draw(
+        self,
+        args: &SimulateArgs,
+        out: &OutputDirectory,
+        trajectory: &Path,
+        voice: &mut Voice,
+        interrupt: &AtomicBool,
+    ) -> Result<bool, Failure> {
+        let Self { plots, page, gif } = self;
+        if plots.is_none() && page.is_none() && !gif {
+            return Ok(true);
+        }
+        // Each kind of picture has checked its own number of rows before the run.
+        let file = TrajectoryFile::open(trajectory, &args.physics)?;
+        let Some(film) = film(file, usize::MAX, interrupt)? else { return Ok(false) };
+        if let Some(plots) = plots {
+            let Some(written) = plots.write(&film, interrupt)? else { return Ok(false) };
+            voice.say(&plot::describe(&written));
+        }
+        if let Some(page) = page {
+            let Some(written) = view::write(page, &[&film], interrupt)? else { return Ok(false) };
+            voice.say(&written);
+        }
+        if gif {
+            let made = gif::write(&film, out, &args.animation, voice, interrupt)?;
+            return Ok(!matches!(made, Outcome::Interrupted));
+        }
+        Ok(true)
+    }
 }
 
 /// Runs the simulation and writes every row.

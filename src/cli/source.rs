@@ -1,9 +1,11 @@
 //! What a trajectory file is a trajectory of: run.json beside it, and the flags.
 
 use super::args::PhysicsArgs;
+use super::names::FileKind;
 use super::outcome::Failure;
 use super::physics::Physics;
 use super::run_file::{RunFile, SolverSettings};
+use super::{input, shown};
 use std::fs::File;
 use std::path::Path;
 use tumble::simulation::trajectory::{TrajectoryReader, TrajectoryRow};
@@ -29,15 +31,20 @@ pub struct TrajectoryFile<'a> {
 impl<'a> TrajectoryFile<'a> {
     /// Opens the file and finds its parameters.
     pub fn open(path: &'a Path, flags: &PhysicsArgs) -> Result<Self, Failure> {
-        let file = File::open(path).map_err(|error| cannot_read(path, &error))?;
+        let file = input::open(path).map_err(|error| cannot_read(path, &error))?;
         let reader = TrajectoryReader::new(file).map_err(|error| cannot_read(path, &error))?;
         let source = source_of(path, flags)?;
         let points = source.physics.body().contact_points().len();
         if points != reader.contacts() {
             return Err(Failure::Input(format!(
-                "{} has columns for {} contact points, run.json names {points}",
-                path.display(),
+                "{} has columns for {} contact points; {} {points}",
+                shown::path(path),
                 reader.contacts(),
+                if source.run.is_some() {
+                    "run.json names"
+                } else {
+                    "without a run.json there are"
+                },
             )));
         }
         Ok(Self { path, reader, source })
@@ -72,6 +79,12 @@ impl Source {
             }
     }
 
+    /// The note as a line to print; empty where there is nothing to say.
+    pub fn note_line(&self) -> String {
+        let note = self.note();
+        if note.is_empty() { String::new() } else { format!("note: {note}\n") }
+    }
+
     /// What must be said of parameters that no run.json has; empty where one has them.
     pub fn note(&self) -> &'static str {
         match self.run {
@@ -82,7 +95,7 @@ impl Source {
 }
 
 fn cannot_read(path: &Path, error: &dyn std::fmt::Display) -> Failure {
-    Failure::Input(format!("{} cannot be read as a trajectory: {error}", path.display()))
+    Failure::Input(format!("{} cannot be read as a trajectory: {error}", shown::path(path)))
 }
 
 /// The parameters: run.json beside the file, then the flags.
@@ -95,7 +108,11 @@ fn source_of(path: &Path, flags: &PhysicsArgs) -> Result<Source, Failure> {
     };
     // Without a ground there is but one way to move.
     let floating = run.as_ref().is_some_and(|run| run.solver.name == "rk4");
-    Ok(Source { physics: Physics::of_run(&parameters, flags)?, floating, run })
+    let physics = Physics::of_run(&parameters, flags).map_err(|failure| match run {
+        Some(_) => failure.in_file(&run_path, FileKind::Run, &flags.given()),
+        None => failure,
+    })?;
+    Ok(Source { physics, floating, run })
 }
 
 /// Times that do not fit the time step show that the parameters are another run's.
@@ -105,10 +122,11 @@ fn check_time(path: &Path, row: &TrajectoryRow, time_step: f64) -> Result<(), Fa
         return Ok(());
     }
     Err(Failure::Input(format!(
-        "{}: row {} has t_s = {}, which does not fit a time step of {time_step} s; give the run's \
-         own with --dt",
-        path.display(),
+        "{}: row {} has t_s = {}, which does not fit a time step of {} s; give the run's own with \
+         --dt",
+        shown::path(path),
         row.index,
-        row.time
+        shown::number(row.time),
+        shown::number(time_step)
     )))
 }

@@ -36,6 +36,10 @@ pub fn rows(text: &str) -> Result<u64, String> {
     integer(text, 1, 10_000_000, "1 to 10000000")
 }
 
+pub fn count(text: &str) -> Result<usize, String> {
+    integer(text, 0, 10_000_000, "0 to 10000000")
+}
+
 pub fn seed(text: &str) -> Result<u32, String> {
     integer(text, 0, u32::MAX, "0 to 4294967295")
 }

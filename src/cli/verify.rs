@@ -4,6 +4,7 @@
 use super::args::VerifyArgs;
 use super::outcome::{Failure, Outcome};
 use super::output::say;
+use super::shown;
 use super::source::{Source, TrajectoryFile};
 use std::fmt::Write as _;
 use tumble::contact::certificate::{Certifier, Claim, certify_rk4_step};
@@ -130,7 +131,7 @@ fn report(
     findings: &Findings,
 ) -> Result<Outcome, Failure> {
     let mut text = String::new();
-    let _ = writeln!(text, "{}: {} steps", args.file.display(), findings.steps);
+    let _ = writeln!(text, "{}: {} steps", shown::path(&args.file), findings.steps);
     if !source.note().is_empty() {
         let _ = writeln!(text, "  note: {}", source.note());
     }

@@ -1,40 +1,54 @@
 //! `tumble view`, and `--html` of a simulation: trajectories as a page for the browser.
 
 use super::args::{SimulateArgs, ViewArgs};
+use super::directory::OutputDirectory;
 use super::film::film;
 use super::job::Job;
 use super::outcome::{Failure, Outcome};
-use super::output::{PendingFile, create_directory, directory_of, say};
+use super::output::{PendingFile, directory_of, say};
+use super::shown;
+use super::signals::raise_on_signals;
 use super::source::TrajectoryFile;
-use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use tumble_pictures::view::page;
 use tumble_pictures::{Fact, Film};
 
 /// Rows that a run of the page may have: they are all in memory, 0.8 kB each.
 pub const MOST_ROWS: usize = 1_000_000;
 
+/// The file.
+pub const FILES: [&str; 1] = ["view.html"];
+
 /// `tumble view`.
 pub fn run(args: &ViewArgs) -> Result<Outcome, Failure> {
+    let interrupt = Arc::new(AtomicBool::new(false));
+    raise_on_signals(&interrupt)?;
     let mut films = Vec::new();
     let mut notes = String::new();
     for path in &args.files {
         let file = TrajectoryFile::open(path, &args.physics)?;
         if !file.source.note().is_empty() {
-            notes += &format!("note: {}: {}\n", path.display(), file.source.note());
+            notes += &format!("note: {}: {}\n", shown::path(path), file.source.note());
         }
-        let mut film = film(file, MOST_ROWS)?;
+        let Some(mut film) = film(file, MOST_ROWS, &interrupt)? else {
+            return Ok(Outcome::Interrupted);
+        };
         if args.files.len() > 1 {
-            film.facts.insert(0, Fact::new("file", path.display().to_string()));
+            film.facts.insert(0, Fact::new("file", shown::path(path)));
         }
         films.push(film);
     }
-    let directory = directory_of(args.out.as_deref(), &args.files[0]);
-    create_directory(directory)?;
-    let written = write(pending(directory)?, &films.iter().collect::<Vec<_>>())?;
+    let directory =
+        OutputDirectory::for_pictures(directory_of(args.out.as_deref(), &args.files[0]))?;
+    let films: Vec<_> = films.iter().collect();
+    let Some(written) = write(pending(&directory)?, &films, &interrupt)? else {
+        return Ok(Outcome::Interrupted);
+    };
     if !args.quiet {
         say(&(notes + &written))?;
     }
-    let unconverged = films.iter().any(Film::has_failed);
+    let unconverged = films.iter().any(|film| film.has_failed());
     Ok(if unconverged { Outcome::Unconverged } else { Outcome::Done })
 }
 
@@ -47,15 +61,23 @@ pub fn check(args: &SimulateArgs, job: &Job) -> Result<(), Failure> {
 }
 
 /// Opens a temporary file for the page: what stands in the way shows before the work.
-pub fn pending(directory: &Path) -> Result<PendingFile, Failure> {
-    PendingFile::create(directory, "view.html")
+pub fn pending(directory: &OutputDirectory) -> Result<PendingFile, Failure> {
+    PendingFile::create(directory, FILES[0])
 }
 
-/// Writes the page of one or two films; the sentence on it.
-pub fn write(pending: PendingFile, films: &[&Film]) -> Result<String, Failure> {
+/// Writes the page of one or two films, and has the sentence on it; no file if `interrupt` is
+/// raised.
+pub fn write(
+    pending: PendingFile,
+    films: &[&Film],
+    interrupt: &AtomicBool,
+) -> Result<Option<String>, Failure> {
     let page = page(env!("CARGO_PKG_VERSION"), films)
         .map_err(|why| Failure::Other(format!("the page cannot be made: {why}")))?;
+    if interrupt.load(Ordering::Relaxed) {
+        return Ok(None);
+    }
     pending.write(page.as_bytes())?;
     let path = pending.publish()?;
-    Ok(format!("wrote {} ({:.2} MB)\n", path.display(), page.len() as f64 / 1e6))
+    Ok(Some(format!("wrote {} ({:.2} MB)\n", shown::path(&path), page.len() as f64 / 1e6)))
 }

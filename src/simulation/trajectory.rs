@@ -215,14 +215,44 @@ pub enum TrajectoryError {
         /// The k in the file.
         found: u64,
     },
+    /// A row of more bytes than a trajectory has.
+    #[error("the row that begins in line {line} has more than {MOST_ROW_BYTES} bytes")]
+    TooLong {
+        /// 1-based line of the file where it begins.
+        line: u64,
+    },
     /// No `end` row at the end, or rows after it.
     #[error("{0}")]
     End(&'static str),
 }
 
-/// Reads a trajectory row by row, checking header, order and every field.
+/// Bytes of the longest row, and of the header: a thousand points have 7018 columns, and a double
+/// at most 24 characters.
+pub const MOST_ROW_BYTES: usize = 1 << 20;
+
+/// A stream that ends with an error where a row does not end.
+struct Bounded<R> {
+    stream: R,
+    /// Bytes that may still be read for this row.
+    left: usize,
+}
+
+impl<R: Read> Read for Bounded<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        if self.left == 0 {
+            return Err(std::io::Error::other("a row without end"));
+        }
+        let most = buffer.len().min(self.left);
+        let read = self.stream.read(&mut buffer[..most])?;
+        self.left -= read;
+        Ok(read)
+    }
+}
+
+/// Reads a trajectory row by row, checking header, order and every field. A row may have
+/// [`MOST_ROW_BYTES`], so that memory is bounded whatever the stream holds.
 pub struct TrajectoryReader<R: Read> {
-    csv: csv::Reader<R>,
+    csv: csv::Reader<Bounded<R>>,
     columns: Vec<String>,
     contacts: usize,
     record: csv::StringRecord,
@@ -234,10 +264,11 @@ impl<R: Read> TrajectoryReader<R> {
     /// Reads and checks the header; the number of contact points follows from it.
     ///
     /// # Errors
-    /// [`TrajectoryError::Header`], or the stream's.
+    /// [`TrajectoryError::Header`], [`TrajectoryError::TooLong`], or the stream's.
     pub fn new(stream: R) -> Result<Self, TrajectoryError> {
-        let mut csv = csv::Reader::from_reader(stream);
-        let found = csv.headers()?.clone();
+        let mut csv = csv::Reader::from_reader(Bounded { stream, left: MOST_ROW_BYTES });
+        let found = csv.headers().cloned();
+        let found = found.map_err(|error| or_too_long(&csv, 1, error))?;
         let fixed = STATE_COLUMNS.len() + REPORT_COLUMNS.len();
         // To the nearest, so that one missing column is named for what it is.
         let per_contact = CONTACT_COLUMNS.len();
@@ -269,7 +300,10 @@ impl<R: Read> TrajectoryReader<R> {
     /// # Errors
     /// The first thing wrong with the row, by line and column.
     pub fn next_row(&mut self) -> Result<Option<TrajectoryRow>, TrajectoryError> {
-        if !self.csv.read_record(&mut self.record)? {
+        self.csv.get_mut().left = MOST_ROW_BYTES;
+        let line = self.csv.position().line();
+        let read = self.csv.read_record(&mut self.record);
+        if !read.map_err(|error| or_too_long(&self.csv, line, error))? {
             return if self.ended {
                 Ok(None)
             } else {
@@ -349,6 +383,15 @@ impl<R: Read> TrajectoryReader<R> {
             expected,
         })
     }
+}
+
+/// What it means that `csv` could not read on after it began at `line`.
+fn or_too_long<R: Read>(
+    csv: &csv::Reader<Bounded<R>>,
+    line: u64,
+    error: csv::Error,
+) -> TrajectoryError {
+    if csv.get_ref().left == 0 { TrajectoryError::TooLong { line } } else { error.into() }
 }
 
 /// The number of per-contact columns follows the decision vector's; if one changes, so

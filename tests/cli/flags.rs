@@ -59,7 +59,7 @@ fn the_help_names_every_flag_and_exit_code() {
 }
 
 /// Arguments, and the words that the one line of refusal must contain.
-const REFUSED: [(&[&str], &[&str]); 111] = [
+const REFUSED: [(&[&str], &[&str]); 116] = [
     (&["--steps", "0"], &["--steps", "'0'", "1 to"]),
     (&["--steps", "1000000000"], &["--steps", "1000000000"]),
     (&["--steps", "-5"], &["--steps"]),
@@ -101,7 +101,10 @@ const REFUSED: [(&[&str], &[&str]); 111] = [
     (&["--inertia", "1,1,-1"], &["inertia", "positive definite"]),
     (&["--inertia", "1,2,0,2,1,0,0,0,1"], &["inertia", "positive definite"]),
     (&["--inertia", "1,0.1,0,0,1,0,0,0,1"], &["inertia", "symmetric"]),
-    (&["--inertia", "1,1,1e-9"], &["inertia"]),
+    (&["--inertia", "1,1,1e-9"], &["--inertia", "1e-9", "1.0", "1e6"]),
+    (&["--mass", "1", "--inertia", "1e-12"], &["--inertia", "1e-12", "2.0e-6 to"]),
+    (&["--inertia", "1e300"], &["--inertia", "1e300"]),
+    (&["--mass", "1e9"], &["--inertia", "0.01", "2.0e3 to"]),
     (&["--gravity", "nan"], &["--gravity"]),
     (&["--gravity", "0,0"], &["--gravity"]),
     (&["--gravity", "0,0,inf"], &["--gravity"]),
@@ -173,6 +176,11 @@ const REFUSED: [(&[&str], &[&str]); 111] = [
     (&["verify"], &["FILE.csv"]),
     (&["inspect"], &["POINT.json"]),
     (&["verify", "x.csv", "--worst", "-1"], &["--worst"]),
+    (&["verify", "x.csv", "--worst", "many"], &["--worst", "a whole number from 0"]),
+    (
+        &["--position", "0,0,-1e-9", "--attitude", "1,0,0,0"],
+        &["--position", "z = -1e-9", "start 1 m below the ground; 1 or more"],
+    ),
     (&["inspect", "x.json", "y.json"], &["y.json"]),
 ];
 

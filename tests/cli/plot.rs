@@ -141,7 +141,7 @@ fn failed_steps_are_marked_and_a_drawn_run_keeps_its_exit_code() {
     let failed = simulated.run_json()["summary"]["failed"].as_u64().unwrap();
     let panel = energy.panel("residual");
     assert!(panel.legend.contains(&format!("failed ({failed})")), "{:?}", panel.legend);
-    assert_eq!(panel.marks, ["failed"]);
+    assert!(panel.marks.iter().any(|mark| mark == "failed"), "{:?}", panel.marks);
     // Drawing them again is no failure.
     assert_eq!(plot(&simulated.path("trajectory.csv"), &[]).code, Some(0));
 }

@@ -240,10 +240,11 @@ fn arguments_that_are_no_text_end_in_one_of_the_documented_ways() {
 #[test]
 fn a_run_of_any_valid_arguments_writes_a_file_that_can_be_read() {
     let number = |low: f64, high: f64| (low.ln()..high.ln()).prop_map(f64::exp);
-    let numbers = (number(1e-6, 0.1), number(1e-9, 1e9), number(1e-12, 1e12), number(2e-6, 2e4));
+    let numbers = (number(1e-6, 0.1), number(1e-9, 1e9), number(6e-7, 1e6), number(2e-6, 2e4));
     let motion = proptest::array::uniform6(-1e5..1e5_f64);
     let rest = (numbers, 0.0..10.0_f64, -1e3..1e3_f64, motion, any::<bool>());
-    each(80, rest, |((dt, mass, inertia, side), mu, gravity, [x, y, z, a, b, c], native)| {
+    each(80, rest, |((dt, mass, ratio, side), mu, gravity, [x, y, z, a, b, c], native)| {
+        let inertia = ratio * mass * side * side;
         // So high that no corner starts below the ground, so low that some soon touch it.
         let height = 0.867 * side + 1e-3 * dt * z.abs();
         let mut args = vec![

@@ -58,7 +58,10 @@ pub fn check_run(
     steps: usize,
     seen: &Seen,
 ) -> Result<(), TestCaseError> {
-    let mut simulation = Simulation::new(world.clone(), [start], Motion::contact(solver)).unwrap();
+    // No simulation of contact starts far below the ground; but a failed step may end there, and
+    // the one after it begins there.
+    let mut simulation = Simulation::new(world.clone(), [start], Motion::Floating).unwrap();
+    simulation.swap_motion(&mut Motion::contact(solver));
     let mut record = StepRecord::new();
     for index in 0..steps {
         let before = *simulation.state();
@@ -157,8 +160,11 @@ fn is_excused(world: &World, record: &StepRecord, accepted: f64) -> bool {
     let depth = heights(world, old).into_iter().fold(0.0_f64, |depth, z| depth.max(-z));
     let speed = old.velocity.norm() + next.velocity.norm() + reach * spins + depth / h;
     let ratio = (body.mass() * reach * reach).max(moments.max()) / moments.min();
+    // Free flight has no solver that promises anything: rounding is what explains its residual.
+    let free = record.contacts.is_empty();
+    let lost = if free { record.certificate.residual() } else { accepted };
     h * speed > 0.25 * reach
-        || f64::EPSILON * ratio * speed >= accepted
+        || f64::EPSILON * ratio * speed >= lost
         || (rounding(world, old, next) >= LARGEST
             && record.certificate.residual() <= rounding(world, old, next))
 }

@@ -1,6 +1,7 @@
 //! The arguments of the commands that read a file.
 
 use super::shared::{AnimationArgs, PhysicsArgs};
+use crate::cli::values;
 use clap::Args;
 use std::path::PathBuf;
 
@@ -61,7 +62,7 @@ pub struct VerifyArgs {
     #[command(flatten)]
     pub physics: PhysicsArgs,
     /// How many of the worst steps to print.
-    #[arg(long, value_name = "N", default_value_t = 5, allow_hyphen_values = true)]
+    #[arg(long, value_name = "N", value_parser = values::count, default_value = "5", allow_hyphen_values = true)]
     pub worst: usize,
 }
 

@@ -10,20 +10,22 @@ use tumble_pictures::animation::View;
 /// What residuals depend on: the constants of the model, and the load.
 #[derive(Debug, Args)]
 pub struct PhysicsArgs {
-    /// Time step, s [default: drop 0.002, floating 0.001].
+    /// Time step, s, 1e-6 to 0.1 [default: drop 0.002, floating 0.001].
     #[arg(long, value_name = "S", value_parser = values::number, allow_hyphen_values = true)]
     pub dt: Option<f64>,
-    /// Coefficient of friction [default: 0.3].
+    /// Coefficient of friction, 0 to 10 [default: 0.3].
     #[arg(long, value_parser = values::number, allow_hyphen_values = true)]
     pub mu: Option<f64>,
-    /// Mass, kg [default: 10].
+    /// Mass, kg, 1e-9 to 1e9 [default: 10].
     #[arg(long, value_name = "KG", value_parser = values::number, allow_hyphen_values = true)]
     pub mass: Option<f64>,
     /// Inertia, kg m², body frame: one number (times the unit matrix), three (diagonal),
-    /// nine (the matrix by rows), or `solid`, that of a box of equal density [default: 0.01].
+    /// nine (the matrix by rows), or `solid`, that of a box of equal density. A principal moment
+    /// is from 1e-6 to 1e6 times mass × length², the length a corner's largest distance from
+    /// its axis [default: 0.01].
     #[arg(long, value_name = "I", value_parser = values::inertia, allow_hyphen_values = true)]
     pub inertia: Option<Inertia>,
-    /// Sides of the box, m: one number (a cube) or three, along the body's axes
+    /// Sides of the box, m, 2e-6 to 2e4: one number (a cube) or three, along the body's axes
     /// [default: 2].
     #[arg(long = "box", value_name = "L", value_parser = values::sides, allow_hyphen_values = true)]
     pub sides: Option<Vector3<f64>>,
@@ -31,21 +33,40 @@ pub struct PhysicsArgs {
     /// pass through the origin, its distance from there along the normal, m [default: 0].
     #[arg(long, value_name = "DEGREES|NX,NY,NZ[,D]", value_parser = values::plane, allow_hyphen_values = true)]
     pub plane: Option<Plane>,
-    /// An external force, N, world: constant, or, given once for each knot as T:X,Y,Z, linear
+    /// An external force, N, −1e9 to 1e9, world: constant, or, given once for each knot as T:X,Y,Z, linear
     /// between the times T in s [default: none].
     #[arg(long, value_name = "[T:]X,Y,Z", value_parser = values::load_knot, allow_hyphen_values = true)]
     pub force: Vec<LoadKnot>,
-    /// An external torque, N m, body frame; as --force [default: none].
+    /// An external torque, N m, −1e9 to 1e9, body frame; as --force [default: none].
     #[arg(long, value_name = "[T:]X,Y,Z", value_parser = values::load_knot, allow_hyphen_values = true)]
     pub torque: Vec<LoadKnot>,
-    /// Where the external force acts, m, body frame, from the centre of mass [default:
-    /// 0,0,0].
+    /// Where the external force acts, m, −1e4 to 1e4, body frame, from the centre of mass
+    /// [default: 0,0,0].
     #[arg(long, value_name = "X,Y,Z", value_parser = values::vector, allow_hyphen_values = true)]
     pub force_at: Option<Vector3<f64>>,
-    /// Gravity, m/s²: one number (downwards) or the vector X,Y,Z [default: drop 9.81,
-    /// floating 0].
+    /// Gravity, m/s², −1000 to 1000: one number (downwards) or the vector X,Y,Z [default: drop
+    /// 9.81, floating 0].
     #[arg(long, value_name = "G", value_parser = values::gravity, allow_hyphen_values = true)]
     pub gravity: Option<Vector3<f64>>,
+}
+
+impl PhysicsArgs {
+    /// The names of the flags that are given.
+    pub fn given(&self) -> Vec<&'static str> {
+        let flags = [
+            ("dt", self.dt.is_some()),
+            ("mu", self.mu.is_some()),
+            ("mass", self.mass.is_some()),
+            ("inertia", self.inertia.is_some()),
+            ("box", self.sides.is_some()),
+            ("plane", self.plane.is_some()),
+            ("force", !self.force.is_empty()),
+            ("torque", !self.torque.is_empty()),
+            ("force-at", self.force_at.is_some()),
+            ("gravity", self.gravity.is_some()),
+        ];
+        flags.into_iter().filter(|(_, given)| *given).map(|(name, _)| name).collect()
+    }
 }
 
 /// How an animation looks, for `simulate` and `gif`.

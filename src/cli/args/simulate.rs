@@ -16,7 +16,7 @@ pub struct SimulateArgs {
     /// given go before its values.
     #[arg(long, value_name = "FILE", conflicts_with = "scene")]
     pub scenario: Option<PathBuf>,
-    /// Rows of the trajectory, k = 0 … N−1: N−1 steps [default: drop 1000, floating 1200].
+    /// Rows of the trajectory, k = 0 … N−1: N−1 steps; 1 to 10000000 [default: drop 1000, floating 1200].
     #[arg(long, value_name = "N", value_parser = values::rows, allow_hyphen_values = true)]
     pub steps: Option<u64>,
     /// Seed of the attitude at the start, drawn as numpy.random.seed(SEED) and rand(4) do.
@@ -25,8 +25,8 @@ pub struct SimulateArgs {
     pub seed: Option<u32>,
     #[command(flatten)]
     pub physics: PhysicsArgs,
-    /// Position of the centre of mass at the start, m [default: drop 0,0,2.5, floating
-    /// 0,0,3].
+    /// Position of the centre of mass at the start, m, −1e6 to 1e6 [default: drop 0,0,2.5,
+    /// floating 0,0,3].
     #[arg(long, value_name = "X,Y,Z", value_parser = values::vector, allow_hyphen_values = true)]
     pub position: Option<Vector3<f64>>,
     /// The position's Z alone, m.
@@ -36,10 +36,11 @@ pub struct SimulateArgs {
     /// from the seed [default: drop random, floating 1,0,0,0].
     #[arg(long, value_name = "W,X,Y,Z", value_parser = values::attitude, allow_hyphen_values = true)]
     pub attitude: Option<Attitude>,
-    /// Velocity at the start, m/s [default: drop 0,4,0, floating 2,0,0].
+    /// Velocity at the start, m/s, −1e5 to 1e5 [default: drop 0,4,0, floating 2,0,0].
     #[arg(long, value_name = "X,Y,Z", value_parser = values::vector, allow_hyphen_values = true)]
     pub velocity: Option<Vector3<f64>>,
-    /// Angular velocity at the start, rad/s, body [default: drop 0,-2,1, floating 2,4,6].
+    /// Angular velocity at the start, rad/s, −1e5 to 1e5, body [default: drop 0,-2,1, floating
+    /// 2,4,6].
     #[arg(long, value_name = "X,Y,Z", value_parser = values::vector, allow_hyphen_values = true)]
     pub spin: Option<Vector3<f64>>,
     /// In which frame position, attitude and velocity at the start are given: the world's, or
@@ -55,10 +56,10 @@ pub struct SimulateArgs {
     /// [default: predictive].
     #[arg(long, value_enum)]
     pub detection: Option<DetectionName>,
-    /// Ipopt's tolerance; only with --solver ipopt [default: 1e-6].
+    /// Ipopt's tolerance, 1e-12 to below 1; only with --solver ipopt [default: 1e-6].
     #[arg(long, value_parser = values::number, allow_hyphen_values = true)]
     pub tol: Option<f64>,
-    /// Ipopt's iteration limit for a step; only with --solver ipopt [default: 300].
+    /// Ipopt's iteration limit for a step, 1 to 1000000; only with --solver ipopt [default: 300].
     #[arg(long, value_name = "N", value_parser = values::iterations, allow_hyphen_values = true)]
     pub max_iter: Option<u32>,
     /// What becomes of a step that Ipopt does not solve from its first start: try other
@@ -83,4 +84,27 @@ pub struct SimulateArgs {
     /// No progress bar and no summary.
     #[arg(long)]
     pub quiet: bool,
+}
+
+impl SimulateArgs {
+    /// The names of the flags for settings that are given.
+    pub fn given(&self) -> Vec<&'static str> {
+        let flags = [
+            ("steps", self.steps.is_some()),
+            ("seed", self.seed.is_some()),
+            ("position", self.position.is_some()),
+            ("height", self.height.is_some()),
+            ("attitude", self.attitude.is_some()),
+            ("velocity", self.velocity.is_some()),
+            ("spin", self.spin.is_some()),
+            ("frame", self.frame.is_some()),
+            ("solver", self.solver.is_some()),
+            ("detection", self.detection.is_some()),
+            ("tol", self.tol.is_some()),
+            ("max-iter", self.max_iter.is_some()),
+            ("on-failure", self.on_failure.is_some()),
+        ];
+        let own = flags.into_iter().filter(|(_, given)| *given).map(|(name, _)| name);
+        own.chain(self.physics.given()).collect()
+    }
 }

@@ -1,13 +1,17 @@
 //! The tables of a scenario file, and what their fields say.
 
 use crate::cli::choices::{Attitude, DetectionName, Frame, Inertia, OnFailure, Shape, SolverName};
+use crate::cli::fields::{Exactly, Numbers};
+use crate::cli::physics::matrix;
 use crate::cli::settings::Settings;
 use nalgebra::{Matrix3, Vector3};
 use serde::Deserialize;
 use tumble::contact::plane::Plane;
+use tumble::error::Error;
 use tumble::mechanics::load::Polyline;
 
 #[derive(Deserialize)]
+#[serde(expecting = "a scenario")]
 #[serde(deny_unknown_fields)]
 pub struct ScenarioFile {
     pub name: Option<String>,
@@ -26,15 +30,16 @@ pub struct ScenarioFile {
 #[serde(untagged, expecting = "a number (downwards) or three are needed")]
 enum Gravity {
     Downwards(f64),
-    Vector([f64; 3]),
+    Vector(Numbers<3>),
 }
 
 #[derive(Deserialize)]
+#[serde(expecting = "a table [body]")]
 #[serde(deny_unknown_fields)]
 struct BodyTable {
     #[serde(rename = "box")]
     sides: Option<Sides>,
-    points: Option<Vec<[f64; 3]>>,
+    points: Option<Vec<Numbers<3>>>,
     mass: f64,
     inertia: Option<InertiaValue>,
 }
@@ -43,7 +48,7 @@ struct BodyTable {
 #[serde(untagged, expecting = "one number (a cube) or three are needed")]
 enum Sides {
     Cube(f64),
-    Box([f64; 3]),
+    Box(Numbers<3>),
 }
 
 #[derive(Deserialize)]
@@ -54,8 +59,8 @@ enum Sides {
 enum InertiaValue {
     Word(Solid),
     Moment(f64),
-    Diagonal([f64; 3]),
-    Rows([[f64; 3]; 3]),
+    Diagonal(Numbers<3>),
+    Rows(Exactly<Numbers<3>, 3>),
 }
 
 #[derive(Deserialize)]
@@ -65,21 +70,23 @@ enum Solid {
 }
 
 #[derive(Deserialize)]
+#[serde(expecting = "a table [ground]")]
 #[serde(deny_unknown_fields)]
 pub struct GroundTable {
     friction: f64,
     slope: Option<f64>,
-    normal: Option<[f64; 3]>,
+    normal: Option<Numbers<3>>,
     offset: Option<f64>,
 }
 
 #[derive(Deserialize)]
+#[serde(expecting = "a table [start]")]
 #[serde(deny_unknown_fields)]
 struct StartTable {
-    position: [f64; 3],
+    position: Numbers<3>,
     attitude: Option<AttitudeValue>,
-    velocity: Option<[f64; 3]>,
-    spin: Option<[f64; 3]>,
+    velocity: Option<Numbers<3>>,
+    spin: Option<Numbers<3>>,
     frame: Option<Frame>,
 }
 
@@ -87,7 +94,7 @@ struct StartTable {
 #[serde(untagged, expecting = "\"random\" or four numbers (w, x, y, z) are needed")]
 enum AttitudeValue {
     Word(Random),
-    Quaternion([f64; 4]),
+    Quaternion(Numbers<4>),
 }
 
 #[derive(Deserialize)]
@@ -97,21 +104,23 @@ enum Random {
 }
 
 #[derive(Deserialize)]
+#[serde(expecting = "a table [load]")]
 #[serde(deny_unknown_fields)]
 struct LoadTable {
     force: Option<LoadValue>,
     torque: Option<LoadValue>,
-    at: Option<[f64; 3]>,
+    at: Option<Numbers<3>>,
 }
 
 #[derive(Deserialize)]
 #[serde(untagged, expecting = "three numbers, or a list of knots [t, x, y, z], are needed")]
 enum LoadValue {
-    Constant([f64; 3]),
-    Knots(Vec<[f64; 4]>),
+    Constant(Numbers<3>),
+    Knots(Vec<Numbers<4>>),
 }
 
 #[derive(Deserialize)]
+#[serde(expecting = "a table [solver]")]
 #[serde(deny_unknown_fields)]
 struct SolverTable {
     name: Option<SolverName>,
@@ -168,11 +177,15 @@ impl ScenarioFile {
     }
 }
 
+fn vector(numbers: Numbers<3>) -> Vector3<f64> {
+    numbers.0.into()
+}
+
 impl Gravity {
     fn vector(self) -> Vector3<f64> {
         match self {
             Self::Downwards(g) => Vector3::new(0.0, 0.0, -g),
-            Self::Vector(vector) => vector.into(),
+            Self::Vector(vector) => self::vector(vector),
         }
     }
 }
@@ -183,15 +196,15 @@ impl StartTable {
     }
 
     fn set(self, settings: &mut Settings) -> Result<(), String> {
-        settings.position = Some(self.position.into());
+        settings.position = Some(vector(self.position));
         settings.attitude = Some(match self.attitude {
             None => Attitude::Given([1.0, 0.0, 0.0, 0.0].into()),
             Some(AttitudeValue::Word(Random::Random)) => Attitude::Random,
-            Some(AttitudeValue::Quaternion(quaternion)) => Attitude::given(quaternion.into())
+            Some(AttitudeValue::Quaternion(quaternion)) => Attitude::given(quaternion.0.into())
                 .map_err(|why| format!("start.attitude: {why}"))?,
         });
-        settings.velocity = Some(self.velocity.map_or(Vector3::zeros(), Vector3::from));
-        settings.spin = Some(self.spin.map_or(Vector3::zeros(), Vector3::from));
+        settings.velocity = Some(self.velocity.map_or(Vector3::zeros(), vector));
+        settings.spin = Some(self.spin.map_or(Vector3::zeros(), vector));
         settings.frame = self.frame;
         Ok(())
     }
@@ -201,8 +214,8 @@ impl BodyTable {
     fn set(self, settings: &mut Settings) -> Result<(), String> {
         let shape = match (self.sides, self.points) {
             (Some(Sides::Cube(side)), None) => Shape::Box(Vector3::repeat(side)),
-            (Some(Sides::Box(sides)), None) => Shape::Box(sides.into()),
-            (None, Some(points)) => Shape::Points(points.into_iter().map(Vector3::from).collect()),
+            (Some(Sides::Box(sides)), None) => Shape::Box(vector(sides)),
+            (None, Some(points)) => Shape::Points(points.into_iter().map(vector).collect()),
             _ => return Err("body: either `box` or `points` is needed".to_owned()),
         };
         settings.inertia = Some(match self.inertia {
@@ -214,9 +227,9 @@ impl BodyTable {
                 Inertia::Matrix(Matrix3::from_diagonal_element(moment))
             }
             Some(InertiaValue::Diagonal(moments)) => {
-                Inertia::Matrix(Matrix3::from_diagonal(&moments.into()))
+                Inertia::Matrix(Matrix3::from_diagonal(&vector(moments)))
             }
-            Some(InertiaValue::Rows(rows)) => Inertia::Matrix(Matrix3::from(rows).transpose()),
+            Some(InertiaValue::Rows(rows)) => Inertia::Matrix(matrix(&rows)),
         });
         settings.shape = Some(shape);
         settings.mass = Some(self.mass);
@@ -232,11 +245,17 @@ impl GroundTable {
                 return Err("ground: either `slope` or `normal` can be given".to_owned());
             }
             (Some(slope), None) => {
-                Plane::sloping(slope).and_then(|plane| Plane::new(*plane.normal(), offset))
+                let sloping =
+                    Plane::sloping(slope).map_err(|why| format!("ground.slope: {why}"))?;
+                Plane::new(*sloping.normal(), offset)
             }
-            (None, normal) => Plane::new(normal.map_or(Vector3::z(), Vector3::from), offset),
+            (None, normal) => Plane::new(normal.map_or(Vector3::z(), vector), offset),
         };
-        settings.plane = Some(plane.map_err(|error| format!("ground: {error}"))?);
+        settings.plane = Some(plane.map_err(|error| {
+            let offset =
+                matches!(error, Error::OutOfRange { field: "offset of the plane (m)", .. });
+            format!("ground.{}: {error}", if offset { "offset" } else { "normal" })
+        })?);
         settings.mu = Some(self.friction);
         Ok(())
     }
@@ -246,7 +265,7 @@ impl LoadTable {
     fn set(self, settings: &mut Settings) -> Result<(), String> {
         settings.force = self.force.map(|value| value.polyline("load.force")).transpose()?;
         settings.torque = self.torque.map(|value| value.polyline("load.torque")).transpose()?;
-        settings.force_at = self.at.map(Vector3::from);
+        settings.force_at = self.at.map(vector);
         Ok(())
     }
 }
@@ -264,14 +283,15 @@ impl SolverTable {
 impl LoadValue {
     fn polyline(self, field: &str) -> Result<Polyline, String> {
         match self {
-            Self::Constant(value) => Polyline::constant(value.into()),
+            Self::Constant(value) => Polyline::constant(vector(value)),
             Self::Knots(knots) if knots.is_empty() => {
                 return Err(format!(
                     "{field}: it has no knots; give one at least, or leave it out"
                 ));
             }
             Self::Knots(knots) => {
-                let knots = knots.into_iter().map(|[t, x, y, z]| (t, Vector3::new(x, y, z)));
+                let knots =
+                    knots.into_iter().map(|Exactly([t, x, y, z])| (t, Vector3::new(x, y, z)));
                 Polyline::new(knots.collect())
             }
         }

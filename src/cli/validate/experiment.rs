@@ -3,6 +3,7 @@
 use super::report;
 use crate::cli::args::{Solvers, ValidateArgs};
 use crate::cli::outcome::{Failure, refuse_flags};
+use crate::cli::shown;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use tumble::error::Error;
@@ -96,11 +97,7 @@ pub fn each(solvers: Solvers) -> &'static [Solver] {
 /// The flags that set `values` and the step.
 pub fn flags(values: &[(Input, f64)], step: Option<f64>) -> String {
     let given = values.iter().map(|&(input, value)| (input.name(), value));
-    let flag = |(name, value)| {
-        // As it was typed: 7 and not 7.0, 1e300 and not its 301 digits.
-        let value = format!("{value:?}");
-        format!("--{name} {}", value.strip_suffix(".0").unwrap_or(&value))
-    };
+    let flag = |(name, value)| format!("--{name} {}", shown::number(value));
     given.chain(step.map(|step| ("dt", step))).map(flag).collect::<Vec<_>>().join(" ")
 }
 

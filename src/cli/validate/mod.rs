@@ -5,8 +5,10 @@ mod report;
 mod table;
 
 use super::args::ValidateArgs;
+use super::directory::OutputDirectory;
 use super::outcome::{Failure, Outcome};
-use super::output::{PendingFile, create_directory, progress_bar, say};
+use super::output::{PendingFile, progress_bar, say};
+use super::shown;
 use super::signals::raise_on_signals;
 use experiment::{Plan, Stop};
 use std::sync::Arc;
@@ -28,8 +30,8 @@ pub fn run(args: &ValidateArgs) -> Result<Outcome, Failure> {
     let plans = experiment::plan(args)?;
     let interrupt = Arc::new(AtomicBool::new(false));
     raise_on_signals(&interrupt)?;
-    create_directory(&args.out)?;
-    let file = PendingFile::create(&args.out, "validation.html")?;
+    let directory = OutputDirectory::for_pictures(&args.out)?;
+    let file = PendingFile::create(&directory, "validation.html")?;
     let report = match examine(args, plans, &interrupt) {
         Ok(report) => report,
         Err(Stop::Interrupted) => return Ok(Outcome::Interrupted),
@@ -38,7 +40,7 @@ pub fn run(args: &ValidateArgs) -> Result<Outcome, Failure> {
     file.write(page(&report).as_bytes())?;
     let path = file.publish()?;
     if !args.quiet {
-        let wrote = format!("wrote {}\n", path.display());
+        let wrote = format!("wrote {}\n", shown::path(&path));
         say(&(table::describe(&report) + &wrote + &table::verdict(&report)))?;
     }
     Ok(outcome(&report))

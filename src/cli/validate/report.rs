@@ -1,5 +1,6 @@
 //! What was found out, as the page and the tables have it.
 
+use crate::cli::shown;
 use tumble::validation::{self, Convergence, Findings, Inputs, Laboratory, Problem};
 use tumble_pictures::validation::number::brief;
 use tumble_pictures::validation::{Curve, Experiment, Quantity, Series, Solver, Trial};
@@ -7,6 +8,7 @@ use tumble_pictures::validation::{Curve, Experiment, Quantity, Series, Solver, T
 /// What is told of a problem with `inputs`, and what came of it.
 pub fn experiment(problem: &dyn Problem, inputs: &Inputs, series: Vec<Series>) -> Experiment {
     let word = |&(input, value): &(validation::Input, f64)| {
+        let value = shown::number(value);
         format!("{} {value} {}", input.name(), problem.unit(input)).trim_end().to_owned()
     };
     Experiment {

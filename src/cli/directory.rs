@@ -1,0 +1,81 @@
+//! The directory that files are written to: made, claimed, and cleared of what is no longer true.
+
+use super::outcome::Failure;
+use super::{gif, plot, shown, view};
+use std::fs::{self, File, TryLockError};
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// A directory that is written to. As long as this lives, no run of another process writes there;
+/// the system itself ends the claim with the process, and no file stands for it.
+pub struct OutputDirectory {
+    path: PathBuf,
+    _claim: Option<File>,
+}
+
+impl OutputDirectory {
+    /// For a run, whose files belong together: nobody else may write here.
+    pub fn for_run(path: &Path) -> Result<Self, Failure> {
+        Self::claim(path, File::try_lock)
+    }
+
+    /// For pictures, each a file by itself: others may make theirs, but no run.
+    pub fn for_pictures(path: &Path) -> Result<Self, Failure> {
+        Self::claim(path, File::try_lock_shared)
+    }
+
+    /// Makes and claims the directory.
+    fn claim(
+        path: &Path,
+        lock: impl Fn(&File) -> Result<(), TryLockError>,
+    ) -> Result<Self, Failure> {
+        fs::create_dir_all(path).map_err(|error| cannot_be_made(path, &error))?;
+        // A directory that cannot be opened to be read can still be written to; and there are
+        // file systems without locks. Each file is whole all the same.
+        let claim = match File::open(path).map(|directory| (lock(&directory), directory)) {
+            Ok((Err(TryLockError::WouldBlock), _)) => return Err(in_use(path)),
+            Ok((Ok(()), directory)) => Some(directory),
+            Ok((Err(TryLockError::Error(_)), _)) | Err(_) => None,
+        };
+        Ok(Self { path: path.to_owned(), _claim: claim })
+    }
+
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Removes the pictures of an earlier run: they are not true of the trajectory that is there
+    /// now. Returns their names.
+    pub fn remove_pictures(&self) -> Result<Vec<&'static str>, Failure> {
+        let mut removed = Vec::new();
+        for name in gif::FILES.into_iter().chain(plot::FILES).chain(view::FILES) {
+            let file = self.path.join(name);
+            match fs::symlink_metadata(&file) {
+                Ok(metadata) if !metadata.is_dir() => {
+                    fs::remove_file(&file).map_err(|error| cannot_be_removed(&file, &error))?;
+                    removed.push(name);
+                }
+                Ok(_) | Err(_) => {}
+            }
+        }
+        Ok(removed)
+    }
+}
+
+fn cannot_be_made(path: &Path, error: &io::Error) -> Failure {
+    Failure::Other(format!("the output directory {} cannot be made: {error}", shown::path(path)))
+}
+
+fn cannot_be_removed(path: &Path, error: &io::Error) -> Failure {
+    Failure::Other(format!(
+        "{} is of an earlier run and cannot be removed: {error}",
+        shown::path(path)
+    ))
+}
+
+fn in_use(path: &Path) -> Failure {
+    Failure::Other(format!(
+        "another tumble is writing to {}; wait for it, or choose another --out",
+        shown::path(path)
+    ))
+}

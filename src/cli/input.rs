@@ -1,0 +1,38 @@
+//! Files that are read: regular ones, and no more of them than is expected.
+
+use std::fs::{File, Metadata};
+use std::io::{self, Read};
+use std::path::Path;
+
+/// Opens a file to read it to its end. A pipe would be waited for and a device may have no end:
+/// both are refused.
+pub fn open(path: &Path) -> io::Result<File> {
+    let regular = |metadata: Metadata| {
+        if metadata.is_file() {
+            return Ok(());
+        }
+        let found = if metadata.is_dir() { "a directory" } else { "a pipe or a device" };
+        Err(io::Error::new(io::ErrorKind::InvalidInput, format!("it is {found}, not a file")))
+    };
+    // Before it is opened: to open a pipe is to wait for its writer.
+    regular(std::fs::metadata(path)?)?;
+    let file = File::open(path)?;
+    regular(file.metadata()?)?;
+    Ok(file)
+}
+
+/// The text of a file of at most `most` bytes.
+pub fn text(path: &Path, most: u64) -> io::Result<String> {
+    bounded(open(path)?, most)
+}
+
+/// The text of a stream of at most `most` bytes.
+pub fn bounded(stream: impl Read, most: u64) -> io::Result<String> {
+    let mut text = String::new();
+    stream.take(most + 1).read_to_string(&mut text)?;
+    if text.len() as u64 > most {
+        let why = format!("it is longer than {most} bytes");
+        return Err(io::Error::new(io::ErrorKind::InvalidData, why));
+    }
+    Ok(text)
+}

@@ -1,0 +1,137 @@
+//! The directory that is written to: a second run there, two at once, and nobody who listens.
+
+use super::support::{PROGRAM, everything_in, run, simulate};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
+
+const PICTURES: [&str; 6] =
+    ["animation.gif", "plot-energy.png", "plot-energy.svg", "plot.png", "plot.svg", "view.html"];
+
+fn names(files: &[&str]) -> Vec<PathBuf> {
+    let mut names: Vec<_> =
+        files.iter().chain(&["run.json", "trajectory.csv"]).map(PathBuf::from).collect();
+    names.sort();
+    names
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+#[test]
+fn a_second_run_removes_the_pictures_of_the_first_and_says_so() {
+    let first = simulate(&["--steps", "3", "--plot", "--html", "--gif", "--gif-size", "100"]);
+    let out = first.path("");
+    assert_eq!(everything_in(&out), names(&PICTURES));
+    assert!(!first.end.stdout.contains("removed"), "{:?}", first.end);
+    // Files of the user's stay, whatever they are called.
+    fs::write(out.join("notes.svg"), "mine").unwrap();
+    fs::write(out.join("validation.html"), "mine").unwrap();
+    let second = run(&["--steps", "4", "--html", "--out", text(&out)]);
+    assert_eq!((second.code, second.stderr.as_str()), (Some(0), ""));
+    assert_eq!(everything_in(&out), names(&["notes.svg", "validation.html", "view.html"]));
+    let said = "removed animation.gif, plot.png, plot.svg, plot-energy.png, plot-energy.svg, \
+                view.html of an earlier run\n";
+    assert_eq!(second.stdout.matches(said).count(), 1, "{}", second.stdout);
+    let page = fs::read_to_string(out.join("view.html")).unwrap();
+    assert!(page.contains("4 rows") || !page.contains("3 rows"), "the page is the second run's");
+
+    let third = run(&["--steps", "5", "--quiet", "--out", text(&out)]);
+    assert_eq!((third.code, third.stdout.as_str()), (Some(0), ""));
+    assert!(!out.join("view.html").exists());
+}
+
+#[test]
+fn a_run_that_is_refused_removes_nothing() {
+    let first = simulate(&["--steps", "3", "--plot"]);
+    let out = first.path("");
+    let before = everything_in(&out);
+    run(&["--steps", "3", "--mass", "-1", "--out", text(&out)]).assert_refused(2, &["--mass"]);
+    assert_eq!(everything_in(&out), before);
+}
+
+/// A run of minutes that has begun to write to `out`.
+fn a_long_run(out: &Path) -> Child {
+    let child = Command::new(PROGRAM)
+        .args(["--solver", "native", "--steps", "10000000", "--quiet", "--out", text(out)])
+        .stdout(Stdio::null())
+        .spawn()
+        .unwrap();
+    let begin = Instant::now();
+    let begun = |path: &PathBuf| text(path).starts_with(".tumble-");
+    while !everything_in(out).iter().any(begun) {
+        assert!(begin.elapsed() < Duration::from_secs(30), "the run has not begun");
+        thread::sleep(Duration::from_millis(1));
+    }
+    child
+}
+
+#[cfg(unix)]
+#[test]
+fn two_runs_do_not_write_to_one_directory_at_once() {
+    let earlier = simulate(&["--steps", "5"]);
+    let out = earlier.path("");
+    let mut running = a_long_run(&out);
+    let words = ["another tumble is writing to", text(&out).trim_end_matches('/'), "--out"];
+    run(&["--steps", "3", "--out", text(&out)]).assert_refused(1, &words);
+    let csv = out.join("trajectory.csv");
+    for command in ["gif", "plot", "view"] {
+        run(&[command, text(&csv)]).assert_refused(1, &words);
+    }
+    // To read, and to write elsewhere, disturbs nobody.
+    assert_eq!(run(&["verify", text(&csv)]).code, Some(0));
+    let other = earlier.path("other");
+    assert_eq!(run(&["plot", text(&csv), "--out", text(&other)]).code, Some(0));
+    running.kill().unwrap();
+    running.wait().unwrap();
+    // However the run ended, nothing is left of its claim.
+    assert_eq!(run(&["--steps", "3", "--out", text(&out)]).code, Some(0));
+}
+
+#[cfg(unix)]
+#[test]
+fn pictures_of_one_run_can_be_made_at_once() {
+    let simulated = simulate(&["--steps", "240"]);
+    let csv = simulated.path("trajectory.csv");
+    let make = |command: &str| {
+        Command::new(PROGRAM).args([command, text(&csv)]).stdout(Stdio::null()).spawn().unwrap()
+    };
+    let all: Vec<_> = ["gif", "plot", "view"].map(make).into();
+    for mut child in all {
+        assert_eq!(child.wait().unwrap().code(), Some(0));
+    }
+    assert_eq!(everything_in(&simulated.path("")), names(&PICTURES));
+}
+
+#[test]
+fn a_standard_output_that_is_closed_costs_no_picture() {
+    let directory = tempfile::tempdir().unwrap();
+    let out = directory.path().join("out");
+    let (reader, writer) = std::io::pipe().unwrap();
+    drop(reader);
+    let output = Command::new(PROGRAM)
+        .args(["--steps", "3", "--plot", "--html", "--gif", "--gif-size", "100", "--out"])
+        .arg(&out)
+        .stdout(writer)
+        .output()
+        .unwrap();
+    let end = super::support::End::from(output);
+    end.assert_refused(1, &["standard output cannot be written"]);
+    assert_eq!(everything_in(&out), names(&PICTURES));
+    for command in ["gif", "plot", "view"] {
+        let (reader, writer) = std::io::pipe().unwrap();
+        drop(reader);
+        let place = directory.path().join(command);
+        let output = Command::new(PROGRAM)
+            .args([command, text(&out.join("trajectory.csv")), "--out", text(&place)])
+            .stdout(writer)
+            .output()
+            .unwrap();
+        let end = super::support::End::from(output);
+        end.assert_refused(1, &["standard output cannot be written"]);
+        assert!(!everything_in(&place).is_empty(), "{command}");
+    }
+}
