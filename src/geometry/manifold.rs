@@ -102,16 +102,19 @@ impl Meeting<'_, '_> {
             }
         }
         self.faces(&axis);
+        let radii_gap = gap - radii;
         let lowest = self.out.iter().map(|touch| touch.gap).fold(f64::INFINITY, f64::min);
         let merge = MERGE * self.pair.size();
-        if lowest <= axis.gap - radii + merge {
-            return gap;
-        }
         if axis.exact {
-            self.deepest(&axis);
+            if lowest > radii_gap + merge {
+                self.deepest(&axis);
+            }
             return gap;
         }
         if self.points.is_none() {
+            if lowest <= radii_gap + merge {
+                return gap;
+            }
             gap = self.closest(Some(&axis));
         }
         if gap - radii <= self.reach && lowest > gap - radii + merge {
@@ -170,7 +173,8 @@ impl Meeting<'_, '_> {
         };
         scratch.overlap.a.fill(pair.a, pair.a.vertices(), face_a);
         scratch.overlap.b.fill(pair.b, &scratch.vertices, face_b);
-        scratch.overlap.find(&normal, MERGE * pair.size(), reference == Side::B);
+        let merge = MERGE * pair.size();
+        scratch.overlap.find(&normal, merge, reference == Side::B);
         let overlap = std::mem::take(&mut scratch.overlap);
         // Cores of rounded pieces are far apart where the pieces touch: there only what is
         // exactly over a face meets the face.
@@ -195,6 +199,14 @@ impl Meeting<'_, '_> {
                     (side, point, feature)
                 }
             };
+            // What meets in the shortest line itself is seen end on; `edges` says what it is.
+            let is_shortest = |points: Points| {
+                let between = points.a - point;
+                (between - normal * normal.dot(&between)).norm() <= 4.0 * merge
+            };
+            if self.points.is_some_and(is_shortest) {
+                continue;
+            }
             let touch = match side {
                 Side::A => face_b.and_then(|face| {
                     let is_over = || pair.b.is_over(face, &pair.in_b(&point), 0.0);
