@@ -288,14 +288,7 @@ impl Meeting<'_, '_> {
             (On::Edge(edge_a), On::Edge(edge_b)) => {
                 (Feature::Edges(edge_a as u32, edge_b as u32), Side::A)
             }
-            // Of two vertices that of the rounder piece, which owns the point.
-            (On::Vertex(a), On::Vertex(b)) => {
-                match self.pair.radius_a.total_cmp(&self.pair.radius_b) {
-                    Ordering::Greater => (Feature::Vertex(Side::A, a as u32), Side::A),
-                    Ordering::Less => (Feature::Vertex(Side::B, b as u32), Side::B),
-                    Ordering::Equal => (Feature::Vertices(a as u32, b as u32), Side::A),
-                }
-            }
+            (On::Vertex(a), On::Vertex(b)) => of_vertices(&self.pair, a as u32, b as u32),
             (_, _) => return,
         };
         self.push_new(self.pair.between(&points, &normal, feature, owner));
@@ -328,22 +321,28 @@ impl Meeting<'_, '_> {
             on_b: On::Edge(edge_b),
         };
         let b_at = [q, q + v];
-        let vertex = |side, vertices: [u32; 2], at: usize| Feature::Vertex(side, vertices[at]);
-        let ends = [
-            if low <= merge {
-                (on_b(p), vertex(Side::A, sides_a.vertices, 0), Side::A)
+        // At each end the one that is farther in; where both end, both vertices.
+        let end = |inside: f64, at_a: usize, at_b: usize| {
+            let (a, b) = (sides_a.vertices[at_a], sides_b.vertices[at_b]);
+            let a_end = p + u * at_a as f64;
+            let (feature, owner) = if inside > merge {
+                (Feature::Vertex(Side::B, b), Side::B)
+            } else if inside < -merge {
+                (Feature::Vertex(Side::A, a), Side::A)
             } else {
-                (on_a(b_at[low_at]), vertex(Side::B, sides_b.vertices, low_at), Side::B)
-            },
-            if high >= length - merge {
-                (on_b(p + u), vertex(Side::A, sides_a.vertices, 1), Side::A)
-            } else {
-                (on_a(b_at[high_at]), vertex(Side::B, sides_b.vertices, high_at), Side::B)
-            },
-        ];
+                of_vertices(&pair, a, b)
+            };
+            let points = if inside > merge { on_a(b_at[at_b]) } else { on_b(a_end) };
+            (points, feature, owner)
+        };
+        let ends = [end(low, 0, low_at), end(length - high, 1, high_at)];
         for (points, feature, owner) in ends {
             let normal = pair.direction(&points.a, &points.b).unwrap_or(*normal);
-            self.push_new(pair.between(&points, &normal, feature, owner));
+            let touch = pair.between(&points, &normal, feature, owner);
+            // Where the edges are a little askew, a plane may turn out of an edge into a face.
+            if pair.is_below(&touch, merge) {
+                self.push_new(touch);
+            }
         }
     }
 
@@ -386,4 +385,13 @@ fn are_parallel(pair: &Pair<'_>, vertices: &[Vector3<f64>], edge_a: usize, edge_
     };
     let (u, v) = (span(pair.a.vertices(), a).1, span(vertices, b).1);
     u.cross(&v).norm() < NEARLY_PARALLEL * u.norm() * v.norm()
+}
+
+/// Of two vertices that of the rounder piece, which owns the point.
+fn of_vertices(pair: &Pair<'_>, a: u32, b: u32) -> (Feature, Side) {
+    match pair.radius_a.total_cmp(&pair.radius_b) {
+        Ordering::Greater => (Feature::Vertex(Side::A, a), Side::A),
+        Ordering::Less => (Feature::Vertex(Side::B, b), Side::B),
+        Ordering::Equal => (Feature::Vertices(a, b), Side::A),
+    }
 }
