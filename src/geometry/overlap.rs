@@ -112,17 +112,18 @@ impl Overlap {
         if count_a >= 3 && count_b >= 3 {
             let is_a = |i: usize| (0..count_b).all(|j| a_in_b[i * count_b + j] >= -tolerance);
             let is_b = |j: usize| (0..count_a).all(|i| b_in_a[i * count_b + j] >= -tolerance);
+            let most = 4.0 * tolerance;
             let coincide = |i: usize, j: usize| {
                 let between = b.points[j] - a.points[i];
-                (between - axis * axis.dot(&between)).norm() <= 4.0 * tolerance
+                (between - axis * axis.dot(&between)).norm_squared() <= most * most
             };
             for i in (0..count_a).filter(|&i| is_a(i)) {
-                if keep_a || !(0..count_b).any(|j| is_b(j) && coincide(i, j)) {
+                if keep_a || !(0..count_b).any(|j| coincide(i, j) && is_b(j)) {
                     corners.push(At::A(i));
                 }
             }
             for j in (0..count_b).filter(|&j| is_b(j)) {
-                if !keep_a || !(0..count_a).any(|i| is_a(i) && coincide(i, j)) {
+                if !keep_a || !(0..count_a).any(|i| coincide(i, j) && is_a(i)) {
                     corners.push(At::B(j));
                 }
             }
