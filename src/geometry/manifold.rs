@@ -25,7 +25,8 @@ const NEARLY_ACROSS: f64 = 0.999_55;
 /// own exact plane, so that the value matters little.
 const NEARLY_PARALLEL: f64 = 0.03;
 
-/// Corners nearer than this part of the size are one; see [`manifold`].
+/// Corners nearer than this part of the size are one, and face axes that differ by less are
+/// equals; see [`manifold`]. Solvers leave drifts of some 1e-9.
 const MERGE: f64 = 1e-7;
 
 /// Fills `out` with the touches of two pieces that have a gap of at most `reach` (m), and
@@ -43,8 +44,9 @@ const MERGE: f64 = 1e-7;
 /// shortest line, and the point is that of the larger radius, so that the plane belongs to
 /// what is less round.
 ///
-/// The return value is the separation of [`separation()`](super::separation()) if it is
-/// negative, and otherwise a bound from below on it (m), above `reach` if nothing is in reach.
+/// The return value (m) is the separation of [`separation()`](super::separation()) if it is
+/// negative, to 1e-7 of the smaller piece's size, which keeps the choice among equal faces
+/// steady; otherwise a bound from below on it, above `reach` if nothing is in reach.
 /// Nothing says that a plane of a thing that is merely near will be met: see where the poses
 /// come from.
 pub fn manifold(
