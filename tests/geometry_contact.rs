@@ -230,7 +230,7 @@ fn drifts_leave_the_touches_of_faces_as_they_are() {
         let (cube_a, cube_b) = (Piece::cuboid(a).unwrap(), Piece::cuboid(b).unwrap());
         // Half of the rounds aligned as people build: sides flush, or halves over halves.
         let aligned = round % 2 == 0;
-        let shift = if aligned { v(a.x - b.x, 0.0, 0.0) } else { draw.vector(0.3) };
+        let shift = if aligned { v(a.x - b.x, 0.0, 0.0) } else { a * draw.between(-0.5, 0.5) };
         let angle = if aligned { 0.0 } else { draw.between(-0.8, 0.8) };
         let world = draw.pose(10.0);
         let place = |position: V, rotation: Matrix3<f64>| Pose {

@@ -3,6 +3,7 @@
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
 use std::f64::consts::PI;
 use tumble::geometry::mesh::{Mesh, parse_obj, parse_stl};
 use tumble::geometry::{Hull, MassProperties, Piece};
@@ -240,7 +241,11 @@ fn placement() -> impl Strategy<Value = (Matrix3<f64>, V)> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 100, rng_seed: proptest::test_runner::RngSeed::Fixed(7), ..Default::default() })]
+    #![proptest_config(ProptestConfig {
+        cases: 100,
+        rng_seed: RngSeed::Fixed(7),
+        ..Default::default()
+    })]
 
     #[test]
     fn hulls_of_random_points_are_hulls(points in cloud(), grid in 0..3u32) {
@@ -265,7 +270,11 @@ proptest! {
     /// The mass of a moved piece is the moved mass, of rounded ones too; and a rounded
     /// polyhedron's volume is Steiner's: V + A r + r² Σ L θ/2 + 4/3 π r³.
     #[test]
-    fn mass_moves_with_its_piece(points in cloud(), (rotation, shift) in placement(), r in 0.0..0.5) {
+    fn mass_moves_with_its_piece(
+        points in cloud(),
+        (rotation, shift) in placement(),
+        r in 0.0..0.5,
+    ) {
         let piece = Piece::hull(&points, r).unwrap();
         let moved = MassProperties::of(&piece.moved_by(&rotation, &shift).unwrap());
         let own = MassProperties::of(&piece);

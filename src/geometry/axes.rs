@@ -11,9 +11,8 @@ use nalgebra::Vector3;
 /// known to 1e-16/1e-6 only, and a face says almost the same.
 pub(super) const PARALLEL: f64 = 1e-6;
 
-/// Two face axes that differ by less than this part of the size are equals. Drifts of 1e-9 in
-/// a pose leave the choice among equals as it is.
-const TIE: f64 = 1e-7;
+/// Areas that differ by less than this part are equal.
+const EQUAL: f64 = 1e-7;
 
 /// What spans an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -37,7 +36,7 @@ pub(super) struct Axis {
 
 /// The best axis, or one whose gap is above `enough`. None if neither core has a
 /// face. `scratch` holds B's placed vertices and normals; what is outside a face by no more
-/// than `slack` (m) counts as over it.
+/// than `slack` (m) counts as over it, and faces whose gaps differ by less are equals.
 pub(super) fn best_axis(
     pair: &Pair<'_>,
     scratch: &mut Scratch,
@@ -53,7 +52,7 @@ pub(super) fn best_axis(
         return Some(axis);
     }
     let best = match (of_a, of_b) {
-        (Some(a), Some(b)) => better_face(pair, a, b),
+        (Some(a), Some(b)) => better_face(pair, a, b, slack),
         (a, b) => a.or(b)?,
     };
     // Where the deepest vertex is over the face itself, nothing can be farther apart.
@@ -87,12 +86,12 @@ fn best_face_of_b(pair: &Pair<'_>, scratch: &Scratch) -> Option<Axis> {
     best
 }
 
-/// The face with the larger gap; of equals the larger one; of equals again that of A.
-fn better_face(pair: &Pair<'_>, a: Axis, b: Axis) -> Axis {
-    let tie = TIE * pair.size();
+/// The face with the gap that is larger by more than `tie` (m); of equals the larger face; of
+/// equals again that of A.
+fn better_face(pair: &Pair<'_>, a: Axis, b: Axis, tie: f64) -> Axis {
     let (Kind::FaceA(face_a), Kind::FaceB(face_b)) = (a.kind, b.kind) else { return a };
     let (area_a, area_b) = (pair.a.faces()[face_a].area, pair.b.faces()[face_b].area);
-    let b_wins = b.gap > a.gap + tie || (b.gap > a.gap - tie && area_b > area_a * (1.0 + TIE));
+    let b_wins = b.gap > a.gap + tie || (b.gap > a.gap - tie && area_b > area_a * (1.0 + EQUAL));
     if b_wins { b } else { a }
 }
 

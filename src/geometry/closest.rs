@@ -98,6 +98,9 @@ pub(super) fn closest(
     best
 }
 
+/// Nearer to its end than this part of an edge, a point is in the vertex.
+const AT_END: f64 = 1e-9;
+
 /// The edge that stands for a core without edges: its point.
 const POINT: usize = usize::MAX;
 
@@ -156,8 +159,8 @@ pub(super) fn of_edges(
     let s = s_of(t);
     let on = |edges: &[Edge], edge: usize, at: f64| match edges.get(edge) {
         None => On::Vertex(0),
-        Some(edge) if at == 0.0 => On::Vertex(edge.vertices[0] as usize),
-        Some(edge) if at == 1.0 => On::Vertex(edge.vertices[1] as usize),
+        Some(edge) if at < AT_END => On::Vertex(edge.vertices[0] as usize),
+        Some(edge) if at > 1.0 - AT_END => On::Vertex(edge.vertices[1] as usize),
         Some(_) => On::Edge(edge),
     };
     Points {

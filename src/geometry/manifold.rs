@@ -25,7 +25,8 @@ const NEARLY_ACROSS: f64 = 0.999_55;
 /// own exact plane, so that the value matters little.
 const NEARLY_PARALLEL: f64 = 0.03;
 
-/// Corners nearer than this part of the size are one; see [`manifold`].
+/// Corners nearer than this part of the size are one, and face axes that differ by less are
+/// equals; see [`manifold`]. Solvers leave drifts of some 1e-9.
 const MERGE: f64 = 1e-7;
 
 /// Fills `out` with the touches of two pieces that have a gap of at most `reach` (m), and
@@ -43,8 +44,9 @@ const MERGE: f64 = 1e-7;
 /// shortest line, and the point is that of the larger radius, so that the plane belongs to
 /// what is less round.
 ///
-/// The return value is the separation of [`separation()`](super::separation()) if it is
-/// negative, and otherwise a bound from below on it (m), above `reach` if nothing is in reach.
+/// The return value (m) is the separation of [`separation()`](super::separation()) if it is
+/// negative, to 1e-7 of the smaller piece's size, which keeps the choice among equal faces
+/// steady; otherwise a bound from below on it, above `reach` if nothing is in reach.
 /// Nothing says that a plane of a thing that is merely near will be met: see where the poses
 /// come from.
 pub fn manifold(
@@ -102,16 +104,19 @@ impl Meeting<'_, '_> {
             }
         }
         self.faces(&axis);
+        let radii_gap = gap - radii;
         let lowest = self.out.iter().map(|touch| touch.gap).fold(f64::INFINITY, f64::min);
         let merge = MERGE * self.pair.size();
-        if lowest <= axis.gap - radii + merge {
-            return gap;
-        }
         if axis.exact {
-            self.deepest(&axis);
+            if lowest > radii_gap + merge {
+                self.deepest(&axis);
+            }
             return gap;
         }
         if self.points.is_none() {
+            if lowest <= radii_gap + merge {
+                return gap;
+            }
             gap = self.closest(Some(&axis));
         }
         if gap - radii <= self.reach && lowest > gap - radii + merge {
@@ -170,7 +175,8 @@ impl Meeting<'_, '_> {
         };
         scratch.overlap.a.fill(pair.a, pair.a.vertices(), face_a);
         scratch.overlap.b.fill(pair.b, &scratch.vertices, face_b);
-        scratch.overlap.find(&normal, MERGE * pair.size(), reference == Side::B);
+        let merge = MERGE * pair.size();
+        scratch.overlap.find(&normal, merge, reference == Side::B);
         let overlap = std::mem::take(&mut scratch.overlap);
         // Cores of rounded pieces are far apart where the pieces touch: there only what is
         // exactly over a face meets the face.
@@ -195,6 +201,14 @@ impl Meeting<'_, '_> {
                     (side, point, feature)
                 }
             };
+            // What meets in the shortest line itself is seen end on; `edges` says what it is.
+            let is_shortest = |points: Points| {
+                let between = points.a - point;
+                (between - normal * normal.dot(&between)).norm() <= 4.0 * merge
+            };
+            if self.points.is_some_and(is_shortest) {
+                continue;
+            }
             let touch = match side {
                 Side::A => face_b.and_then(|face| {
                     let is_over = || pair.b.is_over(face, &pair.in_b(&point), 0.0);
@@ -276,14 +290,7 @@ impl Meeting<'_, '_> {
             (On::Edge(edge_a), On::Edge(edge_b)) => {
                 (Feature::Edges(edge_a as u32, edge_b as u32), Side::A)
             }
-            // Of two vertices that of the rounder piece, which owns the point.
-            (On::Vertex(a), On::Vertex(b)) => {
-                match self.pair.radius_a.total_cmp(&self.pair.radius_b) {
-                    Ordering::Greater => (Feature::Vertex(Side::A, a as u32), Side::A),
-                    Ordering::Less => (Feature::Vertex(Side::B, b as u32), Side::B),
-                    Ordering::Equal => (Feature::Vertices(a as u32, b as u32), Side::A),
-                }
-            }
+            (On::Vertex(a), On::Vertex(b)) => of_vertices(&self.pair, a as u32, b as u32),
             (_, _) => return,
         };
         self.push_new(self.pair.between(&points, &normal, feature, owner));
@@ -316,22 +323,28 @@ impl Meeting<'_, '_> {
             on_b: On::Edge(edge_b),
         };
         let b_at = [q, q + v];
-        let vertex = |side, vertices: [u32; 2], at: usize| Feature::Vertex(side, vertices[at]);
-        let ends = [
-            if low <= merge {
-                (on_b(p), vertex(Side::A, sides_a.vertices, 0), Side::A)
+        // At each end the one that is farther in; where both end, both vertices.
+        let end = |inside: f64, at_a: usize, at_b: usize| {
+            let (a, b) = (sides_a.vertices[at_a], sides_b.vertices[at_b]);
+            let a_end = p + u * at_a as f64;
+            let (feature, owner) = if inside > merge {
+                (Feature::Vertex(Side::B, b), Side::B)
+            } else if inside < -merge {
+                (Feature::Vertex(Side::A, a), Side::A)
             } else {
-                (on_a(b_at[low_at]), vertex(Side::B, sides_b.vertices, low_at), Side::B)
-            },
-            if high >= length - merge {
-                (on_b(p + u), vertex(Side::A, sides_a.vertices, 1), Side::A)
-            } else {
-                (on_a(b_at[high_at]), vertex(Side::B, sides_b.vertices, high_at), Side::B)
-            },
-        ];
+                of_vertices(&pair, a, b)
+            };
+            let points = if inside > merge { on_a(b_at[at_b]) } else { on_b(a_end) };
+            (points, feature, owner)
+        };
+        let ends = [end(low, 0, low_at), end(length - high, 1, high_at)];
         for (points, feature, owner) in ends {
             let normal = pair.direction(&points.a, &points.b).unwrap_or(*normal);
-            self.push_new(pair.between(&points, &normal, feature, owner));
+            let touch = pair.between(&points, &normal, feature, owner);
+            // Where the edges are a little askew, a plane may turn out of an edge into a face.
+            if pair.is_below(&touch, merge) {
+                self.push_new(touch);
+            }
         }
     }
 
@@ -374,4 +387,13 @@ fn are_parallel(pair: &Pair<'_>, vertices: &[Vector3<f64>], edge_a: usize, edge_
     };
     let (u, v) = (span(pair.a.vertices(), a).1, span(vertices, b).1);
     u.cross(&v).norm() < NEARLY_PARALLEL * u.norm() * v.norm()
+}
+
+/// Of two vertices that of the rounder piece, which owns the point.
+fn of_vertices(pair: &Pair<'_>, a: u32, b: u32) -> (Feature, Side) {
+    match pair.radius_a.total_cmp(&pair.radius_b) {
+        Ordering::Greater => (Feature::Vertex(Side::A, a), Side::A),
+        Ordering::Less => (Feature::Vertex(Side::B, b), Side::B),
+        Ordering::Equal => (Feature::Vertices(a, b), Side::A),
+    }
 }

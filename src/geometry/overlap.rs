@@ -112,17 +112,18 @@ impl Overlap {
         if count_a >= 3 && count_b >= 3 {
             let is_a = |i: usize| (0..count_b).all(|j| a_in_b[i * count_b + j] >= -tolerance);
             let is_b = |j: usize| (0..count_a).all(|i| b_in_a[i * count_b + j] >= -tolerance);
+            let most = 4.0 * tolerance;
             let coincide = |i: usize, j: usize| {
                 let between = b.points[j] - a.points[i];
-                (between - axis * axis.dot(&between)).norm() <= 4.0 * tolerance
+                (between - axis * axis.dot(&between)).norm_squared() <= most * most
             };
             for i in (0..count_a).filter(|&i| is_a(i)) {
-                if keep_a || !(0..count_b).any(|j| is_b(j) && coincide(i, j)) {
+                if keep_a || !(0..count_b).any(|j| coincide(i, j) && is_b(j)) {
                     corners.push(At::A(i));
                 }
             }
             for j in (0..count_b).filter(|&j| is_b(j)) {
-                if !keep_a || !(0..count_a).any(|i| is_a(i) && coincide(i, j)) {
+                if !keep_a || !(0..count_a).any(|i| coincide(i, j) && is_a(i)) {
                     corners.push(At::B(j));
                 }
             }
@@ -141,20 +142,40 @@ impl Overlap {
             }
         } else if count_a >= 3 {
             let heights = |i: usize, j: usize| b_in_a[i * count_b + j];
-            cut(count_a, count_b, heights, tolerance, |end| {
+            for end in cut(count_a, count_b, heights, tolerance).into_iter().flatten() {
                 corners.push(match end {
                     End::Vertex(j) => At::B(j),
                     End::Side(i) => At::Crossing(i, 0),
                 });
-            });
+            }
         } else if count_b >= 3 {
             let heights = |j: usize, i: usize| a_in_b[i * count_b + j];
-            cut(count_b, count_a, heights, tolerance, |end| {
+            for end in cut(count_b, count_a, heights, tolerance).into_iter().flatten() {
                 corners.push(match end {
                     End::Vertex(i) => At::A(i),
                     End::Side(j) => At::Crossing(0, j),
                 });
-            });
+            }
+        }
+        self.join_ends(tolerance);
+    }
+
+    /// A segment that passes over no more than the rim has one corner: its vertex if there is
+    /// one, otherwise its crossing with the first side.
+    fn join_ends(&mut self, tolerance: f64) {
+        let &[first, second] = self.corners.as_slice() else { return };
+        if self.a.points.len().min(self.b.points.len()) >= 3 {
+            return;
+        }
+        let place = |at: At| match at {
+            At::A(i) => self.a.points[i],
+            At::B(j) => self.b.points[j],
+            At::Crossing(i, j) if self.b.points.len() < 3 => self.on_b(i, j),
+            At::Crossing(i, j) => self.on_a(i, j),
+        };
+        if (place(first) - place(second)).norm() <= 4.0 * tolerance {
+            let crossing = |at: At| matches!(at, At::Crossing(..));
+            self.corners.remove(usize::from(!crossing(first) || crossing(second)));
         }
     }
 
@@ -197,20 +218,19 @@ enum End {
     Side(usize),
 }
 
-/// Cuts a segment (or a point) to a polygon of `sides` sides. `height(side, end)` is the
-/// distance of an end inside a side.
+/// Cuts a segment (or a point) to a polygon of `sides` sides: its two ends, one of a point,
+/// none outside. `height(side, end)` is the distance of an end inside a side.
 fn cut(
     sides: usize,
     ends: usize,
     height: impl Fn(usize, usize) -> f64,
     tolerance: f64,
-    mut push: impl FnMut(End),
-) {
+) -> [Option<End>; 2] {
     let (mut from, mut to) = ((0.0, None), (1.0, None));
     for side in 0..sides {
         let (first, last) = (height(side, 0), height(side, ends - 1));
         if first < -tolerance && last < -tolerance {
-            return;
+            return [None, None];
         }
         if first < -tolerance {
             let at = if last > 0.0 { first / (first - last) } else { 1.0 };
@@ -225,10 +245,8 @@ fn cut(
         }
     }
     if from.0 > to.0 {
-        return;
+        return [None, None];
     }
-    push(from.1.map_or(End::Vertex(0), End::Side));
-    if ends > 1 {
-        push(to.1.map_or(End::Vertex(1), End::Side));
-    }
+    let last = (ends > 1).then(|| to.1.map_or(End::Vertex(1), End::Side));
+    [Some(from.1.map_or(End::Vertex(0), End::Side)), last]
 }

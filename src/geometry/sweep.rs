@@ -60,7 +60,8 @@ impl Aabb {
 /// The broad phase: owns its memory, which is allocated once.
 #[derive(Debug, Clone, Default)]
 pub struct Sweep {
-    order: Vec<u32>,
+    /// The boxes in the order of their low sides, with their numbers.
+    sorted: Vec<(Aabb, u32)>,
     pairs: Vec<(u32, u32)>,
 }
 
@@ -76,17 +77,19 @@ impl Sweep {
     /// spread out.
     pub fn pairs(&mut self, boxes: &[Aabb], mut visit: impl FnMut(usize, usize)) {
         let axis = widest_axis(boxes);
-        self.order.clear();
-        self.order.extend(0..boxes.len() as u32);
-        let low = |index: u32| boxes[index as usize].low[axis];
-        self.order.sort_unstable_by(|&i, &j| low(i).total_cmp(&low(j)).then(i.cmp(&j)));
+        self.sorted.clear();
+        self.sorted.extend(boxes.iter().copied().zip(0..));
+        let low = |entry: &(Aabb, u32)| entry.0.low[axis];
+        self.sorted.sort_unstable_by(|i, j| low(i).total_cmp(&low(j)).then(i.1.cmp(&j.1)));
         self.pairs.clear();
-        for (at, &first) in self.order.iter().enumerate() {
-            let this = &boxes[first as usize];
-            let within = |second: &&u32| low(**second) <= this.high[axis];
-            for &second in self.order[at + 1..].iter().take_while(within) {
-                if this.meets(&boxes[second as usize]) {
-                    self.pairs.push((first.min(second), first.max(second)));
+        for (at, (this, first)) in self.sorted.iter().enumerate() {
+            let end = this.high[axis];
+            for (other, second) in &self.sorted[at + 1..] {
+                if other.low[axis] > end {
+                    break;
+                }
+                if this.meets(other) {
+                    self.pairs.push((*first.min(second), *first.max(second)));
                 }
             }
         }

@@ -1,7 +1,7 @@
 //! What a touch is, and how the features of two pieces make one.
 
 use super::closest::Points;
-use super::pair::Pair;
+use super::pair::{Pair, highest};
 use nalgebra::Vector3;
 
 /// A distance of cores that is smaller than this part of the size has no direction.
@@ -106,6 +106,15 @@ impl Pair<'_> {
     pub(super) fn direction(&self, a: &Vector3<f64>, b: &Vector3<f64>) -> Option<Vector3<f64>> {
         let distance = (b - a).norm();
         (distance > NO_DIRECTION * self.size()).then(|| (b - a) / distance)
+    }
+
+    /// Whether no part of the plane's owner is more than `merge` (m) above the plane.
+    pub(super) fn is_below(&self, touch: &Touch, merge: f64) -> bool {
+        let (hull, radius) = match touch.point_of {
+            Side::A => (self.b, self.radius_b),
+            Side::B => (self.a, self.radius_a),
+        };
+        highest(hull.vertices(), &touch.normal).1 + radius - touch.offset <= merge
     }
 
     /// A point of A against the nearest point of B's core: the plane is across the line
