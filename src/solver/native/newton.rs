@@ -6,7 +6,7 @@ use super::effort::Effort;
 use super::equations::{Elimination, Equations, Point, Residual, Velocities, reserve};
 use super::natural_map::{Law, Mode, Pull};
 use super::tolerances::{
-    CORRECTIONS, NEWTON_ITERATIONS, SETTLING, SHORTEST_STEP, SUFFICIENT_DECREASE, WHOLE_STEPS,
+    CORRECTIONS, JUMPS, NEWTON_ITERATIONS, SETTLING, SHORTEST_STEP, SUFFICIENT_DECREASE, WHOLE_STEPS,
 };
 use nalgebra::Vector3;
 
@@ -70,7 +70,7 @@ impl<E: Equations> Newton<E> {
     ) -> bool {
         let mut merit = evaluate(equations, law, iterate);
         let tolerances = equations.tolerances();
-        let mut whole_steps = WHOLE_STEPS;
+        let (mut whole_steps, mut jumps) = (WHOLE_STEPS, JUMPS);
         for _ in 0..NEWTON_ITERATIONS {
             if merit.largest <= tolerances.newton {
                 return true;
@@ -90,6 +90,11 @@ impl<E: Equations> Newton<E> {
                 merit = trial;
             } else if let Some(better) = self.search(equations, law, iterate, &merit) {
                 merit = better;
+            } else if jumps > 0 {
+                self.try_step(iterate, 1.0);
+                merit = evaluate(equations, law, &mut self.trial);
+                std::mem::swap(iterate, &mut self.trial);
+                jumps -= 1;
             } else {
                 return false;
             }

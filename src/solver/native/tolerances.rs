@@ -53,6 +53,9 @@ pub(super) const NEWTON_ITERATIONS: u32 = 40;
 pub(super) const CORRECTIONS: u32 = 3;
 /// Whole Newton steps that may be taken near a solution although the residual grows.
 pub(super) const WHOLE_STEPS: u32 = 6;
+/// Whole Newton steps that may be taken anywhere when a search along the direction finds nothing
+/// better: contacts that change places, as those of a rolling rim, make the residual grow on the way.
+pub(super) const JUMPS: u32 = 8;
 /// A step shorter than this fraction of Newton's is a stall.
 pub(super) const SHORTEST_STEP: f64 = 1e-4;
 /// The part of the decrease that the linear model promises which a step must bring (Armijo).
