@@ -89,7 +89,7 @@ fn one_step(
 fn benches(criterion: &mut Criterion) -> Result<(), Error> {
     let world = world()?;
     let ipopt = || {
-        let options = IpoptSolver::options(&world, scene::TOLERANCE, scene::MOST_ITERATIONS);
+        let options = IpoptSolver::options(scene::TOLERANCE, scene::MOST_ITERATIONS);
         IpoptSolver::new(&world, Formulation::default(), options)
     };
     let start = simulation(&world, Box::new(NativeSolver::new(&world)))?;

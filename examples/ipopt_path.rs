@@ -26,14 +26,10 @@ struct Setting {
 }
 
 /// Every row changes one thing of the row before it.
-fn settings(world: &World) -> Vec<Setting> {
-    let tutorial = Options {
-        tolerance: scene::TOLERANCE,
-        max_iterations: scene::MOST_ITERATIONS,
-        ..Options::default()
-    };
+fn settings() -> Vec<Setting> {
+    let tutorial = IpoptSolver::tutorial_options();
     let adaptive = Options { barrier: BarrierStrategy::Adaptive, ..tutorial.clone() };
-    let recommended = IpoptSolver::options(world, scene::TOLERANCE, scene::MOST_ITERATIONS);
+    let recommended = IpoptSolver::options(scene::TOLERANCE, scene::MOST_ITERATIONS);
     let unscaled = Options { objective_scaling: 1.0, ..recommended.clone() };
     let (height, predictive) = (Detection::Height, Detection::Predictive);
     let (clamped, reduced) = (Formulation::Clamped, Formulation::Reduced);
@@ -91,7 +87,7 @@ fn main() -> ExitCode {
     };
     for seed in seeds {
         println!("seed {seed}: iterations a contact step, seconds, statuses, residual (m/s)");
-        for setting in settings(&world) {
+        for setting in settings() {
             let clock = Instant::now();
             match run(&world, &setting, seed) {
                 Ok(summary) => println!(

@@ -27,7 +27,7 @@ fn main() -> Result<ExitCode, Error> {
     };
     let scene = Scene::drop();
     let world = World::new(tutorial_parameters()?)?;
-    let options = IpoptSolver::options(&world, TOLERANCE, limit);
+    let options = IpoptSolver::options(TOLERANCE, limit);
     let ipopt = Motion::contact(IpoptSolver::new(&world, Formulation::default(), options)?);
     let mut native = Motion::native(&world);
     let start = scene.start(scene.attitude(42));

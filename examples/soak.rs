@@ -78,7 +78,7 @@ fn solver(world: &World, who: Who) -> Result<Box<dyn StepSolver>, Error> {
     if who == Who::Native {
         return Ok(Box::new(NativeSolver::new(world)));
     }
-    let options = IpoptSolver::options(world, scene::TOLERANCE, scene::MOST_ITERATIONS);
+    let options = IpoptSolver::options(scene::TOLERANCE, scene::MOST_ITERATIONS);
     let ipopt = IpoptSolver::new(world, Formulation::default(), options)?;
     Ok(Box::new(Ladder::new(world, ipopt, &Rung::ALL)))
 }

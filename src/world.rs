@@ -254,6 +254,26 @@ fn ordered(body: usize, partner: Partner) -> (usize, Partner) {
     }
 }
 
+#[cfg(feature = "ipopt")]
+impl World {
+    /// The same world in other units of `mass` (kg), `length` (m) and `time` (s). Without
+    /// pieces: bodies of points on a ground. The ranges of [`World::new`] are those of SI units and
+    /// are not asked again.
+    pub(crate) fn in_units(&self, mass: f64, length: f64, time: f64) -> Self {
+        let Parameters { bodies, ground, gravity, friction, time_step } = &self.parameters;
+        let parameters = Parameters {
+            bodies: bodies.iter().map(|body| body.in_units(mass, length)).collect(),
+            ground: ground.in_units(length),
+            gravity: gravity * (time * time / length),
+            friction: *friction,
+            time_step: time_step / time,
+        };
+        let speed_scale = self.speed_scale * time / length;
+        let (fixed, pair_frictions) = (Vec::new(), self.pair_frictions.clone());
+        Self { parameters, fixed, pair_frictions, reach: self.reach / length, speed_scale }
+    }
+}
+
 /// See [`World::speed_scale`].
 fn speed_scale(gravity: &Vector3<f64>, reach: f64) -> f64 {
     const TUTORIAL_GRAVITY: f64 = 9.81;

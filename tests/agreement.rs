@@ -106,7 +106,7 @@ static COMPARISONS: LazyLock<Vec<Comparison>> = LazyLock::new(|| {
     let (mut found, mut all) = (Vec::new(), 0);
     for body in cubes() {
         let world = World::new(parameters(body)).unwrap();
-        let options = IpoptSolver::options(&world, 1e-6, 300);
+        let options = IpoptSolver::options(1e-6, 300);
         let mut ipopt = IpoptSolver::new(&world, Formulation::Reduced, options).unwrap();
         for seed in SEEDS {
             let run = thrown_run(&world, seed);

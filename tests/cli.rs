@@ -32,6 +32,8 @@ mod support;
 mod tampering;
 #[path = "derivatives/terms.rs"]
 mod terms;
+#[path = "cli/tutorial.rs"]
+mod tutorial;
 #[path = "cli/verify.rs"]
 mod verify;
 #[path = "cli/view.rs"]

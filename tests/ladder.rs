@@ -14,7 +14,7 @@ use tumble::step::{StepReport, StepSolution, StepStatus};
 use tumble::world::World;
 
 fn ladder(world: &World, rungs: &[Rung], most_iterations: u32) -> Ladder {
-    let options = IpoptSolver::options(world, 1e-6, most_iterations);
+    let options = IpoptSolver::options(1e-6, most_iterations);
     let ipopt = IpoptSolver::new(world, Formulation::default(), options).unwrap();
     Ladder::new(world, ipopt, rungs)
 }

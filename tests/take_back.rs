@@ -26,7 +26,7 @@ fn native_solver(world: &World) -> Box<dyn StepSolver> {
 }
 
 fn ladder(world: &World) -> Box<dyn StepSolver> {
-    let options = IpoptSolver::options(world, 1e-6, 300);
+    let options = IpoptSolver::options(1e-6, 300);
     let ipopt = IpoptSolver::new(world, Formulation::default(), options).unwrap();
     Box::new(Ladder::new(world, ipopt, &Rung::ALL))
 }

@@ -44,7 +44,7 @@ fn before_the_touch(world: &World, seed: u32) -> State {
 }
 
 fn ladder_run(world: &World, start: State) -> Vec<StepRecord> {
-    let options = IpoptSolver::options(world, 1e-6, 300);
+    let options = IpoptSolver::options(1e-6, 300);
     let ipopt = IpoptSolver::new(world, Formulation::default(), options).unwrap();
     let solver = Box::new(Ladder::new(world, ipopt, &Rung::ALL));
     let motion = Motion::Contact { detection: Detection::Predictive, solver };

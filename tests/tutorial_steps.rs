@@ -10,28 +10,14 @@ use common::{
 };
 use nalgebra::Vector3;
 use proptest::prelude::*;
-use tumble::contact::Certificate;
-use tumble::ipopt::{BarrierStrategy, MultiplierStep, Options, ReturnStatus, Scaling};
+use tumble::contact::{Candidates, Certificate};
+use tumble::ipopt::ReturnStatus;
 use tumble::mechanics::quaternion::advance;
 use tumble::mechanics::{State, Wrench};
 use tumble::solver::ipopt::{Formulation, IpoptSolver};
 use tumble::step::{Step, StepReport, StepSolution, StepStatus};
 use tumble::step_nlp::{SMOOTHING, StepNlp};
 use tumble::world::World;
-
-/// The tutorial's options: its own two, and Ipopt's defaults for all that change a path.
-fn options() -> Options {
-    Options {
-        tolerance: 1e-6,
-        max_iterations: 300,
-        barrier: BarrierStrategy::Monotone,
-        multiplier_step: MultiplierStep::Primal,
-        initial_barrier: 0.1,
-        scaling: Scaling::GradientBased,
-        bound_push: 0.01,
-        ..Options::default()
-    }
-}
 
 /// The recorded steps k → k+1 of a run: the row before and the row of the solve.
 fn steps(rows: &[Row]) -> impl Iterator<Item = (&Row, &Row)> {
@@ -72,9 +58,9 @@ fn again(
     let (states, wrenches) = (&[before.state()], &[Wrench::zero()]);
     let free = &[world.free_flight(0, &states[0], &wrenches[0])];
     let (previous, mut solution) = (&StepSolution::free(states), StepSolution::default());
-    let contacts = flagged_contacts(world, &states[0], &row.active);
+    let mut contacts = Candidates::from(flagged_contacts(world, &states[0], &row.active));
     let step = Step { world, states, wrenches, free, previous, earlier: None, interrupt: None };
-    let report = solver.solve_from(&step, &contacts, &before.point, &mut solution).unwrap();
+    let report = solver.solve_from(&step, &mut contacts, &before.point, &mut solution).unwrap();
     (report, solution)
 }
 
@@ -82,7 +68,8 @@ fn again(
 /// the recorded state and start.
 fn compare(seed: u32, every: i64, formulation: Formulation) -> Comparisons {
     let (world, rows, none) = (tutorial_world(), tutorial_rows(seed), Wrench::zero());
-    let mut solver = IpoptSolver::new(&world, formulation, options()).unwrap();
+    let mut solver =
+        IpoptSolver::new(&world, formulation, IpoptSolver::tutorial_options()).unwrap();
     let mut found =
         Comparisons { reference: 0, unsolved: Vec::new(), both: Vec::new(), iterations: (0, 0) };
     let chosen = |row: &Row| row.solved && row.flagged() > 0 && row.k % every == 0;

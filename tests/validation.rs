@@ -23,7 +23,7 @@ fn native(world: &World) -> Result<Box<dyn StepSolver>, Error> {
 }
 
 fn ipopt(world: &World) -> Result<Box<dyn StepSolver>, Error> {
-    let options = IpoptSolver::options(world, scene::TOLERANCE, scene::MOST_ITERATIONS);
+    let options = IpoptSolver::options(scene::TOLERANCE, scene::MOST_ITERATIONS);
     let ipopt = IpoptSolver::new(world, Formulation::default(), options)?;
     Ok(Box::new(Ladder::new(world, ipopt, &Rung::ALL)))
 }

@@ -6,6 +6,7 @@ use serde::Deserialize;
 use tumble::contact::detection::Detection;
 use tumble::simulation::random::random_attitude;
 use tumble::simulation::scene::Scene;
+use tumble::solver::ipopt::Formulation;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum SceneName {
@@ -102,6 +103,33 @@ impl From<DetectionName> for Detection {
             DetectionName::Predictive => Self::Predictive,
         }
     }
+}
+
+/// Which program Ipopt sees.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum FormulationName {
+    /// All variables and rows, those of the other corners clamped to zero; SI units.
+    Clamped,
+    /// Only what can carry a force, in the scene's own units.
+    Reduced,
+}
+
+impl From<FormulationName> for Formulation {
+    fn from(name: FormulationName) -> Self {
+        match name {
+            FormulationName::Clamped => Self::Clamped,
+            FormulationName::Reduced => Self::Reduced,
+        }
+    }
+}
+
+/// Solver settings that go together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Preset {
+    /// The tutorial's program and settings to the letter.
+    Tutorial,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]

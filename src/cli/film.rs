@@ -151,6 +151,7 @@ fn facts(run: RunFile) -> Vec<Fact> {
     }
     facts.push(Fact::new("solver", solver.name));
     let mut add = |name, value: Option<String>| facts.extend(value.map(|v| Fact::new(name, v)));
+    add("formulation", solver.formulation);
     add("detection", solver.detection);
     add("on failure", solver.on_failure);
     add("tolerance", solver.tol.map(|tol| format!("{tol:e}")));

@@ -1,7 +1,7 @@
 //! What the arguments of a simulation amount to, checked.
 
 use super::args::SimulateArgs;
-use super::choices::{Attitude, Frame, OnFailure, SceneName, SolverName};
+use super::choices::{Attitude, Frame, OnFailure, Preset, SceneName, SolverName};
 use super::fields::Exactly;
 use super::names::FileKind;
 use super::outcome::{Failure, refuse_flags};
@@ -47,12 +47,16 @@ const LEAST_TOLERANCE: f64 = 1e-12;
 /// The seed where none is given.
 const USUAL_SEED: u32 = 42;
 
+/// With more contact points than this Ipopt takes more than 10 ms an iteration
+/// (docs/ipopt-path.md).
+const MANY_POINTS: usize = 100;
+
 /// How contact steps are posed and solved.
 pub struct Contact {
     detection: Detection,
     pub on_failure: OnFailure,
-    /// Ipopt's options; `None` for the native solver.
-    ipopt: Option<Options>,
+    /// Ipopt's program and options; `None` for the native solver.
+    ipopt: Option<(Formulation, Options)>,
 }
 
 impl Job {
@@ -104,7 +108,7 @@ impl Job {
 
         let contact = if ground {
             refuse_start_below_ground(&physics.world, &start, &settings)?;
-            Some(Contact::new(&physics.world, &settings)?)
+            Some(Contact::new(&settings)?)
         } else {
             None
         };
@@ -130,10 +134,10 @@ impl Job {
 
     fn solver(&self, contact: &Contact) -> Result<Box<dyn StepSolver>, Failure> {
         let world = &self.physics.world;
-        let Some(options) = &contact.ipopt else {
+        let Some((formulation, options)) = &contact.ipopt else {
             return Ok(Box::new(NativeSolver::new(world)));
         };
-        let ipopt = IpoptSolver::new(world, Formulation::default(), options.clone())?;
+        let ipopt = IpoptSolver::new(world, *formulation, options.clone())?;
         Ok(match contact.on_failure {
             OnFailure::Ladder => Box::new(Ladder::new(world, ipopt, &Rung::ALL)),
             OnFailure::Record | OnFailure::Stop => Box::new(ipopt),
@@ -147,6 +151,18 @@ impl Job {
             Some(Contact { ipopt: Some(_), .. }) => "ipopt",
             Some(Contact { ipopt: None, .. }) => "native",
         }
+    }
+
+    /// What must be said before a run that takes long.
+    pub fn note(&self) -> Option<String> {
+        let ipopt = self.contact.as_ref().is_some_and(|contact| contact.ipopt.is_some());
+        let points = self.physics.world.bodies()[0].contact_points().len();
+        (ipopt && points > MANY_POINTS).then(|| {
+            format!(
+                "{points} contact points are many for Ipopt, which may take seconds a step with \
+                 them: --solver native is made for this\n"
+            )
+        })
     }
 
     pub fn run_file(&self, run: &Run) -> RunFile {
@@ -163,10 +179,11 @@ impl Job {
             parameters: self.physics.parameters(self.rows),
             solver: SolverSettings {
                 name: self.solver_name().to_owned(),
+                formulation: ipopt.map(|(formulation, _)| formulation.name().to_owned()),
                 detection: contact.map(|contact| contact.detection.name().to_owned()),
                 on_failure: contact.map(|contact| contact.on_failure.name().to_owned()),
-                tol: ipopt.map(|options| options.tolerance),
-                max_iter: ipopt.map(|options| options.max_iterations),
+                tol: ipopt.map(|(_, options)| options.tolerance),
+                max_iter: ipopt.map(|(_, options)| options.max_iterations),
             },
             start: StartState {
                 position: numbers(&self.start.position),
@@ -181,7 +198,12 @@ impl Job {
 }
 
 impl Contact {
-    fn new(world: &World, settings: &Settings) -> Result<Self, Failure> {
+    fn new(settings: &Settings) -> Result<Self, Failure> {
+        if let Some(Preset::Tutorial) = settings.preset {
+            let place = "--preset tutorial, which is the tutorial's program to the letter";
+            refuse_flags(place, &solver_flags(settings))?;
+            return Ok(Self::tutorial());
+        }
         let detection = settings.detection.map(Detection::from).unwrap_or_default();
         if settings.solver == Some(SolverName::Native) {
             let ladder = settings.on_failure == Some(OnFailure::Ladder);
@@ -202,24 +224,47 @@ impl Contact {
                 ),
             ));
         }
-        let mut options = IpoptSolver::options(
-            world,
-            tolerance,
-            settings.max_iter.unwrap_or(scene::MOST_ITERATIONS),
-        );
+        let mut options =
+            IpoptSolver::options(tolerance, settings.max_iter.unwrap_or(scene::MOST_ITERATIONS));
         options.validate().map_err(Failure::of_ipopt)?;
         let on_failure = settings.on_failure.unwrap_or(OnFailure::Ladder);
         if on_failure != OnFailure::Ladder {
             // It pays with the ladder's warm starts only (docs/ipopt-path.md).
             options.objective_scaling = 1.0;
         }
-        Ok(Self { detection, on_failure, ipopt: Some(options) })
+        let formulation = settings.formulation.map(Formulation::from).unwrap_or_default();
+        Ok(Self { detection, on_failure, ipopt: Some((formulation, options)) })
+    }
+
+    /// The tutorial's program and settings to the letter.
+    fn tutorial() -> Self {
+        let options = IpoptSolver::tutorial_options();
+        Self {
+            detection: Detection::Height,
+            on_failure: OnFailure::Record,
+            ipopt: Some((Formulation::Clamped, options)),
+        }
     }
 }
 
 /// Settings with a meaning for Ipopt alone, and whether they are given.
 fn ipopt_flags(settings: &Settings) -> Vec<(&'static str, bool)> {
-    vec![("--tol", settings.tol.is_some()), ("--max-iter", settings.max_iter.is_some())]
+    vec![
+        ("--formulation", settings.formulation.is_some()),
+        ("--tol", settings.tol.is_some()),
+        ("--max-iter", settings.max_iter.is_some()),
+    ]
+}
+
+/// Settings of the contact steps' solver, the preset apart, and whether they are given.
+fn solver_flags(settings: &Settings) -> Vec<(&'static str, bool)> {
+    let mut flags = vec![
+        ("--solver", settings.solver.is_some()),
+        ("--detection", settings.detection.is_some()),
+        ("--on-failure", settings.on_failure.is_some()),
+    ];
+    flags.extend(ipopt_flags(settings));
+    flags
 }
 
 /// Refuses what has a meaning for contact alone where there is no ground.
@@ -231,11 +276,9 @@ fn refuse_idle_settings(ground: bool, settings: &Settings) -> Result<(), Failure
         ("--mu", settings.mu.is_some()),
         ("--plane", settings.plane.is_some()),
         ("--frame ground", settings.frame == Some(Frame::Ground)),
-        ("--detection", settings.detection.is_some()),
-        ("--solver", settings.solver.is_some()),
-        ("--on-failure", settings.on_failure.is_some()),
+        ("--preset", settings.preset.is_some()),
     ];
-    flags.extend(ipopt_flags(settings));
+    flags.extend(solver_flags(settings));
     refuse_flags("a floating body, which has no contact", &flags)
 }
 

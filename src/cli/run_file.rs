@@ -80,6 +80,9 @@ impl Default for PlaneParameters {
 #[serde(expecting = "an object with the solver's name and settings")]
 pub struct SolverSettings {
     pub name: String,
+    /// Of Ipopt's program; null for others.
+    #[serde(default)]
+    pub formulation: Option<String>,
     pub detection: Option<String>,
     pub on_failure: Option<String>,
     pub tol: Option<f64>,

@@ -3,7 +3,8 @@
 
 use super::args::SimulateArgs;
 use super::choices::{
-    Attitude, DetectionName, Frame, Inertia, OnFailure, SceneName, Shape, SolverName,
+    Attitude, DetectionName, FormulationName, Frame, Inertia, OnFailure, Preset, SceneName, Shape,
+    SolverName,
 };
 use super::outcome::Failure;
 use super::values::LoadKnot;
@@ -35,6 +36,8 @@ pub struct Settings {
     pub torque: Option<Polyline>,
     pub force_at: Option<Vector3<f64>>,
     pub solver: Option<SolverName>,
+    pub preset: Option<Preset>,
+    pub formulation: Option<FormulationName>,
     pub detection: Option<DetectionName>,
     pub tol: Option<f64>,
     pub max_iter: Option<u32>,
@@ -88,6 +91,8 @@ impl Settings {
             torque: polyline("torque", &physics.torque)?,
             force_at: physics.force_at,
             solver: args.solver,
+            preset: args.preset,
+            formulation: args.formulation,
             detection: args.detection,
             tol: args.tol,
             max_iter: args.max_iter,
@@ -95,8 +100,10 @@ impl Settings {
         })
     }
 
-    /// What this says, and where it says nothing, what `below` says.
+    /// What this says, and where it says nothing, what `below` says. A preset goes before all
+    /// that `below` says of the solver.
     pub fn over(self, below: Self) -> Self {
+        let below = if self.preset.is_some() { below.without_solver() } else { below };
         Self {
             steps: self.steps.or(below.steps),
             seed: self.seed.or(below.seed),
@@ -117,10 +124,28 @@ impl Settings {
             torque: self.torque.or(below.torque),
             force_at: self.force_at.or(below.force_at),
             solver: self.solver.or(below.solver),
+            preset: self.preset.or(below.preset),
+            formulation: self.formulation.or(below.formulation),
             detection: self.detection.or(below.detection),
             tol: self.tol.or(below.tol),
             max_iter: self.max_iter.or(below.max_iter),
             on_failure: self.on_failure.or(below.on_failure),
+        }
+    }
+}
+
+impl Settings {
+    /// This, with nothing said of the solver.
+    fn without_solver(self) -> Self {
+        Self {
+            solver: None,
+            preset: None,
+            formulation: None,
+            detection: None,
+            tol: None,
+            max_iter: None,
+            on_failure: None,
+            ..self
         }
     }
 }

@@ -43,6 +43,10 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     // Before the first file: a signal that comes earlier would leave it behind.
     raise_on_signals(&interrupt)?;
     let out = OutputDirectory::for_run(&args.out)?;
+    let mut voice = Voice::new(args.quiet);
+    if let Some(note) = job.note() {
+        voice.say(&note);
+    }
     let trajectory = PendingFile::create(&out, "trajectory.csv")?;
     let run_json = PendingFile::create(&out, "run.json")?;
     let plots = args.plot.then(|| PendingPlots::create(&out)).transpose()?;
@@ -53,7 +57,6 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     let trajectory = trajectory.publish()?;
     let run_json = run_json.publish()?;
     let removed = out.remove_pictures()?;
-    let mut voice = Voice::new(args.quiet);
     let mut text = describe(&job, &run);
     let names = [&trajectory, &run_json].map(|path| shown::path(path));
     let _ = writeln!(text, "wrote {}", names.join(" and "));

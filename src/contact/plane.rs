@@ -89,6 +89,12 @@ impl Plane {
         Self::new(Vector3::new(sin, 0.0, cos), 0.0)
     }
 
+    /// The same plane in another unit of `length` (m).
+    #[cfg(feature = "ipopt")]
+    pub(crate) fn in_units(&self, length: f64) -> Self {
+        Self { offset: self.offset / length, ..self.clone() }
+    }
+
     /// n, unit, world.
     #[must_use]
     pub fn normal(&self) -> &Vector3<f64> {

@@ -284,6 +284,34 @@ fn box_corners(half_sides: &Vector3<f64>) -> [Vector3<f64>; 8] {
     std::array::from_fn(|corner| Vector3::from_fn(|axis, _| sign(corner, axis) * half_sides[axis]))
 }
 
+#[cfg(feature = "ipopt")]
+impl RigidBody {
+    /// The same body in other units of `mass` (kg) and `length` (m), without its pieces: what
+    /// touches planes.
+    pub(crate) fn in_units(&self, mass: f64, length: f64) -> Self {
+        let area = length * length;
+        let moment = mass * area;
+        let contact_points = self.contact_points.iter().map(|point| {
+            let position = point.position / length;
+            let radius = point.radius / length;
+            ContactPoint { position, forms: rotated_point_forms(&position), radius }
+        });
+        Self {
+            mass: self.mass / mass,
+            inertia: self.inertia / moment,
+            inertia_inverse: self.inertia_inverse * moment,
+            specific_inertia: self.specific_inertia / area,
+            specific_inertia_inverse: self.specific_inertia_inverse * area,
+            contact_points: contact_points.collect(),
+            pieces: Vec::new(),
+            first_points: Vec::new(),
+            friction: self.friction,
+            reach: self.reach / length,
+            isotropic: self.isotropic,
+        }
+    }
+}
+
 /// The inertia of a solid box of equal density with `half_sides` (a, b, c) in m:
 /// I = m/3 diag(b² + c², a² + c², a² + b²), kg m².
 #[must_use]

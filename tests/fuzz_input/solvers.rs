@@ -93,7 +93,7 @@ fn the_ladder_takes_any_valid_state() {
     let seen = Seen::default();
     let check = |world: &World, start| {
         // A limit far below the 300 of the command line keeps hopeless steps short.
-        let options = IpoptSolver::options(world, 1e-6, 60);
+        let options = IpoptSolver::options(1e-6, 60);
         let ipopt = IpoptSolver::new(world, Formulation::default(), options).unwrap();
         let ladder = Box::new(Ladder::new(world, ipopt, &Rung::ALL));
         let accepted = LADDER_RESIDUAL * world.speed_scale();

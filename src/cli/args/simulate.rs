@@ -1,7 +1,9 @@
 //! The arguments of a simulation.
 
 use super::shared::{AnimationArgs, PhysicsArgs};
-use crate::cli::choices::{Attitude, DetectionName, Frame, OnFailure, SceneName, SolverName};
+use crate::cli::choices::{
+    Attitude, DetectionName, FormulationName, Frame, OnFailure, Preset, SceneName, SolverName,
+};
 use crate::cli::values;
 use clap::Args;
 use nalgebra::Vector3;
@@ -51,6 +53,17 @@ pub struct SimulateArgs {
     /// exact and a thousand times faster [default: ipopt].
     #[arg(long, value_enum)]
     pub solver: Option<SolverName>,
+    /// Solver settings that go together, instead of --solver and the flags below, to --on-failure. tutorial:
+    /// the tutorial's program to the letter, with its failures: Ipopt alone, --formulation
+    /// clamped, --detection height, the last solution as start without multipliers, tolerance
+    /// 1e-6, 300 iterations, Ipopt's defaults else; a step that fails is kept and named failed.
+    #[arg(long, value_enum)]
+    pub preset: Option<Preset>,
+    /// Which program Ipopt sees: the tutorial's, with the variables of corners that are not
+    /// flagged clamped to zero, in SI units; or one without them, in the scene's own units, which
+    /// costs less (docs/ipopt-path.md) [default: reduced].
+    #[arg(long, value_enum)]
+    pub formulation: Option<FormulationName>,
     /// Which corners may carry a force: those at most 5 mm high at step k (the tutorial's
     /// rule), or also those that free flight would take to the ground in this step
     /// [default: predictive].

@@ -1,6 +1,8 @@
 //! The tables of a scenario file, and what their fields say.
 
-use crate::cli::choices::{Attitude, DetectionName, Frame, Inertia, OnFailure, Shape, SolverName};
+use crate::cli::choices::{
+    Attitude, DetectionName, FormulationName, Frame, Inertia, OnFailure, Preset, Shape, SolverName,
+};
 use crate::cli::fields::{Exactly, Numbers};
 use crate::cli::physics::matrix;
 use crate::cli::settings::Settings;
@@ -124,6 +126,8 @@ enum LoadValue {
 #[serde(deny_unknown_fields)]
 struct SolverTable {
     name: Option<SolverName>,
+    preset: Option<Preset>,
+    formulation: Option<FormulationName>,
     detection: Option<DetectionName>,
     tolerance: Option<f64>,
     max_iterations: Option<u32>,
@@ -273,6 +277,8 @@ impl LoadTable {
 impl SolverTable {
     fn set(self, settings: &mut Settings) {
         settings.solver = self.name;
+        settings.preset = self.preset;
+        settings.formulation = self.formulation;
         settings.detection = self.detection;
         settings.tol = self.tolerance;
         settings.max_iter = self.max_iterations;

@@ -181,7 +181,7 @@ fn make_solver(
     Ok(match solver {
         Solver::Native => Box::new(NativeSolver::new(world)),
         Solver::Ipopt => {
-            let options = IpoptSolver::options(world, scene::TOLERANCE, scene::MOST_ITERATIONS);
+            let options = IpoptSolver::options(scene::TOLERANCE, scene::MOST_ITERATIONS);
             let ipopt = IpoptSolver::new(world, Formulation::default(), options)?;
             Box::new(Ladder::new(world, ipopt, &Rung::ALL))
         }

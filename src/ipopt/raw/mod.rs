@@ -114,12 +114,12 @@ impl Solver {
         &self.options
     }
 
-    /// Changes the iteration limit of the solves to come.
+    /// Changes the iteration limit and the tolerance of the solves to come.
     ///
     /// # Errors
-    /// [`IpoptError::Option`] for a limit that [`Options::validate`] refuses.
-    pub fn set_iteration_limit(&mut self, limit: u32) -> Result<(), IpoptError> {
-        let options = Options { max_iterations: limit, ..self.options.clone() };
+    /// [`IpoptError::Option`] for one that [`Options::validate`] refuses.
+    pub fn set_limits(&mut self, max_iterations: u32, tolerance: f64) -> Result<(), IpoptError> {
+        let options = Options { max_iterations, tolerance, ..self.options.clone() };
         options.validate()?;
         self.options = options;
         Ok(())

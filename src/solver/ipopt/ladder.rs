@@ -2,20 +2,54 @@
 //! rungs, each with its reason, the last of which always holds.
 
 use super::memory::Multipliers;
-use super::program::{Attempt, Program};
-use super::{BODY, IpoptSolver, previous_point, set_flags, set_point, set_solution};
+use super::posing::{Effort, pose, solve_posed};
+use super::program::{Attempt, Attempted, StartMultipliers};
+use super::units::Units;
+use super::{
+    BODY, Formulation, IpoptSolver, missed_depth, previous_point, set_point, set_solution,
+};
 use crate::contact::certificate::{Certifier, Claim};
 use crate::contact::{Candidates, Contact, rounding};
 use crate::error::Error;
+use crate::mechanics::quaternion::advance;
 use crate::solver::native::NativeSolver;
 use crate::step::{ContactForce, Step, StepReport, StepSolution, StepSolver, StepStatus};
 use crate::step_nlp::ProgramPoint;
+use crate::step_nlp::layout::STATE;
 use crate::world::World;
 
 /// A step counts as solved only with a residual of at most this, m/s, whatever Ipopt says
 /// of it: a hundred times what its solutions usually have. The number is that of the
 /// tutorial's cube, and scaled with the world's [speed](World::speed_scale).
 pub const LADDER_RESIDUAL: f64 = 1e-3;
+
+/// The iterations of a step, all rungs together, that are waited for before the native solution
+/// stands in; more where one solve may take more. From good starts Ipopt takes a tenth.
+const STEP_BUDGET: u32 = 300;
+
+/// With more candidates than this an iteration takes so long (10 ms with 100, 110 ms with 961) that
+/// fewer of them are waited for, as many as cost the same.
+const MANY_CANDIDATES: usize = 64;
+
+/// The budget of a step with `candidates`, where one solve may take `max_iterations`.
+fn budget(max_iterations: u32, candidates: usize) -> u32 {
+    let usual = max_iterations.max(STEP_BUDGET);
+    let share = MANY_CANDIDATES as f64 / candidates.max(MANY_CANDIDATES) as f64;
+    ((f64::from(usual) * share) as u32).max(1)
+}
+
+/// How much friction yields to what differs from the forces of the start, as a part of the
+/// body's own answer h/m, in the reduced program. Where the forces have settled that is nothing;
+/// where they have not, and the residual says so, Ipopt goes on from the end with this as the
+/// start, and what is left is this part of it (docs/ipopt-path.md).
+const YIELDING: f64 = 1e-2;
+
+/// The tolerances, as parts of the usual one, with which Ipopt goes on where it has met the usual
+/// one and the residual is too large.
+const TIGHTER: [f64; 3] = [1e-2, 1e-4, 1e-6];
+
+/// Iterations with each of them.
+const PATIENCE_TIGHTER: u32 = 25;
 
 /// How a step came to be solved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -93,6 +127,8 @@ pub struct Ladder {
     native: NativeSolver,
     rungs: Vec<Rung>,
     accepted: f64,
+    /// See [`YIELDING`].
+    yielding: f64,
     certifier: Certifier,
     /// The native solution of the step, where it was asked for.
     asked: Asked,
@@ -126,8 +162,10 @@ impl Ladder {
     #[must_use]
     pub fn new(world: &World, ipopt: IpoptSolver, rungs: &[Rung]) -> Self {
         let n = ipopt.program.points();
+        let exact = ipopt.program.formulation == Formulation::Clamped;
         Self {
             ipopt,
+            yielding: if exact { 0.0 } else { YIELDING },
             native: NativeSolver::new(world),
             rungs: rungs.to_vec(),
             accepted: LADDER_RESIDUAL * world.speed_scale(),
@@ -144,33 +182,37 @@ impl Ladder {
         }
     }
 
-    /// One rung, from the flags of `contacts`; leaves its end in `tried`. `None` where the
+    /// One rung, from the flags of `candidates`; leaves its end in `tried`. `None` where the
     /// rung has nothing to start from.
     fn climb(
         &mut self,
         rung: Rung,
         step: &Step<'_>,
-        contacts: &[Contact],
+        candidates: &mut Candidates,
+        left: u32,
     ) -> Result<Option<Climbed>, Error> {
         let IpoptSolver { program, memory, flags, start, point, .. } = &mut self.ipopt;
-        set_flags(contacts, flags);
-        let mut multipliers = None;
+        pose(step, candidates.contacts(), program.formulation, flags);
+        let units = program.units;
+        let mut multipliers = StartMultipliers::Estimated;
         match rung {
-            Rung::Warm => {
-                multipliers = previous_point(memory, step, flags, start);
-                if multipliers.is_none() {
-                    return Ok(None);
+            Rung::Warm => match previous_point(memory, step, (flags, &units), start) {
+                Some(known) => {
+                    multipliers = StartMultipliers::Known(known);
+                    coast(step, &units, start);
                 }
-            }
+                None => return Ok(None),
+            },
             Rung::Previous => {
-                previous_point(memory, step, flags, start);
+                previous_point(memory, step, (flags, &units), start);
             }
             Rung::NativeStart => {
+                multipliers = StartMultipliers::Zero;
                 flags.copy_from_slice(&self.asked.flags);
                 start.copy_from(&self.asked.point);
             }
-            Rung::FreeFlight => start.set_free(&step.free[BODY]),
-            Rung::SharedWeight => share_weight(step, flags, start),
+            Rung::FreeFlight => start.set_free(&units.state(&step.free[BODY])),
+            Rung::SharedWeight => share_weight(step, flags, &units, start),
             Rung::Native => {
                 self.tried.copy_from(&self.asked.solution);
                 point.copy_from(&self.asked.point);
@@ -182,15 +224,65 @@ impl Ladder {
                 }));
             }
         }
-        let attempt = Attempt { start, multipliers, limit: rung.patience() };
-        let attempted = Program::attempt(program, step, flags, attempt, point)?;
-        set_solution(step, contacts, point, &mut self.tried);
+        let limit = rung.patience().min(program.max_iterations()).min(left);
+        let depth = missed_depth(step, self.accepted);
+        let effort = Effort { limit, depth, yielding: self.yielding };
+        let posed = (&mut *candidates, &mut flags[..]);
+        let mut attempted = solve_posed(program, step, (start, multipliers), effort, posed, point)?;
+        let contacts = candidates.contacts();
+        set_solution(step, contacts, (point, &units), &mut self.tried);
+        self.tighten(step, contacts, left, &mut attempted)?;
         Ok(Some(Climbed {
             converged: attempted.converged,
             iterations: attempted.iterations,
             message: Some(attempted.status.name()),
             multipliers: attempted.multipliers,
         }))
+    }
+
+    /// Where Ipopt meets its tolerance and the step is not solved, goes on from the end with
+    /// smaller ones: a contact that is lighter than the body needs more than the program's scale
+    /// asks for.
+    fn tighten(
+        &mut self,
+        step: &Step<'_>,
+        contacts: &[Contact],
+        left: u32,
+        attempted: &mut Attempted,
+    ) -> Result<(), Error> {
+        for tightness in TIGHTER {
+            if attempted.iterations >= left || self.is_solved(step, contacts, attempted.converged) {
+                break;
+            }
+            let Some(multipliers) = &attempted.multipliers else { break };
+            let IpoptSolver { program, flags, start, point, .. } = &mut self.ipopt;
+            start.copy_from(point);
+            let attempt = Attempt {
+                start,
+                multipliers: StartMultipliers::Known(multipliers),
+                limit: PATIENCE_TIGHTER.min(left - attempted.iterations),
+                tightness,
+                yielding: self.yielding,
+            };
+            let mut tighter = program.attempt(step, flags, attempt, point)?;
+            tighter.iterations += attempted.iterations;
+            if !tighter.converged {
+                point.copy_from(start);
+                attempted.iterations = tighter.iterations;
+                break;
+            }
+            *attempted = tighter;
+            let units = program.units;
+            set_solution(step, contacts, (point, &units), &mut self.tried);
+        }
+        Ok(())
+    }
+
+    /// Whether the end that was tried last solves the step.
+    fn is_solved(&mut self, step: &Step<'_>, contacts: &[Contact], converged: bool) -> bool {
+        let residual = self.residual(step, contacts);
+        let rounding = || rounding::residual(step.world, step.states, &self.tried.states);
+        converged && (residual <= self.accepted || residual <= rounding())
     }
 
     /// Asks the native solver, once a step. It may admit contacts that detection missed; they
@@ -200,16 +292,13 @@ impl Ladder {
             return Ok(());
         }
         let Asked { solved, solution, point, flags } = &mut self.asked;
-        let known = candidates.contacts().len();
         let report = self.native.solve(step, candidates, solution)?;
         *solved = Some(report.status != StepStatus::Failed);
-        set_point(step, solution, point);
+        set_point(step, solution, &self.ipopt.program.units, point);
         flags.fill(false);
         for contact in solution.contacts.iter().filter(|contact| contact.carries_force()) {
             flags[contact.key.point] = true;
         }
-        let admitted = &candidates.contacts()[known..];
-        self.best.contacts.extend(admitted.iter().map(|contact| ContactForce::none(contact.key)));
         Ok(())
     }
 
@@ -221,11 +310,21 @@ impl Ladder {
     }
 }
 
-/// Sets `start` to free flight with the weight on the flagged points.
-fn share_weight(step: &Step<'_>, flags: &[bool], start: &mut ProgramPoint) {
-    start.set_free(&step.free[BODY]);
+/// Moves the state of `start` (in `units`), that of step k, on by one step at its own velocities:
+/// what slides steadily is then where it will be.
+fn coast(step: &Step<'_>, units: &Units, start: &mut ProgramPoint) {
+    let (mut state, h) = (step.states[BODY], step.world.time_step());
+    state.position += h * state.velocity;
+    state.attitude = advance(&state.attitude, &state.spin, h);
+    start.as_mut_slice()[STATE].copy_from_slice(units.state(&state).to_vector().as_slice());
+}
+
+/// Sets `start` (in `units`) to free flight with the weight on the flagged points.
+fn share_weight(step: &Step<'_>, flags: &[bool], units: &Units, start: &mut ProgramPoint) {
+    start.set_free(&units.state(&step.free[BODY]));
     let count = flags.iter().filter(|flag| **flag).count().max(1) as f64;
-    let share = step.world.bodies()[BODY].mass() * step.world.gravity().norm() / count;
+    let weight = step.world.bodies()[BODY].mass() * step.world.gravity().norm();
+    let share = weight / units.force() / count;
     let normal = start.layout().force_z();
     let forces = start.as_mut_slice()[normal].iter_mut().zip(flags);
     for (force, _) in forces.filter(|(_, flag)| **flag) {
@@ -245,11 +344,12 @@ impl StepSolver for Ladder {
         solution: &mut StepSolution,
     ) -> Result<StepReport, Error> {
         self.asked.solved = None;
+        self.ipopt.begin(step)?;
         // Where no rung has an end to show, free flight is at least a motion.
         self.best.set_free(step.free);
-        let contacts = candidates.contacts().iter();
-        self.best.contacts.extend(contacts.map(|contact| ContactForce::none(contact.key)));
-        self.best_point.set_free(&step.free[BODY]);
+        let units = self.ipopt.program.units;
+        self.best_point.set_free(&units.state(&step.free[BODY]));
+        let budget = budget(self.ipopt.program.max_iterations(), candidates.contacts().len());
         let (mut least, mut multipliers) = (f64::INFINITY, None);
         let mut report = StepReport::without_problem(StepStatus::Failed);
         for index in 0..self.rungs.len() {
@@ -257,8 +357,12 @@ impl StepSolver for Ladder {
             if rung.asks_native() {
                 self.ask_native(step, candidates)?;
             }
+            let left = budget.saturating_sub(report.iterations);
+            if left == 0 && rung != Rung::Native {
+                continue;
+            }
+            let Some(climbed) = self.climb(rung, step, candidates, left)? else { continue };
             let contacts = candidates.contacts();
-            let Some(climbed) = self.climb(rung, step, contacts)? else { continue };
             report.iterations += climbed.iterations;
             report.message = climbed.message.or(report.message);
             let residual = self.residual(step, contacts);
@@ -268,12 +372,14 @@ impl StepSolver for Ladder {
                 self.best_point.copy_from(&self.ipopt.point);
                 report.start = Some(rung.name());
             }
-            let rounding = || rounding::residual(step.world, step.states, &self.tried.states);
-            if climbed.converged && (residual <= self.accepted || residual <= rounding()) {
+            if self.is_solved(step, contacts, climbed.converged) {
                 report.status = rung.status();
                 break;
             }
         }
+        // Those admitted after the best end was found have no force in it.
+        let late = &candidates.contacts()[self.best.contacts.len()..];
+        self.best.contacts.extend(late.iter().map(|contact| ContactForce::none(contact.key)));
         solution.copy_from(&self.best);
         self.ipopt.memory.keep(step.previous, solution, &self.best_point, multipliers);
         Ok(report)

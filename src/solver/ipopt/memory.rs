@@ -42,6 +42,11 @@ pub(super) struct Memory {
 }
 
 impl Memory {
+    /// Forgets all.
+    pub(super) fn clear(&mut self) {
+        self.entries.clear();
+    }
+
     /// What is known of `solution`, if it is one of the last two.
     pub(super) fn find(&self, solution: &StepSolution) -> Option<&Remembered> {
         self.entries.iter().find(|entry| entry.solution == *solution)

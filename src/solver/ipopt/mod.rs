@@ -3,35 +3,52 @@
 
 mod ladder;
 mod memory;
+mod posing;
 mod program;
 mod subproblem;
+mod units;
 
 pub use ladder::{LADDER_RESIDUAL, Ladder, Rung};
 
 use crate::contact::{Candidates, Contact};
 use crate::error::Error;
-use crate::ipopt::{BarrierStrategy, IpoptError, MultiplierStep, Options};
+use crate::ipopt::{BarrierStrategy, IpoptError, MultiplierStep, Options, Scaling};
 use crate::mechanics::State;
+use crate::simulation::scene;
 use crate::step::{ContactForce, Step, StepReport, StepSolution, StepSolver, StepStatus};
 use crate::step_nlp::{ProgramPoint, SMOOTHING};
 use crate::world::World;
 use memory::{Memory, Multipliers};
-use program::{Attempt, Program};
+use posing::{Effort, pose, solve_posed};
+use program::{Program, StartMultipliers};
+use units::Units;
 
 /// The body that is solved for: the tutorial's program is of one.
 const BODY: usize = 0;
 
-/// How the variables of contacts without a flag are held at zero. Both have the same
-/// solutions.
+/// Which program Ipopt sees. Both have the same solutions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Formulation {
-    /// The tutorial's: all variables and rows, both bounds of an unflagged contact's
-    /// variables zero. Its rows without a free variable, and the row ‖q⁺‖² = 1, which the
-    /// attitude rows imply, make the Jacobian rank-deficient everywhere.
+    /// The tutorial's, in SI units: all variables and rows; the variables of a contact that is
+    /// not flagged are clamped, both bounds zero. Its rows without a free variable, and the row
+    /// ‖q⁺‖² = 1, which the attitude rows imply, make the Jacobian rank-deficient everywhere.
     Clamped,
-    /// Only the flagged contacts' variables and rows, all heights, and no row ‖q⁺‖² = 1.
+    /// Only variables and rows of the candidates that free flight takes to the ground, no row
+    /// ‖q⁺‖² = 1, and nothing of friction where μ = 0; in the scene's own units, in which scaled
+    /// copies of a scene are one program.
     #[default]
     Reduced,
+}
+
+impl Formulation {
+    /// The word of the command line.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Clamped => "clamped",
+            Self::Reduced => "reduced",
+        }
+    }
 }
 
 /// Ipopt for the steps of one world.
@@ -45,9 +62,9 @@ pub struct IpoptSolver {
     point: ProgramPoint,
 }
 
-/// What the objective is multiplied with where m g ℓ is 1 N m: the middle of the range, 10⁶ to
-/// 10⁸ and more, in which iterations and residuals hardly change.
-const OBJECTIVE_SCALE: f64 = 1e7;
+/// What the objective is multiplied with: 10⁷/(m g ℓ)² in the [scene's units](units), the middle
+/// of the range, 10⁶ to 10⁸ and more, in which iterations and residuals hardly change.
+const OBJECTIVE_SCALE: f64 = 1e7 / (98.1 * 98.1);
 
 /// A step of Ipopt alone counts as failed with a residual above this, m/s, whatever Ipopt
 /// says of it: its tolerance can be met by points that violate the contact law grossly. Of the
@@ -81,36 +98,42 @@ impl IpoptSolver {
         })
     }
 
-    /// The recommended settings for the contact steps of `world`: the barrier is chosen anew
-    /// in every iteration, the multipliers' step by dual infeasibility, and the objective, a
-    /// sum of squared slacks (N m, W), is measured in units of weight times reach ℓ:
-    ///
-    /// ```text
-    /// obj_scaling_factor = 10⁷/(m g ℓ)²
-    /// ```
-    ///
-    /// Its square makes the objective flat, so that the tolerance is met while slacks are
+    /// The recommended settings: the barrier is chosen anew in every iteration, the
+    /// multipliers' step by dual infeasibility, and the objective, a sum of squared slacks
+    /// (N m, W in SI units), is multiplied with 10⁷/(m g ℓ)² of the tutorial's cube. Its square makes the objective flat, so that the tolerance is met while slacks are
     /// still large: forces act at a distance and things that should stick creep. Scaled,
     /// Ipopt goes on to residuals of some 10⁻⁶ m/s, and from its warm starts in fewer
     /// iterations, because the next step begins nearer to its solution (docs/ipopt-path.md).
     #[must_use]
-    pub fn options(world: &World, tolerance: f64, max_iterations: u32) -> Options {
-        let body = &world.bodies()[BODY];
-        let moment = body.mass() * world.gravity().norm() * body.reach();
-        // Without gravity there is no weight to go by.
-        let scaling = (OBJECTIVE_SCALE / (moment * moment)).clamp(1e-3, 1e10);
+    pub fn options(tolerance: f64, max_iterations: u32) -> Options {
         Options {
             tolerance,
             max_iterations,
             barrier: BarrierStrategy::Adaptive,
             multiplier_step: MultiplierStep::MinDualInfeasibility,
-            objective_scaling: scaling,
+            objective_scaling: OBJECTIVE_SCALE,
             ..Options::default()
         }
     }
 }
 
 impl IpoptSolver {
+    /// The tutorial's settings: its tolerance and its limit, and Ipopt's defaults.
+    #[must_use]
+    pub fn tutorial_options() -> Options {
+        Options {
+            tolerance: scene::TOLERANCE,
+            max_iterations: scene::MOST_ITERATIONS,
+            barrier: BarrierStrategy::Monotone,
+            multiplier_step: MultiplierStep::Primal,
+            initial_barrier: 0.1,
+            scaling: Scaling::GradientBased,
+            objective_scaling: 1.0,
+            bound_push: 0.01,
+            ..Options::default()
+        }
+    }
+
     /// Solves `step` from the point `start` of the program, slacks and multipliers λ included,
     /// instead of the previous solution's: to repeat a step that another program recorded.
     ///
@@ -119,7 +142,7 @@ impl IpoptSolver {
     pub fn solve_from(
         &mut self,
         step: &Step<'_>,
-        contacts: &[Contact],
+        candidates: &mut Candidates,
         start: &ProgramPoint,
         solution: &mut StepSolution,
     ) -> Result<StepReport, Error> {
@@ -130,22 +153,38 @@ impl IpoptSolver {
                 allowed: "those of the world's body",
             });
         }
-        set_flags(contacts, &mut self.flags);
+        self.begin(step)?;
         self.start.copy_from(start);
-        self.solve_from_start(step, contacts, solution)
+        self.program.units.convert_point(&mut self.start);
+        self.solve_from_start(step, candidates, solution)
     }
 
-    /// Solves `step` for the flags and the start that have been set.
+    /// Takes the units of `step`. What is known in others is forgotten.
+    fn begin(&mut self, step: &Step<'_>) -> Result<(), Error> {
+        if self.program.set_units(step)? {
+            self.memory.clear();
+        }
+        Ok(())
+    }
+
+    /// Solves `step` from the start that has been set.
     fn solve_from_start(
         &mut self,
         step: &Step<'_>,
-        contacts: &[Contact],
+        candidates: &mut Candidates,
         solution: &mut StepSolution,
     ) -> Result<StepReport, Error> {
-        let Self { program, memory, flags, start, point, .. } = self;
-        let attempt = Attempt { start, multipliers: None, limit: u32::MAX };
-        let attempted = program.attempt(step, flags, attempt, point)?;
-        set_solution(step, contacts, point, solution);
+        let Self { program, memory, flags, start, point, accepted } = self;
+        pose(step, candidates.contacts(), program.formulation, flags);
+        let effort = Effort {
+            limit: program.max_iterations(),
+            depth: missed_depth(step, *accepted),
+            yielding: 0.0,
+        };
+        let posed = (&mut *candidates, &mut flags[..]);
+        let attempted =
+            solve_posed(program, step, (start, StartMultipliers::Estimated), effort, posed, point)?;
+        set_solution(step, candidates.contacts(), (point, &program.units), solution);
         memory.keep(step.previous, solution, point, attempted.multipliers);
         Ok(StepReport {
             status: if attempted.converged { StepStatus::Converged } else { StepStatus::Failed },
@@ -156,50 +195,49 @@ impl IpoptSolver {
     }
 }
 
+/// A point that ends a step no lower than this below the ground need not have been posed, m: a
+/// tenth of what the residual of the step may be.
+fn missed_depth(step: &Step<'_>, accepted: f64) -> f64 {
+    0.1 * accepted * step.world.time_step()
+}
+
 /// Sets `start` to the point of the last step's solution; its multipliers, if they are known
 /// for `flags`.
 fn previous_point<'a>(
     memory: &'a Memory,
     step: &Step<'_>,
-    flags: &[bool],
+    (flags, units): (&[bool], &Units),
     start: &mut ProgramPoint,
 ) -> Option<&'a Multipliers> {
     let Some(known) = memory.find(step.previous) else {
-        set_point(step, step.previous, start);
+        set_point(step, step.previous, units, start);
         return None;
     };
     start.copy_from(&known.point);
     known.multipliers.as_ref().filter(|multipliers| multipliers.flags == flags)
 }
 
-/// Sets `point` to that of `solution`.
-fn set_point(step: &Step<'_>, solution: &StepSolution, point: &mut ProgramPoint) {
+/// Sets `point` to that of `solution`, in `units`.
+fn set_point(step: &Step<'_>, solution: &StepSolution, units: &Units, point: &mut ProgramPoint) {
     let world = step.world;
     let heights: Vec<f64> = world.heights(BODY, &solution.states[BODY].pose()).collect();
-    let friction = world.friction();
-    point.set_solution(solution, world.ground(), |i| heights[i], friction, SMOOTHING);
+    let (friction, smoothing) = (world.friction(), SMOOTHING * units.force());
+    point.set_solution(solution, world.ground(), |i| heights[i], friction, smoothing);
+    units.convert_point(point);
 }
 
-/// Flags the points of `contacts`.
-fn set_flags(contacts: &[Contact], flags: &mut [bool]) {
-    flags.fill(false);
-    for contact in contacts {
-        flags[contact.key.point] = true;
-    }
-}
-
-/// `point` as the solution of `step`.
+/// `point`, which is in `units`, as the solution of `step`.
 fn set_solution(
     step: &Step<'_>,
     contacts: &[Contact],
-    point: &ProgramPoint,
+    (point, units): (&ProgramPoint, &Units),
     solution: &mut StepSolution,
 ) {
-    let next: State = point.state();
+    let next: State = units.si_state(&point.state());
     let (before, after) = (step.states[BODY].pose(), next.pose());
     solution.set_free(&[next]);
     solution.contacts.extend(contacts.iter().map(|contact| {
-        let force = point.force(contact.key.point);
+        let force = point.force(contact.key.point) * units.force();
         let normal = contact.normal();
         let u = contact.motion((&before, &after), None, step.world.time_step());
         ContactForce {
@@ -223,9 +261,8 @@ impl StepSolver for IpoptSolver {
         candidates: &mut Candidates,
         solution: &mut StepSolution,
     ) -> Result<StepReport, Error> {
-        let contacts = candidates.contacts();
-        set_flags(contacts, &mut self.flags);
-        previous_point(&self.memory, step, &self.flags, &mut self.start);
-        self.solve_from_start(step, contacts, solution)
+        self.begin(step)?;
+        previous_point(&self.memory, step, (&[], &self.program.units), &mut self.start);
+        self.solve_from_start(step, candidates, solution)
     }
 }

@@ -56,12 +56,20 @@ impl Subproblem {
         let mut keep_row = vec![true; layout.constraints()];
         if formulation == Formulation::Reduced {
             keep_row[UNIT_NORM_ROW] = false;
-            for (i, _) in active.iter().enumerate().filter(|(_, active)| !**active) {
-                for variable in layout.contact_variables(i) {
-                    keep_variable[variable] = false;
+            let with_friction = nlp.world().friction() > 0.0;
+            for (i, active) in active.iter().enumerate() {
+                let [fx, fy, fz, s1, s2, slip] = layout.contact_variables(i);
+                for variable in [fz, s1] {
+                    keep_variable[variable] = *active;
                 }
-                for row in rows_with_forces(layout, i) {
-                    keep_row[row] = false;
+                for row in normal_rows(layout, i) {
+                    keep_row[row] = *active;
+                }
+                for variable in [fx, fy, s2, slip] {
+                    keep_variable[variable] = *active && with_friction;
+                }
+                for row in friction_rows(layout, i) {
+                    keep_row[row] = *active && with_friction;
                 }
             }
         }
@@ -153,15 +161,18 @@ fn kept(keep: &[bool]) -> (Vec<usize>, Vec<Option<usize>>) {
     (indices, new_index)
 }
 
-/// The rows of contact `i` that hold by themselves when its variables are zero: all of
-/// its rows but the height.
-fn rows_with_forces(layout: Layout, i: usize) -> [usize; 5] {
+/// Height and normal complementarity of contact `i`.
+fn normal_rows(layout: Layout, i: usize) -> [usize; 2] {
+    [layout.height_rows().start + i, layout.normal_complementarity_rows().start + i]
+}
+
+/// Maximum dissipation, cone and friction complementarity of contact `i`.
+fn friction_rows(layout: Layout, i: usize) -> [usize; 4] {
     let dissipation = layout.dissipation_rows().start + 2 * i;
     [
         dissipation,
         dissipation + 1,
         layout.cone_rows().start + i,
-        layout.normal_complementarity_rows().start + i,
         layout.friction_complementarity_rows().start + i,
     ]
 }

@@ -6,7 +6,8 @@ use super::effort::Effort;
 use super::equations::{Elimination, Equations, Point, Residual, Velocities, reserve};
 use super::natural_map::{Law, Mode, Pull};
 use super::tolerances::{
-    CORRECTIONS, JUMPS, NEWTON_ITERATIONS, SETTLING, SHORTEST_STEP, SUFFICIENT_DECREASE, WHOLE_STEPS,
+    CORRECTIONS, JUMPS, NEWTON_ITERATIONS, SETTLING, SHORTEST_STEP, SUFFICIENT_DECREASE,
+    WHOLE_STEPS,
 };
 use nalgebra::Vector3;
 

@@ -1,0 +1,120 @@
+//! The units in which the program is posed.
+//!
+//! Ipopt's tolerances, its pushes from the bounds and the smoothing ε are plain numbers: they
+//! mean something else for a dice than for a container. So the program is posed in the scene's
+//! own units of mass M, length L and time T, in which every body weighs 10, reaches as far as 1
+//! and falls with 9.81, as the tutorial's cube does in kg, m and s:
+//!
+//! ```text
+//! M = m/10,   L = ℓ,   T = √(ℓ · 9.81/|g|)
+//! ```
+//!
+//! T is L over the world's [speed scale](World::speed_scale). Under a load that is stronger than
+//! gravity, T is halved until an acceleration of 9.81 is about the load's. Scaled copies of a scene
+//! (masses times a, lengths times b, gravity times c, times times √(b/c), loads accordingly) are then one program, to
+//! rounding.
+
+use super::BODY;
+use crate::mechanics::{State, Wrench};
+use crate::step_nlp::ProgramPoint;
+use crate::step_nlp::layout::STATE;
+use crate::world::World;
+
+/// The mass of the tutorial's cube, kg.
+const USUAL_MASS: f64 = 10.0;
+
+/// Units of mass (kg), length (m) and time (s).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Units {
+    mass: f64,
+    length: f64,
+    time: f64,
+}
+
+impl Units {
+    /// SI units.
+    pub(super) const SI: Self = Self { mass: 1.0, length: 1.0, time: 1.0 };
+
+    /// Those of `world` under the load `wrench`.
+    pub(super) fn of(world: &World, wrench: &Wrench) -> Self {
+        let body = &world.bodies()[BODY];
+        let (mass, length) = (body.mass() / USUAL_MASS, body.reach());
+        let time = length / world.speed_scale();
+        // 9.81 in these units, whatever stands in for gravity where there is none.
+        let gravity = 9.81 * length / (time * time);
+        let pull = wrench.force.norm().max(wrench.torque.norm() / length) / body.mass();
+        let mut shorter = 1.0;
+        while 2.0 * shorter * shorter * gravity < pull {
+            shorter *= 2.0;
+        }
+        Self { mass, length, time: time / shorter }
+    }
+
+    /// `world`, its constants in these units.
+    pub(super) fn world(&self, world: &World) -> World {
+        world.in_units(self.mass, self.length, self.time)
+    }
+
+    /// m/s.
+    fn speed(&self) -> f64 {
+        self.length / self.time
+    }
+
+    /// N.
+    pub(super) fn force(&self) -> f64 {
+        self.mass * self.length / (self.time * self.time)
+    }
+
+    /// A state, in these units.
+    pub(super) fn state(&self, state: &State) -> State {
+        State {
+            position: state.position / self.length,
+            attitude: state.attitude,
+            velocity: state.velocity / self.speed(),
+            spin: state.spin * self.time,
+        }
+    }
+
+    /// A state in these units, in SI units.
+    pub(super) fn si_state(&self, state: &State) -> State {
+        State {
+            position: state.position * self.length,
+            attitude: state.attitude,
+            velocity: state.velocity * self.speed(),
+            spin: state.spin / self.time,
+        }
+    }
+
+    /// A wrench, in these units.
+    pub(super) fn wrench(&self, wrench: &Wrench) -> Wrench {
+        Wrench {
+            force: wrench.force / self.force(),
+            torque: wrench.torque / (self.force() * self.length),
+        }
+    }
+
+    /// Brings a point from SI units to these.
+    pub(super) fn convert_point(&self, point: &mut ProgramPoint) {
+        if *self == Self::SI {
+            return;
+        }
+        let state = self.state(&point.state());
+        let layout = point.layout();
+        let x = point.as_mut_slice();
+        x[STATE].copy_from_slice(state.to_vector().as_slice());
+        let force = self.force();
+        let parts = [
+            (layout.force_x(), force),
+            (layout.force_y(), force),
+            (layout.force_z(), force),
+            (layout.slack_1(), force * self.length),
+            (layout.slack_2(), force * self.speed()),
+            (layout.slip_speed(), self.speed()),
+        ];
+        for (range, unit) in parts {
+            for value in &mut x[range] {
+                *value /= unit;
+            }
+        }
+    }
+}
