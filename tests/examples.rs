@@ -84,13 +84,14 @@ fn failed_steps_are_repeated() {
     assert_eq!(output.status.code(), Some(code), "{text}");
 }
 
-/// Without any iteration of Ipopt the run is the native solver's.
+/// Without any iteration of Ipopt the run is the native solver's, but for the steps in which free
+/// flight takes no candidate to the ground: these it solves without an iteration.
 #[test]
-fn without_an_iteration_every_contact_step_is_repeated() {
+fn without_an_iteration_every_step_that_needs_one_is_repeated() {
     let text = printed("react_to_failure", &["0"], 0);
     let (contact, by_law, repeated, unsolved, worst) = reaction(&text);
-    assert!(contact > 50.0, "{text}");
-    assert_eq!((by_law, repeated, unsolved), (contact, contact, 0.0), "{text}");
+    assert!(contact > 50.0 && repeated > 30.0 && repeated <= contact, "{text}");
+    assert_eq!((by_law, unsolved), (repeated, 0.0), "{text}");
     assert!(worst < 1e-9, "{text}");
 }
 
