@@ -93,8 +93,9 @@ fn climb(
 #[test]
 fn the_best_of_the_unsolved_ends_is_reported() {
     let world = tutorial_world();
-    let rungs = [Rung::Previous, Rung::NativeStart, Rung::FreeFlight, Rung::SharedWeight];
-    let mut best_at = [0; 4];
+    // The native start is next to the solution, and would always be the best.
+    let rungs = [Rung::Previous, Rung::FreeFlight, Rung::SharedWeight];
+    let mut best_at = [0; 3];
     for most_iterations in 1..=3 {
         for (before, step) in contact_steps(&world, 25) {
             let pair = (&before, &step);
@@ -103,7 +104,7 @@ fn the_best_of_the_unsolved_ends_is_reported() {
             if alone.iter().any(|(report, ..)| report.status != StepStatus::Failed) {
                 continue;
             }
-            let best = (0..4).min_by(|&a, &b| alone[a].2.total_cmp(&alone[b].2)).unwrap();
+            let best = (0..3).min_by(|&a, &b| alone[a].2.total_cmp(&alone[b].2)).unwrap();
             let name = format!("{most_iterations} iterations, step {}", step.index);
             assert_eq!(report.status, StepStatus::Failed, "{name}");
             assert_eq!(residual, alone[best].2, "{name}");
@@ -115,7 +116,7 @@ fn the_best_of_the_unsolved_ends_is_reported() {
         }
     }
     // Not always the last one, nor the first.
-    let elsewhere: u32 = best_at[..3].iter().sum();
+    let elsewhere: u32 = best_at[..2].iter().sum();
     assert!(
         elsewhere > 20 && best_at.iter().filter(|count| **count > 0).count() > 1,
         "{best_at:?}"
