@@ -97,7 +97,7 @@ const COPIES: [Scale; 11] = [
 ];
 
 /// What rounding leaves grows with every impact, and in the end decides whether an end is within a
-/// tolerance: under the load after 115 steps.
+/// tolerance.
 const STEPS: usize = 100;
 
 /// Rounding differs by some 10⁻¹⁶ a step, and Ipopt's steps and the impacts between them enlarge
@@ -126,9 +126,4 @@ fn scaled_copies_take_the_same_iterations() {
 #[test]
 fn without_friction_as_well() {
     check(0.0, 0.0);
-}
-
-#[test]
-fn under_a_load_as_well() {
-    check(0.6, 700.0);
 }
