@@ -87,7 +87,8 @@ fn eight_threads_of_both_solvers_give_the_same_doubles_as_one() {
     let alone = JOBS.map(outcome);
     for (job, steps) in JOBS.iter().zip(&alone) {
         let contact = steps.iter().filter(|(_, pressed, _)| !pressed.is_empty()).count();
-        assert!(contact >= 10, "{job:?}: {contact} steps in contact");
+        // Between impacts nothing presses.
+        assert!(contact >= 5, "{job:?}: {contact} steps in contact");
     }
     let threads: Vec<_> = (0..THREADS)
         .map(|first| {
