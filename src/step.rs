@@ -142,6 +142,9 @@ pub enum StepStatus {
     Retried,
     /// Another solver's answer stands in.
     Fallback,
+    /// Solved, but no physics: it turns a body by more than a radian or makes energy, because
+    /// the time step is too long for the motion ([`wild`](crate::simulation::wild)).
+    Wild,
     /// No solver met its tolerance; the best point found is reported.
     Failed,
     /// The last row of a trajectory: a state without a step.
@@ -150,8 +153,15 @@ pub enum StepStatus {
 
 impl StepStatus {
     /// All of them.
-    pub const ALL: [Self; 6] =
-        [Self::Free, Self::Converged, Self::Retried, Self::Fallback, Self::Failed, Self::End];
+    pub const ALL: [Self; 7] = [
+        Self::Free,
+        Self::Converged,
+        Self::Retried,
+        Self::Fallback,
+        Self::Wild,
+        Self::Failed,
+        Self::End,
+    ];
 
     /// The word of the CSV column.
     #[must_use]
@@ -161,6 +171,7 @@ impl StepStatus {
             Self::Converged => "converged",
             Self::Retried => "retried",
             Self::Fallback => "fallback",
+            Self::Wild => "wild",
             Self::Failed => "failed",
             Self::End => "end",
         }

@@ -176,6 +176,8 @@ pub enum Status {
     Retried,
     /// With another solver's answer.
     Fallback,
+    /// Solved, but it turns a body too far or makes energy.
+    Wild,
     /// Without an answer within the tolerance.
     Failed,
 }
@@ -313,8 +315,15 @@ impl Ground {
 
 impl Status {
     /// All of them, in their order.
-    pub(crate) const ALL: [Self; 6] =
-        [Self::End, Self::Free, Self::Converged, Self::Retried, Self::Fallback, Self::Failed];
+    pub(crate) const ALL: [Self; 7] = [
+        Self::End,
+        Self::Free,
+        Self::Converged,
+        Self::Retried,
+        Self::Fallback,
+        Self::Wild,
+        Self::Failed,
+    ];
 
     /// In one word.
     #[must_use]
@@ -325,6 +334,7 @@ impl Status {
             Self::Converged => "converged",
             Self::Retried => "retried",
             Self::Fallback => "fallback",
+            Self::Wild => "wild",
             Self::Failed => "failed",
         }
     }

@@ -63,14 +63,20 @@ fn contact_steps(solver: &str, summary: &RunSummary) -> String {
         summary.iterations as f64 / summary.contact_steps() as f64,
         summary.converged
     );
-    for (status, count) in
-        [(StepStatus::Retried, summary.retried), (StepStatus::Fallback, summary.fallback)]
-    {
+    for (status, count) in [
+        (StepStatus::Retried, summary.retried),
+        (StepStatus::Fallback, summary.fallback),
+        (StepStatus::Wild, summary.wild),
+    ] {
         if count > 0 {
             let _ = write!(text, ", {status} {count}");
         }
     }
     let _ = writeln!(text, "\n  failed       {}", summary.failed);
+    if summary.wild > 0 {
+        text += "    wild steps turn a body by more than 1 rad or make energy: solved, but no physics;\n    \
+                 take a smaller time step\n";
+    }
     for failure in &summary.first_failures {
         let message = failure.message.unwrap_or("not solved");
         let _ = writeln!(

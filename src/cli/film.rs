@@ -15,7 +15,7 @@ use tumble_pictures::{
 
 /// Memory that the rows of a picture may take: a million rows of a box that lies on all its
 /// corners.
-const MOST_BYTES: usize = 800_000_000;
+const MOST_BYTES: usize = 1_200_000_000;
 
 /// All rows in memory, to be drawn; more than `most` of them, or more than memory should hold, are
 /// refused. `None` if `interrupt` is raised.
@@ -128,6 +128,7 @@ fn status(status: StepStatus) -> Status {
         StepStatus::Converged => Status::Converged,
         StepStatus::Retried => Status::Retried,
         StepStatus::Fallback => Status::Fallback,
+        StepStatus::Wild => Status::Wild,
         StepStatus::Failed => Status::Failed,
         StepStatus::End => Status::End,
     }

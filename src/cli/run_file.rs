@@ -110,6 +110,9 @@ pub struct SummaryFile {
     pub converged: u64,
     pub retried: u64,
     pub fallback: u64,
+    /// Steps that turn too far or make energy; none in a file of before they were counted.
+    #[serde(default)]
+    pub wild: u64,
     pub failed: u64,
     /// Contact steps by the rung of Ipopt's ladder that their solution came from; a failed step
     /// counts on that of the best point. Empty without the ladder.
@@ -148,6 +151,7 @@ impl SummaryFile {
             converged: summary.converged,
             retried: summary.retried,
             fallback: summary.fallback,
+            wild: summary.wild,
             failed: summary.failed,
             rungs,
             certificate_median_m_s: summary.median_residual(),

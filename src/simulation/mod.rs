@@ -12,6 +12,7 @@ pub mod scene;
 pub mod summary;
 #[cfg(feature = "csv")]
 pub mod trajectory;
+pub mod wild;
 
 pub use record::StepRecord;
 
@@ -375,8 +376,11 @@ fn contact_step(
     let residual = certificate.residual();
     let rounding = || rounding::residual(world, states, &solution.states);
     let within = residual <= accepted || residual <= rounding();
+    let solved = !matches!(report.status, StepStatus::Free | StepStatus::Failed);
     if !within {
         report.status = StepStatus::Failed;
+    } else if solved && wild::is_wild(world, states, &solution.states, wrenches) {
+        report.status = StepStatus::Wild;
     }
     Ok((report, certificate))
 }

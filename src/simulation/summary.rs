@@ -32,6 +32,8 @@ pub struct RunSummary {
     pub retried: u64,
     /// See [`StepStatus::Fallback`].
     pub fallback: u64,
+    /// See [`StepStatus::Wild`].
+    pub wild: u64,
     /// See [`StepStatus::Failed`].
     pub failed: u64,
     /// Iterations of the solver over all steps.
@@ -57,6 +59,7 @@ impl RunSummary {
             StepStatus::Converged => self.converged += 1,
             StepStatus::Retried => self.retried += 1,
             StepStatus::Fallback => self.fallback += 1,
+            StepStatus::Wild => self.wild += 1,
             StepStatus::Failed => {
                 self.failed += 1;
                 if self.first_failures.len() < MOST_FAILURES_KEPT {
@@ -84,7 +87,7 @@ impl RunSummary {
     /// Steps for which a problem was solved.
     #[must_use]
     pub fn contact_steps(&self) -> u64 {
-        self.converged + self.retried + self.fallback + self.failed
+        self.converged + self.retried + self.fallback + self.wild + self.failed
     }
 
     /// All steps.

@@ -3,7 +3,7 @@
 use super::support::{CONTACT_RUN, FAILING_RUN, Simulated, everything_in, simulate, tumble};
 use serde_json::{Value, json};
 
-const CONTACT_STATUSES: [&str; 4] = ["converged", "retried", "fallback", "failed"];
+const CONTACT_STATUSES: [&str; 5] = ["converged", "retried", "fallback", "wild", "failed"];
 
 /// The header that the documentation promises.
 fn promised_header() -> Vec<String> {
@@ -102,6 +102,7 @@ fn assert_summary(run: &Simulated, rows: usize) {
         "converged": count("converged"),
         "retried": count("retried"),
         "fallback": count("fallback"),
+        "wild": count("wild"),
         "failed": count("failed"),
         "certificate_median_m_s": median,
         "certificate_max_m_s": if rows > 1 { json!(largest) } else { Value::Null },

@@ -94,7 +94,7 @@ pub const CONTACT_RUN: [&str; 2] = ["--steps", "240"];
 
 /// A run in which steps must fail, whoever solves them: a body with as little inertia as is allowed,
 /// which turns by 350 radians a step while it hits the ground at 100 km/s.
-pub const FAILING_RUN: [&str; 12] = [
+pub const FAILING_RUN: [&str; 14] = [
     "--steps",
     "4",
     "--height",
@@ -102,11 +102,13 @@ pub const FAILING_RUN: [&str; 12] = [
     "--velocity",
     "1e5,1e5,-1e5",
     "--mass",
-    "1e9",
+    "1",
     "--inertia",
-    "2e3",
+    "1e-5",
     "--spin",
     "1e5,1e5,1e5",
+    "--mu",
+    "10",
 ];
 
 /// The two files of [`CONTACT_RUN`], simulated once.

@@ -96,7 +96,7 @@ fn scenarios_name_the_preset_and_the_formulation() {
     assert_eq!(clamped.run_json()["solver"]["formulation"], "clamped");
     let contradiction = scenario("preset = \"tutorial\"\ntolerance = 1e-5");
     let refused = run(&["--scenario", &contradiction]);
-    refused.assert_refused(2, &["--tol", "--preset tutorial"]);
+    refused.assert_refused(2, &["solver.tolerance", "--preset tutorial"]);
 }
 
 /// What a preset or a solver without a program cannot have is refused by name.

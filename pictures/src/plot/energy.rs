@@ -25,8 +25,12 @@ pub const PANELS_OF_SEVERAL: [PanelMaker; 4] = [
 ];
 
 /// The statuses that are marked, and their colours.
-const MARKED: [(Status, &str); 3] =
-    [(Status::Retried, "#e69f00"), (Status::Fallback, "#8250c4"), (Status::Failed, "#cf222e")];
+const MARKED: [(Status, &str); 4] = [
+    (Status::Retried, "#e69f00"),
+    (Status::Fallback, "#8250c4"),
+    (Status::Wild, "#b4377f"),
+    (Status::Failed, "#cf222e"),
+];
 
 /// Kinetic ½ m v² + ½ ωᵀ I ω, potential −m gᵀ r, over all bodies, and their sum.
 fn energies(film: &Film) -> Panel {

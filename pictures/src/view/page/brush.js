@@ -25,6 +25,7 @@ function readColours() {
     "run-b-other",
     "retried",
     "fallback",
+    "wild",
     "failed",
   ]) {
     colours[name] = style.getPropertyValue(`--${name}`).trim();

@@ -24,7 +24,7 @@ const AXIS_WIDTH = 54;
 const FEW = 60;
 
 // The marks of the statuses in a legend.
-const GLYPHS = { retried: "△", fallback: "◇", failed: "✕" };
+const GLYPHS = { retried: "△", fallback: "◇", wild: "+", failed: "✕" };
 
 const plots = [];
 
@@ -254,6 +254,11 @@ class Plot {
           ])
             ctx.lineTo(x + a, y + b);
           ctx.closePath();
+        } else if (mark.status === "wild") {
+          ctx.moveTo(x - r, y);
+          ctx.lineTo(x + r, y);
+          ctx.moveTo(x, y - r);
+          ctx.lineTo(x, y + r);
         } else {
           ctx.moveTo(x - r, y - r);
           ctx.lineTo(x + r, y + r);

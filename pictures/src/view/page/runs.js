@@ -166,7 +166,7 @@ function neighbour(time, direction) {
   return direction > 0 ? Math.min(...ahead) : Math.max(...ahead);
 }
 
-// The steps that were retried, fell back or failed, as the plots mark them.
+// The steps that were retried, fell back, went wild or failed, as the plots mark them.
 const marks = page.sheets
   .flatMap((sheet) => sheet.plots)
   .flatMap((plot) => plot.marks)

@@ -1,0 +1,54 @@
+//! Steps that obey every law and are no physics all the same: the time step is too long for them.
+//!
+//! A step turns a body about one axis by 2 atan(½ h|ω⁺|). The laws of contact speak of the mean
+//! motion of a point over the step, its impulse does work on the motion at the end; the two differ
+//! with the turn, and the energy of a solved step may grow by up to
+//!
+//! ```text
+//! Σ |p| |ω⁺ × c| θ/√(1 + θ²),   θ = ½ h|ω⁺|                               (eq. 23)
+//! ```
+//!
+//! over all contacts. That vanishes with h, but at turns of a radian it is what the body has, and no
+//! residual can see it. So such steps are marked
+//! ([`StepStatus::Wild`](crate::step::StepStatus::Wild)).
+
+use crate::mechanics::{RigidBody, State, Wrench};
+use crate::world::World;
+
+/// A step that turns a body by more than this is wild, rad.
+pub const LARGEST_TURN: f64 = 1.0;
+
+/// A step that makes more energy than this part of the kinetic energy is wild.
+pub const LARGEST_GAIN: f64 = 1e-3;
+
+/// A motion slower than this, m/s in the world's [scale](World::speed_scale), has no energy to speak
+/// of.
+const REST: f64 = 1e-4;
+
+/// Whether a step of `world` under `wrenches` (without gravity) turns a body too far or makes
+/// energy.
+#[must_use]
+pub fn is_wild(world: &World, states: &[State], next: &[State], wrenches: &[Wrench]) -> bool {
+    let h = world.time_step();
+    let (mut gained, mut kinetic, mut rest) = (0.0, 0.0, 0.0);
+    let slow = REST * world.speed_scale();
+    for (index, body) in world.bodies().iter().enumerate() {
+        let (state, next, wrench) = (&states[index], &next[index], &wrenches[index]);
+        if h * next.spin.norm() > LARGEST_TURN {
+            return true;
+        }
+        let (before, after) = (kinetic_energy(body, state), kinetic_energy(body, next));
+        let force = wrench.force + world.gravity() * body.mass();
+        let moved = next.position - state.position;
+        gained += after - before - force.dot(&moved) - h * wrench.torque.dot(&next.spin);
+        kinetic += before.max(after);
+        rest += 0.5 * body.mass() * slow * slow;
+    }
+    gained > LARGEST_GAIN * kinetic + rest
+}
+
+/// ½ m v² + ½ ωᵀ I ω, J.
+fn kinetic_energy(body: &RigidBody, state: &State) -> f64 {
+    let spin = &state.spin;
+    0.5 * (body.mass() * state.velocity.norm_squared() + spin.dot(&(body.inertia() * spin)))
+}
