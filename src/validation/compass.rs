@@ -51,12 +51,12 @@ impl Problem for Compass {
             let slide = Slide { velocity: speed * direction, ..east };
             let run = slide.run(laboratory)?;
             let start = resting(half_sides[2]);
-            let way = run.end().position - start.position;
+            let way = run.end(0).position - start.position;
             let along = way.dot(&direction);
             (shortest, longest) = (shortest.min(along), longest.max(along));
             sideways = sideways.max((way - along * direction).norm());
             // The vector part of a small rotation's quaternion is half its angle.
-            turned = turned.max(2.0 * run.end().attitude.fixed_rows::<3>(1).norm());
+            turned = turned.max(2.0 * run.end(0).attitude.fixed_rows::<3>(1).norm());
             let slack = slide.slack(&run);
             way_slack = way_slack.max(slack.way());
             across_slack = across_slack.max(slack.across);
@@ -64,7 +64,7 @@ impl Problem for Compass {
                 curve = Curve::of(
                     ("way north-northeast by east", "m"),
                     &run,
-                    |k| (run.states[k].position - start.position).dot(&direction),
+                    |k| (run.states(0)[k].position - start.position).dot(&direction),
                     |t| slide.way(t),
                 );
             }

@@ -3,7 +3,7 @@
 use super::slack::{SlideSlack, SlideStep, Slider};
 use super::stopping::resting;
 use super::{Convergence, Curve, Findings, Input, Inputs, Laboratory, Problem, Quantity};
-use super::{Run, Setup, Unsuitable};
+use super::{Run, Setup, Subject, Unsuitable};
 use crate::mechanics::RigidBody;
 use crate::mechanics::{Load, Polyline};
 use nalgebra::Vector3;
@@ -52,18 +52,21 @@ impl Problem for DraggedCube {
             // Longer than the last step.
             (2.0 * DURATION, Vector3::new(2.0 * FORCE, 0.0, 0.0)),
         ])?;
-        let run = laboratory.run(&Setup {
+        let bodies = vec![Subject {
             body: RigidBody::solid_box(dragged.mass, Vector3::repeat(HALF_SIDE))?,
-            slope: 0.0,
-            gravity: dragged.gravity,
-            friction: dragged.friction,
             start: resting(HALF_SIDE),
             load: Load::new(force, Polyline::default(), Vector3::zeros())?,
-            duration: DURATION,
-        })?;
+        }];
+        let run =
+            laboratory.run(&Setup::new(bodies, dragged.gravity, dragged.friction, DURATION))?;
         Ok(Findings {
             quantities: dragged.quantities(&run),
-            curve: Curve::of(("way", "m"), &run, |k| run.states[k].position[0], |t| dragged.way(t)),
+            curve: Curve::of(
+                ("way", "m"),
+                &run,
+                |k| run.states(0)[k].position[0],
+                |t| dragged.way(t),
+            ),
         })
     }
 }
@@ -161,10 +164,10 @@ impl Dragged {
     fn quantities(&self, run: &Run) -> Vec<Quantity> {
         let (h, steps) = (run.time_step, run.steps());
         let (t, slack, first) = (run.time(steps), self.slack(run), self.first_slide(h));
-        let held = &run.states[..=first.min(steps)];
+        let held = &run.states(0)[..=first.min(steps)];
         let crept = held.iter().map(|state| state.position.xy().norm()).fold(0.0, f64::max);
         let crept_slack = slack.ways[first.clamp(1, steps) - 1];
-        let measured = run.end().velocity[0];
+        let measured = run.end(0).velocity[0];
         let (speed, way) = self.discrete(h, steps);
         let bound = Convergence::Within(0.125 * RATE * h * h / self.mass);
         vec![
@@ -184,7 +187,7 @@ impl Dragged {
             Quantity {
                 discrete: way,
                 convergence: Convergence::order(1, (steps - first.min(steps)) as f64),
-                ..Quantity::exactly(("way", "m"), run.end().position[0], self.way(t), slack.way())
+                ..Quantity::exactly(("way", "m"), run.end(0).position[0], self.way(t), slack.way())
             },
         ]
     }
@@ -194,7 +197,7 @@ impl Dragged {
     /// times are off by no more than √(τ² + ½ h²) − τ or τ − √(τ² − ½ h²).
     fn passing(&self, run: &Run, slack: &SlideSlack) -> Quantity {
         let h = run.time_step;
-        let measured: Vec<f64> = run.states.iter().map(|state| state.velocity[0]).collect();
+        let measured: Vec<f64> = run.states(0).iter().map(|state| state.velocity[0]).collect();
         let discrete: Vec<f64> = (0..=run.steps()).map(|k| self.discrete(h, k).0).collect();
         let after = (2.0 * self.mass * SLIDING / RATE).sqrt();
         let bound = after - (after * after - 0.5 * h * h).max(0.0).sqrt();
@@ -216,7 +219,7 @@ impl Dragged {
     /// for a part.
     fn drag(&self, run: &Run, slack: &SlideSlack) -> Quantity {
         let from = (self.first_slide(run.time_step) + 1).min(run.steps());
-        let sliding: Vec<f64> = run.forces[from..].iter().map(|force| -force[0]).collect();
+        let sliding: Vec<f64> = run.forces(0)[from..].iter().map(|force| -force[0]).collect();
         let lifted = 2.0 * slack.lifted / sliding.len() as f64;
         let slack = self.mass / run.time_step * (mean(&slack.changes[from..]) + lifted);
         Quantity::exactly(("friction while it slides", "N"), mean(&sliding), self.limit(), slack)

@@ -2,8 +2,7 @@
 
 use super::stopping::resting;
 use super::{Convergence, Curve, Findings, Input, Inputs, Laboratory, Problem, Quantity};
-use super::{Setup, Unsuitable};
-use crate::mechanics::Load;
+use super::{Setup, Subject, Unsuitable};
 use crate::mechanics::RigidBody;
 use nalgebra::Vector3;
 
@@ -46,16 +45,9 @@ impl Problem for FreeFall {
         let mut start = resting(0.1);
         start.position[2] = 0.75 * g * DURATION * DURATION + 1.0;
         start.velocity = Vector3::new(speed, 0.0, 0.0);
-        let run = laboratory.run(&Setup {
-            body: RigidBody::solid_box(mass, Vector3::new(0.2, 0.15, 0.1))?,
-            slope: 0.0,
-            gravity: g,
-            friction: 0.3,
-            start,
-            load: Load::none(),
-            duration: DURATION,
-        })?;
-        let (end, h, steps) = (run.end(), run.time_step, run.steps() as f64);
+        let body = RigidBody::solid_box(mass, Vector3::new(0.2, 0.15, 0.1))?;
+        let run = laboratory.run(&Setup::new(vec![Subject::new(body, start)], g, 0.3, DURATION))?;
+        let (end, h, steps) = (run.end(0), run.time_step, run.steps() as f64);
         let t = run.time(run.steps());
         let fallen = |t: f64| 0.5 * g * t * t;
         let (speed_slack, way_slack) = (run.flight_speed_slack(), run.flight_way_slack());
@@ -77,7 +69,7 @@ impl Problem for FreeFall {
             curve: Curve::of(
                 ("height", "m"),
                 &run,
-                |k| run.states[k].position[2],
+                |k| run.states(0)[k].position[2],
                 |t| start.position[2] - fallen(t),
             ),
         })

@@ -1,7 +1,10 @@
 //! A slope, and how states are described relative to it.
 
+use crate::error::Error;
 use crate::mechanics::State;
 use crate::mechanics::quaternion::left;
+use crate::step::StepSolution;
+use crate::world::Fixed;
 use nalgebra::{Matrix3, Vector3, Vector4};
 
 /// A plane through the origin that falls towards +x by an angle θ. Relative to it x points
@@ -30,10 +33,6 @@ impl Incline {
         }
     }
 
-    pub fn vector_from_world(&self, vector: &Vector3<f64>) -> Vector3<f64> {
-        self.turn * vector
-    }
-
     pub fn state_from_world(&self, state: &State) -> State {
         State {
             position: self.turn * state.position,
@@ -50,5 +49,22 @@ impl Incline {
             velocity: self.turn.tr_mul(&state.velocity),
             spin: state.spin,
         }
+    }
+
+    /// The states and forces of `solution` relative to the slope, in `seen`.
+    pub fn solution_from_world(&self, solution: &StepSolution, seen: &mut StepSolution) {
+        seen.copy_from(solution);
+        for state in &mut seen.states {
+            *state = self.state_from_world(state);
+        }
+        for contact in &mut seen.contacts {
+            contact.force = self.turn * contact.force;
+            contact.slip = self.turn * contact.slip;
+        }
+    }
+
+    pub fn fixed_to_world(&self, fixed: &Fixed) -> Result<Fixed, Error> {
+        let piece = fixed.piece.moved_by(&self.turn.transpose(), &Vector3::zeros())?;
+        Ok(Fixed { piece, friction: fixed.friction })
     }
 }

@@ -4,17 +4,17 @@
 use super::Unsuitable;
 use super::incline::Incline;
 use super::residual::Residual;
-use crate::contact::Plane;
 use crate::contact::detection::Detection;
+use crate::contact::{Partner, Plane};
 use crate::error::Error;
 use crate::mechanics::Load;
 use crate::mechanics::RigidBody;
 use crate::mechanics::State;
 use crate::mechanics::quaternion::{advance, rotation};
 use crate::simulation::{Motion, Simulation, StepRecord};
-use crate::step::{StepSolver, StepStatus};
+use crate::step::{ContactForce, StepSolution, StepSolver, StepStatus};
 use crate::step_nlp::SMOOTHING;
-use crate::world::{Parameters, World};
+use crate::world::{Fixed, Parameters, World};
 use nalgebra::Vector3;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -22,36 +22,80 @@ use std::sync::atomic::AtomicBool;
 /// Makes the solver under test for a world.
 pub type MakeSolver<'a> = dyn Fn(&World) -> Result<Box<dyn StepSolver>, Error> + 'a;
 
+/// A body of a run.
+#[derive(Debug, Clone)]
+pub struct Subject {
+    /// The body.
+    pub body: RigidBody,
+    /// At the start, relative to the slope: x downhill, z along its normal.
+    pub start: State,
+    /// The external load.
+    pub load: Load,
+}
+
 /// One run of a problem.
 #[derive(Debug, Clone)]
 pub struct Setup {
-    /// The body.
-    pub body: RigidBody,
+    /// The bodies.
+    pub bodies: Vec<Subject>,
+    /// Pieces that never move, relative to the slope.
+    pub fixed: Vec<Fixed>,
+    /// Coefficients of friction between a body and a partner, where they are not `friction`.
+    pub frictions: Vec<(usize, Partner, f64)>,
     /// Of the ground, which falls towards +x, degrees.
     pub slope: f64,
     /// g, m/s², downwards.
     pub gravity: f64,
     /// μ.
     pub friction: f64,
-    /// At the start, relative to the slope: x downhill, z along its normal.
-    pub start: State,
-    /// The external load.
-    pub load: Load,
     /// How long it goes on, s.
     pub duration: f64,
+}
+
+impl Subject {
+    /// A body without a load.
+    #[must_use]
+    pub fn new(body: RigidBody, start: State) -> Self {
+        Self { body, start, load: Load::none() }
+    }
+}
+
+impl Setup {
+    /// These bodies on level ground, and nothing else.
+    #[must_use]
+    pub fn new(bodies: Vec<Subject>, gravity: f64, friction: f64, duration: f64) -> Self {
+        let (fixed, frictions) = (Vec::new(), Vec::new());
+        Self { bodies, fixed, frictions, slope: 0.0, gravity, friction, duration }
+    }
 }
 
 /// A step that was taken, relative to the slope.
 #[derive(Debug, Clone, Copy)]
 pub struct Taken<'a> {
-    /// The state at its start.
-    pub before: &'a State,
-    /// The state at its end.
-    pub after: &'a State,
-    /// The forces of the ground at the body's contact points, N.
-    pub forces: &'a [Vector3<f64>],
+    /// The states at its start, one a body.
+    pub before: &'a [State],
+    /// The states at its end.
+    pub after: &'a [State],
+    /// The forces of its contacts.
+    pub contacts: &'a [ContactForce],
     /// What it lacks.
     pub residual: Residual,
+}
+
+impl<'a> Taken<'a> {
+    /// The contacts between body `body` and `partner`, in either order.
+    pub(super) fn between(
+        &self,
+        body: usize,
+        partner: Partner,
+    ) -> impl Iterator<Item = &'a ContactForce> {
+        self.contacts.iter().filter(move |contact| {
+            let key = &contact.key;
+            let other = Partner::Body(body);
+            key.body == body && key.partner == partner
+                || key.partner == other && Partner::Body(key.body) == partner
+        })
+    }
 }
 
 /// Looks at every step; ends the run where it says that all that matters is past.
@@ -62,12 +106,19 @@ pub type Until<'a> = &'a mut dyn FnMut(&Taken<'_>) -> bool;
 pub struct Run {
     /// h, s.
     pub time_step: f64,
-    /// The states, one more than steps.
-    pub states: Vec<State>,
-    /// The sum of all contact forces of each step, N.
-    pub forces: Vec<Vector3<f64>>,
     /// What each step lacks.
     pub residuals: Vec<Residual>,
+    /// One a body.
+    tracks: Vec<Track>,
+}
+
+/// What became of a body.
+#[derive(Debug, Clone, PartialEq)]
+struct Track {
+    /// One more than steps.
+    states: Vec<State>,
+    /// The sum of the contact forces of each step, N.
+    forces: Vec<Vector3<f64>>,
 }
 
 /// All states of a run are in memory, 0.2 kB each.
@@ -136,56 +187,60 @@ impl<'a> Laboratory<'a> {
             )));
         }
         let incline = Incline::new(setup.slope);
-        let mut simulation = self.simulation(setup, incline.state_to_world(&setup.start))?;
+        let mut simulation = self.simulation(setup, &incline)?;
         let mut record = StepRecord::new();
-        let mut forces = vec![Vector3::zeros(); setup.body.contact_points().len()];
-        let mut before = setup.start;
-        let mut run = Run {
-            time_step: self.time_step,
-            states: vec![before],
-            forces: Vec::new(),
-            residuals: Vec::new(),
-        };
+        let mut solution = StepSolution::default();
+        let mut before: Vec<State> = setup.bodies.iter().map(|subject| subject.start).collect();
+        let track = |start: &State| Track { states: vec![*start], forces: Vec::new() };
+        let tracks = before.iter().map(track).collect();
+        let mut run = Run { time_step: self.time_step, residuals: Vec::new(), tracks };
         for _ in 0..steps as usize {
             simulation.step(&mut record)?;
             self.count(&record);
-            forces.fill(Vector3::zeros());
-            for contact in &record.solution.contacts {
-                forces[contact.key.point] = incline.vector_from_world(&contact.force);
-            }
-            let after = incline.state_from_world(record.next());
+            incline.solution_from_world(&record.solution, &mut solution);
             let residual = self.residual(setup, &record);
-            run.forces.push(forces.iter().sum());
             run.residuals.push(residual);
-            run.states.push(after);
-            if until(&Taken { before: &before, after: &after, forces: &forces, residual }) {
+            for (index, track) in run.tracks.iter_mut().enumerate() {
+                track.states.push(solution.states[index]);
+                track.forces.push(solution.total_force(index));
+            }
+            let StepSolution { states: after, contacts } = &solution;
+            if until(&Taken { before: &before, after, contacts, residual }) {
                 break;
             }
-            before = after;
+            before.copy_from_slice(after);
         }
         Ok(run)
     }
 
-    fn simulation(&self, setup: &Setup, start: State) -> Result<Simulation<'a>, Error> {
-        let world = World::new(Parameters {
-            bodies: vec![setup.body.clone()],
+    fn simulation(&self, setup: &Setup, incline: &Incline) -> Result<Simulation<'a>, Error> {
+        let mut world = World::new(Parameters {
+            bodies: setup.bodies.iter().map(|subject| subject.body.clone()).collect(),
             ground: Plane::sloping(setup.slope)?,
             gravity: Vector3::new(0.0, 0.0, -setup.gravity),
             friction: setup.friction,
             time_step: self.time_step,
         })?;
+        let fixed = setup.fixed.iter().map(|fixed| incline.fixed_to_world(fixed));
+        world = world.with_fixed(fixed.collect::<Result<_, _>>()?)?;
+        for &(body, partner, friction) in &setup.frictions {
+            world = world.with_friction_between(body, partner, friction)?;
+        }
         let solver = (self.make_solver)(&world)?;
         let motion = Motion::Contact { detection: Detection::default(), solver };
-        let mut simulation = Simulation::new(world, [start], motion)?;
-        simulation.set_load(0, setup.load.clone())?;
+        let starts = setup.bodies.iter().map(|subject| incline.state_to_world(&subject.start));
+        let mut simulation = Simulation::new(world, starts, motion)?;
+        for (index, subject) in setup.bodies.iter().enumerate() {
+            simulation.set_load(index, subject.load.clone())?;
+        }
         if let Some(flag) = &self.interrupt {
             simulation.interrupt_by(Arc::clone(flag));
         }
         Ok(simulation)
     }
 
-    /// What a step lacks. The equations of motion are evaluated row by row, with Euclidean
-    /// norms; the contact laws are those of its certificate.
+    /// What a step lacks: the most that a body does. The equations of motion are evaluated row
+    /// by row, with Euclidean norms; the contact laws are those of its certificate.
     ///
     /// ```text
     /// kinematics = max(|r⁺ − r − h v⁺|/h, 2ℓ |8b|/h)
@@ -194,15 +249,39 @@ impl<'a> Laboratory<'a> {
     ///
     /// (A quaternion that is off by δ is one that is turned by 2 δ.)
     fn residual(&self, setup: &Setup, record: &StepRecord) -> Residual {
-        let (h, body) = (self.time_step, &setup.body);
-        let (before, after) = (record.state(), record.next());
-        let external = setup.load.wrench(record.index, h, &before.attitude);
+        let certificate = &record.certificate;
+        let mut residual = Residual {
+            normal: certificate.normal_law.max(certificate.penetration),
+            friction: certificate.friction_law,
+            ..Residual::default()
+        };
+        for index in 0..setup.bodies.len() {
+            let (kinematics, momentum) = self.motion_residual(setup, record, index);
+            residual.kinematics = residual.kinematics.max(kinematics);
+            residual.momentum = residual.momentum.max(momentum);
+        }
+        let lightest = setup.bodies.iter().map(|subject| subject.body.mass());
+        let lightest = lightest.fold(f64::INFINITY, f64::min);
+        residual.excused(self.time_step * SMOOTHING / lightest)
+    }
+
+    /// The residual of the equations of motion of body `index`: kinematics and momentum.
+    fn motion_residual(&self, setup: &Setup, record: &StepRecord, index: usize) -> (f64, f64) {
+        let (h, Subject { body, load, .. }) = (self.time_step, &setup.bodies[index]);
+        let (before, after) = (&record.states[index], &record.solution.states[index]);
+        let external = load.wrench(record.index, h, &before.attitude);
         let to_body = rotation(&before.attitude).transpose();
         let (mut force, mut torque) = (external.force, external.torque);
-        for contact in &record.solution.contacts {
-            let point = body.contact_points()[contact.key.point].position;
-            force += contact.force;
-            torque += point.cross(&(to_body * contact.force));
+        for (contact, found) in record.contacts.iter().zip(&record.solution.contacts) {
+            if contact.key.body == index {
+                force += found.force;
+                torque += contact.lever.cross(&(to_body * found.force));
+            } else if contact.key.partner == Partner::Body(index) {
+                let point = record.states[contact.key.body].position + contact.arm;
+                let lever = to_body * (point - before.position);
+                force -= found.force;
+                torque -= lever.cross(&(to_body * found.force));
+            }
         }
         torque -= after.spin.cross(&(body.inertia() * after.spin));
         let gravity = Vector3::new(0.0, 0.0, -setup.gravity);
@@ -211,14 +290,10 @@ impl<'a> Laboratory<'a> {
         let attitude = after.attitude - advance(&before.attitude, &after.spin, h);
         let velocity = after.velocity - before.velocity - h * (force / body.mass() + gravity);
         let spin = after.spin - before.spin - h * (body.inertia_inverse() * torque);
-        let certificate = &record.certificate;
-        Residual {
-            kinematics: position.norm().max(2.0 * body.reach() * attitude.norm()) / h,
-            momentum: velocity.norm().max(body.reach() * spin.norm()),
-            normal: certificate.normal_law.max(certificate.penetration),
-            friction: certificate.friction_law,
-        }
-        .excused(h * SMOOTHING / body.mass())
+        (
+            position.norm().max(2.0 * body.reach() * attitude.norm()) / h,
+            velocity.norm().max(body.reach() * spin.norm()),
+        )
     }
 
     fn count(&mut self, record: &StepRecord) {
@@ -245,9 +320,35 @@ impl Run {
         k as f64 * self.time_step
     }
 
-    /// The last state.
+    /// The states of body `index`, one more than steps.
+    ///
+    /// # Panics
+    /// If there is no such body.
     #[must_use]
-    pub fn end(&self) -> &State {
-        &self.states[self.states.len() - 1]
+    pub fn states(&self, index: usize) -> &[State] {
+        &self.tracks[index].states
+    }
+
+    /// The sum of all contact forces on body `index` in each step, N.
+    ///
+    /// # Panics
+    /// If there is no such body.
+    #[must_use]
+    pub fn forces(&self, index: usize) -> &[Vector3<f64>] {
+        &self.tracks[index].forces
+    }
+
+    /// The last state of body `index`.
+    ///
+    /// # Panics
+    /// If there is no such body.
+    #[must_use]
+    pub fn end(&self, index: usize) -> &State {
+        &self.states(index)[self.steps()]
+    }
+
+    /// The states of all bodies.
+    pub(super) fn all_states(&self) -> impl Iterator<Item = &State> {
+        self.tracks.iter().flat_map(|track| &track.states)
     }
 }

@@ -13,6 +13,8 @@
 //! to the exact one as the time step shrinks is declared for each ([`Convergence`]) and
 //! checked ([`Quantity::converges`]).
 
+mod blocks;
+mod collision;
 mod compass;
 mod dragging;
 mod edge;
@@ -20,18 +22,24 @@ mod falling;
 mod incline;
 mod inputs;
 mod laboratory;
+mod leaning;
+mod pair;
 mod quantity;
 mod residual;
 mod rocking;
+mod rolling;
 mod slack;
 mod slope;
 mod spinning;
+mod stack;
 mod stopping;
+mod threshold;
 mod toppling;
 mod tumbling;
+mod turntable;
 
 pub use inputs::{Input, Inputs};
-pub use laboratory::{Laboratory, MakeSolver, Run, Setup, Taken, Until};
+pub use laboratory::{Laboratory, MakeSolver, Run, Setup, Subject, Taken, Until};
 pub use quantity::{Claim, Convergence, Quantity};
 pub use residual::Residual;
 
@@ -48,6 +56,17 @@ pub trait Problem: Sync {
 
     /// The numbers it depends on, with their usual values.
     fn inputs(&self) -> Inputs;
+
+    /// How many bodies are in it.
+    fn bodies(&self) -> usize {
+        1
+    }
+
+    /// Whether it is of one body with sharp corners, which is what Ipopt's program knows: of
+    /// others it knows neither a second body nor a radius about a point.
+    fn for_one_sharp_body(&self) -> bool {
+        self.bodies() == 1
+    }
 
     /// The unit of `input` in it.
     fn unit(&self, input: Input) -> &'static str {
@@ -66,7 +85,7 @@ pub trait Problem: Sync {
 }
 
 /// All problems, in the order of a first reading.
-pub static PROBLEMS: [&dyn Problem; 12] = [
+pub static PROBLEMS: [&dyn Problem; 24] = [
     &falling::FreeFall,
     &stopping::SlidingStop,
     &slope::STICK,
@@ -79,6 +98,18 @@ pub static PROBLEMS: [&dyn Problem; 12] = [
     &toppling::PushedOver,
     &toppling::SlopeTopple,
     &tumbling::Tumble,
+    &rolling::RollingBall,
+    &rolling::SlidingBall,
+    &leaning::Ladder,
+    &stack::Stack,
+    &stack::MassRatio,
+    &collision::Collision,
+    &collision::BallChain,
+    &pair::PairInFlight,
+    &blocks::BlocksOnSlope,
+    &blocks::PulledBlock,
+    &leaning::CardTent,
+    &turntable::Turntable,
 ];
 
 /// The problem of that name.
@@ -119,11 +150,11 @@ impl Curve {
         measured: impl Fn(usize) -> f64,
         exact: impl Fn(f64) -> f64,
     ) -> Self {
-        let times: Vec<f64> = (0..run.states.len()).map(|k| run.time(k)).collect();
+        let times: Vec<f64> = (0..run.states(0).len()).map(|k| run.time(k)).collect();
         Self {
             name,
             unit,
-            measured: (0..run.states.len()).map(measured).collect(),
+            measured: (0..run.states(0).len()).map(measured).collect(),
             exact: times.iter().map(|&t| exact(t)).collect(),
             times,
         }

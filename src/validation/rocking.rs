@@ -3,8 +3,7 @@
 use super::edge::{Edges, Planar};
 use super::stopping::resting;
 use super::{Convergence, Curve, Findings, Input, Inputs, Laboratory, Problem, Quantity};
-use super::{Run, Setup, Unsuitable};
-use crate::mechanics::Load;
+use super::{Run, Setup, Subject, Unsuitable};
 use crate::mechanics::RigidBody;
 use crate::mechanics::State;
 use nalgebra::{Vector2, Vector3};
@@ -126,7 +125,7 @@ impl TallBox {
             + run.largest(|residual| residual.kinematics);
         let pushed = run.sum(|residual| residual.momentum) * (0.75 / radius + 0.25 / reach);
         let low = |state: &State| 2.0 * self.half_sides[0] * tilt(state).sin() < BAND;
-        let touched = run.residuals.iter().zip(&run.states).filter(|(_, state)| low(state));
+        let touched = run.residuals.iter().zip(run.states(0)).filter(|(_, state)| low(state));
         let touched: f64 = touched.map(|(residual, _)| residual.normal).sum();
         let turned = h / reach * run.sum(|residual| residual.kinematics);
         let rounding = run.rounding(spin) + 16.0 * f64::EPSILON / h;
@@ -139,15 +138,8 @@ impl TallBox {
 
     /// Friction enough for the edge not to slip, and as long as the motion takes.
     pub fn setup(&self, start: State, duration: f64) -> Result<Setup, Unsuitable> {
-        Ok(Setup {
-            body: RigidBody::solid_box(self.mass, self.half_sides)?,
-            slope: 0.0,
-            gravity: self.gravity,
-            friction: FRICTION,
-            start,
-            load: Load::none(),
-            duration,
-        })
+        let bodies = vec![Subject::new(RigidBody::solid_box(self.mass, self.half_sides)?, start)];
+        Ok(Setup::new(bodies, self.gravity, FRICTION, duration))
     }
 }
 
@@ -210,13 +202,14 @@ impl Problem for Rocking {
         let setup = tall.setup(tall.pushed(spin), 15.0 * tall.growth_time())?;
         // A little longer than until the face meets the ground.
         let beyond = -0.1 * tall.balance();
-        let run = laboratory.run_until(&setup, &mut |step| tilt(step.after) < beyond)?;
+        let run = laboratory.run_until(&setup, &mut |step| tilt(&step.after[0]) < beyond)?;
 
         let (alpha, radius, fine) = (tall.balance(), tall.radius(), tall.growth_time() / h);
         let weight = tall.mass * tall.gravity;
         let rise = tall.half_sides[2] + 0.5 * tall.inertia() * spin * spin / weight;
         let peak = alpha - (rise / radius).acos();
-        let motion: Vec<_> = run.states.iter().map(|state| (tilt(state), state.spin[1])).collect();
+        let motion: Vec<_> =
+            run.states(0).iter().map(|state| (tilt(state), state.spin[1])).collect();
         let most = (setup.duration / h).round() as usize;
         let discrete = |spin: f64| tall.discrete(spin, (h, most), |tilt, _| tilt < beyond);
         let swing = Swing::of(&discrete(spin));
@@ -254,7 +247,7 @@ impl Problem for Rocking {
                     )
                 },
             ],
-            curve: Curve::of(("tilt", "rad"), &run, |k| tilt(&run.states[k]), |_| f64::NAN),
+            curve: Curve::of(("tilt", "rad"), &run, |k| tilt(&run.states(0)[k]), |_| f64::NAN),
         })
     }
 }

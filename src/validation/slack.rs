@@ -203,17 +203,22 @@ impl Run {
         self.time_step * (fallen + moved) + rounding + self.position_rounding()
     }
 
+    /// What rounding may do to a speed, m/s.
+    pub(super) fn flight_rounding(&self) -> f64 {
+        self.rounding(self.fastest())
+    }
+
     /// What the additions of all steps may do to the last digits of a number of this size.
     pub(super) fn rounding(&self, size: f64) -> f64 {
         (self.steps() as f64 + 16.0) * f64::EPSILON * size
     }
 
     fn fastest(&self) -> f64 {
-        self.states.iter().map(|state| state.velocity.amax()).fold(0.0, f64::max)
+        self.all_states().map(|state| state.velocity.amax()).fold(0.0, f64::max)
     }
 
     fn position_rounding(&self) -> f64 {
-        let largest = self.states.iter().map(|state| state.position.amax()).fold(0.0, f64::max);
+        let largest = self.all_states().map(|state| state.position.amax()).fold(0.0, f64::max);
         self.rounding(largest)
     }
 }

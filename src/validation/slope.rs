@@ -3,8 +3,7 @@
 use super::slack::{SlideSlack, SlideStep, Slider};
 use super::stopping::resting;
 use super::{Convergence, Curve, Findings, Input, Inputs, Laboratory, Problem, Quantity};
-use super::{Run, Setup, Unsuitable};
-use crate::mechanics::Load;
+use super::{Run, Setup, Subject, Unsuitable};
 use crate::mechanics::RigidBody;
 use nalgebra::Vector3;
 
@@ -116,17 +115,14 @@ impl Problem for Slope {
         laboratory: &mut Laboratory<'_>,
     ) -> Result<Findings, Unsuitable> {
         let on = Inclined::new(inputs)?;
+        let body = RigidBody::solid_box(inputs.get(Input::Mass)?, HALF_SIDES)?;
+        let bodies = vec![Subject::new(body, resting(HALF_SIDES[2]))];
         let run = laboratory.run(&Setup {
-            body: RigidBody::solid_box(inputs.get(Input::Mass)?, HALF_SIDES)?,
             slope: inputs.get(Input::Slope)?,
-            gravity: inputs.get(Input::Gravity)?,
-            friction: on.friction,
-            start: resting(HALF_SIDES[2]),
-            load: Load::none(),
-            duration: self.duration,
+            ..Setup::new(bodies, inputs.get(Input::Gravity)?, on.friction, self.duration)
         })?;
         let (a, h, steps) = (on.acceleration(), run.time_step, run.steps() as f64);
-        let (t, end) = (run.time(run.steps()), run.end());
+        let (t, end) = (run.time(run.steps()), run.end(0));
         let slack = on.slack(&run);
         let astray = end.position[1].hypot(end.position[2] - HALF_SIDES[2]);
         let convergence = if a > 0.0 { Convergence::order(1, steps) } else { Convergence::Exact };
@@ -157,7 +153,7 @@ impl Problem for Slope {
             curve: Curve::of(
                 ("way down the slope", "m"),
                 &run,
-                |k| run.states[k].position[0],
+                |k| run.states(0)[k].position[0],
                 |t| 0.5 * a * t * t,
             ),
         })

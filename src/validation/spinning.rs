@@ -3,8 +3,7 @@
 use super::slack::{SlideSlack, SlideStep, Slider};
 use super::stopping::{resting, stopping_time};
 use super::{Convergence, Curve, Findings, Input, Inputs, Laboratory, Problem, Quantity};
-use super::{Run, Setup, Unsuitable};
-use crate::mechanics::Load;
+use super::{Run, Setup, Subject, Unsuitable};
 use crate::mechanics::RigidBody;
 use crate::mechanics::State;
 use nalgebra::Vector3;
@@ -49,28 +48,24 @@ impl Problem for SpinningBox {
         let mut start = resting(HALF_SIDES[2]);
         start.spin = Vector3::new(0.0, 0.0, spinner.spin);
         let (h, time) = (laboratory.time_step(), spinner.spin / spinner.deceleration());
-        let run = laboratory.run(&Setup {
-            body: RigidBody::solid_box(inputs.get(Input::Mass)?, HALF_SIDES)?,
-            slope: 0.0,
-            gravity: spinner.gravity,
-            friction: spinner.friction,
-            start,
-            load: Load::none(),
-            duration: 1.25 * time + 4.0 * h,
-        })?;
+        let body = RigidBody::solid_box(inputs.get(Input::Mass)?, HALF_SIDES)?;
+        let (bodies, duration) = (vec![Subject::new(body, start)], 1.25 * time + 4.0 * h);
+        let run =
+            laboratory.run(&Setup::new(bodies, spinner.gravity, spinner.friction, duration))?;
 
         let discrete = spinner.discrete_spins(h, run.steps());
         let (slack, radius) = (spinner.slack(&run, &discrete), radius());
-        let measured: Vec<f64> = run.states.iter().map(|state| state.spin[2]).collect();
+        let measured: Vec<f64> = run.states(0).iter().map(|state| state.spin[2]).collect();
         let whole = discrete.iter().filter(|spin| **spin > 0.0).count() as f64;
         // The second term of the angle's error is a share ¼ φ ω h of the first.
         let fine = 4.0 / (0.5 * spinner.spin * time * spinner.spin * h);
-        let angles = turned(&run.states);
+        let angles = turned(run.states(0));
         let angle = |t: f64| {
             let t = t.min(time);
             spinner.spin * t - 0.5 * spinner.deceleration() * t * t
         };
-        let astray = run.states.iter().map(|state| state.position.xy().norm()).fold(0.0, f64::max);
+        let astray =
+            run.states(0).iter().map(|state| state.position.xy().norm()).fold(0.0, f64::max);
         let decrement = radius * spinner.deceleration() * h;
         let stop = stopping_time((&measured, &discrete), decrement, time, h, &slack);
         Ok(Findings {

@@ -2,8 +2,7 @@
 
 use super::slack::{SlideSlack, SlideStep, Slider, stop_time};
 use super::{Convergence, Curve, Findings, Input, Inputs, Laboratory, Problem, Quantity, Run};
-use super::{Setup, Unsuitable};
-use crate::mechanics::Load;
+use super::{Setup, Subject, Unsuitable};
 use crate::mechanics::RigidBody;
 use crate::mechanics::State;
 use crate::mechanics::quaternion::rotation;
@@ -117,15 +116,9 @@ impl Slide {
         let mut start = resting(self.half_sides[2]);
         start.velocity = self.velocity;
         let duration = 1.25 * self.time() + 4.0 * laboratory.time_step();
-        laboratory.run(&Setup {
-            body: RigidBody::solid_box(self.mass, self.half_sides)?,
-            slope: 0.0,
-            gravity: self.gravity,
-            friction: self.friction,
-            start,
-            load: Load::none(),
-            duration,
-        })
+        let body = RigidBody::solid_box(self.mass, self.half_sides)?;
+        let bodies = vec![Subject::new(body, start)];
+        laboratory.run(&Setup::new(bodies, self.gravity, self.friction, duration))
     }
 }
 
@@ -183,22 +176,27 @@ impl Problem for SlidingStop {
         let run = slide.run(laboratory)?;
         let (h, slack) = (run.time_step, slide.slack(&run));
         let grip = slide.friction * slide.gravity * h;
-        let measured: Vec<f64> = run.states.iter().map(|state| state.velocity.norm()).collect();
+        let measured: Vec<f64> = run.states(0).iter().map(|state| state.velocity.norm()).collect();
         let discrete = slide.discrete_speeds(h, run.steps());
         let time = stopping_time((&measured, &discrete), grip, slide.time(), h, &slack);
         let convergence = on_the_line(&discrete);
         Ok(Findings {
             quantities: vec![
-                slide.distance(run.end().position[0], run.time_step, slack.way()),
+                slide.distance(run.end(0).position[0], run.time_step, slack.way()),
                 Quantity { convergence, ..time },
                 Quantity::exactly(
                     ("speed at the end", "m/s"),
-                    run.end().velocity.norm(),
+                    run.end(0).velocity.norm(),
                     0.0,
                     slack.speed(),
                 ),
             ],
-            curve: Curve::of(("way", "m"), &run, |k| run.states[k].position[0], |t| slide.way(t)),
+            curve: Curve::of(
+                ("way", "m"),
+                &run,
+                |k| run.states(0)[k].position[0],
+                |t| slide.way(t),
+            ),
         })
     }
 }
@@ -242,19 +240,24 @@ impl Problem for FastPlate {
             };
             [corner(-1.0, -1.0), corner(1.0, -1.0), corner(-1.0, 1.0), corner(1.0, 1.0)]
         };
-        let heights: Vec<_> = run.states.iter().map(bottom).collect();
+        let heights: Vec<_> = run.states(0).iter().map(bottom).collect();
         let highest = heights.iter().flatten().fold(0.0_f64, |a, &b| a.max(b));
         let lowest = heights.iter().flatten().fold(0.0_f64, |a, &b| a.min(b));
-        let astray = run.states.iter().map(|state| state.position[1].abs()).fold(0.0, f64::max);
+        let astray = run.states(0).iter().map(|state| state.position[1].abs()).fold(0.0, f64::max);
         let slack = slide.slack(&run);
         Ok(Findings {
             quantities: vec![
                 Quantity::at_most_zero(("lift-off", "m"), highest, run.seat()),
                 Quantity::at_most_zero(("penetration", "m"), -lowest, run.seat()),
                 Quantity::at_most_zero(("way sideways", "m"), astray, slack.across),
-                slide.distance(run.end().position[0], run.time_step, slack.way()),
+                slide.distance(run.end(0).position[0], run.time_step, slack.way()),
             ],
-            curve: Curve::of(("way", "m"), &run, |k| run.states[k].position[0], |t| slide.way(t)),
+            curve: Curve::of(
+                ("way", "m"),
+                &run,
+                |k| run.states(0)[k].position[0],
+                |t| slide.way(t),
+            ),
         })
     }
 }

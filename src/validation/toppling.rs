@@ -2,6 +2,7 @@
 
 use super::rocking::{TallBox, tilt};
 use super::stopping::resting;
+use super::threshold::{BRACKET, Threshold};
 use super::{Convergence, Curve, Findings, Input, Inputs, Laboratory, Problem, Quantity};
 use super::{Run, Setup, Unsuitable};
 
@@ -10,49 +11,6 @@ pub struct PushedOver;
 
 /// A tall box on a slope that gets steeper.
 pub struct SlopeTopple;
-
-/// A threshold that was found, and how well.
-struct Threshold {
-    value: f64,
-    /// Half of what is left between what does not topple and what does, and the larger slack
-    /// of these two runs: each of them may be on the wrong side by its own.
-    slack: f64,
-}
-
-impl Threshold {
-    /// Halves `low`…`high` until it is within `resolution`, or within the slack of its ends.
-    /// `topples` says whether a run does, and within what slack of the threshold it might as
-    /// well not have. An end that is on the wrong side is taken for the threshold.
-    fn find(
-        (mut low, mut high): (f64, f64),
-        resolution: f64,
-        mut topples: impl FnMut(f64) -> Result<(bool, f64), Unsuitable>,
-    ) -> Result<Self, Unsuitable> {
-        let (over, mut low_slack) = topples(low)?;
-        if over {
-            return Ok(Self { value: low, slack: low_slack });
-        }
-        let (over, mut high_slack) = topples(high)?;
-        if !over {
-            return Ok(Self { value: high, slack: high_slack });
-        }
-        while 0.5 * (high - low) > low_slack.max(high_slack).max(resolution) {
-            let middle = 0.5 * (low + high);
-            let (over, slack) = topples(middle)?;
-            if over {
-                (high, high_slack) = (middle, slack);
-            } else {
-                (low, low_slack) = (middle, slack);
-            }
-        }
-        let slack = 0.5 * (high - low) + low_slack.max(high_slack);
-        Ok(Self { value: 0.5 * (low + high), slack })
-    }
-}
-
-/// Thresholds are looked for between these shares of what they must be; not in even parts,
-/// lest the middle stands on the brink.
-const BRACKET: (f64, f64) = (0.998, 1.0021);
 
 impl Problem for PushedOver {
     fn name(&self) -> &'static str {
@@ -91,15 +49,16 @@ impl Problem for PushedOver {
         let bracket = (BRACKET.0 * discrete.value, BRACKET.1 * discrete.value);
         let measured = Threshold::find(bracket, 1e-6 * critical, |spin| {
             let setup = tall.setup(tall.pushed(spin), duration)?;
-            let run = laboratory
-                .run_until(&setup, &mut |step| decided(tilt(step.after), step.after.spin[1]))?;
+            let run = laboratory.run_until(&setup, &mut |step| {
+                decided(tilt(&step.after[0]), step.after[0].spin[1])
+            })?;
             curve = Curve::of(
                 ("tilt near the threshold", "rad"),
                 &run,
-                |k| tilt(&run.states[k]),
+                |k| tilt(&run.states(0)[k]),
                 |_| balance,
             );
-            Ok((tilt(run.end()) > balance, tall.spin_slack(&run, spin)))
+            Ok((tilt(run.end(0)) > balance, tall.spin_slack(&run, spin)))
         })?;
         Ok(Findings {
             quantities: vec![Quantity {
@@ -149,14 +108,14 @@ impl Problem for SlopeTopple {
                 slope: slope.to_degrees(),
                 ..tall.setup(resting(tall.half_sides[2]), duration)?
             };
-            let run = laboratory.run_until(&setup, &mut |step| tilt(step.after) > 0.1)?;
+            let run = laboratory.run_until(&setup, &mut |step| tilt(&step.after[0]) > 0.1)?;
             curve = Curve::of(
                 ("tilt near the threshold", "rad"),
                 &run,
-                |k| tilt(&run.states[k]),
+                |k| tilt(&run.states(0)[k]),
                 |_| f64::NAN,
             );
-            let over = tilt(run.end()) > 0.05;
+            let over = tilt(run.end(0)) > 0.05;
             Ok((over, if over { tall.tipped(&run) } else { tall.propped(&run) }))
         })?;
         Ok(Findings {

@@ -1,8 +1,7 @@
 //! The energy of a cube thrown on the ground.
 
 use super::{Curve, Findings, Input, Inputs, Laboratory, Problem, Quantity, Run, Setup};
-use super::{Taken, Unsuitable};
-use crate::mechanics::Load;
+use super::{Subject, Taken, Unsuitable};
 use crate::mechanics::RigidBody;
 use crate::mechanics::State;
 use crate::mechanics::quaternion::rotation;
@@ -48,19 +47,12 @@ impl Problem for Tumble {
             velocity: Vector3::new(0.0, speed, 0.0),
             spin: Vector3::new(0.0, -2.0, 1.0),
         };
-        let setup = Setup {
-            body,
-            slope: 0.0,
-            gravity: g,
-            friction,
-            start,
-            load: Load::none(),
-            // Falls and rolls over, each of the time a fall takes, flights with all the speed
-            // upwards, and a slide of all it has.
-            duration: 10.0 * (2.0 * HALF_SIDE / g).sqrt()
-                + 4.0 * (speed + 3.0) / g
-                + 2.0 * (speed + 3.0) / (friction * g),
-        };
+        // Falls and rolls over, each of the time a fall takes, flights with all the speed
+        // upwards, and a slide of all it has.
+        let duration = 10.0 * (2.0 * HALF_SIDE / g).sqrt()
+            + 4.0 * (speed + 3.0) / g
+            + 2.0 * (speed + 3.0) / (friction * g);
+        let setup = Setup::new(vec![Subject::new(body, start)], g, friction, duration);
         let mut ledger = Ledger::new(laboratory.time_step());
         let run = laboratory.run_until(&setup, &mut |step| {
             ledger.enter(&setup, step);
@@ -82,7 +74,7 @@ impl Problem for Tumble {
                 ),
                 Quantity::exactly(
                     ("energy at the end", "J"),
-                    energy(&setup, run.end()),
+                    energy(&setup, run.end(0)),
                     mass * g * HALF_SIDE,
                     at_rest,
                 ),
@@ -90,7 +82,7 @@ impl Problem for Tumble {
             curve: Curve::of(
                 ("energy", "J"),
                 &run,
-                |k| energy(&setup, &run.states[k]),
+                |k| energy(&setup, &run.states(0)[k]),
                 |_| f64::NAN,
             ),
         })
@@ -99,7 +91,8 @@ impl Problem for Tumble {
 
 /// E, J.
 fn energy(setup: &Setup, state: &State) -> f64 {
-    let (mass, inertia) = (setup.body.mass(), setup.body.inertia());
+    let body = &setup.bodies[0].body;
+    let (mass, inertia) = (body.mass(), body.inertia());
     0.5 * mass * state.velocity.norm_squared()
         + 0.5 * state.spin.dot(&(inertia * state.spin))
         + mass * setup.gravity * state.position[2]
@@ -137,14 +130,15 @@ struct Balance {
 
 impl Balance {
     fn of(setup: &Setup, h: f64, step: &Taken<'_>) -> Self {
-        let (body, old, new) = (&setup.body, step.before, step.after);
+        let (body, old, new) = (&setup.bodies[0].body, &step.before[0], &step.after[0]);
         let (dv, dw) = (new.velocity - old.velocity, new.spin - old.spin);
         let lost = 0.5 * body.mass() * dv.norm_squared() + 0.5 * dw.dot(&(body.inertia() * dw));
         let theta = 0.5 * h * new.spin.norm();
         let to_world = rotation(&old.attitude);
         let (mut work, mut turning, mut impulse) = (0.0, 0.0, 0.0);
-        for (corner, force) in body.contact_points().iter().zip(step.forces) {
-            let (p, swing) = (h * force, to_world * new.spin.cross(&corner.position));
+        for contact in step.contacts {
+            let corner = body.contact_points()[contact.key.point].position;
+            let (p, swing) = (h * contact.force, to_world * new.spin.cross(&corner));
             work += p.dot(&(new.velocity + swing));
             turning += p.norm() * swing.norm() * theta / theta.hypot(1.0);
             impulse += p.norm();
@@ -173,14 +167,15 @@ impl Ledger {
     /// weight. A corner off the ground by h δ_n, at either end of the step, does work p_z δ_n,
     /// and friction that is off by δ_f does (|p| + m |d|) δ_f.
     fn enter(&mut self, setup: &Setup, step: &Taken<'_>) {
-        let (h, mass) = (self.time_step, setup.body.mass());
+        let (h, mass) = (self.time_step, setup.bodies[0].body.mass());
         let balance = Balance::of(setup, h, step);
-        let corners = step.forces.len() as f64;
+        let (before, after) = (&step.before[0], &step.after[0]);
+        let corners = setup.bodies[0].body.contact_points().len() as f64;
         let reach = HALF_SIDE * 3.0_f64.sqrt();
         let speed = |state: &State| state.velocity.norm() + reach * state.spin.norm();
-        let (momentum, residual) = (mass * (speed(step.before) + speed(step.after)), step.residual);
-        let energy = energy(setup, step.before).abs() + energy(setup, step.after).abs();
-        let rounding = 16.0 * f64::EPSILON * (energy + balance.impulse * speed(step.after));
+        let (momentum, residual) = (mass * (speed(before) + speed(after)), step.residual);
+        let energy = energy(setup, before).abs() + energy(setup, after).abs();
+        let rounding = 16.0 * f64::EPSILON * (energy + balance.impulse * speed(after));
         let gap = 2.0 * momentum * residual.momentum
             + mass * setup.gravity * h * residual.kinematics
             + rounding;

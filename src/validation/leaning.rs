@@ -1,0 +1,270 @@
+//! What leans and does not slide: a ladder on a wall, a tent of two cards.
+//!
+//! A ladder of two rails, round ones of radius ρ whose ends are 2L apart, leans at the angle θ
+//! to the ground on something that pushes it back along the horizontal alone: a smooth wall,
+//! or, in a tent, its mirror image. With the weight m g, the push N at the upper ends, and N
+//! of friction under the lower ends, torques about these are
+//!
+//! ```text
+//! N (2L sin θ + ρ) = m g L cos θ
+//! ```
+//!
+//! for the friction acts ρ below them. It holds up to N = μ m g, so that
+//!
+//! ```text
+//! μ (2L sin θ + ρ) ≥ L cos θ
+//! ```
+//!
+//! is needed; tan θ ≥ 1/(2μ) for thin rails. Both are those of a step at rest, whatever h is.
+
+use super::stopping::resting;
+use super::threshold::{BRACKET, Threshold};
+use super::{Curve, Findings, Input, Inputs, Laboratory, Problem, Quantity, Run, Setup};
+use super::{Subject, Unsuitable};
+use crate::contact::Partner;
+use crate::geometry::Piece;
+use crate::mechanics::{RigidBody, State};
+use crate::world::Fixed;
+use nalgebra::{Matrix3, Vector3, Vector4};
+
+/// A ladder that leans on a wall.
+pub struct Ladder;
+
+/// Two cards that lean on each other.
+pub struct CardTent;
+
+/// L, ρ, and half the way between the rails, m.
+const HALF_LENGTH: f64 = 1.0;
+const RADIUS: f64 = 0.02;
+const HALF_WIDTH: f64 = 0.25;
+/// s.
+const DURATION: f64 = 0.4;
+/// Thresholds are looked for to this share of them.
+const RESOLUTION: f64 = 1e-6;
+/// It slides if it is this fast, as a share of g times the time.
+const SLIDING: f64 = 1e-8;
+/// The tent's cards stand at this angle, degrees.
+const TENT: f64 = 60.0;
+/// Points that press on a ladder: below and above.
+const POINTS: f64 = 4.0;
+
+/// The ladder along its own z, its rails at ±y.
+fn ladder(mass: f64) -> Result<RigidBody, Unsuitable> {
+    let rail = Piece::capsule(HALF_LENGTH, RADIUS)?;
+    let placed = |y: f64| rail.moved_by(&Matrix3::identity(), &Vector3::new(0.0, y, 0.0));
+    Ok(RigidBody::solid(mass, &[placed(-HALF_WIDTH)?, placed(HALF_WIDTH)?])?.0)
+}
+
+/// N/(m g) at the angle θ, rad: the friction that it takes.
+fn thrust(angle: f64) -> f64 {
+    let (sin, cos) = angle.sin_cos();
+    HALF_LENGTH * cos / (2.0 * HALF_LENGTH * sin + RADIUS)
+}
+
+/// The angle at which the thrust is μ, rad: of 2L μ sin θ − L cos θ = −μ ρ, with
+/// tan β = 1/(2μ), √(4μ² + 1) L sin(θ − β) = −μ ρ.
+fn angle_of(friction: f64) -> f64 {
+    let lever = HALF_LENGTH * (2.0 * friction).hypot(1.0);
+    (0.5 / friction).atan() - (friction * RADIUS / lever).asin()
+}
+
+/// Leaning to `side` (1 or −1) at the angle θ on something at x = 0, with its feet on the
+/// ground.
+fn leaning(angle: f64, side: f64) -> State {
+    let (sin, cos) = angle.sin_cos();
+    // About y, from upright.
+    let (half_sin, half_cos) = (0.5 * (std::f64::consts::FRAC_PI_2 - angle)).sin_cos();
+    let mut state = resting(HALF_LENGTH * sin + RADIUS);
+    state.position[0] = -side * (HALF_LENGTH * cos + RADIUS);
+    state.attitude = Vector4::new(half_cos, 0.0, side * half_sin, 0.0);
+    state
+}
+
+/// What the residuals allow the force of a step at rest, as a share of the weight. What
+/// velocities lack, as a torque, presses with m ℓ²/(L R) ≤ 2 m times it over h; a law that
+/// misses δ at a point moves it by as much.
+fn force_slack(run: &Run, gravity: f64) -> f64 {
+    let lacked = run.largest(|r| r.momentum) + run.largest(|r| r.kinematics);
+    let missed = run.largest(|r| r.normal) + run.largest(|r| r.friction);
+    2.0 * (lacked + 2.0 * POINTS * missed) / (gravity * run.time_step) + 64.0 * f64::EPSILON
+}
+
+/// The fastest that a body of `run` is at the end, m/s.
+fn speed(run: &Run, bodies: usize) -> f64 {
+    (0..bodies).map(|index| run.end(index).velocity.norm()).fold(0.0, f64::max)
+}
+
+impl Problem for Ladder {
+    fn name(&self) -> &'static str {
+        "ladder"
+    }
+
+    fn about(&self) -> &'static str {
+        "A ladder leans on a smooth wall, which pushes with ½ m g cot θ: friction μ on the \
+         ground holds it down to tan θ = 1/(2 μ), a little less for its thickness."
+    }
+
+    fn for_one_sharp_body(&self) -> bool {
+        false
+    }
+
+    fn inputs(&self) -> Inputs {
+        let values = [(Input::Mass, 8.0), (Input::Friction, 0.4), (Input::Gravity, 9.81)];
+        Inputs::new(0.005, &values)
+    }
+
+    /// The push N/(m g), at an angle a third of the way from the threshold to upright, and the
+    /// threshold.
+    fn solve(
+        &self,
+        inputs: &Inputs,
+        laboratory: &mut Laboratory<'_>,
+    ) -> Result<Findings, Unsuitable> {
+        let (mass, friction) = (inputs.get(Input::Mass)?, inputs.get(Input::Friction)?);
+        let gravity = inputs.get(Input::Gravity)?;
+        let threshold = angle_of(friction);
+        if !(0.2..1.5).contains(&threshold) {
+            return Err(Unsuitable::Motion(format!(
+                "with mu {friction} the ladder slides below {:.1}°; 12° to 85° is needed",
+                threshold.to_degrees()
+            )));
+        }
+        let half_sides = Vector3::new(0.1, 2.0, 2.0 * HALF_LENGTH);
+        let centre = Vector3::new(half_sides[0], 0.0, half_sides[2]);
+        let wall = Piece::cuboid(half_sides)?.moved_by(&Matrix3::identity(), &centre)?;
+        let setup = |angle: f64| {
+            let bodies = vec![Subject::new(ladder(mass)?, leaning(angle, 1.0))];
+            Ok::<_, Unsuitable>(Setup {
+                fixed: vec![Fixed { piece: wall.clone(), friction: None }],
+                frictions: vec![(0, Partner::Fixed(0), 0.0)],
+                ..Setup::new(bodies, gravity, friction, DURATION)
+            })
+        };
+        let stands = threshold + (std::f64::consts::FRAC_PI_2 - threshold) / 3.0;
+        let mut pushes = Vec::new();
+        let run = laboratory.run_until(&setup(stands)?, &mut |step| {
+            let wall = step.between(0, Partner::Fixed(0));
+            pushes.push(wall.map(|contact| contact.normal_force).sum::<f64>() / (mass * gravity));
+            false
+        })?;
+        let expected = thrust(stands);
+        let slack = force_slack(&run, gravity);
+        let found = Threshold::find(
+            (BRACKET.0 * threshold, BRACKET.1 * threshold),
+            RESOLUTION * threshold,
+            |angle| {
+                let run = laboratory.run(&setup(angle)?)?;
+                let stays = speed(&run, 1) <= SLIDING * gravity * DURATION;
+                Ok((stays, 2.0 * force_slack(&run, gravity)))
+            },
+        )?;
+        let astray = (run.end(0).position - leaning(stands, 1.0).position).norm();
+        Ok(Findings {
+            quantities: vec![
+                Quantity::exactly(
+                    ("push of the wall", "m g"),
+                    pushes[pushes.len() - 1],
+                    expected,
+                    slack,
+                ),
+                Quantity::at_most_zero(
+                    ("way of the ladder", "m"),
+                    astray,
+                    4.0 * run.seat() + run.time_step * run.sum(|residual| residual.friction),
+                ),
+                Quantity::exactly(
+                    ("threshold of the angle", "rad"),
+                    found.value,
+                    threshold,
+                    found.slack,
+                ),
+            ],
+            curve: Curve::of(
+                ("push of the wall", "m g"),
+                &run,
+                |k| pushes[k.saturating_sub(1)],
+                |_| expected,
+            ),
+        })
+    }
+}
+
+impl Problem for CardTent {
+    fn name(&self) -> &'static str {
+        "card-tent"
+    }
+
+    fn about(&self) -> &'static str {
+        "Two cards lean on each other at 60°, each the other's wall: they stand if friction on \
+         the ground is at least ½ cot θ, a little less for their thickness."
+    }
+
+    fn bodies(&self) -> usize {
+        2
+    }
+
+    fn inputs(&self) -> Inputs {
+        let values = [(Input::Mass, 0.5), (Input::Gravity, 9.81)];
+        Inputs::new(0.005, &values)
+    }
+
+    /// By symmetry the cards push each other along the horizontal alone: where they could hold
+    /// with another force, they could with the mean of it and its mirror image, for a cone is
+    /// convex. The tent stands with 1.2 times the friction that it takes.
+    fn solve(
+        &self,
+        inputs: &Inputs,
+        laboratory: &mut Laboratory<'_>,
+    ) -> Result<Findings, Unsuitable> {
+        let (mass, gravity) = (inputs.get(Input::Mass)?, inputs.get(Input::Gravity)?);
+        let angle = TENT.to_radians();
+        let needed = thrust(angle);
+        let setup = |friction: f64| {
+            let card = ladder(mass)?;
+            let [left, right] =
+                [1.0, -1.0].map(|side| Subject::new(card.clone(), leaning(angle, side)));
+            Ok::<_, Unsuitable>(Setup::new(vec![left, right], gravity, friction, DURATION))
+        };
+        let mut pushes = Vec::new();
+        let run = laboratory.run_until(&setup(1.2 * needed)?, &mut |step| {
+            let between = step.between(0, Partner::Body(1));
+            let push: f64 = between.map(|contact| contact.force[0].abs()).sum();
+            pushes.push(push / (mass * gravity));
+            false
+        })?;
+        let slack = 2.0 * force_slack(&run, gravity);
+        let found = Threshold::find(
+            (BRACKET.0 * needed, BRACKET.1 * needed),
+            RESOLUTION * needed,
+            |friction| {
+                let run = laboratory.run(&setup(friction)?)?;
+                let stays = speed(&run, 2) <= SLIDING * gravity * DURATION;
+                Ok((stays, 2.0 * force_slack(&run, gravity)))
+            },
+        )?;
+        let [left, right] = [(0, 1.0), (1, -1.0)]
+            .map(|(index, side)| (run.end(index).position - leaning(angle, side).position).norm());
+        Ok(Findings {
+            quantities: vec![
+                Quantity::exactly(
+                    ("push of the cards", "m g"),
+                    pushes[pushes.len() - 1],
+                    needed,
+                    slack,
+                ),
+                Quantity::at_most_zero(
+                    ("way of a card", "m"),
+                    left.max(right),
+                    8.0 * run.seat() + run.time_step * run.sum(|residual| residual.friction),
+                ),
+                Quantity::exactly(("threshold of friction", "1"), found.value, needed, found.slack),
+            ],
+            curve: Curve::of(
+                ("push of the cards", "m g"),
+                &run,
+                |k| pushes[k.saturating_sub(1)],
+                |_| needed,
+            ),
+        })
+    }
+}

@@ -1,0 +1,156 @@
+//! Two cubes that meet in empty space, anyhow: momentum stays.
+
+use super::stopping::resting;
+use super::{Curve, Findings, Input, Inputs, Laboratory, Problem, Quantity, Run, Setup};
+use super::{Subject, Unsuitable};
+use crate::mechanics::quaternion::rotation;
+use crate::mechanics::{RigidBody, State};
+use crate::simulation::random::random_attitude;
+use nalgebra::Vector3;
+
+/// Two cubes that meet in empty space.
+pub struct PairInFlight;
+
+/// m.
+const HALF_SIDES: [f64; 2] = [0.2, 0.15];
+/// The second cube, in masses of the first.
+const SECOND: f64 = 0.6;
+/// Above the ground: nothing comes near it, m.
+const HEIGHT: f64 = 40.0;
+/// The way that they are watched for at the speed of the start, m.
+const WAY: f64 = 4.0;
+/// The first cube's place, from the second, m.
+const APART: Vector3<f64> = Vector3::new(-0.8, 0.08, 0.05);
+
+/// Two cubes and where they start.
+struct Cubes {
+    bodies: [RigidBody; 2],
+}
+
+/// Linear momentum, and angular momentum about the place of the second cube's start.
+type Momentum = (Vector3<f64>, Vector3<f64>);
+
+impl Cubes {
+    /// P = Σ m v and L = Σ r × m v + A I ω.
+    fn momentum(&self, states: [&State; 2]) -> Momentum {
+        let (mut linear, mut angular) = (Vector3::zeros(), Vector3::zeros());
+        for (body, state) in self.bodies.iter().zip(states) {
+            let p = body.mass() * state.velocity;
+            let arm = state.position - Vector3::new(0.0, 0.0, HEIGHT);
+            linear += p;
+            angular += arm.cross(&p) + rotation(&state.attitude) * (body.inertia() * state.spin);
+        }
+        (linear, angular)
+    }
+
+    /// J.
+    fn energy(&self, states: [&State; 2]) -> f64 {
+        let energy = |(body, state): (&RigidBody, &State)| {
+            0.5 * body.mass() * state.velocity.norm_squared()
+                + 0.5 * state.spin.dot(&(body.inertia() * state.spin))
+        };
+        self.bodies.iter().zip(states).map(energy).sum()
+    }
+}
+
+fn states(run: &Run, k: usize) -> [&State; 2] {
+    [&run.states(0)[k], &run.states(1)[k]]
+}
+
+impl Problem for PairInFlight {
+    fn name(&self) -> &'static str {
+        "pair-in-flight"
+    }
+
+    fn about(&self) -> &'static str {
+        "Two spinning cubes meet in empty space, off the centre, with friction: linear and \
+         angular momentum of the pair stay, and energy is lost."
+    }
+
+    fn bodies(&self) -> usize {
+        2
+    }
+
+    fn inputs(&self) -> Inputs {
+        let (mass, friction) = ((Input::Mass, 2.0), (Input::Friction, 0.5));
+        Inputs::new(0.002, &[mass, friction, (Input::Speed, 3.0)])
+    }
+
+    /// Forces on the two are opposite and at one point of the world, so that Σ m v and
+    /// Σ r × m v + A I ω stay. The step's do so to the last digit: r⁺ = r + h v⁺ adds nothing
+    /// to r × m v, and a cube, whose I is a number, turns about its own ω⁺, so that A⁺ ω⁺ is
+    /// A ω⁺.
+    fn solve(
+        &self,
+        inputs: &Inputs,
+        laboratory: &mut Laboratory<'_>,
+    ) -> Result<Findings, Unsuitable> {
+        let (mass, speed) = (inputs.get(Input::Mass)?, inputs.get(Input::Speed)?);
+        let friction = inputs.get(Input::Friction)?;
+        let [first, second] = HALF_SIDES.map(Vector3::repeat);
+        let bodies =
+            [RigidBody::solid_box(mass, first)?, RigidBody::solid_box(SECOND * mass, second)?];
+        let cubes = Cubes { bodies: bodies.clone() };
+        let [mut a, mut b] =
+            [1, 2].map(|seed| State { attitude: random_attitude(seed), ..resting(HEIGHT) });
+        a.position += APART;
+        a.velocity = Vector3::new(speed, 0.0, 0.0);
+        a.spin = speed * Vector3::new(0.3, -0.6, 0.4);
+        b.spin = speed * Vector3::new(-0.5, 0.2, 0.7);
+        let starts = [a, b];
+        let subjects = bodies.into_iter().zip(starts).map(|(body, at)| Subject::new(body, at));
+        let setup = Setup::new(subjects.collect(), 0.0, friction, WAY / speed);
+        let mut touched = 0_usize;
+        let run = laboratory.run_until(&setup, &mut |step| {
+            touched += usize::from(step.contacts.iter().any(|contact| contact.carries_force()));
+            false
+        })?;
+        if touched == 0 {
+            return Err(Unsuitable::Motion("the cubes pass each other".to_owned()));
+        }
+
+        let (p, l) = cubes.momentum([&starts[0], &starts[1]]);
+        let (mut strayed, mut turned, mut gained) = (0.0_f64, 0.0_f64, f64::NEG_INFINITY);
+        let energy = cubes.energy([&starts[0], &starts[1]]);
+        for k in 1..=run.steps() {
+            let (linear, angular) = cubes.momentum(states(&run, k));
+            strayed = strayed.max((linear - p).norm());
+            turned = turned.max((angular - l).norm());
+            gained = gained.max(cubes.energy(states(&run, k)) - energy);
+        }
+        // What velocities lack, and angles that lag behind spins. All impulses of the meeting add
+        // up to some m v at most, each of them with the speed that its law misses.
+        let total = (1.0 + SECOND) * mass;
+        let lacked = run.sum(|residual| residual.momentum) + 4.0 * run.flight_rounding();
+        let astray = run.sum(|residual| residual.kinematics) * run.time_step;
+        let arm = run
+            .all_states()
+            .map(|state| (state.position[2] - HEIGHT).abs() + state.position.xy().norm());
+        let arm = arm.fold(1.0, f64::max);
+        Ok(Findings {
+            quantities: vec![
+                Quantity::at_most_zero(
+                    ("change of the momentum", "kg m/s"),
+                    strayed,
+                    total * lacked,
+                ),
+                Quantity::at_most_zero(
+                    ("change of the angular momentum", "kg m²/s"),
+                    turned,
+                    total * (3.0 * arm * lacked + speed * astray),
+                ),
+                Quantity::at_most_zero(
+                    ("energy above that of the start", "J"),
+                    gained,
+                    total * speed * (2.0 * lacked + run.largest(|r| r.normal + r.friction)),
+                ),
+            ],
+            curve: Curve::of(
+                ("momentum along the flight", "kg m/s"),
+                &run,
+                |k| cubes.momentum(states(&run, k)).0[0],
+                |_| p[0],
+            ),
+        })
+    }
+}

@@ -1,0 +1,342 @@
+//! A ball that rolls: down a slope, or out of a slide.
+//!
+//! A solid ball has I = ⅖ m R². With u = R ω, the speed of its rim, and friction p a mass and
+//! step, against the slide,
+//!
+//! ```text
+//! v⁺ = v + h g_x − p,   u⁺ = u + ⁵⁄₂ p
+//! ```
+//!
+//! **The step's slip.** The material point that touches at the step's start turns with the
+//! ball by ψ = 2 atan(½ h ω⁺), so that it moves backwards by R sin ψ: the slip of the step is
+//!
+//! ```text
+//! c = v⁺ − s(u⁺),   s(u) = u/(1 + κ² u²),   κ = h/(2R)
+//! ```
+//!
+//! It rolls with the p that makes c = 0, if that is within ±μ g_z h; else friction is all it
+//! has, against the slip. Since s falls behind u by a share κ² u², a rolling ball is slower
+//! than the exact one by ⅖/1.4 of that share or so: second order in h.
+
+use super::stopping::resting;
+use super::{Convergence, Curve, Findings, Input, Inputs, Laboratory, Problem, Quantity, Run};
+use super::{Setup, Subject, Unsuitable};
+use crate::geometry::Piece;
+use crate::mechanics::{RigidBody, State};
+
+/// A ball let go on a slope.
+pub struct RollingBall;
+
+/// A ball that slides first.
+pub struct SlidingBall;
+
+/// R, m.
+const RADIUS: f64 = 0.2;
+/// Enough for Newton's method to settle to the last digit.
+const ROUNDS: usize = 30;
+/// A ball that turns by more than this in a step is far from a rolling one, rad.
+const MOST_TURN: f64 = 0.25;
+/// Below this share κ² u² the order does not show for rounding.
+const LEAST_LAG: f64 = 1e-9;
+
+/// A ball on a plane.
+#[derive(Debug, Clone, Copy)]
+struct Ball {
+    friction: f64,
+    /// Gravity along the slope and onto it, m/s².
+    along: f64,
+    onto: f64,
+    /// h, s.
+    time_step: f64,
+}
+
+/// v and u, m/s.
+type Speeds = (f64, f64);
+
+impl Ball {
+    /// κ, s/m.
+    fn lag(&self) -> f64 {
+        0.5 * self.time_step / RADIUS
+    }
+
+    /// s(u) and its derivative.
+    fn rim(&self, u: f64) -> (f64, f64) {
+        let square = (self.lag() * u).powi(2);
+        (u / (1.0 + square), (1.0 - square) / (1.0 + square).powi(2))
+    }
+
+    /// A step.
+    fn step(&self, (v, u): Speeds) -> Speeds {
+        let h = self.time_step;
+        let (grip, pulled) = (self.friction * self.onto * h, v + h * self.along);
+        let mut p = 0.0;
+        for _ in 0..ROUNDS {
+            let (rim, slope) = self.rim(u + 2.5 * p);
+            p += (pulled - p - rim) / (1.0 + 2.5 * slope);
+        }
+        let p = p.clamp(-grip, grip);
+        (pulled - p, u + 2.5 * p)
+    }
+
+    /// The speeds at the start and after each step.
+    fn discrete(&self, start: Speeds, steps: usize) -> Vec<Speeds> {
+        let mut speeds = vec![start];
+        for k in 0..steps {
+            speeds.push(self.step(speeds[k]));
+        }
+        speeds
+    }
+
+    fn setup(&self, mass: f64, slope: f64, gravity: f64) -> Result<Setup, Unsuitable> {
+        let (body, _) = RigidBody::solid(mass, &[Piece::sphere(RADIUS)?])?;
+        let bodies = vec![Subject::new(body, resting(RADIUS))];
+        Ok(Setup { slope, ..Setup::new(bodies, gravity, self.friction, 0.0) })
+    }
+
+    /// Refuses speeds that turn the ball too far in a step.
+    fn check(&self, rim: f64) -> Result<(), Unsuitable> {
+        let turn = rim * self.time_step / RADIUS;
+        if turn > MOST_TURN {
+            return Err(Unsuitable::Motion(format!(
+                "the ball turns by {turn:.3} rad in a step; {MOST_TURN} is the most"
+            )));
+        }
+        Ok(())
+    }
+
+    /// How a speed comes to the exact one, whose error is about the share κ² u².
+    fn lagging(&self, rim: f64, steps: f64) -> Convergence {
+        let share = (self.lag() * rim).powi(2);
+        if share < LEAST_LAG {
+            return Convergence::within(share * rim, steps);
+        }
+        Convergence::order(2, steps)
+    }
+}
+
+/// What the residuals of `run` allow speeds and ways: a step misses what its law, its
+/// velocities and positions miss, the slip of a held ball by δ/√(1 − τ²) with `share` τ of all
+/// friction (`slack.rs`, b), and it adds up.
+fn slack(run: &Run, share: f64) -> (f64, f64) {
+    let held = 1.0 / (1.0 - share * share).max(1e-4).sqrt();
+    let missed = run.sum(|residual| {
+        2.0 * residual.normal + (2.0 + held) * residual.friction + 3.0 * residual.momentum
+    });
+    let kinematics = run.largest(|residual| residual.kinematics);
+    let speed = missed + kinematics + 4.0 * run.flight_rounding();
+    (speed, run.time(run.steps()) * (speed + kinematics) + run.seat())
+}
+
+/// R ω about y, m/s.
+fn rim(state: &State) -> f64 {
+    RADIUS * state.spin[1]
+}
+
+/// s.
+const DURATION: f64 = 1.0;
+
+impl Problem for RollingBall {
+    fn name(&self) -> &'static str {
+        "rolling-ball"
+    }
+
+    fn about(&self) -> &'static str {
+        "A ball let go on a slope: it rolls with a = ⁵⁄₇ g sin θ up to tan θ = ⁷⁄₂ μ, as usually; \
+         beyond, it slides with g (sin θ − μ cos θ) as it turns."
+    }
+
+    fn for_one_sharp_body(&self) -> bool {
+        false
+    }
+
+    fn inputs(&self) -> Inputs {
+        let (mass, friction) = ((Input::Mass, 2.0), (Input::Friction, 0.4));
+        let values = [mass, friction, (Input::Gravity, 9.81), (Input::Slope, 30.0)];
+        Inputs::new(0.002, &values)
+    }
+
+    /// Rolling, v = R ω: m a = m g sin θ − F and I a/R = F R give a = ⁵⁄₇ g sin θ and
+    /// F = ²⁄₇ m g sin θ, which must be within μ m g cos θ. Sliding, a = g (sin θ − μ cos θ)
+    /// and R ω̇ = ⁵⁄₂ μ g cos θ.
+    fn solve(
+        &self,
+        inputs: &Inputs,
+        laboratory: &mut Laboratory<'_>,
+    ) -> Result<Findings, Unsuitable> {
+        let (gravity, slope) = (inputs.get(Input::Gravity)?, inputs.get(Input::Slope)?);
+        let (sin, cos) = slope.to_radians().sin_cos();
+        let (friction, h) = (inputs.get(Input::Friction)?, laboratory.time_step());
+        let ball = Ball { friction, along: gravity * sin, onto: gravity * cos, time_step: h };
+        let share = 2.0 / 7.0 * sin / cos / friction;
+        if (0.98..1.02).contains(&share) {
+            return Err(Unsuitable::Motion(format!(
+                "a slope of {slope}° is the one at which the ball begins to slide, tan θ = 7/2 mu"
+            )));
+        }
+        let rolls = share < 1.0;
+        let (a, spin_up) = if rolls {
+            (5.0 / 7.0 * ball.along, 5.0 / 7.0 * ball.along)
+        } else {
+            (ball.along - friction * ball.onto, 2.5 * friction * ball.onto)
+        };
+        ball.check(spin_up * DURATION)?;
+        let setup = ball.setup(inputs.get(Input::Mass)?, slope, gravity)?;
+        let run = laboratory.run(&Setup { duration: DURATION, ..setup })?;
+
+        let (count, t) = (run.steps(), run.time(run.steps()));
+        let discrete = ball.discrete((0.0, 0.0), count);
+        let (speed_slack, way_slack) = slack(&run, if rolls { share } else { 0.0 });
+        let steps = count as f64;
+        let speed = if rolls { ball.lagging(a * t, steps) } else { Convergence::Exact };
+        let speed = if a > 0.0 { speed } else { Convergence::Exact };
+        // The way is longer by ½ v h, and shorter by about (²⁄₇) κ² v³ t/4 for the lag.
+        let (longer, shorter) = (0.5 * a * t * h, ball.lag().powi(2) * (a * t).powi(3) * t / 14.0);
+        let way = match (a > 0.0, rolls && shorter > 0.05 * longer) {
+            (false, _) => Convergence::Exact,
+            (true, false) => Convergence::order(1, steps),
+            (true, true) => Convergence::within(longer + 1.2 * shorter, steps),
+        };
+        let (v, u) = discrete[count];
+        let end = run.end(0);
+        Ok(Findings {
+            quantities: vec![
+                Quantity {
+                    discrete: v,
+                    convergence: speed,
+                    ..Quantity::exactly(
+                        ("speed down the slope", "m/s"),
+                        end.velocity[0],
+                        a * t,
+                        speed_slack,
+                    )
+                },
+                Quantity {
+                    discrete: u,
+                    convergence: speed,
+                    ..Quantity::exactly(
+                        ("speed of the rim", "m/s"),
+                        rim(end),
+                        spin_up * t,
+                        2.5 * speed_slack,
+                    )
+                },
+                Quantity {
+                    discrete: h * discrete[1..].iter().map(|(v, _)| v).sum::<f64>(),
+                    convergence: way,
+                    ..Quantity::exactly(
+                        ("way down the slope", "m"),
+                        end.position[0],
+                        0.5 * a * t * t,
+                        way_slack,
+                    )
+                },
+                Quantity::at_most_zero(
+                    ("way across and off the slope", "m"),
+                    end.position[1].hypot(end.position[2] - RADIUS),
+                    way_slack,
+                ),
+            ],
+            curve: Curve::of(
+                ("speed down the slope", "m/s"),
+                &run,
+                |k| run.states(0)[k].velocity[0],
+                |t| a * t,
+            ),
+        })
+    }
+}
+
+impl Problem for SlidingBall {
+    fn name(&self) -> &'static str {
+        "sliding-ball"
+    }
+
+    fn about(&self) -> &'static str {
+        "A ball is struck and slides without turning: friction turns it until it rolls, after \
+         2 v/(7 μ g), with ⁵⁄₇ v whatever μ is."
+    }
+
+    fn for_one_sharp_body(&self) -> bool {
+        false
+    }
+
+    fn inputs(&self) -> Inputs {
+        let (mass, friction) = ((Input::Mass, 2.0), (Input::Friction, 0.3));
+        let values = [mass, friction, (Input::Gravity, 9.81), (Input::Speed, 4.0)];
+        Inputs::new(0.002, &values)
+    }
+
+    /// While it slides v(t) = v − μ g t and R ω = ⁵⁄₂ μ g t, which are equal at
+    /// t = 2 v/(7 μ g), with ⁵⁄₇ v; about the line of contact the angular momentum stays. After
+    /// that nothing acts. In the step's terms v + ⅖ u stays, and v = s(u) at the end.
+    fn solve(
+        &self,
+        inputs: &Inputs,
+        laboratory: &mut Laboratory<'_>,
+    ) -> Result<Findings, Unsuitable> {
+        let (gravity, speed) = (inputs.get(Input::Gravity)?, inputs.get(Input::Speed)?);
+        let (friction, h) = (inputs.get(Input::Friction)?, laboratory.time_step());
+        let ball = Ball { friction, along: 0.0, onto: gravity, time_step: h };
+        ball.check(speed)?;
+        let (grip, rolls) = (2.0 * speed / (7.0 * friction * gravity), 5.0 / 7.0 * speed);
+        let mut setup = ball.setup(inputs.get(Input::Mass)?, 0.0, gravity)?;
+        setup.bodies[0].start.velocity[0] = speed;
+        let run = laboratory.run(&Setup { duration: 2.0 * grip + 4.0 * h, ..setup })?;
+
+        let count = run.steps();
+        let discrete = ball.discrete((speed, 0.0), count);
+        let (speed_slack, way_slack) = slack(&run, 0.0);
+        // While it slides for sure.
+        let slides = ((grip / h).floor() as usize).min(count);
+        let slid = run.time(slides);
+        let way = speed * slid - 0.5 * friction * gravity * slid * slid;
+        let (v, u) = discrete[count];
+        let end = run.end(0);
+        let lagging = ball.lagging(rolls, f64::INFINITY);
+        Ok(Findings {
+            quantities: vec![
+                Quantity {
+                    discrete: v,
+                    convergence: lagging,
+                    ..Quantity::exactly(
+                        ("speed once it rolls", "m/s"),
+                        end.velocity[0],
+                        rolls,
+                        speed_slack,
+                    )
+                },
+                Quantity {
+                    discrete: u,
+                    convergence: lagging,
+                    ..Quantity::exactly(
+                        ("speed of the rim", "m/s"),
+                        rim(end),
+                        rolls,
+                        2.5 * speed_slack,
+                    )
+                },
+                Quantity {
+                    discrete: h * discrete[1..=slides].iter().map(|(v, _)| v).sum::<f64>(),
+                    convergence: Convergence::order(1, grip / h),
+                    ..Quantity::exactly(
+                        ("way while it slides", "m"),
+                        run.states(0)[slides].position[0],
+                        way,
+                        way_slack,
+                    )
+                },
+                Quantity::at_most_zero(
+                    ("way sideways and off the ground", "m"),
+                    end.position[1].hypot(end.position[2] - RADIUS),
+                    way_slack,
+                ),
+            ],
+            curve: Curve::of(
+                ("speed", "m/s"),
+                &run,
+                |k| run.states(0)[k].velocity[0],
+                |t| if t < grip { speed - friction * gravity * t } else { rolls },
+            ),
+        })
+    }
+}
