@@ -52,9 +52,18 @@ pub fn chosen(args: &ValidateArgs) -> Result<Vec<&'static dyn Problem>, Failure>
     Ok(chosen)
 }
 
-/// The plan of `args`: every input is one that its problem can be posed with.
+/// The plan of `args`: every input is one that its problem can be posed with. Problems that no
+/// solver of theirs takes are left out.
 pub fn plan(args: &ValidateArgs) -> Result<Vec<Plan>, Failure> {
-    let problems = chosen(args)?;
+    let mut problems = chosen(args)?;
+    problems.retain(|problem| each(args.solver).iter().any(|solver| takes(*solver, *problem)));
+    if problems.is_empty() {
+        let names = left_out(args)?.join(", ");
+        return Err(Failure::Input(format!(
+            "--solver ipopt: its path is of one body with sharp corners, which leaves out {names}; \
+             use --solver native"
+        )));
+    }
     let given = given(args);
     for (input, _) in &given {
         let idle = !problems.iter().any(|problem| problem.inputs().has(*input));
@@ -64,7 +73,7 @@ pub fn plan(args: &ValidateArgs) -> Result<Vec<Plan>, Failure> {
     let plans: Vec<_> =
         problems.into_iter().map(|problem| Plan::new(problem, &given, args.dt)).collect();
     for plan in &plans {
-        for solver in each(args.solver) {
+        for solver in each(args.solver).iter().filter(|solver| takes(**solver, plan.problem)) {
             for step in plan.time_steps(*solver) {
                 plan.check(step)?;
             }
@@ -92,6 +101,18 @@ pub fn each(solvers: Solvers) -> &'static [Solver] {
         Solvers::Ipopt => &[Solver::Ipopt],
         Solvers::Both => &[Solver::Native, Solver::Ipopt],
     }
+}
+
+/// Whether `solver` takes the problem: Ipopt's path is of one body with sharp corners.
+pub fn takes(solver: Solver, problem: &dyn Problem) -> bool {
+    solver == Solver::Native || problem.for_one_sharp_body()
+}
+
+/// The problems of `args` that are not run with Ipopt where it is asked for.
+pub fn left_out(args: &ValidateArgs) -> Result<Vec<&'static str>, Failure> {
+    let mut problems = chosen(args)?;
+    problems.retain(|problem| each(args.solver).iter().any(|solver| !takes(*solver, *problem)));
+    Ok(problems.into_iter().map(|problem| problem.name()).collect())
 }
 
 /// The flags that set `values` and the step.

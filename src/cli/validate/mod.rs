@@ -14,7 +14,7 @@ use experiment::{Plan, Stop};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use tumble::validation::Problem;
-use tumble_pictures::validation::{Report, page};
+use tumble_pictures::validation::{Report, Solver, page};
 
 /// `tumble validate`.
 pub fn run(args: &ValidateArgs) -> Result<Outcome, Failure> {
@@ -41,7 +41,8 @@ pub fn run(args: &ValidateArgs) -> Result<Outcome, Failure> {
     let path = file.publish()?;
     if !args.quiet {
         let wrote = format!("wrote {}\n", shown::path(&path));
-        say(&(table::describe(&report) + &wrote + &table::verdict(&report)))?;
+        let left_out = table::left_out(&experiment::left_out(args)?);
+        say(&(table::describe(&report) + &wrote + &left_out + &table::verdict(&report)))?;
     }
     Ok(outcome(&report))
 }
@@ -53,12 +54,17 @@ fn examine(
     interrupt: &Arc<AtomicBool>,
 ) -> Result<Report, Stop> {
     let solvers = experiment::each(args.solver);
-    let runs = |plan: &Plan| solvers.iter().map(|s| plan.time_steps(*s).len()).sum::<usize>();
+    let takes = |solver: &&Solver, plan: &Plan| experiment::takes(**solver, plan.problem);
+    let runs = |plan: &Plan| -> usize {
+        let solvers = solvers.iter().filter(|solver| takes(solver, plan));
+        solvers.map(|solver| plan.time_steps(*solver).len()).sum()
+    };
     let bar = progress_bar(plans.iter().map(runs).sum::<usize>() as u64, "runs", args.quiet);
     let mut series: Vec<_> = plans.iter().map(|_| Vec::new()).collect();
-    for &solver in solvers {
-        for (plan, series) in plans.iter().zip(&mut series) {
-            series.push(plan.run(solver, interrupt, || bar.inc(1))?);
+    for solver in solvers {
+        for (plan, series) in plans.iter().zip(&mut series).filter(|(plan, _)| takes(&solver, plan))
+        {
+            series.push(plan.run(*solver, interrupt, || bar.inc(1))?);
         }
     }
     bar.finish_and_clear();

@@ -11,10 +11,13 @@ pub fn experiment(problem: &dyn Problem, inputs: &Inputs, series: Vec<Series>) -
         let value = shown::number(value);
         format!("{} {value} {}", input.name(), problem.unit(input)).trim_end().to_owned()
     };
+    let bodies = problem.bodies();
+    let several = (bodies > 1).then(|| format!("{bodies} bodies"));
+    let words: Vec<_> = inputs.values().iter().map(word).chain(several).collect();
     Experiment {
         name: problem.name().to_owned(),
         about: problem.about().to_owned(),
-        inputs: inputs.values().iter().map(word).collect::<Vec<_>>().join(", "),
+        inputs: words.join(", "),
         series,
     }
 }

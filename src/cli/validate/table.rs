@@ -94,6 +94,17 @@ fn counts(text: &mut String, series: &Series) {
     );
 }
 
+/// What was not run with Ipopt.
+pub fn left_out(names: &[&str]) -> String {
+    if names.is_empty() {
+        return String::new();
+    }
+    format!(
+        "left out with Ipopt, whose path is of one body with sharp corners: {}\n",
+        names.join(", ")
+    )
+}
+
 /// The quantities that are off, a line each, and how many hold.
 pub fn verdict(report: &Report) -> String {
     let mut text = String::new();
