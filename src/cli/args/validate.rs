@@ -11,7 +11,8 @@ pub struct ValidateArgs {
     /// The problems, by name (see --list) [default: all].
     #[arg(value_name = "PROBLEM")]
     pub problems: Vec<String>,
-    /// Who solves the contact steps.
+    /// Who solves the contact steps. Ipopt's path is of one body with sharp corners: problems of
+    /// others are left out with it, and named.
     #[arg(long, value_enum, default_value = "both")]
     pub solver: Solvers,
     /// Time step, s. Every problem is also run with its half, the native solver with its
