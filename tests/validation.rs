@@ -228,9 +228,15 @@ fn a_solver_with_a_defect_is_found_out() {
                 ("spinning-box", "angle turned"),
                 ("compass", "longest slide"),
                 ("dragged-cube", "way"),
+                ("rolling-ball", "way down the slope"),
+                ("blocks-on-slope", "way of the lower block"),
             ],
         ),
-        ("trapezoidal", &planted::trapezoidal, &[("slope-slide", "way down the slope")]),
+        (
+            "trapezoidal",
+            &planted::trapezoidal,
+            &[("slope-slide", "way down the slope"), ("rolling-ball", "way down the slope")],
+        ),
         ("exact turn", &planted::exact_turn, &[("spinning-box", "angle turned")]),
         (
             "slippery",
@@ -241,6 +247,7 @@ fn a_solver_with_a_defect_is_found_out() {
                 ("spinning-box", "stopping time"),
                 ("compass", "longest slide"),
                 ("dragged-cube", "friction while it slides"),
+                ("sliding-ball", "way while it slides"),
             ],
         ),
         ("pyramid", &planted::pyramid, &[("compass", "longest less shortest")]),
@@ -253,15 +260,26 @@ fn a_solver_with_a_defect_is_found_out() {
                 ("tumble", "largest gap in the balance"),
                 ("sliding-stop", "stopping time"),
                 ("pushed-over", "spin that topples"),
+                ("collision", "momentum"),
+                ("ball-chain", "momentum"),
+                ("pair-in-flight", "change of the momentum"),
             ],
         ),
         (
             "bouncing",
             &planted::bouncing,
-            &[("rocking", "spin kept at impact"), ("tumble", "largest gap in the balance")],
+            &[
+                ("rocking", "spin kept at impact"),
+                ("tumble", "largest gap in the balance"),
+                ("collision", "speed of the first box"),
+            ],
         ),
         ("floating", &planted::floating, &[("fast-plate", "lift-off")]),
-        ("sinking", &planted::sinking, &[("fast-plate", "penetration")]),
+        (
+            "sinking",
+            &planted::sinking,
+            &[("fast-plate", "penetration"), ("mass-ratio", "longest way of a box")],
+        ),
     ];
     for (defect, make, seen_in) in cases {
         for (name, quantity) in seen_in {

@@ -114,17 +114,19 @@ impl Ball {
     }
 }
 
-/// What the residuals of `run` allow speeds and ways: a step misses what its law, its
-/// velocities and positions miss, the slip of a held ball by δ/√(1 − τ²) with `share` τ of all
-/// friction (`slack.rs`, b), and it adds up.
-fn slack(run: &Run, share: f64) -> (f64, f64) {
-    let held = 1.0 / (1.0 - share * share).max(1e-4).sqrt();
-    let missed = run.sum(|residual| {
-        2.0 * residual.normal + (2.0 + held) * residual.friction + 3.0 * residual.momentum
-    });
-    let kinematics = run.largest(|residual| residual.kinematics);
-    let speed = missed + kinematics + 4.0 * run.flight_rounding();
-    (speed, run.time(run.steps()) * (speed + kinematics) + run.seat())
+/// What the residuals of `run` allow speeds and ways, where the first `slides` steps slide and
+/// in the others friction is the share τ of all there is.
+///
+/// What velocities lack adds up, and so does δ_f of a step that slides. A ball that is held
+/// slips with δ_f/√(1 − τ²) (`slack.rs`, b), which does not: v + ⅖ u says what both are but for
+/// the slip of the last step. Nor does what the normal law misses.
+fn slack(run: &Run, slides: usize, share: f64) -> (f64, f64) {
+    let slid: f64 = run.residuals.iter().take(slides).map(|r| r.friction).sum();
+    let held = run.largest(|r| r.friction) / (1.0 - share * share).sqrt();
+    let once = held + 2.0 * run.largest(|r| r.normal) + run.largest(|r| r.kinematics);
+    let lacked = 3.0 * run.sum(|residual| residual.momentum);
+    let speed = slid + lacked + once + 4.0 * run.flight_rounding();
+    (speed, run.time(run.steps()) * speed + run.seat())
 }
 
 /// R ω about y, m/s.
@@ -185,7 +187,8 @@ impl Problem for RollingBall {
 
         let (count, t) = (run.steps(), run.time(run.steps()));
         let discrete = ball.discrete((0.0, 0.0), count);
-        let (speed_slack, way_slack) = slack(&run, if rolls { share } else { 0.0 });
+        let (speed_slack, way_slack) =
+            if rolls { slack(&run, 0, share) } else { slack(&run, count, 0.0) };
         let steps = count as f64;
         let speed = if rolls { ball.lagging(a * t, steps) } else { Convergence::Exact };
         let speed = if a > 0.0 { speed } else { Convergence::Exact };
@@ -285,10 +288,10 @@ impl Problem for SlidingBall {
 
         let count = run.steps();
         let discrete = ball.discrete((speed, 0.0), count);
-        let (speed_slack, way_slack) = slack(&run, 0.0);
         // While it slides for sure.
         let slides = ((grip / h).floor() as usize).min(count);
         let slid = run.time(slides);
+        let (speed_slack, way_slack) = slack(&run, slides + 2, 0.0);
         let way = speed * slid - 0.5 * friction * gravity * slid * slid;
         let (v, u) = discrete[count];
         let end = run.end(0);

@@ -127,8 +127,6 @@ impl Problem for Stack {
     /// the bottom. The laws leave open how four corners share it; equal vanishing compliances
     /// (native-solver.md, section 4) share it alike, for the stack is symmetric. Both are those
     /// of a step at rest, too, whatever h is.
-    ///
-    /// The solver takes its limit of vanishing compliances to 1e-9 of the forces.
     fn solve(
         &self,
         inputs: &Inputs,
@@ -173,7 +171,8 @@ impl Problem for Stack {
     }
 }
 
-/// What the limit of vanishing compliances leaves of a difference between equal forces.
+/// What the limit of vanishing compliances may leave of a difference between equal forces: the
+/// least compliance that the native solver takes it from is 1e-9, and the limit is nearer still.
 const EVEN: f64 = 5e-10;
 
 impl Problem for MassRatio {
