@@ -80,6 +80,11 @@ impl Neighbours {
         if !self.place(world, states, states) {
             return;
         }
+        if self.start == self.poses {
+            // Nothing has moved.
+            contacts.extend_from_slice(&self.kept);
+            return;
+        }
         let Self { proxies, pairs, poses, scratch, touches, .. } = self;
         std::mem::swap(&mut self.start, &mut self.spare_start);
         std::mem::swap(&mut self.kept, &mut self.spare_kept);

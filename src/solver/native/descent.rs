@@ -111,10 +111,10 @@ impl<E: Equations> Descent<E> {
                 break;
             }
             self.start(equations, previous, start, effort);
-            let reached = if start == Start::Previous && self.repeats(equations) {
-                Reached { residual: self.residual(equations), selected: true }
-            } else {
-                self.descend(equations, effort)
+            let repeated = if start == Start::Previous { self.repeat(equations) } else { None };
+            let reached = match repeated {
+                Some(residual) => Reached { residual, selected: true },
+                None => self.descend(equations, effort),
             };
             let rank = Rank {
                 unsolved: reached.residual > tolerances.solved,
@@ -122,7 +122,9 @@ impl<E: Equations> Descent<E> {
                 residual: reached.residual,
             };
             if !rank.unsolved && reached.selected && !rank.turns_too_far {
-                self.settle(equations, reached.residual);
+                if repeated.is_none() {
+                    self.settle(equations, reached.residual);
+                }
                 return Outcome { solved: true, start };
             }
             if index == 0 || rank < best.0 {
@@ -148,22 +150,22 @@ impl<E: Equations> Descent<E> {
     /// rounding. A residual alone does not say so: it hardly feels the shares that the law
     /// leaves open.
     ///
-    /// Where it is so the iterate keeps the velocities that the impulses leave as they were, to
+    /// Where it is so, the residual, m/s, and the iterate keeps the velocities that the impulses leave as they were, to
     /// the last bit: rounding in the sum of the impulses would add up from step to step, until
     /// the face of a body at rest is warped by it.
-    fn repeats(&mut self, equations: &E) -> bool {
+    fn repeat(&mut self, equations: &E) -> Option<f64> {
         if equations.unsettled() > SETTLED {
-            return false;
+            return None;
         }
         let tolerances = *equations.tolerances();
         equations.keep_velocity(&mut self.iterate.velocity);
         let residual = self.residual(equations);
         let sinking = self.iterate.gap_speed(equations);
         if residual <= tolerances.exact && sinking <= tolerances.rounding {
-            return true;
+            return Some(residual);
         }
         equations.set_velocity_after(&self.iterate.impulses, &mut self.iterate.velocity);
-        false
+        None
     }
 
     /// Keeps what is at rest at rest where several bodies hold each other. Solved to a tolerance
