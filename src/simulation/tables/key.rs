@@ -9,7 +9,8 @@ use std::fmt;
 /// Against the ground it is the number of the body's contact point: `5`. Against a piece it is
 /// `point.piece.piece.feature.plane`: the body's contact point, the piece of the body and the
 /// partner's, the feature, and the count of planes that a step met it with. A feature is `A3`, a
-/// vertex of the first piece found, `B3`, one of the second, or `E3x7`, an edge of each.
+/// vertex of the first piece found, `B3`, one of the second, `E3x7`, an edge of each, or `V3x7`, a
+/// vertex of each.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct KeyText {
     /// See [`ContactKey::point`].
@@ -39,8 +40,11 @@ impl KeyText {
             [point] => Some(Self { point: point.parse().ok()?, pair: None }),
             [point, first, second, feature, plane] => {
                 let pieces = (first.parse().ok()?, second.parse().ok()?);
-                let pair =
-                    PairFeatures { pieces, feature: feature_of(feature)?, plane: plane.parse().ok()? };
+                let pair = PairFeatures {
+                    pieces,
+                    feature: feature_of(feature)?,
+                    plane: plane.parse().ok()?,
+                };
                 Some(Self { point: point.parse().ok()?, pair: Some(pair) })
             }
             _ => None,
@@ -53,9 +57,10 @@ fn feature_of(text: &str) -> Option<Feature> {
     match text.as_bytes().first()? {
         b'A' => Some(Feature::Vertex(Side::A, number.parse().ok()?)),
         b'B' => Some(Feature::Vertex(Side::B, number.parse().ok()?)),
-        b'E' => {
+        kind @ (b'E' | b'V') => {
             let (a, b) = number.split_once('x')?;
-            Some(Feature::Edges(a.parse().ok()?, b.parse().ok()?))
+            let (a, b) = (a.parse().ok()?, b.parse().ok()?);
+            Some(if *kind == b'E' { Feature::Edges(a, b) } else { Feature::Vertices(a, b) })
         }
         _ => None,
     }
@@ -69,6 +74,7 @@ impl fmt::Display for KeyText {
             Feature::Vertex(Side::A, vertex) => write!(f, "A{vertex}")?,
             Feature::Vertex(Side::B, vertex) => write!(f, "B{vertex}")?,
             Feature::Edges(a, b) => write!(f, "E{a}x{b}")?,
+            Feature::Vertices(a, b) => write!(f, "V{a}x{b}")?,
         }
         write!(f, ".{}", pair.plane)
     }
@@ -81,8 +87,12 @@ mod tests {
     #[test]
     fn keys_read_back_as_they_were_written() {
         let pair = |feature| Some(PairFeatures { pieces: (1, 20), feature, plane: 2 });
-        let features =
-            [Feature::Vertex(Side::A, 3), Feature::Vertex(Side::B, 999), Feature::Edges(4, 17)];
+        let features = [
+            Feature::Vertex(Side::A, 3),
+            Feature::Vertex(Side::B, 999),
+            Feature::Edges(4, 17),
+            Feature::Vertices(0, 1),
+        ];
         let keys = features.map(|feature| KeyText { point: 12, pair: pair(feature) });
         for key in keys.into_iter().chain([KeyText { point: 7, pair: None }]) {
             assert_eq!(KeyText::parse(&key.to_string()), Some(key));

@@ -88,13 +88,43 @@ const STATE_COLUMNS: [&str; 16] = [
 ];
 
 const CONTACT_COLUMNS: [&str; 20] = [
-    "k", "contact", "body", "partner", "partner_index", "x_m", "y_m", "z_m", "nx", "ny", "nz",
-    "fx_N", "fy_N", "fz_N", "slip_x_m_s", "slip_y_m_s", "slip_z_m_s", "gap_m", "radius_m", "key",
+    "k",
+    "contact",
+    "body",
+    "partner",
+    "partner_index",
+    "x_m",
+    "y_m",
+    "z_m",
+    "nx",
+    "ny",
+    "nz",
+    "fx_N",
+    "fy_N",
+    "fz_N",
+    "slip_x_m_s",
+    "slip_y_m_s",
+    "slip_z_m_s",
+    "gap_m",
+    "radius_m",
+    "key",
 ];
 
 const STEP_COLUMNS: [&str; 14] = [
-    "k", "t_s", "status", "iterations", "start", "contacts", "residual_m_s", "dynamics_m_s",
-    "penetration_m_s", "normal_law_m_s", "friction_law_m_s", "cone_m_s", "overlap_m", "energy_J",
+    "k",
+    "t_s",
+    "status",
+    "iterations",
+    "start",
+    "contacts",
+    "residual_m_s",
+    "dynamics_m_s",
+    "penetration_m_s",
+    "normal_law_m_s",
+    "friction_law_m_s",
+    "cone_m_s",
+    "overlap_m",
+    "energy_J",
 ];
 
 /// The energy of all bodies, J: kinetic, and potential in gravity from the world's origin.

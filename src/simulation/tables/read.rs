@@ -257,8 +257,7 @@ struct Sheet<R: Read> {
 impl<R: Read> Sheet<R> {
     fn new(table: Table, stream: R) -> Result<Self, TablesError> {
         let mut csv = csv::Reader::from_reader(stream);
-        let found =
-            csv.headers().map_err(|error| TablesError::Csv { table, error })?.clone();
+        let found = csv.headers().map_err(|error| TablesError::Csv { table, error })?.clone();
         let columns = table.columns();
         for position in 0..columns.len().max(found.len()) {
             let expected = columns.get(position).copied().unwrap_or("the end");
