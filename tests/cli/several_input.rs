@@ -93,7 +93,7 @@ const BROKEN: [(&str, &str, &[&str]); 58] = [
     (
         "mass = 1.0",
         "mass = 1.0\nload = { force = [1e9, 0, 0] }",
-        &["lower: force or torque", "a step of this load"],
+        &["load of lower", "a step of this load"],
     ),
     ("[0.0, 0.0, 0.1]", "[0.0, 0.0, 0.09]", &["lower", "below the ground", "1.000e-2"]),
     ("[0.0, 0.0, 0.3]", "[0.0, 0.0, 0.29]", &["lower", "upper-0", "overlap by 1.000e-2 m"]),
@@ -109,7 +109,7 @@ const BROKEN: [(&str, &str, &[&str]); 58] = [
     ("coefficient = 0.3", "coefficient = -1.0", &["friction[0].coefficient", "0 to 10"]),
     ("[ground]\nfriction = 0.5\n", "", &["ground", "[[bodies]]", "offset = -100"]),
     ("steps = 5", "steps = 0", &["steps", "1 to 10000000"]),
-    ("steps = 5", "time_step = 1.0", &["dt", "1e-6 to 0.1"]),
+    ("steps = 5", "time_step = 1.0", &["time_step", "1e-6 to 0.1"]),
     ("steps = 5", "[solver]\nname = \"ipopt\"", &["solver", "Ipopt", "[[bodies]]"]),
     ("steps = 5", "[body]\nbox = 1.0\nmass = 1.0", &["line 2", "body", "unknown"]),
 ];
@@ -145,6 +145,8 @@ fn flags_of_one_body_and_of_pictures_are_refused() {
         &["--camera", "0,10"],
         &["--tol", "1e-8"],
         &["--max-iter", "10"],
+        &["--preset", "tutorial"],
+        &["--formulation", "reduced"],
         &["--on-failure", "ladder"],
         &["--seed", "1"],
         &["--solver", "ipopt"],

@@ -183,7 +183,7 @@ fn a_table_or_run_file_that_is_not_there_is_named() {
     let json = files()[3].replacen("\"mass\": 2.0", "\"mass\": -2.0", 1);
     assert_ne!(json, files()[3]);
     fs::write(directory.path().join("run.json"), json).unwrap();
-    verify(directory.path()).assert_refused(2, &["run.json", "mass"]);
+    verify(directory.path()).assert_refused(2, &["run.json", "model.bodies[0]", "mass"]);
     // Another world's constants: every step differs.
     let json = files()[3].replacen("\"mass\": 2.0", "\"mass\": 3.0", 1);
     fs::write(directory.path().join("run.json"), json).unwrap();

@@ -3,6 +3,7 @@
 use super::job::{Job, SOLVER};
 use crate::cli::describe::{certificates, contact_steps};
 use crate::cli::run::{End, Run};
+use crate::cli::run_file::heading;
 use std::fmt::Write as _;
 
 pub fn describe(job: &Job, run: &Run, largest_overlap: Option<(u64, f64)>) -> String {
@@ -12,7 +13,7 @@ pub fn describe(job: &Job, run: &Run, largest_overlap: Option<(u64, f64)>) -> St
     let seed = if job.drawn { format!("seed {}, ", job.seed) } else { String::new() };
     let mut text = format!(
         "{}, {seed}{} rows, h = {h} s: {simulated:.3} s of motion\n",
-        job.name,
+        heading(&job.name, &job.changed),
         summary.steps() + 1
     );
     match run.end {

@@ -27,6 +27,8 @@ use tumble::world::World;
 /// A simulation of several bodies.
 pub struct Job {
     pub name: String,
+    /// The settings for which flags gave other values than the file.
+    pub changed: Vec<String>,
     pub seed: u32,
     /// Whether anything was drawn from the seed.
     pub drawn: bool,
@@ -55,7 +57,9 @@ impl Job {
     fn of(flags: Settings, path: &Path, text: &str) -> Result<Self, Failure> {
         let mut file: SeveralFile = scenario::parse(text).map_err(Failure::Input)?;
         let name = scenario::name(file.name.take(), path).map_err(Failure::Input)?;
-        let settings = settings(flags, &mut file).map_err(Failure::Input)?;
+        let below = settings(&mut file).map_err(Failure::Input)?;
+        let changed = flags.changed(&below);
+        let settings = flags.over(below);
         if settings.solver == Some(SolverName::Ipopt) {
             return Err(Failure::Input(
                 "solver: Ipopt solves scenes of one [body]; `native` is needed for [[bodies]]"
@@ -71,6 +75,7 @@ impl Job {
         let rows = settings.steps.ok_or_else(|| Failure::needed("steps"))?;
         let job = Self {
             name,
+            changed,
             seed: settings.seed.unwrap_or(USUAL_SEED),
             drawn,
             rows,
@@ -106,6 +111,7 @@ impl Job {
             outcome: run.end.name().to_owned(),
             tumble_version: env!("CARGO_PKG_VERSION").to_owned(),
             scene: self.name.clone(),
+            changed: self.changed.clone(),
             seed: self.seed,
             drawn: self.drawn,
             steps: self.rows,
@@ -154,10 +160,14 @@ impl Job {
 /// What rounding and the digits of a file may leave, in parts of the reach: the library's own rule.
 const OVERLAP_AT_THE_START: f64 = 1e-6;
 
-/// What flags and file say, but for the bodies.
-fn settings(flags: Settings, file: &mut SeveralFile) -> Result<Settings, String> {
+/// What the file says, but for the bodies.
+fn settings(file: &mut SeveralFile) -> Result<Settings, String> {
+    let steps = file.steps.unwrap_or(1000);
+    if !(1..=10_000_000).contains(&steps) {
+        return Err(format!("steps is {steps}; allowed is 1 to 10000000"));
+    }
     let mut below = Settings {
-        steps: Some(file.steps.unwrap_or(1000)),
+        steps: Some(steps),
         seed: Some(file.seed.unwrap_or(USUAL_SEED)),
         dt: Some(file.time_step.unwrap_or(0.002)),
         ..Settings::default()
@@ -173,12 +183,7 @@ fn settings(flags: Settings, file: &mut SeveralFile) -> Result<Settings, String>
     if let Some(solver) = file.solver.take() {
         solver.set(&mut below);
     }
-    let settings = flags.over(below);
-    let steps = settings.steps.unwrap_or_default();
-    if !(1..=10_000_000).contains(&steps) {
-        return Err(format!("steps is {steps}; allowed is 1 to 10000000"));
-    }
-    Ok(settings)
+    Ok(below)
 }
 
 /// Flags of one body's scenes, and of its pictures.
@@ -200,6 +205,7 @@ fn refuse_idle_flags(args: &SimulateArgs) -> Result<(), Failure> {
             ("--velocity", args.velocity.is_some()),
             ("--spin", args.spin.is_some()),
             ("--frame", args.frame.is_some()),
+            ("--preset", args.preset.is_some()),
         ],
     )?;
     let animation = &args.animation;

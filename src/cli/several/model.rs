@@ -117,16 +117,18 @@ impl Model {
     fn rigid_bodies(&self) -> Result<Vec<RigidBody>, Failure> {
         let mut made: Vec<(&BodyModel, RigidBody)> = Vec::new();
         let mut bodies = Vec::with_capacity(self.bodies.len());
-        for model in &self.bodies {
+        for (index, model) in self.bodies.iter().enumerate() {
             let known = made.iter().rev().find(|(other, _)| other.is_like(model));
             if let Some((_, body)) = known {
                 bodies.push(body.clone());
                 continue;
             }
             let shape = self.shapes.get(model.shape).ok_or_else(|| {
-                Failure::Input(format!("the body {} has a shape that is not there", model.name))
+                Failure::Input(format!("model.bodies[{index}].shape: there is no such shape"))
             })?;
-            let body = model.rigid_body(shape)?;
+            let body = model
+                .rigid_body(shape)
+                .map_err(|error| Failure::Input(format!("model.bodies[{index}]: {error}")))?;
             bodies.push(body.clone());
             made.push((model, body));
         }

@@ -14,6 +14,8 @@ pub struct SeveralRun {
     pub outcome: String,
     pub tumble_version: String,
     pub scene: String,
+    /// The settings for which flags gave other values than the scenario.
+    pub changed: Vec<String>,
     pub seed: u32,
     /// Whether anything of the start is drawn from the seed.
     pub drawn: bool,

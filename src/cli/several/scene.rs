@@ -282,8 +282,8 @@ impl Builder<'_> {
         };
         for (at, placed) in &found {
             placed.piece().map_err(|error| match field_of(&error) {
-                why if why.starts_with(placed.form.field()) => format!("{at}.{why}"),
-                why => format!("{at}.{}: {why}", placed.form.field()),
+                why if !why.starts_with("shape") => format!("{at}.{why}"),
+                _ => format!("{at}.{}: {error}", placed.form.field()),
             })?;
         }
         Ok(found.into_iter().map(|(_, placed)| placed).collect())

@@ -68,7 +68,12 @@ pub fn run(args: &VerifyArgs) -> Result<Outcome, Failure> {
     let run_path = args.file.with_file_name("run.json");
     let run = SeveralRun::read(&run_path)?;
     let model = run.ok_or_else(|| Failure::needed("run.json"))?.model;
-    let wrong = |failure: Failure| failure.in_file(&run_path, FileKind::Run, &[]);
+    let wrong = |failure: Failure| match failure {
+        Failure::Setting { name, why } => {
+            Failure::Input(format!("{}: model.{name}: {why}", shown::path(&run_path)))
+        }
+        other => other.in_file(&run_path, FileKind::Run, &[]),
+    };
     let world = model.world().map_err(wrong)?;
     let loads = model.loads().map_err(wrong)?;
     let streams = Streams {
