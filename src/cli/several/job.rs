@@ -120,6 +120,7 @@ impl Job {
                 name: SOLVER.to_owned(),
                 detection: Some(self.contact.detection.name().to_owned()),
                 on_failure: Some(self.contact.on_failure.name().to_owned()),
+                formulation: None,
                 tol: None,
                 max_iter: None,
             },
@@ -134,8 +135,9 @@ impl Job {
             let heights = self.world.heights(index, &state.pose());
             let lowest = heights.fold(f64::INFINITY, f64::min);
             let reach = self.world.bodies()[index].reach();
-            // In this order NaN is refused as well.
-            if !(lowest >= -OVERLAP_AT_THE_START * reach) {
+            // A NaN is above nothing.
+            let is_above = lowest >= -OVERLAP_AT_THE_START * reach;
+            if !is_above {
                 return Err(Failure::Input(format!(
                     "position: {} would start {:.3e} m below the ground; allowed is to touch",
                     self.model.bodies[index].name, -lowest
