@@ -152,7 +152,11 @@ fn flags_of_one_body_and_of_pictures_are_refused() {
         &["--solver", "ipopt"],
     ] {
         let (end, directory) = run_scenario(SCENE, flags);
-        let named = if flags[0] == "--solver" { "Ipopt" } else { flags[0] };
+        let named = match flags[0] {
+            "--solver" => "Ipopt",
+            "--formulation" => "formulation",
+            flag => flag,
+        };
         end.assert_refused(2, &[named]);
         assert_eq!(everything_in(directory.path()).len(), 1, "{flags:?}");
     }

@@ -65,6 +65,7 @@ struct Judge {
 
 pub fn run(args: &VerifyArgs) -> Result<Outcome, Failure> {
     refuse_idle_flags(args)?;
+    refuse_another_file(&args.file)?;
     let run_path = args.file.with_file_name("run.json");
     let run = SeveralRun::read(&run_path)?;
     let model = run.ok_or_else(|| Failure::needed("run.json"))?.model;
@@ -111,6 +112,20 @@ pub fn run(args: &VerifyArgs) -> Result<Outcome, Failure> {
 /// The folder of the tables, as it can be shown.
 fn folder(args: &VerifyArgs) -> String {
     shown::path(directory_of(None, &args.file))
+}
+
+/// The run.json beside a file says nothing of one that is no table of its run.
+fn refuse_another_file(file: &Path) -> Result<(), Failure> {
+    let names = Table::ALL.map(|table| format!("{table}.csv"));
+    let name = file.file_name().unwrap_or_default();
+    if names.iter().any(|table| name == table.as_str()) {
+        return Ok(());
+    }
+    Err(Failure::Input(format!(
+        "{}: the run.json beside it is of a run of several bodies; its tables are {}",
+        shown::path(file),
+        names.join(", ")
+    )))
 }
 
 fn open(beside: &Path, table: Table) -> Result<File, Failure> {
