@@ -2,7 +2,7 @@
 
 use super::entries::SeveralFile;
 use super::model::Model;
-use super::run_file::SeveralRun;
+use super::run_file::{SeveralRun, refuse_large};
 use super::scene::{self, Built};
 use crate::cli::args::SimulateArgs;
 use crate::cli::choices::SolverName;
@@ -70,6 +70,7 @@ impl Job {
         let folder = path.parent().unwrap_or(Path::new(""));
         let Built { model, drawn } =
             scene::build(file, &settings, folder).map_err(Failure::Input)?;
+        refuse_large(&model)?;
         let world = model.world()?;
         let contact = Contact::new(&settings)?;
         let rows = settings.steps.ok_or_else(|| Failure::needed("steps"))?;

@@ -2,7 +2,7 @@
 
 use super::model::Model;
 use crate::cli::outcome::Failure;
-use crate::cli::run_file::{SolverSettings, SummaryFile};
+use crate::cli::run_file::{LARGEST_RUN_FILE, SolverSettings, SummaryFile};
 use crate::cli::{fields, input, shown};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -34,16 +34,13 @@ struct Kind {
     model: Option<serde::de::IgnoredAny>,
 }
 
-/// Larger ones are no run files: two thousand bodies with meshes of their own.
-const LARGEST: u64 = 256 << 20;
-
 impl SeveralRun {
     /// `None` where there is no such file, or it is of one body.
     pub fn read(path: &Path) -> Result<Option<Self>, Failure> {
         let odd = |why: &dyn std::fmt::Display| {
             Failure::Input(format!("{} is not a run.json: {why}", shown::path(path)))
         };
-        let text = match input::text(path, LARGEST) {
+        let text = match input::text(path, LARGEST_RUN_FILE) {
             Ok(text) => text,
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
             Err(error) => return Err(odd(&error)),
@@ -55,10 +52,28 @@ impl SeveralRun {
     }
 
     pub fn write(&self) -> Result<String, Failure> {
-        serde_json::to_string_pretty(self)
-            .map(|json| json + "\n")
-            .map_err(|error| Failure::Other(format!("run.json cannot be made: {error}")))
+        json(self)
     }
+}
+
+fn json(value: &impl Serialize) -> Result<String, Failure> {
+    serde_json::to_string_pretty(value)
+        .map(|json| json + "\n")
+        .map_err(|error| Failure::Other(format!("run.json cannot be made: {error}")))
+}
+
+/// Refuses a model that makes a longer run.json than is read again.
+pub fn refuse_large(model: &Model) -> Result<(), Failure> {
+    /// What besides the model stands in the file.
+    const REST: u64 = 1 << 16;
+    let length = json(model)?.len() as u64;
+    if length + REST <= LARGEST_RUN_FILE {
+        return Ok(());
+    }
+    Err(Failure::Input(format!(
+        "shapes: the scene has {length} bytes in run.json, of which at most {LARGEST_RUN_FILE} are \
+         read; fewer or coarser meshes and hulls are needed"
+    )))
 }
 
 /// Refuses, where one body's trajectory is asked for, a file beside a run.json of several.
