@@ -1,8 +1,10 @@
 //! Several bodies on the command line: scenario files with `[[bodies]]`, their runs and tables.
 
+mod copies;
 mod describe;
 mod entries;
 mod job;
+mod masses;
 mod model;
 mod run_file;
 mod scene;

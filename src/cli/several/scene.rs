@@ -1,32 +1,27 @@
 //! What a scenario file of several bodies amounts to, checked: a model.
 
+use super::copies::{Copied, MOST_BODIES, MOST_FIXED, copies};
 use super::entries::{
-    BodyEntry, CopiesTable, FixedEntry, FrictionEntry, Jitter, PieceEntry, RingTable, SeveralFile,
-    Turned, plain, turn,
+    BodyEntry, FixedEntry, FrictionEntry, Jitter, PieceEntry, SeveralFile, Turned, plain,
 };
+use super::masses::mass_properties;
 use super::model::{BodyModel, FixedModel, FrictionModel, Model, PartnerModel, Start};
 use super::shape::{Form, Place, PlacedForm, Shape};
 use crate::cli::choices::Frame;
 use crate::cli::fields::Numbers;
 use crate::cli::physics::plane as plane_parameters;
 use crate::cli::run_file::LoadParameters;
-use crate::cli::scenario::tables::{InertiaValue, LoadTable};
+use crate::cli::scenario::tables::LoadTable;
 use crate::cli::settings::Settings;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 use std::path::Path;
 use tumble::contact::Plane;
 use tumble::error::Error;
 use tumble::mechanics::{Load, State};
 use tumble::simulation::random::Draws;
 
-/// The most bodies of a scene.
-pub const MOST_BODIES: usize = 2000;
-/// The most fixed pieces of a scene.
-const MOST_FIXED: usize = 10_000;
 /// Ratios of masses up to here are tested.
 const LARGEST_MASS_RATIO: f64 = 1e6;
-/// The specific inertia of a point mass, m²: it has no effect.
-const POINT_INERTIA: f64 = 1.0;
 /// What a fixed thing or a piece needs.
 pub const ONE_SHAPE: &str = "one shape is needed: box, sphere, capsule, hull or mesh";
 
@@ -89,13 +84,6 @@ struct Builder<'a> {
     drawn: bool,
     names: Vec<Named>,
     model: Model,
-}
-
-/// Where one copy is, in its frame, and how its directions are turned against the entry's.
-#[derive(Clone, Copy)]
-struct Copied {
-    place: Place,
-    turned: Place,
 }
 
 impl Builder<'_> {
@@ -408,50 +396,6 @@ impl Builder<'_> {
 const ONE_SHAPE_OF_A_BODY: &str =
     "one shape is needed: box, sphere, capsule, hull, mesh, pieces, points or point_mass = true";
 
-/// Mass, inertia and centre of mass, in the shape's frame.
-fn mass_properties(
-    shape: &Shape,
-    entry: &BodyEntry,
-) -> Result<(f64, Matrix3<f64>, Vector3<f64>), String> {
-    let solid = shape.solid().map_err(|error| field_of(&error))?;
-    let mass = match (entry.mass, entry.density, &solid) {
-        (Some(mass), None, _) => mass,
-        (None, Some(density), Some(solid)) => {
-            if !(1e-6..=1e9).contains(&density) {
-                return Err(format!("density is {density:?}; allowed is 1e-6 to 1e9 kg/m³"));
-            }
-            density * solid.volume
-        }
-        (None, Some(_), None) => return Err("density: points have no volume; give mass".to_owned()),
-        _ => return Err("mass: either `mass` or `density` is needed".to_owned()),
-    };
-    if !(1e-9..=1e9).contains(&mass) {
-        return Err(format!("mass is {mass:?} kg; allowed is 1e-9 to 1e9"));
-    }
-    let given = entry.inertia.as_ref().and_then(InertiaValue::matrix);
-    if let (Some(centre), Some(_)) = (entry.centre, &given) {
-        if !centre.0.iter().all(|coordinate| coordinate.abs() <= 1e4) {
-            return Err("centre: coordinates from -1e4 to 1e4 m are needed".to_owned());
-        }
-    } else if entry.centre.is_some() {
-        return Err("centre: it has no meaning without `inertia` in numbers".to_owned());
-    }
-    let centre = entry.centre.map(|centre| Vector3::from(centre.0));
-    let is_point = matches!(shape, Shape::Points(points) if points[..] == [[0.0; 3]]);
-    match (solid, given) {
-        (solid, Some(inertia)) => {
-            let own = solid.map_or(Vector3::zeros(), |solid| solid.centre);
-            Ok((mass, inertia, centre.unwrap_or(own)))
-        }
-        (Some(solid), None) => Ok((mass, solid.specific_inertia * mass, solid.centre)),
-        (None, None) if is_point => {
-            let inertia = Matrix3::from_diagonal_element(POINT_INERTIA * mass);
-            Ok((mass, inertia, Vector3::zeros()))
-        }
-        (None, None) => Err("inertia: it is needed with `points`".to_owned()),
-    }
-}
-
 fn load(table: LoadTable) -> Result<Option<LoadParameters>, String> {
     if table.has_idle_point() {
         return Err("load.at has no meaning without load.force; leave it out".to_owned());
@@ -479,60 +423,6 @@ fn placed(position: Option<Numbers<3>>, attitude: Option<&Turned>) -> Result<Pla
     Ok(Place { position, attitude })
 }
 
-/// The copies of what is at `place`: one without copies or ring, at most `room`.
-fn copies(
-    place: Place,
-    grid: Option<&CopiesTable>,
-    ring: Option<&RingTable>,
-    room: usize,
-    what: &str,
-) -> Result<Vec<Copied>, String> {
-    let count = match (grid, ring) {
-        (Some(_), Some(_)) => {
-            return Err("copies: either `copies` or `ring` can be given".to_owned());
-        }
-        (Some(grid), None) => grid.count.0.iter().map(|&count| u128::from(count)).product(),
-        (None, Some(ring)) => u128::from(ring.count),
-        (None, None) => 1,
-    };
-    let field = if ring.is_some() { "ring.count" } else { "copies.count" };
-    if count == 0 {
-        return Err(format!("{field}: counts of 1 and more are needed"));
-    }
-    if count > room as u128 {
-        let most = if what == "bodies" { MOST_BODIES } else { MOST_FIXED };
-        return Err(format!("{field}: with these {count} there are more than {most} {what}"));
-    }
-    let plain = Copied { place, turned: Place::ORIGIN };
-    if let Some(grid) = grid {
-        let [nx, ny, nz] = grid.count.0;
-        let cells =
-            (0..nz).flat_map(|z| (0..ny).flat_map(move |y| (0..nx).map(move |x| [x, y, z])));
-        return Ok(cells
-            .map(|cell| {
-                let mut copy = plain;
-                for (axis, number) in cell.into_iter().enumerate() {
-                    copy.place.position[axis] += f64::from(number) * grid.step.0[axis];
-                }
-                copy
-            })
-            .collect());
-    }
-    let Some(ring) = ring else { return Ok(vec![plain]) };
-    let axis = ring.axis.map_or([0.0, 0.0, 1.0], |axis| axis.0);
-    let about = ring.about.map_or(Vector3::zeros(), |about| about.0.into());
-    let turned = |number: u32| {
-        let attitude =
-            turn(&axis, f64::from(number) * ring.degrees).map_err(|why| format!("ring.{why}"))?;
-        let only = Place { position: [0.0; 3], attitude };
-        let moved = Place { position: (about - only.rotation() * about).into(), attitude };
-        // The first stays where it is, to the last bit.
-        let place = if number == 0 { place } else { place.within(&moved) };
-        Ok(Copied { place, turned: only })
-    };
-    (0..ring.count).map(turned).collect()
-}
-
 fn start_state(start: &Start) -> State {
     State {
         position: start.position.into(),
@@ -543,7 +433,7 @@ fn start_state(start: &Start) -> State {
 }
 
 /// What the library refuses, after the name of the field that sets it.
-fn field_of(error: &Error) -> String {
+pub fn field_of(error: &Error) -> String {
     let field = match error {
         Error::Inertia(_) => "inertia",
         Error::Shape { shape: "the hull", .. } => "hull",
