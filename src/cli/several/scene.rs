@@ -317,7 +317,11 @@ impl Builder<'_> {
     fn is_fixed_of_pieces(&self, name: &str) -> bool {
         let of = self.names.iter().filter(|named| named.name == name).collect::<Vec<_>>();
         let [one] = of[..] else { return false };
-        let is_own = |partner: &PartnerModel| matches!(partner, PartnerModel::Fixed(i) if self.model.fixed[*i].name == name);
+        let has_name = |index: usize| self.model.fixed[index].name == name;
+        let is_own = |partner: &PartnerModel| match partner {
+            PartnerModel::Fixed(index) => has_name(*index),
+            PartnerModel::Ground | PartnerModel::Body(_) => false,
+        };
         one.partners.iter().all(is_own)
             && self.model.fixed.iter().filter(|fixed| fixed.name == name).count()
                 == one.partners.len()
