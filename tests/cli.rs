@@ -20,6 +20,12 @@ mod plot;
 mod points;
 #[path = "cli/scenario.rs"]
 mod scenario;
+#[path = "cli/several.rs"]
+mod several;
+#[path = "cli/several_input.rs"]
+mod several_input;
+#[path = "cli/several_tampering.rs"]
+mod several_tampering;
 #[path = "cli/simulate.rs"]
 mod simulate;
 #[path = "derivatives/sizes.rs"]

@@ -3,7 +3,7 @@
 mod common;
 
 use common::reference;
-use tumble::simulation::random::{numpy_rand4, random_attitude};
+use tumble::simulation::random::{Draws, numpy_rand4, random_attitude};
 
 /// The numbers of the array `key` in one object of `numpy_draws.json`, read by the
 /// standard library, which rounds correctly; serde_json may be one unit in the last place
@@ -45,4 +45,21 @@ fn attitudes_are_the_normalised_draws_bit_for_bit() {
             assert_eq!(ours.to_bits(), theirs.to_bits(), "seed {seed}: {ours} and {theirs}");
         }
     }
+}
+
+/// Attitudes that are drawn have length 1 and prefer no direction: of as many, the mean of q qᵀ is
+/// ¼ E to a few parts of 1/√n.
+#[test]
+fn attitudes_prefer_no_direction() {
+    const COUNT: usize = 20_000;
+    let mut draws = Draws::new(5);
+    let mut mean = nalgebra::Matrix4::<f64>::zeros();
+    for _ in 0..COUNT {
+        let attitude = draws.attitude();
+        assert!((attitude.norm() - 1.0).abs() < 1e-15);
+        mean += attitude * attitude.transpose() / COUNT as f64;
+    }
+    // A diagonal entry has the variance 3/24 − 1/16 = 1/16: five times 1/(4 √n).
+    let off = (mean - nalgebra::Matrix4::identity() * 0.25).amax();
+    assert!(off < 1.25 / (COUNT as f64).sqrt(), "{off}");
 }

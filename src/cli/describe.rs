@@ -56,7 +56,7 @@ fn ending(job: &Job, run: &Run) -> String {
 }
 
 /// What the solver made of the contact steps.
-fn contact_steps(solver: &str, summary: &RunSummary) -> String {
+pub fn contact_steps(solver: &str, summary: &RunSummary) -> String {
     let mut text = format!(
         "  {solver:<12} {} iterations, {:.1} a contact step\n  converged    {}",
         summary.iterations,
@@ -91,7 +91,7 @@ fn contact_steps(solver: &str, summary: &RunSummary) -> String {
     text
 }
 
-fn certificates(summary: &RunSummary) -> String {
+pub fn certificates(summary: &RunSummary) -> String {
     let Some((index, residual, part)) = summary.worst else {
         return String::new();
     };

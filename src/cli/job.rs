@@ -45,7 +45,7 @@ pub struct Job {
 const LEAST_TOLERANCE: f64 = 1e-12;
 
 /// The seed where none is given.
-const USUAL_SEED: u32 = 42;
+pub const USUAL_SEED: u32 = 42;
 
 /// With more contact points than this Ipopt takes more than 10 ms an iteration
 /// (docs/ipopt-path.md).
@@ -53,7 +53,7 @@ const MANY_POINTS: usize = 100;
 
 /// How contact steps are posed and solved.
 pub struct Contact {
-    detection: Detection,
+    pub detection: Detection,
     pub on_failure: OnFailure,
     /// Ipopt's program and options; `None` for the native solver.
     ipopt: Option<(Formulation, Options)>,
@@ -198,7 +198,7 @@ impl Job {
 }
 
 impl Contact {
-    fn new(settings: &Settings) -> Result<Self, Failure> {
+    pub fn new(settings: &Settings) -> Result<Self, Failure> {
         if let Some(Preset::Tutorial) = settings.preset {
             let place = "--preset tutorial, which is the tutorial's program to the letter";
             refuse_flags(place, &solver_flags(settings))?;

@@ -20,6 +20,7 @@ mod run;
 mod run_file;
 mod scenario;
 mod settings;
+mod several;
 mod shown;
 mod signals;
 mod simulate;

@@ -97,31 +97,33 @@ impl Physics {
         self.world.time_step()
     }
 
-    /// A load that in one step makes a speed or spin that no state may have is a mistake.
+    /// See [`violent_load`].
     pub fn refuse_violent_load(&self) -> Result<(), Failure> {
-        let (body, load, h) = (self.body(), &self.load, self.time_step());
-        let size = |line: &Polyline| line.knots().iter().map(|(_, v)| v.amax()).fold(0.0, f64::max);
-        let arm = 2.0 * load.point().amax();
-        let (force, torque) = (size(&load.force), size(&load.torque));
-        let turning = body.inertia_inverse().amax() * (torque + arm * force);
-        let gained = [("m/s", h * force / body.mass()), ("rad/s", h * turning)];
-        match gained.into_iter().find(|(_, gained)| *gained > MOST_GAINED) {
+        match violent_load(self.body(), &self.load, self.time_step()) {
             None => Ok(()),
-            Some((unit, gained)) => Err(Failure::setting(
-                "force or torque",
-                format!(
-                    "a step of this load alone would change the body's motion by {gained:.1e} \
-                     {unit}; at most {MOST_GAINED:e} {unit} is allowed"
-                ),
-            )),
+            Some(why) => Err(Failure::setting("force or torque", why)),
         }
     }
+}
+
+/// What is wrong with a load that in one step makes a speed or spin that no state may have.
+pub fn violent_load(body: &RigidBody, load: &Load, h: f64) -> Option<String> {
+    let size = |line: &Polyline| line.knots().iter().map(|(_, v)| v.amax()).fold(0.0, f64::max);
+    let arm = 2.0 * load.point().amax();
+    let (force, torque) = (size(&load.force), size(&load.torque));
+    let turning = body.inertia_inverse().amax() * (torque + arm * force);
+    let gained = [("m/s", h * force / body.mass()), ("rad/s", h * turning)];
+    let (unit, gained) = gained.into_iter().find(|(_, gained)| *gained > MOST_GAINED)?;
+    Some(format!(
+        "a step of this load alone would change the body's motion by {gained:.1e} {unit}; at most \
+         {MOST_GAINED:e} {unit} is allowed"
+    ))
 }
 
 /// m/s or rad/s: a tenth of what the state at the start may have.
 const MOST_GAINED: f64 = 1e4;
 
-fn plane(plane: &Plane) -> PlaneParameters {
+pub fn plane(plane: &Plane) -> PlaneParameters {
     PlaneParameters { normal: numbers(plane.normal()), offset: plane.offset() }
 }
 
@@ -141,7 +143,7 @@ pub fn matrix(rows: &Exactly<Numbers<3>, 3>) -> Matrix3<f64> {
 }
 
 impl LoadParameters {
-    fn of(load: &Load) -> Self {
+    pub fn of(load: &Load) -> Self {
         let knots = |line: &Polyline| {
             line.knots().iter().map(|(time, v)| Exactly([*time, v[0], v[1], v[2]])).collect()
         };
@@ -149,7 +151,7 @@ impl LoadParameters {
         Self { force: knots(&load.force), torque: knots(&load.torque), at }
     }
 
-    fn load(&self) -> Result<Load, Failure> {
+    pub fn load(&self) -> Result<Load, Failure> {
         let line = |name: &str, knots: &[Numbers<4>]| {
             let knots = knots.iter().map(|&Exactly([t, x, y, z])| (t, Vector3::new(x, y, z)));
             Polyline::new(knots.collect()).map_err(|error| Failure::setting(name, error))

@@ -165,7 +165,7 @@ impl SummaryFile {
 const LONGEST_WORD: usize = 80;
 
 /// More bytes than this are no run file.
-const LARGEST_RUN_FILE: u64 = 16 << 20;
+pub const LARGEST_RUN_FILE: u64 = 16 << 20;
 
 impl RunFile {
     /// `None` where there is no such file.

@@ -12,6 +12,8 @@ use super::output::{PendingFile, Voice, progress_bar};
 use super::plot::{self, PendingPlots};
 use super::run::{End, Run};
 use super::run_file::RunFile;
+use super::scenario;
+use super::several;
 use super::shown;
 use super::signals::raise_on_signals;
 use super::source::TrajectoryFile;
@@ -33,6 +35,12 @@ use tumble::step::StepStatus;
 const CHUNK: usize = 64;
 
 pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
+    if let Some(path) = &args.scenario {
+        let text = scenario::read_text(path)?;
+        if several::is_scenario(&text) {
+            return several::simulate(args, path, &text);
+        }
+    }
     let job = Job::new(args)?;
     gif::check(args, &job)?;
     plot::check(args, &job)?;

@@ -5,6 +5,7 @@ use super::names::FileKind;
 use super::outcome::Failure;
 use super::physics::Physics;
 use super::run_file::{RunFile, SolverSettings};
+use super::several::refuse_run_of_several;
 use super::{input, shown};
 use std::fs::File;
 use std::path::Path;
@@ -31,6 +32,7 @@ pub struct TrajectoryFile<'a> {
 impl<'a> TrajectoryFile<'a> {
     /// Opens the file and finds its parameters.
     pub fn open(path: &'a Path, flags: &PhysicsArgs) -> Result<Self, Failure> {
+        refuse_run_of_several(path)?;
         let file = input::open(path).map_err(|error| cannot_read(path, &error))?;
         let reader = TrajectoryReader::new(file).map_err(|error| cannot_read(path, &error))?;
         let source = source_of(path, flags)?;

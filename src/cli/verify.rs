@@ -4,6 +4,7 @@
 use super::args::VerifyArgs;
 use super::outcome::{Failure, Outcome};
 use super::output::say;
+use super::several;
 use super::shown;
 use super::source::{Source, TrajectoryFile};
 use std::fmt::Write as _;
@@ -75,6 +76,9 @@ impl Findings {
 }
 
 pub fn run(args: &VerifyArgs) -> Result<Outcome, Failure> {
+    if several::is_run(&args.file)? {
+        return several::verify(args);
+    }
     let mut file = TrajectoryFile::open(&args.file, &args.physics)?;
     let mut findings = Findings::default();
     let mut judge = Judge { certifier: Certifier::new(), accepted: file.source.accepted() };

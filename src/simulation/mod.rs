@@ -4,12 +4,14 @@
 //! [solver](crate::solver) for their forces, and the
 //! [certificate](crate::contact::certificate) that judges the answer. Around it: starts
 //! ([`scene`], [`random`]), what is kept of a step ([`record`]), of a run ([`summary`]) and in
-//! a file (`trajectory`, with the feature `csv`).
+//! files (`trajectory` of one body, `tables` of several, with the feature `csv`).
 
 pub mod random;
 pub mod record;
 pub mod scene;
 pub mod summary;
+#[cfg(feature = "csv")]
+pub mod tables;
 #[cfg(feature = "csv")]
 pub mod trajectory;
 pub mod wild;

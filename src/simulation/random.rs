@@ -1,19 +1,51 @@
-//! Random numbers as numpy draws them: the start of the drop [scene](crate::simulation::scene).
+//! Random numbers as numpy draws them: the start of the drop [scene](crate::simulation::scene),
+//! and of the bodies of a pile.
 
 use nalgebra::Vector4;
 use rand_mt::Mt;
+use std::f64::consts::TAU;
 
-/// The first four doubles of `numpy.random.RandomState(seed).rand(4)`, bit for bit:
-/// Mersenne twister MT19937, 53 bits a number.
+/// The doubles of `numpy.random.RandomState(seed)`, one after the other, bit for bit: Mersenne
+/// twister MT19937, 53 bits a number.
+#[derive(Debug, Clone)]
+pub struct Draws {
+    twister: Mt,
+}
+
+impl Draws {
+    /// The draws of `seed`, from the first on.
+    #[must_use]
+    pub fn new(seed: u32) -> Self {
+        Self { twister: Mt::new(seed) }
+    }
+
+    /// The next number, 0 ≤ u < 1.
+    pub fn unit(&mut self) -> f64 {
+        // genrand_res53 of Matsumoto and Nishimura: 27 high bits, then 26 low bits.
+        let high = f64::from(self.twister.next_u32() >> 5);
+        let low = f64::from(self.twister.next_u32() >> 6);
+        (high * 67_108_864.0 + low) / 9_007_199_254_740_992.0
+    }
+
+    /// An attitude (w, x, y, z), all equally likely, of three draws u₁, u₂, u₃:
+    ///
+    /// ```text
+    /// q = (√(1 − u₁) sin 2πu₂, √(1 − u₁) cos 2πu₂, √u₁ sin 2πu₃, √u₁ cos 2πu₃)
+    /// ```
+    pub fn attitude(&mut self) -> Vector4<f64> {
+        let share = self.unit();
+        let (first, second) = (TAU * self.unit(), TAU * self.unit());
+        let (large, small) = ((1.0 - share).sqrt(), share.sqrt());
+        let (one, two) = (first.sin_cos(), second.sin_cos());
+        Vector4::new(large * one.0, large * one.1, small * two.0, small * two.1).normalize()
+    }
+}
+
+/// The first four doubles of `numpy.random.RandomState(seed).rand(4)`.
 #[must_use]
 pub fn numpy_rand4(seed: u32) -> [f64; 4] {
-    let mut twister = Mt::new(seed);
-    std::array::from_fn(|_| {
-        // genrand_res53 of Matsumoto and Nishimura: 27 high bits, then 26 low bits.
-        let high = f64::from(twister.next_u32() >> 5);
-        let low = f64::from(twister.next_u32() >> 6);
-        (high * 67_108_864.0 + low) / 9_007_199_254_740_992.0
-    })
+    let mut draws = Draws::new(seed);
+    std::array::from_fn(|_| draws.unit())
 }
 
 /// The attitude of the drop scene: [`numpy_rand4`] divided by its norm, (w, x, y, z), the

@@ -1,11 +1,12 @@
 //! Scenario files: a simulation written down in TOML. `scenarios/README.md` describes every
 //! field.
 
-mod tables;
+pub mod tables;
 
 use super::outcome::Failure;
 use super::settings::Settings;
 use super::{fields, input, shown};
+use serde::de::DeserializeOwned;
 use std::path::Path;
 use tables::ScenarioFile;
 
@@ -24,24 +25,37 @@ impl Scenario {
     /// Reads and checks a file. Numbers that the model itself judges are left to it.
     pub fn read(path: &Path) -> Result<Self, Failure> {
         let odd = |why: String| Failure::Input(format!("{}: {why}", shown::path(path)));
-        let text = input::text(path, LARGEST_FILE)
-            .map_err(|error| odd(format!("cannot be read as a scenario: {error}")))?;
-        let file = parse(&text).map_err(odd)?;
-        let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
-        Self::of(file, stem.unwrap_or_default()).map_err(odd)
+        let file = parse(&read_text(path)?).map_err(odd)?;
+        Self::of(file, path).map_err(odd)
     }
 
-    fn of(file: ScenarioFile, stem: String) -> Result<Self, String> {
+    fn of(file: ScenarioFile, path: &Path) -> Result<Self, String> {
         file.refuse_idle_fields()?;
-        let name = file.name.clone().unwrap_or(stem);
-        if !shown::is_name(&name) {
-            return Err("name: 1 to 80 characters in one line are needed".to_owned());
-        }
+        let name = name(file.name.clone(), path)?;
         Ok(Self { name, ground: file.ground.is_some(), settings: file.settings()? })
     }
 }
 
-fn parse(text: &str) -> Result<ScenarioFile, String> {
+/// The text of a file that may be a scenario.
+pub fn read_text(path: &Path) -> Result<String, Failure> {
+    input::text(path, LARGEST_FILE).map_err(|error| {
+        let file = shown::path(path);
+        Failure::Input(format!("{file}: cannot be read as a scenario: {error}"))
+    })
+}
+
+/// The name that a scenario gives itself, or else its file's.
+pub fn name(given: Option<String>, path: &Path) -> Result<String, String> {
+    let stem = || path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
+    let name = given.or_else(stem).unwrap_or_default();
+    if !shown::is_name(&name) {
+        return Err("name: 1 to 80 characters in one line are needed".to_owned());
+    }
+    Ok(name)
+}
+
+/// What a scenario's text says.
+pub fn parse<T: DeserializeOwned>(text: &str) -> Result<T, String> {
     let deserializer =
         toml::Deserializer::parse(text).map_err(|error| sentence(text, ".", &error))?;
     serde_path_to_error::deserialize(deserializer)

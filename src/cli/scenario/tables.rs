@@ -30,7 +30,7 @@ pub struct ScenarioFile {
 
 #[derive(Deserialize)]
 #[serde(untagged, expecting = "a number (downwards) or three are needed")]
-enum Gravity {
+pub enum Gravity {
     Downwards(f64),
     Vector(Numbers<3>),
 }
@@ -42,13 +42,14 @@ struct BodyTable {
     #[serde(rename = "box")]
     sides: Option<Sides>,
     points: Option<Vec<Numbers<3>>>,
+    point_mass: Option<bool>,
     mass: f64,
     inertia: Option<InertiaValue>,
 }
 
 #[derive(Deserialize)]
 #[serde(untagged, expecting = "one number (a cube) or three are needed")]
-enum Sides {
+pub enum Sides {
     Cube(f64),
     Box(Numbers<3>),
 }
@@ -58,7 +59,7 @@ enum Sides {
     untagged,
     expecting = "\"solid\", one number, three (diagonal) or a 3 × 3 matrix are needed"
 )]
-enum InertiaValue {
+pub enum InertiaValue {
     Word(Solid),
     Moment(f64),
     Diagonal(Numbers<3>),
@@ -67,7 +68,7 @@ enum InertiaValue {
 
 #[derive(Deserialize)]
 #[serde(rename_all = "lowercase")]
-enum Solid {
+pub enum Solid {
     Solid,
 }
 
@@ -101,14 +102,14 @@ enum AttitudeValue {
 
 #[derive(Deserialize)]
 #[serde(rename_all = "lowercase")]
-enum Random {
+pub enum Random {
     Random,
 }
 
 #[derive(Deserialize)]
 #[serde(expecting = "a table [load]")]
 #[serde(deny_unknown_fields)]
-struct LoadTable {
+pub struct LoadTable {
     force: Option<LoadValue>,
     torque: Option<LoadValue>,
     at: Option<Numbers<3>>,
@@ -116,7 +117,7 @@ struct LoadTable {
 
 #[derive(Deserialize)]
 #[serde(untagged, expecting = "three numbers, or a list of knots [t, x, y, z], are needed")]
-enum LoadValue {
+pub enum LoadValue {
     Constant(Numbers<3>),
     Knots(Vec<Numbers<4>>),
 }
@@ -124,7 +125,7 @@ enum LoadValue {
 #[derive(Deserialize)]
 #[serde(expecting = "a table [solver]")]
 #[serde(deny_unknown_fields)]
-struct SolverTable {
+pub struct SolverTable {
     name: Option<SolverName>,
     preset: Option<Preset>,
     formulation: Option<FormulationName>,
@@ -138,12 +139,11 @@ impl ScenarioFile {
     /// A field that would do nothing is refused rather than ignored.
     pub fn refuse_idle_fields(&self) -> Result<(), String> {
         let floating = self.ground.is_none();
-        let pushed = self.load.as_ref().is_none_or(|load| load.force.is_some());
-        let placed = self.load.as_ref().is_some_and(|load| load.at.is_some());
+        let placed = self.load.as_ref().is_some_and(LoadTable::has_idle_point);
         let idle = [
             ("solver", "a [ground] table", floating && self.solver.is_some()),
             ("start.frame \"ground\"", "a [ground] table", floating && self.start.is_in_ground()),
-            ("load.at", "load.force", placed && !pushed),
+            ("load.at", "load.force", placed),
         ];
         match idle.into_iter().find(|(.., idle)| *idle) {
             Some((field, need, _)) => {
@@ -186,10 +186,31 @@ fn vector(numbers: Numbers<3>) -> Vector3<f64> {
 }
 
 impl Gravity {
-    fn vector(self) -> Vector3<f64> {
+    pub fn vector(self) -> Vector3<f64> {
         match self {
             Self::Downwards(g) => Vector3::new(0.0, 0.0, -g),
             Self::Vector(vector) => self::vector(vector),
+        }
+    }
+}
+
+impl Sides {
+    pub fn vector(self) -> Vector3<f64> {
+        match self {
+            Self::Cube(side) => Vector3::repeat(side),
+            Self::Box(sides) => vector(sides),
+        }
+    }
+}
+
+impl InertiaValue {
+    /// The matrix that is given in numbers.
+    pub fn matrix(&self) -> Option<Matrix3<f64>> {
+        match self {
+            Self::Word(Solid::Solid) => None,
+            Self::Moment(moment) => Some(Matrix3::from_diagonal_element(*moment)),
+            Self::Diagonal(moments) => Some(Matrix3::from_diagonal(&vector(*moments))),
+            Self::Rows(rows) => Some(matrix(rows)),
         }
     }
 }
@@ -216,24 +237,24 @@ impl StartTable {
 
 impl BodyTable {
     fn set(self, settings: &mut Settings) -> Result<(), String> {
-        let shape = match (self.sides, self.points) {
-            (Some(Sides::Cube(side)), None) => Shape::Box(Vector3::repeat(side)),
-            (Some(Sides::Box(sides)), None) => Shape::Box(vector(sides)),
-            (None, Some(points)) => Shape::Points(points.into_iter().map(vector).collect()),
-            _ => return Err("body: either `box` or `points` is needed".to_owned()),
+        let is_point = self.point_mass == Some(true);
+        let shape = match (self.sides, self.points, is_point) {
+            (Some(sides), None, false) => Shape::Box(sides.vector()),
+            (None, Some(points), false) => Shape::Points(points.into_iter().map(vector).collect()),
+            (None, None, true) => Shape::Points(vec![Vector3::zeros()]),
+            _ => {
+                let needed = "body: one of `box`, `points` and `point_mass = true` is needed";
+                return Err(needed.to_owned());
+            }
         };
-        settings.inertia = Some(match self.inertia {
-            None if matches!(shape, Shape::Points(_)) => {
+        settings.inertia = Some(match self.inertia.as_ref().and_then(InertiaValue::matrix) {
+            Some(matrix) => Inertia::Matrix(matrix),
+            // Without effect, and of the point's own scale.
+            None if is_point => Inertia::Matrix(Matrix3::from_diagonal_element(self.mass)),
+            None if self.inertia.is_none() && matches!(shape, Shape::Points(_)) => {
                 return Err("body.inertia: it is needed with `points`".to_owned());
             }
-            None | Some(InertiaValue::Word(Solid::Solid)) => Inertia::Solid,
-            Some(InertiaValue::Moment(moment)) => {
-                Inertia::Matrix(Matrix3::from_diagonal_element(moment))
-            }
-            Some(InertiaValue::Diagonal(moments)) => {
-                Inertia::Matrix(Matrix3::from_diagonal(&vector(moments)))
-            }
-            Some(InertiaValue::Rows(rows)) => Inertia::Matrix(matrix(&rows)),
+            None => Inertia::Solid,
         });
         settings.shape = Some(shape);
         settings.mass = Some(self.mass);
@@ -242,7 +263,7 @@ impl BodyTable {
 }
 
 impl GroundTable {
-    fn set(self, settings: &mut Settings) -> Result<(), String> {
+    pub fn set(self, settings: &mut Settings) -> Result<(), String> {
         let offset = self.offset.unwrap_or(0.0);
         let plane = match (self.slope, self.normal) {
             (Some(_), Some(_)) => {
@@ -266,7 +287,12 @@ impl GroundTable {
 }
 
 impl LoadTable {
-    fn set(self, settings: &mut Settings) -> Result<(), String> {
+    /// Whether a point is given for a force that is not.
+    pub fn has_idle_point(&self) -> bool {
+        self.at.is_some() && self.force.is_none()
+    }
+
+    pub fn set(self, settings: &mut Settings) -> Result<(), String> {
         settings.force = self.force.map(|value| value.polyline("load.force")).transpose()?;
         settings.torque = self.torque.map(|value| value.polyline("load.torque")).transpose()?;
         settings.force_at = self.at.map(vector);
@@ -275,7 +301,7 @@ impl LoadTable {
 }
 
 impl SolverTable {
-    fn set(self, settings: &mut Settings) {
+    pub fn set(self, settings: &mut Settings) {
         settings.solver = self.name;
         settings.preset = self.preset;
         settings.formulation = self.formulation;

@@ -1,0 +1,253 @@
+//! The tables of a scenario file of several bodies, as they are written.
+
+use super::shape::{Form, Place};
+use crate::cli::choices::Frame;
+use crate::cli::fields::{Exactly, Numbers};
+use crate::cli::scenario::tables::SolverTable;
+use crate::cli::scenario::tables::{Gravity, GroundTable, InertiaValue, LoadTable, Random, Sides};
+use crate::cli::{input, shown};
+use nalgebra::Vector3;
+use serde::Deserialize;
+use std::path::Path;
+use tumble::geometry::mesh::{parse_obj, parse_stl};
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SeveralFile {
+    pub name: Option<String>,
+    pub steps: Option<u64>,
+    pub time_step: Option<f64>,
+    pub seed: Option<u32>,
+    pub gravity: Option<Gravity>,
+    pub ground: Option<GroundTable>,
+    #[serde(default)]
+    pub bodies: Vec<BodyEntry>,
+    #[serde(default)]
+    pub fixed: Vec<FixedEntry>,
+    #[serde(default)]
+    pub friction: Vec<FrictionEntry>,
+    pub solver: Option<SolverTable>,
+}
+
+/// A table with the fields of a convex form, and others.
+macro_rules! with_form {
+    ($name:ident, $expected:literal { $($field:ident: $type:ty,)* }) => {
+        #[derive(Deserialize)]
+        #[serde(deny_unknown_fields, expecting = $expected)]
+        pub struct $name {
+            #[serde(rename = "box")]
+            sides: Option<Sides>,
+            sphere: Option<f64>,
+            capsule: Option<CapsuleTable>,
+            hull: Option<Vec<Numbers<3>>>,
+            mesh: Option<String>,
+            scale: Option<f64>,
+            radius: Option<f64>,
+            $(pub $field: $type,)*
+        }
+
+        impl $name {
+            /// The fields of the form.
+            pub fn take_form(&mut self) -> FormFields {
+                FormFields {
+                    sides: self.sides.take(),
+                    sphere: self.sphere.take(),
+                    capsule: self.capsule.take(),
+                    hull: self.hull.take(),
+                    mesh: self.mesh.take(),
+                    scale: self.scale.take(),
+                    radius: self.radius.take(),
+                }
+            }
+        }
+    };
+}
+
+with_form!(BodyEntry, "a table [[bodies]] is needed" {
+    points: Option<Vec<Numbers<3>>>,
+    point_mass: Option<bool>,
+    pieces: Option<Vec<PieceEntry>>,
+    name: Option<String>,
+    mass: Option<f64>,
+    density: Option<f64>,
+    inertia: Option<InertiaValue>,
+    centre: Option<Numbers<3>>,
+    friction: Option<f64>,
+    position: Numbers<3>,
+    attitude: Option<Turned>,
+    velocity: Option<Numbers<3>>,
+    spin: Option<Numbers<3>>,
+    frame: Option<Frame>,
+    jitter: Option<Jitter>,
+    copies: Option<CopiesTable>,
+    ring: Option<RingTable>,
+    load: Option<LoadTable>,
+});
+
+with_form!(FixedEntry, "a table [[fixed]] is needed" {
+    pieces: Option<Vec<PieceEntry>>,
+    name: Option<String>,
+    friction: Option<f64>,
+    position: Option<Numbers<3>>,
+    attitude: Option<Turned>,
+    frame: Option<Frame>,
+    copies: Option<CopiesTable>,
+    ring: Option<RingTable>,
+});
+
+with_form!(PieceEntry, "a piece, { box = …, position = …, attitude = … }, is needed" {
+    position: Option<Numbers<3>>,
+    attitude: Option<Turned>,
+});
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a table [[friction]] is needed")]
+pub struct FrictionEntry {
+    pub between: Exactly<String, 2>,
+    pub coefficient: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, expecting = "{ length = …, radius = … } is needed")]
+pub struct CapsuleTable {
+    length: f64,
+    radius: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, expecting = "{ count = [x, y, z], step = [x, y, z] } is needed")]
+pub struct CopiesTable {
+    pub count: Exactly<u32, 3>,
+    pub step: Numbers<3>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, expecting = "{ count = …, degrees = …, … } is needed")]
+pub struct RingTable {
+    pub count: u32,
+    pub degrees: f64,
+    pub axis: Option<Numbers<3>>,
+    pub about: Option<Numbers<3>>,
+}
+
+#[derive(Deserialize)]
+#[serde(
+    untagged,
+    expecting = "\"random\", four numbers (w, x, y, z) or { axis = [x, y, z], degrees = … } are \
+                 needed"
+)]
+pub enum Turned {
+    Word(Random),
+    Quaternion(Numbers<4>),
+    About(AxisTable),
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AxisTable {
+    axis: Numbers<3>,
+    degrees: f64,
+}
+
+#[derive(Clone, Copy, Deserialize)]
+#[serde(untagged, expecting = "one number or three are needed")]
+pub enum Jitter {
+    Same(f64),
+    Each(Numbers<3>),
+}
+
+impl Turned {
+    /// The unit quaternion; `None` where it is to be drawn.
+    pub fn quaternion(&self) -> Result<Option<[f64; 4]>, String> {
+        match self {
+            Self::Word(Random::Random) => Ok(None),
+            Self::Quaternion(given) => {
+                let quaternion = nalgebra::Vector4::from(given.0);
+                if quaternion.norm() >= 1e-6 && quaternion.amax() <= 1e6 {
+                    Ok(Some(quaternion.normalize().into()))
+                } else {
+                    Err("a quaternion of a length from 1e-6 to 1e6 is needed".to_owned())
+                }
+            }
+            Self::About(AxisTable { axis, degrees }) => turn(&axis.0, *degrees).map(Some),
+        }
+    }
+}
+
+/// The turn about `axis` by `degrees`, checked.
+pub fn turn(axis: &[f64; 3], degrees: f64) -> Result<[f64; 4], String> {
+    let axis = Vector3::from(*axis);
+    if !(axis.norm() >= 1e-6 && axis.amax() <= 1e6) {
+        return Err("an axis of a length from 1e-6 to 1e6 is needed".to_owned());
+    }
+    if !(-3600.0..=3600.0).contains(&degrees) {
+        return Err(format!("degrees is {degrees}; allowed is -3600 to 3600"));
+    }
+    Ok(Place::turn(axis, degrees))
+}
+
+/// The fields of a convex form.
+pub struct FormFields {
+    sides: Option<Sides>,
+    sphere: Option<f64>,
+    capsule: Option<CapsuleTable>,
+    hull: Option<Vec<Numbers<3>>>,
+    mesh: Option<String>,
+    scale: Option<f64>,
+    radius: Option<f64>,
+}
+
+impl FormFields {
+    /// The one form that is given; `None` where none is. Files are in `folder`.
+    pub fn form(self, folder: &Path) -> Result<Option<Form>, String> {
+        let mut forms = Vec::new();
+        let rounded = self.hull.is_some() || self.mesh.is_some();
+        if self.radius.is_some() && !rounded {
+            return Err("radius: it has no meaning without `hull` or `mesh`".to_owned());
+        }
+        if self.scale.is_some() && self.mesh.is_none() {
+            return Err("scale: it has no meaning without `mesh`".to_owned());
+        }
+        let radius = self.radius.unwrap_or(0.0);
+        forms.extend(self.sides.map(|sides| Form::Box { sides: sides.vector().into() }));
+        forms.extend(self.sphere.map(|radius| Form::Sphere { radius }));
+        let capsule = |CapsuleTable { length, radius }| Form::Capsule { length, radius };
+        forms.extend(self.capsule.map(capsule));
+        forms.extend(self.hull.map(|points| Form::Hull { points: plain(points), radius }));
+        if let Some(name) = &self.mesh {
+            forms.push(mesh(&folder.join(name), self.scale.unwrap_or(1.0), radius)?);
+        }
+        let form = forms.pop();
+        if forms.is_empty() { Ok(form) } else { Err(super::scene::ONE_SHAPE.to_owned()) }
+    }
+}
+
+/// Points without the type of a file's lists.
+pub fn plain(points: Vec<Numbers<3>>) -> Vec<[f64; 3]> {
+    points.into_iter().map(|point| point.0).collect()
+}
+
+/// More bytes than this are not read.
+const LARGEST_MESH: u64 = 32 << 20;
+
+fn mesh(path: &Path, scale: f64, radius: f64) -> Result<Form, String> {
+    let odd = |why: &dyn std::fmt::Display| format!("mesh: {}: {why}", shown::path(path));
+    let bytes = input::bytes(path, LARGEST_MESH).map_err(|error| odd(&error))?;
+    let extension = path.extension().map(|extension| extension.to_ascii_lowercase());
+    let mesh = match extension.as_ref().and_then(|extension| extension.to_str()) {
+        Some("obj") => {
+            let text = String::from_utf8(bytes).map_err(|_| odd(&"it is no text"))?;
+            parse_obj(&text)
+        }
+        Some("stl") => parse_stl(&bytes),
+        _ => return Err(odd(&"a name that ends in .obj or .stl is needed")),
+    };
+    let mesh = mesh.and_then(|mesh| mesh.scaled(scale)).map_err(|error| odd(&error))?;
+    // Whether it is convex, said with the file's name.
+    mesh.hull().map_err(|error| odd(&error))?;
+    Ok(Form::Mesh {
+        vertices: mesh.vertices().iter().map(|&vertex| vertex.into()).collect(),
+        triangles: mesh.triangles().to_vec(),
+        radius,
+    })
+}

@@ -1,0 +1,464 @@
+//! What a scenario file of several bodies amounts to, checked: a model.
+
+use super::copies::{Copied, MOST_BODIES, MOST_FIXED, copies};
+use super::entries::{
+    BodyEntry, FixedEntry, FrictionEntry, Jitter, PieceEntry, SeveralFile, Turned, plain,
+};
+use super::masses::mass_properties;
+use super::model::{BodyModel, FixedModel, FrictionModel, Model, PartnerModel, Start};
+use super::shape::{Form, Place, PlacedForm, Shape};
+use crate::cli::choices::Frame;
+use crate::cli::fields::Numbers;
+use crate::cli::physics::plane as plane_parameters;
+use crate::cli::run_file::LoadParameters;
+use crate::cli::scenario::tables::LoadTable;
+use crate::cli::settings::Settings;
+use nalgebra::Vector3;
+use std::path::Path;
+use tumble::contact::Plane;
+use tumble::error::Error;
+use tumble::mechanics::{Load, State};
+use tumble::simulation::random::Draws;
+
+/// Ratios of masses up to here are tested.
+const LARGEST_MASS_RATIO: f64 = 1e6;
+/// What a fixed thing or a piece needs.
+pub const ONE_SHAPE: &str = "one shape is needed: box, sphere, capsule, hull or mesh";
+
+/// The bodies of a file, and whether anything of them was drawn from the seed.
+pub struct Built {
+    pub model: Model,
+    pub drawn: bool,
+}
+
+/// Makes the model of a file. `settings` are those of flags and file, complete but for the bodies.
+pub fn build(file: SeveralFile, settings: &Settings, folder: &Path) -> Result<Built, String> {
+    let plane = settings.plane.clone().unwrap_or_default();
+    let ground = plane_parameters(&plane);
+    let mut builder = Builder {
+        folder,
+        plane,
+        draws: Draws::new(settings.seed.unwrap_or_default()),
+        drawn: false,
+        names: Vec::new(),
+        model: Model {
+            dt: settings.dt.unwrap_or_default(),
+            gravity: settings.gravity.unwrap_or_default().into(),
+            mu: settings.mu.unwrap_or_default(),
+            plane: ground,
+            shapes: Vec::new(),
+            bodies: Vec::new(),
+            fixed: Vec::new(),
+            frictions: Vec::new(),
+        },
+    };
+    if file.bodies.is_empty() {
+        return Err("bodies: at least one table [[bodies]] is needed".to_owned());
+    }
+    for (index, entry) in file.bodies.into_iter().enumerate() {
+        let at = format!("bodies[{index}]");
+        builder.add_bodies(&at, entry)?;
+    }
+    for (index, entry) in file.fixed.into_iter().enumerate() {
+        let at = format!("fixed[{index}]");
+        builder.add_fixed(&at, entry)?;
+    }
+    builder.refuse_equal_names()?;
+    for (index, entry) in file.friction.iter().enumerate() {
+        builder.add_friction(entry).map_err(|why| format!("friction[{index}].{why}"))?;
+    }
+    builder.refuse_mass_ratio()?;
+    Ok(Built { model: builder.model, drawn: builder.drawn })
+}
+
+/// A name of the file, and what has it.
+struct Named {
+    name: String,
+    partners: Vec<PartnerModel>,
+}
+
+struct Builder<'a> {
+    folder: &'a Path,
+    plane: Plane,
+    draws: Draws,
+    drawn: bool,
+    names: Vec<Named>,
+    model: Model,
+}
+
+impl Builder<'_> {
+    fn add_bodies(&mut self, at: &str, mut entry: BodyEntry) -> Result<(), String> {
+        let named = |why: String| format!("{at}.{why}");
+        let shape = self.shape(at, &mut entry)?;
+        let (mass, inertia, centre) = mass_properties(&shape, &entry).map_err(named)?;
+        let load = entry.load.take().map(load).transpose().map_err(named)?.flatten();
+        let index = self.model.shapes.iter().position(|known| *known == shape);
+        let index = index.unwrap_or(self.model.shapes.len());
+        let attitude =
+            entry.attitude.as_ref().map_or(Ok(Some(Place::ORIGIN.attitude)), |turned| {
+                turned.quaternion().map_err(|why| named(format!("attitude: {why}")))
+            })?;
+        let jitter = match entry.jitter.unwrap_or(Jitter::Same(0.0)) {
+            Jitter::Same(size) => [size; 3],
+            Jitter::Each(sizes) => sizes.0,
+        };
+        if !jitter.iter().all(|size| (0.0..=1e4).contains(size)) {
+            return Err(named("jitter: lengths from 0 to 1e4 m are needed".to_owned()));
+        }
+        let place = Place {
+            position: entry.position.0,
+            attitude: attitude.unwrap_or(Place::ORIGIN.attitude),
+        };
+        let room = MOST_BODIES - self.model.bodies.len();
+        let copies = copies(place, entry.copies.as_ref(), entry.ring.as_ref(), room, "bodies");
+        let copies = copies.map_err(named)?;
+        let template = BodyModel {
+            name: String::new(),
+            shape: index,
+            centre: centre.into(),
+            mass,
+            inertia: inertia.transpose().into(),
+            friction: entry.friction,
+            load,
+            start: Start {
+                position: [0.0; 3],
+                attitude: [0.0; 4],
+                velocity: [0.0; 3],
+                spin: [0.0; 3],
+            },
+        };
+        template.rigid_body(&shape).map_err(|error| named(field_of(&error)))?;
+        if index == self.model.shapes.len() {
+            self.model.shapes.push(shape);
+        }
+        let count = copies.len();
+        let mut partners = Vec::new();
+        for (number, copied) in copies.into_iter().enumerate() {
+            let Copied { mut place, turned } = copied;
+            if attitude.is_none() {
+                place.attitude = self.draws.attitude().into();
+                self.drawn = true;
+            }
+            for (coordinate, size) in place.position.iter_mut().zip(jitter) {
+                if size > 0.0 {
+                    *coordinate += size * (2.0 * self.draws.unit() - 1.0);
+                    self.drawn = true;
+                }
+            }
+            let velocity = turned.rotation()
+                * entry.velocity.map_or(Vector3::zeros(), |velocity| velocity.0.into());
+            let spin = entry.spin.map_or([0.0; 3], |spin| spin.0);
+            let start = self.start(entry.frame, &place, velocity, spin, &centre);
+            start_state(&start).checked().map_err(|error| named(field_of(&error)))?;
+            let name = match (&entry.name, count) {
+                (None, _) => format!("body-{}", self.model.bodies.len()),
+                (Some(name), 1) => name.clone(),
+                (Some(name), _) => format!("{name}-{number}"),
+            };
+            partners.push(PartnerModel::Body(self.model.bodies.len()));
+            self.model.bodies.push(BodyModel { name, start, ..template.clone() });
+        }
+        self.register(entry.name, partners).map_err(named)
+    }
+
+    fn add_fixed(&mut self, at: &str, mut entry: FixedEntry) -> Result<(), String> {
+        let named = |why: String| format!("{at}.{why}");
+        let fields = entry.take_form();
+        let pieces =
+            self.pieces(at, fields.form(self.folder).map_err(named)?, entry.pieces.take())?;
+        let place = placed(entry.position, entry.attitude.as_ref()).map_err(named)?;
+        let room = MOST_FIXED.saturating_sub(self.model.fixed.len()) / pieces.len().max(1);
+        let copies =
+            copies(place, entry.copies.as_ref(), entry.ring.as_ref(), room, "fixed pieces");
+        let copies = copies.map_err(named)?;
+        if entry.friction.is_some_and(|friction| !(0.0..=10.0).contains(&friction)) {
+            let friction = entry.friction.unwrap_or_default();
+            return Err(named(format!("friction is {friction:?}; allowed is 0 to 10")));
+        }
+        let count = copies.len();
+        let mut partners = Vec::new();
+        for (number, copied) in copies.into_iter().enumerate() {
+            let start = self.start(
+                entry.frame,
+                &copied.place,
+                Vector3::zeros(),
+                [0.0; 3],
+                &Vector3::zeros(),
+            );
+            let outer = Place { position: start.position, attitude: start.attitude };
+            let name = match (&entry.name, count) {
+                (None, _) => format!("fixed-{}", self.model.fixed.len()),
+                (Some(name), 1) => name.clone(),
+                (Some(name), _) => format!("{name}-{number}"),
+            };
+            for piece in &pieces {
+                let piece =
+                    PlacedForm { form: piece.form.clone(), place: piece.place.within(&outer) };
+                piece.piece().map_err(|error| named(field_of(&error)))?;
+                partners.push(PartnerModel::Fixed(self.model.fixed.len()));
+                let fixed = FixedModel { name: name.clone(), piece, friction: entry.friction };
+                self.model.fixed.push(fixed);
+            }
+        }
+        self.register(entry.name, partners).map_err(named)
+    }
+
+    /// The start of what is at `place` in its frame, its centre of mass at `centre` in its own.
+    fn start(
+        &self,
+        frame: Option<Frame>,
+        place: &Place,
+        velocity: Vector3<f64>,
+        spin: [f64; 3],
+        centre: &Vector3<f64>,
+    ) -> Start {
+        let position = Vector3::from(place.position) + place.rotation() * centre;
+        let state =
+            State { position, attitude: place.attitude.into(), velocity, spin: spin.into() };
+        let state = match frame {
+            Some(Frame::Ground) => self.plane.state_to_world(&state),
+            Some(Frame::World) | None => state,
+        };
+        Start {
+            position: state.position.into(),
+            attitude: state.attitude.into(),
+            velocity: state.velocity.into(),
+            spin,
+        }
+    }
+
+    fn shape(&self, at: &str, entry: &mut BodyEntry) -> Result<Shape, String> {
+        let named = |why: String| format!("{at}.{why}");
+        let form = entry.take_form().form(self.folder).map_err(named)?;
+        let points = match (entry.points.take(), entry.point_mass) {
+            (Some(_), Some(true)) => return Err(format!("{at}: {ONE_SHAPE_OF_A_BODY}")),
+            (None, Some(true)) => Some(vec![[0.0; 3]]),
+            (points, _) => points.map(plain),
+        };
+        match points {
+            None if form.is_none() && entry.pieces.is_none() => {
+                Err(format!("{at}: {ONE_SHAPE_OF_A_BODY}"))
+            }
+            None => Ok(Shape::Pieces(self.pieces(at, form, entry.pieces.take())?)),
+            Some(points) if form.is_none() && entry.pieces.is_none() => Ok(Shape::Points(points)),
+            Some(_) => Err(format!("{at}: {ONE_SHAPE_OF_A_BODY}")),
+        }
+    }
+
+    /// The pieces of one form, or of the list.
+    fn pieces(
+        &self,
+        at: &str,
+        form: Option<Form>,
+        pieces: Option<Vec<PieceEntry>>,
+    ) -> Result<Vec<PlacedForm>, String> {
+        let found = match (form, pieces) {
+            (Some(form), None) => vec![(at.to_owned(), PlacedForm { form, place: Place::ORIGIN })],
+            (None, Some(entries)) if !entries.is_empty() => {
+                let mut pieces = Vec::new();
+                for (index, mut entry) in entries.into_iter().enumerate() {
+                    let at = format!("{at}.pieces[{index}]");
+                    let named = |why: String| format!("{at}.{why}");
+                    let form = entry.take_form().form(self.folder).map_err(named)?;
+                    let form = form.ok_or_else(|| format!("{at}: {ONE_SHAPE}"))?;
+                    let place = placed(entry.position, entry.attitude.as_ref()).map_err(named)?;
+                    pieces.push((at, PlacedForm { form, place }));
+                }
+                pieces
+            }
+            _ => return Err(format!("{at}: {ONE_SHAPE}, or pieces of these")),
+        };
+        for (at, placed) in &found {
+            placed.piece().map_err(|error| match field_of(&error) {
+                why if !why.starts_with("shape") => format!("{at}.{why}"),
+                _ => format!("{at}.{}: {error}", placed.form.field()),
+            })?;
+        }
+        Ok(found.into_iter().map(|(_, placed)| placed).collect())
+    }
+
+    fn register(
+        &mut self,
+        name: Option<String>,
+        partners: Vec<PartnerModel>,
+    ) -> Result<(), String> {
+        let Some(name) = name else { return Ok(()) };
+        let fits = |c: char| c.is_ascii_alphanumeric() || "_-.".contains(c);
+        if !(1..=40).contains(&name.len()) || !name.chars().all(fits) || name == "ground" {
+            return Err(format!(
+                "name: {name:?} is none; 1 to 40 letters, digits, `-`, `_` or `.` are needed, and \
+                 not `ground`"
+            ));
+        }
+        self.names.push(Named { name, partners });
+        Ok(())
+    }
+
+    /// Everything that can be named has one name: entries, bodies, fixed things.
+    fn refuse_equal_names(&self) -> Result<(), String> {
+        let model = &self.model;
+        let fixed = model.fixed.iter().map(|fixed| fixed.name.as_str());
+        let mut names: Vec<&str> = model.bodies.iter().map(|body| body.name.as_str()).collect();
+        // Pieces of one thing follow each other and share its name.
+        let mut things: Vec<&str> = fixed.collect();
+        things.dedup();
+        names.extend(things);
+        let plain = |named: &&Named| named.partners.len() > 1;
+        names.extend(self.names.iter().filter(plain).map(|named| named.name.as_str()));
+        names.sort_unstable();
+        match names.windows(2).find(|two| two[0] == two[1] && !self.is_fixed_of_pieces(two[0])) {
+            Some(two) => Err(format!("name: {:?} is given twice; each needs its own", two[0])),
+            None => Ok(()),
+        }
+    }
+
+    /// Whether `name` is of one fixed thing of several pieces, which is in the list as itself and
+    /// as its entry.
+    fn is_fixed_of_pieces(&self, name: &str) -> bool {
+        let of = self.names.iter().filter(|named| named.name == name).collect::<Vec<_>>();
+        let [one] = of[..] else { return false };
+        let has_name = |index: usize| self.model.fixed[index].name == name;
+        let is_own = |partner: &PartnerModel| match partner {
+            PartnerModel::Fixed(index) => has_name(*index),
+            PartnerModel::Ground | PartnerModel::Body(_) => false,
+        };
+        one.partners.iter().all(is_own)
+            && self.model.fixed.iter().filter(|fixed| fixed.name == name).count()
+                == one.partners.len()
+            && self.model.bodies.iter().all(|body| body.name != name)
+    }
+
+    fn add_friction(&mut self, entry: &FrictionEntry) -> Result<(), String> {
+        let coefficient = entry.coefficient;
+        if !(0.0..=10.0).contains(&coefficient) {
+            return Err(format!("coefficient is {coefficient:?}; allowed is 0 to 10"));
+        }
+        let [first, second] = entry.between.0.each_ref().map(|name| self.find(name));
+        let (first, second) = (first?, second?);
+        let mut pairs = 0;
+        for &a in &first {
+            for &b in &second {
+                let (body, partner) = match (a, b) {
+                    (PartnerModel::Body(x), PartnerModel::Body(y)) if x == y => continue,
+                    (PartnerModel::Body(x), other) | (other, PartnerModel::Body(x)) => (x, other),
+                    _ => continue,
+                };
+                self.model.frictions.push(FrictionModel { body, partner, coefficient });
+                pairs += 1;
+            }
+        }
+        if pairs == 0 {
+            return Err("between: two bodies, or a body and what is fixed, are needed".to_owned());
+        }
+        Ok(())
+    }
+
+    /// All that has a name.
+    fn find(&self, name: &str) -> Result<Vec<PartnerModel>, String> {
+        if name == "ground" {
+            return Ok(vec![PartnerModel::Ground]);
+        }
+        let entry = self.names.iter().find(|named| named.name == name);
+        if let Some(named) = entry {
+            return Ok(named.partners.clone());
+        }
+        let (bodies, fixed) = (self.model.bodies.iter(), self.model.fixed.iter());
+        let bodies = bodies.enumerate().filter(|(_, body)| body.name == name);
+        let fixed = fixed.enumerate().filter(|(_, fixed)| fixed.name == name);
+        let found: Vec<_> = bodies
+            .map(|(index, _)| PartnerModel::Body(index))
+            .chain(fixed.map(|(index, _)| PartnerModel::Fixed(index)))
+            .collect();
+        if found.is_empty() {
+            return Err(format!(
+                "between: nothing has the name {name:?}; the name of a body or fixed thing, or \
+                 \"ground\", is needed"
+            ));
+        }
+        Ok(found)
+    }
+
+    fn refuse_mass_ratio(&self) -> Result<(), String> {
+        let by_mass = |a: &&BodyModel, b: &&BodyModel| a.mass.total_cmp(&b.mass);
+        let bodies = || self.model.bodies.iter();
+        let (Some(light), Some(heavy)) = (bodies().min_by(by_mass), bodies().max_by(by_mass))
+        else {
+            return Ok(());
+        };
+        let ratio = heavy.mass / light.mass;
+        if ratio <= LARGEST_MASS_RATIO {
+            return Ok(());
+        }
+        Err(format!(
+            "mass: {} of {} kg is {ratio:.1e} times as heavy as {} of {} kg; ratios up to \
+             {LARGEST_MASS_RATIO:e} are tested, and allowed",
+            heavy.name, heavy.mass, light.name, light.mass
+        ))
+    }
+}
+
+const ONE_SHAPE_OF_A_BODY: &str =
+    "one shape is needed: box, sphere, capsule, hull, mesh, pieces, points or point_mass = true";
+
+fn load(table: LoadTable) -> Result<Option<LoadParameters>, String> {
+    if table.has_idle_point() {
+        return Err("load.at has no meaning without load.force; leave it out".to_owned());
+    }
+    let mut settings = Settings::default();
+    table.set(&mut settings)?;
+    let (force, torque) = (settings.force.unwrap_or_default(), settings.torque.unwrap_or_default());
+    let load = Load::new(force, torque, settings.force_at.unwrap_or_default());
+    let load = load.map_err(|error| format!("load: {error}"))?;
+    Ok((!load.is_none()).then(|| LoadParameters::of(&load)))
+}
+
+/// Where something is whose attitude cannot be drawn.
+fn placed(position: Option<Numbers<3>>, attitude: Option<&Turned>) -> Result<Place, String> {
+    let position = position.map_or([0.0; 3], |position| position.0);
+    if !position.iter().all(|coordinate| coordinate.abs() <= 1e4) {
+        return Err("position: coordinates from -1e4 to 1e4 m are needed".to_owned());
+    }
+    let attitude = match attitude.map(Turned::quaternion) {
+        None => Place::ORIGIN.attitude,
+        Some(Ok(Some(quaternion))) => quaternion,
+        Some(Ok(None)) => return Err("attitude: only that of bodies can be random".to_owned()),
+        Some(Err(why)) => return Err(format!("attitude: {why}")),
+    };
+    Ok(Place { position, attitude })
+}
+
+fn start_state(start: &Start) -> State {
+    State {
+        position: start.position.into(),
+        attitude: start.attitude.into(),
+        velocity: start.velocity.into(),
+        spin: start.spin.into(),
+    }
+}
+
+/// What the library refuses, after the name of the field that sets it.
+pub fn field_of(error: &Error) -> String {
+    let field = match error {
+        Error::Inertia(_) => "inertia",
+        Error::Shape { shape: "the hull", .. } => "hull",
+        Error::Shape { shape: "the mesh", .. } => "mesh",
+        Error::OutOfRange { field, .. } | Error::Count { field, .. } => match *field {
+            "mass (kg)" => "mass",
+            "coefficient of friction" => "friction",
+            "half side of the box (m)" => "box",
+            "radius of the sphere (m)" => "sphere",
+            "half length of the capsule (m)" | "radius of the capsule (m)" => "capsule",
+            "radius of the hull (m)" | "radius of the mesh (m)" => "radius",
+            "points of the hull" | "vertices of the hull" => "hull",
+            "largest extent of the hull (m)" => "hull",
+            "contact points" | "contact point coordinate (m)" => "points",
+            "position (m)" | "place of the piece (m)" => "position",
+            "norm of the attitude quaternion" => "attitude",
+            "velocity (m/s)" => "velocity",
+            "spin (rad/s)" => "spin",
+            _ => "shape",
+        },
+        _ => "shape",
+    };
+    format!("{field}: {error}")
+}

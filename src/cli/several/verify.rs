@@ -1,0 +1,340 @@
+//! `tumble verify` of a run of several bodies: every step judged by its tables alone.
+//!
+//! The world comes from run.json. Contacts are rebuilt from their rows and held against the shapes
+//! ([`tumble::simulation::tables`]); what the step then comes to, the residual, the slips, the
+//! overlap of all pairs after it and the energy, must be what the tables say.
+
+use super::model::Model;
+use super::run_file::SeveralRun;
+use crate::cli::args::VerifyArgs;
+use crate::cli::names::FileKind;
+use crate::cli::outcome::{Failure, Outcome, refuse_flags};
+use crate::cli::output::{directory_of, say};
+use crate::cli::{input, shown};
+use std::fmt::Write as _;
+use std::fs::File;
+use std::path::Path;
+use tumble::contact::certificate::{Certifier, Claim};
+use tumble::contact::{Candidates, Contact, Partner, rounding};
+use tumble::mechanics::{Load, State, Wrench};
+use tumble::simulation::tables::{Streams, Table, TableStep, TablesReader, energy};
+use tumble::solver::native::ACCEPTED_RESIDUAL;
+use tumble::step::StepStatus;
+use tumble::world::World;
+
+/// What is recomputed may differ from its column by this part of it, and by rounding.
+const RELATIVE_TOLERANCE: f64 = 1e-9;
+
+/// The search for the axis of the smallest overlap ends where the next one is no better by this
+/// part of the reach, so that it depends so far on where it began.
+const OVERLAP_FOUND_TO: f64 = 1e-9;
+
+/// What was found of the steps.
+#[derive(Default)]
+struct Findings {
+    steps: u64,
+    failed: u64,
+    inexact: u64,
+    differing: u64,
+    largest_overlap: f64,
+    worst: Vec<Verified>,
+}
+
+/// One verified step.
+struct Verified {
+    index: u64,
+    status: StepStatus,
+    residual: f64,
+    part: &'static str,
+    /// What is not as the tables say, if anything.
+    differs: Option<String>,
+    inexact: bool,
+    /// m, after the step.
+    overlap: f64,
+}
+
+/// A run that is being verified.
+struct Judge {
+    model: Model,
+    world: World,
+    loads: Vec<Load>,
+    certifier: Certifier,
+    candidates: Candidates,
+    accepted: f64,
+}
+
+pub fn run(args: &VerifyArgs) -> Result<Outcome, Failure> {
+    refuse_idle_flags(args)?;
+    refuse_another_file(&args.file)?;
+    let run_path = args.file.with_file_name("run.json");
+    let run = SeveralRun::read(&run_path)?;
+    let model = run.ok_or_else(|| Failure::needed("run.json"))?.model;
+    let wrong = |failure: Failure| match failure {
+        Failure::Setting { name, why } => {
+            Failure::Input(format!("{}: model.{name}: {why}", shown::path(&run_path)))
+        }
+        other => other.in_file(&run_path, FileKind::Run, &[]),
+    };
+    let world = model.world().map_err(wrong)?;
+    let loads = model.loads().map_err(wrong)?;
+    let streams = Streams {
+        states: open(&args.file, Table::States)?,
+        contacts: open(&args.file, Table::Contacts)?,
+        steps: open(&args.file, Table::Steps)?,
+    };
+    let odd = |why: &dyn std::fmt::Display| {
+        Failure::Input(format!("the tables in {} cannot be read: {why}", folder(args)))
+    };
+    let mut reader =
+        TablesReader::new(streams, world.bodies().len()).map_err(|error| odd(&error))?;
+    let accepted = ACCEPTED_RESIDUAL * world.speed_scale();
+    let (certifier, candidates) = (Certifier::new(), Candidates::new());
+    let mut judge = Judge { model, world, loads, certifier, candidates, accepted };
+    let (mut findings, mut previous) = (Findings::default(), None::<TableStep>);
+    while let Some(step) = reader.next_step().map_err(|error| odd(&error))? {
+        judge.check_step(&step).map_err(|why| odd(&why))?;
+        if let Some(previous) = previous {
+            findings.add(judge.step(&previous, &step.states), args.worst);
+        }
+        previous = Some(step);
+    }
+    if let Some(end) = previous.filter(|end| !judge.has_its_energy(end)) {
+        findings.differing += 1;
+        let (index, status) = (end.row.index, end.row.status);
+        let differs = Some("its energy is another".to_owned());
+        let (residual, part, inexact, overlap) = (0.0, "dynamics", false, 0.0);
+        let end = Verified { index, status, residual, part, differs, inexact, overlap };
+        findings.keep(end, args.worst);
+    }
+    report(args, &judge, &findings)
+}
+
+/// The folder of the tables, as it can be shown.
+fn folder(args: &VerifyArgs) -> String {
+    shown::path(directory_of(None, &args.file))
+}
+
+/// The run.json beside a file says nothing of one that is no table of its run.
+fn refuse_another_file(file: &Path) -> Result<(), Failure> {
+    let names = Table::ALL.map(|table| format!("{table}.csv"));
+    let name = file.file_name().unwrap_or_default();
+    if names.iter().any(|table| name == table.as_str()) {
+        return Ok(());
+    }
+    Err(Failure::Input(format!(
+        "{}: the run.json beside it is of a run of several bodies; its tables are {}",
+        shown::path(file),
+        names.join(", ")
+    )))
+}
+
+fn open(beside: &Path, table: Table) -> Result<File, Failure> {
+    let path = beside.with_file_name(format!("{table}.csv"));
+    input::open(&path)
+        .map_err(|error| Failure::Input(format!("{} cannot be read: {error}", shown::path(&path))))
+}
+
+impl Findings {
+    fn add(&mut self, step: Verified, most: usize) {
+        self.steps += 1;
+        self.failed += u64::from(step.status == StepStatus::Failed);
+        self.inexact += u64::from(step.inexact);
+        self.differing += u64::from(step.differs.is_some());
+        self.largest_overlap = self.largest_overlap.max(step.overlap);
+        self.keep(step, most);
+    }
+
+    /// Keeps the step if it is among the `most` worst: those that differ first.
+    fn keep(&mut self, step: Verified, most: usize) {
+        let rank = |a: &Verified, b: &Verified| {
+            let worst = b.residual.total_cmp(&a.residual);
+            b.differs.is_some().cmp(&a.differs.is_some()).then(worst)
+        };
+        let place = self.worst.partition_point(|kept| rank(kept, &step).is_le());
+        if place < most {
+            self.worst.insert(place, step);
+            self.worst.truncate(most);
+        }
+    }
+}
+
+impl Judge {
+    /// What no step can be judged with.
+    fn check_step(&self, step: &TableStep) -> Result<(), String> {
+        let (index, h) = (step.row.index, self.world.time_step());
+        let expected = index as f64 * h;
+        if (step.row.time - expected).abs() > 1e-9 * expected.max(h) {
+            return Err(format!(
+                "step {index} has t_s = {}, which does not fit a time step of {h} s",
+                step.row.time
+            ));
+        }
+        for (body, state) in step.states.iter().enumerate() {
+            let name = &self.model.bodies[body].name;
+            state.checked().map_err(|error| format!("step {index}, {name}: {error}"))?;
+        }
+        Ok(())
+    }
+
+    fn step(&mut self, step: &TableStep, next: &[State]) -> Verified {
+        let (states, row) = (&step.states[..], &step.row);
+        let mut differs = None;
+        let mut differ = |what: String| differs = differs.take().or(Some(what));
+        let mut contacts = Vec::new();
+        for (number, contact) in step.contacts.iter().enumerate() {
+            match contact.contact(&self.world, states) {
+                Ok(contact) => contacts.push(contact),
+                Err(why) => differ(format!("its contact {number} {why}")),
+            }
+        }
+        let wrenches = self.wrenches(row.index, states);
+        let claim = Claim { states, next, wrenches: &wrenches, contacts: &contacts };
+        let forces = step.contacts.iter().map(|contact| contact.force);
+        let complete = contacts.len() == step.contacts.len();
+        let certificate = self.certifier.contact_step(&self.world, &claim, forces);
+        let residual = if complete { certificate.residual() } else { f64::NAN };
+        let lost = self.lost(&contacts, states, next);
+        let is_near = |found: f64, column: f64, lost: f64| {
+            (found - column).abs() <= lost + RELATIVE_TOLERANCE * column.abs()
+        };
+        if complete && !is_near(residual, row.residual, lost) {
+            differ(format!("its residual in the table is {:.3e} m/s", row.residual));
+        }
+        for ((part, found), column) in certificate.parts().into_iter().zip(row.parts) {
+            if complete && !is_near(found, column, lost) {
+                differ(format!("its {part} in the table is {column:.3e} m/s, not {found:.3e}"));
+            }
+        }
+        let pairs = contacts.iter().zip(&step.contacts).filter(|_| complete).enumerate();
+        for (number, (contact, row)) in pairs {
+            if (self.slip(contact, states, next) - row.slip).amax() > lost {
+                differ(format!("its contact {number} has another slip"));
+            }
+        }
+        let overlap = self.candidates.deepest_overlap(&self.world, next);
+        let overlap = overlap.map_or(0.0, |(depth, ..)| depth);
+        let found_to = OVERLAP_FOUND_TO * self.world.reach();
+        if !is_near(overlap, row.overlap, found_to) {
+            differ(format!("its overlap in the table is {:.3e} m, not {overlap:.3e}", row.overlap));
+        }
+        if !self.has_its_energy(step) {
+            differ("its energy is another".to_owned());
+        }
+        // A NaN is within nothing.
+        let is_exact = residual <= self.accepted.max(lost);
+        Verified {
+            index: row.index,
+            status: row.status,
+            residual,
+            part: certificate.worst_part(),
+            differs,
+            inexact: !is_exact,
+            overlap,
+        }
+    }
+
+    /// What rounding may make of a residual, m/s: of the step's own (eq. 22), and, as a contact's
+    /// plane is rebuilt from a gap and a gap computed from it, twice of a gap's (eq. 21).
+    fn lost(&self, contacts: &[Contact], states: &[State], next: &[State]) -> f64 {
+        let lost = rounding::residual(&self.world, states, next);
+        let of_gaps = contacts.iter().map(|contact| {
+            let position = &states[contact.key.body].position;
+            let offset = contact.features.offset;
+            rounding::gap(&contact.normal(), position, offset, &contact.arm)
+        });
+        let of_gap = of_gaps.fold(0.0, f64::max);
+        (lost + 2.0 * of_gap / self.world.time_step()).min(rounding::LARGEST)
+    }
+
+    fn wrenches(&self, index: u64, states: &[State]) -> Vec<Wrench> {
+        let h = self.world.time_step();
+        let pairs = self.loads.iter().zip(states);
+        pairs.map(|(load, state)| load.wrench(index, h, &state.attitude)).collect()
+    }
+
+    /// The mean slip of a contact over the step, m/s, world.
+    fn slip(&self, contact: &Contact, states: &[State], next: &[State]) -> nalgebra::Vector3<f64> {
+        let poses = |body: usize| (states[body].pose(), next[body].pose());
+        let a = poses(contact.key.body);
+        let b = match contact.key.partner {
+            Partner::Body(index) => Some(poses(index)),
+            Partner::Ground | Partner::Fixed(_) => None,
+        };
+        let b = b.as_ref().map(|b| (&b.0, &b.1));
+        let u = contact.motion((&a.0, &a.1), b, self.world.time_step());
+        u - contact.normal() * contact.normal().dot(&u)
+    }
+
+    /// The energy is a sum of large parts of both signs; rounding is of the largest of them.
+    fn has_its_energy(&self, step: &TableStep) -> bool {
+        let gravity = self.world.gravity();
+        let parts = self.world.bodies().iter().zip(&step.states).map(|(body, state)| {
+            let linear = state.velocity.norm_squared() + gravity.dot(&state.position).abs();
+            body.mass() * linear + state.spin.dot(&(body.inertia() * state.spin))
+        });
+        let scale: f64 = parts.sum();
+        let found = energy(&self.world, &step.states);
+        (found - step.row.energy).abs() <= RELATIVE_TOLERANCE * scale
+    }
+}
+
+fn report(args: &VerifyArgs, judge: &Judge, findings: &Findings) -> Result<Outcome, Failure> {
+    let mut text = String::new();
+    let _ = writeln!(
+        text,
+        "{}: {} steps of {} bodies",
+        folder(args),
+        findings.steps,
+        judge.model.bodies.len()
+    );
+    let _ = writeln!(text, "  status `failed`: {}", findings.failed);
+    let _ = writeln!(
+        text,
+        "  residuals above what a solved step may have, {:.1e} m/s: {}",
+        judge.accepted, findings.inexact
+    );
+    let _ = writeln!(text, "  steps that are not what the tables say: {}", findings.differing);
+    let _ = writeln!(text, "  largest overlap: {:.1e} m", findings.largest_overlap);
+    if !findings.worst.is_empty() {
+        let _ = writeln!(text, "  worst steps:");
+    }
+    for step in &findings.worst {
+        let differs = step.differs.as_ref().map_or(String::new(), |what| format!(": {what}"));
+        let _ = writeln!(
+            text,
+            "    k = {:<7} {:<9}  residual {:.3e} m/s ({}){differs}",
+            step.index,
+            step.status.name(),
+            step.residual,
+            step.part
+        );
+    }
+    say(&text)?;
+    Ok(if findings.differing > 0 {
+        Outcome::Mismatch
+    } else if findings.failed + findings.inexact > 0 {
+        Outcome::Unconverged
+    } else {
+        Outcome::Done
+    })
+}
+
+/// All that residuals depend on stands in run.json.
+fn refuse_idle_flags(args: &VerifyArgs) -> Result<(), Failure> {
+    let physics = &args.physics;
+    refuse_flags(
+        "a run of several bodies, whose run.json says all",
+        &[
+            ("--dt", physics.dt.is_some()),
+            ("--mu", physics.mu.is_some()),
+            ("--mass", physics.mass.is_some()),
+            ("--inertia", physics.inertia.is_some()),
+            ("--box", physics.sides.is_some()),
+            ("--plane", physics.plane.is_some()),
+            ("--force", !physics.force.is_empty()),
+            ("--torque", !physics.torque.is_empty()),
+            ("--force-at", physics.force_at.is_some()),
+            ("--gravity", physics.gravity.is_some()),
+        ],
+    )
+}

@@ -1,0 +1,142 @@
+//! A run of any number of bodies as three tables, in and out of any streams: `states`, `contacts`
+//! and `steps`, each in CSV with one header line.
+//!
+//! - `states`: one row a body and step: `k,t_s,body`, then the 13 numbers of the state at step k.
+//!   `body` is the index in [`World::bodies`].
+//! - `contacts`: one row a candidate contact of the step k → k+1: who touches whom, where (the
+//!   touching point at k, m, world), across which normal (unit, world, at k, away from the
+//!   partner), the force on `body` (N, world; the opposite one acts on the partner), the mean slip
+//!   over the step (m/s, world), the gap at k (m), the radius by which the point is rounded (m),
+//!   and the key that the contact keeps from step to step ([`KeyText`]).
+//! - `steps`: one row a step: how it ended, its residual with the five parts, how deep pieces
+//!   overlap at k+1, and the energy at k: kinetic, and potential in gravity from the world's origin.
+//!
+//! All rows are in the order of k; states within a step in that of the bodies, contacts in that of
+//! the solution. The last step is a state alone, of status `end`. Numbers have the fewest digits
+//! that read back to the same double.
+
+mod key;
+mod read;
+mod rebuild;
+mod write;
+
+pub use key::KeyText;
+pub use read::{ContactRow, StepRow, TableStep, TablesError, TablesReader};
+pub use rebuild::Misplaced;
+pub use write::TablesWriter;
+
+use crate::mechanics::State;
+use crate::world::World;
+use std::fmt;
+
+/// One of the three tables.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Table {
+    /// Where the bodies are.
+    States,
+    /// Which contacts a step had.
+    Contacts,
+    /// How a step ended.
+    Steps,
+}
+
+impl Table {
+    /// All of them, in the order of the [`Streams`].
+    pub const ALL: [Self; 3] = [Self::States, Self::Contacts, Self::Steps];
+
+    /// The name, a file's without `.csv`.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::States => "states",
+            Self::Contacts => "contacts",
+            Self::Steps => "steps",
+        }
+    }
+
+    /// The names of the columns.
+    #[must_use]
+    pub fn columns(self) -> &'static [&'static str] {
+        match self {
+            Self::States => &STATE_COLUMNS,
+            Self::Contacts => &CONTACT_COLUMNS,
+            Self::Steps => &STEP_COLUMNS,
+        }
+    }
+}
+
+impl fmt::Display for Table {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// One of each table: streams to write to or to read from.
+#[derive(Debug)]
+pub struct Streams<S> {
+    /// [`Table::States`].
+    pub states: S,
+    /// [`Table::Contacts`].
+    pub contacts: S,
+    /// [`Table::Steps`].
+    pub steps: S,
+}
+
+const STATE_COLUMNS: [&str; 16] = [
+    "k", "t_s", "body", "x_m", "y_m", "z_m", "qw", "qx", "qy", "qz", "vx_m_s", "vy_m_s", "vz_m_s",
+    "wx_rad_s", "wy_rad_s", "wz_rad_s",
+];
+
+const CONTACT_COLUMNS: [&str; 20] = [
+    "k",
+    "contact",
+    "body",
+    "partner",
+    "partner_index",
+    "x_m",
+    "y_m",
+    "z_m",
+    "nx",
+    "ny",
+    "nz",
+    "fx_N",
+    "fy_N",
+    "fz_N",
+    "slip_x_m_s",
+    "slip_y_m_s",
+    "slip_z_m_s",
+    "gap_m",
+    "radius_m",
+    "key",
+];
+
+const STEP_COLUMNS: [&str; 14] = [
+    "k",
+    "t_s",
+    "status",
+    "iterations",
+    "start",
+    "contacts",
+    "residual_m_s",
+    "dynamics_m_s",
+    "penetration_m_s",
+    "normal_law_m_s",
+    "friction_law_m_s",
+    "cone_m_s",
+    "overlap_m",
+    "energy_J",
+];
+
+/// The energy of all bodies, J: kinetic, and potential in gravity from the world's origin.
+///
+/// ```text
+/// E = Σ ½ m v·v + ½ ω·I ω − m g·r
+/// ```
+#[must_use]
+pub fn energy(world: &World, states: &[State]) -> f64 {
+    let of_body = world.bodies().iter().zip(states).map(|(body, state)| {
+        let linear = 0.5 * state.velocity.norm_squared() - world.gravity().dot(&state.position);
+        body.mass() * linear + 0.5 * state.spin.dot(&(body.inertia() * state.spin))
+    });
+    of_body.sum()
+}

@@ -1,0 +1,151 @@
+//! Contacts from rows: the features that a step was judged by, and whether the bodies have them.
+//!
+//! A contact's point and plane follow from what its row says: with p the touching point, n the
+//! normal, φ the gap and ρ the radius,
+//!
+//! ```text
+//! a = A_Aᵀ (p − r_A + ρ n),   n_B = A_Bᵀ n,   d = n_B·A_Bᵀ (p + ρ n − r_B) − ρ − φ
+//! ```
+//!
+//! A row could claim any point and plane, so both are held against the shapes: the point must be in
+//! the piece that it is of, and the plane must touch the piece that it is of.
+
+use super::ContactRow;
+use crate::contact::{Contact, ContactLaw, Features, Partner, Plane};
+use crate::geometry::Piece;
+use crate::mechanics::{Pose, State};
+use crate::world::World;
+use nalgebra::{Matrix3, Vector3};
+
+/// Why a row is of no contact of the world, in words that follow "the contact".
+pub type Misplaced = &'static str;
+
+/// What rounding, and the tolerances of the search for features, leave of a length, in parts of the
+/// piece's size.
+const EXACT: f64 = 1e-6;
+/// A fixed face's corner may be above the body's face by the band of the search.
+const BAND: f64 = crate::contact::detection::CONTACT_BAND + EXACT;
+/// Of a normal's length and of a recorded vector.
+const UNIT: f64 = 1e-9;
+
+impl ContactRow {
+    /// The contact of this row between bodies at `states`.
+    ///
+    /// # Errors
+    /// A body, piece or point that is not there; a point that is not in its piece, a plane that
+    /// does not touch its own; a normal that is no unit vector.
+    pub fn contact(&self, world: &World, states: &[State]) -> Result<Contact, Misplaced> {
+        let bodies = world.bodies();
+        let body = bodies.get(self.body).ok_or("is of a body that is not there")?;
+        let known = match self.partner {
+            Partner::Ground => true,
+            Partner::Fixed(index) => index < world.fixed().len(),
+            Partner::Body(index) => index < bodies.len() && index != self.body,
+        };
+        if !known || states.len() != bodies.len() {
+            return Err("is with a partner that is not there");
+        }
+        if (self.normal.norm() - 1.0).abs() > UNIT {
+            return Err("has a normal that is no unit vector");
+        }
+        let pose = states[self.body].pose();
+        let other = match self.partner {
+            Partner::Body(index) => Some((&bodies[index], states[index].pose())),
+            Partner::Ground | Partner::Fixed(_) => None,
+        };
+        let features = match self.partner {
+            Partner::Ground => self.on_ground(world)?,
+            _ => self.on_piece(world, &pose, other.as_ref().map(|(_, pose)| pose))?,
+        };
+        let key = self.key.between(self.body, self.partner);
+        let law = ContactLaw { friction: world.friction_between(self.body, self.partner) };
+        let placed = other.as_ref().map(|(body, pose)| (*body, pose));
+        let contact = Contact::new(key, features, law, (body, &pose), placed);
+        let size = body.reach() + pose.position.amax();
+        if (pose.position + contact.arm - self.point).amax() > UNIT * size
+            || (contact.normal() - self.normal).amax() > UNIT
+            || (contact.gap - self.gap).abs() > UNIT * size
+        {
+            return Err("has a point, normal or gap that is not where its bodies are");
+        }
+        Ok(contact)
+    }
+
+    /// The point that the key names, against the ground.
+    fn on_ground(&self, world: &World) -> Result<Features, Misplaced> {
+        let points = world.bodies()[self.body].contact_points();
+        let point = points.get(self.key.point).ok_or("is of a point that is not there")?;
+        if self.key.pair.is_some() {
+            return Err("has a key of two pieces, and is with the ground");
+        }
+        let ground = world.ground();
+        Ok(Features {
+            point: point.position,
+            radius: point.radius,
+            frame: *ground.frame(),
+            offset: ground.offset(),
+        })
+    }
+
+    /// Point and plane as the row has them, held against the pieces that the key names.
+    fn on_piece(
+        &self,
+        world: &World,
+        pose: &Pose,
+        other: Option<&Pose>,
+    ) -> Result<Features, Misplaced> {
+        let pair = self.key.pair.ok_or("has a key without pieces")?;
+        let own = world.bodies()[self.body].pieces().get(pair.pieces.0);
+        let own = own.ok_or("is of a piece that is not there")?;
+        let theirs = match self.partner {
+            Partner::Body(index) => world.bodies()[index].pieces().get(pair.pieces.1),
+            Partner::Fixed(index) => world.fixed().get(index).map(|fixed| &fixed.piece),
+            Partner::Ground => None,
+        };
+        let theirs = theirs.ok_or("is with a piece that is not there")?;
+        let fixed = Pose { position: Vector3::zeros(), rotation: Matrix3::identity() };
+        let other = other.unwrap_or(&fixed);
+        let centre = self.point + self.normal * self.radius;
+        let point = pose.rotation.tr_mul(&(centre - pose.position));
+        let normal = other.rotation.tr_mul(&self.normal);
+        let seen = other.rotation.tr_mul(&(centre - other.position));
+        let offset = normal.dot(&seen) - self.radius - self.gap;
+        if outside(own, &point) > own.radius() - self.radius + EXACT * size(own) {
+            return Err("has a point that its body does not have");
+        }
+        let above = support(theirs, &normal) - offset;
+        if above.abs() > BAND * size(theirs).min(size(own)) {
+            return Err("has a plane that its partner does not have");
+        }
+        let plane = Plane::new(normal, 0.0).map_err(|_| "has a normal that is no unit vector")?;
+        Ok(Features { point, radius: self.radius, frame: *plane.frame(), offset })
+    }
+}
+
+/// ℓ, m: the reach of a piece from its own middle.
+fn size(piece: &Piece) -> f64 {
+    piece.core().reach() + piece.radius()
+}
+
+/// How far a point is outside a piece's core, m, at least; 0 or less inside.
+fn outside(piece: &Piece, point: &Vector3<f64>) -> f64 {
+    let core = piece.core();
+    match *core.vertices() {
+        [at] => (point - at).norm(),
+        [from, to] => {
+            let along: Vector3<f64> = to - from;
+            let share = (point - from).dot(&along) / along.norm_squared();
+            (point - from - along * share.clamp(0.0, 1.0)).norm()
+        }
+        _ => {
+            let heights = core.faces().iter().map(|face| face.normal.dot(point) - face.offset);
+            heights.fold(f64::NEG_INFINITY, f64::max)
+        }
+    }
+}
+
+/// How far a piece reaches along a unit vector, m.
+fn support(piece: &Piece, normal: &Vector3<f64>) -> f64 {
+    let heights = piece.core().vertices().iter().map(|vertex| normal.dot(vertex));
+    heights.fold(f64::NEG_INFINITY, f64::max) + piece.radius()
+}

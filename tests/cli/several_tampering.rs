@@ -1,0 +1,191 @@
+//! `tumble verify` on the tables of several bodies that somebody has changed.
+
+use super::scenario::run_scenario;
+use super::support::{End, Table, run};
+use std::fs;
+use std::path::Path;
+use std::sync::OnceLock;
+
+/// A box that slides on another and a ball that rolls on a fixed plate.
+const SCENE: &str = r#"
+steps = 30
+[ground]
+friction = 0.5
+[[bodies]]
+name = "lower"
+box = [0.6, 0.4, 0.2]
+mass = 2.0
+position = [0.0, 0.0, 0.1]
+[[bodies]]
+name = "upper"
+box = 0.2
+mass = 1.0
+position = [-0.1, 0.02, 0.3]
+velocity = [1.0, 0.0, 0.0]
+[[bodies]]
+name = "ball"
+sphere = 0.1
+mass = 1.0
+position = [0.0, 1.0, 0.2]
+velocity = [0.5, 0.0, 0.0]
+[[fixed]]
+name = "plate"
+box = [2.0, 0.6, 0.1]
+position = [0.0, 1.0, 0.05]
+"#;
+
+const FILES: [&str; 4] = ["states.csv", "contacts.csv", "steps.csv", "run.json"];
+
+fn files() -> &'static [String; 4] {
+    static RUN: OnceLock<[String; 4]> = OnceLock::new();
+    RUN.get_or_init(|| {
+        let (end, directory) = run_scenario(SCENE, &[]);
+        assert_eq!(end.code, Some(0), "{end:?}");
+        FILES.map(|name| fs::read_to_string(directory.path().join("out").join(name)).unwrap())
+    })
+}
+
+fn verify(directory: &Path) -> End {
+    run(&["verify", directory.join("steps.csv").to_str().unwrap()])
+}
+
+/// Verifies the run with one of its tables changed.
+fn verify_changed(name: &str, change: impl FnOnce(&mut Table)) -> End {
+    let directory = tempfile::tempdir().unwrap();
+    for (file, text) in FILES.iter().zip(files()) {
+        fs::write(directory.path().join(file), text).unwrap();
+    }
+    let path = directory.path().join(name);
+    let mut table = Table::parse(&fs::read_to_string(&path).unwrap());
+    change(&mut table);
+    fs::write(path, table.text()).unwrap();
+    verify(directory.path())
+}
+
+/// The row of step `k` whose number `count` of the step it is.
+fn row(table: &Table, k: u64, count: usize) -> usize {
+    let steps = table.texts("k");
+    let rows = steps.iter().enumerate().filter(|(_, step)| **step == k.to_string());
+    rows.map(|(row, _)| row).nth(count).unwrap()
+}
+
+#[test]
+fn tables_as_they_were_written_verify() {
+    let end = verify_changed("states.csv", |_| ());
+    assert_eq!((end.code, end.stderr.as_str()), (Some(0), ""), "{end:?}");
+    assert!(end.stdout.contains("29 steps of 3 bodies"), "{end:?}");
+    assert!(end.stdout.contains("not what the tables say: 0\n"), "{end:?}");
+}
+
+/// A thousandth of any number that says something is found, and the step named.
+#[test]
+fn a_changed_number_is_found_and_its_step_named() {
+    let cases: [(&str, &[&str]); 3] = [
+        ("states.csv", &["x_m", "z_m", "vx_m_s"]),
+        ("contacts.csv", &["x_m", "nz", "fx_N", "fz_N", "slip_x_m_s", "gap_m"]),
+        ("steps.csv", &["residual_m_s", "penetration_m_s", "cone_m_s", "overlap_m", "energy_J"]),
+    ];
+    for (file, columns) in cases {
+        for column in columns {
+            // Contact 4 of a step is the first of the upper box on the lower.
+            let count = if file == "contacts.csv" { 4 } else { 0 };
+            let end = verify_changed(file, |table| {
+                let (row, column) = (row(table, 12, count), table.column(column));
+                let old: f64 = table.rows[row][column].parse().unwrap();
+                table.rows[row][column] = (old * 1.001 + 1e-5).to_string();
+            });
+            assert_eq!((end.code, end.stderr.as_str()), (Some(1), ""), "{file} {column}: {end:?}");
+            assert!(end.stdout.contains("k = 12 "), "{file} {column}: {end:?}");
+        }
+    }
+}
+
+/// A contact that the shapes do not have carries nothing, whatever the sums say.
+#[test]
+fn contacts_that_the_bodies_do_not_have_are_named() {
+    let cases: [(&str, &str, &str); 6] = [
+        ("body", "7", "not there"),
+        ("partner", "fixed", "contact 4"),
+        ("partner_index", "9", "not there"),
+        ("partner_index", "2", "contact 4"),
+        ("key", "0.5.0.A0.0", "not there"),
+        ("key", "3", "key"),
+    ];
+    for (column, value, words) in cases {
+        let end = verify_changed("contacts.csv", |table| {
+            let (row, column) = (row(table, 12, 4), table.column(column));
+            table.rows[row][column] = value.to_owned();
+        });
+        assert_eq!(end.code, Some(1), "{column} {value}: {end:?}");
+        assert!(end.stdout.contains(words), "{column} {value}: {end:?}");
+    }
+}
+
+#[test]
+fn rows_missing_double_or_out_of_order_are_refused_with_table_and_line() {
+    type Change = fn(&mut Table);
+    let cases: [(&str, Change, &[&str]); 9] = [
+        ("states.csv", |table| drop(table.rows.remove(4)), &["states, line 6", "body is 2"]),
+        ("states.csv", |table| table.rows.swap(3, 4), &["states, line 5", "body is 1 where 0"]),
+        ("states.csv", |table| table.rows.truncate(50), &["states", "cut off"]),
+        ("contacts.csv", |table| drop(table.rows.remove(0)), &["contacts, line 2", "contact is 1"]),
+        ("contacts.csv", |table| drop(table.rows.pop()), &["contacts", "cut off"]),
+        ("contacts.csv", |table| table.rows.push(table.rows[0].clone()), &["contacts", "after"]),
+        ("steps.csv", |table| drop(table.rows.remove(7)), &["steps, line 9", "k is 8 where 7"]),
+        ("steps.csv", |table| drop(table.rows.pop()), &["steps", "cut off"]),
+        ("steps.csv", |table| drop(table.header.remove(3)), &["steps", "column 4", "iterations"]),
+    ];
+    for (file, change, words) in cases {
+        verify_changed(file, change).assert_refused(2, words);
+    }
+}
+
+#[test]
+fn fields_that_cannot_be_read_are_refused_with_table_line_and_column() {
+    for (file, column, value) in [
+        ("states.csv", "x_m", "nan"),
+        ("states.csv", "vz_m_s", "inf"),
+        ("states.csv", "qw", "-2"),
+        ("states.csv", "body", "1.0"),
+        ("states.csv", "t_s", "0.5"),
+        ("contacts.csv", "fz_N", "NaN"),
+        ("contacts.csv", "partner", "moon"),
+        ("contacts.csv", "key", "first"),
+        ("steps.csv", "status", "done"),
+        ("steps.csv", "residual_m_s", "nan"),
+        ("steps.csv", "contacts", "-1"),
+    ] {
+        let end = verify_changed(file, |table| {
+            let (row, column) = (row(table, 12, 0), table.column(column));
+            table.rows[row][column] = value.to_owned();
+        });
+        let named = file.strip_suffix(".csv").unwrap();
+        let words = if column == "qw" { ["12", "attitude"] } else { [named, column] };
+        end.assert_refused(2, &words);
+    }
+}
+
+#[test]
+fn a_table_or_run_file_that_is_not_there_is_named() {
+    for name in ["states.csv", "contacts.csv"] {
+        let directory = tempfile::tempdir().unwrap();
+        for (file, text) in FILES.iter().zip(files()).filter(|(file, _)| **file != name) {
+            fs::write(directory.path().join(file), text).unwrap();
+        }
+        verify(directory.path()).assert_refused(2, &[name]);
+    }
+    let directory = tempfile::tempdir().unwrap();
+    for (file, text) in FILES.iter().zip(files()) {
+        fs::write(directory.path().join(file), text).unwrap();
+    }
+    let end = run(&["verify", directory.path().join("states.csv").to_str().unwrap(), "--mu", "0"]);
+    end.assert_refused(2, &["--mu", "run.json"]);
+    let json = files()[3].replacen("\"mass\": 2.0", "\"mass\": -2.0", 1);
+    assert_ne!(json, files()[3]);
+    fs::write(directory.path().join("run.json"), json).unwrap();
+    verify(directory.path()).assert_refused(2, &["run.json", "model.bodies[0]", "mass"]);
+    // Another world's constants: every step differs.
+    let json = files()[3].replacen("\"mass\": 2.0", "\"mass\": 3.0", 1);
+    fs::write(directory.path().join("run.json"), json).unwrap();
+    assert_eq!(verify(directory.path()).code, Some(1));
+}
