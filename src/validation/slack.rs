@@ -27,7 +27,8 @@
 //!
 //! for a faster slip would put every p̂_i on its edge within an angle of sin φ ≤ δ/|c| to
 //! −c, and their sum would be at least G √(1 − (δ/|c|)²) > τ G. Positions alone say so,
-//! whatever the velocities are.
+//! whatever the velocities are. In that step G itself is known to 2 μ δ_n only, the change of
+//! the normal speed times μ, which comes to what the share is off by.
 //!
 //! **Any step**, with the slip c* if it were exact: friction is no more than G + n δ, so that
 //! c ≥ c* − W n δ; and a slip above δ has (a), so that c − c* ≤ W (n δ + G (δ/(c − c*))²).
@@ -115,7 +116,8 @@ impl Slider {
                 way += h * (off + (1.0 + self.friction) * residual.kinematics);
                 across += h * (strayed + residual.kinematics);
             } else {
-                let share = step.share + (off + change) / (w * self.grip);
+                // All the friction there is may be less by what the normal speed changes.
+                let share = step.share + (off + change + lifted) / (w * self.grip);
                 let slip = (off + change).min(of_hold(residual.friction, share));
                 way += h * slip;
                 across += h * slip;

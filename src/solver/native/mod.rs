@@ -7,7 +7,7 @@
 //!
 //! Bodies that touch each other, directly or through others, are an island. Islands are
 //! independent problems, and each is solved alone: a body that touches fixed things only with
-//! six unknowns on the stack ([`single`]), several bodies with a sparse system ([`island`]).
+//! six unknowns on the stack (`single`), several bodies with a sparse system (`island`).
 //!
 //! Where a face slides, the laws alone leave the motion undetermined. This solver takes
 //! the limit of an equal, vanishing compliance at every contact point (N6): what very
@@ -51,6 +51,8 @@ pub struct NativeSolver {
     parts: Vec<Part>,
     /// Of every body, whether its island's problem was not solved.
     unsolved: Vec<bool>,
+    /// X⁺ of every body; X where its island's problem was not solved.
+    reached: Vec<State>,
 }
 
 impl NativeSolver {
@@ -65,6 +67,7 @@ impl NativeSolver {
             islands: Islands::default(),
             parts: vec![first],
             unsolved: Vec::new(),
+            reached: Vec::new(),
         }
     }
 
@@ -140,9 +143,13 @@ impl StepSolver for NativeSolver {
             let contacts = candidates.contacts();
             let round = self.solve_islands(step, contacts, &mut effort, solution)?;
             first_start &= round.start == Start::Previous;
-            let next = &solution.states;
-            let depth = deepest_miss(step, next);
-            if !candidates.admit_missed(step.world, step.states, next, depth) {
+            // What was not solved says nothing about what will meet.
+            self.reached.clear();
+            let ends = solution.states.iter().zip(step.states).zip(&self.unsolved);
+            let reached = ends.map(|((next, now), unsolved)| if *unsolved { *now } else { *next });
+            self.reached.extend(reached);
+            let depth = deepest_miss(step, &self.reached);
+            if !candidates.admit_missed(step.world, step.states, &self.reached, depth) {
                 break round.start;
             }
         };

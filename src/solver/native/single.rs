@@ -249,7 +249,7 @@ impl Equations for Single {
                 Gain::Zero => SpinSlope(Matrix3::zeros()),
                 _ => SpinSlope(point_slope(
                     &self.rotation,
-                    &turning,
+                    turning,
                     &at.velocity.linear,
                     candidate,
                     u,
