@@ -22,6 +22,8 @@ pub(super) struct Descent<E: Equations> {
     iterate: Iterate<E>,
     /// The best point of all starts, for a step that none of them solves.
     best: Iterate<E>,
+    /// The best point of a start.
+    best_of_descent: Iterate<E>,
     /// The best point while the compliance is taken out.
     best_of_shrinking: Iterate<E>,
 }
@@ -60,6 +62,7 @@ impl<E: Equations> Descent<E> {
             interior_point: InteriorPoint::new(),
             iterate: Iterate::new(),
             best: Iterate::new(),
+            best_of_descent: Iterate::new(),
             best_of_shrinking: Iterate::new(),
         }
     }
@@ -70,6 +73,7 @@ impl<E: Equations> Descent<E> {
         self.interior_point.reserve(contacts);
         self.iterate.reserve(contacts);
         self.best.reserve(contacts);
+        self.best_of_descent.reserve(contacts);
         self.best_of_shrinking.reserve(contacts);
     }
 
@@ -110,6 +114,7 @@ impl<E: Equations> Descent<E> {
             if enough && matches!(start, Start::Scattered(_)) {
                 break;
             }
+            effort.begin_start();
             self.start(equations, previous, start, effort);
             let repeated = if start == Start::Previous { self.repeat(equations) } else { None };
             let reached = match repeated {
@@ -131,7 +136,7 @@ impl<E: Equations> Descent<E> {
                 best = (rank, start);
                 self.best.copy_from(&self.iterate);
             }
-            if effort.is_over() {
+            if effort.is_used_up() {
                 break;
             }
         }
@@ -251,6 +256,8 @@ impl<E: Equations> Descent<E> {
     fn descend(&mut self, equations: &E, effort: &mut Effort<'_>) -> Reached {
         let tolerances = *equations.tolerances();
         let mut reached = Reached { residual: f64::INFINITY, selected: false };
+        // Of several bodies, what less compliance makes of a point may be far worse.
+        let (together, mut least) = (equations.bodies() > 1, f64::INFINITY);
         for compliance in COMPLIANCES {
             let law = Law::with_compliance(compliance);
             let Self { newton, iterate, .. } = &mut *self;
@@ -267,9 +274,17 @@ impl<E: Equations> Descent<E> {
             if reached.residual > tolerances.solved {
                 reached.residual = self.polish(equations, compliance, effort);
             }
+            if together && reached.residual < least {
+                least = reached.residual;
+                self.best_of_descent.copy_from(&self.iterate);
+            }
             if reached.residual <= tolerances.solved || effort.is_over() {
                 break;
             }
+        }
+        if least < reached.residual {
+            self.iterate.copy_from(&self.best_of_descent);
+            reached.residual = least;
         }
         reached
     }
@@ -292,9 +307,9 @@ impl<E: Equations> Descent<E> {
             let mut stalled = 0;
             for _ in 0..MOST_SHRINKS {
                 let law = Law { sharpness, ..Law::with_compliance(compliance) };
-                newton.solve_from_here(equations, &law, iterate, effort);
+                let converged = newton.solve_from_here(equations, &law, iterate, effort);
                 let residual = exact_residual(equations, iterate);
-                stalled += u32::from(residual > 0.5 * least);
+                stalled += u32::from(residual > 0.5 * least) + 2 * u32::from(!converged);
                 if residual < least {
                     least = residual;
                     best.copy_from(iterate);
@@ -315,13 +330,16 @@ impl<E: Equations> Descent<E> {
     /// is. Returns its residual.
     fn polish(&mut self, equations: &E, compliance: f64, effort: &mut Effort<'_>) -> f64 {
         let solved = equations.tolerances().solved;
-        let together = equations.bodies() > 1;
-        if together {
+        if equations.bodies() > 1 {
+            let mut residual = f64::INFINITY;
             for sharpness in SHRINKING_SHARPNESSES {
-                let residual = self.shrink(equations, &SHRINKING, sharpness, effort);
-                if residual <= solved {
-                    return residual;
+                residual = self.shrink(equations, &SHRINKING, sharpness, effort);
+                if residual <= solved || effort.is_over() {
+                    break;
                 }
+            }
+            if residual <= solved || effort.is_over() {
+                return residual;
             }
         }
         let Self { newton, iterate, .. } = self;

@@ -1,6 +1,6 @@
 //! What a step has cost so far, and when to give it up.
 
-use super::tolerances::{BUDGET, BUDGET_CONTACTS, LEAST_BUDGET};
+use super::tolerances::{BUDGET, BUDGET_CONTACTS, BUDGET_STARTS, LEAST_BUDGET};
 use crate::error::Error;
 use crate::step::Step;
 
@@ -10,20 +10,28 @@ use crate::step::Step;
 pub(super) struct Effort<'a> {
     step: &'a Step<'a>,
     iterations: u32,
-    /// How many more there may be for the island at hand.
+    /// How many more there may be for the island at hand, and how many must be left for other
+    /// starts when this one ends.
     left: u32,
+    reserve: u32,
     interrupted: bool,
 }
 
 impl<'a> Effort<'a> {
     pub(super) fn new(step: &'a Step<'a>) -> Self {
-        Self { step, iterations: 0, left: 0, interrupted: false }
+        Self { step, iterations: 0, left: 0, reserve: 0, interrupted: false }
     }
 
     /// A new budget, for an island of so many `contacts`: fewer iterations where each takes longer.
     pub(super) fn begin_part(&mut self, contacts: usize) {
         let cost = u32::try_from(contacts.div_ceil(BUDGET_CONTACTS)).unwrap_or(u32::MAX).max(1);
         self.left = (BUDGET / cost).max(LEAST_BUDGET);
+        self.reserve = 0;
+    }
+
+    /// A start of the island at hand: it may use up a part of what is left.
+    pub(super) fn begin_start(&mut self) {
+        self.reserve = self.left - self.left.div_ceil(BUDGET_STARTS);
     }
 
     /// One iteration more; `false` where there is to be none.
@@ -37,8 +45,13 @@ impl<'a> Effort<'a> {
         true
     }
 
-    /// Whether the budget is used up or the step interrupted.
+    /// Whether the start at hand has used up its part, or the step is interrupted.
     pub(super) fn is_over(&self) -> bool {
+        self.interrupted || self.left <= self.reserve
+    }
+
+    /// Whether the whole budget is used up or the step interrupted.
+    pub(super) fn is_used_up(&self) -> bool {
         self.interrupted || self.left == 0
     }
 

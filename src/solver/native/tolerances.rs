@@ -45,6 +45,8 @@ pub(super) const SETTLING: f64 = 1e-6;
 pub(super) const BUDGET: u32 = 20_000;
 /// That budget is for up to so many contacts; with more it shrinks as an iteration grows.
 pub(super) const BUDGET_CONTACTS: usize = 8;
+/// A start may use up this part of what is left of the budget.
+pub(super) const BUDGET_STARTS: u32 = 4;
 /// The least budget: all starts but the scattered ones.
 pub(super) const LEAST_BUDGET: u32 = 1_000;
 /// Iterations of Newton's method from one start.
