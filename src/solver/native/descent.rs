@@ -330,14 +330,10 @@ impl<E: Equations> Descent<E> {
     /// is. Returns its residual.
     fn polish(&mut self, equations: &E, compliance: f64, effort: &mut Effort<'_>) -> f64 {
         let solved = equations.tolerances().solved;
-        if equations.bodies() > 1 {
-            let mut residual = f64::INFINITY;
-            for sharpness in SHRINKING_SHARPNESSES {
-                residual = self.shrink(equations, &SHRINKING, sharpness, effort);
-                if residual <= solved || effort.is_over() {
-                    break;
-                }
-            }
+        let together = equations.bodies() > 1;
+        // Of several bodies this is what helps most; of one, what is cheaper mostly does.
+        if together {
+            let residual = self.shrink_sharply(equations, effort);
             if residual <= solved || effort.is_over() {
                 return residual;
             }
@@ -356,6 +352,19 @@ impl<E: Equations> Descent<E> {
             let law = Law { stick_margin, ..Law::with_compliance(compliance) };
             residual = newton.take_limit(equations, &law, iterate, effort);
             if residual <= solved {
+                return residual;
+            }
+        }
+        if together { residual } else { self.shrink_sharply(equations, effort) }
+    }
+
+    /// Takes the compliance out by acting on changes alone, with one scaling of the natural map
+    /// after another. Returns the residual.
+    fn shrink_sharply(&mut self, equations: &E, effort: &mut Effort<'_>) -> f64 {
+        let mut residual = f64::INFINITY;
+        for sharpness in SHRINKING_SHARPNESSES {
+            residual = self.shrink(equations, &SHRINKING, sharpness, effort);
+            if residual <= equations.tolerances().solved || effort.is_over() {
                 break;
             }
         }

@@ -71,7 +71,9 @@ impl<E: Equations> Newton<E> {
     ) -> bool {
         let mut merit = evaluate(equations, law, iterate);
         let tolerances = equations.tolerances();
-        let (mut whole_steps, mut jumps) = (WHOLE_STEPS, JUMPS);
+        // Without compliance the iteration is near a solution, and to stay there.
+        let (mut whole_steps, mut jumps) =
+            (WHOLE_STEPS, if law.compliance > 0.0 { JUMPS } else { 0 });
         for _ in 0..NEWTON_ITERATIONS {
             if merit.largest <= tolerances.newton {
                 return true;
