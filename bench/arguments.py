@@ -4,7 +4,9 @@ script before anything is installed; run as a program it prints the engines to b
 import argparse
 from pathlib import Path
 
-ENGINES = ("tutorial", "tumble", "mujoco", "drake", "rapier", "pybullet")
+ENGINES = ("tutorial", "tumble", "mujoco", "drake", "rapier", "pybullet", "dart")
+# One box; several; their number from 1 to 1000; the problems of steps for solvers of such.
+SCENES = ("one", "several", "growth", "local")
 
 
 class Parser(argparse.ArgumentParser):
@@ -30,12 +32,17 @@ def rounds(text: str) -> int:
     return int(text)
 
 
-def engines(text: str) -> list[str]:
-    names = text.split(",")
-    for name in names:
-        if name not in ENGINES:
-            raise argparse.ArgumentTypeError(f"'{name}': there are {', '.join(ENGINES)}")
-    return [name for name in ENGINES if name in names]
+def some_of(known: tuple[str, ...]):
+    """Names between commas, in the order of `known`."""
+
+    def names(text: str) -> list[str]:
+        given = text.split(",")
+        for name in given:
+            if name not in known:
+                raise argparse.ArgumentTypeError(f"'{name}': there are {', '.join(known)}")
+        return [name for name in known if name in given]
+
+    return names
 
 
 def parse() -> argparse.Namespace:
@@ -48,10 +55,16 @@ def parse() -> argparse.Namespace:
     parser.add_argument(
         "--seeds", type=seeds, default=[42, 0], help="of the drop scene [default: 42,0]"
     )
+    parser.add_argument(
+        "--scenes",
+        type=some_of(SCENES),
+        default=list(SCENES),
+        help=f"which to run [default: {','.join(SCENES)}]",
+    )
     parser.add_argument("--rounds", type=rounds, default=3, help="of timing [default: 3]")
     parser.add_argument(
         "--engines",
-        type=engines,
+        type=some_of(ENGINES),
         default=list(ENGINES),
         help=f"which to run [default: {','.join(ENGINES)}]",
     )
@@ -64,5 +77,14 @@ def parse() -> argparse.Namespace:
     return parser.parse_args()
 
 
+def needed(chosen: argparse.Namespace) -> list[str]:
+    """What scripts/bench has to install or build."""
+    names = [name for name in chosen.engines if name != "tumble"]
+    if "tumble" in chosen.engines:
+        names += ["tumble"] if "one" in chosen.scenes else []
+        names += ["boxes"] if {"several", "growth"} & set(chosen.scenes) else []
+    return names + (["local"] if "local" in chosen.scenes else [])
+
+
 if __name__ == "__main__":
-    print("\n".join(parse().engines))
+    print("\n".join(needed(parse())))

@@ -37,24 +37,24 @@ def dynamics_residual(
     scene: Scene, before: np.ndarray, after: np.ndarray, forces: np.ndarray
 ) -> np.ndarray:
     """Eq. 18a: the residuals of the semi-implicit step (8a–8d) as velocities."""
-    h, reach = scene.step_seconds, scene.corners.max()
+    h, reach = scene.step_seconds, scene.box.corners.max()
     q, spin = before[:, ATTITUDE], after[:, SPIN]
 
     body_forces = np.einsum("nji,ncj->nci", rotations(q), forces)
-    torque = np.cross(scene.corners, body_forces).sum(axis=1)
-    gyroscopic = np.cross(spin, scene.inertia * spin)
+    torque = np.cross(scene.box.corners, body_forces).sum(axis=1)
+    gyroscopic = np.cross(spin, scene.box.inertia * spin)
     half_turn = np.concatenate((np.zeros((len(q), 1)), h / 2 * spin), axis=1)
     turned = q + quaternion_product(q, half_turn)
     turned /= np.linalg.norm(turned, axis=1, keepdims=True)
     # q and −q are the same attitude; an engine may return either.
     sign = np.sign(np.sum(turned * after[:, ATTITUDE], axis=1, keepdims=True))
 
-    acceleration = forces.sum(axis=1) / scene.mass + scene.gravity
+    acceleration = forces.sum(axis=1) / scene.box.mass + scene.gravity
     residuals = (
         (after[:, POSITION] - before[:, POSITION] - h * after[:, VELOCITY]) / h,
         (sign * after[:, ATTITUDE] - turned) * reach / h,
         after[:, VELOCITY] - before[:, VELOCITY] - h * acceleration,
-        (spin - before[:, SPIN] - h * (torque - gyroscopic) / scene.inertia) * reach,
+        (spin - before[:, SPIN] - h * (torque - gyroscopic) / scene.box.inertia) * reach,
     )
     return np.abs(np.concatenate(residuals, axis=1)).max(axis=1)
 
@@ -90,6 +90,6 @@ def responses(scene: Scene, states: np.ndarray) -> tuple[np.ndarray, np.ndarray]
     """w_n and w_t of every corner in every state, 1/kg: W_dd = 1/m + τ·I⁻¹τ for a direction d,
     τ = c × Aᵀ d."""
     axes = rotations(states[:, ATTITUDE])  # rows: Aᵀ d in the body's frame
-    torques = np.cross(scene.corners[None, :, None, :], axes[:, None, :, :])
-    diagonal = 1 / scene.mass + (torques * torques / scene.inertia).sum(axis=3)
+    torques = np.cross(scene.box.corners[None, :, None, :], axes[:, None, :, :])
+    diagonal = 1 / scene.box.mass + (torques * torques / scene.box.inertia).sum(axis=3)
     return diagonal[..., 2], diagonal[..., :2].mean(axis=2)

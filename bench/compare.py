@@ -9,14 +9,19 @@ import sys
 
 import arguments
 import engines
+import local
 import report
 import scene
 from engines.base import Engine, Unavailable
 from metrics import measure
+from several import measure_several
 
 # A run of some milliseconds is at the mercy of the scheduler: a round takes the fastest of
 # several where they are that short.
 REPEATS, REPEAT_SECONDS = 25, 0.3
+SEVERAL = ("stack", "pyramid", "wall", "pile")
+# Numbers of boxes, and steps: fewer where they take longer.
+GROWTH = [(n, max(60, min(500, 20_000 // n))) for n in (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)]
 
 
 class Field:
@@ -53,8 +58,11 @@ class Field:
 
 def main() -> int:
     chosen = arguments.parse()
-    drops = [scene.drop(seed) for seed in chosen.seeds]
-    others = [scene.load(name) for name in ("rest", "slide", "incline")]
+    drops = [scene.drop(seed) for seed in chosen.seeds] if "one" in chosen.scenes else []
+    quiet = ("rest", "slide", "incline") if "one" in chosen.scenes else ()
+    others = [scene.load(name) for name in quiet]
+    piles = [scene.several(name) for name in SEVERAL] if "several" in chosen.scenes else []
+    growth = [scene.stacks(*size) for size in GROWTH] if "growth" in chosen.scenes else []
     field = Field(chosen.engines)
     results = report.Results(chosen, field.left_out)
 
@@ -62,18 +70,24 @@ def main() -> int:
         results.seconds(engine, place).append(fastest(engine, place))
 
     def record(engine: Engine, place: scene.Scene) -> None:
-        results.figures(engine)[place.name] = measure(place, engine.record(place))
+        look = measure if place.kind == "one" else measure_several
+        results.figures(engine)[place.name] = look(place, engine.record(place))
+
+    def weigh(engine: Engine, place: scene.Scene) -> None:
+        results.figures(engine)[place.name] = {"memory_kib": engine.memory(place)}
 
     if not field.engines:
         print("bench: no engine can be run", file=sys.stderr)
         return 1
     for number in range(chosen.rounds):
         print(f"round {number + 1} of {chosen.rounds}", flush=True)
-        field.each(time, drops, "timing")
+        field.each(time, drops + piles + growth, "timing")
     print("recording", flush=True)
-    field.each(record, drops + others, "recording")
+    field.each(record, drops + others + piles, "recording")
+    field.each(weigh, growth, "weighing")
+    problems = local.compare() if "local" in chosen.scenes else None
 
-    results.finish(field.engines, drops)
+    results.finish(field.engines, drops, piles, growth, problems)
     print(results.markdown())
     results.save(chosen.out)
     return int(field.failed)

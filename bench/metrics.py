@@ -30,7 +30,7 @@ def rest(scene: Scene, states: np.ndarray, _lowest: np.ndarray) -> dict[str, flo
     """Where the centre went, and the largest kinetic energy after the first second."""
     moved = np.abs(states[-1] - states[0])[POSITION]
     settled = states[round(1.0 / scene.step_seconds) :]
-    energy = scene.mass * settled[:, VELOCITY] ** 2 + scene.inertia * settled[:, SPIN] ** 2
+    energy = scene.box.mass * settled[:, VELOCITY] ** 2 + scene.box.inertia * settled[:, SPIN] ** 2
     return {
         "drift_m": float(np.hypot(moved[0], moved[1])),
         "sink_m": float(moved[2]),
@@ -40,7 +40,7 @@ def rest(scene: Scene, states: np.ndarray, _lowest: np.ndarray) -> dict[str, flo
 
 def slide(scene: Scene, states: np.ndarray, lowest: np.ndarray) -> dict[str, float]:
     """The largest height of the lowest corner; the distance against v² / (2 μ g)."""
-    speed, g = np.linalg.norm(scene.start[VELOCITY]), -scene.gravity[2]
+    speed, g = np.linalg.norm(scene.box.start[VELOCITY]), -scene.gravity[2]
     exact = speed**2 / (2 * scene.friction * g)
     distance = np.linalg.norm((states[-1] - states[0])[:2])
     return {

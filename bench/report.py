@@ -10,12 +10,14 @@ import sys
 from argparse import Namespace
 from pathlib import Path
 
+import local
+import several_report
 from engines.base import Engine
 from scene import Scene
+from tables import NOTHING, length, table
 
 # What the ratios are taken to: slow runs to the first, others to the second.
 TUTORIAL, MUJOCO = "tutorial (CasADi, Ipopt)", "MuJoCo elliptic"
-NOTHING = "–"
 COMMON_HEADS = ["not converged", "certificate: contact law, m/s", "certificate: whole, m/s"]
 
 
@@ -42,9 +44,19 @@ class Results:
         """The figures of an engine, scene by scene."""
         return self.measured.setdefault(engine.name, {})
 
-    def finish(self, engines: list[Engine], drops: list[Scene]) -> None:
-        """Keeps the engines that got to the end."""
-        self.engines, self.drops = engines, drops
+    def finish(
+        self,
+        engines: list[Engine],
+        drops: list[Scene],
+        piles: list[Scene],
+        growth: list[Scene],
+        problems: dict | None,
+    ) -> None:
+        """Keeps the engines that ran and got to the end, the scenes that were timed, and what
+        became of the local problems."""
+        self.engines = [engine for engine in engines if engine.name in self.measured]
+        self.drops = drops
+        self.piles, self.growth, self.problems = piles, growth, problems
         self.about["load_at_end"] = os.getloadavg()[0]
 
     def save(self, out: Path) -> None:
@@ -54,8 +66,9 @@ class Results:
             **self.about,
             "settings": {engine.name: engine.settings for engine in self.engines},
             "left_out": self.left_out,
-            "seconds": {engine.name: self.times[engine.name] for engine in self.engines},
+            "seconds": {engine.name: self.times.get(engine.name) for engine in self.engines},
             "figures": {engine.name: self.measured[engine.name] for engine in self.engines},
+            "local_problems": self.problems,
         }
         text = json.dumps(data, indent=2, ensure_ascii=False) + "\n"
         for name, content in (("results.json", text), ("results.md", self.markdown())):
@@ -75,7 +88,15 @@ class Results:
         for drop in self.drops:
             title = f"**drop, seed {drop.seed}** ({drop.steps} steps)"
             parts += [title, self.drop_table(drop)]
-        parts += ["**rest, slide, incline**", self.others_table()]
+        if self.drops:
+            parts += ["**rest, slide, incline**", self.others_table()]
+        for pile in self.piles:
+            parts += [several_report.title(pile), several_report.table_of(self, pile)]
+            parts += [several_report.remarks(self, pile)]
+        if self.growth:
+            parts += ["**growth**: stacks of ten at rest", several_report.growth(self)]
+        if self.problems:
+            parts += ["**local problems**", local.tables(self.problems)]
         lines = [f"- {engine.name}: {engine.settings}." for engine in self.engines]
         lines += [f"- left out: {name} ({why})." for name, why in self.left_out.items()]
         return "\n\n".join([*parts, "\n".join(lines)]) + "\n"
@@ -86,7 +107,9 @@ class Results:
         heads += ["deepest penetration", *COMMON_HEADS]
         rows = []
         for engine in self.engines:
-            seconds = self.times[engine.name][drop.name]
+            seconds = self.times.get(engine.name, {}).get(drop.name)
+            if seconds is None:
+                continue
             figures = self.measured[engine.name][drop.name]
             median = statistics.median(seconds)
             row = [f"{1e6 * median / drop.steps:.2f}", f"{drop.seconds / median:.2f}"]
@@ -96,9 +119,9 @@ class Results:
             rows.append([engine.name, *row])
         return table(heads, rows)
 
-    def ratio(self, seconds: list[float], base: str, drop: Scene) -> str:
+    def ratio(self, seconds: list[float], base: str, scene: Scene) -> str:
         """The median of the ratios of one round each."""
-        bases = self.times.get(base, {}).get(drop.name, [])
+        bases = self.times.get(base, {}).get(scene.name, [])
         if len(bases) != len(seconds):
             return NOTHING
         return f"{statistics.median(a / b for a, b in zip(seconds, bases)):.3g}"
@@ -134,23 +157,6 @@ def unsolved(*figures: dict) -> str:
     """The steps that were not solved, in all of some scenes."""
     counts = [one["unsolved"] for one in figures]
     return "not reported" if None in counts else str(sum(counts))
-
-
-def length(metres: float) -> str:
-    """A length in a unit that suits it; below a nanometre as a power of ten."""
-    size = abs(metres)
-    if size < 1e-9:
-        return "0" if size == 0 else f"{metres:.0e} m"
-    for unit, scale in (("m", 1.0), ("cm", 1e-2), ("mm", 1e-3), ("µm", 1e-6)):
-        if size >= scale:
-            return f"{metres / scale:.3g} {unit}"
-    return f"{metres / 1e-9:.3g} nm"
-
-
-def table(heads: list[str], rows: list[list[str]]) -> str:
-    """A Markdown table with an empty first head."""
-    lines = [["", *heads], ["---"] * (len(heads) + 1), *rows]
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
 
 def machine() -> dict[str, str | int | None]:

@@ -1,12 +1,13 @@
-"""The scenes: one box on one plane, the same for every engine.
+"""The scenes: boxes on one plane, the same for every engine.
 
 Everything here is in the ground frame: z along the plane's normal, the plane at z = 0. For a
 slope that means gravity is tilted instead of the ground, which is the same problem. State
 vectors are r (3), q (4, scalar first, body to ground frame), v (3), ω (3, body), as in tumble.
 """
 
+import json
 import tomllib
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -16,22 +17,13 @@ FILES = Path(__file__).resolve().parent / "scenes"
 
 
 @dataclass(frozen=True)
-class Scene:
-    """A box, a plane, a start, and how long to simulate."""
+class Box:
+    """A box and its start."""
 
-    name: str
-    steps: int
-    step_seconds: float
     sides: np.ndarray
     mass: float
     inertia: np.ndarray  # diagonal, kg m²
-    friction: float
-    gravity: np.ndarray  # m/s²
     start: np.ndarray  # 13
-    to_ground: np.ndarray  # rotation from the file's world frame to the ground frame
-    offset: float = 0.0  # of the plane along its normal in the world frame, m
-    file: Path | None = None
-    seed: int | None = None
 
     @property
     def corners(self) -> np.ndarray:
@@ -40,10 +32,53 @@ class Scene:
         unit = np.array([(x, y, z) for z in signs for y in signs for x in signs])
         return unit * self.sides / 2
 
+
+@dataclass(frozen=True)
+class Scene:
+    """Boxes, a plane, and how long to simulate."""
+
+    name: str
+    kind: str  # "one" box, "several" boxes, or "growth" of their number
+    steps: int
+    step_seconds: float
+    boxes: tuple[Box, ...]
+    friction: float
+    gravity: np.ndarray = field(default_factory=lambda: np.array([0.0, 0.0, -9.81]))  # m/s²
+    # Rotation from the file's world frame to the ground frame.
+    to_ground: np.ndarray = field(default_factory=lambda: np.eye(3))
+    offset: float = 0.0  # of the plane along its normal in the world frame, m
+    file: Path | None = None
+    seed: int | None = None
+    moves: bool = True  # whether anything should move
+
+    @property
+    def box(self) -> Box:
+        """The first box; of a scene of one box, the box."""
+        return self.boxes[0]
+
     @property
     def seconds(self) -> float:
         """Simulated time."""
         return self.steps * self.step_seconds
+
+    def request(self) -> dict:
+        """The scene for a program that reads it as JSON."""
+        boxes = [
+            {
+                "half_sides": (box.sides / 2).tolist(),
+                "mass": box.mass,
+                "inertia": box.inertia.tolist(),
+                "start": box.start.tolist(),
+            }
+            for box in self.boxes
+        ]
+        return {
+            "steps": self.steps,
+            "step_seconds": self.step_seconds,
+            "friction": self.friction,
+            "gravity": self.gravity.tolist(),
+            "boxes": boxes,
+        }
 
 
 def drop(seed: int) -> Scene:
@@ -54,17 +89,14 @@ def drop(seed: int) -> Scene:
     draws = np.random.RandomState(seed).rand(4)
     attitude = draws / np.linalg.norm(draws)
     start = np.concatenate(((0.0, 0.0, 2.5), attitude, (0.0, 4.0, 0.0), (0.0, -2.0, 1.0)))
+    cube = Box(sides=np.full(3, 2.0), mass=10.0, inertia=np.full(3, 0.01), start=start)
     return Scene(
         name=f"drop-{seed}",
+        kind="one",
         steps=999,
         step_seconds=0.002,
-        sides=np.full(3, 2.0),
-        mass=10.0,
-        inertia=np.full(3, 0.01),
+        boxes=(cube,),
         friction=0.3,
-        gravity=np.array([0.0, 0.0, -9.81]),
-        start=start,
-        to_ground=np.eye(3),
         seed=seed,
     )
 
@@ -76,26 +108,74 @@ def load(name: str) -> Scene:
     body, ground, start = data["body"], data["ground"], data["start"]
     if body["inertia"] != "solid" or start["frame"] != "ground":
         raise ValueError(f"{path}: the comparison takes solid boxes started in the ground frame")
-    sides = np.array(body["box"])
-    # Solid box: I_x = m (b² + c²) / 12.
-    inertia = body["mass"] / 12 * (np.sum(sides**2) - sides**2)
     normal = np.array(ground["normal"])
     to_ground = rotation_to_vertical(normal / np.linalg.norm(normal))
     state = (start[key] for key in ("position", "attitude", "velocity", "spin"))
     return Scene(
         name=data["name"],
+        kind="one",
         steps=data["steps"] - 1,
         step_seconds=data["time_step"],
-        sides=sides,
-        mass=body["mass"],
-        inertia=inertia,
+        boxes=(solid(body["box"], body["mass"], np.concatenate(tuple(state))),),
         friction=ground["friction"],
         gravity=to_ground @ np.array(data["gravity"]),
-        start=np.concatenate(tuple(state)),
         to_ground=to_ground,
         offset=ground["offset"],
         file=path,
     )
+
+
+def several(name: str) -> Scene:
+    """One of bench/scenes/*.json, several boxes on level ground."""
+    data = json.loads((FILES / f"{name}.json").read_text())
+    return Scene(
+        name=data["name"],
+        kind="several",
+        steps=data["steps"],
+        step_seconds=data["step_seconds"],
+        boxes=tuple(
+            Box(
+                sides=2 * np.array(box["half_sides"]),
+                mass=box["mass"],
+                inertia=np.array(box["inertia"]),
+                start=np.array(box["start"]),
+            )
+            for box in data["boxes"]
+        ),
+        friction=data["friction"],
+        gravity=np.array(data["gravity"]),
+        moves=data["moves"],
+    )
+
+
+def stacks(count: int, steps: int) -> Scene:
+    """`count` cubes of 1 m and 1 kg at rest in stacks of ten, three metres apart."""
+    side = int(np.ceil(np.sqrt(count / 10)))
+    boxes = []
+    for k in range(count):
+        stack, level = divmod(k, 10)
+        place = (3.0 * (stack % side), 3.0 * (stack // side), 0.5 + level)
+        boxes.append(solid(np.ones(3), 1.0, at_rest(place)))
+    return Scene(
+        name=f"{count} boxes",
+        kind="growth",
+        steps=steps,
+        step_seconds=0.002,
+        boxes=tuple(boxes),
+        friction=0.5,
+        moves=False,
+    )
+
+
+def solid(sides: np.ndarray, mass: float, start: np.ndarray) -> Box:
+    """A box of equal density: I_x = m (b² + c²) / 12."""
+    sides = np.array(sides)
+    return Box(sides, mass, mass / 12 * (np.sum(sides**2) - sides**2), start)
+
+
+def at_rest(position: tuple[float, float, float], attitude=(1.0, 0.0, 0.0, 0.0)) -> np.ndarray:
+    """A state without velocity."""
+    return np.concatenate((position, attitude, np.zeros(6)))
 
 
 def rotation_to_vertical(normal: np.ndarray) -> np.ndarray:
@@ -120,8 +200,8 @@ def rotations(attitudes: np.ndarray) -> np.ndarray:
 
 
 def corner_positions(scene: Scene, states: np.ndarray) -> np.ndarray:
-    """C_i = r + A(q) c_i, n×8×3."""
-    turned = np.einsum("nij,cj->nci", rotations(states[:, ATTITUDE]), scene.corners)
+    """C_i = r + A(q) c_i of the one box, n×8×3."""
+    turned = np.einsum("nij,cj->nci", rotations(states[:, ATTITUDE]), scene.box.corners)
     return states[:, None, POSITION] + turned
 
 

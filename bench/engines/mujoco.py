@@ -13,22 +13,24 @@ MODEL = """
   <option timestep="{h}" gravity="{gravity}" integrator="Euler" {option}/>
   <default><geom condim="3" friction="{mu} 0 0" {contact}/></default>
   <worldbody>
-    <geom type="plane" size="50 50 1"/>
+    <geom type="plane" size="50 50 1"/>{bodies}
+  </worldbody>
+</mujoco>
+"""
+BODY = """
     <body>
       <freejoint/>
       <inertial pos="0 0 0" mass="{mass}" diaginertia="{inertia}"/>
       <geom type="box" size="{half}"/>
-    </body>
-  </worldbody>
-</mujoco>
-"""
+    </body>"""
 
 
 class Mujoco(Engine):
     """MuJoCo with some options and some softness of its contacts."""
 
-    def __init__(self, mode: str, option: str, contact: str, settings: str) -> None:
+    def __init__(self, mode: str, kinds: str, option: str, contact: str, settings: str) -> None:
         self.name = f"MuJoCo {mode}"
+        self.kinds = kinds.split()
         self.option, self.contact = option, contact
         timed = "one call of `mujoco.rollout`, a loop in C, processor time"
         self.settings = f"{settings}; timed: {timed}"
@@ -41,7 +43,9 @@ class Mujoco(Engine):
 
     def record(self, scene: Scene) -> Motion:
         model, data, _ = self.begin(scene)
-        states, forces, unsolved = [scene.start], np.zeros((scene.steps, 8, 3)), 0
+        if scene.kind != "one":
+            return self.record_several(scene, model, data)
+        states, forces, unsolved = [scene.box.start], np.zeros((scene.steps, 8, 3)), 0
         for k in range(scene.steps):
             centre, turn = states[-1][:3], None
             mujoco.mj_step(model, data)
@@ -50,9 +54,22 @@ class Mujoco(Engine):
                 turn = rotation(states[-1][3:7]) if turn is None else turn
                 corner = nearest_corner(scene, (data.contact[i].pos - centre) @ turn)
                 forces[k, corner] += contact_force(model, data, i)
-            unsolved += int(data.nefc > 0 and data.solver_niter[0] >= model.opt.iterations)
+            unsolved += exhausted(model, data)
             states.append(np.concatenate((data.qpos, data.qvel)))
         return Motion(np.array(states), forces, unsolved)
+
+    def record_several(self, scene: Scene, model: mujoco.MjModel, data: mujoco.MjData) -> Motion:
+        """The motion of several boxes, without forces."""
+        states, unsolved = [[box.start for box in scene.boxes]], 0
+        for _ in range(scene.steps):
+            mujoco.mj_step(model, data)
+            unsolved += exhausted(model, data)
+            rows = (data.qpos.reshape(-1, 7), data.qvel.reshape(-1, 6))
+            states.append(np.concatenate(rows, axis=1))
+        for warning in data.warning:
+            if warning.number > 0:
+                raise RuntimeError(f"{warning.number} warnings, the last info {warning.lastinfo}")
+        return Motion(np.array(states), None, unsolved)
 
     def begin(self, scene: Scene) -> tuple:
         """Model, data and full state at the start of the scene."""
@@ -62,18 +79,28 @@ class Mujoco(Engine):
             option=self.option,
             mu=scene.friction,
             contact=self.contact,
-            mass=scene.mass,
-            inertia=numbers(scene.inertia),
-            half=numbers(scene.sides / 2),
+            bodies="".join(
+                BODY.format(
+                    mass=box.mass, inertia=numbers(box.inertia), half=numbers(box.sides / 2)
+                )
+                for box in scene.boxes
+            ),
         )
         model = mujoco.MjModel.from_xml_string(text)
         data = mujoco.MjData(model)
         # Both put position and attitude (scalar first) before velocity and body-frame spin.
-        data.qpos[:], data.qvel[:] = scene.start[:7], scene.start[7:]
+        starts = np.array([box.start for box in scene.boxes])
+        data.qpos[:], data.qvel[:] = starts[:, :7].ravel(), starts[:, 7:].ravel()
         kind = mujoco.mjtState.mjSTATE_FULLPHYSICS
         state = np.zeros(mujoco.mj_stateSize(model, kind))
         mujoco.mj_getState(model, data, state, kind)
         return model, data, state
+
+
+def exhausted(model: mujoco.MjModel, data: mujoco.MjData) -> int:
+    """1 if the solver used all its iterations in the last step, in any island."""
+    most = max(data.solver_niter[: max(1, min(data.nisland, len(data.solver_niter)))])
+    return int(data.nefc > 0 and most >= model.opt.iterations)
 
 
 def contact_force(model: mujoco.MjModel, data: mujoco.MjData, i: int) -> np.ndarray:
@@ -96,21 +123,30 @@ def numbers(values: np.ndarray) -> str:
 
 def engines() -> list[Engine]:
     return [
-        Mujoco("default", "", "", f"{mujoco.__version__}: pyramidal cone, Newton, Euler"),
+        Mujoco(
+            "default",
+            "one several",
+            "",
+            "",
+            f"{mujoco.__version__}: pyramidal cone, Newton, Euler",
+        ),
         Mujoco(
             "elliptic",
+            "one several growth",
             'cone="elliptic" solver="Newton"',
             "",
             "elliptic cone, Newton, Euler, default softness",
         ),
         Mujoco(
             "no slip",
+            "one",
             'cone="elliptic" solver="Newton" impratio="10" noslip_iterations="10"',
             "",
             "elliptic cone, Newton, `impratio` 10, `noslip_iterations` 10, default softness",
         ),
         Mujoco(
             "no slip, stiff",
+            "one",
             'cone="elliptic" solver="Newton" impratio="100" noslip_iterations="10"',
             'solref="0.004 1" solimp="0.95 0.99 0.001"',
             "elliptic cone, Newton, `impratio` 100, `noslip_iterations` 10, `solref` 0.004 1 "

@@ -12,6 +12,8 @@ from scene import Scene, rotations
 class Pybullet(Engine):
     """PyBullet with some parameters of its solver."""
 
+    kinds = ["one"]
+
     def __init__(self, mode: str, parameters: dict, settings: str) -> None:
         self.name = f"PyBullet {mode}"
         self.parameters = parameters
@@ -33,7 +35,7 @@ class Pybullet(Engine):
 
     def record(self, scene: Scene) -> Motion:
         client, box = self.begin(scene)
-        states, forces = [scene.start], np.zeros((scene.steps, 8, 3))
+        states, forces = [scene.box.start], np.zeros((scene.steps, 8, 3))
         for k in range(scene.steps):
             pybullet.stepSimulation(physicsClientId=client)
             before = states[-1]
@@ -60,11 +62,11 @@ class Pybullet(Engine):
         plane = pybullet.createCollisionShape(pybullet.GEOM_PLANE, planeNormal=(0, 0, 1), **own)
         ground = pybullet.createMultiBody(0, plane, **own)
         shape = pybullet.createCollisionShape(
-            pybullet.GEOM_BOX, halfExtents=scene.sides / 2, **own
+            pybullet.GEOM_BOX, halfExtents=scene.box.sides / 2, **own
         )
-        w, x, y, z = scene.start[3:7]
+        w, x, y, z = scene.box.start[3:7]
         box = pybullet.createMultiBody(
-            scene.mass, shape, -1, scene.start[:3], (x, y, z, w), **own
+            scene.box.mass, shape, -1, scene.box.start[:3], (x, y, z, w), **own
         )
         # The friction of a contact is the product of the two bodies' coefficients.
         pybullet.changeDynamics(ground, -1, lateralFriction=1.0, restitution=0, **own)
@@ -75,12 +77,12 @@ class Pybullet(Engine):
             restitution=0,
             linearDamping=0,
             angularDamping=0,
-            localInertiaDiagonal=scene.inertia,
+            localInertiaDiagonal=scene.box.inertia,
             maxJointVelocity=1e4,
             **own,
         )
-        spin = rotations(scene.start[None, 3:7])[0] @ scene.start[10:]
-        pybullet.resetBaseVelocity(box, scene.start[7:10], spin, **own)
+        spin = rotations(scene.box.start[None, 3:7])[0] @ scene.box.start[10:]
+        pybullet.resetBaseVelocity(box, scene.box.start[7:10], spin, **own)
         return client, box
 
 

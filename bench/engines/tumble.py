@@ -9,18 +9,21 @@ from pathlib import Path
 
 import numpy as np
 from certificate import certify
-from engines.base import Engine, Motion, Unavailable
+from engines.base import Engine, Motion, Unavailable, ask, one_or_all
 from scene import Scene, quaternion_product
 
 STATE = ["x_m", "y_m", "z_m", "qw", "qx", "qy", "qz"]
 STATE += ["vx_m_s", "vy_m_s", "vz_m_s", "wx_rad_s", "wy_rad_s", "wz_rad_s"]
 BINARY = os.environ.get("TUMBLE", "target/release/tumble")
+LIBRARY = os.environ.get("BENCH_BOXES", "target/release/examples/several_bodies")
 # The two certificates differ by rounding, which the division by h magnifies.
 AGREEMENT = 1e-9
 
 
 class Tumble(Engine):
     """tumble with one of its solvers."""
+
+    kinds = ["one"]
 
     def __init__(self, solver: str, settings: str) -> None:
         self.solver = solver
@@ -53,6 +56,38 @@ class Tumble(Engine):
         if code not in (0, 3):
             raise RuntimeError(f"{' '.join(map(str, command))} ended with exit code {code}")
         return json.loads((out / "run.json").read_text())["summary"]
+
+
+class Several(Engine):
+    """tumble's native solver on several boxes, by the program examples/several_bodies.rs."""
+
+    kinds = ["several", "growth"]
+    name = "tumble"
+    settings = (
+        "native, no settings, by `examples/several_bodies.rs`; timed: the loop over `step`, "
+        "certificates and overlap included, processor time"
+    )
+
+    def time(self, scene: Scene) -> float:
+        return self.simulate(scene, record=False)["seconds"]
+
+    def record(self, scene: Scene) -> Motion:
+        done = self.simulate(scene, record=True)
+        steps = scene.steps
+        remarks = (
+            f"{done['certified']} of {steps} steps certified at 1e-9 m/s "
+            f"({100 * done['certified'] / steps:.2f} %), largest residual {done['residual']:.1e} "
+            f"m/s; {done['iterations'] / steps:.2f} iterations a step, at most "
+            f"{done['contacts']} contacts, slowest step {1e3 * done['slowest_seconds']:.2g} ms"
+        )
+        return Motion(one_or_all(done["states"]), None, done["failed"], remarks)
+
+    def memory(self, scene: Scene) -> int:
+        return self.simulate(scene, record=False)["memory_kib"]
+
+    def simulate(self, scene: Scene, record: bool) -> dict:
+        """Runs the program on the scene."""
+        return ask(LIBRARY, scene.request() | {"record": record})
 
 
 def column_block(rows: list[dict[str, str]], names: list[str]) -> np.ndarray:
@@ -90,10 +125,16 @@ def check_certificate(scene: Scene, motion: Motion, rows: list[dict[str, str]]) 
 
 
 def engines() -> list[Engine]:
-    if not Path(BINARY).is_file():
-        raise Unavailable(f"there is no program {BINARY}")
-    version = subprocess.run([BINARY, "--version"], capture_output=True, text=True, check=True)
+    programs = [program for program in (BINARY, LIBRARY) if Path(program).is_file()]
+    if not programs:
+        raise Unavailable(f"there is no program {BINARY} or {LIBRARY}")
+    # The command line is not built where no scene of one box is asked for.
+    version = "tumble"
+    if BINARY in programs:
+        asked = subprocess.run([BINARY, "--version"], capture_output=True, text=True, check=True)
+        version = asked.stdout.strip()
     return [
-        Tumble("ipopt", f"{version.stdout.strip()}, the default: tolerance 1e-6, ladder of starts"),
+        Tumble("ipopt", f"{version}, the default: tolerance 1e-6, ladder of starts"),
         Tumble("native", "`--solver native`, no settings"),
+        Several(),
     ]

@@ -19,6 +19,7 @@ class Tutorial(Engine):
 
     name = "tutorial (CasADi, Ipopt)"
     slow = True
+    kinds = ["one"]
     settings = (
         f"CasADi {casadi.__version__} with its Ipopt, the tutorial's options; timed: the Python "
         "loop over the solver's calls"

@@ -1,10 +1,10 @@
-//! A box on the plane z = 0 by Rapier: the scene as JSON on standard input, the motion as JSON
+//! Boxes on the plane z = 0 by Rapier: the scene as JSON on standard input, the motion as JSON
 //! on standard output.
 
 use rapier3d_f64::prelude::*;
 use rapier3d_f64::utils::OrthonormalBasis;
+use rustix::time::{ClockId, clock_gettime};
 use serde::{Deserialize, Serialize};
-use std::time::Instant;
 
 type Failure = Box<dyn std::error::Error>;
 
@@ -13,16 +13,22 @@ type Failure = Box<dyn std::error::Error>;
 struct Scene {
     steps: usize,
     step_seconds: f64,
-    half_sides: [f64; 3],
-    mass: f64,
-    inertia: [f64; 3],
     friction: f64,
     gravity: [f64; 3],
-    /// r, q (scalar first), v, ω (body).
-    start: [f64; 13],
+    boxes: Vec<Cuboid>,
     parameters: Parameters,
     /// Whether to keep states and forces; a timed run does not.
     record: bool,
+}
+
+/// A box and its start.
+#[derive(Deserialize)]
+struct Cuboid {
+    half_sides: [f64; 3],
+    mass: f64,
+    inertia: [f64; 3],
+    /// r, q (scalar first), v, ω (body).
+    start: [f64; 13],
 }
 
 /// What differs from Rapier's default parameters.
@@ -39,52 +45,56 @@ struct Parameters {
 }
 
 /// What came out.
-#[derive(Serialize)]
+#[derive(Serialize, Default)]
 struct Motion {
-    /// Of the stepping.
+    /// Of the stepping, processor time.
     seconds: f64,
-    /// r, q, v, ω as in [`Scene::start`], the start first; empty if not recorded.
-    states: Vec<[f64; 13]>,
-    /// Force of the plane on each corner during each step, N; empty if not recorded, or if
-    /// friction acts on the manifold and not on its points.
+    /// What memory grew by to its peak, KiB.
+    memory_kib: u64,
+    /// r, q, v, ω of each box as in [`Cuboid::start`], the start first; empty if not recorded.
+    states: Vec<Vec<[f64; 13]>>,
+    /// Force of the plane on each corner of the one box during each step, N; empty if not
+    /// recorded, of several boxes, or if friction acts on the manifold and not on its points.
     forces: Vec<[[f64; 3]; 8]>,
 }
 
-/// The world with its two colliders.
+/// The world, its bodies, and the colliders of the ground and of the first box.
 struct Setup {
     world: PhysicsWorld,
-    body: RigidBodyHandle,
+    bodies: Vec<RigidBodyHandle>,
     ground_collider: ColliderHandle,
     box_collider: ColliderHandle,
 }
 
 fn main() -> Result<(), Failure> {
     let scene: Scene = serde_json::from_reader(std::io::stdin())?;
-    let mut setup = build(&scene);
-    let mut motion = Motion { seconds: 0.0, states: Vec::new(), forces: Vec::new() };
+    let before = memory("VmRSS:");
+    let mut setup = build(&scene)?;
+    let mut motion = Motion::default();
     if scene.record {
-        motion.states.push(state(&setup));
+        motion.states.push(states(&setup));
         for _ in 0..scene.steps {
             setup.world.step();
-            motion.states.push(state(&setup));
-            if scene.parameters.coulomb {
+            motion.states.push(states(&setup));
+            if scene.parameters.coulomb && scene.boxes.len() == 1 {
                 motion.forces.push(forces(&setup, &scene));
             }
         }
     } else {
-        let clock = Instant::now();
+        let start = clock();
         for _ in 0..scene.steps {
             setup.world.step();
         }
-        motion.seconds = clock.elapsed().as_secs_f64();
+        motion.seconds = clock() - start;
     }
+    motion.memory_kib = memory("VmHWM:").saturating_sub(before);
     serde_json::to_writer(std::io::stdout(), &motion)?;
     Ok(())
 }
 
 /// The world at the start of the scene. Bodies do not fall asleep: what is measured is the
 /// solver.
-fn build(scene: &Scene) -> Setup {
+fn build(scene: &Scene) -> Result<Setup, Failure> {
     let mut world = PhysicsWorld::new();
     world.gravity = scene.gravity.into();
     let parameters = &mut world.integration_parameters;
@@ -97,29 +107,56 @@ fn build(scene: &Scene) -> Setup {
     let [frequency, damping] = scene.parameters.softness;
     parameters.static_contact_softness = SpringCoefficients::new(frequency, damping);
 
-    let [x, y, z, qw, qx, qy, qz, vx, vy, vz, wx, wy, wz] = scene.start;
+    let handles: Vec<_> =
+        scene.boxes.iter().map(|cuboid| insert(&mut world, cuboid, scene)).collect();
+    let (_, box_collider) = *handles.first().ok_or("a scene without a box")?;
+    let bodies = handles.into_iter().map(|(body, _)| body).collect();
+    let plane = ColliderBuilder::new(SharedShape::halfspace(Vector::Z)).friction(scene.friction);
+    let (_, ground_collider) = world.insert(RigidBodyBuilder::fixed(), plane);
+    Ok(Setup { world, bodies, ground_collider, box_collider })
+}
+
+fn insert(
+    world: &mut PhysicsWorld,
+    cuboid: &Cuboid,
+    scene: &Scene,
+) -> (RigidBodyHandle, ColliderHandle) {
+    let [x, y, z, qw, qx, qy, qz, vx, vy, vz, wx, wy, wz] = cuboid.start;
     let rotation = Rotation::from_xyzw(qx, qy, qz, qw);
-    let mass = MassProperties::new(Vector::ZERO, scene.mass, scene.inertia.into());
+    let mass = MassProperties::new(Vector::ZERO, cuboid.mass, cuboid.inertia.into());
     let body = RigidBodyBuilder::dynamic()
         .pose(Pose::from_parts(Vector::new(x, y, z), rotation))
         .linvel(Vector::new(vx, vy, vz))
         .angvel(rotation * Vector::new(wx, wy, wz))
         .additional_mass_properties(mass)
         .can_sleep(false);
-    let [a, b, c] = scene.half_sides;
-    let cuboid = ColliderBuilder::cuboid(a, b, c).density(0.0).friction(scene.friction);
-    let (body, box_collider) = world.insert(body, cuboid);
-    let plane = ColliderBuilder::new(SharedShape::halfspace(Vector::Z)).friction(scene.friction);
-    let (_, ground_collider) = world.insert(RigidBodyBuilder::fixed(), plane);
-    Setup { world, body, ground_collider, box_collider }
+    let [a, b, c] = cuboid.half_sides;
+    let collider = ColliderBuilder::cuboid(a, b, c).density(0.0).friction(scene.friction);
+    world.insert(body, collider)
 }
 
-/// r, q, v, ω (body).
-fn state(setup: &Setup) -> [f64; 13] {
-    let body = &setup.world.bodies[setup.body];
-    let (r, q, v) = (body.translation(), *body.rotation(), body.linvel());
-    let w = q.inverse() * body.angvel();
-    [r.x, r.y, r.z, q.w, q.x, q.y, q.z, v.x, v.y, v.z, w.x, w.y, w.z]
+/// r, q, v, ω (body) of each box.
+fn states(setup: &Setup) -> Vec<[f64; 13]> {
+    let state = |handle: &RigidBodyHandle| {
+        let body = &setup.world.bodies[*handle];
+        let (r, q, v) = (body.translation(), *body.rotation(), body.linvel());
+        let w = q.inverse() * body.angvel();
+        [r.x, r.y, r.z, q.w, q.x, q.y, q.z, v.x, v.y, v.z, w.x, w.y, w.z]
+    };
+    setup.bodies.iter().map(state).collect()
+}
+
+/// Processor time of this process, s.
+fn clock() -> f64 {
+    let time = clock_gettime(ClockId::ProcessCPUTime);
+    time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
+}
+
+/// A line of Linux's /proc/self/status in KiB: `VmRSS:` is what is resident, `VmHWM:` its peak.
+fn memory(name: &str) -> u64 {
+    let text = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = text.lines().find_map(|line| line.strip_prefix(name));
+    line.and_then(|line| line.split_whitespace().next()?.parse().ok()).unwrap_or(0)
 }
 
 /// The forces of the last step on the corners, from the impulses of its contacts.

@@ -1,0 +1,63 @@
+//! Scenes of several boxes on level ground as `bench/scenes/*.json` has them: for the programs
+//! that `scripts/bench` runs, and for `benches/several.rs`.
+
+use nalgebra::{Matrix3, SVector, Vector3};
+use serde::Deserialize;
+use tumble::contact::Plane;
+use tumble::error::Error;
+use tumble::mechanics::{RigidBody, State};
+use tumble::simulation::{Motion, Simulation};
+use tumble::world::{Parameters, World};
+
+/// Boxes on the plane z = 0, and for how many steps.
+#[derive(Deserialize)]
+pub struct Scene {
+    /// How many.
+    pub steps: usize,
+    /// h.
+    pub step_seconds: f64,
+    /// μ.
+    pub friction: f64,
+    /// g, m/s².
+    pub gravity: [f64; 3],
+    /// The boxes.
+    pub boxes: Vec<Cuboid>,
+}
+
+/// A box and its start.
+#[derive(Deserialize)]
+pub struct Cuboid {
+    /// m.
+    pub half_sides: [f64; 3],
+    /// kg.
+    pub mass: f64,
+    /// The diagonal, kg m².
+    pub inertia: [f64; 3],
+    /// r, q (scalar first), v, ω (body).
+    pub start: [f64; 13],
+}
+
+impl Scene {
+    /// The world of the scene.
+    pub fn world(&self) -> Result<World, Error> {
+        let body = |cuboid: &Cuboid| {
+            let inertia = Matrix3::from_diagonal(&cuboid.inertia.into());
+            RigidBody::with_box_corners(cuboid.mass, inertia, cuboid.half_sides.into())
+        };
+        World::new(Parameters {
+            bodies: self.boxes.iter().map(body).collect::<Result<_, _>>()?,
+            ground: Plane::level(),
+            gravity: Vector3::from(self.gravity),
+            friction: self.friction,
+            time_step: self.step_seconds,
+        })
+    }
+
+    /// A simulation by the native solver from the start.
+    pub fn begin(&self, world: &World) -> Result<Simulation<'static>, Error> {
+        let starts = self.boxes.iter().map(|cuboid| {
+            State::from_vector(&SVector::<f64, 13>::from_column_slice(&cuboid.start))
+        });
+        Simulation::new(world.clone(), starts, Motion::native(world))
+    }
+}

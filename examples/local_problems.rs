@@ -1,0 +1,196 @@
+//! The contact problems of tumble's own steps, linearised, for solvers of such problems
+//! (`bench/local.py`): a scene as JSON on standard input, problems to the file that is the
+//! argument.
+//!
+//! With the states at k, free flight to v_free, and for contact i the Jacobian of the velocity of
+//! its touching point, in the order normal, first, second tangent,
+//!
+//! ```text
+//! J_i = Fᵀ [E, Gᵀ] on A and the opposite on B,   G = [y]× Aᵀ,   F = (n, t₁, t₂)
+//! W = J M⁻¹ Jᵀ,   q = J v_free + n φ/h,   u = W p + q
+//! ```
+//!
+//! impulses p in N s and velocities u in m/s; the step's own problem differs from it by the turn
+//! of a step.
+//!
+//! The file holds, in little endian, one after the other: n and k as 64-bit integers, the seconds
+//! of tumble's step, W (3n × 3n), q (3n), μ (n), and the impulses of the step before (3n) as
+//! doubles.
+
+mod boxes;
+
+use boxes::Scene;
+use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
+use rustix::time::{ClockId, clock_gettime};
+use serde::Deserialize;
+use std::io::{BufWriter, Write};
+use std::process::ExitCode;
+use tumble::contact::{Contact, Partner};
+use tumble::mechanics::{RigidBody, State, Wrench};
+use tumble::simulation::StepRecord;
+use tumble::step::StepSolution;
+use tumble::world::World;
+
+type Failure = Box<dyn std::error::Error>;
+
+/// The least of the times of a step counts, of so many runs.
+const RUNS: usize = 3;
+
+/// A scene, and the steps whose problems are wanted.
+#[derive(Deserialize)]
+struct Request {
+    #[serde(flatten)]
+    scene: Scene,
+    /// k of the first.
+    first: usize,
+    /// From one to the next.
+    stride: usize,
+}
+
+/// Three rows of J: the blocks of A and of B, each of velocity and spin.
+struct Rows {
+    a: (usize, Matrix3<f64>, Matrix3<f64>),
+    b: Option<(usize, Matrix3<f64>, Matrix3<f64>)>,
+}
+
+fn main() -> ExitCode {
+    let Some(path) = std::env::args().nth(1) else {
+        eprintln!("usage: local_problems FILE < SCENE");
+        return ExitCode::from(2);
+    };
+    match run(&path) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("local_problems: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(path: &str) -> Result<(), Failure> {
+    let request: Request = serde_json::from_reader(std::io::stdin())?;
+    let world = request.scene.world()?;
+    let seconds = fastest(&request.scene, &world)?;
+    let mut simulation = request.scene.begin(&world)?;
+    let (mut record, mut previous) = (StepRecord::new(), StepSolution::default());
+    let mut file = BufWriter::new(std::fs::File::create(path)?);
+    for (k, seconds) in seconds.iter().enumerate() {
+        simulation.step(&mut record)?;
+        let wanted =
+            k >= request.first && (k - request.first).is_multiple_of(request.stride.max(1));
+        if wanted && !record.contacts.is_empty() {
+            write_problem(&mut file, &world, &record, &previous, *seconds)?;
+        }
+        previous.copy_from(&record.solution);
+    }
+    file.flush()?;
+    Ok(())
+}
+
+/// Processor time of every step, the least of some runs.
+fn fastest(scene: &Scene, world: &World) -> Result<Vec<f64>, Failure> {
+    let mut least = vec![f64::INFINITY; scene.steps];
+    for _ in 0..RUNS {
+        let (mut simulation, mut record) = (scene.begin(world)?, StepRecord::new());
+        for least in &mut least {
+            let start = clock();
+            simulation.step(&mut record)?;
+            *least = least.min(clock() - start);
+        }
+    }
+    Ok(least)
+}
+
+fn write_problem(
+    file: &mut impl Write,
+    world: &World,
+    record: &StepRecord,
+    previous: &StepSolution,
+    seconds: f64,
+) -> Result<(), Failure> {
+    let (h, contacts) = (world.time_step(), &record.contacts);
+    let free: Vec<State> = record
+        .states
+        .iter()
+        .enumerate()
+        .map(|(i, state)| world.free_flight(i, state, &Wrench::zero()))
+        .collect();
+    let rows: Vec<Rows> = contacts.iter().map(|c| Rows::new(&record.states, c)).collect();
+    let n = contacts.len();
+    let (mut w, mut q) = (DMatrix::zeros(3 * n, 3 * n), DVector::zeros(3 * n));
+    let (mut mu, mut start) = (DVector::zeros(n), DVector::zeros(3 * n));
+    for (i, contact) in contacts.iter().enumerate() {
+        for (j, other) in rows.iter().enumerate() {
+            w.fixed_view_mut::<3, 3>(3 * i, 3 * j).copy_from(&rows[i].response(world, other));
+        }
+        let gap = Vector3::x() * (contact.gap / h);
+        q.fixed_rows_mut::<3>(3 * i).copy_from(&(rows[i].velocity(&free) + gap));
+        mu[i] = contact.law.friction;
+        if let Some(before) = previous.find(&contact.key, i) {
+            let impulse = normal_first(contact).tr_mul(&before.force) * h;
+            start.fixed_rows_mut::<3>(3 * i).copy_from(&impulse);
+        }
+    }
+    file.write_all(&(n as u64).to_le_bytes())?;
+    file.write_all(&record.index.to_le_bytes())?;
+    let numbers = w.iter().chain(&q).chain(&mu).chain(&start);
+    for number in std::iter::once(&seconds).chain(numbers) {
+        file.write_all(&number.to_le_bytes())?;
+    }
+    Ok(())
+}
+
+impl Rows {
+    fn new(states: &[State], contact: &Contact) -> Self {
+        let frame = normal_first(contact);
+        let body = contact.key.body;
+        let spin = frame.tr_mul(&contact.torque_map.transpose());
+        let b = match contact.key.partner {
+            Partner::Ground | Partner::Fixed(_) => None,
+            Partner::Body(other) => {
+                let (a, b) = (states[body].pose(), states[other].pose());
+                let lever = b.rotation.tr_mul(&(a.position + contact.arm - b.position));
+                let torque_map = lever.cross_matrix() * b.rotation.transpose();
+                Some((other, -frame.transpose(), -frame.tr_mul(&torque_map.transpose())))
+            }
+        };
+        Self { a: (body, frame.transpose(), spin), b }
+    }
+
+    fn sides(&self) -> impl Iterator<Item = &(usize, Matrix3<f64>, Matrix3<f64>)> {
+        std::iter::once(&self.a).chain(&self.b)
+    }
+
+    /// The block of W between these rows and others.
+    fn response(&self, world: &World, other: &Self) -> Matrix3<f64> {
+        let mut block = Matrix3::zeros();
+        for (i, velocity, spin) in self.sides() {
+            for (_, v, w) in other.sides().filter(|(j, ..)| i == j) {
+                let body: &RigidBody = &world.bodies()[*i];
+                block += velocity * v.transpose() / body.mass();
+                block += spin * body.inertia_inverse() * w.transpose();
+            }
+        }
+        block
+    }
+
+    /// J v.
+    fn velocity(&self, states: &[State]) -> Vector3<f64> {
+        let of_side = |(i, velocity, spin): &(usize, Matrix3<f64>, Matrix3<f64>)| {
+            velocity * states[*i].velocity + spin * states[*i].spin
+        };
+        self.sides().map(of_side).sum()
+    }
+}
+
+/// F = (n, t₁, t₂).
+fn normal_first(contact: &Contact) -> Matrix3<f64> {
+    let axis = |k: usize| contact.frame.column(k).into_owned();
+    Matrix3::from_columns(&[axis(2), axis(0), axis(1)])
+}
+
+/// Processor time of this process, s.
+fn clock() -> f64 {
+    let time = clock_gettime(ClockId::ProcessCPUTime);
+    time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
+}
