@@ -29,6 +29,7 @@ mod jacobian;
 mod kernels;
 pub mod layout;
 pub mod point;
+pub mod several;
 
 pub use point::ProgramPoint;
 

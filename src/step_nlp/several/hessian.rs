@@ -1,0 +1,218 @@
+//! The Hessian of the Lagrangian of the program of several bodies, lower triangle.
+//!
+//! Its blocks: q⁺ and ω⁺ of a body with themselves, r⁺ with q⁺ of a body whose plane is touched,
+//! the poses of two bodies that touch with each other, and the variables of a contact with
+//! themselves and with the poses of its bodies (eq. D9).
+
+use super::super::entries::EntrySink;
+use super::super::layout::{ATTITUDE, ATTITUDE_ROWS, POSITION, SPIN, SPIN_ROWS};
+use super::SeveralNlp;
+use super::touch::Curvature;
+use nalgebra::{Matrix3, Matrix3x4, Matrix4, Vector2, Vector4};
+
+/// What two bodies i < j that touch have with each other.
+struct Pair {
+    bodies: (usize, usize),
+    /// q_j × q_i.
+    turning: Matrix4<f64>,
+    /// r_i × q_j, where a plane of j is touched, and r_j × q_i, where one of i is.
+    first_moves: Option<Matrix3x4<f64>>,
+    second_moves: Option<Matrix3x4<f64>>,
+}
+
+/// The pose blocks of all bodies and pairs.
+struct Poses {
+    /// q × q and r × q of every body.
+    bodies: Vec<(Matrix4<f64>, Matrix3x4<f64>)>,
+    /// In ascending order.
+    pairs: Vec<Pair>,
+}
+
+impl SeveralNlp {
+    /// All entries; the pattern depends on the step alone.
+    pub(super) fn emit_hessian(
+        &self,
+        x: &[f64],
+        objective_factor: f64,
+        multipliers: &[f64],
+        sink: &mut impl EntrySink,
+    ) {
+        self.emit_poses(&self.poses(x, multipliers), sink);
+        for body in 0..self.members.len() {
+            self.emit_spin_block(x, multipliers, body, sink);
+        }
+        for i in 0..self.touches.len() {
+            let (of, row) = (self.layout.normal(i), self.layout.normal_rows(i));
+            // f_n × the poses: −y ∂φ⁺ of s1 − f_n φ⁺.
+            let component = self.touches[i].component(2, self.places(x, i));
+            self.emit_motion(i, (2, &component), of.first, -multipliers[row.second], sink);
+            // Eq. 16: ∇²(s1² + s2²) = 2.
+            sink.put(of.second, of.second, 2.0 * objective_factor);
+            self.emit_friction_block(x, objective_factor, multipliers, i, sink);
+        }
+    }
+
+    /// The curvatures (eq. D8) of slips and gaps with the multipliers of their rows: those of eq.
+    /// 10 over h, of the gap and of s1 − f_n φ⁺ times −f_n.
+    fn poses(&self, x: &[f64], multipliers: &[f64]) -> Poses {
+        let zero = (Matrix4::zeros(), Matrix3x4::zeros());
+        let mut poses = Poses { bodies: vec![zero; self.members.len()], pairs: self.pairs() };
+        for (i, touch) in self.touches.iter().enumerate() {
+            let (at, row) = (self.places(x, i), self.layout.normal_rows(i));
+            let force = x[self.layout.normal(i).first];
+            let along = multipliers[row.first] - multipliers[row.second] * force;
+            let across = self.layout.friction_rows(i).map_or([0.0; 2], |row| {
+                [0, 1].map(|axis| multipliers[row.dissipation + axis] / self.time_step)
+            });
+            for (axis, weight) in [across[0], across[1], along].into_iter().enumerate() {
+                let curvature = touch.curvature(axis, &touch.component(axis, at));
+                let (a, b) = (touch.a.body, touch.b.as_ref().map(|b| b.body));
+                poses.add((a, b), &curvature, weight);
+            }
+        }
+        poses
+    }
+
+    /// The pairs of bodies that touch, without values.
+    fn pairs(&self) -> Vec<Pair> {
+        let mut pairs: Vec<Pair> = Vec::new();
+        for touch in &self.touches {
+            let (a, Some(b)) = (touch.a.body, touch.b.as_ref().map(|b| b.body)) else { continue };
+            let bodies = (a.min(b), a.max(b));
+            let place = pairs.binary_search_by(|pair| pair.bodies.cmp(&bodies));
+            let place = place.unwrap_or_else(|place| {
+                let turning = Matrix4::zeros();
+                pairs
+                    .insert(place, Pair { bodies, turning, first_moves: None, second_moves: None });
+                place
+            });
+            let pair = &mut pairs[place];
+            let moves = if a < b { &mut pair.first_moves } else { &mut pair.second_moves };
+            *moves = Some(Matrix3x4::zeros());
+        }
+        pairs
+    }
+
+    fn emit_poses(&self, poses: &Poses, sink: &mut impl EntrySink) {
+        let at = |body: usize| self.layout.state(body).start;
+        for (body, (turning, moving)) in poses.bodies.iter().enumerate() {
+            let (position, attitude) = (at(body) + POSITION.start, at(body) + ATTITUDE.start);
+            for row in 0..4 {
+                for col in 0..=row {
+                    sink.put(attitude + row, attitude + col, turning[(row, col)]);
+                }
+            }
+            if self.members[body].holds {
+                emit_transposed(moving, attitude, position, sink);
+            }
+        }
+        for pair in &poses.pairs {
+            let (i, j) = (at(pair.bodies.0), at(pair.bodies.1));
+            for row in 0..4 {
+                for col in 0..4 {
+                    let value = pair.turning[(row, col)];
+                    sink.put(j + ATTITUDE.start + row, i + ATTITUDE.start + col, value);
+                }
+            }
+            if let Some(moving) = &pair.first_moves {
+                emit_transposed(moving, j + ATTITUDE.start, i + POSITION.start, sink);
+            }
+            if let Some(moving) = &pair.second_moves {
+                for row in 0..3 {
+                    for col in 0..4 {
+                        let value = moving[(row, col)];
+                        sink.put(j + POSITION.start + row, i + ATTITUDE.start + col, value);
+                    }
+                }
+            }
+        }
+    }
+
+    /// ω⁺ × ω⁺ of a body: Bᵀ ∇²(y·u) B of eq. 8b (eq. D2) and −h Σ y_k T_k of eq. 8d (eq. D6).
+    fn emit_spin_block(
+        &self,
+        x: &[f64],
+        multipliers: &[f64],
+        body: usize,
+        sink: &mut impl EntrySink,
+    ) {
+        let (member, range) = (&self.members[body], self.layout.state(body));
+        let (first, multipliers) = (range.start, &multipliers[range]);
+        let y = Vector4::from_column_slice(&multipliers[ATTITUDE_ROWS]);
+        let (b, spin) = (&member.attitude_rate, self.next_state(x, body).spin);
+        let mut block: Matrix3<f64> =
+            b.transpose() * member.advanced_attitude(&spin).hessian(y) * b;
+        for (form, y) in member.gyroscopic_forms.iter().zip(&multipliers[SPIN_ROWS]) {
+            block -= form * (self.time_step * y);
+        }
+        for row in 0..3 {
+            for col in 0..=row {
+                sink.put(first + SPIN.start + row, first + SPIN.start + col, block[(row, col)]);
+            }
+        }
+    }
+
+    /// The variables of a contact's friction with each other and with f_n, as in the tutorial's
+    /// program.
+    fn emit_friction_block(
+        &self,
+        x: &[f64],
+        objective_factor: f64,
+        multipliers: &[f64],
+        i: usize,
+        sink: &mut impl EntrySink,
+    ) {
+        let (Some(of), Some(row)) = (self.layout.friction(i), self.layout.friction_rows(i)) else {
+            return;
+        };
+        let y = Vector2::new(multipliers[row.dissipation], multipliers[row.dissipation + 1]);
+        let (cone, complementarity) = (multipliers[row.cone], multipliers[row.complementarity]);
+        let (force, slip_speed) = (self.smooth_force(x, of), x[of.slip_speed]);
+        let block = force.direction_hessian(y) * slip_speed
+            + force.direction_jacobian() * (complementarity * slip_speed - cone);
+        let [t1, t2] = of.force;
+        sink.put(t1, t1, block[(0, 0)]);
+        sink.put(t2, t1, block[(1, 0)]);
+        sink.put(t2, t2, block[(1, 1)]);
+        let by_force = force.direction_jacobian() * y + force.direction * complementarity;
+        sink.put(of.slip_speed, t1, by_force[0]);
+        sink.put(of.slip_speed, t2, by_force[1]);
+        let normal = self.layout.normal(i).first;
+        sink.put(of.slip_speed, normal, -complementarity * self.touches[i].friction);
+        sink.put(of.slack, of.slack, 2.0 * objective_factor);
+    }
+}
+
+impl Poses {
+    /// Adds `weight` times the curvature of a component of a contact of A and B.
+    fn add(&mut self, (a, b): (usize, Option<usize>), curvature: &Curvature, weight: f64) {
+        self.bodies[a].0 += curvature.aa * weight;
+        let Some(b) = b else { return };
+        let moving = curvature.position_b * weight;
+        self.bodies[b].0 += curvature.bb * weight;
+        self.bodies[b].1 -= moving;
+        let bodies = (a.min(b), a.max(b));
+        let Ok(place) = self.pairs.binary_search_by(|pair| pair.bodies.cmp(&bodies)) else {
+            return;
+        };
+        let pair = &mut self.pairs[place];
+        let (turning, moves) = if a < b {
+            (curvature.ab.transpose(), &mut pair.first_moves)
+        } else {
+            (curvature.ab, &mut pair.second_moves)
+        };
+        pair.turning += turning * weight;
+        if let Some(moves) = moves {
+            *moves += moving;
+        }
+    }
+}
+
+/// The transpose of a block r × q, its rows from `row` on and its columns from `col` on.
+fn emit_transposed(block: &Matrix3x4<f64>, row: usize, col: usize, sink: &mut impl EntrySink) {
+    for k in 0..4 {
+        for j in 0..3 {
+            sink.put(row + k, col + j, block[(j, k)]);
+        }
+    }
+}

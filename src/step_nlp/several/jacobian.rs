@@ -1,0 +1,154 @@
+//! The Jacobian of the program of several bodies.
+
+use super::super::entries::EntrySink;
+use super::super::layout::{
+    ATTITUDE, ATTITUDE_ROWS, POSITION, POSITION_ROWS, SPIN, SPIN_ROWS, VELOCITY, VELOCITY_ROWS,
+};
+use super::touch::{Component, Side};
+use super::{Friction, SeveralNlp};
+use nalgebra::Matrix2;
+
+impl SeveralNlp {
+    /// All entries. Which entries exist depends on the step alone, never on x.
+    pub(super) fn emit_jacobian(&self, x: &[f64], sink: &mut impl EntrySink) {
+        for body in 0..self.members.len() {
+            self.emit_motion_rows(x, body, sink);
+        }
+        for (i, touch) in self.touches.iter().enumerate() {
+            for side in std::iter::once(&touch.a).chain(&touch.b) {
+                self.emit_forces(i, side, sink);
+            }
+        }
+        for i in 0..self.touches.len() {
+            self.emit_normal_rows(x, i, sink);
+            if let Some(friction) = self.layout.friction(i) {
+                self.emit_friction_rows(x, i, friction, sink);
+            }
+        }
+    }
+
+    /// Eq. 8 of one body by its X⁺, as in the tutorial's program.
+    fn emit_motion_rows(&self, x: &[f64], body: usize, sink: &mut impl EntrySink) {
+        let (member, first, h) =
+            (&self.members[body], self.layout.state(body).start, self.time_step);
+        let next = self.next_state(x, body);
+        let by_spin = member.advanced_attitude(&next.spin).jacobian() * member.attitude_rate;
+        for k in 0..3 {
+            let row = first + POSITION_ROWS.start + k;
+            sink.put(row, first + POSITION.start + k, -1.0);
+            sink.put(row, first + VELOCITY.start + k, h);
+            sink.put(first + VELOCITY_ROWS.start + k, first + VELOCITY.start + k, -1.0);
+        }
+        for k in 0..4 {
+            let row = first + ATTITUDE_ROWS.start + k;
+            sink.put(row, first + ATTITUDE.start + k, -1.0);
+            for j in 0..3 {
+                sink.put(row, first + SPIN.start + j, by_spin[(k, j)]);
+            }
+        }
+        for k in 0..3 {
+            let form = &member.gyroscopic_forms[k];
+            let by_spin = -h * (form * next.spin);
+            for j in 0..3 {
+                let (row, column) = (first + SPIN_ROWS.start + k, first + SPIN.start + j);
+                if j == k {
+                    sink.put(row, column, by_spin[j] - 1.0);
+                } else if form.row(j).amax() > 0.0 {
+                    sink.put(row, column, by_spin[j]);
+                }
+            }
+        }
+    }
+
+    /// Eqs. 8c and 8d of one side of a contact by its force (eq. D5).
+    fn emit_forces(&self, i: usize, side: &Side, sink: &mut impl EntrySink) {
+        let first = self.layout.state(side.body).start;
+        let normal = self.layout.normal(i).first;
+        let tangential = self.layout.friction(i).map(|friction| friction.force);
+        for (axis, column) in tangential.into_iter().flatten().chain([normal]).enumerate() {
+            let axis = if tangential.is_some() { axis } else { 2 };
+            for k in 0..3 {
+                let share = side.velocity_per_force[(k, axis)];
+                if share != 0.0 {
+                    sink.put(first + VELOCITY_ROWS.start + k, column, share);
+                }
+                if side.spin_per_force.row(k).amax() > 0.0 {
+                    let share = side.spin_per_force[(k, axis)];
+                    sink.put(first + SPIN_ROWS.start + k, column, share);
+                }
+            }
+        }
+    }
+
+    /// φ⁺ and s1 − f_n φ⁺ of a contact.
+    fn emit_normal_rows(&self, x: &[f64], i: usize, sink: &mut impl EntrySink) {
+        let (of, row) = (self.layout.normal(i), self.layout.normal_rows(i));
+        let touch = &self.touches[i];
+        let component = touch.component(2, self.places(x, i));
+        self.emit_motion(i, (2, &component), row.first, 1.0, sink);
+        self.emit_motion(i, (2, &component), row.second, -x[of.first], sink);
+        sink.put(row.second, of.first, -touch.gap(&component));
+        sink.put(row.second, of.second, 1.0);
+    }
+
+    /// Maximum dissipation, cone and friction complementarity of a contact, as in the tutorial's
+    /// program.
+    fn emit_friction_rows(
+        &self,
+        x: &[f64],
+        i: usize,
+        friction: Friction,
+        sink: &mut impl EntrySink,
+    ) {
+        let Some(row) = self.layout.friction_rows(i) else { return };
+        let (touch, at) = (&self.touches[i], self.places(x, i));
+        let (normal, mu) = (self.layout.normal(i).first, touch.friction);
+        let force = self.smooth_force(x, friction);
+        let slip_speed = x[friction.slip_speed];
+        let yielding = Matrix2::from_diagonal_element(self.yielding[i].0);
+        let by_force = force.direction_jacobian() * slip_speed + yielding;
+        for axis in 0..2 {
+            let (row, component) = (row.dissipation + axis, touch.component(axis, at));
+            self.emit_motion(i, (axis, &component), row, 1.0 / self.time_step, sink);
+            sink.put(row, friction.force[0], by_force[(axis, 0)]);
+            sink.put(row, friction.force[1], by_force[(axis, 1)]);
+            sink.put(row, friction.slip_speed, force.direction[axis]);
+        }
+        for (column, d) in friction.force.into_iter().zip(&force.direction) {
+            sink.put(row.cone, column, -d);
+            sink.put(row.complementarity, column, slip_speed * d);
+        }
+        sink.put(row.cone, normal, mu);
+        sink.put(row.complementarity, normal, -mu * slip_speed);
+        sink.put(row.complementarity, friction.slack, 1.0);
+        sink.put(row.complementarity, friction.slip_speed, force.norm - mu * x[normal]);
+    }
+
+    /// `factor` times the derivatives of a component of the contact's motion (eq. D7) in `row`: of
+    /// a constraint, or of the Hessian's f_n.
+    pub(super) fn emit_motion(
+        &self,
+        i: usize,
+        (axis, component): (usize, &Component),
+        row: usize,
+        factor: f64,
+        sink: &mut impl EntrySink,
+    ) {
+        let touch = &self.touches[i];
+        let first = self.layout.state(touch.a.body).start;
+        for k in (0..3).filter(|&k| touch.moves(axis, k)) {
+            sink.put(row, first + POSITION.start + k, factor * component.by_position[k]);
+        }
+        for k in (0..4).filter(|&k| touch.turns(axis, k)) {
+            sink.put(row, first + ATTITUDE.start + k, factor * component.by_a[k]);
+        }
+        let Some(b) = &touch.b else { return };
+        let first = self.layout.state(b.body).start;
+        for k in 0..3 {
+            sink.put(row, first + POSITION.start + k, -factor * component.by_position[k]);
+        }
+        for k in 0..4 {
+            sink.put(row, first + ATTITUDE.start + k, factor * component.by_b[k]);
+        }
+    }
+}

@@ -1,0 +1,326 @@
+//! The nonlinear program of a contact step of several bodies: the [tutorial's](super), with the
+//! gap and the slip of each contact as functions of both its bodies' next states.
+//!
+//! ```text
+//! min  s1ᵀs1 + s2ᵀs2
+//! s.t. the semi-implicit dynamics of every body              13n rows  (eq. 8)   = 0
+//!      c_i + κ_i (f_t,i − f_0,i) + λ_i f_t,i / (‖f_t,i‖_ε + ε)   2K rows (eq. 25) = 0
+//!      φ⁺_i                                                    K rows  (eq. 25)  ≥ 0
+//!      μ_i f_n,i − ‖f_t,i‖_ε                                   K rows  (eq. 13)  ≥ 0
+//!      s1_i − f_n,i φ⁺_i                                       K rows  (eq. 25)  ≥ 0
+//!      s2_i − λ_i (μ_i f_n,i − ‖f_t,i‖_ε)                      K rows  (eq. 15)  ≥ 0
+//! ```
+//!
+//! A contact is a point of A, rounded or not, against a plane of B or of something fixed. Only
+//! contacts that take part are in it, so that no row needs a flag; the rows |q⁺|² = 1, which the
+//! dynamics imply, are left out, and so is all of friction where μ = 0. For one body on the ground
+//! the rows are those of the reduced program (section 6 of `docs/formulation.md`), number for
+//! number. Its matrices are written once, as a sequence of entries, as the tutorial's are.
+
+mod hessian;
+mod jacobian;
+mod layout;
+mod touch;
+
+pub use layout::{Friction, FrictionRows, Layout, Normal};
+
+use super::entries::{PatternSink, ValueSink};
+use super::gyroscopic_forms;
+use super::kernels::{Normalised, SmoothForce};
+use super::layout::{ATTITUDE_ROWS, POSITION_ROWS, SPIN_ROWS, VELOCITY_ROWS};
+use crate::contact::{Contact, Partner};
+use crate::error::{Error, in_range};
+use crate::mechanics::quaternion::attitude_map;
+use crate::mechanics::{State, Wrench};
+use crate::sparsity::SparsityPattern;
+use crate::world::World;
+use nalgebra::{Matrix3, Matrix4x3, SVector, Vector2, Vector3};
+use touch::{Place, Touch};
+
+/// One step that the program is of; lists go over the bodies of the world.
+#[derive(Debug, Clone, Copy)]
+pub struct PosedStep<'a> {
+    /// The constants.
+    pub world: &'a World,
+    /// X at step k.
+    pub states: &'a [State],
+    /// External wrenches, without gravity.
+    pub wrenches: &'a [Wrench],
+    /// The bodies that take part, indices of the world in ascending order.
+    pub bodies: &'a [usize],
+    /// The contacts that take part, between those bodies and with what is fixed.
+    pub contacts: &'a [Contact],
+}
+
+/// The program of one step. Points x have [`Layout::variables`] numbers, rows and multipliers
+/// [`Layout::constraints`]; methods panic on shorter slices.
+#[derive(Debug, Clone)]
+pub struct SeveralNlp {
+    time_step: f64,
+    /// ε, N.
+    smoothing: f64,
+    members: Vec<Member>,
+    touches: Vec<Touch>,
+    /// κ, m/s a N, and f_0 of every contact.
+    yielding: Vec<(f64, Vector2<f64>)>,
+    layout: Layout,
+    jacobian_pattern: SparsityPattern,
+    hessian_pattern: SparsityPattern,
+}
+
+/// One body of the program.
+#[derive(Debug, Clone)]
+struct Member {
+    old: State,
+    /// h (f_ext/m + g), m/s.
+    push: Vector3<f64>,
+    /// h I⁻¹ τ_ext, rad/s.
+    twist: Vector3<f64>,
+    inertia: Matrix3<f64>,
+    inertia_inverse: Matrix3<f64>,
+    /// T_k of eq. D6.
+    gyroscopic_forms: [Matrix3<f64>; 3],
+    /// ½ h L(q) H.
+    attitude_rate: Matrix4x3<f64>,
+    /// Whether a plane of the body meets a point of another.
+    holds: bool,
+}
+
+impl SeveralNlp {
+    /// The program of `step` with the smoothing ε (N).
+    ///
+    /// # Errors
+    /// A smoothing outside 1e-12…1 N, a body or the partner of a contact that does not take part.
+    pub fn new(step: &PosedStep<'_>, smoothing: f64) -> Result<Self, Error> {
+        in_range("smoothing epsilon (N)", smoothing, 1e-12, 1.0, "1e-12 to 1")?;
+        let (world, h) = (step.world, step.world.time_step());
+        let place = |body: usize| {
+            let missing = Error::Count {
+                field: "body of a contact",
+                count: body,
+                allowed: "a body that takes part in the program",
+            };
+            step.bodies.binary_search(&body).map_err(|_| missing)
+        };
+        let mut members = Vec::with_capacity(step.bodies.len());
+        for &index in step.bodies {
+            let known = (world.bodies().get(index), step.states.get(index));
+            let (Some(body), Some(state), Some(wrench)) =
+                (known.0, known.1, step.wrenches.get(index))
+            else {
+                let allowed = "a body of the world with a state and a wrench";
+                return Err(Error::Count { field: "body", count: index, allowed });
+            };
+            members.push(Member {
+                old: *state,
+                push: h * (wrench.force / body.mass() + world.gravity()),
+                twist: h * (body.inertia_inverse() * wrench.torque),
+                inertia: *body.inertia(),
+                inertia_inverse: *body.inertia_inverse(),
+                gyroscopic_forms: gyroscopic_forms(body),
+                attitude_rate: attitude_map(&state.attitude) * (0.5 * h),
+                holds: false,
+            });
+        }
+        let mut touches = Vec::with_capacity(step.contacts.len());
+        for contact in step.contacts {
+            let index = contact.key.body;
+            let a = (place(index)?, &world.bodies()[index], &step.states[index]);
+            let b = match contact.key.partner {
+                Partner::Body(index) => {
+                    let at = place(index)?;
+                    members[at].holds = true;
+                    Some((at, &world.bodies()[index], &step.states[index]))
+                }
+                Partner::Ground | Partner::Fixed(_) => None,
+            };
+            touches.push(Touch::new(contact, a, b, h));
+        }
+        let rough = touches.iter().map(|touch| touch.friction > 0.0);
+        let layout = Layout::new(members.len(), rough);
+        let mut nlp = Self {
+            time_step: h,
+            smoothing,
+            yielding: vec![(0.0, Vector2::zeros()); touches.len()],
+            members,
+            touches,
+            layout,
+            jacobian_pattern: SparsityPattern::new(),
+            hessian_pattern: SparsityPattern::new(),
+        };
+        let (x, y) = (vec![0.0; nlp.layout.variables()], vec![0.0; nlp.layout.constraints()]);
+        let mut pattern = PatternSink::default();
+        nlp.emit_jacobian(&x, &mut pattern);
+        nlp.jacobian_pattern = pattern.0;
+        let mut pattern = PatternSink::default();
+        nlp.emit_hessian(&x, 0.0, &y, &mut pattern);
+        nlp.hessian_pattern = pattern.0;
+        Ok(nlp)
+    }
+
+    /// Makes friction yield to what differs from the forces f_0 (N, along each contact's tangents)
+    /// by κ = `share` h (1/m_A + 1/m_B): see
+    /// [`StepNlp::anchor_friction`](super::StepNlp::anchor_friction). κ is 0 until this is called.
+    pub fn anchor_friction(&mut self, share: f64, forces: impl IntoIterator<Item = Vector2<f64>>) {
+        for ((slot, touch), force) in self.yielding.iter_mut().zip(&self.touches).zip(forces) {
+            // h/m of a side: the velocity by a unit of force.
+            let answer = |side: &touch::Side| side.velocity_per_force.column(2).norm();
+            let both = answer(&touch.a) + touch.b.as_ref().map_or(0.0, answer);
+            *slot = (share * both, force);
+        }
+    }
+
+    /// The order of variables and rows.
+    #[must_use]
+    pub fn layout(&self) -> &Layout {
+        &self.layout
+    }
+
+    /// Where the Jacobian can be non-zero.
+    #[must_use]
+    pub fn jacobian_pattern(&self) -> &SparsityPattern {
+        &self.jacobian_pattern
+    }
+
+    /// Where the Hessian of the Lagrangian can be non-zero, lower triangle.
+    #[must_use]
+    pub fn hessian_pattern(&self) -> &SparsityPattern {
+        &self.hessian_pattern
+    }
+
+    /// s1ᵀs1 + s2ᵀs2 at the point `x` (eq. 16), N²m² + W².
+    #[must_use]
+    pub fn objective(&self, x: &[f64]) -> f64 {
+        self.slacks().map(|slack| x[slack] * x[slack]).sum()
+    }
+
+    /// The gradient of the objective at the point `x`, one number per variable.
+    pub fn gradient(&self, x: &[f64], gradient: &mut [f64]) {
+        gradient.fill(0.0);
+        for slack in self.slacks() {
+            gradient[slack] = 2.0 * x[slack];
+        }
+    }
+
+    fn slacks(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..self.layout.contacts()).flat_map(|i| {
+            let friction = self.layout.friction(i).map(|friction| friction.slack);
+            std::iter::once(self.layout.normal(i).second).chain(friction)
+        })
+    }
+
+    /// All constraint rows at the point `x`, in the layout's order.
+    pub fn constraints(&self, x: &[f64], rows: &mut [f64]) {
+        self.dynamics_rows(x, rows);
+        for i in 0..self.touches.len() {
+            self.contact_rows(x, i, rows);
+        }
+    }
+
+    /// The Jacobian's values at the point `x` in the order of its pattern, as many as it has
+    /// entries.
+    pub fn jacobian(&self, x: &[f64], values: &mut [f64]) {
+        self.emit_jacobian(x, &mut ValueSink::new(values));
+    }
+
+    /// The values of σ∇²f + Σ yⱼ∇²gⱼ at the point `x` in the order of its pattern, with σ the
+    /// `objective_factor` and y the `multipliers`, one a row.
+    pub fn hessian(
+        &self,
+        x: &[f64],
+        objective_factor: f64,
+        multipliers: &[f64],
+        values: &mut [f64],
+    ) {
+        self.emit_hessian(x, objective_factor, multipliers, &mut ValueSink::new(values));
+    }
+
+    /// Eq. 8 of every body: the semi-implicit step minus X⁺.
+    fn dynamics_rows(&self, x: &[f64], rows: &mut [f64]) {
+        let h = self.time_step;
+        for (body, member) in self.members.iter().enumerate() {
+            let (old, next) = (&member.old, self.next_state(x, body));
+            let position = old.position + h * next.velocity - next.position;
+            let attitude = member.advanced_attitude(&next.spin).unit - next.attitude;
+            let velocity = old.velocity + member.push - next.velocity;
+            let gyroscopic = next.spin.cross(&(member.inertia * next.spin));
+            let spin =
+                old.spin + member.twist - h * (member.inertia_inverse * gyroscopic) - next.spin;
+            let rows = &mut rows[self.layout.state(body)];
+            rows[POSITION_ROWS].copy_from_slice(position.as_slice());
+            rows[ATTITUDE_ROWS].copy_from_slice(attitude.as_slice());
+            rows[VELOCITY_ROWS].copy_from_slice(velocity.as_slice());
+            rows[SPIN_ROWS].copy_from_slice(spin.as_slice());
+        }
+        for (i, touch) in self.touches.iter().enumerate() {
+            let force = self.force(x, i);
+            for side in std::iter::once(&touch.a).chain(&touch.b) {
+                let rows = &mut rows[self.layout.state(side.body)];
+                let (velocity, spin) =
+                    (side.velocity_per_force * force, side.spin_per_force * force);
+                for k in 0..3 {
+                    rows[VELOCITY_ROWS.start + k] += velocity[k];
+                    rows[SPIN_ROWS.start + k] += spin[k];
+                }
+            }
+        }
+    }
+
+    /// Eqs. 13, 15 and 25 of one contact.
+    fn contact_rows(&self, x: &[f64], i: usize, rows: &mut [f64]) {
+        let (touch, at) = (&self.touches[i], self.places(x, i));
+        let gap = touch.gap(&touch.component(2, at));
+        let (of, row) = (self.layout.normal(i), self.layout.normal_rows(i));
+        rows[row.first] = gap;
+        rows[row.second] = x[of.second] - x[of.first] * gap;
+        let (Some(friction), Some(row)) = (self.layout.friction(i), self.layout.friction_rows(i))
+        else {
+            return;
+        };
+        let force = self.smooth_force(x, friction);
+        let (compliance, anchor) = self.yielding[i];
+        for axis in 0..2 {
+            let slip = touch.slipped(axis, &touch.component(axis, at)) / self.time_step;
+            let yielding = compliance * (x[friction.force[axis]] - anchor[axis]);
+            let sliding = x[friction.slip_speed] * force.direction[axis];
+            rows[row.dissipation + axis] = slip + yielding + sliding;
+        }
+        let room = touch.friction * x[of.first] - force.norm;
+        rows[row.cone] = room;
+        rows[row.complementarity] = x[friction.slack] - x[friction.slip_speed] * room;
+    }
+
+    /// X⁺ of a body.
+    fn next_state(&self, x: &[f64], body: usize) -> State {
+        State::from_vector(&SVector::from_column_slice(&x[self.layout.state(body)]))
+    }
+
+    /// Where the bodies of a contact end.
+    fn places(&self, x: &[f64], i: usize) -> (Place, Option<Place>) {
+        let touch = &self.touches[i];
+        let place = |side: &touch::Side| Place::of(&self.next_state(x, side.body));
+        (place(&touch.a), touch.b.as_ref().map(place))
+    }
+
+    /// f_i along the contact's frame.
+    fn force(&self, x: &[f64], i: usize) -> Vector3<f64> {
+        let [t1, t2] = match self.layout.friction(i) {
+            Some(friction) => friction.force.map(|variable| x[variable]),
+            None => [0.0; 2],
+        };
+        Vector3::new(t1, t2, x[self.layout.normal(i).first])
+    }
+
+    /// f_t with the smoothed norm.
+    fn smooth_force(&self, x: &[f64], friction: Friction) -> SmoothForce {
+        let [t1, t2] = friction.force;
+        SmoothForce::new(Vector2::new(x[t1], x[t2]), self.smoothing)
+    }
+}
+
+impl Member {
+    /// q + ½ h L(q) H ω⁺, normalised.
+    fn advanced_attitude(&self, spin: &Vector3<f64>) -> Normalised {
+        Normalised::new(self.old.attitude + self.attitude_rate * spin)
+    }
+}

@@ -1,0 +1,212 @@
+//! One contact of the program: what is constant in a step, and the three components of its motion
+//! with their derivatives.
+
+use crate::contact::Contact;
+use crate::mechanics::quaternion::{rotated_point_forms, rotation};
+use crate::mechanics::{RigidBody, State};
+use nalgebra::{Matrix3, Matrix3x4, Matrix4, Vector2, Vector3, Vector4};
+
+/// Q_x, Q_y, Q_z of a vector (eq. 3).
+type Forms = [Matrix4<f64>; 3];
+
+/// One side of a contact.
+#[derive(Debug, Clone)]
+pub(super) struct Side {
+    /// The place of the body among those of the program.
+    pub(super) body: usize,
+    /// ±h/m F: the change of v⁺ by the force along the contact's frame.
+    pub(super) velocity_per_force: Matrix3<f64>,
+    /// ±h I⁻¹ [y]× Aᵀ F: the change of ω⁺.
+    pub(super) spin_per_force: Matrix3<f64>,
+}
+
+/// A contact in the program.
+#[derive(Debug, Clone)]
+pub(super) struct Touch {
+    pub(super) a: Side,
+    /// Where B is no fixed thing.
+    pub(super) b: Option<Side>,
+    pub(super) friction: f64,
+    /// d + ρ, m.
+    offset: f64,
+    /// The touching point along the tangents at step k, seen from B, m.
+    old: Vector2<f64>,
+    /// t₁, t₂, n in the frame of B.
+    directions: [Vector3<f64>; 3],
+    /// Those of the touching point y, for both tangents, and of the point a, for the normal.
+    lever_forms: Forms,
+    point_forms: Forms,
+    /// Those of t₁, t₂ and n.
+    direction_forms: [Forms; 3],
+}
+
+/// Where a body is in the program: r⁺ and q⁺, which need not have unit length.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Place {
+    pub(super) position: Vector3<f64>,
+    pub(super) attitude: Vector4<f64>,
+}
+
+impl Place {
+    pub(super) fn of(state: &State) -> Self {
+        Self { position: state.position, attitude: state.attitude }
+    }
+}
+
+/// g = m·s, the component along a direction e of B of a point c of A, seen from B (eq. 24), and
+/// what its derivatives are made of.
+///
+/// ```text
+/// m = A(q_B) e,   s = r_A + A(q_A) c − r_B,   g = m·s
+/// ∂g/∂r_A = m = −∂g/∂r_B,   ∂g/∂q_A = J_Aᵀ m,   ∂g/∂q_B = J_Bᵀ s           (eq. D7)
+/// ```
+///
+/// with J_A the rows (Q_k(c) q_A)ᵀ and J_B the rows (Q_k(e) q_B)ᵀ.
+pub(super) struct Component {
+    pub(super) value: f64,
+    /// m.
+    pub(super) by_position: Vector3<f64>,
+    /// ∂g/∂q_A.
+    pub(super) by_a: Vector4<f64>,
+    /// ∂g/∂q_B.
+    pub(super) by_b: Vector4<f64>,
+    /// s.
+    apart: Vector3<f64>,
+    /// J_A and J_B.
+    turned_a: Matrix3x4<f64>,
+    turned_b: Matrix3x4<f64>,
+}
+
+/// The second derivatives of a [`Component`] (eq. D8); those by r_B are the negative of those by
+/// r_A, the other pairs are zero.
+pub(super) struct Curvature {
+    /// ∂²g/∂q_A².
+    pub(super) aa: Matrix4<f64>,
+    /// ∂²g/∂q_B².
+    pub(super) bb: Matrix4<f64>,
+    /// ∂²g/∂r_A ∂q_B.
+    pub(super) position_b: Matrix3x4<f64>,
+    /// ∂²g/∂q_A ∂q_B.
+    pub(super) ab: Matrix4<f64>,
+}
+
+impl Touch {
+    /// The contact `contact` of the bodies (place in the program, constants, state at k) `a` and
+    /// `b` in a step of `time_step`.
+    pub(super) fn new(
+        contact: &Contact,
+        a: (usize, &RigidBody, &State),
+        b: Option<(usize, &RigidBody, &State)>,
+        time_step: f64,
+    ) -> Self {
+        let frame = &contact.features.frame;
+        let side = |(place, body, _): (usize, &RigidBody, &State), sign: f64, torque_map| {
+            let factor = sign * time_step;
+            let torques: Matrix3<f64> = torque_map * contact.frame;
+            Side {
+                body: place,
+                velocity_per_force: contact.frame * (factor / body.mass()),
+                spin_per_force: factor * body.inertia_inverse() * torques,
+            }
+        };
+        let directions = [0, 1, 2].map(|axis| frame.column(axis).into_owned());
+        let mut touch = Self {
+            a: side(a, 1.0, contact.torque_map),
+            b: b.map(|b| side(b, -1.0, torque_map_of_b(contact, a.2, b.2))),
+            friction: contact.law.friction,
+            offset: contact.features.offset + contact.features.radius,
+            old: Vector2::zeros(),
+            directions,
+            lever_forms: rotated_point_forms(&contact.lever),
+            point_forms: rotated_point_forms(&contact.features.point),
+            direction_forms: directions.map(|direction| rotated_point_forms(&direction)),
+        };
+        let before = (Place::of(a.2), b.map(|b| Place::of(b.2)));
+        touch.old = Vector2::from_fn(|axis, _| touch.component(axis, before).value);
+        touch
+    }
+
+    /// The component along t₁, t₂ (of the touching point) or n (of the point) where A and B are at
+    /// `at`.
+    pub(super) fn component(&self, axis: usize, at: (Place, Option<Place>)) -> Component {
+        let (a, b) = at;
+        let turned_a = rows(self.forms(axis), &a.attitude);
+        let mut apart = a.position + 0.5 * turned_a * a.attitude;
+        let (mut by_position, mut turned_b) = (self.directions[axis], Matrix3x4::zeros());
+        if let Some(b) = b {
+            apart -= b.position;
+            turned_b = rows(&self.direction_forms[axis], &b.attitude);
+            by_position = 0.5 * turned_b * b.attitude;
+        }
+        Component {
+            value: by_position.dot(&apart),
+            by_position,
+            by_a: turned_a.tr_mul(&by_position),
+            by_b: turned_b.tr_mul(&apart),
+            apart,
+            turned_a,
+            turned_b,
+        }
+    }
+
+    /// Its second derivatives:
+    ///
+    /// ```text
+    /// ∂²g/∂q_A² = Σ m_k Q_k(c),   ∂²g/∂q_B² = Σ s_k Q_k(e),
+    /// ∂²g/∂r_A ∂q_B = J_B,   ∂²g/∂q_A ∂q_B = J_Aᵀ J_B                     (eq. D8)
+    /// ```
+    pub(super) fn curvature(&self, axis: usize, component: &Component) -> Curvature {
+        let weighted = |forms: &Forms, weights: &Vector3<f64>| -> Matrix4<f64> {
+            forms.iter().zip(weights).map(|(form, weight)| form * *weight).sum()
+        };
+        Curvature {
+            aa: weighted(self.forms(axis), &component.by_position),
+            bb: weighted(&self.direction_forms[axis], &component.apart),
+            position_b: component.turned_b,
+            ab: component.turned_a.tr_mul(&component.turned_b),
+        }
+    }
+
+    /// φ (eq. 4) of the normal's component.
+    pub(super) fn gap(&self, component: &Component) -> f64 {
+        component.value - self.offset
+    }
+
+    /// How far the touching point has slipped, m, from the component along a tangent.
+    pub(super) fn slipped(&self, axis: usize, component: &Component) -> f64 {
+        component.value - self.old[axis]
+    }
+
+    /// Whether ∂g/∂r_A can differ from zero in its component `k`.
+    pub(super) fn moves(&self, axis: usize, k: usize) -> bool {
+        self.b.is_some() || self.directions[axis][k] != 0.0
+    }
+
+    /// Whether ∂g/∂q_A can differ from zero in its component `k`: not for a point in the centre of
+    /// mass.
+    pub(super) fn turns(&self, axis: usize, k: usize) -> bool {
+        let forms = self.forms(axis);
+        if self.b.is_some() {
+            return forms.iter().any(|form| form.row(k).amax() > 0.0);
+        }
+        let weighted = forms.iter().zip(&self.directions[axis]).map(|(form, e)| form.row(k) * *e);
+        weighted.fold(Vector4::zeros().transpose(), |sum, row| sum + row).amax() > 0.0
+    }
+
+    fn forms(&self, axis: usize) -> &Forms {
+        if axis == 2 { &self.point_forms } else { &self.lever_forms }
+    }
+}
+
+/// The rows (Q_k q)ᵀ.
+fn rows(forms: &Forms, q: &Vector4<f64>) -> Matrix3x4<f64> {
+    let [x, y, z] = [0, 1, 2].map(|k| (forms[k] * q).transpose());
+    Matrix3x4::from_rows(&[x, y, z])
+}
+
+/// `[y_B]× A_Bᵀ`: the torque (frame of B) of an impulse (world) at the touching point.
+fn torque_map_of_b(contact: &Contact, a: &State, b: &State) -> Matrix3<f64> {
+    let rotation = rotation(&b.attitude);
+    let arm = a.position + contact.arm - b.position;
+    rotation.tr_mul(&arm).cross_matrix() * rotation.transpose()
+}

@@ -1,0 +1,275 @@
+//! The program of several bodies: its derivatives against central differences at random points of
+//! scenes of two and three bodies, and one body on the ground against the tutorial's program.
+
+mod common;
+
+use common::{any_state, any_world, any_wrench, cases, inertia, quaternion, vector};
+use nalgebra::{DMatrix, DVector, Vector2, Vector3};
+use proptest::prelude::*;
+use tumble::contact::{Contact, ContactKey, ContactLaw, Features, Partner, Plane};
+use tumble::mechanics::quaternion::rotation;
+use tumble::mechanics::{RigidBody, State, Wrench};
+use tumble::sparsity::SparsityPattern;
+use tumble::step_nlp::StepNlp;
+use tumble::step_nlp::several::{PosedStep, SeveralNlp};
+use tumble::world::{Parameters, World};
+
+/// The numbers that `write` puts into an array of `len`.
+fn written(len: usize, write: impl FnOnce(&mut [f64])) -> Vec<f64> {
+    let mut values = vec![f64::NAN; len];
+    write(&mut values);
+    values
+}
+
+fn constraints(nlp: &SeveralNlp, x: &[f64]) -> Vec<f64> {
+    written(nlp.layout().constraints(), |rows| nlp.constraints(x, rows))
+}
+
+fn jacobian(nlp: &SeveralNlp, x: &[f64]) -> Vec<f64> {
+    written(nlp.jacobian_pattern().len(), |values| nlp.jacobian(x, values))
+}
+
+fn hessian(nlp: &SeveralNlp, x: &[f64], factor: f64, multipliers: &[f64]) -> Vec<f64> {
+    written(nlp.hessian_pattern().len(), |values| nlp.hessian(x, factor, multipliers, values))
+}
+
+fn dense(pattern: &SparsityPattern, values: &[f64], (rows, cols): (usize, usize)) -> DMatrix<f64> {
+    let mut matrix = DMatrix::zeros(rows, cols);
+    for (at, value) in pattern.positions().zip(values) {
+        matrix[at] += value;
+    }
+    matrix
+}
+
+/// A program of several bodies and a point to differentiate at.
+#[derive(Debug, Clone)]
+struct Anywhere {
+    nlp: SeveralNlp,
+    x: Vec<f64>,
+    multipliers: Vec<f64>,
+}
+
+/// A point of `body`, rounded or not, and a plane in the frame of `partner`.
+#[derive(Debug, Clone)]
+struct Meeting {
+    body: usize,
+    partner: Option<usize>,
+    features: Features,
+    friction: f64,
+}
+
+fn meeting(bodies: usize) -> impl Strategy<Value = Meeting> {
+    let pair = (0..bodies, proptest::option::weighted(0.7, 1..bodies));
+    let point = prop_oneof![1 => Just(Vector3::zeros()), 4 => vector(1.0)];
+    let features = (point, prop_oneof![Just(0.0), 0.05..0.4], quaternion(), -1.0..1.0);
+    let friction = prop_oneof![1 => Just(0.0), 3 => 0.1..1.0];
+    (pair, features, friction).prop_map(
+        move |((body, shift), (point, radius, q, offset), friction)| {
+            let partner = shift.map(|shift| (body + shift) % bodies);
+            let frame = rotation(&q.normalize());
+            Meeting { body, partner, features: Features { point, radius, frame, offset }, friction }
+        },
+    )
+}
+
+/// Two or three bodies, two to six contacts of any of them with each other and with fixed planes.
+fn anywhere() -> impl Strategy<Value = Anywhere> {
+    (2..=3_usize).prop_flat_map(|n| {
+        let body = (0.1..100.0, inertia());
+        let bodies = proptest::collection::vec((body, any_state(), any_wrench(), any_state()), n);
+        let meetings = proptest::collection::vec(meeting(n), 2..=6);
+        let numbers = proptest::collection::vec(-1.0..1.0, 200);
+        // A smoothing so large that differences can follow the derivatives.
+        let constants = (vector(10.0), 1e-3..0.05, 0.5..1.0, 0.0..1.0);
+        (bodies, meetings, numbers, constants).prop_map(
+            |(bodies, meetings, numbers, (gravity, time_step, smoothing, yielding))| {
+                let made = bodies.iter().map(|((mass, inertia), ..)| {
+                    RigidBody::new(*mass, *inertia, &[Vector3::x()]).unwrap()
+                });
+                let world = World::new(Parameters {
+                    bodies: made.collect(),
+                    ground: Plane::level(),
+                    gravity,
+                    friction: 0.3,
+                    time_step,
+                });
+                let unit = |state: &State| State { attitude: state.attitude.normalize(), ..*state };
+                let states: Vec<_> = bodies.iter().map(|(_, state, ..)| unit(state)).collect();
+                let wrenches: Vec<_> = bodies.iter().map(|(_, _, wrench, _)| *wrench).collect();
+                let next: Vec<_> = bodies.iter().map(|(.., next)| *next).collect();
+                let posed = (world.unwrap(), states, wrenches, meetings);
+                pose(&posed, &next, &numbers, (smoothing, yielding))
+            },
+        )
+    })
+}
+
+fn pose(
+    (world, states, wrenches, meetings): &(World, Vec<State>, Vec<Wrench>, Vec<Meeting>),
+    next: &[State],
+    numbers: &[f64],
+    (smoothing, yielding): (f64, f64),
+) -> Anywhere {
+    let poses: Vec<_> = states.iter().map(State::pose).collect();
+    let contacts: Vec<_> = meetings
+        .iter()
+        .map(|meeting| {
+            let partner = meeting.partner.map_or(Partner::Ground, Partner::Body);
+            let key = ContactKey { body: meeting.body, point: 0, partner, pair: None };
+            let law = ContactLaw { friction: meeting.friction };
+            let placed = |index: usize| (&world.bodies()[index], &poses[index]);
+            let (a, b) = (placed(meeting.body), meeting.partner.map(placed));
+            Contact::new(key, meeting.features, law, a, b)
+        })
+        .collect();
+    let bodies: Vec<_> = (0..states.len()).collect();
+    let step = PosedStep { world, states, wrenches, bodies: &bodies, contacts: &contacts };
+    let mut nlp = SeveralNlp::new(&step, smoothing).unwrap();
+    nlp.anchor_friction(yielding, numbers.iter().map(|u| Vector2::new(*u, -*u)));
+    let layout = nlp.layout().clone();
+    let mut x: Vec<f64> = next.iter().flat_map(|s| s.to_vector().as_slice().to_vec()).collect();
+    // Friction ±5 N, comparable to the smoothing; the rest 0…5.
+    let free = layout.free().len();
+    x.extend(numbers.iter().take(free - x.len()).map(|u| 5.0 * u));
+    x.extend(numbers[40..].iter().take(layout.variables() - free).map(|u| 5.0 * u.abs()));
+    Anywhere { nlp, x, multipliers: numbers[100..][..layout.constraints()].to_vec() }
+}
+
+/// Central differences of `values`, column by column; see `tests/derivatives.rs` for the size of
+/// their errors: some 1e-9 of what a row is made of. (Here products of two attitudes are of fourth
+/// degree, and coordinates of two bodies and of a plane cancel: some times as much.)
+fn differences(x: &[f64], values: impl Fn(&[f64]) -> Vec<f64>) -> DMatrix<f64> {
+    const DELTA: f64 = 1e-5;
+    let columns: Vec<_> = (0..x.len())
+        .map(|j| {
+            let (mut more, mut less) = (x.to_vec(), x.to_vec());
+            more[j] += DELTA;
+            less[j] -= DELTA;
+            let change = DVector::from(values(&more)) - DVector::from(values(&less));
+            change / (more[j] - less[j])
+        })
+        .collect();
+    DMatrix::from_columns(&columns)
+}
+
+/// The largest difference in a row, as a share of the row's largest entry or of 1.
+fn row_error(ours: &DMatrix<f64>, theirs: &DMatrix<f64>) -> f64 {
+    let rows = ours.row_iter().zip(theirs.row_iter());
+    rows.map(|(a, b)| (a - b).amax() / b.amax().max(1.0)).fold(0.0, f64::max)
+}
+
+proptest! {
+    #![proptest_config(cases(64))]
+
+    #[test]
+    fn the_jacobian_is_the_slope_of_the_constraints(point in anywhere()) {
+        let Anywhere { nlp, x, .. } = &point;
+        let (size, values) = ((nlp.layout().constraints(), x.len()), jacobian(nlp, x));
+        let ours = dense(nlp.jacobian_pattern(), &values, size);
+        let error = row_error(&ours, &differences(x, |x| constraints(nlp, x)));
+        prop_assert!(error < 1e-7, "{error:e}");
+    }
+
+    #[test]
+    fn the_hessian_is_the_slope_of_the_lagrangians_gradient(
+        point in anywhere(), factor in 0.0..2.0
+    ) {
+        let Anywhere { nlp, x, multipliers } = &point;
+        let (size, values) = ((x.len(), x.len()), hessian(nlp, x, factor, multipliers));
+        let lower = dense(nlp.hessian_pattern(), &values, size);
+        for (row, col) in nlp.hessian_pattern().positions() {
+            prop_assert!(row >= col, "({row}, {col}) is above the diagonal");
+        }
+        let ours = &lower + lower.transpose() - DMatrix::from_diagonal(&lower.diagonal());
+        let slope = |x: &[f64]| {
+            let mut slope = written(x.len(), |slope| nlp.gradient(x, slope));
+            slope.iter_mut().for_each(|entry| *entry *= factor);
+            let entries = jacobian(nlp, x);
+            for ((row, col), entry) in nlp.jacobian_pattern().positions().zip(entries) {
+                slope[col] += multipliers[row] * entry;
+            }
+            slope
+        };
+        let error = row_error(&ours, &differences(x, slope));
+        prop_assert!(error < 1e-7, "{error:e}");
+    }
+
+    /// One body on the ground: the rows, the Jacobian and the Hessian of the tutorial's program
+    /// without the row |q⁺|² = 1, all points flagged, number for number. The two sum in another
+    /// order: some last digits of the terms, which are up to 1e5 (velocities over a time step of
+    /// 1e-3) in the rows and some 1e3 times that with the multipliers.
+    #[test]
+    fn one_body_on_the_ground_is_the_tutorials_program(
+        world in any_world(), old in any_state(), wrench in any_wrench(), new in any_state(),
+        numbers in proptest::collection::vec(-1.0..1.0, 200)
+    ) {
+        let old = State { attitude: old.attitude.normalize(), ..old };
+        let mut known = StepNlp::new(world.clone(), 0.5).unwrap();
+        let flags = known.layout().contacts();
+        known.set_step(&old, &wrench, std::iter::repeat_n(1.0, flags));
+        let contacts = common::contacts(&world, &old);
+        let (states, wrenches) = (&[old], &[wrench]);
+        let step =
+            PosedStep { world: &world, states, wrenches, bodies: &[0], contacts: &contacts };
+        let nlp = SeveralNlp::new(&step, 0.5).unwrap();
+        let with_friction = world.friction() > 0.0;
+
+        // Where the variables and rows of this program stand in the tutorial's.
+        let (n, theirs) = (contacts.len(), known.layout());
+        let ours = nlp.layout();
+        let (mut at, mut row_at): (Vec<_>, Vec<_>) = ((0..13).collect(), (0..13).collect());
+        at.resize(ours.variables(), usize::MAX);
+        row_at.resize(ours.constraints(), usize::MAX);
+        for i in 0..n {
+            let [fx, fy, fz, s1, s2, slip] = theirs.contact_variables(i);
+            let (of, row) = (ours.normal(i), ours.normal_rows(i));
+            (at[of.first], at[of.second]) = (fz, s1);
+            row_at[row.first] = theirs.height_rows().start + i;
+            row_at[row.second] = theirs.normal_complementarity_rows().start + i;
+            prop_assert_eq!(ours.friction(i).is_some(), with_friction);
+            if let (Some(of), Some(row)) = (ours.friction(i), ours.friction_rows(i)) {
+                (at[of.force[0]], at[of.force[1]]) = (fx, fy);
+                (at[of.slack], at[of.slip_speed]) = (s2, slip);
+                let first = theirs.dissipation_rows().start + 2 * i;
+                (row_at[row.dissipation], row_at[row.dissipation + 1]) = (first, first + 1);
+                row_at[row.cone] = theirs.cone_rows().start + i;
+                row_at[row.complementarity] =
+                    theirs.friction_complementarity_rows().start + i;
+            }
+        }
+        // The order is the same as well.
+        prop_assert!(at.is_sorted() && row_at.is_sorted());
+
+        let mut x = new.to_vector().as_slice().to_vec();
+        x.extend(numbers[..ours.variables() - 13].iter().map(|u| 5.0 * u));
+        let (mut whole, mut y) = (vec![0.0; theirs.variables()], vec![0.0; theirs.constraints()]);
+        at.iter().zip(&x).for_each(|(&at, &value)| whole[at] = value);
+        let multipliers = &numbers[100..][..ours.constraints()];
+        row_at.iter().zip(multipliers).for_each(|(&row, &value)| y[row] = value);
+
+        let rows = written(theirs.constraints(), |rows| known.constraints(&whole, rows));
+        for (row, value) in constraints(&nlp, &x).into_iter().enumerate() {
+            let expected = rows[row_at[row]];
+            prop_assert!((value - expected).abs() <= 1e-12 * expected.abs().max(10.0));
+        }
+        let slopes = written(known.jacobian_pattern().len(), |v| known.jacobian(&whole, v));
+        let slopes = dense(known.jacobian_pattern(), &slopes, (rows.len(), whole.len()));
+        let mine = dense(nlp.jacobian_pattern(), &jacobian(&nlp, &x), (row_at.len(), at.len()));
+        for (i, &row) in row_at.iter().enumerate() {
+            for (j, &col) in at.iter().enumerate() {
+                let (value, expected) = (mine[(i, j)], slopes[(row, col)]);
+                prop_assert!((value - expected).abs() <= 1e-12 * expected.abs().max(10.0));
+            }
+        }
+        let curves = written(known.hessian_pattern().len(), |v| known.hessian(&whole, 1.5, &y, v));
+        let curves = dense(known.hessian_pattern(), &curves, (whole.len(), whole.len()));
+        let mine = hessian(&nlp, &x, 1.5, multipliers);
+        let mine = dense(nlp.hessian_pattern(), &mine, (at.len(), at.len()));
+        for (i, &row) in at.iter().enumerate() {
+            for (j, &col) in at.iter().enumerate() {
+                let (value, expected) = (mine[(i, j)], curves[(row, col)]);
+                prop_assert!((value - expected).abs() <= 1e-10 * expected.abs().max(10.0));
+            }
+        }
+    }
+}
