@@ -32,7 +32,7 @@ const STEP_BUDGET: u32 = 300;
 const MANY_CANDIDATES: usize = 64;
 
 /// The budget of a step with `candidates`, where one solve may take `max_iterations`.
-fn budget(max_iterations: u32, candidates: usize) -> u32 {
+pub(super) fn budget(max_iterations: u32, candidates: usize) -> u32 {
     let usual = max_iterations.max(STEP_BUDGET);
     let share = MANY_CANDIDATES as f64 / candidates.max(MANY_CANDIDATES) as f64;
     ((f64::from(usual) * share) as u32).max(1)
@@ -42,14 +42,14 @@ fn budget(max_iterations: u32, candidates: usize) -> u32 {
 /// body's own answer h/m, in the reduced program. Where the forces have settled that is nothing;
 /// where they have not, and the residual says so, Ipopt goes on from the end with this as the
 /// start, and what is left is this part of it (docs/ipopt-path.md).
-const YIELDING: f64 = 1e-2;
+pub(super) const YIELDING: f64 = 1e-2;
 
 /// The tolerances, as parts of the usual one, with which Ipopt goes on where it has met the usual
 /// one and the residual is too large.
-const TIGHTER: [f64; 3] = [1e-2, 1e-4, 1e-6];
+pub(super) const TIGHTER: [f64; 3] = [1e-2, 1e-4, 1e-6];
 
 /// Iterations with each of them.
-const PATIENCE_TIGHTER: u32 = 25;
+pub(super) const PATIENCE_TIGHTER: u32 = 25;
 
 /// How a step came to be solved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -99,7 +99,7 @@ impl Rung {
     /// How many iterations to wait for. A warm start that is near enough takes few; from
     /// another start near the solution Ipopt takes 10 to 30, and where it has taken 60 it
     /// mostly goes on to its limit, and another start is cheaper (docs/ipopt-path.md).
-    fn patience(self) -> u32 {
+    pub(super) fn patience(self) -> u32 {
         match self {
             Self::Warm => 25,
             Self::Previous | Self::NativeStart => 60,
@@ -108,7 +108,7 @@ impl Rung {
     }
 
     /// How the step counts that this rung solved.
-    fn status(self) -> StepStatus {
+    pub(super) fn status(self) -> StepStatus {
         match self {
             Self::Warm | Self::Previous => StepStatus::Converged,
             Self::NativeStart | Self::FreeFlight | Self::SharedWeight => StepStatus::Retried,
@@ -116,7 +116,7 @@ impl Rung {
         }
     }
 
-    fn asks_native(self) -> bool {
+    pub(super) fn asks_native(self) -> bool {
         matches!(self, Self::NativeStart | Self::Native)
     }
 }

@@ -5,10 +5,12 @@ mod ladder;
 mod memory;
 mod posing;
 mod program;
+mod several;
 mod subproblem;
 mod units;
 
 pub use ladder::{LADDER_RESIDUAL, Ladder, Rung};
+pub use several::{MOST_BODIES, SeveralLadder};
 
 use crate::contact::{Candidates, Contact};
 use crate::error::Error;

@@ -15,6 +15,7 @@
 //! rounding.
 
 use super::BODY;
+use crate::contact::{Contact, Features};
 use crate::mechanics::{State, Wrench};
 use crate::step_nlp::ProgramPoint;
 use crate::step_nlp::layout::STATE;
@@ -39,10 +40,15 @@ impl Units {
     pub(super) fn of(world: &World, wrench: &Wrench) -> Self {
         let body = &world.bodies()[BODY];
         let (mass, length) = (body.mass() / USUAL_MASS, body.reach());
+        let pull = wrench.force.norm().max(wrench.torque.norm() / length) / body.mass();
+        Self::under(world, (mass, length), pull)
+    }
+
+    /// Those of mass and length under a load that makes the acceleration `pull`.
+    fn under(world: &World, (mass, length): (f64, f64), pull: f64) -> Self {
         let time = length / world.speed_scale();
         // 9.81 in these units, whatever stands in for gravity where there is none.
         let gravity = 9.81 * length / (time * time);
-        let pull = wrench.force.norm().max(wrench.torque.norm() / length) / body.mass();
         let mut shorter = 1.0;
         while 2.0 * shorter * shorter * gravity < pull {
             shorter *= 2.0;
@@ -50,13 +56,32 @@ impl Units {
         Self { mass, length, time: time / shorter }
     }
 
+    /// Those of a world of several bodies under the loads `wrenches` (none, or one a body): the
+    /// mass is the geometric mean of theirs, the length the largest reach, and the strongest load
+    /// counts.
+    pub(super) fn of_all(world: &World, wrenches: &[Wrench]) -> Self {
+        let bodies = world.bodies();
+        let logarithms: f64 = bodies.iter().map(|body| body.mass().ln()).sum();
+        let mean = (logarithms / bodies.len() as f64).exp();
+        let (mass, length) = (mean / USUAL_MASS, world.reach());
+        let pulls = bodies.iter().zip(wrenches).map(|(body, wrench)| {
+            wrench.force.norm().max(wrench.torque.norm() / length) / body.mass()
+        });
+        Self::under(world, (mass, length), pulls.fold(0.0, f64::max))
+    }
+
     /// `world`, its constants in these units.
     pub(super) fn world(&self, world: &World) -> World {
         world.in_units(self.mass, self.length, self.time)
     }
 
+    /// m.
+    pub(super) fn length(&self) -> f64 {
+        self.length
+    }
+
     /// m/s.
-    fn speed(&self) -> f64 {
+    pub(super) fn speed(&self) -> f64 {
         self.length / self.time
     }
 
@@ -90,6 +115,24 @@ impl Units {
         Wrench {
             force: wrench.force / self.force(),
             torque: wrench.torque / (self.force() * self.length),
+        }
+    }
+
+    /// A contact, in these units.
+    pub(super) fn contact(&self, contact: &Contact) -> Contact {
+        let features = Features {
+            point: contact.features.point / self.length,
+            radius: contact.features.radius / self.length,
+            offset: contact.features.offset / self.length,
+            ..contact.features
+        };
+        Contact {
+            features,
+            gap: contact.gap / self.length,
+            lever: contact.lever / self.length,
+            arm: contact.arm / self.length,
+            torque_map: contact.torque_map / self.length,
+            ..*contact
         }
     }
 

@@ -1,0 +1,210 @@
+//! Points of the program of several bodies, told by bodies and candidates, so that they outlive
+//! the program; and the memory of the last ones.
+
+use super::super::memory::Multipliers;
+use super::super::units::Units;
+use super::program::Posed;
+use crate::contact::{Contact, ContactKey, Partner};
+use crate::mechanics::{Pose, State};
+use crate::step::{ContactForce, Step, StepSolution};
+use crate::step_nlp::SMOOTHING;
+use crate::step_nlp::point::products;
+use nalgebra::Vector3;
+
+/// What the program has of a contact, in its units.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct Values {
+    /// f along the contact's frame.
+    pub(super) force: Vector3<f64>,
+    /// s1, s2, λ.
+    pub(super) normal_slack: f64,
+    pub(super) friction_slack: f64,
+    pub(super) slip_speed: f64,
+}
+
+/// A point: X⁺ of every body (SI), and the values of every candidate (the program's units).
+#[derive(Debug, Clone, Default)]
+pub(super) struct Start {
+    pub(super) states: Vec<State>,
+    pub(super) values: Vec<Values>,
+}
+
+/// A solution as a point of the program.
+struct Remembered {
+    solution: StepSolution,
+    values: Vec<Values>,
+    /// What Ipopt converged with.
+    multipliers: Option<(Vec<ContactKey>, Multipliers)>,
+}
+
+/// The last solution and the one before it.
+#[derive(Default)]
+pub(super) struct Memory {
+    entries: Vec<Remembered>,
+}
+
+impl Memory {
+    pub(super) fn clear(&mut self) {
+        self.entries.clear();
+    }
+
+    /// What is known of `solution`, if it is one of the last two.
+    fn find(&self, solution: &StepSolution) -> Option<&Remembered> {
+        self.entries.iter().find(|entry| entry.solution == *solution)
+    }
+
+    /// The contacts that Ipopt converged with to `solution`, and its multipliers there.
+    pub(super) fn multipliers(
+        &self,
+        solution: &StepSolution,
+    ) -> Option<&(Vec<ContactKey>, Multipliers)> {
+        self.find(solution).and_then(|known| known.multipliers.as_ref())
+    }
+
+    /// Keeps `solution` of the step that followed `previous`, and what is known of that one.
+    pub(super) fn keep(
+        &mut self,
+        previous: &StepSolution,
+        solution: &StepSolution,
+        values: &[Values],
+        multipliers: Option<(Vec<ContactKey>, Multipliers)>,
+    ) {
+        self.entries.retain(|entry| entry.solution == *previous);
+        self.entries.truncate(1);
+        let (solution, values) = (solution.clone(), values.to_vec());
+        self.entries.push(Remembered { solution, values, multipliers });
+    }
+}
+
+impl Start {
+    /// Makes this `states` without any force.
+    pub(super) fn reset(&mut self, states: &[State], candidates: usize) {
+        self.states.clear();
+        self.states.extend_from_slice(states);
+        self.values.clear();
+        self.values.resize(candidates, Values::default());
+    }
+
+    /// Makes this X at step k with the contacts' values of the last solution.
+    pub(super) fn set_previous(
+        &mut self,
+        step: &Step<'_>,
+        candidates: &[Contact],
+        memory: &Memory,
+        units: &Units,
+    ) {
+        self.reset(step.states, candidates.len());
+        let known = memory.find(step.previous);
+        for (place, contact) in candidates.iter().enumerate() {
+            let before = &step.previous.contacts;
+            let near = place.min(before.len());
+            let (earlier, later) = before.split_at(near);
+            let found = later.iter().zip(near..).chain(earlier.iter().zip(0..));
+            let Some((force, at)) = found.into_iter().find(|(force, _)| force.key == contact.key)
+            else {
+                continue;
+            };
+            self.values[place] = match known.and_then(|known| known.values.get(at)) {
+                Some(values) => *values,
+                None => values_of(contact, force, contact.gap, units),
+            };
+        }
+    }
+
+    /// Makes this a solution of `step`.
+    pub(super) fn set_solution(
+        &mut self,
+        step: &Step<'_>,
+        candidates: &[Contact],
+        solution: &StepSolution,
+        units: &Units,
+    ) {
+        self.reset(&solution.states, candidates.len());
+        let poses = Poses::of(step.states, &solution.states);
+        for ((contact, force), slot) in
+            candidates.iter().zip(&solution.contacts).zip(&mut self.values)
+        {
+            *slot = values_of(contact, force, poses.gap(contact), units);
+        }
+    }
+
+    /// Makes this free flight with the weight of each body on the contacts of its own that take
+    /// part.
+    pub(super) fn share_weight(
+        &mut self,
+        step: &Step<'_>,
+        (candidates, posed): (&[Contact], &Posed),
+        units: &Units,
+    ) {
+        self.reset(step.free, candidates.len());
+        for &index in &posed.contacts {
+            let body = candidates[index].key.body;
+            let own = posed.contacts.iter().filter(|&&other| candidates[other].key.body == body);
+            let weight = step.world.bodies()[body].mass() * step.world.gravity().norm();
+            self.values[index].force[2] = weight / units.force() / own.count() as f64;
+        }
+    }
+
+    /// Makes `solution` that of this point.
+    pub(super) fn write(
+        &self,
+        step: &Step<'_>,
+        candidates: &[Contact],
+        units: &Units,
+        solution: &mut StepSolution,
+    ) {
+        solution.set_free(&self.states);
+        let (poses, h) = (Poses::of(step.states, &self.states), step.world.time_step());
+        solution.contacts.extend(candidates.iter().enumerate().map(|(place, contact)| {
+            let values = self.values.get(place).copied().unwrap_or_default();
+            let force = values.force * units.force();
+            let (normal, u) = (contact.normal(), poses.motion(contact, h));
+            ContactForce {
+                key: contact.key,
+                force: contact.frame * force,
+                normal_force: force[2],
+                slip: u - normal * normal.dot(&u),
+            }
+        }));
+    }
+}
+
+/// The values of a contact with `force` that ends with the gap `gap` (m).
+fn values_of(contact: &Contact, force: &ContactForce, gap: f64, units: &Units) -> Values {
+    let local = contact.frame.tr_mul(&force.force);
+    let (friction, smoothing) = (contact.law.friction, SMOOTHING * units.force());
+    let products = products(&local, force.slip.norm(), gap, friction, smoothing);
+    Values {
+        force: local / units.force(),
+        normal_slack: products.normal / (units.force() * units.length()),
+        friction_slack: products.friction / (units.force() * units.speed()),
+        slip_speed: products.slip_speed / units.speed(),
+    }
+}
+
+/// Where all bodies are at both ends of a step.
+pub(super) struct Poses(Vec<(Pose, Pose)>);
+
+impl Poses {
+    pub(super) fn of(states: &[State], next: &[State]) -> Self {
+        Self(states.iter().zip(next).map(|(state, next)| (state.pose(), next.pose())).collect())
+    }
+
+    fn partner(&self, contact: &Contact) -> Option<&(Pose, Pose)> {
+        match contact.key.partner {
+            Partner::Body(index) => Some(&self.0[index]),
+            Partner::Ground | Partner::Fixed(_) => None,
+        }
+    }
+
+    /// φ⁺ of a contact, m.
+    pub(super) fn gap(&self, contact: &Contact) -> f64 {
+        contact.gap_at(&self.0[contact.key.body].1, self.partner(contact).map(|b| &b.1))
+    }
+
+    /// u of a contact, m/s.
+    fn motion(&self, contact: &Contact, h: f64) -> Vector3<f64> {
+        let a = &self.0[contact.key.body];
+        contact.motion((&a.0, &a.1), self.partner(contact).map(|b| (&b.0, &b.1)), h)
+    }
+}
