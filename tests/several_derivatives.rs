@@ -4,7 +4,7 @@
 mod common;
 
 use common::{any_state, any_world, any_wrench, cases, inertia, quaternion, vector};
-use nalgebra::{DMatrix, DVector, Vector2, Vector3};
+use nalgebra::{DMatrix, DVector, Vector3};
 use proptest::prelude::*;
 use tumble::contact::{Contact, ContactKey, ContactLaw, Features, Partner, Plane};
 use tumble::mechanics::quaternion::rotation;
@@ -125,7 +125,7 @@ fn pose(
     let bodies: Vec<_> = (0..states.len()).collect();
     let step = PosedStep { world, states, wrenches, bodies: &bodies, contacts: &contacts };
     let mut nlp = SeveralNlp::new(&step, smoothing).unwrap();
-    nlp.anchor_friction(yielding, numbers.iter().map(|u| Vector2::new(*u, -*u)));
+    nlp.anchor((yielding, 0.3), numbers.iter().map(|u| Vector3::new(*u, -*u, 2.0 * u)));
     let layout = nlp.layout().clone();
     let mut x: Vec<f64> = next.iter().flat_map(|s| s.to_vector().as_slice().to_vec()).collect();
     // Friction ±5 N, comparable to the smoothing; the rest 0…5.

@@ -33,6 +33,7 @@ pub mod several;
 
 pub use point::ProgramPoint;
 
+use crate::contact::Partner;
 use crate::error::{Error, in_range};
 use crate::mechanics::quaternion::{attitude_map, rotation};
 use crate::mechanics::{RigidBody, State, Wrench};
@@ -90,14 +91,11 @@ impl StepNlp {
     /// parameters are a body at rest at the origin until [`StepNlp::set_step`] is called.
     ///
     /// # Errors
-    /// A world of several bodies, a smoothing outside 1e-12…1 N.
+    /// A world that [`StepNlp::unsuitable`] names, a smoothing outside 1e-12…1 N.
     pub fn new(world: World, smoothing: f64) -> Result<Self, Error> {
         in_range("smoothing epsilon (N)", smoothing, 1e-12, 1.0, "1e-12 to 1")?;
-        if world.bodies().len() > 1 {
-            return Err(Error::Unsupported {
-                what: "the tutorial's program",
-                why: "it is of one body; give a world of one",
-            });
+        if let Some(why) = Self::unsuitable(&world) {
+            return Err(Error::Unsupported { what: "the tutorial's program", why });
         }
         let body = &world.bodies()[BODY];
         let layout = Layout::new(body.contact_points().len());
@@ -136,6 +134,25 @@ impl StepNlp {
         nlp.emit_hessian(&x, 0.0, &vec![0.0; layout.constraints()], &mut pattern);
         nlp.hessian_pattern = pattern.0;
         Ok(nlp)
+    }
+
+    /// Why the tutorial's program is not of `world`, if it is not: it knows one body of points
+    /// without a radius, the ground, and one coefficient of friction. The
+    /// [program of several bodies](several) knows all that there is.
+    #[must_use]
+    pub fn unsuitable(world: &World) -> Option<&'static str> {
+        let body = &world.bodies()[BODY];
+        if world.bodies().len() > 1 {
+            Some("it is of one body; give a world of one")
+        } else if !world.fixed().is_empty() {
+            Some("it knows no fixed pieces; give a world without them")
+        } else if body.contact_points().iter().any(|point| point.radius > 0.0) {
+            Some("it knows no rounded points; give a body without a radius")
+        } else if world.friction_between(BODY, Partner::Ground) != world.friction() {
+            Some("it knows the world's coefficient of friction; give the body none of its own")
+        } else {
+            None
+        }
     }
 
     /// Sets the step's parameters: the state X at step k, the external wrench, and the

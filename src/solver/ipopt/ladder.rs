@@ -42,7 +42,7 @@ pub(super) fn budget(max_iterations: u32, candidates: usize) -> u32 {
 /// body's own answer h/m, in the reduced program. Where the forces have settled that is nothing;
 /// where they have not, and the residual says so, Ipopt goes on from the end with this as the
 /// start, and what is left is this part of it (docs/ipopt-path.md).
-pub(super) const YIELDING: f64 = 1e-2;
+const YIELDING: f64 = 1e-2;
 
 /// The tolerances, as parts of the usual one, with which Ipopt goes on where it has met the usual
 /// one and the residual is too large.

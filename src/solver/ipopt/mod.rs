@@ -18,7 +18,7 @@ use crate::ipopt::{BarrierStrategy, IpoptError, MultiplierStep, Options, Scaling
 use crate::mechanics::State;
 use crate::simulation::scene;
 use crate::step::{ContactForce, Step, StepReport, StepSolution, StepSolver, StepStatus};
-use crate::step_nlp::{ProgramPoint, SMOOTHING};
+use crate::step_nlp::{ProgramPoint, SMOOTHING, StepNlp};
 use crate::world::World;
 use memory::{Memory, Multipliers};
 use posing::{Effort, pose, solve_posed};
@@ -79,6 +79,25 @@ impl From<IpoptError> for Error {
     fn from(error: IpoptError) -> Self {
         Self::Solver { solver: "Ipopt", why: error.to_string() }
     }
+}
+
+/// Ipopt with the recommended ladder for any world that it is made for: the tutorial's program where
+/// that is [of the world](crate::step_nlp::StepNlp::unsuitable), posed as `formulation` says, and the
+/// [program of several bodies](SeveralLadder) for all others.
+///
+/// # Errors
+/// As [`IpoptSolver::new`] and [`SeveralLadder::new`]; a world of the latter with
+/// [`Formulation::Clamped`], which is the tutorial's.
+pub fn ladder_for(
+    world: &World,
+    formulation: Formulation,
+    options: Options,
+) -> Result<Box<dyn StepSolver>, Error> {
+    if StepNlp::unsuitable(world).is_none() || formulation == Formulation::Clamped {
+        let ipopt = IpoptSolver::new(world, formulation, options)?;
+        return Ok(Box::new(Ladder::new(world, ipopt, &Rung::ALL)));
+    }
+    Ok(Box::new(SeveralLadder::new(world, options, &Rung::ALL)?))
 }
 
 impl IpoptSolver {

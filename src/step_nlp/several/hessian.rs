@@ -46,7 +46,8 @@ impl SeveralNlp {
             // f_n × the poses: −y ∂φ⁺ of s1 − f_n φ⁺.
             let component = self.touches[i].component(2, self.places(x, i));
             self.emit_motion(i, (2, &component), of.first, -multipliers[row.second], sink);
-            // Eq. 16: ∇²(s1² + s2²) = 2.
+            // Eqs. 16 and 27: ∇²(s1² + s2²) = 2, and 2 σ.
+            sink.put(of.first, of.first, 2.0 * self.stiffness * objective_factor);
             sink.put(of.second, of.second, 2.0 * objective_factor);
             self.emit_friction_block(x, objective_factor, multipliers, i, sink);
         }

@@ -62,7 +62,9 @@ pub struct SeveralNlp {
     members: Vec<Member>,
     touches: Vec<Touch>,
     /// κ, m/s a N, and f_0 of every contact.
-    yielding: Vec<(f64, Vector2<f64>)>,
+    yielding: Vec<(f64, Vector3<f64>)>,
+    /// σ, m²: what a normal force costs that differs from f_0.
+    stiffness: f64,
     layout: Layout,
     jacobian_pattern: SparsityPattern,
     hessian_pattern: SparsityPattern,
@@ -141,7 +143,8 @@ impl SeveralNlp {
         let mut nlp = Self {
             time_step: h,
             smoothing,
-            yielding: vec![(0.0, Vector2::zeros()); touches.len()],
+            yielding: vec![(0.0, Vector3::zeros()); touches.len()],
+            stiffness: 0.0,
             members,
             touches,
             layout,
@@ -158,10 +161,23 @@ impl SeveralNlp {
         Ok(nlp)
     }
 
-    /// Makes friction yield to what differs from the forces f_0 (N, along each contact's tangents)
-    /// by κ = `share` h (1/m_A + 1/m_B): see
-    /// [`StepNlp::anchor_friction`](super::StepNlp::anchor_friction). κ is 0 until this is called.
-    pub fn anchor_friction(&mut self, share: f64, forces: impl IntoIterator<Item = Vector2<f64>>) {
+    /// Makes friction yield to what differs from the forces f_0 (N, along each contact's frame) by
+    /// κ = `share` h (1/m_A + 1/m_B), see
+    /// [`StepNlp::anchor_friction`](super::StepNlp::anchor_friction), and adds
+    ///
+    /// ```text
+    /// σ Σ (f_n,i − f_0,n,i)²,   σ = `stiffness`, m²                         (eq. 27)
+    /// ```
+    ///
+    /// to the objective: where bodies touch in more points than carry them, their normal forces are
+    /// not determined, and without this Ipopt wanders among them. Both are 0 until this is called,
+    /// and both are nothing where the forces are those of f_0.
+    pub fn anchor(
+        &mut self,
+        (share, stiffness): (f64, f64),
+        forces: impl IntoIterator<Item = Vector3<f64>>,
+    ) {
+        self.stiffness = stiffness;
         for ((slot, touch), force) in self.yielding.iter_mut().zip(&self.touches).zip(forces) {
             // h/m of a side: the velocity by a unit of force.
             let answer = |side: &touch::Side| side.velocity_per_force.column(2).norm();
@@ -188,10 +204,13 @@ impl SeveralNlp {
         &self.hessian_pattern
     }
 
-    /// s1ᵀs1 + s2ᵀs2 at the point `x` (eq. 16), N²m² + W².
+    /// s1ᵀs1 + s2ᵀs2 (eq. 16) and what is added to it (eq. 27) at the point `x`, N²m² + W².
     #[must_use]
     pub fn objective(&self, x: &[f64]) -> f64 {
-        self.slacks().map(|slack| x[slack] * x[slack]).sum()
+        let slacks: f64 = self.slacks().map(|slack| x[slack] * x[slack]).sum();
+        let anchored = self.yielding.iter().enumerate();
+        let apart = anchored.map(|(i, (_, force))| x[self.layout.normal(i).first] - force[2]);
+        slacks + self.stiffness * apart.map(|apart| apart * apart).sum::<f64>()
     }
 
     /// The gradient of the objective at the point `x`, one number per variable.
@@ -199,6 +218,10 @@ impl SeveralNlp {
         gradient.fill(0.0);
         for slack in self.slacks() {
             gradient[slack] = 2.0 * x[slack];
+        }
+        for (i, (_, force)) in self.yielding.iter().enumerate() {
+            let normal = self.layout.normal(i).first;
+            gradient[normal] = 2.0 * self.stiffness * (x[normal] - force[2]);
         }
     }
 

@@ -8,7 +8,7 @@
 mod program;
 mod start;
 
-use super::ladder::{LADDER_RESIDUAL, PATIENCE_TIGHTER, Rung, TIGHTER, YIELDING, budget};
+use super::ladder::{LADDER_RESIDUAL, PATIENCE_TIGHTER, Rung, TIGHTER, budget};
 use super::memory::Multipliers;
 use super::missed_depth;
 use super::program::Attempted;
@@ -25,6 +25,10 @@ use start::{Memory, Poses, Start};
 
 /// More bodies than this are refused: see [`SeveralLadder::new`].
 pub const MOST_BODIES: usize = 10;
+
+/// How many iterations to wait for from the previous solution without its multipliers: where it has
+/// not led to the end by then, the native start mostly does in less than five.
+const PATIENCE_PREVIOUS: u32 = 30;
 
 /// Ipopt for worlds of several bodies, with fixed pieces, rounded points or coefficients of
 /// friction of their own, with the ladder behind it.
@@ -135,7 +139,11 @@ impl SeveralLadder {
             (Rung::NativeStart, _) => StartMultipliers::Zero,
             _ => StartMultipliers::Estimated,
         };
-        let limit = rung.patience().min(program.max_iterations()).min(left);
+        let patience = match rung {
+            Rung::Previous => PATIENCE_PREVIOUS,
+            _ => rung.patience(),
+        };
+        let limit = patience.min(program.max_iterations()).min(left);
         let posing = (&mut *candidates, &mut posed);
         let mut attempted =
             solve_posed(program, step, (start, multipliers), (limit, depth), posing, end)?;
@@ -182,7 +190,7 @@ impl SeveralLadder {
             let Self { program, start, end, .. } = &mut *self;
             start.clone_from(end);
             let limit = PATIENCE_TIGHTER.min(left - attempted.iterations);
-            let effort = Effort { limit, tightness, yielding: YIELDING };
+            let effort = Effort { limit, tightness };
             let from = (&*start, StartMultipliers::Known(multipliers));
             let mut tighter = program.attempt(step, (contacts, posed), from, effort, end)?;
             tighter.iterations += attempted.iterations;
@@ -268,7 +276,7 @@ fn solve_posed(
     (candidates, posed): (&mut Candidates, &mut Posed),
     end: &mut Start,
 ) -> Result<Attempted, Error> {
-    let mut effort = Effort { limit, tightness: 1.0, yielding: YIELDING };
+    let mut effort = Effort { limit, tightness: 1.0 };
     let contacts = candidates.contacts();
     let mut attempted = if posed.contacts.is_empty() {
         end.reset(step.free, contacts.len());
