@@ -67,7 +67,7 @@ fn scenes() -> Result<Vec<Scene>, Error> {
     let starts = vec![at([0.0, 0.0, 0.2]), at([0.01, 0.02, 0.55])];
     scenes.push(Scene { name: "ball falls on a box", world: balls, starts, push: still });
     let space = world(vec![cube(1.0, 0.1)?, cube(3.0, 0.1)?], 0.0, 0.3)?;
-    let mut starts = vec![at([0.0, 0.0, 10.0]), at([0.5, 0.03, 10.05])];
+    let mut starts = vec![at([0.0, 0.0, 10.0]), at([0.25, 0.03, 10.05])];
     starts[0].velocity = Vector3::new(1.0, 0.0, 0.0);
     starts[0].spin = Vector3::new(0.3, 0.2, 0.5);
     scenes.push(Scene { name: "two boxes meet in space", world: space, starts, push: still });

@@ -1,6 +1,8 @@
 //! The program of several bodies: its derivatives against central differences at random points of
 //! scenes of two and three bodies, and one body on the ground against the tutorial's program.
 
+#[path = "several_derivatives/casadi.rs"]
+mod casadi;
 mod common;
 
 use common::{any_state, any_world, any_wrench, cases, inertia, quaternion, vector};

@@ -133,6 +133,7 @@ impl SeveralLadder {
             }
         }
         let depth = missed_depth(step, self.accepted);
+        let settled = matches!(rung, Rung::Warm | Rung::NativeStart);
         let Self { program, memory, start, end, .. } = &mut *self;
         let multipliers = match (rung, memory.multipliers(step.previous)) {
             (Rung::Warm, Some((_, known))) => StartMultipliers::Known(known),
@@ -144,9 +145,10 @@ impl SeveralLadder {
             _ => rung.patience(),
         };
         let limit = patience.min(program.max_iterations()).min(left);
+        let effort = Effort { limit, tightness: 1.0, settled };
         let posing = (&mut *candidates, &mut posed);
-        let mut attempted =
-            solve_posed(program, step, (start, multipliers), (limit, depth), posing, end)?;
+        let from = (start, multipliers);
+        let mut attempted = solve_posed(program, step, from, (effort, depth), posing, end)?;
         let contacts = candidates.contacts();
         self.end.write(step, contacts, &units, &mut self.tried);
         self.tighten(step, (contacts, &posed), left, &mut attempted)?;
@@ -190,7 +192,7 @@ impl SeveralLadder {
             let Self { program, start, end, .. } = &mut *self;
             start.clone_from(end);
             let limit = PATIENCE_TIGHTER.min(left - attempted.iterations);
-            let effort = Effort { limit, tightness };
+            let effort = Effort { limit, tightness, settled: true };
             let from = (&*start, StartMultipliers::Known(multipliers));
             let mut tighter = program.attempt(step, (contacts, posed), from, effort, end)?;
             tighter.iterations += attempted.iterations;
@@ -266,17 +268,17 @@ fn coast(step: &Step<'_>, posed: &Posed, start: &mut Start) {
 }
 
 /// Solves `step` with what is `posed`, from `start`, and again with the contacts that it missed, in
-/// all within `limit` iterations. A contact that ends no deeper than `depth` (m) need not have been
+/// all within `effort`. A contact that ends no deeper than `depth` (m) need not have been
 /// posed. `posed` is that of the last solve.
 fn solve_posed(
     program: &mut Program,
     step: &Step<'_>,
     (start, multipliers): (&mut Start, StartMultipliers<'_>),
-    (limit, depth): (u32, f64),
+    (effort, depth): (Effort, f64),
     (candidates, posed): (&mut Candidates, &mut Posed),
     end: &mut Start,
 ) -> Result<Attempted, Error> {
-    let mut effort = Effort { limit, tightness: 1.0 };
+    let limit = effort.limit;
     let contacts = candidates.contacts();
     let mut attempted = if posed.contacts.is_empty() {
         end.reset(step.free, contacts.len());
@@ -299,7 +301,7 @@ fn solve_posed(
         taken.sort_unstable();
         *posed = Posed::of(contacts, taken);
         start.values.resize_with(contacts.len(), Default::default);
-        effort.limit = limit - attempted.iterations;
+        let effort = Effort { limit: limit - attempted.iterations, settled: false, ..effort };
         let from = (&*start, StartMultipliers::Estimated);
         let before = attempted.iterations;
         attempted = program.attempt(step, (contacts, posed), from, effort, end)?;

@@ -45,13 +45,12 @@ struct Scratch {
 }
 
 /// How much friction yields to what differs from the forces of the start, as a part of both bodies'
-/// own answer h/m.
-const YIELDING: f64 = 0.1;
-
-/// What a normal force costs that differs from that of the start, in squares of the program's unit of
-/// length. With 0 a stack of five at rest takes 59 iterations a step, with 10⁻⁶ 33, with 10⁻³ 4, with
-/// 10⁻² and more 2 (docs/ipopt-path.md).
-const STIFFNESS: f64 = 0.1;
+/// own answer h/m, and what a normal force costs that differs from that of the start, in squares of
+/// the program's unit of length: where the forces of the start have settled, and where not. Without a
+/// cost a stack of five at rest takes 59 iterations a step, with 10⁻⁶ 33, with 10⁻³ 4, with 10⁻² and
+/// more 2 (docs/ipopt-path.md); an impact is far from what was before it.
+const SETTLED: (f64, f64) = (0.1, 0.1);
+const UNSETTLED: (f64, f64) = (0.1, 0.0);
 
 /// The multipliers of a start.
 #[derive(Clone, Copy)]
@@ -71,6 +70,8 @@ pub(super) struct Effort {
     pub(super) limit: u32,
     /// Ipopt's tolerance, as a part of that of the options.
     pub(super) tightness: f64,
+    /// Whether the forces of the start have settled, so that Ipopt is to stay near them.
+    pub(super) settled: bool,
 }
 
 /// The bodies and contacts that take part, indices of the world and of the candidates.
@@ -131,7 +132,7 @@ impl Program {
         };
         let mut nlp = SeveralNlp::new(&posed_step, SMOOTHING)?;
         let anchors = posed.contacts.iter().map(|&index| start.values[index].force);
-        nlp.anchor((YIELDING, STIFFNESS), anchors);
+        nlp.anchor(if effort.settled { SETTLED } else { UNSETTLED }, anchors);
         let layout = nlp.layout().clone();
         let x = &mut scratch.x;
         gather(&layout, (posed, start), &units, x);
