@@ -48,6 +48,10 @@ const YIELDING: f64 = 1e-2;
 /// one and the residual is too large.
 pub(super) const TIGHTER: [f64; 3] = [1e-2, 1e-4, 1e-6];
 
+/// A residual that is worth going on for, m/s, in parts of the [accepted](LADDER_RESIDUAL) one: ten
+/// times what settled steps have. Steps of friction that has just stopped or begun are above it.
+const WORTH_IT: f64 = 1e-2;
+
 /// Iterations with each of them.
 pub(super) const PATIENCE_TIGHTER: u32 = 25;
 
@@ -141,8 +145,8 @@ pub struct Ladder {
 
 /// What the native solver said of the step.
 struct Asked {
-    /// Whether it was asked, and whether it solved the step.
-    solved: Option<bool>,
+    /// Whether it was asked.
+    already: bool,
     solution: StepSolution,
     point: ProgramPoint,
     /// The points that carry a force in it.
@@ -171,7 +175,7 @@ impl Ladder {
             accepted: LADDER_RESIDUAL * world.speed_scale(),
             certifier: Certifier::new(),
             asked: Asked {
-                solved: None,
+                already: false,
                 solution: StepSolution::default(),
                 point: ProgramPoint::zeros(n),
                 flags: vec![false; n],
@@ -217,7 +221,9 @@ impl Ladder {
                 self.tried.copy_from(&self.asked.solution);
                 point.copy_from(&self.asked.point);
                 return Ok(Some(Climbed {
-                    converged: self.asked.solved == Some(true),
+                    // The residual decides: what the native solver fails may be within what the
+                    // ladder promises.
+                    converged: true,
                     iterations: 0,
                     message: None,
                     multipliers: None,
@@ -251,7 +257,11 @@ impl Ladder {
         attempted: &mut Attempted,
     ) -> Result<(), Error> {
         for tightness in TIGHTER {
-            if attempted.iterations >= left || self.is_solved(step, contacts, attempted.converged) {
+            let residual = self.residual(step, contacts);
+            if attempted.iterations >= left
+                || residual <= WORTH_IT * self.accepted
+                || self.is_rounding(step, residual)
+            {
                 break;
             }
             let Some(multipliers) = &attempted.multipliers else { break };
@@ -271,9 +281,17 @@ impl Ladder {
                 attempted.iterations = tighter.iterations;
                 break;
             }
-            *attempted = tighter;
             let units = program.units;
             set_solution(step, contacts, (point, &units), &mut self.tried);
+            let is_better = self.residual(step, contacts) < residual;
+            let IpoptSolver { program, start, point, .. } = &mut self.ipopt;
+            if !is_better {
+                point.copy_from(start);
+                set_solution(step, contacts, (point, &program.units), &mut self.tried);
+                attempted.iterations = tighter.iterations;
+                break;
+            }
+            *attempted = tighter;
         }
         Ok(())
     }
@@ -281,19 +299,22 @@ impl Ladder {
     /// Whether the end that was tried last solves the step.
     fn is_solved(&mut self, step: &Step<'_>, contacts: &[Contact], converged: bool) -> bool {
         let residual = self.residual(step, contacts);
-        let rounding = || rounding::residual(step.world, step.states, &self.tried.states);
-        converged && (residual <= self.accepted || residual <= rounding())
+        converged && (residual <= self.accepted || self.is_rounding(step, residual))
+    }
+
+    fn is_rounding(&self, step: &Step<'_>, residual: f64) -> bool {
+        residual <= rounding::residual(step.world, step.states, &self.tried.states)
     }
 
     /// Asks the native solver, once a step. It may admit contacts that detection missed; they
     /// then are contacts of the step.
     fn ask_native(&mut self, step: &Step<'_>, candidates: &mut Candidates) -> Result<(), Error> {
-        if self.asked.solved.is_some() {
+        if self.asked.already {
             return Ok(());
         }
-        let Asked { solved, solution, point, flags } = &mut self.asked;
-        let report = self.native.solve(step, candidates, solution)?;
-        *solved = Some(report.status != StepStatus::Failed);
+        let Asked { already, solution, point, flags } = &mut self.asked;
+        self.native.solve(step, candidates, solution)?;
+        *already = true;
         set_point(step, solution, &self.ipopt.program.units, point);
         flags.fill(false);
         for contact in solution.contacts.iter().filter(|contact| contact.carries_force()) {
@@ -343,7 +364,7 @@ impl StepSolver for Ladder {
         candidates: &mut Candidates,
         solution: &mut StepSolution,
     ) -> Result<StepReport, Error> {
-        self.asked.solved = None;
+        self.asked.already = false;
         self.ipopt.begin(step)?;
         // Where no rung has an end to show, free flight is at least a motion.
         self.best.set_free(step.free);
