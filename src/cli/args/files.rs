@@ -33,7 +33,7 @@ pub struct PlotArgs {
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// Of several bodies, whose motion is drawn: a name, or a number from 0 [default: 0].
-    #[arg(long, value_name = "NAME|INDEX")]
+    #[arg(long, value_name = "NAME|INDEX", allow_hyphen_values = true)]
     pub body: Option<String>,
     #[command(flatten)]
     pub physics: PhysicsArgs,

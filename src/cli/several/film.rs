@@ -178,13 +178,40 @@ fn title(run: &SeveralRun) -> String {
 /// What run.json says besides the model's constants.
 fn facts(run: SeveralRun) -> Vec<Fact> {
     let seed = run.drawn.then_some(run.seed);
-    let model = &run.model;
     let mut facts = settings_facts(run.scene, &run.changed, seed, run.solver);
-    facts.push(Fact::new("fixed pieces", model.fixed.len().to_string()));
     facts.push(Fact::new("largest overlap", format!("{:.1e} m", run.largest_overlap_m)));
     if run.outcome != "complete" {
         facts.push(Fact::new("outcome", run.outcome));
     }
     facts.push(Fact::new("tumble", run.tumble_version));
     facts
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every face has the corners that lie in its plane, whatever the piece is.
+    #[test]
+    fn pieces_are_drawn_as_they_are() {
+        let half = Vector3::new(0.3, 0.2, 0.1);
+        let Piece::Hull(cuboid) = piece(&geometry::Piece::cuboid(half).unwrap()) else {
+            panic!("a box is a hull")
+        };
+        assert_eq!((cuboid.vertices.len(), cuboid.faces.len(), cuboid.radius), (8, 6, 0.0));
+        for face in &cuboid.faces {
+            let in_plane = |axis: usize| {
+                face.iter().all(|&v| cuboid.vertices[v][axis] == cuboid.vertices[face[0]][axis])
+            };
+            assert!(face.len() == 4 && (0..3).any(in_plane), "{face:?}");
+        }
+        let ball = piece(&geometry::Piece::sphere(0.5).unwrap());
+        assert_eq!(ball, Piece::Sphere { centre: Vector3::zeros(), radius: 0.5 });
+        let Piece::Capsule { ends: [a, b], radius } =
+            piece(&geometry::Piece::capsule(0.4, 0.1).unwrap())
+        else {
+            panic!("a capsule is one")
+        };
+        assert_eq!(((b - a).norm(), radius), (0.8, 0.1));
+    }
 }
