@@ -196,7 +196,11 @@ impl Film {
 
     /// Whether it is about the corners of a single body.
     pub(crate) fn is_single(&self) -> bool {
-        self.bodies.len() == 1 && self.fixed.is_empty()
+        let mut contacts = self.frames.iter().flat_map(|frame| &frame.contacts);
+        self.bodies.len() == 1
+            && self.fixed.is_empty()
+            && self.bodies[0].pieces.is_empty()
+            && contacts.all(|contact| contact.corner().is_some())
     }
 
     /// What body `b` is called.

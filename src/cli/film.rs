@@ -2,11 +2,13 @@
 
 use super::outcome::Failure;
 use super::physics::Physics;
-use super::run_file::{RunFile, heading};
+use super::run_file::{RunFile, SolverSettings, heading};
 use super::shown;
 use super::source::{Source, TrajectoryFile};
 use nalgebra::{Quaternion, UnitQuaternion};
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
+use tumble::mechanics::{Load, State};
 use tumble::simulation::trajectory::TrajectoryRow;
 use tumble::step::StepStatus;
 use tumble_pictures::{
@@ -24,30 +26,14 @@ pub fn film(
     most: usize,
     interrupt: &AtomicBool,
 ) -> Result<Option<Film>, Failure> {
-    let mut frames = Vec::new();
-    let mut bytes = 0;
+    let mut frames = Frames::new(file.path(), most);
     while let Some(row) = file.next_row()? {
         if interrupt.load(Ordering::Relaxed) {
             return Ok(None);
         }
-        let rows = frames.len();
-        if rows == most {
-            return Err(Failure::Input(format!(
-                "{} has more than {most} rows, too many for this picture",
-                shown::path(file.path())
-            )));
-        }
-        frames.push(frame(&row));
-        bytes += memory(&frames[rows]);
-        if bytes > MOST_BYTES {
-            return Err(Failure::Input(format!(
-                "{}: a picture of its first {rows} rows alone takes {} MB of memory; no more is \
-                 allowed",
-                shown::path(file.path()),
-                MOST_BYTES / 1_000_000
-            )));
-        }
+        frames.push(frame(&row))?;
     }
+    let frames = frames.all();
     let Source { physics, floating, run } = file.source;
     let (world, plane) = (&physics.world, physics.world.ground());
     let ground = Ground { normal: *plane.normal(), offset: plane.offset() };
@@ -64,6 +50,46 @@ pub fn film(
     }))
 }
 
+/// The frames of a film, as many as are allowed.
+pub struct Frames<'a> {
+    path: &'a Path,
+    most: usize,
+    frames: Vec<Frame>,
+    bytes: usize,
+}
+
+impl<'a> Frames<'a> {
+    /// None yet, of the rows of `path`, and never more than `most`.
+    pub fn new(path: &'a Path, most: usize) -> Self {
+        Self { path, most, frames: Vec::new(), bytes: 0 }
+    }
+
+    /// Adds a frame, unless there are too many or memory should not hold it.
+    pub fn push(&mut self, frame: Frame) -> Result<(), Failure> {
+        let (path, rows, most) = (shown::path(self.path), self.frames.len(), self.most);
+        if rows == most {
+            return Err(Failure::Input(format!(
+                "{path} has more than {most} rows, too many for this picture"
+            )));
+        }
+        self.bytes += memory(&frame);
+        self.frames.push(frame);
+        if self.bytes > MOST_BYTES {
+            return Err(Failure::Input(format!(
+                "{path}: a picture of its first {rows} rows alone takes {} MB of memory; no more \
+                 is allowed",
+                MOST_BYTES / 1_000_000
+            )));
+        }
+        Ok(())
+    }
+
+    /// All that were added.
+    pub fn all(self) -> Vec<Frame> {
+        self.frames
+    }
+}
+
 /// Bytes that a row takes: most of them are its contacts, of which there may be a thousand.
 fn memory(frame: &Frame) -> usize {
     size_of::<Frame>()
@@ -72,23 +98,37 @@ fn memory(frame: &Frame) -> usize {
 }
 
 fn body(physics: &Physics) -> Body {
-    let (body, load) = (physics.body(), &physics.load);
+    let body = physics.body();
     Body {
         name: String::new(),
         mass: body.mass(),
         inertia: *body.inertia(),
         points: body.contact_points().iter().map(|point| point.position).collect(),
         pieces: Vec::new(),
-        load: pictures::Load {
-            force: load.force.knots().to_vec(),
-            torque: load.torque.knots().to_vec(),
-            point: *load.point(),
-        },
+        load: load(&physics.load),
+    }
+}
+
+pub fn load(load: &Load) -> pictures::Load {
+    pictures::Load {
+        force: load.force.knots().to_vec(),
+        torque: load.torque.knots().to_vec(),
+        point: *load.point(),
+    }
+}
+
+pub fn pose(state: &State) -> Pose {
+    let [w, x, y, z] = state.attitude.into();
+    Pose {
+        position: state.position,
+        // The file's own digits: of a trajectory they are of length 1.
+        attitude: UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z)),
+        velocity: state.velocity,
+        spin: state.spin,
     }
 }
 
 fn frame(row: &TrajectoryRow) -> Frame {
-    let [w, x, y, z] = row.state.attitude.into();
     let count = row.carrying.len();
     let contact = |point: usize| Contact {
         body: 0,
@@ -102,13 +142,7 @@ fn frame(row: &TrajectoryRow) -> Frame {
     Frame {
         index: row.index,
         time: row.time,
-        poses: vec![Pose {
-            position: row.state.position,
-            // The file's own digits: of a trajectory they are of length 1.
-            attitude: UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z)),
-            velocity: row.state.velocity,
-            spin: row.state.spin,
-        }],
+        poses: vec![pose(&row.state)],
         contacts: (0..count).map(contact).filter(says_something).collect(),
         status: status(row.status),
         iterations: row.iterations,
@@ -122,7 +156,7 @@ fn says_something(contact: &Contact) -> bool {
     contact.carries_force || force.iter().chain([s1, s2, multiplier]).any(|number| *number != 0.0)
 }
 
-fn status(status: StepStatus) -> Status {
+pub fn status(status: StepStatus) -> Status {
     match status {
         StepStatus::Free => Status::Free,
         StepStatus::Converged => Status::Converged,
@@ -142,14 +176,27 @@ fn title(run: &RunFile) -> String {
 
 /// What run.json says besides the model's constants.
 fn facts(run: RunFile) -> Vec<Fact> {
-    let solver = run.solver;
-    let mut facts = vec![Fact::new("scene", run.scene)];
-    if !run.changed.is_empty() {
-        facts.push(Fact::new("changed", run.changed.join(", ")));
+    let seed = run.start.random.then_some(run.seed);
+    let mut facts = settings_facts(run.scene, &run.changed, seed, run.solver);
+    if run.outcome != "complete" {
+        facts.push(Fact::new("outcome", run.outcome));
     }
-    if run.start.random {
-        facts.push(Fact::new("seed", run.seed.to_string()));
+    facts.push(Fact::new("tumble", run.tumble_version));
+    facts
+}
+
+/// What was asked for.
+pub fn settings_facts(
+    scene: String,
+    changed: &[String],
+    seed: Option<u32>,
+    solver: SolverSettings,
+) -> Vec<Fact> {
+    let mut facts = vec![Fact::new("scene", scene)];
+    if !changed.is_empty() {
+        facts.push(Fact::new("changed", changed.join(", ")));
     }
+    facts.extend(seed.map(|seed| Fact::new("seed", seed.to_string())));
     facts.push(Fact::new("solver", solver.name));
     let mut add = |name, value: Option<String>| facts.extend(value.map(|v| Fact::new(name, v)));
     add("formulation", solver.formulation);
@@ -157,15 +204,12 @@ fn facts(run: RunFile) -> Vec<Fact> {
     add("on failure", solver.on_failure);
     add("tolerance", solver.tol.map(|tol| format!("{tol:e}")));
     add("iteration limit", solver.max_iter.map(|limit| limit.to_string()));
-    add("outcome", Some(run.outcome).filter(|outcome| outcome != "complete"));
-    add("tumble", Some(run.tumble_version));
     facts
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use tumble::mechanics::State;
 
     /// A row of a body whose `count` points all touch.
     fn row(count: usize) -> TrajectoryRow {

@@ -2,13 +2,11 @@
 
 use super::args::{AnimationArgs, GifArgs, SimulateArgs};
 use super::directory::OutputDirectory;
-use super::film::film;
-use super::job::Job;
 use super::outcome::{Failure, Outcome, refuse_flags};
 use super::output::{PendingFile, Voice, directory_of, progress_bar};
+use super::recording::Recording;
 use super::shown;
 use super::signals::raise_on_signals;
-use super::source::TrajectoryFile;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -25,9 +23,11 @@ pub const FILES: [&str; 1] = ["animation.gif"];
 pub fn run(args: &GifArgs) -> Result<Outcome, Failure> {
     let interrupt = Arc::new(AtomicBool::new(false));
     raise_on_signals(&interrupt)?;
-    let file = TrajectoryFile::open(&args.file, &args.physics)?;
-    let note = file.source.note_line();
-    let Some(film) = film(file, MOST_ROWS, &interrupt)? else { return Ok(Outcome::Interrupted) };
+    let recording = Recording::open(&args.file, &args.physics)?;
+    let note = recording.note_line();
+    let Some(film) = recording.film(MOST_ROWS, &interrupt)? else {
+        return Ok(Outcome::Interrupted);
+    };
     let out = directory_of(args.out.as_deref(), &args.file);
     let directory = OutputDirectory::for_pictures(out)?;
     let mut voice = Voice::new(args.quiet);
@@ -39,8 +39,8 @@ pub fn run(args: &GifArgs) -> Result<Outcome, Failure> {
     voice.end(outcome)
 }
 
-/// Refuses, before a simulation, what would be refused after it.
-pub fn check(args: &SimulateArgs, job: &Job) -> Result<(), Failure> {
+/// Refuses, before a simulation of so many `rows`, what would be refused after it.
+pub fn check(args: &SimulateArgs, rows: u64, time_step: f64) -> Result<(), Failure> {
     let animation = &args.animation;
     if !args.gif {
         let flags = [
@@ -50,12 +50,12 @@ pub fn check(args: &SimulateArgs, job: &Job) -> Result<(), Failure> {
         ];
         return refuse_flags("a simulation without --gif", &flags);
     }
-    if job.rows > MOST_ROWS as u64 {
+    if rows > MOST_ROWS as u64 {
         return Err(Failure::Input(format!(
             "--gif: an animation is made of at most {MOST_ROWS} rows"
         )));
     }
-    let duration = (job.rows - 1) as f64 * job.physics.time_step();
+    let duration = (rows - 1) as f64 * time_step;
     frame_count(duration, settings(animation).speed).map_err(refused)?;
     Ok(())
 }

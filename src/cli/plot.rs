@@ -2,13 +2,11 @@
 
 use super::args::{PlotArgs, SimulateArgs};
 use super::directory::OutputDirectory;
-use super::film::film;
-use super::job::Job;
-use super::outcome::{Failure, Outcome};
+use super::outcome::{Failure, Outcome, refuse_flags};
 use super::output::{PendingFile, directory_of, say};
+use super::recording::Recording;
 use super::shown;
 use super::signals::raise_on_signals;
-use super::source::TrajectoryFile;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -41,17 +39,18 @@ impl PendingPlots {
         Ok(Self { files })
     }
 
-    /// Draws `film` and gives the files their names; no file if `interrupt` is raised.
+    /// Draws `film`, of its motion that of body `body`, and gives the files their names; no file if `interrupt` is raised.
     pub fn write(
         self,
         film: &Film,
+        body: usize,
         interrupt: &AtomicBool,
     ) -> Result<Option<Vec<PathBuf>>, Failure> {
         for (sheet, png_file, svg_file) in &self.files {
             if interrupt.load(Ordering::Relaxed) {
                 return Ok(None);
             }
-            let svg = plot::svg(film, *sheet, 0);
+            let svg = plot::svg(film, *sheet, body);
             let png = plot::png(&svg)
                 .map_err(|why| Failure::Other(format!("the trajectory cannot be drawn: {why}")))?;
             png_file.write(&png)?;
@@ -62,9 +61,9 @@ impl PendingPlots {
     }
 }
 
-/// Refuses, before a simulation, what would be refused after it.
-pub fn check(args: &SimulateArgs, job: &Job) -> Result<(), Failure> {
-    if args.plot && job.rows > MOST_ROWS as u64 {
+/// Refuses, before a simulation of so many `rows`, what would be refused after it.
+pub fn check(args: &SimulateArgs, rows: u64) -> Result<(), Failure> {
+    if args.plot && rows > MOST_ROWS as u64 {
         return Err(Failure::Input(format!("--plot: a plot is made of at most {MOST_ROWS} rows")));
     }
     Ok(())
@@ -74,12 +73,23 @@ pub fn check(args: &SimulateArgs, job: &Job) -> Result<(), Failure> {
 pub fn run(args: &PlotArgs) -> Result<Outcome, Failure> {
     let interrupt = Arc::new(AtomicBool::new(false));
     raise_on_signals(&interrupt)?;
-    let file = TrajectoryFile::open(&args.file, &args.physics)?;
-    let note = file.source.note_line();
-    let Some(film) = film(file, MOST_ROWS, &interrupt)? else { return Ok(Outcome::Interrupted) };
+    let recording = Recording::open(&args.file, &args.physics)?;
+    let note = recording.note_line();
+    let body = match (&recording, &args.body) {
+        (Recording::Several(tables), Some(wanted)) => tables.body(wanted)?,
+        (Recording::Several(_) | Recording::One(_), given) => {
+            refuse_flags("a trajectory of one body", &[("--body", given.is_some())])?;
+            0
+        }
+    };
+    let Some(film) = recording.film(MOST_ROWS, &interrupt)? else {
+        return Ok(Outcome::Interrupted);
+    };
     let directory = OutputDirectory::for_pictures(directory_of(args.out.as_deref(), &args.file))?;
     let plots = PendingPlots::create(&directory)?;
-    let Some(written) = plots.write(&film, &interrupt)? else { return Ok(Outcome::Interrupted) };
+    let Some(written) = plots.write(&film, body, &interrupt)? else {
+        return Ok(Outcome::Interrupted);
+    };
     say(&(note + &describe(&written)))?;
     Ok(Outcome::Done)
 }

@@ -4,24 +4,20 @@ use super::args::SimulateArgs;
 use super::choices::OnFailure;
 use super::describe::describe;
 use super::directory::OutputDirectory;
-use super::film::film;
-use super::gif;
 use super::job::Job;
 use super::outcome::{Failure, Outcome};
 use super::output::{PendingFile, Voice, progress_bar};
-use super::plot::{self, PendingPlots};
+use super::pictures::{self, Pictures};
+use super::recording::Recording;
 use super::run::{End, Run};
 use super::run_file::RunFile;
 use super::scenario;
 use super::several;
 use super::shown;
 use super::signals::raise_on_signals;
-use super::source::TrajectoryFile;
-use super::view;
 use std::fmt::Write as _;
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
-use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -42,9 +38,7 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
         }
     }
     let job = Job::new(args)?;
-    gif::check(args, &job)?;
-    plot::check(args, &job)?;
-    view::check(args, &job)?;
+    pictures::check(args, job.rows, job.physics.time_step())?;
     let interrupt = Arc::new(AtomicBool::new(false));
     let mut simulation = job.simulation(&interrupt)?;
 
@@ -57,8 +51,7 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     }
     let trajectory = PendingFile::create(&out, "trajectory.csv")?;
     let run_json = PendingFile::create(&out, "run.json")?;
-    let plots = args.plot.then(|| PendingPlots::create(&out)).transpose()?;
-    let page = args.html.then(|| view::pending(&out)).transpose()?;
+    let pictures = Pictures::create(args, &out)?;
     let run = write_trajectory(&job, &mut simulation, &interrupt, &trajectory, args.quiet)?;
 
     write_run_file(&run_json, &job.run_file(&run))?;
@@ -72,10 +65,11 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
         let _ = writeln!(text, "removed {} of an earlier run", removed.join(", "));
     }
     voice.say(&text);
-    let pictures = Pictures { plots, page, gif: args.gif && run.end != End::Interrupted };
     // What ended the run does not end the pictures of it, but what comes after does.
     interrupt.store(false, Ordering::Relaxed);
-    let drawn = pictures.draw(args, &out, &trajectory, &mut voice, &interrupt)?;
+    let gif = (args.gif && run.end != End::Interrupted).then_some((args, &out));
+    let open = || Recording::open(&trajectory, &args.physics);
+    let drawn = pictures.draw(open, gif, &mut voice, &interrupt)?;
     voice.end(match run.end {
         End::Interrupted => Outcome::Interrupted,
         _ if !drawn => Outcome::Interrupted,
@@ -83,47 +77,6 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
         End::Complete if run.summary.failed > 0 => Outcome::Unconverged,
         End::Complete => Outcome::Done,
     })
-}
-
-/// The pictures of a run that are still to be drawn.
-struct Pictures {
-    plots: Option<PendingPlots>,
-    page: Option<PendingFile>,
-    gif: bool,
-}
-
-impl Pictures {
-    /// Draws them from the trajectory's file; `false` where `interrupt` was raised before the
-    /// last.
-    fn draw(
-        self,
-        args: &SimulateArgs,
-        out: &OutputDirectory,
-        trajectory: &Path,
-        voice: &mut Voice,
-        interrupt: &AtomicBool,
-    ) -> Result<bool, Failure> {
-        let Self { plots, page, gif } = self;
-        if plots.is_none() && page.is_none() && !gif {
-            return Ok(true);
-        }
-        // Each kind of picture has checked its own number of rows before the run.
-        let file = TrajectoryFile::open(trajectory, &args.physics)?;
-        let Some(film) = film(file, usize::MAX, interrupt)? else { return Ok(false) };
-        if let Some(plots) = plots {
-            let Some(written) = plots.write(&film, interrupt)? else { return Ok(false) };
-            voice.say(&plot::describe(&written));
-        }
-        if let Some(page) = page {
-            let Some(written) = view::write(page, &[&film], interrupt)? else { return Ok(false) };
-            voice.say(&written);
-        }
-        if gif {
-            let made = gif::write(&film, out, &args.animation, voice, interrupt)?;
-            return Ok(!matches!(made, Outcome::Interrupted));
-        }
-        Ok(true)
-    }
 }
 
 /// Runs the simulation and writes every row.

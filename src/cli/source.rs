@@ -5,7 +5,6 @@ use super::names::FileKind;
 use super::outcome::Failure;
 use super::physics::Physics;
 use super::run_file::{RunFile, SolverSettings};
-use super::several::refuse_run_of_several;
 use super::{input, shown};
 use std::fs::File;
 use std::path::Path;
@@ -32,7 +31,6 @@ pub struct TrajectoryFile<'a> {
 impl<'a> TrajectoryFile<'a> {
     /// Opens the file and finds its parameters.
     pub fn open(path: &'a Path, flags: &PhysicsArgs) -> Result<Self, Failure> {
-        refuse_run_of_several(path)?;
         let file = input::open(path).map_err(|error| cannot_read(path, &error))?;
         let reader = TrajectoryReader::new(file).map_err(|error| cannot_read(path, &error))?;
         let source = source_of(path, flags)?;
@@ -79,12 +77,6 @@ impl Source {
                 Some(solver) if ladder(solver) => LADDER_RESIDUAL,
                 Some(_) | None => ipopt::ACCEPTED_RESIDUAL,
             }
-    }
-
-    /// The note as a line to print; empty where there is nothing to say.
-    pub fn note_line(&self) -> String {
-        let note = self.note();
-        if note.is_empty() { String::new() } else { format!("note: {note}\n") }
     }
 
     /// What must be said of parameters that no run.json has; empty where one has them.

@@ -4,7 +4,7 @@
 use super::args::VerifyArgs;
 use super::outcome::{Failure, Outcome};
 use super::output::say;
-use super::several;
+use super::several::{self, RunTables};
 use super::shown;
 use super::source::{Source, TrajectoryFile};
 use std::fmt::Write as _;
@@ -76,8 +76,8 @@ impl Findings {
 }
 
 pub fn run(args: &VerifyArgs) -> Result<Outcome, Failure> {
-    if several::is_run(&args.file)? {
-        return several::verify(args);
+    if let Some(tables) = RunTables::open(&args.file, &args.physics)? {
+        return several::verify(args, tables);
     }
     let mut file = TrajectoryFile::open(&args.file, &args.physics)?;
     let mut findings = Findings::default();

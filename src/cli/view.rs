@@ -2,13 +2,11 @@
 
 use super::args::{SimulateArgs, ViewArgs};
 use super::directory::OutputDirectory;
-use super::film::film;
-use super::job::Job;
 use super::outcome::{Failure, Outcome};
 use super::output::{PendingFile, directory_of, say};
+use super::recording::Recording;
 use super::shown;
 use super::signals::raise_on_signals;
-use super::source::TrajectoryFile;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use tumble_pictures::view::page;
@@ -27,11 +25,11 @@ pub fn run(args: &ViewArgs) -> Result<Outcome, Failure> {
     let mut films = Vec::new();
     let mut notes = String::new();
     for path in &args.files {
-        let file = TrajectoryFile::open(path, &args.physics)?;
-        if !file.source.note().is_empty() {
-            notes += &format!("note: {}: {}\n", shown::path(path), file.source.note());
+        let recording = Recording::open(path, &args.physics)?;
+        if !recording.note().is_empty() {
+            notes += &format!("note: {}: {}\n", shown::path(path), recording.note());
         }
-        let Some(mut film) = film(file, MOST_ROWS, &interrupt)? else {
+        let Some(mut film) = recording.film(MOST_ROWS, &interrupt)? else {
             return Ok(Outcome::Interrupted);
         };
         if args.files.len() > 1 {
@@ -52,9 +50,9 @@ pub fn run(args: &ViewArgs) -> Result<Outcome, Failure> {
     Ok(if unconverged { Outcome::Unconverged } else { Outcome::Done })
 }
 
-/// Refuses, before a simulation, what would be refused after it.
-pub fn check(args: &SimulateArgs, job: &Job) -> Result<(), Failure> {
-    if args.html && job.rows > MOST_ROWS as u64 {
+/// Refuses, before a simulation of so many `rows`, what would be refused after it.
+pub fn check(args: &SimulateArgs, rows: u64) -> Result<(), Failure> {
+    if args.html && rows > MOST_ROWS as u64 {
         return Err(Failure::Input(format!("--html: a page is made of at most {MOST_ROWS} rows")));
     }
     Ok(())

@@ -4,7 +4,6 @@
 use super::scenario::{is_of_several, run_scenario, shipped};
 use super::support::{Simulated, Table, everything_in, run, simulate};
 use std::fs;
-use std::path::Path;
 
 /// The table `name` of a run.
 pub fn table(done: &Simulated, name: &str) -> Table {
@@ -256,18 +255,4 @@ fn a_ring_turns_positions_and_attitudes() {
         let angle = 45_f64.to_radians() * plate as f64;
         assert!((x + angle.cos()).abs() < 1e-12 && (y + angle.sin()).abs() < 1e-12, "{plate}");
     }
-}
-
-#[test]
-fn pictures_of_several_bodies_are_refused_and_nothing_is_drawn() {
-    let done = scene("block-on-block", &["--steps", "3"]);
-    for command in ["plot", "gif", "view"] {
-        for file in ["states.csv", "trajectory.csv"] {
-            let end = run(&[command, done.path(file).to_str().unwrap()]);
-            end.assert_refused(2, &["several bodies (2)", "one body", file]);
-        }
-    }
-    let end = run(&["verify", done.path("trajectory.csv").to_str().unwrap()]);
-    end.assert_refused(2, &["trajectory.csv", "several bodies", "states.csv"]);
-    assert_eq!(everything_in(Path::new(&done.path(""))).len(), 4);
 }

@@ -128,7 +128,7 @@ fn broken_scenes_are_refused_in_one_line_with_the_file_and_the_field() {
 }
 
 #[test]
-fn flags_of_one_body_and_of_pictures_are_refused() {
+fn flags_of_one_body_and_of_pictures_that_are_not_asked_for_are_refused() {
     for flags in [
         ["--mass", "1"].as_slice(),
         &["--box", "1"],
@@ -139,10 +139,8 @@ fn flags_of_one_body_and_of_pictures_are_refused() {
         &["--attitude", "random"],
         &["--spin", "1,0,0"],
         &["--frame", "ground"],
-        &["--plot"],
-        &["--gif"],
-        &["--html"],
         &["--camera", "0,10"],
+        &["--gif-speed", "2"],
         &["--tol", "1e-8"],
         &["--max-iter", "10"],
         &["--preset", "tutorial"],

@@ -20,31 +20,39 @@ pub struct Raster {
     side: usize,
     depths: Vec<f64>,
     colours: Vec<Colour>,
-    /// The rows of pixels that are painted: from, to.
+    /// The rows and columns of pixels that are painted: from, to.
     rows: (usize, usize),
+    columns: (usize, usize),
 }
 
 impl Raster {
     pub fn new(size: usize) -> Self {
         let side = size * SAMPLES;
         let count = side * side;
-        Self { side, depths: vec![0.0; count], colours: vec![[0; 3]; count], rows: (0, 0) }
+        let (depths, colours) = (vec![0.0; count], vec![[0; 3]; count]);
+        Self { side, depths, colours, rows: (0, 0), columns: (0, 0) }
     }
 
     /// Nothing is painted.
     pub fn clear(&mut self) {
-        let row = self.side * SAMPLES;
-        self.depths[self.rows.0 * row..self.rows.1 * row].fill(0.0);
-        self.rows = (self.side / SAMPLES, 0);
+        let (left, right) = (self.columns.0 * SAMPLES, self.columns.1 * SAMPLES);
+        for row in self.rows.0 * SAMPLES..self.rows.1 * SAMPLES {
+            self.depths[row * self.side + left..row * self.side + right].fill(0.0);
+        }
+        let size = self.side / SAMPLES;
+        (self.rows, self.columns) = ((size, 0), (size, 0));
     }
 
-    /// Paints what `sample` has for each sample of a rectangle of pixels: colour and w.
+    /// Paints what `sample` has for each sample of a rectangle of pixels: colour and w. Of a row
+    /// at y only `span(y)` is looked at, from x to x, and a sample more at each end.
     fn paint(
         &mut self,
         (low, high): (Pixel64, Pixel64),
+        span: impl Fn(f64) -> (f64, f64),
         mut sample: impl FnMut(f64, f64) -> Option<(Colour, f64)>,
     ) {
-        let cut = |x: f64| ((x * SAMPLES as f64).max(0.0) as usize).min(self.side);
+        let side = self.side;
+        let cut = |x: f64| ((x * SAMPLES as f64).max(0.0) as usize).min(side);
         let (left, right) = (cut(low[0]), cut(high[0] + 1.0));
         let (top, bottom) = (cut(low[1]), cut(high[1] + 1.0));
         if left >= right || top >= bottom {
@@ -52,9 +60,12 @@ impl Raster {
         }
         self.rows.0 = self.rows.0.min(top / SAMPLES);
         self.rows.1 = self.rows.1.max(bottom.div_ceil(SAMPLES));
+        self.columns.0 = self.columns.0.min(left / SAMPLES);
+        self.columns.1 = self.columns.1.max(right.div_ceil(SAMPLES));
         for row in top..bottom {
             let y = (row as f64 + 0.5) / SAMPLES as f64;
-            for column in left..right {
+            let (from, to) = span(y);
+            for column in left.max(cut(from).saturating_sub(1))..right.min(cut(to) + 2) {
                 let x = (column as f64 + 0.5) / SAMPLES as f64;
                 let Some((colour, w)) = sample(x, y) else { continue };
                 let i = row * self.side + column;
@@ -77,7 +88,11 @@ impl Raster {
         if area == 0.0 || !area.is_finite() {
             return;
         }
-        self.paint(bounds(&[a, b, c], 0.0), |x, y| {
+        let across_row = |y: f64| {
+            let edges = [[a, b], [b, c], [c, a]].map(|edge| within(edge, y, y));
+            edges.into_iter().fold(NOWHERE, |all, one| (all.0.min(one.0), all.1.max(one.1)))
+        };
+        self.paint(bounds(&[a, b, c], 0.0), across_row, |x, y| {
             let p = [x, y, 0.0];
             let shares = [across(b, c, p), across(c, a, p), across(a, b, p)].map(|s| s / area);
             let inside = shares.iter().all(|share| *share >= 0.0);
@@ -90,7 +105,7 @@ impl Raster {
     pub fn line(&mut self, a: Spot, b: Spot, width: f64, colour: Colour) {
         let reach = (width / 2.0).powi(2);
         let place = nearest(a, b);
-        self.paint(bounds(&[a, b], width / 2.0), |x, y| {
+        self.paint(bounds(&[a, b], width / 2.0), about([a, b], width / 2.0), |x, y| {
             let (share, apart) = place(x, y);
             (apart <= reach).then_some((colour, a[2] + share * (b[2] - a[2])))
         });
@@ -106,7 +121,7 @@ impl Raster {
         mut hit: impl FnMut(&Vector3<f64>) -> Option<(f64, Colour)>,
     ) {
         let share = nearest(a, b);
-        self.paint(bounds(&[a, b], margin), |x, y| {
+        self.paint(bounds(&[a, b], margin), about([a, b], margin), |x, y| {
             let (_, apart) = share(x, y);
             if apart > margin * margin {
                 return None;
@@ -131,9 +146,8 @@ impl Raster {
 
     /// Lays the bodies over what is in `canvas`.
     pub fn compose(&self, canvas: &mut Canvas) {
-        let size = self.side / SAMPLES;
         for y in self.rows.0..self.rows.1 {
-            for x in 0..size {
+            for x in self.columns.0..self.columns.1 {
                 let start = y * SAMPLES * self.side + x * SAMPLES;
                 let (mut count, mut sum) = (0u16, [0u16; 3]);
                 for row in 0..SAMPLES {
@@ -155,6 +169,32 @@ impl Raster {
 }
 
 type Pixel64 = [f64; 2];
+
+/// No place in a row.
+const NOWHERE: (f64, f64) = (f64::INFINITY, f64::NEG_INFINITY);
+
+/// From where to where the line from a to b is in x, while its y is from `low` to `high`.
+fn within([a, b]: [Spot; 2], low: f64, high: f64) -> (f64, f64) {
+    let [a, b] = if a[1] <= b[1] { [a, b] } else { [b, a] };
+    if a[1] > high || b[1] < low {
+        return NOWHERE;
+    }
+    let rise = b[1] - a[1];
+    let at = |y: f64| {
+        let share = if rise > 0.0 { ((y - a[1]) / rise).clamp(0.0, 1.0) } else { 0.0 };
+        a[0] + share * (b[0] - a[0])
+    };
+    let (from, to) = if rise > 0.0 { (at(low), at(high)) } else { (a[0], b[0]) };
+    (from.min(to), from.max(to))
+}
+
+/// From where to where in a row a place can be that is at most `margin` from the line from a to b.
+fn about(line: [Spot; 2], margin: f64) -> impl Fn(f64) -> (f64, f64) {
+    move |y| {
+        let (from, to) = within(line, y - margin, y + margin);
+        (from - margin, to + margin)
+    }
+}
 
 /// Where on the line from a to b a place of the picture is nearest, from 0 to 1, and the square
 /// of how far it is from there, pixels².

@@ -117,6 +117,9 @@ fn polyline(knots: &[(f64, Vector3<f64>)], unit: &str) -> String {
 
 /// A multiple of the unit matrix, a diagonal, or all rows.
 fn inertia(inertia: &Matrix3<f64>) -> String {
+    // What rounding leaves of a product that is 0 is not shown.
+    let least = 1e-15 * inertia.amax();
+    let inertia = &inertia.map(|entry| if entry.abs() < least { 0.0 } else { entry });
     let moments = inertia.diagonal();
     if *inertia == Matrix3::from_diagonal_element(moments[0]) {
         return format!("{} E₃", number(moments[0]));
@@ -162,6 +165,15 @@ fn solid(piece: &Piece) -> String {
 mod tests {
     use super::*;
     use crate::samples::floating_cube;
+
+    #[test]
+    fn rounding_is_no_part_of_an_inertia() {
+        let mut matrix = Matrix3::from_diagonal(&Vector3::new(2.0, 1.5, 1.0));
+        (matrix[(0, 1)], matrix[(1, 0)]) = (8e-19, 8e-19);
+        assert_eq!(inertia(&matrix), "diag(2, 1.5, 1)");
+        (matrix[(0, 1)], matrix[(1, 0)]) = (1e-9, 1e-9);
+        assert_eq!(inertia(&matrix), "[2, 1e-9, 0; 1e-9, 1.5, 0; 0, 0, 1]");
+    }
 
     #[test]
     fn rounding_is_no_part_of_a_start() {

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 #[derive(Debug, Args)]
 pub struct GifArgs {
-    /// The trajectory. Its parameters come from run.json beside it; the flags below go
+    /// The trajectory, or a table of several bodies. Its parameters come from run.json beside it; the flags below go
     /// before them.
     #[arg(value_name = "FILE.csv")]
     pub file: PathBuf,
@@ -25,20 +25,23 @@ pub struct GifArgs {
 
 #[derive(Debug, Args)]
 pub struct PlotArgs {
-    /// The trajectory. Its parameters come from run.json beside it; flags that are given
+    /// The trajectory, or a table of several bodies. Its parameters come from run.json beside it; flags that are given
     /// override them. The defaults below hold only where there is no run.json.
     #[arg(value_name = "FILE.csv")]
     pub file: PathBuf,
     /// Directory for the pictures, made if it is not there [default: that of FILE.csv].
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
+    /// Of several bodies, whose motion is drawn: a name, or a number from 0 [default: 0].
+    #[arg(long, value_name = "NAME|INDEX", allow_hyphen_values = true)]
+    pub body: Option<String>,
     #[command(flatten)]
     pub physics: PhysicsArgs,
 }
 
 #[derive(Debug, Args)]
 pub struct ViewArgs {
-    /// The trajectory, or two to compare. The parameters of each come from run.json beside
+    /// The trajectory, or a table of several bodies, or two to compare. The parameters of each come from run.json beside
     /// it; flags that are given override them. The defaults below hold only where there is
     /// no run.json.
     #[arg(value_name = "FILE.csv", num_args = 1..=2, required = true)]
@@ -55,7 +58,7 @@ pub struct ViewArgs {
 
 #[derive(Debug, Args)]
 pub struct VerifyArgs {
-    /// The trajectory. Its parameters come from run.json beside it; flags that are given
+    /// The trajectory, or a table of several bodies. Its parameters come from run.json beside it; flags that are given
     /// override them. The defaults below hold only where there is no run.json.
     #[arg(value_name = "FILE.csv")]
     pub file: PathBuf,

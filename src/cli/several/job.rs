@@ -189,7 +189,7 @@ fn settings(file: &mut SeveralFile) -> Result<Settings, String> {
     Ok(below)
 }
 
-/// Flags of one body's scenes, and of its pictures.
+/// Flags of one body's scenes.
 fn refuse_idle_flags(args: &SimulateArgs) -> Result<(), Failure> {
     let physics = &args.physics;
     refuse_flags(
@@ -209,18 +209,6 @@ fn refuse_idle_flags(args: &SimulateArgs) -> Result<(), Failure> {
             ("--spin", args.spin.is_some()),
             ("--frame", args.frame.is_some()),
             ("--preset", args.preset.is_some()),
-        ],
-    )?;
-    let animation = &args.animation;
-    refuse_flags(
-        "several bodies, of which there are no pictures yet",
-        &[
-            ("--plot", args.plot),
-            ("--gif", args.gif),
-            ("--html", args.html),
-            ("--gif-speed", animation.gif_speed.is_some()),
-            ("--gif-size", animation.gif_size.is_some()),
-            ("--camera", animation.camera.is_some()),
         ],
     )
 }

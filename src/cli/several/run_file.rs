@@ -75,16 +75,3 @@ pub fn refuse_large(model: &Model) -> Result<(), Failure> {
          read; fewer or coarser meshes and hulls are needed"
     )))
 }
-
-/// Refuses, where one body's trajectory is asked for, a file beside a run.json of several.
-pub fn refuse_run_of_several(file: &Path) -> Result<(), Failure> {
-    match SeveralRun::read(&file.with_file_name("run.json"))? {
-        None => Ok(()),
-        Some(run) => Err(Failure::Input(format!(
-            "{}: the run.json beside it is of a run of several bodies ({}); pictures are drawn of \
-             one body's trajectory.csv",
-            shown::path(file),
-            run.model.bodies.len()
-        ))),
-    }
-}

@@ -2,11 +2,14 @@
 
 use super::describe::describe;
 use super::job::Job;
+use super::tables::RunTables;
 use crate::cli::args::SimulateArgs;
 use crate::cli::choices::OnFailure;
 use crate::cli::directory::OutputDirectory;
 use crate::cli::outcome::{Failure, Outcome};
 use crate::cli::output::{PendingFile, Voice, progress_bar};
+use crate::cli::pictures::{self, Pictures};
+use crate::cli::recording::Recording;
 use crate::cli::run::{End, Run};
 use crate::cli::shown;
 use crate::cli::signals::raise_on_signals;
@@ -26,6 +29,7 @@ use tumble::step::StepStatus;
 /// Simulates the scenario `path`, whose text is `text`.
 pub fn run(args: &SimulateArgs, path: &Path, text: &str) -> Result<Outcome, Failure> {
     let job = Job::new(args, path, text)?;
+    pictures::check(args, job.rows, job.world.time_step())?;
     let interrupt = Arc::new(AtomicBool::new(false));
     let mut simulation = job.simulation(&interrupt)?;
 
@@ -36,13 +40,17 @@ pub fn run(args: &SimulateArgs, path: &Path, text: &str) -> Result<Outcome, Fail
     let [states, contacts, steps] = Table::ALL.map(file);
     let tables = Streams { states: states?, contacts: contacts?, steps: steps? };
     let run_json = PendingFile::create(&out, "run.json")?;
+    let pictures = Pictures::create(args, &out)?;
     let (run, overlap) = write_tables(&job, &mut simulation, &interrupt, &tables, args.quiet)?;
 
     let largest = overlap.map_or(0.0, |(_, overlap)| overlap);
-    run_json.write(job.run_file(&run, largest).write()?.as_bytes())?;
+    let run_file = job.run_file(&run, largest);
+    run_json.write(run_file.write()?.as_bytes())?;
     let Streams { states, contacts, steps } = tables;
     let mut written = Vec::new();
-    for file in [states, contacts, steps, run_json] {
+    let states = states.publish()?;
+    written.push(shown::path(&states));
+    for file in [contacts, steps, run_json] {
         written.push(shown::path(&file.publish()?));
     }
     let removed = out.remove_pictures()?;
@@ -53,8 +61,17 @@ pub fn run(args: &SimulateArgs, path: &Path, text: &str) -> Result<Outcome, Fail
         let _ = writeln!(text, "removed {} of an earlier run", removed.join(", "));
     }
     voice.say(&text);
+    // What ended the run does not end the pictures of it, but what comes after does.
+    interrupt.store(false, Ordering::Relaxed);
+    let gif = (args.gif && run.end != End::Interrupted).then_some((args, &out));
+    let open = || {
+        let tables = RunTables::of_run(&states, run_file)?;
+        Ok(Recording::Several(Box::new(tables)))
+    };
+    let drawn = pictures.draw(open, gif, &mut voice, &interrupt)?;
     voice.end(match run.end {
         End::Interrupted => Outcome::Interrupted,
+        _ if !drawn => Outcome::Interrupted,
         End::Stopped => Outcome::Unconverged,
         End::Complete if run.summary.failed > 0 => Outcome::Unconverged,
         End::Complete => Outcome::Done,

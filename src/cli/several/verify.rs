@@ -4,20 +4,15 @@
 //! ([`tumble::simulation::tables`]); what the step then comes to, the residual, the slips, the
 //! overlap of all pairs after it and the energy, must be what the tables say.
 
-use super::model::Model;
-use super::run_file::SeveralRun;
+use super::tables::RunTables;
 use crate::cli::args::VerifyArgs;
-use crate::cli::names::FileKind;
-use crate::cli::outcome::{Failure, Outcome, refuse_flags};
-use crate::cli::output::{directory_of, say};
-use crate::cli::{input, shown};
+use crate::cli::outcome::{Failure, Outcome};
+use crate::cli::output::say;
 use std::fmt::Write as _;
-use std::fs::File;
-use std::path::Path;
 use tumble::contact::certificate::{Certifier, Claim};
 use tumble::contact::{Candidates, Contact, Partner, rounding};
 use tumble::mechanics::{Load, State, Wrench};
-use tumble::simulation::tables::{Streams, Table, TableStep, TablesReader, energy};
+use tumble::simulation::tables::{TableStep, energy};
 use tumble::solver::native::ACCEPTED_RESIDUAL;
 use tumble::step::StepStatus;
 use tumble::world::World;
@@ -55,7 +50,6 @@ struct Verified {
 
 /// A run that is being verified.
 struct Judge {
-    model: Model,
     world: World,
     loads: Vec<Load>,
     certifier: Certifier,
@@ -63,36 +57,13 @@ struct Judge {
     accepted: f64,
 }
 
-pub fn run(args: &VerifyArgs) -> Result<Outcome, Failure> {
-    refuse_idle_flags(args)?;
-    refuse_another_file(&args.file)?;
-    let run_path = args.file.with_file_name("run.json");
-    let run = SeveralRun::read(&run_path)?;
-    let model = run.ok_or_else(|| Failure::needed("run.json"))?.model;
-    let wrong = |failure: Failure| match failure {
-        Failure::Setting { name, why } => {
-            Failure::Input(format!("{}: model.{name}: {why}", shown::path(&run_path)))
-        }
-        other => other.in_file(&run_path, FileKind::Run, &[]),
-    };
-    let world = model.world().map_err(wrong)?;
-    let loads = model.loads().map_err(wrong)?;
-    let streams = Streams {
-        states: open(&args.file, Table::States)?,
-        contacts: open(&args.file, Table::Contacts)?,
-        steps: open(&args.file, Table::Steps)?,
-    };
-    let odd = |why: &dyn std::fmt::Display| {
-        Failure::Input(format!("the tables in {} cannot be read: {why}", folder(args)))
-    };
-    let mut reader =
-        TablesReader::new(streams, world.bodies().len()).map_err(|error| odd(&error))?;
-    let accepted = ACCEPTED_RESIDUAL * world.speed_scale();
+pub fn run(args: &VerifyArgs, mut tables: RunTables) -> Result<Outcome, Failure> {
+    let accepted = ACCEPTED_RESIDUAL * tables.world.speed_scale();
     let (certifier, candidates) = (Certifier::new(), Candidates::new());
-    let mut judge = Judge { model, world, loads, certifier, candidates, accepted };
+    let (world, loads) = (tables.world.clone(), tables.loads.clone());
+    let mut judge = Judge { world, loads, certifier, candidates, accepted };
     let (mut findings, mut previous) = (Findings::default(), None::<TableStep>);
-    while let Some(step) = reader.next_step().map_err(|error| odd(&error))? {
-        judge.check_step(&step).map_err(|why| odd(&why))?;
+    while let Some(step) = tables.next_step()? {
         if let Some(previous) = previous {
             findings.add(judge.step(&previous, &step.states), args.worst);
         }
@@ -106,32 +77,7 @@ pub fn run(args: &VerifyArgs) -> Result<Outcome, Failure> {
         let end = Verified { index, status, residual, part, differs, inexact, overlap };
         findings.keep(end, args.worst);
     }
-    report(args, &judge, &findings)
-}
-
-/// The folder of the tables, as it can be shown.
-fn folder(args: &VerifyArgs) -> String {
-    shown::path(directory_of(None, &args.file))
-}
-
-/// The run.json beside a file says nothing of one that is no table of its run.
-fn refuse_another_file(file: &Path) -> Result<(), Failure> {
-    let names = Table::ALL.map(|table| format!("{table}.csv"));
-    let name = file.file_name().unwrap_or_default();
-    if names.iter().any(|table| name == table.as_str()) {
-        return Ok(());
-    }
-    Err(Failure::Input(format!(
-        "{}: the run.json beside it is of a run of several bodies; its tables are {}",
-        shown::path(file),
-        names.join(", ")
-    )))
-}
-
-fn open(beside: &Path, table: Table) -> Result<File, Failure> {
-    let path = beside.with_file_name(format!("{table}.csv"));
-    input::open(&path)
-        .map_err(|error| Failure::Input(format!("{} cannot be read: {error}", shown::path(&path))))
+    report(&tables.folder(), &judge, &findings)
 }
 
 impl Findings {
@@ -159,23 +105,6 @@ impl Findings {
 }
 
 impl Judge {
-    /// What no step can be judged with.
-    fn check_step(&self, step: &TableStep) -> Result<(), String> {
-        let (index, h) = (step.row.index, self.world.time_step());
-        let expected = index as f64 * h;
-        if (step.row.time - expected).abs() > 1e-9 * expected.max(h) {
-            return Err(format!(
-                "step {index} has t_s = {}, which does not fit a time step of {h} s",
-                step.row.time
-            ));
-        }
-        for (body, state) in step.states.iter().enumerate() {
-            let name = &self.model.bodies[body].name;
-            state.checked().map_err(|error| format!("step {index}, {name}: {error}"))?;
-        }
-        Ok(())
-    }
-
     fn step(&mut self, step: &TableStep, next: &[State]) -> Verified {
         let (states, row) = (&step.states[..], &step.row);
         let mut differs = None;
@@ -278,14 +207,13 @@ impl Judge {
     }
 }
 
-fn report(args: &VerifyArgs, judge: &Judge, findings: &Findings) -> Result<Outcome, Failure> {
+fn report(folder: &str, judge: &Judge, findings: &Findings) -> Result<Outcome, Failure> {
     let mut text = String::new();
     let _ = writeln!(
         text,
-        "{}: {} steps of {} bodies",
-        folder(args),
+        "{folder}: {} steps of {} bodies",
         findings.steps,
-        judge.model.bodies.len()
+        judge.world.bodies().len()
     );
     let _ = writeln!(text, "  status `failed`: {}", findings.failed);
     let _ = writeln!(
@@ -317,24 +245,4 @@ fn report(args: &VerifyArgs, judge: &Judge, findings: &Findings) -> Result<Outco
     } else {
         Outcome::Done
     })
-}
-
-/// All that residuals depend on stands in run.json.
-fn refuse_idle_flags(args: &VerifyArgs) -> Result<(), Failure> {
-    let physics = &args.physics;
-    refuse_flags(
-        "a run of several bodies, whose run.json says all",
-        &[
-            ("--dt", physics.dt.is_some()),
-            ("--mu", physics.mu.is_some()),
-            ("--mass", physics.mass.is_some()),
-            ("--inertia", physics.inertia.is_some()),
-            ("--box", physics.sides.is_some()),
-            ("--plane", physics.plane.is_some()),
-            ("--force", !physics.force.is_empty()),
-            ("--torque", !physics.torque.is_empty()),
-            ("--force-at", physics.force_at.is_some()),
-            ("--gravity", physics.gravity.is_some()),
-        ],
-    )
 }

@@ -1,0 +1,63 @@
+//! The pictures that a simulation makes besides its tables.
+
+use super::args::SimulateArgs;
+use super::directory::OutputDirectory;
+use super::outcome::{Failure, Outcome};
+use super::output::{PendingFile, Voice};
+use super::plot::{self, PendingPlots};
+use super::recording::Recording;
+use super::{gif, view};
+use std::sync::atomic::AtomicBool;
+
+/// Refuses, before a simulation of so many `rows`, what would be refused after it.
+pub fn check(args: &SimulateArgs, rows: u64, time_step: f64) -> Result<(), Failure> {
+    gif::check(args, rows, time_step)?;
+    plot::check(args, rows)?;
+    view::check(args, rows)
+}
+
+/// The pictures of a run that are still to be drawn.
+pub struct Pictures {
+    plots: Option<PendingPlots>,
+    page: Option<PendingFile>,
+}
+
+impl Pictures {
+    /// Opens the files: what stands in the way shows before the work.
+    pub fn create(args: &SimulateArgs, out: &OutputDirectory) -> Result<Self, Failure> {
+        Ok(Self {
+            plots: args.plot.then(|| PendingPlots::create(out)).transpose()?,
+            page: args.html.then(|| view::pending(out)).transpose()?,
+        })
+    }
+
+    /// Draws them from the run's files, which `open` opens, and the animation too if `gif` says
+    /// so; `false` where `interrupt` was raised before the last.
+    pub fn draw<'a>(
+        self,
+        open: impl FnOnce() -> Result<Recording<'a>, Failure>,
+        gif: Option<(&SimulateArgs, &OutputDirectory)>,
+        voice: &mut Voice,
+        interrupt: &AtomicBool,
+    ) -> Result<bool, Failure> {
+        let Self { plots, page } = self;
+        if plots.is_none() && page.is_none() && gif.is_none() {
+            return Ok(true);
+        }
+        // Each kind of picture has checked its own number of rows before the run.
+        let Some(film) = open()?.film(usize::MAX, interrupt)? else { return Ok(false) };
+        if let Some(plots) = plots {
+            let Some(written) = plots.write(&film, 0, interrupt)? else { return Ok(false) };
+            voice.say(&plot::describe(&written));
+        }
+        if let Some(page) = page {
+            let Some(written) = view::write(page, &[&film], interrupt)? else { return Ok(false) };
+            voice.say(&written);
+        }
+        if let Some((args, out)) = gif {
+            let made = gif::write(&film, out, &args.animation, voice, interrupt)?;
+            return Ok(!matches!(made, Outcome::Interrupted));
+        }
+        Ok(true)
+    }
+}

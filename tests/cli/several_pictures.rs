@@ -1,0 +1,223 @@
+//! Pictures of runs of several bodies: drawn by the run and from its tables, the same.
+
+use super::picture::Svg;
+use super::scenario::run_scenario;
+use super::support::{End, everything_in, run};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// A box that lies, a ball that falls, a rounded hull that slides on a fixed plate, and a capsule
+/// that never moves.
+const SCENE: &str = r#"
+steps = 21
+[ground]
+friction = 0.5
+[[bodies]]
+name = "slab"
+box = [0.6, 0.4, 0.2]
+mass = 2.0
+position = [0.0, 0.0, 0.1]
+[[bodies]]
+name = "ball"
+sphere = 0.1
+mass = 1.0
+position = [0.0, 1.0, 2.0]
+[[bodies]]
+name = "0"
+hull = [[0, 0, 0], [0.2, 0, 0], [0, 0.2, 0], [0, 0, 0.2]]
+radius = 0.02
+mass = 1.0
+position = [0.5, 1.0, 0.12]
+velocity = [1.0, 0.0, 0.0]
+[[fixed]]
+name = "plate"
+box = [2.0, 0.6, 0.1]
+position = [0.5, 1.0, 0.05]
+[[fixed]]
+capsule = { length = 0.4, radius = 0.05 }
+position = [-1.0, 0.0, 0.5]
+"#;
+
+const TABLES: [&str; 4] = ["contacts.csv", "run.json", "states.csv", "steps.csv"];
+const PICTURES: [&str; 6] =
+    ["animation.gif", "plot-energy.png", "plot-energy.svg", "plot.png", "plot.svg", "view.html"];
+
+/// A finished run, in the folder `out` of a directory of its own.
+struct Done {
+    end: End,
+    directory: tempfile::TempDir,
+}
+
+impl Done {
+    fn of(flags: &[&str]) -> Self {
+        let (end, directory) = run_scenario(SCENE, flags);
+        Self { end, directory }
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.directory.path().join("out").join(name)
+    }
+
+    /// Runs `command` on the table `states`, with `flags`.
+    fn draw(&self, command: &str, flags: &[&str]) -> End {
+        let file = self.path("states.csv");
+        run(&[&[command, text(&file)], flags].concat())
+    }
+
+    fn files(&self) -> Vec<PathBuf> {
+        everything_in(&self.path(""))
+    }
+
+    /// Changes a table's text.
+    fn change(&self, name: &str, from: &str, to: &str) {
+        let text = fs::read_to_string(self.path(name)).unwrap();
+        assert!(text.contains(from), "{name} has no {from:?}");
+        fs::write(self.path(name), text.replacen(from, to, 1)).unwrap();
+    }
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+fn names(names: &[&str]) -> Vec<PathBuf> {
+    let mut names: Vec<_> = names.iter().map(PathBuf::from).collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn a_run_draws_what_its_tables_draw() {
+    let done = Done::of(&["--plot", "--html", "--gif", "--gif-size", "100"]);
+    assert_eq!((done.end.code, done.end.stderr.as_str()), (Some(0), ""), "{:?}", done.end);
+    for name in PICTURES {
+        assert!(done.end.stdout.contains(name), "{name}: {:?}", done.end);
+    }
+    assert_eq!(done.files(), names(&[&TABLES[..], &PICTURES].concat()));
+    let again = done.directory.path().join("again");
+    for (command, table) in [("plot", "states"), ("view", "contacts"), ("gif", "steps")] {
+        let file = done.path(&format!("{table}.csv"));
+        let size: &[&str] = if command == "gif" { &["--gif-size", "100"] } else { &[] };
+        let end = run(&[&[command, text(&file), "--out", text(&again)], size].concat());
+        assert_eq!((end.code, end.stderr.as_str()), (Some(0), ""), "{end:?}");
+    }
+    assert_eq!(everything_in(&again), names(&PICTURES));
+    for name in PICTURES {
+        let [run, drawn] = [done.path(name), again.join(name)].map(|path| fs::read(path).unwrap());
+        assert!(run == drawn, "{name} of the run and of its tables");
+    }
+    // The page says what the pieces are.
+    let page = fs::read_to_string(done.path("view.html")).unwrap();
+    for words in [
+        "box 0.6 × 0.4 × 0.2 m",
+        "sphere of radius 0.1 m",
+        "hull of 4 corners and 4 faces, rounded by 0.02 m",
+        "level, z = 0 m",
+    ] {
+        assert!(page.contains(words), "{words}");
+    }
+}
+
+/// Heights of the curve of the panel `id`, pixels downwards from its start.
+fn drops(svg: &Svg, id: &str) -> Vec<f64> {
+    let curves = svg.panel(id).curves;
+    assert_eq!(curves.len(), 1, "{id}");
+    curves[0].iter().map(|(_, y)| y - curves[0][0].1).collect()
+}
+
+/// The ball falls: z_k = z_0 − g h² k (k+1)/2. The slab lies still.
+#[test]
+fn the_plots_are_of_the_body_that_is_asked_for() {
+    let done = Done::of(&["--plot", "--quiet"]);
+    assert_eq!((done.end.code, done.end.stdout.as_str()), (Some(0), ""));
+    let slab = Svg::read(&done.path("plot.svg"));
+    assert!(slab.text.contains("Motion and contact of slab: test"), "the first is the default");
+    assert!(drops(&slab, "z").iter().all(|drop| drop.abs() < 0.1), "{:?}", drops(&slab, "z"));
+    let energy = fs::read(done.path("plot-energy.svg")).unwrap();
+
+    assert_eq!(done.draw("plot", &["--body", "ball"]).code, Some(0));
+    let ball = Svg::read(&done.path("plot.svg"));
+    assert!(ball.text.contains("Motion and contact of ball: test"));
+    let z = drops(&ball, "z");
+    assert_eq!(z.len(), 21);
+    // Pixels are written to a tenth or better.
+    let expected = z[20] * (10.0 * 11.0) / (20.0 * 21.0);
+    assert!(z[20] > 20.0 && (z[10] - expected).abs() < 0.2, "{z:?}");
+    assert_eq!(ball.panel("force").nothing.as_deref(), Some("no contact force on this body"));
+    assert_eq!(fs::read(done.path("plot-energy.svg")).unwrap(), energy, "that of all");
+
+    assert_eq!(done.draw("plot", &["--body", "1"]).code, Some(0));
+    assert_eq!(Svg::read(&done.path("plot.svg")).text, ball.text, "by its number");
+    // A name goes before a number.
+    assert_eq!(done.draw("plot", &["--body", "0"]).code, Some(0));
+    assert!(Svg::read(&done.path("plot.svg")).text.contains("Motion and contact of 0: test"));
+}
+
+#[test]
+fn what_cannot_be_drawn_is_refused_and_nothing_is_written() {
+    let done = Done::of(&[]);
+    for body in ["3", "-1", "bal", ""] {
+        done.draw("plot", &["--body", body]).assert_refused(2, &["--body", "slab", "0 to 2"]);
+    }
+    for command in ["plot", "gif", "view"] {
+        done.draw(command, &["--mu", "0.3"]).assert_refused(2, &["--mu", "run.json"]);
+        let other = done.path("trajectory.csv");
+        let end = run(&[command, text(&other)]);
+        end.assert_refused(2, &["trajectory.csv", "several bodies", "states.csv"]);
+    }
+    run(&["verify", text(&done.path("trajectory.csv"))])
+        .assert_refused(2, &["trajectory.csv", "several bodies", "states.csv"]);
+    done.change("contacts.csv", ",fixed,0,", ",fixed,7,");
+    for command in ["plot", "gif", "view"] {
+        done.draw(command, &[]).assert_refused(2, &["contact", "step 0", "not in run.json"]);
+    }
+    done.change("states.csv", "\n0,0.0,0,", "\n0,0.5,0,");
+    done.draw("gif", &[]).assert_refused(2, &["states, line 2", "t_s"]);
+    assert_eq!(done.files(), names(&TABLES));
+    // More frames than an animation has: before the first step.
+    let slow = Done::of(&["--gif", "--gif-speed", "0.001", "--steps", "400"]);
+    slow.end.assert_refused(2, &["frames", "--gif-speed"]);
+    assert!(!slow.path("").exists());
+}
+
+#[test]
+fn a_second_run_removes_the_pictures_of_the_first() {
+    let done = Done::of(&["--plot", "--html", "--gif", "--gif-size", "100"]);
+    let scenario = done.directory.path().join("test.toml");
+    let end = run(&["--scenario", text(&scenario), "--html", "--out", text(&done.path(""))]);
+    assert_eq!(end.code, Some(0), "{end:?}");
+    assert!(end.stdout.contains("removed animation.gif, plot.png"), "{end:?}");
+    assert_eq!(done.files(), names(&[&TABLES[..], &["view.html"]].concat()));
+}
+
+#[test]
+fn a_failed_step_is_seen_in_the_exit_code() {
+    let done = Done::of(&[]);
+    done.change("steps.csv", ",converged,", ",failed,");
+    assert_eq!(done.draw("gif", &["--gif-size", "100", "--quiet"]).code, Some(3));
+    assert_eq!(done.draw("view", &["--quiet"]).code, Some(3));
+    assert_eq!(done.draw("plot", &[]).code, Some(0));
+    let energy = Svg::read(&done.path("plot-energy.svg"));
+    assert!(energy.panel("residual").legend.contains(&"failed (1)".to_owned()));
+}
+
+/// A ground out of reach is none: with it, a picture would show nothing else.
+#[test]
+fn a_ground_out_of_reach_is_not_drawn() {
+    let scene = SCENE.replace("friction = 0.5\n", "friction = 0.5\noffset = -100.0\n");
+    let (end, directory) = run_scenario(&scene, &["--html", "--quiet"]);
+    assert_eq!(end.code, Some(0), "{end:?}");
+    let page = fs::read_to_string(directory.path().join("out/view.html")).unwrap();
+    assert!(page.contains(r#"{"name":"ground","value":"none"}"#), "the page has a ground");
+}
+
+#[test]
+fn a_run_of_several_beside_one_of_one_on_a_page() {
+    let done = Done::of(&[]);
+    let one = super::support::simulate(&["--steps", "21", "--solver", "native"]);
+    let files = [done.path("states.csv"), one.path("trajectory.csv")];
+    let end = run(&["view", text(&files[0]), text(&files[1])]);
+    assert_eq!((end.code, end.stderr.as_str()), (Some(0), ""), "{end:?}");
+    let end = run(&["plot", text(&files[1]), "--body", "0"]);
+    end.assert_refused(2, &["--body", "one body"]);
+}
