@@ -36,7 +36,7 @@ fn it_plays_pauses_scrubs_and_obeys_the_keys() {
         return;
     }
     let pages = Pages::new();
-    let page = pages.drop();
+    let page = pages.retried();
     let browser = Browser::start(1280, 800);
     browser.open(&page);
     assert_eq!((browser.time(), browser.row().as_str()), (0.0, "0"));
@@ -335,7 +335,7 @@ fn every_control_is_reached_by_tab_with_a_visible_focus() {
         return;
     }
     let pages = Pages::new();
-    let page = pages.drop();
+    let page = pages.retried();
     let browser = Browser::start(1280, 800);
     browser.open(&page);
     let mut reached = Vec::new();

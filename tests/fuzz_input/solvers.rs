@@ -103,6 +103,7 @@ fn the_ladder_takes_any_valid_state() {
     each(16, start(), |start| check(&cube, start));
     each(16, (any_world(), start()), |(world, start)| check(&world, start));
     each(16, (absurd_world(), start()), |(world, start)| check(&world, start));
-    // Measured: 46, 24.
-    seen.assert_counts(44, 27, 0);
+    // Measured: 49, 12, and one step of an absurd body that neither Ipopt nor tumble's own
+    // solver solves.
+    seen.assert_counts(47, 13, 1);
 }

@@ -39,6 +39,12 @@ impl Pages {
         self.simulate("drop", &["--steps", "1000", "--solver", "native"], 0)
     }
 
+    /// The same with seed 0: one of its steps is retried.
+    pub fn retried(&self) -> PathBuf {
+        let args = ["--steps", "1000", "--seed", "0", "--solver", "native"];
+        self.simulate("retried", &args, 0)
+    }
+
     /// The page of that and a shorter, coarser run of another body.
     pub fn pair(&self) -> PathBuf {
         self.drop();
