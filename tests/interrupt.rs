@@ -34,13 +34,20 @@ struct Running {
     directory: TempDir,
 }
 
+/// The program, with a hangup as it is by default, even where the tests run under nohup.
+fn program() -> Command {
+    let mut command = Command::new("env");
+    command.args(["--default-signal=HUP", PROGRAM]);
+    command
+}
+
 impl Running {
     fn start(args: &[&str]) -> Self {
         Self::start_in(tempfile::tempdir().unwrap(), args)
     }
 
     fn start_in(directory: TempDir, args: &[&str]) -> Self {
-        let mut command = Command::new(PROGRAM);
+        let mut command = program();
         command.args(args).arg("--out").arg(directory.path().join("out"));
         let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
         Self { child, directory }
@@ -228,7 +235,7 @@ fn a_signal_ends_a_picture_at_once_and_leaves_nothing() {
         [&["gif", "--gif-speed", "0.5", "--gif-size", "1000"], &["plot"], &["view"]];
     for args in commands {
         for signal in ["INT", "TERM", "HUP"] {
-            let mut command = Command::new(PROGRAM);
+            let mut command = program();
             command.args(args).arg(&csv).stdout(Stdio::piped()).stderr(Stdio::piped());
             let directory = tempfile::tempdir().unwrap();
             let running = Running { child: command.spawn().unwrap(), directory };

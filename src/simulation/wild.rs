@@ -5,7 +5,7 @@
 //! with the turn, and the energy of a solved step may grow by up to
 //!
 //! ```text
-//! Σ |p| |ω⁺ × c| θ/√(1 + θ²),   θ = ½ h|ω⁺|                               (eq. 23)
+//! Σ |p| |ω⁺ × c| θ/√(1 + θ²),   θ = ½ h|ω⁺|                               (eq. 28)
 //! ```
 //!
 //! over all contacts. That vanishes with h, but at turns of a radian it is what the body has, and no

@@ -4,10 +4,10 @@
 //! ```text
 //! min  s1ᵀs1 + s2ᵀs2
 //! s.t. the semi-implicit dynamics of every body              13n rows  (eq. 8)   = 0
-//!      c_i + κ_i (f_t,i − f_0,i) + λ_i f_t,i / (‖f_t,i‖_ε + ε)   2K rows (eq. 25) = 0
-//!      φ⁺_i                                                    K rows  (eq. 25)  ≥ 0
+//!      c_i + κ_i (f_t,i − f_0,i) + λ_i f_t,i / (‖f_t,i‖_ε + ε)   2K rows (eq. 25a) = 0
+//!      φ⁺_i                                                    K rows  (eq. 25b)  ≥ 0
 //!      μ_i f_n,i − ‖f_t,i‖_ε                                   K rows  (eq. 13)  ≥ 0
-//!      s1_i − f_n,i φ⁺_i                                       K rows  (eq. 25)  ≥ 0
+//!      s1_i − f_n,i φ⁺_i                                       K rows  (eq. 25c)  ≥ 0
 //!      s2_i − λ_i (μ_i f_n,i − ‖f_t,i‖_ε)                      K rows  (eq. 15)  ≥ 0
 //! ```
 //!
