@@ -88,7 +88,7 @@ fn eight_threads_of_both_solvers_give_the_same_doubles_as_one() {
     for (job, steps) in JOBS.iter().zip(&alone) {
         let contact = steps.iter().filter(|(_, pressed, _)| !pressed.is_empty()).count();
         // Between impacts nothing presses.
-        assert!(contact >= 5, "{job:?}: {contact} steps in contact");
+        assert!(contact >= 3, "{job:?}: {contact} steps in contact");
     }
     let threads: Vec<_> = (0..THREADS)
         .map(|first| {
