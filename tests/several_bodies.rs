@@ -7,7 +7,7 @@ use common::{cases, quaternion, vector};
 use nalgebra::{Matrix3, Vector3, Vector4};
 use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestRunner};
-use tumble::contact::{Partner, Plane};
+use tumble::contact::{Candidates, Detection, Partner, Plane};
 use tumble::geometry::Piece;
 use tumble::mechanics::quaternion::{left, rotation};
 use tumble::mechanics::{RigidBody, State};
@@ -482,4 +482,32 @@ fn a_stack_stands_under_drifts_of_a_nanometre() {
             }
         }
     });
+}
+
+/// What touches is found whatever was asked of the same memory before.
+#[test]
+fn a_search_does_not_depend_on_what_was_asked_before() {
+    let cube = RigidBody::solid_box(1.0, Vector3::repeat(0.5)).unwrap();
+    let world = World::new(Parameters {
+        bodies: vec![cube.clone(), cube],
+        ground: Plane::level(),
+        gravity: Vector3::new(0.0, 0.0, -9.81),
+        friction: 0.5,
+        time_step: 0.002,
+    })
+    .unwrap();
+    let at = |z: f64| State {
+        position: Vector3::new(0.0, 0.0, z),
+        attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
+        velocity: Vector3::zeros(),
+        spin: Vector3::zeros(),
+    };
+    let (stacked, sunk) = ([at(0.5), at(1.5)], [at(0.5), at(1.499)]);
+    let mut fresh = Candidates::new();
+    fresh.find(Detection::default(), &world, &stacked, &stacked);
+    let mut asked = Candidates::new();
+    assert!(asked.admit_missed(&world, &stacked, &sunk, 1e-9));
+    asked.find(Detection::default(), &world, &stacked, &stacked);
+    assert_eq!(asked.contacts(), fresh.contacts());
+    assert_eq!(fresh.contacts().len(), 8);
 }

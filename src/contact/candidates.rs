@@ -5,7 +5,8 @@ use super::{Contact, Detection, Partner, detection};
 use crate::mechanics::State;
 use crate::world::World;
 
-/// The contacts of a step, and the memory of the search for them.
+/// The contacts of a step, and the memory of the search for them, which is for the steps of one
+/// world.
 ///
 /// What is found are *candidates*: contacts that a solver considers. Which of them *carry a
 /// force* is the solution's to say

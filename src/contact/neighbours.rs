@@ -31,6 +31,9 @@ const MARGIN: f64 = 0.1;
 const PASSING: f64 = 0.02;
 /// A second plane for the same features is another one from this angle's cosine on.
 const SAME_PLANE: f64 = 0.999_999;
+/// So many planes for the same features are enough: a step that turns a body through more of them
+/// has its overlap reported, and comes to an end.
+const MOST_PLANES: u32 = 8;
 /// Face normals are parallel to this: cosine.
 const PARALLEL: f64 = 0.999_55;
 
@@ -62,6 +65,8 @@ pub(super) struct Neighbours {
     spare_start: Vec<Pose>,
     spare_kept: Vec<Contact>,
     spare_pairs: Vec<Neighbour>,
+    /// Where the bodies are at the start of the step whose end is looked at.
+    begin: Vec<Pose>,
     /// Where the bodies are where a fast one meets another within the step.
     between: Vec<Pose>,
     sweep: Sweep,
@@ -130,12 +135,12 @@ impl Neighbours {
         if !self.place(world, states, next) {
             return false;
         }
-        let Self { proxies, pairs, poses, start, between: between_poses, scratch, touches, .. } =
+        let Self { proxies, pairs, poses, begin, between: between_poses, scratch, touches, .. } =
             self;
-        if start.len() != states.len() {
-            start.clear();
-            start.extend(states.iter().map(State::pose));
-        }
+        // Not those of the last search for what touches: a step may be asked for by itself.
+        begin.clear();
+        begin.extend(states.iter().map(State::pose));
+        let start: &[Pose] = begin;
         for pair in pairs {
             let [a, b] = [pair.proxies.0, pair.proxies.1].map(|at| proxies[at]);
             let pieces = (placed(world, poses, a), placed(world, poses, b));
@@ -281,7 +286,7 @@ impl Neighbours {
 }
 
 /// The number of the plane for the features of `contact`, if `contacts` have none for them that is
-/// as good as the same.
+/// as good as the same, and not too many others.
 fn unknown_plane(contact: &Contact, contacts: &[Contact]) -> Option<u32> {
     let mut planes = 0;
     for known in contacts {
@@ -295,7 +300,7 @@ fn unknown_plane(contact: &Contact, contacts: &[Contact]) -> Option<u32> {
             planes += 1;
         }
     }
-    Some(planes)
+    (planes < MOST_PLANES).then_some(planes)
 }
 
 /// Whether two faces lie in one plane but overlap in a line or a point only, to rounding: boxes on a
