@@ -155,8 +155,8 @@ impl<E: Equations> Descent<E> {
     /// rounding. A residual alone does not say so: it hardly feels the shares that the law
     /// leaves open.
     ///
-    /// Where it is so, the residual, m/s, and the iterate keeps the velocities that the impulses leave as they were, to
-    /// the last bit: rounding in the sum of the impulses would add up from step to step, until
+    /// Where it is so, the residual, m/s, and the iterate keeps the velocities that the impulses
+    /// leave as they were, to the last bit: rounding in the sum of the impulses would add up from step to step, until
     /// the face of a body at rest is warped by it.
     fn repeat(&mut self, equations: &E) -> Option<f64> {
         if equations.unsettled() > SETTLED {

@@ -9,6 +9,7 @@ use super::blocks::BlockSystem;
 use super::equations::{
     Answer, Candidate, Elimination, Equations, Gain, Point, Residual, Slope, Velocities, Velocity,
 };
+use super::pair_motion::{PairMotion, beside};
 use super::tolerances::{LARGE_TURN, TURN_GAIN, Tolerances};
 use super::turning::Turning;
 use crate::contact::{Contact, Partner};
@@ -188,6 +189,20 @@ impl Island {
         turnings.extend(bodies.map(|(member, velocity)| self.turnings(member, velocity)));
     }
 
+    /// The motion of a candidate that joins two bodies, which turn as told.
+    fn pair_motion<'a>(
+        &'a self,
+        candidate: &'a Candidate,
+        (link, other): (&Link, &Other),
+        velocity: &[Velocity],
+        (a, b): (&'a Both, &'a Both),
+    ) -> PairMotion<'a> {
+        let apart = velocity[link.a].linear - velocity[other.index].linear;
+        let rotations = (&self.members[link.a].rotation, &self.members[other.index].rotation);
+        let turnings = (&a.there, &b.back);
+        PairMotion::new(candidate, &other.arm, &apart, rotations, turnings, self.time_step)
+    }
+
     /// u of a candidate (N2), where the bodies that it joins turn as told.
     fn point_velocity(
         &self,
@@ -197,7 +212,7 @@ impl Island {
     ) -> Vector3<f64> {
         match (&link.b, turnings.1) {
             (Some(other), Some(b)) => {
-                PairMotion::new(self, candidate, (link, other), velocity, (turnings.0, b)).u()
+                self.pair_motion(candidate, (link, other), velocity, (turnings.0, b)).u()
             }
             _ => {
                 let turning = &turnings.0.there;
@@ -218,95 +233,6 @@ impl Island {
 struct Both {
     there: Turning,
     back: Turning,
-}
-
-/// The motion of a pair's touching point, seen from B.
-///
-/// With s⁺ = r_A⁺ + A_A⁺ y − r_B⁺ and the sweeps K (see [`Turning`]) of A and of B backwards,
-///
-/// ```text
-/// A_B (w⁺ − w)/h = v_A − v_B + A_A K_A y + A_B K_B(−ω_B) A_Bᵀ s⁺            (N10)
-/// ```
-struct PairMotion<'a> {
-    candidate: &'a Candidate,
-    /// A(q) of A and of B, body → world.
-    rotations: (&'a Matrix3<f64>, &'a Matrix3<f64>),
-    a: &'a Turning,
-    b: &'a Turning,
-    time_step: f64,
-    /// v_A − v_B + A_A K_A y.
-    relative: Vector3<f64>,
-    /// A_Bᵀ s⁺.
-    seen: Vector3<f64>,
-    /// A_Bᵀ A_A⁺ (a − y).
-    seen_rounding: Vector3<f64>,
-}
-
-impl<'a> PairMotion<'a> {
-    fn new(
-        island: &'a Island,
-        candidate: &'a Candidate,
-        (link, other): (&Link, &Other),
-        velocity: &[Velocity],
-        turnings: (&'a Both, &'a Both),
-    ) -> Self {
-        let (a, b) = (&turnings.0.there, &turnings.1.back);
-        let rotations = (&island.members[link.a].rotation, &island.members[other.index].rotation);
-        let h = island.time_step;
-        let apart = velocity[link.a].linear - velocity[other.index].linear;
-        let relative = apart + a.swept(&candidate.lever);
-        let seen = rotations.1.tr_mul(&(other.arm + h * relative));
-        let rounding = &candidate.rounding;
-        let seen_rounding = if *rounding == Vector3::zeros() {
-            Vector3::zeros()
-        } else {
-            rotations.1.tr_mul(&(rotations.0 * rounding + h * a.swept(rounding)))
-        };
-        Self { candidate, rotations, a, b, time_step: h, relative, seen, seen_rounding }
-    }
-
-    /// u (N2).
-    fn u(&self) -> Vector3<f64> {
-        let Candidate { normal, approach, rounding, .. } = self.candidate;
-        let u = self.relative + self.b.swept(&self.seen);
-        let mut along = *approach;
-        if *rounding != Vector3::zeros() {
-            let between = self.a.swept(rounding) + self.b.swept(&self.seen_rounding);
-            along += normal.dot(&between);
-        }
-        u + normal * along
-    }
-
-    /// ∂u/∂(v_A, ω_A) and ∂u/∂(v_B, ω_B). With L = E + h A_B K_B(−ω_B) A_Bᵀ,
-    ///
-    /// ```text
-    /// ∂u/∂v_A = L,   ∂u/∂ω_A = L S_A(y),   ∂u/∂v_B = −L,   ∂u/∂ω_B = −S_B(A_Bᵀ s⁺)  (N11)
-    /// ```
-    ///
-    /// with S(c) = ∂(A K c)/∂ω; along the normal what rounds the point comes to it.
-    fn slopes(&self) -> (Matrix3x6<f64>, Matrix3x6<f64>) {
-        let Candidate { normal, lever, arm, rounding, torque_map, .. } = self.candidate;
-        let (of_a, of_b) = self.rotations;
-        let back = self.b.sweep() * of_b.transpose() * self.time_step;
-        let seen_from = Matrix3::identity() + back;
-        let swept = self.a.swept(lever);
-        let mut by_a = seen_from * self.a.slope(of_a, lever, arm, torque_map.transpose(), &swept);
-        let mut by_b = -self.b.slope_of(of_b, &self.seen);
-        if *rounding != Vector3::zeros() {
-            let along = |slope: Matrix3<f64>| normal * slope.tr_mul(normal).transpose();
-            by_a += along(seen_from * self.a.slope_of(of_a, rounding));
-            by_b -= along(self.b.slope_of(of_b, &self.seen_rounding));
-        }
-        (beside(&seen_from, &by_a), beside(&-seen_from, &by_b))
-    }
-}
-
-/// (L, R).
-fn beside(left: &Matrix3<f64>, right: &Matrix3<f64>) -> Matrix3x6<f64> {
-    let mut both = Matrix3x6::zeros();
-    both.fixed_view_mut::<3, 3>(0, 0).copy_from(left);
-    both.fixed_view_mut::<3, 3>(0, 3).copy_from(right);
-    both
 }
 
 /// ∂u/∂V of a contact of an island.
@@ -517,7 +443,7 @@ impl Island {
         match &link.b {
             Some(other) => {
                 let both = (of_a, &turnings[other.index]);
-                let pair = PairMotion::new(self, candidate, (link, other), velocity, both);
+                let pair = self.pair_motion(candidate, (link, other), velocity, both);
                 let (by_a, by_b) = pair.slopes();
                 PairSlope { a: (link.a, by_a), b: Some((other.index, by_b)) }
             }

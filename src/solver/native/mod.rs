@@ -22,6 +22,7 @@ mod island;
 mod islands;
 mod natural_map;
 mod newton;
+mod pair_motion;
 mod part;
 mod single;
 mod starts;
