@@ -1,12 +1,7 @@
 //! The world of a run: the bodies, what they can touch, and the constants that every step
-//! shares.
-//!
-//! A second body goes into [`Parameters::bodies`]. States, forces and certificates are lists
-//! over the bodies throughout, and contacts name both bodies; what today's
-//! [detection](crate::contact::detection) does not find are contacts between two bodies, so
-//! that a [`Simulation`](crate::simulation::Simulation) takes worlds of one body.
+//! shares. States, forces and certificates are lists over its bodies throughout.
 
-use crate::contact::Partner;
+use crate::contact::{ContactLaw, Partner};
 use crate::contact::plane::Plane;
 use crate::error::{Error, in_range};
 use crate::geometry::Piece;
@@ -43,8 +38,11 @@ pub struct Fixed {
 pub struct World {
     parameters: Parameters,
     fixed: Vec<Fixed>,
-    /// In ascending order.
-    pair_frictions: Vec<((usize, Partner), f64)>,
+    pair_frictions: Pairs,
+    restitution: f64,
+    pair_restitutions: Pairs,
+    /// What was given for it.
+    rebound_speed: Option<f64>,
     reach: f64,
     speed_scale: f64,
 }
@@ -66,8 +64,16 @@ impl World {
         }
         let reach = parameters.bodies.iter().map(RigidBody::reach).fold(0.0, f64::max);
         let speed_scale = speed_scale(&parameters.gravity, reach);
-        let (fixed, pair_frictions) = (Vec::new(), Vec::new());
-        Ok(Self { parameters, fixed, pair_frictions, reach, speed_scale })
+        Ok(Self {
+            parameters,
+            fixed: Vec::new(),
+            pair_frictions: Pairs::new(),
+            restitution: 0.0,
+            pair_restitutions: Pairs::new(),
+            rebound_speed: None,
+            reach,
+            speed_scale,
+        })
     }
 
     /// This world with pieces that never move.
@@ -93,22 +99,58 @@ impl World {
         friction: f64,
     ) -> Result<Self, Error> {
         in_range("coefficient of friction", friction, 0.0, 10.0, "0 to 10")?;
+        self.check_pair("pair with friction", body, partner)?;
+        set_pair(&mut self.pair_frictions, body, partner, friction);
+        Ok(self)
+    }
+
+    /// This world with a coefficient of `restitution`, of everything that has none of its own.
+    ///
+    /// # Errors
+    /// A coefficient outside 0…1.
+    pub fn with_restitution(self, restitution: f64) -> Result<Self, Error> {
+        in_range("coefficient of restitution", restitution, 0.0, 1.0, "0 to 1")?;
+        Ok(Self { restitution, ..self })
+    }
+
+    /// This world with a coefficient of `restitution` between body `body` and `partner`, as
+    /// [`World::with_friction_between`].
+    ///
+    /// # Errors
+    /// A body or fixed piece that is not there, a body with itself, a coefficient outside 0…1.
+    pub fn with_restitution_between(
+        mut self,
+        body: usize,
+        partner: Partner,
+        restitution: f64,
+    ) -> Result<Self, Error> {
+        in_range("coefficient of restitution", restitution, 0.0, 1.0, "0 to 1")?;
+        self.check_pair("pair with restitution", body, partner)?;
+        set_pair(&mut self.pair_restitutions, body, partner, restitution);
+        Ok(self)
+    }
+
+    /// This world with `speed` (m/s) in place of the usual [rebound speed](World::rebound_speed).
+    ///
+    /// # Errors
+    /// A speed outside 0…1000 m/s.
+    pub fn with_rebound_speed(self, speed: f64) -> Result<Self, Error> {
+        in_range("rebound speed (m/s)", speed, 0.0, 1000.0, "0 to 1000")?;
+        Ok(Self { rebound_speed: Some(speed), ..self })
+    }
+
+    fn check_pair(&self, field: &'static str, body: usize, partner: Partner) -> Result<(), Error> {
         let bodies = self.bodies().len();
         let known = match partner {
             Partner::Ground => true,
             Partner::Fixed(index) => index < self.fixed.len(),
             Partner::Body(other) => other < bodies && other != body,
         };
-        if body >= bodies || !known {
-            let allowed = "a pair of a body and another body or a fixed thing of the world";
-            return Err(Error::Count { field: "pair with friction", count: body, allowed });
+        if body < bodies && known {
+            return Ok(());
         }
-        let pair = ordered(body, partner);
-        match self.pair_frictions.binary_search_by(|(known, _)| known.cmp(&pair)) {
-            Ok(place) => self.pair_frictions[place].1 = friction,
-            Err(place) => self.pair_frictions.insert(place, (pair, friction)),
-        }
-        Ok(self)
+        let allowed = "a pair of a body and another body or a fixed thing of the world";
+        Err(Error::Count { field, count: body, allowed })
     }
 
     /// The pieces that never move.
@@ -136,12 +178,8 @@ impl World {
     /// If there is no such body or partner.
     #[must_use]
     pub fn friction_between(&self, body: usize, partner: Partner) -> f64 {
-        if !self.pair_frictions.is_empty() {
-            let pair = ordered(body, partner);
-            let place = self.pair_frictions.binary_search_by(|(known, _)| known.cmp(&pair));
-            if let Ok(place) = place {
-                return self.pair_frictions[place].1;
-            }
+        if let Some(friction) = find_pair(&self.pair_frictions, body, partner) {
+            return friction;
         }
         let own = |friction: Option<f64>| friction.unwrap_or(self.friction());
         let a = own(self.bodies()[body].friction());
@@ -151,6 +189,70 @@ impl World {
             Partner::Body(other) => own(self.bodies()[other].friction()),
         };
         if a == b { a } else { (a * b).sqrt() }
+    }
+
+    /// e between body `body` and `partner`: what was given for the pair, or the geometric mean of
+    /// the coefficients of both, as [`World::friction_between`]. Ground and fixed pieces have the
+    /// world's.
+    ///
+    /// # Panics
+    /// If there is no such body or partner.
+    #[must_use]
+    pub fn restitution_between(&self, body: usize, partner: Partner) -> f64 {
+        if let Some(restitution) = find_pair(&self.pair_restitutions, body, partner) {
+            return restitution;
+        }
+        let own = |body: usize| self.bodies()[body].restitution().unwrap_or(self.restitution);
+        let a = own(body);
+        let b = match partner {
+            Partner::Ground | Partner::Fixed(_) => self.restitution,
+            Partner::Body(other) => own(other),
+        };
+        if a == b { a } else { (a * b).sqrt() }
+    }
+
+    /// The law of contact between body `body` and `partner`.
+    ///
+    /// # Panics
+    /// If there is no such body or partner.
+    #[must_use]
+    pub fn law_between(&self, body: usize, partner: Partner) -> ContactLaw {
+        ContactLaw {
+            friction: self.friction_between(body, partner),
+            restitution: self.restitution_between(body, partner),
+        }
+    }
+
+    /// e of everything that has none of its own; 0 unless it was given.
+    #[must_use]
+    pub fn restitution(&self) -> f64 {
+        self.restitution
+    }
+
+    /// The coefficients of restitution that were given for pairs.
+    #[must_use]
+    pub fn pair_restitutions(&self) -> &[((usize, Partner), f64)] {
+        &self.pair_restitutions
+    }
+
+    /// Whether anything bounces.
+    #[must_use]
+    pub fn has_restitution(&self) -> bool {
+        let pairs = self.pair_restitutions.iter().map(|(_, restitution)| *restitution);
+        let bodies = self.bodies().iter().filter_map(RigidBody::restitution);
+        self.restitution > 0.0 || pairs.chain(bodies).any(|restitution| restitution > 0.0)
+    }
+
+    /// The speed, m/s, below which a contact that arrives does not bounce: what was given, or
+    ///
+    /// ```text
+    /// 2 |g| h,
+    /// ```
+    ///
+    /// below which a bounce would be over within four steps. It vanishes with h.
+    #[must_use]
+    pub fn rebound_speed(&self) -> f64 {
+        self.rebound_speed.unwrap_or_else(|| 2.0 * self.gravity().norm() * self.time_step())
     }
 
     /// The constants.
@@ -246,6 +348,26 @@ impl World {
     }
 }
 
+/// Coefficients that were given for pairs, in ascending order of the pairs.
+type Pairs = Vec<((usize, Partner), f64)>;
+
+fn set_pair(pairs: &mut Pairs, body: usize, partner: Partner, value: f64) {
+    let pair = ordered(body, partner);
+    match pairs.binary_search_by(|(known, _)| known.cmp(&pair)) {
+        Ok(place) => pairs[place].1 = value,
+        Err(place) => pairs.insert(place, (pair, value)),
+    }
+}
+
+fn find_pair(pairs: &Pairs, body: usize, partner: Partner) -> Option<f64> {
+    if pairs.is_empty() {
+        return None;
+    }
+    let pair = ordered(body, partner);
+    let place = pairs.binary_search_by(|(known, _)| known.cmp(&pair));
+    place.ok().map(|place| pairs[place].1)
+}
+
 /// The same for both orders of a pair.
 fn ordered(body: usize, partner: Partner) -> (usize, Partner) {
     match partner {
@@ -269,8 +391,16 @@ impl World {
             time_step: time_step / time,
         };
         let speed_scale = self.speed_scale * time / length;
-        let (fixed, pair_frictions) = (Vec::new(), self.pair_frictions.clone());
-        Self { parameters, fixed, pair_frictions, reach: self.reach / length, speed_scale }
+        Self {
+            parameters,
+            fixed: Vec::new(),
+            pair_frictions: self.pair_frictions.clone(),
+            restitution: self.restitution,
+            pair_restitutions: self.pair_restitutions.clone(),
+            rebound_speed: self.rebound_speed.map(|speed| speed * time / length),
+            reach: self.reach / length,
+            speed_scale,
+        }
     }
 }
 

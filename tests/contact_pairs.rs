@@ -68,7 +68,7 @@ impl Scene {
     fn contact(&self) -> Contact {
         let key = ContactKey { body: 0, point: 0, partner: Partner::Body(1), pair: None };
         let [a, b] = [0, 1].map(|i| (&self.bodies[i], self.states[i].pose()));
-        let law = ContactLaw { friction: self.friction };
+        let law = ContactLaw::plastic(self.friction);
         Contact::new(key, self.features, law, (a.0, &a.1), Some((b.0, &b.1)))
     }
 

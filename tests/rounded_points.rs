@@ -26,7 +26,7 @@ fn rounded(world: &World, state: &State, radius: f64) -> Vec<Contact> {
         let (frame, offset) = (*ground.frame(), ground.offset());
         let features = Features { point: place.position, radius, frame, offset };
         let key = ContactKey { body: 0, point, partner: Partner::Ground, pair: None };
-        let law = ContactLaw { friction: world.friction() };
+        let law = ContactLaw::plastic(world.friction());
         Contact::new(key, features, law, (body, &pose), None)
     };
     points.map(contact).collect()

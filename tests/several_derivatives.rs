@@ -118,7 +118,7 @@ fn pose(
         .map(|meeting| {
             let partner = meeting.partner.map_or(Partner::Ground, Partner::Body);
             let key = ContactKey { body: meeting.body, point: 0, partner, pair: None };
-            let law = ContactLaw { friction: meeting.friction };
+            let law = ContactLaw::plastic(meeting.friction);
             let placed = |index: usize| (&world.bodies()[index], &poses[index]);
             let (a, b) = (placed(meeting.body), meeting.partner.map(placed));
             Contact::new(key, meeting.features, law, a, b)

@@ -1,7 +1,7 @@
 //! Contacts of the touches of two pieces.
 
 use super::proxy::{Owner, Proxy};
-use super::{Contact, ContactKey, ContactLaw, Features, PairFeatures, Partner};
+use super::{Contact, ContactKey, Features, PairFeatures, Partner};
 use crate::geometry::{Feature, Side, Touch};
 use crate::mechanics::{Pose, RigidBody};
 use crate::world::World;
@@ -77,7 +77,7 @@ impl Between<'_> {
     }
 
     fn make(&self, key: ContactKey, features: Features) -> Contact {
-        let law = ContactLaw { friction: self.world.friction_between(key.body, key.partner) };
+        let law = self.world.law_between(key.body, key.partner);
         let bodies = self.world.bodies();
         let b = match key.partner {
             Partner::Body(other) => Some((&bodies[other], &self.start[other])),

@@ -1,6 +1,7 @@
 //! The candidates of a step: the contacts that its solver considers, and the search for more.
 
 use super::neighbours::Neighbours;
+use super::restitution::Rebound;
 use super::{Contact, Detection, Partner, detection};
 use crate::mechanics::State;
 use crate::world::World;
@@ -15,6 +16,7 @@ use crate::world::World;
 pub struct Candidates {
     contacts: Vec<Contact>,
     neighbours: Neighbours,
+    rebound: Rebound,
 }
 
 impl Candidates {
@@ -50,12 +52,22 @@ impl Candidates {
         states: &[State],
         free: &[State],
     ) -> bool {
-        let needs_contact = rule.find(world, states, free, &mut self.contacts);
+        let reaches_ground = rule.find(world, states, free, &mut self.contacts);
         self.neighbours.touching(world, states, &mut self.contacts);
         // Where nothing holds a body, free flight is what there is to look at.
-        needs_contact
+        let needs_contact = reaches_ground
             || !self.contacts.is_empty()
-            || self.neighbours.overlapping(world, states, free, 0.0, &mut self.contacts)
+            || self.neighbours.overlapping(world, states, free, 0.0, &mut self.contacts);
+        self.rebound.begin(world, free);
+        self.rebound.raise(world, states, &mut self.contacts);
+        needs_contact
+    }
+
+    /// Takes the parts `shares` of the restitution, one a body, in the step from `states` that the
+    /// contacts were found for; all of it until this is called.
+    pub fn share_restitution(&mut self, world: &World, states: &[State], shares: &[f64]) {
+        self.rebound.set_shares(shares);
+        self.rebound.raise(world, states, &mut self.contacts);
     }
 
     /// Adds the contacts that the step `states` → `next` takes deeper than `depth` (m) into each
@@ -68,8 +80,10 @@ impl Candidates {
         next: &[State],
         depth: f64,
     ) -> bool {
+        let known = self.contacts.len();
         let ground = detection::admit_missed(world, states, next, depth, &mut self.contacts);
         let pieces = self.neighbours.overlapping(world, states, next, depth, &mut self.contacts);
+        self.rebound.raise(world, states, &mut self.contacts[known..]);
         ground || pieces
     }
 
@@ -94,6 +108,6 @@ impl Extend<Contact> for Candidates {
 /// Contacts that are given, to repeat a step.
 impl From<Vec<Contact>> for Candidates {
     fn from(contacts: Vec<Contact>) -> Self {
-        Self { contacts, neighbours: Neighbours::default() }
+        Self { contacts, ..Self::default() }
     }
 }

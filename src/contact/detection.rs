@@ -4,7 +4,7 @@
 //! *carry a force* is the solution's to say
 //! ([`ContactForce::carries_force`](crate::step::ContactForce::carries_force)).
 
-use super::{Contact, ContactKey, ContactLaw, Features, Partner};
+use super::{Contact, ContactKey, Features, Partner};
 use crate::mechanics::{Pose, State};
 use crate::world::World;
 
@@ -106,6 +106,6 @@ fn ground_contact(world: &World, body: usize, point: usize, pose: &Pose) -> Cont
         offset: ground.offset(),
     };
     let key = ContactKey { body, point, partner: Partner::Ground, pair: None };
-    let law = ContactLaw { friction: world.friction_between(body, Partner::Ground) };
+    let law = world.law_between(body, Partner::Ground);
     Contact::new(key, features, law, (a, pose), None)
 }

@@ -12,6 +12,8 @@ use nalgebra::{Matrix3, Vector3};
 pub struct ContactLaw {
     /// μ, coefficient of friction.
     pub friction: f64,
+    /// e, coefficient of [restitution](super::restitution).
+    pub restitution: f64,
 }
 
 /// How the touching point answers an impulse there: the contact's own scale.
@@ -66,6 +68,12 @@ pub struct LawResidual {
 }
 
 impl ContactLaw {
+    /// Friction without restitution.
+    #[must_use]
+    pub const fn plastic(friction: f64) -> Self {
+        Self { friction, restitution: 0.0 }
+    }
+
     /// The residual of the impulse `p` over the mass of A (m/s) and the motion `u` (m/s), both
     /// in the axes of the unit `normal`. A NaN stays one.
     #[must_use]
@@ -103,7 +111,7 @@ fn project_on_disc(point: Vector3<f64>, radius: f64) -> Vector3<f64> {
 mod tests {
     use super::*;
 
-    const LAW: ContactLaw = ContactLaw { friction: 0.5 };
+    const LAW: ContactLaw = ContactLaw::plastic(0.5);
     const ALONE: Response = Response { normal: 1.0, tangential: 1.0 };
 
     fn residual(p: [f64; 3], u: [f64; 3]) -> LawResidual {

@@ -23,6 +23,7 @@ mod neighbours;
 mod passing;
 pub mod plane;
 mod proxy;
+pub mod restitution;
 pub mod rounding;
 
 pub use candidates::Candidates;
@@ -73,6 +74,17 @@ pub struct ContactKey {
     pub pair: Option<PairFeatures>,
 }
 
+impl ContactKey {
+    /// The bodies that touch, of which the second may be none.
+    pub fn bodies(&self) -> impl Iterator<Item = usize> + use<> {
+        let other = match self.partner {
+            Partner::Body(other) => Some(other),
+            Partner::Ground | Partner::Fixed(_) => None,
+        };
+        std::iter::once(self.body).chain(other)
+    }
+}
+
 /// The features that make a contact: what [`Contact::new`] is made of.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Features {
@@ -103,7 +115,10 @@ pub struct Contact {
     /// φ at the step's start, m; exactly zero where rounding alone is left of it
     /// ([`rounding::gap`]).
     pub gap: f64,
-    /// Friction.
+    /// ζ, m: how far above its plane the law lets the contact end, where it
+    /// [bounces](restitution); 0 without restitution.
+    pub rise: f64,
+    /// Friction and restitution.
     pub law: ContactLaw,
     /// y = a − ρ A_Aᵀ n, m, frame of A: the material point that touches, where forces act.
     pub lever: Vector3<f64>,
@@ -144,7 +159,7 @@ impl Contact {
             response = response.plus(&share.times(body.mass() / other.mass()));
         }
         let mut contact =
-            Self { key, features, frame, gap: 0.0, law, lever, arm, torque_map, response };
+            Self { key, features, frame, gap: 0.0, rise: 0.0, law, lever, arm, torque_map, response };
         let touching = pose.position + arm;
         let gap = match b {
             None if features.radius == 0.0 => normal.dot(&touching) - features.offset,
@@ -173,10 +188,10 @@ impl Contact {
     }
 
     /// u (eq. 10, 12), m/s, world: the mean slip of the touching point over the step of `h` (s)
-    /// across the normal, and along it the gap speed φ⁺/h.
+    /// across the normal, and along it the gap speed (φ⁺ − ζ)/h, over the contact's rise ζ.
     ///
     /// ```text
-    /// u = A_B (E − n nᵀ) (y⁺ − y)/h + n φ⁺/h,   y seen from B
+    /// u = A_B (E − n nᵀ) (y⁺ − y)/h + n (φ⁺ − ζ)/h,   y seen from B
     /// ```
     ///
     /// `a` and `b` are the poses (start, end) of the two bodies; `None` is the ground.
@@ -195,7 +210,7 @@ impl Contact {
             self.features.frame.column(2).dot(&after) - self.features.offset
         };
         let slip = moved - normal * normal.dot(&moved);
-        (slip + normal * gap) / h
+        (slip + normal * (gap - self.rise)) / h
     }
 }
 

@@ -24,6 +24,7 @@ pub struct RigidBody {
     /// For each piece, the contact point that is its first vertex.
     first_points: Vec<usize>,
     friction: Option<f64>,
+    restitution: Option<f64>,
     reach: f64,
     isotropic: bool,
 }
@@ -133,6 +134,7 @@ impl RigidBody {
             pieces: Vec::new(),
             first_points: Vec::new(),
             friction: None,
+            restitution: None,
             reach,
         })
     }
@@ -176,6 +178,16 @@ impl RigidBody {
     pub fn with_friction(self, friction: f64) -> Result<Self, Error> {
         in_range("coefficient of friction", friction, 0.0, 10.0, "0 to 10")?;
         Ok(Self { friction: Some(friction), ..self })
+    }
+
+    /// This body with a coefficient of restitution of its own in place of the
+    /// [world's](crate::world::World::restitution).
+    ///
+    /// # Errors
+    /// A coefficient outside 0…1.
+    pub fn with_restitution(self, restitution: f64) -> Result<Self, Error> {
+        in_range("coefficient of restitution", restitution, 0.0, 1.0, "0 to 1")?;
+        Ok(Self { restitution: Some(restitution), ..self })
     }
 
     /// A box with a contact point in every corner. `half_sides` in m; corners in the
@@ -270,6 +282,12 @@ impl RigidBody {
         self.friction
     }
 
+    /// The body's own coefficient of restitution, if it has one.
+    #[must_use]
+    pub fn restitution(&self) -> Option<f64> {
+        self.restitution
+    }
+
     /// ℓ, m: the largest |coordinate| of a contact point and its radius, the length by which the
     /// certificate turns angles into distances; 1 m for a point mass, which has none.
     #[must_use]
@@ -306,6 +324,7 @@ impl RigidBody {
             pieces: Vec::new(),
             first_points: Vec::new(),
             friction: self.friction,
+            restitution: self.restitution,
             reach: self.reach / length,
             isotropic: self.isotropic,
         }

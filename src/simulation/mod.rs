@@ -6,6 +6,7 @@
 //! ([`scene`], [`random`]), what is kept of a step ([`record`]), of a run ([`summary`]) and in
 //! files (`trajectory` of one body, `tables` of several, with the feature `csv`).
 
+pub mod bounce;
 pub mod random;
 pub mod record;
 pub mod scene;
@@ -18,6 +19,7 @@ pub mod wild;
 
 pub use record::StepRecord;
 
+use bounce::{Bounce, bounces, impact_work};
 use crate::contact::certificate::{Certifier, Claim, certify_rk4_step};
 use crate::contact::detection::CONTACT_BAND;
 use crate::contact::{Candidates, Certificate, Detection, Partner, rounding};
@@ -99,6 +101,7 @@ struct Scratch {
     wrenches: Vec<Wrench>,
     free: Vec<State>,
     candidates: Candidates,
+    bounce: Bounce,
     solution: StepSolution,
     certifier: Certifier,
 }
@@ -224,8 +227,11 @@ impl<'a> Simulation<'a> {
         }
         self.set_wrenches();
         let Self { world, motion, interrupt, now, before, scratch, .. } = &mut *self;
-        let (report, certificate) = match motion {
-            Motion::Floating => floating_step(world, &now.states, scratch),
+        let (report, certificate, share) = match motion {
+            Motion::Floating => {
+                let (report, certificate) = floating_step(world, &now.states, scratch);
+                (report, certificate, 1.0)
+            }
             Motion::Contact { detection, solver } => {
                 let past = Past { now, before: before.as_ref() };
                 let interrupt = interrupt.as_deref();
@@ -235,6 +241,7 @@ impl<'a> Simulation<'a> {
         record.index = self.index;
         record.report = report;
         record.certificate = certificate;
+        record.restitution_share = share;
         let overlap =
             self.scratch.candidates.deepest_overlap(&self.world, &self.scratch.solution.states);
         record.overlap = overlap.map_or(0.0, |(depth, ..)| depth);
@@ -345,7 +352,8 @@ fn floating_step(
     (StepReport::without_problem(StepStatus::Free), certify_rk4_step(world, &claim))
 }
 
-/// Free flight, detection, solver, certificate. The solution is left in the scratch memory.
+/// Free flight, detection, solver, certificate; and the share of restitution taken. The solution
+/// is left in the scratch memory.
 fn contact_step(
     world: &World,
     past: Past<'_>,
@@ -353,23 +361,23 @@ fn contact_step(
     solver: &mut dyn StepSolver,
     interrupt: Option<&AtomicBool>,
     scratch: &mut Scratch,
-) -> Result<(StepReport, Certificate), Error> {
-    let Scratch { wrenches, free, candidates, solution, certifier } = scratch;
+) -> Result<(StepReport, Certificate, f64), Error> {
+    let Scratch { wrenches, free, candidates, bounce, solution, certifier } = scratch;
     let Past { now: previous, before: earlier } = past;
     let states = &previous.states;
     free.clear();
     let flights = states.iter().zip(&*wrenches).enumerate();
     free.extend(flights.map(|(i, (state, wrench))| world.free_flight(i, state, wrench)));
 
-    let (mut report, accepted) = if candidates.find(detection, world, states, free) {
-        let step = Step { world, states, wrenches, free, previous, earlier, interrupt };
-        let report = solver.solve(&step, candidates, solution)?;
-        check_sizes(solution, states.len(), candidates.contacts().len())?;
-        (report, solver.accepted_residual())
+    let step = Step { world, states, wrenches, free, previous, earlier, interrupt };
+    let (mut report, share, accepted) = if candidates.find(detection, world, states, free) {
+        let mut solver = Checked(solver);
+        let (report, share) = bounce.solve(&step, &mut solver, candidates, solution)?;
+        (report, share, solver.accepted_residual())
     } else {
         solution.set_free(free);
         // Exact but for an implicit gyroscopic equation without a solution in reach.
-        (StepReport::without_problem(StepStatus::Free), 0.0)
+        (StepReport::without_problem(StepStatus::Free), 1.0, 0.0)
     };
     let contacts = candidates.contacts();
     let claim = Claim { states, next: &solution.states, wrenches, contacts };
@@ -381,10 +389,37 @@ fn contact_step(
     let solved = !matches!(report.status, StepStatus::Free | StepStatus::Failed);
     if !within {
         report.status = StepStatus::Failed;
-    } else if solved && wild::is_wild(world, states, &solution.states, wrenches) {
-        report.status = StepStatus::Wild;
+    } else if solved {
+        let gained = if bounces(contacts) {
+            impact_work(&step, contacts, solution)
+        } else {
+            wild::energy_gain(world, states, &solution.states, wrenches)
+        };
+        if wild::is_wild(world, states, &solution.states, gained) {
+            report.status = StepStatus::Wild;
+        }
     }
-    Ok((report, certificate))
+    Ok((report, certificate, share))
+}
+
+/// A solver whose solutions have the sizes of their steps.
+struct Checked<'a>(&'a mut dyn StepSolver);
+
+impl StepSolver for Checked<'_> {
+    fn accepted_residual(&self) -> f64 {
+        self.0.accepted_residual()
+    }
+
+    fn solve(
+        &mut self,
+        step: &Step<'_>,
+        candidates: &mut Candidates,
+        solution: &mut StepSolution,
+    ) -> Result<StepReport, Error> {
+        let report = self.0.solve(step, candidates, solution)?;
+        check_sizes(solution, step.states.len(), candidates.contacts().len())?;
+        Ok(report)
+    }
 }
 
 /// A solution of another size than the step's would be read out of place.

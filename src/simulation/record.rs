@@ -22,6 +22,9 @@ pub struct StepRecord {
     /// How deep pieces overlap at k+1, m: the deepest of all pairs, from the shapes alone. Planes
     /// are kept for a step, so that it is of second order in the turn of a step.
     pub overlap: f64,
+    /// The smallest part of the coefficients of restitution that an island took: 1, but where the
+    /// whole would make energy ([`bounce`](super::bounce)).
+    pub restitution_share: f64,
 }
 
 impl Default for StepRecord {
@@ -42,6 +45,7 @@ impl StepRecord {
             report: StepReport::without_problem(StepStatus::End),
             certificate: Certificate::default(),
             overlap: 0.0,
+            restitution_share: 1.0,
         }
     }
 

@@ -9,7 +9,8 @@
 //! ```
 //!
 //! over all contacts. That vanishes with h, but at turns of a radian it is what the body has, and no
-//! residual can see it. So such steps are marked
+//! residual can see it. (Of a step that bounces, what its impulses gain is counted instead, eq. 31.)
+//! So such steps are marked
 //! ([`StepStatus::Wild`](crate::step::StepStatus::Wild)).
 
 use crate::mechanics::{RigidBody, State, Wrench};
@@ -25,26 +26,36 @@ pub const LARGEST_GAIN: f64 = 1e-3;
 /// of.
 const REST: f64 = 1e-4;
 
-/// Whether a step of `world` under `wrenches` (without gravity) turns a body too far or makes
-/// energy.
+/// Whether a step of `world` that has `gained` (J) turns a body too far or makes energy.
 #[must_use]
-pub fn is_wild(world: &World, states: &[State], next: &[State], wrenches: &[Wrench]) -> bool {
+pub fn is_wild(world: &World, states: &[State], next: &[State], gained: f64) -> bool {
     let h = world.time_step();
-    let (mut gained, mut kinetic, mut rest) = (0.0, 0.0, 0.0);
+    let (mut kinetic, mut rest) = (0.0, 0.0);
     let slow = REST * world.speed_scale();
     for (index, body) in world.bodies().iter().enumerate() {
-        let (state, next, wrench) = (&states[index], &next[index], &wrenches[index]);
+        let (state, next) = (&states[index], &next[index]);
         if h * next.spin.norm() > LARGEST_TURN {
             return true;
         }
-        let (before, after) = (kinetic_energy(body, state), kinetic_energy(body, next));
-        let force = wrench.force + world.gravity() * body.mass();
-        let moved = next.position - state.position;
-        gained += after - before - force.dot(&moved) - h * wrench.torque.dot(&next.spin);
-        kinetic += before.max(after);
+        kinetic += kinetic_energy(body, state).max(kinetic_energy(body, next));
         rest += 0.5 * body.mass() * slow * slow;
     }
     gained > LARGEST_GAIN * kinetic + rest
+}
+
+/// What a step under `wrenches` (without gravity) adds to the kinetic energy beyond the work of
+/// gravity and wrenches, J.
+#[must_use]
+pub fn energy_gain(world: &World, states: &[State], next: &[State], wrenches: &[Wrench]) -> f64 {
+    let h = world.time_step();
+    let of_body = world.bodies().iter().enumerate().map(|(index, body)| {
+        let (state, next, wrench) = (&states[index], &next[index], &wrenches[index]);
+        let force = wrench.force + world.gravity() * body.mass();
+        let moved = next.position - state.position;
+        let change = kinetic_energy(body, next) - kinetic_energy(body, state);
+        change - force.dot(&moved) - h * wrench.torque.dot(&next.spin)
+    });
+    of_body.sum()
 }
 
 /// ½ m v² + ½ ωᵀ I ω, J.

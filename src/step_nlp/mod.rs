@@ -61,6 +61,8 @@ pub struct StepNlp {
     /// κ, m/s a N, and f_0: see [`StepNlp::anchor_friction`].
     compliance: f64,
     anchors: Vec<Vector2<f64>>,
+    /// ζ, m, of every contact point: see [`StepNlp::raise`].
+    rises: Vec<f64>,
     layout: Layout,
     /// Q_1, Q_2, Q_n of every contact point: the forms of eq. 3 along the ground's frame.
     forms: Vec<[Matrix4<f64>; 3]>,
@@ -110,6 +112,7 @@ impl StepNlp {
             smoothing,
             compliance: 0.0,
             anchors: vec![Vector2::zeros(); layout.contacts()],
+            rises: vec![0.0; layout.contacts()],
             layout,
             forms: forms_along(body, world.ground().frame()),
             gyroscopic_forms: gyroscopic_forms(body),
@@ -201,6 +204,15 @@ impl StepNlp {
         self.compliance = compliance;
         for (slot, force) in self.anchors.iter_mut().zip(forces) {
             *slot = force;
+        }
+    }
+
+    /// Makes the contacts bounce: rows (12) and (14) have z⁺ − ζ in place of z⁺, with the rises ζ
+    /// (`rises`, m, one a contact point) of [eq. 29](crate::contact::restitution). They are 0, the
+    /// tutorial's program, until this is called.
+    pub fn raise(&mut self, rises: impl IntoIterator<Item = f64>) {
+        for (slot, rise) in self.rises.iter_mut().zip(rises) {
+            *slot = rise;
         }
     }
 
@@ -323,7 +335,7 @@ impl StepNlp {
         for (i, point) in self.body().contact_points().iter().enumerate() {
             let position = next.position + rotation * point.position;
             let position = self.frame().tr_mul(&position);
-            let height = position[2] - self.world.ground().offset();
+            let height = position[2] - self.world.ground().offset() - self.rises[i];
             let [_, _, fz, s1, s2, slip] = layout.contact_variables(i);
             let force = self.smooth_force(x, i);
             let slip_velocity = (position.xy() - self.step.old_positions[i]) / h;

@@ -99,7 +99,7 @@ impl Input {
                 frame: Matrix3::from(meeting.frame).transpose(),
                 offset: meeting.offset,
             };
-            let law = ContactLaw { friction: meeting.friction };
+            let law = ContactLaw::plastic(meeting.friction);
             Contact::new(key, features, law, placed(meeting.a), meeting.b.map(placed))
         });
         let (contacts, all): (Vec<_>, Vec<_>) = (contacts.collect(), (0..states.len()).collect());

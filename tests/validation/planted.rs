@@ -55,7 +55,7 @@ impl StepSolver for Planted {
         solution: &mut StepSolution,
     ) -> Result<StepReport, Error> {
         let given = Given::of(step);
-        let law = ContactLaw { friction: (self.friction)(&given) * given.friction };
+        let law = ContactLaw::plastic((self.friction)(&given) * given.friction);
         let contacts = candidates.contacts();
         let known = contacts.len();
         let changed = contacts.iter().map(|contact| Contact { law, ..*contact });

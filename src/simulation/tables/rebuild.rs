@@ -11,7 +11,7 @@
 //! the piece that it is of, and the plane must touch the piece that it is of.
 
 use super::ContactRow;
-use crate::contact::{Contact, ContactLaw, Features, Partner, Plane};
+use crate::contact::{Contact, Features, Partner, Plane};
 use crate::geometry::Piece;
 use crate::mechanics::{Pose, State};
 use crate::world::World;
@@ -58,7 +58,7 @@ impl ContactRow {
             _ => self.on_piece(world, &pose, other.as_ref().map(|(_, pose)| pose))?,
         };
         let key = self.key.between(self.body, self.partner);
-        let law = ContactLaw { friction: world.friction_between(self.body, self.partner) };
+        let law = world.law_between(self.body, self.partner);
         let placed = other.as_ref().map(|(body, pose)| (*body, pose));
         let contact = Contact::new(key, features, law, (body, &pose), placed);
         let size = body.reach() + pose.position.amax();

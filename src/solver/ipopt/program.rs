@@ -1,5 +1,6 @@
 //! One solve of the step's program by Ipopt: flags, start and limit in, a point out.
 
+use crate::contact::Contact;
 use super::memory::Multipliers;
 use super::subproblem::{Scratch, Subproblem};
 use super::units::Units;
@@ -132,6 +133,15 @@ impl Program {
                 Ok(Prepared { flags: flags.to_vec(), subproblem, solver, start, zeros })
             }
         }
+    }
+
+    /// Lets `contacts` bounce as high as they rise.
+    pub(super) fn raise(&mut self, contacts: &[Contact]) {
+        let mut rises = vec![0.0; self.nlp.alpha().len()];
+        for contact in contacts {
+            rises[contact.key.point] = contact.rise / self.units.length();
+        }
+        self.nlp.raise(rises);
     }
 
     /// Solves `step` for `flags` and writes the end to `point`; free flight where Ipopt has no

@@ -25,7 +25,7 @@ pub(super) struct Candidate {
     pub(super) rounding: Vector3<f64>,
     /// G = [y]× Aᵀ, m: the torque (frame of A) of an impulse (world).
     pub(super) torque_map: Matrix3<f64>,
-    /// φ/h at step k, m/s.
+    /// (φ − ζ)/h at step k, m/s.
     pub(super) approach: f64,
     /// μ.
     pub(super) friction: f64,
@@ -44,7 +44,7 @@ impl Candidate {
             arm: contact.arm,
             rounding: contact.features.point - contact.lever,
             torque_map: contact.torque_map,
-            approach: contact.gap / time_step,
+            approach: (contact.gap - contact.rise) / time_step,
             friction: contact.law.friction,
             normal_scale: 1.0 / (share * contact.response.normal),
             tangential_scale: 1.0 / (share * contact.response.tangential),

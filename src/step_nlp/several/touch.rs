@@ -114,7 +114,7 @@ impl Touch {
             a: side(a, 1.0, contact.torque_map),
             b: b.map(|b| side(b, -1.0, torque_map_of_b(contact, a.2, b.2))),
             friction: contact.law.friction,
-            offset: contact.features.offset + contact.features.radius,
+            offset: contact.features.offset + contact.features.radius + contact.rise,
             old: Vector2::zeros(),
             directions,
             lever_forms: rotated_point_forms(&contact.lever),
