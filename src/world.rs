@@ -1,8 +1,8 @@
 //! The world of a run: the bodies, what they can touch, and the constants that every step
 //! shares. States, forces and certificates are lists over its bodies throughout.
 
-use crate::contact::{ContactLaw, Partner};
 use crate::contact::plane::Plane;
+use crate::contact::{ContactLaw, Partner};
 use crate::error::{Error, in_range};
 use crate::geometry::Piece;
 use crate::mechanics::dynamics;
@@ -253,6 +253,12 @@ impl World {
     #[must_use]
     pub fn rebound_speed(&self) -> f64 {
         self.rebound_speed.unwrap_or_else(|| 2.0 * self.gravity().norm() * self.time_step())
+    }
+
+    /// The rebound speed that was given, m/s, if one was.
+    #[must_use]
+    pub fn given_rebound_speed(&self) -> Option<f64> {
+        self.rebound_speed
     }
 
     /// The constants.

@@ -16,6 +16,8 @@ impl Settings {
         let changes = [
             ("dt", other(&self.dt, &below.dt)),
             ("mu", other(&self.mu, &below.mu)),
+            ("restitution", other(&self.restitution, &Some(below.restitution.unwrap_or(0.0)))),
+            ("rebound-speed", other(&self.rebound_speed, &below.rebound_speed)),
             ("mass", other(&self.mass, &below.mass)),
             ("inertia", other(&self.inertia, &below.inertia)),
             ("box", other(&self.shape, &below.shape)),

@@ -77,6 +77,13 @@ pub fn contact_steps(solver: &str, summary: &RunSummary) -> String {
         text += "    wild steps turn a body by more than 1 rad or make energy: solved, but no physics;\n    \
                  take a smaller time step\n";
     }
+    if summary.tempered > 0 {
+        let _ = writeln!(
+            text,
+            "  restitution  taken in part in {} steps, whose impacts would have made energy",
+            summary.tempered
+        );
+    }
     for failure in &summary.first_failures {
         let message = failure.message.unwrap_or("not solved");
         let _ = writeln!(

@@ -222,6 +222,7 @@ mod tests {
             status: StepStatus::Converged,
             iterations: 1,
             residual: 0.0,
+            restitution_share: 1.0,
         }
     }
 

@@ -274,6 +274,8 @@ fn refuse_idle_settings(ground: bool, settings: &Settings) -> Result<(), Failure
     }
     let mut flags = vec![
         ("--mu", settings.mu.is_some()),
+        ("--restitution", settings.restitution.is_some()),
+        ("--rebound-speed", settings.rebound_speed.is_some()),
         ("--plane", settings.plane.is_some()),
         ("--frame ground", settings.frame == Some(Frame::Ground)),
         ("--preset", settings.preset.is_some()),

@@ -15,9 +15,11 @@ pub enum FileKind {
 type Names = (&'static str, &'static str, &'static str);
 
 /// All but those that are called the same everywhere.
-const NAMES: [Names; 22] = [
+const NAMES: [Names; 24] = [
     ("dt", "time_step", "parameters.dt"),
     ("mu", "ground.friction", "parameters.mu"),
+    ("restitution", "ground.restitution", "parameters.restitution"),
+    ("rebound-speed", "ground.rebound_speed", "parameters.rebound_speed"),
     ("mass", "body.mass", "parameters.mass"),
     ("inertia", "body.inertia", "parameters.inertia"),
     ("box", "body.box", "parameters.contact_points"),
@@ -86,6 +88,8 @@ pub fn behind(error: &Error) -> Option<&'static str> {
         Error::OutOfRange { field, .. } => match *field {
             "time step (s)" => Some("dt"),
             "coefficient of friction" => Some("mu"),
+            "coefficient of restitution" => Some("restitution"),
+            "rebound speed (m/s)" => Some("rebound-speed"),
             "mass (kg)" => Some("mass"),
             "gravity (m/s²)" => Some("gravity"),
             "half side of the box (m)" => Some("box"),

@@ -35,6 +35,7 @@ impl Physics {
             friction: settings.mu.unwrap_or(scene::FRICTION),
             time_step: settings.dt.ok_or_else(|| Failure::needed("dt"))?,
         })?;
+        let world = bouncing(world, settings.restitution, settings.rebound_speed)?;
         let load = Load::new(
             settings.force.clone().unwrap_or_default(),
             settings.torque.clone().unwrap_or_default(),
@@ -57,6 +58,9 @@ impl Physics {
             friction: flags.mu.unwrap_or(parameters.mu),
             time_step: flags.dt.unwrap_or(parameters.dt),
         })?;
+        let restitution = flags.restitution.or(Some(parameters.restitution));
+        let rebound_speed = flags.rebound_speed.or(parameters.rebound_speed);
+        let world = bouncing(world, restitution, rebound_speed)?;
         let load = parameters.load.as_ref().map_or(Ok(Load::none()), LoadParameters::load)?;
         let point = flags.force_at.unwrap_or(*load.point());
         let force = polyline("force", &flags.force)?.unwrap_or(load.force);
@@ -77,6 +81,8 @@ impl Physics {
             steps: rows,
             dt: world.time_step(),
             mu: world.friction(),
+            restitution: world.restitution(),
+            rebound_speed: world.given_rebound_speed(),
             mass: body.mass(),
             inertia: by_rows(body.inertia()),
             gravity: numbers(world.gravity()),
@@ -103,6 +109,22 @@ impl Physics {
             None => Ok(()),
             Some(why) => Err(Failure::setting("force or torque", why)),
         }
+    }
+}
+
+/// `world` with what is given of restitution.
+pub fn bouncing(
+    world: World,
+    restitution: Option<f64>,
+    rebound_speed: Option<f64>,
+) -> Result<World, Error> {
+    let world = match restitution {
+        Some(restitution) => world.with_restitution(restitution)?,
+        None => world,
+    };
+    match rebound_speed {
+        Some(speed) => world.with_rebound_speed(speed),
+        None => Ok(world),
     }
 }
 

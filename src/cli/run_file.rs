@@ -35,6 +35,11 @@ pub struct RunParameters {
     pub steps: u64,
     pub dt: f64,
     pub mu: f64,
+    #[serde(default)]
+    pub restitution: f64,
+    /// m/s; null for the usual one.
+    #[serde(default)]
+    pub rebound_speed: Option<f64>,
     pub mass: f64,
     /// By rows.
     pub inertia: Exactly<Numbers<3>, 3>,
@@ -113,6 +118,9 @@ pub struct SummaryFile {
     /// Steps that turn too far or make energy; none in a file of before they were counted.
     #[serde(default)]
     pub wild: u64,
+    /// Steps that took a part of the restitution, because the whole would make energy.
+    #[serde(default)]
+    pub tempered: u64,
     pub failed: u64,
     /// Contact steps by the rung of Ipopt's ladder that their solution came from; a failed step
     /// counts on that of the best point. Empty without the ladder.
@@ -152,6 +160,7 @@ impl SummaryFile {
             retried: summary.retried,
             fallback: summary.fallback,
             wild: summary.wild,
+            tempered: summary.tempered,
             failed: summary.failed,
             rungs,
             certificate_median_m_s: summary.median_residual(),

@@ -10,6 +10,7 @@ use super::source::{Source, TrajectoryFile};
 use std::fmt::Write as _;
 use tumble::contact::certificate::{Certifier, Claim, certify_rk4_step};
 use tumble::contact::detection::all_contacts;
+use tumble::contact::restitution::raise;
 use tumble::contact::{Certificate, rounding};
 use tumble::mechanics::State;
 use tumble::simulation::trajectory::TrajectoryRow;
@@ -108,6 +109,10 @@ impl Judge {
             all_contacts(world, &states, &mut contacts);
         }
         let wrenches = [wrench];
+        if world.has_restitution() {
+            let free = [world.free_flight(0, &row.state, &wrench)];
+            raise(world, &states, &free, &[row.restitution_share], &mut contacts);
+        }
         let claim =
             Claim { states: &states, next: &next, wrenches: &wrenches, contacts: &contacts };
         let certificate = if source.floating {

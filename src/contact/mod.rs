@@ -158,8 +158,18 @@ impl Contact {
             let share = Response::of_point(other, &torque_map, &frame);
             response = response.plus(&share.times(body.mass() / other.mass()));
         }
-        let mut contact =
-            Self { key, features, frame, gap: 0.0, rise: 0.0, law, lever, arm, torque_map, response };
+        let mut contact = Self {
+            key,
+            features,
+            frame,
+            gap: 0.0,
+            rise: 0.0,
+            law,
+            lever,
+            arm,
+            torque_map,
+            response,
+        };
         let touching = pose.position + arm;
         let gap = match b {
             None if features.radius == 0.0 => normal.dot(&touching) - features.offset,

@@ -50,7 +50,13 @@ impl Contact {
     /// The work of an impulse `force` × h of the contact on the mean of the velocities before
     /// and after the step `states` → `next` (eq. 31), J.
     #[must_use]
-    pub fn impact_work(&self, force: &Vector3<f64>, h: f64, states: &[State], next: &[State]) -> f64 {
+    pub fn impact_work(
+        &self,
+        force: &Vector3<f64>,
+        h: f64,
+        states: &[State],
+        next: &[State],
+    ) -> f64 {
         let (before, after) =
             (self.parting_velocity(states, states), self.parting_velocity(states, next));
         0.5 * h * force.dot(&(before + after))

@@ -19,7 +19,6 @@ pub mod wild;
 
 pub use record::StepRecord;
 
-use bounce::{Bounce, bounces, impact_work};
 use crate::contact::certificate::{Certifier, Claim, certify_rk4_step};
 use crate::contact::detection::CONTACT_BAND;
 use crate::contact::{Candidates, Certificate, Detection, Partner, rounding};
@@ -29,6 +28,7 @@ use crate::mechanics::{Load, State, Wrench};
 use crate::solver::native::NativeSolver;
 use crate::step::{Step, StepReport, StepSolution, StepSolver, StepStatus};
 use crate::world::World;
+use bounce::{Bounce, bounces, impact_work};
 use std::mem::swap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -36,6 +36,8 @@ pub struct RunSummary {
     pub wild: u64,
     /// See [`StepStatus::Failed`].
     pub failed: u64,
+    /// Steps that took a part of their [restitution](StepRecord::restitution_share).
+    pub tempered: u64,
     /// Iterations of the solver over all steps.
     pub iterations: u64,
     /// How many contact steps each start of the solver ended.
@@ -72,6 +74,7 @@ impl RunSummary {
                 }
             }
         }
+        self.tempered += u64::from(record.restitution_share < 1.0);
         self.iterations += u64::from(record.report.iterations);
         if let Some(start) = record.report.start {
             *self.starts.entry(start).or_default() += 1;

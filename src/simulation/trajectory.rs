@@ -9,6 +9,9 @@
 //! ([`products`]), and `alpha` is 1 where the point carries a force. The last row is a state
 //! without a step: its step columns are 0 and its status is `end`. Numbers have the fewest
 //! digits that read back to the same double.
+//!
+//! In a world with restitution a last column, `restitution_share`, has the part of the coefficients
+//! that the step took ([`StepRecord::restitution_share`]).
 
 use super::StepRecord;
 use crate::contact::rounding;
@@ -42,14 +45,18 @@ const CONTACT_COLUMNS: [(&str, &str); 7] = [
 /// The names of the columns after the per-contact ones.
 const REPORT_COLUMNS: [&str; 3] = ["status", "iterations", "certificate_m_s"];
 
-/// The header for `contacts` contact points.
+/// The last column in a world with restitution.
+const SHARE_COLUMN: &str = "restitution_share";
+
+/// The header for `contacts` contact points, which may bounce or not.
 #[must_use]
-pub fn header(contacts: usize) -> Vec<String> {
+pub fn header(contacts: usize, bounce: bool) -> Vec<String> {
     let per_contact = CONTACT_COLUMNS
         .iter()
         .flat_map(|(prefix, suffix)| (0..contacts).map(move |i| format!("{prefix}{i}{suffix}")));
     let fixed = |names: &'static [&str]| names.iter().map(|&name| name.to_owned());
-    fixed(&STATE_COLUMNS).chain(per_contact).chain(fixed(&REPORT_COLUMNS)).collect()
+    let share = bounce.then(|| SHARE_COLUMN.to_owned());
+    fixed(&STATE_COLUMNS).chain(per_contact).chain(fixed(&REPORT_COLUMNS)).chain(share).collect()
 }
 
 /// Writes a trajectory of one body row by row.
@@ -71,7 +78,7 @@ impl<W: Write> TrajectoryWriter<W> {
         let points = world.bodies()[0].contact_points().len();
         let layout = Layout::new(points);
         let mut csv = csv::WriterBuilder::new().has_headers(false).from_writer(stream);
-        csv.write_record(header(points))?;
+        csv.write_record(header(points, world.has_restitution()))?;
         Ok(Self {
             csv,
             world: world.clone(),
@@ -99,6 +106,7 @@ impl<W: Write> TrajectoryWriter<W> {
             record.report.status.name(),
             record.report.iterations,
             if is_end { 0.0 } else { record.certificate.residual() },
+            self.world.has_restitution().then_some(record.restitution_share).as_slice(),
         ))
     }
 
@@ -108,7 +116,7 @@ impl<W: Write> TrajectoryWriter<W> {
         self.carrying.fill(0);
         let next = record.next().pose();
         for (contact, found) in record.contacts.iter().zip(&record.solution.contacts) {
-            let height = contact.gap_at(&next, None);
+            let height = contact.gap_at(&next, None) - contact.rise;
             let noise = rounding::gap(
                 &contact.normal(),
                 &next.position,
@@ -160,6 +168,8 @@ pub struct TrajectoryRow {
     pub iterations: u32,
     /// The residual as the file has it, m/s: `certificate_m_s`.
     pub residual: f64,
+    /// `restitution_share`; 1 in a file without that column.
+    pub restitution_share: f64,
 }
 
 impl TrajectoryRow {
@@ -255,6 +265,7 @@ pub struct TrajectoryReader<R: Read> {
     csv: csv::Reader<Bounded<R>>,
     columns: Vec<String>,
     contacts: usize,
+    bounce: bool,
     record: csv::StringRecord,
     next_index: u64,
     ended: bool,
@@ -269,11 +280,12 @@ impl<R: Read> TrajectoryReader<R> {
         let mut csv = csv::Reader::from_reader(Bounded { stream, left: MOST_ROW_BYTES });
         let found = csv.headers().cloned();
         let found = found.map_err(|error| or_too_long(&csv, 1, error))?;
-        let fixed = STATE_COLUMNS.len() + REPORT_COLUMNS.len();
+        let bounce = found.iter().next_back() == Some(SHARE_COLUMN);
+        let fixed = STATE_COLUMNS.len() + REPORT_COLUMNS.len() + usize::from(bounce);
         // To the nearest, so that one missing column is named for what it is.
         let per_contact = CONTACT_COLUMNS.len();
         let contacts = ((found.len() + per_contact / 2).saturating_sub(fixed) / per_contact).max(1);
-        let columns = header(contacts);
+        let columns = header(contacts, bounce);
         for position in 0..columns.len().max(found.len()) {
             let expected = columns.get(position).map_or("the end", String::as_str);
             let name = found.get(position).unwrap_or("");
@@ -286,7 +298,7 @@ impl<R: Read> TrajectoryReader<R> {
             }
         }
         let record = csv::StringRecord::new();
-        Ok(Self { csv, columns, contacts, record, next_index: 0, ended: false })
+        Ok(Self { csv, columns, contacts, bounce, record, next_index: 0, ended: false })
     }
 
     /// n.
@@ -360,6 +372,13 @@ impl<R: Read> TrajectoryReader<R> {
             iterations: self
                 .field(first_report + 1, "a count of iterations", |text| text.parse().ok())?,
             residual: self.number(first_report + 2)?,
+            restitution_share: if self.bounce { self.share(first_report + 3)? } else { 1.0 },
+        })
+    }
+
+    fn share(&self, column: usize) -> Result<f64, TrajectoryError> {
+        self.field(column, "a share from 0 to 1", |text| {
+            text.parse().ok().filter(|share| (0.0..=1.0).contains(share))
         })
     }
 

@@ -124,7 +124,7 @@ pub fn contact_run() -> &'static (String, String) {
 /// A cube that stands still for 200 000 rows, except for two impacts of one step each, the
 /// first of which failed. No run.json belongs to it.
 pub fn two_impacts() -> String {
-    let header = tumble::simulation::trajectory::header(8).join(",");
+    let header = tumble::simulation::trajectory::header(8, false).join(",");
     let mut csv = header + "\n";
     for k in 0..200_000_u64 {
         let (z, force, status) = match k {

@@ -16,6 +16,12 @@ pub struct PhysicsArgs {
     /// Coefficient of friction, 0 to 10 [default: 0.3].
     #[arg(long, value_parser = values::number, allow_hyphen_values = true)]
     pub mu: Option<f64>,
+    /// Coefficient of restitution, 0 to 1: how fast a contact leaves that arrives [default: 0].
+    #[arg(long, value_name = "E", value_parser = values::number, allow_hyphen_values = true)]
+    pub restitution: Option<f64>,
+    /// The speed below which a contact that arrives does not bounce, m/s, 0 to 1000 [default: 2 |g| times the time step].
+    #[arg(long, value_name = "M/S", value_parser = values::number, allow_hyphen_values = true)]
+    pub rebound_speed: Option<f64>,
     /// Mass, kg, 1e-9 to 1e9 [default: 10].
     #[arg(long, value_name = "KG", value_parser = values::number, allow_hyphen_values = true)]
     pub mass: Option<f64>,
@@ -56,6 +62,8 @@ impl PhysicsArgs {
         let flags = [
             ("dt", self.dt.is_some()),
             ("mu", self.mu.is_some()),
+            ("restitution", self.restitution.is_some()),
+            ("rebound-speed", self.rebound_speed.is_some()),
             ("mass", self.mass.is_some()),
             ("inertia", self.inertia.is_some()),
             ("box", self.sides.is_some()),

@@ -77,6 +77,8 @@ pub enum Solid {
 #[serde(deny_unknown_fields)]
 pub struct GroundTable {
     friction: f64,
+    restitution: Option<f64>,
+    rebound_speed: Option<f64>,
     slope: Option<f64>,
     normal: Option<Numbers<3>>,
     offset: Option<f64>,
@@ -282,6 +284,8 @@ impl GroundTable {
             format!("ground.{}: {error}", if offset { "offset" } else { "normal" })
         })?);
         settings.mu = Some(self.friction);
+        settings.restitution = self.restitution;
+        settings.rebound_speed = self.rebound_speed;
         Ok(())
     }
 }

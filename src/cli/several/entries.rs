@@ -25,7 +25,9 @@ pub struct SeveralFile {
     #[serde(default)]
     pub fixed: Vec<FixedEntry>,
     #[serde(default)]
-    pub friction: Vec<FrictionEntry>,
+    pub friction: Vec<PairEntry>,
+    #[serde(default)]
+    pub restitution: Vec<PairEntry>,
     pub solver: Option<SolverTable>,
 }
 
@@ -73,6 +75,7 @@ with_form!(BodyEntry, "a table [[bodies]] is needed" {
     inertia: Option<InertiaValue>,
     centre: Option<Numbers<3>>,
     friction: Option<f64>,
+    restitution: Option<f64>,
     position: Numbers<3>,
     attitude: Option<Turned>,
     velocity: Option<Numbers<3>>,
@@ -101,8 +104,8 @@ with_form!(PieceEntry, "a piece, { box = …, position = …, attitude = … }, 
 });
 
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields, expecting = "a table [[friction]] is needed")]
-pub struct FrictionEntry {
+#[serde(deny_unknown_fields, expecting = "{ between = [\"…\", \"…\"], coefficient = … } is needed")]
+pub struct PairEntry {
     pub between: Exactly<String, 2>,
     pub coefficient: f64,
 }

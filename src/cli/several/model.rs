@@ -4,6 +4,7 @@
 
 use super::shape::{PlacedForm, Shape};
 use crate::cli::outcome::Failure;
+use crate::cli::physics::bouncing;
 use crate::cli::run_file::{LoadParameters, PlaneParameters};
 use nalgebra::Matrix3;
 use serde::{Deserialize, Serialize};
@@ -19,12 +20,20 @@ pub struct Model {
     pub gravity: [f64; 3],
     /// Of the ground, and of what has none of its own.
     pub mu: f64,
+    /// The same of restitution.
+    #[serde(default)]
+    pub restitution: f64,
+    /// m/s; null for the usual one.
+    #[serde(default)]
+    pub rebound_speed: Option<f64>,
     pub plane: PlaneParameters,
     /// The shapes that bodies have.
     pub shapes: Vec<Shape>,
     pub bodies: Vec<BodyModel>,
     pub fixed: Vec<FixedModel>,
-    pub frictions: Vec<FrictionModel>,
+    pub frictions: Vec<PairModel>,
+    #[serde(default)]
+    pub restitutions: Vec<PairModel>,
 }
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -40,6 +49,9 @@ pub struct BodyModel {
     pub inertia: [[f64; 3]; 3],
     /// Its own coefficient of friction; null for the world's.
     pub friction: Option<f64>,
+    /// The same of restitution.
+    #[serde(default)]
+    pub restitution: Option<f64>,
     /// Null without one.
     pub load: Option<LoadParameters>,
     pub start: Start,
@@ -63,9 +75,9 @@ pub struct FixedModel {
     pub friction: Option<f64>,
 }
 
-/// A coefficient of friction between two.
+/// A coefficient between two, of friction or of restitution.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub struct FrictionModel {
+pub struct PairModel {
     /// An index of `bodies`.
     pub body: usize,
     pub partner: PartnerModel,
@@ -107,9 +119,12 @@ impl Model {
             time_step: self.dt,
         })?;
         let world = world.with_fixed(fixed)?;
-        let pairs = self.frictions.iter();
-        Ok(pairs.into_iter().try_fold(world, |world, pair| {
+        let world = bouncing(world, Some(self.restitution), self.rebound_speed)?;
+        let world = self.frictions.iter().try_fold(world, |world, pair| {
             world.with_friction_between(pair.body, pair.partner.into(), pair.coefficient)
+        })?;
+        Ok(self.restitutions.iter().try_fold(world, |world, pair| {
+            world.with_restitution_between(pair.body, pair.partner.into(), pair.coefficient)
         })?)
     }
 
@@ -167,15 +182,22 @@ impl BodyModel {
     pub fn rigid_body(&self, shape: &Shape) -> Result<RigidBody, Error> {
         let inertia = Matrix3::from(self.inertia).transpose();
         let body = shape.body(self.mass, inertia, &self.centre.into())?;
-        match self.friction {
-            Some(friction) => body.with_friction(friction),
+        let body = match self.friction {
+            Some(friction) => body.with_friction(friction)?,
+            None => body,
+        };
+        match self.restitution {
+            Some(restitution) => body.with_restitution(restitution),
             None => Ok(body),
         }
     }
 
     /// Whether it is the same body somewhere else.
     fn is_like(&self, other: &Self) -> bool {
-        let of = |body: &Self| (body.shape, body.centre, body.mass, body.inertia, body.friction);
+        let of = |body: &Self| {
+            let coefficients = (body.friction, body.restitution);
+            (body.shape, body.centre, body.mass, body.inertia, coefficients)
+        };
         of(self) == of(other)
     }
 }

@@ -2,10 +2,10 @@
 
 use super::copies::{Copied, MOST_BODIES, MOST_FIXED, copies};
 use super::entries::{
-    BodyEntry, FixedEntry, FrictionEntry, Jitter, PieceEntry, SeveralFile, Turned, plain,
+    BodyEntry, FixedEntry, Jitter, PairEntry, PieceEntry, SeveralFile, Turned, plain,
 };
 use super::masses::mass_properties;
-use super::model::{BodyModel, FixedModel, FrictionModel, Model, PartnerModel, Start};
+use super::model::{BodyModel, FixedModel, Model, PairModel, PartnerModel, Start};
 use super::shape::{Form, Place, PlacedForm, Shape};
 use crate::cli::choices::Frame;
 use crate::cli::fields::Numbers;
@@ -45,11 +45,14 @@ pub fn build(file: SeveralFile, settings: &Settings, folder: &Path) -> Result<Bu
             dt: settings.dt.unwrap_or_default(),
             gravity: settings.gravity.unwrap_or_default().into(),
             mu: settings.mu.unwrap_or_default(),
+            restitution: settings.restitution.unwrap_or_default(),
+            rebound_speed: settings.rebound_speed,
             plane: ground,
             shapes: Vec::new(),
             bodies: Vec::new(),
             fixed: Vec::new(),
             frictions: Vec::new(),
+            restitutions: Vec::new(),
         },
     };
     if file.bodies.is_empty() {
@@ -65,7 +68,13 @@ pub fn build(file: SeveralFile, settings: &Settings, folder: &Path) -> Result<Bu
     }
     builder.refuse_equal_names()?;
     for (index, entry) in file.friction.iter().enumerate() {
-        builder.add_friction(entry).map_err(|why| format!("friction[{index}].{why}"))?;
+        let pairs = builder.pairs(entry, 10.0).map_err(|why| format!("friction[{index}].{why}"))?;
+        builder.model.frictions.extend(pairs);
+    }
+    for (index, entry) in file.restitution.iter().enumerate() {
+        let pairs = builder.pairs(entry, 1.0);
+        let pairs = pairs.map_err(|why| format!("restitution[{index}].{why}"))?;
+        builder.model.restitutions.extend(pairs);
     }
     builder.refuse_mass_ratio()?;
     Ok(Built { model: builder.model, drawn: builder.drawn })
@@ -119,6 +128,7 @@ impl Builder<'_> {
             mass,
             inertia: inertia.transpose().into(),
             friction: entry.friction,
+            restitution: entry.restitution,
             load,
             start: Start {
                 position: [0.0; 3],
@@ -328,14 +338,15 @@ impl Builder<'_> {
             && self.model.bodies.iter().all(|body| body.name != name)
     }
 
-    fn add_friction(&mut self, entry: &FrictionEntry) -> Result<(), String> {
+    /// The pairs of an entry, whose coefficient is at most `largest`.
+    fn pairs(&self, entry: &PairEntry, largest: f64) -> Result<Vec<PairModel>, String> {
         let coefficient = entry.coefficient;
-        if !(0.0..=10.0).contains(&coefficient) {
-            return Err(format!("coefficient is {coefficient:?}; allowed is 0 to 10"));
+        if !(0.0..=largest).contains(&coefficient) {
+            return Err(format!("coefficient is {coefficient:?}; allowed is 0 to {largest}"));
         }
         let [first, second] = entry.between.0.each_ref().map(|name| self.find(name));
         let (first, second) = (first?, second?);
-        let mut pairs = 0;
+        let mut pairs = Vec::new();
         for &a in &first {
             for &b in &second {
                 let (body, partner) = match (a, b) {
@@ -343,14 +354,13 @@ impl Builder<'_> {
                     (PartnerModel::Body(x), other) | (other, PartnerModel::Body(x)) => (x, other),
                     _ => continue,
                 };
-                self.model.frictions.push(FrictionModel { body, partner, coefficient });
-                pairs += 1;
+                pairs.push(PairModel { body, partner, coefficient });
             }
         }
-        if pairs == 0 {
+        if pairs.is_empty() {
             return Err("between: two bodies, or a body and what is fixed, are needed".to_owned());
         }
-        Ok(())
+        Ok(pairs)
     }
 
     /// All that has a name.
@@ -445,6 +455,7 @@ pub fn field_of(error: &Error) -> String {
         Error::OutOfRange { field, .. } | Error::Count { field, .. } => match *field {
             "mass (kg)" => "mass",
             "coefficient of friction" => "friction",
+            "coefficient of restitution" => "restitution",
             "half side of the box (m)" => "box",
             "radius of the sphere (m)" => "sphere",
             "half length of the capsule (m)" | "radius of the capsule (m)" => "capsule",

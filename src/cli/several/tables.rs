@@ -142,6 +142,8 @@ fn refuse_idle_flags(physics: &PhysicsArgs) -> Result<(), Failure> {
         &[
             ("--dt", physics.dt.is_some()),
             ("--mu", physics.mu.is_some()),
+            ("--restitution", physics.restitution.is_some()),
+            ("--rebound-speed", physics.rebound_speed.is_some()),
             ("--mass", physics.mass.is_some()),
             ("--inertia", physics.inertia.is_some()),
             ("--box", physics.sides.is_some()),

@@ -117,6 +117,9 @@ impl Judge {
             }
         }
         let wrenches = self.wrenches(row.index, states);
+        if self.has_another_rise(&contacts, states, &wrenches, row.restitution_share) {
+            differ("a contact of it bounces as none of the world does".to_owned());
+        }
         let claim = Claim { states, next, wrenches: &wrenches, contacts: &contacts };
         let forces = step.contacts.iter().map(|contact| contact.force);
         let complete = contacts.len() == step.contacts.len();
@@ -173,6 +176,28 @@ impl Judge {
         });
         let of_gap = of_gaps.fold(0.0, f64::max);
         (lost + 2.0 * of_gap / self.world.time_step()).min(rounding::LARGEST)
+    }
+
+    /// Whether a contact rises less than the step's share of the restitution says, or more than
+    /// all of it does.
+    fn has_another_rise(
+        &self,
+        contacts: &[Contact],
+        states: &[State],
+        wrenches: &[Wrench],
+        share: f64,
+    ) -> bool {
+        let world = &self.world;
+        if !world.has_restitution() {
+            return contacts.iter().any(|contact| contact.rise != 0.0);
+        }
+        let flights = states.iter().zip(wrenches).enumerate();
+        let free: Vec<_> = flights.map(|(i, (s, w))| world.free_flight(i, s, w)).collect();
+        let rounding = self.lost(contacts, states, &free) * world.time_step();
+        contacts.iter().any(|contact| {
+            let [least, most] = [share, 1.0].map(|s| contact.rise_of(world, states, &free, s));
+            !(least - rounding..=most + rounding).contains(&contact.rise)
+        })
     }
 
     fn wrenches(&self, index: u64, states: &[State]) -> Vec<Wrench> {

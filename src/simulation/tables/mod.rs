@@ -6,10 +6,10 @@
 //! - `contacts`: one row a candidate contact of the step k → k+1: who touches whom, where (the
 //!   touching point at k, m, world), across which normal (unit, world, at k, away from the
 //!   partner), the force on `body` (N, world; the opposite one acts on the partner), the mean slip
-//!   over the step (m/s, world), the gap at k (m), the radius by which the point is rounded (m),
-//!   and the key that the contact keeps from step to step ([`KeyText`]).
+//!   over the step (m/s, world), the gap at k (m), the radius by which the point is rounded (m), how
+//!   far the contact rises where it bounces (m, eq. 29), and the key that the contact keeps from step to step ([`KeyText`]).
 //! - `steps`: one row a step: how it ended, its residual with the five parts, how deep pieces
-//!   overlap at k+1, and the energy at k: kinetic, and potential in gravity from the world's origin.
+//!   overlap at k+1, the smallest part of the restitution that an island took, and the energy at k: kinetic, and potential in gravity from the world's origin.
 //!
 //! All rows are in the order of k; states within a step in that of the bodies, contacts in that of
 //! the solution. The last step is a state alone, of status `end`. Numbers have the fewest digits
@@ -87,7 +87,7 @@ const STATE_COLUMNS: [&str; 16] = [
     "wx_rad_s", "wy_rad_s", "wz_rad_s",
 ];
 
-const CONTACT_COLUMNS: [&str; 20] = [
+const CONTACT_COLUMNS: [&str; 21] = [
     "k",
     "contact",
     "body",
@@ -107,10 +107,11 @@ const CONTACT_COLUMNS: [&str; 20] = [
     "slip_z_m_s",
     "gap_m",
     "radius_m",
+    "rise_m",
     "key",
 ];
 
-const STEP_COLUMNS: [&str; 14] = [
+const STEP_COLUMNS: [&str; 15] = [
     "k",
     "t_s",
     "status",
@@ -124,6 +125,7 @@ const STEP_COLUMNS: [&str; 14] = [
     "friction_law_m_s",
     "cone_m_s",
     "overlap_m",
+    "restitution_share",
     "energy_J",
 ];
 

@@ -39,6 +39,8 @@ pub struct StepRow {
     pub parts: [f64; 5],
     /// How deep pieces overlap at k+1, m.
     pub overlap: f64,
+    /// The smallest part of the restitution that an island took.
+    pub restitution_share: f64,
     /// The [energy](super::energy) at k, J.
     pub energy: f64,
 }
@@ -62,6 +64,8 @@ pub struct ContactRow {
     pub gap: f64,
     /// The radius by which the point is rounded, m.
     pub radius: f64,
+    /// ζ (eq. 29), m.
+    pub rise: f64,
     /// Which features touch.
     pub key: KeyText,
 }
@@ -213,7 +217,8 @@ impl<R: Read> TablesReader<R> {
             residual: sheet.number(6)?,
             parts,
             overlap: sheet.number(12)?,
-            energy: sheet.number(13)?,
+            restitution_share: sheet.number(13)?,
+            energy: sheet.number(14)?,
         })
     }
 
@@ -242,7 +247,8 @@ impl<R: Read> TablesReader<R> {
             slip: vector(14)?,
             gap: sheet.number(17)?,
             radius: sheet.number(18)?,
-            key: sheet.field(19, "a key of a contact", KeyText::parse)?,
+            rise: sheet.number(19)?,
+            key: sheet.field(20, "a key of a contact", KeyText::parse)?,
         })
     }
 }

@@ -60,7 +60,8 @@ impl ContactRow {
         let key = self.key.between(self.body, self.partner);
         let law = world.law_between(self.body, self.partner);
         let placed = other.as_ref().map(|(body, pose)| (*body, pose));
-        let contact = Contact::new(key, features, law, (body, &pose), placed);
+        let mut contact = Contact::new(key, features, law, (body, &pose), placed);
+        contact.rise = self.rise;
         let size = body.reach() + pose.position.amax();
         if (pose.position + contact.arm - self.point).amax() > UNIT * size
             || (contact.normal() - self.normal).amax() > UNIT

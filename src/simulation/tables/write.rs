@@ -56,6 +56,7 @@ impl<W: Write> TablesWriter<W> {
             certificate.residual(),
             certificate.parts().map(|(_, part)| part),
             record.overlap,
+            record.restitution_share,
             energy(world, &record.states),
         ))?;
         self.write_contacts(record)
@@ -79,6 +80,7 @@ impl<W: Write> TablesWriter<W> {
                 numbers(found.slip),
                 contact.gap,
                 contact.features.radius,
+                contact.rise,
                 KeyText::of(&contact.key).to_string(),
             ))?;
         }

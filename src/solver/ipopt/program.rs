@@ -1,10 +1,10 @@
 //! One solve of the step's program by Ipopt: flags, start and limit in, a point out.
 
-use crate::contact::Contact;
 use super::memory::Multipliers;
 use super::subproblem::{Scratch, Subproblem};
 use super::units::Units;
 use super::{BODY, Formulation};
+use crate::contact::Contact;
 use crate::error::Error;
 use crate::ipopt::{Options, ReturnStatus, Solver, Start};
 use crate::mechanics::Wrench;
