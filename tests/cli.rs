@@ -18,6 +18,8 @@ mod picture;
 mod plot;
 #[path = "derivatives/points.rs"]
 mod points;
+#[path = "cli/restitution.rs"]
+mod restitution;
 #[path = "cli/scenario.rs"]
 mod scenario;
 #[path = "cli/several.rs"]

@@ -236,3 +236,36 @@ fn no_impact_makes_energy() {
     result.unwrap();
     assert!(tempered.get() > 0, "no paradox in sight");
 }
+
+/// A box that lands on a corner: Ipopt on the tutorial's program and on the general one find the
+/// native solver's motion.
+#[cfg(feature = "ipopt")]
+#[test]
+fn ipopt_bounces_as_the_native_solver_does() {
+    use tumble::ipopt::Options;
+    use tumble::solver::ipopt::{Formulation, ladder_for};
+    let box_at = |z: f64| State {
+        attitude: Vector4::new(0.9, 0.2, -0.3, 0.1).normalize(),
+        ..moving(at(0.0, 0.0, z), [0.5, 0.0, -2.0])
+    };
+    let sides = Vector3::new(0.3, 0.2, 0.25);
+    let of = |count: usize| {
+        let body = RigidBody::solid_box(2.0, sides).unwrap();
+        world(vec![body; count], 9.81, 0.3, 0.002).with_restitution(0.6).unwrap()
+    };
+    for count in [1, 2] {
+        let world = of(count);
+        let starts = [box_at(0.45), box_at(1.2)];
+        let starts = || starts[..count].to_vec();
+        let ladder = ladder_for(&world, Formulation::Reduced, Options::default()).unwrap();
+        let by_ipopt = run(&world, starts(), Motion::contact(ladder), 60);
+        let by_native = native(&world, starts(), 60);
+        let impacts = by_native.iter().filter(|r| r.contacts.iter().any(|c| c.rise > 0.0));
+        assert!(impacts.count() > 0);
+        // Until the second impact at least; the program is smoothed by 1e-6 N.
+        let last = |records: &[StepRecord]| records[59].solution.states[0];
+        let (a, b) = (last(&by_ipopt), last(&by_native));
+        assert!((a.velocity - b.velocity).amax() < 1e-3, "{count}: {a:?} {b:?}");
+        assert!((a.position - b.position).amax() < 1e-4, "{count}: {a:?} {b:?}");
+    }
+}

@@ -50,6 +50,8 @@ const ORDERS: [(&str, &str, i32); 24] = [
     ("dragged-cube", "way", 1),
     ("rocking", "peak tilt", 1),
     ("pushed-over", "spin that topples", 1),
+    ("edge-impact", "speed upwards", 1),
+    ("edge-impact", "spin about the edge", 1),
     ("rolling-ball", "speed down the slope", 2),
     ("rolling-ball", "speed of the rim", 2),
     ("rolling-ball", "way down the slope", 1),

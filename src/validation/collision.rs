@@ -26,7 +26,7 @@ pub struct BallChain;
 const HEIGHT: f64 = 10.0;
 
 /// In the air at x, at rest.
-fn afloat(x: f64) -> State {
+pub(super) fn afloat(x: f64) -> State {
     let mut state = resting(HEIGHT);
     state.position[0] = x;
     state
@@ -34,14 +34,14 @@ fn afloat(x: f64) -> State {
 
 /// What the residuals of `run` allow the speed of the centre of mass, m/s: all that velocities
 /// lack.
-fn drift(run: &Run) -> f64 {
+pub(super) fn drift(run: &Run) -> f64 {
     run.sum(|residual| residual.momentum) + run.flight_rounding()
 }
 
 /// The same for each of `bodies` in a row. Two neighbours that touch stay within h δ_n of it,
 /// and part with no more than 2 δ_n and what positions lack; none of this adds up over the
 /// steps, and a body differs from the centre by no more than all its neighbours do.
-fn speed_slack(run: &Run, bodies: f64) -> f64 {
+pub(super) fn speed_slack(run: &Run, bodies: f64) -> f64 {
     let parting = 2.0 * run.largest(|r| r.normal) + run.largest(|r| r.kinematics);
     drift(run) + bodies * parting
 }

@@ -9,6 +9,8 @@ pub enum Input {
     Mass,
     /// μ.
     Friction,
+    /// e.
+    Restitution,
     /// g, m/s², downwards.
     Gravity,
     /// Of the ground, degrees.
@@ -20,8 +22,8 @@ pub enum Input {
 
 impl Input {
     /// All of them.
-    pub const ALL: [Self; 5] =
-        [Self::Mass, Self::Friction, Self::Gravity, Self::Slope, Self::Speed];
+    pub const ALL: [Self; 6] =
+        [Self::Mass, Self::Friction, Self::Restitution, Self::Gravity, Self::Slope, Self::Speed];
 
     /// The word of the command line.
     #[must_use]
@@ -29,6 +31,7 @@ impl Input {
         match self {
             Self::Mass => "mass",
             Self::Friction => "mu",
+            Self::Restitution => "restitution",
             Self::Gravity => "gravity",
             Self::Slope => "slope",
             Self::Speed => "speed",
@@ -42,7 +45,7 @@ impl Input {
     pub fn unit(self) -> &'static str {
         match self {
             Self::Mass => "kg",
-            Self::Friction => "",
+            Self::Friction | Self::Restitution => "",
             Self::Gravity => "m/s²",
             Self::Slope => "°",
             Self::Speed => "m/s",
@@ -54,6 +57,7 @@ impl Input {
         match self {
             Self::Mass => (1e-3, 1e6),
             Self::Friction => (1e-3, 10.0),
+            Self::Restitution => (0.0, 1.0),
             Self::Gravity => (1e-2, 1e3),
             Self::Slope => (0.0, 80.0),
             Self::Speed => (1e-2, 1e2),

@@ -48,6 +48,8 @@ pub struct Setup {
     pub gravity: f64,
     /// μ.
     pub friction: f64,
+    /// e.
+    pub restitution: f64,
     /// How long it goes on, s.
     pub duration: f64,
 }
@@ -65,7 +67,8 @@ impl Setup {
     #[must_use]
     pub fn new(bodies: Vec<Subject>, gravity: f64, friction: f64, duration: f64) -> Self {
         let (fixed, frictions) = (Vec::new(), Vec::new());
-        Self { bodies, fixed, frictions, slope: 0.0, gravity, friction, duration }
+        let (slope, restitution) = (0.0, 0.0);
+        Self { bodies, fixed, frictions, slope, gravity, friction, restitution, duration }
     }
 }
 
@@ -221,6 +224,7 @@ impl<'a> Laboratory<'a> {
             friction: setup.friction,
             time_step: self.time_step,
         })?;
+        world = world.with_restitution(setup.restitution)?;
         let fixed = setup.fixed.iter().map(|fixed| incline.fixed_to_world(fixed));
         world = world.with_fixed(fixed.collect::<Result<_, _>>()?)?;
         for &(body, partner, friction) in &setup.frictions {

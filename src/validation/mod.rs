@@ -14,8 +14,10 @@
 //! checked ([`Quantity::converges`]).
 
 mod blocks;
+mod bouncing;
 mod collision;
 mod compass;
+mod cradle;
 mod dragging;
 mod edge;
 mod falling;
@@ -85,7 +87,7 @@ pub trait Problem: Sync {
 }
 
 /// All problems, in the order of a first reading.
-pub static PROBLEMS: [&dyn Problem; 24] = [
+pub static PROBLEMS: [&dyn Problem; 27] = [
     &falling::FreeFall,
     &stopping::SlidingStop,
     &slope::STICK,
@@ -98,6 +100,8 @@ pub static PROBLEMS: [&dyn Problem; 24] = [
     &toppling::PushedOver,
     &toppling::SlopeTopple,
     &tumbling::Tumble,
+    &bouncing::BouncingBox,
+    &bouncing::EdgeImpact,
     &rolling::RollingBall,
     &rolling::SlidingBall,
     &leaning::Ladder,
@@ -105,6 +109,7 @@ pub static PROBLEMS: [&dyn Problem; 24] = [
     &stack::MassRatio,
     &collision::Collision,
     &collision::BallChain,
+    &cradle::Cradle,
     &pair::PairInFlight,
     &blocks::BlocksOnSlope,
     &blocks::PulledBlock,

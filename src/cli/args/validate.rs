@@ -26,19 +26,22 @@ pub struct ValidateArgs {
     /// Coefficient of friction.
     #[arg(long, value_parser = values::number, allow_hyphen_values = true)]
     pub mu: Option<f64>,
+    /// Coefficient of restitution.
+    #[arg(long, value_name = "E", value_parser = values::number, allow_hyphen_values = true)]
+    pub restitution: Option<f64>,
     /// Gravity, m/s², downwards.
     #[arg(long, value_name = "G", value_parser = values::number, allow_hyphen_values = true)]
     pub gravity: Option<f64>,
     /// Slope of the ground, degrees.
     #[arg(long, value_name = "DEGREES", value_parser = values::number, allow_hyphen_values = true)]
     pub slope: Option<f64>,
-    /// Speed at the start, in the problem's unit. This and the four flags above go to the
+    /// Speed at the start, in the problem's unit. This and the five flags above go to the
     /// problems that depend on them.
     #[arg(long, value_name = "V", value_parser = values::number, allow_hyphen_values = true)]
     pub speed: Option<f64>,
     /// List the problems with their inputs and usual values; run none.
-    #[arg(long, conflicts_with_all = ["solver", "dt", "mass", "mu", "gravity", "slope", "speed",
-        "out", "quiet"])]
+    #[arg(long, conflicts_with_all = ["solver", "dt", "mass", "mu", "restitution", "gravity",
+        "slope", "speed", "out", "quiet"])]
     pub list: bool,
     /// Directory for validation.html, made if it is not there.
     #[arg(long, value_name = "DIR", default_value = "out")]

@@ -189,7 +189,7 @@ impl Judge {
     ) -> bool {
         let world = &self.world;
         if !world.has_restitution() {
-            return contacts.iter().any(|contact| contact.rise != 0.0);
+            return share != 1.0 || contacts.iter().any(|contact| contact.rise != 0.0);
         }
         let flights = states.iter().zip(wrenches).enumerate();
         let free: Vec<_> = flights.map(|(i, (s, w))| world.free_flight(i, s, w)).collect();

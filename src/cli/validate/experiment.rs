@@ -87,6 +87,7 @@ pub fn given(args: &ValidateArgs) -> Vec<(Input, f64)> {
     let value = |input| match input {
         Input::Mass => args.mass,
         Input::Friction => args.mu,
+        Input::Restitution => args.restitution,
         Input::Gravity => args.gravity,
         Input::Slope => args.slope,
         Input::Speed => args.speed,

@@ -1,0 +1,142 @@
+//! Restitution at the command line: flags, scenario, columns, verification.
+
+use super::scenario::run_scenario;
+use super::support::{Table, run, simulate};
+use std::fs;
+
+#[test]
+fn a_run_that_bounces_says_so_and_verifies() {
+    for solver in ["native", "ipopt"] {
+        let bouncing = ["--restitution", "0.6", "--inertia", "solid"];
+        let args = [&["--steps", "300", "--solver", solver], &bouncing[..]].concat();
+        let simulated = simulate(&args);
+        assert_eq!(simulated.end.code, Some(0), "{:?}", simulated.end);
+        assert!(
+            simulated.end.stdout.contains("with changed restitution, inertia"),
+            "{:?}",
+            simulated.end
+        );
+        let table = simulated.table();
+        assert!(table.numbers("restitution_share").iter().all(|share| (0.0..=1.0).contains(share)));
+        assert!(table.numbers("vz_m_s").iter().any(|speed| *speed > 0.1), "it bounces");
+        assert_eq!(simulated.run_json()["parameters"]["restitution"], 0.6);
+        let path = simulated.path("trajectory.csv");
+        let end = run(&["verify", path.to_str().unwrap()]);
+        assert_eq!((end.code, end.stderr.as_str()), (Some(0), ""), "{end:?}");
+        // By another law its steps are none.
+        let end = run(&["verify", path.to_str().unwrap(), "--restitution", "0.2"]);
+        assert_eq!(end.code, Some(1), "{end:?}");
+    }
+}
+
+/// Rough ground, a bouncing cube: one of its impacts would make energy.
+#[test]
+fn impacts_that_would_make_energy_are_counted() {
+    let args = ["--seed", "0", "--restitution", "0.9", "--mu", "1", "--inertia", "solid"];
+    let simulated = simulate(&[&args[..], &["--solver", "native"]].concat());
+    assert_eq!(simulated.end.code, Some(0), "{:?}", simulated.end);
+    let shares = simulated.table().numbers("restitution_share");
+    let tempered = shares.iter().filter(|share| **share < 1.0).count();
+    assert!(tempered > 0 && tempered < 10, "{tempered}");
+    assert!(simulated.end.stdout.contains(&format!("taken in part in {tempered} steps")));
+    assert_eq!(simulated.run_json()["summary"]["tempered"], tempered);
+    let path = simulated.path("trajectory.csv");
+    let end = run(&["verify", path.to_str().unwrap()]);
+    assert_eq!((end.code, end.stderr.as_str()), (Some(0), ""), "{end:?}");
+}
+
+#[test]
+fn without_restitution_there_is_no_such_column() {
+    let simulated = simulate(&["--steps", "3", "--solver", "native"]);
+    assert!(!simulated.table().header.contains(&"restitution_share".to_owned()));
+    // Zero is none.
+    let simulated = simulate(&["--steps", "3", "--solver", "native", "--restitution", "0"]);
+    assert!(!simulated.table().header.contains(&"restitution_share".to_owned()));
+    assert!(!simulated.end.stdout.contains("changed"), "{:?}", simulated.end);
+}
+
+#[test]
+fn coefficients_out_of_range_are_refused_by_name() {
+    let cases: [(&[&str], &str); 5] = [
+        (&["--restitution", "1.1"], "--restitution"),
+        (&["--restitution", "-0.1"], "--restitution"),
+        (&["--restitution", "nan"], "--restitution"),
+        (&["--rebound-speed", "-1"], "--rebound-speed"),
+        (&["--scene", "floating", "--restitution", "0.5"], "--restitution"),
+    ];
+    for (args, word) in cases {
+        let simulated = simulate(args);
+        simulated.end.assert_refused(2, &[word]);
+        assert!(!simulated.path("trajectory.csv").exists());
+    }
+}
+
+/// A ball that bounces on the ground, not on the plate, and one that does on both.
+const SCENE: &str = r#"
+steps = 400
+[ground]
+friction = 0.3
+restitution = 0.5
+rebound_speed = 0.1
+[[bodies]]
+name = "dull"
+sphere = 0.1
+mass = 1.0
+position = [0.0, 0.0, 0.6]
+[[bodies]]
+name = "bright"
+sphere = 0.1
+mass = 1.0
+restitution = 0.9
+position = [1.0, 0.0, 0.6]
+[[fixed]]
+name = "plate"
+box = [4.0, 1.0, 0.2]
+position = [0.0, 0.0, 0.1]
+[[restitution]]
+between = ["dull", "plate"]
+coefficient = 0.0
+"#;
+
+#[test]
+fn pairs_bounce_by_their_own_coefficients() {
+    let (end, directory) = run_scenario(SCENE, &[]);
+    assert_eq!(end.code, Some(0), "{end:?}");
+    let out = directory.path().join("out");
+    let states = Table::parse(&fs::read_to_string(out.join("states.csv")).unwrap());
+    let speeds: Vec<_> = states.numbers("vz_m_s");
+    let fastest = |body: usize| speeds[body..].iter().step_by(2).copied().fold(0.0, f64::max);
+    // They fall 0.3 m.
+    let arriving = f64::sqrt(2.0 * 9.81 * 0.3);
+    assert!(fastest(0) < 1e-9, "{}", fastest(0));
+    let expected = f64::sqrt(0.9 * 0.5) * arriving;
+    assert!((fastest(1) - expected).abs() < 0.02 * expected, "{} {expected}", fastest(1));
+    let steps = out.join("steps.csv");
+    let end = run(&["verify", steps.to_str().unwrap()]);
+    assert_eq!((end.code, end.stderr.as_str()), (Some(0), ""), "{end:?}");
+
+    let contacts = out.join("contacts.csv");
+    let mut table = Table::parse(&fs::read_to_string(&contacts).unwrap());
+    let column = table.column("rise_m");
+    let row = table.numbers("rise_m").iter().position(|rise| *rise > 0.0).unwrap();
+    table.rows[row][column] = "0.0".to_owned();
+    fs::write(&contacts, table.text()).unwrap();
+    let end = run(&["verify", steps.to_str().unwrap()]);
+    assert_eq!(end.code, Some(1), "{end:?}");
+    assert!(end.stdout.contains("bounces as none"), "{end:?}");
+}
+
+#[test]
+fn wrong_entries_of_pairs_are_named() {
+    let cases = [
+        ("coefficient = 0.0", "coefficient = 1.5", "restitution[0].coefficient"),
+        ("between = [\"dull\", \"plate\"]", "between = [\"dull\", \"nobody\"]", "nobody"),
+        ("restitution = 0.9", "restitution = 2.0", "bodies[1].restitution"),
+        ("restitution = 0.5", "restitution = -2.0", "restitution"),
+    ];
+    for (old, new, word) in cases {
+        let (end, directory) = run_scenario(&SCENE.replace(old, new), &[]);
+        end.assert_refused(2, &[word]);
+        assert!(!directory.path().join("out").exists(), "{new}");
+    }
+}
