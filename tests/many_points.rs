@@ -1,4 +1,5 @@
-//! Ipopt on bodies of many points: sliding faces, and an interrupt in the middle of a step.
+//! Bodies of many points: rims that roll and fall by the native solver; sliding faces by Ipopt, and
+//! an interrupt in the middle of a step.
 
 mod common;
 
@@ -33,6 +34,44 @@ fn sliding_plate(side: usize) -> Simulation<'static> {
     let ipopt = IpoptSolver::new(&world, Formulation::Reduced, options).unwrap();
     let motion = Motion::contact(Ladder::new(&world, ipopt, &Rung::ALL));
     Simulation::new(world, [start], motion).unwrap()
+}
+
+/// A coin with 1000 points on its rims rolls, or is dropped turning: contacts change in every step,
+/// and the last step's forces are those of others. At most 5 % of the contact steps need another
+/// start (measured: 0.1 and 1.6 %).
+#[test]
+fn a_coin_of_a_thousand_points_hardly_needs_another_start() {
+    let (radius, half) = (0.5, 0.03);
+    let rim = (0..500).map(|k| f64::from(k) / 500.0 * std::f64::consts::TAU);
+    let points: Vec<_> = rim
+        .flat_map(|a| [-half, half].map(|z| Vector3::new(radius * a.cos(), radius * a.sin(), z)))
+        .collect();
+    let across = 0.25 * radius * radius + half * half / 3.0;
+    let inertia = Matrix3::from_diagonal(&Vector3::new(across, across, 0.5 * radius * radius));
+    let coin = RigidBody::new(1.0, inertia, &points).unwrap();
+    let world = World::new(Parameters { bodies: vec![coin], ..tutorial_parameters() }).unwrap();
+    let start = |attitude: [f64; 4], velocity: [f64; 3], spin: [f64; 3]| State {
+        position: Vector3::new(0.0, 0.0, 0.55),
+        attitude: Vector4::from(attitude).normalize(),
+        velocity: velocity.into(),
+        spin: spin.into(),
+    };
+    let rolling = start([1.0, 1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 0.2, 4.0]);
+    let dropped = start([1.0, 0.3, 0.2, 0.0], [0.3, 0.2, 0.0], [3.0, 2.0, 1.0]);
+    for state in [rolling, dropped] {
+        let motion = Motion::native(&world);
+        let mut simulation = Simulation::new(world.clone(), [state], motion).unwrap();
+        let mut record = StepRecord::new();
+        let (mut contact, mut retried) = (0, 0);
+        for k in 0..1500 {
+            simulation.step(&mut record).unwrap();
+            let status = record.report.status;
+            assert_ne!(status, StepStatus::Failed, "step {k}");
+            contact += u32::from(status != StepStatus::Free);
+            retried += u32::from(status == StepStatus::Retried);
+        }
+        assert!(contact > 1000 && 20 * retried <= contact, "{retried} of {contact}");
+    }
 }
 
 /// Steps of a sliding face are solved by Ipopt, whatever the number of points (measured: 27 to

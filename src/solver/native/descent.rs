@@ -9,8 +9,8 @@ use super::newton::{Iterate, Newton, exact_residual};
 use super::starts::{self, Start};
 use super::sweeps::sweep;
 use super::tolerances::{
-    COMPLIANCE, COMPLIANCES, MOST_SHRINKS, MOST_STALLS, SETTLED, SHARPNESSES, SHORTEST_FACTOR,
-    SHRINKING, SHRINKING_SHARPNESSES, STICK_MARGINS,
+    COMPLIANCE, COMPLIANCES, FIRST_SWEEPS, MANY_CONTACTS, MOST_SHRINKS, MOST_STALLS, SETTLED,
+    SHARPNESSES, SHORTEST_FACTOR, SHRINKING, SHRINKING_SHARPNESSES, STICK_MARGINS,
 };
 use nalgebra::Vector3;
 
@@ -218,6 +218,9 @@ impl<E: Equations> Descent<E> {
         }
         equations.set_velocity_after(&iterate.impulses, &mut iterate.velocity);
         match start {
+            Start::Previous if is_restless(equations, iterate) => {
+                sweep(equations, FIRST_SWEEPS, iterate, effort);
+            }
             Start::Compliant(factor) => self.follow(equations, factor, effort),
             Start::Swept(number) => sweep(equations, number, iterate, effort),
             _ => {}
@@ -370,4 +373,15 @@ impl<E: Equations> Descent<E> {
         }
         residual
     }
+}
+
+/// Whether forces change hands among the many contacts of one body, as on a rim that rolls, so that
+/// those of the last step are far from a solution: sweeps find which contacts press, where Newton's
+/// method would have to guess. (Among several bodies they are too slow to help.)
+fn is_restless<E: Equations>(equations: &E, iterate: &mut Iterate<E>) -> bool {
+    let many = equations.candidates().len() >= MANY_CONTACTS;
+    equations.bodies() == 1
+        && many
+        && equations.unsettled() > SETTLED
+        && exact_residual(equations, iterate) > equations.tolerances().near
 }

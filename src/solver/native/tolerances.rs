@@ -39,6 +39,11 @@ pub(super) const TURN_GAIN: f64 = 2.0;
 pub(super) const SETTLED: f64 = 1e-10;
 /// Impulses that changed by less than this part may soon have: they are solved for to rounding.
 pub(super) const SETTLING: f64 = 1e-6;
+/// A body has many contacts from here on: more than a box has corners.
+pub(super) const MANY_CONTACTS: usize = 12;
+/// So many sweeps before the first start of a body with many contacts that move: of a rolling rim
+/// of 1000 points every eighth step needed another start without them, and none does with them.
+pub(super) const FIRST_SWEEPS: u32 = 10;
 /// Iterations that an island may take in a step, all starts together: fifty times what the hardest
 /// steps of the tests need, and some ten milliseconds with four contacts. An island that has used
 /// them is reported with the best point found.
