@@ -39,7 +39,8 @@ pub(super) struct Outcome {
 #[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]
 struct Rank {
     unsolved: bool,
-    /// Turns a body further in one step than its motion explains.
+    /// A solution that turns a body further in one step than its motion explains. (Of points that
+    /// are none, the residual alone counts.)
     turns_too_far: bool,
     /// Without compliance, m/s.
     residual: f64,
@@ -119,11 +120,13 @@ impl<E: Equations> Descent<E> {
             let repeated = if start == Start::Previous { self.repeat(equations) } else { None };
             let reached = match repeated {
                 Some(residual) => Reached { residual, selected: true },
+                None if start == Start::Kept => self.keep(equations, effort),
                 None => self.descend(equations, effort),
             };
+            let unsolved = reached.residual > tolerances.solved;
             let rank = Rank {
-                unsolved: reached.residual > tolerances.solved,
-                turns_too_far: equations.turns_too_far(&self.iterate.velocity),
+                unsolved,
+                turns_too_far: !unsolved && equations.turns_too_far(&self.iterate.velocity),
                 residual: reached.residual,
             };
             if !rank.unsolved && reached.selected && !rank.turns_too_far {
@@ -166,7 +169,11 @@ impl<E: Equations> Descent<E> {
         equations.keep_velocity(&mut self.iterate.velocity);
         let residual = self.residual(equations);
         let sinking = self.iterate.gap_speed(equations);
-        if residual <= tolerances.exact && sinking <= tolerances.rounding {
+        let (enough, still) = match equations.bodies() {
+            1 => (tolerances.exact, tolerances.rounding),
+            _ => (tolerances.solved, tolerances.exact),
+        };
+        if residual <= enough && sinking <= still {
             return Some(residual);
         }
         equations.set_velocity_after(&self.iterate.impulses, &mut self.iterate.velocity);
@@ -204,7 +211,7 @@ impl<E: Equations> Descent<E> {
         let Self { interior_point, iterate, .. } = self;
         iterate.impulses.clear();
         match start {
-            Start::Previous => iterate.impulses.extend_from_slice(previous),
+            Start::Previous | Start::Kept => iterate.impulses.extend_from_slice(previous),
             Start::Zero | Start::Compliant(_) | Start::Swept(_) => {
                 iterate.impulses.extend(candidates.iter().map(|_| Vector3::zeros()));
             }
@@ -290,6 +297,17 @@ impl<E: Equations> Descent<E> {
             reached.residual = least;
         }
         reached
+    }
+
+    /// Solves the law without compliance from the last step's impulses: as they are, or by
+    /// compliance on changes from them alone. What is found so is near them, and is taken although
+    /// the law with compliance did not select it.
+    fn keep(&mut self, equations: &E, effort: &mut Effort<'_>) -> Reached {
+        let mut residual = self.residual(equations);
+        if residual > equations.tolerances().solved {
+            residual = self.shrink(equations, &SHRINKING, 1.0, effort);
+        }
+        Reached { residual, selected: true }
     }
 
     /// Takes the compliance out by acting on changes alone, again and again (the proximal point

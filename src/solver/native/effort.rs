@@ -1,6 +1,6 @@
 //! What a step has cost so far, and when to give it up.
 
-use super::tolerances::{BUDGET, BUDGET_CONTACTS, BUDGET_STARTS, LEAST_BUDGET};
+use super::tolerances::{BUDGET, BUDGET_CONTACTS, BUDGET_STARTS, BUDGET_TOGETHER, LEAST_BUDGET};
 use crate::error::Error;
 use crate::step::Step;
 
@@ -22,10 +22,12 @@ impl<'a> Effort<'a> {
         Self { step, iterations: 0, left: 0, reserve: 0, interrupted: false }
     }
 
-    /// A new budget, for an island of so many `contacts`: fewer iterations where each takes longer.
-    pub(super) fn begin_part(&mut self, contacts: usize) {
+    /// A new budget, for an island of so many `bodies` and `contacts`: fewer iterations where each
+    /// takes longer.
+    pub(super) fn begin_part(&mut self, bodies: usize, contacts: usize) {
+        let budget = if bodies == 1 { BUDGET } else { BUDGET_TOGETHER };
         let cost = u32::try_from(contacts.div_ceil(BUDGET_CONTACTS)).unwrap_or(u32::MAX).max(1);
-        self.left = (BUDGET / cost).max(LEAST_BUDGET);
+        self.left = (budget / cost).max(LEAST_BUDGET);
         self.reserve = 0;
     }
 

@@ -109,7 +109,7 @@ impl Island {
         }));
         self.candidates.clear();
         self.links.clear();
-        self.tolerances = Tolerances::of(step.world, self.speed());
+        self.tolerances = Tolerances::together(step.world, self.speed());
         self.unsettled = unsettled;
     }
 

@@ -102,7 +102,7 @@ impl Part {
         accepted: f64,
         effort: &mut Effort<'_>,
     ) -> Outcome {
-        effort.begin_part(island.contacts.len());
+        effort.begin_part(island.bodies.len(), island.contacts.len());
         let view = (contacts, island);
         if let [body] = *island.bodies {
             let problem = alone(&mut self.alone, step.world);

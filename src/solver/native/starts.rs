@@ -10,6 +10,9 @@ use std::f64::consts::TAU;
 pub(super) enum Start {
     /// The impulses of the previous step: enough for more than 99.7 % of contact steps.
     Previous,
+    /// The impulses of the previous step, changed as little as it takes: where forces are shared in
+    /// many ways, those of bodies that hold each other stay as they are.
+    Kept,
     /// No impulses.
     Zero,
     /// Where a path of less and less compliance leads, from no impulses and a compliance of
@@ -43,8 +46,9 @@ const ALONE: [Start; 9] = [
 const SCATTERED_ALONE: u32 = 1024;
 
 /// For several bodies: in the order of what they solve for their cost.
-const TOGETHER: [Start; 10] = [
+const TOGETHER: [Start; 11] = [
     Start::Previous,
+    Start::Kept,
     Start::Compliant(0.1),
     Start::Zero,
     Start::Swept(30),
@@ -62,6 +66,7 @@ impl Start {
     pub(super) fn name(self) -> &'static str {
         match self {
             Self::Previous => "previous",
+            Self::Kept => "kept",
             Self::Zero => "zero",
             Self::Compliant(_) => "compliance",
             Self::InteriorPoint(_) => "interior point",
