@@ -55,7 +55,7 @@ pub(super) const BUDGET_CONTACTS: usize = 8;
 /// A start may use up this part of what is left of the budget.
 pub(super) const BUDGET_STARTS: u32 = 4;
 /// The least budget: all starts but the scattered ones.
-pub(super) const LEAST_BUDGET: u32 = 1_000;
+pub(super) const LEAST_BUDGET: u32 = 2_000;
 /// Iterations of Newton's method from one start.
 pub(super) const NEWTON_ITERATIONS: u32 = 40;
 /// Corrections towards the limit of vanishing compliance; one nearly always suffices.
