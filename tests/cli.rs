@@ -26,6 +26,8 @@ mod scenario;
 mod several;
 #[path = "cli/several_input.rs"]
 mod several_input;
+#[path = "cli/several_ipopt.rs"]
+mod several_ipopt;
 #[path = "cli/several_pictures.rs"]
 mod several_pictures;
 #[path = "cli/several_tampering.rs"]

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use tumble::error::Error;
 use tumble::simulation::scene;
-use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, Rung};
+use tumble::solver::ipopt::{Formulation, IpoptSolver, MOST_BODIES, ladder_for};
 use tumble::solver::native::NativeSolver;
 use tumble::step::StepSolver;
 use tumble::validation::{self, Input, Inputs, Laboratory, PROBLEMS, Problem, Unsuitable};
@@ -104,9 +104,9 @@ pub fn each(solvers: Solvers) -> &'static [Solver] {
     }
 }
 
-/// Whether `solver` takes the problem: Ipopt's path is of one body with sharp corners.
+/// Whether `solver` takes the problem: Ipopt's path is of up to [`MOST_BODIES`] bodies.
 pub fn takes(solver: Solver, problem: &dyn Problem) -> bool {
-    solver == Solver::Native || problem.for_one_sharp_body()
+    solver == Solver::Native || problem.bodies() <= MOST_BODIES
 }
 
 /// The problems of `args` that are not run with Ipopt where it is asked for.
@@ -204,8 +204,7 @@ fn make_solver(
         Solver::Native => Box::new(NativeSolver::new(world)),
         Solver::Ipopt => {
             let options = IpoptSolver::options(scene::TOLERANCE, scene::MOST_ITERATIONS);
-            let ipopt = IpoptSolver::new(world, Formulation::default(), options)?;
-            Box::new(Ladder::new(world, ipopt, &Rung::ALL))
+            ladder_for(world, Formulation::default(), options)?
         }
     })
 }
