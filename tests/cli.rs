@@ -10,6 +10,8 @@ mod flags;
 mod input;
 #[path = "cli/inspect.rs"]
 mod inspect;
+#[path = "cli/inspect_several.rs"]
+mod inspect_several;
 #[path = "cli/output.rs"]
 mod output;
 #[path = "cli/picture.rs"]

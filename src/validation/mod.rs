@@ -64,10 +64,9 @@ pub trait Problem: Sync {
         1
     }
 
-    /// Whether it is of one body with sharp corners, which is what Ipopt's program knows: of
-    /// others it knows neither a second body nor a radius about a point.
-    fn for_one_sharp_body(&self) -> bool {
-        self.bodies() == 1
+    /// Why it is not asked of Ipopt, in words that follow its name; `None` where it is.
+    fn beyond_ipopt(&self) -> Option<&'static str> {
+        None
     }
 
     /// The unit of `input` in it.

@@ -60,8 +60,8 @@ fn apart(one: &Simulated, other: &Simulated, columns: [&str; 3]) -> f64 {
 }
 
 /// Σ 2 K (δ + δ') over the steps, with K contacts and the residuals δ of both runs, m/s: each impulse
-/// is within δ of obeying the laws, and the motion is made by their sum (measured, of the bound: the
-/// stack 1e-6, the collision 0.07).
+/// is within δ of obeying the laws, and the motion is made by their sum (measured: nothing for the
+/// stack, a tenth of it for the collision).
 fn allowed(one: &Simulated, other: &Simulated) -> f64 {
     let [one, other] = [one, other].map(|done| table(done, "steps"));
     let counts = one.numbers("contacts").into_iter().zip(other.numbers("contacts"));
@@ -91,7 +91,7 @@ fn ipopt_and_native_agree_where_the_motion_is_unique() {
         assert!(contact_steps > 0 && summary["iterations"].as_u64().unwrap() > 0, "{name}");
 
         let speed = allowed(&native, &ipopt);
-        assert!(speed < 0.02, "{name}: {speed}");
+        assert!(speed < 1e-3, "{name}: {speed}");
         let found = apart(&native, &ipopt, ["vx_m_s", "vy_m_s", "vz_m_s"]);
         assert!(found <= speed, "{name}: {found:e}, {speed:e} allowed");
         let moved = apart(&native, &ipopt, ["x_m", "y_m", "z_m"]);
