@@ -38,7 +38,7 @@ fn assert_holds(problem: &dyn Problem, inputs: &Inputs, findings: &Findings) {
 }
 
 /// Quantities for which the theory says an order, and which.
-const ORDERS: [(&str, &str, i32); 24] = [
+const ORDERS: [(&str, &str, i32); 31] = [
     ("free-fall", "height fallen", 1),
     ("sliding-stop", "stopping distance", 1),
     ("slope-slide", "way down the slope", 1),
@@ -65,6 +65,13 @@ const ORDERS: [(&str, &str, i32); 24] = [
     ("pulled-block", "way of the lower block", 1),
     ("turntable", "acceleration of the block", 2),
     ("turntable", "threshold of the spin", 2),
+    ("ball-grid", "along y: speed of the box", 2),
+    ("ball-grid", "speed of a ball", 2),
+    ("ball-grid", "speed of a rim", 2),
+    ("ball-grid", "diagonally: speed of the box", 2),
+    ("ball-grid", "speed of a ball, too", 2),
+    ("ball-grid", "speed of a rim, too", 2),
+    ("ball-grid", "mean squared error of a velocity", 4),
 ];
 
 /// With the usual numbers, at h and at h/2, and every order shows.

@@ -13,6 +13,7 @@
 //! to the exact one as the time step shrinks is declared for each ([`Convergence`]) and
 //! checked ([`Quantity::converges`]).
 
+mod arch;
 mod blocks;
 mod bouncing;
 mod collision;
@@ -21,6 +22,7 @@ mod cradle;
 mod dragging;
 mod edge;
 mod falling;
+mod grid;
 mod incline;
 mod inputs;
 mod laboratory;
@@ -86,7 +88,7 @@ pub trait Problem: Sync {
 }
 
 /// All problems, in the order of a first reading.
-pub static PROBLEMS: [&dyn Problem; 27] = [
+pub static PROBLEMS: [&dyn Problem; 29] = [
     &falling::FreeFall,
     &stopping::SlidingStop,
     &slope::STICK,
@@ -114,6 +116,8 @@ pub static PROBLEMS: [&dyn Problem; 27] = [
     &blocks::PulledBlock,
     &leaning::CardTent,
     &turntable::Turntable,
+    &arch::Arch,
+    &grid::BallGrid,
 ];
 
 /// The problem of that name.
