@@ -23,6 +23,7 @@ mod dragging;
 mod edge;
 mod falling;
 mod grid;
+mod heap;
 mod incline;
 mod inputs;
 mod laboratory;
@@ -88,7 +89,7 @@ pub trait Problem: Sync {
 }
 
 /// All problems, in the order of a first reading.
-pub static PROBLEMS: [&dyn Problem; 29] = [
+pub static PROBLEMS: [&dyn Problem; 30] = [
     &falling::FreeFall,
     &stopping::SlidingStop,
     &slope::STICK,
@@ -118,6 +119,7 @@ pub static PROBLEMS: [&dyn Problem; 29] = [
     &turntable::Turntable,
     &arch::Arch,
     &grid::BallGrid,
+    &heap::Balls,
 ];
 
 /// The problem of that name.
