@@ -38,7 +38,7 @@ fn assert_holds(problem: &dyn Problem, inputs: &Inputs, findings: &Findings) {
 }
 
 /// Quantities for which the theory says an order, and which.
-const ORDERS: [(&str, &str, i32); 33] = [
+const ORDERS: [(&str, &str, i32); 35] = [
     ("free-fall", "height fallen", 1),
     ("sliding-stop", "stopping distance", 1),
     ("slope-slide", "way down the slope", 1),
@@ -65,6 +65,8 @@ const ORDERS: [(&str, &str, i32); 33] = [
     ("pulled-block", "way of the lower block", 1),
     ("turntable", "acceleration of the block", 2),
     ("turntable", "threshold of the spin", 2),
+    ("dominoes", "time until they meet", 1),
+    ("dominoes", "spin then", 1),
     ("ball-grid", "along y: speed of the box", 2),
     ("ball-grid", "speed of a ball", 2),
     ("ball-grid", "speed of a rim", 2),

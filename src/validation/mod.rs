@@ -19,6 +19,7 @@ mod bouncing;
 mod collision;
 mod compass;
 mod cradle;
+mod dominoes;
 mod dragging;
 mod edge;
 mod falling;
@@ -89,7 +90,7 @@ pub trait Problem: Sync {
 }
 
 /// All problems, in the order of a first reading.
-pub static PROBLEMS: [&dyn Problem; 30] = [
+pub static PROBLEMS: [&dyn Problem; 31] = [
     &falling::FreeFall,
     &stopping::SlidingStop,
     &slope::STICK,
@@ -118,6 +119,7 @@ pub static PROBLEMS: [&dyn Problem; 30] = [
     &leaning::CardTent,
     &turntable::Turntable,
     &arch::Arch,
+    &dominoes::Dominoes,
     &grid::BallGrid,
     &heap::Balls,
 ];
