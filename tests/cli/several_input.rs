@@ -29,7 +29,7 @@ coefficient = 0.3
 "#;
 
 /// What is changed in `SCENE`, by what, and the words of the refusal.
-const BROKEN: [(&str, &str, &[&str]); 60] = [
+const BROKEN: [(&str, &str, &[&str]); 65] = [
     ("mass = 1.0", "mass = -1.0", &["bodies[0].mass", "-1", "1e-9 to 1e9"]),
     ("mass = 1.0", "mass = nan", &["bodies[0].mass", "NaN"]),
     ("mass = 1.0", "mass = \"heavy\"", &["line 8", "heavy", "number"]),
@@ -107,7 +107,12 @@ const BROKEN: [(&str, &str, &[&str]); 60] = [
     ("\"lower\", \"upper\"]", "\"lower\", \"roof\"]", &["friction[0].between", "roof"]),
     ("\"lower\", \"upper\"]", "\"wall\", \"ground\"]", &["friction[0].between", "two bodies"]),
     ("coefficient = 0.3", "coefficient = -1.0", &["friction[0].coefficient", "0 to 10"]),
-    ("[ground]\nfriction = 0.5\n", "", &["ground", "[[bodies]]", "offset = -100"]),
+    ("[ground]\nfriction = 0.5\n", "", &["ground", "[[bodies]]", "none = true"]),
+    ("friction = 0.5", "friction = 0.5\nnone = true\noffset = 1.0", &["ground.offset", "none"]),
+    ("friction = 0.5", "friction = 0.5\nnone = true\nslope = 1.0", &["ground.slope", "none"]),
+    ("friction = 0.5", "none = true", &["friction"]),
+    ("friction = 0.5\n", "friction = 0.5\nnone = 3\n", &["none", "3"]),
+    ("mass = 1.0", "mass = 1.0\nframe = \"fixed\"", &["fixed", "ground"]),
     ("steps = 5", "steps = 0", &["steps", "1 to 10000000"]),
     ("steps = 5", "time_step = 1.0", &["time_step", "1e-6 to 0.1"]),
     (

@@ -176,11 +176,13 @@ fn settings(file: &mut SeveralFile) -> Result<Settings, String> {
     let gravity = file.gravity.take().map(|gravity| gravity.vector());
     below.gravity = Some(gravity.unwrap_or(Vector3::new(0.0, 0.0, -9.81)));
     let Some(ground) = file.ground.take() else {
-        return Err("ground: a table [ground] is needed with [[bodies]]; one out of reach, with \
-                    `offset = -100`, is as good as none"
-            .to_owned());
+        return Err(
+            "ground: a table [ground] is needed with [[bodies]]; with `none = true` in it \
+                    there is none, and the friction is that of all bodies"
+                .to_owned(),
+        );
     };
-    ground.set(&mut below)?;
+    ground.set_if_any(&mut below)?;
     if let Some(solver) = file.solver.take() {
         solver.set(&mut below);
     }
