@@ -82,7 +82,6 @@ pub struct GroundTable {
     slope: Option<f64>,
     normal: Option<Numbers<3>>,
     offset: Option<f64>,
-    /// Of several bodies: that there is none, but coefficients.
     none: Option<bool>,
 }
 
