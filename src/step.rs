@@ -220,6 +220,12 @@ pub trait StepSolver: Send {
     /// [certificate](crate::contact::certificate).
     fn accepted_residual(&self) -> f64;
 
+    /// Whether it takes the selection rule, the limit of equal vanishing compliances, where the laws
+    /// leave forces or motion open.
+    fn selects(&self) -> bool {
+        false
+    }
+
     /// Solves `step` and writes the point found to `solution`, also where the report says that
     /// it failed: one state a body, one force a contact. Every number in it is finite.
     ///
@@ -240,6 +246,10 @@ pub trait StepSolver: Send {
 impl<S: StepSolver + ?Sized> StepSolver for Box<S> {
     fn accepted_residual(&self) -> f64 {
         (**self).accepted_residual()
+    }
+
+    fn selects(&self) -> bool {
+        (**self).selects()
     }
 
     fn solve(

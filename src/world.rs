@@ -37,6 +37,7 @@ pub struct Fixed {
 #[derive(Debug, Clone, PartialEq)]
 pub struct World {
     parameters: Parameters,
+    has_ground: bool,
     fixed: Vec<Fixed>,
     pair_frictions: Pairs,
     restitution: f64,
@@ -66,6 +67,7 @@ impl World {
         let speed_scale = speed_scale(&parameters.gravity, reach);
         Ok(Self {
             parameters,
+            has_ground: true,
             fixed: Vec::new(),
             pair_frictions: Pairs::new(),
             restitution: 0.0,
@@ -74,6 +76,20 @@ impl World {
             reach,
             speed_scale,
         })
+    }
+
+    /// This world without a ground: nothing touches it, it has no height and no part in any
+    /// certificate, and coefficients for pairs with it are refused. [`World::ground`] then is a plane
+    /// that says nothing.
+    #[must_use]
+    pub fn without_ground(self) -> Self {
+        Self { has_ground: false, ..self }
+    }
+
+    /// Whether there is a ground.
+    #[must_use]
+    pub fn has_ground(&self) -> bool {
+        self.has_ground
     }
 
     /// This world with pieces that never move.
@@ -142,7 +158,7 @@ impl World {
     fn check_pair(&self, field: &'static str, body: usize, partner: Partner) -> Result<(), Error> {
         let bodies = self.bodies().len();
         let known = match partner {
-            Partner::Ground => true,
+            Partner::Ground => self.has_ground,
             Partner::Fixed(index) => index < self.fixed.len(),
             Partner::Body(other) => other < bodies && other != body,
         };
@@ -331,6 +347,8 @@ impl World {
     /// φ_i = n·r − d + (Aᵀ n)·c_i − ρ_i
     /// ```
     ///
+    /// Without a ground they are infinite.
+    ///
     /// # Panics
     /// If there is no such body.
     pub fn heights<'a>(
@@ -339,13 +357,16 @@ impl World {
         pose: &Pose,
     ) -> impl ExactSizeIterator<Item = f64> + use<'a> {
         let ground = self.ground();
-        let centre = ground.normal().dot(&pose.position) - ground.offset();
+        let centre = match self.has_ground {
+            true => ground.normal().dot(&pose.position) - ground.offset(),
+            false => f64::INFINITY,
+        };
         let normal = pose.rotation.tr_mul(ground.normal());
         let points = self.bodies()[index].contact_points().iter();
         points.map(move |point| centre + normal.dot(&point.position) - point.radius)
     }
 
-    /// The height of the lowest contact point of any body, m.
+    /// The height of the lowest contact point of any body, m; infinite without a ground.
     #[must_use]
     pub fn lowest_height(&self, states: &[State]) -> f64 {
         let heights =
@@ -399,6 +420,7 @@ impl World {
         let speed_scale = self.speed_scale * time / length;
         Self {
             parameters,
+            has_ground: self.has_ground,
             fixed: Vec::new(),
             pair_frictions: self.pair_frictions.clone(),
             restitution: self.restitution,

@@ -10,6 +10,8 @@ mod flags;
 mod input;
 #[path = "cli/inspect.rs"]
 mod inspect;
+#[path = "cli/inspect_several.rs"]
+mod inspect_several;
 #[path = "cli/output.rs"]
 mod output;
 #[path = "cli/picture.rs"]
@@ -26,6 +28,8 @@ mod scenario;
 mod several;
 #[path = "cli/several_input.rs"]
 mod several_input;
+#[path = "cli/several_ipopt.rs"]
+mod several_ipopt;
 #[path = "cli/several_pictures.rs"]
 mod several_pictures;
 #[path = "cli/several_tampering.rs"]

@@ -308,6 +308,35 @@ fn many_bodies_are_refused_in_a_sentence_that_names_the_native_solver() {
     assert!(SeveralLadder::new(&allowed.world, IpoptSolver::options(1e-6, 300), &[]).is_ok());
 }
 
+/// Ipopt leaves points by its tolerance too deep, here up to 1e-9 m, and lifts them in the next step:
+/// that is no energy made, and no step of a stack at rest is wild.
+#[test]
+fn what_is_lifted_within_the_tolerance_is_not_wild() {
+    let scene = stack(2, 0.0);
+    let options = IpoptSolver::options(1e-8, 50);
+    let solver = SeveralLadder::new(&scene.world, options, &Rung::ALL).unwrap();
+    let records = run(&scene, 40, Motion::contact(solver));
+    assert!(records.iter().any(|record| record.overlap > 0.0));
+    assert!(records.iter().all(|record| record.report.status != StepStatus::Wild));
+}
+
+/// The overlap of a step is that of the shapes where it ends, whatever the search for contacts has
+/// asked for in between: with a depth that need not be looked at, it knew a bound only.
+#[test]
+fn the_overlap_after_a_step_is_that_of_the_shapes() {
+    let scene = ball_on_box();
+    let mut states = scene.starts.clone();
+    // A box that a box has turned out of: the last axis is not that of the least overlap.
+    let world = world(vec![cube(1.0), cube(1.0)], 9.81, 0.5);
+    states[1] = at([0.198, 0.0, 0.1]);
+    let mut candidates = Candidates::new();
+    candidates.deepest_overlap(&world, &states);
+    states[1] = at([0.150, 0.199, 0.1]);
+    candidates.admit_missed(&world, &scene.starts, &states, 1.0);
+    let found = candidates.deepest_overlap(&world, &states).unwrap().0;
+    assert!((found - 0.001).abs() < 1e-9, "{found}");
+}
+
 /// The same bytes, whatever was solved before.
 #[test]
 fn the_same_run_twice_is_the_same() {

@@ -1,7 +1,8 @@
 //! What the arguments of a simulation amount to, checked.
 
 use super::args::SimulateArgs;
-use super::choices::{Attitude, Frame, OnFailure, Preset, SceneName, SolverName};
+use super::choices::{Attitude, Frame, SceneName, SolverName};
+use super::contact::{Contact, solver_flags};
 use super::fields::Exactly;
 use super::names::FileKind;
 use super::outcome::{Failure, refuse_flags};
@@ -13,15 +14,10 @@ use super::settings::Settings;
 use super::shown;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use tumble::contact::detection::Detection;
 use tumble::contact::rounding;
-use tumble::ipopt::{self, Options};
+use tumble::ipopt;
 use tumble::mechanics::state::State;
-use tumble::simulation::scene;
 use tumble::simulation::{Motion, Simulation};
-use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, Rung};
-use tumble::solver::native::NativeSolver;
-use tumble::step::StepSolver;
 use tumble::world::World;
 
 /// What the arguments amount to.
@@ -41,23 +37,12 @@ pub struct Job {
     pub contact: Option<Contact>,
 }
 
-/// Below this, Ipopt's steps take five to a hundred times the iterations and are no better.
-const LEAST_TOLERANCE: f64 = 1e-12;
-
 /// The seed where none is given.
 pub const USUAL_SEED: u32 = 42;
 
 /// With more contact points than this Ipopt takes more than 10 ms an iteration
 /// (docs/ipopt-path.md).
 const MANY_POINTS: usize = 100;
-
-/// How contact steps are posed and solved.
-pub struct Contact {
-    pub detection: Detection,
-    pub on_failure: OnFailure,
-    /// Ipopt's program and options; `None` for the native solver.
-    ipopt: Option<(Formulation, Options)>,
-}
 
 impl Job {
     pub fn new(args: &SimulateArgs) -> Result<Self, Failure> {
@@ -108,7 +93,7 @@ impl Job {
 
         let contact = if ground {
             refuse_start_below_ground(&physics.world, &start, &settings)?;
-            Some(Contact::new(&settings)?)
+            Some(Contact::new(&settings, SolverName::Ipopt)?)
         } else {
             None
         };
@@ -122,7 +107,8 @@ impl Job {
         let motion = match &self.contact {
             None => Motion::Floating,
             Some(contact) => {
-                Motion::Contact { detection: contact.detection, solver: self.solver(contact)? }
+                let solver = contact.solver(&self.physics.world)?;
+                Motion::Contact { detection: contact.detection, solver }
             }
         };
         let Physics { world, load } = &self.physics;
@@ -132,30 +118,14 @@ impl Job {
         Ok(simulation)
     }
 
-    fn solver(&self, contact: &Contact) -> Result<Box<dyn StepSolver>, Failure> {
-        let world = &self.physics.world;
-        let Some((formulation, options)) = &contact.ipopt else {
-            return Ok(Box::new(NativeSolver::new(world)));
-        };
-        let ipopt = IpoptSolver::new(world, *formulation, options.clone())?;
-        Ok(match contact.on_failure {
-            OnFailure::Ladder => Box::new(Ladder::new(world, ipopt, &Rung::ALL)),
-            OnFailure::Record | OnFailure::Stop => Box::new(ipopt),
-        })
-    }
-
     /// The solver's name in run.json.
     pub fn solver_name(&self) -> &'static str {
-        match &self.contact {
-            None => "rk4",
-            Some(Contact { ipopt: Some(_), .. }) => "ipopt",
-            Some(Contact { ipopt: None, .. }) => "native",
-        }
+        self.contact.as_ref().map_or("rk4", Contact::solver_name)
     }
 
     /// What must be said before a run that takes long.
     pub fn note(&self) -> Option<String> {
-        let ipopt = self.contact.as_ref().is_some_and(|contact| contact.ipopt.is_some());
+        let ipopt = self.contact.as_ref().is_some_and(Contact::is_ipopt);
         let points = self.physics.world.bodies()[0].contact_points().len();
         (ipopt && points > MANY_POINTS).then(|| {
             format!(
@@ -166,9 +136,8 @@ impl Job {
     }
 
     pub fn run_file(&self, run: &Run) -> RunFile {
-        let contact = self.contact.as_ref();
-        let ipopt = contact.and_then(|contact| contact.ipopt.as_ref());
-        let climbs = contact.is_some_and(|contact| contact.on_failure == OnFailure::Ladder);
+        let climbs = self.contact.as_ref().is_some_and(Contact::climbs);
+        let floating = || SolverSettings::without_contact(self.solver_name());
         RunFile {
             outcome: run.end.name().to_owned(),
             tumble_version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -177,14 +146,7 @@ impl Job {
             changed: self.changed.clone(),
             seed: self.seed,
             parameters: self.physics.parameters(self.rows),
-            solver: SolverSettings {
-                name: self.solver_name().to_owned(),
-                formulation: ipopt.map(|(formulation, _)| formulation.name().to_owned()),
-                detection: contact.map(|contact| contact.detection.name().to_owned()),
-                on_failure: contact.map(|contact| contact.on_failure.name().to_owned()),
-                tol: ipopt.map(|(_, options)| options.tolerance),
-                max_iter: ipopt.map(|(_, options)| options.max_iterations),
-            },
+            solver: self.contact.as_ref().map_or_else(floating, Contact::settings),
             start: StartState {
                 position: numbers(&self.start.position),
                 random: self.drawn,
@@ -195,76 +157,6 @@ impl Job {
             summary: SummaryFile::of(&run.summary, climbs, run.elapsed.as_secs_f64()),
         }
     }
-}
-
-impl Contact {
-    pub fn new(settings: &Settings) -> Result<Self, Failure> {
-        if let Some(Preset::Tutorial) = settings.preset {
-            let place = "--preset tutorial, which is the tutorial's program to the letter";
-            refuse_flags(place, &solver_flags(settings))?;
-            return Ok(Self::tutorial());
-        }
-        let detection = settings.detection.map(Detection::from).unwrap_or_default();
-        if settings.solver == Some(SolverName::Native) {
-            let ladder = settings.on_failure == Some(OnFailure::Ladder);
-            let mut flags = ipopt_flags(settings);
-            flags.push(("--on-failure ladder", ladder));
-            refuse_flags("the native solver, which works to rounding", &flags)?;
-            let on_failure = settings.on_failure.unwrap_or(OnFailure::Record);
-            return Ok(Self { detection, on_failure, ipopt: None });
-        }
-        let tolerance = settings.tol.unwrap_or(scene::TOLERANCE);
-        if tolerance > 0.0 && tolerance < LEAST_TOLERANCE {
-            return Err(Failure::setting(
-                "tol",
-                format!(
-                    "{} is below {LEAST_TOLERANCE:e}, where rounding keeps Ipopt from ever coming \
-                     to it; the native solver works to rounding",
-                    shown::number(tolerance)
-                ),
-            ));
-        }
-        let mut options =
-            IpoptSolver::options(tolerance, settings.max_iter.unwrap_or(scene::MOST_ITERATIONS));
-        options.validate().map_err(Failure::of_ipopt)?;
-        let on_failure = settings.on_failure.unwrap_or(OnFailure::Ladder);
-        if on_failure != OnFailure::Ladder {
-            // It pays with the ladder's warm starts only (docs/ipopt-path.md).
-            options.objective_scaling = 1.0;
-        }
-        let formulation = settings.formulation.map(Formulation::from).unwrap_or_default();
-        Ok(Self { detection, on_failure, ipopt: Some((formulation, options)) })
-    }
-
-    /// The tutorial's program and settings to the letter.
-    fn tutorial() -> Self {
-        let options = IpoptSolver::tutorial_options();
-        Self {
-            detection: Detection::Height,
-            on_failure: OnFailure::Record,
-            ipopt: Some((Formulation::Clamped, options)),
-        }
-    }
-}
-
-/// Settings with a meaning for Ipopt alone, and whether they are given.
-fn ipopt_flags(settings: &Settings) -> Vec<(&'static str, bool)> {
-    vec![
-        ("--formulation", settings.formulation.is_some()),
-        ("--tol", settings.tol.is_some()),
-        ("--max-iter", settings.max_iter.is_some()),
-    ]
-}
-
-/// Settings of the contact steps' solver, the preset apart, and whether they are given.
-fn solver_flags(settings: &Settings) -> Vec<(&'static str, bool)> {
-    let mut flags = vec![
-        ("--solver", settings.solver.is_some()),
-        ("--detection", settings.detection.is_some()),
-        ("--on-failure", settings.on_failure.is_some()),
-    ];
-    flags.extend(ipopt_flags(settings));
-    flags
 }
 
 /// Refuses what has a meaning for contact alone where there is no ground.

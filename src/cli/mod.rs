@@ -3,6 +3,7 @@
 mod args;
 mod changed;
 mod choices;
+mod contact;
 mod describe;
 mod directory;
 mod fields;

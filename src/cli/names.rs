@@ -15,7 +15,7 @@ pub enum FileKind {
 type Names = (&'static str, &'static str, &'static str);
 
 /// All but those that are called the same everywhere.
-const NAMES: [Names; 24] = [
+const NAMES: [Names; 25] = [
     ("dt", "time_step", "parameters.dt"),
     ("mu", "ground.friction", "parameters.mu"),
     ("restitution", "ground.restitution", "parameters.restitution"),
@@ -36,6 +36,7 @@ const NAMES: [Names; 24] = [
     ("spin", "start.spin", "start.spin"),
     ("frame ground", "start.frame", "start.frame"),
     ("solver", "solver.name", "solver.name"),
+    ("formulation", "solver.formulation", "solver.formulation"),
     ("detection", "solver.detection", "solver.detection"),
     ("tol", "solver.tolerance", "solver.tol"),
     ("max-iter", "solver.max_iterations", "solver.max_iter"),

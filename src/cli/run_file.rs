@@ -8,6 +8,10 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use tumble::simulation::scene::Scene;
 use tumble::simulation::summary::RunSummary;
+use tumble::solver::ipopt::{self, LADDER_RESIDUAL};
+use tumble::solver::native;
+use tumble::step_nlp::StepNlp;
+use tumble::world::World;
 
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(expecting = "an object with the fields of a run.json")]
@@ -130,6 +134,28 @@ pub struct SummaryFile {
     /// Of all steps; null without steps.
     pub certificate_max_m_s: Option<f64>,
     pub solve_seconds: f64,
+}
+
+impl SolverSettings {
+    /// Of a run that has no contact.
+    pub fn without_contact(name: &str) -> Self {
+        let (formulation, detection, on_failure, tol, max_iter) = (None, None, None, None, None);
+        Self { name: name.to_owned(), formulation, detection, on_failure, tol, max_iter }
+    }
+
+    /// The residual that a contact step of `world` may have that counts as solved, m/s: what its
+    /// solver holds its steps to.
+    pub fn accepted_residual(&self, world: &World) -> f64 {
+        // The program of several bodies has the ladder's, with and without its other rungs.
+        let ladder = || self.on_failure.as_deref() == Some("ladder");
+        let accepted = match self.name.as_str() {
+            "native" => native::ACCEPTED_RESIDUAL,
+            "rk4" => 0.0,
+            _ if ladder() || StepNlp::unsuitable(world).is_some() => LADDER_RESIDUAL,
+            _ => ipopt::ACCEPTED_RESIDUAL,
+        };
+        accepted * world.speed_scale()
+    }
 }
 
 /// What is simulated, in words: the tutorial's scenes are called so, scenarios have names; and

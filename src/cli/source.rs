@@ -4,13 +4,12 @@ use super::args::PhysicsArgs;
 use super::names::FileKind;
 use super::outcome::Failure;
 use super::physics::Physics;
-use super::run_file::{RunFile, SolverSettings};
+use super::run_file::RunFile;
 use super::{input, shown};
 use std::fs::File;
 use std::path::Path;
 use tumble::simulation::trajectory::{TrajectoryReader, TrajectoryRow};
-use tumble::solver::ipopt::{self, LADDER_RESIDUAL};
-use tumble::solver::native;
+use tumble::solver::ipopt;
 
 /// What is known of the file besides its rows.
 pub struct Source {
@@ -68,15 +67,11 @@ impl Source {
     /// The residual that a solved contact step may have, m/s: what its solver holds its steps to,
     /// or the laxest of them where the solver is not known.
     pub fn accepted(&self) -> f64 {
-        let solver = self.run.as_ref().map(|run| &run.solver);
-        let ladder = |solver: &SolverSettings| solver.on_failure.as_deref() == Some("ladder");
-        self.physics.world.speed_scale()
-            * match solver {
-                Some(solver) if solver.name == "native" => native::ACCEPTED_RESIDUAL,
-                Some(solver) if solver.name == "rk4" => 0.0,
-                Some(solver) if ladder(solver) => LADDER_RESIDUAL,
-                Some(_) | None => ipopt::ACCEPTED_RESIDUAL,
-            }
+        let world = &self.physics.world;
+        match &self.run {
+            Some(run) => run.solver.accepted_residual(world),
+            None => ipopt::ACCEPTED_RESIDUAL * world.speed_scale(),
+        }
     }
 
     /// What must be said of parameters that no run.json has; empty where one has them.

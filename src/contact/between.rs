@@ -1,11 +1,14 @@
 //! Contacts of the touches of two pieces.
 
-use super::proxy::{Owner, Proxy};
+use super::proxy::{Owner, Proxy, placed, size};
 use super::{Contact, ContactKey, Features, PairFeatures, Partner};
-use crate::geometry::{Feature, Side, Touch};
+use crate::geometry::{Feature, Piece, Side, Touch};
 use crate::mechanics::{Pose, RigidBody};
 use crate::world::World;
 use nalgebra::{Matrix3, Vector3};
+
+/// Centres nearer than this part of the size have no direction between them.
+const NO_DIRECTION: f64 = 1e-8;
 
 /// Makes contacts of the touches of two pieces.
 pub(super) struct Between<'a> {
@@ -28,6 +31,11 @@ impl Between<'_> {
             pieces: (of_point.piece, of_plane.piece),
             feature: touch.feature,
             plane,
+        };
+        let across = self.across_centres(touch, of_point, of_plane);
+        let (touch, at) = match &across {
+            Some(across) => (across, self.start),
+            None => (touch, self.at),
         };
         match (of_point.owner, of_plane.owner) {
             (Owner::Body(body), owner) => {
@@ -56,10 +64,40 @@ impl Between<'_> {
                     partner: fixed.partner(),
                     pair: Some(PairFeatures { pieces, ..features }),
                 };
-                Some(self.make(key, turned_about(touch, &self.at[body])))
+                Some(self.make(key, turned_about(touch, &at[body])))
             }
             (Owner::Fixed(_), Owner::Fixed(_)) => None,
         }
+    }
+
+    /// A touch of two balls that was found elsewhere than at the step's start: across the line of
+    /// their centres there, where forces act. They then go through both centres, and no force turns a
+    /// smooth ball; the plane under-estimates how far the balls are apart. `None` for other touches.
+    fn across_centres(&self, touch: &Touch, of_point: Proxy, of_plane: Proxy) -> Option<Touch> {
+        if std::ptr::eq(self.at, self.start) {
+            return None;
+        }
+        let [point, plane] =
+            [of_point, of_plane].map(|proxy| placed(self.world, self.start, proxy));
+        let centre = |piece: &Piece| match *piece.core().vertices() {
+            [centre] => Some(centre),
+            _ => None,
+        };
+        let (own, other) = (centre(point.0)?, centre(plane.0)?);
+        let place = |pose: &Pose, centre: &Vector3<f64>| pose.position + pose.rotation * centre;
+        let apart = place(point.1, &own) - place(plane.1, &other);
+        let distance = apart.norm();
+        if distance <= NO_DIRECTION * size(point.0).min(size(plane.0)) {
+            return None;
+        }
+        let normal = plane.1.rotation.tr_mul(&(apart / distance));
+        let radius = plane.0.radius();
+        Some(Touch {
+            normal,
+            offset: normal.dot(&other) + radius,
+            gap: distance - touch.point_radius - radius,
+            ..*touch
+        })
     }
 
     /// The contact point of a body that a touch is of.

@@ -43,8 +43,11 @@ struct Neighbour {
     /// Indices of the proxies, the first one of a body.
     proxies: (usize, usize),
     hint: Hint,
-    /// The separation where it was asked for last, m; a bound from below where they do not overlap.
+    /// The separation where it was asked for last, m; a bound from below where they do not overlap,
+    /// or where nothing better was asked for.
     gap: f64,
+    /// Whether it is a bound.
+    is_bound: bool,
     /// The contacts of the last step's start, in the memory of all pairs.
     kept: Range<usize>,
 }
@@ -112,6 +115,7 @@ impl Neighbours {
             let pieces = (placed(world, poses, a), placed(world, poses, b));
             let size = size(pieces.0.0).min(size(pieces.1.0));
             pair.gap = manifold(pieces.0, pieces.1, BAND * size, &mut pair.hint, scratch, touches);
+            pair.is_bound = false;
             if pair.gap <= TOUCH * size && !shares_a_line_only(pieces, touches, size) {
                 let between = Between { world, proxies: (a, b), at: poses, start: poses };
                 kept.extend(touches.iter().filter_map(|touch| between.contact(touch, 0)));
@@ -147,7 +151,8 @@ impl Neighbours {
             let sizes = (size(pieces.0.0), size(pieces.1.0));
             let reach = BAND * sizes.0.min(sizes.1);
             pair.gap = bound(pieces.0, pieces.1, &pair.hint);
-            if pair.gap < -depth {
+            pair.is_bound = pair.gap >= -depth;
+            if !pair.is_bound {
                 pair.gap = manifold(pieces.0, pieces.1, reach, &mut pair.hint, scratch, touches);
             }
             let mut at = poses.as_slice();
@@ -193,13 +198,14 @@ impl Neighbours {
         let mut deepest: Option<(f64, Partner, Partner)> = None;
         for pair in pairs {
             let [a, b] = [pair.proxies.0, pair.proxies.1].map(|at| proxies[at]);
+            let pieces = (placed(world, poses, a), placed(world, poses, b));
             if !known {
-                let pieces = (placed(world, poses, a), placed(world, poses, b));
                 pair.gap = bound(pieces.0, pieces.1, &pair.hint);
-                if pair.gap < 0.0 {
-                    let hint = &mut pair.hint;
-                    pair.gap = manifold(pieces.0, pieces.1, 0.0, hint, scratch, touches);
-                }
+                pair.is_bound = true;
+            }
+            if pair.is_bound && pair.gap < 0.0 {
+                pair.gap = manifold(pieces.0, pieces.1, 0.0, &mut pair.hint, scratch, touches);
+                pair.is_bound = false;
             }
             let depth = -pair.gap;
             if depth > 0.0 && deepest.is_none_or(|(known, ..)| depth > known) {
@@ -276,6 +282,7 @@ impl Neighbours {
                         proxies: (i, j),
                         hint: Hint::default(),
                         gap: f64::INFINITY,
+                        is_bound: true,
                         kept: 0..0,
                     },
                     |place| spare[place].clone(),

@@ -395,7 +395,7 @@ fn contact_step(
         } else {
             wild::energy_gain(world, states, &solution.states, wrenches)
         };
-        if wild::is_wild(world, states, &solution.states, gained) {
+        if wild::is_wild(world, states, &solution.states, gained, accepted) {
             report.status = StepStatus::Wild;
         }
     }

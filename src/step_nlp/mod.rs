@@ -147,6 +147,8 @@ impl StepNlp {
         let body = &world.bodies()[BODY];
         if world.bodies().len() > 1 {
             Some("it is of one body; give a world of one")
+        } else if !world.has_ground() {
+            Some("it is of a body above a ground; give a world with one")
         } else if !world.fixed().is_empty() {
             Some("it knows no fixed pieces; give a world without them")
         } else if body.contact_points().iter().any(|point| point.radius > 0.0) {

@@ -254,7 +254,8 @@ impl Problem for BallChain {
                     ("length of the row of centres", "m"),
                     row,
                     2.0 * RADIUS * GAPS.len() as f64,
-                    count * run.seat(),
+                    // Balls that an impact leaves apart by its residual part from each other.
+                    count * run.seat() + 2.0 * place_slack(&run, count),
                 ),
             ],
             curve: Curve::of(("speed of the first ball", "m/s"), &run, |k| measured[k], speed_at),

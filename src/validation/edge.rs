@@ -142,7 +142,7 @@ impl Edges {
 }
 
 /// A(φ) c: (x cos φ + z sin φ, z cos φ − x sin φ).
-fn turned(tilt: f64, c: Vector2<f64>) -> Vector2<f64> {
+pub(super) fn turned(tilt: f64, c: Vector2<f64>) -> Vector2<f64> {
     let (sin, cos) = tilt.sin_cos();
     Vector2::new(c.x * cos + c.y * sin, c.y * cos - c.x * sin)
 }
@@ -154,6 +154,6 @@ fn turned_slope(tilt: f64, c: Vector2<f64>) -> Vector2<f64> {
 }
 
 /// ρ × p about +y.
-fn cross(lever: Vector2<f64>, p: Vector2<f64>) -> f64 {
+pub(super) fn cross(lever: Vector2<f64>, p: Vector2<f64>) -> f64 {
     lever.y * p.x - lever.x * p.y
 }

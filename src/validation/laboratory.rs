@@ -141,6 +141,8 @@ pub struct Laboratory<'a> {
     pub fallback: u64,
     /// The largest certificate, m/s.
     pub worst_residual: f64,
+    /// Whether the solver of the last run has the selection rule.
+    selects: bool,
 }
 
 impl<'a> Laboratory<'a> {
@@ -155,6 +157,7 @@ impl<'a> Laboratory<'a> {
             failed: 0,
             fallback: 0,
             worst_residual: 0.0,
+            selects: false,
         }
     }
 
@@ -190,7 +193,8 @@ impl<'a> Laboratory<'a> {
             )));
         }
         let incline = Incline::new(setup.slope);
-        let mut simulation = self.simulation(setup, &incline)?;
+        let (mut simulation, selects) = self.simulation(setup, &incline)?;
+        self.selects = selects;
         let mut record = StepRecord::new();
         let mut solution = StepSolution::default();
         let mut before: Vec<State> = setup.bodies.iter().map(|subject| subject.start).collect();
@@ -216,7 +220,18 @@ impl<'a> Laboratory<'a> {
         Ok(run)
     }
 
-    fn simulation(&self, setup: &Setup, incline: &Incline) -> Result<Simulation<'a>, Error> {
+    /// Whether the solver of the last run takes the selection rule where the laws leave the motion
+    /// open ([`StepSolver::selects`]).
+    pub(super) fn selects(&self) -> bool {
+        self.selects
+    }
+
+    /// The simulation, and whether its solver has the selection rule.
+    fn simulation(
+        &self,
+        setup: &Setup,
+        incline: &Incline,
+    ) -> Result<(Simulation<'a>, bool), Error> {
         let mut world = World::new(Parameters {
             bodies: setup.bodies.iter().map(|subject| subject.body.clone()).collect(),
             ground: Plane::sloping(setup.slope)?,
@@ -231,6 +246,7 @@ impl<'a> Laboratory<'a> {
             world = world.with_friction_between(body, partner, friction)?;
         }
         let solver = (self.make_solver)(&world)?;
+        let selects = solver.selects();
         let motion = Motion::Contact { detection: Detection::default(), solver };
         let starts = setup.bodies.iter().map(|subject| incline.state_to_world(&subject.start));
         let mut simulation = Simulation::new(world, starts, motion)?;
@@ -240,7 +256,7 @@ impl<'a> Laboratory<'a> {
         if let Some(flag) = &self.interrupt {
             simulation.interrupt_by(Arc::clone(flag));
         }
-        Ok(simulation)
+        Ok((simulation, selects))
     }
 
     /// What a step lacks: the most that a body does. The equations of motion are evaluated row

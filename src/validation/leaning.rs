@@ -104,10 +104,6 @@ impl Problem for Ladder {
          ground holds it down to tan θ = 1/(2 μ), a little less for its thickness."
     }
 
-    fn for_one_sharp_body(&self) -> bool {
-        false
-    }
-
     fn inputs(&self) -> Inputs {
         let values = [(Input::Mass, 8.0), (Input::Friction, 0.4), (Input::Gravity, 9.81)];
         Inputs::new(0.005, &values)

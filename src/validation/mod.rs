@@ -13,14 +13,18 @@
 //! to the exact one as the time step shrinks is declared for each ([`Convergence`]) and
 //! checked ([`Quantity::converges`]).
 
+mod arch;
 mod blocks;
 mod bouncing;
 mod collision;
 mod compass;
 mod cradle;
+mod dominoes;
 mod dragging;
 mod edge;
 mod falling;
+mod grid;
+mod heap;
 mod incline;
 mod inputs;
 mod laboratory;
@@ -64,10 +68,9 @@ pub trait Problem: Sync {
         1
     }
 
-    /// Whether it is of one body with sharp corners, which is what Ipopt's program knows: of
-    /// others it knows neither a second body nor a radius about a point.
-    fn for_one_sharp_body(&self) -> bool {
-        self.bodies() == 1
+    /// Why it is not asked of Ipopt, in words that follow its name; `None` where it is.
+    fn beyond_ipopt(&self) -> Option<&'static str> {
+        None
     }
 
     /// The unit of `input` in it.
@@ -87,7 +90,7 @@ pub trait Problem: Sync {
 }
 
 /// All problems, in the order of a first reading.
-pub static PROBLEMS: [&dyn Problem; 27] = [
+pub static PROBLEMS: [&dyn Problem; 31] = [
     &falling::FreeFall,
     &stopping::SlidingStop,
     &slope::STICK,
@@ -115,6 +118,10 @@ pub static PROBLEMS: [&dyn Problem; 27] = [
     &blocks::PulledBlock,
     &leaning::CardTent,
     &turntable::Turntable,
+    &arch::Arch,
+    &dominoes::Dominoes,
+    &grid::BallGrid,
+    &heap::Balls,
 ];
 
 /// The problem of that name.

@@ -147,10 +147,6 @@ impl Problem for RollingBall {
          beyond, it slides with g (sin θ − μ cos θ) as it turns."
     }
 
-    fn for_one_sharp_body(&self) -> bool {
-        false
-    }
-
     fn inputs(&self) -> Inputs {
         let (mass, friction) = ((Input::Mass, 2.0), (Input::Friction, 0.4));
         let values = [mass, friction, (Input::Gravity, 9.81), (Input::Slope, 30.0)];
@@ -257,10 +253,6 @@ impl Problem for SlidingBall {
     fn about(&self) -> &'static str {
         "A ball is struck and slides without turning: friction turns it until it rolls, after \
          2 v/(7 μ g), with ⁵⁄₇ v whatever μ is."
-    }
-
-    fn for_one_sharp_body(&self) -> bool {
-        false
     }
 
     fn inputs(&self) -> Inputs {

@@ -125,7 +125,8 @@ impl Problem for Stack {
 
     /// Newton's third law from the top down: N_i = (n − i) m g under box i, counted from 0 at
     /// the bottom. The laws leave open how four corners share it; equal vanishing compliances
-    /// (native-solver.md, section 4) share it alike, for the stack is symmetric. Both are those
+    /// (native-solver.md, section 4), which the native solver takes, share it alike, for the stack
+    /// is symmetric. Both are those
     /// of a step at rest, too, whatever h is.
     fn solve(
         &self,
@@ -158,7 +159,7 @@ impl Problem for Stack {
                 Quantity::at_most_zero(
                     ("largest difference of corners, of them", "1"),
                     seen.uneven,
-                    EVEN + slack,
+                    if laboratory.selects() { EVEN } else { UNEVEN } + slack,
                 ),
                 Quantity::at_most_zero(
                     ("longest way of a box", "m"),
@@ -170,6 +171,10 @@ impl Problem for Stack {
         })
     }
 }
+
+/// What the laws alone allow: four forces with the sum N and no moment about the middle are ¼ N ± t
+/// with t ≤ ¼ N, and differ by 2 t, twice their mean.
+const UNEVEN: f64 = 2.0;
 
 /// What the limit of vanishing compliances may leave of a difference between equal forces: the
 /// least compliance that the native solver takes it from is 1e-9, and the limit is nearer still.
@@ -187,6 +192,10 @@ impl Problem for MassRatio {
 
     fn bodies(&self) -> usize {
         2
+    }
+
+    fn beyond_ipopt(&self) -> Option<&'static str> {
+        Some("of such masses it solves some steps in a hundred only with the native solution")
     }
 
     fn inputs(&self) -> Inputs {

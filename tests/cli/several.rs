@@ -228,6 +228,55 @@ fn every_shape_has_its_mass_and_verifies() {
     assert_eq!(json["model"]["frictions"].as_array().unwrap().len(), 2);
 }
 
+/// Without a ground bodies fall past what is fixed; tables verify, and pictures show none.
+#[test]
+fn a_scene_needs_no_ground() {
+    let scenario = r#"
+        steps = 200
+        [ground]
+        none = true
+        friction = 0.3
+        [[fixed]]
+        name = "shelf"
+        box = [1.0, 1.0, 0.1]
+        position = [0.0, 0.0, -0.05]
+        [[bodies]]
+        name = "stays"
+        box = 0.2
+        mass = 1.0
+        position = [0.0, 0.0, 0.1]
+        [[bodies]]
+        name = "falls"
+        sphere = 0.1
+        mass = 1.0
+        position = [2.0, 0.0, 0.0]
+    "#;
+    let (end, directory) = run_scenario(scenario, &["--html", "--plot"]);
+    assert_eq!(end.code, Some(0), "{end:?}");
+    let out = directory.path().join("out");
+    let states = Table::parse(&fs::read_to_string(out.join("states.csv")).unwrap());
+    let z = states.numbers("z_m");
+    assert!((z[2 * 199] - 0.1).abs() < 1e-12, "{}", z[2 * 199]);
+    let fallen = 0.5 * 9.81 * 0.002 * 0.002 * 199.0 * 200.0;
+    assert!((z[2 * 199 + 1] + fallen).abs() < 1e-12, "{}", z[2 * 199 + 1]);
+    let json = fs::read_to_string(out.join("run.json")).unwrap();
+    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert!(json["model"]["plane"].is_null());
+    let verified = run(&["verify", out.join("states.csv").to_str().unwrap()]);
+    assert_eq!(verified.code, Some(0), "{verified:?}");
+
+    let placed = scenario.replacen("sphere = 0.1", "sphere = 0.1\nframe = \"ground\"", 1);
+    let (end, _directory) = run_scenario(&placed, &[]);
+    end.assert_refused(2, &["bodies[1].frame", "no ground"]);
+    let pair = "[[friction]]\nbetween = [\"stays\", \"ground\"]\ncoefficient = 0.1\n";
+    let (end, _directory) = run_scenario(&format!("{scenario}{pair}"), &[]);
+    end.assert_refused(2, &["friction[0].between", "no ground"]);
+    let one = "[body]\nbox = 1.0\nmass = 1.0\n[ground]\nnone = true\nfriction = 0.1\n\
+               [start]\nposition = [0, 0, 2]\n";
+    let (end, _directory) = run_scenario(one, &[]);
+    end.assert_refused(2, &["ground.none", "[[bodies]]"]);
+}
+
 /// A ring of plates is closed and the same all around: a ball in its middle touches all of them.
 #[test]
 fn a_ring_turns_positions_and_attitudes() {

@@ -29,7 +29,7 @@ coefficient = 0.3
 "#;
 
 /// What is changed in `SCENE`, by what, and the words of the refusal.
-const BROKEN: [(&str, &str, &[&str]); 58] = [
+const BROKEN: [(&str, &str, &[&str]); 65] = [
     ("mass = 1.0", "mass = -1.0", &["bodies[0].mass", "-1", "1e-9 to 1e9"]),
     ("mass = 1.0", "mass = nan", &["bodies[0].mass", "NaN"]),
     ("mass = 1.0", "mass = \"heavy\"", &["line 8", "heavy", "number"]),
@@ -107,10 +107,21 @@ const BROKEN: [(&str, &str, &[&str]); 58] = [
     ("\"lower\", \"upper\"]", "\"lower\", \"roof\"]", &["friction[0].between", "roof"]),
     ("\"lower\", \"upper\"]", "\"wall\", \"ground\"]", &["friction[0].between", "two bodies"]),
     ("coefficient = 0.3", "coefficient = -1.0", &["friction[0].coefficient", "0 to 10"]),
-    ("[ground]\nfriction = 0.5\n", "", &["ground", "[[bodies]]", "offset = -100"]),
+    ("[ground]\nfriction = 0.5\n", "", &["ground", "[[bodies]]", "none = true"]),
+    ("friction = 0.5", "friction = 0.5\nnone = true\noffset = 1.0", &["ground.offset", "none"]),
+    ("friction = 0.5", "friction = 0.5\nnone = true\nslope = 1.0", &["ground.slope", "none"]),
+    ("friction = 0.5", "none = true", &["friction"]),
+    ("friction = 0.5\n", "friction = 0.5\nnone = 3\n", &["none", "3"]),
+    ("mass = 1.0", "mass = 1.0\nframe = \"fixed\"", &["fixed", "ground"]),
     ("steps = 5", "steps = 0", &["steps", "1 to 10000000"]),
     ("steps = 5", "time_step = 1.0", &["time_step", "1e-6 to 0.1"]),
-    ("steps = 5", "[solver]\nname = \"ipopt\"", &["solver", "Ipopt", "[[bodies]]"]),
+    (
+        "steps = 5",
+        "[solver]\nname = \"ipopt\"\nformulation = \"clamped\"",
+        &["solver.formulation", "clamped", "one body", "reduced"],
+    ),
+    ("steps = 5", "[solver]\npreset = \"tutorial\"", &["preset", "several bodies"]),
+    ("steps = 5", "[solver]\ntolerance = 1e-8", &["solver.tolerance", "native"]),
     ("steps = 5", "[body]\nbox = 1.0\nmass = 1.0", &["line 2", "body", "unknown"]),
 ];
 
@@ -147,12 +158,13 @@ fn flags_of_one_body_and_of_pictures_that_are_not_asked_for_are_refused() {
         &["--formulation", "reduced"],
         &["--on-failure", "ladder"],
         &["--seed", "1"],
-        &["--solver", "ipopt"],
+        &["--solver", "ipopt", "--formulation", "clamped"],
     ] {
         let (end, directory) = run_scenario(SCENE, flags);
         let named = match flags[0] {
-            "--solver" => "Ipopt",
+            "--solver" => "clamped",
             "--formulation" => "formulation",
+            "--preset" => "preset",
             flag => flag,
         };
         end.assert_refused(2, &[named]);

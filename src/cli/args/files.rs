@@ -72,7 +72,11 @@ pub struct VerifyArgs {
 #[derive(Debug, Args)]
 pub struct InspectArgs {
     /// JSON with state (13), alpha (8), x (61), obj_factor, multipliers (62), and
-    /// optionally dt, mu, mass, inertia (3×3), gravity, epsilon; `-` reads standard input.
+    /// optionally dt, mu, mass, inertia (3×3), gravity, epsilon; or of several bodies with bodies
+    /// (each mass, inertia, state, and optionally wrench (6)), contacts (each a, b or null, point,
+    /// frame (3×3, t₁, t₂, n as columns), offset, friction, and optionally radius, anchor (3)), x and
+    /// multipliers (13 n + 6 K), obj_factor, and optionally dt, gravity, epsilon, share, stiffness
+    /// (docs/formulation.md, section 12); `-` reads standard input.
     #[arg(value_name = "POINT.json")]
     pub file: PathBuf,
 }

@@ -50,7 +50,7 @@ pub struct SimulateArgs {
     #[arg(long, value_enum)]
     pub frame: Option<Frame>,
     /// Who solves the contact steps: Ipopt as in the tutorial, or tumble's own solver,
-    /// exact and a thousand times faster [default: ipopt].
+    /// exact and a thousand times faster [default: ipopt, for several bodies native].
     #[arg(long, value_enum)]
     pub solver: Option<SolverName>,
     /// Solver settings that go together, instead of --solver and the flags below, to --on-failure. tutorial:

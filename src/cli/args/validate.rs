@@ -11,8 +11,8 @@ pub struct ValidateArgs {
     /// The problems, by name (see --list) [default: all].
     #[arg(value_name = "PROBLEM")]
     pub problems: Vec<String>,
-    /// Who solves the contact steps. Ipopt's path is of one body with sharp corners: problems of
-    /// others are left out with it, and named.
+    /// Who solves the contact steps. Ipopt's path is of up to ten bodies: problems of more, and few
+    /// others, are left out with it, and named with the reason.
     #[arg(long, value_enum, default_value = "both")]
     pub solver: Solvers,
     /// Time step, s. Every problem is also run with its half, the native solver with its
@@ -55,7 +55,7 @@ pub struct ValidateArgs {
 pub enum Solvers {
     /// tumble's own solver.
     Native,
-    /// Ipopt on the tutorial's nonlinear program.
+    /// Ipopt on the step's nonlinear program.
     Ipopt,
     /// One after the other.
     Both,

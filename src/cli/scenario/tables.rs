@@ -82,6 +82,7 @@ pub struct GroundTable {
     slope: Option<f64>,
     normal: Option<Numbers<3>>,
     offset: Option<f64>,
+    none: Option<bool>,
 }
 
 #[derive(Deserialize)]
@@ -265,7 +266,36 @@ impl BodyTable {
 }
 
 impl GroundTable {
+    /// Of several bodies, which may have no ground.
+    pub fn set_if_any(self, settings: &mut Settings) -> Result<(), String> {
+        if self.none != Some(true) {
+            return Self { none: None, ..self }.set(settings);
+        }
+        let place = [("slope", self.slope.is_some()), ("normal", self.normal.is_some())];
+        let place = place.into_iter().chain([("offset", self.offset.is_some())]);
+        if let Some((field, _)) = place.into_iter().find(|(_, given)| *given) {
+            return Err(format!("ground.{field}: it has no meaning with `none = true`"));
+        }
+        settings.plane = None;
+        self.set_coefficients(settings);
+        Ok(())
+    }
+
+    fn set_coefficients(&self, settings: &mut Settings) {
+        settings.mu = Some(self.friction);
+        settings.restitution = self.restitution;
+        settings.rebound_speed = self.rebound_speed;
+    }
+
+    /// Of one body.
     pub fn set(self, settings: &mut Settings) -> Result<(), String> {
+        if self.none.is_some() {
+            return Err(
+                "ground.none: it is of scenes with [[bodies]]; leave the table [ground] out \
+                        for one body without a ground"
+                    .to_owned(),
+            );
+        }
         let offset = self.offset.unwrap_or(0.0);
         let plane = match (self.slope, self.normal) {
             (Some(_), Some(_)) => {
@@ -283,9 +313,7 @@ impl GroundTable {
                 matches!(error, Error::OutOfRange { field: "offset of the plane (m)", .. });
             format!("ground.{}: {error}", if offset { "offset" } else { "normal" })
         })?);
-        settings.mu = Some(self.friction);
-        settings.restitution = self.restitution;
-        settings.rebound_speed = self.rebound_speed;
+        self.set_coefficients(settings);
         Ok(())
     }
 }

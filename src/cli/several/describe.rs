@@ -1,6 +1,6 @@
 //! The summary of a run of several bodies, for people.
 
-use super::job::{Job, SOLVER};
+use super::job::Job;
 use crate::cli::describe::{certificates, contact_steps};
 use crate::cli::run::{End, Run};
 use crate::cli::run_file::heading;
@@ -32,16 +32,18 @@ pub fn describe(job: &Job, run: &Run, largest_overlap: Option<(u64, f64)>) -> St
     }
     let _ = writeln!(
         text,
-        "  bodies       {}, and {} fixed pieces\n  solver       {SOLVER}, as for every scene of \
-         several bodies\n  steps        {} ({} in contact, {} in free flight)",
+        "  bodies       {}, and {} fixed pieces\n  solver       {}{}\n  steps        {} ({} in contact, \
+         {} in free flight)",
         job.model.bodies.len(),
         job.model.fixed.len(),
+        job.contact.solver_name(),
+        if job.usual_solver { ", the default for several bodies" } else { "" },
         summary.steps(),
         summary.contact_steps(),
         summary.free
     );
     if summary.contact_steps() > 0 {
-        text += &contact_steps(SOLVER, summary);
+        text += &contact_steps(job.contact.solver_name(), summary);
     }
     text += &certificates(summary);
     if let Some((index, overlap)) = largest_overlap {

@@ -53,7 +53,7 @@ pub fn film(
     };
     film.ground =
         Some(Ground { normal: *world.ground().normal(), offset: world.ground().offset() })
-            .filter(|ground| is_in_reach(ground, &film, &world));
+            .filter(|ground| world.has_ground() && is_in_reach(ground, &film, &world));
     film.facts = facts(run);
     Ok(Some(film))
 }
@@ -135,7 +135,7 @@ fn check_contacts(world: &World, step: &TableStep) -> Result<(), String> {
     let (bodies, fixed) = (world.bodies().len(), world.fixed().len());
     for (number, row) in step.contacts.iter().enumerate() {
         let is_there = match row.partner {
-            Partner::Ground => true,
+            Partner::Ground => world.has_ground(),
             Partner::Fixed(index) => index < fixed,
             Partner::Body(index) => index < bodies && index != row.body,
         };

@@ -6,12 +6,13 @@ use super::run_file::{SeveralRun, refuse_large};
 use super::scene::{self, Built};
 use crate::cli::args::SimulateArgs;
 use crate::cli::choices::SolverName;
-use crate::cli::job::{Contact, USUAL_SEED};
+use crate::cli::contact::Contact;
+use crate::cli::job::USUAL_SEED;
 use crate::cli::names::FileKind;
 use crate::cli::outcome::{Failure, refuse_flags};
 use crate::cli::physics::violent_load;
 use crate::cli::run::Run;
-use crate::cli::run_file::{SolverSettings, SummaryFile};
+use crate::cli::run_file::SummaryFile;
 use crate::cli::scenario;
 use crate::cli::settings::Settings;
 use nalgebra::Vector3;
@@ -20,8 +21,8 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use tumble::contact::Candidates;
 use tumble::error::Error;
+use tumble::ipopt;
 use tumble::simulation::{Motion, Simulation};
-use tumble::solver::native::NativeSolver;
 use tumble::world::World;
 
 /// A simulation of several bodies.
@@ -36,10 +37,12 @@ pub struct Job {
     pub model: Model,
     pub world: World,
     pub contact: Contact,
+    /// Whether the solver is the usual one, for want of another.
+    pub usual_solver: bool,
 }
 
-/// The name of the one solver that there is for several bodies.
-pub const SOLVER: &str = "native";
+/// The solver of several bodies where none is named.
+const USUAL_SOLVER: SolverName = SolverName::Native;
 
 impl Job {
     pub fn new(args: &SimulateArgs, path: &Path, text: &str) -> Result<Self, Failure> {
@@ -60,19 +63,15 @@ impl Job {
         let below = settings(&mut file).map_err(Failure::Input)?;
         let changed = flags.changed(&below);
         let settings = flags.over(below);
-        if settings.solver == Some(SolverName::Ipopt) {
-            return Err(Failure::Input(
-                "solver: Ipopt solves scenes of one [body]; `native` is needed for [[bodies]]"
-                    .to_owned(),
-            ));
-        }
-        let settings = Settings { solver: Some(SolverName::Native), ..settings };
         let folder = path.parent().unwrap_or(Path::new(""));
         let Built { model, drawn } =
             scene::build(file, &settings, folder).map_err(Failure::Input)?;
         refuse_large(&model)?;
         let world = model.world()?;
-        let contact = Contact::new(&settings)?;
+        refuse_preset(&settings)?;
+        let contact = Contact::new(&settings, USUAL_SOLVER)?;
+        // Whether there is one for this world, before anything is written.
+        contact.solver(&world)?;
         let rows = settings.steps.ok_or_else(|| Failure::needed("steps"))?;
         let job = Self {
             name,
@@ -83,6 +82,7 @@ impl Job {
             model,
             world,
             contact,
+            usual_solver: settings.solver.is_none(),
         };
         for (index, load) in job.model.loads()?.iter().enumerate() {
             let body = &job.world.bodies()[index];
@@ -97,7 +97,7 @@ impl Job {
     }
 
     pub fn simulation(&self, interrupt: &Arc<AtomicBool>) -> Result<Simulation<'static>, Failure> {
-        let solver = Box::new(NativeSolver::new(&self.world));
+        let solver = self.contact.solver(&self.world)?;
         let motion = Motion::Contact { detection: self.contact.detection, solver };
         let mut simulation = Simulation::new(self.world.clone(), self.model.states(), motion)?;
         for (index, load) in self.model.loads()?.into_iter().enumerate() {
@@ -111,21 +111,19 @@ impl Job {
         SeveralRun {
             outcome: run.end.name().to_owned(),
             tumble_version: env!("CARGO_PKG_VERSION").to_owned(),
+            ipopt_version: ipopt::VERSION.to_owned(),
             scene: self.name.clone(),
             changed: self.changed.clone(),
             seed: self.seed,
             drawn: self.drawn,
             steps: self.rows,
             model: self.model.clone(),
-            solver: SolverSettings {
-                name: SOLVER.to_owned(),
-                detection: Some(self.contact.detection.name().to_owned()),
-                on_failure: Some(self.contact.on_failure.name().to_owned()),
-                formulation: None,
-                tol: None,
-                max_iter: None,
-            },
-            summary: SummaryFile::of(&run.summary, false, run.elapsed.as_secs_f64()),
+            solver: self.contact.settings(),
+            summary: SummaryFile::of(
+                &run.summary,
+                self.contact.climbs(),
+                run.elapsed.as_secs_f64(),
+            ),
             largest_overlap_m: largest_overlap,
         }
     }
@@ -178,15 +176,23 @@ fn settings(file: &mut SeveralFile) -> Result<Settings, String> {
     let gravity = file.gravity.take().map(|gravity| gravity.vector());
     below.gravity = Some(gravity.unwrap_or(Vector3::new(0.0, 0.0, -9.81)));
     let Some(ground) = file.ground.take() else {
-        return Err("ground: a table [ground] is needed with [[bodies]]; one out of reach, with \
-                    `offset = -100`, is as good as none"
-            .to_owned());
+        return Err(
+            "ground: a table [ground] is needed with [[bodies]]; with `none = true` in it \
+                    there is none, and the friction is that of all bodies"
+                .to_owned(),
+        );
     };
-    ground.set(&mut below)?;
+    ground.set_if_any(&mut below)?;
     if let Some(solver) = file.solver.take() {
         solver.set(&mut below);
     }
     Ok(below)
+}
+
+/// The tutorial has one body.
+fn refuse_preset(settings: &Settings) -> Result<(), Failure> {
+    let place = "several bodies: the tutorial's program is of one";
+    refuse_flags(place, &[("--preset", settings.preset.is_some())])
 }
 
 /// Flags of one body's scenes.
@@ -208,7 +214,6 @@ fn refuse_idle_flags(args: &SimulateArgs) -> Result<(), Failure> {
             ("--velocity", args.velocity.is_some()),
             ("--spin", args.spin.is_some()),
             ("--frame", args.frame.is_some()),
-            ("--preset", args.preset.is_some()),
         ],
     )
 }

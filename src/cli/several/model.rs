@@ -26,7 +26,8 @@ pub struct Model {
     /// m/s; null for the usual one.
     #[serde(default)]
     pub rebound_speed: Option<f64>,
-    pub plane: PlaneParameters,
+    /// Null without a ground.
+    pub plane: Option<PlaneParameters>,
     /// The shapes that bodies have.
     pub shapes: Vec<Shape>,
     pub bodies: Vec<BodyModel>,
@@ -113,11 +114,14 @@ impl Model {
         let fixed = fixed.collect::<Result<_, _>>()?;
         let world = World::new(Parameters {
             bodies: self.rigid_bodies()?,
-            ground: Plane::new(self.plane.normal.0.into(), self.plane.offset)?,
+            ground: self.plane.as_ref().map_or(Ok(Plane::level()), |plane| {
+                Plane::new(plane.normal.0.into(), plane.offset)
+            })?,
             gravity: self.gravity.into(),
             friction: self.mu,
             time_step: self.dt,
         })?;
+        let world = if self.plane.is_some() { world } else { world.without_ground() };
         let world = world.with_fixed(fixed)?;
         let world = bouncing(world, Some(self.restitution), self.rebound_speed)?;
         let world = self.frictions.iter().try_fold(world, |world, pair| {

@@ -13,6 +13,8 @@ pub struct SeveralRun {
     /// As of one body.
     pub outcome: String,
     pub tumble_version: String,
+    #[serde(default)]
+    pub ipopt_version: String,
     pub scene: String,
     /// The settings for which flags gave other values than the scenario.
     pub changed: Vec<String>,

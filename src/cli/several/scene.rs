@@ -33,8 +33,8 @@ pub struct Built {
 
 /// Makes the model of a file. `settings` are those of flags and file, complete but for the bodies.
 pub fn build(file: SeveralFile, settings: &Settings, folder: &Path) -> Result<Built, String> {
-    let plane = settings.plane.clone().unwrap_or_default();
-    let ground = plane_parameters(&plane);
+    let plane = settings.plane.clone();
+    let ground = plane.as_ref().map(plane_parameters);
     let mut builder = Builder {
         folder,
         plane,
@@ -88,7 +88,8 @@ struct Named {
 
 struct Builder<'a> {
     folder: &'a Path,
-    plane: Plane,
+    /// `None` without a ground.
+    plane: Option<Plane>,
     draws: Draws,
     drawn: bool,
     names: Vec<Named>,
@@ -158,7 +159,7 @@ impl Builder<'_> {
             let velocity = turned.rotation()
                 * entry.velocity.map_or(Vector3::zeros(), |velocity| velocity.0.into());
             let spin = entry.spin.map_or([0.0; 3], |spin| spin.0);
-            let start = self.start(entry.frame, &place, velocity, spin, &centre);
+            let start = self.start(entry.frame, &place, velocity, spin, &centre).map_err(named)?;
             start_state(&start).checked().map_err(|error| named(field_of(&error)))?;
             let name = match (&entry.name, count) {
                 (None, _) => format!("body-{}", self.model.bodies.len()),
@@ -195,6 +196,7 @@ impl Builder<'_> {
                 [0.0; 3],
                 &Vector3::zeros(),
             );
+            let start = start.map_err(named)?;
             let outer = Place { position: start.position, attitude: start.attitude };
             let name = match (&entry.name, count) {
                 (None, _) => format!("fixed-{}", self.model.fixed.len()),
@@ -221,20 +223,23 @@ impl Builder<'_> {
         velocity: Vector3<f64>,
         spin: [f64; 3],
         centre: &Vector3<f64>,
-    ) -> Start {
+    ) -> Result<Start, String> {
         let position = Vector3::from(place.position) + place.rotation() * centre;
         let state =
             State { position, attitude: place.attitude.into(), velocity, spin: spin.into() };
         let state = match frame {
-            Some(Frame::Ground) => self.plane.state_to_world(&state),
+            Some(Frame::Ground) => match &self.plane {
+                Some(plane) => plane.state_to_world(&state),
+                None => return Err(NO_GROUND.to_owned()),
+            },
             Some(Frame::World) | None => state,
         };
-        Start {
+        Ok(Start {
             position: state.position.into(),
             attitude: state.attitude.into(),
             velocity: state.velocity.into(),
             spin,
-        }
+        })
     }
 
     fn shape(&self, at: &str, entry: &mut BodyEntry) -> Result<Shape, String> {
@@ -366,6 +371,9 @@ impl Builder<'_> {
     /// All that has a name.
     fn find(&self, name: &str) -> Result<Vec<PartnerModel>, String> {
         if name == "ground" {
+            if self.plane.is_none() {
+                return Err("between: there is no ground".to_owned());
+            }
             return Ok(vec![PartnerModel::Ground]);
         }
         let entry = self.names.iter().find(|named| named.name == name);
@@ -406,6 +414,8 @@ impl Builder<'_> {
         ))
     }
 }
+
+const NO_GROUND: &str = "frame: there is no ground; `world` is needed";
 
 const ONE_SHAPE_OF_A_BODY: &str =
     "one shape is needed: box, sphere, capsule, hull, mesh, pieces, points or point_mass = true";

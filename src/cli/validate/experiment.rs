@@ -8,7 +8,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use tumble::error::Error;
 use tumble::simulation::scene;
-use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, Rung};
+use tumble::solver::ipopt::{Formulation, IpoptSolver, MOST_BODIES, ladder_for};
 use tumble::solver::native::NativeSolver;
 use tumble::step::StepSolver;
 use tumble::validation::{self, Input, Inputs, Laboratory, PROBLEMS, Problem, Unsuitable};
@@ -58,10 +58,11 @@ pub fn plan(args: &ValidateArgs) -> Result<Vec<Plan>, Failure> {
     let mut problems = chosen(args)?;
     problems.retain(|problem| each(args.solver).iter().any(|solver| takes(*solver, *problem)));
     if problems.is_empty() {
-        let names = left_out(args)?.join(", ");
+        let left_out = left_out(args)?;
+        let why: Vec<_> = left_out.iter().map(|(name, why)| format!("{name}: {why}")).collect();
         return Err(Failure::Input(format!(
-            "--solver ipopt: its path is of one body with sharp corners, which leaves out {names}; \
-             use --solver native"
+            "--solver ipopt: nothing is left; {}; use --solver native",
+            why.join("; ")
         )));
     }
     let given = given(args);
@@ -104,16 +105,26 @@ pub fn each(solvers: Solvers) -> &'static [Solver] {
     }
 }
 
-/// Whether `solver` takes the problem: Ipopt's path is of one body with sharp corners.
-pub fn takes(solver: Solver, problem: &dyn Problem) -> bool {
-    solver == Solver::Native || problem.for_one_sharp_body()
+/// Why Ipopt does not take the problem; `None` where it does.
+fn beyond_ipopt(problem: &dyn Problem) -> Option<String> {
+    let bodies = problem.bodies();
+    let many = || format!("it has {bodies} bodies, and Ipopt's path takes up to {MOST_BODIES}");
+    let why = problem.beyond_ipopt().map(str::to_owned);
+    why.or_else(|| (bodies > MOST_BODIES).then(many))
 }
 
-/// The problems of `args` that are not run with Ipopt where it is asked for.
-pub fn left_out(args: &ValidateArgs) -> Result<Vec<&'static str>, Failure> {
-    let mut problems = chosen(args)?;
-    problems.retain(|problem| each(args.solver).iter().any(|solver| !takes(*solver, *problem)));
-    Ok(problems.into_iter().map(|problem| problem.name()).collect())
+/// Whether `solver` takes the problem.
+pub fn takes(solver: Solver, problem: &dyn Problem) -> bool {
+    solver == Solver::Native || beyond_ipopt(problem).is_none()
+}
+
+/// The problems of `args` that are not run with Ipopt where it is asked for, each with the reason.
+pub fn left_out(args: &ValidateArgs) -> Result<Vec<(&'static str, String)>, Failure> {
+    if !each(args.solver).contains(&Solver::Ipopt) {
+        return Ok(Vec::new());
+    }
+    let problems = chosen(args)?.into_iter();
+    Ok(problems.filter_map(|problem| Some((problem.name(), beyond_ipopt(problem)?))).collect())
 }
 
 /// The flags that set `values` and the step.
@@ -204,8 +215,7 @@ fn make_solver(
         Solver::Native => Box::new(NativeSolver::new(world)),
         Solver::Ipopt => {
             let options = IpoptSolver::options(scene::TOLERANCE, scene::MOST_ITERATIONS);
-            let ipopt = IpoptSolver::new(world, Formulation::default(), options)?;
-            Box::new(Ladder::new(world, ipopt, &Rung::ALL))
+            ladder_for(world, Formulation::default(), options)?
         }
     })
 }

@@ -94,15 +94,10 @@ fn counts(text: &mut String, series: &Series) {
     );
 }
 
-/// What was not run with Ipopt.
-pub fn left_out(names: &[&str]) -> String {
-    if names.is_empty() {
-        return String::new();
-    }
-    format!(
-        "left out with Ipopt, whose path is of one body with sharp corners: {}\n",
-        names.join(", ")
-    )
+/// What was not run with Ipopt, a line each.
+pub fn left_out(problems: &[(&str, String)]) -> String {
+    let line = |(name, why): &(&str, String)| format!("left out with Ipopt: {name}: {why}\n");
+    problems.iter().map(line).collect()
 }
 
 /// The quantities that are off, a line each, and how many hold.

@@ -38,7 +38,7 @@ impl ContactRow {
         let bodies = world.bodies();
         let body = bodies.get(self.body).ok_or("is of a body that is not there")?;
         let known = match self.partner {
-            Partner::Ground => true,
+            Partner::Ground => world.has_ground(),
             Partner::Fixed(index) => index < world.fixed().len(),
             Partner::Body(index) => index < bodies.len() && index != self.body,
         };

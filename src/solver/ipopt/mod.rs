@@ -100,6 +100,22 @@ pub fn ladder_for(
     Ok(Box::new(SeveralLadder::new(world, options, &Rung::ALL)?))
 }
 
+/// Ipopt alone for any world that [`ladder_for`] takes: from the previous solution, and what it does
+/// not solve from there is failed.
+///
+/// # Errors
+/// As [`ladder_for`].
+pub fn alone_for(
+    world: &World,
+    formulation: Formulation,
+    options: Options,
+) -> Result<Box<dyn StepSolver>, Error> {
+    if StepNlp::unsuitable(world).is_none() || formulation == Formulation::Clamped {
+        return Ok(Box::new(IpoptSolver::new(world, formulation, options)?));
+    }
+    Ok(Box::new(SeveralLadder::new(world, options, &[Rung::Previous])?))
+}
+
 impl IpoptSolver {
     /// A solver for steps of `world`.
     ///

@@ -129,6 +129,10 @@ impl StepSolver for NativeSolver {
         self.accepted
     }
 
+    fn selects(&self) -> bool {
+        true
+    }
+
     fn solve(
         &mut self,
         step: &Step<'_>,

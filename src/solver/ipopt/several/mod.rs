@@ -132,6 +132,7 @@ impl SeveralLadder {
                 }));
             }
         }
+        let patience = self.patience(rung);
         let depth = missed_depth(step, self.accepted);
         let settled = matches!(rung, Rung::Warm | Rung::NativeStart);
         let Self { program, memory, start, end, .. } = &mut *self;
@@ -139,10 +140,6 @@ impl SeveralLadder {
             (Rung::Warm, Some((_, known))) => StartMultipliers::Known(known),
             (Rung::NativeStart, _) => StartMultipliers::Zero,
             _ => StartMultipliers::Estimated,
-        };
-        let patience = match rung {
-            Rung::Previous => PATIENCE_PREVIOUS,
-            _ => rung.patience(),
         };
         let limit = patience.min(program.max_iterations()).min(left);
         let effort = Effort { limit, tightness: 1.0, settled };
@@ -159,6 +156,16 @@ impl SeveralLadder {
             message: Some(attempted.status.name()),
             multipliers: attempted.multipliers.map(|multipliers| (keys, multipliers)),
         }))
+    }
+
+    /// How many iterations to wait for from `rung`: without end from the last start that there is.
+    fn patience(&self, rung: Rung) -> u32 {
+        let last = self.rungs.iter().rfind(|rung| **rung != Rung::Native);
+        match rung {
+            last_start if last == Some(&last_start) => u32::MAX,
+            Rung::Previous => PATIENCE_PREVIOUS,
+            other => other.patience(),
+        }
     }
 
     /// The candidates that free flight closes, to what a missed one may be deep, and those that

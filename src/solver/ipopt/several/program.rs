@@ -174,6 +174,7 @@ impl Program {
         end.reset(step.free, candidates.len());
         if let Some(found) = outcome.point {
             scatter(&layout, (posed, found.x), &units, end);
+            normalise(step.free, end);
         }
         if outcome.status == ReturnStatus::UserRequestedStop {
             return Err(Error::Interrupted);
@@ -224,6 +225,16 @@ fn scatter(layout: &Layout, (posed, x): (&Posed, &[f64]), units: &Units, end: &m
             (values.friction_slack, values.slip_speed) = (x[of.slack], x[of.slip_speed]);
         }
         end.values[index] = values;
+    }
+}
+
+/// Makes attitudes turns, which those of an iterate are to its tolerance only, and those of one that is
+/// no solution not at all: then they are those of `free`.
+fn normalise(free: &[State], end: &mut Start) {
+    for (state, free) in end.states.iter_mut().zip(free) {
+        let norm = state.attitude.norm();
+        let is_near = (0.5..2.0).contains(&norm);
+        state.attitude = if is_near { state.attitude / norm } else { free.attitude };
     }
 }
 

@@ -1,4 +1,7 @@
-//! `tumble inspect`: the step's nonlinear program at a point, as JSON.
+//! `tumble inspect`: the step's nonlinear program at a point, as JSON; of one body the tutorial's, of
+//! several theirs.
+
+mod several;
 
 use super::args::InspectArgs;
 use super::fields::{self, Exactly, Numbers};
@@ -43,19 +46,25 @@ enum Gravity {
     Vector(Numbers<3>),
 }
 
-#[derive(Serialize)]
-struct Evaluation<'a> {
-    objective: f64,
-    gradient: Vec<f64>,
-    constraints: Vec<f64>,
-    jacobian: SparseMatrix<'a>,
-    hessian: SparseMatrix<'a>,
+/// The part of a point that says of how many bodies it is.
+#[derive(Deserialize)]
+struct Kind {
+    bodies: Option<serde::de::IgnoredAny>,
 }
 
 #[derive(Serialize)]
-struct SparseMatrix<'a> {
-    rows: &'a [usize],
-    cols: &'a [usize],
+struct Evaluation {
+    objective: f64,
+    gradient: Vec<f64>,
+    constraints: Vec<f64>,
+    jacobian: SparseMatrix,
+    hessian: SparseMatrix,
+}
+
+#[derive(Serialize)]
+struct SparseMatrix {
+    rows: Vec<usize>,
+    cols: Vec<usize>,
     values: Vec<f64>,
 }
 
@@ -63,17 +72,18 @@ pub fn run(args: &InspectArgs) -> Result<Outcome, Failure> {
     let name = shown::path(&args.file);
     let odd = |why: &dyn std::fmt::Display| Failure::Input(format!("{name}: {why}"));
     let text = read(args).map_err(|error| odd(&format!("cannot be read as a point: {error}")))?;
-    let point: PointFile =
-        fields::json(&text).map_err(|why| odd(&format!("not a point: {why}")))?;
-    let epsilon = point.epsilon.unwrap_or(SMOOTHING);
     let refused = |failure: Failure| failure.in_file(&args.file, FileKind::Point, &[]);
-    let world = point.world().map_err(refused)?;
-    let mut nlp = StepNlp::new(world, epsilon).map_err(|error| refused(error.into()))?;
-    point.check(&nlp).map_err(|why| odd(&why))?;
-    let state = State::from_vector(&SVector::from_column_slice(&point.state));
-    nlp.set_step(&state, &Wrench::zero(), point.alpha.iter().copied());
-
-    let evaluation = evaluate(&nlp, &point);
+    let no_point = |why: String| odd(&format!("not a point: {why}"));
+    let evaluation = match serde_json::from_str(&text) {
+        Ok(Kind { bodies: Some(_) }) => {
+            let point: several::PointFile = fields::json(&text).map_err(no_point)?;
+            point.evaluation().map_err(refused)?
+        }
+        _ => {
+            let point: PointFile = fields::json(&text).map_err(no_point)?;
+            point.evaluation().map_err(refused)?
+        }
+    };
     if !evaluation.is_finite() {
         return Err(odd(&"the numbers are too large: a result is not finite"));
     }
@@ -92,17 +102,40 @@ fn read(args: &InspectArgs) -> std::io::Result<String> {
     }
 }
 
+impl Gravity {
+    fn vector(self) -> Vector3<f64> {
+        match self {
+            Self::Downwards(g) => Vector3::new(0.0, 0.0, -g),
+            Self::Vector(vector) => vector.0.into(),
+        }
+    }
+}
+
 impl PointFile {
+    /// What the program has at the point; a sentence where it is none.
+    fn evaluation(&self) -> Result<Evaluation, Failure> {
+        let mut nlp = StepNlp::new(self.world()?, self.epsilon.unwrap_or(SMOOTHING))?;
+        self.check(&nlp).map_err(Failure::Input)?;
+        let state = State::from_vector(&SVector::from_column_slice(&self.state));
+        nlp.set_step(&state, &Wrench::zero(), self.alpha.iter().copied());
+        let sizes = (nlp.layout().variables(), nlp.layout().constraints());
+        let patterns = (nlp.jacobian_pattern(), nlp.hessian_pattern());
+        Ok(evaluate(sizes, patterns, |values| {
+            nlp.gradient(&self.x, &mut values.gradient);
+            nlp.constraints(&self.x, &mut values.constraints);
+            nlp.jacobian(&self.x, &mut values.jacobian.values);
+            let hessian = &mut values.hessian.values;
+            nlp.hessian(&self.x, self.obj_factor, &self.multipliers, hessian);
+            values.objective = nlp.objective(&self.x);
+        }))
+    }
+
     /// The tutorial's cube with the constants given.
     fn world(&self) -> Result<World, Failure> {
         let usual = scene::tutorial_parameters()?;
         let cube = &usual.bodies[0];
         let inertia = self.inertia.as_ref().map_or(*cube.inertia(), matrix);
-        let gravity = match self.gravity {
-            None => usual.gravity,
-            Some(Gravity::Downwards(g)) => Vector3::new(0.0, 0.0, -g),
-            Some(Gravity::Vector(vector)) => vector.0.into(),
-        };
+        let gravity = self.gravity.map_or(usual.gravity, Gravity::vector);
         Ok(World::new(Parameters {
             bodies: vec![RigidBody::with_box_corners(
                 self.mass.unwrap_or(cube.mass()),
@@ -136,7 +169,7 @@ impl PointFile {
     }
 }
 
-impl Evaluation<'_> {
+impl Evaluation {
     fn is_finite(&self) -> bool {
         let arrays =
             [&self.gradient, &self.constraints, &self.jacobian.values, &self.hessian.values];
@@ -145,19 +178,24 @@ impl Evaluation<'_> {
     }
 }
 
-fn evaluate<'a>(nlp: &'a StepNlp, point: &PointFile) -> Evaluation<'a> {
-    let layout = nlp.layout();
-    let mut gradient = vec![0.0; layout.variables()];
-    let mut constraints = vec![0.0; layout.constraints()];
-    let mut jacobian = sparse(nlp.jacobian_pattern());
-    let mut hessian = sparse(nlp.hessian_pattern());
-    nlp.gradient(&point.x, &mut gradient);
-    nlp.constraints(&point.x, &mut constraints);
-    nlp.jacobian(&point.x, &mut jacobian.values);
-    nlp.hessian(&point.x, point.obj_factor, &point.multipliers, &mut hessian.values);
-    Evaluation { objective: nlp.objective(&point.x), gradient, constraints, jacobian, hessian }
+/// An evaluation of (variables, rows) with the patterns of Jacobian and Hessian, filled in by `fill`.
+fn evaluate(
+    (variables, rows): (usize, usize),
+    (jacobian, hessian): (&SparsityPattern, &SparsityPattern),
+    fill: impl FnOnce(&mut Evaluation),
+) -> Evaluation {
+    let mut values = Evaluation {
+        objective: 0.0,
+        gradient: vec![0.0; variables],
+        constraints: vec![0.0; rows],
+        jacobian: sparse(jacobian),
+        hessian: sparse(hessian),
+    };
+    fill(&mut values);
+    values
 }
 
-fn sparse(pattern: &SparsityPattern) -> SparseMatrix<'_> {
-    SparseMatrix { rows: pattern.rows(), cols: pattern.cols(), values: vec![0.0; pattern.len()] }
+fn sparse(pattern: &SparsityPattern) -> SparseMatrix {
+    let (rows, cols) = (pattern.rows().to_vec(), pattern.cols().to_vec());
+    SparseMatrix { rows, cols, values: vec![0.0; pattern.len()] }
 }

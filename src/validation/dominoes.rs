@@ -1,0 +1,314 @@
+//! A domino that falls and takes the next one with it.
+//!
+//! The first one turns about its front edge (`rocking.rs`) until its upper edge meets the second, at
+//! the tilt φ with 2c sin φ = s, s being the gap between the two. Nothing rubs between them, so that
+//! the impact P goes along the ground; it is 2c cos φ above the edges about which both turn, which
+//! hold. Both have the inertia I about them:
+//!
+//! ```text
+//! I ω₁⁺ = I ω − 2c cos φ P,   I ω₂⁺ = 2c cos φ P,   ω₁⁺ = ω₂⁺ = ½ ω
+//! ```
+//!
+//! for the edge and the face go on together.
+//!
+//! **The step** of both, touching at its end, with the symbols of `edge.rs` and p = P n on the first,
+//! n the normal of the second's face at the start: each turns on its front edge as there, but for the
+//! torque of p at the upper edge, ±(C₁ − r_j) × p, and of the rest of the impulse at its foot. Of the
+//! three unknowns ω₁⁺, ω₂⁺, P the third equation is that the upper edge ends on the face.
+
+use super::edge::{Planar, cross, turned};
+use super::rocking::{TallBox, tilt};
+use super::stopping::resting;
+use super::{Convergence, Curve, Findings, Input, Inputs, Laboratory, Problem, Quantity, Run};
+use super::{Setup, Subject, Unsuitable};
+use crate::contact::Partner;
+use crate::mechanics::RigidBody;
+use nalgebra::{Matrix3, Vector2, Vector3};
+
+/// Two dominoes.
+pub struct Dominoes;
+
+/// s, m.
+const GAP: f64 = 0.3;
+/// The first spin, in those that just topple it.
+const PUSH: f64 = 1.2;
+/// The second is wider by this, so that the edge meets its face, m.
+const WIDER: f64 = 0.05;
+/// Steps after the impact that are compared.
+const AFTER: usize = 3;
+/// Newton's method, with differences for derivatives, settles in some.
+const ROUNDS: usize = 40;
+/// Points of the integral of the time.
+const POINTS: usize = 2000;
+
+/// Both dominoes.
+type Two = [Planar; 2];
+
+struct Pair<'a> {
+    domino: &'a TallBox,
+    /// h, s.
+    time_step: f64,
+}
+
+impl Pair<'_> {
+    fn half_sides(&self) -> Vector2<f64> {
+        Vector2::new(self.domino.half_sides[0], self.domino.half_sides[2])
+    }
+
+    /// How far the upper edge of the first is from the face of the second, m.
+    fn apart(&self, [first, second]: &Two) -> f64 {
+        let edge = first.position + turned(first.tilt, self.half_sides()) - second.position;
+        -turned(-second.tilt, edge).x - self.half_sides().x
+    }
+
+    /// `state` turned on its front edge with the spin `spin` at the end of the step.
+    fn turned_on(&self, state: &Planar, spin: f64) -> Planar {
+        let foot = Vector2::new(self.half_sides().x, -self.half_sides().y);
+        let held = Vector2::new(state.position.x + turned(state.tilt, foot).x, 0.0);
+        let tilt = state.tilt + 2.0 * (0.5 * self.time_step * spin).atan();
+        let position = held - turned(tilt, foot);
+        let velocity = (position - state.position) / self.time_step;
+        Planar { position, tilt, velocity, spin }
+    }
+
+    /// What the two torques and the gap are off by with (ω₁⁺, ω₂⁺, P).
+    fn missed(&self, before: &Two, unknown: &Vector3<f64>) -> Vector3<f64> {
+        let foot = Vector2::new(self.half_sides().x, -self.half_sides().y);
+        let after = [0, 1].map(|j| self.turned_on(&before[j], unknown[j]));
+        let edge = before[0].position + turned(before[0].tilt, self.half_sides());
+        let push = turned(before[1].tilt, Vector2::new(-unknown[2], 0.0));
+        let weight = Vector2::new(0.0, self.domino.gravity * self.time_step);
+        let torque = |j: usize, push: Vector2<f64>| {
+            let (old, new) = (&before[j], &after[j]);
+            let held = new.velocity - old.velocity + weight - push;
+            let inertia = self.half_sides().norm_squared() / 3.0;
+            inertia * (new.spin - old.spin)
+                - cross(turned(old.tilt, foot), held)
+                - cross(edge - old.position, push)
+        };
+        Vector3::new(torque(0, push), torque(1, -push), self.apart(&after) / self.time_step)
+    }
+
+    /// A step that ends with both touching.
+    fn step(&self, before: &Two) -> Two {
+        let mut unknown = Vector3::new(before[0].spin, before[1].spin, 0.0);
+        for _ in 0..ROUNDS {
+            let missed = self.missed(before, &unknown);
+            let mut slopes = Matrix3::zeros();
+            for j in 0..3 {
+                let size = 1e-6 * (1.0 + unknown[j].abs());
+                let moved = |sign: f64| {
+                    let mut moved = unknown;
+                    moved[j] += sign * size;
+                    self.missed(before, &moved)
+                };
+                slopes.set_column(j, &((moved(1.0) - moved(-1.0)) / (2.0 * size)));
+            }
+            let Some(change) = slopes.lu().solve(&missed) else { break };
+            unknown -= change;
+        }
+        [0, 1].map(|j| self.turned_on(&before[j], unknown[j]))
+    }
+}
+
+/// What is measured of the fall: the time until the two would meet and the spin then, on the line
+/// through the last two states before; and both spins some steps later.
+#[derive(Debug, Clone, Copy)]
+struct Fall {
+    time: f64,
+    spin: f64,
+    after: [f64; 2],
+}
+
+impl Fall {
+    /// From the states up to the last before they touch, `meet`, and `AFTER` steps later.
+    fn of(h: f64, gaps: [f64; 2], spins: [f64; 2], meet: usize, after: [f64; 2]) -> Self {
+        let part = gaps[1] / (gaps[0] - gaps[1]);
+        Self {
+            time: h * (meet as f64 + part),
+            spin: spins[1] + part * (spins[1] - spins[0]),
+            after,
+        }
+    }
+}
+
+/// Along the planar motion of a body's state.
+fn planar(run: &Run, index: usize, k: usize) -> Planar {
+    let state = &run.states(index)[k];
+    Planar {
+        position: state.position.xz(),
+        tilt: tilt(state),
+        velocity: state.velocity.xz(),
+        spin: state.spin[1],
+    }
+}
+
+/// The step's own fall from `spin`; `None` where it does not come to the second.
+fn discrete(pair: &Pair<'_>, second: Planar, spin: f64, most: usize) -> Option<Fall> {
+    let (h, domino) = (pair.time_step, pair.domino);
+    let at = |(tilt, spin): (f64, f64)| {
+        // Turning about the front edge, which stays where it is.
+        let foot = Vector2::new(pair.half_sides().x, -pair.half_sides().y);
+        let position = Vector2::new(foot.x, 0.0) - turned(tilt, foot);
+        Planar { position, tilt, velocity: Vector2::zeros(), spin }
+    };
+    let apart = |of: (f64, f64)| pair.apart(&[at(of), second]);
+    let free = domino.discrete(spin, (h, most), |tilt, spin| apart((tilt, spin)) < 0.0);
+    let beyond = free.len().checked_sub(1).filter(|&last| apart(free[last]) < 0.0)?;
+    let meet = beyond.checked_sub(1).filter(|&meet| meet > 0)?;
+    let mut two = [at(free[meet]), second];
+    // The velocity is that of the step before.
+    two[0].velocity = (two[0].position - at(free[meet - 1]).position) / h;
+    for _ in 0..AFTER {
+        two = pair.step(&two);
+    }
+    let gaps = [apart(free[meet - 1]), apart(free[meet])];
+    let spins = [free[meet - 1].1, free[meet].1];
+    Some(Fall::of(h, gaps, spins, meet, two.map(|domino| domino.spin)))
+}
+
+impl Problem for Dominoes {
+    fn name(&self) -> &'static str {
+        "dominoes"
+    }
+
+    fn about(&self) -> &'static str {
+        "A domino is pushed over and falls on the next one: its energy says when and how fast, and \
+         as nothing rubs between them, both go on with half of its spin."
+    }
+
+    fn bodies(&self) -> usize {
+        2
+    }
+
+    fn inputs(&self) -> Inputs {
+        Inputs::new(0.001, &[(Input::Mass, 3.0), (Input::Gravity, 9.81)])
+    }
+
+    /// About the edge ½ I ω² + m g R cos(α − φ) stays, so that the time is ∫ dφ/ω(φ). The step has
+    /// the recurrences of `edge.rs` and above. The spins are those of whole steps, up to three after
+    /// the impact, in which gravity and the turn change them by a part of what they do at
+    /// most.
+    fn solve(
+        &self,
+        inputs: &Inputs,
+        laboratory: &mut Laboratory<'_>,
+    ) -> Result<Findings, Unsuitable> {
+        let domino = TallBox::new(inputs)?;
+        let (h, c) = (laboratory.time_step(), domino.half_sides[2]);
+        let fine = domino.growth_time() / h;
+        if fine < 10.0 {
+            return Err(Unsuitable::Motion(format!(
+                "a domino falls over in some {:.3} s, too few steps of {h} s",
+                domino.growth_time()
+            )));
+        }
+        let spin = PUSH * domino.critical_spin();
+        let wide = domino.half_sides + Vector3::new(0.0, WIDER, 0.0);
+        let mut standing = resting(c);
+        standing.position[0] = 2.0 * domino.half_sides[0] + GAP;
+        let setup = domino.setup(domino.pushed(spin), 5.0 * domino.growth_time())?;
+        let mut bodies = setup.bodies.clone();
+        bodies.push(Subject::new(RigidBody::solid_box(domino.mass, wide)?, standing));
+        let frictions = vec![(1, Partner::Body(0), 0.0)];
+        let setup = Setup { bodies, frictions, ..setup };
+        let mut touched = 0;
+        let run = laboratory.run_until(&setup, &mut |step| {
+            let meets = step.between(0, Partner::Body(1)).any(|contact| contact.carries_force());
+            touched += usize::from(meets || touched > 0);
+            touched == AFTER
+        })?;
+
+        let pair = Pair { domino: &domino, time_step: h };
+        let second = planar(&run, 1, 0);
+        let most = (setup.duration / h).round() as usize;
+        let missing = || Unsuitable::Motion("the domino does not reach the next one".to_owned());
+        let expected = discrete(&pair, second, spin, most).ok_or_else(missing)?;
+        let end = run.steps();
+        let meet = end.checked_sub(AFTER).filter(|&meet| meet > 0).ok_or_else(missing)?;
+        let apart = |k: usize| pair.apart(&[planar(&run, 0, k), second]);
+        let at = |k: usize| run.states(0)[k].spin[1];
+        let found = Fall::of(
+            h,
+            [apart(meet - 1), apart(meet)],
+            [at(meet - 1), at(meet)],
+            meet,
+            [at(end), run.end(1).spin[1]],
+        );
+
+        // ω² = ω₀² − 2 (m g/I) (R cos(α − φ) − c)
+        let (alpha, radius) = (domino.balance(), domino.radius());
+        let pull = domino.mass * domino.gravity / domino.inertia();
+        let speed = |tilt: f64| {
+            let rise = radius * (alpha - tilt).cos() - c;
+            (spin * spin - 2.0 * pull * rise).sqrt()
+        };
+        let last = (0.5 * GAP / c).asin();
+        let width = last / POINTS as f64;
+        // Simpson's rule, exact to rounding for so smooth a function.
+        let slice = |k: usize| {
+            let from = k as f64 * width;
+            let [a, b, c] = [0.0, 0.5, 1.0].map(|part| 1.0 / speed(from + part * width));
+            width / 6.0 * (a + 4.0 * b + c)
+        };
+        let time: f64 = (0..POINTS).map(slice).sum();
+        let spin_then = speed(last);
+
+        // What a change of the first spin does, by the recurrence itself.
+        let change = domino.spin_slack(&run, spin);
+        let trial = change.max(1e-7 * spin);
+        let moved = [-trial, trial].map(|by| discrete(&pair, second, spin + by, most));
+        let effect = |of: fn(&Fall) -> f64| {
+            let off = |fall: &Option<Fall>| {
+                fall.as_ref().map_or(f64::NAN, |fall| (of(fall) - of(&expected)).abs())
+            };
+            4.0 * change / trial * off(&moved[0]).max(off(&moved[1]))
+        };
+        // Two that touch stay so within h δ_n, and part within 2 δ_n.
+        let parting = 8.0 * run.largest(|r| r.normal + r.kinematics) / c;
+        let bound = h * (pull * radius + spin_then * spin_then);
+        let first_order = Convergence::order(1, fine);
+        let halved = |name: &'static str, index: usize, slack: f64| Quantity {
+            discrete: expected.after[index],
+            convergence: Convergence::within(bound, fine),
+            ..Quantity::exactly(
+                (name, "rad/s"),
+                found.after[index],
+                0.5 * spin_then,
+                slack + parting,
+            )
+        };
+        Ok(Findings {
+            quantities: vec![
+                Quantity {
+                    discrete: expected.time,
+                    convergence: first_order,
+                    ..Quantity::exactly(
+                        ("time until they meet", "s"),
+                        found.time,
+                        time,
+                        effect(|fall| fall.time),
+                    )
+                },
+                Quantity {
+                    discrete: expected.spin,
+                    convergence: first_order,
+                    ..Quantity::exactly(
+                        ("spin then", "rad/s"),
+                        found.spin,
+                        spin_then,
+                        effect(|fall| fall.spin),
+                    )
+                },
+                halved("spin of the first after it", 0, effect(|fall| fall.after[0])),
+                halved("spin of the second after it", 1, effect(|fall| fall.after[1])),
+            ],
+            curve: Curve::of(
+                ("tilt of the first", "rad"),
+                &run,
+                |k| tilt(&run.states(0)[k]),
+                |_| f64::NAN,
+            ),
+        })
+    }
+}

@@ -1,0 +1,185 @@
+//! 216 balls without friction that fall on the ground and on each other: the 666 test of
+//! SimBenchmark, for its first part.
+//!
+//! Where the balls go nobody knows, but for what all laws have in common: forces of a pair are
+//! opposite and go through both centres, those of the ground are vertical. So the horizontal momentum
+//! and the angular momentum about the vertical stay, no ball ever turns, what the ground gives is the
+//! weight and the change of the momentum, the energy never grows, and no ball is in another or below
+//! the ground. The plane between two balls is across their line of centres at the step's start, and the
+//! distance at its end is no less than that along it: no penetration is left to the order of h.
+
+use super::stopping::resting;
+use super::{Curve, Findings, Input, Inputs, Laboratory, Problem, Quantity, Run, Setup};
+use super::{Subject, Unsuitable};
+use crate::contact::Partner;
+use crate::geometry::Piece;
+use crate::mechanics::{RigidBody, State};
+use crate::simulation::random::Draws;
+use nalgebra::Vector3;
+
+/// A cube of balls that falls.
+pub struct Balls;
+
+/// Balls along each edge.
+const EDGE: usize = 6;
+const BALLS: usize = EDGE * EDGE * EDGE;
+/// R, between the centres, of the lowest centres above the ground, and what is drawn to each
+/// coordinate, m.
+const RADIUS: f64 = 0.1;
+const APART: f64 = 0.21;
+const HEIGHT: f64 = 0.101;
+const JITTER: f64 = 1e-3;
+const SEED: u32 = 666;
+/// The test has 10 s; the first of them, in which the layers meet, fit into a few seconds of work, s.
+const DURATION: f64 = 0.3;
+
+/// Where the balls start.
+fn starts() -> Vec<State> {
+    let mut draws = Draws::new(SEED);
+    let place = |index: usize| {
+        let at = |number: usize| (number as f64 - 0.5 * (EDGE as f64 - 1.0)) * APART;
+        let mut start = resting(HEIGHT + (index / (EDGE * EDGE)) as f64 * APART);
+        (start.position[0], start.position[1]) = (at(index % EDGE), at(index / EDGE % EDGE));
+        for coordinate in &mut start.position {
+            *coordinate += JITTER * draws.unit();
+        }
+        start
+    };
+    (0..BALLS).map(place).collect()
+}
+
+/// ½ v² + g z, the mean of all balls, J/kg.
+fn energy(run: &Run, k: usize, gravity: f64) -> f64 {
+    let of = |index: usize| {
+        let state = &run.states(index)[k];
+        0.5 * state.velocity.norm_squared() + gravity * state.position[2]
+    };
+    (0..BALLS).map(of).sum::<f64>() / BALLS as f64
+}
+
+/// The means of all momenta and of all angular momenta about the z axis, a mass.
+fn momentum(run: &Run, k: usize) -> (Vector3<f64>, f64) {
+    let (mut linear, mut angular) = (Vector3::zeros(), 0.0);
+    for index in 0..BALLS {
+        let state = &run.states(index)[k];
+        linear += state.velocity / BALLS as f64;
+        angular += state.position.xy().perp(&state.velocity.xy()) / BALLS as f64;
+    }
+    (linear, angular)
+}
+
+/// The deepest penetration of two balls or of a ball and the ground, m, and the sum of all squares.
+fn penetration(places: &[Vector3<f64>]) -> (f64, f64) {
+    let (mut deepest, mut squares) = (0.0_f64, 0.0);
+    let mut add = |depth: f64| {
+        deepest = deepest.max(depth);
+        squares += depth * depth;
+    };
+    for (index, place) in places.iter().enumerate() {
+        if place[2] < RADIUS {
+            add(RADIUS - place[2]);
+        }
+        for other in &places[..index] {
+            let square = (place - other).norm_squared();
+            if square < 4.0 * RADIUS * RADIUS {
+                add(2.0 * RADIUS - square.sqrt());
+            }
+        }
+    }
+    (deepest, squares)
+}
+
+impl Problem for Balls {
+    fn name(&self) -> &'static str {
+        "balls-666"
+    }
+
+    fn about(&self) -> &'static str {
+        "6 × 6 × 6 balls without friction fall on the ground and on each other (SimBenchmark's 666 \
+         test, its first 0.3 s): nothing penetrates, momentum stays, energy does not grow."
+    }
+
+    fn bodies(&self) -> usize {
+        BALLS
+    }
+
+    fn inputs(&self) -> Inputs {
+        Inputs::new(0.01, &[(Input::Mass, 10.0), (Input::Gravity, 9.81)])
+    }
+
+    /// Laws of conservation, all of them exact in the step as well; the energy falls. A contact that
+    /// ends with the gap 0 has lost energy: its impulse times u_n = 0 does no work on the motion at
+    /// the step's end, and ½ m |v⁺ − v|² is lost.
+    fn solve(
+        &self,
+        inputs: &Inputs,
+        laboratory: &mut Laboratory<'_>,
+    ) -> Result<Findings, Unsuitable> {
+        let (mass, gravity) = (inputs.get(Input::Mass)?, inputs.get(Input::Gravity)?);
+        let (ball, _) = RigidBody::solid(mass, &[Piece::sphere(RADIUS)?])?;
+        let bodies = starts().into_iter().map(|start| Subject::new(ball.clone(), start)).collect();
+        let (h, mut pushed) = (laboratory.time_step(), 0.0);
+        let (mut deepest, mut squares, mut places) = (0.0_f64, 0.0, Vec::new());
+        let run =
+            laboratory.run_until(&Setup::new(bodies, gravity, 0.0, DURATION), &mut |step| {
+                let ground = step.contacts.iter().filter(|c| c.key.partner == Partner::Ground);
+                pushed += h * ground.map(|contact| contact.force[2]).sum::<f64>();
+                places.clear();
+                places.extend(step.after.iter().map(|state| state.position));
+                let (depth, square) = penetration(&places);
+                deepest = deepest.max(depth);
+                squares += square;
+                false
+            })?;
+
+        let (steps, t) = (run.steps(), run.time(run.steps()));
+        let ((linear, angular), start) = (momentum(&run, steps), momentum(&run, 0));
+        let energies: Vec<f64> = (0..=steps).map(|k| energy(&run, k, gravity)).collect();
+        let gains = energies.windows(2).map(|two| two[1] - two[0]);
+        let gained = gains.fold(f64::NEG_INFINITY, f64::max);
+        let spin = run.all_states().map(|state| state.spin.norm()).fold(0.0, f64::max);
+
+        let count = BALLS as f64;
+        let lacked = run.sum(|r| r.momentum) + run.flight_rounding();
+        // A gap that is off by δ h does the work of its force over it, and lifts all that is above.
+        let seat = run.seat();
+        let fastest = (2.0 * gravity * EDGE as f64 * APART).sqrt();
+        let worked = gravity * seat
+            + fastest * run.largest(|r| r.momentum)
+            + 64.0 * f64::EPSILON * energies[0];
+        Ok(Findings {
+            quantities: vec![
+                Quantity::at_most_zero(("deepest penetration", "m"), deepest, 2.0 * seat),
+                Quantity::at_most_zero(
+                    ("mean sum of squared penetrations", "m²"),
+                    squares / steps as f64,
+                    6.0 * count * (2.0 * seat).powi(2),
+                ),
+                Quantity::at_most_zero(
+                    ("horizontal speed of the common centre", "m/s"),
+                    linear.xy().norm(),
+                    lacked,
+                ),
+                Quantity::exactly(
+                    ("angular momentum about the vertical, a mass", "m²/s"),
+                    angular,
+                    start.1,
+                    EDGE as f64 * APART * lacked,
+                ),
+                Quantity::exactly(
+                    ("impulse of the ground, a mass", "m/s"),
+                    pushed / (count * mass),
+                    linear[2] + gravity * t,
+                    lacked,
+                ),
+                Quantity::at_most_zero(("largest gain of energy, a mass", "J/kg"), gained, worked),
+                Quantity::at_most_zero(
+                    ("largest spin", "rad/s"),
+                    spin,
+                    2.0 * run.sum(|r| r.momentum) / RADIUS + run.flight_rounding() / RADIUS,
+                ),
+            ],
+            curve: Curve::of(("energy", "J"), &run, |k| energies[k], |_| f64::NAN),
+        })
+    }
+}

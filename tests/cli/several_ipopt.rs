@@ -1,0 +1,157 @@
+//! Scenes of several bodies by Ipopt from the command line: the same motion as the native solver's
+//! where it is unique, what is said of fallbacks and failures, and what is refused.
+
+use super::several::table;
+use super::support::{Simulated, everything_in, run, simulate};
+use std::fs;
+
+/// Two boxes that rest on each other.
+const STACK: &str = r#"
+steps = 60
+[ground]
+friction = 0.5
+[[bodies]]
+name = "box"
+box = 0.2
+mass = 1.0
+position = [0.0, 0.0, 0.1]
+copies = { count = [1, 1, 2], step = [0.0, 0.0, 0.2] }
+"#;
+
+/// A turned box that flies into another one, without gravity.
+const COLLISION: &str = r#"
+steps = 60
+gravity = 0.0
+[ground]
+friction = 0.3
+offset = -100.0
+[[bodies]]
+name = "a"
+box = 0.2
+mass = 1.0
+position = [0.0, 0.0, 0.0]
+attitude = [0.9, 0.2, 0.3, 0.1]
+velocity = [1.0, 0.0, 0.0]
+spin = [0.3, 2.0, 1.5]
+[[bodies]]
+name = "b"
+box = 0.2
+mass = 3.0
+position = [0.33, 0.03, 0.05]
+"#;
+
+fn scene(text: &str, flags: &[&str]) -> Simulated {
+    let directory = tempfile::tempdir().unwrap();
+    let file = directory.path().join("scene.toml");
+    fs::write(&file, text).unwrap();
+    simulate(&[&["--scenario", file.to_str().unwrap()], flags].concat())
+}
+
+/// The largest difference of two runs in a column of the states of the last row, over the bodies.
+fn apart(one: &Simulated, other: &Simulated, columns: [&str; 3]) -> f64 {
+    let [one, other] = [one, other].map(|done| table(done, "states"));
+    let differences = columns.into_iter().flat_map(|name| {
+        let (a, b) = (one.numbers(name), other.numbers(name));
+        assert_eq!(a.len(), b.len());
+        let last = a.len() - 2..a.len();
+        last.map(move |row| (a[row] - b[row]).abs()).collect::<Vec<_>>()
+    });
+    differences.fold(0.0, f64::max)
+}
+
+/// Σ 2 K (δ + δ') over the steps, with K contacts and the residuals δ of both runs, m/s: each impulse
+/// is within δ of obeying the laws, and the motion is made by their sum (measured: nothing for the
+/// stack, a tenth of it for the collision).
+fn allowed(one: &Simulated, other: &Simulated) -> f64 {
+    let [one, other] = [one, other].map(|done| table(done, "steps"));
+    let counts = one.numbers("contacts").into_iter().zip(other.numbers("contacts"));
+    let residuals = one.numbers("residual_m_s").into_iter().zip(other.numbers("residual_m_s"));
+    // The last row has no step.
+    let steps = counts.zip(residuals).filter(|(_, (a, b))| a.is_finite() && b.is_finite());
+    steps.map(|((n, m), (a, b))| 2.0 * f64::max(n, m) * (a + b)).sum()
+}
+
+/// The motion of a stack at rest and of a collision that a corner makes is unique.
+#[test]
+fn ipopt_and_native_agree_where_the_motion_is_unique() {
+    for (name, text) in [("stack", STACK), ("collision", COLLISION)] {
+        let native = scene(text, &[]);
+        let ipopt = scene(text, &["--solver", "ipopt"]);
+        assert_eq!((native.end.code, ipopt.end.code), (Some(0), Some(0)), "{:?}", ipopt.end);
+        let said = "solver       native, the default for several bodies\n";
+        assert!(native.end.stdout.contains(said), "{:?}", native.end);
+        assert!(ipopt.end.stdout.contains("solver       ipopt\n"), "{:?}", ipopt.end);
+        let json = ipopt.run_json();
+        let (solver, summary) = (&json["solver"], &json["summary"]);
+        assert_eq!(solver["name"], "ipopt");
+        assert_eq!((&solver["formulation"], &solver["tol"]), (&"reduced".into(), &1e-6.into()));
+        let contact_steps = summary["contact_steps"].as_u64().unwrap();
+        let rungs = summary["rungs"].as_object().unwrap().values();
+        assert_eq!(rungs.map(|count| count.as_u64().unwrap()).sum::<u64>(), contact_steps);
+        assert!(contact_steps > 0 && summary["iterations"].as_u64().unwrap() > 0, "{name}");
+
+        let speed = allowed(&native, &ipopt);
+        assert!(speed < 1e-3, "{name}: {speed}");
+        let found = apart(&native, &ipopt, ["vx_m_s", "vy_m_s", "vz_m_s"]);
+        assert!(found <= speed, "{name}: {found:e}, {speed:e} allowed");
+        let moved = apart(&native, &ipopt, ["x_m", "y_m", "z_m"]);
+        assert!(moved <= 59.0 * 0.002 * speed, "{name}: {moved:e}");
+        let verified = run(&["verify", ipopt.path("states.csv").to_str().unwrap()]);
+        assert_eq!(verified.code, Some(0), "{name}: {verified:?}");
+    }
+}
+
+/// A scenario can name the solver and its settings; flags go before them.
+#[test]
+fn a_scenario_names_its_solver() {
+    let settings = "[solver]\nname = \"ipopt\"\ntolerance = 1e-7\nmax_iterations = 200\n";
+    let text = format!("{STACK}{settings}");
+    let done = scene(&text, &["--steps", "4", "--max-iter", "100"]);
+    assert_eq!(done.end.code, Some(0), "{:?}", done.end);
+    let solver = &done.run_json()["solver"];
+    assert_eq!(solver["name"], "ipopt");
+    assert_eq!((&solver["tol"], &solver["max_iter"]), (&1e-7.into(), &100.into()));
+    let native = scene(&text, &["--steps", "4", "--solver", "native"]);
+    native.end.assert_refused(2, &["solver.tolerance", "native"]);
+}
+
+/// Where Ipopt may take one iteration only, the native solution stands in and is counted; without the
+/// ladder such a step is failed, kept or the end of the run.
+#[test]
+fn fallbacks_and_failures_are_counted() {
+    let flags = ["--solver", "ipopt", "--max-iter", "1"];
+    let ladder = scene(COLLISION, &flags);
+    let count = |done: &Simulated, name: &str| done.run_json()["summary"][name].as_u64().unwrap();
+    let (contact, fallback) = (count(&ladder, "contact_steps"), count(&ladder, "fallback"));
+    assert!(contact > 0 && fallback > 0, "{:?}", ladder.end);
+    assert_eq!((ladder.end.code, count(&ladder, "failed")), (Some(0), 0));
+    assert!(ladder.end.stdout.contains(&format!("fallback {fallback}")), "{:?}", ladder.end);
+
+    let record = scene(COLLISION, &[&flags[..], &["--on-failure", "record"]].concat());
+    let failed = count(&record, "failed");
+    assert_eq!((record.end.code, count(&record, "rows")), (Some(3), 60), "{:?}", record.end);
+    assert!(failed > 0 && count(&record, "fallback") == 0, "{:?}", record.end);
+    assert!(record.end.stdout.contains(&format!("failed       {failed}\n")), "{:?}", record.end);
+    let verified = run(&["verify", record.path("states.csv").to_str().unwrap()]);
+    assert_eq!(verified.code, Some(3), "{verified:?}");
+
+    let stop = scene(COLLISION, &[&flags[..], &["--on-failure", "stop"]].concat());
+    assert_eq!(stop.end.code, Some(3), "{:?}", stop.end);
+    assert_eq!(stop.run_json()["outcome"], "stopped");
+    assert!(count(&stop, "rows") < 60, "{:?}", stop.end);
+}
+
+/// More than ten bodies: one sentence that says what would be right, and nothing is written.
+#[test]
+fn more_than_ten_bodies_are_refused() {
+    let text = STACK.replace("[1, 1, 2]", "[1, 1, 11]");
+    let settings = "[solver]\nname = \"ipopt\"\n";
+    for (text, flags, named) in [
+        (text.clone(), ["--solver", "ipopt"].as_slice(), "--solver"),
+        (format!("{text}{settings}"), &[], "solver.name"),
+    ] {
+        let done = scene(&text, flags);
+        done.end.assert_refused(2, &[named, "11 bodies", "up to 10", "`native`"]);
+        assert_eq!(everything_in(done.directory.path()).len(), 0);
+    }
+}

@@ -1,0 +1,140 @@
+//! Worlds without a ground: pairs in free space, and fixed pieces with nothing under them.
+
+use nalgebra::{Matrix3, Vector3, Vector4};
+use tumble::contact::{Partner, Plane};
+use tumble::error::Error;
+use tumble::geometry::Piece;
+use tumble::mechanics::{RigidBody, State};
+use tumble::simulation::{Motion, Simulation, StepRecord};
+use tumble::solver::ipopt::{Formulation, IpoptSolver, ladder_for};
+use tumble::step::StepStatus;
+use tumble::world::{Fixed, Parameters, World};
+
+const GRAVITY: f64 = 9.81;
+const STEP: f64 = 0.002;
+
+fn parameters(bodies: Vec<RigidBody>, gravity: f64, offset: f64) -> Parameters {
+    Parameters {
+        bodies,
+        ground: Plane::new(Vector3::z(), offset).unwrap(),
+        gravity: Vector3::new(0.0, 0.0, -gravity),
+        friction: 0.4,
+        time_step: STEP,
+    }
+}
+
+fn cube(mass: f64) -> RigidBody {
+    RigidBody::solid_box(mass, Vector3::repeat(0.1)).unwrap()
+}
+
+fn at(position: [f64; 3]) -> State {
+    State {
+        position: position.into(),
+        attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
+        velocity: Vector3::zeros(),
+        spin: Vector3::zeros(),
+    }
+}
+
+fn run(world: &World, starts: &[State], steps: usize, motion: Motion<'_>) -> Vec<StepRecord> {
+    let mut run = Simulation::new(world.clone(), starts.iter().copied(), motion).unwrap();
+    let step = |_| {
+        let mut record = StepRecord::new();
+        run.step(&mut record).unwrap();
+        assert_ne!(record.report.status, StepStatus::Failed, "k = {}", record.index);
+        record
+    };
+    (0..steps).map(step).collect()
+}
+
+/// Two cubes that meet at the height 0 of a ground that is not there: as above one that is far away, to
+/// what rounding makes of a plane 50 m from there; and by Ipopt, to its residuals.
+#[test]
+fn a_pair_in_free_space_needs_no_plane() {
+    let bodies = || vec![cube(1.0), cube(3.0)];
+    let mut starts = [at([0.0, 0.0, 0.0]), at([0.33, 0.03, 0.05])];
+    starts[0].attitude = Vector4::new(0.9, 0.2, 0.3, 0.1).normalize();
+    starts[0].velocity = Vector3::new(1.0, 0.0, -0.1);
+    starts[0].spin = Vector3::new(0.3, 2.0, 1.5);
+    let world = World::new(parameters(bodies(), 0.0, 0.0)).unwrap().without_ground();
+    let above = World::new(parameters(bodies(), 0.0, -50.0)).unwrap();
+    let free = run(&world, &starts, 100, Motion::native(&world));
+    let far = run(&above, &starts, 100, Motion::native(&above));
+    let touched = |record: &StepRecord| !record.solution.contacts.is_empty();
+    assert!(free.iter().any(touched));
+    for (a, b) in free.iter().zip(&far) {
+        for (a, b) in a.solution.states.iter().zip(&b.solution.states) {
+            assert!((a.to_vector() - b.to_vector()).amax() < 1e-11);
+        }
+        let partners = a.solution.contacts.iter().map(|contact| contact.key.partner);
+        assert!(partners.into_iter().all(|partner| partner != Partner::Ground));
+    }
+
+    let options = IpoptSolver::options(1e-6, 300);
+    let solver = ladder_for(&world, Formulation::Reduced, options).unwrap();
+    let motion = Motion::Contact { detection: Default::default(), solver };
+    let ipopt = run(&world, &starts, 100, motion);
+    // Each impulse is within a residual of obeying the laws, and the motion is made by their sum.
+    let allowed: f64 = ipopt
+        .iter()
+        .map(|record| 2.0 * record.contacts.len() as f64 * record.certificate.residual())
+        .sum();
+    for (a, b) in free[99].solution.states.iter().zip(&ipopt[99].solution.states) {
+        let apart = (a.velocity - b.velocity).amax();
+        assert!(apart <= allowed + 1e-9, "{apart:e}, {allowed:e} allowed");
+    }
+}
+
+/// A ball in a bowl of four slabs comes to rest on them; another one falls past it for ever: after k steps
+/// it is g h² k (k + 1)/2 below its start. No height is that of a ground.
+#[test]
+fn a_bowl_with_nothing_under_it_holds_a_ball_and_lets_another_fall() {
+    let ball = RigidBody::solid(1.0, &[Piece::sphere(0.1).unwrap()]).unwrap().0;
+    let slab = Piece::cuboid(Vector3::new(0.5, 0.5, 0.05)).unwrap();
+    let fixed = (0..4).map(|side| {
+        let (sin, cos) = (std::f64::consts::FRAC_PI_2 * f64::from(side)).sin_cos();
+        let about = Matrix3::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0);
+        let (s, c) = 0.5_f64.sin_cos();
+        // Inclined by 0.5 rad, its upper face through the origin.
+        let inclined = Matrix3::new(c, 0.0, -s, 0.0, 1.0, 0.0, s, 0.0, c);
+        let centre = inclined * Vector3::new(0.5, 0.0, -0.05);
+        let piece = slab.moved_by(&(about * inclined), &(about * centre)).unwrap();
+        Fixed { piece, friction: None }
+    });
+    let world = World::new(parameters(vec![ball.clone(), ball], GRAVITY, 0.0)).unwrap();
+    let world = world.without_ground().with_fixed(fixed.collect()).unwrap();
+    assert!(!world.has_ground());
+    let starts = [at([0.02, 0.01, 0.3]), at([3.0, 0.0, 0.0])];
+    assert_eq!(world.lowest_height(&starts), f64::INFINITY);
+    let steps = 2000;
+    let records = run(&world, &starts, steps, Motion::native(&world));
+    let end = &records[steps - 1].solution.states;
+    // Touching four planes through the origin at 0.5 rad: the centre is R/cos 0.5 above it.
+    assert!((end[0].position[2] - 0.1 / 0.5_f64.cos()).abs() < 1e-6, "{}", end[0].position);
+    assert!(end[0].velocity.norm() < 1e-6, "{}", end[0].velocity);
+    let k = steps as f64;
+    let fallen = 0.5 * GRAVITY * STEP * STEP * k * (k + 1.0);
+    assert!((end[1].position[2] + fallen).abs() < 1e-9, "{}", end[1].position);
+    assert!(records.iter().all(|record| record.certificate.residual() < 1e-9));
+}
+
+/// One body without pieces or ground has nothing to touch, whoever solves.
+#[test]
+fn one_body_without_a_ground_falls() {
+    let world = World::new(parameters(vec![cube(1.0)], GRAVITY, 0.0)).unwrap().without_ground();
+    let options = IpoptSolver::options(1e-6, 300);
+    let solver = ladder_for(&world, Formulation::Reduced, options.clone()).unwrap();
+    let motion = Motion::Contact { detection: Default::default(), solver };
+    let end = run(&world, &[at([0.0, 0.0, 0.0])], 50, motion).pop().unwrap();
+    let fallen = 0.5 * GRAVITY * STEP * STEP * 50.0 * 51.0;
+    assert!((end.next().position[2] + fallen).abs() < 1e-12);
+    let refused = IpoptSolver::new(&world, Formulation::Clamped, options).err().unwrap();
+    assert!(refused.to_string().contains("ground"), "{refused}");
+}
+
+#[test]
+fn a_pair_with_a_ground_that_is_not_there_is_refused() {
+    let world = World::new(parameters(vec![cube(1.0)], GRAVITY, 0.0)).unwrap().without_ground();
+    let refused = world.with_friction_between(0, Partner::Ground, 0.3);
+    assert!(matches!(refused, Err(Error::Count { .. })), "{refused:?}");
+}
