@@ -103,6 +103,20 @@ impl World {
         Ok(Self { fixed, ..self })
     }
 
+    /// This world, its fixed pieces and what was said of pairs, with other constants and as many
+    /// bodies.
+    ///
+    /// # Errors
+    /// As [`World::new`]; another number of bodies.
+    pub fn with_parameters(&self, parameters: Parameters) -> Result<Self, Error> {
+        let count = parameters.bodies.len();
+        if count != self.bodies().len() {
+            return Err(Error::Count { field: "bodies", count, allowed: "as many as before" });
+        }
+        let Self { fixed, pair_frictions, .. } = self.clone();
+        Ok(Self { fixed, pair_frictions, ..Self::new(parameters)? })
+    }
+
     /// This world with a coefficient of `friction` between body `body` and `partner`, whatever
     /// their own are. The last word on a pair counts.
     ///

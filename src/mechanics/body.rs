@@ -170,6 +170,19 @@ impl RigidBody {
         Ok((body, properties.centre))
     }
 
+    /// This shape with another `mass` (kg) and `inertia` (kg m², body frame, about the centre of
+    /// mass).
+    ///
+    /// # Errors
+    /// As [`RigidBody::new`].
+    pub fn with_mass(&self, mass: f64, inertia: Matrix3<f64>) -> Result<Self, Error> {
+        let points = self.contact_points.iter().map(|point| (point.position, point.radius));
+        let points: Vec<_> = points.collect();
+        let body = Self::with_points(mass, inertia, &points)?;
+        let Self { pieces, first_points, friction, .. } = self.clone();
+        Ok(Self { pieces, first_points, friction, ..body })
+    }
+
     /// This body with a coefficient of friction of its own in place of the
     /// [world's](crate::world::World::friction).
     ///

@@ -1,0 +1,158 @@
+//! What goes into a batch of rollouts and what comes out, and whether it fits.
+
+use super::parameter::Values;
+use crate::error::Error;
+use crate::mechanics::{Load, State, Wrench};
+use crate::simulation::Motion;
+use crate::world::World;
+use nalgebra::{SVector, Vector3};
+
+/// What makes the motion of one rollout's world.
+pub type MotionOf<'a> = &'a (dyn Fn(&World) -> Result<Motion<'static>, Error> + Sync);
+
+/// B rollouts of T steps of a world of N bodies.
+#[derive(Clone, Copy)]
+pub struct Batch<'a> {
+    /// The world of all rollouts, but for what `parameters` say.
+    pub world: &'a World,
+    /// Who solves the steps of a rollout's world.
+    pub motion: MotionOf<'a>,
+    /// What pushes each body in all rollouts, besides the controls: one a body, or none at all.
+    pub loads: &'a [Load],
+    /// B.
+    pub rollouts: usize,
+    /// T.
+    pub steps: usize,
+    /// Where the bodies start: (B or 1, N, 13), see [`State`].
+    pub starts: &'a [f64],
+    /// What pushes each body in every step, (B or 1, T, N, 6): a force (N, world) and a torque
+    /// (N m, body); empty for none.
+    pub controls: &'a [f64],
+    /// What differs between the rollouts' worlds.
+    pub parameters: &'a [Values<'a>],
+}
+
+/// Memory for what comes out, the caller's. What is empty is not wanted.
+#[derive(Debug, Default)]
+pub struct Outputs<'a> {
+    /// The states after each step: (B, T, N, 13).
+    pub states: &'a mut [f64],
+    /// The sum of the contact forces on each body over each step, N, world: (B, T, N, 3).
+    pub forces: &'a mut [f64],
+    /// The residual of each step, m/s: (B, T).
+    pub residuals: &'a mut [f64],
+    /// How each step ended, the place in [`StepStatus::ALL`](crate::step::StepStatus::ALL):
+    /// (B, T).
+    pub statuses: &'a mut [u8],
+}
+
+/// The part of the outputs that belongs to one rollout.
+#[derive(Debug)]
+pub(super) struct Share<'a> {
+    pub states: &'a mut [f64],
+    pub forces: &'a mut [f64],
+    pub residuals: &'a mut [f64],
+    pub statuses: &'a mut [u8],
+}
+
+impl Batch<'_> {
+    /// N.
+    fn bodies(&self) -> usize {
+        self.world.bodies().len()
+    }
+
+    /// Refuses arrays of other lengths than their shapes say.
+    pub(super) fn check(&self, outputs: &Outputs<'_>) -> Result<(), Error> {
+        let (b, t, n) = (self.rollouts, self.steps, self.bodies());
+        count("rollouts", b, "1 or more", b > 0)?;
+        count("steps of a rollout", t, "1 or more", t > 0)?;
+        // What does not fit into memory has no length.
+        let size = |factors: &[usize]| {
+            factors.iter().try_fold(1_usize, |product, factor| product.checked_mul(*factor))
+        };
+        let shared = |each: Option<usize>, length: usize| {
+            Some(length) == each || Some(length) == each.and_then(|each| each.checked_mul(b))
+        };
+        let starts = self.starts.len();
+        count("numbers in the starts", starts, "(B or 1, N, 13)", shared(size(&[n, 13]), starts))?;
+        let controls = self.controls.len();
+        let fits = controls == 0 || shared(size(&[t, n, 6]), controls);
+        count("numbers in the controls", controls, "(B or 1, T, N, 6), or none", fits)?;
+        let loads = self.loads.len();
+        count("loads", loads, "one a body, or none", loads == 0 || loads == n)?;
+        for Values { parameter, values } in self.parameters {
+            let fits = Some(values.len()) == size(&[b, parameter.width(n)]);
+            count(parameter.name(), values.len(), "B times the numbers of one world", fits)?;
+        }
+        for (field, length, factors, allowed) in [
+            ("numbers for states", outputs.states.len(), &[b, t, n, 13][..], "(B, T, N, 13)"),
+            ("numbers for forces", outputs.forces.len(), &[b, t, n, 3], "(B, T, N, 3)"),
+            ("numbers for residuals", outputs.residuals.len(), &[b, t], "(B, T)"),
+            ("numbers for statuses", outputs.statuses.len(), &[b, t], "(B, T)"),
+        ] {
+            count(field, length, allowed, length == 0 || Some(length) == size(factors))?;
+        }
+        Ok(())
+    }
+
+    /// The states at step 0 of `rollout`.
+    pub(super) fn start(&self, rollout: usize) -> impl Iterator<Item = State> + '_ {
+        let states = of(self.starts, 13 * self.bodies(), rollout).chunks_exact(13);
+        states.map(|numbers| State::from_vector(&SVector::<f64, 13>::from_column_slice(numbers)))
+    }
+
+    /// What the controls of `rollout` put on each body in `step`; nothing without controls.
+    pub(super) fn wrenches(
+        &self,
+        rollout: usize,
+        step: usize,
+    ) -> impl Iterator<Item = Wrench> + '_ {
+        let width = 6 * self.bodies();
+        let all = of(self.controls, self.steps * width, rollout);
+        let now = if all.is_empty() { all } else { &all[step * width..][..width] };
+        now.chunks_exact(6).map(|numbers| Wrench {
+            force: Vector3::from_column_slice(&numbers[..3]),
+            torque: Vector3::from_column_slice(&numbers[3..]),
+        })
+    }
+}
+
+/// The `width` numbers of `rollout`, or those of all; none of an empty array.
+fn of(numbers: &[f64], width: usize, rollout: usize) -> &[f64] {
+    match numbers.len() {
+        0 => numbers,
+        length if length == width => numbers,
+        _ => &numbers[rollout * width..][..width],
+    }
+}
+
+fn count(
+    field: &'static str,
+    count: usize,
+    allowed: &'static str,
+    fits: bool,
+) -> Result<(), Error> {
+    if fits { Ok(()) } else { Err(Error::Count { field, count, allowed }) }
+}
+
+impl<'a> Outputs<'a> {
+    /// The shares of the rollouts, one after the other.
+    pub(super) fn shares(self, rollouts: usize) -> impl Iterator<Item = Share<'a>> {
+        let mut states = parts(self.states, rollouts);
+        let mut forces = parts(self.forces, rollouts);
+        let mut residuals = parts(self.residuals, rollouts);
+        let mut statuses = parts(self.statuses, rollouts);
+        (0..rollouts).map(move |_| Share {
+            states: states.next().unwrap_or_default(),
+            forces: forces.next().unwrap_or_default(),
+            residuals: residuals.next().unwrap_or_default(),
+            statuses: statuses.next().unwrap_or_default(),
+        })
+    }
+}
+
+/// `count` equal parts; none of an empty slice.
+fn parts<T>(slice: &mut [T], count: usize) -> std::slice::ChunksExactMut<'_, T> {
+    let part = (slice.len() / count).max(1);
+    slice.chunks_exact_mut(part)
+}

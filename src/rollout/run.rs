@@ -1,0 +1,216 @@
+//! The rollouts themselves, on as many threads as are given.
+
+use super::batch::{Batch, Outputs, Share};
+use super::parameter::varied;
+use crate::error::Error;
+use crate::simulation::{Simulation, StepRecord};
+use crate::step::StepStatus;
+use std::num::NonZeroUsize;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread;
+
+/// Steps between two reports of progress.
+const CHUNK: usize = 64;
+
+/// How others follow a batch and end it.
+#[derive(Debug, Default, Clone, Copy)]
+pub struct Watch<'a> {
+    /// Ends the batch soon after it is raised, within a step of each rollout.
+    pub interrupt: Option<&'a Arc<AtomicBool>>,
+    /// Steps done so far, of all rollouts; it grows in chunks.
+    pub done: Option<&'a AtomicU64>,
+}
+
+/// A step without an answer that counts.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Unsolved {
+    /// Which rollout.
+    pub rollout: usize,
+    /// k, from 0.
+    pub step: usize,
+    /// [`StepStatus::Failed`] or [`StepStatus::Wild`].
+    pub status: StepStatus,
+    /// m/s.
+    pub residual: f64,
+}
+
+/// How a batch went.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Report {
+    /// How many steps ended in each way, in the order of [`StepStatus::ALL`].
+    pub statuses: [u64; StepStatus::ALL.len()],
+    /// The largest residual of all steps, m/s.
+    pub largest_residual: f64,
+    /// Every step that failed or was wild, in the order of rollouts and steps.
+    pub unsolved: Vec<Unsolved>,
+}
+
+/// Why a batch ended early.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("{}{error}", rollout.map_or(String::new(), |index| format!("rollout {index}: ")))]
+pub struct RolloutError {
+    /// The first rollout whose input was refused; `None` where it is all of them.
+    pub rollout: Option<usize>,
+    /// What was wrong.
+    pub error: Error,
+}
+
+/// Simulates all rollouts of `batch` on at most `threads` threads and fills `outputs`. Numbers and
+/// report are the same whatever the number of threads. A step that did not converge is taken all
+/// the same, and stands in the report.
+///
+/// # Errors
+/// Arrays that do not have the lengths that [`Batch`] and [`Outputs`] name; the first rollout, by
+/// its index, whose world, start or control is refused; [`Error::Interrupted`]. Outputs may be
+/// filled in part then.
+pub fn roll_out(
+    batch: &Batch<'_>,
+    outputs: Outputs<'_>,
+    threads: NonZeroUsize,
+    watch: Watch<'_>,
+) -> Result<Report, RolloutError> {
+    batch.check(&outputs).map_err(|error| RolloutError { rollout: None, error })?;
+    let interrupted = || watch.interrupt.is_some_and(|flag| flag.load(Ordering::Relaxed));
+    // They are handed out in order. One that is refused ends the handing out, so that those before
+    // it have all been begun: the first refusal is the same on any number of threads.
+    let queue = Mutex::new(outputs.shares(batch.rollouts).enumerate());
+    let refused = AtomicBool::new(false);
+    let work = || {
+        let mut found = Vec::new();
+        let mut record = StepRecord::new();
+        while !refused.load(Ordering::Relaxed) && !interrupted() {
+            let next = queue.lock().unwrap_or_else(PoisonError::into_inner).next();
+            let Some((rollout, share)) = next else { break };
+            let result = one(batch, rollout, share, &mut record, watch);
+            if result.is_err() {
+                refused.store(true, Ordering::Relaxed);
+            }
+            found.push((rollout, result));
+        }
+        found
+    };
+    let helpers = threads.get().min(batch.rollouts) - 1;
+    let mut results = thread::scope(|scope| {
+        let helpers: Vec<_> = (0..helpers)
+            // Where no more threads are to be had, those that run do all the work.
+            .map_while(|_| thread::Builder::new().spawn_scoped(scope, work).ok())
+            .collect();
+        let mut results = work();
+        for helper in helpers {
+            match helper.join() {
+                Ok(found) => results.extend(found),
+                Err(panic) => std::panic::resume_unwind(panic),
+            }
+        }
+        results
+    });
+    results.sort_unstable_by_key(|(rollout, _)| *rollout);
+    let mut report = Report::default();
+    let complete = results.len() == batch.rollouts;
+    for (rollout, result) in results {
+        match result {
+            Ok(part) => report.add(part),
+            Err(Error::Interrupted) => {}
+            Err(error) => return Err(RolloutError { rollout: Some(rollout), error }),
+        }
+    }
+    if interrupted() || !complete {
+        return Err(RolloutError { rollout: None, error: Error::Interrupted });
+    }
+    Ok(report)
+}
+
+/// One rollout.
+fn one(
+    batch: &Batch<'_>,
+    rollout: usize,
+    share: Share<'_>,
+    record: &mut StepRecord,
+    watch: Watch<'_>,
+) -> Result<Report, Error> {
+    let world = if batch.parameters.is_empty() {
+        batch.world.clone()
+    } else {
+        varied(batch.world, batch.parameters, rollout)?
+    };
+    let motion = (batch.motion)(&world)?;
+    let mut simulation = Simulation::new(world, batch.start(rollout), motion)?;
+    for (body, load) in batch.loads.iter().enumerate() {
+        simulation.set_load(body, load.clone())?;
+    }
+    if let Some(flag) = watch.interrupt {
+        simulation.interrupt_by(Arc::clone(flag));
+    }
+    let Share { states, forces, residuals, statuses } = share;
+    let bodies = simulation.states().len();
+    let mut report = Report::default();
+    let mut counted = 0;
+    for step in 0..batch.steps {
+        for (body, wrench) in batch.wrenches(rollout, step).enumerate() {
+            simulation.set_wrench(body, wrench)?;
+        }
+        simulation.step(record)?;
+        report.count(rollout, step, record);
+        if !states.is_empty() {
+            let numbers = states[step * bodies * 13..][..bodies * 13].chunks_exact_mut(13);
+            for (numbers, state) in numbers.zip(simulation.states()) {
+                numbers.copy_from_slice(state.to_vector().as_slice());
+            }
+        }
+        if !forces.is_empty() {
+            let numbers = forces[step * bodies * 3..][..bodies * 3].chunks_exact_mut(3);
+            for (body, numbers) in numbers.enumerate() {
+                numbers.copy_from_slice(record.solution.total_force(body).as_slice());
+            }
+        }
+        if let Some(residual) = residuals.get_mut(step) {
+            *residual = record.certificate.residual();
+        }
+        if let Some(status) = statuses.get_mut(step) {
+            *status = place(record.report.status);
+        }
+        if (step + 1) % CHUNK == 0 || step + 1 == batch.steps {
+            if let Some(done) = watch.done {
+                done.fetch_add((step + 1 - counted) as u64, Ordering::Relaxed);
+            }
+            counted = step + 1;
+        }
+    }
+    Ok(report)
+}
+
+/// The place of a status in [`StepStatus::ALL`].
+fn place(status: StepStatus) -> u8 {
+    StepStatus::ALL.iter().position(|known| *known == status).unwrap_or(0) as u8
+}
+
+impl Report {
+    /// All steps.
+    #[must_use]
+    pub fn steps(&self) -> u64 {
+        self.statuses.iter().sum()
+    }
+
+    fn count(&mut self, rollout: usize, step: usize, record: &StepRecord) {
+        let (status, residual) = (record.report.status, record.certificate.residual());
+        self.statuses[usize::from(place(status))] += 1;
+        // A NaN counts as the largest.
+        if self.largest_residual < residual || residual.is_nan() {
+            self.largest_residual = residual;
+        }
+        if matches!(status, StepStatus::Failed | StepStatus::Wild) {
+            self.unsolved.push(Unsolved { rollout, step, status, residual });
+        }
+    }
+
+    fn add(&mut self, part: Self) {
+        for (sum, count) in self.statuses.iter_mut().zip(part.statuses) {
+            *sum += count;
+        }
+        if self.largest_residual < part.largest_residual || part.largest_residual.is_nan() {
+            self.largest_residual = part.largest_residual;
+        }
+        self.unsolved.extend(part.unsolved);
+    }
+}
