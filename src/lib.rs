@@ -17,6 +17,8 @@ pub mod step_nlp;
 
 #[cfg(feature = "rollout")]
 pub mod rollout;
+#[cfg(feature = "scenario")]
+pub mod scenario;
 pub mod simulation;
 pub mod validation;
 

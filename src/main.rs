@@ -16,7 +16,7 @@ fn main() -> ExitCode {
         Err(failure) => {
             // Standard error may be closed; the exit code says it all the same.
             let _ = writeln!(std::io::stderr(), "tumble: {failure}");
-            failure.exit_code()
+            cli::exit_code(&failure)
         }
     }
 }

@@ -1,58 +1,8 @@
-//! Fields of the files that are read: lists of the right length, and errors that name the field.
+//! Fields of the files that are read, and JSON.
 
-use serde::de::{DeserializeOwned, Deserializer, Error, IgnoredAny, SeqAccess, Visitor};
-use serde::{Deserialize, Serialize, Serializer};
-use std::fmt;
-use std::marker::PhantomData;
-
-/// N values, no more and no fewer. (An array of serde's leaves it to the format whether what
-/// comes after the last is an error.)
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Exactly<T, const N: usize>(pub [T; N]);
-
-/// N numbers.
-pub type Numbers<const N: usize> = Exactly<f64, N>;
-
-impl<T: Serialize, const N: usize> Serialize for Exactly<T, N> {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        self.0.as_slice().serialize(serializer)
-    }
-}
-
-impl<'de, T: Deserialize<'de>, const N: usize> Deserialize<'de> for Exactly<T, N> {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct List<T, const N: usize>(PhantomData<T>);
-
-        impl<'de, T: Deserialize<'de>, const N: usize> Visitor<'de> for List<T, N> {
-            type Value = Exactly<T, N>;
-
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                write!(f, "an array of length {N}")
-            }
-
-            fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Self::Value, A::Error> {
-                let mut values = Vec::with_capacity(N);
-                while values.len() < N {
-                    match list.next_element()? {
-                        Some(value) => values.push(value),
-                        None => return Err(A::Error::invalid_length(values.len(), &self)),
-                    }
-                }
-                let mut length = N;
-                while list.next_element::<IgnoredAny>()?.is_some() {
-                    length += 1;
-                }
-                // Of length N, so that it can fail for the surplus alone.
-                match values.try_into() {
-                    Ok(values) if length == N => Ok(Exactly(values)),
-                    _ => Err(A::Error::invalid_length(length, &self)),
-                }
-            }
-        }
-
-        deserializer.deserialize_seq(List(PhantomData))
-    }
-}
+use serde::de::DeserializeOwned;
+pub use tumble::scenario::fields::{Exactly, Numbers};
+use tumble::scenario::fields::{named, plain};
 
 /// What a JSON text says; an error names the field and the line.
 pub fn json<T: DeserializeOwned>(text: &str) -> Result<T, String> {
@@ -63,26 +13,6 @@ pub fn json<T: DeserializeOwned>(text: &str) -> Result<T, String> {
     })?;
     deserializer.end().map_err(|error| plain(&error.to_string()))?;
     Ok(value)
-}
-
-/// An error with the field it is about, where there is one.
-pub fn named(path: &str, message: &str) -> String {
-    let message = plain(message);
-    // `.` is the whole; what is not known has no name.
-    if path == "." || path.contains('?') { message } else { format!("{path}: {message}") }
-}
-
-/// A message without the names of our own types.
-fn plain(message: &str) -> String {
-    let types = [
-        ("expected f64", "a number is needed"),
-        ("expected u64", "a whole number is needed"),
-        ("expected u32", "a whole number from 0 to 4294967295 is needed"),
-        ("expected an array of length", "an array is needed of length"),
-        ("expected a sequence", "an array is needed"),
-        (" as i128", ""),
-    ];
-    types.iter().fold(message.to_owned(), |text, (name, plain)| text.replace(name, plain))
 }
 
 #[cfg(test)]

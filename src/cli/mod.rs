@@ -1,8 +1,6 @@
 //! Everything around the library: arguments, files, the terminal.
 
 mod args;
-mod changed;
-mod choices;
 mod contact;
 mod describe;
 mod directory;
@@ -12,7 +10,6 @@ mod gif;
 mod input;
 mod inspect;
 mod job;
-mod names;
 mod outcome;
 mod output;
 mod physics;
@@ -24,7 +21,6 @@ mod run_file;
 mod scenario;
 mod settings;
 mod several;
-mod shown;
 mod signals;
 mod simulate;
 mod source;
@@ -33,11 +29,14 @@ mod values;
 mod verify;
 mod view;
 
+pub use outcome::exit_code;
+
 use args::{Cli, Command};
 use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser};
 use outcome::{Failure, Outcome};
 use std::ffi::OsStr;
+use tumble::scenario::{choices, names, shown};
 
 /// Parses the arguments and runs the command they name.
 pub fn run() -> Result<Outcome, Failure> {

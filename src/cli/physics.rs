@@ -1,218 +1,64 @@
-//! The world and the load of a motion: made here of what flags, files and scenes say, and told
-//! here to run.json.
+//! The world and the load of a run's files, and what run.json says of them.
 
 use super::args::PhysicsArgs;
 use super::choices::{Inertia, Shape};
-use super::fields::{Exactly, Numbers};
 use super::outcome::Failure;
-use super::run_file::{LoadParameters, PlaneParameters, RunParameters};
-use super::settings::{Settings, polyline};
-use nalgebra::{Matrix3, Vector3};
+use super::run_file::RunParameters;
+use super::settings::polyline;
 use tumble::contact::plane::Plane;
-use tumble::error::Error;
-use tumble::mechanics::body::{RigidBody, solid_box_inertia};
-use tumble::mechanics::load::{Load, Polyline};
+use tumble::mechanics::load::Load;
+use tumble::scenario::parameters::LoadParameters;
+pub use tumble::scenario::physics::{Physics, matrix, numbers};
+use tumble::scenario::physics::{bouncing, by_rows, plane, rigid_body};
 use tumble::simulation::scene;
 use tumble::step_nlp::SMOOTHING;
 use tumble::world::{Parameters, World};
 
-/// What moves, on what ground, and what pushes it.
-pub struct Physics {
-    pub world: World,
-    pub load: Load,
+/// That of a run, with what flags give in the place of its own.
+pub fn of_run(parameters: &RunParameters, flags: &PhysicsArgs) -> Result<Physics, Failure> {
+    let points = || parameters.contact_points.iter().map(|point| point.0.into()).collect();
+    let shape = flags.sides.map_or_else(|| Shape::Points(points()), Shape::Box);
+    let rows = || Inertia::Matrix(matrix(&parameters.inertia));
+    let inertia = flags.inertia.clone().unwrap_or_else(rows);
+    let plane = flags.plane.as_ref().map_or_else(|| parameters.plane.clone(), plane);
+    let world = World::new(Parameters {
+        bodies: vec![rigid_body(flags.mass.unwrap_or(parameters.mass), &shape, &inertia)?],
+        ground: Plane::new(plane.normal.0.into(), plane.offset)?,
+        gravity: flags.gravity.unwrap_or(parameters.gravity.0.into()),
+        friction: flags.mu.unwrap_or(parameters.mu),
+        time_step: flags.dt.unwrap_or(parameters.dt),
+    })?;
+    let restitution = flags.restitution.or(Some(parameters.restitution));
+    let rebound_speed = flags.rebound_speed.or(parameters.rebound_speed);
+    let world = bouncing(world, restitution, rebound_speed)?;
+    let load = parameters.load.as_ref().map_or(Ok(Load::none()), LoadParameters::load)?;
+    let point = flags.force_at.unwrap_or(*load.point());
+    let force = polyline("force", &flags.force)?.unwrap_or(load.force);
+    let torque = polyline("torque", &flags.torque)?.unwrap_or(load.torque);
+    Ok(Physics { world, load: Load::new(force, torque, point)? })
 }
 
-impl Physics {
-    /// That of complete settings.
-    pub fn of_settings(settings: &Settings) -> Result<Self, Failure> {
-        let mass = settings.mass.ok_or_else(|| Failure::needed("mass"))?;
-        let shape = settings.shape.as_ref().ok_or_else(|| Failure::needed("box"))?;
-        let inertia = settings.inertia.as_ref().ok_or_else(|| Failure::needed("inertia"))?;
-        let world = World::new(Parameters {
-            bodies: vec![body(mass, shape, inertia)?],
-            ground: settings.plane.clone().unwrap_or_default(),
-            gravity: settings.gravity.ok_or_else(|| Failure::needed("gravity"))?,
-            friction: settings.mu.unwrap_or(scene::FRICTION),
-            time_step: settings.dt.ok_or_else(|| Failure::needed("dt"))?,
-        })?;
-        let world = bouncing(world, settings.restitution, settings.rebound_speed)?;
-        let load = Load::new(
-            settings.force.clone().unwrap_or_default(),
-            settings.torque.clone().unwrap_or_default(),
-            settings.force_at.unwrap_or_default(),
-        )?;
-        Ok(Self { world, load })
-    }
-
-    /// That of a run, with what flags give in the place of its own.
-    pub fn of_run(parameters: &RunParameters, flags: &PhysicsArgs) -> Result<Self, Failure> {
-        let points = || parameters.contact_points.iter().map(|point| point.0.into()).collect();
-        let shape = flags.sides.map_or_else(|| Shape::Points(points()), Shape::Box);
-        let rows = || Inertia::Matrix(matrix(&parameters.inertia));
-        let inertia = flags.inertia.clone().unwrap_or_else(rows);
-        let plane = flags.plane.as_ref().map_or_else(|| parameters.plane.clone(), plane);
-        let world = World::new(Parameters {
-            bodies: vec![body(flags.mass.unwrap_or(parameters.mass), &shape, &inertia)?],
-            ground: Plane::new(plane.normal.0.into(), plane.offset)?,
-            gravity: flags.gravity.unwrap_or(parameters.gravity.0.into()),
-            friction: flags.mu.unwrap_or(parameters.mu),
-            time_step: flags.dt.unwrap_or(parameters.dt),
-        })?;
-        let restitution = flags.restitution.or(Some(parameters.restitution));
-        let rebound_speed = flags.rebound_speed.or(parameters.rebound_speed);
-        let world = bouncing(world, restitution, rebound_speed)?;
-        let load = parameters.load.as_ref().map_or(Ok(Load::none()), LoadParameters::load)?;
-        let point = flags.force_at.unwrap_or(*load.point());
-        let force = polyline("force", &flags.force)?.unwrap_or(load.force);
-        let torque = polyline("torque", &flags.torque)?.unwrap_or(load.torque);
-        Ok(Self { world, load: Load::new(force, torque, point)? })
-    }
-
-    /// That of the tutorial's drop scene.
-    pub fn of_tutorial() -> Result<Self, Failure> {
-        Ok(Self { world: World::new(scene::tutorial_parameters()?)?, load: Load::none() })
-    }
-
-    /// What run.json says of it, and of how many rows there are to be.
-    pub fn parameters(&self, rows: u64) -> RunParameters {
-        let (world, load) = (&self.world, &self.load);
-        let body = self.body();
-        RunParameters {
-            steps: rows,
-            dt: world.time_step(),
-            mu: world.friction(),
-            restitution: world.restitution(),
-            rebound_speed: world.given_rebound_speed(),
-            mass: body.mass(),
-            inertia: by_rows(body.inertia()),
-            gravity: numbers(world.gravity()),
-            epsilon: SMOOTHING,
-            plane: plane(world.ground()),
-            contact_points: body.contact_points().iter().map(|c| numbers(&c.position)).collect(),
-            load: (!load.is_none()).then(|| LoadParameters::of(load)),
-        }
-    }
-
-    /// The body.
-    pub fn body(&self) -> &RigidBody {
-        &self.world.bodies()[0]
-    }
-
-    /// h, s.
-    pub fn time_step(&self) -> f64 {
-        self.world.time_step()
-    }
-
-    /// See [`violent_load`].
-    pub fn refuse_violent_load(&self) -> Result<(), Failure> {
-        match violent_load(self.body(), &self.load, self.time_step()) {
-            None => Ok(()),
-            Some(why) => Err(Failure::setting("force or torque", why)),
-        }
-    }
+/// That of the tutorial's drop scene.
+pub fn of_tutorial() -> Result<Physics, Failure> {
+    Ok(Physics { world: World::new(scene::tutorial_parameters()?)?, load: Load::none() })
 }
 
-/// `world` with what is given of restitution.
-pub fn bouncing(
-    world: World,
-    restitution: Option<f64>,
-    rebound_speed: Option<f64>,
-) -> Result<World, Error> {
-    let world = match restitution {
-        Some(restitution) => world.with_restitution(restitution)?,
-        None => world,
-    };
-    match rebound_speed {
-        Some(speed) => world.with_rebound_speed(speed),
-        None => Ok(world),
+/// What run.json says of it, and of how many rows there are to be.
+pub fn parameters(physics: &Physics, rows: u64) -> RunParameters {
+    let (world, load) = (&physics.world, &physics.load);
+    let body = physics.body();
+    RunParameters {
+        steps: rows,
+        dt: world.time_step(),
+        mu: world.friction(),
+        restitution: world.restitution(),
+        rebound_speed: world.given_rebound_speed(),
+        mass: body.mass(),
+        inertia: by_rows(body.inertia()),
+        gravity: numbers(world.gravity()),
+        epsilon: SMOOTHING,
+        plane: plane(world.ground()),
+        contact_points: body.contact_points().iter().map(|c| numbers(&c.position)).collect(),
+        load: (!load.is_none()).then(|| LoadParameters::of(load)),
     }
-}
-
-/// What is wrong with a load that in one step makes a speed or spin that no state may have.
-pub fn violent_load(body: &RigidBody, load: &Load, h: f64) -> Option<String> {
-    let size = |line: &Polyline| line.knots().iter().map(|(_, v)| v.amax()).fold(0.0, f64::max);
-    let arm = 2.0 * load.point().amax();
-    let (force, torque) = (size(&load.force), size(&load.torque));
-    let turning = body.inertia_inverse().amax() * (torque + arm * force);
-    let gained = [("m/s", h * force / body.mass()), ("rad/s", h * turning)];
-    let (unit, gained) = gained.into_iter().find(|(_, gained)| *gained > MOST_GAINED)?;
-    Some(format!(
-        "a step of this load alone would change the body's motion by {gained:.1e} {unit}; at most \
-         {MOST_GAINED:e} {unit} is allowed"
-    ))
-}
-
-/// m/s or rad/s: a tenth of what the state at the start may have.
-const MOST_GAINED: f64 = 1e4;
-
-pub fn plane(plane: &Plane) -> PlaneParameters {
-    PlaneParameters { normal: numbers(plane.normal()), offset: plane.offset() }
-}
-
-/// A vector as it stands in a file.
-pub fn numbers(vector: &Vector3<f64>) -> Numbers<3> {
-    Exactly((*vector).into())
-}
-
-/// A matrix as it stands in a file.
-fn by_rows(matrix: &Matrix3<f64>) -> Exactly<Numbers<3>, 3> {
-    Exactly(std::array::from_fn(|row| numbers(&matrix.row(row).transpose())))
-}
-
-/// The matrix of a file's rows.
-pub fn matrix(rows: &Exactly<Numbers<3>, 3>) -> Matrix3<f64> {
-    Matrix3::from_fn(|row, column| rows.0[row].0[column])
-}
-
-impl LoadParameters {
-    pub fn of(load: &Load) -> Self {
-        let knots = |line: &Polyline| {
-            line.knots().iter().map(|(time, v)| Exactly([*time, v[0], v[1], v[2]])).collect()
-        };
-        let at = numbers(load.point());
-        Self { force: knots(&load.force), torque: knots(&load.torque), at }
-    }
-
-    pub fn load(&self) -> Result<Load, Failure> {
-        let line = |name: &str, knots: &[Numbers<4>]| {
-            let knots = knots.iter().map(|&Exactly([t, x, y, z])| (t, Vector3::new(x, y, z)));
-            Polyline::new(knots.collect()).map_err(|error| Failure::setting(name, error))
-        };
-        let (force, torque) = (line("force", &self.force)?, line("torque", &self.torque)?);
-        Ok(Load::new(force, torque, self.at.0.into())?)
-    }
-}
-
-/// The body of `mass` (kg).
-fn body(mass: f64, shape: &Shape, inertia: &Inertia) -> Result<RigidBody, Failure> {
-    // Nobody gave a solid body's inertia: it follows from the sides.
-    let of_sides = |error: Error| match Failure::from(error) {
-        Failure::Setting { name, why } if name == "inertia" => Failure::setting("box", why),
-        other => other,
-    };
-    Ok(match (shape, inertia) {
-        (Shape::Box(sides), Inertia::Solid) => {
-            RigidBody::solid_box(mass, 0.5 * sides).map_err(of_sides)?
-        }
-        (Shape::Box(sides), Inertia::Matrix(matrix)) => {
-            RigidBody::with_box_corners(mass, *matrix, 0.5 * sides)?
-        }
-        (Shape::Points(points), Inertia::Matrix(matrix)) => RigidBody::new(mass, *matrix, points)?,
-        (Shape::Points(points), Inertia::Solid) => {
-            let inertia = solid_box_inertia(mass, &half_sides(points)?);
-            RigidBody::new(mass, inertia, points).map_err(of_sides)?
-        }
-    })
-}
-
-/// Half the sides of the box with these corners, refused where they are of no box.
-fn half_sides(points: &[Vector3<f64>]) -> Result<Vector3<f64>, Failure> {
-    let half = points.iter().fold(Vector3::zeros(), |half, point| point.abs().sup(&half));
-    if points.len() == 8 && points.iter().all(|point| point.abs() == half) {
-        return Ok(half);
-    }
-    Err(Failure::setting(
-        "inertia",
-        "`solid` is for boxes; the contact points are of no box, give numbers",
-    ))
 }

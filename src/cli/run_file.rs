@@ -6,6 +6,7 @@ use super::{input, shown};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
+use tumble::scenario::parameters::{LoadParameters, PlaneParameters};
 use tumble::simulation::scene::Scene;
 use tumble::simulation::summary::RunSummary;
 use tumble::solver::ipopt::{self, LADDER_RESIDUAL};
@@ -57,32 +58,6 @@ pub struct RunParameters {
     /// Null without one.
     #[serde(default)]
     pub load: Option<LoadParameters>,
-}
-
-/// The ground n·x = d.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-#[serde(expecting = "an object with normal and offset")]
-pub struct PlaneParameters {
-    pub normal: Numbers<3>,
-    pub offset: f64,
-}
-
-/// The external load.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-#[serde(expecting = "an object with force, torque and at")]
-pub struct LoadParameters {
-    /// Knots: t, s, and the force, N, world.
-    pub force: Vec<Numbers<4>>,
-    /// Knots: t, s, and the torque, N m, body.
-    pub torque: Vec<Numbers<4>>,
-    /// Where the force acts, m, body.
-    pub at: Numbers<3>,
-}
-
-impl Default for PlaneParameters {
-    fn default() -> Self {
-        Self { normal: Exactly([0.0, 0.0, 1.0]), offset: 0.0 }
-    }
 }
 
 #[derive(Debug, Serialize, Deserialize)]

@@ -1,173 +1,40 @@
-//! What a simulation can be told, by flags, by a scenario file or by the names of the
-//! tutorial's scenes: the same list, one laid over the other.
+//! What a simulation is told by flags.
 
 use super::args::SimulateArgs;
-use super::choices::{
-    Attitude, DetectionName, FormulationName, Frame, Inertia, OnFailure, Preset, SceneName, Shape,
-    SolverName,
-};
+use super::choices::Shape;
 use super::outcome::Failure;
-use super::values::LoadKnot;
-use nalgebra::{Matrix3, Vector3};
-use tumble::contact::plane::Plane;
-use tumble::error::Error;
-use tumble::mechanics::load::Polyline;
-use tumble::simulation::scene;
+pub use tumble::scenario::settings::{Settings, polyline};
 
-/// All that can be told; `None` where it is not.
-#[derive(Debug, Default)]
-pub struct Settings {
-    pub steps: Option<u64>,
-    pub seed: Option<u32>,
-    pub dt: Option<f64>,
-    pub mu: Option<f64>,
-    pub restitution: Option<f64>,
-    pub rebound_speed: Option<f64>,
-    pub mass: Option<f64>,
-    pub inertia: Option<Inertia>,
-    pub gravity: Option<Vector3<f64>>,
-    pub shape: Option<Shape>,
-    pub plane: Option<Plane>,
-    pub position: Option<Vector3<f64>>,
-    pub height: Option<f64>,
-    pub attitude: Option<Attitude>,
-    pub velocity: Option<Vector3<f64>>,
-    pub spin: Option<Vector3<f64>>,
-    pub frame: Option<Frame>,
-    pub force: Option<Polyline>,
-    pub torque: Option<Polyline>,
-    pub force_at: Option<Vector3<f64>>,
-    pub solver: Option<SolverName>,
-    pub preset: Option<Preset>,
-    pub formulation: Option<FormulationName>,
-    pub detection: Option<DetectionName>,
-    pub tol: Option<f64>,
-    pub max_iter: Option<u32>,
-    pub on_failure: Option<OnFailure>,
-}
-
-impl Settings {
-    /// A scene of the tutorial; nothing is left open but the solver.
-    pub fn of_scene(name: SceneName) -> Self {
-        let scene = name.scene();
-        let attitude = match name {
-            SceneName::Drop => Attitude::Random,
-            SceneName::Floating => Attitude::Given(scene.attitude(0)),
-        };
-        Self {
-            steps: Some(scene.rows),
-            dt: Some(scene.time_step),
-            mu: Some(scene::FRICTION),
-            mass: Some(scene::CUBE_MASS),
-            inertia: Some(Inertia::Matrix(Matrix3::from_diagonal_element(scene::CUBE_INERTIA))),
-            gravity: Some(scene.gravity),
-            shape: Some(Shape::Box(Vector3::repeat(2.0 * scene::CUBE_HALF_SIDE))),
-            position: Some(Vector3::new(0.0, 0.0, scene.height)),
-            attitude: Some(attitude),
-            velocity: Some(scene.velocity),
-            spin: Some(scene.spin),
-            ..Self::default()
-        }
-    }
-
-    /// What the flags say.
-    pub fn of_flags(args: &SimulateArgs) -> Result<Self, Failure> {
-        let physics = &args.physics;
-        Ok(Self {
-            steps: args.steps,
-            seed: args.seed,
-            dt: physics.dt,
-            mu: physics.mu,
-            restitution: physics.restitution,
-            rebound_speed: physics.rebound_speed,
-            mass: physics.mass,
-            inertia: physics.inertia.clone(),
-            gravity: physics.gravity,
-            shape: physics.sides.map(Shape::Box),
-            plane: physics.plane.clone(),
-            position: args.position,
-            height: args.height,
-            attitude: args.attitude.clone(),
-            velocity: args.velocity,
-            spin: args.spin,
-            frame: args.frame,
-            force: polyline("force", &physics.force)?,
-            torque: polyline("torque", &physics.torque)?,
-            force_at: physics.force_at,
-            solver: args.solver,
-            preset: args.preset,
-            formulation: args.formulation,
-            detection: args.detection,
-            tol: args.tol,
-            max_iter: args.max_iter,
-            on_failure: args.on_failure,
-        })
-    }
-
-    /// What this says, and where it says nothing, what `below` says. A preset goes before all
-    /// that `below` says of the solver.
-    pub fn over(self, below: Self) -> Self {
-        let below = if self.preset.is_some() { below.without_solver() } else { below };
-        Self {
-            steps: self.steps.or(below.steps),
-            seed: self.seed.or(below.seed),
-            dt: self.dt.or(below.dt),
-            mu: self.mu.or(below.mu),
-            restitution: self.restitution.or(below.restitution),
-            rebound_speed: self.rebound_speed.or(below.rebound_speed),
-            mass: self.mass.or(below.mass),
-            inertia: self.inertia.or(below.inertia),
-            gravity: self.gravity.or(below.gravity),
-            shape: self.shape.or(below.shape),
-            plane: self.plane.or(below.plane),
-            position: self.position.or(below.position),
-            height: self.height.or(below.height),
-            attitude: self.attitude.or(below.attitude),
-            velocity: self.velocity.or(below.velocity),
-            spin: self.spin.or(below.spin),
-            frame: self.frame.or(below.frame),
-            force: self.force.or(below.force),
-            torque: self.torque.or(below.torque),
-            force_at: self.force_at.or(below.force_at),
-            solver: self.solver.or(below.solver),
-            preset: self.preset.or(below.preset),
-            formulation: self.formulation.or(below.formulation),
-            detection: self.detection.or(below.detection),
-            tol: self.tol.or(below.tol),
-            max_iter: self.max_iter.or(below.max_iter),
-            on_failure: self.on_failure.or(below.on_failure),
-        }
-    }
-}
-
-impl Settings {
-    /// This, with nothing said of the solver.
-    fn without_solver(self) -> Self {
-        Self {
-            solver: None,
-            preset: None,
-            formulation: None,
-            detection: None,
-            tol: None,
-            max_iter: None,
-            on_failure: None,
-            ..self
-        }
-    }
-}
-
-/// The polyline through the knots that a flag was given for; `None` if it was not.
-pub fn polyline(flag: &str, knots: &[LoadKnot]) -> Result<Option<Polyline>, Failure> {
-    let named = |error: Error| Failure::setting(flag, error);
-    match knots {
-        [] => Ok(None),
-        [(None, value)] => Polyline::constant(*value).map(Some).map_err(named),
-        _ => {
-            let timed = knots.iter().map(|(time, value)| time.map(|time| (time, *value)));
-            let knots = timed.collect::<Option<Vec<_>>>().ok_or_else(|| {
-                Failure::setting(flag, "given more than once, each needs a time, T:X,Y,Z")
-            })?;
-            Polyline::new(knots).map(Some).map_err(named)
-        }
-    }
+/// What the flags of a simulation say.
+pub fn of_flags(args: &SimulateArgs) -> Result<Settings, Failure> {
+    let physics = &args.physics;
+    Ok(Settings {
+        steps: args.steps,
+        seed: args.seed,
+        dt: physics.dt,
+        mu: physics.mu,
+        restitution: physics.restitution,
+        rebound_speed: physics.rebound_speed,
+        mass: physics.mass,
+        inertia: physics.inertia.clone(),
+        gravity: physics.gravity,
+        shape: physics.sides.map(Shape::Box),
+        plane: physics.plane.clone(),
+        position: args.position,
+        height: args.height,
+        attitude: args.attitude.clone(),
+        velocity: args.velocity,
+        spin: args.spin,
+        frame: args.frame,
+        force: polyline("force", &physics.force)?,
+        torque: polyline("torque", &physics.torque)?,
+        force_at: physics.force_at,
+        solver: args.solver,
+        preset: args.preset,
+        formulation: args.formulation,
+        detection: args.detection,
+        tol: args.tol,
+        max_iter: args.max_iter,
+        on_failure: args.on_failure,
+    })
 }

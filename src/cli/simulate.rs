@@ -4,7 +4,7 @@ use super::args::SimulateArgs;
 use super::choices::OnFailure;
 use super::describe::describe;
 use super::directory::OutputDirectory;
-use super::job::Job;
+use super::job::{self, Job};
 use super::outcome::{Failure, Outcome};
 use super::output::{PendingFile, Voice, progress_bar};
 use super::pictures::{self, Pictures};
@@ -37,7 +37,7 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
             return several::simulate(args, path, &text);
         }
     }
-    let job = Job::new(args)?;
+    let job = job::new(args)?;
     pictures::check(args, job.rows, job.physics.time_step())?;
     let interrupt = Arc::new(AtomicBool::new(false));
     let mut simulation = job.simulation(&interrupt)?;
@@ -46,7 +46,7 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     raise_on_signals(&interrupt)?;
     let out = OutputDirectory::for_run(&args.out)?;
     let mut voice = Voice::new(args.quiet);
-    if let Some(note) = job.note() {
+    if let Some(note) = job::note(&job) {
         voice.say(&note);
     }
     let trajectory = PendingFile::create(&out, "trajectory.csv")?;
@@ -54,7 +54,7 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     let pictures = Pictures::create(args, &out)?;
     let run = write_trajectory(&job, &mut simulation, &interrupt, &trajectory, args.quiet)?;
 
-    write_run_file(&run_json, &job.run_file(&run))?;
+    write_run_file(&run_json, &job::run_file(&job, &run))?;
     let trajectory = trajectory.publish()?;
     let run_json = run_json.publish()?;
     let removed = out.remove_pictures()?;

@@ -3,7 +3,7 @@
 use super::args::PhysicsArgs;
 use super::names::FileKind;
 use super::outcome::Failure;
-use super::physics::Physics;
+use super::physics::{self, Physics};
 use super::run_file::RunFile;
 use super::{input, shown};
 use std::fs::File;
@@ -93,11 +93,11 @@ fn source_of(path: &Path, flags: &PhysicsArgs) -> Result<Source, Failure> {
     let run = RunFile::read(&run_path)?;
     let parameters = match &run {
         Some(run) => run.parameters.clone(),
-        None => Physics::of_tutorial()?.parameters(0),
+        None => physics::parameters(&physics::of_tutorial()?, 0),
     };
     // Without a ground there is but one way to move.
     let floating = run.as_ref().is_some_and(|run| run.solver.name == "rk4");
-    let physics = Physics::of_run(&parameters, flags).map_err(|failure| match run {
+    let physics = physics::of_run(&parameters, flags).map_err(|failure| match run {
         Some(_) => failure.in_file(&run_path, FileKind::Run, &flags.given()),
         None => failure,
     })?;

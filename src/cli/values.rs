@@ -133,8 +133,7 @@ pub fn plane(text: &str) -> Result<Plane, String> {
     .map_err(|error| error.to_string())
 }
 
-/// A value of a load, and its time where there is one.
-pub type LoadKnot = (Option<f64>, Vector3<f64>);
+pub use tumble::scenario::settings::LoadKnot;
 
 pub fn load_knot(text: &str) -> Result<LoadKnot, String> {
     let needed = "three finite numbers X,Y,Z, or T:X,Y,Z with a time in s, are needed";

@@ -1,15 +1,9 @@
 //! Several bodies on the command line: scenario files with `[[bodies]]`, their runs and tables.
 
-mod copies;
 mod describe;
-mod entries;
 mod film;
 mod job;
-mod masses;
-mod model;
 mod run_file;
-mod scene;
-mod shape;
 mod simulate;
 mod tables;
 mod verify;
@@ -17,12 +11,5 @@ mod verify;
 pub use film::film;
 pub use simulate::run as simulate;
 pub use tables::RunTables;
+pub use tumble::scenario::several::{is_scenario, model};
 pub use verify::run as verify;
-
-/// Whether a scenario's text is of several bodies: whether it has a table that one body's has not.
-pub fn is_scenario(text: &str) -> bool {
-    let table: Result<toml::Table, _> = toml::from_str(text);
-    table.is_ok_and(|table| {
-        table.contains_key("bodies") || (table.contains_key("fixed") && !table.contains_key("body"))
-    })
-}

@@ -1,7 +1,7 @@
 //! A run of several bodies: three tables and a run file.
 
 use super::describe::describe;
-use super::job::Job;
+use super::job::{self, Job};
 use super::tables::RunTables;
 use crate::cli::args::SimulateArgs;
 use crate::cli::choices::OnFailure;
@@ -28,7 +28,7 @@ use tumble::step::StepStatus;
 
 /// Simulates the scenario `path`, whose text is `text`.
 pub fn run(args: &SimulateArgs, path: &Path, text: &str) -> Result<Outcome, Failure> {
-    let job = Job::new(args, path, text)?;
+    let job = job::new(args, path, text)?;
     pictures::check(args, job.rows, job.world.time_step())?;
     let interrupt = Arc::new(AtomicBool::new(false));
     let mut simulation = job.simulation(&interrupt)?;
@@ -44,7 +44,7 @@ pub fn run(args: &SimulateArgs, path: &Path, text: &str) -> Result<Outcome, Fail
     let (run, overlap) = write_tables(&job, &mut simulation, &interrupt, &tables, args.quiet)?;
 
     let largest = overlap.map_or(0.0, |(_, overlap)| overlap);
-    let run_file = job.run_file(&run, largest);
+    let run_file = job::run_file(&job, &run, largest);
     run_json.write(run_file.write()?.as_bytes())?;
     let Streams { states, contacts, steps } = tables;
     let mut written = Vec::new();

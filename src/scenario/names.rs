@@ -1,11 +1,13 @@
 //! What settings are called: on the command line, in a scenario and in run.json.
 
-use tumble::error::Error;
+use crate::error::Error;
 
 /// A file that gives settings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FileKind {
+    /// A scenario.
     Scenario,
+    /// A run.json.
     Run,
     /// A point of the tutorial's program.
     Point,

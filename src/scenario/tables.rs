@@ -1,16 +1,16 @@
 //! The tables of a scenario file, and what their fields say.
 
-use crate::cli::choices::{
+use crate::contact::plane::Plane;
+use crate::error::Error;
+use crate::mechanics::load::Polyline;
+use crate::scenario::choices::{
     Attitude, DetectionName, FormulationName, Frame, Inertia, OnFailure, Preset, Shape, SolverName,
 };
-use crate::cli::fields::{Exactly, Numbers};
-use crate::cli::physics::matrix;
-use crate::cli::settings::Settings;
+use crate::scenario::fields::{Exactly, Numbers};
+use crate::scenario::physics::matrix;
+use crate::scenario::settings::Settings;
 use nalgebra::{Matrix3, Vector3};
 use serde::Deserialize;
-use tumble::contact::plane::Plane;
-use tumble::error::Error;
-use tumble::mechanics::load::Polyline;
 
 #[derive(Deserialize)]
 #[serde(expecting = "a scenario")]

@@ -1,14 +1,16 @@
 //! What flags and fields of scenario files may name: the values that are no plain numbers.
 
-use clap::ValueEnum;
+use crate::contact::detection::Detection;
+use crate::simulation::random::random_attitude;
+use crate::simulation::scene::Scene;
+#[cfg(feature = "ipopt")]
+use crate::solver::ipopt::Formulation;
 use nalgebra::{Matrix3, Vector3, Vector4};
 use serde::Deserialize;
-use tumble::contact::detection::Detection;
-use tumble::simulation::random::random_attitude;
-use tumble::simulation::scene::Scene;
-use tumble::solver::ipopt::Formulation;
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+/// A scene of the tutorial.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum SceneName {
     /// A cube thrown on the ground.
     Drop,
@@ -17,6 +19,7 @@ pub enum SceneName {
 }
 
 impl SceneName {
+    /// The scene.
     pub fn scene(self) -> Scene {
         match self {
             Self::Drop => Scene::drop(),
@@ -34,6 +37,7 @@ pub enum Shape {
     Points(Vec<Vector3<f64>>),
 }
 
+/// The inertia of the body.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Inertia {
     /// That of a box of equal density.
@@ -42,6 +46,7 @@ pub enum Inertia {
     Matrix(Matrix3<f64>),
 }
 
+/// The attitude at the start.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Attitude {
     /// Drawn from the seed.
@@ -61,6 +66,7 @@ impl Attitude {
         }
     }
 
+    /// The unit quaternion w, x, y, z; drawn from `seed` where it is random.
     pub fn quaternion(&self, seed: u32) -> Vector4<f64> {
         match self {
             Self::Random => random_attitude(seed),
@@ -70,15 +76,19 @@ impl Attitude {
 }
 
 /// In which frame a start is given.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
 pub enum Frame {
+    /// The world's.
     World,
     /// Of the plane: z along its normal.
     Ground,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]
+/// Who solves contact steps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
 pub enum SolverName {
     /// Ipopt on the tutorial's nonlinear program.
@@ -87,7 +97,9 @@ pub enum SolverName {
     Native,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]
+/// Which points may touch in a step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
 pub enum DetectionName {
     /// z ≤ 5 mm at step k.
@@ -106,7 +118,8 @@ impl From<DetectionName> for Detection {
 }
 
 /// Which program Ipopt sees.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
 pub enum FormulationName {
     /// All variables and rows, those of the other corners clamped to zero; SI units.
@@ -115,6 +128,7 @@ pub enum FormulationName {
     Reduced,
 }
 
+#[cfg(feature = "ipopt")]
 impl From<FormulationName> for Formulation {
     fn from(name: FormulationName) -> Self {
         match name {
@@ -125,14 +139,17 @@ impl From<FormulationName> for Formulation {
 }
 
 /// Solver settings that go together.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
 pub enum Preset {
     /// The tutorial's program and settings to the letter.
     Tutorial,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]
+/// What happens with a step that fails.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
 pub enum OnFailure {
     /// Climb the ladder of other starts; only with --solver ipopt.
@@ -144,6 +161,7 @@ pub enum OnFailure {
 }
 
 impl OnFailure {
+    /// The word for it.
     pub fn name(self) -> &'static str {
         match self {
             Self::Ladder => "ladder",

@@ -2,23 +2,22 @@
 
 use super::copies::{Copied, MOST_BODIES, MOST_FIXED, copies};
 use super::entries::{
-    BodyEntry, FixedEntry, Jitter, PairEntry, PieceEntry, SeveralFile, Turned, plain,
+    BodyEntry, Files, FixedEntry, Jitter, PairEntry, PieceEntry, SeveralFile, Turned, plain,
 };
 use super::masses::mass_properties;
 use super::model::{BodyModel, FixedModel, Model, PairModel, PartnerModel, Start};
 use super::shape::{Form, Place, PlacedForm, Shape};
-use crate::cli::choices::Frame;
-use crate::cli::fields::Numbers;
-use crate::cli::physics::plane as plane_parameters;
-use crate::cli::run_file::LoadParameters;
-use crate::cli::scenario::tables::LoadTable;
-use crate::cli::settings::Settings;
+use crate::contact::Plane;
+use crate::error::Error;
+use crate::mechanics::{Load, State};
+use crate::scenario::choices::Frame;
+use crate::scenario::fields::Numbers;
+use crate::scenario::parameters::LoadParameters;
+use crate::scenario::physics::plane as plane_parameters;
+use crate::scenario::settings::Settings;
+use crate::scenario::tables::LoadTable;
+use crate::simulation::random::Draws;
 use nalgebra::Vector3;
-use std::path::Path;
-use tumble::contact::Plane;
-use tumble::error::Error;
-use tumble::mechanics::{Load, State};
-use tumble::simulation::random::Draws;
 
 /// Ratios of masses up to here are tested.
 const LARGEST_MASS_RATIO: f64 = 1e6;
@@ -32,11 +31,11 @@ pub struct Built {
 }
 
 /// Makes the model of a file. `settings` are those of flags and file, complete but for the bodies.
-pub fn build(file: SeveralFile, settings: &Settings, folder: &Path) -> Result<Built, String> {
+pub fn build(file: SeveralFile, settings: &Settings, files: Files<'_>) -> Result<Built, String> {
     let plane = settings.plane.clone();
     let ground = plane.as_ref().map(plane_parameters);
     let mut builder = Builder {
-        folder,
+        files,
         plane,
         draws: Draws::new(settings.seed.unwrap_or_default()),
         drawn: false,
@@ -87,7 +86,7 @@ struct Named {
 }
 
 struct Builder<'a> {
-    folder: &'a Path,
+    files: Files<'a>,
     /// `None` without a ground.
     plane: Option<Plane>,
     draws: Draws,
@@ -176,7 +175,7 @@ impl Builder<'_> {
         let named = |why: String| format!("{at}.{why}");
         let fields = entry.take_form();
         let pieces =
-            self.pieces(at, fields.form(self.folder).map_err(named)?, entry.pieces.take())?;
+            self.pieces(at, fields.form(&self.files).map_err(named)?, entry.pieces.take())?;
         let place = placed(entry.position, entry.attitude.as_ref()).map_err(named)?;
         let room = MOST_FIXED.saturating_sub(self.model.fixed.len()) / pieces.len().max(1);
         let copies =
@@ -244,7 +243,7 @@ impl Builder<'_> {
 
     fn shape(&self, at: &str, entry: &mut BodyEntry) -> Result<Shape, String> {
         let named = |why: String| format!("{at}.{why}");
-        let form = entry.take_form().form(self.folder).map_err(named)?;
+        let form = entry.take_form().form(&self.files).map_err(named)?;
         let points = match (entry.points.take(), entry.point_mass) {
             (Some(_), Some(true)) => return Err(format!("{at}: {ONE_SHAPE_OF_A_BODY}")),
             (None, Some(true)) => Some(vec![[0.0; 3]]),
@@ -274,7 +273,7 @@ impl Builder<'_> {
                 for (index, mut entry) in entries.into_iter().enumerate() {
                     let at = format!("{at}.pieces[{index}]");
                     let named = |why: String| format!("{at}.{why}");
-                    let form = entry.take_form().form(self.folder).map_err(named)?;
+                    let form = entry.take_form().form(&self.files).map_err(named)?;
                     let form = form.ok_or_else(|| format!("{at}: {ONE_SHAPE}"))?;
                     let place = placed(entry.position, entry.attitude.as_ref()).map_err(named)?;
                     pieces.push((at, PlacedForm { form, place }));

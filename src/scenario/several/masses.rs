@@ -3,7 +3,7 @@
 use super::entries::BodyEntry;
 use super::scene::field_of;
 use super::shape::Shape;
-use crate::cli::scenario::tables::InertiaValue;
+use crate::scenario::tables::InertiaValue;
 use nalgebra::{Matrix3, Vector3};
 
 /// The specific inertia of a point mass, m²: it has no effect.

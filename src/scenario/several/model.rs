@@ -3,20 +3,22 @@
 //! A simulation and its verification make their worlds here, of the same numbers.
 
 use super::shape::{PlacedForm, Shape};
-use crate::cli::outcome::Failure;
-use crate::cli::physics::bouncing;
-use crate::cli::run_file::{LoadParameters, PlaneParameters};
+use crate::contact::{Partner, Plane};
+use crate::error::Error;
+use crate::mechanics::{Load, RigidBody, State};
+use crate::scenario::failure::Failure;
+use crate::scenario::parameters::{LoadParameters, PlaneParameters};
+use crate::scenario::physics::bouncing;
+use crate::world::{Fixed, Parameters, World};
 use nalgebra::Matrix3;
 use serde::{Deserialize, Serialize};
-use tumble::contact::{Partner, Plane};
-use tumble::error::Error;
-use tumble::mechanics::{Load, RigidBody, State};
-use tumble::world::{Fixed, Parameters, World};
 
 /// The constants of a run and its start, SI units.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Model {
+    /// h, s.
     pub dt: f64,
+    /// m/s², world.
     pub gravity: [f64; 3],
     /// Of the ground, and of what has none of its own.
     pub mu: f64,
@@ -30,21 +32,28 @@ pub struct Model {
     pub plane: Option<PlaneParameters>,
     /// The shapes that bodies have.
     pub shapes: Vec<Shape>,
+    /// In the order of states.
     pub bodies: Vec<BodyModel>,
+    /// What never moves.
     pub fixed: Vec<FixedModel>,
+    /// Coefficients of friction between two.
     pub frictions: Vec<PairModel>,
+    /// Coefficients of restitution between two.
     #[serde(default)]
     pub restitutions: Vec<PairModel>,
 }
 
+/// A body and its start.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct BodyModel {
+    /// What it is called.
     pub name: String,
     /// An index of `shapes`.
     pub shape: usize,
     /// The centre of mass, m, in the frame of the shape. The body's frame has it as its origin and
     /// the axes of the shape's.
     pub centre: [f64; 3],
+    /// kg.
     pub mass: f64,
     /// By rows, body frame.
     pub inertia: [[f64; 3]; 3],
@@ -55,15 +64,20 @@ pub struct BodyModel {
     pub restitution: Option<f64>,
     /// Null without one.
     pub load: Option<LoadParameters>,
+    /// Where it starts.
     pub start: Start,
 }
 
 /// Of the centre of mass, world; the spin in the body's frame.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Start {
+    /// m.
     pub position: [f64; 3],
+    /// Unit quaternion w, x, y, z, body → world.
     pub attitude: [f64; 4],
+    /// m/s.
     pub velocity: [f64; 3],
+    /// rad/s.
     pub spin: [f64; 3],
 }
 
@@ -72,7 +86,9 @@ pub struct Start {
 pub struct FixedModel {
     /// Pieces of one thing have its name.
     pub name: String,
+    /// Its shape and place.
     pub piece: PlacedForm,
+    /// Its own coefficient of friction; null for the world's.
     pub friction: Option<f64>,
 }
 
@@ -81,13 +97,17 @@ pub struct FixedModel {
 pub struct PairModel {
     /// An index of `bodies`.
     pub body: usize,
+    /// Whom it is with.
     pub partner: PartnerModel,
+    /// μ or e.
     pub coefficient: f64,
 }
 
+/// Whom a contact is with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum PartnerModel {
+    /// The ground.
     Ground,
     /// An index of `fixed`.
     Fixed(usize),
@@ -183,6 +203,10 @@ impl Model {
 }
 
 impl BodyModel {
+    /// The body of this model, of the shape that it names.
+    ///
+    /// # Errors
+    /// What the library refuses.
     pub fn rigid_body(&self, shape: &Shape) -> Result<RigidBody, Error> {
         let inertia = Matrix3::from(self.inertia).transpose();
         let body = shape.body(self.mass, inertia, &self.centre.into())?;

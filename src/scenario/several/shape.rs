@@ -1,13 +1,13 @@
 //! Shapes as scenario files and run.json say them, and the bodies that they make.
 
+use crate::error::Error;
+use crate::geometry::mesh::Mesh;
+use crate::geometry::{MassProperties, Piece};
+use crate::mechanics::RigidBody;
+use crate::mechanics::body::solid_box_inertia;
+use crate::mechanics::quaternion::rotation;
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3, Vector4};
 use serde::{Deserialize, Serialize};
-use tumble::error::Error;
-use tumble::geometry::mesh::Mesh;
-use tumble::geometry::{MassProperties, Piece};
-use tumble::mechanics::RigidBody;
-use tumble::mechanics::body::solid_box_inertia;
-use tumble::mechanics::quaternion::rotation;
 
 /// The shape of a body, in a frame of its own.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -22,7 +22,9 @@ pub enum Shape {
 /// A convex piece somewhere.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PlacedForm {
+    /// What it is.
     pub form: Form,
+    /// Where it is.
     pub place: Place,
 }
 
@@ -39,26 +41,37 @@ pub struct Place {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Form {
+    /// A box.
     Box {
+        /// m.
         sides: [f64; 3],
     },
+    /// A ball.
     Sphere {
+        /// m.
         radius: f64,
     },
     /// Along z; `length` between the centres of its ends.
     Capsule {
+        /// m.
         length: f64,
+        /// m.
         radius: f64,
     },
     /// The convex hull of points, rounded.
     Hull {
+        /// m.
         points: Vec<[f64; 3]>,
+        /// m.
         radius: f64,
     },
     /// A convex mesh, rounded; triangles counter-clockwise seen from outside.
     Mesh {
+        /// m.
         vertices: Vec<[f64; 3]>,
+        /// Indices of vertices.
         triangles: Vec<[usize; 3]>,
+        /// m.
         radius: f64,
     },
 }
@@ -93,6 +106,7 @@ impl Form {
 }
 
 impl Place {
+    /// Where frame and own frame are the same.
     pub const ORIGIN: Self = Self { position: [0.0; 3], attitude: [1.0, 0.0, 0.0, 0.0] };
 
     /// This place, seen from where `outer` is seen from.
@@ -105,6 +119,7 @@ impl Place {
         Self { position: position.into(), attitude: [w, x, y, z] }
     }
 
+    /// Own frame → frame.
     pub fn rotation(&self) -> Matrix3<f64> {
         rotation(&Vector4::from(self.attitude))
     }
@@ -123,6 +138,10 @@ impl Place {
 }
 
 impl PlacedForm {
+    /// The piece, in the frame that it is placed in.
+    ///
+    /// # Errors
+    /// What the library refuses of a shape.
     pub fn piece(&self) -> Result<Piece, Error> {
         let piece = self.form.piece()?;
         if self.place == Place::ORIGIN {

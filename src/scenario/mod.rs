@@ -1,32 +1,51 @@
 //! Scenario files: a simulation written down in TOML. `scenarios/README.md` describes every
 //! field.
+//!
+//! A file is text here: who reads it, and how the files of its meshes are read, is the caller's
+//! business. A file is laid under what else is told ([`settings`]), and comes to a [`job`] of one
+//! body or of [several].
 
-pub mod tables;
+mod changed;
+pub mod choices;
+pub mod contact;
+pub mod failure;
+pub mod fields;
+pub mod job;
+pub mod names;
+pub mod parameters;
+pub mod physics;
+pub mod settings;
+pub mod several;
+pub mod shown;
+mod tables;
 
-use super::outcome::Failure;
-use super::settings::Settings;
-use super::{fields, input, shown};
+use failure::Failure;
 use serde::de::DeserializeOwned;
+use settings::Settings;
 use std::path::Path;
 use tables::ScenarioFile;
 
 /// More bytes than this are no scenario.
-const LARGEST_FILE: u64 = 1 << 20;
+pub const LARGEST_FILE: u64 = 1 << 20;
 
 /// What a file says.
 pub struct Scenario {
+    /// What the scenario is called.
     pub name: String,
     /// Whether there is a ground.
     pub ground: bool,
+    /// What it says.
     pub settings: Settings,
 }
 
 impl Scenario {
-    /// Reads and checks a file. Numbers that the model itself judges are left to it.
-    pub fn read(path: &Path) -> Result<Self, Failure> {
+    /// Checks the text of the file `path`. Numbers that the model itself judges are left to it.
+    ///
+    /// # Errors
+    /// The first thing wrong with the text, with the file.
+    pub fn of_text(text: &str, path: &Path) -> Result<Self, Failure> {
         let odd = |why: String| Failure::Input(format!("{}: {why}", shown::path(path)));
-        let file = parse(&read_text(path)?).map_err(odd)?;
-        Self::of(file, path).map_err(odd)
+        Self::of(parse(text).map_err(odd)?, path).map_err(odd)
     }
 
     fn of(file: ScenarioFile, path: &Path) -> Result<Self, String> {
@@ -34,14 +53,6 @@ impl Scenario {
         let name = name(file.name.clone(), path)?;
         Ok(Self { name, ground: file.ground.is_some(), settings: file.settings()? })
     }
-}
-
-/// The text of a file that may be a scenario.
-pub fn read_text(path: &Path) -> Result<String, Failure> {
-    input::text(path, LARGEST_FILE).map_err(|error| {
-        let file = shown::path(path);
-        Failure::Input(format!("{file}: cannot be read as a scenario: {error}"))
-    })
 }
 
 /// The name that a scenario gives itself, or else its file's.

@@ -1,15 +1,16 @@
 //! The tables of a scenario file of several bodies, as they are written.
 
 use super::shape::{Form, Place};
-use crate::cli::choices::Frame;
-use crate::cli::fields::{Exactly, Numbers};
-use crate::cli::scenario::tables::SolverTable;
-use crate::cli::scenario::tables::{Gravity, GroundTable, InertiaValue, LoadTable, Random, Sides};
-use crate::cli::{input, shown};
+use crate::geometry::mesh::{parse_obj, parse_stl};
+use crate::scenario::choices::Frame;
+use crate::scenario::fields::{Exactly, Numbers};
+use crate::scenario::shown;
+use crate::scenario::tables::SolverTable;
+use crate::scenario::tables::{Gravity, GroundTable, InertiaValue, LoadTable, Random, Sides};
 use nalgebra::Vector3;
 use serde::Deserialize;
+use std::io;
 use std::path::Path;
-use tumble::geometry::mesh::{parse_obj, parse_stl};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -189,6 +190,18 @@ pub fn turn(axis: &[f64; 3], degrees: f64) -> Result<[f64; 4], String> {
     Ok(Place::turn(axis, degrees))
 }
 
+/// Reads the file of a name, of at most so many bytes.
+pub type ReadFile<'a> = &'a dyn Fn(&Path, u64) -> io::Result<Vec<u8>>;
+
+/// Where the meshes of a scenario are, and how they are read.
+#[derive(Clone, Copy)]
+pub struct Files<'a> {
+    /// The folder that their names start from.
+    pub folder: &'a Path,
+    /// How a file is read.
+    pub read: ReadFile<'a>,
+}
+
 /// The fields of a convex form.
 pub struct FormFields {
     sides: Option<Sides>,
@@ -201,8 +214,8 @@ pub struct FormFields {
 }
 
 impl FormFields {
-    /// The one form that is given; `None` where none is. Files are in `folder`.
-    pub fn form(self, folder: &Path) -> Result<Option<Form>, String> {
+    /// The one form that is given; `None` where none is. Meshes are in `files`.
+    pub fn form(self, files: &Files<'_>) -> Result<Option<Form>, String> {
         let mut forms = Vec::new();
         let rounded = self.hull.is_some() || self.mesh.is_some();
         if self.radius.is_some() && !rounded {
@@ -218,7 +231,7 @@ impl FormFields {
         forms.extend(self.capsule.map(capsule));
         forms.extend(self.hull.map(|points| Form::Hull { points: plain(points), radius }));
         if let Some(name) = &self.mesh {
-            forms.push(mesh(&folder.join(name), self.scale.unwrap_or(1.0), radius)?);
+            forms.push(mesh(files, name, self.scale.unwrap_or(1.0), radius)?);
         }
         let form = forms.pop();
         if forms.is_empty() { Ok(form) } else { Err(super::scene::ONE_SHAPE.to_owned()) }
@@ -233,9 +246,10 @@ pub fn plain(points: Vec<Numbers<3>>) -> Vec<[f64; 3]> {
 /// More bytes than this are not read.
 const LARGEST_MESH: u64 = 32 << 20;
 
-fn mesh(path: &Path, scale: f64, radius: f64) -> Result<Form, String> {
+fn mesh(files: &Files<'_>, name: &str, scale: f64, radius: f64) -> Result<Form, String> {
+    let path = &files.folder.join(name);
     let odd = |why: &dyn std::fmt::Display| format!("mesh: {}: {why}", shown::path(path));
-    let bytes = input::bytes(path, LARGEST_MESH).map_err(|error| odd(&error))?;
+    let bytes = (files.read)(path, LARGEST_MESH).map_err(|error| odd(&error))?;
     let extension = path.extension().map(|extension| extension.to_ascii_lowercase());
     let mesh = match extension.as_ref().and_then(|extension| extension.to_str()) {
         Some("obj") => {

@@ -1,0 +1,206 @@
+//! How contact steps are posed and solved, from the settings of one body or of several.
+
+use super::choices::{OnFailure, Preset, SolverName};
+use super::failure::{Failure, refuse_flags};
+use super::settings::Settings;
+use crate::contact::Detection;
+#[cfg(feature = "ipopt")]
+use crate::ipopt::Options;
+use crate::simulation::Motion;
+#[cfg(feature = "ipopt")]
+use crate::solver::ipopt::{Formulation, IpoptSolver};
+use crate::solver::native::NativeSolver;
+use crate::step::StepSolver;
+use crate::world::World;
+
+/// How contact steps are posed and solved.
+pub struct Contact {
+    /// Which points may touch.
+    pub detection: Detection,
+    /// What happens with a step that fails.
+    pub on_failure: OnFailure,
+    /// Ipopt's program and options; `None` for the native solver.
+    pub ipopt: Option<Program>,
+}
+
+/// Ipopt's program and options.
+#[cfg(feature = "ipopt")]
+pub type Program = (Formulation, Options);
+
+/// There is none.
+#[cfg(not(feature = "ipopt"))]
+pub type Program = std::convert::Infallible;
+
+impl Contact {
+    /// What `settings` say, by `usual` where they name no solver.
+    ///
+    /// # Errors
+    /// Settings that mean nothing together; Ipopt without the feature `ipopt`.
+    pub fn new(settings: &Settings, usual: SolverName) -> Result<Self, Failure> {
+        if let Some(Preset::Tutorial) = settings.preset {
+            let place = "--preset tutorial, which is the tutorial's program to the letter";
+            refuse_flags(place, &solver_flags(settings))?;
+            return ipopt::tutorial();
+        }
+        let detection = settings.detection.map(Detection::from).unwrap_or_default();
+        if settings.solver.unwrap_or(usual) != SolverName::Native {
+            return ipopt::of(settings, detection);
+        }
+        let ladder = settings.on_failure == Some(OnFailure::Ladder);
+        let mut flags = ipopt_flags(settings);
+        flags.push(("--on-failure ladder", ladder));
+        refuse_flags("the native solver, which works to rounding", &flags)?;
+        let on_failure = settings.on_failure.unwrap_or(OnFailure::Record);
+        Ok(Self { detection, on_failure, ipopt: None })
+    }
+
+    /// The solver for `world`.
+    ///
+    /// # Errors
+    /// The setting that is not made for it.
+    pub fn solver(&self, world: &World) -> Result<Box<dyn StepSolver>, Failure> {
+        match &self.ipopt {
+            None => Ok(Box::new(NativeSolver::new(world))),
+            Some(program) => ipopt::solver(self, program, world),
+        }
+    }
+
+    /// What moves the bodies of `world`.
+    ///
+    /// # Errors
+    /// As [`Contact::solver`].
+    pub fn motion(&self, world: &World) -> Result<Motion<'static>, Failure> {
+        Ok(Motion::Contact { detection: self.detection, solver: self.solver(world)? })
+    }
+
+    /// Whether Ipopt solves them.
+    #[must_use]
+    pub fn is_ipopt(&self) -> bool {
+        self.ipopt.is_some()
+    }
+
+    /// Whether Ipopt has a ladder behind its first start.
+    #[must_use]
+    pub fn climbs(&self) -> bool {
+        self.is_ipopt() && self.on_failure == OnFailure::Ladder
+    }
+
+    /// `native` or `ipopt`.
+    #[must_use]
+    pub fn solver_name(&self) -> &'static str {
+        if self.is_ipopt() { "ipopt" } else { "native" }
+    }
+}
+
+#[cfg(feature = "ipopt")]
+mod ipopt {
+    use super::*;
+    use crate::error::Error;
+    use crate::scenario::shown;
+    use crate::simulation::scene;
+    use crate::solver::ipopt::{alone_for, ladder_for};
+    use crate::step_nlp::StepNlp;
+
+    /// Below this, Ipopt's steps take five to a hundred times the iterations and are no better.
+    const LEAST_TOLERANCE: f64 = 1e-12;
+
+    pub fn of(settings: &Settings, detection: Detection) -> Result<Contact, Failure> {
+        let tolerance = settings.tol.unwrap_or(scene::TOLERANCE);
+        if tolerance > 0.0 && tolerance < LEAST_TOLERANCE {
+            return Err(Failure::setting(
+                "tol",
+                format!(
+                    "{} is below {LEAST_TOLERANCE:e}, where rounding keeps Ipopt from ever coming \
+                     to it; the native solver works to rounding",
+                    shown::number(tolerance)
+                ),
+            ));
+        }
+        let options =
+            IpoptSolver::options(tolerance, settings.max_iter.unwrap_or(scene::MOST_ITERATIONS));
+        options.validate().map_err(Failure::of_ipopt)?;
+        let on_failure = settings.on_failure.unwrap_or(OnFailure::Ladder);
+        let formulation = settings.formulation.map(Formulation::from).unwrap_or_default();
+        Ok(Contact { detection, on_failure, ipopt: Some((formulation, options)) })
+    }
+
+    /// The tutorial's program and settings to the letter.
+    pub fn tutorial() -> Result<Contact, Failure> {
+        let options = IpoptSolver::tutorial_options();
+        Ok(Contact {
+            detection: Detection::Height,
+            on_failure: OnFailure::Record,
+            ipopt: Some((Formulation::Clamped, options)),
+        })
+    }
+
+    pub fn solver(
+        contact: &Contact,
+        (formulation, options): &Program,
+        world: &World,
+    ) -> Result<Box<dyn StepSolver>, Failure> {
+        if *formulation == Formulation::Clamped
+            && let Some(why) = StepNlp::unsuitable(world)
+        {
+            let why = format!("`clamped` is the tutorial's program: {why}, or `reduced`");
+            return Err(Failure::setting("formulation", why));
+        }
+        let mut options = options.clone();
+        let made = if contact.climbs() {
+            ladder_for(world, *formulation, options)
+        } else {
+            if StepNlp::unsuitable(world).is_none() {
+                // Of one body it pays with the ladder's warm starts only (docs/ipopt-path.md).
+                options.objective_scaling = 1.0;
+            }
+            alone_for(world, *formulation, options)
+        };
+        made.map_err(|error| match error {
+            Error::Solver { why, .. } => Failure::setting("solver", why),
+            other => other.into(),
+        })
+    }
+}
+
+#[cfg(not(feature = "ipopt"))]
+mod ipopt {
+    use super::*;
+
+    pub fn tutorial() -> Result<Contact, Failure> {
+        Err(Failure::setting("preset", MISSING))
+    }
+
+    pub fn of(_: &Settings, _: Detection) -> Result<Contact, Failure> {
+        Err(Failure::setting("solver", MISSING))
+    }
+
+    pub fn solver(
+        _: &Contact,
+        program: &Program,
+        _: &World,
+    ) -> Result<Box<dyn StepSolver>, Failure> {
+        match *program {}
+    }
+
+    const MISSING: &str = "Ipopt is needed for it, and is not in this build; `native` is";
+}
+
+/// Settings with a meaning for Ipopt alone, and whether they are given.
+fn ipopt_flags(settings: &Settings) -> Vec<(&'static str, bool)> {
+    vec![
+        ("--formulation", settings.formulation.is_some()),
+        ("--tol", settings.tol.is_some()),
+        ("--max-iter", settings.max_iter.is_some()),
+    ]
+}
+
+/// Settings of the contact steps' solver, the preset apart, and whether they are given.
+pub fn solver_flags(settings: &Settings) -> Vec<(&'static str, bool)> {
+    let mut flags = vec![
+        ("--solver", settings.solver.is_some()),
+        ("--detection", settings.detection.is_some()),
+        ("--on-failure", settings.on_failure.is_some()),
+    ];
+    flags.extend(ipopt_flags(settings));
+    flags
+}

@@ -1,0 +1,153 @@
+//! The world and the load of a motion: made here of what flags, files and scenes say.
+
+use super::choices::{Inertia, Shape};
+use super::failure::Failure;
+use super::fields::{Exactly, Numbers};
+use super::parameters::PlaneParameters;
+use super::settings::Settings;
+use crate::contact::plane::Plane;
+use crate::error::Error;
+use crate::mechanics::body::{RigidBody, solid_box_inertia};
+use crate::mechanics::load::{Load, Polyline};
+use crate::simulation::scene;
+use crate::world::{Parameters, World};
+use nalgebra::{Matrix3, Vector3};
+
+/// What moves, on what ground, and what pushes it.
+pub struct Physics {
+    /// The world of the body.
+    pub world: World,
+    /// What pushes it.
+    pub load: Load,
+}
+
+impl Physics {
+    /// That of complete settings.
+    pub fn of_settings(settings: &Settings) -> Result<Self, Failure> {
+        let mass = settings.mass.ok_or_else(|| Failure::needed("mass"))?;
+        let shape = settings.shape.as_ref().ok_or_else(|| Failure::needed("box"))?;
+        let inertia = settings.inertia.as_ref().ok_or_else(|| Failure::needed("inertia"))?;
+        let world = World::new(Parameters {
+            bodies: vec![rigid_body(mass, shape, inertia)?],
+            ground: settings.plane.clone().unwrap_or_default(),
+            gravity: settings.gravity.ok_or_else(|| Failure::needed("gravity"))?,
+            friction: settings.mu.unwrap_or(scene::FRICTION),
+            time_step: settings.dt.ok_or_else(|| Failure::needed("dt"))?,
+        })?;
+        let world = bouncing(world, settings.restitution, settings.rebound_speed)?;
+        let load = Load::new(
+            settings.force.clone().unwrap_or_default(),
+            settings.torque.clone().unwrap_or_default(),
+            settings.force_at.unwrap_or_default(),
+        )?;
+        Ok(Self { world, load })
+    }
+
+    /// The body.
+    pub fn body(&self) -> &RigidBody {
+        &self.world.bodies()[0]
+    }
+
+    /// h, s.
+    pub fn time_step(&self) -> f64 {
+        self.world.time_step()
+    }
+
+    /// See [`violent_load`].
+    pub fn refuse_violent_load(&self) -> Result<(), Failure> {
+        match violent_load(self.body(), &self.load, self.time_step()) {
+            None => Ok(()),
+            Some(why) => Err(Failure::setting("force or torque", why)),
+        }
+    }
+}
+
+/// `world` with what is given of restitution.
+///
+/// # Errors
+/// Numbers that a world refuses.
+pub fn bouncing(
+    world: World,
+    restitution: Option<f64>,
+    rebound_speed: Option<f64>,
+) -> Result<World, Error> {
+    let world = match restitution {
+        Some(restitution) => world.with_restitution(restitution)?,
+        None => world,
+    };
+    match rebound_speed {
+        Some(speed) => world.with_rebound_speed(speed),
+        None => Ok(world),
+    }
+}
+
+/// What is wrong with a load that in one step makes a speed or spin that no state may have.
+pub fn violent_load(body: &RigidBody, load: &Load, h: f64) -> Option<String> {
+    let size = |line: &Polyline| line.knots().iter().map(|(_, v)| v.amax()).fold(0.0, f64::max);
+    let arm = 2.0 * load.point().amax();
+    let (force, torque) = (size(&load.force), size(&load.torque));
+    let turning = body.inertia_inverse().amax() * (torque + arm * force);
+    let gained = [("m/s", h * force / body.mass()), ("rad/s", h * turning)];
+    let (unit, gained) = gained.into_iter().find(|(_, gained)| *gained > MOST_GAINED)?;
+    Some(format!(
+        "a step of this load alone would change the body's motion by {gained:.1e} {unit}; at most \
+         {MOST_GAINED:e} {unit} is allowed"
+    ))
+}
+
+/// m/s or rad/s: a tenth of what the state at the start may have.
+const MOST_GAINED: f64 = 1e4;
+
+/// A plane as it stands in a file.
+pub fn plane(plane: &Plane) -> PlaneParameters {
+    PlaneParameters { normal: numbers(plane.normal()), offset: plane.offset() }
+}
+
+/// A vector as it stands in a file.
+pub fn numbers(vector: &Vector3<f64>) -> Numbers<3> {
+    Exactly((*vector).into())
+}
+
+/// A matrix as it stands in a file.
+pub fn by_rows(matrix: &Matrix3<f64>) -> Exactly<Numbers<3>, 3> {
+    Exactly(std::array::from_fn(|row| numbers(&matrix.row(row).transpose())))
+}
+
+/// The matrix of a file's rows.
+pub fn matrix(rows: &Exactly<Numbers<3>, 3>) -> Matrix3<f64> {
+    Matrix3::from_fn(|row, column| rows.0[row].0[column])
+}
+
+/// The body of `mass` (kg).
+pub fn rigid_body(mass: f64, shape: &Shape, inertia: &Inertia) -> Result<RigidBody, Failure> {
+    // Nobody gave a solid body's inertia: it follows from the sides.
+    let of_sides = |error: Error| match Failure::from(error) {
+        Failure::Setting { name, why } if name == "inertia" => Failure::setting("box", why),
+        other => other,
+    };
+    Ok(match (shape, inertia) {
+        (Shape::Box(sides), Inertia::Solid) => {
+            RigidBody::solid_box(mass, 0.5 * sides).map_err(of_sides)?
+        }
+        (Shape::Box(sides), Inertia::Matrix(matrix)) => {
+            RigidBody::with_box_corners(mass, *matrix, 0.5 * sides)?
+        }
+        (Shape::Points(points), Inertia::Matrix(matrix)) => RigidBody::new(mass, *matrix, points)?,
+        (Shape::Points(points), Inertia::Solid) => {
+            let inertia = solid_box_inertia(mass, &half_sides(points)?);
+            RigidBody::new(mass, inertia, points).map_err(of_sides)?
+        }
+    })
+}
+
+/// Half the sides of the box with these corners, refused where they are of no box.
+fn half_sides(points: &[Vector3<f64>]) -> Result<Vector3<f64>, Failure> {
+    let half = points.iter().fold(Vector3::zeros(), |half, point| point.abs().sup(&half));
+    if points.len() == 8 && points.iter().all(|point| point.abs() == half) {
+        return Ok(half);
+    }
+    Err(Failure::setting(
+        "inertia",
+        "`solid` is for boxes; the contact points are of no box, give numbers",
+    ))
+}
