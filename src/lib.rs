@@ -10,6 +10,8 @@ pub mod mechanics;
 pub mod contact;
 pub mod world;
 
+#[cfg(feature = "film")]
+pub mod film;
 pub mod solver;
 pub mod sparsity;
 pub mod step;

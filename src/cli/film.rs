@@ -5,15 +5,11 @@ use super::physics::Physics;
 use super::run_file::{RunFile, SolverSettings, heading};
 use super::shown;
 use super::source::{Source, TrajectoryFile};
-use nalgebra::{Quaternion, UnitQuaternion};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
-use tumble::mechanics::{Load, State};
+use tumble::film::{load, pose, status};
 use tumble::simulation::trajectory::TrajectoryRow;
-use tumble::step::StepStatus;
-use tumble_pictures::{
-    self as pictures, Body, Contact, Fact, Film, Frame, Ground, Partner, Place, Pose, Status,
-};
+use tumble_pictures::{Body, Contact, Fact, Film, Frame, Ground, Partner, Place};
 
 /// Memory that the rows of a picture may take: a million rows of a box that lies on all its
 /// corners.
@@ -109,25 +105,6 @@ fn body(physics: &Physics) -> Body {
     }
 }
 
-pub fn load(load: &Load) -> pictures::Load {
-    pictures::Load {
-        force: load.force.knots().to_vec(),
-        torque: load.torque.knots().to_vec(),
-        point: *load.point(),
-    }
-}
-
-pub fn pose(state: &State) -> Pose {
-    let [w, x, y, z] = state.attitude.into();
-    Pose {
-        position: state.position,
-        // The file's own digits: of a trajectory they are of length 1.
-        attitude: UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z)),
-        velocity: state.velocity,
-        spin: state.spin,
-    }
-}
-
 fn frame(row: &TrajectoryRow) -> Frame {
     let count = row.carrying.len();
     let contact = |point: usize| Contact {
@@ -154,18 +131,6 @@ fn frame(row: &TrajectoryRow) -> Frame {
 fn says_something(contact: &Contact) -> bool {
     let Contact { force, slacks: [s1, s2], multiplier, .. } = contact;
     contact.carries_force || force.iter().chain([s1, s2, multiplier]).any(|number| *number != 0.0)
-}
-
-pub fn status(status: StepStatus) -> Status {
-    match status {
-        StepStatus::Free => Status::Free,
-        StepStatus::Converged => Status::Converged,
-        StepStatus::Retried => Status::Retried,
-        StepStatus::Fallback => Status::Fallback,
-        StepStatus::Wild => Status::Wild,
-        StepStatus::Failed => Status::Failed,
-        StepStatus::End => Status::End,
-    }
 }
 
 /// Scene, seed and solver.
@@ -210,6 +175,8 @@ pub fn settings_facts(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use tumble::mechanics::State;
+    use tumble::step::StepStatus;
 
     /// A row of a body whose `count` points all touch.
     fn row(count: usize) -> TrajectoryRow {

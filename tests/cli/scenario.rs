@@ -416,8 +416,8 @@ fn flags_that_mean_nothing_to_a_scenario_are_refused() {
 fn the_description_names_every_field_and_file() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let page = fs::read_to_string(root.join("scenarios/README.md")).unwrap();
-    let source = fs::read_to_string(root.join("src/cli/scenario/tables.rs")).unwrap();
-    let several = fs::read_to_string(root.join("src/cli/several/entries.rs")).unwrap();
+    let source = fs::read_to_string(root.join("src/scenario/tables.rs")).unwrap();
+    let several = fs::read_to_string(root.join("src/scenario/several/entries.rs")).unwrap();
     let several = several.replace(", expecting", ")]\n#[serde(expecting");
     let tables = source.split("#[serde(deny_unknown_fields)]\n").skip(1);
     let forms = several.split("\nwith_form!").skip(1);

@@ -1,6 +1,6 @@
 //! Records become rows.
 
-use super::{KeyText, Streams, Table, energy};
+use super::{ContactRow, KeyText, StepRow, Streams, Table, TableStep, energy};
 use crate::contact::Partner;
 use crate::simulation::StepRecord;
 use crate::step::StepStatus;
@@ -38,50 +38,49 @@ impl<W: Write> TablesWriter<W> {
     /// # Errors
     /// The streams'.
     pub fn write(&mut self, record: &StepRecord) -> csv::Result<()> {
-        let Self { tables, world } = self;
-        // k h in one rounding, so that times do not drift.
-        let time = record.index as f64 * world.time_step();
-        for (body, state) in record.states.iter().enumerate() {
-            let numbers = state.to_vector();
-            tables.states.serialize((record.index, time, body, numbers.as_slice()))?;
-        }
-        let is_end = record.report.status == StepStatus::End;
-        let certificate = if is_end { Default::default() } else { record.certificate };
-        tables.steps.serialize((
-            (record.index, time),
-            record.report.status.name(),
-            record.report.iterations,
-            record.report.start.unwrap_or(""),
-            record.contacts.len(),
-            certificate.residual(),
-            certificate.parts().map(|(_, part)| part),
-            record.overlap,
-            record.restitution_share,
-            energy(world, &record.states),
-        ))?;
-        self.write_contacts(record)
+        self.write_step(&TableStep::of(&self.world, record))
     }
 
-    fn write_contacts(&mut self, record: &StepRecord) -> csv::Result<()> {
-        let pairs = record.contacts.iter().zip(&record.solution.contacts);
-        for (index, (contact, found)) in pairs.enumerate() {
-            let (partner, partner_index) = match contact.key.partner {
+    /// Writes the rows of a step that is rows already.
+    ///
+    /// # Errors
+    /// The streams'.
+    pub fn write_step(&mut self, step: &TableStep) -> csv::Result<()> {
+        let Self { tables, .. } = self;
+        let row = &step.row;
+        for (body, state) in step.states.iter().enumerate() {
+            let numbers = state.to_vector();
+            tables.states.serialize((row.index, row.time, body, numbers.as_slice()))?;
+        }
+        tables.steps.serialize((
+            (row.index, row.time),
+            row.status.name(),
+            row.iterations,
+            &row.start,
+            row.contacts,
+            row.residual,
+            row.parts,
+            row.overlap,
+            row.restitution_share,
+            row.energy,
+        ))?;
+        for (index, contact) in step.contacts.iter().enumerate() {
+            let (partner, partner_index) = match contact.partner {
                 Partner::Ground => ("ground", 0),
                 Partner::Fixed(index) => ("fixed", index),
                 Partner::Body(index) => ("body", index),
             };
-            let point = record.states[contact.key.body].position + contact.arm;
             let numbers = |vector: Vector3<f64>| <[f64; 3]>::from(vector);
-            self.tables.contacts.serialize((
-                (record.index, index, contact.key.body, partner, partner_index),
-                numbers(point),
-                numbers(contact.normal()),
-                numbers(found.force),
-                numbers(found.slip),
+            tables.contacts.serialize((
+                (row.index, index, contact.body, partner, partner_index),
+                numbers(contact.point),
+                numbers(contact.normal),
+                numbers(contact.force),
+                numbers(contact.slip),
                 contact.gap,
-                contact.features.radius,
+                contact.radius,
                 contact.rise,
-                KeyText::of(&contact.key).to_string(),
+                contact.key.to_string(),
             ))?;
         }
         Ok(())
@@ -95,5 +94,42 @@ impl<W: Write> TablesWriter<W> {
         let end = |csv: csv::Writer<W>| csv.into_inner().map_err(csv::IntoInnerError::into_error);
         let Streams { states, contacts, steps } = self.tables;
         Ok(Streams { states: end(states)?, contacts: end(contacts)?, steps: end(steps)? })
+    }
+}
+
+impl TableStep {
+    /// The rows of a step of a simulation of `world`.
+    #[must_use]
+    pub fn of(world: &World, record: &StepRecord) -> Self {
+        let is_end = record.report.status == StepStatus::End;
+        let certificate = if is_end { Default::default() } else { record.certificate };
+        let row = StepRow {
+            index: record.index,
+            // k h in one rounding, so that times do not drift.
+            time: record.index as f64 * world.time_step(),
+            status: record.report.status,
+            iterations: record.report.iterations,
+            start: record.report.start.unwrap_or("").to_owned(),
+            contacts: record.contacts.len(),
+            residual: certificate.residual(),
+            parts: certificate.parts().map(|(_, part)| part),
+            overlap: record.overlap,
+            restitution_share: record.restitution_share,
+            energy: energy(world, &record.states),
+        };
+        let pairs = record.contacts.iter().zip(&record.solution.contacts);
+        let contacts = pairs.map(|(contact, found)| ContactRow {
+            body: contact.key.body,
+            partner: contact.key.partner,
+            point: record.states[contact.key.body].position + contact.arm,
+            normal: contact.normal(),
+            force: found.force,
+            slip: found.slip,
+            gap: contact.gap,
+            radius: contact.features.radius,
+            rise: contact.rise,
+            key: KeyText::of(&contact.key),
+        });
+        Self { row, states: record.states.clone(), contacts: contacts.collect() }
     }
 }

@@ -1,0 +1,217 @@
+//! Runs as films: what the library calls things, in the words of the
+//! [pictures](tumble_pictures).
+
+use crate::contact::{PairFeatures, Partner};
+use crate::geometry;
+use crate::mechanics::{Load, RigidBody, State};
+use crate::simulation::tables::{ContactRow, TableStep};
+use crate::step::StepStatus;
+use crate::world::World;
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use std::collections::BTreeMap;
+use tumble_pictures::{
+    self as pictures, Body, Contact, Film, Fixed, Frame, Ground, Hull, Piece, Place, Pose, Status,
+};
+
+/// What the bodies, the fixed pieces and the pushes of a world are called and are.
+#[derive(Debug, Clone, Copy)]
+pub struct Cast<'a> {
+    /// The world.
+    pub world: &'a World,
+    /// The names of its bodies.
+    pub bodies: &'a [&'a str],
+    /// The names of its fixed pieces.
+    pub fixed: &'a [&'a str],
+    /// What pushes each body.
+    pub loads: &'a [Load],
+    /// Whether nothing can touch, whatever ground the world has.
+    pub floating: bool,
+}
+
+/// The film of `frames`, without title and facts.
+#[must_use]
+pub fn film(cast: Cast<'_>, frames: Vec<Frame>) -> Film {
+    let Cast { world, .. } = cast;
+    let fixed = cast.fixed.iter().zip(world.fixed());
+    let mut film = Film {
+        title: String::new(),
+        facts: Vec::new(),
+        time_step: world.time_step(),
+        gravity: *world.gravity(),
+        friction: world.friction(),
+        ground: None,
+        fixed: fixed
+            .map(|(name, fixed)| Fixed {
+                name: (*name).to_owned(),
+                pieces: vec![piece(&fixed.piece)],
+            })
+            .collect(),
+        bodies: bodies(cast),
+        frames,
+    };
+    let ground = Ground { normal: *world.ground().normal(), offset: world.ground().offset() };
+    let may_touch = !cast.floating && world.has_ground();
+    let is_shown = may_touch && is_in_reach(&ground, &film, world);
+    film.ground = is_shown.then_some(ground);
+    film
+}
+
+fn bodies(cast: Cast<'_>) -> Vec<Body> {
+    let of = |((body, name), all): ((&RigidBody, &&str), &Load)| {
+        let pieces: Vec<_> = body.pieces().iter().map(piece).collect();
+        let points = body.contact_points().iter().map(|point| point.position);
+        Body {
+            name: (*name).to_owned(),
+            mass: body.mass(),
+            inertia: *body.inertia(),
+            // Of a body of pieces these are the corners of its pieces.
+            points: if pieces.is_empty() { points.collect() } else { Vec::new() },
+            pieces,
+            load: load(all),
+        }
+    };
+    cast.world.bodies().iter().zip(cast.bodies).zip(cast.loads).map(of).collect()
+}
+
+/// A convex piece: its core is a point, a segment or a polyhedron.
+fn piece(piece: &geometry::Piece) -> Piece {
+    let (core, radius) = (piece.core(), piece.radius());
+    match *core.vertices() {
+        [centre] => Piece::Sphere { centre, radius },
+        [from, to] => Piece::Capsule { ends: [from, to], radius },
+        _ => {
+            let face = |face: usize| {
+                core.face_loop(face).iter().map(|corner| corner.vertex as usize).collect()
+            };
+            let faces = (0..core.faces().len()).map(face).collect();
+            Piece::Hull(Hull { vertices: core.vertices().to_vec(), faces, radius })
+        }
+    }
+}
+
+/// The keys of contacts as numbers, in the order in which they appear.
+pub type Keys = BTreeMap<(usize, Option<PairFeatures>), u64>;
+
+/// A step of any number of bodies as a frame.
+#[must_use]
+pub fn frame(step: &TableStep, keys: &mut Keys) -> Frame {
+    let row = &step.row;
+    let is_felt = |contact: &&ContactRow| contact.force != Vector3::zeros();
+    let mut contact = |row: &ContactRow| {
+        let next = keys.len() as u64;
+        let key = *keys.entry((row.key.point, row.key.pair)).or_insert(next);
+        Contact {
+            body: row.body,
+            partner: partner(row.partner),
+            place: Place::At { point: row.point, key },
+            force: row.force,
+            carries_force: true,
+            // Of the tutorial's program, which has one body.
+            slacks: [0.0; 2],
+            multiplier: 0.0,
+        }
+    };
+    Frame {
+        index: row.index,
+        time: row.time,
+        poses: step.states.iter().map(pose).collect(),
+        contacts: step.contacts.iter().filter(is_felt).map(&mut contact).collect(),
+        status: status(row.status),
+        iterations: row.iterations,
+        residual: row.residual,
+    }
+}
+
+fn partner(partner: Partner) -> pictures::Partner {
+    match partner {
+        Partner::Ground => pictures::Partner::Ground,
+        Partner::Fixed(index) => pictures::Partner::Fixed(index),
+        Partner::Body(index) => pictures::Partner::Body(index),
+    }
+}
+
+/// What pushes a body.
+#[must_use]
+pub fn load(load: &Load) -> pictures::Load {
+    pictures::Load {
+        force: load.force.knots().to_vec(),
+        torque: load.torque.knots().to_vec(),
+        point: *load.point(),
+    }
+}
+
+/// Where a body is and how it moves.
+#[must_use]
+pub fn pose(state: &State) -> Pose {
+    let [w, x, y, z] = state.attitude.into();
+    Pose {
+        position: state.position,
+        // The file's own digits: of a trajectory they are of length 1.
+        attitude: UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z)),
+        velocity: state.velocity,
+        spin: state.spin,
+    }
+}
+
+/// How a step ended.
+#[must_use]
+pub fn status(status: StepStatus) -> Status {
+    match status {
+        StepStatus::Free => Status::Free,
+        StepStatus::Converged => Status::Converged,
+        StepStatus::Retried => Status::Retried,
+        StepStatus::Fallback => Status::Fallback,
+        StepStatus::Wild => Status::Wild,
+        StepStatus::Failed => Status::Failed,
+        StepStatus::End => Status::End,
+    }
+}
+
+/// Whether the motion comes as near to the ground as it is large: a ground that is farther away is
+/// as good as none, and a picture with it would show nothing else.
+fn is_in_reach(ground: &Ground, film: &Film, world: &World) -> bool {
+    let reach: Vec<f64> = world.bodies().iter().map(|body| body.reach()).collect();
+    let still = film.fixed.iter().flat_map(|fixed| &fixed.pieces).flat_map(|piece| match piece {
+        Piece::Hull(hull) => hull.vertices.clone(),
+        Piece::Sphere { centre, .. } => vec![*centre],
+        Piece::Capsule { ends, .. } => ends.to_vec(),
+    });
+    let moving = film.frames.iter().flat_map(|frame| &frame.poses).map(|pose| pose.position);
+    let (mut low, mut high) = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
+    let mut lowest = f64::INFINITY;
+    for place in still.chain(moving) {
+        (low, high) = (low.inf(&place), high.sup(&place));
+        lowest = lowest.min(ground.normal.dot(&place) - ground.offset);
+    }
+    let size = (high - low).norm() + 2.0 * reach.into_iter().fold(0.0, f64::max);
+    lowest <= size
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every face has the corners that lie in its plane, whatever the piece is.
+    #[test]
+    fn pieces_are_drawn_as_they_are() {
+        let half = Vector3::new(0.3, 0.2, 0.1);
+        let Piece::Hull(cuboid) = piece(&geometry::Piece::cuboid(half).unwrap()) else {
+            panic!("a box is a hull")
+        };
+        assert_eq!((cuboid.vertices.len(), cuboid.faces.len(), cuboid.radius), (8, 6, 0.0));
+        for face in &cuboid.faces {
+            let in_plane = |axis: usize| {
+                face.iter().all(|&v| cuboid.vertices[v][axis] == cuboid.vertices[face[0]][axis])
+            };
+            assert!(face.len() == 4 && (0..3).any(in_plane), "{face:?}");
+        }
+        let ball = piece(&geometry::Piece::sphere(0.5).unwrap());
+        assert_eq!(ball, Piece::Sphere { centre: Vector3::zeros(), radius: 0.5 });
+        let Piece::Capsule { ends: [a, b], radius } =
+            piece(&geometry::Piece::capsule(0.4, 0.1).unwrap())
+        else {
+            panic!("a capsule is one")
+        };
+        assert_eq!(((b - a).norm(), radius), (0.8, 0.1));
+    }
+}
