@@ -1,0 +1,38 @@
+"""Rigid bodies in hard frictional contact, exactly: numpy in, numpy out.
+
+    >>> import tumble
+    >>> run = tumble.drop(seed=42).run(200)
+    >>> run.positions.shape
+    (201, 1, 3)
+
+A scene comes from a file (``load``), from code (``Scene``) or from the tutorial (``drop``); a
+``Simulation`` steps it; ``rollout`` runs it many times at once. SI units throughout. What cannot be
+simulated raises ``TumbleError``, a ValueError; a step that was not solved is taken all the same and
+is named in ``unsolved``.
+"""
+
+from ._rollout import Rollouts, Unsolved, rollout
+from ._scene import Scene, drop, floating, load
+from ._simulation import Simulation, Step
+from ._trajectory import Page, Picture, Trajectory
+from ._tumble import PARAMETERS, STATUSES, TumbleError, __version__, has_ipopt
+
+__all__ = [
+    "PARAMETERS",
+    "STATUSES",
+    "Page",
+    "Picture",
+    "Rollouts",
+    "Scene",
+    "Simulation",
+    "Step",
+    "Trajectory",
+    "TumbleError",
+    "Unsolved",
+    "__version__",
+    "drop",
+    "floating",
+    "has_ipopt",
+    "load",
+    "rollout",
+]

@@ -1,0 +1,77 @@
+"""Numbers that come in: what is wrong with them is named."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Dict, Optional, Sequence, Tuple, Union
+
+from ._tumble import TumbleError
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
+    Floats = npt.NDArray[np.float64]
+
+Dimension = Union[int, str]
+
+
+def numbers(name: str, value: Any, *shapes: Sequence[Dimension]) -> "Floats":
+    """``value`` as an array of finite float64 in C order, of one of ``shapes``.
+
+    A dimension is a number, or a letter for any. What is an array of that kind already is not
+    copied. Raises TumbleError with ``name`` in it otherwise.
+    """
+    import numpy as np
+
+    try:
+        array = np.asarray(value)
+    except (TypeError, ValueError) as error:
+        raise TumbleError(f"{name}: an array of numbers is needed: {error}") from None
+    if array.dtype.kind not in "fiu":
+        raise TumbleError(
+            f"{name} has dtype {array.dtype}; real numbers, best of all float64, are needed"
+        )
+    if not any(_fits(array.shape, shape) for shape in shapes):
+        wanted = " or ".join(_words(shape) for shape in shapes)
+        raise TumbleError(f"{name} has shape {array.shape}; {wanted} is needed")
+    array = np.ascontiguousarray(array, dtype=np.float64).reshape(array.shape)
+    if not np.isfinite(array).all():
+        place = tuple(int(index[0]) for index in np.nonzero(~np.isfinite(array)))
+        at = f"[{', '.join(map(str, place))}]" if place else ""
+        raise TumbleError(f"{name}{at} is {array[place]}; finite numbers are needed")
+    return array
+
+
+def output(name: str, array: Any, shape: Tuple[int, ...], dtype: str) -> Any:
+    """The caller's array for a result, if it is one that can be written to."""
+    import numpy as np
+
+    if not isinstance(array, np.ndarray):
+        raise TumbleError(f"out[{name!r}] is {type(array).__name__}; a numpy array is needed")
+    if array.dtype != np.dtype(dtype):
+        raise TumbleError(f"out[{name!r}] has dtype {array.dtype}; {dtype} is needed")
+    if array.shape != shape:
+        raise TumbleError(f"out[{name!r}] has shape {array.shape}; {shape} is needed")
+    if not (array.flags.c_contiguous and array.flags.writeable):
+        raise TumbleError(f"out[{name!r}]: an array in C order that can be written to is needed")
+    return array
+
+
+def _fits(shape: Tuple[int, ...], wanted: Sequence[Dimension]) -> bool:
+    known: Dict[str, int] = {}
+    if len(shape) != len(wanted):
+        return False
+    for length, dimension in zip(shape, wanted):
+        expected: Optional[int]
+        if isinstance(dimension, str):
+            expected = known.setdefault(dimension, length)
+        else:
+            expected = dimension
+        if length != expected:
+            return False
+    return True
+
+
+def _words(shape: Sequence[Dimension]) -> str:
+    inner = ", ".join(map(str, shape))
+    return f"({inner},)" if len(shape) == 1 else f"({inner})"

@@ -1,0 +1,20 @@
+"""Progress of long work."""
+
+from __future__ import annotations
+
+import sys
+from typing import Callable, Optional, Union
+
+Progress = Union[bool, Callable[[int, int], object]]
+"""Called with what is done and the whole, about ten times a second; True writes it to stderr."""
+
+
+def callback(progress: Progress) -> Optional[Callable[[int, int], object]]:
+    if progress is True:
+        return _written
+    return progress or None
+
+
+def _written(done: int, total: int) -> None:
+    end = "\n" if done >= total else ""
+    print(f"\r{done} of {total} steps", end=end, file=sys.stderr, flush=True)

@@ -1,0 +1,176 @@
+"""Many runs at once."""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING, Any, Dict, List, Mapping, NamedTuple, Optional
+
+from ._arrays import numbers, output
+from ._progress import Progress, callback
+from ._scene import Scene
+from ._tumble import STATUSES, TumbleError, parameter_shape
+from ._tumble import rollout as _roll_out
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
+    Floats = npt.NDArray[np.float64]
+
+
+class Unsolved(NamedTuple):
+    """A step without an answer that counts."""
+
+    rollout: int
+    step: int
+    status: str
+    residual: float
+
+
+class Rollouts(NamedTuple):
+    """What came of B rollouts of T steps of N bodies. Arrays are numpy's, in C order: torch and jax
+    take them without a copy (``torch.from_dlpack``, ``jax.dlpack.from_dlpack``)."""
+
+    states: "Floats"
+    """The states after each step: (B, T, N, 13), each as in Trajectory.states."""
+    forces: "Floats"
+    """The sum of the contact forces on each body over each step, N, world: (B, T, N, 3)."""
+    residuals: "Floats"
+    """The certificate of each step, m/s: (B, T)."""
+    status: "npt.NDArray[np.uint8]"
+    """How each step ended, an index of tumble.STATUSES: (B, T)."""
+    unsolved: List[Unsolved]
+    """The steps that failed or were wild, in the order of rollouts and steps."""
+    counts: Dict[str, int]
+    """How many steps ended in each way."""
+
+
+def rollout(
+    scene: Scene,
+    initial_states: Any = None,
+    controls: Any = None,
+    *,
+    steps: Optional[int] = None,
+    parameters: Optional[Mapping[str, Any]] = None,
+    threads: Optional[int] = None,
+    out: Optional[Mapping[str, Any]] = None,
+    progress: Progress = False,
+) -> Rollouts:
+    """Simulates a scene of N bodies B times over T steps, on all cores.
+
+    The numbers are those of a loop over simulations, to the last bit, on any number of threads.
+
+    :param initial_states: (B, N, 13), (1, N, 13) for the same start, or None for the scene's; of
+        one body also (B, 13). Position m, quaternion w x y z, velocity m/s (world), spin rad/s
+        (body).
+    :param controls: (B, T, N, 6) or (1, T, N, 6); of one body also (B, T, 6) or (1, T, 6): force
+        (N, world) and torque (N m, body) in each step, besides gravity and the scene's loads.
+    :param steps: T, where no controls say it.
+    :param parameters: constants that the rollouts have each its own of: ``friction`` (B,),
+        ``mass`` (B, N) in kg (the inertia goes with it unless it is given), ``inertia``
+        (B, N, 3, 3) in kg m², ``gravity`` (B, 3) in m/s², ``time_step`` (B,) in s.
+    :param threads: at most so many; all cores without.
+    :param out: arrays to write to, by name: ``states``, ``forces``, ``residuals``, ``status``.
+    :param progress: called with steps done and all steps; True writes them to stderr.
+    :raises TumbleError: for arrays of a wrong shape or dtype or with NaN, by name, and for the
+        first rollout that cannot be simulated, by its index.
+    """
+    import numpy as np
+
+    bodies = len(scene.bodies)
+    starts = _starts(scene, initial_states, bodies)
+    pushes = None if controls is None else _controls(controls, bodies)
+    values = [
+        (name, _parameter(name, value, bodies)) for name, value in (parameters or {}).items()
+    ]
+    length = _steps(steps, pushes)
+    sizes = {"initial_states": len(starts)}
+    if pushes is not None:
+        sizes["controls"] = len(pushes)
+    rollouts = max([*sizes.values(), *(len(value) for _, value in values)])
+    for name, size in sizes.items():
+        if size not in (1, rollouts):
+            raise TumbleError(f"{name} has {size} rollouts; 1 or {rollouts} are needed")
+    for name, value in values:
+        if len(value) != rollouts:
+            raise TumbleError(
+                f"parameters[{name!r}] has {len(value)} values; {rollouts}, one a rollout, are "
+                "needed"
+            )
+    shapes = {
+        "states": ((rollouts, length, bodies, 13), "float64"),
+        "forces": ((rollouts, length, bodies, 3), "float64"),
+        "residuals": ((rollouts, length), "float64"),
+        "status": ((rollouts, length), "uint8"),
+    }
+    given = dict(out or {})
+    for name in given:
+        if name not in shapes:
+            raise TumbleError(f"out: {name!r} is none; there are {', '.join(shapes)}")
+    arrays = {
+        name: output(name, given[name], shape, dtype) if name in given else np.empty(shape, dtype)
+        for name, (shape, dtype) in shapes.items()
+    }
+    if threads is None:
+        threads = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 0
+        threads = threads or os.cpu_count() or 1
+    elif not isinstance(threads, int) or threads < 1:
+        raise TumbleError(f"threads is {threads!r}; a whole number from 1 is needed")
+    counts, _, unsolved = _roll_out(
+        scene,
+        rollouts,
+        length,
+        starts,
+        pushes,
+        values,
+        threads,
+        arrays["states"],
+        arrays["forces"],
+        arrays["residuals"],
+        arrays["status"],
+        callback(progress),
+    )
+    return Rollouts(
+        arrays["states"],
+        arrays["forces"],
+        arrays["residuals"],
+        arrays["status"],
+        [Unsolved(*step) for step in unsolved],
+        dict(zip(STATUSES, counts)),
+    )
+
+
+def _starts(scene: Scene, states: Any, bodies: int) -> "Floats":
+    if states is None:
+        return scene.states.reshape(1, bodies, 13)
+    shapes: List[Any] = [("B", bodies, 13)]
+    if bodies == 1:
+        shapes.append(("B", 13))
+    array = numbers("initial_states", states, *shapes)
+    return array.reshape(len(array), bodies, 13)
+
+
+def _controls(controls: Any, bodies: int) -> "Floats":
+    shapes: List[Any] = [("B", "T", bodies, 6)]
+    if bodies == 1:
+        shapes.append(("B", "T", 6))
+    array = numbers("controls", controls, *shapes)
+    return array.reshape(array.shape[0], array.shape[1], bodies, 6)
+
+
+def _parameter(name: str, value: Any, bodies: int) -> "Floats":
+    shape = parameter_shape(name, bodies)
+    return numbers(f"parameters[{name!r}]", value, ("B", *shape))
+
+
+def _steps(steps: Optional[int], controls: Optional["Floats"]) -> int:
+    if controls is None:
+        if not isinstance(steps, int) or steps < 1:
+            raise TumbleError(
+                f"steps is {steps!r}; without controls a whole number from 1 is needed"
+            )
+        return steps
+    length = int(controls.shape[1])
+    if steps is not None and steps != length:
+        raise TumbleError(f"steps is {steps}; the controls have {length}")
+    return length

@@ -1,0 +1,180 @@
+"""Scenes: from files, or built in code."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Iterable, Mapping, Optional, Union
+
+from ._toml import document
+from ._tumble import CoreScene, TumbleError
+
+if TYPE_CHECKING:
+    from ._simulation import Simulation
+    from ._trajectory import Trajectory
+
+Fields = Mapping[str, Any]
+"""A table of a scenario file: its fields are those of scenarios/README.md."""
+
+_LARGEST_FILE = 1 << 20
+
+
+class Scene(CoreScene):
+    """What is simulated: N bodies, what they can touch, where they start, who solves the steps.
+
+    Built in code of the tables that a scenario file has, as dictionaries::
+
+        Scene(
+            bodies=[{"box": 0.2, "mass": 1.0, "position": [0, 0, 0.1], "velocity": [1, 0, 0]}],
+            ground={"friction": 0.3},
+        )
+
+    Lengths in m, masses in kg, times in s, gravity in m/s² (a number downwards, or three in the
+    world's frame). Positions and velocities are in the world's frame, spins (rad/s) and inertias
+    (kg m², about the centre of mass) in the body's; attitudes are unit quaternions w, x, y, z, from
+    body to world. Raises TumbleError for what cannot be simulated.
+
+    Without gradients: ``jacobian`` and ``vjp`` are names kept for them.
+    """
+
+    def __new__(
+        cls,
+        bodies: Iterable[Fields],
+        ground: Fields,
+        fixed: Iterable[Fields] = (),
+        friction: Iterable[Fields] = (),
+        *,
+        gravity: Union[float, Iterable[float]] = 9.81,
+        time_step: float = 0.002,
+        steps: int = 1000,
+        name: str = "scene",
+        seed: Optional[int] = None,
+        folder: Union[str, "os.PathLike[str]"] = ".",
+    ) -> "Scene":
+        text = document(
+            {
+                "name": name,
+                "steps": steps + 1,
+                "time_step": time_step,
+                "gravity": gravity,
+                "ground": ground,
+                "bodies": list(bodies),
+                "fixed": list(fixed),
+                "friction": list(friction),
+            }
+        )
+        return cls.from_text(text, Path(folder) / "scene", seed=seed)
+
+    @classmethod
+    def from_text(
+        cls,
+        text: str,
+        path: Union[str, "os.PathLike[str]"] = "scene",
+        *,
+        seed: Optional[int] = None,
+        steps: Optional[int] = None,
+        time_step: Optional[float] = None,
+        friction: Optional[float] = None,
+        solver: Optional[str] = None,
+    ) -> "Scene":
+        """The scene of a scenario's text; ``path`` names it, and its meshes are beside it."""
+        return super().__new__(
+            cls,
+            text,
+            os.fspath(path),
+            seed=seed,
+            steps=steps,
+            time_step=time_step,
+            friction=friction,
+            solver=solver,
+        )
+
+    def simulate(self, states: Any = None) -> "Simulation":
+        """A simulation from the scene's start, or from ``states`` (N, 13)."""
+        from ._simulation import Simulation
+
+        return Simulation(self, states)
+
+    def run(self, steps: Optional[int] = None, **keywords: Any) -> "Trajectory":
+        """A whole run of the scene, or its first ``steps``: see Simulation.run."""
+        return self.simulate().run(self.steps if steps is None else steps, **keywords)
+
+    def __repr__(self) -> str:
+        bodies = len(self.bodies)
+        plural = "body" if bodies == 1 else "bodies"
+        return f"<tumble.Scene {self.name!r}: {bodies} {plural}, h = {self.time_step} s>"
+
+
+def load(
+    path: Union[str, "os.PathLike[str]"],
+    *,
+    seed: Optional[int] = None,
+    steps: Optional[int] = None,
+    time_step: Optional[float] = None,
+    friction: Optional[float] = None,
+    solver: Optional[str] = None,
+) -> Scene:
+    """Reads a scenario file (TOML; scenarios/README.md has every field).
+
+    ``seed``, ``steps``, ``time_step`` (s), ``friction`` and ``solver`` ("native", or "ipopt" where
+    tumble.has_ipopt) go before what the file says. Of the two, "native" is taken where nothing is
+    said. Raises OSError where the file cannot be read, TumbleError where it is no scene.
+    """
+    with open(path, "rb") as stream:
+        content = stream.read(_LARGEST_FILE + 1)
+    if len(content) > _LARGEST_FILE:
+        raise TumbleError(f"{path}: it is longer than {_LARGEST_FILE} bytes")
+    try:
+        text = content.decode()
+    except UnicodeDecodeError:
+        raise TumbleError(f"{path}: cannot be read as a scenario: it is no UTF-8 text") from None
+    return Scene.from_text(
+        text,
+        path,
+        seed=seed,
+        steps=steps,
+        time_step=time_step,
+        friction=friction,
+        solver=solver,
+    )
+
+
+_DROP = """
+name = "drop"
+[body]
+box = 2.0
+mass = 10.0
+inertia = 0.01
+[ground]
+friction = 0.3
+[start]
+position = [0.0, 0.0, 2.5]
+attitude = "random"
+velocity = [0.0, 4.0, 0.0]
+spin = [0.0, -2.0, 1.0]
+"""
+
+_FLOATING = """
+name = "floating"
+steps = 1200
+time_step = 0.001
+gravity = 0.0
+[body]
+box = 2.0
+mass = 10.0
+inertia = 0.01
+[start]
+position = [0.0, 0.0, 3.0]
+velocity = [2.0, 0.0, 0.0]
+spin = [2.0, 4.0, 6.0]
+"""
+
+
+def drop(seed: int = 42, *, solver: Optional[str] = None) -> Scene:
+    """The tutorial's scene: a cube of 2 m and 10 kg, its attitude drawn from ``seed``, thrown."""
+    return Scene.from_text(_DROP, "drop", seed=seed, solver=solver)
+
+
+def floating() -> Scene:
+    """The tutorial's other scene: the cube floats, without gravity or ground."""
+    return Scene.from_text(_FLOATING, "floating")

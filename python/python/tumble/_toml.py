@@ -1,0 +1,53 @@
+"""Values of Python as a TOML document, for the reader of scenario files."""
+
+from __future__ import annotations
+
+from typing import Any, Mapping
+
+from ._tumble import TumbleError
+
+
+def document(fields: Mapping[str, Any]) -> str:
+    """A TOML document of ``fields``; what is None is left out."""
+    lines = [f"{_key(key)} = {_value(key, value)}" for key, value in fields.items() if value is not None]
+    return "\n".join(lines) + "\n"
+
+
+def _key(key: Any) -> str:
+    if not isinstance(key, str):
+        raise TumbleError(f"{key!r}: the names of fields are strings")
+    return _string(key)
+
+
+def _string(text: str) -> str:
+    inner = "".join(
+        f"\\u{ord(c):04x}" if ord(c) < 32 or c in '"\\' or ord(c) == 127 else c for c in text
+    )
+    return f'"{inner}"'
+
+
+def _value(name: str, value: Any) -> str:
+    if hasattr(value, "tolist"):
+        # Of numpy: arrays and their scalars.
+        value = value.tolist()
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return _string(value)
+    if isinstance(value, (int, float)):
+        return repr(value)
+    if isinstance(value, Mapping):
+        inner = ", ".join(
+            f"{_key(key)} = {_value(f'{name}.{key}', item)}"
+            for key, item in value.items()
+            if item is not None
+        )
+        return f"{{ {inner} }}"
+    try:
+        items = list(value)
+    except TypeError:
+        raise TumbleError(
+            f"{name}: {type(value).__name__} is nothing that a scene can have; a number, a text, a "
+            "list or a dictionary is needed"
+        ) from None
+    return f"[{', '.join(_value(f'{name}[{index}]', item) for index, item in enumerate(items))}]"

@@ -1,0 +1,264 @@
+"""A recorded run."""
+
+from __future__ import annotations
+
+import base64
+import html
+import os
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Dict, List, Optional, Tuple, Union
+
+from ._files import written
+from ._progress import Progress, callback
+from ._scene import Scene
+from ._tumble import STATUSES, Recording, TumbleError
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+    import pandas as pd
+
+    Floats = npt.NDArray[np.float64]
+
+Location = Union[str, "os.PathLike[str]"]
+
+_STATE = "x_m y_m z_m qw qx qy qz vx_m_s vy_m_s vz_m_s wx_rad_s wy_rad_s wz_rad_s".split()
+_TABLES = ("states", "contacts", "steps")
+
+
+class Trajectory:
+    """A recorded run of N bodies: T steps, and K = T + 1 states.
+
+    Arrays are made once and then kept; positions, attitudes, velocities and spins are views of
+    ``states``. In a notebook it shows itself as a page that can be played.
+    """
+
+    def __init__(self, scene: Scene, recording: Recording) -> None:
+        self.scene = scene
+        self.recording = recording
+
+    @cached_property
+    def states(self) -> "Floats":
+        """(K, N, 13): position (m, world), quaternion w, x, y, z (body to world), velocity (m/s,
+        world), spin (rad/s, body)."""
+        return self.recording.states()
+
+    @property
+    def positions(self) -> "Floats":
+        """Centres of mass, m, world: (K, N, 3), a view."""
+        return self.states[..., 0:3]
+
+    @property
+    def attitudes(self) -> "Floats":
+        """Unit quaternions w, x, y, z, body to world: (K, N, 4), a view."""
+        return self.states[..., 3:7]
+
+    @property
+    def velocities(self) -> "Floats":
+        """m/s, world: (K, N, 3), a view."""
+        return self.states[..., 7:10]
+
+    @property
+    def spins(self) -> "Floats":
+        """rad/s, body: (K, N, 3), a view."""
+        return self.states[..., 10:13]
+
+    @cached_property
+    def forces(self) -> "Floats":
+        """The sum of the contact forces on each body over each step, N, world: (T, N, 3)."""
+        return self.recording.forces()
+
+    @cached_property
+    def contacts(self) -> Dict[str, Any]:
+        """Every candidate contact of every step, C in all, as columns: ``k`` (C,), ``body`` (C,),
+        ``partner`` (names, C), ``point`` (m, world), ``normal`` (world, away from the partner),
+        ``force`` (N, world, on the body) and ``slip`` (m/s, world), each (C, 3), and ``gap`` (m)."""
+        return self.recording.contacts()
+
+    @cached_property
+    def _steps(self) -> Dict[str, Any]:
+        return self.recording.steps()
+
+    @property
+    def time(self) -> "Floats":
+        """t of each state, s: (K,)."""
+        return self._steps["time"]  # type: ignore[no-any-return]
+
+    @property
+    def energy(self) -> "Floats":
+        """Kinetic and in gravity, from the world's origin, J: (K,)."""
+        return self._steps["energy"]  # type: ignore[no-any-return]
+
+    @property
+    def residuals(self) -> "Floats":
+        """The certificate of each step, m/s: (T,)."""
+        return self._steps["residual"][:-1]  # type: ignore[no-any-return]
+
+    @property
+    def iterations(self) -> "npt.NDArray[np.uint32]":
+        """Iterations of the solver in each step: (T,)."""
+        return self._steps["iterations"][:-1]  # type: ignore[no-any-return]
+
+    @property
+    def overlaps(self) -> "Floats":
+        """How deep pieces overlap after each step, m: (T,)."""
+        return self._steps["overlap"][:-1]  # type: ignore[no-any-return]
+
+    @property
+    def status(self) -> "npt.NDArray[np.uint8]":
+        """How each step ended, an index of tumble.STATUSES: (T,)."""
+        return self._steps["status"][:-1]  # type: ignore[no-any-return]
+
+    @property
+    def unsolved(self) -> List[Tuple[int, str]]:
+        """The steps that failed or were wild: the place in the T steps, and the status."""
+        words = (STATUSES[place] for place in self.status)
+        return [(k, word) for k, word in enumerate(words) if word in ("failed", "wild")]
+
+    def __len__(self) -> int:
+        """K."""
+        return len(self.recording)
+
+    def to_pandas(self) -> "pd.DataFrame":
+        """One row a state and body: k, time_s, body (its name), and the 13 numbers of the state."""
+        import numpy as np
+        import pandas as pd
+
+        rows, bodies, _ = self.states.shape
+        frame = pd.DataFrame(self.states.reshape(rows * bodies, 13), columns=_STATE)
+        frame.insert(0, "k", np.repeat(self._steps["k"], bodies))
+        frame.insert(1, "time_s", np.repeat(self.time, bodies))
+        frame.insert(2, "body", self.scene.bodies * rows)
+        return frame
+
+    def steps_to_pandas(self) -> "pd.DataFrame":
+        """One row a step: k, time_s, status, iterations, residual_m_s, overlap_m, energy_J."""
+        import pandas as pd
+
+        steps = {name: column[:-1] for name, column in self._steps.items()}
+        return pd.DataFrame(
+            {
+                "k": steps["k"],
+                "time_s": steps["time"],
+                "status": [STATUSES[place] for place in steps["status"]],
+                "iterations": steps["iterations"],
+                "residual_m_s": steps["residual"],
+                "overlap_m": steps["overlap"],
+                "energy_J": steps["energy"],
+            }
+        )
+
+    def to_csv(self, folder: Location) -> List[Path]:
+        """Writes states.csv, contacts.csv and steps.csv, which read back to the same doubles."""
+        folder = Path(folder)
+        folder.mkdir(parents=True, exist_ok=True)
+        tables = zip(_TABLES, self.recording.tables())
+        return [written(folder / f"{name}.csv", table) for name, table in tables]
+
+    @classmethod
+    def from_csv(cls, scene: Scene, folder: Location) -> "Trajectory":
+        """Reads the tables that to_csv or the command line has written of a run of ``scene``."""
+        states, contacts, steps = (
+            (Path(folder) / f"{name}.csv").read_bytes() for name in _TABLES
+        )
+        return cls(scene, Recording.of_tables(scene, states, contacts, steps))
+
+    def plot(self, path: Optional[Location] = None, *, sheet: str = "motion", body: Any = 0) -> Any:
+        """Plots of a body over time, as SVG: motion and contact forces, or the "energy" sheet.
+
+        ``body`` is an index or a name. With a ``path`` that ends in .svg or .png the plot is
+        written there; without, an object comes back that a notebook shows.
+        """
+        svg = self.recording.svg(sheet, self._body(body))
+        if path is None:
+            return Picture("image/svg+xml", svg.encode())
+        path = Path(path)
+        if path.suffix == ".svg":
+            return written(path, svg.encode())
+        if path.suffix == ".png":
+            return written(path, Recording.png(svg))
+        raise TumbleError(f"{path}: a name that ends in .svg or .png is needed")
+
+    def gif(
+        self,
+        path: Optional[Location] = None,
+        *,
+        speed: float = 1.0,
+        size: int = 480,
+        camera: Tuple[float, float] = (-60.0, 20.0),
+        progress: Progress = False,
+    ) -> Any:
+        """The motion as an animation: ``speed`` times real time, ``size`` pixels wide, seen from
+        ``camera`` (azimuth and elevation, degrees). Written to ``path``, or as an object that a
+        notebook shows."""
+        if not 1e-4 <= speed <= 1e4:
+            raise TumbleError(f"speed is {speed}; allowed is 0.0001 to 10000")
+        if not 100 <= size <= 2000:
+            raise TumbleError(f"size is {size}; allowed is 100 to 2000")
+        azimuth, elevation = camera
+        if not (abs(azimuth) <= 360.0 and 0.0 <= elevation <= 90.0):
+            raise TumbleError(
+                f"camera is {camera}; an azimuth from -360 to 360 and an elevation from 0 to 90 "
+                "degrees are needed"
+            )
+        content = self.recording.gif(speed, size, (azimuth, elevation), callback(progress))
+        return Picture("image/gif", content) if path is None else written(Path(path), content)
+
+    def page(self, other: Optional["Trajectory"] = None) -> str:
+        """The motion as one HTML page that plays it and loads nothing, beside that of ``other``."""
+        return self.recording.page(None if other is None else other.recording)
+
+    def view(self, path: Optional[Location] = None, other: Optional["Trajectory"] = None) -> Any:
+        """The page, written to ``path``, or as an object that a notebook shows."""
+        page = self.page(other)
+        return Page(page) if path is None else written(Path(path), page.encode())
+
+    def _body(self, body: Any) -> int:
+        names = self.scene.bodies
+        if body in names:
+            return names.index(body)
+        if isinstance(body, int) and 0 <= body < len(names):
+            return body
+        raise TumbleError(
+            f"body is {body!r}; a name, as {names[0]!r}, or an index from 0 to {len(names) - 1} is "
+            "needed"
+        )
+
+    def __repr__(self) -> str:
+        steps = len(self) - 1
+        seconds = steps * self.scene.time_step
+        unsolved = len(self.unsolved)
+        return (
+            f"<tumble.Trajectory of {self.scene.name!r}: {steps} steps, {seconds:.3f} s, "
+            f"{unsolved} not solved>"
+        )
+
+    def _repr_html_(self) -> str:
+        return Page(self.page())._repr_html_()
+
+
+class Page:
+    """A page for the browser, as text in ``html``."""
+
+    def __init__(self, text: str) -> None:
+        self.html = text
+
+    def _repr_html_(self) -> str:
+        return (
+            f'<iframe srcdoc="{html.escape(self.html)}" width="100%" height="640" '
+            'style="border: 0"></iframe>'
+        )
+
+
+class Picture:
+    """A picture: its ``data``, and what kind it is, ``media_type``."""
+
+    def __init__(self, media_type: str, data: bytes) -> None:
+        self.media_type = media_type
+        self.data = data
+
+    def _repr_mimebundle_(self, **_: Any) -> Dict[str, str]:
+        if self.media_type == "image/svg+xml":
+            return {self.media_type: self.data.decode()}
+        return {self.media_type: base64.b64encode(self.data).decode()}

@@ -1,0 +1,36 @@
+//! Numbers of the library as numpy arrays, and back.
+
+use crate::errors::refused;
+use nalgebra::SVector;
+use numpy::{Element, PyArray1, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn};
+use pyo3::prelude::*;
+use tumble::mechanics::State;
+
+/// The numbers as an array of this shape: the memory becomes the array's.
+pub fn shaped<'py, T: Element>(
+    py: Python<'py>,
+    numbers: Vec<T>,
+    shape: &[usize],
+) -> PyResult<Bound<'py, PyArrayDyn<T>>> {
+    PyArray1::from_vec(py, numbers).reshape(shape)
+}
+
+/// The numbers of an array in C order.
+pub fn numbers<'a>(name: &str, array: &'a PyReadonlyArrayDyn<'_, f64>) -> PyResult<&'a [f64]> {
+    array.as_slice().map_err(|_| refused(format!("{name}: an array in C order is needed")))
+}
+
+/// States as (N, 13).
+pub fn of_states<'py>(py: Python<'py>, states: &[State]) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    let mut numbers = Vec::with_capacity(13 * states.len());
+    for state in states {
+        numbers.extend_from_slice(state.to_vector().as_slice());
+    }
+    shaped(py, numbers, &[states.len(), 13])
+}
+
+/// States from (N, 13).
+pub fn to_states(name: &str, array: &PyReadonlyArrayDyn<'_, f64>) -> PyResult<Vec<State>> {
+    let rows = numbers(name, array)?.chunks_exact(13);
+    Ok(rows.map(|row| State::from_vector(&SVector::<f64, 13>::from_column_slice(row))).collect())
+}

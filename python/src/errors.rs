@@ -1,0 +1,27 @@
+//! The library's refusals as exceptions, with its sentences.
+
+use pyo3::PyErr;
+use pyo3::create_exception;
+use pyo3::exceptions::{PyKeyboardInterrupt, PyValueError};
+use std::fmt::Display;
+use tumble::error::Error;
+
+create_exception!(
+    tumble,
+    TumbleError,
+    PyValueError,
+    "Input that cannot be simulated, in one sentence: what is wrong, and what would be right."
+);
+
+/// A sentence as an exception.
+pub fn refused(why: impl Display) -> PyErr {
+    TumbleError::new_err(why.to_string())
+}
+
+/// An error of a step or a batch. What ends one early is Ctrl-C.
+pub fn of_step(error: &Error) -> PyErr {
+    match error {
+        Error::Interrupted => PyKeyboardInterrupt::new_err(()),
+        other => refused(other),
+    }
+}

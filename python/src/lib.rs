@@ -1,0 +1,30 @@
+//! The compiled part of the Python package `tumble`: scenes, simulations, recordings and rollouts,
+//! with numpy arrays in and out. What is only sugar stands in Python, in `python/python/tumble`.
+
+mod arrays;
+mod errors;
+mod recording;
+mod rollout;
+mod scene;
+mod simulation;
+mod watch;
+
+use pyo3::prelude::*;
+
+/// The compiled part of tumble.
+#[pymodule]
+#[pyo3(name = "_tumble")]
+fn tumble_module(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add("has_ipopt", cfg!(feature = "ipopt"))?;
+    let statuses = tumble::step::StepStatus::ALL.map(|status| status.name());
+    module.add("STATUSES", statuses)?;
+    let parameters = tumble::rollout::Parameter::ALL.map(|parameter| parameter.name());
+    module.add("PARAMETERS", parameters)?;
+    module.add("TumbleError", module.py().get_type::<errors::TumbleError>())?;
+    module.add_class::<scene::Scene>()?;
+    module.add_class::<simulation::Simulation>()?;
+    module.add_class::<recording::Recording>()?;
+    module.add_function(wrap_pyfunction!(rollout::rollout, module)?)?;
+    module.add_function(wrap_pyfunction!(rollout::parameter_shape, module)?)
+}

@@ -1,0 +1,255 @@
+//! A run that was recorded: as arrays, as tables, as pictures.
+
+use crate::arrays::shaped;
+use crate::errors::refused;
+use crate::scene::{Content, Scene};
+use crate::watch::Watched;
+use nalgebra::Vector3;
+use numpy::PyArrayDyn;
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict};
+use std::ops::ControlFlow;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use tumble::contact::Partner;
+use tumble::film::{self, Cast, Keys};
+use tumble::simulation::tables::{ContactRow, Streams, TableStep, TablesReader, TablesWriter};
+use tumble::step::StepStatus;
+use tumble_pictures::animation::{Settings, View, animate};
+use tumble_pictures::plot::{self, Sheet};
+use tumble_pictures::view::page;
+use tumble_pictures::{Fact, Film};
+
+/// Rows that a picture may be made of: they are all in memory once more.
+const MOST_ROWS: usize = 1_000_000;
+
+/// A recorded run: K rows, the last one a state without a step.
+#[pyclass(frozen, module = "tumble._tumble")]
+pub struct Recording {
+    pub content: Arc<Content>,
+    pub rows: Vec<TableStep>,
+}
+
+type Array<'py, T> = Bound<'py, PyArrayDyn<T>>;
+
+#[pymethods]
+impl Recording {
+    /// The run whose tables (bytes of states, contacts and steps) these are.
+    #[staticmethod]
+    fn of_tables(
+        scene: PyRef<'_, Scene>,
+        states: &[u8],
+        contacts: &[u8],
+        steps: &[u8],
+    ) -> PyResult<Self> {
+        let content = Arc::clone(&scene.content);
+        let streams = Streams { states, contacts, steps };
+        let reader = TablesReader::new(streams, content.world.bodies().len());
+        let mut reader = reader.map_err(refused)?;
+        let mut rows = Vec::new();
+        while let Some(row) = reader.next_step().map_err(refused)? {
+            rows.push(row);
+        }
+        Ok(Self { content, rows })
+    }
+
+    /// The tables states, contacts and steps as CSV.
+    fn tables<'py>(&self, py: Python<'py>) -> PyResult<[Bound<'py, PyBytes>; 3]> {
+        let streams = Streams { states: Vec::new(), contacts: Vec::new(), steps: Vec::new() };
+        let tables: Result<_, Box<dyn std::error::Error + Send + Sync>> = py.detach(|| {
+            let mut writer = TablesWriter::new(streams, &self.content.world)?;
+            self.rows.iter().try_for_each(|row| writer.write_step(row))?;
+            writer.finish().map_err(Into::into)
+        });
+        let Streams { states, contacts, steps } = tables.map_err(refused)?;
+        Ok([states, contacts, steps].map(|bytes| PyBytes::new(py, &bytes)))
+    }
+
+    /// The states: (K, N, 13).
+    fn states<'py>(&self, py: Python<'py>) -> PyResult<Array<'py, f64>> {
+        let bodies = self.content.world.bodies().len();
+        let mut numbers = Vec::with_capacity(self.rows.len() * bodies * 13);
+        for state in self.rows.iter().flat_map(|row| &row.states) {
+            numbers.extend_from_slice(state.to_vector().as_slice());
+        }
+        shaped(py, numbers, &[self.rows.len(), bodies, 13])
+    }
+
+    /// The sum of the contact forces on each body over each step: (K - 1, N, 3). Of a run without
+    /// recorded contacts it is zero.
+    fn forces<'py>(&self, py: Python<'py>) -> PyResult<Array<'py, f64>> {
+        let bodies = self.content.world.bodies().len();
+        let steps = self.rows.len().saturating_sub(1);
+        let mut sums = vec![Vector3::zeros(); steps * bodies];
+        for (row, sums) in self.rows.iter().zip(sums.chunks_exact_mut(bodies)) {
+            for contact in &row.contacts {
+                sums[contact.body] += contact.force;
+                if let Partner::Body(other) = contact.partner {
+                    sums[other] -= contact.force;
+                }
+            }
+        }
+        shaped(py, vectors(sums), &[steps, bodies, 3])
+    }
+
+    /// The columns of the rows, each (K,).
+    fn steps<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let columns = PyDict::new(py);
+        let rows = || self.rows.iter().map(|step| &step.row);
+        let count = [self.rows.len()];
+        let place = |status| StepStatus::ALL.iter().position(|s| *s == status).unwrap_or(0);
+        columns.set_item("k", shaped(py, rows().map(|row| row.index).collect(), &count)?)?;
+        let statuses = rows().map(|row| place(row.status) as u8).collect();
+        columns.set_item("status", shaped(py, statuses, &count)?)?;
+        let iterations = rows().map(|row| row.iterations).collect();
+        columns.set_item("iterations", shaped(py, iterations, &count)?)?;
+        let contacts = rows().map(|row| row.contacts as u64).collect();
+        columns.set_item("contacts", shaped(py, contacts, &count)?)?;
+        columns.set_item("time", shaped(py, rows().map(|row| row.time).collect(), &count)?)?;
+        let residuals = rows().map(|row| row.residual).collect();
+        columns.set_item("residual", shaped(py, residuals, &count)?)?;
+        columns
+            .set_item("overlap", shaped(py, rows().map(|row| row.overlap).collect(), &count)?)?;
+        columns.set_item("energy", shaped(py, rows().map(|row| row.energy).collect(), &count)?)?;
+        Ok(columns)
+    }
+
+    /// The columns of the contacts, each (C,) or (C, 3).
+    fn contacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let columns = PyDict::new(py);
+        let all = || {
+            let of = |step: &'_ TableStep| step.contacts.len();
+            let indices =
+                self.rows.iter().flat_map(move |s| std::iter::repeat_n(s.row.index, of(s)));
+            indices.zip(self.rows.iter().flat_map(|step| &step.contacts))
+        };
+        let count = all().count();
+        columns.set_item("k", shaped(py, all().map(|(k, _)| k).collect(), &[count])?)?;
+        let bodies = all().map(|(_, row)| row.body as u64).collect();
+        columns.set_item("body", shaped(py, bodies, &[count])?)?;
+        let partners: Vec<_> = all().map(|(_, row)| self.content.partner(row.partner)).collect();
+        columns.set_item("partner", partners)?;
+        type Column = fn(&ContactRow) -> Vector3<f64>;
+        let three: [(&str, Column); 4] = [
+            ("point", |row| row.point),
+            ("normal", |row| row.normal),
+            ("force", |row| row.force),
+            ("slip", |row| row.slip),
+        ];
+        for (name, of) in three {
+            let numbers = vectors(all().map(|(_, row)| of(row)).collect());
+            columns.set_item(name, shaped(py, numbers, &[count, 3])?)?;
+        }
+        columns.set_item("gap", shaped(py, all().map(|(_, row)| row.gap).collect(), &[count])?)?;
+        Ok(columns)
+    }
+
+    /// The plot of a body, "motion" or "energy", as SVG.
+    fn svg(&self, py: Python<'_>, sheet: &str, body: usize) -> PyResult<String> {
+        let sheet = match sheet {
+            "motion" => Sheet::Motion,
+            "energy" => Sheet::Energy,
+            _ => return Err(refused(format!("{sheet:?} is no plot; motion or energy is needed"))),
+        };
+        let bodies = self.content.bodies.len();
+        if body >= bodies {
+            return Err(refused(format!("body is {body}; allowed is 0 to {}", bodies - 1)));
+        }
+        let film = self.film()?;
+        Ok(py.detach(|| plot::svg(&film, sheet, body)))
+    }
+
+    /// An SVG of `svg` as PNG.
+    #[staticmethod]
+    fn png<'py>(py: Python<'py>, svg: &str) -> PyResult<Bound<'py, PyBytes>> {
+        let png = py.detach(|| plot::png(svg)).map_err(refused)?;
+        Ok(PyBytes::new(py, &png))
+    }
+
+    /// The motion as an animated GIF.
+    fn gif<'py>(
+        &self,
+        py: Python<'py>,
+        speed: f64,
+        size: u16,
+        camera: (f64, f64),
+        progress: Option<Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyBytes>> {
+        let view = View { azimuth: camera.0, elevation: camera.1 };
+        let settings = Settings { speed, size, view };
+        let film = self.film()?;
+        let (flag, done) = (Arc::new(AtomicBool::new(false)), AtomicU64::new(0));
+        let follow = |frame, _| {
+            done.store(frame, Ordering::Relaxed);
+            match flag.load(Ordering::Relaxed) {
+                true => ControlFlow::Break(()),
+                false => ControlFlow::Continue(()),
+            }
+        };
+        let total = self.rows.len() as u64;
+        let watched = Watched { interrupt: &flag, done: &done, total, progress: progress.as_ref() };
+        let bytes = watched.run(py, || animate(&film, &settings, follow))?.map_err(refused)?;
+        Ok(PyBytes::new(py, &bytes))
+    }
+
+    /// The motion as a page for the browser, beside that of `other` where it is given.
+    #[pyo3(signature = (other=None))]
+    fn page(&self, py: Python<'_>, other: Option<PyRef<'_, Self>>) -> PyResult<String> {
+        let mut films = vec![self.film()?];
+        if let Some(other) = other {
+            films.push(other.film()?);
+        }
+        let films: Vec<_> = films.iter().collect();
+        py.detach(|| page(env!("CARGO_PKG_VERSION"), &films)).map_err(refused)
+    }
+
+    fn __len__(&self) -> usize {
+        self.rows.len()
+    }
+}
+
+impl Recording {
+    fn film(&self) -> PyResult<Film> {
+        if self.rows.len() > MOST_ROWS {
+            return Err(refused(format!("a picture is made of at most {MOST_ROWS} rows")));
+        }
+        let content = &self.content;
+        let mut keys = Keys::new();
+        let frames = self.rows.iter().map(|row| film::frame(row, &mut keys)).collect();
+        let cast = Cast {
+            world: &content.world,
+            bodies: &words(&content.bodies),
+            fixed: &words(&content.fixed),
+            loads: &content.loads,
+            floating: content.contact.is_none(),
+        };
+        let mut film = film::film(cast, frames);
+        let seed = content.seed.map_or(String::new(), |seed| format!("seed {seed}, "));
+        film.title = format!("{}, {seed}{}", content.name, content.solver());
+        film.facts = vec![Fact::new("scene", content.name.clone())];
+        film.facts.extend(content.seed.map(|seed| Fact::new("seed", seed.to_string())));
+        film.facts.push(Fact::new("solver", content.solver()));
+        film.facts.push(Fact::new("tumble", env!("CARGO_PKG_VERSION")));
+        Ok(film)
+    }
+}
+
+impl Content {
+    /// The name of whom a contact is with.
+    fn partner(&self, partner: Partner) -> String {
+        match partner {
+            Partner::Ground => "ground".to_owned(),
+            Partner::Fixed(index) => self.fixed[index].clone(),
+            Partner::Body(index) => self.bodies[index].clone(),
+        }
+    }
+}
+
+fn words(names: &[String]) -> Vec<&str> {
+    names.iter().map(String::as_str).collect()
+}
+
+/// The components of vectors, one after the other.
+fn vectors(vectors: Vec<Vector3<f64>>) -> Vec<f64> {
+    vectors.into_iter().flat_map(<[f64; 3]>::from).collect()
+}

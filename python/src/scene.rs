@@ -1,0 +1,263 @@
+//! Scenes: what a scenario file amounts to, ready to be simulated.
+
+use crate::arrays::{of_states, shaped};
+use crate::errors::refused;
+use numpy::PyArrayDyn;
+use pyo3::prelude::*;
+use std::fs::{self, File};
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use tumble::error::Error;
+use tumble::mechanics::{Load, State};
+use tumble::scenario::choices::SolverName;
+use tumble::scenario::contact::Contact;
+use tumble::scenario::failure::{Failure, refuse_flags};
+use tumble::scenario::job::{Job, refuse_idle_settings};
+use tumble::scenario::names::FileKind;
+use tumble::scenario::settings::Settings;
+use tumble::scenario::{Scenario, several};
+use tumble::simulation::Motion;
+use tumble::world::World;
+
+/// What is simulated: bodies, what they can touch, where they start and who solves the steps.
+pub struct Content {
+    pub name: String,
+    /// Of the start, where it was drawn.
+    pub seed: Option<u32>,
+    pub rows: u64,
+    pub world: World,
+    pub starts: Vec<State>,
+    pub loads: Vec<Load>,
+    pub bodies: Vec<String>,
+    pub fixed: Vec<String>,
+    /// `None` without a ground.
+    pub contact: Option<Contact>,
+}
+
+impl Content {
+    /// What moves the bodies of `world`, this one's or a variation.
+    pub fn motion(&self, world: &World) -> Result<Motion<'static>, Error> {
+        let Some(contact) = &self.contact else { return Ok(Motion::Floating) };
+        contact
+            .motion(world)
+            .map_err(|failure| Error::Solver { solver: "ipopt", why: failure.to_string() })
+    }
+
+    pub fn solver(&self) -> &'static str {
+        match &self.contact {
+            None => "rk4",
+            Some(Contact { ipopt: Some(_), .. }) => "ipopt",
+            Some(Contact { ipopt: None, .. }) => "native",
+        }
+    }
+
+    fn of_job(job: Job) -> Self {
+        Self {
+            name: job.name,
+            seed: job.drawn.then_some(job.seed),
+            rows: job.rows,
+            world: job.physics.world,
+            starts: vec![job.start],
+            loads: vec![job.physics.load],
+            bodies: vec!["body".to_owned()],
+            fixed: Vec::new(),
+            contact: job.contact,
+        }
+    }
+
+    fn of_several(job: several::job::Job) -> Result<Self, Failure> {
+        Ok(Self {
+            seed: job.drawn.then_some(job.seed),
+            rows: job.rows,
+            starts: job.model.states(),
+            loads: job.model.loads()?,
+            bodies: job.model.bodies.iter().map(|body| body.name.clone()).collect(),
+            fixed: job.model.fixed.iter().map(|fixed| fixed.name.clone()).collect(),
+            name: job.name,
+            world: job.world,
+            contact: Some(job.contact),
+        })
+    }
+
+    /// The scene of a scenario's text, `flags` laid over it.
+    fn of_text(text: &str, path: &Path, flags: Settings) -> Result<Self, Failure> {
+        let in_file = |failure: Failure| failure.in_file(path, FileKind::Scenario, &[]);
+        let seed_given = flags.seed.is_some();
+        let content = if several::is_scenario(text) {
+            let job = several::job::Job::of(flags, path, text, &read);
+            job.and_then(Self::of_several).map_err(in_file)?
+        } else {
+            let scenario = Scenario::of_text(text, path)?;
+            refuse_idle_settings(scenario.ground, &flags)?;
+            // Nothing said is the native solver, which is always there.
+            let below = scenario.settings;
+            let says = scenario.ground && below.preset.is_none() && below.solver.is_none();
+            let solver = if says { Some(SolverName::Native) } else { below.solver };
+            let settings = flags.over(Settings { solver, ..below });
+            Self::of_job(Job::of(scenario.name, scenario.ground, settings).map_err(in_file)?)
+        };
+        let idle_seed = seed_given && content.seed.is_none();
+        refuse_flags("a scene of which nothing is random", &[("--seed", idle_seed)])?;
+        Ok(content)
+    }
+}
+
+/// The bytes of a regular file of at most `most`.
+fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
+    let odd = |why: String| io::Error::new(io::ErrorKind::InvalidData, why);
+    if !fs::metadata(path)?.is_file() {
+        return Err(odd("it is no file".to_owned()));
+    }
+    let mut bytes = Vec::new();
+    File::open(path)?.take(most + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > most {
+        return Err(odd(format!("it is longer than {most} bytes")));
+    }
+    Ok(bytes)
+}
+
+/// A refusal in Python's words: settings are keywords here, not flags.
+fn in_python(failure: Failure) -> PyErr {
+    match failure {
+        Failure::Setting { name, why } => {
+            let name = match name.as_str() {
+                "dt" => "time_step",
+                "mu" => "friction",
+                other => other,
+            };
+            refused(format!("{name}: {why}"))
+        }
+        other => refused(other),
+    }
+}
+
+/// What can be simulated. Made by its subclass in Python.
+#[pyclass(frozen, subclass, name = "CoreScene", module = "tumble._tumble")]
+pub struct Scene {
+    pub content: Arc<Content>,
+}
+
+#[pymethods]
+impl Scene {
+    /// The scene of a scenario's text. `path` names it in errors, and meshes are beside it.
+    #[new]
+    #[pyo3(signature = (text, path, *, seed=None, steps=None, time_step=None, friction=None, solver=None))]
+    fn new(
+        text: &str,
+        path: PathBuf,
+        seed: Option<u32>,
+        steps: Option<u64>,
+        time_step: Option<f64>,
+        friction: Option<f64>,
+        solver: Option<&str>,
+    ) -> PyResult<Self> {
+        let flags = Settings {
+            seed,
+            steps: steps.map(rows).transpose()?,
+            dt: time_step,
+            mu: friction,
+            solver: solver.map(solver_name).transpose()?,
+            ..Settings::default()
+        };
+        let content = Content::of_text(text, &path, flags).map_err(in_python)?;
+        Ok(Self { content: Arc::new(content) })
+    }
+
+    /// What it is called.
+    #[getter]
+    fn name(&self) -> &str {
+        &self.content.name
+    }
+
+    /// The seed that its start was drawn from; None where nothing was drawn.
+    #[getter]
+    fn seed(&self) -> Option<u32> {
+        self.content.seed
+    }
+
+    /// The names of its N bodies.
+    #[getter]
+    fn bodies(&self) -> Vec<String> {
+        self.content.bodies.clone()
+    }
+
+    /// The names of its fixed pieces.
+    #[getter]
+    fn fixed(&self) -> Vec<String> {
+        self.content.fixed.clone()
+    }
+
+    /// The steps of a whole run.
+    #[getter]
+    fn steps(&self) -> u64 {
+        self.content.rows - 1
+    }
+
+    /// h, s.
+    #[getter]
+    fn time_step(&self) -> f64 {
+        self.content.world.time_step()
+    }
+
+    /// The coefficient of friction of the world.
+    #[getter]
+    fn friction(&self) -> f64 {
+        self.content.world.friction()
+    }
+
+    /// Gravity, m/s², world frame: (3,).
+    #[getter]
+    fn gravity<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        shaped(py, self.content.world.gravity().as_slice().to_vec(), &[3])
+    }
+
+    /// The mass of each body, kg: (N,).
+    #[getter]
+    fn masses<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let bodies = self.content.world.bodies();
+        shaped(py, bodies.iter().map(|body| body.mass()).collect(), &[bodies.len()])
+    }
+
+    /// The inertia of each body, kg m², body frame: (N, 3, 3).
+    #[getter]
+    fn inertias<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let bodies = self.content.world.bodies();
+        // Symmetric, so that the order of rows and columns does not matter.
+        let numbers = bodies.iter().flat_map(|body| body.inertia().as_slice().to_vec());
+        shaped(py, numbers.collect(), &[bodies.len(), 3, 3])
+    }
+
+    /// Where the bodies start: (N, 13).
+    #[getter]
+    fn states<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        of_states(py, &self.content.starts)
+    }
+
+    /// Who solves contact steps: native, ipopt, or rk4 without a ground.
+    #[getter]
+    fn solver(&self) -> &'static str {
+        self.content.solver()
+    }
+}
+
+/// Rows of so many steps.
+fn rows(steps: u64) -> PyResult<u64> {
+    if (1..10_000_000).contains(&steps) {
+        Ok(steps + 1)
+    } else {
+        Err(refused(format!("steps is {steps}; allowed is 1 to 9999999")))
+    }
+}
+
+fn solver_name(name: &str) -> PyResult<SolverName> {
+    match name {
+        "native" => Ok(SolverName::Native),
+        "ipopt" if cfg!(feature = "ipopt") => Ok(SolverName::Ipopt),
+        "ipopt" => Err(refused(
+            "solver: ipopt is not in this build; install with the feature ipopt on a machine that \
+             has Ipopt, or take native",
+        )),
+        _ => Err(refused(format!("solver: {name:?} is none; native or ipopt is needed"))),
+    }
+}

@@ -1,0 +1,179 @@
+//! A running simulation.
+
+use crate::arrays::{numbers, of_states, to_states};
+use crate::errors::{of_step, refused};
+use crate::recording::Recording;
+use crate::scene::{Content, Scene};
+use crate::watch::Watched;
+use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
+use pyo3::prelude::*;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use tumble::error::Error;
+use tumble::mechanics::Wrench;
+use tumble::simulation::tables::TableStep;
+use tumble::simulation::{self, StepRecord};
+
+/// More bodies than this may take long for a step, so that it must be possible to end it.
+const MANY_BODIES: usize = 4;
+
+/// A running simulation of a scene.
+#[pyclass(subclass, name = "CoreSimulation", module = "tumble._tumble")]
+pub struct Simulation {
+    content: Arc<Content>,
+    /// Of one thread at a time; a lock for the compiler alone.
+    running: Mutex<Running>,
+    interrupt: Arc<AtomicBool>,
+}
+
+struct Running {
+    simulation: simulation::Simulation<'static>,
+    record: StepRecord,
+}
+
+impl Running {
+    fn set_wrenches(&mut self, numbers: &[f64]) -> Result<(), Error> {
+        numbers.chunks_exact(6).enumerate().try_for_each(|(body, six)| {
+            let (force, torque) = six.split_at(3);
+            let wrench = Wrench {
+                force: nalgebra::Vector3::from_column_slice(force),
+                torque: nalgebra::Vector3::from_column_slice(torque),
+            };
+            self.simulation.set_wrench(body, wrench)
+        })
+    }
+
+    /// `steps` steps, with the wrenches of each where some are given.
+    fn run(
+        &mut self,
+        steps: usize,
+        wrenches: Option<&[f64]>,
+        contacts: bool,
+        done: &AtomicU64,
+    ) -> Result<Vec<TableStep>, Error> {
+        let mut rows = Vec::with_capacity(steps.min(1 << 20) + 1);
+        let width = 6 * self.simulation.states().len();
+        for step in 0..steps {
+            if let Some(wrenches) = wrenches {
+                self.set_wrenches(&wrenches[step * width..][..width])?;
+            }
+            self.simulation.step(&mut self.record)?;
+            let mut row = TableStep::of(self.simulation.world(), &self.record);
+            if !contacts {
+                row.contacts = Vec::new();
+            }
+            rows.push(row);
+            done.fetch_add(1, Ordering::Relaxed);
+        }
+        let mut end = StepRecord::new();
+        self.simulation.end(&mut end);
+        rows.push(TableStep::of(self.simulation.world(), &end));
+        Ok(rows)
+    }
+}
+
+#[pymethods]
+impl Simulation {
+    /// A simulation from the scene's start, or from states (N, 13).
+    #[new]
+    #[pyo3(signature = (scene, states=None))]
+    fn new(scene: PyRef<'_, Scene>, states: Option<PyReadonlyArrayDyn<'_, f64>>) -> PyResult<Self> {
+        let content = Arc::clone(&scene.content);
+        let starts = match &states {
+            None => content.starts.clone(),
+            Some(states) => to_states("states", states)?,
+        };
+        let motion = content.motion(&content.world).map_err(refused)?;
+        let simulation = simulation::Simulation::new(content.world.clone(), starts, motion);
+        let mut simulation = simulation.map_err(refused)?;
+        for (body, load) in content.loads.iter().enumerate() {
+            simulation.set_load(body, load.clone()).map_err(refused)?;
+        }
+        let interrupt = Arc::new(AtomicBool::new(false));
+        simulation.interrupt_by(Arc::clone(&interrupt));
+        let running = Mutex::new(Running { simulation, record: StepRecord::new() });
+        Ok(Self { content, running, interrupt })
+    }
+
+    /// k: steps taken.
+    #[getter]
+    fn index(&mut self) -> u64 {
+        self.running().simulation.index()
+    }
+
+    /// t = k h, s.
+    #[getter]
+    fn time(&mut self) -> f64 {
+        let simulation = &self.running().simulation;
+        simulation.index() as f64 * simulation.world().time_step()
+    }
+
+    /// The states now: (N, 13).
+    #[getter]
+    fn states<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        of_states(py, self.running().simulation.states())
+    }
+
+    /// Takes one step, pushed by wrenches (N, 6) where they are given: status, residual in m/s and
+    /// iterations.
+    #[pyo3(signature = (wrenches=None))]
+    fn advance(
+        &mut self,
+        py: Python<'_>,
+        wrenches: Option<PyReadonlyArrayDyn<'_, f64>>,
+    ) -> PyResult<(&'static str, f64, u32)> {
+        let Self { running, interrupt, .. } = self;
+        let running = running.get_mut().unwrap_or_else(PoisonError::into_inner);
+        if let Some(wrenches) = &wrenches {
+            running.set_wrenches(numbers("wrenches", wrenches)?).map_err(|e| refused(&e))?;
+        }
+        let many = running.simulation.states().len() > MANY_BODIES;
+        let mut step = || running.simulation.step(&mut running.record);
+        let taken = if many {
+            let done = AtomicU64::new(0);
+            let watched = Watched { interrupt, done: &done, total: 1, progress: None };
+            watched.run(py, step)?
+        } else {
+            step()
+        };
+        taken.map_err(|error| of_step(&error))?;
+        let record = &running.record;
+        Ok((record.report.status.name(), record.certificate.residual(), record.report.iterations))
+    }
+
+    /// The sum of the contact forces on each body over the last step, N, world: (N, 3).
+    #[getter]
+    fn forces<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let running = self.running();
+        let bodies = running.simulation.states().len();
+        let force = |body| <[f64; 3]>::from(running.record.solution.total_force(body));
+        crate::arrays::shaped(py, (0..bodies).flat_map(force).collect(), &[bodies, 3])
+    }
+
+    /// Takes `steps` steps, pushed by wrenches (T, N, 6) where they are given, and records them.
+    #[pyo3(signature = (steps, wrenches=None, *, contacts=true, progress=None))]
+    fn record(
+        &mut self,
+        py: Python<'_>,
+        steps: usize,
+        wrenches: Option<PyReadonlyArrayDyn<'_, f64>>,
+        contacts: bool,
+        progress: Option<Bound<'_, PyAny>>,
+    ) -> PyResult<Recording> {
+        let Self { running, interrupt, content } = self;
+        let running = running.get_mut().unwrap_or_else(PoisonError::into_inner);
+        let pushes = wrenches.as_ref().map(|array| numbers("wrenches", array)).transpose()?;
+        let done = AtomicU64::new(0);
+        let progress = progress.as_ref();
+        let watched = Watched { interrupt, done: &done, total: steps as u64, progress };
+        let rows = watched.run(py, || running.run(steps, pushes, contacts, &done))?;
+        let rows = rows.map_err(|error| of_step(&error))?;
+        Ok(Recording { content: Arc::clone(content), rows })
+    }
+}
+
+impl Simulation {
+    fn running(&mut self) -> &mut Running {
+        self.running.get_mut().unwrap_or_else(PoisonError::into_inner)
+    }
+}

@@ -1,0 +1,77 @@
+//! Long work without the interpreter's lock, which Ctrl-C ends and others can follow.
+
+use pyo3::prelude::*;
+use std::panic::resume_unwind;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, sync_channel};
+use std::thread;
+use std::time::Duration;
+
+/// How often signals are looked at.
+const PERIOD: Duration = Duration::from_millis(20);
+/// Looks at signals between two reports of progress.
+const LOOKS: u32 = 5;
+
+/// Work that can be followed and ended.
+pub struct Watched<'a, 'py> {
+    /// Ends the work.
+    pub interrupt: &'a Arc<AtomicBool>,
+    /// How much is done, of `total`.
+    pub done: &'a AtomicU64,
+    pub total: u64,
+    /// Called with both numbers, by the thread that called.
+    pub progress: Option<&'a Bound<'py, PyAny>>,
+}
+
+impl Watched<'_, '_> {
+    /// Does `work` on a thread of its own, without the interpreter's lock. A signal, or an
+    /// exception of the progress, raises the flag and comes out when the work has ended.
+    pub fn run<T: Send>(self, py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
+        let result = thread::scope(|scope| {
+            let (sender, mut receiver) = sync_channel(1);
+            let worker = scope.spawn(move || {
+                // The receiver is there until something came.
+                let _ = sender.send(work());
+            });
+            let (mut raised, mut looks) = (None, 0);
+            loop {
+                let got;
+                (receiver, got) = py.detach(move || {
+                    let got = receiver.recv_timeout(PERIOD);
+                    (receiver, got)
+                });
+                match got {
+                    Ok(value) => return raised.map_or(Ok(value), Err),
+                    Err(RecvTimeoutError::Disconnected) => match worker.join() {
+                        Err(panic) => resume_unwind(panic),
+                        Ok(()) => unreachable!("work that ended has sent what came of it"),
+                    },
+                    Err(RecvTimeoutError::Timeout) => {}
+                }
+                looks += 1;
+                if raised.is_none() {
+                    let report = looks % LOOKS == 0;
+                    raised = py.check_signals().and_then(|()| self.report(report)).err();
+                    if raised.is_some() {
+                        self.interrupt.store(true, Ordering::Relaxed);
+                    }
+                }
+            }
+        });
+        // The flag is for this work alone.
+        self.interrupt.store(false, Ordering::Relaxed);
+        let value = result?;
+        self.report(true)?;
+        Ok(value)
+    }
+
+    fn report(&self, wanted: bool) -> PyResult<()> {
+        match self.progress {
+            Some(progress) if wanted => {
+                progress.call1((self.done.load(Ordering::Relaxed), self.total)).map(|_| ())
+            }
+            _ => Ok(()),
+        }
+    }
+}
