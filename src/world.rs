@@ -103,8 +103,8 @@ impl World {
         Ok(Self { fixed, ..self })
     }
 
-    /// This world, its fixed pieces and what was said of pairs, with other constants and as many
-    /// bodies.
+    /// This world, its fixed pieces, its restitution and what was said of pairs, with other
+    /// constants and as many bodies.
     ///
     /// # Errors
     /// As [`World::new`]; another number of bodies.
@@ -113,8 +113,8 @@ impl World {
         if count != self.bodies().len() {
             return Err(Error::Count { field: "bodies", count, allowed: "as many as before" });
         }
-        let Self { fixed, pair_frictions, .. } = self.clone();
-        Ok(Self { fixed, pair_frictions, ..Self::new(parameters)? })
+        let Self { parameters, reach, speed_scale, .. } = Self::new(parameters)?;
+        Ok(Self { parameters, reach, speed_scale, ..self.clone() })
     }
 
     /// This world with a coefficient of `friction` between body `body` and `partner`, whatever

@@ -115,10 +115,12 @@ fn a_batch_has_the_numbers_of_a_loop_on_any_number_of_threads() {
         both.flat_map(|w| w.force.iter().chain(&w.torque).copied().collect::<Vec<_>>()).collect();
     let friction: Vec<f64> = (0..B).map(|b| 0.1 * b as f64).collect();
     let mass: Vec<f64> = (0..B).map(|b| 8.0 + b as f64).collect();
+    let restitution: Vec<f64> = (0..B).map(|b| 0.05 * b as f64).collect();
     let gravity: Vec<f64> = (0..B).flat_map(|b| [0.1 * b as f64, 0.0, -9.0]).collect();
     let time_step: Vec<f64> = (0..B).map(|b| 0.001 * (b + 1) as f64).collect();
     let parameters = [
         Values { parameter: Parameter::Friction, values: &friction },
+        Values { parameter: Parameter::Restitution, values: &restitution },
         Values { parameter: Parameter::Mass, values: &mass },
         Values { parameter: Parameter::Gravity, values: &gravity },
         Values { parameter: Parameter::TimeStep, values: &time_step },
@@ -136,7 +138,7 @@ fn a_batch_has_the_numbers_of_a_loop_on_any_number_of_threads() {
             time_step: time_step[b],
             ..world.parameters().clone()
         });
-        native(&world.unwrap(), *start)
+        native(&world.unwrap().with_restitution(restitution[b]).unwrap(), *start)
     });
     let expected = looped(simulations.collect(), push);
     let in_contact = expected.statuses.iter().filter(|status| **status == 1).count();

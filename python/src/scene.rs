@@ -142,7 +142,8 @@ pub struct Scene {
 impl Scene {
     /// The scene of a scenario's text. `path` names it in errors, and meshes are beside it.
     #[new]
-    #[pyo3(signature = (text, path, *, seed=None, steps=None, time_step=None, friction=None, solver=None))]
+    #[allow(clippy::too_many_arguments)]
+    #[pyo3(signature = (text, path, *, seed=None, steps=None, time_step=None, friction=None, restitution=None, solver=None))]
     fn new(
         text: &str,
         path: PathBuf,
@@ -150,6 +151,7 @@ impl Scene {
         steps: Option<u64>,
         time_step: Option<f64>,
         friction: Option<f64>,
+        restitution: Option<f64>,
         solver: Option<&str>,
     ) -> PyResult<Self> {
         let flags = Settings {
@@ -157,6 +159,7 @@ impl Scene {
             steps: steps.map(rows).transpose()?,
             dt: time_step,
             mu: friction,
+            restitution,
             solver: solver.map(solver_name).transpose()?,
             ..Settings::default()
         };
@@ -204,6 +207,12 @@ impl Scene {
     #[getter]
     fn friction(&self) -> f64 {
         self.content.world.friction()
+    }
+
+    /// The coefficient of restitution of the world.
+    #[getter]
+    fn restitution(&self) -> f64 {
+        self.content.world.restitution()
     }
 
     /// Gravity, m/s², world frame: (3,).

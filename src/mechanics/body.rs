@@ -178,9 +178,24 @@ impl RigidBody {
     pub fn with_mass(&self, mass: f64, inertia: Matrix3<f64>) -> Result<Self, Error> {
         let points = self.contact_points.iter().map(|point| (point.position, point.radius));
         let points: Vec<_> = points.collect();
-        let body = Self::with_points(mass, inertia, &points)?;
-        let Self { pieces, first_points, friction, .. } = self.clone();
-        Ok(Self { pieces, first_points, friction, ..body })
+        let Self {
+            mass,
+            inertia,
+            inertia_inverse,
+            isotropic,
+            specific_inertia,
+            specific_inertia_inverse,
+            ..
+        } = Self::with_points(mass, inertia, &points)?;
+        Ok(Self {
+            mass,
+            inertia,
+            inertia_inverse,
+            isotropic,
+            specific_inertia,
+            specific_inertia_inverse,
+            ..self.clone()
+        })
     }
 
     /// This body with a coefficient of friction of its own in place of the

@@ -10,6 +10,8 @@ use nalgebra::Matrix3;
 pub enum Parameter {
     /// μ of the world, one number a rollout. What has a coefficient of its own keeps it.
     Friction,
+    /// e of the world, one number a rollout. What has a coefficient of its own keeps it.
+    Restitution,
     /// m of every body, kg, N numbers a rollout. Inertia goes with it, as that of another density.
     Mass,
     /// I of every body, kg m², body frame, N matrices of 9 numbers a rollout. With
@@ -32,14 +34,21 @@ pub struct Values<'a> {
 
 impl Parameter {
     /// All of them.
-    pub const ALL: [Self; 5] =
-        [Self::Friction, Self::Mass, Self::Inertia, Self::Gravity, Self::TimeStep];
+    pub const ALL: [Self; 6] = [
+        Self::Friction,
+        Self::Restitution,
+        Self::Mass,
+        Self::Inertia,
+        Self::Gravity,
+        Self::TimeStep,
+    ];
 
     /// What it is called in a table or an array of parameters.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Friction => "friction",
+            Self::Restitution => "restitution",
             Self::Mass => "mass",
             Self::Inertia => "inertia",
             Self::Gravity => "gravity",
@@ -51,7 +60,7 @@ impl Parameter {
     #[must_use]
     pub fn shape(self, bodies: usize) -> Vec<usize> {
         match self {
-            Self::Friction | Self::TimeStep => vec![],
+            Self::Friction | Self::Restitution | Self::TimeStep => vec![],
             Self::Mass => vec![bodies],
             Self::Inertia => vec![bodies, 3, 3],
             Self::Gravity => vec![3],
@@ -95,5 +104,9 @@ pub(super) fn varied(world: &World, values: &[Values<'_>], rollout: usize) -> Re
         };
         parameters.bodies = world.bodies().iter().enumerate().map(new).collect::<Result<_, _>>()?;
     }
-    world.with_parameters(parameters)
+    let world = world.with_parameters(parameters)?;
+    match of(Parameter::Restitution) {
+        Some(restitution) => world.with_restitution(restitution[0]),
+        None => Ok(world),
+    }
 }

@@ -43,6 +43,7 @@ class Scene(CoreScene):
         ground: Fields,
         fixed: Iterable[Fields] = (),
         friction: Iterable[Fields] = (),
+        restitution: Iterable[Fields] = (),
         *,
         gravity: Union[float, Iterable[float]] = 9.81,
         time_step: float = 0.002,
@@ -61,6 +62,7 @@ class Scene(CoreScene):
                 "bodies": list(bodies),
                 "fixed": list(fixed),
                 "friction": list(friction),
+                "restitution": list(restitution),
             }
         )
         return cls.from_text(text, Path(folder) / "scene", seed=seed)
@@ -75,6 +77,7 @@ class Scene(CoreScene):
         steps: Optional[int] = None,
         time_step: Optional[float] = None,
         friction: Optional[float] = None,
+        restitution: Optional[float] = None,
         solver: Optional[str] = None,
     ) -> "Scene":
         """The scene of a scenario's text; ``path`` names it, and its meshes are beside it."""
@@ -86,6 +89,7 @@ class Scene(CoreScene):
             steps=steps,
             time_step=time_step,
             friction=friction,
+            restitution=restitution,
             solver=solver,
         )
 
@@ -112,11 +116,12 @@ def load(
     steps: Optional[int] = None,
     time_step: Optional[float] = None,
     friction: Optional[float] = None,
+    restitution: Optional[float] = None,
     solver: Optional[str] = None,
 ) -> Scene:
     """Reads a scenario file (TOML; scenarios/README.md has every field).
 
-    ``seed``, ``steps``, ``time_step`` (s), ``friction`` and ``solver`` ("native", or "ipopt" where
+    ``seed``, ``steps``, ``time_step`` (s), ``friction``, ``restitution`` and ``solver`` ("native", or "ipopt" where
     tumble.has_ipopt) go before what the file says. Of the two, "native" is taken where nothing is
     said. Raises OSError where the file cannot be read, TumbleError where it is no scene.
     """
@@ -135,6 +140,7 @@ def load(
         steps=steps,
         time_step=time_step,
         friction=friction,
+        restitution=restitution,
         solver=solver,
     )
 

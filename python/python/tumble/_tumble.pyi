@@ -23,6 +23,7 @@ class CoreScene:
         steps: Optional[int] = None,
         time_step: Optional[float] = None,
         friction: Optional[float] = None,
+        restitution: Optional[float] = None,
         solver: Optional[str] = None,
     ) -> Any: ...
     @property
@@ -39,6 +40,8 @@ class CoreScene:
     def time_step(self) -> float: ...
     @property
     def friction(self) -> float: ...
+    @property
+    def restitution(self) -> float: ...
     @property
     def gravity(self) -> Floats: ...
     @property
