@@ -42,6 +42,8 @@ mod sizes;
 mod streams;
 #[path = "cli/support.rs"]
 mod support;
+#[path = "cli/sweep.rs"]
+mod sweep;
 #[path = "cli/tampering.rs"]
 mod tampering;
 #[path = "derivatives/terms.rs"]

@@ -52,15 +52,19 @@ struct Out {
 fn run(batch: &Batch<'_>, threads: usize) -> Result<Out, RolloutError> {
     let (rows, n) = (batch.rollouts * batch.steps, batch.world.bodies().len());
     let (mut states, mut forces) = (vec![0.0; rows * n * 13], vec![0.0; rows * n * 3]);
+    let mut ends = vec![0.0; batch.rollouts * n * 13];
     let (mut residuals, mut statuses) = (vec![0.0; rows], vec![0; rows]);
     let outputs = Outputs {
         states: &mut states,
+        ends: &mut ends,
         forces: &mut forces,
         residuals: &mut residuals,
         statuses: &mut statuses,
     };
     let threads = NonZeroUsize::new(threads).unwrap();
     let report = roll_out(batch, outputs, threads, Watch::default())?;
+    let last = states.chunks(batch.steps * n * 13).flat_map(|run| &run[run.len() - n * 13..]);
+    assert!(ends.iter().eq(last));
     Ok(Out { states, forces, residuals, statuses, report })
 }
 

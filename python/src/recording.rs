@@ -2,7 +2,7 @@
 
 use crate::arrays::shaped;
 use crate::errors::refused;
-use crate::scene::{Content, Scene};
+use crate::scene::Scene;
 use crate::watch::Watched;
 use nalgebra::Vector3;
 use numpy::PyArrayDyn;
@@ -13,6 +13,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use tumble::contact::Partner;
 use tumble::film::{self, Cast, Keys};
+use tumble::scenario::scene::Scene as Content;
 use tumble::simulation::tables::{ContactRow, Streams, TableStep, TablesReader, TablesWriter};
 use tumble::step::StepStatus;
 use tumble_pictures::animation::{Settings, View, animate};
@@ -48,6 +49,10 @@ impl Recording {
         let mut reader = reader.map_err(refused)?;
         let mut rows = Vec::new();
         while let Some(row) = reader.next_step().map_err(refused)? {
+            if !row.contacts.iter().all(|contact| is_of(&content, contact)) {
+                let k = row.row.index;
+                return Err(refused(format!("a contact of step {k} is of what the scene has not")));
+            }
             rows.push(row);
         }
         Ok(Self { content, rows })
@@ -127,7 +132,7 @@ impl Recording {
         columns.set_item("k", shaped(py, all().map(|(k, _)| k).collect(), &[count])?)?;
         let bodies = all().map(|(_, row)| row.body as u64).collect();
         columns.set_item("body", shaped(py, bodies, &[count])?)?;
-        let partners: Vec<_> = all().map(|(_, row)| self.content.partner(row.partner)).collect();
+        let partners: Vec<_> = all().map(|(_, row)| partner(&self.content, row.partner)).collect();
         columns.set_item("partner", partners)?;
         type Column = fn(&ContactRow) -> Vector3<f64>;
         let three: [(&str, Column); 4] = [
@@ -234,15 +239,25 @@ impl Recording {
     }
 }
 
-impl Content {
-    /// The name of whom a contact is with.
-    fn partner(&self, partner: Partner) -> String {
-        match partner {
-            Partner::Ground => "ground".to_owned(),
-            Partner::Fixed(index) => self.fixed[index].clone(),
-            Partner::Body(index) => self.bodies[index].clone(),
-        }
-    }
+/// Whether a contact is between things of the scene.
+fn is_of(content: &Content, contact: &ContactRow) -> bool {
+    let bodies = content.bodies.len();
+    let known = match contact.partner {
+        Partner::Ground => true,
+        Partner::Fixed(index) => index < content.fixed.len(),
+        Partner::Body(index) => index < bodies && index != contact.body,
+    };
+    contact.body < bodies && known
+}
+
+/// The name of whom a contact is with; empty of what is not there.
+fn partner(content: &Content, partner: Partner) -> String {
+    let named = match partner {
+        Partner::Ground => return "ground".to_owned(),
+        Partner::Fixed(index) => content.fixed.get(index),
+        Partner::Body(index) => content.bodies.get(index),
+    };
+    named.cloned().unwrap_or_default()
 }
 
 fn words(names: &[String]) -> Vec<&str> {

@@ -24,8 +24,8 @@ type Report = (Vec<u64>, f64, Vec<(usize, usize, &'static str, f64)>);
 /// Simulates `rollouts` rollouts of `steps` steps and fills the arrays that are given.
 #[pyfunction]
 #[pyo3(signature = (
-    scene, rollouts, steps, starts, controls, parameters, threads, states, forces, residuals,
-    statuses, progress
+    scene, rollouts, steps, starts, controls, parameters, threads, states, ends, forces,
+    residuals, statuses, progress
 ))]
 #[allow(clippy::too_many_arguments)]
 pub fn rollout(
@@ -38,6 +38,7 @@ pub fn rollout(
     parameters: Vec<(String, PyReadonlyArrayDyn<'_, f64>)>,
     threads: usize,
     mut states: Option<PyReadwriteArrayDyn<'_, f64>>,
+    mut ends: Option<PyReadwriteArrayDyn<'_, f64>>,
     mut forces: Option<PyReadwriteArrayDyn<'_, f64>>,
     mut residuals: Option<PyReadwriteArrayDyn<'_, f64>>,
     mut statuses: Option<PyReadwriteArrayDyn<'_, u8>>,
@@ -62,6 +63,7 @@ pub fn rollout(
     };
     let outputs = Outputs {
         states: memory(&mut states)?,
+        ends: memory(&mut ends)?,
         forces: memory(&mut forces)?,
         residuals: memory(&mut residuals)?,
         statuses: memory(&mut statuses)?,

@@ -8,100 +8,10 @@ use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use tumble::error::Error;
-use tumble::mechanics::{Load, State};
 use tumble::scenario::choices::SolverName;
-use tumble::scenario::contact::Contact;
-use tumble::scenario::failure::{Failure, refuse_flags};
-use tumble::scenario::job::{Job, refuse_idle_settings};
-use tumble::scenario::names::FileKind;
+use tumble::scenario::failure::Failure;
+use tumble::scenario::scene::Scene as Content;
 use tumble::scenario::settings::Settings;
-use tumble::scenario::{Scenario, several};
-use tumble::simulation::Motion;
-use tumble::world::World;
-
-/// What is simulated: bodies, what they can touch, where they start and who solves the steps.
-pub struct Content {
-    pub name: String,
-    /// Of the start, where it was drawn.
-    pub seed: Option<u32>,
-    pub rows: u64,
-    pub world: World,
-    pub starts: Vec<State>,
-    pub loads: Vec<Load>,
-    pub bodies: Vec<String>,
-    pub fixed: Vec<String>,
-    /// `None` without a ground.
-    pub contact: Option<Contact>,
-}
-
-impl Content {
-    /// What moves the bodies of `world`, this one's or a variation.
-    pub fn motion(&self, world: &World) -> Result<Motion<'static>, Error> {
-        let Some(contact) = &self.contact else { return Ok(Motion::Floating) };
-        contact
-            .motion(world)
-            .map_err(|failure| Error::Solver { solver: "ipopt", why: failure.to_string() })
-    }
-
-    pub fn solver(&self) -> &'static str {
-        match &self.contact {
-            None => "rk4",
-            Some(Contact { ipopt: Some(_), .. }) => "ipopt",
-            Some(Contact { ipopt: None, .. }) => "native",
-        }
-    }
-
-    fn of_job(job: Job) -> Self {
-        Self {
-            name: job.name,
-            seed: job.drawn.then_some(job.seed),
-            rows: job.rows,
-            world: job.physics.world,
-            starts: vec![job.start],
-            loads: vec![job.physics.load],
-            bodies: vec!["body".to_owned()],
-            fixed: Vec::new(),
-            contact: job.contact,
-        }
-    }
-
-    fn of_several(job: several::job::Job) -> Result<Self, Failure> {
-        Ok(Self {
-            seed: job.drawn.then_some(job.seed),
-            rows: job.rows,
-            starts: job.model.states(),
-            loads: job.model.loads()?,
-            bodies: job.model.bodies.iter().map(|body| body.name.clone()).collect(),
-            fixed: job.model.fixed.iter().map(|fixed| fixed.name.clone()).collect(),
-            name: job.name,
-            world: job.world,
-            contact: Some(job.contact),
-        })
-    }
-
-    /// The scene of a scenario's text, `flags` laid over it.
-    fn of_text(text: &str, path: &Path, flags: Settings) -> Result<Self, Failure> {
-        let in_file = |failure: Failure| failure.in_file(path, FileKind::Scenario, &[]);
-        let seed_given = flags.seed.is_some();
-        let content = if several::is_scenario(text) {
-            let job = several::job::Job::of(flags, path, text, &read);
-            job.and_then(Self::of_several).map_err(in_file)?
-        } else {
-            let scenario = Scenario::of_text(text, path)?;
-            refuse_idle_settings(scenario.ground, &flags)?;
-            // Nothing said is the native solver, which is always there.
-            let below = scenario.settings;
-            let says = scenario.ground && below.preset.is_none() && below.solver.is_none();
-            let solver = if says { Some(SolverName::Native) } else { below.solver };
-            let settings = flags.over(Settings { solver, ..below });
-            Self::of_job(Job::of(scenario.name, scenario.ground, settings).map_err(in_file)?)
-        };
-        let idle_seed = seed_given && content.seed.is_none();
-        refuse_flags("a scene of which nothing is random", &[("--seed", idle_seed)])?;
-        Ok(content)
-    }
-}
 
 /// The bytes of a regular file of at most `most`.
 fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
@@ -163,7 +73,7 @@ impl Scene {
             solver: solver.map(solver_name).transpose()?,
             ..Settings::default()
         };
-        let content = Content::of_text(text, &path, flags).map_err(in_python)?;
+        let content = Content::of_text(text, &path, flags, &read).map_err(in_python)?;
         Ok(Self { content: Arc::new(content) })
     }
 

@@ -3,7 +3,7 @@
 use crate::arrays::{numbers, of_states, to_states};
 use crate::errors::{of_step, refused};
 use crate::recording::Recording;
-use crate::scene::{Content, Scene};
+use crate::scene::Scene;
 use crate::watch::Watched;
 use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
@@ -11,6 +11,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use tumble::error::Error;
 use tumble::mechanics::Wrench;
+use tumble::scenario::scene::Scene as Content;
 use tumble::simulation::tables::TableStep;
 use tumble::simulation::{self, StepRecord};
 

@@ -24,6 +24,7 @@ mod several;
 mod signals;
 mod simulate;
 mod source;
+mod sweep;
 mod validate;
 mod values;
 mod verify;
@@ -52,6 +53,8 @@ pub fn run() -> Result<Outcome, Failure> {
         Some(Command::View(args)) => view::run(&args),
         Some(Command::Inspect(args)) => inspect::run(&args),
         Some(Command::Validate(args)) => validate::run(&args),
+        Some(Command::Sweep(args)) => sweep::run(&args),
+        Some(Command::Merge(args)) => sweep::merge(&args),
     }
 }
 

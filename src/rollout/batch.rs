@@ -37,6 +37,8 @@ pub struct Batch<'a> {
 pub struct Outputs<'a> {
     /// The states after each step: (B, T, N, 13).
     pub states: &'a mut [f64],
+    /// The states after the last step alone: (B, N, 13).
+    pub ends: &'a mut [f64],
     /// The sum of the contact forces on each body over each step, N, world: (B, T, N, 3).
     pub forces: &'a mut [f64],
     /// The residual of each step, m/s: (B, T).
@@ -50,6 +52,7 @@ pub struct Outputs<'a> {
 #[derive(Debug)]
 pub(super) struct Share<'a> {
     pub states: &'a mut [f64],
+    pub ends: &'a mut [f64],
     pub forces: &'a mut [f64],
     pub residuals: &'a mut [f64],
     pub statuses: &'a mut [u8],
@@ -86,6 +89,7 @@ impl Batch<'_> {
         }
         for (field, length, factors, allowed) in [
             ("numbers for states", outputs.states.len(), &[b, t, n, 13][..], "(B, T, N, 13)"),
+            ("numbers for ends", outputs.ends.len(), &[b, n, 13], "(B, N, 13)"),
             ("numbers for forces", outputs.forces.len(), &[b, t, n, 3], "(B, T, N, 3)"),
             ("numbers for residuals", outputs.residuals.len(), &[b, t], "(B, T)"),
             ("numbers for statuses", outputs.statuses.len(), &[b, t], "(B, T)"),
@@ -139,11 +143,13 @@ impl<'a> Outputs<'a> {
     /// The shares of the rollouts, one after the other.
     pub(super) fn shares(self, rollouts: usize) -> impl Iterator<Item = Share<'a>> {
         let mut states = parts(self.states, rollouts);
+        let mut ends = parts(self.ends, rollouts);
         let mut forces = parts(self.forces, rollouts);
         let mut residuals = parts(self.residuals, rollouts);
         let mut statuses = parts(self.statuses, rollouts);
         (0..rollouts).map(move |_| Share {
             states: states.next().unwrap_or_default(),
+            ends: ends.next().unwrap_or_default(),
             forces: forces.next().unwrap_or_default(),
             residuals: residuals.next().unwrap_or_default(),
             statuses: statuses.next().unwrap_or_default(),

@@ -142,7 +142,7 @@ fn one(
     if let Some(flag) = watch.interrupt {
         simulation.interrupt_by(Arc::clone(flag));
     }
-    let Share { states, forces, residuals, statuses } = share;
+    let Share { states, ends, forces, residuals, statuses } = share;
     let bodies = simulation.states().len();
     let mut report = Report::default();
     let mut counted = 0;
@@ -153,10 +153,7 @@ fn one(
         simulation.step(record)?;
         report.count(rollout, step, record);
         if !states.is_empty() {
-            let numbers = states[step * bodies * 13..][..bodies * 13].chunks_exact_mut(13);
-            for (numbers, state) in numbers.zip(simulation.states()) {
-                numbers.copy_from_slice(state.to_vector().as_slice());
-            }
+            copy_states(&simulation, &mut states[step * bodies * 13..][..bodies * 13]);
         }
         if !forces.is_empty() {
             let numbers = forces[step * bodies * 3..][..bodies * 3].chunks_exact_mut(3);
@@ -177,7 +174,15 @@ fn one(
             counted = step + 1;
         }
     }
+    copy_states(&simulation, ends);
     Ok(report)
+}
+
+/// The states of all bodies, as many as there is room for.
+fn copy_states(simulation: &Simulation<'_>, numbers: &mut [f64]) {
+    for (numbers, state) in numbers.chunks_exact_mut(13).zip(simulation.states()) {
+        numbers.copy_from_slice(state.to_vector().as_slice());
+    }
 }
 
 /// The place of a status in [`StepStatus::ALL`].

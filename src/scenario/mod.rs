@@ -14,6 +14,7 @@ pub mod job;
 pub mod names;
 pub mod parameters;
 pub mod physics;
+pub mod scene;
 pub mod settings;
 pub mod several;
 pub mod shown;

@@ -99,6 +99,7 @@ def rollout(
     parameters: Sequence[Tuple[str, Floats]],
     threads: int,
     states: Optional[Floats],
+    ends: Optional[Floats],
     forces: Optional[Floats],
     residuals: Optional[Floats],
     statuses: Optional[npt.NDArray[np.uint8]],

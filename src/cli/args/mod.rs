@@ -3,11 +3,13 @@
 mod files;
 mod shared;
 mod simulate;
+mod sweep;
 mod validate;
 
 pub use files::{GifArgs, InspectArgs, PlotArgs, VerifyArgs, ViewArgs};
 pub use shared::{AnimationArgs, PhysicsArgs};
 pub use simulate::SimulateArgs;
+pub use sweep::{MergeArgs, SweepArgs};
 pub use validate::{Solvers, ValidateArgs};
 
 use clap::{Parser, Subcommand};
@@ -46,6 +48,10 @@ pub enum Command {
     /// Compare simulations with the closed-form answers of textbook problems: a table, and
     /// OUT/validation.html.
     Validate(ValidateArgs),
+    /// Simulate a scenario with many seeds, or one share of them: a row a toss.
+    Sweep(SweepArgs),
+    /// Make one table of a sweep of which all shares are done: DIR/sweep.csv.
+    Merge(MergeArgs),
 }
 
 #[cfg(test)]

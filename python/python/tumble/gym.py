@@ -1,0 +1,212 @@
+"""Environments for Gymnasium: a cube that is pushed over the ground to a target.
+
+    >>> import gymnasium, tumble.gym
+    >>> env = gymnasium.make("tumble/PushCube-v0")
+
+``PushCube`` is one environment, ``PushCubeVector`` many of them over one batch of rollouts; both take
+the same steps, to the last bit. Every step is exact and certified: what was not solved is named in
+``info["unsolved"]``.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Dict, Optional, Tuple
+
+import gymnasium
+import numpy as np
+import numpy.typing as npt
+from gymnasium import spaces
+from gymnasium.utils.seeding import np_random
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+
+from ._rollout import Rollouts, rollout
+from ._scene import Scene
+
+Floats = npt.NDArray[np.float64]
+Observation = npt.NDArray[np.float32]
+Info = Dict[str, Any]
+
+SIDE = 0.1
+"""Of the cube, m; it weighs 1 kg."""
+LARGEST_FORCE = 20.0
+"""Of a push along x or y, N: twice the weight, five times the friction."""
+SUBSTEPS = 10
+"""Steps of the simulation, of 5 ms, in one of the environment."""
+EPISODE = 200
+"""Steps of the environment until an episode is cut off: 10 s."""
+NEAR = 0.02
+"""At the target is what is nearer than this, m, and slower than SLOW."""
+SLOW = 0.05
+"""m/s."""
+FARTHEST = 2.0
+"""A cube that is farther than this from the origin, m, has left the table."""
+RANGE = 0.5
+"""Starts and targets are drawn from -RANGE to RANGE along x and y, m."""
+
+_LENGTH = 15
+
+
+def scene(friction: float = 0.4) -> Scene:
+    """The cube on the ground."""
+    return Scene(
+        bodies=[{"name": "cube", "box": SIDE, "mass": 1.0, "position": [0.0, 0.0, SIDE / 2]}],
+        ground={"friction": friction},
+        time_step=0.005,
+        name="push-cube",
+    )
+
+
+def _observation_space() -> spaces.Box:
+    return spaces.Box(-np.inf, np.inf, (_LENGTH,), np.float32)
+
+
+def _action_space() -> spaces.Box:
+    return spaces.Box(-1.0, 1.0, (2,), np.float32)
+
+
+def _observed(states: Floats, targets: Floats) -> Observation:
+    """(B, 15): the state of the cube (13) and the way from it to the target (x, y)."""
+    way = targets - states[:, 0:2]
+    return np.concatenate([states, way], axis=1).astype(np.float32)
+
+
+def _drawn(rng: np.random.Generator) -> Tuple[Floats, Floats]:
+    """A start, turned about the vertical, and a target at least 0.1 m away."""
+    position, target = rng.uniform(-RANGE, RANGE, (2, 2))
+    while np.hypot(*(target - position)) < 0.1:
+        target = rng.uniform(-RANGE, RANGE, 2)
+    half_turn = rng.uniform(-np.pi, np.pi) / 2
+    state = np.zeros(13)
+    state[0:3] = [*position, SIDE / 2]
+    state[3], state[6] = np.cos(half_turn), np.sin(half_turn)
+    return state, target
+
+
+def _pushed(scene: Scene, states: Floats, actions: Any, threads: int) -> Rollouts:
+    """What SUBSTEPS steps make of ``states`` (B, 13) under ``actions`` (B, 2)."""
+    forces = LARGEST_FORCE * np.clip(np.asarray(actions, dtype=np.float64), -1.0, 1.0)
+    controls = np.zeros((len(states), SUBSTEPS, 6))
+    controls[:, :, 0:2] = forces[:, np.newaxis, :]
+    return rollout(scene, states, controls, threads=threads)
+
+
+def _judged(states: Floats, targets: Floats) -> Tuple[Floats, npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
+    """Reward, whether the cube is at the target, and whether it is lost: each (B,).
+
+    The reward is minus the distance in m, and 1 more at the target.
+    """
+    distances = np.hypot(*(targets - states[:, 0:2]).T)
+    speeds = np.linalg.norm(states[:, 7:10], axis=1)
+    there = (distances < NEAR) & (speeds < SLOW)
+    lost = np.linalg.norm(states[:, 0:2], axis=1) > FARTHEST
+    return there.astype(np.float64) - distances, there, lost
+
+
+class PushCube(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
+    """A cube of 0.1 m and 1 kg that is pushed to a target on the ground.
+
+    The action is a horizontal force at its centre, (2,) from -1 to 1 times 20 N, in the world's
+    frame, for 50 ms. The observation, (15,), is the cube's state (position m, quaternion w x y z,
+    velocity m/s, spin rad/s in the body's frame) and the way to the target (x, y, m). The reward is
+    minus the distance to the target in m, and 1 more where the cube is there and slow, which ends
+    the episode, as does the loss of the cube, 2 m from the origin.
+    """
+
+    metadata: Dict[str, Any] = {"render_modes": []}
+
+    def __init__(self, friction: float = 0.4) -> None:
+        self.scene = scene(friction)
+        self.observation_space = _observation_space()
+        self.action_space = _action_space()
+        self._state = np.zeros(13)
+        self._target = np.zeros(2)
+
+    def reset(
+        self, *, seed: Optional[int] = None, options: Optional[Info] = None
+    ) -> Tuple[Observation, Info]:
+        super().reset(seed=seed)
+        self._state, self._target = _drawn(self.np_random)
+        return self._observation(), {"target": self._target.copy()}
+
+    def step(self, action: Any) -> Tuple[Observation, float, bool, bool, Info]:
+        pushed = _pushed(self.scene, self._state[np.newaxis], np.asarray(action)[np.newaxis], 1)
+        self._state = pushed.states[0, -1, 0].copy()
+        reward, there, lost = _judged(self._state[np.newaxis], self._target[np.newaxis])
+        info = {"unsolved": len(pushed.unsolved), "is_success": bool(there[0])}
+        ended = bool(there[0] or lost[0])
+        return self._observation(), float(reward[0]), ended, False, info
+
+    def _observation(self) -> Observation:
+        return _observed(self._state[np.newaxis], self._target[np.newaxis])[0]
+
+
+class PushCubeVector(VectorEnv):  # type: ignore[misc,type-arg,unused-ignore]
+    """Many cubes, pushed at once on ``threads`` threads: one batch of rollouts a step.
+
+    Autoreset is gymnasium's ``NEXT_STEP``: where an episode has ended, the next step takes no
+    action, draws a new start and target there, and has reward 0. Episodes are cut off after 200
+    steps. Environment i draws its starts from seed + i.
+    """
+
+    metadata: Dict[str, Any] = {"autoreset_mode": AutoresetMode.NEXT_STEP, "render_modes": []}
+
+    def __init__(self, num_envs: int = 16, friction: float = 0.4, threads: int = 1) -> None:
+        self.num_envs = num_envs
+        self.scene = scene(friction)
+        self.threads = threads
+        self.single_observation_space = _observation_space()
+        self.single_action_space = _action_space()
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self.action_space = batch_space(self.single_action_space, num_envs)
+        self._generators = [np.random.default_rng() for _ in range(num_envs)]
+        self._states = np.zeros((num_envs, 13))
+        self._targets = np.zeros((num_envs, 2))
+        self._taken = np.zeros(num_envs, dtype=np.int64)
+        self._ended = np.zeros(num_envs, dtype=np.bool_)
+
+    def reset(
+        self, *, seed: Any = None, options: Optional[Info] = None
+    ) -> Tuple[Observation, Info]:
+        if seed is not None:
+            seeds = [seed + i for i in range(self.num_envs)] if np.isscalar(seed) else list(seed)
+            self._generators = [np_random(one)[0] for one in seeds]
+        for index in range(self.num_envs):
+            self._draw(index)
+        return _observed(self._states, self._targets), {}
+
+    def step(
+        self, actions: Any
+    ) -> Tuple[Observation, Floats, npt.NDArray[np.bool_], npt.NDArray[np.bool_], Info]:
+        fresh = self._ended.copy()
+        unsolved = np.zeros(self.num_envs, dtype=np.int64)
+        pushed = np.flatnonzero(~fresh)
+        if len(pushed) > 0:
+            actions = np.asarray(actions)[pushed]
+            result = _pushed(self.scene, self._states[pushed], actions, self.threads)
+            self._states[pushed] = result.states[:, -1, 0]
+            self._taken[pushed] += 1
+            for step in result.unsolved:
+                unsolved[pushed[step.rollout]] += 1
+        for index in np.flatnonzero(fresh):
+            self._draw(index)
+        rewards, there, lost = _judged(self._states, self._targets)
+        rewards[fresh] = 0.0
+        terminated = (there | lost) & ~fresh
+        truncated = (self._taken >= EPISODE) & ~terminated
+        self._ended = terminated | truncated
+        info = {"unsolved": unsolved, "is_success": there & ~fresh}
+        return _observed(self._states, self._targets), rewards, terminated, truncated, info
+
+    def _draw(self, index: int) -> None:
+        self._states[index], self._targets[index] = _drawn(self._generators[index])
+        self._taken[index] = 0
+        self._ended[index] = False
+
+
+gymnasium.register(
+    id="tumble/PushCube-v0",
+    entry_point="tumble.gym:PushCube",
+    vector_entry_point="tumble.gym:PushCubeVector",
+    max_episode_steps=EPISODE,
+)

@@ -1,0 +1,143 @@
+"""Batches: the numbers of a loop, whatever the threads, and the caller's memory."""
+
+import os
+import signal
+import threading
+import time
+
+import numpy as np
+import pytest
+import tumble
+
+
+@pytest.fixture
+def scene():
+    return tumble.drop(1)
+
+
+def starts_of(count):
+    states = np.concatenate([tumble.drop(seed).states for seed in range(count)])
+    states[:, 2] = 1.75
+    return states
+
+
+def test_a_batch_has_the_numbers_of_a_loop(scene):
+    """10⁴ rollouts, each with a start and pushes of its own, on one thread and on four."""
+    count, steps = 10_000, 20
+    rng = np.random.default_rng(0)
+    states = np.tile(starts_of(20), (count // 20, 1))
+    states[:, 7:10] = rng.normal(size=(count, 3))
+    controls = rng.normal(scale=30.0, size=(count, steps, 6))
+    one = tumble.rollout(scene, states, controls, threads=1)
+    assert one.counts["converged"] > 1000 and one.unsolved == []
+    four = tumble.rollout(scene, states, controls, threads=4)
+    for name in ("states", "forces", "residuals", "status"):
+        np.testing.assert_array_equal(getattr(one, name), getattr(four, name))
+    for index in range(0, count, 97):
+        run = scene.simulate(states[index]).run(steps, controls[index])
+        np.testing.assert_array_equal(one.states[index], run.states[1:])
+        np.testing.assert_array_equal(one.residuals[index], run.residuals)
+        np.testing.assert_array_equal(one.status[index], run.status)
+
+
+def test_parameters_are_those_of_scenes_of_their_own():
+    body = {"box": [0.4, 0.3, 0.2], "mass": 2.0, "position": [0, 0, 0.11], "velocity": [1, 0, -1]}
+    scene = tumble.Scene([body], {"friction": 0.3})
+    friction, restitution, mass = [0.1, 0.7], [0.0, 0.5], [[1.0], [3.0]]
+    gravity, time_step = [[0, 0, -9.81], [0, 1, -3.0]], [0.002, 0.004]
+    batch = tumble.rollout(
+        scene,
+        steps=100,
+        parameters={
+            "friction": friction,
+            "restitution": restitution,
+            "mass": mass,
+            "gravity": gravity,
+            "time_step": time_step,
+        },
+    )
+    for b in range(2):
+        other = tumble.Scene(
+            [{**body, "mass": mass[b][0]}],
+            {"friction": friction[b], "restitution": restitution[b]},
+            gravity=gravity[b],
+            time_step=time_step[b],
+        )
+        # The inertia comes by another order of factors.
+        np.testing.assert_allclose(batch.states[b], other.run(100).states[1:], atol=1e-9)
+
+
+def test_the_caller_s_memory_is_written_to(scene):
+    out = {"states": np.zeros((3, 50, 1, 13)), "status": np.zeros((3, 50), np.uint8)}
+    result = tumble.rollout(scene, starts_of(3), steps=50, out=out)
+    assert result.states is out["states"] and result.status is out["status"]
+    np.testing.assert_array_equal(out["states"][:, 0], result.states[:, 0])
+    assert np.abs(out["states"]).min(axis=(1, 2, 3)).shape == (3,) and out["states"].any()
+    # The memory is numpy's own, which others take without a copy.
+    assert np.shares_memory(np.from_dlpack(result.states), result.states)
+    assert memoryview(result.states).format == "d"
+
+
+@pytest.mark.parametrize(
+    "keywords, words",
+    [
+        ({"initial_states": np.zeros((3, 12))}, r"initial_states has shape \(3, 12\)"),
+        ({"initial_states": np.zeros((3, 2, 13))}, r"\(B, 1, 13\) or \(B, 13\) is needed"),
+        ({"initial_states": starts_of(2).astype("S8")}, "initial_states has dtype"),
+        ({"controls": np.full((1, 4, 6), np.nan)}, r"controls\[0, 0, 0\] is nan"),
+        ({"controls": np.zeros((2, 4, 6)), "initial_states": starts_of(3)}, "controls has 2 rollouts"),
+        ({"controls": np.zeros((1, 4, 6)), "steps": 5}, "steps is 5; the controls have 4"),
+        ({"steps": None}, "steps is None"),
+        ({"parameters": {"mu": [0.3]}}, '"mu" is none; there are friction'),
+        ({"parameters": {"mass": [1.0, 2.0]}}, r"parameters\['mass'\] has shape \(2,\)"),
+        ({"parameters": {"friction": [0.3, -0.5]}}, "rollout 1: coefficient of friction is -0.5"),
+        (
+            {"parameters": {"friction": [0.3, 0.4]}, "initial_states": starts_of(3)},
+            r"parameters\['friction'\] has 2 values; 3",
+        ),
+        ({"threads": 0}, "threads is 0"),
+        ({"out": {"states": np.zeros((1, 4, 1, 13), np.float32)}}, "dtype float32; float64"),
+        ({"out": {"states": np.zeros((1, 4, 13))}}, r"out\['states'\] has shape \(1, 4, 13\)"),
+        ({"out": {"states": np.zeros((13, 1, 4, 1)).T}}, "C order"),
+        ({"out": {"positions": np.zeros(3)}}, "out: 'positions' is none"),
+    ],
+)
+def test_odd_input_is_named(scene, keywords, words):
+    keywords = {"steps": 4, **keywords}
+    if "controls" in keywords and keywords["steps"] == 4:
+        del keywords["steps"]
+    with pytest.raises(tumble.TumbleError, match=words):
+        tumble.rollout(scene, **keywords)
+
+
+def test_steps_that_fail_are_listed_by_index():
+    """A body with as little inertia as is allowed hits the ground at 100 km/s; two others fall."""
+    body = {"box": 2.0, "mass": 1.0, "inertia": 1e-5, "position": [0, 0, 1.8]}
+    scene = tumble.Scene([body], {"friction": 10.0})
+    states = np.repeat(scene.states, 3, axis=0)
+    states[1, 7:] = [1e5, 1e5, -1e5, 1e5, 1e5, 1e5]
+    result = tumble.rollout(scene, states, steps=4)
+    assert result.unsolved and {step.rollout for step in result.unsolved} == {1}
+    for step in result.unsolved:
+        assert tumble.STATUSES[result.status[1, step.step]] == step.status
+        assert step.residual == result.residuals[1, step.step]
+    assert len(result.unsolved) == result.counts["failed"] + result.counts["wild"]
+
+
+def test_ctrl_c_ends_a_batch_at_once(scene):
+    pressed = []
+
+    def press():
+        pressed.append(time.perf_counter())
+        os.kill(os.getpid(), signal.SIGINT)
+
+    threading.Timer(0.2, press).start()
+    with pytest.raises(KeyboardInterrupt):
+        tumble.rollout(scene, np.repeat(scene.states, 100, axis=0), steps=100_000)
+    assert time.perf_counter() - pressed[0] < 0.3, "the arrays of 1.7 GB are given back as well"
+
+
+def test_progress_ends_with_all(scene):
+    told = []
+    tumble.rollout(scene, starts_of(4), steps=500, progress=lambda *both: told.append(both))
+    assert told[-1] == (2000, 2000)

@@ -1,0 +1,98 @@
+"""Scenes: from files and from code, and what is no scene."""
+
+import numpy as np
+import pytest
+import tumble
+
+CUBE = {"box": 0.2, "mass": 1.0, "position": [0, 0, 0.1]}
+
+
+def test_a_file_and_code_make_the_same_scene(tmp_path):
+    text = """
+gravity = 9.81
+[ground]
+friction = 0.3
+[[bodies]]
+box = 0.2
+mass = 1.0
+position = [0.0, 0.0, 0.1]
+velocity = [1.0, 0.0, 0.0]
+"""
+    (tmp_path / "cube.toml").write_text(text)
+    read = tumble.load(tmp_path / "cube.toml", steps=300)
+    built = tumble.Scene([{**CUBE, "velocity": np.array([1, 0, 0])}], {"friction": 0.3})
+    assert read.name == "cube" and read.steps == 300 and read.solver == "native"
+    assert read.states.shape == (1, 13) and read.inertias.shape == (1, 3, 3)
+    np.testing.assert_array_equal(read.run(300).states, built.run(300).states)
+
+
+def test_every_shipped_scenario_loads_and_runs(scenarios):
+    files = sorted(scenarios.glob("*.toml"))
+    assert len(files) >= 18
+    for file in files:
+        run = tumble.load(file).run(5)
+        assert run.unsolved == [], file
+        assert run.states.shape == (6, len(run.scene.bodies), 13)
+
+
+def test_the_tutorial_s_scenes_are_the_shipped_ones(scenarios):
+    for name, seed, built in [("drop", 5, tumble.drop(5)), ("floating", None, tumble.floating())]:
+        read = tumble.load(scenarios / f"{name}.toml", seed=seed)
+        assert (read.name, read.seed, read.time_step) == (name, seed, built.time_step)
+        np.testing.assert_array_equal(read.run(260).states, built.run(260).states)
+
+
+def test_keywords_go_before_the_file(scenarios):
+    file = scenarios / "block-on-block.toml"
+    scene = tumble.load(file, friction=0.125, restitution=0.5, time_step=0.001, steps=7)
+    assert (scene.friction, scene.restitution, scene.time_step) == (0.125, 0.5, 0.001)
+    assert scene.steps == 7
+
+
+@pytest.mark.parametrize(
+    "bodies, ground, words",
+    [
+        ([CUBE], {}, "ground.friction|missing field"),
+        ([{**CUBE, "mass": -1.0}], {"friction": 0.3}, r"bodies\[0\].mass is -1.0 kg"),
+        ([{**CUBE, "mass": "1 kg"}], {"friction": 0.3}, "mass: .*a number is needed"),
+        ([{**CUBE, "weight": 1.0}], {"friction": 0.3}, "unknown field `weight`"),
+        ([{**CUBE, "position": [0, 0]}], {"friction": 0.3}, "length 3"),
+        ([{**CUBE, "position": [0, 0, np.nan]}], {"friction": 0.3}, "position.*NaN"),
+        ([{**CUBE, "position": [0, 0, 0]}], {"friction": 0.3}, "m below the ground"),
+        ([{**CUBE, "mass": object()}], {"friction": 0.3}, "mass: object is nothing"),
+        ([CUBE], {"friction": 30}, "friction.* is 30.0; allowed is 0 to 10"),
+        ([], {"friction": 0.3}, "at least one table"),
+    ],
+)
+def test_what_is_no_scene_is_named(bodies, ground, words):
+    with pytest.raises(tumble.TumbleError, match=words):
+        tumble.Scene(bodies, ground)
+
+
+def test_what_cannot_be_read_is_named(tmp_path, scenarios):
+    with pytest.raises(FileNotFoundError):
+        tumble.load(tmp_path / "none.toml")
+    (tmp_path / "odd.toml").write_text("[ground\n")
+    with pytest.raises(tumble.TumbleError, match="odd.toml: line 1"):
+        tumble.load(tmp_path / "odd.toml")
+    (tmp_path / "odd.toml").write_bytes(b"\xff\xfe")
+    with pytest.raises(tumble.TumbleError, match="no UTF-8"):
+        tumble.load(tmp_path / "odd.toml")
+    with pytest.raises(tumble.TumbleError, match="solver: 'newton'|solver: \"newton\""):
+        tumble.drop(solver="newton")
+    with pytest.raises(tumble.TumbleError, match="seed: .*nothing is random"):
+        tumble.load(scenarios / "stack.toml", seed=1)
+    with pytest.raises(tumble.TumbleError, match="steps is 0"):
+        tumble.load(scenarios / "stack.toml", steps=0)
+    assert issubclass(tumble.TumbleError, ValueError)
+
+
+def test_ipopt_is_there_or_says_that_it_is_not():
+    if tumble.has_ipopt:
+        native, ipopt = (tumble.drop(solver=name).run(240) for name in ("native", "ipopt"))
+        assert ipopt.unsolved == [] and ipopt.scene.solver == "ipopt"
+        # Ipopt's program is smoothed to 1e-6: see docs/ipopt-path.md.
+        assert np.abs(ipopt.positions - native.positions).max() < 1e-3
+    else:
+        with pytest.raises(tumble.TumbleError, match="ipopt is not in this build"):
+            tumble.drop(solver="ipopt")
