@@ -117,7 +117,7 @@ def test_other_threads_run_and_progress_is_told():
             ticks.append(1)
             time.sleep(0.001)
 
-    thread = threading.Thread(target=tick)
+    thread = threading.Thread(target=tick, daemon=True)
     thread.start()
     simulation.run(200_000, contacts=False, progress=lambda done, total: told.append((done, total)))
     thread.join()

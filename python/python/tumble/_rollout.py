@@ -125,6 +125,7 @@ def rollout(
         values,
         threads,
         arrays["states"],
+        None,
         arrays["forces"],
         arrays["residuals"],
         arrays["status"],

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from ._arrays import numbers
 from ._progress import Progress, callback
 from ._scene import Scene
 from ._trajectory import Trajectory
 from ._tumble import CoreSimulation, TumbleError
-
-if TYPE_CHECKING:
-    pass
 
 
 class Step(NamedTuple):

@@ -9,8 +9,8 @@ from ._tumble import TumbleError
 
 def document(fields: Mapping[str, Any]) -> str:
     """A TOML document of ``fields``; what is None is left out."""
-    lines = [f"{_key(key)} = {_value(key, value)}" for key, value in fields.items() if value is not None]
-    return "\n".join(lines) + "\n"
+    given = {key: value for key, value in fields.items() if value is not None}
+    return "".join(f"{_key(key)} = {_value(key, value)}\n" for key, value in given.items())
 
 
 def _key(key: Any) -> str:

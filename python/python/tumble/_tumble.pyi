@@ -1,4 +1,4 @@
-from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple
+from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple, Type, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -13,9 +13,11 @@ PARAMETERS: List[str]
 
 class TumbleError(ValueError): ...
 
+Self = TypeVar("Self")
+
 class CoreScene:
     def __new__(
-        cls,
+        cls: Type[Self],
         text: str,
         path: str,
         *,
@@ -25,7 +27,7 @@ class CoreScene:
         friction: Optional[float] = None,
         restitution: Optional[float] = None,
         solver: Optional[str] = None,
-    ) -> Any: ...
+    ) -> Self: ...
     @property
     def name(self) -> str: ...
     @property
@@ -54,7 +56,9 @@ class CoreScene:
     def solver(self) -> str: ...
 
 class CoreSimulation:
-    def __new__(cls, scene: CoreScene, states: Optional[Floats] = None) -> Any: ...
+    def __new__(
+        cls: Type[Self], scene: CoreScene, states: Optional[Floats] = None
+    ) -> Self: ...
     @property
     def index(self) -> int: ...
     @property

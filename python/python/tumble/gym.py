@@ -25,6 +25,7 @@ from ._scene import Scene
 
 Floats = npt.NDArray[np.float64]
 Observation = npt.NDArray[np.float32]
+Flags = npt.NDArray[np.bool_]
 Info = Dict[str, Any]
 
 SIDE = 0.1
@@ -68,7 +69,8 @@ def _action_space() -> spaces.Box:
 def _observed(states: Floats, targets: Floats) -> Observation:
     """(B, 15): the state of the cube (13) and the way from it to the target (x, y)."""
     way = targets - states[:, 0:2]
-    return np.concatenate([states, way], axis=1).astype(np.float32)
+    observed: Observation = np.concatenate([states, way], axis=1).astype(np.float32)
+    return observed
 
 
 def _drawn(rng: np.random.Generator) -> Tuple[Floats, Floats]:
@@ -91,7 +93,7 @@ def _pushed(scene: Scene, states: Floats, actions: Any, threads: int) -> Rollout
     return rollout(scene, states, controls, threads=threads)
 
 
-def _judged(states: Floats, targets: Floats) -> Tuple[Floats, npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
+def _judged(states: Floats, targets: Floats) -> Tuple[Floats, Flags, Flags]:
     """Reward, whether the cube is at the target, and whether it is lost: each (B,).
 
     The reward is minus the distance in m, and 1 more at the target.
@@ -145,16 +147,23 @@ class PushCubeVector(VectorEnv):  # type: ignore[misc,type-arg,unused-ignore]
     """Many cubes, pushed at once on ``threads`` threads: one batch of rollouts a step.
 
     Autoreset is gymnasium's ``NEXT_STEP``: where an episode has ended, the next step takes no
-    action, draws a new start and target there, and has reward 0. Episodes are cut off after 200
-    steps. Environment i draws its starts from seed + i.
+    action, draws a new start and target there, and has reward 0. Episodes are cut off after
+    ``max_episode_steps``. Environment i draws its starts from seed + i.
     """
 
     metadata: Dict[str, Any] = {"autoreset_mode": AutoresetMode.NEXT_STEP, "render_modes": []}
 
-    def __init__(self, num_envs: int = 16, friction: float = 0.4, threads: int = 1) -> None:
+    def __init__(
+        self,
+        num_envs: int = 16,
+        friction: float = 0.4,
+        threads: int = 1,
+        max_episode_steps: int = EPISODE,
+    ) -> None:
         self.num_envs = num_envs
         self.scene = scene(friction)
         self.threads = threads
+        self.max_episode_steps = max_episode_steps
         self.single_observation_space = _observation_space()
         self.single_action_space = _action_space()
         self.observation_space = batch_space(self.single_observation_space, num_envs)
@@ -169,15 +178,16 @@ class PushCubeVector(VectorEnv):  # type: ignore[misc,type-arg,unused-ignore]
         self, *, seed: Any = None, options: Optional[Info] = None
     ) -> Tuple[Observation, Info]:
         if seed is not None:
-            seeds = [seed + i for i in range(self.num_envs)] if np.isscalar(seed) else list(seed)
-            self._generators = [np_random(one)[0] for one in seeds]
+            one = isinstance(seed, (int, np.integer))
+            seeds = [int(seed) + i for i in range(self.num_envs)] if one else list(seed)
+            self._generators = [np_random(each)[0] for each in seeds]
         for index in range(self.num_envs):
             self._draw(index)
         return _observed(self._states, self._targets), {}
 
     def step(
         self, actions: Any
-    ) -> Tuple[Observation, Floats, npt.NDArray[np.bool_], npt.NDArray[np.bool_], Info]:
+    ) -> Tuple[Observation, Floats, Flags, Flags, Info]:
         fresh = self._ended.copy()
         unsolved = np.zeros(self.num_envs, dtype=np.int64)
         pushed = np.flatnonzero(~fresh)
@@ -189,11 +199,11 @@ class PushCubeVector(VectorEnv):  # type: ignore[misc,type-arg,unused-ignore]
             for step in result.unsolved:
                 unsolved[pushed[step.rollout]] += 1
         for index in np.flatnonzero(fresh):
-            self._draw(index)
+            self._draw(int(index))
         rewards, there, lost = _judged(self._states, self._targets)
         rewards[fresh] = 0.0
         terminated = (there | lost) & ~fresh
-        truncated = (self._taken >= EPISODE) & ~terminated
+        truncated = (self._taken >= self.max_episode_steps) & ~terminated
         self._ended = terminated | truncated
         info = {"unsolved": unsolved, "is_success": there & ~fresh}
         return _observed(self._states, self._targets), rewards, terminated, truncated, info

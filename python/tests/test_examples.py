@@ -1,0 +1,93 @@
+"""The examples, run; the cluster's two, with a worker that is lost."""
+
+import os
+import runpy
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
+
+
+def run(name):
+    end = subprocess.run(
+        [sys.executable, str(EXAMPLES / f"{name}.py")], capture_output=True, text=True, timeout=120
+    )
+    assert end.returncode == 0, end.stderr
+    return end.stdout
+
+
+def test_slides_end_where_coulomb_says():
+    lines = run("slide").splitlines()
+    rows = np.array([line.split() for line in lines[1:-1]], float)
+    # v h / 2 of the scheme, first order in h.
+    np.testing.assert_allclose(rows[:, 1], rows[:, 2] - 0.002, atol=3e-4)
+    assert lines[-1].endswith("not solved 0")
+
+
+def test_the_friction_is_found():
+    fit = runpy.run_path(str(EXAMPLES / "fit_friction.py"))
+    true = fit["TRUE_FRICTION"]
+    exact = fit["slides"](np.array([true]))[0]
+    # The search ends within 10⁻⁵ of the least error.
+    assert fit["fit"](exact) == pytest.approx(true, abs=1e-5)
+    # Least squares spread by noise / |∂x/∂μ|: four of that.
+    by_friction = np.diff(fit["slides"](np.array([true - 1e-3, true + 1e-3])), axis=0) / 2e-3
+    spread = fit["NOISE"] / np.linalg.norm(by_friction)
+    assert fit["fit"](fit["measured"]()) == pytest.approx(true, abs=4 * spread + 1e-5)
+
+
+def test_the_cubes_are_pushed_to_their_targets():
+    ended, reached = (int(word) for word in run("push_cube").split() if word.isdigit())
+    assert ended >= 64 and reached >= 0.95 * ended
+
+
+def test_dask_makes_the_bytes_of_one_process_though_a_worker_is_lost(monkeypatch):
+    pytest.importorskip("distributed")
+    from distributed import Client, LocalCluster
+
+    # Workers find the functions by the example's name.
+    monkeypatch.setenv("PYTHONPATH", str(EXAMPLES))
+    monkeypatch.syspath_prepend(str(EXAMPLES))
+    import dask_sweep
+
+    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
+        with Client(cluster) as client:
+            futures = client.map(dask_sweep.part, dask_sweep.parts(), pure=True)
+            # One worker dies while the other goes on.
+            os.kill(cluster.workers[0].pid, 9)
+            ends = np.concatenate(client.gather(futures))
+    alone = np.concatenate([dask_sweep.part(seeds) for seeds in dask_sweep.parts()])
+    assert ends.tobytes() == alone.tobytes()
+
+
+def test_the_slurm_script_makes_the_bytes_of_one_run(root, tmp_path):
+    program = os.environ.get("TUMBLE") or shutil.which("tumble")
+    if program is None:
+        pytest.skip("TUMBLE does not name the program of the command line")
+    script = root / "examples" / "slurm" / "sweep.sbatch"
+
+    def job(out, task, count):
+        environment = {
+            **os.environ,
+            "TUMBLE": program,
+            "SWEEP_SCENARIO": str(root / "scenarios" / "drop.toml"),
+            "SWEEP_TOSSES": "40",
+            "SWEEP_OUT": str(out),
+            "SLURM_ARRAY_TASK_ID": str(task),
+            "SLURM_ARRAY_TASK_COUNT": str(count),
+            "SLURM_CPUS_PER_TASK": "1",
+        }
+        subprocess.run([str(script)], env=environment, check=True, timeout=120)
+
+    for task in (3, 1, 2):
+        job(tmp_path / "array", task, 3)
+    job(tmp_path / "one", 1, 1)
+    for name in ("array", "one"):
+        subprocess.run([program, "merge", str(tmp_path / name), "--quiet"], check=True)
+    table = (tmp_path / "array" / "sweep.csv").read_bytes()
+    assert table == (tmp_path / "one" / "sweep.csv").read_bytes() and table.count(b"\n") == 41

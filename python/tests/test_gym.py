@@ -1,0 +1,77 @@
+"""The environment, by Gymnasium's own check, and its vector of the same steps."""
+
+import numpy as np
+import pytest
+
+gymnasium = pytest.importorskip("gymnasium")
+
+import tumble.gym
+from gymnasium.utils.env_checker import check_env
+from gymnasium.vector import AutoresetMode
+
+
+def test_gymnasium_finds_nothing_wrong():
+    check_env(gymnasium.make("tumble/PushCube-v0").unwrapped, skip_render_check=True)
+
+
+def test_a_straight_push_reaches_the_target():
+    env = gymnasium.make("tumble/PushCube-v0")
+    observation, _ = env.reset(seed=3)
+    # A speed that falls with the way; the friction of 0.4 m g is 0.2 of the largest force.
+    for _ in range(200):
+        way, velocity = observation[13:15], observation[7:9]
+        distance = np.linalg.norm(way)
+        speed = min(0.5, 2.0 * distance)
+        push = (0.2 * way + 0.5 * speed * way) / distance - 0.5 * velocity
+        observation, reward, terminated, truncated, info = env.step(
+            np.clip(push, -1, 1).astype(np.float32)
+        )
+        assert info["unsolved"] == 0
+        if terminated or truncated:
+            break
+    assert terminated and info["is_success"] and reward > 0.9
+
+
+def test_a_push_moves_as_newton_says():
+    """(F − μ m g)/m after 50 ms, along x."""
+    env = tumble.gym.PushCube()
+    env.reset(seed=0)
+    observation, *_ = env.step(np.array([1.0, 0.0], np.float32))
+    assert observation[7] == pytest.approx((20.0 - 0.4 * 9.81) * 0.05, rel=1e-3)
+
+
+def test_the_vector_takes_the_same_steps():
+    count = 5
+    vector = tumble.gym.PushCubeVector(count, threads=2)
+    envs = [tumble.gym.PushCube() for _ in range(count)]
+    observations, _ = vector.reset(seed=11)
+    for index, env in enumerate(envs):
+        np.testing.assert_array_equal(env.reset(seed=11 + index)[0], observations[index])
+    rng = np.random.default_rng(0)
+    for _ in range(30):
+        actions = rng.uniform(-1, 1, (count, 2)).astype(np.float32)
+        observations, rewards, terminated, _, _ = vector.step(actions)
+        for index, env in enumerate(envs):
+            observation, reward, ended, _, _ = env.step(actions[index])
+            np.testing.assert_array_equal(observation, observations[index])
+            assert (reward, ended) == (rewards[index], terminated[index])
+        if terminated.any():
+            break
+
+
+def test_the_vector_starts_anew_in_the_step_after_the_end():
+    vector = gymnasium.make_vec("tumble/PushCube-v0", num_envs=3, vectorization_mode="vector_entry_point")
+    assert vector.metadata["autoreset_mode"] == AutoresetMode.NEXT_STEP
+    observations, _ = vector.reset(seed=5)
+    assert vector.observation_space.contains(observations)
+    nothing = np.zeros((3, 2), np.float32)
+    for _ in range(199):
+        *_, terminated, truncated, _ = vector.step(nothing)
+        assert not (terminated | truncated).any()
+    last, _, _, truncated, _ = vector.step(nothing)
+    assert truncated.all()
+    fresh, rewards, terminated, truncated, _ = vector.step(np.ones((3, 2), np.float32))
+    assert not (terminated | truncated).any() and (rewards == 0.0).all()
+    assert (fresh[:, 0:2] != last[:, 0:2]).all() and (fresh[:, 7:13] == 0.0).all()
+    moved, *_ = vector.step(np.ones((3, 2), np.float32))
+    assert (moved[:, 7] > 0).all()

@@ -1,0 +1,93 @@
+"""The package: its stubs, its types, how fast it is there."""
+
+import ast
+import inspect
+import statistics
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+import tumble
+from tumble import _tumble
+
+PACKAGE = Path(tumble.__file__).parent
+
+
+def parameters(function):
+    return [name for name in inspect.signature(function).parameters if name not in ("self", "cls")]
+
+
+def stubbed(node):
+    arguments = node.args
+    every = [*arguments.posonlyargs, *arguments.args, *arguments.kwonlyargs]
+    return [argument.arg for argument in every if argument.arg not in ("self", "cls")]
+
+
+def test_the_stubs_are_those_of_the_module():
+    tree = ast.parse((PACKAGE / "_tumble.pyi").read_text())
+    found = set()
+    for node in tree.body:
+        if isinstance(node, ast.ClassDef):
+            found.add(node.name)
+            has = getattr(_tumble, node.name)
+            members = {n.name: n for n in node.body if isinstance(n, ast.FunctionDef)}
+            own = {name for name in vars(has) if not name.startswith("__")}
+            made = "__new__" in members
+            own |= {name for name in ("__len__",) if name in vars(has)} | ({"__new__"} if made else set())
+            if node.name == "TumbleError":
+                continue
+            assert set(members) == own, node.name
+            for name, member in members.items():
+                decorators = {d.id for d in member.decorator_list if isinstance(d, ast.Name)}
+                if "property" in decorators:
+                    assert inspect.isgetsetdescriptor(vars(has)[name]), name
+                elif name == "__new__":
+                    assert stubbed(member) == parameters(has), node.name
+                elif name != "__len__":
+                    assert stubbed(member) == parameters(getattr(has, name)), name
+        elif isinstance(node, ast.FunctionDef):
+            found.add(node.name)
+            assert stubbed(node) == parameters(getattr(_tumble, node.name)), node.name
+        elif isinstance(node, ast.AnnAssign):
+            found.add(node.target.id)
+    has = {name for name in dir(_tumble) if not name.startswith("__")} | {"__version__"}
+    assert found == has
+
+
+def test_everything_public_is_documented():
+    for name in tumble.__all__:
+        value = getattr(tumble, name)
+        if inspect.isclass(value) or inspect.isfunction(value):
+            assert value.__doc__, name
+            for member, function in vars(value).items():
+                if inspect.isfunction(function) and not member.startswith("_"):
+                    assert function.__doc__, f"{name}.{member}"
+    for value in (_tumble.CoreScene, _tumble.CoreSimulation, _tumble.Recording):
+        for member, function in vars(value).items():
+            if not member.startswith("_"):
+                assert function.__doc__, member
+    assert (PACKAGE / "py.typed").is_file()
+
+
+def test_it_is_imported_in_a_tenth_of_a_second():
+    code = "import time; t = time.perf_counter(); import tumble; print(time.perf_counter() - t)"
+    run = lambda: float(subprocess.check_output([sys.executable, "-c", code]))
+    assert statistics.median(run() for _ in range(5)) < 0.1
+
+
+def test_the_types_hold():
+    mypy = pytest.importorskip("mypy.api")
+    root = Path(__file__).resolve().parents[1]
+    out, errors, code = mypy.run(["--config-file", str(root / "pyproject.toml"), str(root / "python/tumble"), str(root / "examples")])
+    assert code == 0, out + errors
+
+
+def test_a_step_from_python_costs_little():
+    """A step by itself, with its result: some microseconds above the library's."""
+    simulation = tumble.drop().simulate()
+    begin = time.perf_counter()
+    for _ in range(20_000):
+        simulation.step()
+    assert (time.perf_counter() - begin) / 20_000 < 100e-6

@@ -1,0 +1,116 @@
+"""Trajectories: arrays, tables in and out, pictures."""
+
+import numpy as np
+import pytest
+import tumble
+
+
+@pytest.fixture(scope="module")
+def run():
+    return tumble.drop(42).run(300)
+
+
+@pytest.fixture(scope="module")
+def stack():
+    boxes = [
+        {"name": f"box-{i}", "box": 0.2, "mass": 1.0, "position": [0, 0, 0.1 + 0.2 * i]}
+        for i in range(3)
+    ]
+    return tumble.Scene(boxes, {"friction": 0.5}, name="stack").run(20)
+
+
+def test_arrays_are_named_views(run):
+    assert len(run) == 301 and run.states.shape == (301, 1, 13)
+    for name, width in [("positions", 3), ("attitudes", 4), ("velocities", 3), ("spins", 3)]:
+        array = getattr(run, name)
+        assert array.shape == (301, 1, width) and np.shares_memory(array, run.states)
+    assert run.forces.shape == (300, 1, 3) and run.residuals.shape == run.status.shape == (300,)
+    np.testing.assert_allclose(run.time, 0.002 * np.arange(301))
+    np.testing.assert_allclose(np.linalg.norm(run.attitudes, axis=-1), 1.0, atol=1e-12)
+    assert np.all(np.diff(run.energy) < 1e-9), "nothing makes energy"
+    assert run.unsolved == [] and "300 steps" in repr(run)
+
+
+def test_forces_explain_the_motion(run):
+    """m (v⁺ − v) = h (F + m g), the step's own equation."""
+    change = 10.0 * np.diff(run.velocities[:, 0], axis=0)
+    impulse = 0.002 * (run.forces[:, 0] + [0, 0, -98.1])
+    np.testing.assert_allclose(change, impulse, atol=1e-9)
+
+
+def test_inner_forces_are_opposite(stack):
+    g = 9.81
+    np.testing.assert_allclose(stack.forces[:, :, 2], g, atol=1e-9)
+    contacts = stack.contacts
+    on_ground = np.array(contacts["partner"]) == "ground"
+    first = contacts["k"] == 0
+    assert contacts["force"][on_ground & first, 2].sum() == pytest.approx(3 * g)
+
+
+def test_tables_read_back_to_the_same_doubles(stack, tmp_path):
+    files = stack.to_csv(tmp_path / "out")
+    assert [file.name for file in files] == ["states.csv", "contacts.csv", "steps.csv"]
+    read = tumble.Trajectory.from_csv(stack.scene, tmp_path / "out")
+    np.testing.assert_array_equal(read.states, stack.states)
+    np.testing.assert_array_equal(read.forces, stack.forces)
+    np.testing.assert_array_equal(read.residuals, stack.residuals)
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == sorted(
+        file.name for file in files
+    ), "no temporary file stays"
+    with pytest.raises(tumble.TumbleError, match="states: column 3 of the header"):
+        (tmp_path / "out" / "states.csv").write_text("k,t_s\n")
+        tumble.Trajectory.from_csv(stack.scene, tmp_path / "out")
+    with pytest.raises(FileNotFoundError):
+        tumble.Trajectory.from_csv(stack.scene, tmp_path)
+
+
+def test_another_scene_s_tables_are_refused(stack, tmp_path):
+    stack.to_csv(tmp_path)
+    with pytest.raises(tumble.TumbleError):
+        tumble.Trajectory.from_csv(tumble.drop(), tmp_path)
+
+
+def test_pandas_has_the_same_numbers(stack):
+    pandas = pytest.importorskip("pandas")
+    frame = stack.to_pandas()
+    assert isinstance(frame, pandas.DataFrame) and len(frame) == 63
+    top = frame[frame["body"] == "box-2"]
+    np.testing.assert_array_equal(top["z_m"], stack.positions[:, 2, 2])
+    steps = stack.steps_to_pandas()
+    assert len(steps) == 20 and set(steps["status"]) == {"converged"}
+
+
+def test_pictures_are_pictures(run, stack, tmp_path):
+    assert run.plot(tmp_path / "plot.svg").read_text().startswith("<svg")
+    assert run.plot(tmp_path / "plot.png").read_bytes().startswith(b"\x89PNG")
+    assert run.plot(tmp_path / "energy.svg", sheet="energy").read_text().count("<path") > 2
+    assert stack.plot(body="box-1").data != stack.plot(body=0).data
+    assert run.gif(tmp_path / "a.gif", size=120, speed=4.0).read_bytes().startswith(b"GIF89a")
+    page = run.view(tmp_path / "view.html").read_text()
+    assert page.startswith("<!DOCTYPE html>") or page.startswith("<!doctype html>")
+    assert "drop, seed 42, native" in page
+    assert len(run.page(stack)) > len(page)
+
+
+def test_a_notebook_shows_the_page(run):
+    shown = run._repr_html_()
+    assert shown.startswith("<iframe srcdoc=") and "&lt;html" in shown
+    assert shown.count('"') % 2 == 0 and '<script' not in shown
+    assert set(run.plot()._repr_mimebundle_()) == {"image/svg+xml"}
+    assert set(run.gif(size=100, speed=10)._repr_mimebundle_()) == {"image/gif"}
+
+
+@pytest.mark.parametrize(
+    "call, words",
+    [
+        (lambda r: r.plot(body=1), "body is 1; a name, as 'body', or an index"),
+        (lambda r: r.plot(sheet="speed"), "motion or energy"),
+        (lambda r: r.plot("plot.pdf"), "ends in .svg or .png"),
+        (lambda r: r.gif(size=10), "size is 10; allowed is 100 to 2000"),
+        (lambda r: r.gif(speed=0), "speed is 0"),
+        (lambda r: r.gif(camera=(0, 100)), "an elevation from 0 to 90"),
+    ],
+)
+def test_odd_pictures_are_named(run, call, words):
+    with pytest.raises(tumble.TumbleError, match=words):
+        call(run)
