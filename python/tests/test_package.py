@@ -80,7 +80,8 @@ def test_it_is_imported_in_a_tenth_of_a_second():
 def test_the_types_hold():
     mypy = pytest.importorskip("mypy.api")
     root = Path(__file__).resolve().parents[1]
-    out, errors, code = mypy.run(["--config-file", str(root / "pyproject.toml"), str(root / "python/tumble"), str(root / "examples")])
+    files = [str(root / "python" / "tumble"), str(root / "examples")]
+    out, errors, code = mypy.run(["--config-file", str(root / "pyproject.toml"), *files])
     assert code == 0, out + errors
 
 

@@ -102,7 +102,8 @@ def _judged(states: Floats, targets: Floats) -> Tuple[Floats, Flags, Flags]:
     speeds = np.linalg.norm(states[:, 7:10], axis=1)
     there = (distances < NEAR) & (speeds < SLOW)
     lost = np.linalg.norm(states[:, 0:2], axis=1) > FARTHEST
-    return there.astype(np.float64) - distances, there, lost
+    rewards: Floats = there.astype(np.float64) - distances
+    return rewards, there, lost
 
 
 class PushCube(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
@@ -140,7 +141,8 @@ class PushCube(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
         return self._observation(), float(reward[0]), ended, False, info
 
     def _observation(self) -> Observation:
-        return _observed(self._state[np.newaxis], self._target[np.newaxis])[0]
+        row: Observation = _observed(self._state[np.newaxis], self._target[np.newaxis])[0]
+        return row
 
 
 class PushCubeVector(VectorEnv):  # type: ignore[misc,type-arg,unused-ignore]
