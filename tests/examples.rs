@@ -41,6 +41,13 @@ fn the_tossed_cube_ends_on_the_ground_with_its_weight_carried() {
     assert!(numbers(line(&text, "the lowest corner"))[0].abs() < 1e-12, "{text}");
 }
 
+#[test]
+fn rollouts_have_the_numbers_of_a_loop() {
+    let text = printed("rollout", &["12", "150", "3"], 0);
+    assert!(text.contains("numbers the same: true; steps not solved: 0"), "{text}");
+    assert_eq!(run("rollout", &["12", "0", "3"]).status.code(), Some(2));
+}
+
 /// Friction is at most μ times the normal force, and from the start, without vertical speed,
 /// to rest the impulse of the normal force is that of the weight, m g T. So 3 m/s are not lost
 /// before T = v/(μ g).

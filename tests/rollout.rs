@@ -79,6 +79,7 @@ fn looped(simulations: Vec<Simulation<'static>>, push: impl Fn(usize, usize) -> 
     };
     let mut record = StepRecord::new();
     for (rollout, mut simulation) in simulations.into_iter().enumerate() {
+        out.report.tempered.push(0);
         for step in 0..T {
             simulation.set_wrench(0, push(rollout, step)).unwrap();
             simulation.step(&mut record).unwrap();
@@ -92,6 +93,7 @@ fn looped(simulations: Vec<Simulation<'static>>, push: impl Fn(usize, usize) -> 
             let place = StepStatus::ALL.iter().position(|known| *known == status).unwrap();
             out.statuses.push(place as u8);
             out.report.statuses[place] += 1;
+            out.report.tempered[rollout] += u64::from(record.restitution_share < 1.0);
             out.report.largest_residual = out.report.largest_residual.max(residual);
         }
     }

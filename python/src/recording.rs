@@ -115,6 +115,8 @@ impl Recording {
         columns.set_item("residual", shaped(py, residuals, &count)?)?;
         columns
             .set_item("overlap", shaped(py, rows().map(|row| row.overlap).collect(), &count)?)?;
+        let shares = rows().map(|row| row.restitution_share).collect();
+        columns.set_item("restitution_share", shaped(py, shares, &count)?)?;
         columns.set_item("energy", shaped(py, rows().map(|row| row.energy).collect(), &count)?)?;
         Ok(columns)
     }

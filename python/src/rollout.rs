@@ -17,9 +17,9 @@ use tumble::world::World;
 /// Fewer steps than this, times bodies, are done by the calling thread, which is faster.
 const FEW_STEPS: usize = 2000;
 
-/// How many steps ended in each way, the largest residual (m/s), and of every step that failed or
-/// was wild: rollout, step, status, residual.
-type Report = (Vec<u64>, f64, Vec<(usize, usize, &'static str, f64)>);
+/// How many steps ended in each way; of each rollout, how many took a part of their restitution; of
+/// every step that failed or was wild: rollout, step, status, residual (m/s).
+type Report = (Vec<u64>, Vec<u64>, Vec<(usize, usize, &'static str, f64)>);
 
 /// Simulates `rollouts` rollouts of `steps` steps and fills the arrays that are given.
 #[pyfunction]
@@ -86,8 +86,8 @@ pub fn rollout(
         in_rollout => refused(in_rollout),
     })?;
     let unsolved = report.unsolved.iter();
-    let unsolved = unsolved.map(|u| (u.rollout, u.step, u.status.name(), u.residual));
-    Ok((report.statuses.to_vec(), report.largest_residual, unsolved.collect()))
+    let unsolved = unsolved.map(|u| (u.rollout, u.step, u.status.name(), u.residual)).collect();
+    Ok((report.statuses.to_vec(), report.tempered, unsolved))
 }
 
 /// The shape of a parameter's values for one rollout of `bodies` bodies.

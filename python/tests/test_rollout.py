@@ -8,6 +8,7 @@ import time
 import numpy as np
 import pytest
 import tumble
+from conftest import ROOT
 
 
 @pytest.fixture
@@ -65,6 +66,26 @@ def test_parameters_are_those_of_scenes_of_their_own():
         )
         # The inertia comes by another order of factors.
         np.testing.assert_allclose(batch.states[b], other.run(100).states[1:], atol=1e-9)
+
+
+def test_an_inertia_is_that_of_a_scene_of_its_own():
+    body = {"box": 0.4, "mass": 2.0, "position": [0, 0, 1], "spin": [1, 2, 3]}
+    inertia = [[0.1, 0.01, 0.0], [0.01, 0.08, 0.0], [0.0, 0.0, 0.09]]
+    scene = tumble.Scene([body], {"friction": 0.3})
+    batch = tumble.rollout(scene, steps=300, parameters={"inertia": [[inertia]]})
+    other = tumble.Scene([{**body, "inertia": inertia}], {"friction": 0.3})
+    np.testing.assert_array_equal(batch.states[0], other.run(300).states[1:])
+
+
+def test_restitution_that_is_taken_in_part_is_counted():
+    """Cubes that fall on a corner with friction: Newton's law alone would make energy in some."""
+    scene = tumble.load(ROOT / "scenarios" / "drop.toml", restitution=0.9, friction=1.0)
+    states = starts_of(30)
+    states[:, 7:] = [0, 8, -3, 0, -9, 4]
+    result = tumble.rollout(scene, states, steps=200)
+    runs = [scene.simulate(state).run(200) for state in states]
+    assert result.tempered == [int((run.restitution_shares < 1).sum()) for run in runs]
+    assert sum(result.tempered) > 0
 
 
 def test_the_caller_s_memory_is_written_to(scene):

@@ -1,5 +1,7 @@
 """Scenes: from files and from code, and what is no scene."""
 
+import pickle
+
 import numpy as np
 import pytest
 import tumble
@@ -40,6 +42,13 @@ def test_the_tutorial_s_scenes_are_the_shipped_ones(scenarios):
         read = tumble.load(scenarios / f"{name}.toml", seed=seed)
         assert (read.name, read.seed, read.time_step) == (name, seed, built.time_step)
         np.testing.assert_array_equal(read.run(260).states, built.run(260).states)
+
+
+def test_a_scene_goes_to_another_process(scenarios):
+    for scene in (tumble.drop(7), tumble.load(scenarios / "pile.toml", seed=3, friction=0.2)):
+        other = pickle.loads(pickle.dumps(scene))
+        assert (other.name, other.friction, other.seed) == (scene.name, scene.friction, scene.seed)
+        np.testing.assert_array_equal(other.run(5).states, scene.run(5).states)
 
 
 def test_keywords_go_before_the_file(scenarios):

@@ -76,6 +76,8 @@ def test_pandas_has_the_same_numbers(stack):
     assert isinstance(frame, pandas.DataFrame) and len(frame) == 63
     top = frame[frame["body"] == "box-2"]
     np.testing.assert_array_equal(top["z_m"], stack.positions[:, 2, 2])
+    last = frame[frame["k"] == 20][tumble.STATE_COLUMNS]
+    np.testing.assert_array_equal(stack.scene.simulate(last).states, stack.states[-1])
     steps = stack.steps_to_pandas()
     assert len(steps) == 20 and set(steps["status"]) == {"converged"}
 

@@ -40,6 +40,9 @@ pub struct Unsolved {
 pub struct Report {
     /// How many steps ended in each way, in the order of [`StepStatus::ALL`].
     pub statuses: [u64; StepStatus::ALL.len()],
+    /// Of each rollout, the steps that took a [part](StepRecord::restitution_share) of their
+    /// restitution alone, because the whole would have made energy.
+    pub tempered: Vec<u64>,
     /// The largest residual of all steps, m/s.
     pub largest_residual: f64,
     /// Every step that failed or was wild, in the order of rollouts and steps.
@@ -144,7 +147,7 @@ fn one(
     }
     let Share { states, ends, forces, residuals, statuses } = share;
     let bodies = simulation.states().len();
-    let mut report = Report::default();
+    let mut report = Report { tempered: vec![0], ..Report::default() };
     let mut counted = 0;
     for step in 0..batch.steps {
         for (body, wrench) in batch.wrenches(rollout, step).enumerate() {
@@ -200,6 +203,9 @@ impl Report {
     fn count(&mut self, rollout: usize, step: usize, record: &StepRecord) {
         let (status, residual) = (record.report.status, record.certificate.residual());
         self.statuses[usize::from(place(status))] += 1;
+        for tempered in &mut self.tempered {
+            *tempered += u64::from(record.restitution_share < 1.0);
+        }
         // A NaN counts as the largest.
         if self.largest_residual < residual || residual.is_nan() {
             self.largest_residual = residual;
@@ -216,6 +222,7 @@ impl Report {
         if self.largest_residual < part.largest_residual || part.largest_residual.is_nan() {
             self.largest_residual = part.largest_residual;
         }
+        self.tempered.extend(part.tempered);
         self.unsolved.extend(part.unsolved);
     }
 }

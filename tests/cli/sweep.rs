@@ -69,7 +69,7 @@ fn a_toss_is_the_run_with_its_seed() {
         assert_eq!(found, state[2..15], "seed {seed}");
         let summary = &done.run_json()["summary"];
         assert_eq!(row[16..18].join(","), format!("259,{}", summary["contact_steps"]));
-        let largest: f64 = row[20].parse().unwrap();
+        let largest: f64 = row[21].parse().unwrap();
         assert_eq!(Some(largest), summary["certificate_max_m_s"].as_f64());
     }
 }

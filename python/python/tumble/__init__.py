@@ -14,11 +14,12 @@ is named in ``unsolved``.
 from ._rollout import Rollouts, Unsolved, rollout
 from ._scene import Scene, drop, floating, load
 from ._simulation import Simulation, Step
-from ._trajectory import Page, Picture, Trajectory
+from ._trajectory import STATE_COLUMNS, Page, Picture, Trajectory
 from ._tumble import PARAMETERS, STATUSES, TumbleError, __version__, has_ipopt
 
 __all__ = [
     "PARAMETERS",
+    "STATE_COLUMNS",
     "STATUSES",
     "Page",
     "Picture",

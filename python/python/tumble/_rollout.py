@@ -41,6 +41,9 @@ class Rollouts(NamedTuple):
     """How each step ended, an index of tumble.STATUSES: (B, T)."""
     unsolved: List[Unsolved]
     """The steps that failed or were wild, in the order of rollouts and steps."""
+    tempered: List[int]
+    """Of each rollout, the steps that took a part of their restitution alone, because the whole
+    would have made energy."""
     counts: Dict[str, int]
     """How many steps ended in each way."""
 
@@ -116,7 +119,7 @@ def rollout(
         threads = threads or os.cpu_count() or 1
     elif not isinstance(threads, int) or threads < 1:
         raise TumbleError(f"threads is {threads!r}; a whole number from 1 is needed")
-    counts, _, unsolved = _roll_out(
+    counts, tempered, unsolved = _roll_out(
         scene,
         rollouts,
         length,
@@ -137,6 +140,7 @@ def rollout(
         arrays["residuals"],
         arrays["status"],
         [Unsolved(*step) for step in unsolved],
+        tempered,
         dict(zip(STATUSES, counts)),
     )
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Iterable, Mapping, Optional, Union
+from typing import TYPE_CHECKING, Any, Dict, Iterable, Mapping, Optional, Tuple, Union
 
 from ._toml import document
 from ._tumble import CoreScene, TumbleError
@@ -36,6 +36,8 @@ class Scene(CoreScene):
 
     Without gradients: ``jacobian`` and ``vjp`` are names kept for them.
     """
+
+    _source: Tuple[str, str, Dict[str, Any]]
 
     def __new__(
         cls,
@@ -81,17 +83,21 @@ class Scene(CoreScene):
         solver: Optional[str] = None,
     ) -> "Scene":
         """The scene of a scenario's text; ``path`` names it, and its meshes are beside it."""
-        return super().__new__(
-            cls,
-            text,
-            os.fspath(path),
-            seed=seed,
-            steps=steps,
-            time_step=time_step,
-            friction=friction,
-            restitution=restitution,
-            solver=solver,
-        )
+        settings: Dict[str, Any] = {
+            "seed": seed,
+            "steps": steps,
+            "time_step": time_step,
+            "friction": friction,
+            "restitution": restitution,
+            "solver": solver,
+        }
+        scene = super().__new__(cls, text, os.fspath(path), **settings)
+        scene._source = (text, os.fspath(path), settings)
+        return scene
+
+    def __reduce__(self) -> Any:
+        """A scene goes to another process as its text."""
+        return _made, self._source
 
     def simulate(self, states: Any = None) -> "Simulation":
         """A simulation from the scene's start, or from ``states`` (N, 13)."""
@@ -143,6 +149,10 @@ def load(
         restitution=restitution,
         solver=solver,
     )
+
+
+def _made(text: str, path: str, settings: Dict[str, Any]) -> Scene:
+    return Scene.from_text(text, path, **settings)
 
 
 _DROP = """

@@ -23,7 +23,9 @@ if TYPE_CHECKING:
 
 Location = Union[str, "os.PathLike[str]"]
 
-_STATE = "x_m y_m z_m qw qx qy qz vx_m_s vy_m_s vz_m_s wx_rad_s wy_rad_s wz_rad_s".split()
+STATE_COLUMNS = "x_m y_m z_m qw qx qy qz vx_m_s vy_m_s vz_m_s wx_rad_s wy_rad_s wz_rad_s".split()
+"""The 13 numbers of a state as columns of a table, in their order."""
+
 _TABLES = ("states", "contacts", "steps")
 
 
@@ -106,6 +108,12 @@ class Trajectory:
         return self._steps["overlap"][:-1]  # type: ignore[no-any-return]
 
     @property
+    def restitution_shares(self) -> "Floats":
+        """The part of its restitution that each step took: below 1 where the whole would have made
+        energy: (T,)."""
+        return self._steps["restitution_share"][:-1]  # type: ignore[no-any-return]
+
+    @property
     def status(self) -> "npt.NDArray[np.uint8]":
         """How each step ended, an index of tumble.STATUSES: (T,)."""
         return self._steps["status"][:-1]  # type: ignore[no-any-return]
@@ -121,12 +129,14 @@ class Trajectory:
         return len(self.recording)
 
     def to_pandas(self) -> "pd.DataFrame":
-        """One row a state and body: k, time_s, body (its name), and the 13 numbers of the state."""
+        """One row a state and body: k, time_s, body (its name), and the 13 numbers of the state.
+
+        ``frame[tumble.STATE_COLUMNS]`` of such rows are states again, for simulate and rollout."""
         import numpy as np
         import pandas as pd
 
         rows, bodies, _ = self.states.shape
-        frame = pd.DataFrame(self.states.reshape(rows * bodies, 13), columns=_STATE)
+        frame = pd.DataFrame(self.states.reshape(rows * bodies, 13), columns=STATE_COLUMNS)
         frame.insert(0, "k", np.repeat(self._steps["k"], bodies))
         frame.insert(1, "time_s", np.repeat(self.time, bodies))
         frame.insert(2, "body", self.scene.bodies * rows)

@@ -18,7 +18,8 @@ use tumble::world::World;
 
 /// The header of the table: a row a toss and body, with its state at the end.
 pub const HEADER: &str = "toss,seed,body,x_m,y_m,z_m,qw,qx,qy,qz,vx_m_s,vy_m_s,vz_m_s,wx_rad_s,\
-                          wy_rad_s,wz_rad_s,steps,contact_steps,failed,wild,largest_residual_m_s\n";
+                          wy_rad_s,wz_rad_s,steps,contact_steps,failed,wild,\
+                          tempered,largest_residual_m_s\n";
 
 /// The rows of a part, without the header, and how many of its steps were not solved.
 pub struct Part {
@@ -92,7 +93,8 @@ pub fn part(
     };
     let mut csv = String::new();
     let rows = residuals.chunks(steps).zip(statuses.chunks(steps)).zip(ends.chunks(13 * bodies));
-    for (toss, ((residuals, statuses), ends)) in tosses.zip(rows) {
+    for ((toss, tempered), ((residuals, statuses), ends)) in tosses.zip(&report.tempered).zip(rows)
+    {
         let how = Summary::of(residuals, statuses);
         for (body, state) in first.bodies.iter().zip(ends.chunks(13)) {
             let _ = write!(csv, "{toss},{},{body}", plan.seed + toss);
@@ -100,7 +102,7 @@ pub fn part(
                 let _ = write!(csv, ",{number:?}");
             }
             let Summary { contact, failed, wild, largest } = how;
-            let _ = writeln!(csv, ",{steps},{contact},{failed},{wild},{largest:?}");
+            let _ = writeln!(csv, ",{steps},{contact},{failed},{wild},{tempered},{largest:?}");
         }
     }
     Ok(Some(Part { csv, unsolved: report.unsolved.len() }))

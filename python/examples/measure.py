@@ -1,0 +1,73 @@
+"""What the figures of docs/python.md are measured with: interleaved, the fastest of some rounds.
+
+python python/examples/measure.py
+"""
+
+from __future__ import annotations
+
+import resource
+import subprocess
+import sys
+import time
+from typing import Callable
+
+import numpy as np
+import tumble
+
+ROUNDS = 7
+ROLLOUTS, STEPS = 400, 500
+
+
+def seconds(work: Callable[[], object]) -> float:
+    begin = time.perf_counter()
+    work()
+    return time.perf_counter() - begin
+
+
+def memory() -> int:
+    """The largest so far, KiB."""
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+
+
+def main() -> None:
+    scene = tumble.drop()
+    starts = np.concatenate([tumble.drop(seed).states for seed in range(ROLLOUTS)])
+    starts[:, 2] = 1.8
+
+    def batch() -> None:
+        tumble.rollout(scene, starts, steps=STEPS, threads=1)
+
+    def runs() -> None:
+        for start in starts:
+            scene.simulate(start).run(STEPS, contacts=False)
+
+    def steps() -> None:
+        for start in starts[:40]:
+            simulation = scene.simulate(start)
+            for _ in range(STEPS):
+                simulation.step()
+
+    count = ROLLOUTS * STEPS
+    cases = [("rollout, 1 thread", batch, count), ("run", runs, count), ("step", steps, count // 10)]
+    fastest = {name: float("inf") for name, *_ in cases}
+    for _ in range(ROUNDS):
+        for name, work, _ in cases:
+            fastest[name] = min(fastest[name], seconds(work))
+    for name, _, number in cases:
+        print(f"{name:<18}{fastest[name] / number * 1e6:7.3f} µs a step")
+
+    code = "import time; t = time.perf_counter(); import tumble; print(time.perf_counter() - t)"
+    imports = [float(subprocess.check_output([sys.executable, "-c", code])) for _ in range(ROUNDS)]
+    print(f"import tumble     {min(imports) * 1e3:7.1f} ms")
+
+    simulation = scene.simulate()
+    for _ in range(10_000):
+        simulation.step()
+    before = memory()
+    for _ in range(1_000_000):
+        simulation.step()
+    print(f"memory after 10⁶ more steps: {memory() - before:+d} KiB")
+
+
+if __name__ == "__main__":
+    main()
