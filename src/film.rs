@@ -1,5 +1,4 @@
-//! Runs as films: what the library calls things, in the words of the
-//! [pictures](tumble_pictures).
+//! Runs as films: what the library calls things, in the words of `tumble-pictures`.
 
 use crate::contact::{PairFeatures, Partner};
 use crate::geometry;
