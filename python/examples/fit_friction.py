@@ -38,7 +38,7 @@ def measured() -> Floats:
 
 
 def fit(places: Floats) -> float:
-    """The friction whose slide is nearest to ``places``: the best of 64 at once, then to the end."""
+    """The friction whose slide is nearest to ``places``: the best of 64, then to the end."""
 
     def errors(frictions: Floats) -> Floats:
         squares: Floats = np.mean((slides(frictions) - places) ** 2, axis=(1, 2))

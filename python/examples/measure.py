@@ -48,7 +48,11 @@ def main() -> None:
                 simulation.step()
 
     count = ROLLOUTS * STEPS
-    cases = [("rollout, 1 thread", batch, count), ("run", runs, count), ("step", steps, count // 10)]
+    cases = [
+        ("rollout, 1 thread", batch, count),
+        ("run", runs, count),
+        ("step", steps, count // 10),
+    ]
     fastest = {name: float("inf") for name, *_ in cases}
     for _ in range(ROUNDS):
         for name, work, _ in cases:

@@ -53,7 +53,10 @@ impl Scene {
     /// The scene of a scenario's text. `path` names it in errors, and meshes are beside it.
     #[new]
     #[allow(clippy::too_many_arguments)]
-    #[pyo3(signature = (text, path, *, seed=None, steps=None, time_step=None, friction=None, restitution=None, solver=None))]
+    #[pyo3(signature = (
+        text, path, *, seed=None, steps=None, time_step=None, friction=None, restitution=None,
+        solver=None
+    ))]
     fn new(
         text: &str,
         path: PathBuf,

@@ -60,7 +60,9 @@ def test_the_vector_takes_the_same_steps():
 
 
 def test_the_vector_starts_anew_in_the_step_after_the_end():
-    vector = gymnasium.make_vec("tumble/PushCube-v0", num_envs=3, vectorization_mode="vector_entry_point")
+    vector = gymnasium.make_vec(
+        "tumble/PushCube-v0", num_envs=3, vectorization_mode="vector_entry_point"
+    )
     assert vector.metadata["autoreset_mode"] == AutoresetMode.NEXT_STEP
     observations, _ = vector.reset(seed=5)
     assert vector.observation_space.contains(observations)

@@ -106,7 +106,10 @@ def test_the_caller_s_memory_is_written_to(scene):
         ({"initial_states": np.zeros((3, 2, 13))}, r"\(B, 1, 13\) or \(B, 13\) is needed"),
         ({"initial_states": starts_of(2).astype("S8")}, "initial_states has dtype"),
         ({"controls": np.full((1, 4, 6), np.nan)}, r"controls\[0, 0, 0\] is nan"),
-        ({"controls": np.zeros((2, 4, 6)), "initial_states": starts_of(3)}, "controls has 2 rollouts"),
+        (
+            {"controls": np.zeros((2, 4, 6)), "initial_states": starts_of(3)},
+            "controls has 2 rollouts",
+        ),
         ({"controls": np.zeros((1, 4, 6)), "steps": 5}, "steps is 5; the controls have 4"),
         ({"steps": None}, "steps is None"),
         ({"parameters": {"mu": [0.3]}}, '"mu" is none; there are friction'),

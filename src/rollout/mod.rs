@@ -6,11 +6,41 @@
 //! loop over simulations, to the last bit, whatever the number of threads. This is the one part of
 //! the library that starts threads: those of one call, which end with it.
 //!
+//! ```
+//! use std::num::NonZeroUsize;
+//! use tumble::rollout::{Batch, Outputs, Parameter, Values, Watch, roll_out};
+//! use tumble::simulation::{Motion, scene};
+//! use tumble::world::World;
+//!
+//! let scene = scene::Scene::drop();
+//! let world = World::new(scene::tutorial_parameters()?)?;
+//! let start = scene.start(scene.attitude(42)).to_vector();
+//! let frictions = [0.1, 0.2, 0.3, 0.4];
+//! let batch = Batch {
+//!     world: &world,
+//!     motion: &|world| Ok(Motion::native(world)),
+//!     loads: &[],
+//!     rollouts: 4,
+//!     steps: 300,
+//!     starts: start.as_slice(), // one for all
+//!     controls: &[],
+//!     parameters: &[Values { parameter: Parameter::Friction, values: &frictions }],
+//! };
+//! let mut ends = [0.0; 4 * 13];
+//! let outputs = Outputs { ends: &mut ends, ..Outputs::default() };
+//! let threads = NonZeroUsize::new(2).unwrap();
+//! let report = roll_out(&batch, outputs, threads, Watch::default())?;
+//! assert!(report.unsolved.is_empty() && report.largest_residual < 1e-9);
+//! assert_ne!(ends[..13], ends[13..26]);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! | array | shape | unit, frame |
 //! |---|---|---|
 //! | starts | (B or 1, N, 13) | m, unit quaternion w x y z, m/s (world), rad/s (body) |
 //! | controls | (B or 1, T, N, 6) | force, N, world; torque, N m, body |
 //! | states | (B, T, N, 13) | as the starts: after each step |
+//! | ends | (B, N, 13) | as the starts: after the last step |
 //!
 //! B rollouts of T steps of N bodies, the last index fastest.
 

@@ -69,8 +69,8 @@ def rollout(
     :param controls: (B, T, N, 6) or (1, T, N, 6); of one body also (B, T, 6) or (1, T, 6): force
         (N, world) and torque (N m, body) in each step, besides gravity and the scene's loads.
     :param steps: T, where no controls say it.
-    :param parameters: constants that the rollouts have each its own of: ``friction`` (B,), ``restitution`` (B,),
-        ``mass`` (B, N) in kg (the inertia goes with it unless it is given), ``inertia``
+    :param parameters: constants that the rollouts have each its own of: ``friction`` (B,),
+        ``restitution`` (B,), ``mass`` (B, N) in kg (the inertia goes with it unless it is given), ``inertia``
         (B, N, 3, 3) in kg m², ``gravity`` (B, 3) in m/s², ``time_step`` (B,) in s.
     :param threads: at most so many; all cores without.
     :param out: arrays to write to, by name: ``states``, ``forces``, ``residuals``, ``status``.

@@ -127,9 +127,9 @@ def load(
 ) -> Scene:
     """Reads a scenario file (TOML; scenarios/README.md has every field).
 
-    ``seed``, ``steps``, ``time_step`` (s), ``friction``, ``restitution`` and ``solver`` ("native", or "ipopt" where
-    tumble.has_ipopt) go before what the file says. Of the two, "native" is taken where nothing is
-    said. Raises OSError where the file cannot be read, TumbleError where it is no scene.
+    ``seed``, ``steps``, ``time_step`` (s), ``friction``, ``restitution`` and ``solver`` ("native",
+    or "ipopt" where tumble.has_ipopt) go before what the file says. Of the two, "native" is taken
+    where nothing is said. Raises OSError where the file cannot be read, TumbleError where it is no scene.
     """
     with open(path, "rb") as stream:
         content = stream.read(_LARGEST_FILE + 1)

@@ -75,7 +75,8 @@ class Trajectory:
     def contacts(self) -> Dict[str, Any]:
         """Every candidate contact of every step, C in all, as columns: ``k`` (C,), ``body`` (C,),
         ``partner`` (names, C), ``point`` (m, world), ``normal`` (world, away from the partner),
-        ``force`` (N, world, on the body) and ``slip`` (m/s, world), each (C, 3), and ``gap`` (m)."""
+        ``force`` (N, world, on the body) and ``slip`` (m/s, world), each (C, 3), and ``gap`` (m).
+        """
         return self.recording.contacts()
 
     @cached_property

@@ -3,8 +3,8 @@
     >>> import gymnasium, tumble.gym
     >>> env = gymnasium.make("tumble/PushCube-v0")
 
-``PushCube`` is one environment, ``PushCubeVector`` many of them over one batch of rollouts; both take
-the same steps, to the last bit. Every step is exact and certified: what was not solved is named in
+``PushCube`` is one environment, ``PushCubeVector`` many of them over one batch of rollouts; both
+take the same steps, to the last bit. Every step is exact and certified: what was not solved is named in
 ``info["unsolved"]``.
 """
 
@@ -45,8 +45,6 @@ FARTHEST = 2.0
 RANGE = 0.5
 """Starts and targets are drawn from -RANGE to RANGE along x and y, m."""
 
-_LENGTH = 15
-
 
 def scene(friction: float = 0.4) -> Scene:
     """The cube on the ground."""
@@ -59,7 +57,11 @@ def scene(friction: float = 0.4) -> Scene:
 
 
 def _observation_space() -> spaces.Box:
-    return spaces.Box(-np.inf, np.inf, (_LENGTH,), np.float32)
+    """Far beyond what 20 N can do to the cube before it is lost."""
+    largest = np.array([10.0] * 3 + [1.0] * 4 + [100.0] * 3 + [1000.0] * 3 + [20.0] * 2, np.float32)
+    # A unit quaternion in single precision may be a little longer.
+    largest[3:7] += np.float32(1e-6)
+    return spaces.Box(-largest, largest, dtype=np.float32)
 
 
 def _action_space() -> spaces.Box:
