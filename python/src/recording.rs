@@ -245,7 +245,7 @@ impl Recording {
 fn is_of(content: &Content, contact: &ContactRow) -> bool {
     let bodies = content.bodies.len();
     let known = match contact.partner {
-        Partner::Ground => true,
+        Partner::Ground => content.world.has_ground(),
         Partner::Fixed(index) => index < content.fixed.len(),
         Partner::Body(index) => index < bodies && index != contact.body,
     };

@@ -56,11 +56,9 @@ impl Scene {
         } else {
             let scenario = Scenario::of_text(text, path)?;
             refuse_idle_settings(scenario.ground, &flags)?;
-            let below = scenario.settings;
-            let open = scenario.ground && below.preset.is_none() && below.solver.is_none();
-            let solver = if open { Some(SolverName::Native) } else { below.solver };
-            let settings = flags.over(Settings { solver, ..below });
-            Self::of_job(Job::of(scenario.name, scenario.ground, settings).map_err(in_file)?)
+            let settings = flags.over(scenario.settings);
+            let job = Job::of(scenario.name, scenario.ground, settings, SolverName::Native);
+            Self::of_job(job.map_err(in_file)?)
         };
         let idle_seed = seed_given && scene.seed.is_none();
         refuse_flags("a scene of which nothing is random", &[("--seed", idle_seed)])?;
@@ -109,10 +107,6 @@ impl Scene {
     /// Who solves contact steps: `native`, `ipopt`, or `rk4` without a ground.
     #[must_use]
     pub fn solver(&self) -> &'static str {
-        match &self.contact {
-            None => "rk4",
-            Some(Contact { ipopt: Some(_), .. }) => "ipopt",
-            Some(Contact { ipopt: None, .. }) => "native",
-        }
+        self.contact.as_ref().map_or("rk4", Contact::solver_name)
     }
 }
