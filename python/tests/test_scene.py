@@ -28,6 +28,18 @@ velocity = [1.0, 0.0, 0.0]
     np.testing.assert_array_equal(read.run(300).states, built.run(300).states)
 
 
+def test_bodies_may_meet_without_a_ground():
+    """Two balls of equal mass, the plastic impact along the line of centres: both go on together."""
+    balls = [
+        {"sphere": 0.1, "mass": 1.0, "position": [x, 0, 0], "velocity": [v, 0, 0]}
+        for x, v in [(-0.5, 2.0), (0.5, 0.0)]
+    ]
+    run = tumble.Scene(balls, {"none": True, "friction": 0.5}, gravity=0.0).run(400)
+    np.testing.assert_allclose(run.velocities[-1, :, 0], 1.0, atol=1e-12)
+    assert set(run.contacts["partner"]) == {"body-0"} or set(run.contacts["partner"]) == {"body-1"}
+    assert "<!doctype html>" in run.page().lower()
+
+
 def test_every_shipped_scenario_loads_and_runs(scenarios):
     files = sorted(scenarios.glob("*.toml"))
     assert len(files) >= 18
