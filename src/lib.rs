@@ -15,6 +15,8 @@ pub mod sparsity;
 pub mod step;
 pub mod step_nlp;
 
+#[cfg(feature = "fit")]
+pub mod fit;
 pub mod simulation;
 pub mod validation;
 
