@@ -85,10 +85,10 @@ impl Parameter {
         }
     }
 
-    /// The first step of a search for it, where nothing is known but the bounds: a twelfth of
+    /// The first step of a search for it, where nothing is known but the bounds: a sixth of
     /// their distance, and no more than a fifth of the friction at the start.
     pub(super) fn usual_step(self, start: f64, bounds: [f64; 2]) -> f64 {
-        let share = (bounds[1] - bounds[0]) / 12.0;
+        let share = (bounds[1] - bounds[0]) / 6.0;
         if self == Self::Friction { share.min(0.2 * start.max(0.05)) } else { share }
     }
 }

@@ -57,6 +57,12 @@ impl Job {
         Ok(job)
     }
 
+    /// The job of a file without flags.
+    pub fn of_file(path: &Path, text: &str) -> Result<Self, Failure> {
+        let job = Self::of(Settings::default(), path, text);
+        job.map_err(|failure| failure.in_file(path, FileKind::Scenario, &[]))
+    }
+
     fn of(flags: Settings, path: &Path, text: &str) -> Result<Self, Failure> {
         let mut file: SeveralFile = scenario::parse(text).map_err(Failure::Input)?;
         let name = scenario::name(file.name.take(), path).map_err(Failure::Input)?;

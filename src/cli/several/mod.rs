@@ -14,10 +14,19 @@ mod simulate;
 mod tables;
 mod verify;
 
+use super::outcome::Failure;
+use std::path::Path;
+use tumble::world::World;
+
 pub use film::film;
 pub use simulate::run as simulate;
 pub use tables::RunTables;
 pub use verify::run as verify;
+
+/// The world of the scenario `path`, whose text is `text`.
+pub fn world(path: &Path, text: &str) -> Result<World, Failure> {
+    Ok(job::Job::of_file(path, text)?.world)
+}
 
 /// Whether a scenario's text is of several bodies: whether it has a table that one body's has not.
 pub fn is_scenario(text: &str) -> bool {
