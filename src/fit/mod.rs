@@ -10,7 +10,8 @@
 //! starts and how it is compared. [`model`] names the parameters. [`rollout`] simulates every toss
 //! on all threads of the caller's rayon pool, every step with its certificate, and counts the steps
 //! that failed. [`search`] looks for the values of least [`loss`], [`neighbourhood`] says how well
-//! they are known, [`folds`] how they do on tosses that were kept back.
+//! they are known, [`folds`] how they do on tosses that were kept back,
+//! [`ensemble`] how far the noise of the starts carries.
 //!
 //! Motions with impacts are chaotic: which face a cube comes to rest on hangs on the last digits of
 //! the start. So the loss is bounded, the search needs no derivative, and what is said of the result
@@ -18,6 +19,7 @@
 //!
 //! Everything is deterministic: the same input gives the same bits on any number of threads.
 
+pub mod ensemble;
 pub mod error;
 pub mod folds;
 pub mod loss;

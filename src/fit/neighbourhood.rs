@@ -60,24 +60,33 @@ pub struct Smoothed {
 }
 
 impl Neighbourhood {
+    /// Checks that `points` are enough.
+    ///
+    /// # Errors
+    /// Fewer than twice the coefficients of a quadratic surface.
+    pub fn check(plan: &Plan, points: usize) -> Result<(), FitError> {
+        let n = plan.sought.len();
+        let least = (n + 1) * (n + 2);
+        if points >= least {
+            return Ok(());
+        }
+        Err(FitError::Request(format!(
+            "{points} neighbours are too few for {n} parameters; {least} or more are needed"
+        )))
+    }
+
     /// Looks at `points` values around `centre`.
     ///
     /// # Errors
-    /// Fewer points than twice the coefficients of a quadratic surface; as [`Evaluator::evaluate`].
+    /// As [`Neighbourhood::check`] and [`Evaluator::evaluate`].
     pub fn look(
         plan: &Plan,
         centre: &Values,
         points: usize,
         evaluator: &mut Evaluator<'_>,
     ) -> Result<Self, FitError> {
+        Self::check(plan, points)?;
         let n = plan.sought.len();
-        let coefficients = (n + 1) * (n + 2) / 2;
-        if points < 2 * coefficients {
-            let least = 2 * coefficients;
-            return Err(FitError::Request(format!(
-                "{points} neighbours are too few for {n} parameters; {least} or more are needed"
-            )));
-        }
         let boxes: Vec<_> = plan.sought.iter().map(|sought| around(sought, centre)).collect();
         let all: Vec<usize> = (0..evaluator.tosses().len()).collect();
         let substeps = evaluator.protocol().substeps;

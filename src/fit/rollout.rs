@@ -42,7 +42,7 @@ pub struct Query<'a> {
 
 /// Remembers evaluations, so that a fit can be taken up again. A fit asks the same things in the
 /// same order each time.
-pub trait Memory {
+pub trait Memory: Send {
     /// The scores of a query that was made before.
     fn recall(&mut self, query: &Query<'_>) -> Option<Vec<TossScore>>;
 
@@ -150,6 +150,22 @@ pub fn rollout(
     values: &Values,
     toss: &Toss,
     interrupt: &Arc<AtomicBool>,
+    each: impl FnMut(&State),
+) -> Result<TossScore, FitError> {
+    rollout_from(&protocol.start(toss), model, protocol, values, toss, interrupt, each)
+}
+
+/// The same from another `start`.
+///
+/// # Errors
+/// As [`rollout`].
+pub fn rollout_from(
+    start: &State,
+    model: &Model,
+    protocol: &Protocol,
+    values: &Values,
+    toss: &Toss,
+    interrupt: &Arc<AtomicBool>,
     mut each: impl FnMut(&State),
 ) -> Result<TossScore, FitError> {
     let refused = |error: Error| match error {
@@ -162,7 +178,7 @@ pub fn rollout(
     let time_step = 1.0 / (toss.rate * protocol.substeps as f64);
     let world = model.world(values, time_step).map_err(refused)?;
     let motion = Motion::native(&world);
-    let mut simulation = Simulation::new(world, [protocol.start(toss)], motion).map_err(refused)?;
+    let mut simulation = Simulation::new(world, [*start], motion).map_err(refused)?;
     simulation.interrupt_by(Arc::clone(interrupt));
     let mut record = StepRecord::new();
     let first = protocol.start_frame(toss);

@@ -54,7 +54,11 @@ pub struct FitArgs {
     /// none.
     #[arg(long, value_name = "N", default_value = "0", value_parser = values::count)]
     pub folds: usize,
-    /// Of what is drawn: search, neighbours, folds.
+    /// Starts within the noise of the recordings, 0.035 mm and 0.02° a frame, that every toss is
+    /// simulated from with the found values, to see what its error is made of; 0 for none.
+    #[arg(long, value_name = "N", default_value = "0", value_parser = values::count)]
+    pub ensemble: usize,
+    /// Of what is drawn: search, neighbours, folds, ensemble.
     #[arg(long, default_value = "1", value_parser = values::seed)]
     pub seed: u32,
     /// Threads; the result does not depend on them [default: one a core].

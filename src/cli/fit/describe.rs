@@ -66,6 +66,19 @@ pub fn describe(task: &Task, results: &Results) -> String {
             around.points
         );
     }
+    if let Some(means) = results.ensemble_means() {
+        let _ = writeln!(
+            text,
+            "  ensemble     of {} starts within the noise: position {:.2} %, rotation {:.2}°; the \
+             best of each toss {:.2} %, {:.2}°; {} tosses end on the same face and another",
+            task.ensemble,
+            means.all.position,
+            means.all.rotation,
+            means.best.position,
+            means.best.rotation,
+            means.divided
+        );
+    }
     if let Some(found) = &results.found {
         let _ = writeln!(
             text,

@@ -60,6 +60,13 @@ pub fn json(task: &Task, results: &Results) -> Result<String, Failure> {
         "smoothed": smoothed,
         "folds": folds,
         "cross_validated": results.kept().map(|scores| mean(Mean::of(&scores))),
+        "ensemble": results.ensemble_means().map(|means| json!({
+            "members": task.ensemble,
+            "all_members": mean(means.all),
+            "best_members": mean(means.best),
+            "tosses_on_both_the_same_and_another_face": means.divided,
+            "median_spread_of_ends_m": means.spread,
+        })),
         "evaluations": found.map(|found| found.evaluations),
         "refused_evaluations": found.map(|found| found.refused),
         "steps_of_all_evaluations": results.steps,

@@ -23,7 +23,7 @@ use task::Task;
 use tumble::fit::FitError;
 
 /// What is written at last; the state of a fit is not among them.
-pub const FILES: [&str; 4] = ["fit.json", "tosses.csv", "fitted.toml", "fit.html"];
+const FILES: [&str; 4] = ["fit.json", "tosses.csv", "fitted.toml", "fit.html"];
 
 /// `tumble fit`.
 pub fn run(args: &FitArgs) -> Result<Outcome, Failure> {
@@ -31,7 +31,6 @@ pub fn run(args: &FitArgs) -> Result<Outcome, Failure> {
     let interrupt = Arc::new(AtomicBool::new(false));
     raise_on_signals(&interrupt)?;
     let out = OutputDirectory::for_run(&args.out)?;
-    let pending = FILES.map(|name| PendingFile::create(&out, name));
     let bar = progress_bar(task.evaluations() as u64, "evaluations", args.quiet);
     let mut memory = FileMemory::open(&out, &task.fingerprint(), bar)?;
     let mut voice = Voice::new(args.quiet);
@@ -65,8 +64,9 @@ pub fn run(args: &FitArgs) -> Result<Outcome, Failure> {
         page::page(&task, &results),
     ];
     let mut written = Vec::new();
-    for (file, text) in pending.into_iter().zip(texts) {
-        let file = file?;
+    // Not before: a fit takes long, and one that is killed would leave them behind.
+    for (name, text) in FILES.into_iter().zip(texts) {
+        let file = PendingFile::create(&out, name)?;
         file.write(text.as_bytes())?;
         written.push(file);
     }

@@ -89,6 +89,19 @@ fn facts(task: &Task, results: &Results) -> Vec<String> {
             around.rotation.roughness.to_degrees()
         ));
     }
+    if let Some(means) = results.ensemble_means() {
+        facts.push(format!(
+            "From {} starts within the noise of the recordings: distance {:.2} %, angle {:.2}°; the \
+             best of each toss {:.2} %, {:.2}°; {} tosses end both on the recorded face and on \
+             another",
+            task.ensemble,
+            means.all.position,
+            means.all.rotation,
+            means.best.position,
+            means.best.rotation,
+            means.divided
+        ));
+    }
     facts
 }
 

@@ -4,6 +4,7 @@ use super::memory::FileMemory;
 use super::task::Task;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+use tumble::fit::ensemble::{Ensemble, Noise, ensembles};
 use tumble::fit::folds::{self, Fold};
 use tumble::fit::neighbourhood::Neighbourhood;
 use tumble::fit::search::Found;
@@ -13,6 +14,21 @@ use tumble::mechanics::State;
 /// A toss is on another face where its attitude ends farther off than this, rad.
 pub const OTHER_FACE: f64 = std::f64::consts::FRAC_PI_4;
 
+/// The noise of the recorded cube at rest, as its publishers' data show it.
+const NOISE: Noise = Noise { position: 3.5e-5, attitude: 0.02 * std::f64::consts::PI / 180.0 };
+
+/// What ensembles say together.
+pub struct EnsembleMeans {
+    /// Over all members of all tosses.
+    pub all: Mean,
+    /// Over the best member of every toss.
+    pub best: Mean,
+    /// Tosses of which members end on the recorded face, and others do not.
+    pub divided: usize,
+    /// The median of the spread of the ends, m.
+    pub spread: f64,
+}
+
 pub struct Results {
     /// The found values, or those of the start where nothing was sought.
     pub values: Values,
@@ -21,6 +37,8 @@ pub struct Results {
     pub found: Option<Found>,
     pub neighbourhood: Option<Neighbourhood>,
     pub folds: Vec<Fold>,
+    /// Empty where it was not asked for.
+    pub ensembles: Vec<Ensemble>,
     /// Over all evaluations.
     pub steps: u64,
     pub failed: u64,
@@ -98,6 +116,16 @@ impl Results {
             })?;
             motions.push(motion);
         }
+        let ensembles = match task.ensemble {
+            0 => Vec::new(),
+            members => {
+                let (model, protocol, seed) = (&task.model, &task.protocol, task.plan.seed);
+                ensembles(model, protocol, &values, tosses, members, NOISE, seed, interrupt)?
+            }
+        };
+        let of_ensembles = || ensembles.iter().flat_map(|ensemble| &ensemble.scores);
+        let steps = steps + of_ensembles().map(|score| u64::from(score.steps)).sum::<u64>();
+        let failed = failed + of_ensembles().map(|score| u64::from(score.failed)).sum::<u64>();
         Ok(Self {
             values,
             scores_at_start,
@@ -105,9 +133,26 @@ impl Results {
             found,
             neighbourhood,
             folds,
+            ensembles,
             steps,
             failed,
             motions,
+        })
+    }
+
+    /// What the ensembles say, if there are any.
+    pub fn ensemble_means(&self) -> Option<EnsembleMeans> {
+        let ensembles = &self.ensembles;
+        let mut spreads: Vec<f64> = ensembles.iter().map(|ensemble| ensemble.spread).collect();
+        spreads.sort_by(f64::total_cmp);
+        let spread = *spreads.get(spreads.len() / 2)?;
+        let all = ensembles.iter().flat_map(|ensemble| ensemble.scores.iter().copied());
+        let best = ensembles.iter().map(|ensemble| ensemble.best);
+        Some(EnsembleMeans {
+            all: Mean::of(&all.collect::<Vec<_>>()),
+            best: Mean::of(&best.collect::<Vec<_>>()),
+            divided: ensembles.iter().filter(|ensemble| ensemble.divided).count(),
+            spread,
         })
     }
 

@@ -8,6 +8,7 @@ use crate::cli::physics::Physics;
 use crate::cli::scenario::{self, Scenario};
 use crate::cli::{several, shown};
 use std::path::Path;
+use tumble::fit::neighbourhood::Neighbourhood;
 use tumble::fit::search::{Plan, Sought};
 use tumble::fit::{Model, Parameter, Protocol, Values};
 use tumble::world::World;
@@ -24,6 +25,8 @@ pub struct Task {
     pub plan: Plan,
     pub neighbours: usize,
     pub folds: usize,
+    /// Starts of every toss.
+    pub ensemble: usize,
 }
 
 impl Task {
@@ -52,6 +55,9 @@ impl Task {
         };
         if !plan.sought.is_empty() {
             plan.check(&start).map_err(refused)?;
+            if args.neighbours > 0 {
+                Neighbourhood::check(&plan, args.neighbours).map_err(refused)?;
+            }
         }
         let idle = args.bounds.iter().find(|(parameter, _)| !args.parameters.0.contains(parameter));
         if let Some((parameter, _)) = idle {
@@ -78,6 +84,7 @@ impl Task {
             plan,
             neighbours: args.neighbours,
             folds: args.folds,
+            ensemble: args.ensemble,
         })
     }
 

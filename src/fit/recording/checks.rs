@@ -126,19 +126,34 @@ impl Toss {
             let [w, x, y, z] = state.attitude.into();
             Vector4::new(w, -x, -y, -z)
         };
-        let fits = |beside: &[Beside]| misfit(beside, SLOW_SPIN).is_some_and(|m| m <= APART);
-        let degrees = (ratio(&own).to_radians() - 1.0).abs() < 0.3;
-        let why = if degrees {
-            "they look like degrees a second; rad/s are needed"
-        } else if fits(&beside(&in_body, &own_attitude)) {
-            "they look like those of the world's frame; the body's are needed"
-        } else if fits(&beside(&own_spin, &last_first)) {
-            "the quaternions look like (x, y, z, w); (w, x, y, z) is needed"
-        } else if fits(&beside(&own_spin, &conjugate)) {
-            "the quaternions look like world → body; body → world is needed"
-        } else {
-            "rad/s in the body's frame, quaternions (w, x, y, z) body → world and the right rate are \
-             needed"
+        let in_degrees = |state: &State| state.spin.map(f64::to_radians);
+        let looks = [
+            (
+                beside(&in_degrees, &own_attitude),
+                "they look like degrees a second; rad/s are needed",
+            ),
+            (
+                beside(&in_body, &own_attitude),
+                "they look like those of the world's frame; the body's are needed",
+            ),
+            (
+                beside(&own_spin, &last_first),
+                "the quaternions look like (x, y, z, w); (w, x, y, z) is needed",
+            ),
+            (
+                beside(&own_spin, &conjugate),
+                "the quaternions look like world → body; body → world is needed",
+            ),
+        ];
+        let fits = looks.iter().map(|(beside, why)| {
+            (misfit(beside, SLOW_SPIN.to_radians()).unwrap_or(f64::INFINITY), *why)
+        });
+        let why = match fits.min_by(|a, b| a.0.total_cmp(&b.0)) {
+            Some((misfit, why)) if misfit <= APART => why,
+            _ => {
+                "rad/s in the body's frame, quaternions (w, x, y, z) body → world and the right \
+                 rate are needed"
+            }
         };
         self.refused(format!("the spins are not those of the attitudes: {why}"))
     }
@@ -188,9 +203,10 @@ fn misfit(beside: &[Beside], slow: f64) -> Option<f64> {
     (parts.len() >= 3).then(|| median(parts))
 }
 
-/// The median of |a| / |b|.
+/// Σ|a| / Σ|b|: what is fast decides, not the noise of what rests.
 fn ratio(beside: &[Beside]) -> f64 {
-    median(beside.iter().map(|(a, b)| a.norm() / b.norm().max(f64::MIN_POSITIVE)).collect())
+    let sum = |of: fn(&Beside) -> f64| beside.iter().map(of).sum::<f64>();
+    sum(|(a, _)| a.norm()) / sum(|(_, b)| b.norm())
 }
 
 fn median(mut values: Vec<f64>) -> f64 {
