@@ -85,6 +85,13 @@ impl Parameter {
         }
     }
 
+    /// How far around a found value the loss is looked at: as far as it is smooth. It is sharpest
+    /// in the friction.
+    pub(super) fn usual_reach(self, value: f64, bounds: [f64; 2]) -> f64 {
+        let share = (bounds[1] - bounds[0]) / 6.0;
+        if self == Self::Friction { share.min(0.1 * value.max(0.05)) } else { share }
+    }
+
     /// The first step of a search for it, where nothing is known but the bounds: a sixth of
     /// their distance, and no more than a fifth of the friction at the start.
     pub(super) fn usual_step(self, start: f64, bounds: [f64; 2]) -> f64 {

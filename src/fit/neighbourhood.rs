@@ -1,8 +1,9 @@
 //! How well the values are known: the loss around them, and the bootstrap over tosses.
 //!
 //! The scores of one set of values hang on chance: a toss that lands on an edge goes one way or the
-//! other. Values are drawn around the found ones, u_j uniform in ±1 half a step of the search, and a
-//! quadratic surface is laid through the losses by least squares:
+//! other. Values are drawn around the found ones, u_j uniform in ±1, the friction a tenth of itself and
+//! every other parameter a sixth of its bounds' distance to both sides, and a quadratic surface is laid
+//! through the losses by least squares:
 //!
 //! ```text
 //! L(u) ≈ c + gᵀu + ½ uᵀ H u
@@ -144,10 +145,10 @@ fn unit(draws: &mut Mt) -> f64 {
     f64::from(draws.next_u32()) / f64::from(u32::MAX)
 }
 
-/// Half a step of the search to both sides, within the bounds.
+/// What is looked at around a value, within the bounds.
 fn around(sought: &Sought, centre: &Values) -> [f64; 2] {
     let value = centre.get(sought.parameter);
-    let half = 0.5 * sought.parameter.usual_step(value, sought.bounds);
+    let half = sought.parameter.usual_reach(value, sought.bounds);
     [(value - half).max(sought.bounds[0]), (value + half).min(sought.bounds[1])]
 }
 

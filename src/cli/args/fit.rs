@@ -48,7 +48,7 @@ pub struct FitArgs {
     #[arg(long, value_name = "N", default_value = "2", value_parser = values::count)]
     pub rounds: usize,
     /// Values around the found ones that are simulated for the uncertainty; 0 for none.
-    #[arg(long, value_name = "N", default_value = "100", value_parser = values::count)]
+    #[arg(long, value_name = "N", default_value = "60", value_parser = values::count)]
     pub neighbours: usize,
     /// Parts of the tosses that are kept back in turn, the parameters fitted anew without them; 0 for
     /// none.

@@ -187,7 +187,7 @@ fn words(task: &Task, results: &Results, index: usize) -> String {
         }
         None => words += "The motions never part by 10 % or 10°. ",
     }
-    if let Some((recorded, state)) = pairs().last() {
+    if let (Some(recorded), Some(state)) = (toss.frames.last(), simulated.last()) {
         let begin = toss.frames[first].position;
         let way = (recorded.position - begin).xy();
         let off = (state.position - recorded.position).xy();
