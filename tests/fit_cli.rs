@@ -206,7 +206,7 @@ fn wrong_input_gets_a_sentence() {
     bench.refused(&with(&["--bounds", "friction=2:1"]), "2 is not below 1");
     bench.refused(&with(&["--bounds", "radius=0:0.01"]), "radius is not looked for");
     bench.refused(&with(&["--parameters", "none", "--set", "friction=-1"]), "friction");
-    bench.refused(&with(&["--folds", "5"]), "5 folds of 6 tosses");
+    bench.refused(&with(&["--folds", "5"]), "5 folds of 6 different recordings");
     bench.refused(&with(&["--evaluations", "3"]), "too few");
     bench.refused(&with(&["--substeps", "0"]), "--substeps");
     bench.refused(&with(&["--threads", "0"]), "--threads");

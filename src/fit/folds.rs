@@ -2,8 +2,10 @@
 
 use super::error::FitError;
 use super::model::Values;
+use super::recording::Toss;
 use super::rollout::{Evaluator, Query, TossScore};
 use super::search::{Found, Plan};
+use crate::mechanics::State;
 use rand_mt::Mt;
 
 /// One fold.
@@ -19,22 +21,43 @@ pub struct Fold {
     pub scores_at_start: Vec<TossScore>,
 }
 
-/// Parts of `count` tosses, drawn with `seed`, as equal as can be, each in ascending order.
+/// Two recordings are the same where no height is farther apart than this, m: a recording that was
+/// moved or turned about the vertical is the same one.
+const SAME: f64 = 1e-5;
+
+/// Whether two tosses are one recording.
+fn is_same(a: &Toss, b: &Toss) -> bool {
+    let height = |frame: &State| frame.position.z;
+    a.frames.len() == b.frames.len()
+        && a.frames.iter().zip(&b.frames).all(|(a, b)| (height(a) - height(b)).abs() <= SAME)
+}
+
+/// Parts of the tosses, drawn with `seed`, as equal as can be, each in ascending order. Tosses that
+/// are the same recording are in the same part: else what is kept back would have been seen.
 ///
 /// # Errors
-/// Less than two parts, or parts of less than two tosses.
-pub fn parts(count: usize, folds: usize, seed: u32) -> Result<Vec<Vec<usize>>, FitError> {
+/// Less than two parts, or parts of less than two recordings.
+pub fn parts(tosses: &[Toss], folds: usize, seed: u32) -> Result<Vec<Vec<usize>>, FitError> {
+    let mut recordings: Vec<Vec<usize>> = Vec::new();
+    for (place, toss) in tosses.iter().enumerate() {
+        match recordings.iter_mut().find(|known| is_same(&tosses[known[0]], toss)) {
+            Some(known) => known.push(place),
+            None => recordings.push(vec![place]),
+        }
+    }
+    let count = recordings.len();
     if folds < 2 || count < 2 * folds {
         return Err(FitError::Request(format!(
-            "{folds} folds of {count} tosses: 2 folds or more, of 2 tosses or more, are needed"
+            "{folds} folds of {count} different recordings: 2 folds or more, of 2 or more, are needed"
         )));
     }
-    let (mut order, mut draws) = ((0..count).collect::<Vec<_>>(), Mt::new(seed));
+    let mut draws = Mt::new(seed);
     for k in (1..count).rev() {
-        order.swap(k, draws.next_u32() as usize % (k + 1));
+        recordings.swap(k, draws.next_u32() as usize % (k + 1));
     }
     let part = |fold: usize| {
-        let mut part: Vec<usize> = order.iter().copied().skip(fold).step_by(folds).collect();
+        let mut part: Vec<usize> =
+            recordings.iter().skip(fold).step_by(folds).flatten().copied().collect();
         part.sort_unstable();
         part
     };

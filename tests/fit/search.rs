@@ -4,6 +4,7 @@ use super::synthetic::{SUBSTEPS, model, tosses};
 use rayon::ThreadPoolBuilder;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+use tumble::fit::folds::parts;
 use tumble::fit::neighbourhood::Neighbourhood;
 use tumble::fit::rollout::{Forgetful, rollout};
 use tumble::fit::search::{Found, Plan, Sought};
@@ -91,6 +92,28 @@ fn the_bootstrap_holds_the_hidden_friction() {
     let [low, .., high] = interval.quantiles;
     assert!(low - 0.005 < 0.25 && 0.25 < high + 0.005, "{interval:?}");
     assert!(high - low < 0.05 && interval.on_border < 0.5, "{interval:?}");
+}
+
+/// A recording that occurs again, moved and turned about the vertical, is kept back with its twin.
+#[test]
+fn twins_are_in_the_same_fold() {
+    let mut tosses = tosses(&hidden(), 8, 1e-4, 0);
+    let mut twin = tosses[3].clone();
+    twin.name = "twin".to_owned();
+    for frame in &mut twin.frames {
+        let position = frame.position;
+        frame.position.x = 1.0 - position.y;
+        frame.position.y = position.x;
+    }
+    tosses.push(twin);
+    for seed in 0..20 {
+        let parts = parts(&tosses, 4, seed).unwrap();
+        let fold = |toss| parts.iter().position(|part| part.binary_search(&toss).is_ok());
+        assert_eq!(fold(3), fold(8), "seed {seed}");
+        assert!((0..9).all(|toss| fold(toss).is_some()));
+        assert_eq!(parts.iter().map(Vec::len).sum::<usize>(), 9);
+    }
+    assert!(parts(&tosses, 5, 1).unwrap_err().to_string().contains("8 different recordings"));
 }
 
 #[test]

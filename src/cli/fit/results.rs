@@ -101,7 +101,7 @@ impl Results {
                 neighbourhood = Some(around);
             }
             if task.folds > 0 {
-                for kept in folds::parts(tosses.len(), task.folds, task.plan.seed)? {
+                for kept in folds::parts(tosses, task.folds, task.plan.seed)? {
                     folds.push(folds::fold(&task.plan, &task.start, &mut evaluator, &kept)?);
                 }
             }

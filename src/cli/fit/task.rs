@@ -73,7 +73,7 @@ impl Task {
             checked.map_err(|error| data.named(toss, error))?;
         }
         if args.folds > 0 && !plan.sought.is_empty() {
-            tumble::fit::folds::parts(data.tosses.len(), args.folds, args.seed).map_err(refused)?;
+            tumble::fit::folds::parts(&data.tosses, args.folds, args.seed).map_err(refused)?;
         }
         Ok(Self {
             scene: shown::path(&args.scene),
