@@ -14,8 +14,8 @@
 //! [`ensemble`] how far the noise of the starts carries.
 //!
 //! Motions with impacts are chaotic: which face a cube comes to rest on hangs on the last digits of
-//! the start. So the loss is bounded, the search needs no derivative, and what is said of the result
-//! is averaged over a neighbourhood.
+//! the start. So the loss is bounded, the search needs no derivative, and what is said of the
+//! result is averaged over a neighbourhood.
 //!
 //! Everything is deterministic: the same input gives the same bits on any number of threads.
 

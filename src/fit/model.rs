@@ -137,8 +137,8 @@ impl Model {
     /// The model of a world: its body, ground and constants.
     ///
     /// # Errors
-    /// A world of several bodies, with fixed pieces, without gravity, or whose body is a point mass,
-    /// or has points of several radii.
+    /// A world of several bodies, with fixed pieces, without gravity, or whose body is a point
+    /// mass, or has points of several radii.
     pub fn of_world(world: &World) -> Result<Self, FitError> {
         let refused = |why: &str| Err(FitError::Scene(format!("a fit needs {why}")));
         let [body] = world.bodies() else { return refused("a scene of one body") };

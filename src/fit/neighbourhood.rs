@@ -1,9 +1,9 @@
 //! How well the values are known: the loss around them, and the bootstrap over tosses.
 //!
 //! The scores of one set of values hang on chance: a toss that lands on an edge goes one way or the
-//! other. Values are drawn around the found ones, u_j uniform in ±1, the friction a tenth of itself and
-//! every other parameter a sixth of its bounds' distance to both sides, and a quadratic surface is laid
-//! through the losses by least squares:
+//! other. Values are drawn around the found ones, u_j uniform in ±1, the friction a tenth of itself
+//! and every other parameter a sixth of its bounds' distance to both sides, and a quadratic surface
+//! is laid through the losses by least squares:
 //!
 //! ```text
 //! L(u) ≈ c + gᵀu + ½ uᵀ H u
@@ -11,8 +11,8 @@
 //!
 //! Its value at u = 0 is the loss with chance averaged away; what is left of the points beside it
 //! is the roughness. For the uncertainty the tosses are drawn again with replacement, the surface
-//! laid through the losses of the sample, and its lowest point in the box taken: the spread of these
-//! is the interval.
+//! laid through the losses of the sample, and its lowest point in the box taken: the spread of
+//! these is the interval.
 
 use super::error::FitError;
 use super::model::Values;

@@ -139,8 +139,8 @@ impl<'a> Evaluator<'a> {
     }
 }
 
-/// Simulates one toss from its start to the end of its recording. `each` sees the simulated state at
-/// every frame from the start on.
+/// Simulates one toss from its start to the end of its recording. `each` sees the simulated state
+/// at every frame from the start on.
 ///
 /// # Errors
 /// An interrupt; a world or start that the library refuses.

@@ -1,9 +1,9 @@
 //! The search for the values of least loss: covariance matrix adaptation (CMA-ES, from `cmaes`),
 //! started anew.
 //!
-//! The loss of chaotic motions is rough: a simplex shrinks onto the next small dent, and there is no
-//! derivative. CMA-ES asks for ranks of a population alone. Each round starts at the best point so
-//! far, the first wide, the next narrower. What is in the first rounds simulated with half the
+//! The loss of chaotic motions is rough: a simplex shrinks onto the next small dent, and there is
+//! no derivative. CMA-ES asks for ranks of a population alone. Each round starts at the best point
+//! so far, the first wide, the next narrower. What is in the first rounds simulated with half the
 //! substeps is, in the last, with all of them.
 
 use super::error::FitError;
@@ -175,7 +175,8 @@ impl Plan {
     }
 
     /// One round: generations until its evaluations are used up or the population has shrunk to
-    /// nothing. The first one is half a step of the search wide, each next a third of the one before.
+    /// nothing. The first one is half a step of the search wide, each next a third of the one
+    /// before.
     fn round(&self, task: &RefCell<Task<'_, '_>>, round: usize) -> Result<(), FitError> {
         let width = 0.5 / 3.0_f64.powi(round.min(20) as i32);
         let at = task.borrow().best.0.clone();

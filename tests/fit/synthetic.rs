@@ -38,8 +38,9 @@ fn draw(draws: &mut Mt) -> f64 {
 }
 
 /// Tosses with the `values`. Each starts a little above the ground, less than four frames before it
-/// may touch it, where the protocol takes the recorded velocities. `noise` goes to positions (m) and
-/// attitudes (half of it, rad for m/10 mm); of the first `outliers` the second half slides away.
+/// may touch it, where the protocol takes the recorded velocities. `noise` goes to positions (m)
+/// and attitudes (half of it, rad for m/10 mm); of the first `outliers` the second half slides
+/// away.
 pub fn tosses(values: &Values, count: usize, noise: f64, outliers: usize) -> Vec<Toss> {
     let model = model();
     let mut draws = Mt::new(5);

@@ -11,7 +11,8 @@ use std::fmt::Write as _;
 /// How the page is to be read.
 const READING: &str = "Each toss is simulated from shortly before it touches the ground to the end \
     of its recording, with the same start whatever the parameters are. Its errors are the mean \
-    distance of the centres, in parts of the body's length, and the mean angle between the attitudes. \
+    distance of the centres, in parts of the body's length, and the mean angle between the \
+    attitudes. \
     Which face a toss comes to rest on can hang on the last digits of its start: a toss that ends \
     more than 45° off is counted as on another face.";
 
@@ -36,7 +37,8 @@ pub fn page(report: &Report) -> String {
     };
     let _ = write!(
         html,
-        "<p>{} steps simulated: <strong class=\"{class}\">{verdict}</strong>.</p>\n<p>{READING}</p>\n",
+        "<p>{} steps simulated: <strong class=\"{class}\">{verdict}</strong>.</p>\n\
+         <p>{READING}</p>\n",
         report.steps
     );
     html.push_str(&means(report));

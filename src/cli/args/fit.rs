@@ -11,8 +11,8 @@ use tumble::fit::{Loss, Parameter};
     its normal, m).\n\nExit codes: 0 done; 2 bad input; 3 some step did not converge; 130 \
     interrupted: the same command goes on from there; 1 anything else.")]
 pub struct FitArgs {
-    /// The scenario of the body and the ground (TOML, see scenarios/README.md): one body. Its start,
-    /// steps and time step are not used.
+    /// The scenario of the body and the ground (TOML, see scenarios/README.md): one body. Its
+    /// start, steps and time step are not used.
     #[arg(value_name = "SCENE")]
     pub scene: PathBuf,
     /// Recordings: a table (.csv, .csv.gz), a tensor (.pt), or a folder of such files.
@@ -20,7 +20,8 @@ pub struct FitArgs {
     pub data: PathBuf,
     /// The parameters to look for, with commas between them, or `none`: to score the values as they
     /// are.
-    #[arg(long, value_name = "NAMES", default_value = "friction,restitution", value_parser = parameters)]
+    #[arg(long, value_name = "NAMES", default_value = "friction,restitution",
+        value_parser = parameters)]
     pub parameters: Parameters,
     /// A value in place of the scene's: where the search starts, or, of a parameter that is not
     /// looked for, what it stays at. May be given several times.
@@ -32,7 +33,8 @@ pub struct FitArgs {
     #[arg(long, value_name = "NAME=LOW:HIGH", value_parser = bounds)]
     pub bounds: Vec<(Parameter, [f64; 2])>,
     /// Steps of the simulation for each frame of the recordings, 1 to 1000.
-    #[arg(long, value_name = "N", default_value = "10", value_parser = clap::value_parser!(u16).range(1..=1000))]
+    #[arg(long, value_name = "N", default_value = "10",
+        value_parser = clap::value_parser!(u16).range(1..=1000))]
     pub substeps: u16,
     /// Frames a second of recordings that do not say (.pt).
     #[arg(long, value_name = "HZ", default_value = "148", value_parser = values::number)]
@@ -50,8 +52,8 @@ pub struct FitArgs {
     /// Values around the found ones that are simulated for the uncertainty; 0 for none.
     #[arg(long, value_name = "N", default_value = "60", value_parser = values::count)]
     pub neighbours: usize,
-    /// Parts of the tosses that are kept back in turn, the parameters fitted anew without them; 0 for
-    /// none.
+    /// Parts of the tosses that are kept back in turn, the parameters fitted anew without them; 0
+    /// for none.
     #[arg(long, value_name = "N", default_value = "0", value_parser = values::count)]
     pub folds: usize,
     /// Starts within the noise of the recordings, 0.035 mm and 0.02° a frame, that every toss is

@@ -14,7 +14,9 @@ use tumble::fit::{Parameter, Values};
 pub fn json(task: &Task, results: &Results) -> Result<String, Failure> {
     let parameters = Parameter::ALL.map(|parameter| self::parameter(task, results, parameter));
     let smoothed = results.neighbourhood.as_ref().map(|around| {
-        let percent = |s: Smoothed| json!({ "value": 100.0 * s.value, "roughness": 100.0 * s.roughness });
+        let percent = |s: Smoothed| {
+            json!({ "value": 100.0 * s.value, "roughness": 100.0 * s.roughness })
+        };
         let degrees = |s: Smoothed| {
             json!({ "value": s.value.to_degrees(), "roughness": s.roughness.to_degrees() })
         };

@@ -1,5 +1,5 @@
-//! The state of a fit in a file, so that it can be interrupted and taken up again: one line for each
-//! evaluation, in their order.
+//! The state of a fit in a file, so that it can be interrupted and taken up again: one line for
+//! each evaluation, in their order.
 
 use crate::cli::directory::OutputDirectory;
 use crate::cli::outcome::Failure;

@@ -34,10 +34,10 @@ impl Toss {
     /// The toss with attitudes of unit length, if it can be one.
     ///
     /// # Errors
-    /// Fewer than five frames, no rate; a number that is none, an attitude whose length differs from
-    /// 1 by more than 1e-3, a jump of more than a third of a turn between frames; velocities that are
-    /// not those of the positions, or spins not those of the attitudes, with what they look like:
-    /// millimetres, degrees, the world's frame, another order of the quaternion.
+    /// Fewer than five frames, no rate; a number that is none, an attitude whose length differs
+    /// from 1 by more than 1e-3, a jump of more than a third of a turn between frames; velocities
+    /// that are not those of the positions, or spins not those of the attitudes, with what they
+    /// look like: millimetres, degrees, the world's frame, another order of the quaternion.
     pub fn checked(mut self) -> Result<Self, FitError> {
         if self.frames.len() < LEAST_FRAMES {
             return self.refused(format!(
@@ -159,11 +159,12 @@ impl Toss {
     }
 
     /// Whether a body with these `corners` (centres, m, body frame) and `radius` (m) can have made
-    /// this above the ground z = 0: its lowest point must come to the ground and stay above it, each
-    /// within a third of the body's half extent.
+    /// this above the ground z = 0: its lowest point must come to the ground and stay above it,
+    /// each within a third of the body's half extent.
     ///
     /// # Errors
-    /// It does not, with what it looks like: millimetres, z downwards, another height of the ground.
+    /// It does not, with what it looks like: millimetres, z downwards, another height of the
+    /// ground.
     pub fn check_against(&self, corners: &[Vector3<f64>], radius: f64) -> Result<(), FitError> {
         let size = corners.iter().map(Vector3::amax).fold(0.0, f64::max) + radius;
         let lowest = |frame: &State, up: f64| {

@@ -18,8 +18,8 @@ const GZIP: [u8; 2] = [0x1f, 0x8b];
 const MOST_BYTES: u64 = 1 << 30;
 
 /// The tosses of a table with a header: `toss_id`, `step`, `t_s`, position `x_m` …, attitude
-/// `qw` … (body → world), velocity `vx_m_s` … (world), spin `wx_rad_s` … (body). Columns are found by
-/// their names; others are let be. Rows of a toss follow each other, `step` from 0 on. Plain or
+/// `qw` … (body → world), velocity `vx_m_s` … (world), spin `wx_rad_s` … (body). Columns are found
+/// by their names; others are let be. Rows of a toss follow each other, `step` from 0 on. Plain or
 /// compressed by gzip. The rate is that of `t_s`.
 ///
 /// # Errors

@@ -1,9 +1,9 @@
 //! Recorded tosses: read from bytes, and checked before they are believed.
 //!
-//! [`read_csv`] takes tables of many tosses, plain or compressed by gzip, [`read_torch`] one toss as
-//! `torch.save` writes a tensor. [`Toss::checked`] refuses gaps, numbers that are none, attitudes
-//! that are no rotations, and recordings in other units or frames; [`Toss::check_against`] does the
-//! last in view of the body that is to have made them.
+//! [`read_csv`] takes tables of many tosses, plain or compressed by gzip, [`read_torch`] one toss
+//! as `torch.save` writes a tensor. [`Toss::checked`] refuses gaps, numbers that are none,
+//! attitudes that are no rotations, and recordings in other units or frames;
+//! [`Toss::check_against`] does the last in view of the body that is to have made them.
 
 mod checks;
 mod csv_table;

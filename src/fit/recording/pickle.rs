@@ -24,8 +24,8 @@ pub enum Number {
     F64,
 }
 
-/// A tensor in two dimensions: element (i, j) is number `offset + i strides[0] + j strides[1]` of the
-/// storage.
+/// A tensor in two dimensions: element (i, j) is number `offset + i strides[0] + j strides[1]` of
+/// the storage.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Tensor {
     pub number: Number,

@@ -11,8 +11,8 @@ use zip::ZipArchive;
 /// More bytes than this in an entry are no toss.
 const MOST_BYTES: u64 = 1 << 26;
 
-/// The toss of a file `.pt`: a T × 13 tensor of floats or doubles with the columns attitude (w, x, y,
-/// z; body → world), position (m), spin (rad/s, body), velocity (m/s, world), at `rate` frames a
+/// The toss of a file `.pt`: a T × 13 tensor of floats or doubles with the columns attitude (w, x,
+/// y, z; body → world), position (m), spin (rad/s, body), velocity (m/s, world), at `rate` frames a
 /// second.
 ///
 /// # Errors
