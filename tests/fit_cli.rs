@@ -229,6 +229,10 @@ fn wrong_input_gets_a_sentence() {
     let floating = SCENE.replace("[ground]\nfriction = 0.4\n", "");
     fs::write(bench.path("floating.toml"), floating).unwrap();
     bench.refused(&["floating.toml", "tosses"], "floating.toml: a table [ground] is needed");
+    let bodies = "[ground]\nfriction = 0.4\nnone = true\n\n[[bodies]]\nbox = 0.1\nmass = 0.4\n\
+                  position = [0, 0, 1]\n";
+    fs::write(bench.path("bodies.toml"), bodies).unwrap();
+    bench.refused(&["bodies.toml", "tosses"], "bodies.toml: a fit needs a ground");
     let large = SCENE.replace("box = 0.1", "box = 1.0");
     fs::write(bench.path("large.toml"), large).unwrap();
     let sentence = "some.csv: toss 0: the body's lowest point comes to";

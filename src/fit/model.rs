@@ -137,11 +137,14 @@ impl Model {
     /// The model of a world: its body, ground and constants.
     ///
     /// # Errors
-    /// A world of several bodies, with fixed pieces, without gravity, or whose body is a point
-    /// mass, or has points of several radii.
+    /// A world of several bodies, without a ground, with fixed pieces, without gravity, or whose
+    /// body is a point mass, or has points of several radii.
     pub fn of_world(world: &World) -> Result<Self, FitError> {
         let refused = |why: &str| Err(FitError::Scene(format!("a fit needs {why}")));
         let [body] = world.bodies() else { return refused("a scene of one body") };
+        if !world.has_ground() {
+            return refused("a ground: without one nothing lands");
+        }
         if !world.fixed().is_empty() {
             return refused("a scene without fixed pieces: the ground is what tosses land on");
         }
