@@ -17,6 +17,8 @@ pub mod sparsity;
 pub mod step;
 pub mod step_nlp;
 
+#[cfg(feature = "fit")]
+pub mod fit;
 #[cfg(feature = "rollout")]
 pub mod rollout;
 #[cfg(feature = "scenario")]

@@ -3,13 +3,15 @@
 //! A [`Film`] is plain data: bodies and their shapes, where they are in each frame, and the
 //! contact forces between two frames. [`animation`] makes a GIF of it, [`plot`] curves over time, [`view`] a
 //! page that plays one film or two. [`validation`] makes a page of comparisons with
-//! closed-form answers. Nothing here reads or writes a file, and the same input gives the
+//! closed-form answers, [`fit`] one of recorded and simulated motions. Nothing here reads or writes a file, and the same input gives the
 //! same bytes.
 
 #![forbid(unsafe_code)]
 
 pub mod animation;
+mod chart;
 mod film;
+pub mod fit;
 mod forces;
 mod markup;
 pub mod plot;

@@ -6,6 +6,7 @@ mod describe;
 mod directory;
 mod fields;
 mod film;
+mod fit;
 mod gif;
 mod input;
 mod inspect;
@@ -52,6 +53,7 @@ pub fn run() -> Result<Outcome, Failure> {
         Some(Command::Plot(args)) => plot::run(&args),
         Some(Command::View(args)) => view::run(&args),
         Some(Command::Inspect(args)) => inspect::run(&args),
+        Some(Command::Fit(args)) => fit::run(&args),
         Some(Command::Validate(args)) => validate::run(&args),
         Some(Command::Sweep(args)) => sweep::run(&args),
         Some(Command::Merge(args)) => sweep::merge(&args),

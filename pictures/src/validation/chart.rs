@@ -2,20 +2,12 @@
 
 use super::number::{brief, html};
 use super::report::{Curve, Experiment, Series, Solver};
+use crate::chart::{Chart, key};
 use crate::markup::escape;
-use crate::plot::curve::line;
 use crate::plot::panel::{LARGEST, shown};
 use crate::plot::scale::{Axis, Kind};
-use crate::plot::thin::{Point, thin};
-use std::fmt::Write as _;
+use crate::plot::thin::thin;
 
-/// The size of a chart and its margins. One unit is a pixel on a narrow screen.
-const WIDTH: f64 = 440.0;
-const HEIGHT: f64 = 290.0;
-const LEFT: f64 = 64.0;
-const RIGHT: f64 = 16.0;
-const TOP: f64 = 30.0;
-const BOTTOM: f64 = 46.0;
 /// Columns that curves are thinned to.
 const COLUMNS: usize = 120;
 /// Marks along Ipopt's curve.
@@ -24,77 +16,11 @@ const MARKS: usize = 24;
 /// what no eye would see, and the caption says so.
 const MAGNIFIED: f64 = 1e-6;
 
-/// A chart in the making.
-struct Chart {
-    x: Axis,
-    y: Axis,
-    body: String,
-}
-
-impl Chart {
-    fn new(x: Axis, y: Axis, (x_name, y_name): (&str, &str)) -> Self {
-        let mut chart = Self { x, y, body: String::new() };
-        let (right, bottom) = (WIDTH - RIGHT, HEIGHT - BOTTOM);
-        let (mut lines, mut labels) = (String::new(), String::new());
-        for (value, label) in &chart.x.ticks {
-            let (x, _) = chart.place((*value, 0.0));
-            let _ = write!(lines, "M{x:.2} {TOP}V{bottom}");
-            let y = bottom + 17.0;
-            let _ = writeln!(
-                labels,
-                "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"middle\">{label}</text>"
-            );
-        }
-        for (value, label) in &chart.y.ticks {
-            let (_, y) = chart.place((0.0, *value));
-            let _ = write!(lines, "M{LEFT} {y:.2}H{right}");
-            let (x, y) = (LEFT - 7.0, y + 4.2);
-            let _ = writeln!(
-                labels,
-                "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"end\">{label}</text>"
-            );
-        }
-        let middle = (LEFT + right) / 2.0;
-        let _ = write!(
-            chart.body,
-            "<path class=\"grid\" d=\"{lines}\"/>\n\
-             <path class=\"frame\" d=\"M{LEFT} {TOP}H{right}V{bottom}H{LEFT}Z\"/>\n{labels}\
-             <text class=\"axis\" x=\"4\" y=\"16\">{}</text>\n\
-             <text class=\"axis\" x=\"{middle}\" y=\"{}\" text-anchor=\"middle\">{}</text>\n",
-            escape(y_name),
-            HEIGHT - 8.0,
-            escape(x_name)
-        );
-        chart
-    }
-
-    fn place(&self, (x, y): (f64, f64)) -> (f64, f64) {
-        (
-            LEFT + self.x.fraction(x) * (WIDTH - LEFT - RIGHT),
-            HEIGHT - BOTTOM - self.y.fraction(y) * (HEIGHT - TOP - BOTTOM),
-        )
-    }
-
-    fn line(&mut self, class: &str, points: &[Point]) {
-        let placed: Vec<_> = points.iter().map(|p| p.map(|p| self.place(p))).collect();
-        let _ = writeln!(self.body, "<path class=\"{class}\" d=\"{}\"/>", line(&placed));
-    }
-
-    /// The mark of `solver` at each point: a disc within Ipopt's ring where they coincide.
-    fn marks(&mut self, solver: Solver, points: impl Iterator<Item = (f64, f64)>) {
-        for (x, y) in points.map(|point| self.place(point)).collect::<Vec<_>>() {
-            self.body.push_str(&mark(solver, x, y));
-        }
-    }
-
-    /// The figure, with its caption, which is markup.
-    fn figure(self, words: &str, caption: &str) -> String {
-        format!(
-            "<figure>\n<svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"{}\">\n{}\
-             </svg>\n<figcaption>{caption}</figcaption>\n</figure>\n",
-            escape(words),
-            self.body
-        )
+/// The mark of `solver` at each point: a disc within Ipopt's ring where they coincide.
+fn marks(chart: &mut Chart, solver: Solver, points: impl Iterator<Item = (f64, f64)>) {
+    for point in points {
+        let (x, y) = chart.place(point);
+        chart.draw(&mark(solver, x, y));
     }
 }
 
@@ -104,14 +30,6 @@ fn mark(solver: Solver, x: f64, y: f64) -> String {
         Solver::Ipopt => ("ipopt", 4.0),
     };
     format!("<circle class=\"{name}\" cx=\"{x:.2}\" cy=\"{y:.2}\" r=\"{radius}\"/>\n")
-}
-
-/// An entry of a legend: what is drawn like `drawn`.
-fn key(drawn: &str, name: &str) -> String {
-    format!(
-        "<span class=\"key\"><svg viewBox=\"0 0 26 10\" aria-hidden=\"true\">{drawn}</svg>{}</span> ",
-        escape(name)
-    )
 }
 
 /// The entries of the solvers; `lines` where their curves are drawn.
@@ -162,7 +80,7 @@ pub fn curves(experiment: &Experiment) -> String {
                 let stride = curve.times.len().div_ceil(MARKS).max(1);
                 let points = curve.times.iter().copied().zip(curve.measured.iter().copied());
                 let points = points.filter(|(_, value)| !value.is_nan()).step_by(stride);
-                chart.marks(series.solver, points);
+                marks(&mut chart, series.solver, points);
             }
         }
     }
@@ -219,7 +137,7 @@ pub fn errors(experiment: &Experiment) -> String {
         if series.solver == Solver::Native {
             chart.line("native", &points.iter().copied().map(Some).collect::<Vec<_>>());
         }
-        chart.marks(series.solver, points.into_iter());
+        marks(&mut chart, series.solver, points.into_iter());
     }
     let keys =
         key("<path class=\"guide\" d=\"M0 5h26\"/>", "slope 1") + &solver_keys(experiment, false);

@@ -5,8 +5,8 @@ mod chart;
 pub mod number;
 mod page;
 mod report;
-mod style;
-mod table;
+pub(crate) mod style;
+pub(crate) mod table;
 
 pub use page::page;
 pub use report::{Curve, Experiment, Quantity, Report, Series, Solver, Trial};

@@ -6,7 +6,7 @@ use crate::markup::escape;
 use std::fmt::Write as _;
 
 /// A table in a box that scrolls; each column has a name and whether it holds numbers.
-fn table(columns: &[(&str, bool)], rows: &str) -> String {
+pub fn table(columns: &[(&str, bool)], rows: &str) -> String {
     let class = |numbers: bool| if numbers { " class=\"n\"" } else { "" };
     let heads = columns
         .iter()
@@ -19,7 +19,7 @@ fn table(columns: &[(&str, bool)], rows: &str) -> String {
 }
 
 /// A cell of a number; on a narrow page, where rows are no columns, `name` stands before it.
-fn number(name: &str, text: &str) -> String {
+pub fn number(name: &str, text: &str) -> String {
     format!("<td class=\"n\" data-name=\"{name}\">{}</td>", html(text))
 }
 

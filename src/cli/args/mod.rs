@@ -1,12 +1,14 @@
 //! The arguments, and what each value may be.
 
 mod files;
+mod fit;
 mod shared;
 mod simulate;
 mod sweep;
 mod validate;
 
 pub use files::{GifArgs, InspectArgs, PlotArgs, VerifyArgs, ViewArgs};
+pub use fit::FitArgs;
 pub use shared::{AnimationArgs, PhysicsArgs};
 pub use simulate::SimulateArgs;
 pub use sweep::{MergeArgs, SweepArgs};
@@ -45,6 +47,9 @@ pub enum Command {
     View(ViewArgs),
     /// Evaluate the step's nonlinear program at a point: values and exact derivatives.
     Inspect(InspectArgs),
+    /// Find parameters with which simulated tosses go like recorded ones: OUT/fit.json, tosses.csv,
+    /// fitted.toml and fit.html.
+    Fit(FitArgs),
     /// Compare simulations with the closed-form answers of textbook problems: a table, and
     /// OUT/validation.html.
     Validate(ValidateArgs),

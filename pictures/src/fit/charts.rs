@@ -1,0 +1,153 @@
+//! The charts of the page.
+
+use super::report::{Motion, Report, Toss};
+use crate::chart::{Chart, key};
+use crate::plot::scale::{Axis, Kind};
+use crate::plot::thin::thin;
+
+/// Columns that curves are thinned to.
+const COLUMNS: usize = 160;
+
+/// The classes of the style in which curves are drawn.
+const RECORDED: &str = "exact";
+const SIMULATED: &str = "native";
+const BEFORE: &str = "guide";
+
+fn legend(entries: &[(&str, &str)]) -> String {
+    let entry = |(class, name): &(&str, &str)| {
+        key(&format!("<path class=\"{class}\" d=\"M0 5h26\"/>"), name)
+    };
+    entries.iter().map(entry).collect()
+}
+
+/// Curves over time on one pair of axes.
+fn over_time(
+    name: &str,
+    times: &[f64],
+    curves: &[(&str, Vec<f64>)],
+    keys: &str,
+    kind: Kind,
+) -> String {
+    let end = times.last().copied().unwrap_or(1.0);
+    let values = curves.iter().flat_map(|(_, values)| values.iter().copied());
+    let axis = Axis::new(kind, values, 6);
+    let mut chart = Chart::new(Axis::linear(0.0, end, 0.0, 6), axis, ("time t (s)", name));
+    for (class, values) in curves {
+        chart.line(class, &thin(times, values, (0.0, end), COLUMNS));
+    }
+    chart.figure(&format!("{name} over time"), keys)
+}
+
+/// The path seen from above, as long in x as in y.
+fn from_above(motion: &Motion, keys: &str) -> String {
+    let all = || motion.recorded.iter().chain(&motion.simulated).filter(|p| !p[0].is_nan());
+    let range = |axis: usize| {
+        let range = (f64::INFINITY, f64::NEG_INFINITY);
+        all().fold(range, |(low, high), p| (low.min(p[axis]), high.max(p[axis])))
+    };
+    let (x, y) = (range(0), range(1));
+    let half = 0.53 * (x.1 - x.0).max(y.1 - y.0).max(1e-3);
+    let axis = |(low, high): (f64, f64)| {
+        let middle = 0.5 * (low + high);
+        Axis::linear(middle - half, middle + half, 0.0, 5)
+    };
+    let mut chart = Chart::new(axis(x), axis(y), ("x (m)", "y (m), from above"));
+    for (class, path) in [(RECORDED, &motion.recorded), (SIMULATED, &motion.simulated)] {
+        let points: Vec<_> =
+            path.iter().map(|p| (!p[0].is_nan()).then_some((p[0], p[1]))).collect();
+        chart.line(class, &points);
+    }
+    chart.figure("the path from above", keys)
+}
+
+/// The charts of one toss: height, path, distance and angle; `length` in m.
+pub fn motion(motion: &Motion) -> String {
+    let both = legend(&[(RECORDED, "recorded"), (SIMULATED, "simulated")]);
+    let height = |path: &[[f64; 3]]| path.iter().map(|p| p[2]).collect::<Vec<_>>();
+    let heights = [(RECORDED, height(&motion.recorded)), (SIMULATED, height(&motion.simulated))];
+    let distance = motion
+        .recorded
+        .iter()
+        .zip(&motion.simulated)
+        .map(|(a, b)| 1000.0 * (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt());
+    let distance = [(SIMULATED, distance.collect::<Vec<_>>())];
+    let angle = [(SIMULATED, motion.angle.clone())];
+    let times = &motion.times;
+    [
+        over_time("height of the centre (m)", times, &heights, &both, Kind::FromZero),
+        from_above(motion, &both),
+        over_time("distance of the centres (mm)", times, &distance, "", Kind::FromZero),
+        over_time("angle between the attitudes (°)", times, &angle, "", Kind::FromZero),
+    ]
+    .concat()
+}
+
+/// The share of tosses whose error is below a value.
+fn shares(
+    name: &str,
+    tosses: &[Toss],
+    error: impl Fn(&Toss) -> [f64; 2],
+    searched: bool,
+) -> String {
+    let sorted = |which: usize| {
+        let mut errors: Vec<f64> = tosses.iter().map(|toss| error(toss)[which]).collect();
+        errors.sort_by(f64::total_cmp);
+        errors
+    };
+    let (before, found) = (sorted(0), sorted(1));
+    let most = before.iter().chain(&found).copied().fold(0.0, f64::max);
+    let mut chart = Chart::new(
+        Axis::linear(0.0, most, 0.0, 6),
+        Axis::linear(0.0, 100.0, 0.0, 5),
+        (name, "share of tosses below (%)"),
+    );
+    let curve = |errors: &[f64]| {
+        let step = 100.0 / errors.len() as f64;
+        let points = errors.iter().enumerate();
+        points.map(|(k, error)| Some((*error, (k + 1) as f64 * step))).collect::<Vec<_>>()
+    };
+    let mut keys = legend(&[(SIMULATED, "found")]);
+    if searched {
+        chart.line(BEFORE, &curve(&before));
+        keys = legend(&[(BEFORE, "start"), (SIMULATED, "found")]);
+    }
+    chart.line(SIMULATED, &curve(&found));
+    chart.figure(&format!("{name}: share of tosses below"), &keys)
+}
+
+/// Distributions of the errors, and both errors of each toss.
+pub fn errors(report: &Report) -> String {
+    let (tosses, searched) = (&report.tosses, !report.parameters.is_empty());
+    let position = shares("mean distance (% of the length)", tosses, |t| t.position, searched);
+    let rotation = shares("mean angle (°)", tosses, |t| t.rotation, searched);
+    let most = |of: &dyn Fn(&Toss) -> f64| tosses.iter().map(of).fold(0.0, f64::max);
+    let mut chart = Chart::new(
+        Axis::linear(0.0, most(&|t| t.position[1]), 0.02, 6),
+        Axis::linear(0.0, most(&|t| t.rotation[1]), 0.02, 6),
+        ("mean distance (% of the length)", "mean angle (°)"),
+    );
+    for toss in tosses {
+        let (x, y) = chart.place((toss.position[1], toss.rotation[1]));
+        let class = if toss.other_face { "ipopt" } else { "native" };
+        chart.draw(&format!("<circle class=\"{class}\" cx=\"{x:.2}\" cy=\"{y:.2}\" r=\"2.6\"/>\n"));
+    }
+    let keys = key("<circle class=\"native\" cx=\"13\" cy=\"5\" r=\"2.6\"/>", "the same face")
+        + &key("<circle class=\"ipopt\" cx=\"13\" cy=\"5\" r=\"2.6\"/>", "another face at the end");
+    position + &rotation + &chart.figure("both errors of every toss", &keys)
+}
+
+/// The least loss over the evaluations.
+pub fn progress(losses: &[f64]) -> String {
+    if losses.len() < 2 {
+        return String::new();
+    }
+    let count = losses.len() as f64;
+    let mut chart = Chart::new(
+        Axis::linear(0.0, count, 0.0, 6),
+        Axis::new(Kind::Linear, losses.iter().copied(), 6),
+        ("evaluations with all substeps", "least loss so far"),
+    );
+    let points: Vec<_> = losses.iter().enumerate().map(|(k, l)| Some((k as f64, *l))).collect();
+    chart.line(SIMULATED, &points);
+    chart.figure("the least loss over the evaluations", "")
+}

@@ -1,0 +1,190 @@
+//! The page: what was found, how large the errors are, and how tosses go.
+
+use super::charts;
+use super::report::{Motion, Report};
+use crate::markup::escape;
+use crate::validation::number::figure;
+use crate::validation::style::STYLE;
+use crate::validation::table::{number, table};
+use std::fmt::Write as _;
+
+/// How the page is to be read.
+const READING: &str = "Each toss is simulated from shortly before it touches the ground to the end \
+    of its recording, with the same start whatever the parameters are. Its errors are the mean \
+    distance of the centres, in parts of the body's length, and the mean angle between the \
+    attitudes. \
+    Which face a toss comes to rest on can hang on the last digits of its start: a toss that ends \
+    more than 45° off is counted as on another face.";
+
+/// The page of a report, complete in itself.
+#[must_use]
+pub fn page(report: &Report) -> String {
+    let title = format!("tumble fit: {}", escape(&report.scene));
+    let mut html = format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n\
+         <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; \
+         style-src 'unsafe-inline'\"/>\n\
+         <title>{title}</title>\n<style>\n{STYLE}\
+         circle.ipopt {{ fill: none; stroke: var(--ipopt); stroke-width: 1.8; }}\n\
+         </style>\n</head>\n<body>\n<h1>{title}</h1>\n<p class=\"faint\">{}. {}.</p>\n",
+        escape(&report.program),
+        report.facts.iter().map(|fact| escape(fact)).collect::<Vec<_>>().join(". "),
+    );
+    let (class, verdict) = match report.failed {
+        0 => ("good", "every step is certified".to_owned()),
+        failed => ("bad", format!("{failed} steps did not converge")),
+    };
+    let _ = write!(
+        html,
+        "<p>{} steps simulated: <strong class=\"{class}\">{verdict}</strong>.</p>\n\
+         <p>{READING}</p>\n",
+        report.steps
+    );
+    html.push_str(&means(report));
+    if !report.parameters.is_empty() {
+        let _ = write!(
+            html,
+            "<section id=\"parameters\">\n<h2>Parameters</h2>\n{}<div class=\"charts\">\n{}</div>\n\
+             </section>\n",
+            parameters(report),
+            charts::progress(&report.progress)
+        );
+    }
+    let _ = write!(
+        html,
+        "<section id=\"errors\">\n<h2>Errors</h2>\n<div class=\"charts\">\n{}</div>\n</section>\n",
+        charts::errors(report)
+    );
+    motions(&mut html, "usual", "Usual tosses, from good to bad", &report.usual);
+    motions(&mut html, "worst", "The tosses that go wrong most", &report.worst);
+    html.push_str("</body>\n</html>\n");
+    html
+}
+
+fn means(report: &Report) -> String {
+    let columns = [
+        ("values", false),
+        ("mean distance, %", true),
+        ("mean angle, °", true),
+        ("on another face", true),
+    ];
+    let mut rows = String::new();
+    for mean in &report.means {
+        let [faces, tosses] = mean.other_face;
+        let _ = writeln!(
+            rows,
+            "<tr class=\"first\"><th scope=\"row\">{}</th>{}{}{}</tr>",
+            escape(&mean.name),
+            number("mean distance, %", &format!("{:.2}", mean.position)),
+            number("mean angle, °", &format!("{:.2}", mean.rotation)),
+            number("on another face", &format!("{faces} of {tosses}"))
+        );
+    }
+    table(&columns, &rows)
+}
+
+fn parameters(report: &Report) -> String {
+    let columns = [
+        ("parameter", false),
+        ("start", true),
+        ("found", true),
+        ("95 % of the bootstrap", true),
+        ("to be said", false),
+    ];
+    let mut rows = String::new();
+    for parameter in &report.parameters {
+        let interval = match parameter.interval {
+            Some([low, high]) => format!("{} to {}", figure(low), figure(high)),
+            None => "—".to_owned(),
+        };
+        let _ = writeln!(
+            rows,
+            "<tr class=\"first\"><th scope=\"row\">{}</th>{}{}{}<td>{}</td></tr>",
+            escape(&parameter.name),
+            number("start", &figure(parameter.start)),
+            number("found", &figure(parameter.value)),
+            number("95 % of the bootstrap", &interval),
+            escape(&parameter.note)
+        );
+    }
+    table(&columns, &rows)
+}
+
+fn motions(html: &mut String, id: &str, title: &str, motions: &[Motion]) {
+    if motions.is_empty() {
+        return;
+    }
+    let _ = write!(html, "<section id=\"{id}\">\n<h2>{title}</h2>\n");
+    for motion in motions {
+        let _ = write!(
+            html,
+            "<h3>Toss {}</h3>\n<p>{}</p>\n<div class=\"charts\">\n{}</div>\n",
+            escape(&motion.name),
+            escape(&motion.words),
+            charts::motion(motion)
+        );
+    }
+    html.push_str("</section>\n");
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fit::{Means, Parameter, Toss};
+
+    fn report() -> Report {
+        let words = |text: &str| text.to_owned();
+        let motion = Motion {
+            name: words("7 <x>"),
+            words: words("slides 3 mm too far & rests"),
+            times: vec![0.0, 0.1, 0.2],
+            recorded: vec![[0.0, 0.0, 0.3], [0.1, 0.0, 0.2], [0.2, 0.1, 0.1]],
+            simulated: vec![[f64::NAN; 3], [0.1, 0.0, 0.2], [0.25, 0.1, 0.1]],
+            angle: vec![f64::NAN, 0.0, 4.0],
+        };
+        Report {
+            program: words("tumble"),
+            scene: words("cube <b>"),
+            facts: vec![words("3 tosses")],
+            parameters: vec![Parameter {
+                name: words("friction"),
+                start: 0.2,
+                value: 0.18,
+                interval: Some([0.17, 0.19]),
+                note: String::new(),
+            }],
+            means: vec![Means {
+                name: words("found"),
+                position: 12.5,
+                rotation: 15.25,
+                other_face: [1, 3],
+            }],
+            tosses: vec![Toss { position: [2.0, 1.0], rotation: [9.0, 90.0], other_face: true }; 3],
+            progress: vec![2.0, 1.5],
+            usual: vec![motion.clone()],
+            worst: vec![motion],
+            steps: 100,
+            failed: 0,
+        }
+    }
+
+    #[test]
+    fn the_page_has_all_of_it_and_no_markup_of_others() {
+        let page = page(&report());
+        for part in ["12.50", "15.25", "1 of 3", "0.180000", "too far &amp; rests", "certified"] {
+            assert!(page.contains(part), "{part}");
+        }
+        for wrong in ["NaN", "<b>", "<x>", "<script", "http://", "https://"] {
+            assert!(!page.contains(wrong), "{wrong}");
+        }
+        assert_eq!(page.matches("<svg viewBox=\"0 0 440").count(), 4 + 8);
+        assert_eq!(page.matches("circle class=\"ipopt\" cx").count(), 3 + 1);
+    }
+
+    #[test]
+    fn failed_steps_are_said() {
+        let page = page(&Report { failed: 2, ..report() });
+        assert!(page.contains("2 steps did not converge") && !page.contains("is certified"));
+    }
+}

@@ -1,0 +1,124 @@
+//! The arguments of `tumble fit`.
+
+use crate::cli::values;
+use clap::{Args, ValueEnum};
+use std::path::PathBuf;
+use tumble::fit::{Loss, Parameter};
+
+#[derive(Debug, Args)]
+#[command(after_help = "Parameters: friction, restitution, inertia and size (as multiples of the \
+    scene's), radius (of edges and corners, m), gravity (m/s²), ground (how far it is moved along \
+    its normal, m).\n\nExit codes: 0 done; 2 bad input; 3 some step did not converge; 130 \
+    interrupted: the same command goes on from there; 1 anything else.")]
+pub struct FitArgs {
+    /// The scenario of the body and the ground (TOML, see scenarios/README.md): one body. Its
+    /// start, steps and time step are not used.
+    #[arg(value_name = "SCENE")]
+    pub scene: PathBuf,
+    /// Recordings: a table (.csv, .csv.gz), a tensor (.pt), or a folder of such files.
+    #[arg(value_name = "DATA")]
+    pub data: PathBuf,
+    /// The parameters to look for, with commas between them, or `none`: to score the values as they
+    /// are.
+    #[arg(long, value_name = "NAMES", default_value = "friction,restitution",
+        value_parser = parameters)]
+    pub parameters: Parameters,
+    /// A value in place of the scene's: where the search starts, or, of a parameter that is not
+    /// looked for, what it stays at. May be given several times.
+    #[arg(long, value_name = "NAME=VALUE", value_parser = setting)]
+    pub set: Vec<(Parameter, f64)>,
+    /// Where a parameter is looked for [default: friction 0.02:1, restitution 0:0.6, inertia 0.5:2,
+    /// size 0.9:1.1, radius 0 to 0.3 times the least half extent, gravity and ground 10 % to both
+    /// sides]. May be given several times.
+    #[arg(long, value_name = "NAME=LOW:HIGH", value_parser = bounds)]
+    pub bounds: Vec<(Parameter, [f64; 2])>,
+    /// Steps of the simulation for each frame of the recordings, 1 to 1000.
+    #[arg(long, value_name = "N", default_value = "10",
+        value_parser = clap::value_parser!(u16).range(1..=1000))]
+    pub substeps: u16,
+    /// Frames a second of recordings that do not say (.pt).
+    #[arg(long, value_name = "HZ", default_value = "148", value_parser = values::number)]
+    pub rate: f64,
+    /// What is made least: the mean of a bounded error of each toss, or of the error itself.
+    #[arg(long, value_enum, default_value = "robust")]
+    pub loss: LossName,
+    /// Simulations of all tosses in a search.
+    #[arg(long, value_name = "N", default_value = "250", value_parser = values::count)]
+    pub evaluations: usize,
+    /// Searches after each other, each from the best values so far; all but the last with half the
+    /// substeps.
+    #[arg(long, value_name = "N", default_value = "2", value_parser = values::count)]
+    pub rounds: usize,
+    /// Values around the found ones that are simulated for the uncertainty; 0 for none.
+    #[arg(long, value_name = "N", default_value = "60", value_parser = values::count)]
+    pub neighbours: usize,
+    /// Parts of the tosses that are kept back in turn, the parameters fitted anew without them; 0
+    /// for none.
+    #[arg(long, value_name = "N", default_value = "0", value_parser = values::count)]
+    pub folds: usize,
+    /// Starts within the noise of the recordings, 0.035 mm and 0.02° a frame, that every toss is
+    /// simulated from with the found values, to see what its error is made of; 0 for none.
+    #[arg(long, value_name = "N", default_value = "0", value_parser = values::count)]
+    pub ensemble: usize,
+    /// Of what is drawn: search, neighbours, folds, ensemble.
+    #[arg(long, default_value = "1", value_parser = values::seed)]
+    pub seed: u32,
+    /// Threads; the result does not depend on them [default: one a core].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
+    /// Directory for fit.json, tosses.csv, fitted.toml and fit.html, made if it is not there.
+    #[arg(long, value_name = "DIR", default_value = "out")]
+    pub out: PathBuf,
+    /// No progress bar and no summary.
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+/// What is looked for.
+#[derive(Debug, Clone)]
+pub struct Parameters(pub Vec<Parameter>);
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum LossName {
+    Robust,
+    Mean,
+}
+
+impl From<LossName> for Loss {
+    fn from(name: LossName) -> Self {
+        match name {
+            LossName::Robust => Self::Robust,
+            LossName::Mean => Self::Mean,
+        }
+    }
+}
+
+fn parameter(name: &str) -> Result<Parameter, String> {
+    Parameter::of_name(name.trim()).ok_or_else(|| {
+        let names = Parameter::ALL.map(Parameter::name).join(", ");
+        format!("{name:?} is no parameter; there are {names}")
+    })
+}
+
+fn parameters(text: &str) -> Result<Parameters, String> {
+    if text.trim() == "none" {
+        return Ok(Parameters(Vec::new()));
+    }
+    text.split(',').map(parameter).collect::<Result<_, _>>().map(Parameters)
+}
+
+fn setting(text: &str) -> Result<(Parameter, f64), String> {
+    let (name, value) = text.split_once('=').ok_or("NAME=VALUE is needed")?;
+    Ok((parameter(name)?, values::number(value)?))
+}
+
+fn bounds(text: &str) -> Result<(Parameter, [f64; 2]), String> {
+    let needed = "NAME=LOW:HIGH is needed";
+    let (name, range) = text.split_once('=').ok_or(needed)?;
+    let (low, high) = range.split_once(':').ok_or(needed)?;
+    let bounds = [values::number(low)?, values::number(high)?];
+    if bounds[0] >= bounds[1] {
+        return Err(format!("{low} is not below {high}; NAME=LOW:HIGH is needed"));
+    }
+    Ok((parameter(name)?, bounds))
+}

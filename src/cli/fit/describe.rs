@@ -1,0 +1,108 @@
+//! What a fit says on the terminal.
+
+use super::results::{Mean, Results};
+use super::task::Task;
+use std::fmt::Write as _;
+
+/// The summary.
+pub fn describe(task: &Task, results: &Results) -> String {
+    let frames: usize = task.data.tosses.iter().map(|toss| toss.frames.len()).sum();
+    let mut text = format!(
+        "{} tosses, {frames} frames, from {} file{}\n",
+        task.data.tosses.len(),
+        task.data.files(),
+        if task.data.files() == 1 { "" } else { "s" }
+    );
+    for (place, sought) in task.plan.sought.iter().enumerate() {
+        let parameter = sought.parameter;
+        let value = results.values.get(parameter);
+        let _ = write!(
+            text,
+            "  {:<12} {:<9} from {}",
+            parameter.name(),
+            short(value),
+            short(task.start.get(parameter))
+        );
+        if let Some(around) = &results.neighbourhood {
+            let interval = &around.intervals[place];
+            let [low, .., high] = interval.quantiles.map(short);
+            let _ = write!(text, ", 95 % of the bootstrap in {low} to {high}");
+            if interval.on_border > 0.05 {
+                let percent = 100.0 * interval.on_border;
+                let _ = write!(text, " ({percent:.0} % on the border of what was looked at)");
+            }
+        }
+        if !parameter.unit().is_empty() {
+            let _ = write!(text, " {}", parameter.unit());
+        }
+        if sought.bounds.contains(&value) {
+            text.push_str(", on its bound");
+        }
+        text.push('\n');
+    }
+    let mut line = |name: &str, mean: Mean, of: usize| {
+        let _ = writeln!(
+            text,
+            "  {name:<12} position {:.2} %, rotation {:.2}°, {} of {of} on another face",
+            mean.position, mean.rotation, mean.other_face
+        );
+    };
+    let count = task.data.tosses.len();
+    if task.is_search() {
+        line("start", Mean::of(&results.scores_at_start), count);
+    }
+    line(if task.is_search() { "found" } else { "scored" }, Mean::of(&results.scores), count);
+    if let Some(kept) = results.kept() {
+        line("kept back", Mean::of(&kept), count);
+    }
+    if let Some(around) = &results.neighbourhood {
+        let _ = writeln!(
+            text,
+            "  smoothed     position {:.2} ± {:.2} %, rotation {:.2} ± {:.2}°, over {} neighbours",
+            100.0 * around.position.value,
+            100.0 * around.position.roughness,
+            around.rotation.value.to_degrees(),
+            around.rotation.roughness.to_degrees(),
+            around.points
+        );
+    }
+    if let Some(means) = results.ensemble_means() {
+        let _ = writeln!(
+            text,
+            "  ensemble     of {} starts within the noise: position {:.2} %, rotation {:.2}°; the \
+             best of each toss {:.2} %, {:.2}°; {} tosses end on the same face and another",
+            task.ensemble,
+            means.all.position,
+            means.all.rotation,
+            means.best.position,
+            means.best.rotation,
+            means.divided
+        );
+    }
+    if let Some(found) = &results.found {
+        let _ = writeln!(
+            text,
+            "  search       {} evaluations, {} refused",
+            found.evaluations, found.refused
+        );
+    }
+    let _ = writeln!(
+        text,
+        "  steps        {}, failed {}, largest residual {:.1e} m/s",
+        results.steps,
+        results.failed,
+        Mean::of(&results.scores).residual
+    );
+    text
+}
+
+/// Four digits.
+pub fn short(value: f64) -> String {
+    if value == 0.0 || (1e-4..1e6).contains(&value.abs()) {
+        let size = if value == 0.0 { 0 } else { value.abs().log10().floor() as i32 };
+        let digits = (3 - size).clamp(0, 8) as usize;
+        format!("{value:.digits$}")
+    } else {
+        format!("{value:.3e}")
+    }
+}

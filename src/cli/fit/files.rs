@@ -1,0 +1,221 @@
+//! The files of a fit: what was found as JSON, every toss as CSV, and a scenario with the values.
+
+use super::results::{Mean, OTHER_FACE, Results};
+use super::task::Task;
+use crate::cli::outcome::Failure;
+use nalgebra::Vector3;
+use serde::Serialize;
+use serde_json::{Value, json};
+use std::fmt::Write as _;
+use tumble::fit::neighbourhood::Smoothed;
+use tumble::fit::{Parameter, Values};
+
+/// fit.json.
+pub fn json(task: &Task, results: &Results) -> Result<String, Failure> {
+    let parameters = Parameter::ALL.map(|parameter| self::parameter(task, results, parameter));
+    let smoothed = results.neighbourhood.as_ref().map(|around| {
+        let percent = |s: Smoothed| {
+            json!({ "value": 100.0 * s.value, "roughness": 100.0 * s.roughness })
+        };
+        let degrees = |s: Smoothed| {
+            json!({ "value": s.value.to_degrees(), "roughness": s.roughness.to_degrees() })
+        };
+        json!({
+            "points": around.points,
+            "position_percent": percent(around.position),
+            "rotation_deg": degrees(around.rotation),
+            "loss": { "value": around.loss.value, "roughness": around.loss.roughness },
+        })
+    });
+    let folds = results.folds.iter().map(|fold| {
+        let kept = fold.kept.iter().map(|&toss| &task.data.tosses[toss].name);
+        json!({
+            "values": values(task, &fold.found.values),
+            "kept_back": kept.collect::<Vec<_>>(),
+            "scores_of_kept": mean(Mean::of(&fold.scores)),
+            "scores_of_kept_at_start": mean(Mean::of(&fold.scores_at_start)),
+            "refused_evaluations": fold.found.refused,
+        })
+    });
+    let folds: Vec<Value> = folds.collect();
+    let found = results.found.as_ref();
+    let file = json!({
+        "tumble_version": env!("CARGO_PKG_VERSION"),
+        "scene": task.scene,
+        "tosses": task.data.tosses.len(),
+        "frames": task.data.tosses.iter().map(|toss| toss.frames.len()).sum::<usize>(),
+        "data_digest": format!("{:016x}", task.data.digest),
+        "protocol": {
+            "touch_height_m": task.protocol.touch_height,
+            "length_m": task.protocol.length,
+            "gravity_m_s2": task.protocol.gravity,
+            "lead_frames": task.protocol.lead,
+            "substeps": task.protocol.substeps,
+        },
+        "loss": task.plan.loss.name(),
+        "seed": task.plan.seed,
+        "parameters": parameters,
+        "scores_at_start": mean(Mean::of(&results.scores_at_start)),
+        "scores": mean(Mean::of(&results.scores)),
+        "loss_at_start": task.plan.loss.mean(&results.scores_at_start),
+        "loss_found": task.plan.loss.mean(&results.scores),
+        "smoothed": smoothed,
+        "folds": folds,
+        "cross_validated": results.kept().map(|scores| mean(Mean::of(&scores))),
+        "ensemble": results.ensemble_means().map(|means| json!({
+            "members": task.ensemble,
+            "all_members": mean(means.all),
+            "best_members": mean(means.best),
+            "tosses_on_both_the_same_and_another_face": means.divided,
+            "median_spread_of_ends_m": means.spread,
+        })),
+        "evaluations": found.map(|found| found.evaluations),
+        "refused_evaluations": found.map(|found| found.refused),
+        "steps_of_all_evaluations": results.steps,
+        "failed_steps": results.failed,
+    });
+    let mut text = pretty(&file)?;
+    text.push('\n');
+    Ok(text)
+}
+
+fn pretty(value: &impl Serialize) -> Result<String, Failure> {
+    serde_json::to_string_pretty(value)
+        .map_err(|error| Failure::Other(format!("fit.json cannot be written: {error}")))
+}
+
+fn mean(mean: Mean) -> Value {
+    json!({
+        "position_percent": mean.position,
+        "rotation_deg": mean.rotation,
+        "on_another_face": mean.other_face,
+        "largest_residual_m_s": mean.residual,
+    })
+}
+
+fn values(task: &Task, values: &Values) -> Value {
+    let sought = task.plan.sought.iter().map(|sought| sought.parameter);
+    sought.map(|parameter| (parameter.name().to_owned(), json!(values.get(parameter)))).collect()
+}
+
+fn parameter(task: &Task, results: &Results, parameter: Parameter) -> Value {
+    let place = task.plan.sought.iter().position(|sought| sought.parameter == parameter);
+    let value = results.values.get(parameter);
+    let mut object = json!({
+        "name": parameter.name(),
+        "unit": parameter.unit(),
+        "sought": place.is_some(),
+        "start": task.start.get(parameter),
+        "value": value,
+    });
+    if let Some(place) = place {
+        let bounds = task.plan.sought[place].bounds;
+        object["bounds"] = json!(bounds);
+        object["on_bound"] = json!(bounds.contains(&value));
+        if let Some(around) = &results.neighbourhood {
+            let interval = &around.intervals[place];
+            let [q025, q16, q50, q84, q975] = interval.quantiles;
+            object["bootstrap"] = json!({
+                "looked_at": interval.looked,
+                "q025": q025, "q16": q16, "q50": q50, "q84": q84, "q975": q975,
+                "on_border": interval.on_border,
+            });
+        }
+    }
+    object
+}
+
+/// tosses.csv: the errors of every toss.
+pub fn table(task: &Task, results: &Results) -> Result<String, Failure> {
+    let mut text = String::from(
+        "toss_id,frames,start_frame,position_percent,rotation_deg,end_rotation_deg,other_face,\
+         start_values_position_percent,start_values_rotation_deg,fold,kept_position_percent,\
+         kept_rotation_deg,steps,failed,largest_residual_m_s\n",
+    );
+    let fold_of = |toss: usize| {
+        results.folds.iter().enumerate().find_map(|(number, fold)| {
+            let place = fold.kept.binary_search(&toss).ok()?;
+            Some((number, &fold.scores[place]))
+        })
+    };
+    for (index, toss) in task.data.tosses.iter().enumerate() {
+        let (score, before) = (&results.scores[index], &results.scores_at_start[index]);
+        let kept = match fold_of(index) {
+            Some((fold, kept)) => {
+                format!("{fold},{},{}", 100.0 * kept.position, kept.rotation.to_degrees())
+            }
+            None => ",,".to_owned(),
+        };
+        let _ = writeln!(
+            text,
+            "{},{},{},{},{},{},{},{},{},{kept},{},{},{}",
+            quoted(&toss.name),
+            toss.frames.len(),
+            task.protocol.start_frame(toss),
+            100.0 * score.position,
+            score.rotation.to_degrees(),
+            score.end.to_degrees(),
+            u8::from(score.end > OTHER_FACE),
+            100.0 * before.position,
+            before.rotation.to_degrees(),
+            score.steps,
+            score.failed,
+            score.residual,
+        );
+    }
+    Ok(text)
+}
+
+/// A name as a field of CSV.
+fn quoted(name: &str) -> String {
+    if name.contains([',', '"', '\n', '\r']) {
+        format!("\"{}\"", name.replace('"', "\"\""))
+    } else {
+        name.to_owned()
+    }
+}
+
+/// fitted.toml: the scene with the found values, from the start of the first toss.
+pub fn scenario(task: &Task, results: &Results) -> String {
+    let (model, values, toss) = (&task.model, &results.values, &task.data.tosses[0]);
+    let substeps = task.protocol.substeps;
+    let frames = toss.frames.len() - task.protocol.start_frame(toss);
+    let start = task.protocol.start(toss);
+    let gravity = model.gravity() * (values.get(Parameter::Gravity) / model.gravity().norm());
+    let ground = model.ground();
+    let corners: Vec<_> = model.corners(values).iter().map(list).collect();
+    let inertia = model.inertia(values);
+    let rows: Vec<_> = (0..3).map(|row| list(&inertia.row(row).transpose())).collect();
+    let radius = values.get(Parameter::Radius);
+    let shape = match radius {
+        0.0 => format!("points = [\n  {},\n]\n", corners.join(",\n  ")),
+        _ => format!("hull = [\n  {},\n]\nradius = {radius:?}\n", corners.join(",\n  ")),
+    };
+    format!(
+        "# Found by `tumble fit`: what fit.json says, as a scenario. It starts like toss {name} of \
+         the data,\n# and each {substeps} steps are one frame.\n\n\
+         name = \"fitted\"\nsteps = {steps}\ntime_step = {h:?}\ngravity = {gravity}\n\n\
+         [ground]\nfriction = {friction:?}\nrestitution = {restitution:?}\nnormal = {normal}\n\
+         offset = {offset:?}\n\n\
+         [[bodies]]\nname = \"body\"\n{shape}mass = {mass:?}\ninertia = [{rows}]\n\
+         position = {position}\nattitude = {attitude:?}\nvelocity = {velocity}\nspin = {spin}\n",
+        name = toss.name.chars().filter(|c| !c.is_control()).collect::<String>(),
+        steps = (frames - 1) * substeps + 1,
+        h = 1.0 / (toss.rate * substeps as f64),
+        gravity = list(&gravity),
+        friction = values.get(Parameter::Friction),
+        restitution = values.get(Parameter::Restitution),
+        normal = list(ground.normal()),
+        offset = ground.offset() + values.get(Parameter::Ground),
+        mass = model.mass(),
+        rows = rows.join(", "),
+        position = list(&start.position),
+        attitude = <[f64; 4]>::from(start.attitude),
+        velocity = list(&start.velocity),
+        spin = list(&start.spin),
+    )
+}
+
+fn list(vector: &Vector3<f64>) -> String {
+    format!("{:?}", <[f64; 3]>::from(*vector))
+}

@@ -1,0 +1,38 @@
+//! Parameters from recorded motion: which friction, rounding or inertia makes simulated tosses of
+//! a body go like recorded ones?
+//!
+//! ```text
+//! bytes ─ recording ─ Toss ─┐
+//! World ─ model ── Values ──┴─ rollout ─ TossScore ─ loss ─ search ─ neighbourhood
+//! ```
+//!
+//! [`recording`] reads tosses and refuses what cannot be one. [`protocol`] says where a simulation
+//! starts and how it is compared. [`model`] names the parameters. [`rollout`] simulates every toss
+//! on all threads of the caller's rayon pool, every step with its certificate, and counts the steps
+//! that failed. [`search`] looks for the values of least [`loss`], [`neighbourhood`] says how well
+//! they are known, [`folds`] how they do on tosses that were kept back,
+//! [`ensemble`] how far the noise of the starts carries.
+//!
+//! Motions with impacts are chaotic: which face a cube comes to rest on hangs on the last digits of
+//! the start. So the loss is bounded, the search needs no derivative, and what is said of the
+//! result is averaged over a neighbourhood.
+//!
+//! Everything is deterministic: the same input gives the same bits on any number of threads.
+
+pub mod ensemble;
+pub mod error;
+pub mod folds;
+pub mod loss;
+pub mod model;
+pub mod neighbourhood;
+pub mod protocol;
+pub mod recording;
+pub mod rollout;
+pub mod search;
+
+pub use error::FitError;
+pub use loss::Loss;
+pub use model::{Model, Parameter, Values};
+pub use protocol::Protocol;
+pub use recording::Toss;
+pub use rollout::{Evaluator, Memory, Query, TossScore};
