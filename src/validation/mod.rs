@@ -22,6 +22,7 @@ mod cradle;
 mod dominoes;
 mod dragging;
 mod edge;
+mod elastic;
 mod falling;
 mod grid;
 mod heap;
@@ -90,7 +91,7 @@ pub trait Problem: Sync {
 }
 
 /// All problems, in the order of a first reading.
-pub static PROBLEMS: [&dyn Problem; 31] = [
+pub static PROBLEMS: [&dyn Problem; 32] = [
     &falling::FreeFall,
     &stopping::SlidingStop,
     &slope::STICK,
@@ -113,6 +114,7 @@ pub static PROBLEMS: [&dyn Problem; 31] = [
     &collision::Collision,
     &collision::BallChain,
     &cradle::Cradle,
+    &elastic::BouncingBalls,
     &pair::PairInFlight,
     &blocks::BlocksOnSlope,
     &blocks::PulledBlock,
