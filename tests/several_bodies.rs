@@ -511,3 +511,19 @@ fn a_search_does_not_depend_on_what_was_asked_before() {
     assert_eq!(asked.contacts(), fresh.contacts());
     assert_eq!(fresh.contacts().len(), 8);
 }
+
+/// A ball that another one drives into the ground within a step meets the ground, although its
+/// point is a contact with the other ball already: free flight would not have brought it there.
+#[test]
+fn a_ball_that_is_driven_down_meets_the_ground() {
+    let ball = || RigidBody::solid(1.0, &[Piece::sphere(0.1).unwrap()]).unwrap().0;
+    let falling = State { velocity: Vector3::new(0.0, 0.0, -2.0), ..at(0.0, 0.0, 0.3007) };
+    // Above the band in which points are candidates at the start.
+    let bodies = vec![(ball(), at(0.0, 0.0, 0.1006)), (ball(), falling)];
+    let mut scene = Scene::new(bodies, 0.3, 1e-3);
+    scene.parameters.gravity = Vector3::zeros();
+    for record in scene.run(5) {
+        let depth = 0.1 - record.solution.states[0].position[2];
+        assert!(depth < 1e-12, "step {}: {depth:e} m", record.index);
+    }
+}

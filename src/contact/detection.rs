@@ -87,7 +87,8 @@ pub fn admit_missed(
     let before = contacts.len();
     for (index, next) in next.iter().enumerate() {
         for (point, height) in world.heights(index, &next.pose()).enumerate() {
-            let known = |contact: &Contact| (contact.key.body, contact.key.point) == (index, point);
+            let key = ContactKey { body: index, point, partner: Partner::Ground, pair: None };
+            let known = |contact: &Contact| contact.key == key;
             if height < -depth && !contacts[..before].iter().any(known) {
                 contacts.push(ground_contact(world, index, point, &states[index].pose()));
             }
