@@ -18,7 +18,28 @@ use crate::simulation::random::Draws;
 use nalgebra::Vector3;
 
 /// A cube of balls that falls.
-pub struct Balls;
+pub struct Balls {
+    name: &'static str,
+    about: &'static str,
+    /// e: 0, or 1 for balls that lose nothing.
+    restitution: f64,
+}
+
+/// The test as it is.
+pub const BALLS_666: Balls = Balls {
+    name: "balls-666",
+    about: "6 × 6 × 6 balls without friction fall on the ground and on each other (SimBenchmark's 666 \
+            test, its first 0.3 s): nothing penetrates, momentum stays, energy does not grow.",
+    restitution: 0.0,
+};
+
+/// The elastic test.
+pub const ELASTIC_666: Balls = Balls {
+    name: "elastic-666",
+    about: "The same with restitution 1 (SimBenchmark's elastic 666 test, its first 0.3 s): what the \
+            step keeps of the energy, ½ v² + g z − ½ h g v, does not grow.",
+    restitution: 1.0,
+};
 
 /// Balls along each edge.
 const EDGE: usize = 6;
@@ -48,11 +69,13 @@ fn starts() -> Vec<State> {
     (0..BALLS).map(place).collect()
 }
 
-/// ½ v² + g z, the mean of all balls, J/kg.
-fn energy(run: &Run, k: usize, gravity: f64) -> f64 {
+/// ½ v² + g (z − e ½ h v_z), the mean of all balls, J/kg: the energy, or with e = 1 what of it the step
+/// keeps in flight and in impacts (eq. 30).
+fn energy(run: &Run, k: usize, gravity: f64, e: f64) -> f64 {
     let of = |index: usize| {
         let state = &run.states(index)[k];
-        0.5 * state.velocity.norm_squared() + gravity * state.position[2]
+        let height = state.position[2] - e * 0.5 * run.time_step * state.velocity[2];
+        0.5 * state.velocity.norm_squared() + gravity * height
     };
     (0..BALLS).map(of).sum::<f64>() / BALLS as f64
 }
@@ -91,12 +114,11 @@ fn penetration(places: &[Vector3<f64>]) -> (f64, f64) {
 
 impl Problem for Balls {
     fn name(&self) -> &'static str {
-        "balls-666"
+        self.name
     }
 
     fn about(&self) -> &'static str {
-        "6 × 6 × 6 balls without friction fall on the ground and on each other (SimBenchmark's 666 \
-         test, its first 0.3 s): nothing penetrates, momentum stays, energy does not grow."
+        self.about
     }
 
     fn bodies(&self) -> usize {
@@ -104,7 +126,8 @@ impl Problem for Balls {
     }
 
     fn inputs(&self) -> Inputs {
-        Inputs::new(0.01, &[(Input::Mass, 10.0), (Input::Gravity, 9.81)])
+        let values = [(Input::Mass, 10.0), (Input::Gravity, 9.81)];
+        Inputs::new(0.01, &values)
     }
 
     /// Laws of conservation, all of them exact in the step as well; the energy falls. A contact that
@@ -116,25 +139,27 @@ impl Problem for Balls {
         laboratory: &mut Laboratory<'_>,
     ) -> Result<Findings, Unsuitable> {
         let (mass, gravity) = (inputs.get(Input::Mass)?, inputs.get(Input::Gravity)?);
+        let restitution = self.restitution;
         let (ball, _) = RigidBody::solid(mass, &[Piece::sphere(RADIUS)?])?;
         let bodies = starts().into_iter().map(|start| Subject::new(ball.clone(), start)).collect();
         let (h, mut pushed) = (laboratory.time_step(), 0.0);
         let (mut deepest, mut squares, mut places) = (0.0_f64, 0.0, Vec::new());
-        let run =
-            laboratory.run_until(&Setup::new(bodies, gravity, 0.0, DURATION), &mut |step| {
-                let ground = step.contacts.iter().filter(|c| c.key.partner == Partner::Ground);
-                pushed += h * ground.map(|contact| contact.force[2]).sum::<f64>();
-                places.clear();
-                places.extend(step.after.iter().map(|state| state.position));
-                let (depth, square) = penetration(&places);
-                deepest = deepest.max(depth);
-                squares += square;
-                false
-            })?;
+        let setup = Setup { restitution, ..Setup::new(bodies, gravity, 0.0, DURATION) };
+        let run = laboratory.run_until(&setup, &mut |step| {
+            let ground = step.contacts.iter().filter(|c| c.key.partner == Partner::Ground);
+            pushed += h * ground.map(|contact| contact.force[2]).sum::<f64>();
+            places.clear();
+            places.extend(step.after.iter().map(|state| state.position));
+            let (depth, square) = penetration(&places);
+            deepest = deepest.max(depth);
+            squares += square;
+            false
+        })?;
 
         let (steps, t) = (run.steps(), run.time(run.steps()));
         let ((linear, angular), start) = (momentum(&run, steps), momentum(&run, 0));
-        let energies: Vec<f64> = (0..=steps).map(|k| energy(&run, k, gravity)).collect();
+        let energies: Vec<f64> =
+            (0..=steps).map(|k| energy(&run, k, gravity, restitution)).collect();
         let gains = energies.windows(2).map(|two| two[1] - two[0]);
         let gained = gains.fold(f64::NEG_INFINITY, f64::max);
         let spin = run.all_states().map(|state| state.spin.norm()).fold(0.0, f64::max);

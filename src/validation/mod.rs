@@ -91,7 +91,7 @@ pub trait Problem: Sync {
 }
 
 /// All problems, in the order of a first reading.
-pub static PROBLEMS: [&dyn Problem; 32] = [
+pub static PROBLEMS: [&dyn Problem; 33] = [
     &falling::FreeFall,
     &stopping::SlidingStop,
     &slope::STICK,
@@ -123,7 +123,8 @@ pub static PROBLEMS: [&dyn Problem; 32] = [
     &arch::Arch,
     &dominoes::Dominoes,
     &grid::BallGrid,
-    &heap::Balls,
+    &heap::BALLS_666,
+    &heap::ELASTIC_666,
 ];
 
 /// The problem of that name.
