@@ -5,7 +5,7 @@
 //! [`StepSolution`]. Which solvers there are is the business of [`crate::solver`]; model,
 //! certificate, loop and writers know this trait alone.
 
-use crate::contact::{Candidates, ContactKey};
+use crate::contact::{Candidates, Contact, ContactKey};
 use crate::error::Error;
 use crate::mechanics::{State, Wrench};
 use crate::world::World;
@@ -43,6 +43,38 @@ impl Step<'_> {
             Some(flag) if flag.load(Ordering::Relaxed) => Err(Error::Interrupted),
             _ => Ok(()),
         }
+    }
+
+    /// Whether the step is one of its world, with the candidates `contacts`: solvers ask before
+    /// they look anything up.
+    ///
+    /// # Errors
+    /// Lists that do not go over the bodies of the world; a contact of a body or a contact point
+    /// that is not there. The previous solutions may be of anything.
+    pub fn check(&self, contacts: &[Contact]) -> Result<(), Error> {
+        let bodies = self.world.bodies();
+        let each = [
+            ("states of the step", self.states.len()),
+            ("wrenches of the step", self.wrenches.len()),
+            ("states of the step's free flight", self.free.len()),
+        ];
+        for (field, count) in each {
+            if count != bodies.len() {
+                return Err(Error::Count { field, count, allowed: "one a body" });
+            }
+        }
+        for key in contacts.iter().map(|contact| &contact.key) {
+            if let Some(count) = key.bodies().find(|body| *body >= bodies.len()) {
+                let allowed = "an index of a body";
+                return Err(Error::Count { field: "body of a contact", count, allowed });
+            }
+            if key.point >= bodies[key.body].contact_points().len() {
+                let allowed = "an index of a contact point of its body";
+                let (field, count) = ("point of a contact", key.point);
+                return Err(Error::Count { field, count, allowed });
+            }
+        }
+        Ok(())
     }
 }
 
@@ -233,8 +265,8 @@ pub trait StepSolver: Send {
     /// [more of them found](Candidates::admit_missed); none is ever taken away.
     ///
     /// # Errors
-    /// Only where the step could not be posed at all, or was interrupted; what `solution` then
-    /// holds means nothing. Non-convergence is a status.
+    /// Only where the step could not be posed at all ([`Step::check`]), or was interrupted; what
+    /// `solution` then holds means nothing. Non-convergence is a status.
     fn solve(
         &mut self,
         step: &Step<'_>,

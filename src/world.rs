@@ -380,11 +380,12 @@ impl World {
         points.map(move |point| centre + normal.dot(&point.position) - point.radius)
     }
 
-    /// The height of the lowest contact point of any body, m; infinite without a ground.
+    /// The height of the lowest contact point of any body that has a state, m; infinite without a
+    /// ground.
     #[must_use]
     pub fn lowest_height(&self, states: &[State]) -> f64 {
-        let heights =
-            states.iter().enumerate().flat_map(|(i, state)| self.heights(i, &state.pose()));
+        let states = states.iter().take(self.bodies().len()).enumerate();
+        let heights = states.flat_map(|(i, state)| self.heights(i, &state.pose()));
         heights.fold(f64::INFINITY, f64::min)
     }
 }

@@ -44,7 +44,8 @@ impl Candidates {
     }
 
     /// Makes these the candidates of a step from `states` whose free flight would end in `free`,
-    /// by `rule`. Returns whether the step needs a contact problem at all.
+    /// by `rule`. Returns whether the step needs a contact problem at all. Lists have one state a
+    /// body; of others what bodies they have meets the ground, and no body meets another.
     pub fn find(
         &mut self,
         rule: Detection,
@@ -64,7 +65,7 @@ impl Candidates {
     }
 
     /// Takes the parts `shares` of the restitution, one a body, in the step from `states` that the
-    /// contacts were found for; all of it until this is called.
+    /// contacts were found for; all of it until this is called, and of bodies without a share.
     pub fn share_restitution(&mut self, world: &World, states: &[State], shares: &[f64]) {
         self.rebound.set_shares(shares);
         self.rebound.raise(world, states, &mut self.contacts);
@@ -72,7 +73,7 @@ impl Candidates {
 
     /// Adds the contacts that the step `states` → `next` takes deeper than `depth` (m) into each
     /// other and that are no candidates yet: detection is a prediction, and an impulse on one point
-    /// may drive down another. Returns whether there were any.
+    /// may drive down another. Returns whether there were any. Lists as in [`Candidates::find`].
     pub fn admit_missed(
         &mut self,
         world: &World,
@@ -88,7 +89,8 @@ impl Candidates {
     }
 
     /// The deepest overlap of any two pieces where the bodies are at `states`, m, from the shapes
-    /// alone, and whose they are: the second is what is fixed, if one is. `None` without overlap.
+    /// alone, and whose they are: the second is what is fixed, if one is. `None` without overlap,
+    /// and where there is not one state a body.
     pub fn deepest_overlap(
         &mut self,
         world: &World,

@@ -28,7 +28,7 @@ impl Detection {
     /// Fills `contacts` with the candidates of a step from `states` whose free flight would
     /// end in `free`, in the order of bodies and points. Returns whether the step needs a
     /// contact problem at all: whether there is a candidate, or free flight would take some
-    /// other point below the ground.
+    /// other point below the ground. Bodies without a state in both lists are passed over.
     pub fn find(
         self,
         world: &World,
@@ -38,9 +38,10 @@ impl Detection {
     ) -> bool {
         contacts.clear();
         let mut needs_contact = false;
-        for (index, body) in world.bodies().iter().enumerate() {
+        let bodies = world.bodies().iter().zip(states).zip(free);
+        for (index, ((body, state), free)) in bodies.enumerate() {
             let band = CONTACT_BAND * body.reach();
-            let (pose, free) = (states[index].pose(), free[index].pose());
+            let (pose, free) = (state.pose(), free.pose());
             let heights = world.heights(index, &pose).zip(world.heights(index, &free));
             for (point, (now, then)) in heights.enumerate() {
                 let candidate = now <= band || (self == Self::Predictive && then <= 0.0);
@@ -76,7 +77,8 @@ pub fn all_contacts(world: &World, states: &[State], contacts: &mut Vec<Contact>
 
 /// Adds the points that the step `states` → `next` takes lower than `depth` (m) below the
 /// ground and that are no candidates yet: detection is a prediction, and an impulse on one
-/// point may drive down another. Returns whether there were any.
+/// point may drive down another. Returns whether there were any. Bodies without a state in both
+/// lists are passed over.
 pub fn admit_missed(
     world: &World,
     states: &[State],
@@ -85,12 +87,13 @@ pub fn admit_missed(
     contacts: &mut Vec<Contact>,
 ) -> bool {
     let before = contacts.len();
-    for (index, next) in next.iter().enumerate() {
+    let of_bodies = states.iter().zip(next).take(world.bodies().len());
+    for (index, (state, next)) in of_bodies.enumerate() {
         for (point, height) in world.heights(index, &next.pose()).enumerate() {
             let key = ContactKey { body: index, point, partner: Partner::Ground, pair: None };
             let known = |contact: &Contact| contact.key == key;
             if height < -depth && !contacts[..before].iter().any(known) {
-                contacts.push(ground_contact(world, index, point, &states[index].pose()));
+                contacts.push(ground_contact(world, index, point, &state.pose()));
             }
         }
     }

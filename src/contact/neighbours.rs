@@ -216,9 +216,10 @@ impl Neighbours {
     }
 
     /// Places the pieces at `next`, and finds the pairs anew where a piece left its box. `false`
-    /// where nothing can touch but the ground.
+    /// where nothing can touch but the ground, or where there is not one state a body.
     fn place(&mut self, world: &World, states: &[State], next: &[State]) -> bool {
-        if world.bodies().len() + world.fixed().len() < 2 {
+        let bodies = world.bodies().len();
+        if bodies + world.fixed().len() < 2 || states.len() != bodies || next.len() != bodies {
             return false;
         }
         let pieces: usize = world.bodies().iter().map(|body| body.pieces().len()).sum();

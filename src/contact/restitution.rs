@@ -33,22 +33,29 @@ use nalgebra::Vector3;
 
 impl Contact {
     /// How the touching points of A and B move apart where the bodies have the velocities of
-    /// `moving`, m/s, world; arms and frames are those at the start of the step, `states`.
+    /// `moving`, m/s, world; arms and frames are those at the start of the step, `states`. NaN
+    /// where a list has no state of one of the bodies.
     #[must_use]
     pub fn parting_velocity(&self, states: &[State], moving: &[State]) -> Vector3<f64> {
-        let a = &moving[self.key.body];
+        let unknown = Vector3::repeat(f64::NAN);
+        let Some(a) = moving.get(self.key.body) else { return unknown };
         let velocity = a.velocity + self.torque_map.tr_mul(&a.spin);
         let Partner::Body(other) = self.key.partner else {
             return velocity;
         };
-        let b = &moving[other];
-        let arm = states[self.key.body].position + self.arm - states[other].position;
-        let turning = states[other].pose().rotation * b.spin;
+        let (Some(b), Some(at_a), Some(at_b)) =
+            (moving.get(other), states.get(self.key.body), states.get(other))
+        else {
+            return unknown;
+        };
+        let arm = at_a.position + self.arm - at_b.position;
+        let turning = at_b.pose().rotation * b.spin;
         velocity - b.velocity - turning.cross(&arm)
     }
 
     /// The work of an impulse `force` × h of the contact on the mean of the velocities before
-    /// and after the step `states` → `next` (eq. 31), J.
+    /// and after the step `states` → `next` (eq. 31), J. NaN where a list has no state of one of
+    /// the bodies.
     #[must_use]
     pub fn impact_work(
         &self,
@@ -63,7 +70,7 @@ impl Contact {
     }
 
     /// ζ (eq. 29), m, where free flight would take the bodies from `states` to `free` and the
-    /// part `share` of the restitution is taken.
+    /// part `share` of the restitution is taken. 0 where a list has no state of one of the bodies.
     #[must_use]
     pub fn rise_of(&self, world: &World, states: &[State], free: &[State], share: f64) -> f64 {
         let restitution = self.law.restitution;
@@ -71,25 +78,28 @@ impl Contact {
             return 0.0;
         }
         let coming = -self.normal().dot(&self.parting_velocity(states, states));
-        if coming.is_nan() || coming <= world.rebound_speed() || self.free_gap(free) > 0.0 {
+        let stays_open = || self.free_gap(free).is_none_or(|gap| gap > 0.0);
+        if coming.is_nan() || coming <= world.rebound_speed() || stays_open() {
             return 0.0;
         }
         self.gap.max(0.0) + world.time_step() * share * restitution * coming
     }
 
-    /// φ after free flight to `free`, m.
-    fn free_gap(&self, free: &[State]) -> f64 {
-        let pose = |index: usize| free[index].pose();
-        match self.key.partner {
-            Partner::Body(other) => self.gap_at(&pose(self.key.body), Some(&pose(other))),
-            Partner::Ground | Partner::Fixed(_) => self.gap_at(&pose(self.key.body), None::<&Pose>),
-        }
+    /// φ after free flight to `free`, m, which is known if the bodies have states there.
+    fn free_gap(&self, free: &[State]) -> Option<f64> {
+        let pose = |index: usize| free.get(index).map(State::pose);
+        let a = pose(self.key.body)?;
+        Some(match self.key.partner {
+            Partner::Body(other) => self.gap_at(&a, Some(&pose(other)?)),
+            Partner::Ground | Partner::Fixed(_) => self.gap_at(&a, None::<&Pose>),
+        })
     }
 }
 
 /// Sets the rise of the `contacts` of a step of `world` from `states` whose free flight ends in
-/// `free`. `shares` are the parts of the restitution that each body takes; a contact takes the
-/// smaller one of its two.
+/// `free`. `shares` are the parts of the restitution that each body takes, all of it where there
+/// is none for a body; a contact takes the smaller one of its two. A contact does not bounce
+/// whose bodies have no states in `states` and `free`.
 pub fn raise(
     world: &World,
     states: &[State],
@@ -98,7 +108,8 @@ pub fn raise(
     contacts: &mut [Contact],
 ) {
     for contact in contacts {
-        let share = contact.key.bodies().map(|body| shares[body]).fold(1.0, f64::min);
+        let shares = contact.key.bodies().filter_map(|body| shares.get(body).copied());
+        let share = shares.fold(1.0, f64::min);
         contact.rise = contact.rise_of(world, states, free, share);
     }
 }
@@ -108,6 +119,7 @@ pub fn raise(
 pub(super) struct Rebound {
     /// X at step k+1 in free flight; empty in a world without restitution.
     free: Vec<State>,
+    /// Those that were set, of the first bodies; the others take all.
     shares: Vec<f64>,
 }
 
@@ -117,13 +129,13 @@ impl Rebound {
         self.shares.clear();
         if world.has_restitution() {
             self.free.extend_from_slice(free);
-            self.shares.resize(free.len(), 1.0);
         }
     }
 
     pub(super) fn set_shares(&mut self, shares: &[f64]) {
         if !self.free.is_empty() {
-            self.shares.copy_from_slice(shares);
+            self.shares.clear();
+            self.shares.extend_from_slice(shares);
         }
     }
 

@@ -4,7 +4,7 @@
 use super::model::Model;
 use super::recording::Toss;
 use crate::mechanics::State;
-use nalgebra::{Vector3, Vector4};
+use nalgebra::{SVector, Vector3, Vector4};
 
 /// The constants of the protocol. They are of the scene, not of the values that are tried: else a
 /// fit could better its score by starting elsewhere.
@@ -59,11 +59,13 @@ impl Protocol {
     /// ```
     ///
     /// That v_z is the speed at frame i − 1, a frame before the position; by it the published
-    /// figures are reproduced.
+    /// figures are reproduced. Of a toss without frames it is NaN throughout.
     #[must_use]
     pub fn start(&self, toss: &Toss) -> State {
         let (i, frames) = (self.start_frame(toss), &toss.frames);
-        let mut state = frames[i];
+        let Some(&(mut state)) = frames.get(i) else {
+            return State::from_vector(&SVector::repeat(f64::NAN));
+        };
         if i < LEAST_FRAMES {
             return state;
         }

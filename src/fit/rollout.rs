@@ -43,7 +43,7 @@ pub struct Query<'a> {
 /// Remembers evaluations, so that a fit can be taken up again. A fit asks the same things in the
 /// same order each time.
 pub trait Memory: Send {
-    /// The scores of a query that was made before.
+    /// The scores of a query that was made before, one a toss; others count as none.
     fn recall(&mut self, query: &Query<'_>) -> Option<Vec<TossScore>>;
 
     /// Keeps the scores of a query. An error ends the fit.
@@ -113,9 +113,19 @@ impl<'a> Evaluator<'a> {
     /// The scores of some tosses, in their order.
     ///
     /// # Errors
-    /// An interrupt; a toss that cannot be simulated; a memory that fails.
+    /// No toss, or one that is not there; an interrupt; a toss that cannot be simulated; a memory
+    /// that fails.
     pub fn evaluate(&mut self, query: &Query<'_>) -> Result<Vec<TossScore>, FitError> {
-        let scores = match self.memory.recall(query) {
+        let (asked, count) = (query.tosses, self.tosses.len());
+        if let Some(missing) = asked.iter().find(|toss| **toss >= count) {
+            let why = format!("toss {missing} is asked for; there are {count}, counted from 0");
+            return Err(FitError::Request(why));
+        }
+        if asked.is_empty() {
+            return Err(FitError::Request("no toss is asked for; one or more are needed".into()));
+        }
+        let recalled = self.memory.recall(query);
+        let scores = match recalled.filter(|scores| scores.len() == asked.len()) {
             Some(scores) => scores,
             None => {
                 let scores = self.simulate(query)?;
@@ -143,7 +153,7 @@ impl<'a> Evaluator<'a> {
 /// at every frame from the start on.
 ///
 /// # Errors
-/// An interrupt; a world or start that the library refuses.
+/// A toss without frames; an interrupt; a world or start that the library refuses.
 pub fn rollout(
     model: &Model,
     protocol: &Protocol,
@@ -174,6 +184,10 @@ pub fn rollout_from(
     };
     if interrupt.load(Ordering::Relaxed) {
         return Err(FitError::Interrupted);
+    }
+    if toss.frames.is_empty() {
+        let why = "has no frames; one or more are needed".to_owned();
+        return Err(FitError::Toss { toss: toss.name.clone(), why });
     }
     let time_step = 1.0 / (toss.rate * protocol.substeps as f64);
     let world = model.world(values, time_step).map_err(refused)?;

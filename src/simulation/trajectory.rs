@@ -15,7 +15,7 @@
 
 use super::StepRecord;
 use crate::contact::rounding;
-use crate::mechanics::State;
+use crate::mechanics::{Pose, State};
 use crate::step::StepStatus;
 use crate::step_nlp::SMOOTHING;
 use crate::step_nlp::layout::{Layout, STATE};
@@ -91,16 +91,21 @@ impl<W: Write> TrajectoryWriter<W> {
     /// Writes one row.
     ///
     /// # Errors
-    /// The stream's.
+    /// The stream's; a record without a state, or with a contact of a point that the body does not
+    /// have, of which nothing is written.
     pub fn write(&mut self, record: &StepRecord) -> csv::Result<()> {
         let is_end = record.report.status == StepStatus::End;
         // k h in one rounding, so that times do not drift.
         let time = record.index as f64 * self.world.time_step();
-        self.fill(record);
+        let (Some(state), Some(next)) = (record.states.first(), record.solution.states.first())
+        else {
+            return Err(refused("the record has no state of a body"));
+        };
+        self.fill(record, &next.pose())?;
         self.csv.serialize((
             record.index,
             time,
-            record.state().to_vector().as_slice(),
+            state.to_vector().as_slice(),
             &self.step,
             &self.carrying,
             record.report.status.name(),
@@ -110,13 +115,15 @@ impl<W: Write> TrajectoryWriter<W> {
         ))
     }
 
-    /// The columns of the step.
-    fn fill(&mut self, record: &StepRecord) {
+    /// The columns of the step, which ends at `next`.
+    fn fill(&mut self, record: &StepRecord, next: &Pose) -> csv::Result<()> {
         self.step.fill(0.0);
         self.carrying.fill(0);
-        let next = record.next().pose();
         for (contact, found) in record.contacts.iter().zip(&record.solution.contacts) {
-            let height = contact.gap_at(&next, None) - contact.rise;
+            if contact.key.point >= self.carrying.len() {
+                return Err(refused("the record has a contact of a point that the body has not"));
+            }
+            let height = contact.gap_at(next, None) - contact.rise;
             let noise = rounding::gap(
                 &contact.normal(),
                 &next.position,
@@ -138,6 +145,7 @@ impl<W: Write> TrajectoryWriter<W> {
             }
             self.carrying[contact.key.point] = u8::from(found.carries_force());
         }
+        Ok(())
     }
 
     /// Flushes and gives the stream back.
@@ -147,6 +155,10 @@ impl<W: Write> TrajectoryWriter<W> {
     pub fn finish(self) -> std::io::Result<W> {
         self.csv.into_inner().map_err(csv::IntoInnerError::into_error)
     }
+}
+
+fn refused(why: &'static str) -> csv::Error {
+    std::io::Error::new(std::io::ErrorKind::InvalidInput, why).into()
 }
 
 /// One row as it was read.
@@ -173,11 +185,12 @@ pub struct TrajectoryRow {
 }
 
 impl TrajectoryRow {
-    /// f_i, N, world, ground on body.
+    /// f_i, N, world, ground on body; NaN where the row has no point `i`.
     #[must_use]
     pub fn force(&self, i: usize) -> Vector3<f64> {
         let n = self.carrying.len();
-        Vector3::new(self.step[i], self.step[i + n], self.step[i + 2 * n])
+        let component = |k: usize| self.step.get(i + k * n).filter(|_| i < n);
+        Vector3::from_fn(|k, _| component(k).copied().unwrap_or(f64::NAN))
     }
 
     /// f_i of all contacts, N.

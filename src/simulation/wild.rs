@@ -28,7 +28,8 @@ const REST: f64 = 1e-4;
 
 /// Whether a step of `world` that has `gained` (J) turns a body too far or makes energy. Its solver may
 /// leave a residual of `accepted` (m/s): a point that an earlier step has left h times that deep may be
-/// lifted out again, against the weight, and that is no energy made.
+/// lifted out again, against the weight, and that is no energy made. A step that does not have a
+/// state of every body at both ends is wild.
 #[must_use]
 pub fn is_wild(
     world: &World,
@@ -42,7 +43,7 @@ pub fn is_wild(
     let (mut kinetic, mut rest) = (0.0, 0.0);
     let slow = REST * world.speed_scale();
     for (index, body) in world.bodies().iter().enumerate() {
-        let (state, next) = (&states[index], &next[index]);
+        let (Some(state), Some(next)) = (states.get(index), next.get(index)) else { return true };
         if h * next.spin.norm() > LARGEST_TURN {
             return true;
         }
@@ -53,12 +54,16 @@ pub fn is_wild(
 }
 
 /// What a step under `wrenches` (without gravity) adds to the kinetic energy beyond the work of
-/// gravity and wrenches, J.
+/// gravity and wrenches, J; NaN where a body has no state at both ends or no wrench.
 #[must_use]
 pub fn energy_gain(world: &World, states: &[State], next: &[State], wrenches: &[Wrench]) -> f64 {
     let h = world.time_step();
     let of_body = world.bodies().iter().enumerate().map(|(index, body)| {
-        let (state, next, wrench) = (&states[index], &next[index], &wrenches[index]);
+        let (Some(state), Some(next), Some(wrench)) =
+            (states.get(index), next.get(index), wrenches.get(index))
+        else {
+            return f64::NAN;
+        };
         let force = wrench.force + world.gravity() * body.mass();
         let moved = next.position - state.position;
         let change = kinetic_energy(body, next) - kinetic_energy(body, state);

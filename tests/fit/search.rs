@@ -1,12 +1,12 @@
 //! What a fit finds.
 
-use super::synthetic::{SUBSTEPS, model, tosses};
+use super::synthetic::{RATE, SUBSTEPS, model, tosses};
 use rayon::ThreadPoolBuilder;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use tumble::fit::folds::parts;
 use tumble::fit::neighbourhood::Neighbourhood;
-use tumble::fit::rollout::{Forgetful, rollout};
+use tumble::fit::rollout::{Forgetful, Query, rollout};
 use tumble::fit::search::{Found, Plan, Sought};
 use tumble::fit::{Evaluator, FitError, Loss, Model, Parameter, Protocol, Toss, Values};
 
@@ -143,4 +143,28 @@ fn a_raised_flag_ends_a_fit() {
     let plan = plan(&model, &[Parameter::Friction], 40);
     let found = plan.search(&model.values(), &mut evaluator, &[0, 1]);
     assert_eq!(found.unwrap_err(), FitError::Interrupted);
+}
+
+/// Indices of no toss and recordings of nothing are refused, in words that name them.
+#[test]
+fn tosses_that_are_not_there_are_refused() {
+    let (model, hidden) = (model(), hidden());
+    let protocol = Protocol::new(&model, SUBSTEPS);
+    let recorded = tosses(&hidden, 2, 0.0, 0);
+    let empty = Toss { name: "empty".to_owned(), rate: RATE, frames: Vec::new() };
+    let flag = || Arc::new(AtomicBool::new(false));
+    let evaluate = |tosses: &[Toss], asked: &[usize]| {
+        let mut memory = Forgetful;
+        let mut evaluator = Evaluator::new(&model, &protocol, tosses, &mut memory, flag());
+        let query = Query { values: &hidden, substeps: SUBSTEPS, tosses: asked };
+        evaluator.evaluate(&query).map(drop).map_err(|error| error.to_string())
+    };
+    assert_eq!(evaluate(&recorded, &[1, 0]), Ok(()));
+    let missing = evaluate(&recorded, &[0, 2]).unwrap_err();
+    assert!(missing.contains("toss 2") && missing.contains("there are 2"), "{missing}");
+    assert!(evaluate(&recorded, &[]).unwrap_err().contains("no toss"));
+    let nothing = evaluate(&[empty.clone()], &[0]).unwrap_err();
+    assert!(nothing.contains("toss empty: has no frames"), "{nothing}");
+    assert!(protocol.start(&empty).position.x.is_nan());
+    assert_eq!(protocol.start_frame(&empty), 0);
 }

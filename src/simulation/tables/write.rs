@@ -1,7 +1,7 @@
 //! Records become rows.
 
 use super::{ContactRow, KeyText, StepRow, Streams, Table, TableStep, energy};
-use crate::contact::Partner;
+use crate::contact::{Contact, Partner};
 use crate::simulation::StepRecord;
 use crate::step::StepStatus;
 use crate::world::World;
@@ -98,7 +98,8 @@ impl<W: Write> TablesWriter<W> {
 }
 
 impl TableStep {
-    /// The rows of a step of a simulation of `world`.
+    /// The rows of a step of a simulation of `world`. The point of a contact is NaN whose body has
+    /// no state in the record, which no simulation makes.
     #[must_use]
     pub fn of(world: &World, record: &StepRecord) -> Self {
         let is_end = record.report.status == StepStatus::End;
@@ -117,11 +118,16 @@ impl TableStep {
             restitution_share: record.restitution_share,
             energy: energy(world, &record.states),
         };
+        let unknown = Vector3::repeat(f64::NAN);
+        let point = |contact: &Contact| {
+            let state = record.states.get(contact.key.body);
+            state.map_or(unknown, |state| state.position + contact.arm)
+        };
         let pairs = record.contacts.iter().zip(&record.solution.contacts);
         let contacts = pairs.map(|(contact, found)| ContactRow {
             body: contact.key.body,
             partner: contact.key.partner,
-            point: record.states[contact.key.body].position + contact.arm,
+            point: point(contact),
             normal: contact.normal(),
             force: found.force,
             slip: found.slip,

@@ -365,7 +365,7 @@ impl StepSolver for Ladder {
         solution: &mut StepSolution,
     ) -> Result<StepReport, Error> {
         self.asked.already = false;
-        self.ipopt.begin(step)?;
+        self.ipopt.begin(step, candidates.contacts())?;
         // Where no rung has an end to show, free flight is at least a motion.
         self.best.set_free(step.free);
         let units = self.ipopt.program.units;

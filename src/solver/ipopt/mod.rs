@@ -15,7 +15,7 @@ pub use several::{MOST_BODIES, SeveralLadder};
 use crate::contact::{Candidates, Contact};
 use crate::error::Error;
 use crate::ipopt::{BarrierStrategy, IpoptError, MultiplierStep, Options, Scaling};
-use crate::mechanics::State;
+use crate::mechanics::{RigidBody, State};
 use crate::simulation::scene;
 use crate::step::{ContactForce, Step, StepReport, StepSolution, StepSolver, StepStatus};
 use crate::step_nlp::{ProgramPoint, SMOOTHING, StepNlp};
@@ -190,14 +190,25 @@ impl IpoptSolver {
                 allowed: "those of the world's body",
             });
         }
-        self.begin(step)?;
+        self.begin(step, candidates.contacts())?;
         self.start.copy_from(start);
         self.program.units.convert_point(&mut self.start);
         self.solve_from_start(step, candidates, solution)
     }
 
-    /// Takes the units of `step`. What is known in others is forgotten.
-    fn begin(&mut self, step: &Step<'_>) -> Result<(), Error> {
+    /// Takes the units of `step`, if it is one of the solver's world. What is known in others is
+    /// forgotten.
+    fn begin(&mut self, step: &Step<'_>, contacts: &[Contact]) -> Result<(), Error> {
+        step.check(contacts)?;
+        let points = |body: &RigidBody| body.contact_points().len() == self.program.points();
+        let is_own = matches!(step.world.bodies(), [body] if points(body));
+        if !is_own {
+            return Err(of_another_world());
+        }
+        if step.previous.states.is_empty() {
+            let field = "states of the previous solution";
+            return Err(Error::Count { field, count: 0, allowed: "one a body" });
+        }
         if self.program.set_units(step)? {
             self.memory.clear();
         }
@@ -230,6 +241,12 @@ impl IpoptSolver {
             message: Some(attempted.status.name()),
         })
     }
+}
+
+/// Why a step is refused whose world has other bodies than the solver's.
+fn of_another_world() -> Error {
+    let why = "the step is of another world than the one that the solver was made for";
+    Error::Solver { solver: "Ipopt", why: why.to_owned() }
 }
 
 /// A point that ends a step no lower than this below the ground need not have been posed, m: a
@@ -298,7 +315,7 @@ impl StepSolver for IpoptSolver {
         candidates: &mut Candidates,
         solution: &mut StepSolution,
     ) -> Result<StepReport, Error> {
-        self.begin(step)?;
+        self.begin(step, candidates.contacts())?;
         previous_point(&self.memory, step, (&[], &self.program.units), &mut self.start);
         self.solve_from_start(step, candidates, solution)
     }

@@ -10,8 +10,8 @@ mod start;
 
 use super::ladder::{LADDER_RESIDUAL, PATIENCE_TIGHTER, Rung, TIGHTER, budget};
 use super::memory::Multipliers;
-use super::missed_depth;
 use super::program::Attempted;
+use super::{missed_depth, of_another_world};
 use crate::contact::certificate::{Certifier, Claim};
 use crate::contact::{Candidates, Contact, ContactKey, Partner, rounding};
 use crate::error::Error;
@@ -330,6 +330,10 @@ impl StepSolver for SeveralLadder {
         solution: &mut StepSolution,
     ) -> Result<StepReport, Error> {
         self.asked = None;
+        step.check(candidates.contacts())?;
+        if self.program.bodies() != step.world.bodies().len() {
+            return Err(of_another_world());
+        }
         if self.program.set_units(step) {
             self.memory.clear();
         }

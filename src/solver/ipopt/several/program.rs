@@ -89,6 +89,11 @@ impl Program {
         Ok(Self { world: units.world(world), units, options, prepared: None, scratch })
     }
 
+    /// The number of bodies.
+    pub(super) fn bodies(&self) -> usize {
+        self.world.bodies().len()
+    }
+
     /// Takes the units that `step` asks for; says whether they are others than before.
     pub(super) fn set_units(&mut self, step: &Step<'_>) -> bool {
         let units = Units::of_all(step.world, step.wrenches);

@@ -1,0 +1,299 @@
+//! Lists of the wrong length, indices of nothing and numbers that are none, handed to every public
+//! function of the library that takes lists over bodies: each answers, with an error or with what
+//! its documentation says. None panics.
+
+use nalgebra::{Vector3, Vector4};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use tumble::contact::certificate::{Claim, certify_rk4_step};
+use tumble::contact::detection::{admit_missed, all_contacts};
+use tumble::contact::restitution::raise;
+use tumble::contact::{Candidates, Certifier, Contact, Detection, Partner, Plane, rounding};
+use tumble::mechanics::{RigidBody, State, Wrench};
+use tumble::simulation::wild::{energy_gain, is_wild};
+use tumble::step::{Step, StepSolution, StepSolver};
+use tumble::world::{Parameters, World};
+
+/// `bodies` cubes of 1 m with restitution.
+fn world_of(bodies: usize) -> World {
+    let parameters = Parameters {
+        bodies: vec![RigidBody::solid_box(1.0, Vector3::repeat(0.5)).unwrap(); bodies],
+        ground: Plane::level(),
+        gravity: Vector3::new(0.0, 0.0, -9.81),
+        friction: 0.5,
+        time_step: 0.01,
+    };
+    World::new(parameters).unwrap().with_restitution(0.5).unwrap()
+}
+
+/// Cubes one on the other that fall.
+fn tower(bodies: usize) -> Vec<State> {
+    let state = |index: usize| State {
+        position: Vector3::new(0.0, 0.0, 0.5 + index as f64),
+        attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
+        velocity: Vector3::new(0.1, 0.0, -1.0),
+        spin: Vector3::zeros(),
+    };
+    (0..bodies).map(state).collect()
+}
+
+/// No state, too few, as many as `bodies`, too many, and as many that are no numbers.
+fn lists(bodies: usize) -> Vec<Vec<State>> {
+    let mut none = tower(bodies);
+    none[0].position.z = f64::NAN;
+    none[0].spin.x = f64::INFINITY;
+    vec![vec![], tower(bodies - 1), tower(bodies), tower(bodies + 1), none]
+}
+
+fn contacts_of(world: &World, states: &[State]) -> Vec<Contact> {
+    let mut candidates = Candidates::new();
+    candidates.find(Detection::default(), world, states, states);
+    candidates.contacts().to_vec()
+}
+
+/// The contacts of a step, and the same with bodies and points that are not there.
+fn contact_lists(world: &World, bodies: usize) -> Vec<Vec<Contact>> {
+    let found = contacts_of(world, &tower(bodies));
+    assert!(!found.is_empty());
+    let changed = |change: fn(&mut Contact)| {
+        let mut contacts = found.clone();
+        contacts.iter_mut().for_each(change);
+        contacts
+    };
+    vec![
+        changed(|contact| contact.key.body = 7),
+        changed(|contact| contact.key.partner = Partner::Body(9)),
+        changed(|contact| contact.key.point = 99),
+        changed(|contact| contact.frame.fill(f64::NAN)),
+        vec![],
+        found,
+    ]
+}
+
+/// What panics of what is called.
+#[derive(Default)]
+struct Panics(Vec<String>);
+
+impl Panics {
+    fn look<T>(&mut self, name: &str, call: impl FnOnce() -> T) {
+        if catch_unwind(AssertUnwindSafe(call)).is_err() && !self.0.iter().any(|n| n == name) {
+            self.0.push(name.to_owned());
+        }
+    }
+}
+
+impl Drop for Panics {
+    fn drop(&mut self) {
+        assert!(std::thread::panicking() || self.0.is_empty(), "panicked: {:?}", self.0);
+    }
+}
+
+#[test]
+fn lists_of_any_length_make_no_search_panic() {
+    let mut panics = Panics::default();
+    for bodies in [1, 2] {
+        let world = world_of(bodies);
+        for (states, next) in pairs(bodies) {
+            panics.look("Detection::find", || {
+                Detection::default().find(&world, &states, &next, &mut Vec::new())
+            });
+            panics.look("all_contacts", || all_contacts(&world, &states, &mut Vec::new()));
+            panics.look("admit_missed", || {
+                admit_missed(&world, &states, &next, 0.0, &mut Vec::new())
+            });
+            panics.look("Candidates::find", || {
+                Candidates::new().find(Detection::default(), &world, &states, &next)
+            });
+            panics.look("Candidates::admit_missed", || {
+                let mut candidates = Candidates::new();
+                candidates.find(Detection::default(), &world, &tower(bodies), &tower(bodies));
+                candidates.admit_missed(&world, &states, &next, 0.0)
+            });
+            panics.look("Candidates::deepest_overlap", || {
+                let mut candidates = Candidates::new();
+                candidates.deepest_overlap(&world, &states);
+                candidates.deepest_overlap(&world, &next)
+            });
+            panics.look("World::lowest_height", || world.lowest_height(&next));
+            panics.look("rounding::residual", || rounding::residual(&world, &states, &next));
+            panics.look("is_wild", || is_wild(&world, &states, &next, 1.0, 1.0));
+            for wrenches in 0..4 {
+                let wrenches = vec![Wrench::zero(); wrenches];
+                panics.look("energy_gain", || energy_gain(&world, &states, &next, &wrenches));
+                for contacts in contact_lists(&world, bodies) {
+                    let claim = Claim {
+                        states: &states,
+                        next: &next,
+                        wrenches: &wrenches,
+                        contacts: &contacts,
+                    };
+                    panics.look("certify_rk4_step", || certify_rk4_step(&world, &claim));
+                    for forces in [0, contacts.len(), contacts.len() + 1] {
+                        let forces = vec![Vector3::zeros(); forces];
+                        panics.look("Certifier::contact_step", || {
+                            Certifier::new().contact_step(&world, &claim, forces)
+                        });
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn pairs(bodies: usize) -> Vec<(Vec<State>, Vec<State>)> {
+    let each =
+        |states: Vec<State>| lists(bodies).into_iter().map(move |next| (states.clone(), next));
+    lists(bodies).into_iter().flat_map(each).collect()
+}
+
+#[test]
+fn shares_of_any_length_make_no_restitution_panic() {
+    let mut panics = Panics::default();
+    for bodies in [1, 2] {
+        let world = world_of(bodies);
+        for (states, next) in pairs(bodies) {
+            for shares in 0..4 {
+                let shares = vec![0.5; shares];
+                panics.look("Candidates::share_restitution", || {
+                    let mut candidates = Candidates::new();
+                    candidates.find(Detection::default(), &world, &states, &next);
+                    candidates.extend(contacts_of(&world, &tower(bodies)));
+                    candidates.share_restitution(&world, &next, &shares);
+                });
+                for mut contacts in contact_lists(&world, bodies) {
+                    panics.look("raise", || {
+                        raise(&world, &states, &next, &shares, &mut contacts);
+                    });
+                    panics.look("Contact::impact_work", || {
+                        let force = Vector3::zeros();
+                        contacts.iter().for_each(|contact| {
+                            let work = contact.impact_work(&force, 0.01, &states, &next);
+                            assert!(work == 0.0 || work.is_nan());
+                        });
+                    });
+                }
+            }
+        }
+    }
+}
+
+/// A contact takes the smaller share of its bodies; one that is missing is the whole.
+#[test]
+fn a_missing_share_is_the_whole_restitution() {
+    let world = world_of(2);
+    let states = tower(2);
+    let mut free = states.clone();
+    free.iter_mut().for_each(|state| state.position.z -= 0.01);
+    free[1].position.z -= 0.01;
+    let rises = |shares: &[f64]| {
+        let mut candidates = Candidates::new();
+        candidates.find(Detection::default(), &world, &states, &free);
+        candidates.share_restitution(&world, &states, shares);
+        candidates.contacts().iter().map(|contact| contact.rise).collect::<Vec<_>>()
+    };
+    assert!(rises(&[1.0, 1.0]).iter().any(|rise| *rise > 0.0));
+    assert_ne!(rises(&[0.5, 1.0]), rises(&[1.0, 1.0]));
+    assert_eq!(rises(&[]), rises(&[1.0, 1.0]));
+    assert_eq!(rises(&[0.5]), rises(&[0.5, 1.0]));
+    assert_eq!(rises(&[0.5, 1.0, 0.1]), rises(&[0.5, 1.0]));
+}
+
+#[cfg(feature = "ipopt")]
+#[test]
+fn a_step_of_any_lists_makes_no_solver_of_ipopt_panic() {
+    use tumble::solver::ipopt::{Formulation, IpoptSolver, alone_for, ladder_for};
+    let mut panics = Panics::default();
+    let options = || IpoptSolver::options(1e-6, 20);
+    for bodies in [1, 2] {
+        let world = world_of(bodies);
+        let (good, wrenches) = (tower(bodies), vec![Wrench::zero(); bodies]);
+        let mut free = good.clone();
+        free.iter_mut().for_each(|state| state.position.z -= 0.01);
+        let previous = StepSolution::free(&good);
+        let step = Step {
+            world: &world,
+            states: &good,
+            wrenches: &wrenches,
+            free: &free,
+            previous: &previous,
+            earlier: None,
+            interrupt: None,
+        };
+        let solve = |step: &Step<'_>, contacts: Vec<Contact>| {
+            let solvers: [Box<dyn StepSolver>; 2] = [
+                ladder_for(&world, Formulation::default(), options()).unwrap(),
+                alone_for(&world, Formulation::default(), options()).unwrap(),
+            ];
+            solvers.map(|mut solver| {
+                let mut solution = StepSolution::default();
+                solver.solve(step, &mut Candidates::from(contacts.clone()), &mut solution)
+            })
+        };
+        let found = contacts_of(&world, &good);
+        let mut refused = |name: &str, step: &Step<'_>, contacts: &[Contact]| {
+            panics.look(name, || {
+                for result in solve(step, contacts.to_vec()) {
+                    assert!(result.is_err(), "{result:?}");
+                }
+            });
+        };
+        let (few, many) = (tower(bodies - 1), tower(bodies + 1));
+        for list in [&few, &many] {
+            refused("states", &Step { states: list, ..step }, &found);
+            refused("free", &Step { free: list, ..step }, &found);
+            let wrenches = vec![Wrench::zero(); list.len()];
+            refused("wrenches", &Step { wrenches: &wrenches, ..step }, &found);
+        }
+        for contacts in &contact_lists(&world, bodies)[..3] {
+            refused("contacts", &step, contacts);
+        }
+        let (other, states) = (world_of(bodies + 1), tower(bodies + 1));
+        let (wrenches, previous) = (vec![Wrench::zero(); bodies + 1], StepSolution::free(&states));
+        let free = &states;
+        let of_other = Step {
+            world: &other,
+            states: &states,
+            wrenches: &wrenches,
+            free,
+            previous: &previous,
+            ..step
+        };
+        refused("another world", &of_other, &contacts_of(&other, &states));
+        for list in [few, many] {
+            let previous = StepSolution::free(&list);
+            panics.look("previous", || {
+                solve(&Step { previous: &previous, ..step }, found.clone()).map(drop)
+            });
+        }
+    }
+}
+
+#[cfg(feature = "csv")]
+#[test]
+fn a_record_of_another_world_makes_no_writer_panic() {
+    use tumble::simulation::StepRecord;
+    use tumble::simulation::tables::{Streams, TableStep, TablesWriter};
+    use tumble::simulation::trajectory::TrajectoryWriter;
+    use tumble::step::ContactForce;
+    let mut panics = Panics::default();
+    for bodies in [1, 2] {
+        let world = world_of(bodies);
+        for (states, next) in pairs(bodies) {
+            for contacts in contact_lists(&world, bodies) {
+                let mut record = StepRecord::new();
+                record.states = states.clone();
+                record.solution.states = next.clone();
+                let forces = contacts.iter().map(|contact| ContactForce::none(contact.key));
+                record.solution.contacts = forces.collect();
+                record.contacts = contacts;
+                panics.look("TrajectoryWriter::write", || {
+                    TrajectoryWriter::new(Vec::new(), &world).unwrap().write(&record)
+                });
+                panics.look("TableStep::of", || TableStep::of(&world, &record));
+                panics.look("TablesWriter::write", || {
+                    let streams = Streams { states: vec![], contacts: vec![], steps: vec![] };
+                    TablesWriter::new(streams, &world).unwrap().write(&record)
+                });
+            }
+        }
+    }
+}
