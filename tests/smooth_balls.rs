@@ -1,4 +1,5 @@
-//! Balls without friction that meet off their centres, within a step: forces go through both centres.
+//! Balls that meet within a step: off their centres without friction, forces go through both centres,
+//! and one that is driven into the ground meets it.
 
 use nalgebra::{Vector3, Vector4};
 use tumble::contact::Plane;
@@ -90,5 +91,25 @@ fn a_ball_that_meets_a_fixed_one_does_not_turn() {
         let world = world(vec![ball(1.0, 0.1)]);
         let world = world.with_fixed(vec![Fixed { piece, friction: None }]).unwrap();
         check(name, &world, &[at([-0.45, 0.06, 0.03], [2.0, 0.0, 0.0])]);
+    }
+}
+
+/// A ball that another one drives into the ground within a step meets the ground, although its
+/// point is a contact with the other ball already: free flight would not have brought it there.
+#[test]
+fn a_ball_that_is_driven_down_meets_the_ground() {
+    // Above the band in which points are candidates at the start.
+    let starts = [at([0.0, 0.0, 0.1006], [0.0; 3]), at([0.0, 0.0, 0.3007], [0.0, 0.0, -2.0])];
+    let world = World::new(Parameters {
+        ground: Plane::level(),
+        friction: 0.3,
+        time_step: 1e-3,
+        ..world(vec![ball(1.0, 0.1), ball(1.0, 0.1)]).parameters().clone()
+    });
+    let world = world.unwrap();
+    for record in check("driven down", &world, &starts) {
+        assert!(record.certificate.residual() < 1e-9, "{:?}", record.certificate);
+        let depth = 0.1 - record.solution.states[0].position[2];
+        assert!(depth < 1e-12, "step {}: {depth:e} m", record.index);
     }
 }
