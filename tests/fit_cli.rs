@@ -222,6 +222,8 @@ fn wrong_input_gets_a_sentence() {
     bench.refused(&with(&["--folds", "5"]), "5 folds of 6 different recordings");
     bench.refused(&with(&["--evaluations", "3"]), "too few");
     bench.refused(&with(&["--substeps", "0"]), "--substeps");
+    bench.refused(&with(&["--evaluations", "-1"]), "--evaluations");
+    bench.refused(&with(&["--rate", "-1"]), "--rate");
     bench.refused(&with(&["--threads", "0"]), "--threads");
     bench.refused(&with(&["--neighbours", "3"]), "neighbours are too few");
     fs::create_dir(bench.path("empty")).unwrap();

@@ -2,13 +2,14 @@
 //! function of the library that takes lists over bodies: each answers, with an error or with what
 //! its documentation says. None panics.
 
-use nalgebra::{Vector3, Vector4};
+use nalgebra::{Matrix3, Rotation3, Vector3, Vector4};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use tumble::contact::certificate::{Claim, certify_rk4_step};
 use tumble::contact::detection::{admit_missed, all_contacts};
 use tumble::contact::restitution::raise;
 use tumble::contact::{Candidates, Certifier, Contact, Detection, Partner, Plane, rounding};
-use tumble::mechanics::{RigidBody, State, Wrench};
+use tumble::geometry::{Aabb, Hint, Piece, Scratch, Sweep, bound, manifold, overlap, separation};
+use tumble::mechanics::{Pose, RigidBody, State, Wrench};
 use tumble::simulation::wild::{energy_gain, is_wild};
 use tumble::step::{Step, StepSolution, StepSolver};
 use tumble::world::{Parameters, World};
@@ -258,7 +259,10 @@ fn a_step_of_any_lists_makes_no_solver_of_ipopt_panic() {
             ..step
         };
         refused("another world", &of_other, &contacts_of(&other, &states));
-        for list in [few, many] {
+        let nowhere = lists(bodies).pop().unwrap();
+        panics.look("NaN", || solve(&Step { states: &nowhere, ..step }, found.clone()).map(drop));
+        panics.look("NaN", || solve(&Step { free: &nowhere, ..step }, found.clone()).map(drop));
+        for list in [few, many, nowhere] {
             let previous = StepSolution::free(&list);
             panics.look("previous", || {
                 solve(&Step { previous: &previous, ..step }, found.clone()).map(drop)
@@ -295,5 +299,86 @@ fn a_record_of_another_world_makes_no_writer_panic() {
                 });
             }
         }
+    }
+}
+
+/// Poses that are none, and hints of other pairs.
+#[test]
+fn hints_and_poses_of_anything_make_no_geometry_panic() {
+    let mut panics = Panics::default();
+    let tetrahedron = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let pieces = [
+        Piece::cuboid(Vector3::repeat(0.5)).unwrap(),
+        Piece::sphere(0.5).unwrap(),
+        Piece::capsule(0.5, 0.2).unwrap(),
+        Piece::hull(&tetrahedron.map(Vector3::from), 0.1).unwrap(),
+    ];
+    let pose = |z: f64, turn: f64| Pose {
+        position: Vector3::new(0.1, 0.2, z),
+        rotation: *Rotation3::new(Vector3::new(turn, 0.5 * turn, 0.1)).matrix(),
+    };
+    let poses = [
+        pose(0.9, 0.0),
+        pose(0.9, 0.7),
+        pose(0.3, 2.0),
+        pose(f64::NAN, 0.0),
+        pose(f64::INFINITY, 0.0),
+        pose(0.9, f64::NAN),
+        pose(1e300, 0.0),
+    ];
+    let (mut scratch, mut touches) = (Scratch::default(), Vec::new());
+    for of in &pieces {
+        for other in &pieces {
+            for at in &poses {
+                // What was learnt of one pair is handed to another.
+                for (a, b) in pieces.iter().flat_map(|a| pieces.iter().map(move |b| (a, b))) {
+                    let mut hint = Hint::default();
+                    manifold(
+                        (of, &poses[0]),
+                        (other, &poses[1]),
+                        0.1,
+                        &mut hint,
+                        &mut scratch,
+                        &mut touches,
+                    );
+                    let (a, b) = ((a, at), (b, &poses[0]));
+                    panics.look("bound", || bound(a, b, &hint));
+                    let (mut one, mut two, mut three) = (hint, hint, hint);
+                    panics.look("separation", || separation(a, b, &mut one, &mut scratch));
+                    panics.look("overlap", || overlap(a, b, &mut two, &mut scratch));
+                    panics.look("manifold", || {
+                        manifold(b, a, 0.1, &mut three, &mut scratch, &mut touches)
+                    });
+                }
+            }
+        }
+    }
+    let boxes = poses.map(|pose| Aabb::of(&pieces[0], &pose));
+    panics.look("Sweep::pairs", || Sweep::new().pairs(&boxes, |_, _| ()));
+}
+
+/// A memory that was used for one world, and then for another.
+#[test]
+fn a_search_in_another_world_does_not_panic() {
+    let body = |pieces: usize| {
+        let ball = |index: usize| {
+            let ball = Piece::sphere(0.1).unwrap();
+            ball.moved_by(&Matrix3::identity(), &Vector3::new(index as f64, 0.0, 0.0)).unwrap()
+        };
+        let pieces: Vec<_> = (0..pieces).map(ball).collect();
+        RigidBody::solid(1.0, &pieces).unwrap().0
+    };
+    let world = |bodies: [usize; 2]| {
+        let bodies = bodies.map(body).to_vec();
+        World::new(Parameters { bodies, ..world_of(2).parameters().clone() }).unwrap()
+    };
+    let (first, second) = (world([1, 3]), world([3, 1]));
+    let mut panics = Panics::default();
+    for (before, after) in [(&first, &second), (&second, &first), (&first, &world_of(2))] {
+        let mut candidates = Candidates::new();
+        let states = tower(2);
+        candidates.find(Detection::default(), before, &states, &states);
+        panics.look("find", || candidates.find(Detection::default(), after, &states, &states));
+        panics.look("overlap", || candidates.deepest_overlap(after, &states));
     }
 }

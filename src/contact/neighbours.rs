@@ -10,7 +10,7 @@
 
 use super::between::Between;
 use super::passing::{meeting, travel};
-use super::proxy::{Owner, Proxy, placed, size};
+use super::proxy::{Owner, Proxy, placed, proxies_of, size};
 use super::{Contact, ContactKey, Partner};
 use crate::geometry::{Aabb, Hint, Piece, Scratch, Side, Sweep, Touch, bound, manifold};
 use crate::mechanics::{Pose, State};
@@ -222,13 +222,12 @@ impl Neighbours {
         if bodies + world.fixed().len() < 2 || states.len() != bodies || next.len() != bodies {
             return false;
         }
-        let pieces: usize = world.bodies().iter().map(|body| body.pieces().len()).sum();
-        if pieces == 0 {
+        if world.bodies().iter().all(|body| body.pieces().is_empty()) {
             return false;
         }
         self.poses.clear();
         self.poses.extend(next.iter().map(State::pose));
-        if self.proxies.len() != pieces + world.fixed().len() {
+        if !proxies_of(world).eq(self.proxies.iter().copied()) {
             self.list(world);
         }
         let outside = self.proxies.iter().zip(&self.boxes).any(|(proxy, bounds)| {
@@ -247,14 +246,8 @@ impl Neighbours {
         self.proxies.clear();
         self.boxes.clear();
         self.pairs.clear();
-        for (index, body) in world.bodies().iter().enumerate() {
-            let pieces = 0..body.pieces().len();
-            let owner = Owner::Body(index);
-            self.proxies.extend(pieces.map(|piece| Proxy { owner, piece }));
-        }
-        let fixed = 0..world.fixed().len();
-        let fixed = fixed.map(|index| Proxy { owner: Owner::Fixed(index), piece: 0 });
-        self.proxies.extend(fixed);
+        self.start.clear();
+        self.proxies.extend(proxies_of(world));
     }
 
     /// The broad phase: boxes around where the pieces are and were, and the pairs that share

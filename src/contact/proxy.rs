@@ -2,7 +2,7 @@
 
 use super::Partner;
 use crate::geometry::Piece;
-use crate::mechanics::Pose;
+use crate::mechanics::{Pose, RigidBody};
 use crate::world::World;
 use nalgebra::{Matrix3, Vector3};
 
@@ -23,10 +23,21 @@ impl Owner {
 }
 
 /// A piece of the world.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Proxy {
     pub(super) owner: Owner,
     pub(super) piece: usize,
+}
+
+/// The pieces of a world: those of its bodies, in their order, then what is fixed.
+pub(super) fn proxies_of(world: &World) -> impl Iterator<Item = Proxy> + '_ {
+    let of_body = |(index, body): (usize, &RigidBody)| {
+        let owner = Owner::Body(index);
+        (0..body.pieces().len()).map(move |piece| Proxy { owner, piece })
+    };
+    let fixed = (0..world.fixed().len()).map(|index| Owner::Fixed(index));
+    let fixed = fixed.map(|owner| Proxy { owner, piece: 0 });
+    world.bodies().iter().enumerate().flat_map(of_body).chain(fixed)
 }
 
 /// ℓ, m: the reach of a piece from its own middle.

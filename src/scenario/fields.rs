@@ -1,6 +1,7 @@
 //! Fields of the files that are read: lists of the right length, and errors that name the field.
 
-use serde::de::{Deserializer, Error, IgnoredAny, SeqAccess, Visitor};
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{Deserializer, Error, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Serialize, Serializer};
 use std::fmt;
 use std::marker::PhantomData;
@@ -54,6 +55,39 @@ impl<'de, T: Deserialize<'de>, const N: usize> Deserialize<'de> for Exactly<T, N
     }
 }
 
+/// A table. (Serde takes a list for one as well, value by value, and says what is wrong with the
+/// values of `[[body]]`.)
+pub fn table<'de, D, T>(deserializer: D) -> Result<T, D::Error>
+where
+    D: Deserializer<'de>,
+    T: Deserialize<'de>,
+{
+    struct Table<T>(PhantomData<T>);
+
+    impl<'de, T: Deserialize<'de>> Visitor<'de> for Table<T> {
+        type Value = T;
+
+        fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+            f.write_str("one table")
+        }
+
+        fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<T, A::Error> {
+            T::deserialize(MapAccessDeserializer::new(map))
+        }
+    }
+
+    deserializer.deserialize_map(Table(PhantomData))
+}
+
+/// A table that may be left out, with serde's `default`.
+pub fn table_if_any<'de, D, T>(deserializer: D) -> Result<Option<T>, D::Error>
+where
+    D: Deserializer<'de>,
+    T: Deserialize<'de>,
+{
+    table(deserializer).map(Some)
+}
+
 /// An error with the field it is about, where there is one.
 pub fn named(path: &str, message: &str) -> String {
     let message = plain(message);
@@ -69,6 +103,11 @@ pub fn plain(message: &str) -> String {
         ("expected u32", "a whole number from 0 to 4294967295 is needed"),
         ("expected an array of length", "an array is needed of length"),
         ("expected a sequence", "an array is needed"),
+        (
+            "sequence, expected one table",
+            "list, one table is needed (several bodies are [[bodies]])",
+        ),
+        ("expected one table", "a table is needed"),
         (" as i128", ""),
     ];
     types.iter().fold(message.to_owned(), |text, (name, plain)| text.replace(name, plain))

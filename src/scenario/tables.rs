@@ -6,7 +6,7 @@ use crate::mechanics::load::Polyline;
 use crate::scenario::choices::{
     Attitude, DetectionName, FormulationName, Frame, Inertia, OnFailure, Preset, Shape, SolverName,
 };
-use crate::scenario::fields::{Exactly, Numbers};
+use crate::scenario::fields::{Exactly, Numbers, table, table_if_any};
 use crate::scenario::physics::matrix;
 use crate::scenario::settings::Settings;
 use nalgebra::{Matrix3, Vector3};
@@ -21,10 +21,15 @@ pub struct ScenarioFile {
     time_step: Option<f64>,
     seed: Option<u32>,
     gravity: Option<Gravity>,
+    #[serde(deserialize_with = "table")]
     body: BodyTable,
+    #[serde(default, deserialize_with = "table_if_any")]
     pub ground: Option<GroundTable>,
+    #[serde(deserialize_with = "table")]
     start: StartTable,
+    #[serde(default, deserialize_with = "table_if_any")]
     load: Option<LoadTable>,
+    #[serde(default, deserialize_with = "table_if_any")]
     solver: Option<SolverTable>,
 }
 

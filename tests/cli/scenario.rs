@@ -250,8 +250,9 @@ fn pictures_show_slopes() {
 }
 
 /// What is changed in `BLOCK`, by what, and the words of the refusal.
-const BROKEN: [(&str, &str, &[&str]); 51] = [
+const BROKEN: [(&str, &str, &[&str]); 52] = [
     ("[body]", "[load]\nforce = []\n[body]", &["load.force", "no knots"]),
+    ("[body]", "[[body]]", &["body: ", "list", "one table is needed", "[[bodies]]"]),
     ("mass = 3.0", "mass = -3.0", &["body.mass", "-3", "1e-9 to 1e9"]),
     ("mass = 3.0", "mass = nan", &["mass", "NaN"]),
     ("mass = 3.0", "mass = \"heavy\"", &["line 4", "mass", "heavy"]),

@@ -29,7 +29,7 @@ coefficient = 0.3
 "#;
 
 /// What is changed in `SCENE`, by what, and the words of the refusal.
-const BROKEN: [(&str, &str, &[&str]); 65] = [
+const BROKEN: [(&str, &str, &[&str]); 66] = [
     ("mass = 1.0", "mass = -1.0", &["bodies[0].mass", "-1", "1e-9 to 1e9"]),
     ("mass = 1.0", "mass = nan", &["bodies[0].mass", "NaN"]),
     ("mass = 1.0", "mass = \"heavy\"", &["line 8", "heavy", "number"]),
@@ -41,7 +41,7 @@ const BROKEN: [(&str, &str, &[&str]); 65] = [
     ("box = 0.2", "box = 0.0", &["bodies[1].box", "half side"]),
     ("box = 0.2", "box = [0.2, 0.2]", &["line 12", "three"]),
     ("box = 0.2", "", &["bodies[1]", "sphere", "point_mass"]),
-    ("box = 0.2", "box = 0.2\nsphere = 0.1", &["bodies[1]", "one shape"]),
+    ("box = 0.2", "box = 0.2\nsphere = 0.1", &["bodies[1].sphere: one shape", "`box` already"]),
     ("box = 0.2", "sphere = -0.1", &["bodies[1].sphere", "radius"]),
     ("box = 0.2", "capsule = { length = 0.0, radius = 0.1 }", &["bodies[1].capsule"]),
     ("box = 0.2", "capsule = { length = 0.1 }", &["line 12", "radius"]),
@@ -108,6 +108,7 @@ const BROKEN: [(&str, &str, &[&str]); 65] = [
     ("\"lower\", \"upper\"]", "\"wall\", \"ground\"]", &["friction[0].between", "two bodies"]),
     ("coefficient = 0.3", "coefficient = -1.0", &["friction[0].coefficient", "0 to 10"]),
     ("[ground]\nfriction = 0.5\n", "", &["ground", "[[bodies]]", "none = true"]),
+    ("[ground]", "[[ground]]", &["line 3", "ground: ", "list", "one table is needed"]),
     ("friction = 0.5", "friction = 0.5\nnone = true\noffset = 1.0", &["ground.offset", "none"]),
     ("friction = 0.5", "friction = 0.5\nnone = true\nslope = 1.0", &["ground.slope", "none"]),
     ("friction = 0.5", "none = true", &["friction"]),
@@ -135,6 +136,19 @@ fn broken_scenes_are_refused_in_one_line_with_the_file_and_the_field() {
         assert_eq!(end.code, Some(2), "{new}: {end:?}");
         end.assert_refused(2, &[&["test.toml"], words].concat());
         assert_eq!(everything_in(directory.path()).len(), 1, "{new}: something was written");
+    }
+}
+
+/// What a flag says is called by the flag.
+#[test]
+fn flags_of_the_tutorials_solver_are_refused_by_their_names() {
+    for (flags, flag) in [
+        (["--preset", "tutorial"].as_slice(), "--preset: "),
+        (&["--solver", "ipopt", "--formulation", "clamped"], "--formulation: "),
+    ] {
+        let (end, directory) = run_scenario(SCENE, flags);
+        end.assert_refused(2, &[flag]);
+        assert_eq!(everything_in(directory.path()).len(), 1, "{flag}: something was written");
     }
 }
 

@@ -133,7 +133,11 @@ fn what_is_no_sweep_is_refused() {
     let still = scenario("stack");
     let path = out.to_str().unwrap();
     let end = run(&["sweep", &still, "--tosses", "3", "--out", path]);
-    end.assert_refused(2, &["nothing is random"]);
+    // By the file, not by a flag that nobody gave.
+    end.assert_refused(2, &["stack.toml: nothing of it is random", "jitter"]);
+    let floating = scenario("floating");
+    let end = run(&["sweep", &floating, "--tosses", "3", "--out", path]);
+    end.assert_refused(2, &["floating.toml: it has no ground"]);
     let dropped = scenario("drop");
     let end = run(&["sweep", &dropped, "--tosses", "3", "--seed", "4294967295", "--out", path]);
     end.assert_refused(2, &["seed", "4294967295"]);

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use tumble::fit::{Loss, Parameter};
 
 #[derive(Debug, Args)]
+#[command(allow_negative_numbers = true)]
 #[command(after_help = "Parameters: friction, restitution, inertia and size (as multiples of the \
     scene's), radius (of edges and corners, m), gravity (m/s²), ground (how far it is moved along \
     its normal, m).\n\nExit codes: 0 done; 2 bad input; 3 some step did not converge; 130 \
@@ -36,8 +37,8 @@ pub struct FitArgs {
     #[arg(long, value_name = "N", default_value = "10",
         value_parser = clap::value_parser!(u16).range(1..=1000))]
     pub substeps: u16,
-    /// Frames a second of recordings that do not say (.pt).
-    #[arg(long, value_name = "HZ", default_value = "148", value_parser = values::number)]
+    /// Frames a second of recordings that do not say (.pt), 1 to 100000.
+    #[arg(long, value_name = "HZ", default_value = "148", value_parser = values::rate)]
     pub rate: f64,
     /// What is made least: the mean of a bounded error of each toss, or of the error itself.
     #[arg(long, value_enum, default_value = "robust")]

@@ -112,6 +112,8 @@ impl SimulateArgs {
             ("spin", self.spin.is_some()),
             ("frame", self.frame.is_some()),
             ("solver", self.solver.is_some()),
+            ("preset", self.preset.is_some()),
+            ("formulation", self.formulation.is_some()),
             ("detection", self.detection.is_some()),
             ("tol", self.tol.is_some()),
             ("max-iter", self.max_iter.is_some()),

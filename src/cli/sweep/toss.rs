@@ -5,6 +5,7 @@ use crate::cli::choices::SolverName;
 use crate::cli::input;
 use crate::cli::outcome::Failure;
 use crate::cli::settings::Settings;
+use crate::cli::shown;
 use std::fmt::Write as _;
 use std::num::NonZeroUsize;
 use std::path::Path;
@@ -36,11 +37,26 @@ pub fn scene(plan: &Plan, path: &Path, toss: u32) -> Result<Scene, Failure> {
         solver: Some(SolverName::Native),
         ..Settings::default()
     };
-    let scene = Scene::of_text(&plan.scenario, path, flags, &input::bytes)?;
+    let scene = Scene::of_text(&plan.scenario, path, flags, &input::bytes);
+    let scene = scene.map_err(|failure| in_sweep(failure, path))?;
     if scene.rows < 2 {
         return Err(Failure::setting("steps", "a toss has 2 rows at least, one step"));
     }
     Ok(scene)
+}
+
+/// Says of the file what the scene says of settings that a sweep gives by itself.
+fn in_sweep(failure: Failure, path: &Path) -> Failure {
+    let why = match &failure {
+        Failure::Setting { name, .. } if name == "seed" => {
+            "nothing of it is random; a sweep needs a random attitude or jitter"
+        }
+        Failure::Setting { name, .. } if name == "solver" => {
+            "it has no ground; a sweep is of bodies that touch something"
+        }
+        _ => return failure,
+    };
+    Failure::Input(format!("{}: {why}", shown::path(path)))
 }
 
 /// Computes a part; `None` if `interrupt` is raised.

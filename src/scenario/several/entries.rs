@@ -3,7 +3,7 @@
 use super::shape::{Form, Place};
 use crate::geometry::mesh::{parse_obj, parse_stl};
 use crate::scenario::choices::Frame;
-use crate::scenario::fields::{Exactly, Numbers};
+use crate::scenario::fields::{Exactly, Numbers, table_if_any};
 use crate::scenario::shown;
 use crate::scenario::tables::SolverTable;
 use crate::scenario::tables::{Gravity, GroundTable, InertiaValue, LoadTable, Random, Sides};
@@ -20,6 +20,7 @@ pub struct SeveralFile {
     pub time_step: Option<f64>,
     pub seed: Option<u32>,
     pub gravity: Option<Gravity>,
+    #[serde(default, deserialize_with = "table_if_any")]
     pub ground: Option<GroundTable>,
     #[serde(default)]
     pub bodies: Vec<BodyEntry>,
@@ -29,6 +30,7 @@ pub struct SeveralFile {
     pub friction: Vec<PairEntry>,
     #[serde(default)]
     pub restitution: Vec<PairEntry>,
+    #[serde(default, deserialize_with = "table_if_any")]
     pub solver: Option<SolverTable>,
 }
 
@@ -234,7 +236,13 @@ impl FormFields {
             forms.push(mesh(files, name, self.scale.unwrap_or(1.0), radius)?);
         }
         let form = forms.pop();
-        if forms.is_empty() { Ok(form) } else { Err(super::scene::ONE_SHAPE.to_owned()) }
+        match (forms.first(), &form) {
+            (Some(first), Some(form)) => {
+                let (one, other) = (first.field(), form.field());
+                Err(format!("{other}: one shape is needed, and there is `{one}` already"))
+            }
+            _ => Ok(form),
+        }
     }
 }
 

@@ -22,7 +22,7 @@ use nalgebra::Vector3;
 /// Ratios of masses up to here are tested.
 const LARGEST_MASS_RATIO: f64 = 1e6;
 /// What a fixed thing or a piece needs.
-pub const ONE_SHAPE: &str = "one shape is needed: box, sphere, capsule, hull or mesh";
+const ONE_SHAPE: &str = "one shape is needed: box, sphere, capsule, hull or mesh";
 
 /// The bodies of a file, and whether anything of them was drawn from the seed.
 pub struct Built {
