@@ -6,13 +6,16 @@ mod common;
 mod points;
 #[path = "derivatives/sizes.rs"]
 mod sizes;
+#[path = "derivatives/slopes.rs"]
+mod slopes;
 #[path = "derivatives/terms.rs"]
 mod terms;
 
 use common::{any_state, any_world, any_wrench, cases, state};
-use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
+use nalgebra::{Matrix3, Vector3};
 use points::{Input, Output, Point, Triplets, compare, points};
 use proptest::prelude::*;
+use slopes::{Program as _, hessian_error, jacobian_error};
 use tumble::mechanics::{RigidBody, Wrench};
 use tumble::sparsity::SparsityPattern;
 use tumble::step_nlp::StepNlp;
@@ -35,34 +38,6 @@ fn nlp_of(input: &Input) -> StepNlp {
     nlp
 }
 
-/// The numbers that `write` puts into an array of `len`.
-fn written(len: usize, write: impl FnOnce(&mut [f64])) -> Vec<f64> {
-    let mut values = vec![f64::NAN; len];
-    write(&mut values);
-    values
-}
-
-fn constraints(nlp: &StepNlp, x: &[f64]) -> Vec<f64> {
-    written(nlp.layout().constraints(), |rows| nlp.constraints(x, rows))
-}
-
-fn jacobian(nlp: &StepNlp, x: &[f64]) -> Vec<f64> {
-    written(nlp.jacobian_pattern().len(), |values| nlp.jacobian(x, values))
-}
-
-fn hessian(nlp: &StepNlp, x: &[f64], factor: f64, multipliers: &[f64]) -> Vec<f64> {
-    written(nlp.hessian_pattern().len(), |values| nlp.hessian(x, factor, multipliers, values))
-}
-
-/// A matrix of the problem's, whole.
-fn dense(pattern: &SparsityPattern, values: &[f64], (rows, cols): (usize, usize)) -> DMatrix<f64> {
-    let mut matrix = DMatrix::zeros(rows, cols);
-    for (at, value) in pattern.positions().zip(values) {
-        matrix[at] += value;
-    }
-    matrix
-}
-
 fn triplets(pattern: &SparsityPattern, values: Vec<f64>) -> Triplets {
     Triplets { rows: pattern.rows().to_vec(), cols: pattern.cols().to_vec(), values }
 }
@@ -71,14 +46,14 @@ fn triplets(pattern: &SparsityPattern, values: Vec<f64>) -> Triplets {
 fn values_and_derivatives_are_those_of_casadi() {
     for point in &points() {
         let (nlp, input) = (nlp_of(&point.input), &point.input);
-        let hessian = hessian(&nlp, &input.x, input.obj_factor, &input.multipliers);
+        let hessian = nlp.hessian_at(&input.x, input.obj_factor, &input.multipliers);
         compare(
             point,
             &Output {
                 objective: nlp.objective(&input.x),
-                gradient: written(input.x.len(), |gradient| nlp.gradient(&input.x, gradient)),
-                constraints: constraints(&nlp, &input.x),
-                jacobian: triplets(nlp.jacobian_pattern(), jacobian(&nlp, &input.x)),
+                gradient: nlp.gradient_at(&input.x),
+                constraints: nlp.constraints_at(&input.x),
+                jacobian: triplets(nlp.jacobian_pattern(), nlp.jacobian_at(&input.x)),
                 hessian: triplets(nlp.hessian_pattern(), hessian),
             },
         );
@@ -92,9 +67,9 @@ fn the_patterns_hold_no_entry_that_is_always_zero() {
     let mut used: Vec<(SparsityPattern, Vec<bool>)> = Vec::new();
     for Point { input, .. } in &points() {
         let nlp = nlp_of(input);
-        let hessian = hessian(&nlp, &input.x, input.obj_factor, &input.multipliers);
+        let hessian = nlp.hessian_at(&input.x, input.obj_factor, &input.multipliers);
         for (pattern, values) in
-            [(nlp.jacobian_pattern(), jacobian(&nlp, &input.x)), (nlp.hessian_pattern(), hessian)]
+            [(nlp.jacobian_pattern(), nlp.jacobian_at(&input.x)), (nlp.hessian_pattern(), hessian)]
         {
             if !used.iter().any(|(known, _)| known == pattern) {
                 used.push((pattern.clone(), vec![false; pattern.len()]));
@@ -138,39 +113,12 @@ fn anywhere() -> impl Strategy<Value = Anywhere> {
     })
 }
 
-/// Central differences of `values`, column by column. With δ = 1e-5 and numbers of order
-/// 1 to 50 in x, rounding leaves ε/δ = 2e-11 of the terms, and the third derivatives, at
-/// most some hundred times the first for a smoothing of 0.5 N, leave δ²/6 = 2e-11 of them:
-/// some 1e-9 where terms outweigh their sum (measured: up to 2.3e-9 at 10 000 points).
-fn differences(x: &[f64], values: impl Fn(&[f64]) -> Vec<f64>) -> DMatrix<f64> {
-    const DELTA: f64 = 1e-5;
-    let columns: Vec<_> = (0..x.len())
-        .map(|j| {
-            let (mut more, mut less) = (x.to_vec(), x.to_vec());
-            more[j] += DELTA;
-            less[j] -= DELTA;
-            let change = DVector::from(values(&more)) - DVector::from(values(&less));
-            change / (more[j] - less[j])
-        })
-        .collect();
-    DMatrix::from_columns(&columns)
-}
-
-/// The largest difference in a row, as a share of the row's largest entry or of 1.
-fn row_error(ours: &DMatrix<f64>, theirs: &DMatrix<f64>) -> f64 {
-    let rows = ours.row_iter().zip(theirs.row_iter());
-    rows.map(|(a, b)| (a - b).amax() / b.amax().max(1.0)).fold(0.0, f64::max)
-}
-
 proptest! {
     #![proptest_config(cases(64))]
 
     #[test]
     fn the_jacobian_is_the_slope_of_the_constraints(point in anywhere()) {
-        let Anywhere { nlp, x, .. } = &point;
-        let (size, values) = ((nlp.layout().constraints(), x.len()), jacobian(nlp, x));
-        let ours = dense(nlp.jacobian_pattern(), &values, size);
-        let error = row_error(&ours, &differences(x, |x| constraints(nlp, x)));
+        let error = jacobian_error(&point.nlp, &point.x);
         prop_assert!(error < 1e-7, "{error:e}");
     }
 
@@ -178,20 +126,7 @@ proptest! {
     fn the_hessian_is_the_slope_of_the_lagrangians_gradient(
         point in anywhere(), factor in 0.0..2.0
     ) {
-        let Anywhere { nlp, x, multipliers } = &point;
-        let (size, values) = ((x.len(), x.len()), hessian(nlp, x, factor, multipliers));
-        let lower = dense(nlp.hessian_pattern(), &values, size);
-        let ours = &lower + lower.transpose() - DMatrix::from_diagonal(&lower.diagonal());
-        let slope = |x: &[f64]| {
-            let mut slope = written(x.len(), |slope| nlp.gradient(x, slope));
-            slope.iter_mut().for_each(|entry| *entry *= factor);
-            let entries = jacobian(nlp, x);
-            for ((row, col), entry) in nlp.jacobian_pattern().positions().zip(entries) {
-                slope[col] += multipliers[row] * entry;
-            }
-            slope
-        };
-        let error = row_error(&ours, &differences(x, slope));
+        let error = hessian_error(&point.nlp, &point.x, factor, &point.multipliers);
         prop_assert!(error < 1e-7, "{error:e}");
     }
 }

@@ -4,44 +4,19 @@
 #[path = "several_derivatives/casadi.rs"]
 mod casadi;
 mod common;
+#[path = "derivatives/slopes.rs"]
+mod slopes;
 
 use common::{any_state, any_world, any_wrench, cases, inertia, quaternion, vector};
-use nalgebra::{DMatrix, DVector, Vector3};
+use nalgebra::Vector3;
 use proptest::prelude::*;
+use slopes::{Program as _, dense, hessian_error, jacobian_error};
 use tumble::contact::{Contact, ContactKey, ContactLaw, Features, Partner, Plane};
 use tumble::mechanics::quaternion::rotation;
 use tumble::mechanics::{RigidBody, State, Wrench};
-use tumble::sparsity::SparsityPattern;
 use tumble::step_nlp::StepNlp;
 use tumble::step_nlp::several::{PosedStep, SeveralNlp};
 use tumble::world::{Parameters, World};
-
-/// The numbers that `write` puts into an array of `len`.
-fn written(len: usize, write: impl FnOnce(&mut [f64])) -> Vec<f64> {
-    let mut values = vec![f64::NAN; len];
-    write(&mut values);
-    values
-}
-
-fn constraints(nlp: &SeveralNlp, x: &[f64]) -> Vec<f64> {
-    written(nlp.layout().constraints(), |rows| nlp.constraints(x, rows))
-}
-
-fn jacobian(nlp: &SeveralNlp, x: &[f64]) -> Vec<f64> {
-    written(nlp.jacobian_pattern().len(), |values| nlp.jacobian(x, values))
-}
-
-fn hessian(nlp: &SeveralNlp, x: &[f64], factor: f64, multipliers: &[f64]) -> Vec<f64> {
-    written(nlp.hessian_pattern().len(), |values| nlp.hessian(x, factor, multipliers, values))
-}
-
-fn dense(pattern: &SparsityPattern, values: &[f64], (rows, cols): (usize, usize)) -> DMatrix<f64> {
-    let mut matrix = DMatrix::zeros(rows, cols);
-    for (at, value) in pattern.positions().zip(values) {
-        matrix[at] += value;
-    }
-    matrix
-}
 
 /// A program of several bodies and a point to differentiate at.
 #[derive(Debug, Clone)]
@@ -137,38 +112,12 @@ fn pose(
     Anywhere { nlp, x, multipliers: numbers[100..][..layout.constraints()].to_vec() }
 }
 
-/// Central differences of `values`, column by column; see `tests/derivatives.rs` for the size of
-/// their errors: some 1e-9 of what a row is made of. (Here products of two attitudes are of fourth
-/// degree, and coordinates of two bodies and of a plane cancel: some times as much.)
-fn differences(x: &[f64], values: impl Fn(&[f64]) -> Vec<f64>) -> DMatrix<f64> {
-    const DELTA: f64 = 1e-5;
-    let columns: Vec<_> = (0..x.len())
-        .map(|j| {
-            let (mut more, mut less) = (x.to_vec(), x.to_vec());
-            more[j] += DELTA;
-            less[j] -= DELTA;
-            let change = DVector::from(values(&more)) - DVector::from(values(&less));
-            change / (more[j] - less[j])
-        })
-        .collect();
-    DMatrix::from_columns(&columns)
-}
-
-/// The largest difference in a row, as a share of the row's largest entry or of 1.
-fn row_error(ours: &DMatrix<f64>, theirs: &DMatrix<f64>) -> f64 {
-    let rows = ours.row_iter().zip(theirs.row_iter());
-    rows.map(|(a, b)| (a - b).amax() / b.amax().max(1.0)).fold(0.0, f64::max)
-}
-
 proptest! {
     #![proptest_config(cases(64))]
 
     #[test]
     fn the_jacobian_is_the_slope_of_the_constraints(point in anywhere()) {
-        let Anywhere { nlp, x, .. } = &point;
-        let (size, values) = ((nlp.layout().constraints(), x.len()), jacobian(nlp, x));
-        let ours = dense(nlp.jacobian_pattern(), &values, size);
-        let error = row_error(&ours, &differences(x, |x| constraints(nlp, x)));
+        let error = jacobian_error(&point.nlp, &point.x);
         prop_assert!(error < 1e-7, "{error:e}");
     }
 
@@ -177,22 +126,10 @@ proptest! {
         point in anywhere(), factor in 0.0..2.0
     ) {
         let Anywhere { nlp, x, multipliers } = &point;
-        let (size, values) = ((x.len(), x.len()), hessian(nlp, x, factor, multipliers));
-        let lower = dense(nlp.hessian_pattern(), &values, size);
         for (row, col) in nlp.hessian_pattern().positions() {
             prop_assert!(row >= col, "({row}, {col}) is above the diagonal");
         }
-        let ours = &lower + lower.transpose() - DMatrix::from_diagonal(&lower.diagonal());
-        let slope = |x: &[f64]| {
-            let mut slope = written(x.len(), |slope| nlp.gradient(x, slope));
-            slope.iter_mut().for_each(|entry| *entry *= factor);
-            let entries = jacobian(nlp, x);
-            for ((row, col), entry) in nlp.jacobian_pattern().positions().zip(entries) {
-                slope[col] += multipliers[row] * entry;
-            }
-            slope
-        };
-        let error = row_error(&ours, &differences(x, slope));
+        let error = hessian_error(nlp, x, factor, multipliers);
         prop_assert!(error < 1e-7, "{error:e}");
     }
 
@@ -249,23 +186,23 @@ proptest! {
         let multipliers = &numbers[100..][..ours.constraints()];
         row_at.iter().zip(multipliers).for_each(|(&row, &value)| y[row] = value);
 
-        let rows = written(theirs.constraints(), |rows| known.constraints(&whole, rows));
-        for (row, value) in constraints(&nlp, &x).into_iter().enumerate() {
+        let rows = known.constraints_at(&whole);
+        for (row, value) in nlp.constraints_at(&x).into_iter().enumerate() {
             let expected = rows[row_at[row]];
             prop_assert!((value - expected).abs() <= 1e-12 * expected.abs().max(10.0));
         }
-        let slopes = written(known.jacobian_pattern().len(), |v| known.jacobian(&whole, v));
+        let slopes = known.jacobian_at(&whole);
         let slopes = dense(known.jacobian_pattern(), &slopes, (rows.len(), whole.len()));
-        let mine = dense(nlp.jacobian_pattern(), &jacobian(&nlp, &x), (row_at.len(), at.len()));
+        let mine = dense(nlp.jacobian_pattern(), &nlp.jacobian_at(&x), (row_at.len(), at.len()));
         for (i, &row) in row_at.iter().enumerate() {
             for (j, &col) in at.iter().enumerate() {
                 let (value, expected) = (mine[(i, j)], slopes[(row, col)]);
                 prop_assert!((value - expected).abs() <= 1e-12 * expected.abs().max(10.0));
             }
         }
-        let curves = written(known.hessian_pattern().len(), |v| known.hessian(&whole, 1.5, &y, v));
+        let curves = known.hessian_at(&whole, 1.5, &y);
         let curves = dense(known.hessian_pattern(), &curves, (whole.len(), whole.len()));
-        let mine = hessian(&nlp, &x, 1.5, multipliers);
+        let mine = nlp.hessian_at(&x, 1.5, multipliers);
         let mine = dense(nlp.hessian_pattern(), &mine, (at.len(), at.len()));
         for (i, &row) in at.iter().enumerate() {
             for (j, &col) in at.iter().enumerate() {
