@@ -3,12 +3,13 @@
 
 mod common;
 
+use common::symmetry::turned;
 use common::{cases, quaternion, vector};
 use nalgebra::{Vector3, Vector4};
 use proptest::prelude::*;
 use tumble::contact::certificate::{Certificate, Certifier, Claim};
 use tumble::contact::{Contact, ContactKey, ContactLaw, Features, Partner, Plane};
-use tumble::mechanics::quaternion::{advance, left, rotation};
+use tumble::mechanics::quaternion::{advance, rotation};
 use tumble::mechanics::{RigidBody, State, Wrench};
 use tumble::world::{Parameters, World};
 
@@ -111,15 +112,6 @@ impl Scene {
     fn turned(&self, q: &Vector4<f64>) -> Self {
         let states = self.states.map(|state| turned(&state, q));
         Self { states, force: rotation(q) * self.force, ..self.clone() }
-    }
-}
-
-fn turned(state: &State, q: &Vector4<f64>) -> State {
-    State {
-        position: rotation(q) * state.position,
-        attitude: left(q) * state.attitude,
-        velocity: rotation(q) * state.velocity,
-        spin: state.spin,
     }
 }
 

@@ -4,7 +4,8 @@
 mod common;
 mod toss;
 
-use nalgebra::{Matrix3, Vector3, Vector4};
+use common::symmetry::mirrored;
+use nalgebra::{Matrix3, Vector3};
 use toss::*;
 use tumble::mechanics::State;
 use tumble::simulation::StepRecord;
@@ -47,18 +48,6 @@ fn turning_the_scene_about_the_vertical_turns_the_run() {
                 check_same(&name, &world, &run, &other, |state| turned(state, angle));
             }
         }
-    }
-}
-
-/// The state in the mirror x → −x. Spins are axial vectors: their x stays, the others turn
-/// round; so do the attitude's, for the body frame is mirrored as well.
-fn mirrored(state: &State) -> State {
-    let (r, q, v, w) = (&state.position, &state.attitude, &state.velocity, &state.spin);
-    State {
-        position: Vector3::new(-r[0], r[1], r[2]),
-        attitude: Vector4::new(q[0], q[1], -q[2], -q[3]),
-        velocity: Vector3::new(-v[0], v[1], v[2]),
-        spin: Vector3::new(w[0], -w[1], -w[2]),
     }
 }
 

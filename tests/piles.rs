@@ -1,10 +1,14 @@
 //! Piles that stand in no file of the repository: other seeds and other shapes, how many of their steps
 //! are certified, and steps that are turned, mirrored and renumbered.
 
+#[path = "common/symmetry.rs"]
+mod symmetry;
+
 use nalgebra::{Vector3, Vector4};
+use symmetry::{mirrored, turned};
 use tumble::contact::{Contact, Partner, Plane};
 use tumble::geometry::Piece;
-use tumble::mechanics::quaternion::{left, rotation};
+use tumble::mechanics::quaternion::rotation;
 use tumble::mechanics::{RigidBody, State};
 use tumble::simulation::random::Draws;
 use tumble::simulation::{Motion, Simulation, StepRecord};
@@ -147,28 +151,6 @@ fn apart(expected: &[State], found: &[State]) -> f64 {
     expected.iter().zip(found).map(of).fold(0.0, f64::max)
 }
 
-fn turned(state: &State) -> State {
-    let q = Vector4::new(0.4, -0.5, 0.7, 0.3).normalize();
-    let turn = rotation(&q);
-    State {
-        position: turn * state.position,
-        attitude: left(&q) * state.attitude,
-        velocity: turn * state.velocity,
-        spin: state.spin,
-    }
-}
-
-/// In the mirror x → −x; boxes, rods and balls are their own mirror images.
-fn mirrored(state: &State) -> State {
-    let (r, q, v, w) = (&state.position, &state.attitude, &state.velocity, &state.spin);
-    State {
-        position: Vector3::new(-r[0], r[1], r[2]),
-        attitude: Vector4::new(q[0], q[1], -q[2], -q[3]),
-        velocity: Vector3::new(-v[0], v[1], v[2]),
-        spin: Vector3::new(w[0], -w[1], -w[2]),
-    }
-}
-
 /// Steps of a pile, each from its start alone: turned, mirrored and renumbered they end turned, mirrored
 /// and renumbered. Where a step has a second exact solution, any rounding may choose it: of one step in
 /// a hundred no more is said (measured: of none).
@@ -177,13 +159,11 @@ fn a_step_of_a_pile_does_not_know_its_frame_nor_its_numbers() {
     let Pile { bodies, starts } = pile(606, 12, true);
     let count = bodies.len();
     let plain = level(bodies.clone());
-    let turn = |vector: Vector3<f64>| {
-        let mut state = starts[0];
-        state.velocity = vector;
-        turned(&state).velocity
-    };
-    let ground = Plane::new(turn(Vector3::z()), 0.0).unwrap();
-    let on_its_side = world(bodies.clone(), ground, turn(*plain.gravity()));
+    let q = Vector4::new(0.4, -0.5, 0.7, 0.3).normalize();
+    let turned = |state: &State| turned(state, &q);
+    let turn = rotation(&q);
+    let ground = Plane::new(turn * Vector3::z(), 0.0).unwrap();
+    let on_its_side = world(bodies.clone(), ground, turn * plain.gravity());
     let order: Vec<usize> = (0..count).map(|index| (5 * index + 3) % count).collect();
     let shuffled = level(order.iter().map(|&index| bodies[index].clone()).collect());
 
@@ -197,11 +177,12 @@ fn a_step_of_a_pile_does_not_know_its_frame_nor_its_numbers() {
             continue;
         }
         let Some(usual) = step(&plain, &states) else { continue };
-        let of = |map: fn(&State) -> State, all: &[State]| all.iter().map(map).collect::<Vec<_>>();
+        let of =
+            |map: &dyn Fn(&State) -> State, all: &[State]| all.iter().map(map).collect::<Vec<_>>();
         let permuted = |all: &[State]| order.iter().map(|&index| all[index]).collect::<Vec<_>>();
         for (world, from, expected) in [
-            (&on_its_side, of(turned, &states), of(turned, &usual)),
-            (&plain, of(mirrored, &states), of(mirrored, &usual)),
+            (&on_its_side, of(&turned, &states), of(&turned, &usual)),
+            (&plain, of(&mirrored, &states), of(&mirrored, &usual)),
             (&shuffled, permuted(&states), permuted(&usual)),
         ] {
             let Some(found) = step(world, &from) else { continue };

@@ -5,12 +5,13 @@ mod common;
 #[path = "several_bodies/edges.rs"]
 mod edges;
 
+use common::symmetry::{mirrored, turned};
 use common::{cases, quaternion, vector};
 use nalgebra::{Vector3, Vector4};
 use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestRunner};
 use tumble::contact::{Candidates, Detection, Partner, Plane};
-use tumble::mechanics::quaternion::{left, rotation};
+use tumble::mechanics::quaternion::rotation;
 use tumble::mechanics::{RigidBody, State};
 use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::step::StepStatus;
@@ -120,12 +121,7 @@ fn turning_the_whole_scene_turns_the_answer() {
     for q in [[0.9, 0.1, -0.3, 0.2], [0.2, 0.7, 0.6, -0.3], [0.0, 1.0, 0.0, 0.0]] {
         let q = Vector4::from(q).normalize();
         let turn = rotation(&q);
-        let turned = |state: &State| State {
-            position: turn * state.position,
-            attitude: left(&q) * state.attitude,
-            velocity: turn * state.velocity,
-            spin: state.spin,
-        };
+        let turned = |state: &State| turned(state, &q);
         let mut other = scene.clone();
         other.parameters.ground = Plane::new(turn * Vector3::z(), 0.0).unwrap();
         other.parameters.gravity = turn * scene.parameters.gravity;
@@ -137,18 +133,8 @@ fn turning_the_whole_scene_turns_the_answer() {
     }
 }
 
-/// In the mirror x → −x; boxes are their own mirror images.
 #[test]
 fn a_mirrored_scene_gives_the_mirrored_answer() {
-    let mirrored = |state: &State| {
-        let (r, q, v, w) = (&state.position, &state.attitude, &state.velocity, &state.spin);
-        State {
-            position: Vector3::new(-r[0], r[1], r[2]),
-            attitude: Vector4::new(q[0], q[1], -q[2], -q[3]),
-            velocity: Vector3::new(-v[0], v[1], v[2]),
-            spin: Vector3::new(w[0], -w[1], -w[2]),
-        }
-    };
     let scene = heap();
     let other = Scene { states: scene.states.iter().map(mirrored).collect(), ..scene.clone() };
     for (a, b) in scene.run(LANDING).iter().zip(other.run(LANDING)) {

@@ -4,6 +4,8 @@
 // Each test program compiles this file for itself and uses a part of it.
 #![allow(dead_code)]
 
+pub mod symmetry;
+
 use flate2::read::GzDecoder;
 use nalgebra::{Matrix3, Quaternion, SVector, Vector3, Vector4};
 use proptest::prelude::*;
