@@ -8,10 +8,15 @@ use tumble::contact::certificate::{Claim, certify_rk4_step};
 use tumble::contact::detection::{admit_missed, all_contacts};
 use tumble::contact::restitution::raise;
 use tumble::contact::{Candidates, Certifier, Contact, Detection, Partner, Plane, rounding};
-use tumble::geometry::{Aabb, Hint, Piece, Scratch, Sweep, bound, manifold, overlap, separation};
+use tumble::geometry::mesh::{Mesh, parse_obj, parse_stl};
+use tumble::geometry::{
+    Aabb, Hint, Hull, Piece, Scratch, Sweep, bound, manifold, overlap, separation,
+};
+use tumble::mechanics::load::Polyline;
 use tumble::mechanics::{Pose, RigidBody, State, Wrench};
 use tumble::simulation::wild::{energy_gain, is_wild};
 use tumble::step::{Step, StepSolution, StepSolver};
+use tumble::step_nlp::{ProgramPoint, several};
 use tumble::world::{Parameters, World};
 
 /// `bodies` cubes of 1 m with restitution.
@@ -271,6 +276,27 @@ fn a_step_of_any_lists_makes_no_solver_of_ipopt_panic() {
     }
 }
 
+/// Tables of one body, read as those of more than memory holds.
+#[cfg(feature = "csv")]
+#[test]
+fn a_count_of_bodies_of_any_size_is_no_more_than_wrong() {
+    use tumble::simulation::tables::{Streams, TablesReader, TablesWriter};
+    use tumble::simulation::{Motion, Simulation, StepRecord};
+    let world = world_of(1);
+    let (mut record, motion) = (StepRecord::new(), Motion::native(&world));
+    Simulation::new(world.clone(), tower(1), motion).unwrap().step(&mut record).unwrap();
+    let streams = Streams { states: vec![], contacts: vec![], steps: vec![] };
+    let mut writer = TablesWriter::new(streams, &world).unwrap();
+    writer.write(&record).unwrap();
+    let Streams { states, contacts, steps } = writer.finish().unwrap();
+    let read = |bodies: usize| {
+        let streams = Streams { states: &*states, contacts: &*contacts, steps: &*steps };
+        TablesReader::new(streams, bodies).unwrap().next_step()
+    };
+    assert!(read(1).is_ok());
+    assert!(read(usize::MAX).is_err());
+}
+
 #[cfg(feature = "csv")]
 #[test]
 fn a_record_of_another_world_makes_no_writer_panic() {
@@ -381,4 +407,37 @@ fn a_search_in_another_world_does_not_panic() {
         panics.look("find", || candidates.find(Detection::default(), after, &states, &states));
         panics.look("overlap", || candidates.deepest_overlap(after, &states));
     }
+}
+
+/// Nothing, where something is needed, and what is not there: an error, or what is documented.
+#[test]
+fn empty_lists_and_missing_parts_are_refused() {
+    let unit = Matrix3::identity();
+    let none: [Vector3<f64>; 0] = [];
+    for (name, refused) in [
+        ("a body without points", RigidBody::new(1.0, unit, &none).is_err()),
+        ("a body without pieces", RigidBody::of_pieces(1.0, unit, vec![]).is_err()),
+        ("a solid of nothing", RigidBody::solid(1.0, &[]).is_err()),
+        ("a hull of nothing", Hull::from_points(&none).is_err()),
+        ("a mesh of nothing", Mesh::new(vec![], vec![]).is_err()),
+        ("a mesh without its vertices", Mesh::new(vec![], vec![[0, 1, 2]; 4]).is_err()),
+        ("a mesh from no text", parse_obj("").is_err()),
+        ("a mesh from no bytes", parse_stl(&[]).is_err()),
+        ("a world of nothing", {
+            let parameters = Parameters { bodies: vec![], ..world_of(1).parameters().clone() };
+            World::new(parameters).is_err()
+        }),
+        ("a pair of nothing", {
+            world_of(2).with_friction_between(2, Partner::Body(0), 0.1).is_err()
+        }),
+    ] {
+        assert!(refused, "{name}");
+    }
+    assert_eq!(Polyline::new(vec![]).unwrap().mean(0.0, 1.0), Vector3::zeros());
+    let layout = several::Layout::new(1, [true]);
+    assert_eq!((layout.friction(1), layout.friction_rows(9)), (None, None));
+    let mut point = ProgramPoint::zeros(8);
+    let nothing = StepSolution::default();
+    point.set_solution(&nothing, &Plane::level(), |_| 0.0, 0.5, 1e-6);
+    assert_eq!(point, ProgramPoint::zeros(8));
 }

@@ -52,7 +52,8 @@ pub const SMOOTHING: f64 = 1e-6;
 const BODY: usize = 0;
 
 /// The step problem of one world: structure and constants fixed, the parameters
-/// (X, external wrench, α) set anew for each step.
+/// (X, external wrench, α) set anew for each step. Points x have [`Layout::variables`] numbers, rows
+/// and multipliers [`Layout::constraints`]; methods panic on shorter slices.
 #[derive(Debug, Clone)]
 pub struct StepNlp {
     world: World,

@@ -50,7 +50,7 @@ impl ProgramPoint {
     /// Makes this the point of a solution of a step whose ground is `ground`: slacks as small
     /// as the rows (14) and (15) let them be, λ as (10) has it with the smoothing ε (N).
     /// `heights` are those of the points at the end of the step, m. Contacts of points that
-    /// the program does not have are left out.
+    /// the program does not have are left out; a solution without a state changes nothing.
     pub fn set_solution(
         &mut self,
         solution: &StepSolution,
@@ -59,7 +59,8 @@ impl ProgramPoint {
         friction: f64,
         smoothing: f64,
     ) {
-        self.set_free(&solution.states[0]);
+        let Some(state) = solution.states.first() else { return };
+        self.set_free(state);
         let points = self.layout.contacts();
         for contact in solution.contacts.iter().filter(|contact| contact.key.point < points) {
             let point = contact.key.point;

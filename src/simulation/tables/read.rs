@@ -175,7 +175,8 @@ impl<R: Read> TablesReader<R> {
             return Ok(None);
         }
         let row = self.step_row()?;
-        let mut states = Vec::with_capacity(self.bodies);
+        // As many as the table has: the number that was asked for may be any.
+        let mut states = Vec::with_capacity(self.bodies.min(1 << 12));
         for body in 0..self.bodies {
             let sheet = &mut self.states;
             sheet.need_row()?;

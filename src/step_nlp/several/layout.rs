@@ -107,7 +107,7 @@ impl Layout {
     /// The variables of contact `i`'s friction, if it has any.
     #[must_use]
     pub fn friction(&self, i: usize) -> Option<Friction> {
-        self.rubbing[i].map(|place| {
+        self.rubbing.get(i).copied().flatten().map(|place| {
             let (first, rough) = (STATE.end * self.bodies, self.rough);
             let after = first + 2 * rough + 2 * self.contacts() + place;
             let force = [first + place, first + rough + place];
@@ -125,7 +125,7 @@ impl Layout {
     /// The rows of contact `i`'s friction, if it has any.
     #[must_use]
     pub fn friction_rows(&self, i: usize) -> Option<FrictionRows> {
-        self.rubbing[i].map(|place| {
+        self.rubbing.get(i).copied().flatten().map(|place| {
             let cone = self.equalities() + self.contacts() + place;
             let dissipation = STATE.end * self.bodies + 2 * place;
             let complementarity = cone + self.rough + self.contacts();
