@@ -35,7 +35,7 @@ pub(super) fn proxies_of(world: &World) -> impl Iterator<Item = Proxy> + '_ {
         let owner = Owner::Body(index);
         (0..body.pieces().len()).map(move |piece| Proxy { owner, piece })
     };
-    let fixed = (0..world.fixed().len()).map(|index| Owner::Fixed(index));
+    let fixed = (0..world.fixed().len()).map(Owner::Fixed);
     let fixed = fixed.map(|owner| Proxy { owner, piece: 0 });
     world.bodies().iter().enumerate().flat_map(of_body).chain(fixed)
 }

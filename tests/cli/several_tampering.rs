@@ -190,3 +190,23 @@ fn a_table_or_run_file_that_is_not_there_is_named() {
     fs::write(directory.path().join("run.json"), json).unwrap();
     assert_eq!(verify(directory.path()).code, Some(1));
 }
+
+/// The model stands in run.json alone: without it, or with another file of that name, no table can
+/// be read, and it is run.json that is named.
+#[test]
+fn a_table_without_its_run_file_asks_for_it() {
+    let directory = tempfile::tempdir().unwrap();
+    for (file, text) in FILES.iter().zip(files()).take(3) {
+        fs::write(directory.path().join(file), text).unwrap();
+    }
+    for broken in [None, Some("{"), Some("{}")] {
+        if let Some(text) = broken {
+            fs::write(directory.path().join("run.json"), text).unwrap();
+        }
+        for verb in ["verify", "plot", "gif", "view"] {
+            let file = directory.path().join("states.csv");
+            let end = run(&[verb, file.to_str().unwrap()]);
+            end.assert_refused(2, &["states.csv: a table of several bodies", "run.json"]);
+        }
+    }
+}

@@ -163,7 +163,7 @@ fn tosses_that_are_not_there_are_refused() {
     let missing = evaluate(&recorded, &[0, 2]).unwrap_err();
     assert!(missing.contains("toss 2") && missing.contains("there are 2"), "{missing}");
     assert!(evaluate(&recorded, &[]).unwrap_err().contains("no toss"));
-    let nothing = evaluate(&[empty.clone()], &[0]).unwrap_err();
+    let nothing = evaluate(std::slice::from_ref(&empty), &[0]).unwrap_err();
     assert!(nothing.contains("toss empty: has no frames"), "{nothing}");
     assert!(protocol.start(&empty).position.x.is_nan());
     assert_eq!(protocol.start_frame(&empty), 0);

@@ -7,10 +7,14 @@ use crate::cli::outcome::{Failure, refuse_flags};
 use crate::cli::output::directory_of;
 use crate::cli::{input, shown};
 use std::fs::File;
+use std::io::{BufRead as _, BufReader, Read as _};
 use std::path::{Path, PathBuf};
 use tumble::mechanics::Load;
 use tumble::simulation::tables::{Streams, Table, TableStep, TablesReader};
 use tumble::world::World;
+
+/// More bytes than the header of a table has.
+const LONGEST_HEADER: u64 = 1 << 12;
 
 /// The tables of a run that are being read.
 pub struct RunTables {
@@ -23,10 +27,12 @@ pub struct RunTables {
 
 impl RunTables {
     /// Opens the tables, of which `file` is one; `None` where the run.json beside it is not of
-    /// several bodies. Of `flags`, none may be given: run.json says all.
+    /// several bodies, and `file` no such table. Of `flags`, none may be given: run.json says all.
     pub fn open(file: &Path, flags: &PhysicsArgs) -> Result<Option<Self>, Failure> {
         let run_path = file.with_file_name("run.json");
-        let Some(run) = SeveralRun::read(&run_path)? else { return Ok(None) };
+        let Some(run) = SeveralRun::read(&run_path)? else {
+            return refuse_lonely_table(file, &run_path).map(|()| None);
+        };
         refuse_idle_flags(flags)?;
         refuse_another_file(file)?;
         Self::of_run(file, run).map(Some)
@@ -115,6 +121,24 @@ fn odd(file: &Path, why: &dyn std::fmt::Display) -> Failure {
     Failure::Input(format!("the tables in {folder} cannot be read: {why}"))
 }
 
+/// A table of several bodies says nothing without the model in its run.json.
+fn refuse_lonely_table(file: &Path, run_path: &Path) -> Result<(), Failure> {
+    let headers = Table::ALL.map(|table| table.columns().join(","));
+    let mut first = String::new();
+    // What cannot be read is no table, and is refused where it is read.
+    let start = input::open(file).map(|file| file.take(LONGEST_HEADER));
+    let _ = start.and_then(|start| BufReader::new(start).read_line(&mut first));
+    if !headers.iter().any(|header| header == first.trim_end()) {
+        return Ok(());
+    }
+    Err(Failure::Input(format!(
+        "{}: a table of several bodies needs the run.json of its run beside it; {} is not there, or \
+         is no such file",
+        shown::path(file),
+        shown::path(run_path)
+    )))
+}
+
 /// The run.json beside a file says nothing of one that is no table of its run.
 fn refuse_another_file(file: &Path) -> Result<(), Failure> {
     let names = Table::ALL.map(|table| format!("{table}.csv"));
@@ -137,21 +161,6 @@ fn open(beside: &Path, table: Table) -> Result<File, Failure> {
 
 /// All that residuals and pictures depend on stands in run.json.
 fn refuse_idle_flags(physics: &PhysicsArgs) -> Result<(), Failure> {
-    refuse_flags(
-        "a run of several bodies, whose run.json says all",
-        &[
-            ("--dt", physics.dt.is_some()),
-            ("--mu", physics.mu.is_some()),
-            ("--restitution", physics.restitution.is_some()),
-            ("--rebound-speed", physics.rebound_speed.is_some()),
-            ("--mass", physics.mass.is_some()),
-            ("--inertia", physics.inertia.is_some()),
-            ("--box", physics.sides.is_some()),
-            ("--plane", physics.plane.is_some()),
-            ("--force", !physics.force.is_empty()),
-            ("--torque", !physics.torque.is_empty()),
-            ("--force-at", physics.force_at.is_some()),
-            ("--gravity", physics.gravity.is_some()),
-        ],
-    )
+    let given: Vec<_> = physics.given().into_iter().map(|flag| (flag, true)).collect();
+    refuse_flags("a run of several bodies, whose run.json says all", &given)
 }
