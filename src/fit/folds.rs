@@ -46,7 +46,7 @@ pub fn parts(tosses: &[Toss], folds: usize, seed: u32) -> Result<Vec<Vec<usize>>
         }
     }
     let count = recordings.len();
-    if folds < 2 || count < 2 * folds {
+    if folds < 2 || count / 2 < folds {
         return Err(FitError::Request(format!(
             "{folds} folds of {count} different recordings: 2 folds or more, of 2 or more, are \
              needed"

@@ -88,7 +88,7 @@ impl Plan {
         if self.rounds == 0 {
             return refused("0 rounds are none; 1 or more are needed".to_owned());
         }
-        let least = 1 + self.rounds * 3 * self.population();
+        let least = self.rounds.saturating_mul(3 * self.population()).saturating_add(1);
         if self.evaluations < least {
             return refused(format!(
                 "{} evaluations in {} rounds are too few; {least} or more are needed",
@@ -143,12 +143,14 @@ impl Plan {
             refused: 0,
             progress: vec![at_start],
         });
-        let budget = self.evaluations - 1;
+        // The evaluations that are made by the end of so many rounds; the product may be long.
+        let budget = (self.evaluations - 1) as u128;
+        let made = |rounds: usize| (rounds as u128 * budget / self.rounds as u128) as usize;
         for round in 0..self.rounds {
             let last = round + 1 == self.rounds;
             {
                 let mut task = task.borrow_mut();
-                task.left = (round + 1) * budget / self.rounds - round * budget / self.rounds;
+                task.left = made(round + 1) - made(round);
                 if last && coarse != full {
                     // What was found with fewer substeps is judged anew.
                     task.substeps = full;

@@ -114,6 +114,7 @@ fn twins_are_in_the_same_fold() {
         assert_eq!(parts.iter().map(Vec::len).sum::<usize>(), 9);
     }
     assert!(parts(&tosses, 5, 1).unwrap_err().to_string().contains("8 different recordings"));
+    assert!(parts(&tosses, usize::MAX, 1).is_err());
 }
 
 #[test]
@@ -125,6 +126,8 @@ fn requests_without_meaning_are_refused_by_name() {
     assert!(refused(plan(&model, &[], 40)).contains("no parameter"));
     assert!(refused(plan(&model, &[friction[0]; 2], 40)).contains("friction is named twice"));
     assert!(refused(plan(&model, &friction, 5)).contains("too few"));
+    let endless = Plan { rounds: usize::MAX, ..plan(&model, &friction, 40) };
+    assert!(refused(endless).contains("too few"));
     let mut off = plan(&model, &friction, 40);
     off.sought[0].bounds = [0.5, 0.6];
     assert!(refused(off.clone()).contains("starts at 0.4, outside of its bounds, 0.5 to 0.6"));
