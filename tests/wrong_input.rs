@@ -145,6 +145,44 @@ fn lists_of_any_length_make_no_search_panic() {
     }
 }
 
+/// What is not known is nothing good: a residual that no tolerance accepts, a step that is wild.
+#[test]
+fn a_step_without_a_state_of_every_body_is_not_taken_for_one() {
+    let world = world_of(2);
+    let (good, wrenches) = (tower(2), vec![Wrench::zero(); 2]);
+    let contacts = contact_lists(&world, 2);
+    let found = contacts.last().unwrap();
+    let residual = |claim: &Claim<'_>| {
+        let forces = vec![Vector3::zeros(); claim.contacts.len()];
+        Certifier::new().contact_step(&world, claim, forces).residual()
+    };
+    let whole = Claim { states: &good, next: &good, wrenches: &wrenches, contacts: found };
+    assert!(
+        residual(&whole).is_finite() && certify_rk4_step(&world, &whole).residual().is_finite()
+    );
+    assert!(!is_wild(&world, &good, &good, 0.0, 1e-9));
+    assert!(energy_gain(&world, &good, &good, &wrenches).is_finite());
+    for claim in [
+        Claim { states: &good[..1], ..whole },
+        Claim { next: &good[..1], ..whole },
+        Claim { wrenches: &wrenches[..1], ..whole },
+        Claim { contacts: &contacts[0], ..whole },
+        Claim { contacts: &contacts[1], ..whole },
+    ] {
+        assert!(residual(&claim).is_nan(), "{claim:?}");
+        assert!(certify_rk4_step(&world, &claim).residual().is_nan(), "{claim:?}");
+    }
+    assert!(is_wild(&world, &good, &good[..1], 0.0, 1e-9));
+    assert!(energy_gain(&world, &good[..1], &good, &wrenches).is_nan());
+    let mut candidates = Candidates::new();
+    candidates.find(Detection::default(), &world, &good[..1], &good);
+    let ground = candidates.contacts().iter().all(|contact| contact.key.body == 0);
+    assert!(ground && !candidates.contacts().is_empty(), "the lower cube meets the ground");
+    let sunk = [good[0], State { position: 0.9 * good[1].position, ..good[1] }];
+    assert!(candidates.deepest_overlap(&world, &sunk).is_some());
+    assert_eq!(candidates.deepest_overlap(&world, &sunk[..1]), None);
+}
+
 fn pairs(bodies: usize) -> Vec<(Vec<State>, Vec<State>)> {
     let each =
         |states: Vec<State>| lists(bodies).into_iter().map(move |next| (states.clone(), next));
@@ -404,6 +442,8 @@ fn a_search_in_another_world_does_not_panic() {
         let mut candidates = Candidates::new();
         let states = tower(2);
         candidates.find(Detection::default(), before, &states, &states);
+        let mut asked = candidates.clone();
+        panics.look("overlap at once", || asked.deepest_overlap(after, &states));
         panics.look("find", || candidates.find(Detection::default(), after, &states, &states));
         panics.look("overlap", || candidates.deepest_overlap(after, &states));
     }

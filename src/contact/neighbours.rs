@@ -190,7 +190,9 @@ impl Neighbours {
         states: &[State],
     ) -> Option<(f64, Partner, Partner)> {
         let same = |(pose, state): (&Pose, &State)| *pose == state.pose();
-        let known = self.poses.len() == states.len() && self.poses.iter().zip(states).all(same);
+        let known = self.poses.len() == states.len()
+            && self.poses.iter().zip(states).all(same)
+            && self.lists(world);
         if !known && !self.place(world, states, states) {
             return None;
         }
@@ -227,7 +229,7 @@ impl Neighbours {
         }
         self.poses.clear();
         self.poses.extend(next.iter().map(State::pose));
-        if !proxies_of(world).eq(self.proxies.iter().copied()) {
+        if !self.lists(world) {
             self.list(world);
         }
         let outside = self.proxies.iter().zip(&self.boxes).any(|(proxy, bounds)| {
@@ -239,6 +241,11 @@ impl Neighbours {
             self.search(world, states);
         }
         true
+    }
+
+    /// Whether the pieces that are listed are those of the world.
+    fn lists(&self, world: &World) -> bool {
+        proxies_of(world).eq(self.proxies.iter().copied())
     }
 
     /// Lists the pieces of the world.

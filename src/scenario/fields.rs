@@ -88,9 +88,15 @@ where
     table(deserializer).map(Some)
 }
 
+/// Of a list in the place of a table.
+const ONE_TABLE: &str = "list, one table is needed";
+
 /// An error with the field it is about, where there is one.
 pub fn named(path: &str, message: &str) -> String {
-    let message = plain(message);
+    let mut message = plain(message);
+    if path == "body" && message.ends_with(ONE_TABLE) {
+        message += " (several bodies are [[bodies]])";
+    }
     // `.` is the whole; what is not known has no name.
     if path == "." || path.contains('?') { message } else { format!("{path}: {message}") }
 }
@@ -103,10 +109,7 @@ pub fn plain(message: &str) -> String {
         ("expected u32", "a whole number from 0 to 4294967295 is needed"),
         ("expected an array of length", "an array is needed of length"),
         ("expected a sequence", "an array is needed"),
-        (
-            "sequence, expected one table",
-            "list, one table is needed (several bodies are [[bodies]])",
-        ),
+        ("sequence, expected one table", ONE_TABLE),
         ("expected one table", "a table is needed"),
         (" as i128", ""),
     ];
