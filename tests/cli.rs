@@ -48,6 +48,8 @@ mod sweep;
 mod tampering;
 #[path = "derivatives/terms.rs"]
 mod terms;
+#[path = "cli/threads.rs"]
+mod threads;
 #[path = "cli/tutorial.rs"]
 mod tutorial;
 #[path = "cli/verify.rs"]

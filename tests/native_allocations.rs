@@ -106,6 +106,41 @@ fn a_step_that_fails_allocates_nothing() {
     assert_eq!((status, seen.count_total), (StepStatus::Failed, 0));
 }
 
+/// Forty cubes at rest, each an island, on two threads. The counter counts the calling thread: it does
+/// not make the islands' memory, which those do that solve them, and then allocates nothing but a
+/// block of the queue for every 63 calls of the threads.
+#[cfg(feature = "threads")]
+#[test]
+fn on_threads_only_their_queue_allocates() {
+    let bodies: Vec<_> = cubes().into_iter().cycle().take(40).collect();
+    let place = |place: usize| State {
+        position: Vector3::new(5.0 * place as f64, 0.0, 1.0),
+        velocity: Vector3::zeros(),
+        spin: Vector3::zeros(),
+        attitude: nalgebra::Vector4::new(1.0, 0.0, 0.0, 0.0),
+    };
+    let starts: Vec<_> = (0..bodies.len()).map(place).collect();
+    let some = parameters(bodies[0].clone());
+    let world = World::new(tumble::world::Parameters { bodies, ..some }).unwrap();
+    let [alone, together] = [1, 2].map(|threads| {
+        let threads = std::num::NonZeroUsize::new(threads).unwrap();
+        let solver = NativeSolver::new(&world).with_threads(threads).unwrap();
+        let motion = tumble::simulation::Motion::contact(solver);
+        let starts = starts.iter().copied();
+        let mut simulation =
+            tumble::simulation::Simulation::new(world.clone(), starts, motion).unwrap();
+        let mut record = StepRecord::new();
+        let mut steps = |count: usize| {
+            measure(|| (0..count).for_each(|_| simulation.step(&mut record).unwrap())).count_total
+        };
+        let cold = steps(10);
+        (cold, steps(630))
+    });
+    assert_eq!(alone.1, 0, "{alone:?}");
+    assert!(together.1 <= 11, "{together:?}");
+    assert!(together.0 < alone.0 / 2, "{together:?} of {alone:?}");
+}
+
 /// The counter counts: making a solver allocates.
 #[test]
 fn making_a_solver_is_seen_to_allocate() {

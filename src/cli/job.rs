@@ -20,8 +20,12 @@ use tumble::scenario::job::refuse_idle_settings;
 /// (docs/ipopt-path.md).
 const MANY_POINTS: usize = 100;
 
+/// Where threads have nothing to do.
+pub const ONE_BODY: &str = "one body, whose steps are one problem each";
+
 /// The job that the arguments amount to, checked.
 pub fn new(args: &SimulateArgs) -> Result<Job, Failure> {
+    refuse_flags(ONE_BODY, &[("--threads", args.threads.is_some())])?;
     let flags = of_flags(args)?;
     let Some(path) = &args.scenario else {
         let scene = args.scene.unwrap_or(SceneName::Drop);

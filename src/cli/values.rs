@@ -2,6 +2,7 @@
 
 use super::choices::{Attitude, Inertia};
 use nalgebra::{Matrix3, Vector3, Vector4};
+use std::num::NonZeroUsize;
 use tumble::contact::plane::Plane;
 use tumble_pictures::animation::View;
 
@@ -66,6 +67,12 @@ pub fn seed(text: &str) -> Result<u32, String> {
 
 pub fn iterations(text: &str) -> Result<u32, String> {
     integer(text, 1, 1_000_000, "1 to 1000000")
+}
+
+/// As many as the native solver takes.
+pub fn threads(text: &str) -> Result<NonZeroUsize, String> {
+    let count = integer(text, 1, 1024, "1 to 1024")?;
+    Ok(NonZeroUsize::new(count).unwrap_or(NonZeroUsize::MIN))
 }
 
 pub fn speed(text: &str) -> Result<f64, String> {

@@ -4,6 +4,8 @@ use super::choices::{OnFailure, Preset, SolverName};
 use super::failure::{Failure, refuse_flags};
 use super::settings::Settings;
 use crate::contact::Detection;
+#[cfg(any(feature = "ipopt", feature = "threads"))]
+use crate::error::Error;
 #[cfg(feature = "ipopt")]
 use crate::ipopt::Options;
 use crate::simulation::Motion;
@@ -12,8 +14,11 @@ use crate::solver::ipopt::{Formulation, IpoptSolver};
 use crate::solver::native::NativeSolver;
 use crate::step::StepSolver;
 use crate::world::World;
+#[cfg(feature = "threads")]
+use std::num::NonZeroUsize;
 
 /// How contact steps are posed and solved.
+#[derive(Clone)]
 pub struct Contact {
     /// Which points may touch.
     pub detection: Detection,
@@ -21,6 +26,9 @@ pub struct Contact {
     pub on_failure: OnFailure,
     /// Ipopt's program and options; `None` for the native solver.
     pub ipopt: Option<Program>,
+    /// The most threads that the native solver works on; no setting of a file.
+    #[cfg(feature = "threads")]
+    threads: NonZeroUsize,
 }
 
 /// Ipopt's program and options.
@@ -51,7 +59,30 @@ impl Contact {
         flags.push(("--on-failure ladder", ladder));
         refuse_flags("the native solver, which works to rounding", &flags)?;
         let on_failure = settings.on_failure.unwrap_or(OnFailure::Record);
-        Ok(Self { detection, on_failure, ipopt: None })
+        Ok(Self::by(detection, on_failure, None))
+    }
+
+    fn by(detection: Detection, on_failure: OnFailure, ipopt: Option<Program>) -> Self {
+        Self {
+            detection,
+            on_failure,
+            ipopt,
+            #[cfg(feature = "threads")]
+            threads: NonZeroUsize::MIN,
+        }
+    }
+
+    /// Lets the native solver work on up to `count` threads ([`NativeSolver::with_threads`]); on
+    /// one otherwise.
+    ///
+    /// # Errors
+    /// Ipopt.
+    #[cfg(feature = "threads")]
+    pub fn set_threads(&mut self, count: NonZeroUsize) -> Result<(), Failure> {
+        let place = "Ipopt, which solves all bodies as one problem";
+        refuse_flags(place, &[("--threads", self.is_ipopt())])?;
+        self.threads = count;
+        Ok(())
     }
 
     /// The solver for `world`.
@@ -60,9 +91,24 @@ impl Contact {
     /// The setting that is not made for it.
     pub fn solver(&self, world: &World) -> Result<Box<dyn StepSolver>, Failure> {
         match &self.ipopt {
-            None => Ok(Box::new(NativeSolver::new(world))),
+            None => self.native(world),
             Some(program) => ipopt::solver(self, program, world),
         }
+    }
+
+    #[cfg(feature = "threads")]
+    fn native(&self, world: &World) -> Result<Box<dyn StepSolver>, Failure> {
+        let solver = NativeSolver::new(world).with_threads(self.threads);
+        let solver = solver.map_err(|error| match error {
+            Error::Solver { .. } => Failure::Other(error.to_string()),
+            _ => error.into(),
+        })?;
+        Ok(Box::new(solver))
+    }
+
+    #[cfg(not(feature = "threads"))]
+    fn native(&self, world: &World) -> Result<Box<dyn StepSolver>, Failure> {
+        Ok(Box::new(NativeSolver::new(world)))
     }
 
     /// What moves the bodies of `world`.
@@ -95,7 +141,6 @@ impl Contact {
 #[cfg(feature = "ipopt")]
 mod ipopt {
     use super::*;
-    use crate::error::Error;
     use crate::scenario::shown;
     use crate::simulation::scene;
     use crate::solver::ipopt::{alone_for, ladder_for};
@@ -121,17 +166,14 @@ mod ipopt {
         options.validate().map_err(Failure::of_ipopt)?;
         let on_failure = settings.on_failure.unwrap_or(OnFailure::Ladder);
         let formulation = settings.formulation.map(Formulation::from).unwrap_or_default();
-        Ok(Contact { detection, on_failure, ipopt: Some((formulation, options)) })
+        Ok(Contact::by(detection, on_failure, Some((formulation, options))))
     }
 
     /// The tutorial's program and settings to the letter.
     pub fn tutorial() -> Result<Contact, Failure> {
         let options = IpoptSolver::tutorial_options();
-        Ok(Contact {
-            detection: Detection::Height,
-            on_failure: OnFailure::Record,
-            ipopt: Some((Formulation::Clamped, options)),
-        })
+        let program = (Formulation::Clamped, options);
+        Ok(Contact::by(Detection::Height, OnFailure::Record, Some(program)))
     }
 
     pub fn solver(

@@ -12,6 +12,8 @@ use crate::error::Error;
 use crate::mechanics::{Load, State};
 use crate::simulation::Motion;
 use crate::world::World;
+#[cfg(feature = "threads")]
+use std::num::NonZeroUsize;
 use std::path::Path;
 
 /// What is simulated: bodies, what they can touch, where they start and who solves the steps.
@@ -102,6 +104,19 @@ impl Scene {
         contact
             .motion(world)
             .map_err(|failure| Error::Solver { solver: "ipopt", why: failure.to_string() })
+    }
+
+    /// What moves the bodies of the scene's world, on up to `threads` threads.
+    ///
+    /// # Errors
+    /// Ipopt; as [`Scene::motion`] otherwise, and
+    /// [`NativeSolver::with_threads`](crate::solver::native::NativeSolver::with_threads).
+    #[cfg(feature = "threads")]
+    pub fn motion_on(&self, threads: NonZeroUsize) -> Result<Motion<'static>, Failure> {
+        let Some(contact) = &self.contact else { return Ok(Motion::Floating) };
+        let mut contact = contact.clone();
+        contact.set_threads(threads)?;
+        contact.motion(&self.world)
     }
 
     /// Who solves contact steps: `native`, `ipopt`, or `rk4` without a ground.

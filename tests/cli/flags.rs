@@ -31,6 +31,7 @@ fn the_help_names_every_flag_and_exit_code() {
         "--position",
         "--attitude",
         "--frame",
+        "--threads",
         "--plane",
         "--force",
         "--torque",
@@ -59,7 +60,7 @@ fn the_help_names_every_flag_and_exit_code() {
 }
 
 /// Arguments, and the words that the one line of refusal must contain.
-const REFUSED: [(&[&str], &[&str]); 116] = [
+const REFUSED: [(&[&str], &[&str]); 121] = [
     (&["--steps", "0"], &["--steps", "'0'", "1 to"]),
     (&["--steps", "1000000000"], &["--steps", "1000000000"]),
     (&["--steps", "-5"], &["--steps"]),
@@ -167,6 +168,11 @@ const REFUSED: [(&[&str], &[&str]); 116] = [
     (&["--solver", "native", "--tol", "1e-6"], &["--tol", "native"]),
     (&["--solver", "native", "--max-iter", "9"], &["--max-iter", "native"]),
     (&["--scene", "floating", "--solver", "native"], &["--solver", "floating"]),
+    (&["--threads", "0"], &["--threads", "a whole number from 1 to 1024"]),
+    (&["--threads", "1025"], &["--threads", "1025", "1 to 1024"]),
+    (&["--threads", "-2"], &["--threads", "-2", "1 to 1024"]),
+    (&["--threads", "all"], &["--threads", "all", "1 to 1024"]),
+    (&["sweep", "x.toml", "--tosses", "5", "--threads", "0"], &["--threads", "1 to 1024"]),
     (&["--out"], &["--out"]),
     (&["--quiet=yes"], &["--quiet"]),
     (&["--wrong"], &["--wrong"]),

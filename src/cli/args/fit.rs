@@ -2,6 +2,7 @@
 
 use crate::cli::values;
 use clap::{Args, ValueEnum};
+use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use tumble::fit::{Loss, Parameter};
 
@@ -65,8 +66,8 @@ pub struct FitArgs {
     #[arg(long, default_value = "1", value_parser = values::seed)]
     pub seed: u32,
     /// Threads; the result does not depend on them [default: one a core].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    pub threads: Option<u16>,
+    #[arg(long, value_name = "N", value_parser = values::threads, allow_hyphen_values = true)]
+    pub threads: Option<NonZeroUsize>,
     /// Directory for fit.json, tosses.csv, fitted.toml and fit.html, made if it is not there.
     #[arg(long, value_name = "DIR", default_value = "out")]
     pub out: PathBuf,

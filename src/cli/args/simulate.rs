@@ -7,6 +7,7 @@ use crate::cli::choices::{
 use crate::cli::values;
 use clap::Args;
 use nalgebra::Vector3;
+use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 #[derive(Debug, Args)]
@@ -80,6 +81,11 @@ pub struct SimulateArgs {
     /// [default: ladder; with --solver native: record].
     #[arg(long, value_enum)]
     pub on_failure: Option<OnFailure>,
+    /// Threads of the native solver for the islands of several bodies, which touch each other
+    /// within an island alone; the result does not depend on them. Many runs, one a core, use cores
+    /// better [default: 1].
+    #[arg(long, value_name = "N", value_parser = values::threads, allow_hyphen_values = true)]
+    pub threads: Option<NonZeroUsize>,
     /// Directory for the files, made if it is not there.
     #[arg(long, value_name = "DIR", default_value = "out")]
     pub out: PathBuf,

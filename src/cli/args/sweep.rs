@@ -34,8 +34,8 @@ pub struct SweepArgs {
     /// Coefficient of friction [default: the scenario's].
     #[arg(long, value_parser = values::number, allow_hyphen_values = true)]
     pub mu: Option<f64>,
-    /// Threads [default: one a core].
-    #[arg(long, value_name = "N")]
+    /// Threads; the result does not depend on them [default: one a core].
+    #[arg(long, value_name = "N", value_parser = values::threads, allow_hyphen_values = true)]
     pub threads: Option<NonZeroUsize>,
     /// Directory of the sweep, one for all its shards; made if it is not there.
     #[arg(long, value_name = "DIR", default_value = "out/sweep")]

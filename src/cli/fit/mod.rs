@@ -39,7 +39,7 @@ pub fn run(args: &FitArgs) -> Result<Outcome, Failure> {
     }
     let mut pool = ThreadPoolBuilder::new();
     if let Some(threads) = args.threads {
-        pool = pool.num_threads(usize::from(threads));
+        pool = pool.num_threads(threads.get());
     }
     let pool = pool
         .build()

@@ -4,6 +4,7 @@ use super::run_file::{SeveralRun, refuse_large};
 use crate::cli::args::SimulateArgs;
 use crate::cli::contact;
 use crate::cli::input;
+use crate::cli::job::ONE_BODY;
 use crate::cli::names::FileKind;
 use crate::cli::outcome::{Failure, refuse_flags};
 use crate::cli::run::Run;
@@ -21,7 +22,14 @@ pub fn new(args: &SimulateArgs, path: &Path, text: &str) -> Result<Job, Failure>
     let job = Job::of(flags, path, text, &input::bytes);
     let job = job.and_then(|job| refuse_large(&job.model).map(|()| job));
     let given = args.given();
-    let job = job.map_err(|failure| failure.in_file(path, FileKind::Scenario, &given))?;
+    let mut job = job.map_err(|failure| failure.in_file(path, FileKind::Scenario, &given))?;
+    refuse_flags(
+        ONE_BODY,
+        &[("--threads", args.threads.is_some() && job.model.bodies.len() == 1)],
+    )?;
+    if let Some(threads) = args.threads {
+        job.contact.set_threads(threads)?;
+    }
     let idle_seed = seed_given && !job.drawn;
     refuse_flags("a scene of which nothing is random", &[("--seed", idle_seed)])?;
     Ok(job)

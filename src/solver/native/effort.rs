@@ -1,37 +1,30 @@
-//! What a step has cost so far, and when to give it up.
+//! What an island of a step has cost so far, and when to give it up.
 
 use super::tolerances::{BUDGET, BUDGET_CONTACTS, BUDGET_STARTS, BUDGET_TOGETHER, LEAST_BUDGET};
 use crate::error::Error;
 use crate::step::Step;
 
-/// Counts the iterations of a step, over all its islands and starts, and asks for an interrupt
-/// before each.
+/// Counts the iterations of an island, over all its starts, and asks for an interrupt before each.
 #[derive(Debug)]
 pub(super) struct Effort<'a> {
     step: &'a Step<'a>,
     iterations: u32,
-    /// How many more there may be for the island at hand, and how many must be left for other
-    /// starts when this one ends.
+    /// How many more there may be, and how many must be left for other starts when this one ends.
     left: u32,
     reserve: u32,
     interrupted: bool,
 }
 
 impl<'a> Effort<'a> {
-    pub(super) fn new(step: &'a Step<'a>) -> Self {
-        Self { step, iterations: 0, left: 0, reserve: 0, interrupted: false }
-    }
-
-    /// A new budget, for an island of so many `bodies` and `contacts`: fewer iterations where each
-    /// takes longer.
-    pub(super) fn begin_part(&mut self, bodies: usize, contacts: usize) {
+    /// That of an island of so many `bodies` and `contacts`: fewer iterations where each takes longer.
+    pub(super) fn new(step: &'a Step<'a>, bodies: usize, contacts: usize) -> Self {
         let budget = if bodies == 1 { BUDGET } else { BUDGET_TOGETHER };
         let cost = u32::try_from(contacts.div_ceil(BUDGET_CONTACTS)).unwrap_or(u32::MAX).max(1);
-        self.left = (budget / cost).max(LEAST_BUDGET);
-        self.reserve = 0;
+        let left = (budget / cost).max(LEAST_BUDGET);
+        Self { step, iterations: 0, left, reserve: 0, interrupted: false }
     }
 
-    /// A start of the island at hand: it may use up a part of what is left.
+    /// Another start: it may use up a part of what is left.
     pub(super) fn begin_start(&mut self) {
         self.reserve = self.left - self.left.div_ceil(BUDGET_STARTS);
     }

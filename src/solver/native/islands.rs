@@ -201,17 +201,18 @@ impl Islands {
         self.changed.len()
     }
 
-    /// The islands with contacts that the last call did not know, each with its number.
-    pub(super) fn changed(&self) -> impl Iterator<Item = (usize, IslandView<'_>)> {
-        let changed = self.changed.iter().enumerate().filter(|(_, changed)| **changed);
-        changed.map(|(island, _)| {
-            let view = IslandView {
-                bodies: self.bodies.get(island),
-                contacts: self.contacts.get(island),
-                places: &self.places,
-                unsettled: self.unsettled[island],
-            };
-            (island, view)
+    /// Island `number`, if it has a contact that the last call did not know.
+    pub(super) fn changed_one(&self, number: usize) -> Option<IslandView<'_>> {
+        self.changed[number].then(|| IslandView {
+            bodies: self.bodies.get(number),
+            contacts: self.contacts.get(number),
+            places: &self.places,
+            unsettled: self.unsettled[number],
         })
+    }
+
+    /// All such islands, each with its number.
+    pub(super) fn changed(&self) -> impl Iterator<Item = (usize, IslandView<'_>)> {
+        (0..self.len()).filter_map(|number| Some((number, self.changed_one(number)?)))
     }
 }

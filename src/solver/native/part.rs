@@ -6,7 +6,9 @@ use super::equations::{Equations, Velocity, reserve};
 use super::island::Island;
 use super::islands::IslandView;
 use super::single::Single;
+use super::starts::Start;
 use crate::contact::Contact;
+use crate::error::Error;
 use crate::mechanics::State;
 use crate::mechanics::quaternion::advance;
 use crate::step::{ContactForce, Step, StepSolution};
@@ -18,6 +20,21 @@ use nalgebra::Vector3;
 pub(super) struct Part {
     alone: Option<Box<Problem<Single>>>,
     together: Option<Box<Problem<Island>>>,
+    ended: Ended,
+}
+
+/// How the last solve of an island ended.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Ended {
+    pub(super) outcome: Outcome,
+    pub(super) iterations: u32,
+}
+
+/// Nothing was solved.
+impl Default for Ended {
+    fn default() -> Self {
+        Self { outcome: Outcome { solved: false, start: Start::Previous }, iterations: 0 }
+    }
 }
 
 #[derive(Debug, Clone)]
@@ -94,56 +111,62 @@ impl Part {
 
     /// Solves the problem of `island` for the contacts found so far. A residual of `accepted`
     /// (m/s) is no failure.
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`] if the step was.
     pub(super) fn solve(
         &mut self,
         step: &Step<'_>,
         contacts: &[Contact],
         island: &IslandView<'_>,
         accepted: f64,
-        effort: &mut Effort<'_>,
-    ) -> Outcome {
-        effort.begin_part(island.bodies.len(), island.contacts.len());
+    ) -> Result<(), Error> {
+        let mut effort = Effort::new(step, island.bodies.len(), island.contacts.len());
         let view = (contacts, island);
-        if let [body] = *island.bodies {
+        let outcome = if let [body] = *island.bodies {
             let problem = alone(&mut self.alone, step.world);
             problem.equations.begin(step, body, island.unsettled);
             for &place in island.contacts {
                 problem.equations.admit(&contacts[place]);
             }
             let mass = step.world.bodies()[body].mass();
-            return problem.solve(step, view, (mass, accepted), effort);
-        }
-        let problem = together(&mut self.together, step.world);
-        problem.equations.begin(step, island.bodies, island.unsettled);
-        for &place in island.contacts {
-            problem.equations.admit(&contacts[place], |body| island.places[body]);
-        }
-        let mass = problem.equations.mass();
-        problem.solve(step, view, (mass, accepted), effort)
+            problem.solve(step, view, (mass, accepted), &mut effort)
+        } else {
+            let problem = together(&mut self.together, step.world);
+            problem.equations.begin(step, island.bodies, island.unsettled);
+            for &place in island.contacts {
+                problem.equations.admit(&contacts[place], |body| island.places[body]);
+            }
+            let mass = problem.equations.mass();
+            problem.solve(step, view, (mass, accepted), &mut effort)
+        };
+        self.ended = Ended { outcome, iterations: effort.iterations() };
+        effort.check()
     }
 
     /// Writes what the last solve came to: the states of the island's bodies at k+1, and the force
-    /// of its contacts.
+    /// of its contacts. Returns how it ended.
     pub(super) fn write(
         &mut self,
         step: &Step<'_>,
         contacts: &[Contact],
         island: &IslandView<'_>,
         solution: &mut StepSolution,
-    ) {
+    ) -> Ended {
         let view = (contacts, island);
         if let [body] = *island.bodies {
             let problem = alone(&mut self.alone, step.world);
             solution.states[body] = next_state(step, body, problem.descent.velocity());
             problem.write_forces(step, view, step.world.bodies()[body].mass(), solution);
-            return;
+        } else {
+            let problem = together(&mut self.together, step.world);
+            for (&body, velocity) in island.bodies.iter().zip(problem.descent.velocity()) {
+                solution.states[body] = next_state(step, body, velocity);
+            }
+            let mass = problem.equations.mass();
+            problem.write_forces(step, view, mass, solution);
         }
-        let problem = together(&mut self.together, step.world);
-        for (&body, velocity) in island.bodies.iter().zip(problem.descent.velocity()) {
-            solution.states[body] = next_state(step, body, velocity);
-        }
-        let mass = problem.equations.mass();
-        problem.write_forces(step, view, mass, solution);
+        self.ended
     }
 }
 

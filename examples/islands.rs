@@ -1,0 +1,224 @@
+//! How long steps of many islands take on one thread and on several, how much of that is the
+//! solver's, and that the numbers are the same.
+//!
+//! `cargo run --release --example islands --features threads` or, for another number of threads and
+//! of islands in each scene, `… -- 4 300`
+//!
+//! Exit code 3 if a step did not converge, 1 if a number differs, 2 for a bad argument.
+
+use nalgebra::{Vector3, Vector4};
+use std::error::Error;
+use std::num::NonZeroUsize;
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Instant;
+use tumble::contact::{Candidates, Plane};
+use tumble::mechanics::{RigidBody, State};
+use tumble::simulation::random::Draws;
+use tumble::simulation::{Motion, Simulation, StepRecord};
+use tumble::solver::native::NativeSolver;
+use tumble::step::{Step, StepReport, StepSolution, StepSolver, StepStatus};
+use tumble::world::{Parameters, World};
+
+/// Rounds of which the fastest counts, chunk by chunk: the machine has other work.
+const ROUNDS: usize = 15;
+/// Steps that one takes before the other's turn.
+const CHUNK: usize = 2;
+
+/// What starts at each place.
+#[derive(Clone, Copy)]
+enum Group {
+    /// Five cubes, one on the other.
+    Stack,
+    /// Five boxes in random attitudes, one above the other.
+    Heap,
+    /// One box, thrown with spin.
+    Single,
+}
+
+struct Scene {
+    name: &'static str,
+    group: Group,
+    islands: usize,
+    /// Steps before the part that is timed, and in it.
+    steps: [usize; 2],
+}
+
+impl Scene {
+    fn begin(&self) -> Result<(World, Vec<State>), tumble::error::Error> {
+        let mut draws = Draws::new(42);
+        let (mut bodies, mut states) = (Vec::new(), Vec::new());
+        for place in 0..self.islands {
+            let (x, y) = ((place % 20) as f64 * 3.0, (place / 20) as f64 * 3.0);
+            let count = if matches!(self.group, Group::Single) { 1 } else { 5 };
+            for layer in 0..count {
+                let z = match self.group {
+                    Group::Stack => 0.5 + layer as f64,
+                    Group::Heap => 0.5 + 0.9 * layer as f64,
+                    Group::Single => 0.6,
+                };
+                let rest = matches!(self.group, Group::Stack);
+                let mut side = || if rest { 0.5 } else { 0.15 + 0.1 * draws.unit() };
+                let half_sides = Vector3::new(side(), side(), side());
+                bodies.push(RigidBody::solid_box(1.0, half_sides)?);
+                let level = Vector4::new(1.0, 0.0, 0.0, 0.0);
+                let thrown = if count == 1 { 1.0 } else { 0.0 };
+                states.push(State {
+                    position: Vector3::new(x, y, z),
+                    attitude: if rest { level } else { draws.attitude() },
+                    velocity: Vector3::new(1.0, 0.5, 0.0) * thrown,
+                    spin: Vector3::new(3.0, 5.0, 2.0) * thrown,
+                });
+            }
+        }
+        let ground = Plane::level();
+        let gravity = Vector3::new(0.0, 0.0, -9.81);
+        let parameters = Parameters { bodies, ground, gravity, friction: 0.5, time_step: 0.002 };
+        Ok((World::new(parameters)?, states))
+    }
+}
+
+/// The native solver, and the time that its solves took, ns.
+struct Timed {
+    solver: NativeSolver,
+    spent: Arc<AtomicU64>,
+}
+
+impl StepSolver for Timed {
+    fn accepted_residual(&self) -> f64 {
+        self.solver.accepted_residual()
+    }
+
+    fn selects(&self) -> bool {
+        self.solver.selects()
+    }
+
+    fn solve(
+        &mut self,
+        step: &Step<'_>,
+        candidates: &mut Candidates,
+        solution: &mut StepSolution,
+    ) -> Result<StepReport, tumble::error::Error> {
+        let clock = Instant::now();
+        let report = self.solver.solve(step, candidates, solution);
+        self.spent.fetch_add(clock.elapsed().as_nanos() as u64, Ordering::Relaxed);
+        report
+    }
+}
+
+/// A simulation on some threads.
+struct Run {
+    simulation: Simulation<'static>,
+    record: StepRecord,
+    spent: Arc<AtomicU64>,
+    failed: usize,
+}
+
+impl Run {
+    fn new(
+        world: &World,
+        starts: &[State],
+        threads: NonZeroUsize,
+    ) -> Result<Self, tumble::error::Error> {
+        let spent = Arc::new(AtomicU64::new(0));
+        let solver = NativeSolver::new(world).with_threads(threads)?;
+        let motion = Motion::contact(Timed { solver, spent: Arc::clone(&spent) });
+        let simulation = Simulation::new(world.clone(), starts.iter().copied(), motion)?;
+        Ok(Self { simulation, record: StepRecord::new(), spent, failed: 0 })
+    }
+
+    /// Takes `steps` steps; how long they took, s, and how long of it the solver.
+    fn advance(&mut self, steps: usize) -> Result<[f64; 2], tumble::error::Error> {
+        self.spent.store(0, Ordering::Relaxed);
+        let clock = Instant::now();
+        for _ in 0..steps {
+            self.simulation.step(&mut self.record)?;
+            self.failed += usize::from(self.record.report.status == StepStatus::Failed);
+        }
+        let all = clock.elapsed().as_secs_f64();
+        Ok([all, 1e-9 * self.spent.load(Ordering::Relaxed) as f64])
+    }
+}
+
+/// What a scene came to: the fastest times of each chunk, on one thread and on several.
+struct Measured {
+    chunks: Vec<[[f64; 2]; 2]>,
+    same: bool,
+    failed: usize,
+}
+
+fn measure(scene: &Scene, threads: NonZeroUsize) -> Result<Measured, tumble::error::Error> {
+    let (world, starts) = scene.begin()?;
+    let [before, steps] = scene.steps;
+    let none = [[f64::INFINITY; 2]; 2];
+    let mut measured = Measured { chunks: vec![none; steps / CHUNK], same: true, failed: 0 };
+    for _ in 0..ROUNDS {
+        let mut runs =
+            [Run::new(&world, &starts, NonZeroUsize::MIN)?, Run::new(&world, &starts, threads)?];
+        for run in &mut runs {
+            run.advance(before)?;
+        }
+        for (index, chunk) in measured.chunks.iter_mut().enumerate() {
+            // Each is first by turns.
+            for turn in [index % 2, (index + 1) % 2] {
+                let times = runs[turn].advance(CHUNK)?;
+                for (least, time) in chunk[turn].iter_mut().zip(times) {
+                    *least = least.min(time);
+                }
+            }
+        }
+        let [one, several] = &runs;
+        measured.same &= one.record == several.record;
+        measured.failed = one.failed;
+    }
+    Ok(measured)
+}
+
+fn main() -> Result<ExitCode, Box<dyn Error>> {
+    let numbers: Result<Vec<usize>, _> = std::env::args().skip(1).map(|n| n.parse()).collect();
+    let (threads, islands) = match numbers.as_deref() {
+        Ok([]) => (2, None),
+        Ok(&[threads, islands]) if islands > 0 => (threads, Some(islands)),
+        _ => (0, None),
+    };
+    let Some(threads) = NonZeroUsize::new(threads) else {
+        eprintln!("two numbers from 1 are needed: threads, and islands in each scene");
+        return Ok(ExitCode::from(2));
+    };
+    let scene = |name, group, usual, steps| {
+        let islands = islands.unwrap_or(usual);
+        Scene { name, group, islands, steps }
+    };
+    let scenes = [
+        scene("stacks of 5 cubes at rest", Group::Stack, 100, [10, 100]),
+        scene("stacks of 5 boxes that fall into heaps", Group::Heap, 100, [100, 200]),
+        scene("boxes that tumble apart from each other", Group::Single, 200, [100, 300]),
+    ];
+    let (mut same, mut failed) = (true, 0);
+    for scene in &scenes {
+        let Measured { chunks, same: equal, failed: unsolved } = measure(scene, threads)?;
+        let steps = (chunks.len() * CHUNK) as f64;
+        let micros = |turn: usize, part: usize| {
+            chunks.iter().map(|chunk| chunk[turn][part]).sum::<f64>() / steps * 1e6
+        };
+        let [one, several] = [0, 1].map(|turn| micros(turn, 0));
+        let [of_one, of_several] = [0, 1].map(|turn| micros(turn, 1));
+        println!(
+            "{} {}: {one:.0} µs a step on 1 thread ({of_one:.0} the solver), {several:.0} on \
+             {threads} ({of_several:.0}), {:.2} times as fast (the solver {:.2})",
+            scene.islands,
+            scene.name,
+            one / several,
+            of_one / of_several
+        );
+        same &= equal;
+        failed += unsolved;
+    }
+    println!("numbers the same: {same}; steps not solved: {failed}");
+    Ok(ExitCode::from(match (same, failed) {
+        (false, _) => 1,
+        (true, 0) => 0,
+        (true, _) => 3,
+    }))
+}
