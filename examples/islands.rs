@@ -22,9 +22,9 @@ use tumble::step::{Step, StepReport, StepSolution, StepSolver, StepStatus};
 use tumble::world::{Parameters, World};
 
 /// Rounds of which the fastest counts, chunk by chunk: the machine has other work.
-const ROUNDS: usize = 15;
+const ROUNDS: usize = 30;
 /// Steps that one takes before the other's turn.
-const CHUNK: usize = 2;
+const CHUNK: usize = 1;
 
 /// What starts at each place.
 #[derive(Clone, Copy)]

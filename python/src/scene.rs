@@ -28,7 +28,7 @@ fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
 }
 
 /// A refusal in Python's words: settings are keywords here, not flags.
-fn in_python(failure: Failure) -> PyErr {
+pub fn in_python(failure: Failure) -> PyErr {
     match failure {
         Failure::Setting { name, why } => {
             let name = match name.as_str() {

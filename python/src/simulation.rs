@@ -3,10 +3,11 @@
 use crate::arrays::{numbers, of_states, to_states};
 use crate::errors::{of_step, refused};
 use crate::recording::Recording;
-use crate::scene::Scene;
+use crate::scene::{Scene, in_python};
 use crate::watch::Watched;
 use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
+use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use tumble::error::Error;
@@ -25,6 +26,8 @@ pub struct Simulation {
     /// Of one thread at a time; a lock for the compiler alone.
     running: Mutex<Running>,
     interrupt: Arc<AtomicBool>,
+    /// Whether there are more threads than the caller's.
+    threads: bool,
 }
 
 struct Running {
@@ -75,16 +78,24 @@ impl Running {
 
 #[pymethods]
 impl Simulation {
-    /// A simulation from the scene's start, or from states (N, 13).
+    /// A simulation from the scene's start, or from states (N, 13), on up to `threads` threads.
     #[new]
-    #[pyo3(signature = (scene, states=None))]
-    fn new(scene: PyRef<'_, Scene>, states: Option<PyReadonlyArrayDyn<'_, f64>>) -> PyResult<Self> {
+    #[pyo3(signature = (scene, states=None, threads=1))]
+    fn new(
+        scene: PyRef<'_, Scene>,
+        states: Option<PyReadonlyArrayDyn<'_, f64>>,
+        threads: usize,
+    ) -> PyResult<Self> {
         let content = Arc::clone(&scene.content);
         let starts = match &states {
             None => content.starts.clone(),
             Some(states) => to_states("states", states)?,
         };
-        let motion = content.motion(&content.world).map_err(refused)?;
+        let threads = NonZeroUsize::new(threads).ok_or_else(|| refused("threads: 1 or more"))?;
+        let motion = match threads.get() {
+            1 => content.motion(&content.world).map_err(refused)?,
+            _ => content.motion_on(threads).map_err(in_python)?,
+        };
         let simulation = simulation::Simulation::new(content.world.clone(), starts, motion);
         let mut simulation = simulation.map_err(refused)?;
         for (body, load) in content.loads.iter().enumerate() {
@@ -93,7 +104,7 @@ impl Simulation {
         let interrupt = Arc::new(AtomicBool::new(false));
         simulation.interrupt_by(Arc::clone(&interrupt));
         let running = Mutex::new(Running { simulation, record: StepRecord::new() });
-        Ok(Self { content, running, interrupt })
+        Ok(Self { content, running, interrupt, threads: threads.get() > 1 })
     }
 
     /// k: steps taken.
@@ -123,12 +134,12 @@ impl Simulation {
         py: Python<'_>,
         wrenches: Option<PyReadonlyArrayDyn<'_, f64>>,
     ) -> PyResult<(&'static str, f64, u32)> {
-        let Self { running, interrupt, .. } = self;
+        let Self { running, interrupt, threads, .. } = self;
         let running = running.get_mut().unwrap_or_else(PoisonError::into_inner);
         if let Some(wrenches) = &wrenches {
             running.set_wrenches(numbers("wrenches", wrenches)?).map_err(|e| refused(&e))?;
         }
-        let many = running.simulation.states().len() > MANY_BODIES;
+        let many = *threads || running.simulation.states().len() > MANY_BODIES;
         let mut step = || running.simulation.step(&mut running.record);
         let taken = if many {
             let done = AtomicU64::new(0);
@@ -161,7 +172,7 @@ impl Simulation {
         contacts: bool,
         progress: Option<Bound<'_, PyAny>>,
     ) -> PyResult<Recording> {
-        let Self { running, interrupt, content } = self;
+        let Self { running, interrupt, content, .. } = self;
         let running = running.get_mut().unwrap_or_else(PoisonError::into_inner);
         let pushes = wrenches.as_ref().map(|array| numbers("wrenches", array)).transpose()?;
         let done = AtomicU64::new(0);

@@ -131,6 +131,28 @@ def test_other_threads_run_and_progress_is_told():
         simulation.run(10, progress=fail)
 
 
+def test_islands_are_the_same_on_any_number_of_threads():
+    """Forty boxes that tumble apart from each other, and a start that is given."""
+    boxes = [
+        {"box": 0.2, "mass": 1.0, "position": [i, 0, 0.3], "attitude": "random", "spin": [3, 1, 0]}
+        for i in range(40)
+    ]
+    scene = tumble.Scene(boxes, {"friction": 0.5})
+    one = scene.run(300)
+    assert (one.contacts["k"] == 250).sum() >= 64
+    for threads in (2, 5):
+        several = scene.run(300, threads=threads)
+        np.testing.assert_array_equal(several.states, one.states)
+        np.testing.assert_array_equal(several.forces, one.forces)
+    simulation = scene.simulate(one.states[250], threads=3)
+    alone = scene.simulate(one.states[250])
+    assert simulation.step() == alone.step()
+    np.testing.assert_array_equal(simulation.states, alone.states)
+    for threads, words in [(0, "threads is 0"), (2.0, "threads is 2.0"), (1025, "1 to 1024")]:
+        with pytest.raises(tumble.TumbleError, match=words):
+            scene.simulate(threads=threads)
+
+
 def test_memory_is_flat_over_steps():
     """10⁵ steps; docs/python.md has the figure for 10⁶."""
     resource = pytest.importorskip("resource")

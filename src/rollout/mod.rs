@@ -3,8 +3,8 @@
 //! A [`Batch`] says what is to be simulated, as plain numbers in the order of numpy's arrays; the
 //! caller gives the [memory](Outputs) for what comes out. Every rollout is a
 //! [`Simulation`](crate::simulation::Simulation) of its own, so that its numbers are those of a
-//! loop over simulations, to the last bit, whatever the number of threads. This is the one part of
-//! the library that starts threads: those of one call, which end with it.
+//! loop over simulations, to the last bit, whatever the number of threads. The
+//! threads are those of one call, and end with it.
 //!
 //! ```
 //! use std::num::NonZeroUsize;

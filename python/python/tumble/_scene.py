@@ -99,15 +99,19 @@ class Scene(CoreScene):
         """A scene goes to another process as its text."""
         return _made, self._source
 
-    def simulate(self, states: Any = None) -> "Simulation":
-        """A simulation from the scene's start, or from ``states`` (N, 13)."""
+    def simulate(self, states: Any = None, *, threads: int = 1) -> "Simulation":
+        """A simulation from the scene's start, or from ``states`` (N, 13), on at most ``threads``
+        threads: see Simulation."""
         from ._simulation import Simulation
 
-        return Simulation(self, states)
+        return Simulation(self, states, threads=threads)
 
-    def run(self, steps: Optional[int] = None, **keywords: Any) -> "Trajectory":
-        """A whole run of the scene, or its first ``steps``: see Simulation.run."""
-        return self.simulate().run(self.steps if steps is None else steps, **keywords)
+    def run(
+        self, steps: Optional[int] = None, *, threads: int = 1, **keywords: Any
+    ) -> "Trajectory":
+        """A whole run of the scene, or its first ``steps``: see Simulation and Simulation.run."""
+        simulation = self.simulate(threads=threads)
+        return simulation.run(self.steps if steps is None else steps, **keywords)
 
     def __repr__(self) -> str:
         bodies = len(self.bodies)

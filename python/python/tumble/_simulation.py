@@ -32,15 +32,20 @@ class Simulation(CoreSimulation):
 
     A state is x, y, z (m, world), the quaternion w, x, y, z (body to world), the velocity (m/s,
     world) and the spin (rad/s, body). Of a single body (13,) will do.
+
+    The native solver solves islands, bodies that touch each other, on at most ``threads`` threads at
+    the same time; the numbers are the same on any number. Ipopt has one.
     """
 
     scene: Scene
 
-    def __new__(cls, scene: Scene, states: Any = None) -> "Simulation":
+    def __new__(cls, scene: Scene, states: Any = None, *, threads: int = 1) -> "Simulation":
         bodies = len(scene.bodies)
+        if not isinstance(threads, int) or threads < 1:
+            raise TumbleError(f"threads is {threads!r}; a whole number from 1 is needed")
         if states is not None:
             states = numbers("states", states, *_shapes((bodies, 13), bodies)).reshape(bodies, 13)
-        self = super().__new__(cls, scene, states)
+        self = super().__new__(cls, scene, states, threads)
         self.scene = scene
         return self
 

@@ -57,7 +57,7 @@ class CoreScene:
 
 class CoreSimulation:
     def __new__(
-        cls: Type[Self], scene: CoreScene, states: Optional[Floats] = None
+        cls: Type[Self], scene: CoreScene, states: Optional[Floats] = None, threads: int = 1
     ) -> Self: ...
     @property
     def index(self) -> int: ...
