@@ -112,6 +112,7 @@ struct Run {
     simulation: Simulation<'static>,
     record: StepRecord,
     spent: Arc<AtomicU64>,
+    contacts: usize,
     failed: usize,
 }
 
@@ -125,7 +126,7 @@ impl Run {
         let solver = NativeSolver::new(world).with_threads(threads)?;
         let motion = Motion::contact(Timed { solver, spent: Arc::clone(&spent) });
         let simulation = Simulation::new(world.clone(), starts.iter().copied(), motion)?;
-        Ok(Self { simulation, record: StepRecord::new(), spent, failed: 0 })
+        Ok(Self { simulation, record: StepRecord::new(), spent, contacts: 0, failed: 0 })
     }
 
     /// Takes `steps` steps; how long they took, s, and how long of it the solver.
@@ -134,6 +135,7 @@ impl Run {
         let clock = Instant::now();
         for _ in 0..steps {
             self.simulation.step(&mut self.record)?;
+            self.contacts += self.record.contacts.len();
             self.failed += usize::from(self.record.report.status == StepStatus::Failed);
         }
         let all = clock.elapsed().as_secs_f64();
@@ -144,6 +146,8 @@ impl Run {
 /// What a scene came to: the fastest times of each chunk, on one thread and on several.
 struct Measured {
     chunks: Vec<[[f64; 2]; 2]>,
+    /// Of all timed steps of a run.
+    contacts: usize,
     same: bool,
     failed: usize,
 }
@@ -152,12 +156,14 @@ fn measure(scene: &Scene, threads: NonZeroUsize) -> Result<Measured, tumble::err
     let (world, starts) = scene.begin()?;
     let [before, steps] = scene.steps;
     let none = [[f64::INFINITY; 2]; 2];
-    let mut measured = Measured { chunks: vec![none; steps / CHUNK], same: true, failed: 0 };
+    let chunks = vec![none; steps / CHUNK];
+    let mut measured = Measured { chunks, contacts: 0, same: true, failed: 0 };
     for _ in 0..ROUNDS {
         let mut runs =
             [Run::new(&world, &starts, NonZeroUsize::MIN)?, Run::new(&world, &starts, threads)?];
         for run in &mut runs {
             run.advance(before)?;
+            run.contacts = 0;
         }
         for (index, chunk) in measured.chunks.iter_mut().enumerate() {
             // Each is first by turns.
@@ -171,6 +177,7 @@ fn measure(scene: &Scene, threads: NonZeroUsize) -> Result<Measured, tumble::err
         let [one, several] = &runs;
         measured.same &= one.record == several.record;
         measured.failed = one.failed;
+        measured.contacts = one.contacts;
     }
     Ok(measured)
 }
@@ -197,7 +204,7 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
     ];
     let (mut same, mut failed) = (true, 0);
     for scene in &scenes {
-        let Measured { chunks, same: equal, failed: unsolved } = measure(scene, threads)?;
+        let Measured { chunks, contacts, same: equal, failed: unsolved } = measure(scene, threads)?;
         let steps = (chunks.len() * CHUNK) as f64;
         let micros = |turn: usize, part: usize| {
             chunks.iter().map(|chunk| chunk[turn][part]).sum::<f64>() / steps * 1e6
@@ -205,10 +212,11 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
         let [one, several] = [0, 1].map(|turn| micros(turn, 0));
         let [of_one, of_several] = [0, 1].map(|turn| micros(turn, 1));
         println!(
-            "{} {}: {one:.0} µs a step on 1 thread ({of_one:.0} the solver), {several:.0} on \
-             {threads} ({of_several:.0}), {:.2} times as fast (the solver {:.2})",
+            "{} {}: {:.0} contacts, {one:.0} µs a step on 1 thread ({of_one:.0} the solver), \
+             {several:.0} on {threads} ({of_several:.0}), {:.2} times as fast (the solver {:.2})",
             scene.islands,
             scene.name,
+            contacts as f64 / steps,
             one / several,
             of_one / of_several
         );

@@ -163,6 +163,8 @@ fn busy_step(world: &World, starts: &[State]) -> StepRecord {
     (0..350).for_each(|_| run.step(&mut record).unwrap());
     let (several, single) = count_islands(&record);
     assert!(several >= 5 && single >= 5, "{several} {single}");
+    // Enough for threads to be asked.
+    assert!(record.contacts.len() >= 64, "{}", record.contacts.len());
     record
 }
 

@@ -106,13 +106,13 @@ fn a_step_that_fails_allocates_nothing() {
     assert_eq!((status, seen.count_total), (StepStatus::Failed, 0));
 }
 
-/// Forty cubes at rest, each an island, on two threads. The counter counts the calling thread: it does
+/// Cubes at rest, each an island, on two threads. The counter counts the calling thread: it does
 /// not make the islands' memory, which those do that solve them, and then allocates nothing but a
 /// block of the queue for every 63 calls of the threads.
 #[cfg(feature = "threads")]
 #[test]
 fn on_threads_only_their_queue_allocates() {
-    let bodies: Vec<_> = cubes().into_iter().cycle().take(40).collect();
+    let bodies: Vec<_> = cubes().into_iter().cycle().take(150).collect();
     let place = |place: usize| State {
         position: Vector3::new(5.0 * place as f64, 0.0, 1.0),
         velocity: Vector3::zeros(),
