@@ -48,6 +48,14 @@ fn rollouts_have_the_numbers_of_a_loop() {
     assert_eq!(run("rollout", &["12", "0", "3"]).status.code(), Some(2));
 }
 
+#[test]
+fn islands_have_the_same_numbers_on_threads() {
+    let text = printed("islands", &["3", "4"], 0);
+    assert!(text.contains("numbers the same: true; steps not solved: 0"), "{text}");
+    assert_eq!(run("islands", &["3"]).status.code(), Some(2));
+    assert_eq!(run("islands", &["0", "4"]).status.code(), Some(2));
+}
+
 /// Friction is at most μ times the normal force, and from the start, without vertical speed,
 /// to rest the impulse of the normal force is that of the weight, m g T. So 3 m/s are not lost
 /// before T = v/(μ g).

@@ -81,9 +81,8 @@ pub struct SimulateArgs {
     /// [default: ladder; with --solver native: record].
     #[arg(long, value_enum)]
     pub on_failure: Option<OnFailure>,
-    /// Threads of the native solver for the islands of several bodies, which touch each other
-    /// within an island alone; the result does not depend on them. Many runs, one a core, use cores
-    /// better [default: 1].
+    /// Threads on which the native solver solves bodies that do not touch each other at the same
+    /// time; the result does not depend on them. Many runs are faster one a core [default: 1].
     #[arg(long, value_name = "N", value_parser = values::threads, allow_hyphen_values = true)]
     pub threads: Option<NonZeroUsize>,
     /// Directory for the files, made if it is not there.
