@@ -64,6 +64,9 @@ pub(super) struct Neighbours {
     /// not moved since nothing is computed again.
     start: Vec<Pose>,
     kept: Vec<Contact>,
+    /// What joined within the last step. It stays as long as neither body moves: without it both
+    /// would meet again.
+    joined: Vec<Contact>,
     /// The memory of both, and of the pairs, to be exchanged with.
     spare_start: Vec<Pose>,
     spare_kept: Vec<Contact>,
@@ -91,6 +94,7 @@ impl Neighbours {
         if self.start == self.poses {
             // Nothing has moved.
             contacts.extend_from_slice(&self.kept);
+            contacts.extend_from_slice(&self.joined);
             return;
         }
         let Self { proxies, pairs, poses, scratch, touches, .. } = self;
@@ -123,6 +127,13 @@ impl Neighbours {
             pair.kept = first..kept.len();
         }
         contacts.extend_from_slice(kept);
+        self.joined.retain(|contact| match contact.key.partner {
+            Partner::Body(other) => {
+                still(Owner::Body(contact.key.body)) && still(Owner::Body(other))
+            }
+            Partner::Ground | Partner::Fixed(_) => still(Owner::Body(contact.key.body)),
+        });
+        contacts.extend_from_slice(&self.joined);
     }
 
     /// Adds the contacts of the pieces that overlap by more than `depth` (m) where the bodies are at
@@ -179,6 +190,7 @@ impl Neighbours {
                 }
             }
         }
+        self.joined.extend_from_slice(&contacts[known..]);
         contacts.len() > known
     }
 

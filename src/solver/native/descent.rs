@@ -5,12 +5,13 @@ use super::effort::Effort;
 use super::equations::Equations;
 use super::interior_point::InteriorPoint;
 use super::natural_map::Law;
-use super::newton::{Iterate, Newton, exact_residual};
+use super::newton::{Iterate, Newton, Until, exact_residual};
+use super::proximal::Proximal;
 use super::starts::{self, Start};
 use super::sweeps::sweep;
 use super::tolerances::{
-    COMPLIANCE, COMPLIANCES, FIRST_SWEEPS, MANY_CONTACTS, MOST_SHRINKS, MOST_STALLS, SETTLED,
-    SHARPNESSES, SHORTEST_FACTOR, SHRINKING, SHRINKING_SHARPNESSES, STICK_MARGINS,
+    COMPLIANCE, COMPLIANCES, FIRST_PROXIMAL, FIRST_SWEEPS, MANY_CONTACTS, PROXIMAL_SHARPNESSES,
+    SETTLED, SHARPNESSES, SHORTEST_FACTOR, STICK_MARGINS,
 };
 use nalgebra::Vector3;
 
@@ -19,13 +20,14 @@ use nalgebra::Vector3;
 pub(super) struct Descent<E: Equations> {
     newton: Newton<E>,
     interior_point: InteriorPoint<E>,
+    proximal: Proximal<E>,
     iterate: Iterate<E>,
     /// The best point of all starts, for a step that none of them solves.
     best: Iterate<E>,
     /// The best point of a start.
     best_of_descent: Iterate<E>,
-    /// The best point while the compliance is taken out.
-    best_of_shrinking: Iterate<E>,
+    /// The last point of a path of compliance.
+    last_of_path: Iterate<E>,
 }
 
 /// What a start or all starts came to.
@@ -61,10 +63,11 @@ impl<E: Equations> Descent<E> {
         Self {
             newton: Newton::new(),
             interior_point: InteriorPoint::new(),
+            proximal: Proximal::new(),
             iterate: Iterate::new(),
             best: Iterate::new(),
             best_of_descent: Iterate::new(),
-            best_of_shrinking: Iterate::new(),
+            last_of_path: Iterate::new(),
         }
     }
 
@@ -75,7 +78,8 @@ impl<E: Equations> Descent<E> {
         self.iterate.reserve(contacts);
         self.best.reserve(contacts);
         self.best_of_descent.reserve(contacts);
-        self.best_of_shrinking.reserve(contacts);
+        self.last_of_path.reserve(contacts);
+        self.proximal.reserve(contacts);
     }
 
     /// The velocities where the last solve ended.
@@ -110,7 +114,7 @@ impl<E: Equations> Descent<E> {
         let tolerances = *equations.tolerances();
         let nothing = Rank { unsolved: true, turns_too_far: true, residual: f64::INFINITY };
         let mut best = (nothing, Start::Previous);
-        for (index, start) in starts::all(equations.bodies()).enumerate() {
+        for (index, start) in starts::all(equations.bodies(), previous.len()).enumerate() {
             let enough = best.0.residual <= tolerances.sufficient;
             if enough && matches!(start, Start::Scattered(_)) {
                 break;
@@ -120,8 +124,11 @@ impl<E: Equations> Descent<E> {
             let repeated = if start == Start::Previous { self.repeat(equations) } else { None };
             let reached = match repeated {
                 Some(residual) => Reached { residual, selected: true },
-                None if start == Start::Kept => self.keep(equations, effort),
-                None => self.descend(equations, effort),
+                None => match start {
+                    Start::Kept => self.keep(equations, FIRST_PROXIMAL, effort),
+                    Start::Best(compliance) => self.keep(equations, compliance, effort),
+                    _ => self.descend(equations, effort),
+                },
             };
             let unsolved = reached.residual > tolerances.solved;
             let rank = Rank {
@@ -181,7 +188,7 @@ impl<E: Equations> Descent<E> {
     }
 
     /// Keeps what is at rest at rest where several bodies hold each other. Solved to a tolerance
-    /// their velocities are some 10⁻¹³ m/s, by which they would creep into each other until gaps of
+    /// their velocities are some 10⁻¹² m/s, by which they would creep into each other until gaps of
     /// that size tell the shares of the forces.
     fn settle(&mut self, equations: &E, residual: f64) {
         if equations.bodies() == 1 {
@@ -189,7 +196,7 @@ impl<E: Equations> Descent<E> {
         }
         self.best.copy_from(&self.iterate);
         equations.keep_velocity(&mut self.iterate.velocity);
-        if self.residual(equations) > residual.max(equations.tolerances().exact) {
+        if self.residual(equations) > residual.max(equations.tolerances().solved) {
             self.iterate.copy_from(&self.best);
         }
     }
@@ -208,7 +215,7 @@ impl<E: Equations> Descent<E> {
         effort: &mut Effort<'_>,
     ) {
         let candidates = equations.candidates();
-        let Self { interior_point, iterate, .. } = self;
+        let Self { interior_point, iterate, best, .. } = self;
         iterate.impulses.clear();
         match start {
             Start::Previous | Start::Kept => iterate.impulses.extend_from_slice(previous),
@@ -218,6 +225,7 @@ impl<E: Equations> Descent<E> {
             Start::InteriorPoint(scale) => {
                 return interior_point.solve(equations, scale, iterate, effort);
             }
+            Start::Best(_) => return iterate.copy_from(best),
             Start::Scattered(number) => {
                 let (speed, impulses) = (equations.speed(), &mut iterate.impulses);
                 starts::scatter(number, candidates, speed, impulses);
@@ -239,26 +247,36 @@ impl<E: Equations> Descent<E> {
     /// the path ends before the compliance is small, it is taken out from there by acting on
     /// changes alone.
     fn follow(&mut self, equations: &E, factor: f64, effort: &mut Effort<'_>) {
-        let Self { newton, iterate, best_of_shrinking: last, .. } = self;
+        let Self { newton, iterate, last_of_path: last, .. } = self;
         let (mut compliance, mut factor) = (starts::SOFTEST, factor);
-        let law = Law::with_compliance;
-        if !newton.solve(equations, &law(compliance), compliance, iterate, effort) {
+        let mut solve = |compliance: f64, iterate: &mut Iterate<E>, effort: &mut Effort<'_>| {
+            let (law, until) = (Law::with_compliance(compliance), Until::converged(equations));
+            newton.solve(equations, &law, (compliance, until), iterate, effort)
+        };
+        if !solve(compliance, iterate, effort) {
             return;
         }
         while compliance > COMPLIANCE {
             last.copy_from(iterate);
             let next = compliance * factor;
-            if newton.solve(equations, &law(next), next, iterate, effort) {
+            if solve(next, iterate, effort) {
                 compliance = next;
                 continue;
             }
             iterate.copy_from(last);
             factor = factor.sqrt();
             if factor > SHORTEST_FACTOR || effort.is_over() {
-                self.shrink(equations, &[compliance], 1.0, effort);
+                self.take_out(equations, (compliance, 1.0), effort);
                 return;
             }
         }
+    }
+
+    /// Takes the compliance out by acting on changes alone, from a first ε on and with a scaling of
+    /// the natural map. Returns the residual.
+    fn take_out(&mut self, equations: &E, by: (f64, f64), effort: &mut Effort<'_>) -> f64 {
+        let Self { proximal, newton, iterate, .. } = self;
+        proximal.solve(equations, by, newton, iterate, effort)
     }
 
     /// Newton with compliance, then its limit; with less and less compliance where the
@@ -271,7 +289,8 @@ impl<E: Equations> Descent<E> {
         for compliance in COMPLIANCES {
             let law = Law::with_compliance(compliance);
             let Self { newton, iterate, .. } = &mut *self;
-            let converged = newton.solve(equations, &law, compliance, iterate, effort);
+            let by = (compliance, Until::converged(equations));
+            let converged = newton.solve(equations, &law, by, iterate, effort);
             reached.selected |= converged;
             if converged {
                 reached.residual = newton.take_limit(equations, &law, iterate, effort);
@@ -299,52 +318,12 @@ impl<E: Equations> Descent<E> {
         reached
     }
 
-    /// Solves the law without compliance from the last step's impulses: as they are, or by
-    /// compliance on changes from them alone. What is found so is near them, and is taken although
-    /// the law with compliance did not select it.
-    fn keep(&mut self, equations: &E, effort: &mut Effort<'_>) -> Reached {
-        let mut residual = self.residual(equations);
-        if residual > equations.tolerances().solved {
-            residual = self.shrink(equations, &SHRINKING, 1.0, effort);
-        }
+    /// Solves the law without compliance from where the iterate is: as it is, or by compliance on
+    /// changes from there alone. What is found so is near, and is taken although the law with
+    /// compliance did not select it.
+    fn keep(&mut self, equations: &E, compliance: f64, effort: &mut Effort<'_>) -> Reached {
+        let residual = self.take_out(equations, (compliance, 1.0), effort);
         Reached { residual, selected: true }
-    }
-
-    /// Takes the compliance out by acting on changes alone, again and again (the proximal point
-    /// method): a solution of (N13) with p̂ = p̂_0 is one of the law without compliance, and
-    /// contacts may change their pieces on the way. Returns the residual.
-    fn shrink(
-        &mut self,
-        equations: &E,
-        compliances: &[f64],
-        sharpness: f64,
-        effort: &mut Effort<'_>,
-    ) -> f64 {
-        let Self { newton, iterate, best_of_shrinking: best, .. } = self;
-        let solved = equations.tolerances().solved;
-        let mut least = exact_residual(equations, iterate);
-        best.copy_from(iterate);
-        for &compliance in compliances {
-            let mut stalled = 0;
-            for _ in 0..MOST_SHRINKS {
-                let law = Law { sharpness, ..Law::with_compliance(compliance) };
-                let converged = newton.solve_from_here(equations, &law, iterate, effort);
-                let residual = exact_residual(equations, iterate);
-                stalled += u32::from(residual > 0.5 * least) + 2 * u32::from(!converged);
-                if residual < least {
-                    least = residual;
-                    best.copy_from(iterate);
-                }
-                if least <= solved || stalled > MOST_STALLS || effort.is_over() {
-                    break;
-                }
-            }
-            iterate.copy_from(best);
-            if least <= solved || effort.is_over() {
-                break;
-            }
-        }
-        exact_residual(equations, iterate)
     }
 
     /// Solves the law without compliance from a point near a solution, in every way there
@@ -354,7 +333,7 @@ impl<E: Equations> Descent<E> {
         let together = equations.bodies() > 1;
         // Of several bodies this is what helps most; of one, what is cheaper mostly does.
         if together {
-            let residual = self.shrink_sharply(equations, effort);
+            let residual = self.take_out_sharply(equations, effort);
             if residual <= solved || effort.is_over() {
                 return residual;
             }
@@ -362,7 +341,8 @@ impl<E: Equations> Descent<E> {
         let Self { newton, iterate, .. } = self;
         for sharpness in SHARPNESSES {
             let law = Law { sharpness, ..Law::EXACT };
-            newton.solve(equations, &law, compliance, iterate, effort);
+            let by = (compliance, Until::converged(equations));
+            newton.solve(equations, &law, by, iterate, effort);
             let residual = exact_residual(equations, iterate);
             if residual <= solved {
                 return residual;
@@ -376,15 +356,15 @@ impl<E: Equations> Descent<E> {
                 return residual;
             }
         }
-        if together { residual } else { self.shrink_sharply(equations, effort) }
+        if together { residual } else { self.take_out_sharply(equations, effort) }
     }
 
     /// Takes the compliance out by acting on changes alone, with one scaling of the natural map
     /// after another. Returns the residual.
-    fn shrink_sharply(&mut self, equations: &E, effort: &mut Effort<'_>) -> f64 {
+    fn take_out_sharply(&mut self, equations: &E, effort: &mut Effort<'_>) -> f64 {
         let mut residual = f64::INFINITY;
-        for sharpness in SHRINKING_SHARPNESSES {
-            residual = self.shrink(equations, &SHRINKING, sharpness, effort);
+        for sharpness in PROXIMAL_SHARPNESSES {
+            residual = self.take_out(equations, (FIRST_PROXIMAL, sharpness), effort);
             if residual <= equations.tolerances().solved || effort.is_over() {
                 break;
             }

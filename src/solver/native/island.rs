@@ -7,9 +7,9 @@
 
 use super::blocks::BlockSystem;
 use super::equations::{
-    Answer, Candidate, Elimination, Equations, Gain, Point, Residual, Slope, Velocities, Velocity,
+    Answer, Candidate, Elimination, Equations, Gain, Point, Residual, Velocities, Velocity,
 };
-use super::pair_motion::{PairMotion, beside};
+use super::pair_motion::{PairMotion, PairSlope, beside, stacked};
 use super::tolerances::{LARGE_TURN, TURN_GAIN, Tolerances};
 use super::turning::Turning;
 use crate::contact::{Contact, Partner};
@@ -134,7 +134,11 @@ impl Island {
         };
         self.links.push(Link { a, b });
         let share = self.members[a].share;
-        self.candidates.push(Candidate::new(contact, self.time_step, share));
+        let mut candidate = Candidate::new(contact, self.time_step, share);
+        if candidate.approach.abs() <= self.tolerances.level {
+            candidate.approach = 0.0;
+        }
+        self.candidates.push(candidate);
     }
 
     /// The residuals of the equations of motion (N1) of all bodies go to `each`: linear and
@@ -235,30 +239,6 @@ struct Both {
     back: Turning,
 }
 
-/// ∂u/∂V of a contact of an island.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct PairSlope {
-    a: (usize, Matrix3x6<f64>),
-    b: Option<(usize, Matrix3x6<f64>)>,
-}
-
-impl Slope for PairSlope {
-    type Velocity = Vec<Velocity>;
-
-    #[inline]
-    fn point_step(&self, change: &Vec<Velocity>) -> Vector3<f64> {
-        let by = |(index, slope): &(usize, Matrix3x6<f64>)| slope * stacked(&change[*index]);
-        by(&self.a) + self.b.as_ref().map_or(Vector3::zeros(), by)
-    }
-}
-
-/// (δv, δω).
-#[inline]
-fn stacked(velocity: &Velocity) -> Vector6<f64> {
-    let (v, w) = (&velocity.linear, &velocity.spin);
-    Vector6::new(v[0], v[1], v[2], w[0], w[1], w[2])
-}
-
 /// Memory of an evaluation: residuals, and how the bodies turn and turn back.
 #[derive(Debug, Clone, Default)]
 pub(super) struct IslandScratch {
@@ -319,16 +299,13 @@ impl Equations for Island {
     }
 
     fn keep_velocity(&self, velocity: &mut Vec<Velocity>) {
-        let exact = self.tolerances.exact;
+        let Tolerances { exact, rest, .. } = self.tolerances;
         for (member, velocity) in self.members.iter().zip(velocity.iter_mut()) {
             if (velocity.spin - member.old.spin).amax() * member.reach <= exact {
                 velocity.spin = member.old.spin;
             }
             if (velocity.linear - member.old.linear).amax() <= exact {
                 velocity.linear = member.old.linear;
-            }
-            if velocity.linear.amax() <= exact && velocity.spin.amax() * member.reach <= exact {
-                *velocity = Velocity::zero();
             }
         }
         for (link, candidate) in self.links.iter().zip(&self.candidates) {
@@ -339,6 +316,14 @@ impl Equations for Island {
                 if along.abs() <= exact {
                     velocity[index].linear -= candidate.normal * along;
                 }
+            }
+        }
+        for (member, velocity) in self.members.iter().zip(velocity) {
+            let slow = |velocity: &Velocity| {
+                velocity.linear.amax().max(velocity.spin.amax() * member.reach) <= rest
+            };
+            if slow(velocity) && slow(&member.old) {
+                *velocity = Velocity::zero();
             }
         }
     }

@@ -24,6 +24,7 @@ mod natural_map;
 mod newton;
 mod pair_motion;
 mod part;
+mod proximal;
 mod single;
 mod starts;
 mod sweeps;
@@ -181,6 +182,7 @@ impl StepSolver for NativeSolver {
         candidates: &mut Candidates,
         solution: &mut StepSolution,
     ) -> Result<StepReport, Error> {
+        step.check(candidates.contacts())?;
         let (mut first_start, mut iterations) = (true, 0_u32);
         solution.set_free(step.free);
         self.unsolved.clear();

@@ -31,6 +31,22 @@ pub(super) struct Iterate<E: Equations> {
     scratch: E::Scratch,
 }
 
+/// When an iteration ends.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Until {
+    /// After so many iterations,
+    pub(super) iterations: u32,
+    /// or where the residual of the law is at most this, m/s: it has converged.
+    pub(super) residual: f64,
+}
+
+impl Until {
+    /// It has converged as far as is asked of a solution with compliance.
+    pub(super) fn converged(equations: &impl Equations) -> Self {
+        Self { iterations: NEWTON_ITERATIONS, residual: equations.tolerances().newton }
+    }
+}
+
 /// Scratch of the iteration.
 #[derive(Debug, Clone)]
 pub(super) struct Newton<E: Equations> {
@@ -65,7 +81,7 @@ impl<E: Equations> Newton<E> {
         &mut self,
         equations: &E,
         law: &Law,
-        matrix: f64,
+        (matrix, until): (f64, Until),
         iterate: &mut Iterate<E>,
         effort: &mut Effort<'_>,
     ) -> bool {
@@ -74,8 +90,8 @@ impl<E: Equations> Newton<E> {
         // Without compliance the iteration is near a solution, and to stay there.
         let (mut whole_steps, mut jumps) =
             (WHOLE_STEPS, if law.compliance > 0.0 { JUMPS } else { 0 });
-        for _ in 0..NEWTON_ITERATIONS {
-            if merit.largest <= tolerances.newton {
+        for _ in 0..until.iterations {
+            if merit.largest <= until.residual {
                 return true;
             }
             if !effort.spend() {
@@ -102,7 +118,7 @@ impl<E: Equations> Newton<E> {
                 return false;
             }
         }
-        merit.largest <= tolerances.newton
+        merit.largest <= until.residual
     }
 
     /// Solves the law with a compliance that acts on changes from the impulses p̂_0 of `iterate`
@@ -117,6 +133,7 @@ impl<E: Equations> Newton<E> {
         &mut self,
         equations: &E,
         law: &Law,
+        until: Until,
         iterate: &mut Iterate<E>,
         effort: &mut Effort<'_>,
     ) -> bool {
@@ -127,7 +144,7 @@ impl<E: Equations> Newton<E> {
         let shifts = iterate.impulses.iter().map(|impulse| compliance * impulse);
         self.trial.shifts.extend(shifts);
         iterate.shifts.extend_from_slice(&self.trial.shifts);
-        let converged = self.solve(equations, law, compliance, iterate, effort);
+        let converged = self.solve(equations, law, (compliance, until), iterate, effort);
         iterate.shifts.clear();
         self.trial.shifts.clear();
         converged

@@ -2,9 +2,9 @@
 //!
 //! Equation numbers are those of `docs/native-solver.md`.
 
-use super::equations::Candidate;
+use super::equations::{Candidate, Slope, Velocity};
 use super::turning::Turning;
-use nalgebra::{Matrix3, Matrix3x6, Vector3};
+use nalgebra::{Matrix3, Matrix3x6, Vector3, Vector6};
 
 /// The motion of a pair's touching point, seen from B.
 ///
@@ -93,4 +93,28 @@ pub(super) fn beside(left: &Matrix3<f64>, right: &Matrix3<f64>) -> Matrix3x6<f64
     both.fixed_view_mut::<3, 3>(0, 0).copy_from(left);
     both.fixed_view_mut::<3, 3>(0, 3).copy_from(right);
     both
+}
+
+/// ∂u/∂V of a contact of an island, for each body that it joins: its place, and the slope.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct PairSlope {
+    pub(super) a: (usize, Matrix3x6<f64>),
+    pub(super) b: Option<(usize, Matrix3x6<f64>)>,
+}
+
+impl Slope for PairSlope {
+    type Velocity = Vec<Velocity>;
+
+    #[inline]
+    fn point_step(&self, change: &Vec<Velocity>) -> Vector3<f64> {
+        let by = |(index, slope): &(usize, Matrix3x6<f64>)| slope * stacked(&change[*index]);
+        by(&self.a) + self.b.as_ref().map_or(Vector3::zeros(), by)
+    }
+}
+
+/// (δv, δω).
+#[inline]
+pub(super) fn stacked(velocity: &Velocity) -> Vector6<f64> {
+    let (v, w) = (&velocity.linear, &velocity.spin);
+    Vector6::new(v[0], v[1], v[2], w[0], w[1], w[2])
 }

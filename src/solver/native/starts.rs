@@ -13,6 +13,9 @@ pub(super) enum Start {
     /// The impulses of the previous step, changed as little as it takes: where forces are shared in
     /// many ways, those of bodies that hold each other stay as they are.
     Kept,
+    /// The best point of the starts before, changed as little as it takes, by compliance of this size at
+    /// first.
+    Best(f64),
     /// No impulses.
     Zero,
     /// Where a path of less and less compliance leads, from no impulses and a compliance of
@@ -46,20 +49,42 @@ const ALONE: [Start; 9] = [
 const SCATTERED_ALONE: u32 = 1024;
 
 /// For several bodies: in the order of what they solve for their cost.
-const TOGETHER: [Start; 11] = [
+const TOGETHER: [Start; 15] = [
     Start::Previous,
     Start::Kept,
+    Start::Best(1e-3),
     Start::Compliant(0.1),
+    Start::Best(1e-5),
     Start::Zero,
     Start::Swept(30),
     Start::InteriorPoint(1.0),
+    Start::Best(1e-1),
     Start::InteriorPoint(0.1),
     Start::InteriorPoint(10.0),
     Start::Compliant(0.3),
     Start::Swept(300),
     Start::InteriorPoint(0.01),
+    Start::Best(1e-3),
 ];
 const SCATTERED_TOGETHER: u32 = 16;
+
+/// For several bodies with more than [`CROWDED`] contacts: what is far from a solution leads nowhere
+/// there, and the best point so far nearly always on.
+const CROWD: [Start; 12] = [
+    Start::Previous,
+    Start::Kept,
+    Start::Best(1e-3),
+    Start::Compliant(0.1),
+    Start::Best(1e-1),
+    Start::InteriorPoint(1.0),
+    Start::Best(1e-4),
+    Start::Swept(30),
+    Start::Best(1e-2),
+    Start::Zero,
+    Start::Best(1e-5),
+    Start::Best(1e-3),
+];
+const CROWDED: usize = 64;
 
 impl Start {
     /// The word of a report.
@@ -67,6 +92,7 @@ impl Start {
         match self {
             Self::Previous => "previous",
             Self::Kept => "kept",
+            Self::Best(_) => "best",
             Self::Zero => "zero",
             Self::Compliant(_) => "compliance",
             Self::InteriorPoint(_) => "interior point",
@@ -76,10 +102,11 @@ impl Start {
     }
 }
 
-/// All starts in their order, for so many bodies.
-pub(super) fn all(bodies: usize) -> impl Iterator<Item = Start> {
+/// All starts in their order, for so many bodies and contacts.
+pub(super) fn all(bodies: usize, contacts: usize) -> impl Iterator<Item = Start> {
     let (first, scattered) = match bodies {
         1 => (ALONE.as_slice(), SCATTERED_ALONE),
+        _ if contacts > CROWDED => (CROWD.as_slice(), 0),
         _ => (TOGETHER.as_slice(), SCATTERED_TOGETHER),
     };
     first.iter().copied().chain((0..scattered).map(Start::Scattered))

@@ -16,15 +16,25 @@ pub(super) const COMPLIANCE: f64 = 1e-6;
 pub(super) const COMPLIANCES: [f64; 4] = [COMPLIANCE, 1e-7, 1e-8, 1e-9];
 /// A path of compliance is given up where even a step by this factor is too long.
 pub(super) const SHORTEST_FACTOR: f64 = 0.8;
-/// ε of the compliance on changes from impulses that are nearly a solution: small ones need fewer
-/// repetitions, large ones less from Newton's method.
-pub(super) const SHRINKING: [f64; 3] = [1e-5, 1e-3, 1e-1];
-/// Scalings of the natural map to try with them.
-pub(super) const SHRINKING_SHARPNESSES: [f64; 3] = [1.0, 1e2, 1e4];
-/// Repetitions with each of them.
-pub(super) const MOST_SHRINKS: u32 = 200;
-/// Repetitions that may miss halving the residual.
-pub(super) const MOST_STALLS: u32 = 10;
+/// ε of the first proximal step from impulses that are nearly a solution, and the least one.
+pub(super) const FIRST_PROXIMAL: f64 = 1e-5;
+pub(super) const LEAST_COMPLIANCE: f64 = 1e-10;
+/// What ε is multiplied by after a proximal step that took Newton's method at most
+/// [`PROXIMAL_EASE`] iterations, and after one whose end it did not find; it is doubled after one
+/// that took more than [`PROXIMAL_EFFORT`].
+pub(super) const PROXIMAL_GROWTH: f64 = 0.3;
+pub(super) const PROXIMAL_RETREAT: f64 = 5.0;
+pub(super) const PROXIMAL_EASE: u32 = 5;
+pub(super) const PROXIMAL_EFFORT: u32 = 10;
+/// Iterations of Newton's method in a proximal step, and how near to its end it must come, in
+/// parts of the residual so far: nothing is gained by more.
+pub(super) const PROXIMAL_ITERATIONS: u32 = 15;
+pub(super) const PROXIMAL_SHARE: f64 = 1e-2;
+/// Proximal steps from one start, and after it is solved, towards rounding.
+pub(super) const MOST_PROXIMAL_STEPS: u32 = 300;
+pub(super) const MOST_REFINEMENTS: u32 = 3;
+/// Scalings of the natural map to try with the proximal point method.
+pub(super) const PROXIMAL_SHARPNESSES: [f64; 3] = [1.0, 1e2, 1e4];
 /// Scalings of the natural map to try where Newton's method stalls near a solution.
 pub(super) const SHARPNESSES: [f64; 7] = [1.0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6];
 /// Relative margins on the cone to try when a limit is taken: a contact exactly on its cone may
@@ -55,7 +65,7 @@ pub(super) const BUDGET_CONTACTS: usize = 8;
 /// A start may use up this part of what is left of the budget.
 pub(super) const BUDGET_STARTS: u32 = 4;
 /// The least budget: all starts but the scattered ones.
-pub(super) const LEAST_BUDGET: u32 = 2_000;
+pub(super) const LEAST_BUDGET: u32 = 6_000;
 /// Iterations of Newton's method from one start.
 pub(super) const NEWTON_ITERATIONS: u32 = 40;
 /// Corrections towards the limit of vanishing compliance; one nearly always suffices.
@@ -75,6 +85,10 @@ pub const ACCEPTED_RESIDUAL: f64 = 1e-9;
 /// The law without compliance is met: rounding of φ⁺/h. A warm start that is as near is the
 /// solution.
 const EXACT: f64 = 1e-12;
+/// The same words of bodies that hold each other (see [`Tolerances::together`]).
+const SOLVED_TOGETHER: f64 = 3e-10;
+const LEVEL: f64 = 5e-10;
+const REST: f64 = 3e-10;
 /// Speeds are rounded to this part of themselves, sixteen roundings.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
@@ -99,6 +113,10 @@ pub(super) struct Tolerances {
     pub(super) near: f64,
     /// A point that goes down through the ground at this speed was missed by detection.
     pub(super) missed: f64,
+    /// A gap that one step opens or closes at this speed counts as none.
+    pub(super) level: f64,
+    /// What was at rest and would move at most at this speed stays at rest.
+    pub(super) rest: f64,
 }
 
 impl Tolerances {
@@ -114,13 +132,19 @@ impl Tolerances {
             whole_steps: 1e-5 * scale,
             near: 1e-4 * scale,
             missed: 1e-10 * scale,
+            level: 0.0,
+            rest: EXACT * scale,
         }
     }
 
     /// The same for bodies that hold each other. Where forces are shared in many ways and some lie
-    /// on the edge of their cones, the last digits come slowly; every start finds the same point.
+    /// on the edge of their cones, the last digits come slowly, and what is left of them is in the
+    /// gaps of the next step: a heap whose gaps contradict each other by 10⁻¹³ m has to push and to
+    /// slide somewhere to obey them. So gaps of that size count as none; with what a solution may
+    /// miss they stay below what is [accepted](ACCEPTED_RESIDUAL).
     pub(super) fn together(world: &World, speed: f64) -> Self {
         let alone = Self::of(world, speed);
-        Self { solved: alone.sufficient, ..alone }
+        let scale = alone.exact / EXACT;
+        Self { solved: SOLVED_TOGETHER * scale, level: LEVEL * scale, rest: REST * scale, ..alone }
     }
 }
