@@ -5,9 +5,9 @@
 //! [`StepSolution`]. Which solvers there are is the business of [`crate::solver`]; model,
 //! certificate, loop and writers know this trait alone.
 
-use crate::contact::{Candidates, Contact, ContactKey};
+use crate::contact::{Candidates, Contact, ContactKey, Partner};
 use crate::error::Error;
-use crate::mechanics::{State, Wrench};
+use crate::mechanics::{RigidBody, State, Wrench};
 use crate::world::World;
 use nalgebra::Vector3;
 use std::fmt;
@@ -63,18 +63,30 @@ impl Step<'_> {
                 return Err(Error::Count { field, count, allowed: "one a body" });
             }
         }
-        for key in contacts.iter().map(|contact| &contact.key) {
-            if let Some(count) = key.bodies().find(|body| *body >= bodies.len()) {
-                let allowed = "an index of a body";
-                return Err(Error::Count { field: "body of a contact", count, allowed });
-            }
-            if key.point >= bodies[key.body].contact_points().len() {
-                let allowed = "an index of a contact point of its body";
-                let (field, count) = ("point of a contact", key.point);
-                return Err(Error::Count { field, count, allowed });
-            }
+        let is_known = |key: &ContactKey| {
+            let point = |body: &RigidBody| key.point < body.contact_points().len();
+            bodies.get(key.body).is_some_and(point)
+                && !matches!(key.partner, Partner::Body(other) if other >= bodies.len())
+        };
+        match contacts.iter().find(|contact| !is_known(&contact.key)) {
+            Some(contact) => Err(self.unknown(&contact.key)),
+            None => Ok(()),
         }
-        Ok(())
+    }
+
+    /// What is wrong with a contact that is not one of the world.
+    #[cold]
+    fn unknown(&self, key: &ContactKey) -> Error {
+        let bodies = self.world.bodies().len();
+        if let Some(count) = key.bodies().find(|body| *body >= bodies) {
+            return Error::Count {
+                field: "body of a contact",
+                count,
+                allowed: "an index of a body",
+            };
+        }
+        let allowed = "an index of a contact point of its body";
+        Error::Count { field: "point of a contact", count: key.point, allowed }
     }
 }
 
