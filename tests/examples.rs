@@ -48,6 +48,18 @@ fn rollouts_have_the_numbers_of_a_loop() {
     assert_eq!(run("rollout", &["12", "0", "3"]).status.code(), Some(2));
 }
 
+/// Two short runs of ten boxes: what is counted is what the steps say, and all are solved.
+#[test]
+fn heaps_are_counted() {
+    let text = printed("heaps", &["2", "400", "7", "boxes"], 0);
+    let first = numbers(text.lines().nth(1).unwrap());
+    let [bodies, friction, contact, wild, failed, ..] = first[..] else { panic!("{text}") };
+    assert_eq!((bodies, friction, wild, failed), (10.0, 0.3, 0.0, 0.0), "{text}");
+    assert!(contact > 400.0 && contact < 800.0, "{text}");
+    assert_eq!(run("heaps", &["0"]).status.code(), Some(2));
+    assert_eq!(run("heaps", &["1", "10", "1", "pyramids"]).status.code(), Some(2));
+}
+
 #[test]
 fn islands_have_the_same_numbers_on_threads() {
     let text = printed("islands", &["3", "4"], 0);
