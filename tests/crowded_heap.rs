@@ -39,7 +39,7 @@ fn heap(seed: u32) -> (World, Vec<State>) {
 /// in the gaps, each such step was solved anew, by some fifty iterations and from another start.)
 #[test]
 fn a_crowded_heap_is_certified_until_it_lies_still() {
-    let (world, starts) = heap(13);
+    let (world, starts) = heap(12);
     let motion = Motion::native(&world);
     let mut simulation = Simulation::new(world, starts, motion).unwrap();
     let mut record = StepRecord::new();

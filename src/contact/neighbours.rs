@@ -24,6 +24,9 @@ const TOUCH: f64 = 1e-9;
 /// Corners of a touching face that are higher than this part of the reach do not come down in
 /// the step; those that do are found after it.
 const BAND: f64 = super::detection::CONTACT_BAND;
+/// What is apart by no more than this part of the smaller one's reach nearly touches: its points do
+/// not slide on in a step to where another feature would be.
+const NEAR: f64 = 1e-5;
 /// How much larger than its contents a box of the broad phase is, in parts of the reach.
 const MARGIN: f64 = 0.1;
 /// A pair that moves against each other by less than this part of the smaller one's reach in a step
@@ -182,12 +185,22 @@ impl Neighbours {
                 manifold(pieces.0, pieces.1, reach, &mut pair.hint, scratch, touches);
                 at = between_poses.as_slice();
             }
-            let between = Between { world, proxies: (a, b), at, start };
-            for touch in &*touches {
-                let Some(contact) = between.contact(touch, 0) else { continue };
-                if let Some(plane) = unknown_plane(&contact, contacts) {
-                    contacts.extend(between.contact(touch, plane));
+            // What nearly touches at the start meets there, and not where it would have gone.
+            let (before, mut is_of_end) = (contacts.len(), true);
+            let was = (placed(world, start, a), placed(world, start, b));
+            let near = NEAR * sizes.0.min(sizes.1);
+            if bound(was.0, was.1, &pair.hint) <= near {
+                is_of_end = false;
+                if manifold(was.0, was.1, reach, &mut pair.hint, scratch, touches) <= near {
+                    admit(&Between { world, proxies: (a, b), at: start, start }, touches, contacts);
                 }
+            }
+            if contacts.len() == before {
+                if !is_of_end {
+                    let pieces = (placed(world, at, a), placed(world, at, b));
+                    manifold(pieces.0, pieces.1, reach, &mut pair.hint, scratch, touches);
+                }
+                admit(&Between { world, proxies: (a, b), at, start }, touches, contacts);
             }
         }
         self.joined.extend_from_slice(&contacts[known..]);
@@ -302,6 +315,16 @@ impl Neighbours {
                 ));
             }
         });
+    }
+}
+
+/// Adds the contacts of `touches` whose features have no plane yet.
+fn admit(between: &Between<'_>, touches: &[Touch], contacts: &mut Vec<Contact>) {
+    for touch in touches {
+        let Some(contact) = between.contact(touch, 0) else { continue };
+        if let Some(plane) = unknown_plane(&contact, contacts) {
+            contacts.extend(between.contact(touch, plane));
+        }
     }
 }
 
