@@ -365,3 +365,30 @@ fn a_search_does_not_depend_on_what_was_asked_before() {
     assert_eq!(asked.contacts(), fresh.contacts());
     assert_eq!(fresh.contacts().len(), 8);
 }
+
+/// A step that is looked at again from its start: what joined in it the first time is there at once,
+/// and once, however often it is asked for, and it is gone as soon as a body has moved.
+#[test]
+fn a_search_that_is_repeated_finds_every_contact_once() {
+    let (cube, apart) =
+        (|| solid_box(1.0, 0.1, 0.1, 0.1), [at(0.0, 0.0, 1.0), at(0.0, 0.0, 1.202)]);
+    let world = Scene::new(apart.map(|state| (cube(), state)).to_vec(), 0.5, 0.002).world();
+    let meeting = [apart[0], at(0.0, 0.0, 1.199)];
+    let mut candidates = Candidates::new();
+    let mut joined = Vec::new();
+    for _ in 0..3 {
+        candidates.clear();
+        candidates.find(Detection::default(), &world, &apart, &apart);
+        candidates.clear();
+        assert!(candidates.admit_missed(&world, &apart, &meeting, 0.0));
+        joined = candidates.contacts().iter().map(|contact| contact.key).collect();
+        assert_eq!(joined.len(), 4);
+    }
+    candidates.find(Detection::default(), &world, &apart, &apart);
+    let found: Vec<_> = candidates.contacts().iter().map(|contact| contact.key).collect();
+    assert_eq!(found, joined);
+
+    let moved = [apart[0], at(0.0, 0.0, 1.203)];
+    candidates.find(Detection::default(), &world, &moved, &moved);
+    assert!(candidates.contacts().is_empty());
+}

@@ -203,7 +203,10 @@ impl Neighbours {
                 admit(&Between { world, proxies: (a, b), at, start }, touches, contacts);
             }
         }
-        self.joined.extend_from_slice(&contacts[known..]);
+        // A step that is looked at again finds what it found before.
+        let found = &contacts[known..];
+        self.joined.retain(|before| found.iter().all(|contact| contact.key != before.key));
+        self.joined.extend_from_slice(found);
         contacts.len() > known
     }
 
