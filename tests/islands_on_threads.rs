@@ -1,10 +1,13 @@
 //! Islands solved at the same time: the same numbers, reports and errors on any number of threads.
 
+#[path = "common/interrupt.rs"]
+mod interrupt;
+
+use interrupt::interrupt_after;
 use nalgebra::{Matrix3, Vector3, Vector4};
 use std::num::NonZeroUsize;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use tumble::contact::{Candidates, Detection, Partner, Plane};
 use tumble::error::Error;
 use tumble::mechanics::{RigidBody, State, Wrench};
@@ -226,17 +229,8 @@ fn an_interrupt_ends_islands_in_the_middle_of_their_step() {
         })
         .collect();
     let mut simulation = simulation(&world, &starts, 2);
-    let flag = Arc::new(AtomicBool::new(false));
-    simulation.interrupt_by(Arc::clone(&flag));
-    let raised = std::thread::spawn(move || {
-        std::thread::sleep(Duration::from_millis(300));
-        flag.store(true, Ordering::Relaxed);
-        Instant::now()
-    });
     let mut record = StepRecord::new();
-    let end = (0..1000).find_map(|_| simulation.step(&mut record).err());
-    let late = raised.join().unwrap().elapsed();
-    assert_eq!(end, Some(Error::Interrupted));
+    let late = interrupt_after(Duration::from_millis(300), &mut simulation, &mut record);
     assert!(late < Duration::from_secs(3), "{late:?}");
 }
 

@@ -2,13 +2,13 @@
 //! an interrupt in the middle of a step.
 
 mod common;
+#[path = "common/interrupt.rs"]
+mod interrupt;
 
 use common::tutorial_parameters;
+use interrupt::interrupt_after;
 use nalgebra::{Matrix3, Vector3, Vector4};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
-use tumble::error::Error;
+use std::time::Duration;
 use tumble::mechanics::{RigidBody, State};
 use tumble::simulation::scene;
 use tumble::simulation::{Motion, Simulation, StepRecord};
@@ -106,19 +106,8 @@ fn a_sliding_face_of_many_points_is_solved() {
 #[test]
 fn an_interrupt_ends_a_step_of_many_points() {
     let mut simulation = sliding_plate(31);
-    let flag = Arc::new(AtomicBool::new(false));
-    simulation.interrupt_by(Arc::clone(&flag));
-    let before = simulation.states()[0];
-    let raised = std::thread::spawn(move || {
-        std::thread::sleep(Duration::from_millis(500));
-        flag.store(true, Ordering::Relaxed);
-        Instant::now()
-    });
-    let mut record = StepRecord::new();
-    // More steps than half a second has room for.
-    let end = (0..1000).find_map(|_| simulation.step(&mut record).err());
-    let late = raised.join().unwrap().elapsed();
-    assert_eq!(end, Some(Error::Interrupted));
+    let (before, mut record) = (simulation.states()[0], StepRecord::new());
+    let late = interrupt_after(Duration::from_millis(500), &mut simulation, &mut record);
     assert!(late < Duration::from_secs(3), "{late:?}");
     let (now, next) = (simulation.states(), record.states.first().map(|_| *record.next()));
     assert_eq!(now[0], next.unwrap_or(before), "the interrupted step left no trace");

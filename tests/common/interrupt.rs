@@ -1,0 +1,27 @@
+//! Interrupts in the middle of a step.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+use tumble::error::Error;
+use tumble::simulation::{Simulation, StepRecord};
+
+/// Steps on until an interrupt that is raised after `delay`, and returns how long after it the steps
+/// end. A thousand steps must take longer than that.
+pub fn interrupt_after(
+    delay: Duration,
+    simulation: &mut Simulation<'_>,
+    record: &mut StepRecord,
+) -> Duration {
+    let flag = Arc::new(AtomicBool::new(false));
+    simulation.interrupt_by(Arc::clone(&flag));
+    let raised = std::thread::spawn(move || {
+        std::thread::sleep(delay);
+        flag.store(true, Ordering::Relaxed);
+        Instant::now()
+    });
+    let end = (0..1000).find_map(|_| simulation.step(record).err());
+    let late = raised.join().unwrap().elapsed();
+    assert_eq!(end, Some(Error::Interrupted));
+    late
+}
