@@ -8,10 +8,11 @@ mod common;
 mod slopes;
 
 use common::{any_state, any_world, any_wrench, cases, inertia, quaternion, vector};
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::*;
 use slopes::{Program as _, dense, hessian_error, jacobian_error};
-use tumble::contact::{Contact, ContactKey, ContactLaw, Features, Partner, Plane};
+use tumble::contact::curved::{Core, shortest_way};
+use tumble::contact::{Contact, ContactKey, ContactLaw, Curved, Features, Partner, Plane};
 use tumble::mechanics::quaternion::rotation;
 use tumble::mechanics::{RigidBody, State, Wrench};
 use tumble::step_nlp::StepNlp;
@@ -44,7 +45,8 @@ fn meeting(bodies: usize) -> impl Strategy<Value = Meeting> {
         move |((body, shift), (point, radius, q, offset), friction)| {
             let partner = shift.map(|shift| (body + shift) % bodies);
             let frame = rotation(&q.normalize());
-            Meeting { body, partner, features: Features { point, radius, frame, offset }, friction }
+            let features = Features::of_plane(point, radius, frame, offset);
+            Meeting { body, partner, features, friction }
         },
     )
 }
@@ -79,6 +81,87 @@ fn anywhere() -> impl Strategy<Value = Anywhere> {
             },
         )
     })
+}
+
+/// A point or a segment.
+fn core() -> impl Strategy<Value = Core> {
+    let along = prop_oneof![Just(Vector3::zeros()), vector(1.0)];
+    (vector(1.0), along).prop_map(|(from, along)| Core { from, along })
+}
+
+/// Two bodies with two or three round features that meet each other or something fixed, near the
+/// start of the step: where the shortest way has turned by less than 60°, and away from the ends of
+/// the segments, where the second derivatives jump. Points alone anywhere.
+fn anywhere_round() -> impl Strategy<Value = Anywhere> {
+    let round = (core(), core(), 0.0..0.3, 0.05..0.3).prop_map(|(of_a, of_b, radius_a, radius)| {
+        let curved = Curved { of_a, of_b, radius, shares: (0.0, 0.0) };
+        let plane = Features::of_plane(Vector3::zeros(), radius_a, Matrix3::identity(), 0.0);
+        Features { curved: Some(curved), ..plane }
+    });
+    let meeting = (0..2_usize, any::<bool>(), round, 0.1..1.0);
+    let meetings = proptest::collection::vec(meeting, 2..=3);
+    let body = (0.1..100.0, inertia(), any_state(), any_wrench(), any_state());
+    let bodies = proptest::collection::vec(body, 2);
+    let numbers = proptest::collection::vec(-1.0..1.0, 200);
+    let constants = (vector(10.0), 1e-3..0.05, 0.5..1.0, 0.0..1.0);
+    (bodies, meetings, numbers, constants).prop_filter_map(
+        "away from where second derivatives jump",
+        |(bodies, meetings, numbers, (gravity, time_step, smoothing, yielding))| {
+            let made = bodies.iter().map(|(mass, inertia, ..)| {
+                RigidBody::new(*mass, *inertia, &[Vector3::x()]).unwrap()
+            });
+            let world = World::new(Parameters {
+                bodies: made.collect(),
+                ground: Plane::level(),
+                gravity,
+                friction: 0.3,
+                time_step,
+            });
+            let unit = |state: &State| State { attitude: state.attitude.normalize(), ..*state };
+            let states: Vec<_> = bodies.iter().map(|(_, _, state, ..)| unit(state)).collect();
+            let wrenches: Vec<_> = bodies.iter().map(|(.., wrench, _)| *wrench).collect();
+            let near = |now: &State, other: &State| {
+                State::from_vector(&(now.to_vector() + 0.02 * other.to_vector()))
+            };
+            let ends = states.iter().zip(&bodies);
+            let next: Vec<_> = ends.map(|(now, (.., other))| near(now, other)).collect();
+            let meetings: Vec<_> = meetings
+                .into_iter()
+                .map(|(body, free, features, friction)| {
+                    let partner = free.then_some(1 - body);
+                    Meeting { body, partner, features, friction }
+                })
+                .collect();
+            let smooth = |meeting: &Meeting| {
+                is_smooth(meeting, &states) && is_smooth(meeting, &next)
+            };
+            let posed = (world.unwrap(), states.clone(), wrenches, meetings);
+            posed.3.iter().all(smooth).then(|| pose(&posed, &next, &numbers, (smoothing, yielding)))
+        },
+    )
+}
+
+/// Whether the features are half a metre apart and more, the nearest points at least 0.02 of a
+/// segment from its ends or beyond them, and the segments not nearly parallel.
+fn is_smooth(meeting: &Meeting, states: &[State]) -> bool {
+    let Some(curved) = &meeting.features.curved else { return true };
+    let pose = states[meeting.body].pose();
+    let of_a = curved.of_a.moved(&pose.rotation, &pose.position);
+    let of_b = meeting.partner.map_or(curved.of_b, |partner| {
+        let pose = states[partner].pose();
+        curved.of_b.moved(&pose.rotation, &pose.position)
+    });
+    let ((s, t), way) = shortest_way(&of_a, &of_b);
+    let clear = |core: &Core, share: f64, to: f64| {
+        // How far the free minimum is from an end, in parts of the segment.
+        let pull = core.along.dot(&way) * to / core.along.norm_squared();
+        !core.is_segment() || (0.02..0.98).contains(&share) || pull.abs() > 0.02
+    };
+    let across = of_a.along.cross(&of_b.along).norm();
+    let parallel = of_a.is_segment()
+        && of_b.is_segment()
+        && across < 0.3 * of_a.along.norm() * of_b.along.norm();
+    way.norm() > 0.5 && clear(&of_a, s, 1.0) && clear(&of_b, t, -1.0) && !parallel
 }
 
 fn pose(
@@ -124,6 +207,24 @@ proptest! {
     #[test]
     fn the_hessian_is_the_slope_of_the_lagrangians_gradient(
         point in anywhere(), factor in 0.0..2.0
+    ) {
+        let Anywhere { nlp, x, multipliers } = &point;
+        for (row, col) in nlp.hessian_pattern().positions() {
+            prop_assert!(row >= col, "({row}, {col}) is above the diagonal");
+        }
+        let error = hessian_error(nlp, x, factor, multipliers);
+        prop_assert!(error < 1e-7, "{error:e}");
+    }
+
+    #[test]
+    fn the_jacobian_of_round_features_is_the_slope_of_the_constraints(point in anywhere_round()) {
+        let error = jacobian_error(&point.nlp, &point.x);
+        prop_assert!(error < 1e-7, "{error:e}");
+    }
+
+    #[test]
+    fn the_hessian_of_round_features_is_the_slope_of_the_lagrangians_gradient(
+        point in anywhere_round(), factor in 0.0..2.0
     ) {
         let Anywhere { nlp, x, multipliers } = &point;
         for (row, col) in nlp.hessian_pattern().positions() {

@@ -76,11 +76,17 @@ def problem(scene: dict) -> tuple[cs.SX, cs.SX, cs.SX]:
         old_b = None if b is None else cs.SX(bodies[b]["state"])
         turn_b = cs.SX.eye(3) if b is None else nlp.rotation(old_b[nlp.ATTITUDE])
         end_b = None if b is None else ends[b]
-        # The material point of A that touches at k.
+        # The material point of A that touches at k: where the force acts.
         lever = point - contact["radius"] * (turn_a.T @ turn_b @ frame[:, 2])
         gap = cs.dot(frame[:, 2], seen(ends[a], end_b, point)) - contact["offset"]
         gap -= contact["radius"]
-        slip = frame[:, :2].T @ (seen(ends[a], end_b, lever) - seen(old_a, old_b, lever)) / h
+        # The slip of the feature's middle, and of the spins about it.
+        relative = turn_a @ ends[a][nlp.SPIN]
+        if b is not None:
+            relative -= turn_b @ ends[b][nlp.SPIN]
+        rolling = turn_b.T @ cs.cross(relative, turn_b @ frame[:, 2]) * contact["radius"]
+        moved = seen(ends[a], end_b, point) - seen(old_a, old_b, point)
+        slip = frame[:, :2].T @ (moved / h - rolling)
 
         force = cs.vertcat(t1.get(i, 0), t2.get(i, 0), normal[i])
         in_world = turn_b @ frame @ force

@@ -1,14 +1,12 @@
 //! Contacts of the touches of two pieces.
 
-use super::proxy::{Owner, Proxy, placed, size};
-use super::{Contact, ContactKey, Features, PairFeatures, Partner};
-use crate::geometry::{Feature, Piece, Side, Touch};
+use super::curved::{Core, Curved};
+use super::proxy::{Owner, Proxy};
+use super::{Contact, ContactKey, Features, PairFeatures, Partner, frame_along};
+use crate::geometry::{Feature, Part, Piece, Side, Touch};
 use crate::mechanics::{Pose, RigidBody};
 use crate::world::World;
-use nalgebra::{Matrix3, Vector3};
-
-/// Centres nearer than this part of the size have no direction between them.
-const NO_DIRECTION: f64 = 1e-8;
+use nalgebra::Vector3;
 
 /// Makes contacts of the touches of two pieces.
 pub(super) struct Between<'a> {
@@ -32,14 +30,21 @@ impl Between<'_> {
             feature: touch.feature,
             plane,
         };
-        let across = self.across_centres(touch, of_point, of_plane);
-        let (touch, at) = match &across {
-            Some(across) => (across, self.start),
-            None => (touch, self.at),
-        };
+        if let Feature::Round(part_a, part_b) = touch.feature {
+            let (a, b) = self.proxies;
+            let Owner::Body(body) = a.owner else { return None };
+            let key = ContactKey {
+                body,
+                point: self.corner(body, a, part_a),
+                partner: b.owner.partner(),
+                pair: Some(PairFeatures { pieces: (a.piece, b.piece), ..features }),
+            };
+            let pieces = (piece(self.world, a.owner, a.piece)?, piece(self.world, b.owner, b.piece)?);
+            return Some(self.make(key, round(pieces, (part_a, part_b))?));
+        }
         match (of_point.owner, of_plane.owner) {
             (Owner::Body(body), owner) => {
-                let corner = self.corner(body, of_point, touch);
+                let corner = self.corner(body, of_point, part_of(touch));
                 let key = ContactKey {
                     body,
                     point: corner,
@@ -48,12 +53,12 @@ impl Between<'_> {
                 };
                 Some(self.make(
                     key,
-                    Features {
-                        point: touch.point,
-                        radius: touch.point_radius,
-                        frame: frame_along(&touch.normal),
-                        offset: touch.offset,
-                    },
+                    Features::of_plane(
+                        touch.point,
+                        touch.point_radius,
+                        frame_along(&touch.normal),
+                        touch.offset,
+                    ),
                 ))
             }
             (fixed @ Owner::Fixed(_), Owner::Body(body)) => {
@@ -64,52 +69,19 @@ impl Between<'_> {
                     partner: fixed.partner(),
                     pair: Some(PairFeatures { pieces, ..features }),
                 };
-                Some(self.make(key, turned_about(touch, &at[body])))
+                Some(self.make(key, turned_about(touch, &self.at[body])))
             }
             (Owner::Fixed(_), Owner::Fixed(_)) => None,
         }
     }
 
-    /// A touch of two balls that was found elsewhere than at the step's start: across the line of
-    /// their centres there, where forces act. They then go through both centres, and no force turns a
-    /// smooth ball; the plane under-estimates how far the balls are apart. `None` for other touches.
-    fn across_centres(&self, touch: &Touch, of_point: Proxy, of_plane: Proxy) -> Option<Touch> {
-        if std::ptr::eq(self.at, self.start) {
-            return None;
-        }
-        let [point, plane] =
-            [of_point, of_plane].map(|proxy| placed(self.world, self.start, proxy));
-        let centre = |piece: &Piece| match *piece.core().vertices() {
-            [centre] => Some(centre),
-            _ => None,
-        };
-        let (own, other) = (centre(point.0)?, centre(plane.0)?);
-        let place = |pose: &Pose, centre: &Vector3<f64>| pose.position + pose.rotation * centre;
-        let apart = place(point.1, &own) - place(plane.1, &other);
-        let distance = apart.norm();
-        if distance <= NO_DIRECTION * size(point.0).min(size(plane.0)) {
-            return None;
-        }
-        let normal = plane.1.rotation.tr_mul(&(apart / distance));
-        let radius = plane.0.radius();
-        Some(Touch {
-            normal,
-            offset: normal.dot(&other) + radius,
-            gap: distance - touch.point_radius - radius,
-            ..*touch
-        })
-    }
-
-    /// The contact point of a body that a touch is of.
-    fn corner(&self, body: usize, proxy: Proxy, touch: &Touch) -> usize {
+    /// The contact point of a body that a part of its piece is: that of a vertex, or of an edge's
+    /// first end.
+    fn corner(&self, body: usize, proxy: Proxy, part: Part) -> usize {
         let body = &self.world.bodies()[body];
-        let vertex = match (touch.feature, touch.point_of) {
-            (Feature::Vertex(side, vertex), of) if side == of => vertex,
-            (Feature::Edges(a, _), Side::A) => first_end(body, proxy, a),
-            (Feature::Edges(_, b), Side::B) => first_end(body, proxy, b),
-            (Feature::Vertices(a, _), Side::A) => a,
-            (Feature::Vertices(_, b), Side::B) => b,
-            (Feature::Vertex(..), _) => 0,
+        let vertex = match part {
+            Part::Vertex(vertex) => vertex,
+            Part::Edge(edge) => first_end(body, proxy, edge),
         };
         body.point_of(proxy.piece, vertex as usize)
     }
@@ -125,6 +97,50 @@ impl Between<'_> {
     }
 }
 
+/// The part of the piece whose the point of a touch is.
+fn part_of(touch: &Touch) -> Part {
+    match (touch.feature, touch.point_of) {
+        (Feature::Vertex(side, vertex), of) if side == of => Part::Vertex(vertex),
+        (Feature::Edges(edge, _), Side::A) | (Feature::Edges(_, edge), Side::B) => Part::Edge(edge),
+        (Feature::Vertices(vertex, _), Side::A) | (Feature::Vertices(_, vertex), Side::B) => {
+            Part::Vertex(vertex)
+        }
+        (Feature::Round(part, _), Side::A) | (Feature::Round(_, part), Side::B) => part,
+        (Feature::Vertex(..), _) => Part::Vertex(0),
+    }
+}
+
+/// The piece of this number of an owner, if it has one.
+pub(super) fn piece(world: &World, owner: Owner, number: usize) -> Option<&Piece> {
+    match owner {
+        Owner::Body(index) => world.bodies().get(index)?.pieces().get(number),
+        Owner::Fixed(index) => world.fixed().get(index).map(|fixed| &fixed.piece),
+    }
+}
+
+/// Two round features, the first one of A; `None` where the pieces do not have them.
+pub(crate) fn round(pieces: (&Piece, &Piece), parts: (Part, Part)) -> Option<Features> {
+    let (of_a, of_b) = (core(pieces.0, parts.0)?, core(pieces.1, parts.1)?);
+    let curved = Curved { of_a, of_b, radius: pieces.1.radius(), shares: (0.0, 0.0) };
+    let frame = frame_along(&Vector3::z());
+    let plane = Features::of_plane(of_a.from, pieces.0.radius(), frame, 0.0);
+    Some(Features { curved: Some(curved), ..plane })
+}
+
+/// A vertex or an edge of a piece's core, in the frame of its body.
+fn core(piece: &Piece, part: Part) -> Option<Core> {
+    let vertices = piece.core().vertices();
+    let vertex = |number: u32| vertices.get(number as usize).copied();
+    match part {
+        Part::Vertex(number) => Some(Core { from: vertex(number)?, along: Vector3::zeros() }),
+        Part::Edge(number) => {
+            let [from, to] = piece.core().edges().get(number as usize)?.vertices;
+            let from = vertex(from)?;
+            Some(Core { from, along: vertex(to)? - from })
+        }
+    }
+}
+
 /// A fixed point against a plane of the body at `pose`, as a point of the body against a fixed
 /// plane, which is what a contact is: the point is the foot of the fixed point on the body's
 /// plane, and the plane, turned about, stays where it is for the step.
@@ -132,22 +148,11 @@ fn turned_about(touch: &Touch, pose: &Pose) -> Features {
     let normal = pose.rotation * touch.normal;
     let surface = touch.point - normal * touch.point_radius;
     let foot = surface - normal * touch.gap;
-    Features {
-        point: pose.rotation.tr_mul(&(foot - pose.position)),
-        radius: 0.0,
-        frame: frame_along(&-normal),
-        offset: -normal.dot(&surface),
-    }
+    let point = pose.rotation.tr_mul(&(foot - pose.position));
+    Features::of_plane(point, 0.0, frame_along(&-normal), -normal.dot(&surface))
 }
 
 /// The first vertex of an edge of a body's piece.
 fn first_end(body: &RigidBody, proxy: Proxy, edge: u32) -> u32 {
     body.pieces()[proxy.piece].core().edges()[edge as usize].vertices[0]
-}
-
-/// (t₁, t₂, n), right-handed, with t₁ across the axis that n is least along.
-fn frame_along(normal: &Vector3<f64>) -> Matrix3<f64> {
-    let axis = Vector3::ith(normal.iamin(), 1.0);
-    let first = (axis - normal * normal.dot(&axis)).normalize();
-    Matrix3::from_columns(&[first, normal.cross(&first), *normal])
 }

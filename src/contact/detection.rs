@@ -103,12 +103,9 @@ pub fn admit_missed(
 /// The contact of a body's point with the ground.
 fn ground_contact(world: &World, body: usize, point: usize, pose: &Pose) -> Contact {
     let (a, ground) = (&world.bodies()[body], world.ground());
-    let features = Features {
-        point: a.contact_points()[point].position,
-        radius: a.contact_points()[point].radius,
-        frame: *ground.frame(),
-        offset: ground.offset(),
-    };
+    let found = &a.contact_points()[point];
+    let features =
+        Features::of_plane(found.position, found.radius, *ground.frame(), ground.offset());
     let key = ContactKey { body, point, partner: Partner::Ground, pair: None };
     let law = world.law_between(body, Partner::Ground);
     Contact::new(key, features, law, (a, pose), None)

@@ -12,11 +12,14 @@
 //!
 //! Point and plane are fixed in their bodies' frames for the step, so that turning the whole
 //! world turns the answer and no plane is special. The ground is a B that never moves:
-//! r_B = 0, A_B = E. Equation numbers are those of `docs/formulation.md`.
+//! r_B = 0, A_B = E. Where both features are round, a vertex or an edge against another, the plane is
+//! the tangent one at k and the gap at k+1 that of the [features themselves](curved). Equation
+//! numbers are those of `docs/formulation.md`.
 
-mod between;
+pub(crate) mod between;
 mod candidates;
 pub mod certificate;
+pub mod curved;
 pub mod detection;
 pub mod law;
 mod neighbours;
@@ -28,13 +31,16 @@ pub mod rounding;
 
 pub use candidates::Candidates;
 pub use certificate::{Certificate, Certifier};
+pub use curved::Curved;
 pub use detection::Detection;
 pub use law::{ContactLaw, Response};
 pub use plane::Plane;
 
 use crate::geometry::Feature;
 use crate::mechanics::RigidBody;
+use crate::mechanics::quaternion::turning_rate;
 use crate::mechanics::state::Pose;
+use curved::Reach;
 use nalgebra::{Matrix3, Vector3};
 
 /// What a body touches.
@@ -96,6 +102,17 @@ pub struct Features {
     pub frame: Matrix3<f64>,
     /// d, m, in the frame of B: the plane is n·x = d.
     pub offset: f64,
+    /// What the plane is tangent to, where both features are round. Point, frame and offset are then
+    /// those of the nearest points at k, whatever was given.
+    pub curved: Option<Curved>,
+}
+
+impl Features {
+    /// A point, rounded by a radius, against a plane: see the fields.
+    #[must_use]
+    pub fn of_plane(point: Vector3<f64>, radius: f64, frame: Matrix3<f64>, offset: f64) -> Self {
+        Self { point, radius, frame, offset, curved: None }
+    }
 }
 
 /// A body at the start of a step: its constants and its pose.
@@ -142,6 +159,7 @@ impl Contact {
         b: Option<Placed<'_>>,
     ) -> Self {
         let (body, pose) = a;
+        let features = tangent(features, pose, b.map(|(_, pose)| pose));
         let frame = b.map_or(features.frame, |(_, b)| b.rotation * features.frame);
         let normal = frame.column(2).into_owned();
         let mut lever = features.point;
@@ -189,10 +207,23 @@ impl Contact {
         self.frame.column(2).into_owned()
     }
 
-    /// φ (eq. 4), m, where A is at `a` and B at `b`, `None` for the ground.
+    /// From the middle of B's feature to that of A's at the step's start, m, world, where both are
+    /// round: along the normal, as far as the gap and both radii. Zero for a point against a plane.
+    #[must_use]
+    pub fn way(&self) -> Vector3<f64> {
+        let radii = |curved: &Curved| self.features.radius + curved.radius;
+        let curved = self.features.curved.as_ref();
+        curved.map_or(Vector3::zeros(), |curved| self.normal() * (self.gap + radii(curved)))
+    }
+
+    /// φ (eq. 4, 4a), m, where A is at `a` and B at `b`, `None` for the ground.
     #[must_use]
     pub fn gap_at(&self, a: &Pose, b: Option<&Pose>) -> f64 {
-        let Features { point, radius, frame, offset } = &self.features;
+        let Features { point, radius, frame, offset, curved } = &self.features;
+        if let Some(curved) = curved {
+            let (_, way) = way_between(curved, a, b);
+            return Reach::of(&way, &self.normal()).length - radius - curved.radius;
+        }
         let w = seen_from(b, &(a.position + a.rotation * point));
         frame.column(2).dot(&w) - offset - radius
     }
@@ -201,27 +232,91 @@ impl Contact {
     /// across the normal, and along it the gap speed (φ⁺ − ζ)/h, over the contact's rise ζ.
     ///
     /// ```text
-    /// u = A_B (E − n nᵀ) (y⁺ − y)/h + n (φ⁺ − ζ)/h,   y seen from B
+    /// u = A_B (E − n nᵀ) (w⁺ − w)/h − (Ω_A − Ω_B) × ρ n + n (φ⁺ − ζ)/h     (eq. 10a)
+    /// ```
+    ///
+    /// w being the point a seen from B, and Ω the rates at which the bodies turn: the slip of a
+    /// rounded feature is that of its middle and of the spins, so that what rolls does not slip. Of
+    /// two round features it is that of both middles a and b, and of both spins,
+    ///
+    /// ```text
+    /// u_t = (E − n nᵀ) ((a⁺ − b⁺) − (a − b))/h − (ρ_A Ω_A + ρ_B Ω_B) × n     (eq. 10b)
     /// ```
     ///
     /// `a` and `b` are the poses (start, end) of the two bodies; `None` is the ground.
     #[must_use]
     pub fn motion(&self, a: (&Pose, &Pose), b: Option<(&Pose, &Pose)>, h: f64) -> Vector3<f64> {
-        let normal = self.normal();
-        let before = seen_from(b.map(|b| b.0), &(a.0.position + self.arm));
-        let after = seen_from(b.map(|b| b.1), &(a.1.position + a.1.rotation * self.lever));
-        let mut moved = after - before;
-        if let Some((b, _)) = b {
-            moved = b.rotation * moved;
-        }
-        let gap = if self.features.radius > 0.0 {
-            self.gap_at(a.1, b.map(|b| b.1))
+        let (normal, radius) = (self.normal(), self.features.radius);
+        let ends = b.map(|b| b.1);
+        let turning = |(from, to): (&Pose, &Pose)| turning_rate(&from.rotation, &to.rotation, h);
+        let (mut moved, gap);
+        if let Some(curved) = &self.features.curved {
+            let apart = |a: &Pose, b: Option<&Pose>| {
+                let (point, foot) = (curved.point(), curved.foot());
+                let foot = b.map_or(foot, |b| b.position + b.rotation * foot);
+                a.position + a.rotation * point - foot
+            };
+            moved = apart(a.1, ends) - apart(a.0, b.map(|b| b.0));
+            let mut rolling = turning(a) * radius;
+            if let Some(b) = b {
+                rolling += turning(b) * curved.radius;
+            }
+            moved -= h * rolling.cross(&normal);
+            gap = self.gap_at(a.1, ends);
         } else {
-            self.features.frame.column(2).dot(&after) - self.features.offset
-        };
+            let mut arm = self.arm;
+            if radius > 0.0 {
+                arm += radius * normal;
+            }
+            let before = seen_from(b.map(|b| b.0), &(a.0.position + arm));
+            let after = seen_from(ends, &(a.1.position + a.1.rotation * self.features.point));
+            moved = after - before;
+            if let Some((b, _)) = b {
+                moved = b.rotation * moved;
+            }
+            if radius > 0.0 {
+                let relative = turning(a) - b.map_or(Vector3::zeros(), turning);
+                moved -= h * radius * relative.cross(&normal);
+            }
+            gap = self.features.frame.column(2).dot(&after) - self.features.offset - radius;
+        }
         let slip = moved - normal * normal.dot(&moved);
         (slip + normal * (gap - self.rise)) / h
     }
+}
+
+/// These features with the point, frame and offset of the tangent plane where A is at `a` and B at
+/// `b`, where both are round; as they are otherwise, and where the cores have no distance.
+fn tangent(features: Features, a: &Pose, b: Option<&Pose>) -> Features {
+    /// A distance smaller than this part of the radii has no direction.
+    const NO_DIRECTION: f64 = 1e-8;
+    let Some(mut curved) = features.curved else { return features };
+    let (shares, way) = way_between(&curved, a, b);
+    curved.shares = shares;
+    let (point, foot, distance) = (curved.point(), curved.foot(), way.norm());
+    let frame = if distance > NO_DIRECTION * (features.radius + curved.radius) {
+        let normal = way / distance;
+        frame_along(&b.map_or(normal, |b| b.rotation.tr_mul(&normal)))
+    } else {
+        features.frame
+    };
+    let offset = frame.column(2).dot(&foot) + curved.radius;
+    Features { point, frame, offset, curved: Some(curved), ..features }
+}
+
+/// Where along their cores two round features are nearest to each other, and the way from that of B
+/// to that of A, m, world.
+fn way_between(curved: &Curved, a: &Pose, b: Option<&Pose>) -> ((f64, f64), Vector3<f64>) {
+    let of_a = curved.of_a.moved(&a.rotation, &a.position);
+    let of_b = b.map_or(curved.of_b, |b| curved.of_b.moved(&b.rotation, &b.position));
+    curved::shortest_way(&of_a, &of_b)
+}
+
+/// (t₁, t₂, n), right-handed, with t₁ across the axis that n is least along.
+pub(crate) fn frame_along(normal: &Vector3<f64>) -> Matrix3<f64> {
+    let axis = Vector3::ith(normal.iamin(), 1.0);
+    let first = (axis - normal * normal.dot(&axis)).normalize();
+    Matrix3::from_columns(&[first, normal.cross(&first), *normal])
 }
 
 /// A point of the world in the frame of B.

@@ -144,19 +144,7 @@ pub(super) fn of_edges(
     };
     let (p, u) = part(pair.a.vertices(), pair.a.edges(), edge_a);
     let (q, v) = part(vertices_b, pair.b.edges(), edge_b);
-    let (uu, vv, uv) = (u.norm_squared(), v.norm_squared(), u.dot(&v));
-    let (ur, vr) = (u.dot(&(q - p)), v.dot(&(q - p)));
-    // The best s for a given t, and the other way round.
-    let s_of = |t: f64| if uu > 0.0 { ((ur + t * uv) / uu).clamp(0.0, 1.0) } else { 0.0 };
-    let t_of = |s: f64| if vv > 0.0 { ((s * uv - vr) / vv).clamp(0.0, 1.0) } else { 0.0 };
-    let determinant = uu * vv - uv * uv;
-    let free = if determinant > 1e-14 * uu * vv {
-        ((ur * vv - vr * uv) / determinant).clamp(0.0, 1.0)
-    } else {
-        0.0
-    };
-    let t = t_of(free);
-    let s = s_of(t);
+    let (s, t) = nearest_shares((&p, &u), (&q, &v));
     let on = |edges: &[Edge], edge: usize, at: f64| match edges.get(edge) {
         None => On::Vertex(0),
         Some(edge) if at < AT_END => On::Vertex(edge.vertices[0] as usize),
@@ -169,6 +157,28 @@ pub(super) fn of_edges(
         on_a: on(pair.a.edges(), edge_a, s),
         on_b: on(pair.b.edges(), edge_b, t),
     }
+}
+
+/// s and t of the points p + s u and q + t v (0 ≤ s, t ≤ 1) that are nearest to each other; of parallel
+/// segments those of the first point of p. Either may be a point.
+#[must_use]
+pub fn nearest_shares(
+    (p, u): (&Vector3<f64>, &Vector3<f64>),
+    (q, v): (&Vector3<f64>, &Vector3<f64>),
+) -> (f64, f64) {
+    let (uu, vv, uv) = (u.norm_squared(), v.norm_squared(), u.dot(v));
+    let (ur, vr) = (u.dot(&(q - p)), v.dot(&(q - p)));
+    // The best s for a given t, and the other way round.
+    let s_of = |t: f64| if uu > 0.0 { ((ur + t * uv) / uu).clamp(0.0, 1.0) } else { 0.0 };
+    let t_of = |s: f64| if vv > 0.0 { ((s * uv - vr) / vv).clamp(0.0, 1.0) } else { 0.0 };
+    let determinant = uu * vv - uv * uv;
+    let free = if determinant > 1e-14 * uu * vv {
+        ((ur * vv - vr * uv) / determinant).clamp(0.0, 1.0)
+    } else {
+        0.0
+    };
+    let t = t_of(free);
+    (s_of(t), t)
 }
 
 /// The point of the segment q + t v, 0 ≤ t ≤ 1, that is nearest to `point`.

@@ -11,7 +11,7 @@ use super::closest::{On, Points, closest, nearest, of_edges};
 use super::overlap::At;
 use super::pair::{Hint, Pair, Placed, Scratch, highest, lowest};
 use super::separation::across_cores;
-use super::touch::{Feature, Side, Touch};
+use super::touch::{Feature, Part, Side, Touch};
 use nalgebra::Vector3;
 use std::cmp::Ordering;
 
@@ -280,6 +280,13 @@ impl Meeting<'_, '_> {
         if ends <= points.distance() - self.pair.radii() + merge * 1e-2 {
             return;
         }
+        if let (Some(a), Some(b)) = (part_of(points.on_a), part_of(points.on_b))
+            && self.pair.radii() > 0.0
+        {
+            let feature = Feature::Round(a, b);
+            self.push_new(self.pair.between(&points, &normal, feature, Side::A));
+            return;
+        }
         let (feature, owner) = match (points.on_a, points.on_b) {
             (On::Vertex(vertex), On::Edge(_) | On::Face(_)) => {
                 (Feature::Vertex(Side::A, vertex as u32), Side::A)
@@ -335,6 +342,15 @@ impl Meeting<'_, '_> {
                 of_vertices(&pair, a, b)
             };
             let points = if inside > merge { on_a(b_at[at_b]) } else { on_b(a_end) };
+            if pair.radii() > 0.0 {
+                // The end against the whole of the other edge, along which it may slide.
+                let feature = if inside > merge {
+                    Feature::Round(Part::Edge(edge_a as u32), Part::Vertex(b))
+                } else {
+                    Feature::Round(Part::Vertex(a), Part::Edge(edge_b as u32))
+                };
+                return (points, feature, owner);
+            }
             (points, feature, owner)
         };
         let ends = [end(low, 0, low_at), end(length - high, 1, high_at)];
@@ -387,6 +403,15 @@ fn are_parallel(pair: &Pair<'_>, vertices: &[Vector3<f64>], edge_a: usize, edge_
     };
     let (u, v) = (span(pair.a.vertices(), a).1, span(vertices, b).1);
     u.cross(&v).norm() < NEARLY_PARALLEL * u.norm() * v.norm()
+}
+
+/// What is no face.
+fn part_of(on: On) -> Option<Part> {
+    match on {
+        On::Vertex(vertex) => Some(Part::Vertex(vertex as u32)),
+        On::Edge(edge) => Some(Part::Edge(edge as u32)),
+        On::Face(_) => None,
+    }
 }
 
 /// Of two vertices that of the rounder piece, which owns the point.

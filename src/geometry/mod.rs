@@ -24,6 +24,7 @@ pub mod touch;
 mod triangles;
 
 pub use bound::bound;
+pub use closest::nearest_shares;
 pub use hull::Hull;
 pub use manifold::manifold;
 pub use mass::MassProperties;
@@ -31,4 +32,4 @@ pub use pair::{Hint, Placed, Scratch};
 pub use piece::Piece;
 pub use separation::{Separation, overlap, separation};
 pub use sweep::{Aabb, Sweep};
-pub use touch::{Feature, Side, Touch};
+pub use touch::{Feature, Part, Side, Touch};

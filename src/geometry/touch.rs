@@ -26,6 +26,18 @@ pub enum Feature {
     Edges(u32, u32),
     /// A vertex of A and a vertex of B, of pieces of equal radius.
     Vertices(u32, u32),
+    /// A vertex or an edge of A and one of B, of which one is rounded: how far they are apart is
+    /// known exactly, wherever the pieces are.
+    Round(Part, Part),
+}
+
+/// A part of a core that is no face.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Part {
+    /// The vertex of this number.
+    Vertex(u32),
+    /// The edge of this number.
+    Edge(u32),
 }
 
 /// One point of one piece against a plane of the other. With w the point in the frame of the

@@ -93,12 +93,9 @@ impl Input {
         let contacts = self.contacts.iter().map(|meeting| {
             let partner = meeting.b.map_or(Partner::Ground, Partner::Body);
             let key = ContactKey { body: meeting.a, point: 0, partner, pair: None };
-            let features = Features {
-                point: meeting.point.into(),
-                radius: meeting.radius,
-                frame: Matrix3::from(meeting.frame).transpose(),
-                offset: meeting.offset,
-            };
+            let frame = Matrix3::from(meeting.frame).transpose();
+            let features =
+                Features::of_plane(meeting.point.into(), meeting.radius, frame, meeting.offset);
             let law = ContactLaw::plastic(meeting.friction);
             Contact::new(key, features, law, placed(meeting.a), meeting.b.map(placed))
         });

@@ -186,7 +186,7 @@ impl ContactEntry {
         let partner = self.b.map_or(Partner::Ground, Partner::Body);
         let key = ContactKey { body: self.a, point: 0, partner, pair: None };
         let (point, radius, offset) = (self.point.0.into(), self.radius, self.offset);
-        let features = Features { point, radius, frame, offset };
+        let features = Features::of_plane(point, radius, frame, offset);
         let law = ContactLaw { friction: self.friction, restitution: 0.0 };
         let placed = |index: usize| (&world.bodies()[index], &poses[index]);
         Ok(Contact::new(key, features, law, placed(self.a), self.b.map(placed)))

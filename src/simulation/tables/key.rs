@@ -1,7 +1,7 @@
 //! A contact's key as one word of a table.
 
 use crate::contact::{ContactKey, PairFeatures, Partner};
-use crate::geometry::{Feature, Side};
+use crate::geometry::{Feature, Part, Side};
 use std::fmt;
 
 /// What of a [`ContactKey`] is not the body and the partner, as text.
@@ -10,7 +10,8 @@ use std::fmt;
 /// `point.piece.piece.feature.plane`: the body's contact point, the piece of the body and the
 /// partner's, the feature, and the count of planes that a step met it with. A feature is `A3`, a
 /// vertex of the first piece found, `B3`, one of the second, `E3x7`, an edge of each, or `V3x7`, a
-/// vertex of each.
+/// vertex of each; `Rv3xe7` is vertex 3 of the body against edge 7 of the partner, of which one is
+/// rounded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct KeyText {
     /// See [`ContactKey::point`].
@@ -62,7 +63,27 @@ fn feature_of(text: &str) -> Option<Feature> {
             let (a, b) = (a.parse().ok()?, b.parse().ok()?);
             Some(if *kind == b'E' { Feature::Edges(a, b) } else { Feature::Vertices(a, b) })
         }
+        b'R' => {
+            let (a, b) = number.split_once('x')?;
+            Some(Feature::Round(part_of(a)?, part_of(b)?))
+        }
         _ => None,
+    }
+}
+
+fn part_of(text: &str) -> Option<Part> {
+    let number = text.get(1..)?.parse().ok()?;
+    match text.as_bytes().first()? {
+        b'v' => Some(Part::Vertex(number)),
+        b'e' => Some(Part::Edge(number)),
+        _ => None,
+    }
+}
+
+fn word(part: Part) -> String {
+    match part {
+        Part::Vertex(vertex) => format!("v{vertex}"),
+        Part::Edge(edge) => format!("e{edge}"),
     }
 }
 
@@ -75,6 +96,7 @@ impl fmt::Display for KeyText {
             Feature::Vertex(Side::B, vertex) => write!(f, "B{vertex}")?,
             Feature::Edges(a, b) => write!(f, "E{a}x{b}")?,
             Feature::Vertices(a, b) => write!(f, "V{a}x{b}")?,
+            Feature::Round(a, b) => write!(f, "R{}x{}", word(a), word(b))?,
         }
         write!(f, ".{}", pair.plane)
     }
@@ -92,12 +114,14 @@ mod tests {
             Feature::Vertex(Side::B, 999),
             Feature::Edges(4, 17),
             Feature::Vertices(0, 1),
+            Feature::Round(Part::Vertex(3), Part::Edge(11)),
+            Feature::Round(Part::Edge(0), Part::Vertex(12)),
         ];
         let keys = features.map(|feature| KeyText { point: 12, pair: pair(feature) });
         for key in keys.into_iter().chain([KeyText { point: 7, pair: None }]) {
             assert_eq!(KeyText::parse(&key.to_string()), Some(key));
         }
-        for odd in ["", "a", "1.2", "1.2.3.C4.0", "1.2.3.E4.0", "1.2.3.A4.0.0", "-1", "1.2.3.A.0"] {
+        for odd in ["", "a", "1.2", "1.2.3.C4.0", "1.2.3.E4.0", "1.2.3.A4.0.0", "-1", "1.2.3.A.0", "1.2.3.Rv1.0", "1.2.3.Rv1xf2.0"] {
             assert_eq!(KeyText::parse(odd), None, "{odd}");
         }
     }

@@ -11,8 +11,9 @@
 //! the piece that it is of, and the plane must touch the piece that it is of.
 
 use super::ContactRow;
+use crate::contact::between::round;
 use crate::contact::{Contact, Features, Partner, Plane};
-use crate::geometry::Piece;
+use crate::geometry::{Feature, Piece};
 use crate::mechanics::{Pose, State};
 use crate::world::World;
 use nalgebra::{Matrix3, Vector3};
@@ -80,12 +81,7 @@ impl ContactRow {
             return Err("has a key of two pieces, and is with the ground");
         }
         let ground = world.ground();
-        Ok(Features {
-            point: point.position,
-            radius: point.radius,
-            frame: *ground.frame(),
-            offset: ground.offset(),
-        })
+        Ok(Features::of_plane(point.position, point.radius, *ground.frame(), ground.offset()))
     }
 
     /// Point and plane as the row has them, held against the pieces that the key names.
@@ -104,6 +100,12 @@ impl ContactRow {
             Partner::Ground => None,
         };
         let theirs = theirs.ok_or("is with a piece that is not there")?;
+        if let Feature::Round(part, other) = pair.feature {
+            let features = round((own, theirs), (part, other));
+            return features
+                .filter(|features| features.radius == self.radius)
+                .ok_or("is of features that its pieces do not have");
+        }
         let fixed = Pose { position: Vector3::zeros(), rotation: Matrix3::identity() };
         let other = other.unwrap_or(&fixed);
         let centre = self.point + self.normal * self.radius;
@@ -119,7 +121,7 @@ impl ContactRow {
             return Err("has a plane that its partner does not have");
         }
         let plane = Plane::new(normal, 0.0).map_err(|_| "has a normal that is no unit vector")?;
-        Ok(Features { point, radius: self.radius, frame: *plane.frame(), offset })
+        Ok(Features::of_plane(point, self.radius, *plane.frame(), offset))
     }
 }
 

@@ -124,6 +124,7 @@ impl Units {
             point: contact.features.point / self.length,
             radius: contact.features.radius / self.length,
             offset: contact.features.offset / self.length,
+            curved: contact.features.curved.map(|curved| curved.scaled(1.0 / self.length)),
             ..contact.features
         };
         Contact {

@@ -6,7 +6,7 @@
 //! `docs/native-solver.md`.
 
 use super::tolerances::Tolerances;
-use crate::contact::Contact;
+use crate::contact::{Contact, Curved};
 use nalgebra::{Matrix3, Vector3};
 
 /// A contact that may carry an impulse in this step, as the solver needs it. Vectors are in the
@@ -17,13 +17,13 @@ pub(super) struct Candidate {
     pub(super) normal: Vector3<f64>,
     /// (t₁, t₂, n) as columns.
     pub(super) frame: Matrix3<f64>,
-    /// y, m, frame of A: the touching point.
-    pub(super) lever: Vector3<f64>,
-    /// A y, m.
+    /// a, m, frame of A: the middle of the feature that touches, its point where nothing is rounded.
+    pub(super) centre: Vector3<f64>,
+    /// A a, m.
     pub(super) arm: Vector3<f64>,
-    /// a − y, m, frame of A: to the point whose gap counts; zero where nothing is rounded.
-    pub(super) rounding: Vector3<f64>,
-    /// G = [y]× Aᵀ, m: the torque (frame of A) of an impulse (world).
+    /// ρ, m.
+    pub(super) radius: f64,
+    /// G = [y]× Aᵀ, m: the torque (frame of A) of an impulse (world) at the touching point y.
     pub(super) torque_map: Matrix3<f64>,
     /// (φ − ζ)/h at step k, m/s.
     pub(super) approach: f64,
@@ -32,22 +32,29 @@ pub(super) struct Candidate {
     /// ρ_n and ρ_t: the inverse of the contact's own response, which scale the natural map.
     pub(super) normal_scale: f64,
     pub(super) tangential_scale: f64,
+    /// Where both features are round.
+    pub(super) curved: Option<Curved>,
+    /// d, m, world: from the middle of B's feature to that of A's at step k, where both are round.
+    pub(super) way: Vector3<f64>,
 }
 
 impl Candidate {
     /// That of `contact`, `share` being M over the mass of its body A.
     pub(super) fn new(contact: &Contact, time_step: f64, share: f64) -> Self {
+        let (normal, radius) = (contact.normal(), contact.features.radius);
         Self {
-            normal: contact.normal(),
+            normal,
             frame: contact.frame,
-            lever: contact.lever,
-            arm: contact.arm,
-            rounding: contact.features.point - contact.lever,
+            centre: contact.features.point,
+            arm: if radius > 0.0 { contact.arm + radius * normal } else { contact.arm },
+            radius,
             torque_map: contact.torque_map,
             approach: (contact.gap - contact.rise) / time_step,
             friction: contact.law.friction,
             normal_scale: 1.0 / (share * contact.response.normal),
             tangential_scale: 1.0 / (share * contact.response.tangential),
+            curved: contact.features.curved,
+            way: contact.way(),
         }
     }
 }

@@ -9,10 +9,12 @@ use super::blocks::BlockSystem;
 use super::equations::{
     Answer, Candidate, Elimination, Equations, Gain, Point, Residual, Velocities, Velocity,
 };
+use super::fixed_motion::{point_velocity, slope};
 use super::pair_motion::{PairMotion, PairSlope, beside, stacked};
+use super::round_motion::{RoundMotion, Side};
 use super::tolerances::{LARGE_TURN, TURN_GAIN, Tolerances};
 use super::turning::Turning;
-use crate::contact::{Contact, Partner};
+use crate::contact::{Contact, Curved, Partner};
 use crate::mechanics::quaternion::rotation;
 use crate::step::Step;
 use crate::world::World;
@@ -55,7 +57,7 @@ struct Other {
     index: usize,
     /// G_B, m: the torque (frame of B) of an impulse (world) at the touching point.
     torque_map: Matrix3<f64>,
-    /// r_A + A_A y − r_B at step k, m, world.
+    /// r_A + A_A a − r_B at step k, m, world.
     arm: Vector3<f64>,
 }
 
@@ -128,7 +130,7 @@ impl Island {
                 let arm = self.members[a].position + contact.arm - other.position;
                 let lever = other.rotation.tr_mul(&arm);
                 let torque_map = lever.cross_matrix() * other.rotation.transpose();
-                Some(Other { index, torque_map, arm })
+                Some(Other { index, torque_map, arm: arm + contact.normal() * contact.features.radius })
             }
             Partner::Ground | Partner::Fixed(_) => None,
         };
@@ -193,7 +195,7 @@ impl Island {
         turnings.extend(bodies.map(|(member, velocity)| self.turnings(member, velocity)));
     }
 
-    /// The motion of a candidate that joins two bodies, which turn as told.
+    /// The motion of a candidate whose plane is a body's, which turn as told.
     fn pair_motion<'a>(
         &'a self,
         candidate: &'a Candidate,
@@ -207,6 +209,23 @@ impl Island {
         PairMotion::new(candidate, &other.arm, &apart, rotations, turnings, self.time_step)
     }
 
+    /// The motion of a candidate of two round features.
+    fn round_motion<'a>(
+        &'a self,
+        (candidate, curved): (&'a Candidate, &'a Curved),
+        link: &Link,
+        velocity: &'a [Velocity],
+        (a, b): (&'a Both, Option<&'a Both>),
+    ) -> RoundMotion<'a> {
+        let side = |index: usize, turnings: &'a Both| Side {
+            rotation: &self.members[index].rotation,
+            turning: &turnings.there,
+            linear: &velocity[index].linear,
+        };
+        let of_b = link.b.as_ref().zip(b).map(|(other, b)| side(other.index, b));
+        RoundMotion::new(candidate, curved, side(link.a, a), of_b, self.time_step)
+    }
+
     /// u of a candidate (N2), where the bodies that it joins turn as told.
     fn point_velocity(
         &self,
@@ -214,19 +233,14 @@ impl Island {
         velocity: &[Velocity],
         turnings: (&Both, Option<&Both>),
     ) -> Vector3<f64> {
+        if let Some(curved) = &candidate.curved {
+            return self.round_motion((candidate, curved), link, velocity, turnings).u();
+        }
         match (&link.b, turnings.1) {
             (Some(other), Some(b)) => {
                 self.pair_motion(candidate, (link, other), velocity, (turnings.0, b)).u()
             }
-            _ => {
-                let turning = &turnings.0.there;
-                let u = velocity[link.a].linear + turning.swept(&candidate.lever);
-                let mut along = candidate.approach;
-                if candidate.rounding != Vector3::zeros() {
-                    along += candidate.normal.dot(&turning.swept(&candidate.rounding));
-                }
-                u + candidate.normal * along
-            }
+            _ => point_velocity(candidate, &turnings.0.there, &velocity[link.a].linear),
         }
     }
 }
@@ -425,6 +439,13 @@ impl Island {
         turnings: &[Both],
     ) -> PairSlope {
         let of_a = &turnings[link.a];
+        if let Some(curved) = &candidate.curved {
+            let both = (of_a, link.b.map(|other| &turnings[other.index]));
+            let (by_a, by_b) =
+                self.round_motion((candidate, curved), link, velocity, both).slopes();
+            let b = link.b.as_ref().zip(by_b).map(|(other, by_b)| (other.index, by_b));
+            return PairSlope { a: (link.a, by_a), b };
+        }
         match &link.b {
             Some(other) => {
                 let both = (of_a, &turnings[other.index]);
@@ -434,13 +455,8 @@ impl Island {
             }
             None => {
                 let (turning, rotation) = (&of_a.there, &self.members[link.a].rotation);
-                let Candidate { normal, lever, arm, rounding, torque_map, .. } = candidate;
-                let (swept, turned) = (turning.swept(lever), torque_map.transpose());
-                let mut by_spin = turning.slope(rotation, lever, arm, turned, &swept);
-                if *rounding != Vector3::zeros() {
-                    let between = turning.slope_of(rotation, rounding);
-                    by_spin += normal * between.tr_mul(normal).transpose();
-                }
+                let swept = turning.swept(&candidate.centre);
+                let by_spin = slope(candidate, rotation, turning, &swept);
                 PairSlope { a: (link.a, beside(&Matrix3::identity(), &by_spin)), b: None }
             }
         }

@@ -3,16 +3,19 @@
 //! Equation numbers are those of `docs/native-solver.md`.
 
 use super::equations::{Candidate, Slope, Velocity};
+use super::fixed_motion::rolling;
 use super::turning::Turning;
 use nalgebra::{Matrix3, Matrix3x6, Vector3, Vector6};
 
 /// The motion of a pair's touching point, seen from B.
 ///
-/// With s⁺ = r_A⁺ + A_A⁺ y − r_B⁺ and the sweeps K (see [`Turning`]) of A and of B backwards,
+/// With s⁺ = r_A⁺ + A_A⁺ a − r_B⁺ and the sweeps K (see [`Turning`]) of A and of B backwards,
 ///
 /// ```text
-/// A_B (w⁺ − w)/h = v_A − v_B + A_A K_A y + A_B K_B(−ω_B) A_Bᵀ s⁺            (N10)
+/// A_B (w⁺ − w)/h = v_A − v_B + A_A K_A a + A_B K_B(−ω_B) A_Bᵀ s⁺            (N10)
 /// ```
+///
+/// of the middle of a feature rounded by ρ; to it comes −ρ (A_A ω_A − A_B ω_B) × n.
 pub(super) struct PairMotion<'a> {
     candidate: &'a Candidate,
     /// A(q) of A and of B, body → world.
@@ -20,16 +23,14 @@ pub(super) struct PairMotion<'a> {
     a: &'a Turning,
     b: &'a Turning,
     time_step: f64,
-    /// v_A − v_B + A_A K_A y.
+    /// v_A − v_B + A_A K_A a.
     relative: Vector3<f64>,
     /// A_Bᵀ s⁺.
     seen: Vector3<f64>,
-    /// A_Bᵀ A_A⁺ (a − y).
-    seen_rounding: Vector3<f64>,
 }
 
 impl<'a> PairMotion<'a> {
-    /// The pair of a candidate over a step of `time_step` (s): `arm` is r_A + A_A y − r_B at its start
+    /// The pair of a candidate over a step of `time_step` (s): `arm` is r_A + A_A a − r_B at its start
     /// (m, world), `apart` v_A − v_B at its end, `rotations` those of A and B at its start,
     /// `turnings` how A turns and B's frame turns back.
     pub(super) fn new(
@@ -40,48 +41,41 @@ impl<'a> PairMotion<'a> {
         (a, b): (&'a Turning, &'a Turning),
         time_step: f64,
     ) -> Self {
-        let relative = apart + a.swept(&candidate.lever);
+        let relative = apart + a.swept(&candidate.centre);
         let seen = rotations.1.tr_mul(&(arm + time_step * relative));
-        let rounding = &candidate.rounding;
-        let seen_rounding = if *rounding == Vector3::zeros() {
-            Vector3::zeros()
-        } else {
-            rotations.1.tr_mul(&(rotations.0 * rounding + time_step * a.swept(rounding)))
-        };
-        Self { candidate, rotations, a, b, time_step, relative, seen, seen_rounding }
+        Self { candidate, rotations, a, b, time_step, relative, seen }
     }
 
     /// u (N2).
     pub(super) fn u(&self) -> Vector3<f64> {
-        let Candidate { normal, approach, rounding, .. } = self.candidate;
-        let u = self.relative + self.b.swept(&self.seen);
-        let mut along = *approach;
-        if *rounding != Vector3::zeros() {
-            let between = self.a.swept(rounding) + self.b.swept(&self.seen_rounding);
-            along += normal.dot(&between);
+        let Candidate { normal, approach, radius, .. } = self.candidate;
+        let mut u = self.relative + self.b.swept(&self.seen);
+        if *radius > 0.0 {
+            // B turns back with −ω_B.
+            u -= *radius * (self.a.spin_world() + self.b.spin_world()).cross(normal);
         }
-        u + normal * along
+        u + normal * *approach
     }
 
     /// ∂u/∂(v_A, ω_A) and ∂u/∂(v_B, ω_B). With L = E + h A_B K_B(−ω_B) A_Bᵀ,
     ///
     /// ```text
-    /// ∂u/∂v_A = L,   ∂u/∂ω_A = L S_A(y),   ∂u/∂v_B = −L,   ∂u/∂ω_B = −S_B(A_Bᵀ s⁺)  (N11)
+    /// ∂u/∂v_A = L,   ∂u/∂ω_A = L S_A(a),   ∂u/∂v_B = −L,   ∂u/∂ω_B = −S_B(A_Bᵀ s⁺)  (N11)
     /// ```
     ///
-    /// with S(c) = ∂(A K c)/∂ω; along the normal what rounds the point comes to it.
+    /// with S(c) = ∂(A K c)/∂ω; to the spins' come ±ρ [n]× A.
     pub(super) fn slopes(&self) -> (Matrix3x6<f64>, Matrix3x6<f64>) {
-        let Candidate { normal, lever, arm, rounding, torque_map, .. } = self.candidate;
+        let Candidate { normal, centre, arm, radius, .. } = self.candidate;
         let (of_a, of_b) = self.rotations;
         let back = self.b.sweep() * of_b.transpose() * self.time_step;
         let seen_from = Matrix3::identity() + back;
-        let swept = self.a.swept(lever);
-        let mut by_a = seen_from * self.a.slope(of_a, lever, arm, torque_map.transpose(), &swept);
+        let swept = self.a.swept(centre);
+        let turned = -of_a * centre.cross_matrix();
+        let mut by_a = seen_from * self.a.slope(of_a, centre, arm, turned, &swept);
         let mut by_b = -self.b.slope_of(of_b, &self.seen);
-        if *rounding != Vector3::zeros() {
-            let along = |slope: Matrix3<f64>| normal * slope.tr_mul(normal).transpose();
-            by_a += along(seen_from * self.a.slope_of(of_a, rounding));
-            by_b -= along(self.b.slope_of(of_b, &self.seen_rounding));
+        if *radius > 0.0 {
+            by_a += rolling(normal, *radius, of_a);
+            by_b -= rolling(normal, *radius, of_b);
         }
         (beside(&seen_from, &by_a), beside(&-seen_from, &by_b))
     }

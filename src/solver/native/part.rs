@@ -20,6 +20,8 @@ use nalgebra::Vector3;
 pub(super) struct Part {
     alone: Option<Box<Problem<Single>>>,
     together: Option<Box<Problem<Island>>>,
+    /// The body that the last solve was of, where it was solved alone.
+    only: Option<usize>,
     ended: Ended,
 }
 
@@ -123,7 +125,8 @@ impl Part {
     ) -> Result<(), Error> {
         let mut effort = Effort::new(step, island.bodies.len(), island.contacts.len());
         let view = (contacts, island);
-        let outcome = if let [body] = *island.bodies {
+        self.only = only(contacts, island);
+        let outcome = if let Some(body) = self.only {
             let problem = alone(&mut self.alone, step.world);
             problem.equations.begin(step, body, island.unsettled);
             for &place in island.contacts {
@@ -154,7 +157,7 @@ impl Part {
         solution: &mut StepSolution,
     ) -> Ended {
         let view = (contacts, island);
-        if let [body] = *island.bodies {
+        if let Some(body) = self.only {
             let problem = alone(&mut self.alone, step.world);
             solution.states[body] = next_state(step, body, problem.descent.velocity());
             problem.write_forces(step, view, step.world.bodies()[body].mass(), solution);
@@ -168,6 +171,13 @@ impl Part {
         }
         self.ended
     }
+}
+
+/// The body of an island that has no other, where planes are all that it touches.
+fn only(contacts: &[Contact], island: &IslandView<'_>) -> Option<usize> {
+    let [body] = *island.bodies else { return None };
+    let is_flat = |place: &usize| contacts[*place].features.curved.is_none();
+    island.contacts.iter().all(is_flat).then_some(body)
 }
 
 fn alone<'a>(

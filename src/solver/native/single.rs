@@ -3,6 +3,7 @@
 use super::equations::{
     Answer, Candidate, Elimination, Equations, Gain, Point, Residual, Slope, Velocity, reserve,
 };
+use super::fixed_motion::{point_velocity, slope};
 use super::tolerances::{LARGE_TURN, TURN_GAIN, Tolerances};
 use super::turning::Turning;
 use crate::contact::Contact;
@@ -201,7 +202,7 @@ impl Equations for Single {
     }
 
     fn point(&self, index: usize, velocity: &Velocity) -> Vector3<f64> {
-        point_velocity(&self.turning(velocity), velocity, &self.candidates[index])
+        point_velocity(&self.candidates[index], &self.turning(velocity), &velocity.linear)
     }
 
     fn push(&self, index: usize, impulse: &Vector3<f64>, velocity: &mut Velocity) {
@@ -221,7 +222,9 @@ impl Equations for Single {
         evaluated.turning = turning;
         points.clear();
         let candidates = self.candidates.iter();
-        points.extend(candidates.map(|candidate| point_velocity(&turning, velocity, candidate)));
+        points.extend(
+            candidates.map(|candidate| point_velocity(candidate, &turning, &velocity.linear)),
+        );
     }
 
     #[inline]
@@ -247,13 +250,14 @@ impl Equations for Single {
             let Some(answer) = answer(index, candidate, u) else { return false };
             let slope = match answer.gain {
                 Gain::Zero => SpinSlope(Matrix3::zeros()),
-                _ => SpinSlope(point_slope(
-                    &self.rotation,
-                    turning,
-                    &at.velocity.linear,
-                    candidate,
-                    u,
-                )),
+                _ => {
+                    let linear = &at.velocity.linear;
+                    let swept = match candidate.radius > 0.0 {
+                        true => turning.swept(&candidate.centre),
+                        false => u - linear - candidate.normal * candidate.approach,
+                    };
+                    SpinSlope(slope(candidate, &self.rotation, turning, &swept))
+                }
             };
             let elimination = Elimination { answer, slope };
             system.add(&candidate.torque_map, &elimination);
@@ -283,37 +287,6 @@ impl Default for Evaluated {
         let turning = Turning::new(&Matrix3::identity(), nothing, 0.0);
         Self { residual: (nothing, nothing), turning }
     }
-}
-
-/// u of a candidate (N2). The gap is that of the point a, the slip that of the touching point y;
-/// A K (a − y) along the normal is what rounding adds to one over the other.
-#[inline]
-fn point_velocity(turning: &Turning, velocity: &Velocity, candidate: &Candidate) -> Vector3<f64> {
-    let u = velocity.linear + turning.swept(&candidate.lever);
-    let mut along = candidate.approach;
-    if candidate.rounding != Vector3::zeros() {
-        along += candidate.normal.dot(&turning.swept(&candidate.rounding));
-    }
-    u + candidate.normal * along
-}
-
-/// ∂u/∂ω⁺ (N3), `u` being the candidate's; ∂u/∂v⁺ is E.
-#[inline(always)]
-fn point_slope(
-    rotation: &Matrix3<f64>,
-    turning: &Turning,
-    linear: &Vector3<f64>,
-    candidate: &Candidate,
-    u: &Vector3<f64>,
-) -> Matrix3<f64> {
-    let Candidate { normal, lever, arm, rounding, torque_map, .. } = candidate;
-    if *rounding == Vector3::zeros() {
-        let swept = u - linear - normal * candidate.approach;
-        return turning.slope(rotation, lever, arm, torque_map.transpose(), &swept);
-    }
-    let slope = turning.slope(rotation, lever, arm, torque_map.transpose(), &turning.swept(lever));
-    let between = turning.slope_of(rotation, rounding);
-    slope + normal * between.tr_mul(normal).transpose()
 }
 
 /// ∂u/∂ω⁺; ∂u/∂v⁺ is E.

@@ -44,6 +44,11 @@ impl Turning {
         self.sweep * point
     }
 
+    /// A ω, rad/s.
+    pub(super) fn spin_world(&self) -> &Vector3<f64> {
+        &self.spin_world
+    }
+
     /// A K.
     pub(super) fn sweep(&self) -> &Matrix3<f64> {
         &self.sweep

@@ -1,7 +1,7 @@
 //! The Hessian of the Lagrangian of the program of several bodies, lower triangle.
 //!
-//! Its blocks: q⁺ and ω⁺ of a body with themselves, r⁺ with q⁺ of a body whose plane is touched,
-//! the poses of two bodies that touch with each other, and the variables of a contact with
+//! Its blocks: q⁺ and ω⁺ of a body with themselves, r⁺ with q⁺ of a body whose plane is touched, both
+//! also with themselves where round features touch, the poses of two bodies that touch with each other, and the variables of a contact with
 //! themselves and with the poses of its bodies (eq. D9).
 
 use super::super::entries::EntrySink;
@@ -15,15 +15,25 @@ struct Pair {
     bodies: (usize, usize),
     /// q_j × q_i.
     turning: Matrix4<f64>,
-    /// r_i × q_j, where a plane of j is touched, and r_j × q_i, where one of i is.
+    /// r_i × q_j, where a plane of j is touched, and r_j × q_i, where one of i is; both, where round
+    /// features of both are.
     first_moves: Option<Matrix3x4<f64>>,
     second_moves: Option<Matrix3x4<f64>>,
+    /// r_j × r_i, where round features are touched.
+    positions: Option<Matrix3<f64>>,
+}
+
+/// q × q, r × q and r × r of a body.
+#[derive(Default, Clone, Copy)]
+struct Own {
+    turning: Matrix4<f64>,
+    moving: Matrix3x4<f64>,
+    positions: Matrix3<f64>,
 }
 
 /// The pose blocks of all bodies and pairs.
 struct Poses {
-    /// q × q and r × q of every body.
-    bodies: Vec<(Matrix4<f64>, Matrix3x4<f64>)>,
+    bodies: Vec<Own>,
     /// In ascending order.
     pairs: Vec<Pair>,
 }
@@ -56,8 +66,8 @@ impl SeveralNlp {
     /// The curvatures (eq. D8) of slips and gaps with the multipliers of their rows: those of eq.
     /// 10 over h, of the gap and of s1 − f_n φ⁺ times −f_n.
     fn poses(&self, x: &[f64], multipliers: &[f64]) -> Poses {
-        let zero = (Matrix4::zeros(), Matrix3x4::zeros());
-        let mut poses = Poses { bodies: vec![zero; self.members.len()], pairs: self.pairs() };
+        let bodies = vec![Own::default(); self.members.len()];
+        let mut poses = Poses { bodies, pairs: self.pairs() };
         for (i, touch) in self.touches.iter().enumerate() {
             let (at, row) = (self.places(x, i), self.layout.normal_rows(i));
             let force = x[self.layout.normal(i).first];
@@ -66,7 +76,7 @@ impl SeveralNlp {
                 [0, 1].map(|axis| multipliers[row.dissipation + axis] / self.time_step)
             });
             for (axis, weight) in [across[0], across[1], along].into_iter().enumerate() {
-                let curvature = touch.curvature(axis, &touch.component(axis, at));
+                let curvature = touch.curvature(axis, at);
                 let (a, b) = (touch.a.body, touch.b.as_ref().map(|b| b.body));
                 poses.add((a, b), &curvature, weight);
             }
@@ -82,29 +92,48 @@ impl SeveralNlp {
             let bodies = (a.min(b), a.max(b));
             let place = pairs.binary_search_by(|pair| pair.bodies.cmp(&bodies));
             let place = place.unwrap_or_else(|place| {
-                let turning = Matrix4::zeros();
-                pairs
-                    .insert(place, Pair { bodies, turning, first_moves: None, second_moves: None });
+                let pair = Pair {
+                    bodies,
+                    turning: Matrix4::zeros(),
+                    first_moves: None,
+                    second_moves: None,
+                    positions: None,
+                };
+                pairs.insert(place, pair);
                 place
             });
             let pair = &mut pairs[place];
-            let moves = if a < b { &mut pair.first_moves } else { &mut pair.second_moves };
-            *moves = Some(Matrix3x4::zeros());
+            if a < b || touch.is_round() {
+                pair.first_moves = Some(Matrix3x4::zeros());
+            }
+            if a > b || touch.is_round() {
+                pair.second_moves = Some(Matrix3x4::zeros());
+            }
+            if touch.is_round() {
+                pair.positions = Some(Matrix3::zeros());
+            }
         }
         pairs
     }
 
     fn emit_poses(&self, poses: &Poses, sink: &mut impl EntrySink) {
         let at = |body: usize| self.layout.state(body).start;
-        for (body, (turning, moving)) in poses.bodies.iter().enumerate() {
+        for (body, own) in poses.bodies.iter().enumerate() {
             let (position, attitude) = (at(body) + POSITION.start, at(body) + ATTITUDE.start);
             for row in 0..4 {
                 for col in 0..=row {
-                    sink.put(attitude + row, attitude + col, turning[(row, col)]);
+                    sink.put(attitude + row, attitude + col, own.turning[(row, col)]);
                 }
             }
             if self.members[body].holds {
-                emit_transposed(moving, attitude, position, sink);
+                emit_transposed(&own.moving, attitude, position, sink);
+            }
+            if self.members[body].is_round {
+                for row in 0..3 {
+                    for col in 0..=row {
+                        sink.put(position + row, position + col, own.positions[(row, col)]);
+                    }
+                }
             }
         }
         for pair in &poses.pairs {
@@ -123,6 +152,14 @@ impl SeveralNlp {
                     for col in 0..4 {
                         let value = moving[(row, col)];
                         sink.put(j + POSITION.start + row, i + ATTITUDE.start + col, value);
+                    }
+                }
+            }
+            if let Some(positions) = &pair.positions {
+                for row in 0..3 {
+                    for col in 0..3 {
+                        let value = positions[(row, col)];
+                        sink.put(j + POSITION.start + row, i + POSITION.start + col, value);
                     }
                 }
             }
@@ -187,24 +224,35 @@ impl SeveralNlp {
 impl Poses {
     /// Adds `weight` times the curvature of a component of a contact of A and B.
     fn add(&mut self, (a, b): (usize, Option<usize>), curvature: &Curvature, weight: f64) {
-        self.bodies[a].0 += curvature.aa * weight;
+        let own = &mut self.bodies[a];
+        own.turning += curvature.aa * weight;
+        own.moving += curvature.position_a * weight;
+        own.positions += curvature.positions * weight;
         let Some(b) = b else { return };
-        let moving = curvature.position_b * weight;
-        self.bodies[b].0 += curvature.bb * weight;
-        self.bodies[b].1 -= moving;
+        let other = &mut self.bodies[b];
+        other.turning += curvature.bb * weight;
+        other.moving -= curvature.position_b * weight;
+        other.positions += curvature.positions * weight;
         let bodies = (a.min(b), a.max(b));
         let Ok(place) = self.pairs.binary_search_by(|pair| pair.bodies.cmp(&bodies)) else {
             return;
         };
         let pair = &mut self.pairs[place];
-        let (turning, moves) = if a < b {
-            (curvature.ab.transpose(), &mut pair.first_moves)
+        // r_A × q_B and r_B × q_A.
+        let (turning, of_a, of_b) = if a < b {
+            (curvature.ab.transpose(), &mut pair.first_moves, &mut pair.second_moves)
         } else {
-            (curvature.ab, &mut pair.second_moves)
+            (curvature.ab, &mut pair.second_moves, &mut pair.first_moves)
         };
         pair.turning += turning * weight;
-        if let Some(moves) = moves {
-            *moves += moving;
+        if let Some(moves) = of_a {
+            *moves += curvature.position_b * weight;
+        }
+        if let Some(moves) = of_b {
+            *moves -= curvature.position_a * weight;
+        }
+        if let Some(positions) = &mut pair.positions {
+            *positions -= curvature.positions * weight;
         }
     }
 }

@@ -110,6 +110,13 @@ impl SeveralNlp {
         for axis in 0..2 {
             let (row, component) = (row.dissipation + axis, touch.component(axis, at));
             self.emit_motion(i, (axis, &component), row, 1.0 / self.time_step, sink);
+            for side in std::iter::once(&touch.a).chain(&touch.b) {
+                let Some(rolling) = &side.rolling else { continue };
+                let first = self.layout.state(side.body).start + SPIN.start;
+                for k in 0..3 {
+                    sink.put(row, first + k, rolling[(axis, k)]);
+                }
+            }
             sink.put(row, friction.force[0], by_force[(axis, 0)]);
             sink.put(row, friction.force[1], by_force[(axis, 1)]);
             sink.put(row, friction.slip_speed, force.direction[axis]);

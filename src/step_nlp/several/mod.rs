@@ -20,6 +20,7 @@
 mod hessian;
 mod jacobian;
 mod layout;
+mod round;
 mod touch;
 
 pub use layout::{Friction, FrictionRows, Layout, Normal};
@@ -84,8 +85,10 @@ struct Member {
     gyroscopic_forms: [Matrix3<f64>; 3],
     /// ½ h L(q) H.
     attitude_rate: Matrix4x3<f64>,
-    /// Whether a plane of the body meets a point of another.
+    /// Whether a plane of the body meets a point of another, or a round feature of it any other.
     holds: bool,
+    /// Whether it has a round feature that meets another.
+    is_round: bool,
 }
 
 impl SeveralNlp {
@@ -122,6 +125,7 @@ impl SeveralNlp {
                 gyroscopic_forms: gyroscopic_forms(body),
                 attitude_rate: attitude_map(&state.attitude) * (0.5 * h),
                 holds: false,
+                is_round: false,
             });
         }
         let mut touches = Vec::with_capacity(step.contacts.len());
@@ -136,7 +140,13 @@ impl SeveralNlp {
                 }
                 Partner::Ground | Partner::Fixed(_) => None,
             };
-            touches.push(Touch::new(contact, a, b, h));
+            let touch = Touch::new(contact, a, b, h);
+            if touch.is_round() {
+                for side in std::iter::once(&touch.a).chain(&touch.b) {
+                    (members[side.body].holds, members[side.body].is_round) = (true, true);
+                }
+            }
+            touches.push(touch);
         }
         let rough = touches.iter().map(|touch| touch.friction > 0.0);
         let layout = Layout::new(members.len(), rough);
@@ -303,7 +313,8 @@ impl SeveralNlp {
         let force = self.smooth_force(x, friction);
         let (compliance, anchor) = self.yielding[i];
         for axis in 0..2 {
-            let slip = touch.slipped(axis, &touch.component(axis, at)) / self.time_step;
+            let slip = touch.slipped(axis, &touch.component(axis, at)) / self.time_step
+                + self.rolled(x, i, axis);
             let yielding = compliance * (x[friction.force[axis]] - anchor[axis]);
             let sliding = x[friction.slip_speed] * force.direction[axis];
             rows[row.dissipation + axis] = slip + yielding + sliding;
@@ -311,6 +322,16 @@ impl SeveralNlp {
         let room = touch.friction * x[of.first] - force.norm;
         rows[row.cone] = room;
         rows[row.complementarity] = x[friction.slack] - x[friction.slip_speed] * room;
+    }
+
+    /// What the spins add to the slip of a rounded feature, m/s (eq. 10a, 10b).
+    fn rolled(&self, x: &[f64], i: usize, axis: usize) -> f64 {
+        let touch = &self.touches[i];
+        let of_side = |side: &touch::Side| {
+            let spin = self.next_state(x, side.body).spin;
+            side.rolling.map_or(0.0, |rolling| (rolling * spin)[axis])
+        };
+        std::iter::once(&touch.a).chain(&touch.b).map(of_side).sum()
     }
 
     /// X⁺ of a body.

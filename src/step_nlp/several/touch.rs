@@ -1,13 +1,14 @@
 //! One contact of the program: what is constant in a step, and the three components of its motion
 //! with their derivatives.
 
+use super::round::Round;
 use crate::contact::Contact;
 use crate::mechanics::quaternion::{rotated_point_forms, rotation};
 use crate::mechanics::{RigidBody, State};
-use nalgebra::{Matrix3, Matrix3x4, Matrix4, Vector2, Vector3, Vector4};
+use nalgebra::{Matrix2x3, Matrix3, Matrix3x4, Matrix4, Vector2, Vector3, Vector4};
 
 /// Q_x, Q_y, Q_z of a vector (eq. 3).
-type Forms = [Matrix4<f64>; 3];
+pub(super) type Forms = [Matrix4<f64>; 3];
 
 /// One side of a contact.
 #[derive(Debug, Clone)]
@@ -18,6 +19,8 @@ pub(super) struct Side {
     pub(super) velocity_per_force: Matrix3<f64>,
     /// ±h I⁻¹ [y]× Aᵀ F: the change of ω⁺.
     pub(super) spin_per_force: Matrix3<f64>,
+    /// ∂c_j/∂ω⁺: what the spin adds to the slips of a rounded feature; `None` without a radius.
+    pub(super) rolling: Option<Matrix2x3<f64>>,
 }
 
 /// A contact in the program.
@@ -27,17 +30,18 @@ pub(super) struct Touch {
     /// Where B is no fixed thing.
     pub(super) b: Option<Side>,
     pub(super) friction: f64,
-    /// d + ρ, m.
+    /// d + ρ + ζ, m; of round features ρ_A + ρ_B + ζ.
     offset: f64,
-    /// The touching point along the tangents at step k, seen from B, m.
+    /// The feature's middle along the tangents at step k, seen from B, m.
     old: Vector2<f64>,
-    /// t₁, t₂, n in the frame of B.
+    /// t₁, t₂, n in the frame of B; of round features in the world.
     directions: [Vector3<f64>; 3],
-    /// Those of the touching point y, for both tangents, and of the point a, for the normal.
-    lever_forms: Forms,
+    /// Those of the point a.
     point_forms: Forms,
     /// Those of t₁, t₂ and n.
     direction_forms: [Forms; 3],
+    /// Where both features are round.
+    round: Option<Round>,
 }
 
 /// Where a body is in the program: r⁺ and q⁺, which need not have unit length.
@@ -61,33 +65,33 @@ impl Place {
 /// ∂g/∂r_A = m = −∂g/∂r_B,   ∂g/∂q_A = J_Aᵀ m,   ∂g/∂q_B = J_Bᵀ s           (eq. D7)
 /// ```
 ///
-/// with J_A the rows (Q_k(c) q_A)ᵀ and J_B the rows (Q_k(e) q_B)ᵀ.
+/// with J_A the rows (Q_k(c) q_A)ᵀ and J_B the rows (Q_k(e) q_B)ᵀ. (Of round features: eq. D10.)
 pub(super) struct Component {
     pub(super) value: f64,
-    /// m.
+    /// ∂g/∂r_A.
     pub(super) by_position: Vector3<f64>,
     /// ∂g/∂q_A.
     pub(super) by_a: Vector4<f64>,
     /// ∂g/∂q_B.
     pub(super) by_b: Vector4<f64>,
-    /// s.
-    apart: Vector3<f64>,
-    /// J_A and J_B.
-    turned_a: Matrix3x4<f64>,
-    turned_b: Matrix3x4<f64>,
 }
 
-/// The second derivatives of a [`Component`] (eq. D8); those by r_B are the negative of those by
-/// r_A, the other pairs are zero.
+/// The second derivatives of a [`Component`] (eq. D8, D11); those by r_B are the negative of those by
+/// r_A.
+#[derive(Default)]
 pub(super) struct Curvature {
     /// ∂²g/∂q_A².
     pub(super) aa: Matrix4<f64>,
     /// ∂²g/∂q_B².
     pub(super) bb: Matrix4<f64>,
-    /// ∂²g/∂r_A ∂q_B.
-    pub(super) position_b: Matrix3x4<f64>,
     /// ∂²g/∂q_A ∂q_B.
     pub(super) ab: Matrix4<f64>,
+    /// ∂²g/∂r_A ∂q_A.
+    pub(super) position_a: Matrix3x4<f64>,
+    /// ∂²g/∂r_A ∂q_B.
+    pub(super) position_b: Matrix3x4<f64>,
+    /// ∂²g/∂r_A².
+    pub(super) positions: Matrix3<f64>,
 }
 
 impl Touch {
@@ -99,107 +103,156 @@ impl Touch {
         b: Option<(usize, &RigidBody, &State)>,
         time_step: f64,
     ) -> Self {
-        let frame = &contact.features.frame;
-        let side = |(place, body, _): (usize, &RigidBody, &State), sign: f64, torque_map| {
+        let round = Round::new(contact);
+        // Round features move along the tangents of the world.
+        let frame = if round.is_some() { contact.frame } else { contact.features.frame };
+        let rolling = |state: &State, factor: f64| {
+            let normal = contact.normal();
+            let rate = |axis: usize| normal.cross(&contact.frame.column(axis)) * factor;
+            let turn = rotation(&state.attitude);
+            Matrix2x3::from_rows(&[0, 1].map(|axis| turn.tr_mul(&rate(axis)).transpose()))
+        };
+        let side = |(place, body, state): (usize, &RigidBody, &State), sign: f64, torque_map| {
             let factor = sign * time_step;
             let torques: Matrix3<f64> = torque_map * contact.frame;
+            // Of a plane's owner the spin counts against A's, of a round feature with it.
+            let radius = match (sign > 0.0, &contact.features.curved) {
+                (true, _) => -contact.features.radius,
+                (false, None) => contact.features.radius,
+                (false, Some(curved)) => -curved.radius,
+            };
             Side {
                 body: place,
                 velocity_per_force: contact.frame * (factor / body.mass()),
                 spin_per_force: factor * body.inertia_inverse() * torques,
+                rolling: (radius != 0.0).then(|| rolling(state, radius)),
             }
         };
         let directions = [0, 1, 2].map(|axis| frame.column(axis).into_owned());
+        let base = match &contact.features.curved {
+            Some(curved) => curved.radius,
+            None => contact.features.offset,
+        };
         let mut touch = Self {
             a: side(a, 1.0, contact.torque_map),
             b: b.map(|b| side(b, -1.0, torque_map_of_b(contact, a.2, b.2))),
             friction: contact.law.friction,
-            offset: contact.features.offset + contact.features.radius + contact.rise,
+            offset: base + contact.features.radius + contact.rise,
             old: Vector2::zeros(),
             directions,
-            lever_forms: rotated_point_forms(&contact.lever),
             point_forms: rotated_point_forms(&contact.features.point),
             direction_forms: directions.map(|direction| rotated_point_forms(&direction)),
+            round,
         };
         let before = (Place::of(a.2), b.map(|b| Place::of(b.2)));
         touch.old = Vector2::from_fn(|axis, _| touch.component(axis, before).value);
         touch
     }
 
-    /// The component along t₁, t₂ (of the touching point) or n (of the point) where A and B are at
-    /// `at`.
+    /// The component along t₁, t₂ or n of the point a where A and B are at `at`; of round features the
+    /// way between them along t₁ and t₂, and how long it is.
     pub(super) fn component(&self, axis: usize, at: (Place, Option<Place>)) -> Component {
-        let (a, b) = at;
-        let turned_a = rows(self.forms(axis), &a.attitude);
+        match &self.round {
+            Some(round) if axis == 2 => round.distance(at),
+            Some(round) => round.along(&self.directions[axis], at),
+            None => self.seen(axis, at).component(),
+        }
+    }
+
+    /// Its second derivatives.
+    pub(super) fn curvature(&self, axis: usize, at: (Place, Option<Place>)) -> Curvature {
+        match &self.round {
+            Some(round) if axis == 2 => round.distance_curvature(at),
+            Some(round) => round.along_curvature(&self.directions[axis]),
+            None => self.seen(axis, at).curvature(&self.point_forms, &self.direction_forms[axis]),
+        }
+    }
+
+    fn seen(&self, axis: usize, (a, b): (Place, Option<Place>)) -> Seen {
+        let turned_a = rows(&self.point_forms, &a.attitude);
         let mut apart = a.position + 0.5 * turned_a * a.attitude;
-        let (mut by_position, mut turned_b) = (self.directions[axis], Matrix3x4::zeros());
+        let (mut direction, mut turned_b) = (self.directions[axis], Matrix3x4::zeros());
         if let Some(b) = b {
             apart -= b.position;
             turned_b = rows(&self.direction_forms[axis], &b.attitude);
-            by_position = 0.5 * turned_b * b.attitude;
+            direction = 0.5 * turned_b * b.attitude;
         }
-        Component {
-            value: by_position.dot(&apart),
-            by_position,
-            by_a: turned_a.tr_mul(&by_position),
-            by_b: turned_b.tr_mul(&apart),
-            apart,
-            turned_a,
-            turned_b,
-        }
+        Seen { direction, apart, turned_a, turned_b }
     }
 
-    /// Its second derivatives:
-    ///
-    /// ```text
-    /// ∂²g/∂q_A² = Σ m_k Q_k(c),   ∂²g/∂q_B² = Σ s_k Q_k(e),
-    /// ∂²g/∂r_A ∂q_B = J_B,   ∂²g/∂q_A ∂q_B = J_Aᵀ J_B                     (eq. D8)
-    /// ```
-    pub(super) fn curvature(&self, axis: usize, component: &Component) -> Curvature {
-        let weighted = |forms: &Forms, weights: &Vector3<f64>| -> Matrix4<f64> {
-            forms.iter().zip(weights).map(|(form, weight)| form * *weight).sum()
-        };
-        Curvature {
-            aa: weighted(self.forms(axis), &component.by_position),
-            bb: weighted(&self.direction_forms[axis], &component.apart),
-            position_b: component.turned_b,
-            ab: component.turned_a.tr_mul(&component.turned_b),
-        }
-    }
-
-    /// φ (eq. 4) of the normal's component.
+    /// φ (eq. 4, 4a) of the normal's component.
     pub(super) fn gap(&self, component: &Component) -> f64 {
         component.value - self.offset
     }
 
-    /// How far the touching point has slipped, m, from the component along a tangent.
+    /// How far the feature's middle has moved, m, from the component along a tangent.
     pub(super) fn slipped(&self, axis: usize, component: &Component) -> f64 {
         component.value - self.old[axis]
     }
 
+    /// Whether both features are round, so that positions enter the gap in squares.
+    pub(super) fn is_round(&self) -> bool {
+        self.round.is_some()
+    }
+
     /// Whether ∂g/∂r_A can differ from zero in its component `k`.
     pub(super) fn moves(&self, axis: usize, k: usize) -> bool {
-        self.b.is_some() || self.directions[axis][k] != 0.0
+        self.b.is_some() || (self.is_round() && axis == 2) || self.directions[axis][k] != 0.0
     }
 
     /// Whether ∂g/∂q_A can differ from zero in its component `k`: not for a point in the centre of
     /// mass.
     pub(super) fn turns(&self, axis: usize, k: usize) -> bool {
-        let forms = self.forms(axis);
-        if self.b.is_some() {
+        if self.b.is_some() || self.is_round() {
+            let forms = self.round.as_ref().map_or(&self.point_forms, |round| &round.widest);
             return forms.iter().any(|form| form.row(k).amax() > 0.0);
         }
-        let weighted = forms.iter().zip(&self.directions[axis]).map(|(form, e)| form.row(k) * *e);
+        let weighted = self.point_forms.iter().zip(&self.directions[axis]);
+        let weighted = weighted.map(|(form, e)| form.row(k) * *e);
         weighted.fold(Vector4::zeros().transpose(), |sum, row| sum + row).amax() > 0.0
-    }
-
-    fn forms(&self, axis: usize) -> &Forms {
-        if axis == 2 { &self.point_forms } else { &self.lever_forms }
     }
 }
 
+/// The factors of a component seen from B: m, s, J_A and J_B of eq. D7.
+struct Seen {
+    direction: Vector3<f64>,
+    apart: Vector3<f64>,
+    turned_a: Matrix3x4<f64>,
+    turned_b: Matrix3x4<f64>,
+}
+
+impl Seen {
+    fn component(&self) -> Component {
+        Component {
+            value: self.direction.dot(&self.apart),
+            by_position: self.direction,
+            by_a: self.turned_a.tr_mul(&self.direction),
+            by_b: self.turned_b.tr_mul(&self.apart),
+        }
+    }
+
+    /// ```text
+    /// ∂²g/∂q_A² = Σ m_k Q_k(c),   ∂²g/∂q_B² = Σ s_k Q_k(e),
+    /// ∂²g/∂r_A ∂q_B = J_B,   ∂²g/∂q_A ∂q_B = J_Aᵀ J_B                     (eq. D8)
+    /// ```
+    fn curvature(&self, point: &Forms, direction: &Forms) -> Curvature {
+        Curvature {
+            aa: weighted(point, &self.direction),
+            bb: weighted(direction, &self.apart),
+            position_b: self.turned_b,
+            ab: self.turned_a.tr_mul(&self.turned_b),
+            ..Curvature::default()
+        }
+    }
+}
+
+/// Σ w_k Q_k.
+pub(super) fn weighted(forms: &Forms, weights: &Vector3<f64>) -> Matrix4<f64> {
+    forms.iter().zip(weights).map(|(form, weight)| form * *weight).sum()
+}
+
 /// The rows (Q_k q)ᵀ.
-fn rows(forms: &Forms, q: &Vector4<f64>) -> Matrix3x4<f64> {
+pub(super) fn rows(forms: &Forms, q: &Vector4<f64>) -> Matrix3x4<f64> {
     let [x, y, z] = [0, 1, 2].map(|k| (forms[k] * q).transpose());
     Matrix3x4::from_rows(&[x, y, z])
 }

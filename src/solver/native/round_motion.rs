@@ -1,0 +1,117 @@
+//! How two round features move against each other in a step, and how that depends on the velocities
+//! of their bodies. Equation numbers are those of `docs/native-solver.md`.
+
+use super::equations::Candidate;
+use super::fixed_motion::rolling;
+use super::pair_motion::beside;
+use super::turning::Turning;
+use crate::contact::Curved;
+use crate::contact::curved::{Core, Reach, shortest_way};
+use nalgebra::{Matrix3, Matrix3x6, Vector3};
+
+/// One of the two bodies.
+#[derive(Clone, Copy)]
+pub(super) struct Side<'a> {
+    /// A(q) at the step's start, body → world.
+    pub(super) rotation: &'a Matrix3<f64>,
+    pub(super) turning: &'a Turning,
+    /// v⁺.
+    pub(super) linear: &'a Vector3<f64>,
+}
+
+impl Side<'_> {
+    /// The mean velocity of the body's point c, v + A K c.
+    fn velocity(&self, point: &Vector3<f64>) -> Vector3<f64> {
+        self.linear + self.turning.swept(point)
+    }
+
+    /// A⁺ c of a direction c.
+    fn turned(&self, along: &Vector3<f64>, time_step: f64) -> Vector3<f64> {
+        self.rotation * along + self.turning.swept(along) * time_step
+    }
+}
+
+/// The motion of two round features. With a and b the middles that are nearest at k, d = a − b, and D
+/// the shortest way between the cores at the end,
+///
+/// ```text
+/// u_t = (E − n nᵀ) (v_A + A_A K_A a − v_B − A_B K_B b) − (ρ_A A_A ω_A + ρ_B A_B ω_B) × n
+/// u_n = (|D|_n − |d| + φ − ζ)/h                                              (N13)
+/// ```
+///
+/// of which, with m the direction of D (eq. 4b) and a⁺, b⁺ the middles that are nearest then,
+///
+/// ```text
+/// ∂u_n/∂(v_A, ω_A) = mᵀ (E, S_A(a⁺)),   ∂u_n/∂(v_B, ω_B) = −mᵀ (E, S_B(b⁺))
+/// ```
+pub(super) struct RoundMotion<'a> {
+    candidate: &'a Candidate,
+    curved: &'a Curved,
+    a: Side<'a>,
+    b: Option<Side<'a>>,
+    /// (E − n nᵀ) …: the difference of the middles' velocities.
+    apart: Vector3<f64>,
+    /// Shares along the cores at the end.
+    shares: (f64, f64),
+    reach: Reach,
+    /// (|D|_n − |d|)/h.
+    opening: f64,
+}
+
+impl<'a> RoundMotion<'a> {
+    /// Those of a candidate over a step of `time_step` (s).
+    pub(super) fn new(
+        candidate: &'a Candidate,
+        curved: &'a Curved,
+        a: Side<'a>,
+        b: Option<Side<'a>>,
+        time_step: f64,
+    ) -> Self {
+        let mut apart = a.velocity(&candidate.centre);
+        let mut of_b = curved.of_b.along;
+        if let Some(b) = &b {
+            apart -= b.velocity(&curved.foot());
+            of_b = b.turned(&of_b, time_step);
+        }
+        let of_a = a.turned(&curved.of_a.along, time_step);
+        let was = candidate.way;
+        // From the middle of B at k on, moved along: no place of the world enters.
+        let middle = was + apart * time_step;
+        let core_a = Core { from: middle - of_a * curved.shares.0, along: of_a };
+        let core_b = Core { from: of_b * -curved.shares.1, along: of_b };
+        let (shares, way) = shortest_way(&core_a, &core_b);
+        let reach = Reach::of(&way, &candidate.normal);
+        let opening = reach.beyond(&way, &was, was.norm()) / time_step;
+        Self { candidate, curved, a, b, apart, shares, reach, opening }
+    }
+
+    /// u (N13).
+    pub(super) fn u(&self) -> Vector3<f64> {
+        let Candidate { normal, radius, approach, .. } = self.candidate;
+        let mut rolling = self.a.turning.spin_world() * *radius;
+        if let Some(b) = &self.b {
+            rolling += b.turning.spin_world() * self.curved.radius;
+        }
+        let slip = self.apart - normal * normal.dot(&self.apart) - rolling.cross(normal);
+        slip + normal * (self.opening + approach)
+    }
+
+    /// ∂u/∂(v_A, ω_A) and ∂u/∂(v_B, ω_B).
+    pub(super) fn slopes(&self) -> (Matrix3x6<f64>, Option<Matrix3x6<f64>>) {
+        let Candidate { normal, centre, radius, .. } = self.candidate;
+        let (curved, shares) = (self.curved, self.shares);
+        let along = normal * self.reach.direction.transpose();
+        let across = Matrix3::identity() - normal * normal.transpose();
+        let slopes = |side: &Side<'_>, middle: &Vector3<f64>, end: &Vector3<f64>| {
+            let slope = |point| side.turning.slope_of(side.rotation, point);
+            (across + along, across * slope(middle) + along * slope(end))
+        };
+        let (linear, spin) = slopes(&self.a, centre, &curved.of_a.at(shares.0));
+        let by_a = beside(&linear, &(spin + rolling(normal, *radius, self.a.rotation)));
+        let by_b = self.b.as_ref().map(|b| {
+            let (linear, spin) = slopes(b, &curved.foot(), &curved.of_b.at(shares.1));
+            beside(&-linear, &(rolling(normal, curved.radius, b.rotation) - spin))
+        });
+        (by_a, by_b)
+    }
+}

@@ -1,0 +1,222 @@
+//! The motion of two round features in the program, with its derivatives.
+//!
+//! With D the shortest way between their cores (eq. 4a), s and t the best shares along them,
+//!
+//! ```text
+//! D = r_A + A(q_A)(a + s u) − r_B − A(q_B)(b + t v),   g = |D|_n
+//! ```
+//!
+//! s and t move with the bodies. Because they are the best ones they do not count in the first
+//! derivatives; in the second they do.
+
+use super::touch::{Component, Curvature, Forms, Place, rows, weighted};
+use crate::contact::Contact;
+use crate::contact::curved::{Core, Reach, shortest_way};
+use crate::mechanics::quaternion::rotated_point_forms;
+use nalgebra::{Matrix3x4, SMatrix, SVector, Vector3};
+
+/// A point of a core, or its direction, with its forms (eq. 3).
+#[derive(Debug, Clone)]
+struct Turned {
+    vector: Vector3<f64>,
+    forms: Forms,
+}
+
+impl Turned {
+    fn new(vector: Vector3<f64>) -> Self {
+        Self { vector, forms: rotated_point_forms(&vector) }
+    }
+}
+
+/// Two round features.
+#[derive(Debug, Clone)]
+pub(super) struct Round {
+    of_a: Core,
+    of_b: Core,
+    /// The middles that are nearest at k: those that slip.
+    point: Turned,
+    foot: Turned,
+    /// u and v.
+    along_a: Turned,
+    along_b: Turned,
+    /// n at k, world.
+    normal: Vector3<f64>,
+    /// Forms of a vector that is zero only where no point of A's core turns.
+    pub(super) widest: Forms,
+}
+
+/// Derivatives by (r_A − r_B, q_A, q_B).
+type ByPoses = SVector<f64, 11>;
+
+/// Where the bodies have brought both cores.
+struct Met {
+    shares: (f64, f64),
+    way: Vector3<f64>,
+    reach: Reach,
+    /// (E, J_A, −J_B) at the nearest points, and those points' forms.
+    slope: SMatrix<f64, 3, 11>,
+    forms: (Forms, Forms),
+    /// A(q_A) u and A(q_B) v.
+    along: (Vector3<f64>, Vector3<f64>),
+}
+
+impl Round {
+    /// That of a contact of two round features.
+    pub(super) fn new(contact: &Contact) -> Option<Self> {
+        let curved = contact.features.curved.as_ref()?;
+        let farthest = [curved.of_a.from, curved.of_a.at(1.0)];
+        let reach = farthest[0].abs() + farthest[1].abs();
+        Some(Self {
+            of_a: curved.of_a,
+            of_b: curved.of_b,
+            point: Turned::new(curved.point()),
+            foot: Turned::new(curved.foot()),
+            along_a: Turned::new(curved.of_a.along),
+            along_b: Turned::new(curved.of_b.along),
+            normal: contact.normal(),
+            widest: rotated_point_forms(&reach),
+        })
+    }
+
+    /// e·(p_A − p_B) of the middles, along a direction e of the world:
+    ///
+    /// ```text
+    /// ∂g/∂r_A = e,   ∂g/∂q_A = J_Aᵀ e,   ∂g/∂q_B = −J_Bᵀ e                     (eq. D10)
+    /// ```
+    pub(super) fn along(&self, e: &Vector3<f64>, (a, b): (Place, Option<Place>)) -> Component {
+        let turned_a = rows(&self.point.forms, &a.attitude);
+        let mut apart = a.position + 0.5 * turned_a * a.attitude;
+        let mut turned_b = Matrix3x4::zeros();
+        apart -= match b {
+            Some(b) => {
+                turned_b = rows(&self.foot.forms, &b.attitude);
+                b.position + 0.5 * turned_b * b.attitude
+            }
+            None => self.foot.vector,
+        };
+        Component {
+            value: e.dot(&apart),
+            by_position: *e,
+            by_a: turned_a.tr_mul(e),
+            by_b: -turned_b.tr_mul(e),
+        }
+    }
+
+    /// Its second derivatives: Σ e_k Q_k(a) by q_A, −Σ e_k Q_k(b) by q_B.
+    pub(super) fn along_curvature(&self, e: &Vector3<f64>) -> Curvature {
+        Curvature {
+            aa: weighted(&self.point.forms, e),
+            bb: -weighted(&self.foot.forms, e),
+            ..Curvature::default()
+        }
+    }
+
+    /// |D|_n: with m its direction, m by r_A, J_Aᵀ m by q_A and −J_Bᵀ m by q_B, at the nearest points.
+    pub(super) fn distance(&self, at: (Place, Option<Place>)) -> Component {
+        let met = self.meet(at);
+        let by: ByPoses = met.slope.tr_mul(&met.reach.direction);
+        Component {
+            value: met.reach.length,
+            by_position: by.fixed_rows::<3>(0).into(),
+            by_a: by.fixed_rows::<4>(3).into(),
+            by_b: by.fixed_rows::<4>(7).into(),
+        }
+    }
+
+    /// Its second derivatives. With J = (E, J_A, −J_B), P = ∂²|D|_n/∂D² and, of each core along which
+    /// the nearest point is free to move, w = A(q_A) u, or −A(q_B) v, and ẇ its derivative,
+    ///
+    /// ```text
+    /// Jᵀ P J + Σ m_k ∇²D_k − C S⁻¹ Cᵀ,   C = Jᵀ P w + ẇᵀ m,   S = wᵀ P w       (eq. D11)
+    /// ```
+    pub(super) fn distance_curvature(&self, at: (Place, Option<Place>)) -> Curvature {
+        let met = self.meet(at);
+        let round = met.reach.curvature(&met.way, &self.normal);
+        let m = &met.reach.direction;
+        let mut whole = met.slope.transpose() * round * met.slope;
+        let turned = (weighted(&met.forms.0, m), weighted(&met.forms.1, m));
+        let mut own = whole.fixed_view_mut::<4, 4>(3, 3);
+        own += turned.0;
+        if at.1.is_some() {
+            let mut others = whole.fixed_view_mut::<4, 4>(7, 7);
+            others -= turned.1;
+        }
+        whole -= self.sliding(&met, at, &round);
+        Curvature {
+            aa: whole.fixed_view::<4, 4>(3, 3).into(),
+            bb: whole.fixed_view::<4, 4>(7, 7).into(),
+            ab: whole.fixed_view::<4, 4>(3, 7).into(),
+            position_a: whole.fixed_view::<3, 4>(0, 3).into(),
+            position_b: whole.fixed_view::<3, 4>(0, 7).into(),
+            positions: whole.fixed_view::<3, 3>(0, 0).into(),
+        }
+    }
+
+    /// C S⁻¹ Cᵀ of the nearest points that are inside their segments.
+    fn sliding(
+        &self,
+        met: &Met,
+        (a, b): (Place, Option<Place>),
+        round: &nalgebra::Matrix3<f64>,
+    ) -> SMatrix<f64, 11, 11> {
+        let is_free = |core: &Core, share: f64| {
+            met.reach.is_exact && core.is_segment() && 0.0 < share && share < 1.0
+        };
+        let m = &met.reach.direction;
+        let mut ways: [Option<(ByPoses, Vector3<f64>)>; 2] = [None; 2];
+        if is_free(&self.of_a, met.shares.0) {
+            let mut by = met.slope.tr_mul(&(round * met.along.0));
+            let mut turning = by.fixed_rows_mut::<4>(3);
+            turning += rows(&self.along_a.forms, &a.attitude).tr_mul(m);
+            ways[0] = Some((by, met.along.0));
+        }
+        if is_free(&self.of_b, met.shares.1) {
+            let mut by = -met.slope.tr_mul(&(round * met.along.1));
+            if let Some(b) = b {
+                let mut turning = by.fixed_rows_mut::<4>(7);
+                turning -= rows(&self.along_b.forms, &b.attitude).tr_mul(m);
+            }
+            ways[1] = Some((by, -met.along.1));
+        }
+        match ways {
+            [Some((first, w)), Some((second, z))] => {
+                let (ww, wz, zz) = (w.dot(&(round * w)), w.dot(&(round * z)), z.dot(&(round * z)));
+                let determinant = ww * zz - wz * wz;
+                if determinant <= 1e-12 * ww * zz {
+                    // Parallel: one slides, the other follows.
+                    return first * first.transpose() / ww;
+                }
+                let mixed = first * second.transpose();
+                (first * first.transpose() * zz - (mixed + mixed.transpose()) * wz
+                    + second * second.transpose() * ww)
+                    / determinant
+            }
+            [Some((by, w)), None] | [None, Some((by, w))] => {
+                by * by.transpose() / w.dot(&(round * w))
+            }
+            [None, None] => SMatrix::zeros(),
+        }
+    }
+
+    fn meet(&self, (a, b): (Place, Option<Place>)) -> Met {
+        let moved = |core: &Core, along: &Turned, place: &Place| Core {
+            from: place.position
+                + 0.5 * rows(&rotated_point_forms(&core.from), &place.attitude) * place.attitude,
+            along: 0.5 * rows(&along.forms, &place.attitude) * place.attitude,
+        };
+        let core_a = moved(&self.of_a, &self.along_a, &a);
+        let core_b = b.as_ref().map_or(self.of_b, |b| moved(&self.of_b, &self.along_b, b));
+        let (shares, way) = shortest_way(&core_a, &core_b);
+        let forms = (
+            rotated_point_forms(&self.of_a.at(shares.0)),
+            rotated_point_forms(&self.of_b.at(shares.1)),
+        );
+        let mut slope = SMatrix::<f64, 3, 11>::identity();
+        slope.fixed_view_mut::<3, 4>(0, 3).copy_from(&rows(&forms.0, &a.attitude));
+        if let Some(b) = b {
+            slope.fixed_view_mut::<3, 4>(0, 7).copy_from(&-rows(&forms.1, &b.attitude));
+        }
+        let reach = Reach::of(&way, &self.normal);
+        Met { shares, way, reach, slope, forms, along: (core_a.along, core_b.along) }
+    }
+}
