@@ -6,7 +6,7 @@ mod geometry_common;
 use geometry_common::*;
 use nalgebra::{Matrix3, Rotation3};
 use std::collections::BTreeSet;
-use tumble::geometry::{Feature, Hint, Piece, Scratch, Side, Touch, overlap};
+use tumble::geometry::{Feature, Hint, Part, Piece, Scratch, Side, Touch, overlap};
 use tumble::mechanics::Pose;
 
 fn features(touches: &[Touch]) -> BTreeSet<Feature> {
@@ -265,6 +265,7 @@ fn swapped(feature: Feature) -> Feature {
         Feature::Vertex(Side::B, vertex) => Feature::Vertex(Side::A, vertex),
         Feature::Edges(a, b) => Feature::Edges(b, a),
         Feature::Vertices(a, b) => Feature::Vertices(b, a),
+        Feature::Round(a, b) => Feature::Round(b, a),
     }
 }
 
@@ -329,7 +330,13 @@ fn round_pieces_touch_where_they_should() {
     for pose in poses {
         let found = on(&ball, pose);
         near(&gaps(&found), 1);
-        assert_eq!(found[0].feature, Feature::Vertex(Side::B, 0));
+        // What is no face is round with the ball.
+        let is_over_face = pose.position[0] < 2.0;
+        match found[0].feature {
+            Feature::Vertex(Side::B, 0) => assert!(is_over_face),
+            Feature::Round(_, Part::Vertex(0)) => assert!(!is_over_face),
+            other => panic!("{other:?}"),
+        }
         assert_eq!((found[0].point_of, found[0].point), (Side::B, V::zeros()));
         let half_sides = v(2.0, 2.0, 0.5);
         let nearest = pose.position.sup(&-half_sides).inf(&half_sides);
@@ -363,11 +370,16 @@ fn round_pieces_touch_where_they_should() {
     near(&gaps(&shifted), 2);
     assert_eq!(
         features(&shifted),
-        [Feature::Vertex(Side::A, 1), Feature::Vertex(Side::B, 0)].into()
+        [
+            Feature::Round(Part::Vertex(1), Part::Edge(0)),
+            Feature::Round(Part::Edge(0), Part::Vertex(0))
+        ]
+        .into()
     );
     let crossed = Pose { position: v(0.1, 0.2, 0.2), rotation: turn(0.0, 0.0, 1.0) };
-    assert_eq!(features(&pair(crossed)), [Feature::Edges(0, 0)].into());
-    assert_eq!(features(&pair(at(1.2, 0.0, 0.0))), [Feature::Vertices(1, 0)].into());
+    assert_eq!(features(&pair(crossed)), [Feature::Round(Part::Edge(0), Part::Edge(0))].into());
+    let ends = Feature::Round(Part::Vertex(1), Part::Vertex(0));
+    assert_eq!(features(&pair(at(1.2, 0.0, 0.0))), [ends].into());
 
     // Two spheres: the plane is across the line of centres.
     let other = at(0.3, 0.4, 0.0);

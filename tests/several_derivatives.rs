@@ -132,9 +132,8 @@ fn anywhere_round() -> impl Strategy<Value = Anywhere> {
                     Meeting { body, partner, features, friction }
                 })
                 .collect();
-            let smooth = |meeting: &Meeting| {
-                is_smooth(meeting, &states) && is_smooth(meeting, &next)
-            };
+            let smooth =
+                |meeting: &Meeting| is_smooth(meeting, &states) && is_smooth(meeting, &next);
             let posed = (world.unwrap(), states.clone(), wrenches, meetings);
             posed.3.iter().all(smooth).then(|| pose(&posed, &next, &numbers, (smoothing, yielding)))
         },

@@ -39,7 +39,8 @@ impl Between<'_> {
                 partner: b.owner.partner(),
                 pair: Some(PairFeatures { pieces: (a.piece, b.piece), ..features }),
             };
-            let pieces = (piece(self.world, a.owner, a.piece)?, piece(self.world, b.owner, b.piece)?);
+            let pieces =
+                (piece(self.world, a.owner, a.piece)?, piece(self.world, b.owner, b.piece)?);
             return Some(self.make(key, round(pieces, (part_a, part_b))?));
         }
         match (of_point.owner, of_plane.owner) {

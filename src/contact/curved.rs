@@ -130,11 +130,8 @@ impl Reach {
     /// ∂²|D|_n/∂D², 1/m: (E − m mᵀ)/|D|; beyond the angle the same across the normal alone.
     #[must_use]
     pub fn curvature(&self, d: &Vector3<f64>, normal: &Vector3<f64>) -> Matrix3<f64> {
-        let (way, factor) = if self.is_exact {
-            (*d, 1.0)
-        } else {
-            (d - normal * normal.dot(d), SINE)
-        };
+        let (way, factor) =
+            if self.is_exact { (*d, 1.0) } else { (d - normal * normal.dot(d), SINE) };
         let length = way.norm().max(f64::MIN_POSITIVE);
         let unit = way / length;
         let mut round = Matrix3::identity() - unit * unit.transpose();

@@ -207,6 +207,12 @@ impl Contact {
         self.frame.column(2).into_owned()
     }
 
+    /// Whether one of the features that touch is rounded, so that they can roll.
+    #[must_use]
+    pub fn is_rounded(&self) -> bool {
+        self.features.radius > 0.0 || self.features.curved.is_some()
+    }
+
     /// From the middle of B's feature to that of A's at the step's start, m, world, where both are
     /// round: along the normal, as far as the gap and both radii. Zero for a point against a plane.
     #[must_use]

@@ -121,7 +121,18 @@ mod tests {
         for key in keys.into_iter().chain([KeyText { point: 7, pair: None }]) {
             assert_eq!(KeyText::parse(&key.to_string()), Some(key));
         }
-        for odd in ["", "a", "1.2", "1.2.3.C4.0", "1.2.3.E4.0", "1.2.3.A4.0.0", "-1", "1.2.3.A.0", "1.2.3.Rv1.0", "1.2.3.Rv1xf2.0"] {
+        for odd in [
+            "",
+            "a",
+            "1.2",
+            "1.2.3.C4.0",
+            "1.2.3.E4.0",
+            "1.2.3.A4.0.0",
+            "-1",
+            "1.2.3.A.0",
+            "1.2.3.Rv1.0",
+            "1.2.3.Rv1xf2.0",
+        ] {
             assert_eq!(KeyText::parse(odd), None, "{odd}");
         }
     }

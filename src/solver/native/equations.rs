@@ -5,7 +5,7 @@
 //! that of the body, or a reference for all bodies of an island. Equation numbers are those of
 //! `docs/native-solver.md`.
 
-use super::tolerances::Tolerances;
+use super::tolerances::{ROLLING_GIVE, Tolerances};
 use crate::contact::{Contact, Curved};
 use nalgebra::{Matrix3, Vector3};
 
@@ -29,6 +29,8 @@ pub(super) struct Candidate {
     pub(super) approach: f64,
     /// μ.
     pub(super) friction: f64,
+    /// κ: how much more the contact gives across its normal than along it (N6).
+    pub(super) give: f64,
     /// ρ_n and ρ_t: the inverse of the contact's own response, which scale the natural map.
     pub(super) normal_scale: f64,
     pub(super) tangential_scale: f64,
@@ -39,6 +41,20 @@ pub(super) struct Candidate {
 }
 
 impl Candidate {
+    /// Whether it gives in all directions alike.
+    pub(super) fn gives_alike(&self) -> bool {
+        self.give == 1.0
+    }
+
+    /// D p̂ = γ n + κ β (N6) of an impulse p̂ = γ n + β.
+    #[inline]
+    pub(super) fn given(&self, impulse: &Vector3<f64>) -> Vector3<f64> {
+        if self.gives_alike() {
+            return *impulse;
+        }
+        impulse * self.give + self.normal * (self.normal.dot(impulse) * (1.0 - self.give))
+    }
+
     /// That of `contact`, `share` being M over the mass of its body A.
     pub(super) fn new(contact: &Contact, time_step: f64, share: f64) -> Self {
         let (normal, radius) = (contact.normal(), contact.features.radius);
@@ -51,6 +67,7 @@ impl Candidate {
             torque_map: contact.torque_map,
             approach: (contact.gap - contact.rise) / time_step,
             friction: contact.law.friction,
+            give: if contact.is_rounded() { ROLLING_GIVE } else { 1.0 },
             normal_scale: 1.0 / (share * contact.response.normal),
             tangential_scale: 1.0 / (share * contact.response.tangential),
             curved: contact.features.curved,

@@ -46,10 +46,6 @@ pub(super) fn slope(
 }
 
 /// ρ [n]× A.
-pub(super) fn rolling(
-    normal: &Vector3<f64>,
-    radius: f64,
-    rotation: &Matrix3<f64>,
-) -> Matrix3<f64> {
+pub(super) fn rolling(normal: &Vector3<f64>, radius: f64, rotation: &Matrix3<f64>) -> Matrix3<f64> {
     (normal * radius).cross_matrix() * rotation
 }

@@ -130,7 +130,11 @@ impl Island {
                 let arm = self.members[a].position + contact.arm - other.position;
                 let lever = other.rotation.tr_mul(&arm);
                 let torque_map = lever.cross_matrix() * other.rotation.transpose();
-                Some(Other { index, torque_map, arm: arm + contact.normal() * contact.features.radius })
+                Some(Other {
+                    index,
+                    torque_map,
+                    arm: arm + contact.normal() * contact.features.radius,
+                })
             }
             Partner::Ground | Partner::Fixed(_) => None,
         };

@@ -9,7 +9,7 @@ use nalgebra::{Matrix3, Vector3};
 /// The contact law to be solved.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Law {
-    /// ε in û = u + ε p̂ (N6).
+    /// ε in û = u + ε D p̂ (N6).
     pub(super) compliance: f64,
     /// Factor on ρ_t. The natural map has the same zeros for every one; a large one tells
     /// the directions of slips that are slow against the impulses.
@@ -35,8 +35,8 @@ pub(super) enum Mode {
     Slip,
 }
 
-/// One contact's arguments of the projections in the natural map (N4), with û = u + ε p̂ and
-/// both split along and across the normal, p̂ = γ n + β:
+/// One contact's arguments of the projections in the natural map (N4), with û = u + ε D p̂
+/// and both split along and across the normal, p̂ = γ n + β:
 ///
 /// ```text
 /// γ − ρ_n û_n   and   β − ρ_t û_t
@@ -70,7 +70,7 @@ impl Pull {
         impulse: &Vector3<f64>,
     ) -> Self {
         let n = &candidate.normal;
-        let u = u + law.compliance * impulse;
+        let u = u + law.compliance * candidate.given(impulse);
         let (u_n, gamma) = (n.dot(&u), n.dot(impulse));
         let beta = impulse - n * gamma;
         let rho_n = candidate.normal_scale;
@@ -126,7 +126,15 @@ impl Pull {
             Mode::Open => Answer::open(impulse),
             Mode::Stick => {
                 let stiffness = 1.0 / compliance;
-                Answer::stick(-stiffness * self.u, stiffness)
+                if candidate.gives_alike() {
+                    return Answer::stick(-stiffness * self.u, stiffness);
+                }
+                // δp̂ = −D⁻¹ (û + δu)/ε
+                let n = &candidate.normal;
+                let across = stiffness / candidate.give;
+                let along = n * n.transpose() * (stiffness - across);
+                let springs = Matrix3::from_diagonal_element(across) + along;
+                Answer::full(-springs * self.u, -springs)
             }
             Mode::Slip => {
                 let (offset, gain) = self.linearise_slip(candidate, compliance);
@@ -136,7 +144,7 @@ impl Pull {
     }
 
     /// The slip piece linearised and solved for the impulse (N5): (offset, gain) of
-    /// δp̂ = offset + gain · δu, with δû = δu + ε δp̂ and ε = `compliance`.
+    /// δp̂ = offset + gain · δu, with δû = δu + ε D δp̂ and ε = `compliance`.
     ///
     /// û_n = 0, and β = μ (γ − ρ_n û_n) t with t the direction of the pull β − ρ_t û_t. By
     /// δû_n = −û_n and δt = s sᵀ (δβ − ρ_t δû_t)/|pull|, s = n × t.
@@ -151,7 +159,7 @@ impl Pull {
         let t = self.tangential / size;
         let s = n.cross(&t);
         let bend = (friction * self.normal / size).min(1.0);
-        let across = 1.0 - bend + self.rho_t * compliance * bend;
+        let across = 1.0 - bend + self.rho_t * (compliance * candidate.give) * bend;
         let normal_offset = -stiffness * self.u_n;
         let along = friction * (self.gamma + normal_offset) - t.dot(&self.beta);
         let sideways = -s.dot(&self.beta) / across;

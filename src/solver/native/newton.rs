@@ -6,8 +6,8 @@ use super::effort::Effort;
 use super::equations::{Elimination, Equations, Point, Residual, Velocities, reserve};
 use super::natural_map::{Law, Mode, Pull};
 use super::tolerances::{
-    CORRECTIONS, JUMPS, NEWTON_ITERATIONS, SETTLING, SHORTEST_STEP, SUFFICIENT_DECREASE,
-    WHOLE_STEPS,
+    CORRECTIONS, JUMPS, NEWTON_ITERATIONS, ROLLING_CORRECTIONS, SETTLING, SHORTEST_STEP,
+    SUFFICIENT_DECREASE, WHOLE_STEPS,
 };
 use nalgebra::Vector3;
 
@@ -25,7 +25,7 @@ pub(super) struct Iterate<E: Equations> {
     motion: Residual,
     /// The law evaluated last.
     law: Law,
-    /// ε p̂_0 of every candidate, m/s, where the compliance acts on changes from impulses p̂_0
+    /// ε D p̂_0 of every candidate, m/s, where the compliance acts on changes from impulses p̂_0
     /// (N13); empty otherwise.
     shifts: Vec<Vector3<f64>>,
     scratch: E::Scratch,
@@ -125,7 +125,7 @@ impl<E: Equations> Newton<E> {
     /// alone, from there:
     ///
     /// ```text
-    /// û = u + ε (p̂ − p̂_0)                                                     (N13)
+    /// û = u + ε D (p̂ − p̂_0)                                                   (N13)
     /// ```
     ///
     /// Returns whether it converged.
@@ -141,7 +141,8 @@ impl<E: Equations> Newton<E> {
         for shifts in [&mut iterate.shifts, &mut self.trial.shifts] {
             shifts.clear();
         }
-        let shifts = iterate.impulses.iter().map(|impulse| compliance * impulse);
+        let contacts = iterate.impulses.iter().zip(equations.candidates());
+        let shifts = contacts.map(|(impulse, contact)| compliance * contact.given(impulse));
         self.trial.shifts.extend(shifts);
         iterate.shifts.extend_from_slice(&self.trial.shifts);
         let converged = self.solve(equations, law, (compliance, until), iterate, effort);
@@ -166,7 +167,8 @@ impl<E: Equations> Newton<E> {
         }
         self.find_modes(equations, law, iterate);
         let mut merit = evaluate_again(equations, &Law::EXACT, iterate);
-        for _ in 0..CORRECTIONS {
+        let rolls = equations.candidates().iter().any(|candidate| !candidate.gives_alike());
+        for _ in 0..if rolls { ROLLING_CORRECTIONS } else { CORRECTIONS } {
             if merit.largest <= limit(equations) || !effort.spend() {
                 break;
             }

@@ -12,6 +12,11 @@ use crate::world::World;
 /// stiffness 1/ε times rounding (10⁻¹³ m/s) stays small against impulses, small enough that
 /// the selected solution is within 10⁻⁶ of the limit.
 pub(super) const COMPLIANCE: f64 = 1e-6;
+/// κ of a contact that can roll (N6): so much more it gives across its normal than along it. What rolls
+/// brings unstrained material to the contact, so that springs across are relaxed where those along are
+/// not. Large enough that a ball in a groove of 15° a side presses on its walls as without friction, to
+/// 2·10⁻³; small enough that the limit is still taken in a few corrections.
+pub(super) const ROLLING_GIVE: f64 = 1e4;
 /// The compliances to follow where the limit cannot be taken from the first.
 pub(super) const COMPLIANCES: [f64; 4] = [COMPLIANCE, 1e-7, 1e-8, 1e-9];
 /// A path of compliance is given up where even a step by this factor is too long.
@@ -70,6 +75,8 @@ pub(super) const LEAST_BUDGET: u32 = 6_000;
 pub(super) const NEWTON_ITERATIONS: u32 = 40;
 /// Corrections towards the limit of vanishing compliance; one nearly always suffices.
 pub(super) const CORRECTIONS: u32 = 3;
+/// The same where contacts [can roll](ROLLING_GIVE): each shrinks what is left to 10⁻² and less.
+pub(super) const ROLLING_CORRECTIONS: u32 = 8;
 /// Whole Newton steps that may be taken near a solution although the residual grows.
 pub(super) const WHOLE_STEPS: u32 = 6;
 /// Whole Newton steps that may be taken anywhere when a search along the direction finds nothing
