@@ -3,6 +3,7 @@
 use crate::contact::{PairFeatures, Partner};
 use crate::geometry;
 use crate::mechanics::{Load, RigidBody, State};
+use crate::simulation::energy;
 use crate::simulation::tables::{ContactRow, TableStep};
 use crate::step::StepStatus;
 use crate::world::World;
@@ -91,9 +92,9 @@ fn piece(piece: &geometry::Piece) -> Piece {
 /// The keys of contacts as numbers, in the order in which they appear.
 pub type Keys = BTreeMap<(usize, Option<PairFeatures>), u64>;
 
-/// A step of any number of bodies as a frame.
+/// A step of any number of bodies of `world` as a frame.
 #[must_use]
-pub fn frame(step: &TableStep, keys: &mut Keys) -> Frame {
+pub fn frame(world: &World, step: &TableStep, keys: &mut Keys) -> Frame {
     let row = &step.row;
     let is_felt = |contact: &&ContactRow| contact.force != Vector3::zeros();
     let mut contact = |row: &ContactRow| {
@@ -110,10 +111,16 @@ pub fn frame(step: &TableStep, keys: &mut Keys) -> Frame {
             multiplier: 0.0,
         }
     };
+    let each = |energy: fn(&World, &RigidBody, &State) -> f64| {
+        let bodies = world.bodies().iter().zip(&step.states);
+        bodies.map(|(body, state)| energy(world, body, state)).sum()
+    };
     Frame {
         index: row.index,
         time: row.time,
         poses: step.states.iter().map(pose).collect(),
+        kinetic: each(energy::kinetic),
+        potential: each(energy::potential),
         contacts: step.contacts.iter().filter(is_felt).map(&mut contact).collect(),
         status: status(row.status),
         iterations: row.iterations,

@@ -6,7 +6,7 @@ use crate::contact::{ContactLaw, Partner};
 use crate::error::{Error, in_range};
 use crate::geometry::Piece;
 use crate::mechanics::dynamics;
-use crate::mechanics::{Pose, RigidBody, State, Wrench};
+use crate::mechanics::{Pose, RigidBody, Rotation, State, Wrench};
 use nalgebra::Vector3;
 
 /// The constants of a [`World`], before they are checked.
@@ -22,6 +22,8 @@ pub struct Parameters {
     pub friction: f64,
     /// h, s.
     pub time_step: f64,
+    /// By which equation bodies turn.
+    pub rotation: Rotation,
 }
 
 /// A piece that never moves: a step, a ramp, a wall, a part of a bowl.
@@ -327,6 +329,12 @@ impl World {
         self.parameters.time_step
     }
 
+    /// By which equation bodies turn.
+    #[must_use]
+    pub fn rotation(&self) -> Rotation {
+        self.parameters.rotation
+    }
+
     /// ℓ, m: the largest [reach](RigidBody::reach) of a body, the world's scale of lengths.
     #[must_use]
     pub fn reach(&self) -> f64 {
@@ -352,7 +360,8 @@ impl World {
     #[must_use]
     pub fn free_flight(&self, index: usize, state: &State, wrench: &Wrench) -> State {
         let body = &self.bodies()[index];
-        dynamics::free_flight(body, state, wrench, self.gravity(), self.time_step())
+        let (h, rotation) = (self.time_step(), self.rotation());
+        dynamics::free_flight(body, state, wrench, self.gravity(), h, rotation)
     }
 
     /// The heights above the ground of body `index`'s contact points, m, where it is at `pose`:
@@ -424,13 +433,14 @@ impl World {
     /// pieces: bodies of points on a ground. The ranges of [`World::new`] are those of SI units and
     /// are not asked again.
     pub(crate) fn in_units(&self, mass: f64, length: f64, time: f64) -> Self {
-        let Parameters { bodies, ground, gravity, friction, time_step } = &self.parameters;
+        let Parameters { bodies, ground, gravity, friction, time_step, rotation } = &self.parameters;
         let parameters = Parameters {
             bodies: bodies.iter().map(|body| body.in_units(mass, length)).collect(),
             ground: ground.in_units(length),
             gravity: gravity * (time * time / length),
             friction: *friction,
             time_step: time_step / time,
+            rotation: *rotation,
         };
         let speed_scale = self.speed_scale * time / length;
         Self {

@@ -96,6 +96,10 @@ pub struct Frame {
     pub time: f64,
     /// Where each body is and how it moves.
     pub poses: Vec<Pose>,
+    /// The kinetic energy of all bodies at k, J.
+    pub kinetic: f64,
+    /// Their energy in gravity, counted from the origin, J.
+    pub potential: f64,
     /// What touches in the step; contacts without a force may be left out.
     pub contacts: Vec<Contact>,
     /// How the step ended.

@@ -34,11 +34,14 @@ pub fn falling_cube(steps: u64) -> Film {
             slacks: [0.0; 2],
             multiplier: 0.0,
         };
+        let fallen = if rests { 0.0 } else { -GRAVITY * time };
         Frame {
+            kinetic: 0.5 * MASS * (16.0 + fallen * fallen) + 0.5,
+            potential: MASS * GRAVITY * height.max(HALF_SIDE),
             poses: vec![Pose {
                 position: Vector3::new(0.0, 4.0 * time, height.max(HALF_SIDE)),
                 attitude: UnitQuaternion::from_euler_angles(0.0, 0.0, time),
-                velocity: Vector3::new(0.0, 4.0, if rests { 0.0 } else { -GRAVITY * time }),
+                velocity: Vector3::new(0.0, 4.0, fallen),
                 spin: Vector3::z(),
             }],
             contacts: (0..4).filter(|_| rests && k < steps).map(contact).collect(),
@@ -58,6 +61,7 @@ pub fn floating_cube(steps: u64) -> Film {
     let frame = |k: u64| {
         let time = k as f64 * time_step;
         Frame {
+            kinetic: 0.5 * MASS * 4.0 + 0.5 * 9.0,
             poses: vec![Pose {
                 position: Vector3::new(2.0 * time, 0.0, 3.0),
                 attitude: UnitQuaternion::from_euler_angles(3.0 * time, 0.0, 0.0),
@@ -92,6 +96,8 @@ fn moment(index: u64, time: f64) -> Frame {
         index,
         time,
         poses: Vec::new(),
+        kinetic: 0.0,
+        potential: 0.0,
         contacts: Vec::new(),
         status: Status::Free,
         iterations: 0,

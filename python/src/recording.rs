@@ -222,7 +222,8 @@ impl Recording {
         }
         let content = &self.content;
         let mut keys = Keys::new();
-        let frames = self.rows.iter().map(|row| film::frame(row, &mut keys)).collect();
+        let frame = |row| film::frame(&content.world, row, &mut keys);
+        let frames = self.rows.iter().map(frame).collect();
         let cast = Cast {
             world: &content.world,
             bodies: &words(&content.bodies),

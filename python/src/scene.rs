@@ -8,6 +8,7 @@ use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use tumble::mechanics::Rotation;
 use tumble::scenario::choices::SolverName;
 use tumble::scenario::failure::Failure;
 use tumble::scenario::scene::Scene as Content;
@@ -54,8 +55,8 @@ impl Scene {
     #[new]
     #[allow(clippy::too_many_arguments)]
     #[pyo3(signature = (
-        text, path, *, seed=None, steps=None, time_step=None, friction=None, restitution=None,
-        solver=None
+        text, path, *, seed=None, steps=None, time_step=None, rotation=None, friction=None,
+        restitution=None, solver=None
     ))]
     fn new(
         text: &str,
@@ -63,6 +64,7 @@ impl Scene {
         seed: Option<u32>,
         steps: Option<u64>,
         time_step: Option<f64>,
+        rotation: Option<&str>,
         friction: Option<f64>,
         restitution: Option<f64>,
         solver: Option<&str>,
@@ -71,6 +73,7 @@ impl Scene {
             seed,
             steps: steps.map(rows).transpose()?,
             dt: time_step,
+            rotation: rotation.map(rotation_of).transpose()?,
             mu: friction,
             restitution,
             solver: solver.map(solver_name).transpose()?,
@@ -114,6 +117,12 @@ impl Scene {
     #[getter]
     fn time_step(&self) -> f64 {
         self.content.world.time_step()
+    }
+
+    /// By which equation a step turns its bodies: "momentum" or "tutorial".
+    #[getter]
+    fn rotation(&self) -> &'static str {
+        self.content.world.rotation().name()
     }
 
     /// The coefficient of friction of the world.
@@ -170,6 +179,13 @@ fn rows(steps: u64) -> PyResult<u64> {
     } else {
         Err(refused(format!("steps is {steps}; allowed is 1 to 9999999")))
     }
+}
+
+fn rotation_of(name: &str) -> PyResult<Rotation> {
+    let found = Rotation::ALL.into_iter().find(|rotation| rotation.name() == name);
+    found.ok_or_else(|| {
+        refused(format!("rotation: {name:?} is none; momentum or tutorial is needed"))
+    })
 }
 
 fn solver_name(name: &str) -> PyResult<SolverName> {

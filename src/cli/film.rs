@@ -8,6 +8,7 @@ use super::source::{Source, TrajectoryFile};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use tumble::film::{load, pose, status};
+use tumble::simulation::energy;
 use tumble::simulation::trajectory::TrajectoryRow;
 use tumble_pictures::{Body, Contact, Fact, Film, Frame, Ground, Partner, Place};
 
@@ -27,7 +28,7 @@ pub fn film(
         if interrupt.load(Ordering::Relaxed) {
             return Ok(None);
         }
-        frames.push(frame(&row))?;
+        frames.push(frame(&file.source.physics, &row))?;
     }
     let frames = frames.all();
     let Source { physics, floating, run } = file.source;
@@ -105,7 +106,8 @@ fn body(physics: &Physics) -> Body {
     }
 }
 
-fn frame(row: &TrajectoryRow) -> Frame {
+fn frame(physics: &Physics, row: &TrajectoryRow) -> Frame {
+    let (world, body) = (&physics.world, physics.body());
     let count = row.carrying.len();
     let contact = |point: usize| Contact {
         body: 0,
@@ -120,6 +122,8 @@ fn frame(row: &TrajectoryRow) -> Frame {
         index: row.index,
         time: row.time,
         poses: vec![pose(&row.state)],
+        kinetic: energy::kinetic(world, body, &row.state),
+        potential: energy::potential(world, body, &row.state),
         contacts: (0..count).map(contact).filter(says_something).collect(),
         status: status(row.status),
         iterations: row.iterations,
@@ -175,6 +179,7 @@ pub fn settings_facts(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cli::physics;
     use tumble::mechanics::State;
     use tumble::step::StepStatus;
 
@@ -196,13 +201,14 @@ mod tests {
     /// A million rows of a box fit; of a body of a thousand points, only some thousand do.
     #[test]
     fn memory_counts_the_points_that_touch() {
-        let of = |count| memory(&frame(&row(count)));
+        let cube = physics::of_tutorial().unwrap();
+        let of = |count| memory(&frame(&cube, &row(count)));
         assert!(of(8) * 1_000_000 <= MOST_BYTES, "{}", of(8));
         let rows = MOST_BYTES / of(1000);
         assert!((5_000..20_000).contains(&rows), "{rows}");
         // A point without a number is not kept.
         let still =
             TrajectoryRow { step: vec![0.0; 6000], carrying: vec![false; 1000], ..row(1000) };
-        assert!(memory(&frame(&still)) < of(8));
+        assert!(memory(&frame(&cube, &still)) < of(8));
     }
 }

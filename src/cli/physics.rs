@@ -27,6 +27,7 @@ pub fn of_run(parameters: &RunParameters, flags: &PhysicsArgs) -> Result<Physics
         gravity: flags.gravity.unwrap_or(parameters.gravity.0.into()),
         friction: flags.mu.unwrap_or(parameters.mu),
         time_step: flags.dt.unwrap_or(parameters.dt),
+        rotation: flags.rotation.unwrap_or(parameters.rotation),
     })?;
     let restitution = flags.restitution.or(Some(parameters.restitution));
     let rebound_speed = flags.rebound_speed.or(parameters.rebound_speed);
@@ -50,6 +51,7 @@ pub fn parameters(physics: &Physics, rows: u64) -> RunParameters {
     RunParameters {
         steps: rows,
         dt: world.time_step(),
+        rotation: world.rotation(),
         mu: world.friction(),
         restitution: world.restitution(),
         rebound_speed: world.given_rebound_speed(),

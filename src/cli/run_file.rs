@@ -6,7 +6,8 @@ use super::{input, shown};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
-use tumble::scenario::parameters::{LoadParameters, PlaneParameters};
+use tumble::mechanics::Rotation;
+use tumble::scenario::parameters::{LoadParameters, PlaneParameters, unnamed_rotation};
 use tumble::simulation::scene::Scene;
 use tumble::simulation::summary::RunSummary;
 use tumble::solver::ipopt::{self, LADDER_RESIDUAL};
@@ -39,6 +40,8 @@ pub struct RunFile {
 pub struct RunParameters {
     pub steps: u64,
     pub dt: f64,
+    #[serde(default = "unnamed_rotation")]
+    pub rotation: Rotation,
     pub mu: f64,
     #[serde(default)]
     pub restitution: f64,

@@ -12,6 +12,7 @@ pub fn of_flags(args: &SimulateArgs) -> Result<Settings, Failure> {
         steps: args.steps,
         seed: args.seed,
         dt: physics.dt,
+        rotation: physics.rotation,
         mu: physics.mu,
         restitution: physics.restitution,
         rebound_speed: physics.rebound_speed,

@@ -220,7 +220,7 @@ fn momentum_residual(
     load: &Wrench,
 ) -> f64 {
     let h = world.time_step();
-    let gyroscopic = next.spin.cross(&(body.inertia() * next.spin));
+    let gyroscopic = world.rotation().gyroscopic(body.inertia(), &state.spin, &next.spin, h);
     let position = next.position - state.position - h * next.velocity;
     let attitude = next.attitude - advance(&state.attitude, &next.spin, h);
     let acceleration = load.force / body.mass() + world.gravity();

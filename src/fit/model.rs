@@ -3,7 +3,7 @@
 use super::error::FitError;
 use crate::contact::{Partner, Plane};
 use crate::geometry::Piece;
-use crate::mechanics::RigidBody;
+use crate::mechanics::{RigidBody, Rotation};
 use crate::world::{Parameters, World};
 use nalgebra::{Matrix3, Vector3};
 
@@ -250,6 +250,7 @@ impl Model {
             gravity: self.gravity * strength,
             friction: values.get(Parameter::Friction),
             time_step,
+            rotation: Rotation::Momentum,
         })?;
         world.with_restitution(values.get(Parameter::Restitution))
     }

@@ -6,6 +6,7 @@
 
 use super::body::RigidBody;
 use super::quaternion::{advance, attitude_map};
+use super::rotation::Rotation;
 use super::state::{State, Wrench};
 use nalgebra::{Matrix3, SVector, Vector3};
 
@@ -43,10 +44,11 @@ pub fn rk4_step(body: &RigidBody, state: &State, wrench: &Wrench, time_step: f64
 }
 
 /// The semi-implicit step without contact forces (eq. 8 with F = 0): velocities
-/// first, then positions with the new velocities. The gyroscopic term is implicit:
+/// first, then positions with the new velocities. The gyroscopic term, that of the `rotation`, is
+/// implicit:
 ///
 /// ```text
-/// v⁺ = v + h (f/m + g),   I (ω⁺ − ω) + h (ω⁺ × I ω⁺ − τ) = 0,
+/// v⁺ = v + h (f/m + g),   I (ω⁺ − ω) + h (G(ω, ω⁺) − τ) = 0,
 /// r⁺ = r + h v⁺,          q⁺ = normalise(q + ½ h L(q) H ω⁺)
 /// ```
 ///
@@ -58,9 +60,11 @@ pub fn free_flight(
     wrench: &Wrench,
     gravity: &Vector3<f64>,
     time_step: f64,
+    rotation: Rotation,
 ) -> State {
     let velocity = state.velocity + time_step * (wrench.force / body.mass() + gravity);
-    let spin = free_spin(body, &state.spin, &wrench.torque, time_step);
+    let equation = SpinEquation { body, spin: &state.spin, torque: &wrench.torque, rotation };
+    let spin = free_spin(&equation, time_step);
     State {
         position: state.position + time_step * velocity,
         attitude: advance(&state.attitude, &spin, time_step),
@@ -74,18 +78,13 @@ const MOST_SPIN_ITERATIONS: usize = 50;
 /// Numbers of equal parts in which the time step is approached when Newton stalls.
 const SPIN_CONTINUATIONS: [u32; 4] = [1, 4, 16, 64];
 
-/// ω⁺ of I (ω⁺ − ω) + h (ω⁺ × I ω⁺ − τ) = 0: Newton's method from ω and, should it stall
+/// ω⁺ of I (ω⁺ − ω) + h (G(ω, ω⁺) − τ) = 0: Newton's method from ω and, should it stall
 /// (h|ω| near 1 with a very slender body), along growing time steps up to h.
 ///
 /// Where even that fails the best ω⁺ is returned, and the certificate of the step shows
 /// the residual that is left.
-fn free_spin(
-    body: &RigidBody,
-    spin: &Vector3<f64>,
-    torque: &Vector3<f64>,
-    time_step: f64,
-) -> Vector3<f64> {
-    let equation = SpinEquation { body, spin, torque };
+fn free_spin(equation: &SpinEquation<'_>, time_step: f64) -> Vector3<f64> {
+    let spin = equation.spin;
     let mut best = (*spin, f64::INFINITY);
     for parts in SPIN_CONTINUATIONS {
         let mut u = *spin;
@@ -109,11 +108,12 @@ struct SpinEquation<'a> {
     body: &'a RigidBody,
     spin: &'a Vector3<f64>,
     torque: &'a Vector3<f64>,
+    rotation: Rotation,
 }
 
 impl SpinEquation<'_> {
     fn residual(&self, h: f64, u: &Vector3<f64>) -> Vector3<f64> {
-        let gyroscopic = u.cross(&(self.body.inertia() * u));
+        let gyroscopic = self.rotation.gyroscopic(self.body.inertia(), self.spin, u, h);
         u - self.spin + h * (self.body.inertia_inverse() * (gyroscopic - self.torque))
     }
 
@@ -126,8 +126,7 @@ impl SpinEquation<'_> {
             if r.amax() <= 4.0 * f64::EPSILON * u.amax() {
                 break;
             }
-            // ∂/∂u (u × I u) = [u]× I − [I u]×
-            let slope = u.cross_matrix() * inertia - (inertia * u).cross_matrix();
+            let slope = self.rotation.gyroscopic_slope(inertia, &u, h);
             let jacobian = Matrix3::identity() + h * (inverse * slope);
             let Some(step) = jacobian.lu().solve(&r) else { break };
             let shorter = |halvings: i32| u - 0.5_f64.powi(halvings) * step;

@@ -5,8 +5,10 @@ pub mod body;
 pub mod dynamics;
 pub mod load;
 pub mod quaternion;
+pub mod rotation;
 pub mod state;
 
 pub use body::RigidBody;
 pub use load::{Load, Polyline};
+pub use rotation::Rotation;
 pub use state::{Pose, State, Wrench};

@@ -15,6 +15,7 @@ impl Settings {
         let usual = self.position.or(below.position).map(|position| position[2]);
         let changes = [
             ("dt", other(&self.dt, &below.dt)),
+            ("rotation", other(&self.rotation, &below.rotation)),
             ("mu", other(&self.mu, &below.mu)),
             ("restitution", other(&self.restitution, &Some(below.restitution.unwrap_or(0.0)))),
             ("rebound-speed", other(&self.rebound_speed, &below.rebound_speed)),

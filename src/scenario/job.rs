@@ -107,6 +107,7 @@ pub fn refuse_idle_settings(ground: bool, settings: &Settings) -> Result<(), Fai
         return Ok(());
     }
     let mut flags = vec![
+        ("--rotation", settings.rotation.is_some()),
         ("--mu", settings.mu.is_some()),
         ("--restitution", settings.restitution.is_some()),
         ("--rebound-speed", settings.rebound_speed.is_some()),

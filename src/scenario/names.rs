@@ -17,8 +17,9 @@ pub enum FileKind {
 type Names = (&'static str, &'static str, &'static str);
 
 /// All but those that are called the same everywhere.
-const NAMES: [Names; 25] = [
+const NAMES: [Names; 26] = [
     ("dt", "time_step", "parameters.dt"),
+    ("rotation", "rotation", "parameters.rotation"),
     ("mu", "ground.friction", "parameters.mu"),
     ("restitution", "ground.restitution", "parameters.restitution"),
     ("rebound-speed", "ground.rebound_speed", "parameters.rebound_speed"),

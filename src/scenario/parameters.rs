@@ -1,8 +1,9 @@
-//! Ground and load as they stand in files.
+//! Ground, load and rotation as they stand in files.
 
 use super::failure::Failure;
 use super::fields::{Exactly, Numbers};
 use super::physics::numbers;
+use crate::mechanics::Rotation;
 use crate::mechanics::load::{Load, Polyline};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -27,6 +28,12 @@ pub struct LoadParameters {
     pub torque: Vec<Numbers<4>>,
     /// Where the force acts, m, body.
     pub at: Numbers<3>,
+}
+
+/// That of a run.json which names none: of before there was another.
+#[must_use]
+pub fn unnamed_rotation() -> Rotation {
+    Rotation::Tutorial
 }
 
 impl Default for PlaneParameters {

@@ -8,6 +8,7 @@ use super::settings::Settings;
 use crate::contact::plane::Plane;
 use crate::error::Error;
 use crate::mechanics::body::{RigidBody, solid_box_inertia};
+use crate::mechanics::Rotation;
 use crate::mechanics::load::{Load, Polyline};
 use crate::simulation::scene;
 use crate::world::{Parameters, World};
@@ -33,6 +34,8 @@ impl Physics {
             gravity: settings.gravity.ok_or_else(|| Failure::needed("gravity"))?,
             friction: settings.mu.unwrap_or(scene::FRICTION),
             time_step: settings.dt.ok_or_else(|| Failure::needed("dt"))?,
+            // Without a ground the Runge–Kutta method has an equation of its own.
+            rotation: settings.rotation.unwrap_or(Rotation::Tutorial),
         })?;
         let world = bouncing(world, settings.restitution, settings.rebound_speed)?;
         let load = Load::new(

@@ -8,6 +8,7 @@ use super::choices::{
 use super::failure::Failure;
 use crate::contact::plane::Plane;
 use crate::error::Error;
+use crate::mechanics::Rotation;
 use crate::mechanics::load::Polyline;
 use crate::simulation::scene;
 use nalgebra::{Matrix3, Vector3};
@@ -21,6 +22,8 @@ pub struct Settings {
     pub seed: Option<u32>,
     /// h, s.
     pub dt: Option<f64>,
+    /// By which equation bodies turn in a step that knows contact.
+    pub rotation: Option<Rotation>,
     /// μ.
     pub mu: Option<f64>,
     /// e of the world.
@@ -82,6 +85,7 @@ impl Settings {
         Self {
             steps: Some(scene.rows),
             dt: Some(scene.time_step),
+            rotation: (name == SceneName::Drop).then_some(Rotation::Tutorial),
             mu: Some(scene::FRICTION),
             mass: Some(scene::CUBE_MASS),
             inertia: Some(Inertia::Matrix(Matrix3::from_diagonal_element(scene::CUBE_INERTIA))),
@@ -103,6 +107,7 @@ impl Settings {
             steps: self.steps.or(below.steps),
             seed: self.seed.or(below.seed),
             dt: self.dt.or(below.dt),
+            rotation: self.rotation.or(below.rotation),
             mu: self.mu.or(below.mu),
             restitution: self.restitution.or(below.restitution),
             rebound_speed: self.rebound_speed.or(below.rebound_speed),

@@ -2,6 +2,7 @@
 
 use crate::contact::plane::Plane;
 use crate::error::Error;
+use crate::mechanics::Rotation;
 use crate::mechanics::load::Polyline;
 use crate::scenario::choices::{
     Attitude, DetectionName, FormulationName, Frame, Inertia, OnFailure, Preset, Shape, SolverName,
@@ -19,6 +20,7 @@ pub struct ScenarioFile {
     pub name: Option<String>,
     steps: Option<u64>,
     time_step: Option<f64>,
+    rotation: Option<Rotation>,
     seed: Option<u32>,
     gravity: Option<Gravity>,
     #[serde(deserialize_with = "table")]
@@ -149,6 +151,7 @@ impl ScenarioFile {
         let floating = self.ground.is_none();
         let placed = self.load.as_ref().is_some_and(LoadTable::has_idle_point);
         let idle = [
+            ("rotation", "a [ground] table", floating && self.rotation.is_some()),
             ("solver", "a [ground] table", floating && self.solver.is_some()),
             ("start.frame \"ground\"", "a [ground] table", floating && self.start.is_in_ground()),
             ("load.at", "load.force", placed),
@@ -175,6 +178,7 @@ impl ScenarioFile {
             ..Settings::default()
         };
         if let Some(table) = self.ground {
+            settings.rotation = Some(self.rotation.unwrap_or(Rotation::Momentum));
             table.set(&mut settings)?;
         }
         self.body.set(&mut settings)?;

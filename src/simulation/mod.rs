@@ -7,6 +7,7 @@
 //! files (`trajectory` of one body, `tables` of several, with the feature `csv`).
 
 pub mod bounce;
+pub mod energy;
 pub mod random;
 pub mod record;
 pub mod scene;

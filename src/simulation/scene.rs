@@ -4,7 +4,7 @@
 use super::random::random_attitude;
 use crate::contact::Plane;
 use crate::error::Error;
-use crate::mechanics::{RigidBody, State};
+use crate::mechanics::{RigidBody, Rotation, State};
 use crate::world::Parameters;
 use nalgebra::{Matrix3, Vector3, Vector4};
 
@@ -104,6 +104,7 @@ pub fn tutorial_parameters() -> Result<Parameters, Error> {
         gravity: scene.gravity,
         friction: FRICTION,
         time_step: scene.time_step,
+        rotation: Rotation::Tutorial,
     })
 }
 

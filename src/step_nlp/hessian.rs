@@ -8,7 +8,7 @@ use super::StepNlp;
 use super::entries::EntrySink;
 use super::layout::{ATTITUDE, ATTITUDE_ROWS, SPIN, SPIN_ROWS, UNIT_NORM_ROW};
 use crate::mechanics::State;
-use nalgebra::{Matrix3, Matrix4, Vector2, Vector4};
+use nalgebra::{Matrix3, Matrix4, Vector2, Vector3, Vector4};
 
 /// The multipliers of one contact's rows.
 struct ContactMultipliers {
@@ -69,15 +69,14 @@ impl StepNlp {
         }
     }
 
-    /// ω⁺ × ω⁺: Bᵀ ∇²(y·u) B of eq. 8b (eq. D2) and −h Σ y_k T_k of eq. 8d (eq. D6).
+    /// ω⁺ × ω⁺: Bᵀ ∇²(y·u) B of eq. 8b (eq. D2) and −h ∇²(y·I⁻¹ G) of eq. 8d (eq. D6).
     fn emit_spin_block(&self, next: &State, multipliers: &[f64], sink: &mut impl EntrySink) {
         let y = Vector4::from_column_slice(&multipliers[ATTITUDE_ROWS]);
         let b = &self.step.attitude_rate;
         let mut block: Matrix3<f64> =
             b.transpose() * self.advanced_attitude(&next.spin).hessian(y) * b;
-        for (form, y) in self.gyroscopic_forms.iter().zip(&multipliers[SPIN_ROWS]) {
-            block -= form * (self.world.time_step() * y);
-        }
+        let y = Vector3::from_column_slice(&multipliers[SPIN_ROWS]);
+        block -= self.gyroscopic.curvature(&y, &next.spin) * self.world.time_step();
         for row in 0..3 {
             for col in 0..=row {
                 sink.put(SPIN.start + row, SPIN.start + col, block[(row, col)]);

@@ -70,19 +70,17 @@ impl StepNlp {
         }
     }
 
-    /// Eq. 8d: ω + h I⁻¹ (τ − ω⁺ × I ω⁺) − ω⁺. By ω⁺: −E − h T(ω⁺), row k of T(ω) being
-    /// ωᵀ T_k (eq. D6); by f_i: h I⁻¹ [c_i]× Aᵀ F (eq. D5).
+    /// Eq. 8d: ω + h I⁻¹ (τ − G(ω, ω⁺)) − ω⁺. By ω⁺: −E − h I⁻¹ ∂G/∂ω⁺ (eq. D6); by f_i:
+    /// h I⁻¹ [c_i]× Aᵀ F (eq. D5).
     fn emit_spin_rows(&self, next: &State, sink: &mut impl EntrySink) {
-        let h = self.world.time_step();
+        let by_spin = -self.world.time_step() * self.gyroscopic.slope(&next.spin);
         for k in 0..3 {
             let row = SPIN_ROWS.start + k;
-            let form = &self.gyroscopic_forms[k];
-            let by_spin = -h * (form * next.spin);
             for j in 0..3 {
                 if j == k {
-                    sink.put(row, SPIN.start + j, by_spin[j] - 1.0);
-                } else if form.row(j).amax() > 0.0 {
-                    sink.put(row, SPIN.start + j, by_spin[j]);
+                    sink.put(row, SPIN.start + j, by_spin[(k, j)] - 1.0);
+                } else if self.gyroscopic.depends(k, j) {
+                    sink.put(row, SPIN.start + j, by_spin[(k, j)]);
                 }
             }
             for (i, point) in self.body().contact_points().iter().enumerate() {

@@ -24,6 +24,7 @@
 //! shorter slices.
 
 mod entries;
+mod gyroscopic;
 mod hessian;
 mod jacobian;
 mod kernels;
@@ -40,6 +41,7 @@ use crate::mechanics::{RigidBody, State, Wrench};
 use crate::sparsity::SparsityPattern;
 use crate::world::World;
 use entries::{PatternSink, ValueSink};
+use gyroscopic::Gyroscopic;
 use kernels::{Normalised, SmoothForce};
 use layout::Layout;
 use nalgebra::{Matrix3, Matrix4, Matrix4x3, SVector, Vector2, Vector3, Vector4};
@@ -67,8 +69,7 @@ pub struct StepNlp {
     layout: Layout,
     /// Q_1, Q_2, Q_n of every contact point: the forms of eq. 3 along the ground's frame.
     forms: Vec<[Matrix4<f64>; 3]>,
-    /// T_k of eq. D6: component k of I⁻¹ (ω × I ω) is ½ ωᵀ T_k ω.
-    gyroscopic_forms: [Matrix3<f64>; 3],
+    gyroscopic: Gyroscopic,
     jacobian_pattern: SparsityPattern,
     hessian_pattern: SparsityPattern,
     /// The current step's parameters and what follows from them.
@@ -116,7 +117,7 @@ impl StepNlp {
             rises: vec![0.0; layout.contacts()],
             layout,
             forms: forms_along(body, world.ground().frame()),
-            gyroscopic_forms: gyroscopic_forms(body),
+            gyroscopic: Gyroscopic::new(body, world.rotation(), world.time_step()),
             jacobian_pattern: SparsityPattern::new(),
             hessian_pattern: SparsityPattern::new(),
             step: StepData {
@@ -318,7 +319,7 @@ impl StepNlp {
             force += self.frame() * f;
             spin -= self.step.spin_per_force[i] * f;
         }
-        let gyroscopic = next.spin.cross(&(body.inertia() * next.spin));
+        let gyroscopic = self.gyroscopic.term(&old.spin, &next.spin);
         spin += h * (body.inertia_inverse() * (gyroscopic - self.step.wrench.torque));
 
         let position = old.position + h * next.velocity - next.position;
@@ -385,25 +386,4 @@ fn forms_along(body: &RigidBody, frame: &Matrix3<f64>) -> Vec<[Matrix4<f64>; 3]>
     };
     let points = body.contact_points().iter();
     points.map(|point| [0, 1, 2].map(|j| along(&point.forms, j))).collect()
-}
-
-/// T_k (eq. D6). With S_i the symmetric matrix of component i of ω × I ω,
-///
-/// ```text
-/// (ω × I ω)_i = ω_j (I ω)_k − ω_k (I ω)_j,   (i, j, k) cyclic,
-/// S_i = e_j I_k· + I_·k e_jᵀ − e_k I_j· − I_·j e_kᵀ,
-/// ```
-///
-/// T_k = Σ_i (I⁻¹)_ki S_i. Zero, exactly, for an isotropic inertia.
-fn gyroscopic_forms(body: &RigidBody) -> [Matrix3<f64>; 3] {
-    let inertia = body.inertia();
-    let component = |i: usize| {
-        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-        let half: Matrix3<f64> =
-            Vector3::ith(j, 1.0) * inertia.row(k) - Vector3::ith(k, 1.0) * inertia.row(j);
-        half + half.transpose()
-    };
-    let components = [component(0), component(1), component(2)];
-    let inverse = body.inertia_inverse();
-    [0, 1, 2].map(|k| (0..3).map(|i| components[i] * inverse[(k, i)]).sum())
 }

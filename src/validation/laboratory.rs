@@ -9,13 +9,14 @@ use crate::contact::{Partner, Plane};
 use crate::error::Error;
 use crate::mechanics::Load;
 use crate::mechanics::RigidBody;
+use crate::mechanics::Rotation;
 use crate::mechanics::State;
 use crate::mechanics::quaternion::{advance, rotation};
 use crate::simulation::{Motion, Simulation, StepRecord};
 use crate::step::{ContactForce, StepSolution, StepSolver, StepStatus};
 use crate::step_nlp::SMOOTHING;
 use crate::world::{Fixed, Parameters, World};
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -238,6 +239,7 @@ impl<'a> Laboratory<'a> {
             gravity: Vector3::new(0.0, 0.0, -setup.gravity),
             friction: setup.friction,
             time_step: self.time_step,
+            rotation: Rotation::Momentum,
         })?;
         world = world.with_restitution(setup.restitution)?;
         let fixed = setup.fixed.iter().map(|fixed| incline.fixed_to_world(fixed));
@@ -303,13 +305,19 @@ impl<'a> Laboratory<'a> {
                 torque -= lever.cross(&(to_body * found.force));
             }
         }
-        torque -= after.spin.cross(&(body.inertia() * after.spin));
+        // P^±(ω) (eq. 34), as a matrix times I ω.
+        let momentum = |spin: &Vector3<f64>, h: f64| {
+            let turned = spin.cross_matrix() * (0.5 * h);
+            let along = spin * spin.transpose() * (0.25 * h * h);
+            (Matrix3::identity() + turned + along) * body.inertia() * spin
+        };
         let gravity = Vector3::new(0.0, 0.0, -setup.gravity);
 
         let position = after.position - before.position - h * after.velocity;
         let attitude = after.attitude - advance(&before.attitude, &after.spin, h);
         let velocity = after.velocity - before.velocity - h * (force / body.mass() + gravity);
-        let spin = after.spin - before.spin - h * (body.inertia_inverse() * torque);
+        let turning = momentum(&after.spin, h) - momentum(&before.spin, -h) - h * torque;
+        let spin = body.inertia_inverse() * turning;
         (
             position.norm().max(2.0 * body.reach() * attitude.norm()) / h,
             velocity.norm().max(body.reach() * spin.norm()),

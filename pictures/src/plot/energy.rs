@@ -2,7 +2,7 @@
 
 use super::panel::{Marks, Panel, PanelMaker, Series};
 use super::scale::Kind;
-use crate::film::{Body, Contact, Film, Frame, Pose, Status};
+use crate::film::{Contact, Film, Frame, Status};
 
 /// From top to bottom.
 pub const PANELS: [PanelMaker; 5] = [
@@ -32,19 +32,8 @@ const MARKED: [(Status, &str); 4] = [
     (Status::Failed, "#cf222e"),
 ];
 
-/// Kinetic ½ m v² + ½ ωᵀ I ω, potential −m gᵀ r, over all bodies, and their sum.
+/// Kinetic and potential energy over all bodies, and their sum.
 fn energies(film: &Film) -> Panel {
-    let kinetic = |frame: &Frame| {
-        let of_one = |(body, pose): (&Body, &Pose)| {
-            let spin = pose.spin;
-            0.5 * (body.mass * pose.velocity.norm_squared() + spin.dot(&(body.inertia * spin)))
-        };
-        film.bodies.iter().zip(&frame.poses).map(of_one).sum::<f64>()
-    };
-    let potential = |frame: &Frame| {
-        let bodies = film.bodies.iter().zip(&frame.poses);
-        bodies.map(|(body, pose)| -body.mass * film.gravity.dot(&pose.position)).sum::<f64>()
-    };
     let frames = || film.frames.iter();
     Panel {
         id: "energy",
@@ -54,9 +43,9 @@ fn energies(film: &Film) -> Panel {
         kind: Kind::FromZero,
         height: 200.0,
         series: vec![
-            Series::new("kinetic", 0, frames().map(kinetic)),
-            Series::new("potential", 1, frames().map(potential)),
-            Series::new("total", 7, frames().map(|frame| kinetic(frame) + potential(frame))),
+            Series::new("kinetic", 0, frames().map(|frame| frame.kinetic)),
+            Series::new("potential", 1, frames().map(|frame| frame.potential)),
+            Series::new("total", 7, frames().map(|frame| frame.kinetic + frame.potential)),
         ],
         ..Panel::default()
     }

@@ -176,10 +176,15 @@ pub fn film(steps: u64) -> Film {
         };
         let is_last = k == steps;
         let contacts = standing.iter().copied().chain((60..75).map(rolls));
+        let poses: Vec<_> = (0..100).map(|b| pose(b, time)).collect();
+        let of_one = |pose: &Pose| [pose.velocity.norm_squared() / 2.0, GRAVITY * pose.position[2]];
+        let [kinetic, potential] = [0, 1].map(|part| poses.iter().map(|p| of_one(p)[part]).sum());
         Frame {
             index: k,
             time,
-            poses: (0..100).map(|b| pose(b, time)).collect(),
+            poses,
+            kinetic,
+            potential,
             contacts: contacts.filter(|_| !is_last).collect(),
             status: if is_last { Status::End } else { Status::Converged },
             iterations: if is_last { 0 } else { 3 },

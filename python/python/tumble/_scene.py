@@ -32,7 +32,8 @@ class Scene(CoreScene):
     Lengths in m, masses in kg, times in s, gravity in m/s² (a number downwards, or three in the
     world's frame). Positions and velocities are in the world's frame, spins (rad/s) and inertias
     (kg m², about the centre of mass) in the body's; attitudes are unit quaternions w, x, y, z, from
-    body to world. Raises TumbleError for what cannot be simulated.
+    body to world. ``rotation`` is the equation by which a step turns its bodies, "momentum" or
+    "tutorial" (scenarios/README.md). Raises TumbleError for what cannot be simulated.
 
     Without gradients: ``jacobian`` and ``vjp`` are names kept for them.
     """
@@ -49,6 +50,7 @@ class Scene(CoreScene):
         *,
         gravity: Union[float, Iterable[float]] = 9.81,
         time_step: float = 0.002,
+        rotation: str = "momentum",
         steps: int = 1000,
         name: str = "scene",
         seed: Optional[int] = None,
@@ -59,6 +61,7 @@ class Scene(CoreScene):
                 "name": name,
                 "steps": steps + 1,
                 "time_step": time_step,
+                "rotation": rotation,
                 "gravity": gravity,
                 "ground": ground,
                 "bodies": list(bodies),
@@ -78,6 +81,7 @@ class Scene(CoreScene):
         seed: Optional[int] = None,
         steps: Optional[int] = None,
         time_step: Optional[float] = None,
+        rotation: Optional[str] = None,
         friction: Optional[float] = None,
         restitution: Optional[float] = None,
         solver: Optional[str] = None,
@@ -87,6 +91,7 @@ class Scene(CoreScene):
             "seed": seed,
             "steps": steps,
             "time_step": time_step,
+            "rotation": rotation,
             "friction": friction,
             "restitution": restitution,
             "solver": solver,
@@ -125,14 +130,16 @@ def load(
     seed: Optional[int] = None,
     steps: Optional[int] = None,
     time_step: Optional[float] = None,
+    rotation: Optional[str] = None,
     friction: Optional[float] = None,
     restitution: Optional[float] = None,
     solver: Optional[str] = None,
 ) -> Scene:
     """Reads a scenario file (TOML; scenarios/README.md has every field).
 
-    ``seed``, ``steps``, ``time_step`` (s), ``friction``, ``restitution`` and ``solver`` ("native",
-    or "ipopt" where tumble.has_ipopt) go before what the file says. Of the two, "native" is taken
+    ``seed``, ``steps``, ``time_step`` (s), ``rotation`` ("momentum" or "tutorial", by which equation
+    bodies turn), ``friction``, ``restitution`` and ``solver`` ("native", or "ipopt" where
+    tumble.has_ipopt) go before what the file says. Of the two, "native" is taken
     where nothing is said. Raises OSError where the file cannot be read, TumbleError where it is no scene.
     """
     with open(path, "rb") as stream:
@@ -149,6 +156,7 @@ def load(
         seed=seed,
         steps=steps,
         time_step=time_step,
+        rotation=rotation,
         friction=friction,
         restitution=restitution,
         solver=solver,
@@ -161,6 +169,7 @@ def _made(text: str, path: str, settings: Dict[str, Any]) -> Scene:
 
 _DROP = """
 name = "drop"
+rotation = "tutorial"
 [body]
 box = 2.0
 mass = 10.0

@@ -90,7 +90,9 @@ class Trajectory:
 
     @property
     def energy(self) -> "Floats":
-        """Kinetic and in gravity, from the world's origin, J: (K,)."""
+        """Kinetic and in gravity, from the world's origin, J: (K,). With the rotation "momentum" it
+        is that at the states' times, which free motion keeps; with "tutorial" that of the stored
+        velocities, which are half a step behind (docs/formulation.md, section 3)."""
         return self._steps["energy"]  # type: ignore[no-any-return]
 
     @property

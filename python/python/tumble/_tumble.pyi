@@ -24,6 +24,7 @@ class CoreScene:
         seed: Optional[int] = None,
         steps: Optional[int] = None,
         time_step: Optional[float] = None,
+        rotation: Optional[str] = None,
         friction: Optional[float] = None,
         restitution: Optional[float] = None,
         solver: Optional[str] = None,
@@ -40,6 +41,8 @@ class CoreScene:
     def steps(self) -> int: ...
     @property
     def time_step(self) -> float: ...
+    @property
+    def rotation(self) -> str: ...
     @property
     def friction(self) -> float: ...
     @property

@@ -5,6 +5,7 @@ use crate::cli::values::{self, LoadKnot};
 use clap::Args;
 use nalgebra::Vector3;
 use tumble::contact::plane::Plane;
+use tumble::mechanics::Rotation;
 use tumble_pictures::animation::View;
 
 /// What residuals depend on: the constants of the model, and the load.
@@ -13,6 +14,9 @@ pub struct PhysicsArgs {
     /// Time step, s, 1e-6 to 0.1 [default: drop 0.002, floating 0.001].
     #[arg(long, value_name = "S", value_parser = values::number, allow_hyphen_values = true)]
     pub dt: Option<f64>,
+    /// By which equation a step turns its bodies [default: tutorial, in scenario files momentum].
+    #[arg(long, value_enum)]
+    pub rotation: Option<Rotation>,
     /// Coefficient of friction, 0 to 10 [default: 0.3].
     #[arg(long, value_parser = values::number, allow_hyphen_values = true)]
     pub mu: Option<f64>,
@@ -61,6 +65,7 @@ impl PhysicsArgs {
     pub fn given(&self) -> Vec<&'static str> {
         let flags = [
             ("dt", self.dt.is_some()),
+            ("rotation", self.rotation.is_some()),
             ("mu", self.mu.is_some()),
             ("restitution", self.restitution.is_some()),
             ("rebound-speed", self.rebound_speed.is_some()),

@@ -12,6 +12,7 @@ use super::physics::matrix;
 use super::{input, shown};
 use nalgebra::{SVector, Vector3};
 use serde::{Deserialize, Serialize};
+use tumble::mechanics::Rotation;
 use tumble::mechanics::body::RigidBody;
 use tumble::mechanics::state::{State, Wrench};
 use tumble::simulation::scene;
@@ -31,6 +32,7 @@ struct PointFile {
     obj_factor: f64,
     multipliers: Vec<f64>,
     dt: Option<f64>,
+    rotation: Option<Rotation>,
     mu: Option<f64>,
     mass: Option<f64>,
     inertia: Option<Exactly<Numbers<3>, 3>>,
@@ -146,6 +148,7 @@ impl PointFile {
             gravity,
             friction: self.mu.unwrap_or(usual.friction),
             time_step: self.dt.unwrap_or(usual.time_step),
+            rotation: self.rotation.unwrap_or(usual.rotation),
         })?)
     }
 

@@ -7,7 +7,7 @@ use crate::cli::physics::matrix;
 use nalgebra::{Matrix3, SVector, Vector3};
 use serde::Deserialize;
 use tumble::contact::{Contact, ContactKey, ContactLaw, Features, Partner, Plane};
-use tumble::mechanics::{Pose, RigidBody, State, Wrench};
+use tumble::mechanics::{Pose, RigidBody, Rotation, State, Wrench};
 use tumble::simulation::scene;
 use tumble::step_nlp::SMOOTHING;
 use tumble::step_nlp::several::{PosedStep, SeveralNlp};
@@ -25,6 +25,7 @@ pub struct PointFile {
     obj_factor: f64,
     multipliers: Vec<f64>,
     dt: Option<f64>,
+    rotation: Option<Rotation>,
     gravity: Option<Gravity>,
     epsilon: Option<f64>,
     /// κ of eq. 25a in parts of h (1/m_A + 1/m_B), and σ of eq. 27, m².
@@ -139,6 +140,7 @@ impl PointFile {
             gravity: self.gravity.map_or(usual.gravity, Gravity::vector),
             friction: usual.friction,
             time_step: self.dt.unwrap_or(usual.time_step),
+            rotation: self.rotation.unwrap_or(usual.rotation),
         })?)
     }
 

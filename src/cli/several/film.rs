@@ -26,7 +26,7 @@ pub fn film(
             return Ok(None);
         }
         check_contacts(&tables.world, &step).map_err(|why| tables.odd(&why))?;
-        frames.push(film::frame(&step, &mut keys))?;
+        frames.push(film::frame(&tables.world, &step, &mut keys))?;
     }
     let RunTables { run, world, loads, .. } = tables;
     let bodies: Vec<_> = run.model.bodies.iter().map(|body| body.name.as_str()).collect();

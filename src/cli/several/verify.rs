@@ -12,7 +12,8 @@ use std::fmt::Write as _;
 use tumble::contact::certificate::{Certifier, Claim};
 use tumble::contact::{Candidates, Contact, Partner, rounding};
 use tumble::mechanics::{Load, State, Wrench};
-use tumble::simulation::tables::{TableStep, energy};
+use tumble::simulation::energy;
+use tumble::simulation::tables::TableStep;
 use tumble::step::StepStatus;
 use tumble::world::World;
 
@@ -223,13 +224,15 @@ impl Judge {
 
     /// The energy is a sum of large parts of both signs; rounding is of the largest of them.
     fn has_its_energy(&self, step: &TableStep) -> bool {
-        let gravity = self.world.gravity();
+        let (gravity, h) = (self.world.gravity(), self.world.time_step());
         let parts = self.world.bodies().iter().zip(&step.states).map(|(body, state)| {
-            let linear = state.velocity.norm_squared() + gravity.dot(&state.position).abs();
-            body.mass() * linear + state.spin.dot(&(body.inertia() * state.spin))
+            let (velocity, position) = (&state.velocity, &state.position);
+            let fallen = h * gravity.dot(velocity).abs() + gravity.dot(position).abs();
+            let linear = velocity.norm_squared() + fallen;
+            body.mass() * linear + energy::turning(&self.world, body, &state.spin)
         });
         let scale: f64 = parts.sum();
-        let found = energy(&self.world, &step.states);
+        let found = energy::total(&self.world, &step.states);
         (found - step.row.energy).abs() <= RELATIVE_TOLERANCE * scale
     }
 }

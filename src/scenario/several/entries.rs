@@ -2,6 +2,7 @@
 
 use super::shape::{Form, Place};
 use crate::geometry::mesh::{parse_obj, parse_stl};
+use crate::mechanics::Rotation;
 use crate::scenario::choices::Frame;
 use crate::scenario::fields::{Exactly, Numbers, table_if_any};
 use crate::scenario::shown;
@@ -18,6 +19,7 @@ pub struct SeveralFile {
     pub name: Option<String>,
     pub steps: Option<u64>,
     pub time_step: Option<f64>,
+    pub rotation: Option<Rotation>,
     pub seed: Option<u32>,
     pub gravity: Option<Gravity>,
     #[serde(default, deserialize_with = "table_if_any")]

@@ -5,6 +5,7 @@ use super::model::Model;
 use super::scene::{self, Built};
 use crate::contact::Candidates;
 use crate::error::Error;
+use crate::mechanics::Rotation;
 use crate::scenario;
 use crate::scenario::choices::SolverName;
 use crate::scenario::contact::Contact;
@@ -150,6 +151,7 @@ fn settings(file: &mut SeveralFile) -> Result<Settings, String> {
         steps: Some(steps),
         seed: Some(file.seed.unwrap_or(USUAL_SEED)),
         dt: Some(file.time_step.unwrap_or(0.002)),
+        rotation: Some(file.rotation.unwrap_or(Rotation::Momentum)),
         ..Settings::default()
     };
     let gravity = file.gravity.take().map(|gravity| gravity.vector());

@@ -5,9 +5,9 @@
 use super::shape::{PlacedForm, Shape};
 use crate::contact::{Partner, Plane};
 use crate::error::Error;
-use crate::mechanics::{Load, RigidBody, State};
+use crate::mechanics::{Load, RigidBody, Rotation, State};
 use crate::scenario::failure::Failure;
-use crate::scenario::parameters::{LoadParameters, PlaneParameters};
+use crate::scenario::parameters::{LoadParameters, PlaneParameters, unnamed_rotation};
 use crate::scenario::physics::bouncing;
 use crate::world::{Fixed, Parameters, World};
 use nalgebra::Matrix3;
@@ -18,6 +18,9 @@ use serde::{Deserialize, Serialize};
 pub struct Model {
     /// h, s.
     pub dt: f64,
+    /// By which equation bodies turn.
+    #[serde(default = "unnamed_rotation")]
+    pub rotation: Rotation,
     /// m/s², world.
     pub gravity: [f64; 3],
     /// Of the ground, and of what has none of its own.
@@ -140,6 +143,7 @@ impl Model {
             gravity: self.gravity.into(),
             friction: self.mu,
             time_step: self.dt,
+            rotation: self.rotation,
         })?;
         let world = if self.plane.is_some() { world } else { world.without_ground() };
         let world = world.with_fixed(fixed)?;

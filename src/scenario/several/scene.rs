@@ -9,7 +9,7 @@ use super::model::{BodyModel, FixedModel, Model, PairModel, PartnerModel, Start}
 use super::shape::{Form, Place, PlacedForm, Shape};
 use crate::contact::Plane;
 use crate::error::Error;
-use crate::mechanics::{Load, State};
+use crate::mechanics::{Load, Rotation, State};
 use crate::scenario::choices::Frame;
 use crate::scenario::fields::Numbers;
 use crate::scenario::parameters::LoadParameters;
@@ -42,6 +42,7 @@ pub fn build(file: SeveralFile, settings: &Settings, files: Files<'_>) -> Result
         names: Vec::new(),
         model: Model {
             dt: settings.dt.unwrap_or_default(),
+            rotation: settings.rotation.unwrap_or(Rotation::Momentum),
             gravity: settings.gravity.unwrap_or_default().into(),
             mu: settings.mu.unwrap_or_default(),
             restitution: settings.restitution.unwrap_or_default(),

@@ -9,7 +9,8 @@
 //!   over the step (m/s, world), the gap at k (m), the radius by which the point is rounded (m), how
 //!   far the contact rises where it bounces (m, eq. 29), and the key that the contact keeps from step to step ([`KeyText`]).
 //! - `steps`: one row a step: how it ended, its residual with the five parts, how deep pieces
-//!   overlap at k+1, the smallest part of the restitution that an island took, and the energy at k: kinetic, and potential in gravity from the world's origin.
+//!   overlap at k+1, the smallest part of the restitution that an island took, and the
+//!   [energy](super::energy) at k: kinetic, and potential in gravity from the world's origin.
 //!
 //! All rows are in the order of k; states within a step in that of the bodies, contacts in that of
 //! the solution. The last step is a state alone, of status `end`. Numbers have the fewest digits
@@ -25,8 +26,6 @@ pub use read::{ContactRow, StepRow, TableStep, TablesError, TablesReader};
 pub use rebuild::Misplaced;
 pub use write::TablesWriter;
 
-use crate::mechanics::State;
-use crate::world::World;
 use std::fmt;
 
 /// One of the three tables.
@@ -128,17 +127,3 @@ const STEP_COLUMNS: [&str; 15] = [
     "restitution_share",
     "energy_J",
 ];
-
-/// The energy of all bodies, J: kinetic, and potential in gravity from the world's origin.
-///
-/// ```text
-/// E = Σ ½ m v·v + ½ ω·I ω − m g·r
-/// ```
-#[must_use]
-pub fn energy(world: &World, states: &[State]) -> f64 {
-    let of_body = world.bodies().iter().zip(states).map(|(body, state)| {
-        let linear = 0.5 * state.velocity.norm_squared() - world.gravity().dot(&state.position);
-        body.mass() * linear + 0.5 * state.spin.dot(&(body.inertia() * state.spin))
-    });
-    of_body.sum()
-}

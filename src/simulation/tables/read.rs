@@ -41,7 +41,7 @@ pub struct StepRow {
     pub overlap: f64,
     /// The smallest part of the restitution that an island took.
     pub restitution_share: f64,
-    /// The [energy](super::energy) at k, J.
+    /// The [energy](crate::simulation::energy) at k, J.
     pub energy: f64,
 }
 

@@ -1,8 +1,8 @@
 //! Records become rows.
 
-use super::{ContactRow, KeyText, StepRow, Streams, Table, TableStep, energy};
+use super::{ContactRow, KeyText, StepRow, Streams, Table, TableStep};
 use crate::contact::{Contact, Partner};
-use crate::simulation::StepRecord;
+use crate::simulation::{StepRecord, energy};
 use crate::step::StepStatus;
 use crate::world::World;
 use nalgebra::Vector3;
@@ -116,7 +116,7 @@ impl TableStep {
             parts: certificate.parts().map(|(_, part)| part),
             overlap: record.overlap,
             restitution_share: record.restitution_share,
-            energy: energy(world, &record.states),
+            energy: energy::total(world, &record.states),
         };
         let unknown = Vector3::repeat(f64::NAN);
         let point = |contact: &Contact| {

@@ -15,6 +15,7 @@ use super::round_motion::{RoundMotion, Side};
 use super::tolerances::{LARGE_TURN, TURN_GAIN, Tolerances};
 use super::turning::Turning;
 use crate::contact::{Contact, Curved, Partner};
+use crate::mechanics::Rotation;
 use crate::mechanics::quaternion::rotation;
 use crate::step::Step;
 use crate::world::World;
@@ -65,6 +66,8 @@ struct Other {
 #[derive(Debug, Clone)]
 pub(super) struct Island {
     time_step: f64,
+    /// By which equation bodies turn.
+    form: Rotation,
     /// M, kg.
     mass: f64,
     members: Vec<Member>,
@@ -79,6 +82,7 @@ impl Island {
     pub(super) fn new(world: &World) -> Self {
         Self {
             time_step: world.time_step(),
+            form: world.rotation(),
             mass: 1.0,
             members: Vec::new(),
             candidates: Vec::new(),
@@ -157,8 +161,8 @@ impl Island {
     ) {
         residuals.clear();
         residuals.extend(self.members.iter().zip(velocity).map(|(member, velocity)| {
-            let spin = &velocity.spin;
-            let gyroscopic = self.time_step * spin.cross(&(member.inertia * spin));
+            let (h, spin, old) = (self.time_step, &velocity.spin, &member.old.spin);
+            let gyroscopic = h * self.form.gyroscopic(&member.inertia, old, spin, h);
             let turned = member.inertia * (spin - member.old.spin);
             Velocity {
                 linear: velocity.linear - member.free.linear,
@@ -177,11 +181,10 @@ impl Island {
         }
     }
 
-    /// ∂(angular part)/∂ω⁺ = Î + h ([ω]× Î − [Î ω]×) of a body.
+    /// ∂(angular part)/∂ω⁺ = Î + h ∂Ĝ/∂ω⁺ of a body.
     fn angular_slope(&self, member: &Member, spin: &Vector3<f64>) -> Matrix3<f64> {
-        let gyroscopic =
-            spin.cross_matrix() * member.inertia - (member.inertia * spin).cross_matrix();
-        member.inertia + self.time_step * gyroscopic
+        let h = self.time_step;
+        member.inertia + h * self.form.gyroscopic_slope(&member.inertia, spin, h)
     }
 
     fn turnings(&self, member: &Member, velocity: &Velocity) -> Both {

@@ -7,6 +7,7 @@ use super::fixed_motion::{point_velocity, slope};
 use super::tolerances::{LARGE_TURN, TURN_GAIN, Tolerances};
 use super::turning::Turning;
 use crate::contact::Contact;
+use crate::mechanics::Rotation;
 use crate::mechanics::quaternion::rotation;
 use crate::step::Step;
 use crate::world::World;
@@ -32,7 +33,10 @@ pub(super) struct Single {
     inertia_inverse: Matrix3<f64>,
     /// h τ/m of the external torque, m²/s.
     torque_impulse: Vector3<f64>,
-    isotropic: bool,
+    /// By which equation the body turns.
+    form: Rotation,
+    /// Whether the gyroscopic term of that equation is nothing.
+    turns_alike: bool,
     tolerances: Tolerances,
     unsettled: f64,
     candidates: Vec<Candidate>,
@@ -51,7 +55,8 @@ impl Single {
             inertia: Matrix3::identity(),
             inertia_inverse: Matrix3::identity(),
             torque_impulse: Vector3::zeros(),
-            isotropic: false,
+            form: world.rotation(),
+            turns_alike: false,
             tolerances: Tolerances::of(world, 0.0),
             unsettled: f64::INFINITY,
             candidates: Vec::new(),
@@ -66,7 +71,7 @@ impl Single {
         self.reach = body.reach();
         self.inertia = *body.specific_inertia();
         self.inertia_inverse = *body.specific_inertia_inverse();
-        self.isotropic = body.is_isotropic();
+        self.turns_alike = self.form == Rotation::Tutorial && body.is_isotropic();
         self.rotation = rotation(&state.attitude);
         self.free_linear = free.velocity;
         self.free_spin = free.spin;
@@ -95,7 +100,7 @@ impl Single {
     /// The linear and angular parts of the equations of motion (N1):
     ///
     /// ```text
-    /// v⁺ − v_free − Σ p̂,   Î (ω⁺ − ω) + h ω⁺ × Î ω⁺ − h τ/m − Σ [c]× Aᵀ p̂
+    /// v⁺ − v_free − Σ p̂,   Î (ω⁺ − ω) + h Ĝ(ω, ω⁺) − h τ/m − Σ [c]× Aᵀ p̂
     /// ```
     fn motion(
         &self,
@@ -105,8 +110,9 @@ impl Single {
         let spin = &velocity.spin;
         let mut linear = velocity.linear - self.free_linear;
         let mut angular = self.inertia * (spin - self.old.spin) - self.torque_impulse;
-        if !self.isotropic {
-            angular += self.time_step * spin.cross(&(self.inertia * spin));
+        if !self.turns_alike {
+            let (h, old) = (self.time_step, &self.old.spin);
+            angular += h * self.form.gyroscopic(&self.inertia, old, spin, h);
         }
         for (candidate, impulse) in self.candidates.iter().zip(impulses) {
             linear -= impulse;
@@ -115,13 +121,13 @@ impl Single {
         (linear, angular)
     }
 
-    /// ∂(angular part)/∂ω⁺ = Î + h ([ω]× Î − [Î ω]×).
+    /// ∂(angular part)/∂ω⁺ = Î + h ∂Ĝ/∂ω⁺.
     fn angular_slope(&self, spin: &Vector3<f64>) -> Matrix3<f64> {
-        if self.isotropic {
+        if self.turns_alike {
             return self.inertia;
         }
-        let gyroscopic = spin.cross_matrix() * self.inertia - (self.inertia * spin).cross_matrix();
-        self.inertia + self.time_step * gyroscopic
+        let h = self.time_step;
+        self.inertia + h * self.form.gyroscopic_slope(&self.inertia, spin, h)
     }
 
     fn turning(&self, velocity: &Velocity) -> Turning {

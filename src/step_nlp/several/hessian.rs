@@ -8,7 +8,7 @@ use super::super::entries::EntrySink;
 use super::super::layout::{ATTITUDE, ATTITUDE_ROWS, POSITION, SPIN, SPIN_ROWS};
 use super::SeveralNlp;
 use super::touch::Curvature;
-use nalgebra::{Matrix3, Matrix3x4, Matrix4, Vector2, Vector4};
+use nalgebra::{Matrix3, Matrix3x4, Matrix4, Vector2, Vector3, Vector4};
 
 /// What two bodies i < j that touch have with each other.
 struct Pair {
@@ -166,7 +166,7 @@ impl SeveralNlp {
         }
     }
 
-    /// ω⁺ × ω⁺ of a body: Bᵀ ∇²(y·u) B of eq. 8b (eq. D2) and −h Σ y_k T_k of eq. 8d (eq. D6).
+    /// ω⁺ × ω⁺ of a body: Bᵀ ∇²(y·u) B of eq. 8b (eq. D2) and −h ∇²(y·I⁻¹ G) of eq. 8d (eq. D6).
     fn emit_spin_block(
         &self,
         x: &[f64],
@@ -180,9 +180,8 @@ impl SeveralNlp {
         let (b, spin) = (&member.attitude_rate, self.next_state(x, body).spin);
         let mut block: Matrix3<f64> =
             b.transpose() * member.advanced_attitude(&spin).hessian(y) * b;
-        for (form, y) in member.gyroscopic_forms.iter().zip(&multipliers[SPIN_ROWS]) {
-            block -= form * (self.time_step * y);
-        }
+        let y = Vector3::from_column_slice(&multipliers[SPIN_ROWS]);
+        block -= member.gyroscopic.curvature(&y, &spin) * self.time_step;
         for row in 0..3 {
             for col in 0..=row {
                 sink.put(first + SPIN.start + row, first + SPIN.start + col, block[(row, col)]);

@@ -46,15 +46,14 @@ impl SeveralNlp {
                 sink.put(row, first + SPIN.start + j, by_spin[(k, j)]);
             }
         }
+        let by_spin = -h * member.gyroscopic.slope(&next.spin);
         for k in 0..3 {
-            let form = &member.gyroscopic_forms[k];
-            let by_spin = -h * (form * next.spin);
             for j in 0..3 {
                 let (row, column) = (first + SPIN_ROWS.start + k, first + SPIN.start + j);
                 if j == k {
-                    sink.put(row, column, by_spin[j] - 1.0);
-                } else if form.row(j).amax() > 0.0 {
-                    sink.put(row, column, by_spin[j]);
+                    sink.put(row, column, by_spin[(k, j)] - 1.0);
+                } else if member.gyroscopic.depends(k, j) {
+                    sink.put(row, column, by_spin[(k, j)]);
                 }
             }
         }

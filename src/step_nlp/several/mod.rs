@@ -26,7 +26,7 @@ mod touch;
 pub use layout::{Friction, FrictionRows, Layout, Normal};
 
 use super::entries::{PatternSink, ValueSink};
-use super::gyroscopic_forms;
+use super::gyroscopic::Gyroscopic;
 use super::kernels::{Normalised, SmoothForce};
 use super::layout::{ATTITUDE_ROWS, POSITION_ROWS, SPIN_ROWS, VELOCITY_ROWS};
 use crate::contact::{Contact, Partner};
@@ -79,10 +79,8 @@ struct Member {
     push: Vector3<f64>,
     /// h I⁻¹ τ_ext, rad/s.
     twist: Vector3<f64>,
-    inertia: Matrix3<f64>,
     inertia_inverse: Matrix3<f64>,
-    /// T_k of eq. D6.
-    gyroscopic_forms: [Matrix3<f64>; 3],
+    gyroscopic: Gyroscopic,
     /// ½ h L(q) H.
     attitude_rate: Matrix4x3<f64>,
     /// Whether a plane of the body meets a point of another, or a round feature of it any other.
@@ -120,9 +118,8 @@ impl SeveralNlp {
                 old: *state,
                 push: h * (wrench.force / body.mass() + world.gravity()),
                 twist: h * (body.inertia_inverse() * wrench.torque),
-                inertia: *body.inertia(),
                 inertia_inverse: *body.inertia_inverse(),
-                gyroscopic_forms: gyroscopic_forms(body),
+                gyroscopic: Gyroscopic::new(body, world.rotation(), h),
                 attitude_rate: attitude_map(&state.attitude) * (0.5 * h),
                 holds: false,
                 is_round: false,
@@ -276,7 +273,7 @@ impl SeveralNlp {
             let position = old.position + h * next.velocity - next.position;
             let attitude = member.advanced_attitude(&next.spin).unit - next.attitude;
             let velocity = old.velocity + member.push - next.velocity;
-            let gyroscopic = next.spin.cross(&(member.inertia * next.spin));
+            let gyroscopic = member.gyroscopic.term(&old.spin, &next.spin);
             let spin =
                 old.spin + member.twist - h * (member.inertia_inverse * gyroscopic) - next.spin;
             let rows = &mut rows[self.layout.state(body)];

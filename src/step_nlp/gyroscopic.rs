@@ -1,0 +1,92 @@
+//! The gyroscopic term of the rows (8d), I⁻¹ G(ω, ω⁺), with its derivatives by ω⁺: both programs
+//! have it.
+
+use crate::mechanics::{RigidBody, Rotation};
+use nalgebra::{Matrix3, RowVector3, Vector3};
+
+/// The term of one body.
+#[derive(Debug, Clone)]
+pub(super) struct Gyroscopic {
+    rotation: Rotation,
+    time_step: f64,
+    inertia: Matrix3<f64>,
+    inertia_inverse: Matrix3<f64>,
+    /// T_k of eq. D6: component k of I⁻¹ (ω × I ω) is ½ ωᵀ T_k ω.
+    forms: [Matrix3<f64>; 3],
+}
+
+impl Gyroscopic {
+    /// That of `body` in steps of `time_step` (s).
+    pub(super) fn new(body: &RigidBody, rotation: Rotation, time_step: f64) -> Self {
+        Self {
+            rotation,
+            time_step,
+            inertia: *body.inertia(),
+            inertia_inverse: *body.inertia_inverse(),
+            forms: forms(body),
+        }
+    }
+
+    /// G(ω, ω⁺), N m.
+    pub(super) fn term(&self, old: &Vector3<f64>, new: &Vector3<f64>) -> Vector3<f64> {
+        self.rotation.gyroscopic(&self.inertia, old, new, self.time_step)
+    }
+
+    /// Whether ∂(I⁻¹ G)_k/∂ω⁺_j can be other than zero.
+    pub(super) fn depends(&self, k: usize, j: usize) -> bool {
+        self.rotation == Rotation::Momentum || self.forms[k].row(j).amax() > 0.0
+    }
+
+    /// ∂(I⁻¹ G)/∂ω⁺ at ω⁺ = `spin`: for the tutorial's form T(ω) with the rows ωᵀ T_k.
+    pub(super) fn slope(&self, spin: &Vector3<f64>) -> Matrix3<f64> {
+        match self.rotation {
+            Rotation::Tutorial => {
+                let rows = self.forms.map(|form| (form * spin).transpose());
+                Matrix3::from_rows(&rows as &[RowVector3<f64>])
+            }
+            Rotation::Momentum => {
+                let slope = self.rotation.gyroscopic_slope(&self.inertia, spin, self.time_step);
+                self.inertia_inverse * slope
+            }
+        }
+    }
+
+    /// ∇²(y·I⁻¹ G) by ω⁺ at ω⁺ = `spin`, with z = I⁻¹ y
+    ///
+    /// ```text
+    /// tutorial: Σ y_k T_k,   momentum: ½ Σ y_k T_k + ½ h ((z·ω) I + z (I ω)ᵀ + (I ω) zᵀ)
+    /// ```
+    pub(super) fn curvature(&self, y: &Vector3<f64>, spin: &Vector3<f64>) -> Matrix3<f64> {
+        let turning: Matrix3<f64> = self.forms.iter().zip(y).map(|(form, y)| form * *y).sum();
+        match self.rotation {
+            Rotation::Tutorial => turning,
+            Rotation::Momentum => {
+                let (z, momentum) = (self.inertia_inverse * y, self.inertia * spin);
+                let half = z * momentum.transpose();
+                let cubic = self.inertia * z.dot(spin) + half + half.transpose();
+                (turning + cubic * self.time_step) * 0.5
+            }
+        }
+    }
+}
+
+/// T_k (eq. D6). With S_i the symmetric matrix of component i of ω × I ω,
+///
+/// ```text
+/// (ω × I ω)_i = ω_j (I ω)_k − ω_k (I ω)_j,   (i, j, k) cyclic,
+/// S_i = e_j I_k· + I_·k e_jᵀ − e_k I_j· − I_·j e_kᵀ,
+/// ```
+///
+/// T_k = Σ_i (I⁻¹)_ki S_i. Zero, exactly, for an isotropic inertia.
+fn forms(body: &RigidBody) -> [Matrix3<f64>; 3] {
+    let inertia = body.inertia();
+    let component = |i: usize| {
+        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+        let half: Matrix3<f64> =
+            Vector3::ith(j, 1.0) * inertia.row(k) - Vector3::ith(k, 1.0) * inertia.row(j);
+        half + half.transpose()
+    };
+    let components = [component(0), component(1), component(2)];
+    let inverse = body.inertia_inverse();
+    [0, 1, 2].map(|k| (0..3).map(|i| components[i] * inverse[(k, i)]).sum())
+}
