@@ -13,7 +13,7 @@ use std::process::ExitCode;
 use std::time::Instant;
 use tumble::contact::Plane;
 use tumble::geometry::Piece;
-use tumble::mechanics::{RigidBody, State};
+use tumble::mechanics::{RigidBody, Rotation, State};
 use tumble::simulation::random::Draws;
 use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::step::StepStatus;
@@ -153,6 +153,7 @@ fn run(
             gravity: Vector3::new(0.0, 0.0, -9.81),
             friction,
             time_step: 0.002,
+            rotation: Rotation::Momentum,
         })?;
         let motion = Motion::native(&world);
         let mut simulation = Simulation::new(world, starts, motion)?;

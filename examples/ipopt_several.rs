@@ -8,7 +8,7 @@ use std::time::Instant;
 use tumble::contact::Plane;
 use tumble::error::Error;
 use tumble::geometry::Piece;
-use tumble::mechanics::{RigidBody, State, Wrench};
+use tumble::mechanics::{RigidBody, Rotation, State, Wrench};
 use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::solver::ipopt::{IpoptSolver, Rung, SeveralLadder};
 use tumble::step::StepStatus;
@@ -25,7 +25,14 @@ struct Scene {
 fn world(bodies: Vec<RigidBody>, gravity: f64, friction: f64) -> Result<World, Error> {
     let gravity = Vector3::new(0.0, 0.0, -gravity);
     let (ground, time_step) = (Plane::level(), 0.002);
-    World::new(Parameters { bodies, ground, gravity, friction, time_step })
+    World::new(Parameters {
+        bodies,
+        ground,
+        gravity,
+        friction,
+        time_step,
+        rotation: Rotation::Momentum,
+    })
 }
 
 fn at(position: [f64; 3]) -> State {

@@ -14,7 +14,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 use tumble::contact::{Candidates, Plane};
-use tumble::mechanics::{RigidBody, State};
+use tumble::mechanics::{RigidBody, Rotation, State};
 use tumble::simulation::random::Draws;
 use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::solver::native::NativeSolver;
@@ -74,7 +74,14 @@ impl Scene {
         }
         let ground = Plane::level();
         let gravity = Vector3::new(0.0, 0.0, -9.81);
-        let parameters = Parameters { bodies, ground, gravity, friction: 0.5, time_step: 0.002 };
+        let parameters = Parameters {
+            bodies,
+            ground,
+            gravity,
+            friction: 0.5,
+            time_step: 0.002,
+            rotation: Rotation::Momentum,
+        };
         Ok((World::new(parameters)?, states))
     }
 }

@@ -433,7 +433,8 @@ impl World {
     /// pieces: bodies of points on a ground. The ranges of [`World::new`] are those of SI units and
     /// are not asked again.
     pub(crate) fn in_units(&self, mass: f64, length: f64, time: f64) -> Self {
-        let Parameters { bodies, ground, gravity, friction, time_step, rotation } = &self.parameters;
+        let Parameters { bodies, ground, gravity, friction, time_step, rotation } =
+            &self.parameters;
         let parameters = Parameters {
             bodies: bodies.iter().map(|body| body.in_units(mass, length)).collect(),
             ground: ground.in_units(length),

@@ -10,7 +10,7 @@ use proptest::prelude::*;
 use tumble::contact::certificate::{Certificate, Certifier, Claim};
 use tumble::contact::{Contact, ContactKey, ContactLaw, Features, Partner, Plane};
 use tumble::mechanics::quaternion::{advance, rotation};
-use tumble::mechanics::{RigidBody, State, Wrench};
+use tumble::mechanics::{RigidBody, Rotation, State, Wrench};
 use tumble::world::{Parameters, World};
 
 /// h, s.
@@ -63,7 +63,15 @@ impl Scene {
     fn world(&self, ground: Plane) -> World {
         let (bodies, gravity) = (self.bodies.to_vec(), Vector3::zeros());
         let (friction, time_step) = (self.friction, TIME_STEP);
-        World::new(Parameters { bodies, ground, gravity, friction, time_step }).unwrap()
+        World::new(Parameters {
+            bodies,
+            ground,
+            gravity,
+            friction,
+            time_step,
+            rotation: Rotation::Momentum,
+        })
+        .unwrap()
     }
 
     fn contact(&self) -> Contact {

@@ -3,7 +3,7 @@
 
 use nalgebra::Vector3;
 use tumble::contact::Plane;
-use tumble::mechanics::{RigidBody, State};
+use tumble::mechanics::{RigidBody, Rotation, State};
 use tumble::simulation::random::Draws;
 use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::step::StepStatus;
@@ -29,6 +29,7 @@ fn heap(seed: u32) -> (World, Vec<State>) {
         gravity: Vector3::new(0.0, 0.0, -9.81),
         friction: 0.5,
         time_step: 0.002,
+        rotation: Rotation::Momentum,
     });
     (world.unwrap(), starts)
 }

@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 use tumble::contact::{Candidates, Detection, Partner, Plane};
 use tumble::error::Error;
-use tumble::mechanics::{RigidBody, State, Wrench};
+use tumble::mechanics::{RigidBody, Rotation, State, Wrench};
 use tumble::simulation::random::Draws;
 use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::solver::native::NativeSolver;
@@ -32,7 +32,15 @@ fn simulation(world: &World, starts: &[State], threads: usize) -> Simulation<'st
 fn world(bodies: Vec<RigidBody>) -> World {
     let gravity = Vector3::new(0.0, 0.0, -9.81);
     let (ground, friction, time_step) = (Plane::level(), 0.5, 0.002);
-    World::new(Parameters { bodies, ground, gravity, friction, time_step }).unwrap()
+    World::new(Parameters {
+        bodies,
+        ground,
+        gravity,
+        friction,
+        time_step,
+        rotation: Rotation::Momentum,
+    })
+    .unwrap()
 }
 
 /// `heaps` places where five boxes fall on each other, and as many single boxes that are thrown.

@@ -12,7 +12,7 @@ use std::cell::Cell;
 use toss::native;
 use tumble::contact::Plane;
 use tumble::mechanics::quaternion::rotation;
-use tumble::mechanics::{RigidBody, State};
+use tumble::mechanics::{RigidBody, Rotation, State};
 use tumble::simulation::StepRecord;
 use tumble::step::StepStatus;
 use tumble::world::{Parameters, World};
@@ -84,7 +84,15 @@ fn scene(body: impl Strategy<Value = RigidBody>, friction: f64) -> impl Strategy
     (body, friction, tilt, spread(1e-4, 1e-2)).prop_map(|(body, friction, (gx, gy), time_step)| {
         let gravity = Vector3::new(gx, gy, -9.81);
         let (bodies, ground) = (vec![body], Plane::level());
-        World::new(Parameters { bodies, ground, gravity, friction, time_step }).unwrap()
+        World::new(Parameters {
+            bodies,
+            ground,
+            gravity,
+            friction,
+            time_step,
+            rotation: Rotation::Tutorial,
+        })
+        .unwrap()
     })
 }
 

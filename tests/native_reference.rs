@@ -9,7 +9,7 @@ use nalgebra::{Matrix3, Vector3};
 use serde::Deserialize;
 use toss::{motion_apart, native_run, pose_apart, worst_residual};
 use tumble::contact::Plane;
-use tumble::mechanics::{RigidBody, State};
+use tumble::mechanics::{RigidBody, Rotation, State};
 use tumble::simulation::StepRecord;
 use tumble::step::StepStatus;
 use tumble::world::{Parameters, World};
@@ -45,7 +45,15 @@ impl Run {
         let gravity = Vector3::new(0.0, 0.0, -self.gravity);
         let (friction, time_step) = (self.mu, self.h);
         let (bodies, ground) = (vec![body], Plane::level());
-        World::new(Parameters { bodies, ground, gravity, friction, time_step }).unwrap()
+        World::new(Parameters {
+            bodies,
+            ground,
+            gravity,
+            friction,
+            time_step,
+            rotation: Rotation::Tutorial,
+        })
+        .unwrap()
     }
 
     /// The native solver's steps.

@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Vector3, Vector4};
 use tumble::contact::{Partner, Plane};
 use tumble::error::Error;
 use tumble::geometry::Piece;
-use tumble::mechanics::{RigidBody, State};
+use tumble::mechanics::{RigidBody, Rotation, State};
 use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::solver::ipopt::{Formulation, IpoptSolver, ladder_for};
 use tumble::step::StepStatus;
@@ -20,6 +20,7 @@ fn parameters(bodies: Vec<RigidBody>, gravity: f64, offset: f64) -> Parameters {
         gravity: Vector3::new(0.0, 0.0, -gravity),
         friction: 0.4,
         time_step: STEP,
+        rotation: Rotation::Momentum,
     }
 }
 

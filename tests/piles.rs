@@ -10,7 +10,7 @@ use tumble::contact::{Contact, Partner, Plane};
 use tumble::error::Error;
 use tumble::geometry::Piece;
 use tumble::mechanics::quaternion::rotation;
-use tumble::mechanics::{RigidBody, State};
+use tumble::mechanics::{RigidBody, Rotation, State};
 use tumble::simulation::random::Draws;
 use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::step::{ContactForce, StepStatus};
@@ -55,7 +55,15 @@ fn pile(seed: u32, count: usize, mixed: bool) -> Pile {
 }
 
 fn world(bodies: Vec<RigidBody>, ground: Plane, gravity: Vector3<f64>) -> World {
-    World::new(Parameters { bodies, ground, gravity, friction: 0.5, time_step: 0.002 }).unwrap()
+    World::new(Parameters {
+        bodies,
+        ground,
+        gravity,
+        friction: 0.5,
+        time_step: 0.002,
+        rotation: Rotation::Momentum,
+    })
+    .unwrap()
 }
 
 fn level(bodies: Vec<RigidBody>) -> World {

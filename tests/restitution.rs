@@ -7,7 +7,7 @@ use proptest::test_runner::{Config, RngSeed, TestRunner};
 use std::cell::Cell;
 use tumble::contact::{Partner, Plane};
 use tumble::geometry::Piece;
-use tumble::mechanics::{RigidBody, State};
+use tumble::mechanics::{RigidBody, Rotation, State};
 use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::step::StepStatus;
 use tumble::world::{Parameters, World};
@@ -34,7 +34,15 @@ fn ball(mass: f64, radius: f64) -> RigidBody {
 fn world(bodies: Vec<RigidBody>, gravity: f64, friction: f64, time_step: f64) -> World {
     let gravity = Vector3::new(0.0, 0.0, -gravity);
     let ground = Plane::level();
-    World::new(Parameters { bodies, ground, gravity, friction, time_step }).unwrap()
+    World::new(Parameters {
+        bodies,
+        ground,
+        gravity,
+        friction,
+        time_step,
+        rotation: Rotation::Momentum,
+    })
+    .unwrap()
 }
 
 /// Every step, each one solved and certified.

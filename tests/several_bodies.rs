@@ -12,7 +12,7 @@ use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestRunner};
 use tumble::contact::{Candidates, Detection, Partner, Plane};
 use tumble::mechanics::quaternion::rotation;
-use tumble::mechanics::{RigidBody, State};
+use tumble::mechanics::{RigidBody, Rotation, State};
 use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::step::StepStatus;
 use tumble::world::{Fixed, Parameters, World};
@@ -32,7 +32,14 @@ impl Scene {
     fn new(bodies: Vec<(RigidBody, State)>, friction: f64, time_step: f64) -> Self {
         let (bodies, states) = bodies.into_iter().unzip();
         let (ground, gravity) = (Plane::level(), Vector3::new(0.0, 0.0, -GRAVITY));
-        let parameters = Parameters { bodies, ground, gravity, friction, time_step };
+        let parameters = Parameters {
+            bodies,
+            ground,
+            gravity,
+            friction,
+            time_step,
+            rotation: Rotation::Momentum,
+        };
         Self { parameters, fixed: Vec::new(), states }
     }
 

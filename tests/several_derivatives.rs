@@ -7,14 +7,14 @@ mod common;
 #[path = "derivatives/slopes.rs"]
 mod slopes;
 
-use common::{any_state, any_world, any_wrench, cases, inertia, quaternion, vector};
+use common::{any_rotation, any_state, any_world, any_wrench, cases, inertia, quaternion, vector};
 use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::*;
 use slopes::{Program as _, dense, hessian_error, jacobian_error};
 use tumble::contact::curved::{Core, shortest_way};
 use tumble::contact::{Contact, ContactKey, ContactLaw, Curved, Features, Partner, Plane};
 use tumble::mechanics::quaternion::rotation;
-use tumble::mechanics::{RigidBody, State, Wrench};
+use tumble::mechanics::{RigidBody, Rotation, State, Wrench};
 use tumble::step_nlp::StepNlp;
 use tumble::step_nlp::several::{PosedStep, SeveralNlp};
 use tumble::world::{Parameters, World};
@@ -59,9 +59,9 @@ fn anywhere() -> impl Strategy<Value = Anywhere> {
         let meetings = proptest::collection::vec(meeting(n), 2..=6);
         let numbers = proptest::collection::vec(-1.0..1.0, 200);
         // A smoothing so large that differences can follow the derivatives.
-        let constants = (vector(10.0), 1e-3..0.05, 0.5..1.0, 0.0..1.0);
+        let constants = (vector(10.0), 1e-3..0.05, any_rotation(), 0.5..1.0, 0.0..1.0);
         (bodies, meetings, numbers, constants).prop_map(
-            |(bodies, meetings, numbers, (gravity, time_step, smoothing, yielding))| {
+            |(bodies, meetings, numbers, (gravity, time_step, rotation, smoothing, yielding))| {
                 let made = bodies.iter().map(|((mass, inertia), ..)| {
                     RigidBody::new(*mass, *inertia, &[Vector3::x()]).unwrap()
                 });
@@ -71,6 +71,7 @@ fn anywhere() -> impl Strategy<Value = Anywhere> {
                     gravity,
                     friction: 0.3,
                     time_step,
+                    rotation,
                 });
                 let unit = |state: &State| State { attitude: state.attitude.normalize(), ..*state };
                 let states: Vec<_> = bodies.iter().map(|(_, state, ..)| unit(state)).collect();
@@ -116,6 +117,7 @@ fn anywhere_round() -> impl Strategy<Value = Anywhere> {
                 gravity,
                 friction: 0.3,
                 time_step,
+                rotation: Rotation::Momentum,
             });
             let unit = |state: &State| State { attitude: state.attitude.normalize(), ..*state };
             let states: Vec<_> = bodies.iter().map(|(_, _, state, ..)| unit(state)).collect();

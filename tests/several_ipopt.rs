@@ -9,7 +9,7 @@ use tumble::contact::certificate::{Certifier, Claim};
 use tumble::contact::{Candidates, Plane};
 use tumble::error::Error;
 use tumble::geometry::Piece;
-use tumble::mechanics::{RigidBody, State, Wrench};
+use tumble::mechanics::{RigidBody, Rotation, State, Wrench};
 use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::solver::ipopt::{
     Formulation, IpoptSolver, LADDER_RESIDUAL, MOST_BODIES, Rung, SeveralLadder, ladder_for,
@@ -28,7 +28,15 @@ struct Scene {
 fn world(bodies: Vec<RigidBody>, gravity: f64, friction: f64) -> World {
     let gravity = Vector3::new(0.0, 0.0, -gravity);
     let (ground, time_step) = (Plane::level(), 0.002);
-    World::new(Parameters { bodies, ground, gravity, friction, time_step }).unwrap()
+    World::new(Parameters {
+        bodies,
+        ground,
+        gravity,
+        friction,
+        time_step,
+        rotation: Rotation::Momentum,
+    })
+    .unwrap()
 }
 
 fn at(position: [f64; 3]) -> State {

@@ -4,7 +4,7 @@
 use nalgebra::{Vector3, Vector4};
 use tumble::contact::Plane;
 use tumble::geometry::Piece;
-use tumble::mechanics::{RigidBody, State};
+use tumble::mechanics::{RigidBody, Rotation, State};
 use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::step::StepStatus;
 use tumble::world::{Fixed, Parameters, World};
@@ -29,6 +29,7 @@ fn world(bodies: Vec<RigidBody>) -> World {
         gravity: Vector3::zeros(),
         friction: 0.0,
         time_step: 0.01,
+        rotation: Rotation::Momentum,
     })
     .unwrap()
 }

@@ -30,6 +30,7 @@ fn world_of(bodies: usize) -> World {
         gravity: Vector3::new(0.0, 0.0, -9.81),
         friction: 0.5,
         time_step: 0.01,
+        rotation: Rotation::Momentum,
     };
     World::new(parameters).unwrap().with_restitution(0.5).unwrap()
 }

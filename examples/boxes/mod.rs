@@ -5,7 +5,7 @@ use nalgebra::{Matrix3, SVector, Vector3};
 use serde::Deserialize;
 use tumble::contact::Plane;
 use tumble::error::Error;
-use tumble::mechanics::{RigidBody, State};
+use tumble::mechanics::{RigidBody, Rotation, State};
 use tumble::simulation::{Motion, Simulation};
 use tumble::world::{Parameters, World};
 
@@ -50,6 +50,7 @@ impl Scene {
             gravity: Vector3::from(self.gravity),
             friction: self.friction,
             time_step: self.step_seconds,
+            rotation: Rotation::Momentum,
         })
     }
 

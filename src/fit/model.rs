@@ -130,6 +130,7 @@ pub struct Model {
     friction: f64,
     restitution: f64,
     gravity: Vector3<f64>,
+    rotation: Rotation,
     ground: Plane,
 }
 
@@ -164,6 +165,7 @@ impl Model {
             friction: world.friction_between(0, Partner::Ground),
             restitution: world.restitution_between(0, Partner::Ground),
             gravity: *world.gravity(),
+            rotation: world.rotation(),
             ground: world.ground().clone(),
         };
         if model.extents().min() <= 0.0 {
@@ -250,7 +252,7 @@ impl Model {
             gravity: self.gravity * strength,
             friction: values.get(Parameter::Friction),
             time_step,
-            rotation: Rotation::Momentum,
+            rotation: self.rotation,
         })?;
         world.with_restitution(values.get(Parameter::Restitution))
     }

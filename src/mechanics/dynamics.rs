@@ -197,8 +197,9 @@ mod tests {
         for scale in [0.1_f64, 10.0, 1000.0] {
             let state = spinning(scale * Vector3::new(1.0, 4.0, 0.5));
             let h = 0.01;
-            let next =
-                free_flight(&body, &state, &Wrench::zero(), &Vector3::new(0.0, 0.0, -9.81), h);
+            let gravity = Vector3::new(0.0, 0.0, -9.81);
+            let of = Rotation::Tutorial;
+            let next = free_flight(&body, &state, &Wrench::zero(), &gravity, h, of);
             let gyroscopic = next.spin.cross(&(body.inertia() * next.spin));
             let left = body.inertia() * (next.spin - state.spin) + h * gyroscopic;
             assert!(left.norm() < 1e-13 * scale * scale.max(1.0), "{scale}: {left}");

@@ -101,9 +101,7 @@ impl Rotation {
         let turning = spin.cross_matrix() * inertia - momentum.cross_matrix();
         match self {
             Self::Tutorial => turning,
-            Self::Momentum => {
-                turning * 0.5 + quadratic_slope(&momentum, spin) * (0.25 * time_step)
-            }
+            Self::Momentum => turning * 0.5 + quadratic_slope(&momentum, spin) * (0.25 * time_step),
         }
     }
 

@@ -4,7 +4,7 @@ use super::stopping::resting;
 use super::{Curve, Findings, Input, Inputs, Laboratory, Problem, Quantity, Run, Setup};
 use super::{Subject, Unsuitable};
 use crate::mechanics::quaternion::rotation;
-use crate::mechanics::{RigidBody, State};
+use crate::mechanics::{RigidBody, Rotation, State};
 use crate::simulation::random::random_attitude;
 use nalgebra::Vector3;
 
@@ -31,26 +31,33 @@ struct Cubes {
 type Momentum = (Vector3<f64>, Vector3<f64>);
 
 impl Cubes {
-    /// P = Σ m v and L = Σ r × m v + A I ω.
-    fn momentum(&self, states: [&State; 2]) -> Momentum {
+    /// P = Σ m v and L = Σ r × m v + A P⁻(ω), in steps of `h` (s).
+    fn momentum(&self, states: [&State; 2], h: f64) -> Momentum {
         let (mut linear, mut angular) = (Vector3::zeros(), Vector3::zeros());
         for (body, state) in self.bodies.iter().zip(states) {
+            let spinning = turning(body, state, h);
             let p = body.mass() * state.velocity;
             let arm = state.position - Vector3::new(0.0, 0.0, HEIGHT);
             linear += p;
-            angular += arm.cross(&p) + rotation(&state.attitude) * (body.inertia() * state.spin);
+            angular += arm.cross(&p) + rotation(&state.attitude) * spinning;
         }
         (linear, angular)
     }
 
     /// J.
-    fn energy(&self, states: [&State; 2]) -> f64 {
+    fn energy(&self, states: [&State; 2], h: f64) -> f64 {
         let energy = |(body, state): (&RigidBody, &State)| {
+            let spinning = turning(body, state, h);
             0.5 * body.mass() * state.velocity.norm_squared()
-                + 0.5 * state.spin.dot(&(body.inertia() * state.spin))
+                + 0.5 * spinning.dot(&(body.inertia_inverse() * spinning))
         };
         self.bodies.iter().zip(states).map(energy).sum()
     }
+}
+
+/// P⁻(ω), N m s, body.
+fn turning(body: &RigidBody, state: &State, h: f64) -> Vector3<f64> {
+    Rotation::Momentum.momentum(body.inertia(), &state.spin, h)
 }
 
 fn states(run: &Run, k: usize) -> [&State; 2] {
@@ -77,9 +84,8 @@ impl Problem for PairInFlight {
     }
 
     /// Forces on the two are opposite and at one point of the world, so that Σ m v and
-    /// Σ r × m v + A I ω stay. The step's do so to the last digit: r⁺ = r + h v⁺ adds nothing
-    /// to r × m v, and a cube, whose I is a number, turns about its own ω⁺, so that A⁺ ω⁺ is
-    /// A ω⁺.
+    /// Σ r × m v + A P⁻(ω) (eq. 34) stay. The step's do so to the last digit: r⁺ = r + h v⁺ adds
+    /// nothing to r × m v, and A⁺ P⁻(ω⁺) is A P⁺(ω⁺).
     fn solve(
         &self,
         inputs: &Inputs,
@@ -109,14 +115,14 @@ impl Problem for PairInFlight {
             return Err(Unsuitable::Motion("the cubes pass each other".to_owned()));
         }
 
-        let (p, l) = cubes.momentum([&starts[0], &starts[1]]);
+        let (p, l) = cubes.momentum([&starts[0], &starts[1]], run.time_step);
         let (mut strayed, mut turned, mut gained) = (0.0_f64, 0.0_f64, f64::NEG_INFINITY);
-        let energy = cubes.energy([&starts[0], &starts[1]]);
+        let energy = cubes.energy([&starts[0], &starts[1]], run.time_step);
         for k in 1..=run.steps() {
-            let (linear, angular) = cubes.momentum(states(&run, k));
+            let (linear, angular) = cubes.momentum(states(&run, k), run.time_step);
             strayed = strayed.max((linear - p).norm());
             turned = turned.max((angular - l).norm());
-            gained = gained.max(cubes.energy(states(&run, k)) - energy);
+            gained = gained.max(cubes.energy(states(&run, k), run.time_step) - energy);
         }
         // What velocities lack, and angles that lag behind spins. All impulses of the meeting add
         // up to some m v at most, each of them with the speed that its law misses.
@@ -148,7 +154,7 @@ impl Problem for PairInFlight {
             curve: Curve::of(
                 ("momentum along the flight", "kg m/s"),
                 &run,
-                |k| cubes.momentum(states(&run, k)).0[0],
+                |k| cubes.momentum(states(&run, k), run.time_step).0[0],
                 |_| p[0],
             ),
         })

@@ -17,7 +17,7 @@ use tumble::contact::certificate::{Certificate, Certifier, Claim};
 use tumble::contact::detection::all_contacts;
 use tumble::contact::{Candidates, Contact, Plane};
 use tumble::mechanics::quaternion::rotation;
-use tumble::mechanics::{RigidBody, State, Wrench};
+use tumble::mechanics::{RigidBody, Rotation, State, Wrench};
 use tumble::simulation::scene;
 use tumble::step::{Step, StepReport, StepSolution, StepSolver};
 use tumble::step_nlp::ProgramPoint;
@@ -230,13 +230,28 @@ pub fn certificate_by_hand(
         parts[3] = parts[3].max((w_t * p - nearest).norm());
         parts[4] = parts[4].max(w_t * (p.norm() - mu * normal));
     }
-    let rate = solved(torque - new.spin.cross(&(body(world).inertia() * new.spin)));
+    // In the momentum form P^±(ω) = (E ± [a]× + a aᵀ) I ω with a = ½ h ω (eq. 34).
+    let inertia = body(world).inertia();
+    let momentum = |spin: Vector3<f64>, sign: f64| {
+        let a = 0.5 * h * spin;
+        let map = Matrix3::identity() + sign * a.cross_matrix() + a * a.transpose();
+        map * inertia * spin
+    };
+    let missing = match world.rotation() {
+        Rotation::Tutorial => {
+            let rate = solved(torque - new.spin.cross(&(inertia * new.spin)));
+            old.spin + rate * h - new.spin
+        }
+        Rotation::Momentum => {
+            solved(momentum(old.spin, -1.0) + torque * h - momentum(new.spin, 1.0))
+        }
+    };
     let turned = q(old) + q(old) * Quaternion::from_imag(new.spin) * (0.5 * h);
     parts[0] = [
         (old.position + new.velocity * h - new.position).amax() / h,
         (turned.normalize() - q(new)).coords.amax() * reach / h,
         (old.velocity + (f / mass + world.gravity()) * h - new.velocity).amax(),
-        (old.spin + rate * h - new.spin).amax() * reach,
+        missing.amax() * reach,
     ]
     .into_iter()
     .fold(0.0, f64::max);
@@ -278,6 +293,11 @@ pub fn inertia() -> impl Strategy<Value = Matrix3<f64>> {
     })
 }
 
+/// Both forms of the rotation.
+pub fn any_rotation() -> impl Strategy<Value = Rotation> {
+    proptest::sample::select(&Rotation::ALL[..])
+}
+
 /// Any body with 1 to 12 contact points above any plane, with or without friction.
 pub fn any_world() -> impl Strategy<Value = World> {
     let body = (0.1..100.0, inertia(), proptest::collection::vec(vector(2.0), 1..=12));
@@ -288,11 +308,13 @@ pub fn any_world() -> impl Strategy<Value = World> {
             .prop_filter("a normal", |(normal, _)| normal.norm() > 0.1)
             .prop_map(|(normal, offset)| Plane::new(normal, offset).unwrap()),
     ];
-    (body, vector(10.0), friction, 1e-3..0.05, ground).prop_map(
-        |((mass, inertia, points), gravity, friction, time_step, ground)| {
+    let form = any_rotation();
+    (body, vector(10.0), friction, 1e-3..0.05, ground, form).prop_map(
+        |((mass, inertia, points), gravity, friction, time_step, ground, rotation)| {
             let body = RigidBody::new(mass, inertia, &points).unwrap();
             let bodies = vec![body];
-            World::new(Parameters { bodies, ground, gravity, friction, time_step }).unwrap()
+            let constants = Parameters { bodies, ground, gravity, friction, time_step, rotation };
+            World::new(constants).unwrap()
         },
     )
 }

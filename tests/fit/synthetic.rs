@@ -7,7 +7,7 @@ use std::sync::atomic::AtomicBool;
 use tumble::contact::Plane;
 use tumble::fit::{Model, Toss, Values};
 use tumble::mechanics::quaternion::left;
-use tumble::mechanics::{RigidBody, State};
+use tumble::mechanics::{RigidBody, Rotation, State};
 use tumble::simulation::random::random_attitude;
 use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::world::{Parameters, World};
@@ -28,6 +28,7 @@ pub fn model() -> Model {
         gravity: Vector3::new(0.0, 0.0, -9.81),
         friction: 0.4,
         time_step: 0.001,
+        rotation: Rotation::Momentum,
     });
     Model::of_world(&world.unwrap()).unwrap()
 }

@@ -3,7 +3,7 @@
 
 use super::each;
 use super::steps::{Seen, check_run, native};
-use crate::common::{any_world, quaternion, tutorial_world, vector};
+use crate::common::{any_rotation, any_world, quaternion, tutorial_world, vector};
 use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::*;
 use tumble::contact::Plane;
@@ -58,10 +58,11 @@ fn absurd_world() -> impl Strategy<Value = World> {
         },
     );
     let gravity = (vector(1.0), spread(1e-3, 1e3)).prop_map(|(g, size)| g * size);
-    (body, gravity, 0.0..10.0, spread(1e-6, 0.1)).prop_map(
-        |(body, gravity, friction, time_step)| {
+    (body, gravity, 0.0..10.0, spread(1e-6, 0.1), any_rotation()).prop_map(
+        |(body, gravity, friction, time_step, rotation)| {
             let (bodies, ground) = (vec![body], Plane::level());
-            World::new(Parameters { bodies, ground, gravity, friction, time_step }).unwrap()
+            let constants = Parameters { bodies, ground, gravity, friction, time_step, rotation };
+            World::new(constants).unwrap()
         },
     )
 }

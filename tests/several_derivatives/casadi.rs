@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 use serde::Deserialize;
 use std::collections::HashMap;
 use tumble::contact::{Contact, ContactKey, ContactLaw, Features, Partner, Plane};
-use tumble::mechanics::{RigidBody, State, Wrench};
+use tumble::mechanics::{RigidBody, Rotation, State, Wrench};
 use tumble::sparsity::SparsityPattern;
 use tumble::step_nlp::several::{PosedStep, SeveralNlp};
 use tumble::world::{Parameters, World};
@@ -81,6 +81,7 @@ impl Input {
             gravity: self.gravity.into(),
             friction: 0.3,
             time_step: self.dt,
+            rotation: Rotation::Tutorial,
         })
         .unwrap();
         let states: Vec<_> = self.bodies.iter().map(|body| state(&body.state)).collect();

@@ -92,7 +92,7 @@ class Trajectory:
     def energy(self) -> "Floats":
         """Kinetic and in gravity, from the world's origin, J: (K,). With the rotation "momentum" it
         is that at the states' times, which free motion keeps; with "tutorial" that of the stored
-        velocities, which are half a step behind (docs/formulation.md, section 3)."""
+        velocities, which are half a step behind (docs/formulation.md, section 14)."""
         return self._steps["energy"]  # type: ignore[no-any-return]
 
     @property
