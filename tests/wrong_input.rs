@@ -16,7 +16,7 @@ use tumble::geometry::{
     Aabb, Hint, Hull, Piece, Scratch, Sweep, bound, manifold, overlap, separation,
 };
 use tumble::mechanics::load::Polyline;
-use tumble::mechanics::{Pose, RigidBody, State, Wrench};
+use tumble::mechanics::{Pose, RigidBody, State, Wrench, Rotation};
 use tumble::simulation::wild::{energy_gain, is_wild};
 use tumble::step::StepSolution;
 use tumble::step_nlp::{ProgramPoint, several};
