@@ -285,6 +285,32 @@ pub trait StepSolver: Send {
         candidates: &mut Candidates,
         solution: &mut StepSolution,
     ) -> Result<StepReport, Error>;
+
+    /// Solves the same step again, of which `solution` is what this solver found last, where contacts
+    /// of the bodies that are `marked` have another [rise](Contact::rise) since. What is not joined
+    /// to a marked body may keep its solution, bit for bit; without a method of its own a
+    /// solver solves everything again. The report speaks for the whole step, but its iterations are
+    /// those of this call. A body without a mark counts as marked.
+    ///
+    /// # Errors
+    /// As [`StepSolver::solve`].
+    fn solve_again(
+        &mut self,
+        step: &Step<'_>,
+        marked: &[bool],
+        candidates: &mut Candidates,
+        solution: &mut StepSolution,
+    ) -> Result<StepReport, Error> {
+        let _ = marked;
+        self.solve(step, candidates, solution)
+    }
+
+    /// Whether the problem that `body` is part of was solved in the last step; `None` where the
+    /// solver does not know it by itself, and the report's status is all there is.
+    fn is_solved(&self, body: usize) -> Option<bool> {
+        let _ = body;
+        None
+    }
 }
 
 impl<S: StepSolver + ?Sized> StepSolver for Box<S> {
@@ -303,5 +329,19 @@ impl<S: StepSolver + ?Sized> StepSolver for Box<S> {
         solution: &mut StepSolution,
     ) -> Result<StepReport, Error> {
         (**self).solve(step, candidates, solution)
+    }
+
+    fn solve_again(
+        &mut self,
+        step: &Step<'_>,
+        marked: &[bool],
+        candidates: &mut Candidates,
+        solution: &mut StepSolution,
+    ) -> Result<StepReport, Error> {
+        (**self).solve_again(step, marked, candidates, solution)
+    }
+
+    fn is_solved(&self, body: usize) -> Option<bool> {
+        (**self).is_solved(body)
     }
 }

@@ -52,7 +52,7 @@ pub struct Claim<'a> {
 impl Claim<'_> {
     /// Whether it is one of a step of `world`: with as many states and wrenches as there are
     /// bodies, and with contacts of those alone.
-    fn is_of(&self, world: &World) -> bool {
+    pub(crate) fn is_of(&self, world: &World) -> bool {
         let bodies = world.bodies().len();
         let lengths = [self.states.len(), self.next.len(), self.wrenches.len()];
         let mut named = self.contacts.iter().flat_map(|contact| contact.key.bodies());

@@ -1,20 +1,23 @@
 //! A step in which contacts bounce: how much of their restitution each island can take.
 //!
 //! With friction, Newton's law can make energy ([`restitution`](crate::contact::restitution),
-//! eq. 31). Where an impact of an island of bodies that touch would, the island takes a part
-//! σ of its coefficients e instead, the largest that does not,
+//! eq. 31), and it can ask of a body that is wedged in what no forces do. Where the impacts of an
+//! island of bodies that touch would make energy, or its problem was not solved, the island takes a
+//! part σ of its coefficients e instead, the largest that is solved and makes none,
 //!
 //! ```text
 //! σ = sup { σ ∈ [0, 1] : W(σ e) ≤ 0 },
 //! ```
 //!
-//! found by bisection to [`SHARE_FOUND_TO`] from below. The step is solved again for every trial,
-//! and the last one's σ stands in the record. At σ = 0 the law is the plastic one, whose impacts
+//! found by bisection to [`SHARE_FOUND_TO`] from below. Islands in which nothing bounces have no
+//! share. For every trial the islands that it is of are solved again, the others keep their solution; the
+//! smallest σ taken stands in the record. At σ = 0 the law is the plastic one, whose impacts
 //! make no energy but for the turn within a step ([`wild`](super::wild)).
 
-use crate::contact::{Candidates, Contact, Partner};
+use super::islands::Islands;
+use crate::contact::{Candidates, Contact};
 use crate::error::Error;
-use crate::step::{Step, StepReport, StepSolution, StepSolver};
+use crate::step::{Step, StepReport, StepSolution, StepSolver, StepStatus};
 
 /// How near to the largest share the one taken is.
 pub const SHARE_FOUND_TO: f64 = 1.0 / 65536.0;
@@ -25,14 +28,77 @@ const ROUNDING: f64 = 1e-12;
 /// Memory that steps use again. Lists go over the bodies.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Bounce {
-    /// The first body of each body's island.
-    islands: Vec<usize>,
-    /// (W, Σ |p·u|) of the island that begins with the body, J.
-    works: Vec<(f64, f64)>,
-    /// The share taken, and the range in which the largest one lies, once it is known to be
-    /// below 1.
+    islands: Islands,
+    /// Of the island that begins with the body.
+    impacts: Vec<Impact>,
+    /// Of the island of the body; `None` where nothing bounces.
+    searches: Vec<Option<Search>>,
     shares: Vec<f64>,
-    ranges: Vec<Option<(f64, f64)>>,
+    /// Whether the island of the body is to be solved again.
+    marked: Vec<bool>,
+}
+
+/// What the contacts of an island did in a step, and its search.
+#[derive(Debug, Clone, Copy, Default)]
+struct Impact {
+    bounces: bool,
+    /// W, J.
+    work: f64,
+    /// Σ |p·u|, J.
+    size: f64,
+    search: Option<Search>,
+    /// Whether islands with searches of their own have met in it.
+    met: bool,
+    /// Whether it is to be solved again.
+    again: bool,
+}
+
+impl Impact {
+    /// Whether it makes no energy.
+    fn is_passive(&self) -> bool {
+        let gains = self.work > ROUNDING * self.size;
+        !gains
+    }
+
+    /// Takes the search one trial further, after one that was `solved` or not.
+    fn go_on(&mut self, solved: bool) {
+        if self.met {
+            // Shares that were found for each alone say nothing of both.
+            (self.search, self.again) = (Some(Search::WHOLE), true);
+        } else if self.bounces || self.search.is_some() {
+            let last = self.search.unwrap_or(Search::WHOLE);
+            let next = last.after(solved && self.is_passive());
+            (self.search, self.again) = (Some(next), next.share != last.share);
+        }
+    }
+}
+
+/// The search for the share of an island.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Search {
+    /// The share of the last solve.
+    share: f64,
+    /// The largest share known to be good, or 0; the smallest one known to be bad.
+    low: f64,
+    high: f64,
+}
+
+impl Search {
+    /// Before the first verdict: all of the restitution.
+    const WHOLE: Self = Self { share: 1.0, low: 0.0, high: f64::INFINITY };
+
+    /// The share to solve with after the last one was found `good` or not; the same one where it is
+    /// what is sought.
+    fn after(self, good: bool) -> Self {
+        let Self { share, low, high } = self;
+        let (low, high) = if good { (share, high) } else { (low, share.min(high)) };
+        let share = match () {
+            () if high == f64::INFINITY => share,
+            () if high - low <= SHARE_FOUND_TO => low,
+            () => 0.5 * (low + high),
+        };
+        Self { share, low, high }
+    }
 }
 
 impl Bounce {
@@ -50,114 +116,64 @@ impl Bounce {
             return Ok((report, 1.0));
         }
         let bodies = step.states.len();
-        self.shares.clear();
-        self.shares.resize(bodies, 1.0);
-        self.ranges.clear();
-        self.ranges.resize(bodies, None);
-        self.judge(step, candidates.contacts(), solution);
-        if !(0..bodies).any(|body| self.gains(body)) {
-            return Ok((report, 1.0));
-        }
-        let mut width = 1.0;
-        while width > SHARE_FOUND_TO {
-            width *= 0.5;
-            self.halve();
-            let again = self.solve_again(step, solver, candidates, solution)?;
-            report.iterations += again.iterations;
+        self.searches.clear();
+        self.searches.resize(bodies, None);
+        loop {
             self.judge(step, candidates.contacts(), solution);
+            let solved = report.status != StepStatus::Failed;
+            if !self.go_on(|body| solver.is_solved(body).unwrap_or(solved)) {
+                break;
+            }
+            candidates.share_restitution(step.world, step.states, &self.shares);
+            let again = solver.solve_again(step, &self.marked, candidates, solution)?;
+            let iterations = report.iterations.saturating_add(again.iterations);
+            report = StepReport { iterations, ..again };
         }
-        self.settle();
-        let last = self.solve_again(step, solver, candidates, solution)?;
-        report = StepReport { iterations: report.iterations + last.iterations, ..last };
         Ok((report, self.shares.iter().copied().fold(1.0, f64::min)))
     }
 
-    fn solve_again(
-        &self,
-        step: &Step<'_>,
-        solver: &mut dyn StepSolver,
-        candidates: &mut Candidates,
-        solution: &mut StepSolution,
-    ) -> Result<StepReport, Error> {
-        candidates.share_restitution(step.world, step.states, &self.shares);
-        solver.solve(step, candidates, solution)
-    }
-
-    /// Whether the island of `body` makes energy.
-    fn gains(&self, body: usize) -> bool {
-        let (work, size) = self.works[self.islands[body]];
-        work > ROUNDING * size
-    }
-
-    /// Adds up the work of every island.
+    /// Finds the islands, what their impacts did, and how far their searches are.
     fn judge(&mut self, step: &Step<'_>, contacts: &[Contact], solution: &StepSolution) {
-        self.find_islands(step.states.len(), contacts);
-        self.works.clear();
-        self.works.resize(step.states.len(), (0.0, 0.0));
+        let bodies = step.states.len();
+        self.islands.find(bodies, contacts.iter().map(|contact| &contact.key));
+        self.impacts.clear();
+        self.impacts.resize(bodies, Impact::default());
         let h = step.world.time_step();
         for (contact, force) in contacts.iter().zip(solution.forces()) {
-            let (work, size) = &mut self.works[self.islands[contact.key.body]];
-            *work += contact.impact_work(&force, h, step.states, &solution.states);
+            let impact = &mut self.impacts[self.islands.of(contact.key.body)];
+            impact.bounces |= contact.rise > 0.0;
+            impact.work += contact.impact_work(&force, h, step.states, &solution.states);
             let before = contact.parting_velocity(step.states, step.states).norm();
             let after = contact.parting_velocity(step.states, &solution.states).norm();
-            *size += h * force.norm() * (before + after);
+            impact.size += h * force.norm() * (before + after);
+        }
+        for (body, search) in self.searches.iter().enumerate() {
+            let impact = &mut self.impacts[self.islands.of(body)];
+            impact.met |= impact.search.is_some() && search.is_some() && impact.search != *search;
+            impact.search = impact.search.or(*search);
         }
     }
 
-    /// Bodies that are in contact have one label, the smallest of their indices.
-    fn find_islands(&mut self, bodies: usize, contacts: &[Contact]) {
-        self.islands.clear();
-        self.islands.extend(0..bodies);
-        for contact in contacts {
-            let Partner::Body(other) = contact.key.partner else { continue };
-            let (a, b) = (self.root(contact.key.body), self.root(other));
-            self.islands[a.max(b)] = a.min(b);
+    /// Takes every search one trial further; `is_solved` tells whether the problem that a body is
+    /// part of was solved. Returns whether an island is to be solved again.
+    fn go_on(&mut self, is_solved: impl Fn(usize) -> bool) -> bool {
+        for (body, impact) in self.impacts.iter_mut().enumerate() {
+            // Only that of an island's first body has anything to go on with.
+            impact.go_on(is_solved(body));
         }
-        for body in 0..bodies {
-            self.islands[body] = self.root(body);
+        self.shares.clear();
+        self.marked.clear();
+        for (body, search) in self.searches.iter_mut().enumerate() {
+            let impact = &self.impacts[self.islands.of(body)];
+            *search = impact.search;
+            self.shares.push(search.map_or(1.0, |search| search.share));
+            self.marked.push(impact.again);
         }
-    }
-
-    fn root(&self, mut body: usize) -> usize {
-        while self.islands[body] != body {
-            body = self.islands[body];
-        }
-        body
-    }
-
-    /// Narrows the ranges by what the shares came to, and takes their middles.
-    fn halve(&mut self) {
-        for body in 0..self.shares.len() {
-            let gains = self.gains(body);
-            let (low, high) = match (self.ranges[body], gains) {
-                (None, false) => continue,
-                (None, true) => (0.0, 1.0),
-                (Some((low, _)), true) => (low, self.shares[body]),
-                (Some((_, high)), false) => (self.shares[body], high),
-            };
-            self.ranges[body] = Some((low, high));
-            self.shares[body] = 0.5 * (low + high);
-        }
-    }
-
-    /// Takes the largest shares that are known to make no energy.
-    fn settle(&mut self) {
-        for body in 0..self.shares.len() {
-            if let Some((low, _)) = self.ranges[body] {
-                self.shares[body] = if self.gains(body) { low } else { self.shares[body] };
-            }
-        }
+        self.marked.contains(&true)
     }
 }
 
 /// Whether a step has contacts that bounce.
-pub(super) fn bounces(contacts: &[Contact]) -> bool {
+fn bounces(contacts: &[Contact]) -> bool {
     contacts.iter().any(|contact| contact.rise > 0.0)
-}
-
-/// W of all contacts (eq. 31), J.
-pub(super) fn impact_work(step: &Step<'_>, contacts: &[Contact], solution: &StepSolution) -> f64 {
-    let h = step.world.time_step();
-    let pairs = contacts.iter().zip(solution.forces());
-    pairs.map(|(contact, f)| contact.impact_work(&f, h, step.states, &solution.states)).sum()
 }

@@ -8,6 +8,7 @@
 
 pub mod bounce;
 pub mod energy;
+mod islands;
 pub mod random;
 pub mod record;
 pub mod scene;
@@ -29,7 +30,7 @@ use crate::mechanics::{Load, State, Wrench};
 use crate::solver::native::NativeSolver;
 use crate::step::{Step, StepReport, StepSolution, StepSolver, StepStatus};
 use crate::world::World;
-use bounce::{Bounce, bounces, impact_work};
+use bounce::Bounce;
 use std::mem::swap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -105,6 +106,7 @@ struct Scratch {
     bounce: Bounce,
     solution: StepSolution,
     certifier: Certifier,
+    judge: wild::Judge,
 }
 
 impl<'a> Simulation<'a> {
@@ -363,7 +365,7 @@ fn contact_step(
     interrupt: Option<&AtomicBool>,
     scratch: &mut Scratch,
 ) -> Result<(StepReport, Certificate, f64), Error> {
-    let Scratch { wrenches, free, candidates, bounce, solution, certifier } = scratch;
+    let Scratch { wrenches, free, candidates, bounce, solution, certifier, judge } = scratch;
     let Past { now: previous, before: earlier } = past;
     let states = &previous.states;
     free.clear();
@@ -390,15 +392,8 @@ fn contact_step(
     let solved = !matches!(report.status, StepStatus::Free | StepStatus::Failed);
     if !within {
         report.status = StepStatus::Failed;
-    } else if solved {
-        let gained = if bounces(contacts) {
-            impact_work(&step, contacts, solution)
-        } else {
-            wild::energy_gain(world, states, &solution.states, wrenches)
-        };
-        if wild::is_wild(world, states, &solution.states, gained, accepted) {
-            report.status = StepStatus::Wild;
-        }
+    } else if solved && judge.is_wild(world, &claim, solution.forces(), accepted) {
+        report.status = StepStatus::Wild;
     }
     Ok((report, certificate, share))
 }
@@ -420,6 +415,22 @@ impl StepSolver for Checked<'_> {
         let report = self.0.solve(step, candidates, solution)?;
         check_sizes(solution, step.states.len(), candidates.contacts().len())?;
         Ok(report)
+    }
+
+    fn solve_again(
+        &mut self,
+        step: &Step<'_>,
+        marked: &[bool],
+        candidates: &mut Candidates,
+        solution: &mut StepSolution,
+    ) -> Result<StepReport, Error> {
+        let report = self.0.solve_again(step, marked, candidates, solution)?;
+        check_sizes(solution, step.states.len(), candidates.contacts().len())?;
+        Ok(report)
+    }
+
+    fn is_solved(&self, body: usize) -> Option<bool> {
+        self.0.is_solved(body)
     }
 }
 

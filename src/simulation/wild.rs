@@ -9,67 +9,147 @@
 //! ```
 //!
 //! over all contacts. That vanishes with h, but at turns of a radian it is what the body has, and no
-//! residual can see it. (Of a step that bounces, what its impulses gain is counted instead, eq. 31.)
-//! So such steps are marked
+//! residual can see it. So such steps are marked
 //! ([`StepStatus::Wild`](crate::step::StepStatus::Wild)).
+//!
+//! Energy is counted by islands, the bodies that press on each other, directly or through others:
+//! what flies by elsewhere excuses nothing. With the kinetic energy T, the forces f (with gravity)
+//! and torques τ from outside, what an island makes is
+//!
+//! ```text
+//! Σ T⁺ − T − f·(r⁺ − r) − h τ·ω⁺            without a contact that bounces,
+//! Σ T⁺ − T − h f·(v + v⁺)/2 − h τ·(ω + ω⁺)/2     with one                (eq. 32)
+//! ```
+//!
+//! The scheme moves with the new velocities. On what rests or slides their work is that of the
+//! first line, of which (28) speaks. What bounces moves with two velocities in a step; the second line is the
+//! change of the energy with the velocities of the middle, ½m|v + ½h f/m|² (eq. 30), less the
+//! work on the way, and its part of the motion along is the work of the impulses (eq. 31), to rounding. An elastic
+//! bounce makes none of it; of the first line it would make 2 g h/|v| of what it has.
 
+use super::islands::Islands;
+use crate::contact::certificate::Claim;
 use crate::mechanics::{RigidBody, State, Wrench};
 use crate::world::World;
+use nalgebra::Vector3;
 
 /// A step that turns a body by more than this is wild, rad.
 pub const LARGEST_TURN: f64 = 1.0;
 
-/// A step that makes more energy than this part of the kinetic energy is wild.
+/// An island that makes more energy than this part of its kinetic energy is wild.
 pub const LARGEST_GAIN: f64 = 1e-3;
 
 /// A motion slower than this, m/s in the world's [scale](World::speed_scale), has no energy to speak
 /// of.
 const REST: f64 = 1e-4;
 
-/// Whether a step of `world` that has `gained` (J) turns a body too far or makes energy. Its solver may
-/// leave a residual of `accepted` (m/s): a point that an earlier step has left h times that deep may be
-/// lifted out again, against the weight, and that is no energy made. A step that does not have a
-/// state of every body at both ends is wild.
-#[must_use]
-pub fn is_wild(
-    world: &World,
-    states: &[State],
-    next: &[State],
-    gained: f64,
-    accepted: f64,
-) -> bool {
-    let h = world.time_step();
-    let lift = world.gravity().norm() * h * accepted;
-    let (mut kinetic, mut rest) = (0.0, 0.0);
-    let slow = REST * world.speed_scale();
-    for (index, body) in world.bodies().iter().enumerate() {
-        let (Some(state), Some(next)) = (states.get(index), next.get(index)) else { return true };
-        if h * next.spin.norm() > LARGEST_TURN {
-            return true;
-        }
-        kinetic += kinetic_energy(body, state).max(kinetic_energy(body, next));
-        rest += body.mass() * (0.5 * slow * slow + lift);
-    }
-    gained > LARGEST_GAIN * kinetic + rest
+/// Tells whether steps are wild. Owns memory that steps use again.
+#[derive(Debug, Clone, Default)]
+pub struct Judge {
+    islands: Islands,
+    /// Of the island that begins with the body.
+    budgets: Vec<Budget>,
 }
 
-/// What a step under `wrenches` (without gravity) adds to the kinetic energy beyond the work of
-/// gravity and wrenches, J; NaN where a body has no state at both ends or no wrench.
-#[must_use]
-pub fn energy_gain(world: &World, states: &[State], next: &[State], wrenches: &[Wrench]) -> f64 {
-    let h = world.time_step();
-    let of_body = world.bodies().iter().enumerate().map(|(index, body)| {
-        let (Some(state), Some(next), Some(wrench)) =
-            (states.get(index), next.get(index), wrenches.get(index))
-        else {
-            return f64::NAN;
-        };
-        let force = wrench.force + world.gravity() * body.mass();
-        let moved = next.position - state.position;
-        let change = kinetic_energy(body, next) - kinetic_energy(body, state);
-        change - force.dot(&moved) - h * wrench.torque.dot(&next.spin)
-    });
-    of_body.sum()
+/// What an island made of energy in a step, and of what; J.
+#[derive(Debug, Clone, Copy, Default)]
+struct Budget {
+    /// Whether a contact presses in it. What nothing presses is in free flight.
+    touches: bool,
+    /// Whether one of those bounces.
+    bounces: bool,
+    gained: f64,
+    kinetic: f64,
+    /// What the smallest motion that counts has.
+    rest: f64,
+}
+
+impl Judge {
+    /// A judge without memory yet.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Whether the step of `world` that `claim` tells, with the contact forces `forces` (N, world, one
+    /// a contact), turns a body too far or makes energy in an island. Its solver may
+    /// leave a residual of `accepted` (m/s): a point that an earlier step has left h times that deep
+    /// may be lifted out again, against the weight, and that is no energy made. What is no step of
+    /// the world, with a state of every body at both ends and contacts of those alone, is wild.
+    #[must_use]
+    pub fn is_wild(
+        &mut self,
+        world: &World,
+        claim: &Claim<'_>,
+        forces: impl IntoIterator<Item = Vector3<f64>>,
+        accepted: f64,
+    ) -> bool {
+        let h = world.time_step();
+        let too_far = |next: &State| h * next.spin.norm() > LARGEST_TURN;
+        if !claim.is_of(world) || claim.next.iter().any(too_far) {
+            return true;
+        }
+        self.join(claim, forces);
+        let (lift, slow) = (world.gravity().norm() * h * accepted, REST * world.speed_scale());
+        for (index, body) in world.bodies().iter().enumerate() {
+            let budget = &mut self.budgets[self.islands.of(index)];
+            let ends = (&claim.states[index], &claim.next[index]);
+            let gain = if budget.bounces { gain_of_bounce } else { gain };
+            budget.gained += gain(world, body, ends, &claim.wrenches[index]);
+            budget.kinetic += kinetic_energy(body, ends.0).max(kinetic_energy(body, ends.1));
+            budget.rest += body.mass() * (0.5 * slow * slow + lift);
+        }
+        let makes_energy =
+            |of: &Budget| of.touches && of.gained > LARGEST_GAIN * of.kinetic + of.rest;
+        self.budgets.iter().any(makes_energy)
+    }
+
+    /// Finds the islands, and whether they bounce.
+    fn join(&mut self, claim: &Claim<'_>, forces: impl IntoIterator<Item = Vector3<f64>>) {
+        let pressing = |force: &Vector3<f64>| *force != Vector3::zeros();
+        let bodies = claim.states.len();
+        self.budgets.clear();
+        self.budgets.resize(bodies, Budget::default());
+        // Marks the contacts' bodies, until the islands are known.
+        let contacts = claim.contacts.iter().zip(forces).filter(|(_, force)| pressing(force));
+        let budgets = &mut self.budgets;
+        let keys = contacts.map(|(contact, _)| {
+            let budget = &mut budgets[contact.key.body];
+            budget.touches = true;
+            budget.bounces |= contact.rise > 0.0;
+            &contact.key
+        });
+        self.islands.find(bodies, keys);
+        for body in 0..bodies {
+            let Budget { touches, bounces, .. } = self.budgets[body];
+            let budget = &mut self.budgets[self.islands.of(body)];
+            budget.touches |= touches;
+            budget.bounces |= bounces;
+        }
+    }
+}
+
+/// What a step that does not bounce adds to the kinetic energy of a body beyond the work of gravity
+/// and wrench (eq. 32), J.
+fn gain(world: &World, body: &RigidBody, (state, next): (&State, &State), wrench: &Wrench) -> f64 {
+    let force = wrench.force + world.gravity() * body.mass();
+    let moved = next.position - state.position;
+    let change = kinetic_energy(body, next) - kinetic_energy(body, state);
+    change - force.dot(&moved) - world.time_step() * wrench.torque.dot(&next.spin)
+}
+
+/// The same of a step that bounces.
+fn gain_of_bounce(
+    world: &World,
+    body: &RigidBody,
+    (state, next): (&State, &State),
+    wrench: &Wrench,
+) -> f64 {
+    let force = wrench.force + world.gravity() * body.mass();
+    let change = kinetic_energy(body, next) - kinetic_energy(body, state);
+    let power =
+        force.dot(&(state.velocity + next.velocity)) + wrench.torque.dot(&(state.spin + next.spin));
+    change - 0.5 * world.time_step() * power
 }
 
 /// ½ m v² + ½ ωᵀ I ω, J.

@@ -16,7 +16,8 @@ pub(super) struct Islands {
     places: Vec<usize>,
     bodies: Groups,
     contacts: Groups,
-    /// Whether an island has a contact that the last call did not know.
+    /// Whether an island is to be solved: it has a contact that the last call did not know, or a
+    /// body that was marked.
     changed: Vec<bool>,
     unsettled: Vec<f64>,
     changes: Vec<(f64, f64)>,
@@ -89,8 +90,13 @@ pub(super) struct IslandView<'a> {
 
 impl Islands {
     /// Finds the islands of a step. The first `known` contacts have been seen by the last call in
-    /// the same step.
-    pub(super) fn find(&mut self, step: &Step<'_>, contacts: &[Contact], known: usize) {
+    /// the same step; islands with a body of which `is_marked` holds are to be solved all the same.
+    pub(super) fn find(
+        &mut self,
+        step: &Step<'_>,
+        (contacts, known): (&[Contact], usize),
+        is_marked: impl Fn(usize) -> bool,
+    ) {
         let count = step.states.len();
         if count == 1 {
             self.set_only_one(contacts.len());
@@ -100,7 +106,8 @@ impl Islands {
         let islands = self.bodies.len();
         self.changed.clear();
         let new = |island| self.contacts.get(island).last().is_some_and(|place| *place >= known);
-        self.changed.extend((0..islands).map(new));
+        let marked = |island| self.bodies.get(island).iter().any(|body| is_marked(*body));
+        self.changed.extend((0..islands).map(|island| new(island) || marked(island)));
         self.set_unsettled(step, islands);
     }
 
@@ -201,7 +208,7 @@ impl Islands {
         self.changed.len()
     }
 
-    /// Island `number`, if it has a contact that the last call did not know.
+    /// Island `number`, if it is to be solved.
     pub(super) fn changed_one(&self, number: usize) -> Option<IslandView<'_>> {
         self.changed[number].then(|| IslandView {
             bodies: self.bodies.get(number),

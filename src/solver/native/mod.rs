@@ -40,6 +40,7 @@ use crate::error::Error;
 use crate::mechanics::State;
 use crate::step::{ContactForce, Step, StepReport, StepSolution, StepSolver, StepStatus};
 use crate::world::World;
+use descent::Outcome;
 use islands::Islands;
 use part::Part;
 use starts::Start;
@@ -58,8 +59,8 @@ pub struct NativeSolver {
     islands: Islands,
     /// The problems of the islands, in their order; memory is kept from step to step.
     parts: Vec<Part>,
-    /// Of every body, whether its island's problem was not solved.
-    unsolved: Vec<bool>,
+    /// Of every body, how the problem of its island ended.
+    ends: Vec<End>,
     /// X⁺ of every body; X where its island's problem was not solved.
     reached: Vec<State>,
     /// Where islands are solved at the same time; `None` for the caller's thread alone.
@@ -78,7 +79,7 @@ impl NativeSolver {
             accepted: ACCEPTED_RESIDUAL * world.speed_scale(),
             islands: Islands::default(),
             parts: vec![first],
-            unsolved: Vec::new(),
+            ends: Vec::new(),
             reached: Vec::new(),
             #[cfg(feature = "threads")]
             threads: None,
@@ -101,34 +102,70 @@ impl NativeSolver {
         Ok(self)
     }
 
-    /// Solves every island with contacts that `solution` does not have yet, and writes its states
-    /// and forces.
+    /// Solves every island that `is_marked` or has contacts that `solution` does not have yet, and
+    /// writes its states and forces. Returns the iterations.
     fn solve_islands(
         &mut self,
         step: &Step<'_>,
         contacts: &[Contact],
+        is_marked: impl Fn(usize) -> bool,
         solution: &mut StepSolution,
-    ) -> Result<Round, Error> {
+    ) -> Result<u32, Error> {
         let known = solution.contacts.len();
         solution.contacts.extend(contacts[known..].iter().map(|c| ContactForce::none(c.key)));
-        self.islands.find(step, contacts, known);
+        self.islands.find(step, (contacts, known), is_marked);
         while self.parts.len() < self.islands.len() {
             self.parts.push(Part::default());
         }
         self.solve_changed(step, contacts)?;
         // In the order of the islands, on whichever threads they were solved.
-        let mut round = Round { start: Start::Previous, iterations: 0 };
+        let mut iterations = 0_u32;
         for (number, island) in self.islands.changed() {
             let ended = self.parts[number].write(step, contacts, &island, solution);
+            let Outcome { solved, start } = ended.outcome;
             for &body in island.bodies {
-                self.unsolved[body] = !ended.outcome.solved;
+                let end = &mut self.ends[body];
+                let retried = end.retried || start != Start::Previous;
+                *end = End { solved, start, retried };
             }
-            if round.start == Start::Previous {
-                round.start = ended.outcome.start;
-            }
-            round.iterations = round.iterations.saturating_add(ended.iterations);
+            iterations = iterations.saturating_add(ended.iterations);
         }
-        Ok(round)
+        Ok(iterations)
+    }
+
+    /// Solves every island that `is_marked` or has contacts that `solution` does not have yet, until
+    /// no more contacts are found.
+    fn solve_marked(
+        &mut self,
+        step: &Step<'_>,
+        is_marked: impl Fn(usize) -> bool,
+        candidates: &mut Candidates,
+        solution: &mut StepSolution,
+    ) -> Result<StepReport, Error> {
+        let mut iterations =
+            self.solve_islands(step, candidates.contacts(), is_marked, solution)?;
+        loop {
+            // What was not solved says nothing about what will meet.
+            self.reached.clear();
+            let ends = solution.states.iter().zip(step.states).zip(&self.ends);
+            let reached = ends.map(|((next, now), end)| if end.solved { *next } else { *now });
+            self.reached.extend(reached);
+            let depth = deepest_miss(step, &self.reached);
+            if !candidates.admit_missed(step.world, step.states, &self.reached, depth) {
+                break;
+            }
+            let more = self.solve_islands(step, candidates.contacts(), |_| false, solution)?;
+            iterations = iterations.saturating_add(more);
+        }
+        let solved = self.ends.iter().all(|end| end.solved);
+        let status = match (solved, self.ends.iter().any(|end| end.retried)) {
+            (true, false) => StepStatus::Converged,
+            (true, true) => StepStatus::Retried,
+            (false, _) => StepStatus::Failed,
+        };
+        let later = self.ends.iter().find(|end| end.start != Start::Previous);
+        let start = later.map_or(Start::Previous, |end| end.start);
+        Ok(StepReport { status, iterations, start: Some(start.name()), message: None })
     }
 
     /// Solves the problems of the islands that changed, each in the memory of its part.
@@ -147,12 +184,19 @@ impl NativeSolver {
     }
 }
 
-/// What solving the islands that changed came to.
-struct Round {
-    /// The start of the first island that was not solved from the last step's impulses.
+/// How the problem of a body's island ended.
+#[derive(Debug, Clone, Copy)]
+struct End {
+    solved: bool,
     start: Start,
-    /// Of all of them.
-    iterations: u32,
+    /// Whether it, or one that it grew out of in the same call, needed another start than the last
+    /// step's impulses.
+    retried: bool,
+}
+
+impl End {
+    /// That of free flight.
+    const FREE: Self = Self { solved: true, start: Start::Previous, retried: false };
 }
 
 /// How deep a body may be in another at the end of the step before the contact counts as
@@ -185,31 +229,35 @@ impl StepSolver for NativeSolver {
         solution: &mut StepSolution,
     ) -> Result<StepReport, Error> {
         step.check(candidates.contacts())?;
-        let (mut first_start, mut iterations) = (true, 0_u32);
         solution.set_free(step.free);
-        self.unsolved.clear();
-        self.unsolved.resize(step.states.len(), false);
-        let start = loop {
-            let contacts = candidates.contacts();
-            let round = self.solve_islands(step, contacts, solution)?;
-            first_start &= round.start == Start::Previous;
-            iterations = iterations.saturating_add(round.iterations);
-            // What was not solved says nothing about what will meet.
-            self.reached.clear();
-            let ends = solution.states.iter().zip(step.states).zip(&self.unsolved);
-            let reached = ends.map(|((next, now), unsolved)| if *unsolved { *now } else { *next });
-            self.reached.extend(reached);
-            let depth = deepest_miss(step, &self.reached);
-            if !candidates.admit_missed(step.world, step.states, &self.reached, depth) {
-                break round.start;
-            }
-        };
-        let solved = !self.unsolved.contains(&true);
-        let status = match (solved, first_start) {
-            (true, true) => StepStatus::Converged,
-            (true, false) => StepStatus::Retried,
-            (false, _) => StepStatus::Failed,
-        };
-        Ok(StepReport { status, iterations, start: Some(start.name()), message: None })
+        self.ends.clear();
+        self.ends.resize(step.states.len(), End::FREE);
+        self.solve_marked(step, |_| false, candidates, solution)
+    }
+
+    fn solve_again(
+        &mut self,
+        step: &Step<'_>,
+        marked: &[bool],
+        candidates: &mut Candidates,
+        solution: &mut StepSolution,
+    ) -> Result<StepReport, Error> {
+        let bodies = step.states.len();
+        let known = solution.contacts.len();
+        if [self.ends.len(), solution.states.len()] != [bodies; 2]
+            || known > candidates.contacts().len()
+        {
+            return self.solve(step, candidates, solution);
+        }
+        step.check(candidates.contacts())?;
+        let is_marked = |body: usize| marked.get(body).is_none_or(|marked| *marked);
+        for (body, end) in self.ends.iter_mut().enumerate() {
+            end.retried &= !is_marked(body);
+        }
+        self.solve_marked(step, is_marked, candidates, solution)
+    }
+
+    fn is_solved(&self, body: usize) -> Option<bool> {
+        self.ends.get(body).map(|end| end.solved)
     }
 }
