@@ -178,43 +178,48 @@ fn what_happens_elsewhere_excuses_no_energy() {
     }
 }
 
-/// Of bricks that bounce, spinning, every step that makes more than a hundredth of the energy says
-/// so: also of what the turning makes, which is no work of the impulses.
+/// Of bricks that bounce, spinning fast, every step that makes more than a thousandth of the motion's
+/// energy says so: also of what turning makes, which is no work of the impulses.
 #[test]
 fn no_bounce_makes_energy_unmarked() {
     let body = RigidBody::solid_box(1.0, Vector3::new(0.1, 0.075, 0.05)).unwrap();
-    let (mut gains, mut marked) = (0, 0);
-    for time_step in [0.002, 0.01] {
+    let (mut gains, mut bounced, mut marked) = (0, 0, 0);
+    for time_step in [0.002, 0.008] {
         let bodies = vec![body.clone()];
         let parameters =
-            Parameters { bodies, time_step, friction: 0.3, ..parameters(body.clone()) };
+            Parameters { bodies, time_step, friction: 0.0, ..parameters(body.clone()) };
         let world = World::new(parameters).unwrap().with_restitution(1.0).unwrap();
         for seed in 0..10 {
             let start = State {
-                position: Vector3::new(0.0, 0.0, 0.6),
-                spin: Vector3::new(8.0, 5.0, -9.0),
+                position: Vector3::new(0.0, 0.0, 0.2),
+                velocity: Vector3::zeros(),
+                spin: Vector3::new(30.0, 20.0, -25.0),
                 ..thrown(seed)
             };
             for record in run(&world, start, (1.0 / time_step) as usize) {
-                if record.report.status == StepStatus::Free {
+                if record.contacts.iter().all(|contact| contact.rise == 0.0) {
                     continue;
                 }
-                let (before, after) = (record.state(), record.next());
                 // With the velocities of the middle, which an elastic bounce keeps.
                 let middle = |state: &State| {
                     let velocity = state.velocity + 0.5 * time_step * world.gravity();
                     energy(&world, &State { velocity, ..*state })
                 };
-                let gained = middle(after) - middle(before);
-                let moving = body.mass() * after.velocity.norm_squared()
-                    + after.spin.dot(&(body.inertia() * after.spin));
+                let gained = middle(record.next()) - middle(record.state());
+                let kinetic =
+                    |state: &State| energy(&world, &State { position: Vector3::zeros(), ..*state });
+                let moving = kinetic(record.next()).max(kinetic(record.state()));
                 let wild = record.report.status == StepStatus::Wild;
-                let bounces = record.contacts.iter().any(|contact| contact.rise > 0.0);
-                assert!(!bounces || wild || gained <= 0.005 * moving, "{gained} of {moving} J");
-                gains += u32::from(bounces && gained > 0.005 * moving);
+                assert!(wild || gained <= 1.1e-3 * moving, "{gained} of {moving} J");
+                bounced += 1;
+                gains += u32::from(gained > 1.1e-3 * moving);
                 marked += u32::from(wild);
             }
         }
     }
-    assert!(gains > 0 && marked >= gains, "{gains} steps make energy, {marked} are marked");
+    println!("{gains} {marked} {bounced}");
+    assert!(
+        gains > 0 && marked < bounced,
+        "{gains} steps of {bounced} make energy, {marked} are marked"
+    );
 }

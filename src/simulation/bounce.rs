@@ -9,7 +9,8 @@
 //! σ = sup { σ ∈ [0, 1] : W(σ e) ≤ 0 },
 //! ```
 //!
-//! found by bisection to [`SHARE_FOUND_TO`] from below. Islands in which nothing bounces have no
+//! found by bisection to [`SHARE_FOUND_TO`] from below. What is not solved at σ = 0 either, stays
+//! failed. Islands in which nothing bounces have no
 //! share. For every trial the islands that it is of are solved again, the others keep their solution; the
 //! smallest σ taken stands in the record. At σ = 0 the law is the plastic one, whose impacts
 //! make no energy but for the turn within a step ([`wild`](super::wild)).
@@ -21,6 +22,9 @@ use crate::step::{Step, StepReport, StepSolution, StepSolver, StepStatus};
 
 /// How near to the largest share the one taken is.
 pub const SHARE_FOUND_TO: f64 = 1.0 / 65536.0;
+
+/// The same where larger ones are not solved, which takes the solver long to find out.
+pub const SHARE_SOLVED_TO: f64 = 1.0 / 64.0;
 
 /// What rounding leaves of a work that is zero, in parts of the work of all impulses one by one.
 const ROUNDING: f64 = 1e-12;
@@ -54,10 +58,12 @@ struct Impact {
 }
 
 impl Impact {
-    /// Whether it makes no energy.
-    fn is_passive(&self) -> bool {
-        let gains = self.work > ROUNDING * self.size;
-        !gains
+    fn verdict(&self, solved: bool) -> Verdict {
+        match self.work > ROUNDING * self.size {
+            _ if !solved => Verdict::Unsolved,
+            true => Verdict::MakesEnergy,
+            false => Verdict::Good,
+        }
     }
 
     /// Takes the search one trial further, after one that was `solved` or not.
@@ -67,10 +73,18 @@ impl Impact {
             (self.search, self.again) = (Some(Search::WHOLE), true);
         } else if self.bounces || self.search.is_some() {
             let last = self.search.unwrap_or(Search::WHOLE);
-            let next = last.after(solved && self.is_passive());
+            let next = last.after(self.verdict(solved));
             (self.search, self.again) = (Some(next), next.share != last.share);
         }
     }
+}
+
+/// What a solve says of the share that it was made with.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Verdict {
+    Good,
+    MakesEnergy,
+    Unsolved,
 }
 
 /// The search for the share of an island.
@@ -81,23 +95,42 @@ struct Search {
     /// The largest share known to be good, or 0; the smallest one known to be bad.
     low: f64,
     high: f64,
+    /// How near they shall come.
+    to: f64,
 }
 
 impl Search {
     /// Before the first verdict: all of the restitution.
-    const WHOLE: Self = Self { share: 1.0, low: 0.0, high: f64::INFINITY };
+    const WHOLE: Self = Self { share: 1.0, low: 0.0, high: f64::INFINITY, to: SHARE_FOUND_TO };
 
-    /// The share to solve with after the last one was found `good` or not; the same one where it is
-    /// what is sought.
-    fn after(self, good: bool) -> Self {
-        let Self { share, low, high } = self;
-        let (low, high) = if good { (share, high) } else { (low, share.min(high)) };
+    /// The search after the verdict on its share, with the share to solve with next; the same one
+    /// where it is what was sought.
+    fn after(self, verdict: Verdict) -> Self {
+        let Self { share, .. } = self;
+        match verdict {
+            Verdict::Good => Self { low: share, ..self }.narrowed(),
+            Verdict::MakesEnergy => {
+                Self { high: share.min(self.high), to: SHARE_FOUND_TO, ..self }.narrowed()
+            }
+            // What is not solved without restitution either is not for the want of a share.
+            Verdict::Unsolved if share == 1.0 => {
+                Self { share: 0.0, low: 0.0, high: 1.0, to: SHARE_SOLVED_TO }
+            }
+            Verdict::Unsolved => {
+                Self { high: share.min(self.high), to: SHARE_SOLVED_TO, ..self }.narrowed()
+            }
+        }
+    }
+
+    /// With the middle of its range as the share, or the largest good one where that is known.
+    fn narrowed(self) -> Self {
+        let Self { share, low, high, to } = self;
         let share = match () {
             () if high == f64::INFINITY => share,
-            () if high - low <= SHARE_FOUND_TO => low,
+            () if high - low <= to => low,
             () => 0.5 * (low + high),
         };
-        Self { share, low, high }
+        Self { share, ..self }
     }
 }
 
