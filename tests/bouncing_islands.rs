@@ -5,7 +5,7 @@ use nalgebra::{Matrix3, Vector3, Vector4};
 use std::path::Path;
 use tumble::contact::Plane;
 use tumble::geometry::Piece;
-use tumble::mechanics::{RigidBody, State};
+use tumble::mechanics::{RigidBody, Rotation, State};
 use tumble::scenario::scene::Scene;
 use tumble::scenario::settings::Settings;
 use tumble::simulation::{Motion, Simulation, StepRecord};
@@ -33,7 +33,15 @@ fn cube() -> RigidBody {
 
 fn world(bodies: Vec<RigidBody>) -> World {
     let (ground, gravity) = (Plane::level(), Vector3::new(0.0, 0.0, -9.81));
-    World::new(Parameters { bodies, ground, gravity, friction: 1.0, time_step: 0.002 }).unwrap()
+    World::new(Parameters {
+        bodies,
+        ground,
+        gravity,
+        friction: 1.0,
+        time_step: 0.002,
+        rotation: Rotation::Momentum,
+    })
+    .unwrap()
 }
 
 /// Kane's rod: it lands obliquely and spinning on rough ground, and with the whole of e = 0.9 it
@@ -95,7 +103,7 @@ fn bits(records: &[StepRecord], of: std::ops::Range<usize>) -> Vec<Vec<u64>> {
         let mine = contacts.filter(|(contact, _)| of.contains(&contact.key.body));
         let numbers = mine.flat_map(|(contact, force)| {
             let numbers = force.force.iter().chain(&force.slip).copied();
-            numbers.chain([contact.rise]).collect::<Vec<_>>()
+            numbers.chain([contact.rebound]).collect::<Vec<_>>()
         });
         states.chain(numbers).map(f64::to_bits).collect()
     };

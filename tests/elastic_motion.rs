@@ -37,7 +37,7 @@ fn follow<T>(scene: &Scene, of: impl Fn(&World, &[State]) -> T) -> (Vec<T>, usiz
             record.index,
             record.restitution_share
         );
-        bounces += record.contacts.iter().filter(|contact| contact.rise > 0.0).count();
+        bounces += record.contacts.iter().filter(|contact| contact.rebound > 0.0).count();
         found.push(of(&scene.world, &record.solution.states));
     }
     (found, bounces)

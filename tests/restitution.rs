@@ -82,7 +82,7 @@ fn a_ball_that_loses_nothing_bounces_for_ever() {
     for record in &records {
         // Rounding of 33 000 steps, 1e-16 of 4 J/kg each.
         assert!((kept(record.next()) - first).abs() < 1e-10, "k = {}", record.index);
-        bounces += u32::from(record.contacts.iter().any(|contact| contact.rise > 0.0));
+        bounces += u32::from(record.contacts.iter().any(|contact| contact.rebound > 0.0));
         assert_eq!(record.restitution_share, 1.0);
     }
     assert!((65..80).contains(&bounces), "{bounces}");
@@ -100,7 +100,7 @@ fn heights_and_times_of_bounces_converge_with_the_step() {
         let mut highest = Vec::new();
         let mut impacts = Vec::new();
         for record in &records {
-            if record.contacts.iter().any(|contact| contact.rise > 0.0) {
+            if record.contacts.iter().any(|contact| contact.rebound > 0.0) {
                 impacts.push(h * record.index as f64);
                 highest.push(0.0_f64);
             }
@@ -195,7 +195,7 @@ fn slow_contacts_do_not_bounce() {
     let at_most = |speed| world.clone().with_rebound_speed(speed).unwrap();
     let rises = |world: &World| {
         let records = native(world, vec![at(0.0, 0.0, 0.11)], 400);
-        records.iter().flat_map(|r| &r.contacts).any(|contact| contact.rise > 0.0)
+        records.iter().flat_map(|r| &r.contacts).any(|contact| contact.rebound > 0.0)
     };
     // It falls 1 cm: 0.44 m/s.
     assert!(rises(&at_most(0.4)) && !rises(&at_most(0.5)));
@@ -233,7 +233,7 @@ fn no_impact_makes_energy() {
         state.position[2] = 1e-9 - world.lowest_height(&[state]);
         let record = &native(&world, vec![state], 1)[0];
         // The lowest corner may turn away from the ground.
-        prop_assume!(record.contacts.iter().any(|contact| contact.rise > 0.0));
+        prop_assume!(record.contacts.iter().any(|contact| contact.rebound > 0.0));
         let body = &world.bodies()[0];
         let (before, after) = (kinetic(body, &state), kinetic(body, record.next()));
         // The scheme's own turn within the step, h ω = 1e-5 (eq. 28).
@@ -268,7 +268,7 @@ fn ipopt_bounces_as_the_native_solver_does() {
         let ladder = ladder_for(&world, Formulation::Reduced, Options::default()).unwrap();
         let by_ipopt = run(&world, starts(), Motion::contact(ladder), 60);
         let by_native = native(&world, starts(), 60);
-        let impacts = by_native.iter().filter(|r| r.contacts.iter().any(|c| c.rise > 0.0));
+        let impacts = by_native.iter().filter(|r| r.contacts.iter().any(|c| c.rebound > 0.0));
         assert!(impacts.count() > 0);
         // Until the second impact at least; the program is smoothed by 1e-6 N.
         let last = |records: &[StepRecord]| records[59].solution.states[0];

@@ -34,6 +34,8 @@ struct Meeting {
     partner: Option<usize>,
     features: Features,
     friction: f64,
+    /// m/s; 0 without.
+    rebound: f64,
 }
 
 fn meeting(bodies: usize) -> impl Strategy<Value = Meeting> {
@@ -41,12 +43,13 @@ fn meeting(bodies: usize) -> impl Strategy<Value = Meeting> {
     let point = prop_oneof![1 => Just(Vector3::zeros()), 4 => vector(1.0)];
     let features = (point, prop_oneof![Just(0.0), 0.05..0.4], quaternion(), -1.0..1.0);
     let friction = prop_oneof![1 => Just(0.0), 3 => 0.1..1.0];
-    (pair, features, friction).prop_map(
-        move |((body, shift), (point, radius, q, offset), friction)| {
+    let rebound = prop_oneof![2 => Just(0.0), 1 => 0.1..3.0];
+    (pair, features, friction, rebound).prop_map(
+        move |((body, shift), (point, radius, q, offset), friction, rebound)| {
             let partner = shift.map(|shift| (body + shift) % bodies);
             let frame = rotation(&q.normalize());
             let features = Features::of_plane(point, radius, frame, offset);
-            Meeting { body, partner, features, friction }
+            Meeting { body, partner, features, friction, rebound }
         },
     )
 }
@@ -131,7 +134,7 @@ fn anywhere_round() -> impl Strategy<Value = Anywhere> {
                 .into_iter()
                 .map(|(body, free, features, friction)| {
                     let partner = free.then_some(1 - body);
-                    Meeting { body, partner, features, friction }
+                    Meeting { body, partner, features, friction, rebound: 0.0 }
                 })
                 .collect();
             let smooth =
@@ -180,7 +183,8 @@ fn pose(
             let law = ContactLaw::plastic(meeting.friction);
             let placed = |index: usize| (&world.bodies()[index], &poses[index]);
             let (a, b) = (placed(meeting.body), meeting.partner.map(placed));
-            Contact::new(key, meeting.features, law, a, b)
+            let contact = Contact::new(key, meeting.features, law, a, b);
+            Contact { rebound: meeting.rebound, ..contact }
         })
         .collect();
     let bodies: Vec<_> = (0..states.len()).collect();

@@ -10,7 +10,7 @@ use super::source::{Source, TrajectoryFile};
 use std::fmt::Write as _;
 use tumble::contact::certificate::{Certifier, Claim, certify_rk4_step};
 use tumble::contact::detection::all_contacts;
-use tumble::contact::restitution::raise;
+use tumble::contact::restitution::set_rebounds;
 use tumble::contact::{Certificate, rounding};
 use tumble::mechanics::State;
 use tumble::simulation::trajectory::TrajectoryRow;
@@ -111,7 +111,7 @@ impl Judge {
         let wrenches = [wrench];
         if world.has_restitution() {
             let free = [world.free_flight(0, &row.state, &wrench)];
-            raise(world, &states, &free, &[row.restitution_share], &mut contacts);
+            set_rebounds(world, &states, &free, &[row.restitution_share], &mut contacts);
         }
         let claim =
             Claim { states: &states, next: &next, wrenches: &wrenches, contacts: &contacts };

@@ -60,7 +60,7 @@ impl Candidates {
             || !self.contacts.is_empty()
             || self.neighbours.overlapping(world, states, free, 0.0, &mut self.contacts);
         self.rebound.begin(world, free);
-        self.rebound.raise(world, states, &mut self.contacts);
+        self.rebound.set(world, states, &mut self.contacts);
         needs_contact
     }
 
@@ -68,7 +68,7 @@ impl Candidates {
     /// contacts were found for; all of it until this is called, and of bodies without a share.
     pub fn share_restitution(&mut self, world: &World, states: &[State], shares: &[f64]) {
         self.rebound.set_shares(shares);
-        self.rebound.raise(world, states, &mut self.contacts);
+        self.rebound.set(world, states, &mut self.contacts);
     }
 
     /// Adds the contacts that the step `states` → `next` takes deeper than `depth` (m) into each
@@ -84,7 +84,7 @@ impl Candidates {
         let known = self.contacts.len();
         let ground = detection::admit_missed(world, states, next, depth, &mut self.contacts);
         let pieces = self.neighbours.overlapping(world, states, next, depth, &mut self.contacts);
-        self.rebound.raise(world, states, &mut self.contacts[known..]);
+        self.rebound.set(world, states, &mut self.contacts[known..]);
         ground || pieces
     }
 

@@ -140,6 +140,7 @@ impl Certifier {
                 Partner::Body(index) => Some(&self.poses[index]),
             };
             let u = contact.motion((&a.0, &a.1), b.map(|b| (&b.0, &b.1)), h);
+            let u = contact.law_motion(u, world, claim.states, claim.next);
             let p = force * (h / world.bodies()[contact.key.body].mass());
             let parts = contact.law.residual(&contact.response, &contact.normal(), &p, &u);
             certificate.normal_law = largest(certificate.normal_law, parts.normal);

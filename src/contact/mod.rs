@@ -132,9 +132,9 @@ pub struct Contact {
     /// φ at the step's start, m; exactly zero where rounding alone is left of it
     /// ([`rounding::gap`]).
     pub gap: f64,
-    /// ζ, m: how far above its plane the law lets the contact end, where it
-    /// [bounces](restitution); 0 without restitution.
-    pub rise: f64,
+    /// e c_n⁻, m/s: how fast the law lets the contact part, where it [bounces](restitution); 0
+    /// elsewhere.
+    pub rebound: f64,
     /// Friction and restitution.
     pub law: ContactLaw,
     /// y = a − ρ A_Aᵀ n, m, frame of A: the material point that touches, where forces act.
@@ -181,7 +181,7 @@ impl Contact {
             features,
             frame,
             gap: 0.0,
-            rise: 0.0,
+            rebound: 0.0,
             law,
             lever,
             arm,
@@ -235,10 +235,10 @@ impl Contact {
     }
 
     /// u (eq. 10, 12), m/s, world: the mean slip of the touching point over the step of `h` (s)
-    /// across the normal, and along it the gap speed (φ⁺ − ζ)/h, over the contact's rise ζ.
+    /// across the normal, and along it the gap speed φ⁺/h.
     ///
     /// ```text
-    /// u = A_B (E − n nᵀ) (w⁺ − w)/h − (Ω_A − Ω_B) × ρ n + n (φ⁺ − ζ)/h     (eq. 10a)
+    /// u = A_B (E − n nᵀ) (w⁺ − w)/h − (Ω_A − Ω_B) × ρ n + n φ⁺/h           (eq. 10a)
     /// ```
     ///
     /// w being the point a seen from B, and Ω the rates at which the bodies turn: the slip of a
@@ -287,7 +287,7 @@ impl Contact {
             gap = self.features.frame.column(2).dot(&after) - self.features.offset - radius;
         }
         let slip = moved - normal * normal.dot(&moved);
-        (slip + normal * (gap - self.rise)) / h
+        (slip + normal * gap) / h
     }
 }
 

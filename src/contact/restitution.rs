@@ -1,88 +1,148 @@
 //! Restitution: how fast a contact leaves that arrives in a step.
 //!
-//! Newton's law, in Moreau's form: the speed at which the touching points part after the step is
-//! at least e times the speed u_n⁻ at which they came, φ̇⁺ ≥ −e u_n⁻. A step moves with its new
-//! velocities, φ⁺ = φ + h φ̇⁺, so that the law asks for a height above the plane, the contact's
-//! **rise** ζ:
+//! Newton's law: the speed ċ⁺ at which the touching points part after an impact is at least e times
+//! the speed c_n⁻ = −ċ⁻ at which they came. Both are taken where the impulse acts, at the levers of the
+//! step's start, and with the velocities just before and just after it,
 //!
 //! ```text
-//! 0 ≤ p_n ⊥ (φ⁺ − ζ)/h ≥ 0,   ζ = max(φ, 0) + h e |u_n⁻|                   (eq. 29)
+//! ċ = n·(v_A + A_A ω̃_A × y_A − v_B − A_B ω̃_B × y_B)
 //! ```
 //!
-//! where the contact arrives: it is open or touches at k, comes faster than a threshold, and free
-//! flight would close it. Everywhere else ζ = 0, the law without restitution. A contact is left
-//! from the height φ that it has at k, up to h |u_n⁻| above the plane, so that a frictionless ball
-//! with e = 1 keeps its energy for ever (eq. 30 of `docs/formulation.md`), and bounces are right
-//! to first order in h.
+//! ω̃ being I⁻¹ P⁻(ω) before and I⁻¹ P⁺(ω⁺) after ([`Rotation`](crate::mechanics::Rotation)). A contact
+//! that arrives, open or touching at k, faster than a threshold, and which free flight would close,
+//! then has beside the gap's row that of its **rebound** e c_n⁻,
+//!
+//! ```text
+//! 0 ≤ p_n ⊥ min(φ⁺/h, ċ⁺ − e c_n⁻) ≥ 0                                    (eq. 29)
+//! ```
+//!
+//! Everywhere else the law is that without restitution. What the impulses of a step do to the energy
+//! at the time k is their work on the mean of the velocities before and after,
+//!
+//! ```text
+//! W = Σ p·(u⁻ + u⁺)/2,                                                    (eq. 31)
+//! ```
+//!
+//! exactly in the momentum form of the rotation, so that bodies with e = 1 and without friction keep
+//! theirs, however they turn (eq. 30, 35 of `docs/formulation.md`): ċ⁺ = −ċ⁻. A bounce begins at the
+//! height that the contact has at k; times and heights are right to first order in h.
 //!
 //! With friction, Newton's law can make energy (Kane's paradox): each contact's speeds are
-//! prescribed one by one, whatever the others do. What the impulses of a step do to the kinetic
-//! energy is their work on the mean of the velocities before and after,
-//!
-//! ```text
-//! W = Σ p·(u⁻ + u⁺)/2                                                     (eq. 31)
-//! ```
-//!
-//! which [`Contact::impact_work`] adds up; the [simulation](crate::simulation) takes a part of e,
-//! the largest at which W ≤ 0, where it would be positive.
+//! prescribed one by one, whatever the others do. [`Contact::impact_work`] adds W up; the
+//! [simulation](crate::simulation) takes a part of e, the largest at which W ≤ 0, where it would be
+//! positive.
 
 use super::{Contact, Partner};
-use crate::mechanics::{Pose, State};
+use crate::mechanics::{Pose, RigidBody, State};
 use crate::world::World;
 use nalgebra::Vector3;
 
 impl Contact {
-    /// How the touching points of A and B move apart where the bodies have the velocities of
-    /// `moving`, m/s, world; arms and frames are those at the start of the step, `states`. NaN
-    /// where a list has no state of one of the bodies.
+    /// How the touching points of A and B move apart just before the impulses of a step from `states`,
+    /// m/s, world. NaN where the list has no state of one of the bodies.
     #[must_use]
-    pub fn parting_velocity(&self, states: &[State], moving: &[State]) -> Vector3<f64> {
+    pub fn arriving_velocity(&self, world: &World, states: &[State]) -> Vector3<f64> {
+        let h = world.time_step();
+        self.parting_velocity(world, (states, states), |body, spin| {
+            let inertia = (body.inertia(), body.inertia_inverse());
+            world.rotation().arriving_spin(inertia, spin, h)
+        })
+    }
+
+    /// The same just after the impulses of the step `states` → `next`; arms and frames are those at its
+    /// start.
+    #[must_use]
+    pub fn departing_velocity(
+        &self,
+        world: &World,
+        states: &[State],
+        next: &[State],
+    ) -> Vector3<f64> {
+        let h = world.time_step();
+        self.parting_velocity(world, (states, next), |body, spin| {
+            let inertia = (body.inertia(), body.inertia_inverse());
+            world.rotation().departing_spin(inertia, spin, h)
+        })
+    }
+
+    /// v_A + A_A ω̃_A × y_A − v_B − A_B ω̃_B × y_B, with the velocities of `moving` and ω̃ by `spin`.
+    fn parting_velocity(
+        &self,
+        world: &World,
+        (states, moving): (&[State], &[State]),
+        spin: impl Fn(&RigidBody, &Vector3<f64>) -> Vector3<f64>,
+    ) -> Vector3<f64> {
         let unknown = Vector3::repeat(f64::NAN);
-        let Some(a) = moving.get(self.key.body) else { return unknown };
-        let velocity = a.velocity + self.torque_map.tr_mul(&a.spin);
+        let bodies = world.bodies();
+        let (Some(body), Some(a)) = (bodies.get(self.key.body), moving.get(self.key.body)) else {
+            return unknown;
+        };
+        let velocity = a.velocity + self.torque_map.tr_mul(&spin(body, &a.spin));
         let Partner::Body(other) = self.key.partner else {
             return velocity;
         };
-        let (Some(b), Some(at_a), Some(at_b)) =
-            (moving.get(other), states.get(self.key.body), states.get(other))
+        let (Some(body), Some(b), Some(at_a), Some(at_b)) =
+            (bodies.get(other), moving.get(other), states.get(self.key.body), states.get(other))
         else {
             return unknown;
         };
         let arm = at_a.position + self.arm - at_b.position;
-        let turning = at_b.pose().rotation * b.spin;
+        let turning = at_b.pose().rotation * spin(body, &b.spin);
         velocity - b.velocity - turning.cross(&arm)
     }
 
     /// The work of an impulse `force` × h of the contact on the mean of the velocities before
-    /// and after the step `states` → `next` (eq. 31), J. NaN where a list has no state of one of
-    /// the bodies.
+    /// and after the step `states` → `next` of `world` (eq. 31), J. NaN where a list has no state of one
+    /// of the bodies.
     #[must_use]
     pub fn impact_work(
         &self,
+        world: &World,
         force: &Vector3<f64>,
-        h: f64,
         states: &[State],
         next: &[State],
     ) -> f64 {
         let (before, after) =
-            (self.parting_velocity(states, states), self.parting_velocity(states, next));
-        0.5 * h * force.dot(&(before + after))
+            (self.arriving_velocity(world, states), self.departing_velocity(world, states, next));
+        0.5 * world.time_step() * force.dot(&(before + after))
     }
 
-    /// ζ (eq. 29), m, where free flight would take the bodies from `states` to `free` and the
-    /// part `share` of the restitution is taken. 0 where a list has no state of one of the bodies.
+    /// e c_n⁻ (eq. 29), m/s, where free flight would take the bodies from `states` to `free` and the
+    /// part `share` of the restitution is taken; 0 where the contact does not bounce, and where a list
+    /// has no state of one of the bodies.
     #[must_use]
-    pub fn rise_of(&self, world: &World, states: &[State], free: &[State], share: f64) -> f64 {
+    pub fn rebound_of(&self, world: &World, states: &[State], free: &[State], share: f64) -> f64 {
         let restitution = self.law.restitution;
         if restitution == 0.0 {
             return 0.0;
         }
-        let coming = -self.normal().dot(&self.parting_velocity(states, states));
+        let coming = -self.normal().dot(&self.arriving_velocity(world, states));
         let stays_open = || self.free_gap(free).is_none_or(|gap| gap > 0.0);
         if coming.is_nan() || coming <= world.rebound_speed() || stays_open() {
             return 0.0;
         }
-        self.gap.max(0.0) + world.time_step() * share * restitution * coming
+        share * restitution * coming
+    }
+
+    /// The motion that the law of the contact speaks of, m/s, world, where `u` is its
+    /// [motion](Contact::motion) over the step `states` → `next` of `world`: along the normal the smaller
+    /// one of the gap speed and what is left of the rebound (eq. 29).
+    #[must_use]
+    pub fn law_motion(
+        &self,
+        u: Vector3<f64>,
+        world: &World,
+        states: &[State],
+        next: &[State],
+    ) -> Vector3<f64> {
+        if self.rebound == 0.0 {
+            return u;
+        }
+        let normal = self.normal();
+        let left = normal.dot(&self.departing_velocity(world, states, next)) - self.rebound;
+        let along = normal.dot(&u);
+        // A NaN stays one.
+        if left >= along { u } else { u + normal * (left - along) }
     }
 
     /// φ after free flight to `free`, m, which is known if the bodies have states there.
@@ -96,11 +156,11 @@ impl Contact {
     }
 }
 
-/// Sets the rise of the `contacts` of a step of `world` from `states` whose free flight ends in
+/// Sets the rebound of the `contacts` of a step of `world` from `states` whose free flight ends in
 /// `free`. `shares` are the parts of the restitution that each body takes, all of it where there
 /// is none for a body; a contact takes the smaller one of its two. A contact does not bounce
 /// whose bodies have no states in `states` and `free`.
-pub fn raise(
+pub fn set_rebounds(
     world: &World,
     states: &[State],
     free: &[State],
@@ -110,11 +170,11 @@ pub fn raise(
     for contact in contacts {
         let shares = contact.key.bodies().filter_map(|body| shares.get(body).copied());
         let share = shares.fold(1.0, f64::min);
-        contact.rise = contact.rise_of(world, states, free, share);
+        contact.rebound = contact.rebound_of(world, states, free, share);
     }
 }
 
-/// What the search for contacts remembers of a step, to raise those that it finds later.
+/// What the search for contacts remembers of a step, for the rebounds of those that it finds later.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Rebound {
     /// X at step k+1 in free flight; empty in a world without restitution.
@@ -139,9 +199,9 @@ impl Rebound {
         }
     }
 
-    pub(super) fn raise(&self, world: &World, states: &[State], contacts: &mut [Contact]) {
+    pub(super) fn set(&self, world: &World, states: &[State], contacts: &mut [Contact]) {
         if !self.free.is_empty() {
-            raise(world, states, &self.free, &self.shares, contacts);
+            set_rebounds(world, states, &self.free, &self.shares, contacts);
         }
     }
 }

@@ -125,6 +125,58 @@ impl Rotation {
             }
         }
     }
+
+    /// The spin at the time of a state, rad/s, body: I⁻¹ P⁻(ω), with which what touches arrives; ω of
+    /// the tutorial's form. `inertia` and its inverse of one scale.
+    #[must_use]
+    pub fn arriving_spin(
+        self,
+        (inertia, inverse): (&Matrix3<f64>, &Matrix3<f64>),
+        spin: &Vector3<f64>,
+        time_step: f64,
+    ) -> Vector3<f64> {
+        match self {
+            Self::Tutorial => *spin,
+            Self::Momentum => inverse * self.momentum(inertia, spin, time_step),
+        }
+    }
+
+    /// The spin at the same time after the impulses of the step that turns with ω⁺ = `spin`, rad/s,
+    /// body: I⁻¹ P⁺(ω⁺); ω⁺ of the tutorial's form.
+    #[must_use]
+    #[inline]
+    pub fn departing_spin(
+        self,
+        (inertia, inverse): (&Matrix3<f64>, &Matrix3<f64>),
+        spin: &Vector3<f64>,
+        time_step: f64,
+    ) -> Vector3<f64> {
+        match self {
+            Self::Tutorial => *spin,
+            // P⁺(ω) = I ω + h G(0, ω)
+            Self::Momentum => {
+                let gyroscopic = self.gyroscopic(inertia, &Vector3::zeros(), spin, time_step);
+                spin + inverse * gyroscopic * time_step
+            }
+        }
+    }
+
+    /// Its derivative by ω⁺.
+    #[must_use]
+    pub fn departing_slope(
+        self,
+        (inertia, inverse): (&Matrix3<f64>, &Matrix3<f64>),
+        spin: &Vector3<f64>,
+        time_step: f64,
+    ) -> Matrix3<f64> {
+        match self {
+            Self::Tutorial => Matrix3::identity(),
+            Self::Momentum => {
+                let slope = self.gyroscopic_slope(inertia, spin, time_step);
+                Matrix3::identity() + inverse * slope * time_step
+            }
+        }
+    }
 }
 
 /// ∂/∂ω ((ω·I ω) ω) = (ω·I ω) E + 2 ω (I ω)ᵀ, with the `momentum` I ω.

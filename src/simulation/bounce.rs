@@ -174,10 +174,11 @@ impl Bounce {
         let h = step.world.time_step();
         for (contact, force) in contacts.iter().zip(solution.forces()) {
             let impact = &mut self.impacts[self.islands.of(contact.key.body)];
-            impact.bounces |= contact.rise > 0.0;
-            impact.work += contact.impact_work(&force, h, step.states, &solution.states);
-            let before = contact.parting_velocity(step.states, step.states).norm();
-            let after = contact.parting_velocity(step.states, &solution.states).norm();
+            impact.bounces |= contact.rebound > 0.0;
+            impact.work += contact.impact_work(step.world, &force, step.states, &solution.states);
+            let before = contact.arriving_velocity(step.world, step.states).norm();
+            let after =
+                contact.departing_velocity(step.world, step.states, &solution.states).norm();
             impact.size += h * force.norm() * (before + after);
         }
         for (body, search) in self.searches.iter().enumerate() {
@@ -208,5 +209,5 @@ impl Bounce {
 
 /// Whether a step has contacts that bounce.
 fn bounces(contacts: &[Contact]) -> bool {
-    contacts.iter().any(|contact| contact.rise > 0.0)
+    contacts.iter().any(|contact| contact.rebound > 0.0)
 }

@@ -123,13 +123,15 @@ impl<W: Write> TrajectoryWriter<W> {
             if contact.key.point >= self.carrying.len() {
                 return Err(refused("the record has a contact of a point that the body has not"));
             }
-            let height = contact.gap_at(next, None) - contact.rise;
-            let noise = rounding::gap(
-                &contact.normal(),
-                &next.position,
-                contact.features.offset,
-                &contact.arm,
-            );
+            let (h, normal) = (self.world.time_step(), contact.normal());
+            let opening = normal * (contact.gap_at(next, None) / h);
+            let ends = (&record.states, &record.solution.states);
+            let height = match contact.rebound > 0.0 {
+                true => h * normal.dot(&contact.law_motion(opening, &self.world, ends.0, ends.1)),
+                false => contact.gap_at(next, None),
+            };
+            let noise =
+                rounding::gap(&normal, &next.position, contact.features.offset, &contact.arm);
             let height = if height.abs() <= noise { 0.0 } else { height };
             let force = contact.frame.tr_mul(&found.force);
             let slip = found.slip.norm();

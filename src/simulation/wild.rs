@@ -27,6 +27,7 @@
 //! work on the way, and its part of the motion along is the work of the impulses (eq. 31), to rounding. An elastic
 //! bounce makes none of it; of the first line it would make 2 g h/|v| of what it has.
 
+use super::energy;
 use super::islands::Islands;
 use crate::contact::certificate::Claim;
 use crate::mechanics::{RigidBody, State, Wrench};
@@ -96,7 +97,8 @@ impl Judge {
             let ends = (&claim.states[index], &claim.next[index]);
             let gain = if budget.bounces { gain_of_bounce } else { gain };
             budget.gained += gain(world, body, ends, &claim.wrenches[index]);
-            budget.kinetic += kinetic_energy(body, ends.0).max(kinetic_energy(body, ends.1));
+            let kinetic = [ends.0, ends.1].map(|state| kinetic_energy(world, body, state));
+            budget.kinetic += kinetic[0].max(kinetic[1]);
             budget.rest += body.mass() * (0.5 * slow * slow + lift);
         }
         let makes_energy =
@@ -116,7 +118,7 @@ impl Judge {
         let keys = contacts.map(|(contact, _)| {
             let budget = &mut budgets[contact.key.body];
             budget.touches = true;
-            budget.bounces |= contact.rise > 0.0;
+            budget.bounces |= contact.rebound > 0.0;
             &contact.key
         });
         self.islands.find(bodies, keys);
@@ -134,7 +136,7 @@ impl Judge {
 fn gain(world: &World, body: &RigidBody, (state, next): (&State, &State), wrench: &Wrench) -> f64 {
     let force = wrench.force + world.gravity() * body.mass();
     let moved = next.position - state.position;
-    let change = kinetic_energy(body, next) - kinetic_energy(body, state);
+    let change = kinetic_energy(world, body, next) - kinetic_energy(world, body, state);
     change - force.dot(&moved) - world.time_step() * wrench.torque.dot(&next.spin)
 }
 
@@ -146,14 +148,14 @@ fn gain_of_bounce(
     wrench: &Wrench,
 ) -> f64 {
     let force = wrench.force + world.gravity() * body.mass();
-    let change = kinetic_energy(body, next) - kinetic_energy(body, state);
+    let change = kinetic_energy(world, body, next) - kinetic_energy(world, body, state);
     let power =
         force.dot(&(state.velocity + next.velocity)) + wrench.torque.dot(&(state.spin + next.spin));
     change - 0.5 * world.time_step() * power
 }
 
-/// ½ m v² + ½ ωᵀ I ω, J.
-fn kinetic_energy(body: &RigidBody, state: &State) -> f64 {
-    let spin = &state.spin;
-    0.5 * (body.mass() * state.velocity.norm_squared() + spin.dot(&(body.inertia() * spin)))
+/// ½ m v² and the energy of the [turning](energy::turning), J.
+fn kinetic_energy(world: &World, body: &RigidBody, state: &State) -> f64 {
+    let along = 0.5 * body.mass() * state.velocity.norm_squared();
+    along + energy::turning(world, body, &state.spin)
 }

@@ -68,6 +68,31 @@ impl Gyroscopic {
             }
         }
     }
+
+    /// ω̃⁺ of ω⁺ = `spin`, rad/s: the spin after the impulses of the step
+    /// ([`Rotation::departing_spin`]).
+    pub(super) fn departing(&self, spin: &Vector3<f64>) -> Vector3<f64> {
+        let inertia = (&self.inertia, &self.inertia_inverse);
+        self.rotation.departing_spin(inertia, spin, self.time_step)
+    }
+
+    /// ∂ω̃⁺/∂ω⁺.
+    pub(super) fn departing_slope(&self, spin: &Vector3<f64>) -> Matrix3<f64> {
+        let inertia = (&self.inertia, &self.inertia_inverse);
+        self.rotation.departing_slope(inertia, spin, self.time_step)
+    }
+
+    /// ∇²(y·ω̃⁺) by ω⁺: h ∇²(y·I⁻¹ G), zero in the tutorial's form.
+    pub(super) fn departing_curvature(
+        &self,
+        y: &Vector3<f64>,
+        spin: &Vector3<f64>,
+    ) -> Matrix3<f64> {
+        match self.rotation {
+            Rotation::Tutorial => Matrix3::zeros(),
+            Rotation::Momentum => self.curvature(y, spin) * self.time_step,
+        }
+    }
 }
 
 /// T_k (eq. D6). With S_i the symmetric matrix of component i of ω × I ω,

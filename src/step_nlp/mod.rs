@@ -64,8 +64,6 @@ pub struct StepNlp {
     /// κ, m/s a N, and f_0: see [`StepNlp::anchor_friction`].
     compliance: f64,
     anchors: Vec<Vector2<f64>>,
-    /// ζ, m, of every contact point: see [`StepNlp::raise`].
-    rises: Vec<f64>,
     layout: Layout,
     /// Q_1, Q_2, Q_n of every contact point: the forms of eq. 3 along the ground's frame.
     forms: Vec<[Matrix4<f64>; 3]>,
@@ -114,7 +112,6 @@ impl StepNlp {
             smoothing,
             compliance: 0.0,
             anchors: vec![Vector2::zeros(); layout.contacts()],
-            rises: vec![0.0; layout.contacts()],
             layout,
             forms: forms_along(body, world.ground().frame()),
             gyroscopic: Gyroscopic::new(body, world.rotation(), world.time_step()),
@@ -157,6 +154,8 @@ impl StepNlp {
             Some("it knows no rounded points; give a body without a radius")
         } else if world.friction_between(BODY, Partner::Ground) != world.friction() {
             Some("it knows the world's coefficient of friction; give the body none of its own")
+        } else if world.has_restitution() {
+            Some("it knows no restitution; give a world without")
         } else {
             None
         }
@@ -208,15 +207,6 @@ impl StepNlp {
         self.compliance = compliance;
         for (slot, force) in self.anchors.iter_mut().zip(forces) {
             *slot = force;
-        }
-    }
-
-    /// Makes the contacts bounce: rows (12) and (14) have z⁺ − ζ in place of z⁺, with the rises ζ
-    /// (`rises`, m, one a contact point) of [eq. 29](crate::contact::restitution). They are 0, the
-    /// tutorial's program, until this is called.
-    pub fn raise(&mut self, rises: impl IntoIterator<Item = f64>) {
-        for (slot, rise) in self.rises.iter_mut().zip(rises) {
-            *slot = rise;
         }
     }
 
@@ -339,7 +329,7 @@ impl StepNlp {
         for (i, point) in self.body().contact_points().iter().enumerate() {
             let position = next.position + rotation * point.position;
             let position = self.frame().tr_mul(&position);
-            let height = position[2] - self.world.ground().offset() - self.rises[i];
+            let height = position[2] - self.world.ground().offset();
             let [_, _, fz, s1, s2, slip] = layout.contact_variables(i);
             let force = self.smooth_force(x, i);
             let slip_velocity = (position.xy() - self.step.old_positions[i]) / h;

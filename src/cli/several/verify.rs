@@ -117,7 +117,7 @@ impl Judge {
             }
         }
         let wrenches = self.wrenches(row.index, states);
-        if self.has_another_rise(&contacts, states, &wrenches, row.restitution_share) {
+        if self.has_another_rebound(&contacts, states, &wrenches, row.restitution_share) {
             differ("a contact of it bounces as none of the world does".to_owned());
         }
         let claim = Claim { states, next, wrenches: &wrenches, contacts: &contacts };
@@ -181,9 +181,9 @@ impl Judge {
         (lost + 2.0 * of_gap / self.world.time_step()).min(rounding::LARGEST)
     }
 
-    /// Whether a contact rises less than the step's share of the restitution says, or more than
-    /// all of it does.
-    fn has_another_rise(
+    /// Whether a contact must part more slowly than the step's share of the restitution says, or
+    /// faster than all of it does.
+    fn has_another_rebound(
         &self,
         contacts: &[Contact],
         states: &[State],
@@ -192,14 +192,14 @@ impl Judge {
     ) -> bool {
         let world = &self.world;
         if !world.has_restitution() {
-            return share != 1.0 || contacts.iter().any(|contact| contact.rise != 0.0);
+            return share != 1.0 || contacts.iter().any(|contact| contact.rebound != 0.0);
         }
         let flights = states.iter().zip(wrenches).enumerate();
         let free: Vec<_> = flights.map(|(i, (s, w))| world.free_flight(i, s, w)).collect();
-        let rounding = self.lost(contacts, states, &free) * world.time_step();
+        let rounding = self.lost(contacts, states, &free);
         contacts.iter().any(|contact| {
-            let [least, most] = [share, 1.0].map(|s| contact.rise_of(world, states, &free, s));
-            !(least - rounding..=most + rounding).contains(&contact.rise)
+            let [least, most] = [share, 1.0].map(|s| contact.rebound_of(world, states, &free, s));
+            !(least - rounding..=most + rounding).contains(&contact.rebound)
         })
     }
 

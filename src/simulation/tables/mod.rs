@@ -7,7 +7,7 @@
 //!   touching point at k, m, world), across which normal (unit, world, at k, away from the
 //!   partner), the force on `body` (N, world; the opposite one acts on the partner), the mean slip
 //!   over the step (m/s, world), the gap at k (m), the radius by which the point is rounded (m), how
-//!   far the contact rises where it bounces (m, eq. 29), and the key that the contact keeps from step to step ([`KeyText`]).
+//!   fast the contact must part where it bounces (m/s, eq. 29), and the key that the contact keeps from step to step ([`KeyText`]).
 //! - `steps`: one row a step: how it ended, its residual with the five parts, how deep pieces
 //!   overlap at k+1, the smallest part of the restitution that an island took, and the
 //!   [energy](super::energy) at k: kinetic, and potential in gravity from the world's origin.
@@ -106,7 +106,7 @@ const CONTACT_COLUMNS: [&str; 21] = [
     "slip_z_m_s",
     "gap_m",
     "radius_m",
-    "rise_m",
+    "rebound_m_s",
     "key",
 ];
 

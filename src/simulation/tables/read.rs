@@ -65,7 +65,7 @@ pub struct ContactRow {
     /// The radius by which the point is rounded, m.
     pub radius: f64,
     /// ζ (eq. 29), m.
-    pub rise: f64,
+    pub rebound: f64,
     /// Which features touch.
     pub key: KeyText,
 }
@@ -248,7 +248,7 @@ impl<R: Read> TablesReader<R> {
             slip: vector(14)?,
             gap: sheet.number(17)?,
             radius: sheet.number(18)?,
-            rise: sheet.number(19)?,
+            rebound: sheet.number(19)?,
             key: sheet.field(20, "a key of a contact", KeyText::parse)?,
         })
     }

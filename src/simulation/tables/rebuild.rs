@@ -62,7 +62,7 @@ impl ContactRow {
         let law = world.law_between(self.body, self.partner);
         let placed = other.as_ref().map(|(body, pose)| (*body, pose));
         let mut contact = Contact::new(key, features, law, (body, &pose), placed);
-        contact.rise = self.rise;
+        contact.rebound = self.rebound;
         let size = body.reach() + pose.position.amax();
         if (pose.position + contact.arm - self.point).amax() > UNIT * size
             || (contact.normal() - self.normal).amax() > UNIT

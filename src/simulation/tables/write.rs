@@ -79,7 +79,7 @@ impl<W: Write> TablesWriter<W> {
                 numbers(contact.slip),
                 contact.gap,
                 contact.radius,
-                contact.rise,
+                contact.rebound,
                 contact.key.to_string(),
             ))?;
         }
@@ -133,7 +133,7 @@ impl TableStep {
             slip: found.slip,
             gap: contact.gap,
             radius: contact.features.radius,
-            rise: contact.rise,
+            rebound: contact.rebound,
             key: KeyText::of(&contact.key),
         });
         Self { row, states: record.states.clone(), contacts: contacts.collect() }

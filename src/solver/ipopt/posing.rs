@@ -53,7 +53,6 @@ pub(super) fn solve_posed(
     point: &mut ProgramPoint,
 ) -> Result<Attempted, Error> {
     let Effort { limit, depth, yielding } = effort;
-    program.raise(candidates.contacts());
     let reduced = program.formulation == Formulation::Reduced;
     let mut attempted = if reduced && !flags.contains(&true) {
         point.set_free(&program.units.state(&step.free[BODY]));
@@ -67,7 +66,6 @@ pub(super) fn solve_posed(
         if !admit(step, &next, depth, candidates, flags) {
             break;
         }
-        program.raise(candidates.contacts());
         let attempt = Attempt {
             start,
             multipliers: StartMultipliers::Estimated,

@@ -4,7 +4,6 @@ use super::memory::Multipliers;
 use super::subproblem::{Scratch, Subproblem};
 use super::units::Units;
 use super::{BODY, Formulation};
-use crate::contact::Contact;
 use crate::error::Error;
 use crate::ipopt::{Options, ReturnStatus, Solver, Start};
 use crate::mechanics::Wrench;
@@ -133,15 +132,6 @@ impl Program {
                 Ok(Prepared { flags: flags.to_vec(), subproblem, solver, start, zeros })
             }
         }
-    }
-
-    /// Lets `contacts` bounce as high as they rise.
-    pub(super) fn raise(&mut self, contacts: &[Contact]) {
-        let mut rises = vec![0.0; self.nlp.alpha().len()];
-        for contact in contacts {
-            rises[contact.key.point] = contact.rise / self.units.length();
-        }
-        self.nlp.raise(rises);
     }
 
     /// Solves `step` for `flags` and writes the end to `point`; free flight where Ipopt has no

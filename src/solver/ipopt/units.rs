@@ -130,7 +130,7 @@ impl Units {
         Contact {
             features,
             gap: contact.gap / self.length,
-            rise: contact.rise / self.length,
+            rebound: contact.rebound / self.speed(),
             lever: contact.lever / self.length,
             arm: contact.arm / self.length,
             torque_map: contact.torque_map / self.length,

@@ -25,8 +25,10 @@ pub(super) struct Candidate {
     pub(super) radius: f64,
     /// G = [y]× Aᵀ, m: the torque (frame of A) of an impulse (world) at the touching point y.
     pub(super) torque_map: Matrix3<f64>,
-    /// (φ − ζ)/h at step k, m/s.
+    /// φ/h at step k, m/s.
     pub(super) approach: f64,
+    /// e c_n⁻, m/s, where the contact bounces; 0 elsewhere.
+    pub(super) rebound: f64,
     /// μ.
     pub(super) friction: f64,
     /// κ: how much more the contact gives across its normal than along it (N6).
@@ -41,6 +43,23 @@ pub(super) struct Candidate {
 }
 
 impl Candidate {
+    /// Whether the contact bounces.
+    pub(super) fn bounces(&self) -> bool {
+        self.rebound > 0.0
+    }
+
+    /// u where `departing` is the velocity with which the touching points part after the impulses, of a
+    /// contact that bounces: along the normal the smaller one of the gap speed and of what is left of
+    /// the rebound (eq. 29). The second is whether that is the latter.
+    pub(super) fn bounded(
+        &self,
+        u: Vector3<f64>,
+        departing: &Vector3<f64>,
+    ) -> (Vector3<f64>, bool) {
+        let (along, left) = (self.normal.dot(&u), self.normal.dot(departing) - self.rebound);
+        if left >= along { (u, false) } else { (u + self.normal * (left - along), true) }
+    }
+
     /// Whether it gives in all directions alike.
     pub(super) fn gives_alike(&self) -> bool {
         self.give == 1.0
@@ -65,7 +84,8 @@ impl Candidate {
             arm: if radius > 0.0 { contact.arm + radius * normal } else { contact.arm },
             radius,
             torque_map: contact.torque_map,
-            approach: (contact.gap - contact.rise) / time_step,
+            approach: contact.gap / time_step,
+            rebound: contact.rebound,
             friction: contact.law.friction,
             give: if contact.is_rounded() { ROLLING_GIVE } else { 1.0 },
             normal_scale: 1.0 / (share * contact.response.normal),

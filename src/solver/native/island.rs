@@ -19,7 +19,7 @@ use crate::mechanics::Rotation;
 use crate::mechanics::quaternion::rotation;
 use crate::step::Step;
 use crate::world::World;
-use nalgebra::{Matrix3, Matrix3x6, Matrix6, Vector3, Vector6};
+use nalgebra::{Matrix3, Matrix3x6, Matrix6, RowVector6, Vector3, Vector6};
 
 /// One body of the island.
 #[derive(Debug, Clone)]
@@ -240,6 +240,20 @@ impl Island {
         velocity: &[Velocity],
         turnings: (&Both, Option<&Both>),
     ) -> Vector3<f64> {
+        let u = self.gap_velocity((link, candidate), velocity, turnings);
+        if !candidate.bounces() {
+            return u;
+        }
+        candidate.bounded(u, &self.departing((link, candidate), velocity)).0
+    }
+
+    /// The same with the gap speed along the normal, also where it bounces.
+    fn gap_velocity(
+        &self,
+        (link, candidate): (&Link, &Candidate),
+        velocity: &[Velocity],
+        turnings: (&Both, Option<&Both>),
+    ) -> Vector3<f64> {
         if let Some(curved) = &candidate.curved {
             return self.round_motion((candidate, curved), link, velocity, turnings).u();
         }
@@ -249,6 +263,38 @@ impl Island {
             }
             _ => point_velocity(candidate, &turnings.0.there, &velocity[link.a].linear),
         }
+    }
+
+    /// v⁺ + Gᵀ ω̃⁺ of A less that of B (eq. 29): how the touching points part after the impulses.
+    fn departing(
+        &self,
+        (link, candidate): (&Link, &Candidate),
+        velocity: &[Velocity],
+    ) -> Vector3<f64> {
+        let of_side = |index: usize, torque_map: &Matrix3<f64>| {
+            let (member, velocity) = (&self.members[index], &velocity[index]);
+            let inertia = (&member.inertia, &member.inertia_inverse);
+            let spin = self.form.departing_spin(inertia, &velocity.spin, self.time_step);
+            velocity.linear + torque_map.tr_mul(&spin)
+        };
+        let a = of_side(link.a, &candidate.torque_map);
+        link.b.as_ref().map_or(a, |other| a - of_side(other.index, &other.torque_map))
+    }
+
+    /// nᵀ ∂/∂V of what [`departing`](Self::departing) is, for one side of a candidate.
+    fn departing_slope(
+        &self,
+        normal: &Vector3<f64>,
+        (index, torque_map): (usize, &Matrix3<f64>),
+        velocity: &[Velocity],
+    ) -> RowVector6<f64> {
+        let member = &self.members[index];
+        let inertia = (&member.inertia, &member.inertia_inverse);
+        let slope = self.form.departing_slope(inertia, &velocity[index].spin, self.time_step);
+        let mut row = RowVector6::zeros();
+        row.fixed_columns_mut::<3>(0).copy_from(&normal.transpose());
+        row.fixed_columns_mut::<3>(3).copy_from(&(torque_map * normal).tr_mul(&slope));
+        row
     }
 }
 
@@ -438,7 +484,36 @@ impl Equations for Island {
 }
 
 impl Island {
+    /// ∂u/∂V of a candidate.
     fn pair_slope(
+        &self,
+        link: &Link,
+        candidate: &Candidate,
+        velocity: &[Velocity],
+        turnings: &[Both],
+    ) -> PairSlope {
+        let mut slope = self.gap_slope(link, candidate, velocity, turnings);
+        if !candidate.bounces() {
+            return slope;
+        }
+        let both = (&turnings[link.a], link.b.map(|other| &turnings[other.index]));
+        let u = self.gap_velocity((link, candidate), velocity, both);
+        if candidate.bounded(u, &self.departing((link, candidate), velocity)).1 {
+            let normal = &candidate.normal;
+            let exchange = |slope: &mut Matrix3x6<f64>, along: RowVector6<f64>| {
+                *slope += normal * (along - slope.tr_mul(normal).transpose());
+            };
+            let of_a = (link.a, &candidate.torque_map);
+            exchange(&mut slope.a.1, self.departing_slope(normal, of_a, velocity));
+            if let (Some((_, by_b)), Some(other)) = (&mut slope.b, &link.b) {
+                let of_b = (other.index, &other.torque_map);
+                exchange(by_b, -self.departing_slope(normal, of_b, velocity));
+            }
+        }
+        slope
+    }
+
+    fn gap_slope(
         &self,
         link: &Link,
         candidate: &Candidate,

@@ -133,6 +133,56 @@ impl Single {
     fn turning(&self, velocity: &Velocity) -> Turning {
         Turning::new(&self.rotation, velocity.spin, self.time_step)
     }
+
+    /// u of a candidate (N2).
+    #[inline]
+    fn point_velocity(
+        &self,
+        candidate: &Candidate,
+        turning: &Turning,
+        velocity: &Velocity,
+    ) -> Vector3<f64> {
+        let u = point_velocity(candidate, turning, &velocity.linear);
+        if !candidate.bounces() {
+            return u;
+        }
+        candidate.bounded(u, &self.departing(candidate, velocity)).0
+    }
+
+    /// ∂u/∂ω⁺, `u` being the candidate's; ∂u/∂v⁺ is E.
+    #[inline(always)]
+    fn point_slope(
+        &self,
+        candidate: &Candidate,
+        turning: &Turning,
+        velocity: &Velocity,
+        u: &Vector3<f64>,
+    ) -> Matrix3<f64> {
+        let normal = &candidate.normal;
+        let swept = match candidate.radius > 0.0 || candidate.bounces() {
+            true => turning.swept(&candidate.centre),
+            false => u - velocity.linear - normal * candidate.approach,
+        };
+        let by_spin = slope(candidate, &self.rotation, turning, &swept);
+        if !candidate.bounces() {
+            return by_spin;
+        }
+        let u = point_velocity(candidate, turning, &velocity.linear);
+        if !candidate.bounded(u, &self.departing(candidate, velocity)).1 {
+            return by_spin;
+        }
+        let inertia = (&self.inertia, &self.inertia_inverse);
+        let departing = self.form.departing_slope(inertia, &velocity.spin, self.time_step);
+        let along = (candidate.torque_map * normal).tr_mul(&departing);
+        by_spin + normal * (along - by_spin.tr_mul(normal).transpose())
+    }
+
+    /// v⁺ + Gᵀ ω̃⁺ (eq. 29): how the touching point parts after the impulses.
+    fn departing(&self, candidate: &Candidate, velocity: &Velocity) -> Vector3<f64> {
+        let inertia = (&self.inertia, &self.inertia_inverse);
+        let spin = self.form.departing_spin(inertia, &velocity.spin, self.time_step);
+        velocity.linear + candidate.torque_map.tr_mul(&spin)
+    }
 }
 
 impl Equations for Single {
@@ -208,7 +258,7 @@ impl Equations for Single {
     }
 
     fn point(&self, index: usize, velocity: &Velocity) -> Vector3<f64> {
-        point_velocity(&self.candidates[index], &self.turning(velocity), &velocity.linear)
+        self.point_velocity(&self.candidates[index], &self.turning(velocity), velocity)
     }
 
     fn push(&self, index: usize, impulse: &Vector3<f64>, velocity: &mut Velocity) {
@@ -228,9 +278,8 @@ impl Equations for Single {
         evaluated.turning = turning;
         points.clear();
         let candidates = self.candidates.iter();
-        points.extend(
-            candidates.map(|candidate| point_velocity(candidate, &turning, &velocity.linear)),
-        );
+        points
+            .extend(candidates.map(|candidate| self.point_velocity(candidate, &turning, velocity)));
     }
 
     #[inline]
@@ -256,14 +305,7 @@ impl Equations for Single {
             let Some(answer) = answer(index, candidate, u) else { return false };
             let slope = match answer.gain {
                 Gain::Zero => SpinSlope(Matrix3::zeros()),
-                _ => {
-                    let linear = &at.velocity.linear;
-                    let swept = match candidate.radius > 0.0 {
-                        true => turning.swept(&candidate.centre),
-                        false => u - linear - candidate.normal * candidate.approach,
-                    };
-                    SpinSlope(slope(candidate, &self.rotation, turning, &swept))
-                }
+                _ => SpinSlope(self.point_slope(candidate, turning, at.velocity, u)),
             };
             let elimination = Elimination { answer, slope };
             system.add(&candidate.torque_map, &elimination);

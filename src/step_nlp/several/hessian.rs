@@ -54,8 +54,7 @@ impl SeveralNlp {
         for i in 0..self.touches.len() {
             let (of, row) = (self.layout.normal(i), self.layout.normal_rows(i));
             // f_n × the poses: −y ∂φ⁺ of s1 − f_n φ⁺.
-            let component = self.touches[i].component(2, self.places(x, i));
-            self.emit_motion(i, (2, &component), of.first, -multipliers[row.second], sink);
+            self.emit_gap(x, i, of.first, -multipliers[row.second], sink);
             // Eqs. 16 and 27: ∇²(s1² + s2²) = 2, and 2 σ.
             sink.put(of.first, of.first, 2.0 * self.stiffness * objective_factor);
             sink.put(of.second, of.second, 2.0 * objective_factor);
@@ -71,7 +70,10 @@ impl SeveralNlp {
         for (i, touch) in self.touches.iter().enumerate() {
             let (at, row) = (self.places(x, i), self.layout.normal_rows(i));
             let force = x[self.layout.normal(i).first];
-            let along = multipliers[row.first] - multipliers[row.second] * force;
+            let along = match touch.bounces() {
+                true => 0.0,
+                false => multipliers[row.first] - multipliers[row.second] * force,
+            };
             let across = self.layout.friction_rows(i).map_or([0.0; 2], |row| {
                 [0, 1].map(|axis| multipliers[row.dissipation + axis] / self.time_step)
             });
@@ -166,6 +168,19 @@ impl SeveralNlp {
         }
     }
 
+    /// What ω̃⁺ of a body is multiplied by in the rows of its contacts that bounce (eq. 25d).
+    fn rebound_weights(&self, x: &[f64], multipliers: &[f64], body: usize) -> Vector3<f64> {
+        let mut weights = Vector3::zeros();
+        for (i, touch) in self.touches.iter().enumerate().filter(|(_, touch)| touch.bounces()) {
+            let (of, row) = (self.layout.normal(i), self.layout.normal_rows(i));
+            let weight = multipliers[row.first] - multipliers[row.second] * x[of.first];
+            for side in touch.sides().filter(|side| side.body == body) {
+                weights += side.lever * (weight * self.time_step);
+            }
+        }
+        weights
+    }
+
     /// ω⁺ × ω⁺ of a body: Bᵀ ∇²(y·u) B of eq. 8b (eq. D2) and −h ∇²(y·I⁻¹ G) of eq. 8d (eq. D6).
     fn emit_spin_block(
         &self,
@@ -175,13 +190,15 @@ impl SeveralNlp {
         sink: &mut impl EntrySink,
     ) {
         let (member, range) = (&self.members[body], self.layout.state(body));
-        let (first, multipliers) = (range.start, &multipliers[range]);
-        let y = Vector4::from_column_slice(&multipliers[ATTITUDE_ROWS]);
+        let (first, own) = (range.start, &multipliers[range]);
+        let y = Vector4::from_column_slice(&own[ATTITUDE_ROWS]);
         let (b, spin) = (&member.attitude_rate, self.next_state(x, body).spin);
         let mut block: Matrix3<f64> =
             b.transpose() * member.advanced_attitude(&spin).hessian(y) * b;
-        let y = Vector3::from_column_slice(&multipliers[SPIN_ROWS]);
+        let y = Vector3::from_column_slice(&own[SPIN_ROWS]);
         block -= member.gyroscopic.curvature(&y, &spin) * self.time_step;
+        let y = self.rebound_weights(x, multipliers, body);
+        block += member.gyroscopic.departing_curvature(&y, &spin);
         for row in 0..3 {
             for col in 0..=row {
                 sink.put(first + SPIN.start + row, first + SPIN.start + col, block[(row, col)]);

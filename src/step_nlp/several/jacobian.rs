@@ -15,7 +15,7 @@ impl SeveralNlp {
             self.emit_motion_rows(x, body, sink);
         }
         for (i, touch) in self.touches.iter().enumerate() {
-            for side in std::iter::once(&touch.a).chain(&touch.b) {
+            for side in touch.sides() {
                 self.emit_forces(i, side, sink);
             }
         }
@@ -83,11 +83,42 @@ impl SeveralNlp {
     fn emit_normal_rows(&self, x: &[f64], i: usize, sink: &mut impl EntrySink) {
         let (of, row) = (self.layout.normal(i), self.layout.normal_rows(i));
         let touch = &self.touches[i];
-        let component = touch.component(2, self.places(x, i));
-        self.emit_motion(i, (2, &component), row.first, 1.0, sink);
-        self.emit_motion(i, (2, &component), row.second, -x[of.first], sink);
-        sink.put(row.second, of.first, -touch.gap(&component));
+        let gap = match touch.bounces() {
+            true => self.rebounded(x, i),
+            false => touch.gap(&touch.component(2, self.places(x, i))),
+        };
+        self.emit_gap(x, i, row.first, 1.0, sink);
+        self.emit_gap(x, i, row.second, -x[of.first], sink);
+        sink.put(row.second, of.first, -gap);
         sink.put(row.second, of.second, 1.0);
+    }
+
+    /// `factor` times the derivatives of φ⁺, or of what stands in its place where the contact bounces,
+    /// in `row`: of a constraint, or of the Hessian's f_n.
+    pub(super) fn emit_gap(
+        &self,
+        x: &[f64],
+        i: usize,
+        row: usize,
+        factor: f64,
+        sink: &mut impl EntrySink,
+    ) {
+        let touch = &self.touches[i];
+        if !touch.bounces() {
+            let component = touch.component(2, self.places(x, i));
+            return self.emit_motion(i, (2, &component), row, factor, sink);
+        }
+        let factor = factor * self.time_step;
+        for side in touch.sides() {
+            let first = self.layout.state(side.body).start;
+            let spin = self.next_state(x, side.body).spin;
+            let slope = self.members[side.body].gyroscopic.departing_slope(&spin);
+            let by_spin = slope.tr_mul(&side.lever);
+            for k in 0..3 {
+                sink.put(row, first + VELOCITY.start + k, factor * side.sign * touch.normal[k]);
+                sink.put(row, first + SPIN.start + k, factor * by_spin[k]);
+            }
+        }
     }
 
     /// Maximum dissipation, cone and friction complementarity of a contact, as in the tutorial's
@@ -109,7 +140,7 @@ impl SeveralNlp {
         for axis in 0..2 {
             let (row, component) = (row.dissipation + axis, touch.component(axis, at));
             self.emit_motion(i, (axis, &component), row, 1.0 / self.time_step, sink);
-            for side in std::iter::once(&touch.a).chain(&touch.b) {
+            for side in touch.sides() {
                 let Some(rolling) = &side.rolling else { continue };
                 let first = self.layout.state(side.body).start + SPIN.start;
                 for k in 0..3 {

@@ -11,6 +11,10 @@
 //!      s2_i − λ_i (μ_i f_n,i − ‖f_t,i‖_ε)                      K rows  (eq. 15)  ≥ 0
 //! ```
 //!
+//! A contact that bounces has h (ċ⁺ − e c_n⁻) in the place of φ⁺ (eq. 25d): of both rows of eq. 29 that
+//! which holds where bodies turn by little in a step; where the other one does, the certificate says
+//! so.
+//!
 //! A contact is a point of A, rounded or not, against a plane of B or of something fixed. Only
 //! contacts that take part are in it, so that no row needs a flag; the rows |q⁺|² = 1, which the
 //! dynamics imply, are left out, and so is all of friction where μ = 0. For one body on the ground
@@ -139,7 +143,7 @@ impl SeveralNlp {
             };
             let touch = Touch::new(contact, a, b, h);
             if touch.is_round() {
-                for side in std::iter::once(&touch.a).chain(&touch.b) {
+                for side in touch.sides() {
                     (members[side.body].holds, members[side.body].is_round) = (true, true);
                 }
             }
@@ -284,7 +288,7 @@ impl SeveralNlp {
         }
         for (i, touch) in self.touches.iter().enumerate() {
             let force = self.force(x, i);
-            for side in std::iter::once(&touch.a).chain(&touch.b) {
+            for side in touch.sides() {
                 let rows = &mut rows[self.layout.state(side.body)];
                 let (velocity, spin) =
                     (side.velocity_per_force * force, side.spin_per_force * force);
@@ -299,7 +303,10 @@ impl SeveralNlp {
     /// Eqs. 13, 15 and 25 of one contact.
     fn contact_rows(&self, x: &[f64], i: usize, rows: &mut [f64]) {
         let (touch, at) = (&self.touches[i], self.places(x, i));
-        let gap = touch.gap(&touch.component(2, at));
+        let gap = match touch.bounces() {
+            true => self.rebounded(x, i),
+            false => touch.gap(&touch.component(2, at)),
+        };
         let (of, row) = (self.layout.normal(i), self.layout.normal_rows(i));
         rows[row.first] = gap;
         rows[row.second] = x[of.second] - x[of.first] * gap;
@@ -328,7 +335,18 @@ impl SeveralNlp {
             let spin = self.next_state(x, side.body).spin;
             side.rolling.map_or(0.0, |rolling| (rolling * spin)[axis])
         };
-        std::iter::once(&touch.a).chain(&touch.b).map(of_side).sum()
+        touch.sides().map(of_side).sum()
+    }
+
+    /// h (ċ⁺ − e c_n⁻) of a contact that bounces, m: what stands in the place of its gap (eq. 25d).
+    fn rebounded(&self, x: &[f64], i: usize) -> f64 {
+        let touch = &self.touches[i];
+        let of_side = |side: &touch::Side| {
+            let next = self.next_state(x, side.body);
+            let spin = self.members[side.body].gyroscopic.departing(&next.spin);
+            side.sign * touch.normal.dot(&next.velocity) + side.lever.dot(&spin)
+        };
+        self.time_step * (touch.sides().map(of_side).sum::<f64>() - touch.rebound)
     }
 
     /// X⁺ of a body.

@@ -21,6 +21,10 @@ pub(super) struct Side {
     pub(super) spin_per_force: Matrix3<f64>,
     /// ∂c_j/∂ω⁺: what the spin adds to the slips of a rounded feature; `None` without a radius.
     pub(super) rolling: Option<Matrix2x3<f64>>,
+    /// ±G n, m, frame of the body: ∂ċ/∂ω̃ (eq. 29); ∂ċ/∂v is ±n.
+    pub(super) lever: Vector3<f64>,
+    /// ±1.
+    pub(super) sign: f64,
 }
 
 /// A contact in the program.
@@ -30,7 +34,7 @@ pub(super) struct Touch {
     /// Where B is no fixed thing.
     pub(super) b: Option<Side>,
     pub(super) friction: f64,
-    /// d + ρ + ζ, m; of round features ρ_A + ρ_B + ζ.
+    /// d + ρ, m; of round features ρ_A + ρ_B.
     offset: f64,
     /// The feature's middle along the tangents at step k, seen from B, m.
     old: Vector2<f64>,
@@ -42,6 +46,10 @@ pub(super) struct Touch {
     direction_forms: [Forms; 3],
     /// Where both features are round.
     round: Option<Round>,
+    /// n, world, at k.
+    pub(super) normal: Vector3<f64>,
+    /// e c_n⁻, m/s (eq. 29); 0 where the contact does not bounce.
+    pub(super) rebound: f64,
 }
 
 /// Where a body is in the program: r⁺ and q⁺, which need not have unit length.
@@ -112,7 +120,9 @@ impl Touch {
             let turn = rotation(&state.attitude);
             Matrix2x3::from_rows(&[0, 1].map(|axis| turn.tr_mul(&rate(axis)).transpose()))
         };
-        let side = |(place, body, state): (usize, &RigidBody, &State), sign: f64, torque_map| {
+        let side = |(place, body, state): (usize, &RigidBody, &State),
+                    sign: f64,
+                    torque_map: Matrix3<f64>| {
             let factor = sign * time_step;
             let torques: Matrix3<f64> = torque_map * contact.frame;
             // Of a plane's owner the spin counts against A's, of a round feature with it.
@@ -126,6 +136,8 @@ impl Touch {
                 velocity_per_force: contact.frame * (factor / body.mass()),
                 spin_per_force: factor * body.inertia_inverse() * torques,
                 rolling: (radius != 0.0).then(|| rolling(state, radius)),
+                lever: torque_map * contact.normal() * sign,
+                sign,
             }
         };
         let directions = [0, 1, 2].map(|axis| frame.column(axis).into_owned());
@@ -137,7 +149,9 @@ impl Touch {
             a: side(a, 1.0, contact.torque_map),
             b: b.map(|b| side(b, -1.0, torque_map_of_b(contact, a.2, b.2))),
             friction: contact.law.friction,
-            offset: base + contact.features.radius + contact.rise,
+            offset: base + contact.features.radius,
+            normal: contact.normal(),
+            rebound: contact.rebound,
             old: Vector2::zeros(),
             directions,
             point_forms: rotated_point_forms(&contact.features.point),
@@ -188,6 +202,16 @@ impl Touch {
     /// How far the feature's middle has moved, m, from the component along a tangent.
     pub(super) fn slipped(&self, axis: usize, component: &Component) -> f64 {
         component.value - self.old[axis]
+    }
+
+    /// Whether its row is that of the rebound.
+    pub(super) fn bounces(&self) -> bool {
+        self.rebound > 0.0
+    }
+
+    /// A, and B where it is no fixed thing.
+    pub(super) fn sides(&self) -> impl Iterator<Item = &Side> {
+        std::iter::once(&self.a).chain(&self.b)
     }
 
     /// Whether both features are round, so that positions enter the gap in squares.
