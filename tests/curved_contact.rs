@@ -40,7 +40,15 @@ fn world(
     (gravity, friction, time_step): (Vector3<f64>, f64, f64),
 ) -> World {
     let ground = tumble::contact::Plane::level();
-    let world = World::new(Parameters { bodies, ground, gravity, friction, time_step }).unwrap();
+    let world = World::new(Parameters {
+        bodies,
+        ground,
+        gravity,
+        friction,
+        time_step,
+        rotation: tumble::mechanics::Rotation::Momentum,
+    })
+    .unwrap();
     world.without_ground().with_fixed(pieces.into_iter().map(fixed).collect()).unwrap()
 }
 

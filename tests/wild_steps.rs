@@ -157,7 +157,14 @@ fn what_happens_elsewhere_excuses_no_energy() {
         let mut bodies = vec![ball(1.0, 0.1); 2];
         bodies.extend(others.iter().map(|_| ball(1000.0, 0.1)));
         let (ground, gravity) = (Plane::level(), Vector3::zeros());
-        let parameters = Parameters { bodies, ground, gravity, friction: 0.0, time_step: 0.002 };
+        let parameters = Parameters {
+            bodies,
+            ground,
+            gravity,
+            friction: 0.0,
+            time_step: 0.002,
+            rotation: tumble::mechanics::Rotation::Momentum,
+        };
         let world = World::new(parameters).unwrap();
         let mut starts = vec![ball_at(0.0, 1.0), ball_at(0.2, -1.0)];
         starts.extend_from_slice(others);
@@ -197,7 +204,7 @@ fn no_bounce_makes_energy_unmarked() {
                 ..thrown(seed)
             };
             for record in run(&world, start, (1.0 / time_step) as usize) {
-                if record.contacts.iter().all(|contact| contact.rise == 0.0) {
+                if record.contacts.iter().all(|contact| contact.rebound == 0.0) {
                     continue;
                 }
                 // With the velocities of the middle, which an elastic bounce keeps.

@@ -9,7 +9,7 @@ use nalgebra::{Matrix3, Rotation3, Vector3, Vector4};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use tumble::contact::certificate::{Claim, certify_rk4_step};
 use tumble::contact::detection::{admit_missed, all_contacts};
-use tumble::contact::restitution::raise;
+use tumble::contact::restitution::set_rebounds;
 use tumble::contact::{Candidates, Certifier, Contact, Detection, Partner, Plane, rounding};
 use tumble::geometry::mesh::{Mesh, parse_obj, parse_stl};
 use tumble::geometry::{
@@ -211,13 +211,13 @@ fn shares_of_any_length_make_no_restitution_panic() {
                     candidates.share_restitution(&world, &next, &shares);
                 });
                 for mut contacts in contact_lists(&world, bodies) {
-                    panics.look("raise", || {
-                        raise(&world, &states, &next, &shares, &mut contacts);
+                    panics.look("set_rebounds", || {
+                        set_rebounds(&world, &states, &next, &shares, &mut contacts);
                     });
                     panics.look("Contact::impact_work", || {
                         let force = Vector3::zeros();
                         contacts.iter().for_each(|contact| {
-                            let work = contact.impact_work(&force, 0.01, &states, &next);
+                            let work = contact.impact_work(&world, &force, &states, &next);
                             assert!(work == 0.0 || work.is_nan());
                         });
                     });
@@ -235,17 +235,17 @@ fn a_missing_share_is_the_whole_restitution() {
     let mut free = states.clone();
     free.iter_mut().for_each(|state| state.position.z -= 0.01);
     free[1].position.z -= 0.01;
-    let rises = |shares: &[f64]| {
+    let rebounds = |shares: &[f64]| {
         let mut candidates = Candidates::new();
         candidates.find(Detection::default(), &world, &states, &free);
         candidates.share_restitution(&world, &states, shares);
-        candidates.contacts().iter().map(|contact| contact.rise).collect::<Vec<_>>()
+        candidates.contacts().iter().map(|contact| contact.rebound).collect::<Vec<_>>()
     };
-    assert!(rises(&[1.0, 1.0]).iter().any(|rise| *rise > 0.0));
-    assert_ne!(rises(&[0.5, 1.0]), rises(&[1.0, 1.0]));
-    assert_eq!(rises(&[]), rises(&[1.0, 1.0]));
-    assert_eq!(rises(&[0.5]), rises(&[0.5, 1.0]));
-    assert_eq!(rises(&[0.5, 1.0, 0.1]), rises(&[0.5, 1.0]));
+    assert!(rebounds(&[1.0, 1.0]).iter().any(|rebound| *rebound > 0.0));
+    assert_ne!(rebounds(&[0.5, 1.0]), rebounds(&[1.0, 1.0]));
+    assert_eq!(rebounds(&[]), rebounds(&[1.0, 1.0]));
+    assert_eq!(rebounds(&[0.5]), rebounds(&[0.5, 1.0]));
+    assert_eq!(rebounds(&[0.5, 1.0, 0.1]), rebounds(&[0.5, 1.0]));
 }
 
 /// Tables of one body, read as those of more than memory holds.

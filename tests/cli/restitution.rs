@@ -117,8 +117,8 @@ fn pairs_bounce_by_their_own_coefficients() {
 
     let contacts = out.join("contacts.csv");
     let mut table = Table::parse(&fs::read_to_string(&contacts).unwrap());
-    let column = table.column("rise_m");
-    let row = table.numbers("rise_m").iter().position(|rise| *rise > 0.0).unwrap();
+    let column = table.column("rebound_m_s");
+    let row = table.numbers("rebound_m_s").iter().position(|rebound| *rebound > 0.0).unwrap();
     table.rows[row][column] = "0.0".to_owned();
     fs::write(&contacts, table.text()).unwrap();
     let end = run(&["verify", steps.to_str().unwrap()]);

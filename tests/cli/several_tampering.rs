@@ -82,7 +82,7 @@ fn tables_as_they_were_written_verify() {
 fn a_changed_number_is_found_and_its_step_named() {
     let cases: [(&str, &[&str]); 4] = [
         ("states.csv", &["x_m", "z_m", "vx_m_s"]),
-        ("contacts.csv", &["x_m", "nz", "fx_N", "fz_N", "slip_x_m_s", "gap_m", "rise_m"]),
+        ("contacts.csv", &["x_m", "nz", "fx_N", "fz_N", "slip_x_m_s", "gap_m", "rebound_m_s"]),
         ("steps.csv", &["residual_m_s", "penetration_m_s", "cone_m_s", "overlap_m", "energy_J"]),
         ("steps.csv", &["restitution_share"]),
     ];
