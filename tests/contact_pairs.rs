@@ -233,12 +233,14 @@ proptest! {
     }
 
     /// Two bodies that move as one do not slip on each other, and keep their gap: to rounding of
-    /// positions over h, several times over (measured: 5.2e-13 m/s).
+    /// positions over h, several times over (measured: 5.2e-13 m/s). A step never turns by half a
+    /// circle, where its spin would be infinite: up to 145° here.
     #[test]
     fn bodies_that_move_as_one_do_not_slip(
         scene in scene(false), q in quaternion(), shift in vector(1.0)
     ) {
         let (contact, q) = (scene.contact(), q.normalize());
+        prop_assume!(q[0].abs() > 0.3);
         let poses = scene.states.map(|state| state.pose());
         let moved = scene.states.map(|state| {
             let state = turned(&state, &q);

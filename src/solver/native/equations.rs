@@ -5,7 +5,7 @@
 //! that of the body, or a reference for all bodies of an island. Equation numbers are those of
 //! `docs/native-solver.md`.
 
-use super::tolerances::{ROLLING_GIVE, Tolerances};
+use super::tolerances::{COMPLIANCE, ROLLING_GIVE, Tolerances};
 use crate::contact::{Contact, Curved};
 use nalgebra::{Matrix3, Vector3};
 
@@ -77,6 +77,7 @@ impl Candidate {
     /// That of `contact`, `share` being M over the mass of its body A.
     pub(super) fn new(contact: &Contact, time_step: f64, share: f64) -> Self {
         let (normal, radius) = (contact.normal(), contact.features.radius);
+        let tangential = share * contact.response.tangential;
         Self {
             normal,
             frame: contact.frame,
@@ -87,9 +88,12 @@ impl Candidate {
             approach: contact.gap / time_step,
             rebound: contact.rebound,
             friction: contact.law.friction,
-            give: if contact.is_rounded() { ROLLING_GIVE } else { 1.0 },
+            give: match contact.is_rounded() {
+                true => (ROLLING_GIVE * tangential / COMPLIANCE).max(1.0),
+                false => 1.0,
+            },
             normal_scale: 1.0 / (share * contact.response.normal),
-            tangential_scale: 1.0 / (share * contact.response.tangential),
+            tangential_scale: 1.0 / tangential,
             curved: contact.features.curved,
             way: contact.way(),
         }

@@ -12,11 +12,12 @@ use crate::world::World;
 /// stiffness 1/ε times rounding (10⁻¹³ m/s) stays small against impulses, small enough that
 /// the selected solution is within 10⁻⁶ of the limit.
 pub(super) const COMPLIANCE: f64 = 1e-6;
-/// κ of a contact that can roll (N6): so much more it gives across its normal than along it. What rolls
-/// brings unstrained material to the contact, so that springs across are relaxed where those along are
-/// not. Large enough that a ball in a groove of 15° a side presses on its walls as without friction, to
-/// 2·10⁻³; small enough that the limit is still taken in a few corrections.
-pub(super) const ROLLING_GIVE: f64 = 1e4;
+/// ε κ of a contact that can roll (N6), in parts of its own response w_t: across its normal it gives by
+/// so much where along it gives by ε. What rolls brings unstrained material to the contact, so that
+/// springs across are relaxed where those along are not. κ is 10⁵ for a ball by itself: large enough that it
+/// presses on the walls of a groove of 15° a side as without friction, to 2·10⁻⁴; small enough that
+/// the limit is taken in a few corrections.
+pub(super) const ROLLING_GIVE: f64 = 0.03;
 /// The compliances to follow where the limit cannot be taken from the first.
 pub(super) const COMPLIANCES: [f64; 4] = [COMPLIANCE, 1e-7, 1e-8, 1e-9];
 /// A path of compliance is given up where even a step by this factor is too long.
@@ -75,7 +76,7 @@ pub(super) const LEAST_BUDGET: u32 = 6_000;
 pub(super) const NEWTON_ITERATIONS: u32 = 40;
 /// Corrections towards the limit of vanishing compliance; one nearly always suffices.
 pub(super) const CORRECTIONS: u32 = 3;
-/// The same where contacts [can roll](ROLLING_GIVE): each shrinks what is left to 10⁻² and less.
+/// The same where contacts [can roll](ROLLING_GIVE): each shrinks what is left to 3 %.
 pub(super) const ROLLING_CORRECTIONS: u32 = 8;
 /// Whole Newton steps that may be taken near a solution although the residual grows.
 pub(super) const WHOLE_STEPS: u32 = 6;
