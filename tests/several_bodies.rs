@@ -80,7 +80,8 @@ fn solid_box(mass: f64, a: f64, b: f64, c: f64) -> RigidBody {
 }
 
 /// Three boxes that land on each other out of the middle, turned and turning: corners on faces,
-/// edges across edges, flush faces at the end.
+/// edges across edges, flush faces at the end. In the form of rotation with which no contact of its
+/// landing is a tie that rounding decides.
 fn heap() -> Scene {
     let place = |[x, y, z]: [f64; 3], angle: f64, velocity: [f64; 3]| State {
         attitude: Vector4::new((0.5 * angle).cos(), 0.02, 0.01, (0.5 * angle).sin()).normalize(),
@@ -92,7 +93,9 @@ fn heap() -> Scene {
         (solid_box(1.0, 0.2, 0.15, 0.1), place([0.08, 0.05, 0.36], 0.7, [0.0, 0.0, -0.5])),
         (solid_box(0.7, 0.1, 0.12, 0.15), place([-0.02, 0.0, 0.66], 1.4, [0.1, -0.2, -1.0])),
     ];
-    Scene::new(bodies, 0.5, 0.002)
+    let mut scene = Scene::new(bodies, 0.5, 0.002);
+    scene.parameters.rotation = Rotation::Tutorial;
+    scene
 }
 
 /// Steps of the heap: until it has landed.
@@ -210,23 +213,24 @@ fn momentum(scene: &Scene, states: &[State]) -> [Vector3<f64>; 2] {
     for (body, state) in scene.parameters.bodies.iter().zip(states) {
         let linear = body.mass() * state.velocity;
         sum[0] += linear;
-        sum[1] += (state.position - centre).cross(&linear)
-            + rotation(&state.attitude) * (body.inertia() * state.spin);
+        let Parameters { rotation: form, time_step, .. } = &scene.parameters;
+        let turning = form.momentum(body.inertia(), &state.spin, *time_step);
+        sum[1] += (state.position - centre).cross(&linear) + rotation(&state.attitude) * turning;
     }
     sum
 }
 
-/// Both momenta of two cubes, the linear one of any boxes, through a meeting with friction: to
-/// what their velocities lack in some hundred steps of 1e-12 m/s and less.
+/// Both momenta of two cubes and of any boxes, through a meeting with friction: to what their
+/// velocities lack in some hundred steps of 1e-12 m/s and less.
 #[test]
 fn contacts_of_a_pair_keep_its_momentum() {
-    for (cubes, kinds) in [(true, 2), (false, 1)] {
+    for cubes in [true, false] {
         each(60, meeting(cubes), |scene| {
             let start = momentum(scene, &scene.states);
             for record in scene.run(400) {
                 let now = momentum(scene, &record.solution.states);
-                for kind in 0..kinds {
-                    let change = (now[kind] - start[kind]).amax();
+                for (kind, (now, start)) in now.iter().zip(&start).enumerate() {
+                    let change = (now - start).amax();
                     assert!(change < 1e-10, "step {}, {kind}: {change:e}", record.index);
                 }
             }
@@ -279,14 +283,17 @@ fn most_gain(scene: &Scene, record: &StepRecord) -> f64 {
     most
 }
 
-/// No step of a meeting or a landing adds more than that: to the residual times the momentum.
+/// No step of a meeting or a landing in the tutorial's form of rotation, whose gyroscopic term does
+/// no work at the end of the step, adds more than that: to the residual times the momentum.
 #[test]
 fn no_step_adds_more_energy_than_its_turn_can() {
     let check = |scene: &Scene, steps: usize| {
+        let mut scene = scene.clone();
+        scene.parameters.rotation = Rotation::Tutorial;
         for record in scene.run(steps) {
             let [before, after] =
-                [&record.states, &record.solution.states].map(|states| energy(scene, states));
-            let gain = after - before - most_gain(scene, &record);
+                [&record.states, &record.solution.states].map(|states| energy(&scene, states));
+            let gain = after - before - most_gain(&scene, &record);
             assert!(gain < 1e-9 * (1.0 + before.abs()), "step {}: {gain:e} J", record.index);
         }
     };

@@ -1,5 +1,6 @@
 //! Boxes that bounce: on a face, again and again, and once on an edge.
 
+use super::axis::momentum;
 use super::stopping::resting;
 use super::{Convergence, Curve, Findings, Input, Inputs, Laboratory, Problem, Quantity};
 use super::{Setup, Subject, Unsuitable};
@@ -191,7 +192,7 @@ impl Problem for EdgeImpact {
     /// edge at its end: with (d, −s) from the centre to the edge, s = a sin θ + c cos θ,
     ///
     /// ```text
-    /// h v_z⁺ + d sin ψ + s (1 − cos ψ) = h e v
+    /// h v_z⁺ + d sin ψ + s (1 − cos ψ) = h e v,   p d = I ω⁺ (1 + (½ h ω⁺)²)
     /// ```
     ///
     /// for ω⁺ as for the exact one, by Newton's method.
@@ -213,8 +214,10 @@ impl Problem for EdgeImpact {
             let turn = 2.0 * (0.5 * h * spin).atan();
             let by_spin = h / (1.0 + 0.25 * h * h * spin * spin);
             let (sin, cos) = turn.sin_cos();
-            let height = h * bounced(spin) + lever * sin + below * (1.0 - cos) - h * e * speed;
-            let slope = h * inertia / (lever * mass) + (lever * cos + below * sin) * by_spin;
+            let (turning, turning_slope) = momentum(h, spin);
+            let height = h * bounced(turning) + lever * sin + below * (1.0 - cos) - h * e * speed;
+            let by_turning = h * inertia / (lever * mass) * turning_slope;
+            let slope = by_turning + (lever * cos + below * sin) * by_spin;
             (height, slope)
         });
 
@@ -248,7 +251,7 @@ impl Problem for EdgeImpact {
             Quantity::exactly(("spin about the edge", "rad/s"), -end.spin[1], exact, turning);
         Ok(Findings {
             quantities: vec![
-                of_order(upwards, bounced(spin)),
+                of_order(upwards, bounced(momentum(h, spin).0)),
                 of_order(about, spin),
                 Quantity::exactly(("speed sideways", "m/s"), end.velocity[0], 0.0, lacking),
             ],

@@ -16,6 +16,7 @@
 //! torque of p at the upper edge, ±(C₁ − r_j) × p, and of the rest of the impulse at its foot. Of the
 //! three unknowns ω₁⁺, ω₂⁺, P the third equation is that the upper edge ends on the face.
 
+use super::axis::momentum;
 use super::edge::{Planar, cross, turned};
 use super::rocking::{TallBox, tilt};
 use super::stopping::resting;
@@ -82,7 +83,8 @@ impl Pair<'_> {
             let (old, new) = (&before[j], &after[j]);
             let held = new.velocity - old.velocity + weight - push;
             let inertia = self.half_sides().norm_squared() / 3.0;
-            inertia * (new.spin - old.spin)
+            let [before, after] = [old, new].map(|state| momentum(self.time_step, state.spin).0);
+            inertia * (after - before)
                 - cross(turned(old.tilt, foot), held)
                 - cross(edge - old.position, push)
         };

@@ -3,11 +3,11 @@
 //!
 //! The box has the half sides a and c, turns about +y by the tilt φ, and stands on the edges
 //! c_j = (±a, −c). Speeds and impulses are per unit mass, ι = (a² + c²)/3 is I/m, and A(φ)
-//! turns (x, z). (8) and (10) for this motion are
+//! turns (x, z). With w(ω) = ω (1 + (½ h ω)²), (8) and (10) for this motion are
 //!
 //! ```text
 //! φ⁺ = φ + 2 atan(½ h ω⁺),   r⁺ = r + h v⁺,   P = Σ p_j = v⁺ − v + h g e_z
-//! ι (ω⁺ − ω) = Σ ρ_j × p_j,   ρ_j = A(φ) c_j,   (ρ × p) = ρ_z p_x − ρ_x p_z             (a)
+//! ι (w(ω⁺) − w(ω)) = Σ ρ_j × p_j,   ρ_j = A(φ) c_j,   (ρ × p) = ρ_z p_x − ρ_x p_z       (a)
 //! ```
 //!
 //! **On one edge**, which is on the ground at the end of the step and has not slipped in it:
@@ -25,6 +25,7 @@
 //! 2a (1 − cos φ), as seen from above, so that one of them slips; the other, j, is held, and
 //! with the slip of the one, o, opposed by μ its normal impulse γ_o, (a) gives γ_o.
 
+use super::axis::momentum;
 use nalgebra::Vector2;
 
 /// The box in its plane.
@@ -110,8 +111,9 @@ impl Edges {
             let torque = cross(lever, self.impulse(state, &after));
             // ∂φ⁺/∂ω⁺ = h/(1 + (½ h ω⁺)²)
             let change = -turned_slope(after.tilt, corner) / (1.0 + half * half);
-            let residual = self.inertia() * (after.spin - state.spin) - torque;
-            after.spin -= residual / (self.inertia() - cross(lever, change));
+            let (turning, slope) = momentum(h, after.spin);
+            let residual = self.inertia() * (turning - momentum(h, state.spin).0) - torque;
+            after.spin -= residual / (self.inertia() * slope - cross(lever, change));
         }
         let p = self.impulse(state, &after);
         let held = p.y >= 0.0 && p.x.abs() <= self.friction * p.y;
@@ -133,7 +135,7 @@ impl Edges {
         let slipping = Vector2::new(-self.friction * slip.signum(), 1.0);
         let [held_lever, slipping_lever] =
             [side, other].map(|side| turned(state.tilt, self.corner(side)));
-        let torque = self.inertia() * (spin - state.spin);
+        let torque = self.inertia() * (momentum(h, spin).0 - momentum(h, state.spin).0);
         let normal = (torque - cross(held_lever, p)) / cross(slipping_lever - held_lever, slipping);
         let held = p - normal * slipping;
         let lawful = normal >= 0.0 && held.y >= 0.0 && held.x.abs() <= self.friction * held.y;

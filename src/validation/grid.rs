@@ -5,16 +5,17 @@
 //! u = R ω the speeds of ball and rim, V that of the box,
 //!
 //! ```text
-//! v⁺ = v + p,   u⁺ = u + ⁵⁄₂ p,   V⁺ = V + h (F − f₁)/M − n (m/M) p
+//! v⁺ = v + p,   w(u⁺) = w(u) + ⁵⁄₂ p,   V⁺ = V + h (F − f₁)/M − n (m/M) p
 //! V⁺ = v⁺ + s(u⁺),   s(u) = u/(1 + κ² u²),   κ = h/(2R)
 //! ```
 //!
-//! with the s(u) of `rolling.rs`. In continuous time s(u) = u, and all accelerations are constant:
+//! with the s(u) and w(u) of `rolling.rs`. In continuous time s(u) = u, and all accelerations are constant:
 //!
 //! ```text
 //! a_ball = (F − f₁)/M/(⁷⁄₂ + n m/M),   a_box = ⁷⁄₂ a_ball,   R ω̇ = ⁵⁄₂ a_ball
 //! ```
 
+use super::axis::momentum;
 use super::stopping::resting;
 use super::{Convergence, Curve, Findings, Input, Inputs, Laboratory, Problem, Quantity, Run};
 use super::{Setup, Subject, Unsuitable};
@@ -71,19 +72,21 @@ impl Speeds {
     /// A step of h.
     fn step(&self, h: f64) -> Self {
         let lag = 0.5 * h / RADIUS;
-        let after = |p: f64| Self {
-            plate: self.plate + h * push() - BALLS / RATIO * p,
-            ball: self.ball + p,
-            rim: self.rim + 2.5 * p,
+        let turning = |rim: f64| momentum(h / RADIUS, rim);
+        let after = |rim: f64| {
+            let p = 0.4 * (turning(rim).0 - turning(self.rim).0);
+            let plate = self.plate + h * push() - BALLS / RATIO * p;
+            Self { plate, ball: self.ball + p, rim }
         };
-        let mut p = 0.0;
+        let mut rim = self.rim;
         for _ in 0..ROUNDS {
-            let Self { plate, ball, rim } = after(p);
+            let Self { plate, ball, .. } = after(rim);
             let square = (lag * rim).powi(2);
             let (rolled, slope) = (rim / (1.0 + square), (1.0 - square) / (1.0 + square).powi(2));
-            p -= (ball + rolled - plate) / (1.0 + 2.5 * slope + BALLS / RATIO);
+            let by_turning = 0.4 * turning(rim).1 * (1.0 + BALLS / RATIO);
+            rim -= (ball + rolled - plate) / (by_turning + slope);
         }
-        after(p)
+        after(rim)
     }
 
     /// In continuous time.

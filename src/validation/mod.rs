@@ -14,6 +14,7 @@
 //! checked ([`Quantity::converges`]).
 
 mod arch;
+mod axis;
 mod blocks;
 mod bouncing;
 mod collision;

@@ -4,20 +4,21 @@
 //! step, against the slide,
 //!
 //! ```text
-//! v⁺ = v + h g_x − p,   u⁺ = u + ⁵⁄₂ p
+//! v⁺ = v + h g_x − p,   w(u⁺) = w(u) + ⁵⁄₂ p,   w(u) = u (1 + κ² u²),   κ = h/(2R)
 //! ```
 //!
 //! **The step's slip.** The material point that touches at the step's start turns with the
 //! ball by ψ = 2 atan(½ h ω⁺), so that it moves backwards by R sin ψ: the slip of the step is
 //!
 //! ```text
-//! c = v⁺ − s(u⁺),   s(u) = u/(1 + κ² u²),   κ = h/(2R)
+//! c = v⁺ − s(u⁺),   s(u) = u/(1 + κ² u²)
 //! ```
 //!
 //! It rolls with the p that makes c = 0, if that is within ±μ g_z h; else friction is all it
 //! has, against the slip. Since s falls behind u by a share κ² u², a rolling ball is slower
-//! than the exact one by ⅖/1.4 of that share or so: second order in h.
+//! than the exact one by ⅘/1.4 of that share or so: second order in h.
 
+use super::axis::momentum;
 use super::stopping::resting;
 use super::{Convergence, Curve, Findings, Input, Inputs, Laboratory, Problem, Quantity, Run};
 use super::{Setup, Subject, Unsuitable};
@@ -69,13 +70,19 @@ impl Ball {
     fn step(&self, (v, u): Speeds) -> Speeds {
         let h = self.time_step;
         let (grip, pulled) = (self.friction * self.onto * h, v + h * self.along);
-        let mut p = 0.0;
+        // The rim's speed that rolls, and p = ⅖ (w(u⁺) − w(u)).
+        let turning = |u: f64| momentum(h / RADIUS, u);
+        let friction = |after: f64| 0.4 * (turning(after).0 - turning(u).0);
+        let mut after = u;
         for _ in 0..ROUNDS {
-            let (rim, slope) = self.rim(u + 2.5 * p);
-            p += (pulled - p - rim) / (1.0 + 2.5 * slope);
+            let ((rim, slope), by_turning) = (self.rim(after), 0.4 * turning(after).1);
+            after += (pulled - friction(after) - rim) / (by_turning + slope);
         }
-        let p = p.clamp(-grip, grip);
-        (pulled - p, u + 2.5 * p)
+        let p = friction(after).clamp(-grip, grip);
+        for _ in 0..ROUNDS {
+            after -= (friction(after) - p) / (0.4 * turning(after).1);
+        }
+        (pulled - p, after)
     }
 
     /// The speeds at the start and after each step.
@@ -118,7 +125,7 @@ impl Ball {
 /// in the others friction is the share τ of all there is.
 ///
 /// What velocities lack adds up, and so does δ_f of a step that slides. A ball that is held
-/// slips with δ_f/√(1 − τ²) (`slack.rs`, b), which does not: v + ⅖ u says what both are but for
+/// slips with δ_f/√(1 − τ²) (`slack.rs`, b), which does not: v + ⅖ w(u) says what both are but for
 /// the slip of the last step. Nor does what the normal law misses.
 fn slack(run: &Run, slides: usize, share: f64) -> (f64, f64) {
     let slid: f64 = run.residuals.iter().take(slides).map(|r| r.friction).sum();
@@ -188,8 +195,9 @@ impl Problem for RollingBall {
         let steps = count as f64;
         let speed = if rolls { ball.lagging(a * t, steps) } else { Convergence::Exact };
         let speed = if a > 0.0 { speed } else { Convergence::Exact };
-        // The way is longer by ½ v h, and shorter by about (²⁄₇) κ² v³ t/4 for the lag.
-        let (longer, shorter) = (0.5 * a * t * h, ball.lag().powi(2) * (a * t).powi(3) * t / 14.0);
+        let turning = ball.lagging(spin_up * t, steps);
+        // The way is longer by ½ v h, and shorter by about (⁴⁄₇) κ² v³ t/4 for the lag.
+        let (longer, shorter) = (0.5 * a * t * h, ball.lag().powi(2) * (a * t).powi(3) * t / 7.0);
         let way = match (a > 0.0, rolls && shorter > 0.05 * longer) {
             (false, _) => Convergence::Exact,
             (true, false) => Convergence::order(1, steps),
@@ -211,7 +219,7 @@ impl Problem for RollingBall {
                 },
                 Quantity {
                     discrete: u,
-                    convergence: speed,
+                    convergence: if a > 0.0 { turning } else { Convergence::Exact },
                     ..Quantity::exactly(
                         ("speed of the rim", "m/s"),
                         rim(end),
@@ -263,7 +271,7 @@ impl Problem for SlidingBall {
 
     /// While it slides v(t) = v − μ g t and R ω = ⁵⁄₂ μ g t, which are equal at
     /// t = 2 v/(7 μ g), with ⁵⁄₇ v; about the line of contact the angular momentum stays. After
-    /// that nothing acts. In the step's terms v + ⅖ u stays, and v = s(u) at the end.
+    /// that nothing acts. In the step's terms v + ⅖ w(u) stays, and v = s(u) at the end.
     fn solve(
         &self,
         inputs: &Inputs,

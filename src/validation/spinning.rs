@@ -1,5 +1,6 @@
 //! A flat box that spins on level ground until friction stops it.
 
+use super::axis::momentum;
 use super::slack::{SlideSlack, SlideStep, Slider};
 use super::stopping::{resting, stopping_time};
 use super::{Convergence, Curve, Findings, Input, Inputs, Laboratory, Problem, Quantity};
@@ -105,10 +106,10 @@ fn radius() -> f64 {
 /// spin after the step is the root of
 ///
 /// ```text
-/// ω⁺ = ω − D/√(1 + (½ h ω⁺)²),   D = 3 μ g h/R
+/// w(ω⁺) = w(ω) − D/√(1 + (½ h ω⁺)²),   w(ω) = ω (1 + (½ h ω)²),   D = 3 μ g h/R
 /// ```
 ///
-/// or zero if ω ≤ D. Since the arm is shorter by a share of at most (ω h)²/8, the stop comes
+/// or zero if w(ω) ≤ D. Since the arm is shorter by a share of at most (ω h)²/8, the stop comes
 /// later, to second order in h; the angle φ, which goes with the spin at the step's end, lacks
 /// ½ ω h, and gains up to φ (ω h)²/8 by the longer time.
 struct Spinner {
@@ -159,12 +160,15 @@ impl Spinner {
         let lost = self.deceleration() * h;
         let mut spins = vec![self.spin];
         for k in 0..steps {
-            let before = spins[k];
+            let before = momentum(h, spins[k]).0;
             let mut after = 0.0;
             if before > lost {
-                // Each round leaves a share of about ½ h² D ω of the error.
+                // Newton's method, whose slope lacks a share of ¼ h² D ω.
+                after = spins[k];
                 for _ in 0..ROUNDS {
-                    after = before - lost / (0.5 * h * after).hypot(1.0);
+                    let (turning, slope) = momentum(h, after);
+                    let missed = turning + lost / (0.5 * h * after).hypot(1.0) - before;
+                    after -= missed / slope;
                 }
             }
             spins.push(after);

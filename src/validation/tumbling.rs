@@ -3,6 +3,7 @@
 use super::{Curve, Findings, Input, Inputs, Laboratory, Problem, Quantity, Run, Setup};
 use super::{Subject, Taken, Unsuitable};
 use crate::mechanics::RigidBody;
+use crate::mechanics::Rotation;
 use crate::mechanics::State;
 use crate::mechanics::quaternion::rotation;
 use crate::simulation::random::random_attitude;
@@ -74,7 +75,7 @@ impl Problem for Tumble {
                 ),
                 Quantity::exactly(
                     ("energy at the end", "J"),
-                    energy(&setup, run.end(0)),
+                    energy(&setup, run.time_step, run.end(0)),
                     mass * g * HALF_SIDE,
                     at_rest,
                 ),
@@ -82,20 +83,31 @@ impl Problem for Tumble {
             curve: Curve::of(
                 ("energy", "J"),
                 &run,
-                |k| energy(&setup, &run.states(0)[k]),
+                |k| energy(&setup, run.time_step, &run.states(0)[k]),
                 |_| f64::NAN,
             ),
         })
     }
 }
 
-/// E, J.
-fn energy(setup: &Setup, state: &State) -> f64 {
+/// E, J, in steps of `h` (s).
+fn energy(setup: &Setup, h: f64, state: &State) -> f64 {
     let body = &setup.bodies[0].body;
-    let (mass, inertia) = (body.mass(), body.inertia());
-    0.5 * mass * state.velocity.norm_squared()
-        + 0.5 * state.spin.dot(&(inertia * state.spin))
-        + mass * setup.gravity * state.position[2]
+    let (turning, _) = turning_energy(body, h, state);
+    0.5 * body.mass() * state.velocity.norm_squared()
+        + turning
+        + body.mass() * setup.gravity * state.position[2]
+}
+
+/// The energy T of turning of a cube, J, and its Λ: with θ = ½ h |ω|
+///
+/// ```text
+/// Λ = ½ I |ω|² (1 + ½ θ²),   P(ω) = ∇Λ = I ω (1 + θ²),   T = ω·P − Λ = ½ I |ω|² (1 + ³⁄₂ θ²)
+/// ```
+fn turning_energy(body: &RigidBody, h: f64, state: &State) -> (f64, f64) {
+    let square = state.spin.norm_squared();
+    let (theta, plain) = (0.25 * h * h * square, 0.5 * body.inertia()[(0, 0)] * square);
+    (plain * (1.0 + 1.5 * theta), plain * (1.0 + 0.5 * theta))
 }
 
 /// What a step does with the energy, J.
@@ -104,8 +116,11 @@ fn energy(setup: &Setup, state: &State) -> f64 {
 /// approximation, for impulses p = h f at corners c,
 ///
 /// ```text
-/// E⁺ − E = Σ p·V − ½ m |v⁺ − v|² − ½ (ω⁺ − ω)·I (ω⁺ − ω),   V = v⁺ + A(q) (ω⁺ × c)
+/// E⁺ − E = Σ p·V − ½ m |v⁺ − v|² − B,   V = v⁺ + A(q) (ω⁺ × c)
+/// B = Λ⁺ − Λ − P(ω)·(ω⁺ − ω) ≥ 0
 /// ```
+///
+/// with the convex Λ of [`turning_energy`].
 ///
 /// The laws act on the mean motion d = (C⁺ − C)/h of a corner: p·d = −μ p_z |d_xy| − p_z z/h,
 /// of which neither is positive. But V ≠ d, because the step turns the body by a finite
@@ -120,7 +135,7 @@ fn energy(setup: &Setup, state: &State) -> f64 {
 struct Balance {
     /// E⁺ − E.
     change: f64,
-    /// Σ p·V − ½ m |v⁺ − v|² − ½ (ω⁺ − ω)·I (ω⁺ − ω).
+    /// Σ p·V − ½ m |v⁺ − v|² − B.
     entered: f64,
     /// Σ |p| |ω⁺ × c| θ/√(1 + θ²).
     turning: f64,
@@ -132,7 +147,9 @@ impl Balance {
     fn of(setup: &Setup, h: f64, step: &Taken<'_>) -> Self {
         let (body, old, new) = (&setup.bodies[0].body, &step.before[0], &step.after[0]);
         let (dv, dw) = (new.velocity - old.velocity, new.spin - old.spin);
-        let lost = 0.5 * body.mass() * dv.norm_squared() + 0.5 * dw.dot(&(body.inertia() * dw));
+        let [before, after] = [old, new].map(|state| turning_energy(body, h, state).1);
+        let momentum = Rotation::Momentum.momentum(body.inertia(), &old.spin, h);
+        let lost = 0.5 * body.mass() * dv.norm_squared() + after - before - momentum.dot(&dw);
         let theta = 0.5 * h * new.spin.norm();
         let to_world = rotation(&old.attitude);
         let (mut work, mut turning, mut impulse) = (0.0, 0.0, 0.0);
@@ -143,7 +160,7 @@ impl Balance {
             turning += p.norm() * swing.norm() * theta / theta.hypot(1.0);
             impulse += p.norm();
         }
-        let change = energy(setup, new) - energy(setup, old);
+        let change = energy(setup, h, new) - energy(setup, h, old);
         Self { change, entered: work - lost, turning, impulse }
     }
 }
@@ -174,7 +191,7 @@ impl Ledger {
         let reach = HALF_SIDE * 3.0_f64.sqrt();
         let speed = |state: &State| state.velocity.norm() + reach * state.spin.norm();
         let (momentum, residual) = (mass * (speed(before) + speed(after)), step.residual);
-        let energy = energy(setup, before).abs() + energy(setup, after).abs();
+        let energy = energy(setup, h, before).abs() + energy(setup, h, after).abs();
         let rounding = 16.0 * f64::EPSILON * (energy + balance.impulse * speed(after));
         let gap = 2.0 * momentum * residual.momentum
             + mass * setup.gravity * h * residual.kinematics
