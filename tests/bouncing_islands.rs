@@ -59,8 +59,8 @@ fn rod() -> (RigidBody, State) {
 }
 
 /// What is in the world beside the rod: a ball that bounces for ever, a tower whose upper box lands on
-/// the lower one, a box that slides, and a ball that falls onto the tower. But for the first one
-/// they are plastic.
+/// the lower one, a box that slides, a ball that falls onto the tower, and a brick that tumbles, whose
+/// impulses do some work by what it turns within a step. But for the first one they are plastic.
 fn elsewhere() -> (Vec<RigidBody>, Vec<State>) {
     let plastic = |body: RigidBody| body.with_restitution(0.0).unwrap();
     let bodies = vec![
@@ -69,9 +69,13 @@ fn elsewhere() -> (Vec<RigidBody>, Vec<State>) {
         plastic(cube()),
         plastic(cube()),
         plastic(ball(0.5, 0.1)),
+        plastic(RigidBody::solid_box(1.0, Vector3::new(0.1, 0.075, 0.05)).unwrap()),
     ];
     let sliding = State { velocity: Vector3::new(2.0, 0.3, 0.0), ..at(30.0, 0.1) };
-    let states = vec![at(10.0, 0.2), at(20.0, 0.1), at(20.03, 0.301), sliding, at(20.02, 1.0)];
+    let spin = Vector3::new(8.0, 15.0, -9.0);
+    let tumbling = State { spin, velocity: Vector3::new(3.0, 0.0, 0.0), ..at(40.0, 0.2) };
+    let states =
+        vec![at(10.0, 0.2), at(20.0, 0.1), at(20.03, 0.301), sliding, at(20.02, 1.0), tumbling];
     (bodies, states)
 }
 

@@ -79,6 +79,40 @@ fn a_step_that_needs_another_start_allocates_nothing() {
     assert!(retried >= 3, "only {retried} steps needed another start");
 }
 
+/// Rods that land on rough ground and would leave with more energy than they had: shares of the restitution are
+/// sought and islands solved again, in the memory that the first such step made.
+#[test]
+fn a_step_that_seeks_a_share_allocates_nothing() {
+    let rod = RigidBody::solid_box(1.0, Vector3::new(0.02, 0.02, 0.5)).unwrap();
+    let start = |place: usize| State {
+        position: Vector3::new(0.0, 3.0 * place as f64, 0.45 + 0.3 * place as f64),
+        attitude: nalgebra::Vector4::new(f64::cos(0.3), 0.0, f64::sin(0.3), 0.0),
+        velocity: Vector3::new(1.5, 0.0, -2.0),
+        spin: Vector3::new(0.0, 1.0, 0.0),
+    };
+    let bodies = vec![rod.clone(); 4];
+    let parameters = tumble::world::Parameters { bodies, friction: 1.0, ..parameters(rod) };
+    let world = World::new(parameters).unwrap().with_restitution(1.0).unwrap();
+    let motion = tumble::simulation::Motion::native(&world);
+    let starts = (0..4).map(start);
+    let mut simulation =
+        tumble::simulation::Simulation::new(world.clone(), starts, motion).unwrap();
+    let mut record = StepRecord::new();
+    let (mut sought, mut most) = (0, [None; KEPT]);
+    for k in 0..600 {
+        let seen = measure(|| simulation.step(&mut record).unwrap());
+        let (count, most) = (record.contacts.len(), &mut most[k % KEPT]);
+        let seeks = record.restitution_share < 1.0;
+        if Some(count) > *most {
+            *most = Some(count);
+        } else if !seeks || sought > 0 {
+            assert_eq!(seen.count_total, 0, "step {k}, share {}", record.restitution_share);
+        }
+        sought += u32::from(seeks);
+    }
+    assert!(sought > 1, "{sought} steps sought a share");
+}
+
 /// A step that has no solution goes through every start there is. In a step whose wrench is
 /// not a number no iteration can converge.
 #[test]

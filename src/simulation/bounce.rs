@@ -9,7 +9,7 @@
 //! σ = sup { σ ∈ [0, 1] : W(σ e) ≤ 0 },
 //! ```
 //!
-//! found by bisection to [`SHARE_FOUND_TO`] from below. What is not solved at σ = 0 either, stays
+//! found to [`SHARE_FOUND_TO`] from below, by straight lines through W and by halves. What is not solved at σ = 0 either, stays
 //! failed. Islands in which nothing bounces have no
 //! share. For every trial the islands that it is of are solved again, the others keep their solution; the
 //! smallest σ taken stands in the record. At σ = 0 the law is the plastic one, whose impacts
@@ -61,8 +61,8 @@ impl Impact {
     fn verdict(&self, solved: bool) -> Verdict {
         match self.work > ROUNDING * self.size {
             _ if !solved => Verdict::Unsolved,
-            true => Verdict::MakesEnergy,
-            false => Verdict::Good,
+            true => Verdict::MakesEnergy(self.work),
+            false => Verdict::Good(self.work),
         }
     }
 
@@ -82,8 +82,9 @@ impl Impact {
 /// What a solve says of the share that it was made with.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Verdict {
-    Good,
-    MakesEnergy,
+    /// It makes no energy; W, J.
+    Good(f64),
+    MakesEnergy(f64),
     Unsolved,
 }
 
@@ -95,42 +96,70 @@ struct Search {
     /// The largest share known to be good, or 0; the smallest one known to be bad.
     low: f64,
     high: f64,
-    /// How near they shall come.
+    /// How near they shall come; both are multiples of it.
     to: f64,
+    /// W there, J, if it is known.
+    work_low: Option<f64>,
+    work_high: Option<f64>,
+    /// Whether the next share is the middle of the range, because the last one left most of it.
+    halve: bool,
 }
 
 impl Search {
     /// Before the first verdict: all of the restitution.
-    const WHOLE: Self = Self { share: 1.0, low: 0.0, high: f64::INFINITY, to: SHARE_FOUND_TO };
+    const WHOLE: Self = Self {
+        share: 1.0,
+        low: 0.0,
+        high: f64::INFINITY,
+        to: SHARE_FOUND_TO,
+        work_low: None,
+        work_high: None,
+        halve: true,
+    };
 
     /// The search after the verdict on its share, with the share to solve with next; the same one
     /// where it is what was sought.
     fn after(self, verdict: Verdict) -> Self {
-        let Self { share, .. } = self;
-        match verdict {
-            Verdict::Good => Self { low: share, ..self }.narrowed(),
-            Verdict::MakesEnergy => {
-                Self { high: share.min(self.high), to: SHARE_FOUND_TO, ..self }.narrowed()
+        let Self { share, high, .. } = self;
+        let known = |work: f64| Some(work).filter(|work| work.is_finite());
+        let next = match verdict {
+            Verdict::Good(work) => Self { low: share, work_low: known(work), ..self },
+            Verdict::MakesEnergy(work) => {
+                let high = share.min(high);
+                Self { high, work_high: known(work), to: SHARE_FOUND_TO, ..self }
             }
             // What is not solved without restitution either is not for the want of a share.
             Verdict::Unsolved if share == 1.0 => {
-                Self { share: 0.0, low: 0.0, high: 1.0, to: SHARE_SOLVED_TO }
+                return Self { share: 0.0, high: 1.0, to: SHARE_SOLVED_TO, ..self };
             }
             Verdict::Unsolved => {
-                Self { high: share.min(self.high), to: SHARE_SOLVED_TO, ..self }.narrowed()
+                let high = share.min(high);
+                Self { high, work_high: None, to: SHARE_SOLVED_TO, ..self }
             }
-        }
+        };
+        let (before, width) = (self.high - self.low, next.high - next.low);
+        // Between the ends a straight line, and the middle after it has left more than half.
+        let halve = !self.halve && width > 0.5 * before;
+        Self { share: next.next_share(halve), halve, ..next }
     }
 
-    /// With the middle of its range as the share, or the largest good one where that is known.
-    fn narrowed(self) -> Self {
-        let Self { share, low, high, to } = self;
-        let share = match () {
-            () if high == f64::INFINITY => share,
-            () if high - low <= to => low,
-            () => 0.5 * (low + high),
+    /// The largest good share where that is known, otherwise one in the range: where W is
+    /// nothing on the line through its ends, or the middle.
+    fn next_share(&self, halve: bool) -> f64 {
+        let Self { share, low, high, to, .. } = *self;
+        if high == f64::INFINITY {
+            return share;
+        }
+        if high - low <= to {
+            return low;
+        }
+        let part = match (self.work_low, self.work_high) {
+            (Some(at_low), Some(at_high)) if !halve => at_low / (at_low - at_high),
+            _ => 0.5,
         };
-        Self { share, ..self }
+        // In the range, and a multiple; W ≤ 0 < W at the ends, but for rounding.
+        let guess = ((low + part * (high - low)) / to).floor() * to;
+        guess.max(low + to).min(high - to)
     }
 }
 
