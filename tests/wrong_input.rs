@@ -15,7 +15,6 @@ use tumble::geometry::mesh::{Mesh, parse_obj, parse_stl};
 use tumble::geometry::{
     Aabb, Hint, Hull, Piece, Scratch, Sweep, bound, manifold, overlap, separation,
 };
-use tumble::mechanics::Rotation;
 use tumble::mechanics::load::Polyline;
 use tumble::mechanics::{Pose, RigidBody, Rotation, State, Wrench};
 use tumble::simulation::wild::Judge;

@@ -111,7 +111,15 @@ impl Judge {
         let wrenches = [wrench];
         if world.has_restitution() {
             let free = [world.free_flight(0, &row.state, &wrench)];
-            set_rebounds(world, &states, &free, &[row.restitution_share], &mut contacts);
+            let share = [row.restitution_share];
+            set_rebounds(world, &states, &free, &share, &mut contacts);
+            if contacts.iter().any(|contact| contact.rebound > 0.0) {
+                for (contact, force) in contacts.iter_mut().zip(row.forces()) {
+                    let presses = contact.normal().dot(&force) > 0.0;
+                    contact.struck = presses && contact.is_to_be_struck(world, &states);
+                }
+                set_rebounds(world, &states, &free, &share, &mut contacts);
+            }
         }
         let claim =
             Claim { states: &states, next: &next, wrenches: &wrenches, contacts: &contacts };

@@ -71,6 +71,17 @@ impl Candidates {
         self.rebound.set(world, states, &mut self.contacts);
     }
 
+    /// Has the contacts of these `places` bounce in the step from `states`, because the impulses of others
+    /// close them ([`Contact::struck`]). Places without a contact are passed over.
+    pub fn strike(&mut self, world: &World, states: &[State], places: &[usize]) {
+        for &place in places {
+            if let Some(contact) = self.contacts.get_mut(place) {
+                contact.struck = true;
+            }
+        }
+        self.rebound.set(world, states, &mut self.contacts);
+    }
+
     /// Adds the contacts that the step `states` → `next` takes deeper than `depth` (m) into each
     /// other and that are no candidates yet: detection is a prediction, and an impulse on one point
     /// may drive down another. Returns whether there were any. Lists as in [`Candidates::find`].

@@ -135,6 +135,9 @@ pub struct Contact {
     /// e c_n⁻, m/s: how fast the law lets the contact part, where it [bounces](restitution); 0
     /// elsewhere.
     pub rebound: f64,
+    /// Whether the impulse of another contact closes it in the step, so that it bounces although free
+    /// flight would not close it.
+    pub struck: bool,
     /// Friction and restitution.
     pub law: ContactLaw,
     /// y = a − ρ A_Aᵀ n, m, frame of A: the material point that touches, where forces act.
@@ -182,6 +185,7 @@ impl Contact {
             frame,
             gap: 0.0,
             rebound: 0.0,
+            struck: false,
             law,
             lever,
             arm,

@@ -16,7 +16,8 @@
 //! 0 ≤ p_n ⊥ min(φ⁺/h, ċ⁺ − e c_n⁻) ≥ 0                                    (eq. 29)
 //! ```
 //!
-//! Everywhere else the law is that without restitution. What the impulses of a step do to the energy
+//! So does one that another's impulse closes: it presses in a step in which its island bounces, and was
+//! coming, however slowly. Everywhere else the law is that without restitution. What the impulses of a step do to the energy
 //! at the time k is their work on the mean of the velocities before and after,
 //!
 //! ```text
@@ -117,11 +118,21 @@ impl Contact {
             return 0.0;
         }
         let coming = -self.normal().dot(&self.arriving_velocity(world, states));
-        let stays_open = || self.free_gap(free).is_none_or(|gap| gap > 0.0);
-        if coming.is_nan() || coming <= world.rebound_speed() || stays_open() {
-            return 0.0;
-        }
-        share * restitution * coming
+        let arrives =
+            || coming > world.rebound_speed() && self.free_gap(free).is_some_and(|gap| gap <= 0.0);
+        // A NaN bounces nowhere.
+        let bounces = coming > 0.0 && (self.struck || arrives());
+        if bounces { share * restitution * coming } else { 0.0 }
+    }
+
+    /// Whether the contact, which presses in a step from `states` in which its island bounces, is
+    /// [struck](Contact::struck): without a rebound so far, and coming.
+    #[must_use]
+    pub fn is_to_be_struck(&self, world: &World, states: &[State]) -> bool {
+        !self.struck
+            && self.rebound == 0.0
+            && self.law.restitution > 0.0
+            && self.normal().dot(&self.arriving_velocity(world, states)) < 0.0
     }
 
     /// The motion that the law of the contact speaks of, m/s, world, where `u` is its

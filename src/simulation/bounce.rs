@@ -11,7 +11,9 @@
 //!
 //! found to [`SHARE_FOUND_TO`] from below, by straight lines through W and by halves. What is not solved at σ = 0 either, stays
 //! failed. Islands in which nothing bounces have no
-//! share. For every trial the islands that it is of are solved again, the others keep their solution; the
+//! share. Where an impulse closes another contact that was coming, that one bounces too
+//! ([`Contact::struck`]), and the island is solved again: without this a brick that lands on two corners within a
+//! step would leave its energy in the second. For every trial the islands that it is of are solved again, the others keep their solution; the
 //! smallest σ taken stands in the record. At σ = 0 the law is the plastic one, whose impacts
 //! make no energy but for the turn within a step ([`wild`](super::wild)).
 
@@ -40,6 +42,8 @@ pub(super) struct Bounce {
     shares: Vec<f64>,
     /// Whether the island of the body is to be solved again.
     marked: Vec<bool>,
+    /// Places of contacts that the impulses of others close.
+    struck: Vec<usize>,
 }
 
 /// What the contacts of an island did in a step, and its search.
@@ -182,6 +186,13 @@ impl Bounce {
         self.searches.resize(bodies, None);
         loop {
             self.judge(step, candidates.contacts(), solution);
+            if self.find_struck(step, candidates.contacts(), solution) {
+                candidates.strike(step.world, step.states, &self.struck);
+                let again = solver.solve_again(step, &self.marked, candidates, solution)?;
+                let iterations = report.iterations.saturating_add(again.iterations);
+                report = StepReport { iterations, ..again };
+                continue;
+            }
             let solved = report.status != StepStatus::Failed;
             if !self.go_on(|body| solver.is_solved(body).unwrap_or(solved)) {
                 break;
@@ -215,6 +226,31 @@ impl Bounce {
             impact.met |= impact.search.is_some() && search.is_some() && impact.search != *search;
             impact.search = impact.search.or(*search);
         }
+    }
+
+    /// Finds the contacts that the impulses of others close, and marks their islands. Returns whether
+    /// there are any.
+    fn find_struck(
+        &mut self,
+        step: &Step<'_>,
+        contacts: &[Contact],
+        solution: &StepSolution,
+    ) -> bool {
+        self.struck.clear();
+        self.marked.clear();
+        self.marked.resize(step.states.len(), false);
+        for (place, (contact, found)) in contacts.iter().zip(&solution.contacts).enumerate() {
+            let bounces = self.impacts[self.islands.of(contact.key.body)].bounces;
+            if bounces && found.carries_force() && contact.is_to_be_struck(step.world, step.states)
+            {
+                self.struck.push(place);
+                self.marked[self.islands.of(contact.key.body)] = true;
+            }
+        }
+        for body in 0..step.states.len() {
+            self.marked[body] = self.marked[self.islands.of(body)];
+        }
+        !self.struck.is_empty()
     }
 
     /// Takes every search one trial further; `is_solved` tells whether the problem that a body is

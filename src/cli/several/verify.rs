@@ -198,7 +198,13 @@ impl Judge {
         let free: Vec<_> = flights.map(|(i, (s, w))| world.free_flight(i, s, w)).collect();
         let rounding = self.lost(contacts, states, &free);
         contacts.iter().any(|contact| {
-            let [least, most] = [share, 1.0].map(|s| contact.rebound_of(world, states, &free, s));
+            let range = |contact: &Contact| {
+                [share, 1.0].map(|s| contact.rebound_of(world, states, &free, s))
+            };
+            let [mut least, mut most] = range(contact);
+            if most == 0.0 && contact.rebound > 0.0 {
+                [least, most] = range(&Contact { struck: true, ..*contact });
+            }
             !(least - rounding..=most + rounding).contains(&contact.rebound)
         })
     }

@@ -97,8 +97,8 @@ impl<E: Equations> Descent<E> {
         self.iterate.points()
     }
 
-    /// Tries one start after another until one leads to a solution; otherwise leaves
-    /// the best point found. `previous` are the impulses p̂ of the last step, `accepted` the
+    /// Tries one start after another, at the most `starts`, until one leads to a solution; otherwise
+    /// leaves the best point found. `previous` are the impulses p̂ of the last step, `accepted` the
     /// residual of a point that is no failure, m/s.
     ///
     /// A solution that the law with compliance did not select, or one that turns a body
@@ -108,13 +108,14 @@ impl<E: Equations> Descent<E> {
         &mut self,
         equations: &E,
         previous: &[Vector3<f64>],
-        accepted: f64,
+        (accepted, starts): (f64, usize),
         effort: &mut Effort<'_>,
     ) -> Outcome {
         let tolerances = *equations.tolerances();
         let nothing = Rank { unsolved: true, turns_too_far: true, residual: f64::INFINITY };
         let mut best = (nothing, Start::Previous);
-        for (index, start) in starts::all(equations.bodies(), previous.len()).enumerate() {
+        let all = starts::all(equations.bodies(), previous.len()).take(starts);
+        for (index, start) in all.enumerate() {
             let enough = best.0.residual <= tolerances.sufficient;
             if enough && matches!(start, Start::Scattered(_)) {
                 break;

@@ -280,6 +280,8 @@ pub(super) trait Equations {
 
     /// The contacts that may carry an impulse.
     fn candidates(&self) -> &[Candidate];
+    /// Makes all of them give in all directions alike (N6).
+    fn give_alike(&mut self);
     /// The tolerances of the step.
     fn tolerances(&self) -> &Tolerances;
     /// How many bodies there are.

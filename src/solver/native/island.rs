@@ -323,6 +323,10 @@ impl Equations for Island {
         &self.candidates
     }
 
+    fn give_alike(&mut self) {
+        self.candidates.iter_mut().for_each(|candidate| candidate.give = 1.0);
+    }
+
     fn tolerances(&self) -> &Tolerances {
         &self.tolerances
     }

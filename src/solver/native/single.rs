@@ -196,6 +196,10 @@ impl Equations for Single {
         &self.candidates
     }
 
+    fn give_alike(&mut self) {
+        self.candidates.iter_mut().for_each(|candidate| candidate.give = 1.0);
+    }
+
     fn tolerances(&self) -> &Tolerances {
         &self.tolerances
     }
