@@ -14,7 +14,7 @@ use slopes::{Program as _, dense, hessian_error, jacobian_error};
 use tumble::contact::curved::{Core, shortest_way};
 use tumble::contact::{Contact, ContactKey, ContactLaw, Curved, Features, Partner, Plane};
 use tumble::mechanics::quaternion::rotation;
-use tumble::mechanics::{RigidBody, State, Wrench};
+use tumble::mechanics::{RigidBody, Rotation, State, Wrench};
 use tumble::step_nlp::StepNlp;
 use tumble::step_nlp::several::{PosedStep, SeveralNlp};
 use tumble::world::{Parameters, World};
