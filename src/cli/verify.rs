@@ -11,7 +11,7 @@ use std::fmt::Write as _;
 use tumble::contact::certificate::{Certifier, Claim, certify_rk4_step};
 use tumble::contact::detection::all_contacts;
 use tumble::contact::restitution::set_rebounds;
-use tumble::contact::{Certificate, rounding};
+use tumble::contact::{Certificate, Contact, rounding};
 use tumble::mechanics::State;
 use tumble::simulation::trajectory::TrajectoryRow;
 use tumble::step::StepStatus;
@@ -113,10 +113,10 @@ impl Judge {
             let free = [world.free_flight(0, &row.state, &wrench)];
             let share = [row.restitution_share];
             set_rebounds(world, &states, &free, &share, &mut contacts);
-            if contacts.iter().any(|contact| contact.rebound > 0.0) {
+            if contacts.iter().any(Contact::bounces) {
                 for (contact, force) in contacts.iter_mut().zip(row.forces()) {
                     let presses = contact.normal().dot(&force) > 0.0;
-                    contact.struck = presses && contact.is_to_be_struck(world, &states);
+                    contact.struck = presses && contact.may_be_struck();
                 }
                 set_rebounds(world, &states, &free, &share, &mut contacts);
             }

@@ -132,8 +132,8 @@ pub struct Contact {
     /// φ at the step's start, m; exactly zero where rounding alone is left of it
     /// ([`rounding::gap`]).
     pub gap: f64,
-    /// e c_n⁻, m/s: how fast the law lets the contact part, where it [bounces](restitution); 0
-    /// elsewhere.
+    /// e c_n⁻, m/s: how fast the contact must part at least where it [bounces](restitution), below 0 where
+    /// it was parting and is [struck](Contact::struck); 0 elsewhere.
     pub rebound: f64,
     /// Whether the impulse of another contact closes it in the step, so that it bounces although free
     /// flight would not close it.

@@ -16,8 +16,8 @@
 //! 0 ≤ p_n ⊥ min(φ⁺/h, ċ⁺ − e c_n⁻) ≥ 0                                    (eq. 29)
 //! ```
 //!
-//! So does one that another's impulse closes: it presses in a step in which its island bounces, and was
-//! coming, however slowly. Everywhere else the law is that without restitution. What the impulses of a step do to the energy
+//! So does one that another's impulse closes, pressing in a step in which its island bounces, whatever c_n⁻
+//! it has: one that was parting may then come as fast as it was. Everywhere else the law is that without restitution. What the impulses of a step do to the energy
 //! at the time k is their work on the mean of the velocities before and after,
 //!
 //! ```text
@@ -121,18 +121,21 @@ impl Contact {
         let arrives =
             || coming > world.rebound_speed() && self.free_gap(free).is_some_and(|gap| gap <= 0.0);
         // A NaN bounces nowhere.
-        let bounces = coming > 0.0 && (self.struck || arrives());
+        let bounces = coming.is_finite() && (self.struck || arrives());
         if bounces { share * restitution * coming } else { 0.0 }
     }
 
-    /// Whether the contact, which presses in a step from `states` in which its island bounces, is
-    /// [struck](Contact::struck): without a rebound so far, and coming.
+    /// Whether the contact bounces in the step: whether it has the row of a rebound.
     #[must_use]
-    pub fn is_to_be_struck(&self, world: &World, states: &[State]) -> bool {
-        !self.struck
-            && self.rebound == 0.0
-            && self.law.restitution > 0.0
-            && self.normal().dot(&self.arriving_velocity(world, states)) < 0.0
+    pub fn bounces(&self) -> bool {
+        self.rebound != 0.0
+    }
+
+    /// Whether the contact, if it presses in a step in which its island bounces, is
+    /// [struck](Contact::struck): it has restitution, and no rebound so far.
+    #[must_use]
+    pub fn may_be_struck(&self) -> bool {
+        !self.struck && !self.bounces() && self.law.restitution > 0.0
     }
 
     /// The motion that the law of the contact speaks of, m/s, world, where `u` is its
@@ -146,7 +149,7 @@ impl Contact {
         states: &[State],
         next: &[State],
     ) -> Vector3<f64> {
-        if self.rebound == 0.0 {
+        if !self.bounces() {
             return u;
         }
         let normal = self.normal();

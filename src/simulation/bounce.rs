@@ -214,7 +214,7 @@ impl Bounce {
         let h = step.world.time_step();
         for (contact, force) in contacts.iter().zip(solution.forces()) {
             let impact = &mut self.impacts[self.islands.of(contact.key.body)];
-            impact.bounces |= contact.rebound > 0.0;
+            impact.bounces |= contact.bounces();
             impact.work += contact.impact_work(step.world, &force, step.states, &solution.states);
             let before = contact.arriving_velocity(step.world, step.states).norm();
             let after =
@@ -241,8 +241,7 @@ impl Bounce {
         self.marked.resize(step.states.len(), false);
         for (place, (contact, found)) in contacts.iter().zip(&solution.contacts).enumerate() {
             let bounces = self.impacts[self.islands.of(contact.key.body)].bounces;
-            if bounces && found.carries_force() && contact.is_to_be_struck(step.world, step.states)
-            {
+            if bounces && found.carries_force() && contact.may_be_struck() {
                 self.struck.push(place);
                 self.marked[self.islands.of(contact.key.body)] = true;
             }
@@ -274,5 +273,5 @@ impl Bounce {
 
 /// Whether a step has contacts that bounce.
 fn bounces(contacts: &[Contact]) -> bool {
-    contacts.iter().any(|contact| contact.rebound > 0.0)
+    contacts.iter().any(|contact| contact.bounces())
 }

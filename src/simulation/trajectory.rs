@@ -126,7 +126,7 @@ impl<W: Write> TrajectoryWriter<W> {
             let (h, normal) = (self.world.time_step(), contact.normal());
             let opening = normal * (contact.gap_at(next, None) / h);
             let ends = (&record.states, &record.solution.states);
-            let height = match contact.rebound > 0.0 {
+            let height = match contact.bounces() {
                 true => h * normal.dot(&contact.law_motion(opening, &self.world, ends.0, ends.1)),
                 false => contact.gap_at(next, None),
             };

@@ -118,7 +118,7 @@ impl Judge {
         let keys = contacts.map(|(contact, _)| {
             let budget = &mut budgets[contact.key.body];
             budget.touches = true;
-            budget.bounces |= contact.rebound > 0.0;
+            budget.bounces |= contact.bounces();
             &contact.key
         });
         self.islands.find(bodies, keys);

@@ -192,7 +192,7 @@ impl Judge {
     ) -> bool {
         let world = &self.world;
         if !world.has_restitution() {
-            return share != 1.0 || contacts.iter().any(|contact| contact.rebound != 0.0);
+            return share != 1.0 || contacts.iter().any(Contact::bounces);
         }
         let flights = states.iter().zip(wrenches).enumerate();
         let free: Vec<_> = flights.map(|(i, (s, w))| world.free_flight(i, s, w)).collect();
@@ -201,10 +201,11 @@ impl Judge {
             let range = |contact: &Contact| {
                 [share, 1.0].map(|s| contact.rebound_of(world, states, &free, s))
             };
-            let [mut least, mut most] = range(contact);
-            if most == 0.0 && contact.rebound > 0.0 {
-                [least, most] = range(&Contact { struck: true, ..*contact });
+            let mut ends = range(contact);
+            if ends[1] == 0.0 && contact.bounces() {
+                ends = range(&Contact { struck: true, ..*contact });
             }
+            let (least, most) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
             !(least - rounding..=most + rounding).contains(&contact.rebound)
         })
     }

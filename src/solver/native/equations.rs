@@ -45,7 +45,7 @@ pub(super) struct Candidate {
 impl Candidate {
     /// Whether the contact bounces.
     pub(super) fn bounces(&self) -> bool {
-        self.rebound > 0.0
+        self.rebound != 0.0
     }
 
     /// u where `departing` is the velocity with which the touching points part after the impulses, of a

@@ -206,7 +206,7 @@ impl Touch {
 
     /// Whether its row is that of the rebound.
     pub(super) fn bounces(&self) -> bool {
-        self.rebound > 0.0
+        self.rebound != 0.0
     }
 
     /// A, and B where it is no fixed thing.
