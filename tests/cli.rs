@@ -22,6 +22,8 @@ mod plot;
 mod points;
 #[path = "cli/restitution.rs"]
 mod restitution;
+#[path = "cli/rotation.rs"]
+mod rotation;
 #[path = "cli/scenario.rs"]
 mod scenario;
 #[path = "cli/several.rs"]

@@ -79,7 +79,7 @@ fn scenarios_name_the_preset_and_the_formulation() {
     let path = directory.path().join("drop.toml");
     let scenario = |solver: &str| {
         let text = format!(
-            "steps = 230\nseed = 42\n[body]\nbox = 2.0\nmass = 10.0\ninertia = 0.01\n\
+            "steps = 230\nseed = 42\nrotation = \"tutorial\"\n[body]\nbox = 2.0\nmass = 10.0\ninertia = 0.01\n\
              [ground]\nfriction = 0.3\n[start]\nposition = [0, 0, 2.5]\nattitude = \
              \"random\"\nvelocity = [0, 4, 0]\nspin = [0, -2, 1]\n[solver]\n{solver}\n"
         );
