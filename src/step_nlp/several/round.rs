@@ -81,7 +81,7 @@ impl Round {
     /// e·(p_A − p_B) of the middles, along a direction e of the world:
     ///
     /// ```text
-    /// ∂g/∂r_A = e,   ∂g/∂q_A = J_Aᵀ e,   ∂g/∂q_B = −J_Bᵀ e                     (eq. D10)
+    /// ∂g/∂r_A = e,   ∂g/∂q_A = J_Aᵀ e,   ∂g/∂q_B = −J_Bᵀ e                     (eq. D12)
     /// ```
     pub(super) fn along(&self, e: &Vector3<f64>, (a, b): (Place, Option<Place>)) -> Component {
         let turned_a = rows(&self.point.forms, &a.attitude);
@@ -127,7 +127,7 @@ impl Round {
     /// the nearest point is free to move, w = A(q_A) u, or −A(q_B) v, and ẇ its derivative,
     ///
     /// ```text
-    /// Jᵀ P J + Σ m_k ∇²D_k − C S⁻¹ Cᵀ,   C = Jᵀ P w + ẇᵀ m,   S = wᵀ P w       (eq. D11)
+    /// Jᵀ P J + Σ m_k ∇²D_k − C S⁻¹ Cᵀ,   C = Jᵀ P w + ẇᵀ m,   S = wᵀ P w       (eq. D13)
     /// ```
     pub(super) fn distance_curvature(&self, at: (Place, Option<Place>)) -> Curvature {
         let met = self.meet(at);

@@ -73,7 +73,7 @@ impl Place {
 /// ∂g/∂r_A = m = −∂g/∂r_B,   ∂g/∂q_A = J_Aᵀ m,   ∂g/∂q_B = J_Bᵀ s           (eq. D7)
 /// ```
 ///
-/// with J_A the rows (Q_k(c) q_A)ᵀ and J_B the rows (Q_k(e) q_B)ᵀ. (Of round features: eq. D10.)
+/// with J_A the rows (Q_k(c) q_A)ᵀ and J_B the rows (Q_k(e) q_B)ᵀ. (Of round features: eq. D12.)
 pub(super) struct Component {
     pub(super) value: f64,
     /// ∂g/∂r_A.
@@ -84,7 +84,7 @@ pub(super) struct Component {
     pub(super) by_b: Vector4<f64>,
 }
 
-/// The second derivatives of a [`Component`] (eq. D8, D11); those by r_B are the negative of those by
+/// The second derivatives of a [`Component`] (eq. D8, D13); those by r_B are the negative of those by
 /// r_A.
 #[derive(Default)]
 pub(super) struct Curvature {
