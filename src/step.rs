@@ -287,7 +287,7 @@ pub trait StepSolver: Send {
     ) -> Result<StepReport, Error>;
 
     /// Solves the same step again, of which `solution` is what this solver found last, where contacts
-    /// of the bodies that are `marked` have another [rise](Contact::rise) since. What is not joined
+    /// of the bodies that are `marked` have another [rebound](Contact::rebound) since. What is not joined
     /// to a marked body may keep its solution, bit for bit; without a method of its own a
     /// solver solves everything again. The report speaks for the whole step, but its iterations are
     /// those of this call. A body without a mark counts as marked.

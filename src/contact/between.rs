@@ -1,7 +1,7 @@
 //! Contacts of the touches of two pieces.
 
 use super::curved::{Core, Curved};
-use super::proxy::{Owner, Proxy};
+use super::proxy::{Owner, Proxy, placed};
 use super::{Contact, ContactKey, Features, PairFeatures, Partner, frame_along};
 use crate::geometry::{Feature, Part, Piece, Side, Touch};
 use crate::mechanics::{Pose, RigidBody};
@@ -41,7 +41,15 @@ impl Between<'_> {
             };
             let pieces =
                 (piece(self.world, a.owner, a.piece)?, piece(self.world, b.owner, b.piece)?);
-            return Some(self.make(key, round(pieces, (part_a, part_b))?));
+            let normal = match touch.point_of {
+                Side::A => touch.normal,
+                // Of A, away from it.
+                Side::B => {
+                    let [a, b] = [a, b].map(|proxy| placed(self.world, self.at, proxy).1.rotation);
+                    -b.tr_mul(&(a * touch.normal))
+                }
+            };
+            return Some(self.make(key, round(pieces, (part_a, part_b), &normal)?));
         }
         match (of_point.owner, of_plane.owner) {
             (Owner::Body(body), owner) => {
@@ -119,12 +127,19 @@ pub(super) fn piece(world: &World, owner: Owner, number: usize) -> Option<&Piece
     }
 }
 
-/// Two round features, the first one of A; `None` where the pieces do not have them.
-pub(crate) fn round(pieces: (&Piece, &Piece), parts: (Part, Part)) -> Option<Features> {
+/// Two round features, the first one of A; `None` where the pieces do not have them, or no radius. Where
+/// their cores coincide the plane is across `normal` (unit, frame of B).
+pub(crate) fn round(
+    pieces: (&Piece, &Piece),
+    parts: (Part, Part),
+    normal: &Vector3<f64>,
+) -> Option<Features> {
+    if pieces.0.radius() + pieces.1.radius() == 0.0 {
+        return None;
+    }
     let (of_a, of_b) = (core(pieces.0, parts.0)?, core(pieces.1, parts.1)?);
     let curved = Curved { of_a, of_b, radius: pieces.1.radius(), shares: (0.0, 0.0) };
-    let frame = frame_along(&Vector3::z());
-    let plane = Features::of_plane(of_a.from, pieces.0.radius(), frame, 0.0);
+    let plane = Features::of_plane(of_a.from, pieces.0.radius(), frame_along(normal), 0.0);
     Some(Features { curved: Some(curved), ..plane })
 }
 

@@ -26,6 +26,9 @@ const COSINE: f64 = 0.5;
 /// Its sine.
 const SINE: f64 = 0.866_025_403_784_438_6;
 
+/// A shorter way has no direction, m.
+const SMALLEST: f64 = 1e-100;
+
 /// A point, or a segment from `from` to `from + along`, m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Core {
@@ -122,8 +125,12 @@ impl Reach {
             let direction = if length > 0.0 { d / length } else { *normal };
             return Self { length, direction, is_exact: true };
         }
-        let across = d - normal * along;
-        let direction = COSINE * normal + across * (SINE / across.norm().max(f64::MIN_POSITIVE));
+        // Straight behind, every direction across is as good.
+        let across = (d - normal * along).try_normalize(SMALLEST).unwrap_or_else(|| {
+            let axis = Vector3::ith(normal.iamin(), 1.0);
+            (axis - normal * normal.dot(&axis)).normalize()
+        });
+        let direction = COSINE * normal + SINE * across;
         Self { length: direction.dot(d), direction, is_exact: false }
     }
 
@@ -132,7 +139,10 @@ impl Reach {
     pub fn curvature(&self, d: &Vector3<f64>, normal: &Vector3<f64>) -> Matrix3<f64> {
         let (way, factor) =
             if self.is_exact { (*d, 1.0) } else { (d - normal * normal.dot(d), SINE) };
-        let length = way.norm().max(f64::MIN_POSITIVE);
+        let length = way.norm();
+        if length <= SMALLEST {
+            return Matrix3::zeros();
+        }
         let unit = way / length;
         let mut round = Matrix3::identity() - unit * unit.transpose();
         if !self.is_exact {

@@ -11,7 +11,7 @@
 //!
 //! found to [`SHARE_FOUND_TO`] from below, by straight lines through W and by halves. What is not solved at σ = 0 either, stays
 //! failed. Islands in which nothing bounces have no
-//! share. Where an impulse closes another contact that was coming, that one bounces too
+//! share. Where an impulse closes another contact, that one bounces too, by the speed that it had
 //! ([`Contact::struck`]), and the island is solved again: without this a brick that lands on two corners within a
 //! step would leave its energy in the second. For every trial the islands that it is of are solved again, the others keep their solution; the
 //! smallest σ taken stands in the record. At σ = 0 the law is the plastic one, whose impacts
@@ -186,7 +186,9 @@ impl Bounce {
         self.searches.resize(bodies, None);
         loop {
             self.judge(step, candidates.contacts(), solution);
-            if self.find_struck(step, candidates.contacts(), solution) {
+            let solved = report.status != StepStatus::Failed;
+            let is_solved = |body: usize| solver.is_solved(body).unwrap_or(solved);
+            if self.find_struck(step, candidates.contacts(), solution, is_solved) {
                 candidates.strike(step.world, step.states, &self.struck);
                 let again = solver.solve_again(step, &self.marked, candidates, solution)?;
                 let iterations = report.iterations.saturating_add(again.iterations);
@@ -228,20 +230,22 @@ impl Bounce {
         }
     }
 
-    /// Finds the contacts that the impulses of others close, and marks their islands. Returns whether
-    /// there are any.
+    /// Finds the contacts that the impulses of others close, in islands whose problem was solved, and
+    /// marks them. Returns whether there are any.
     fn find_struck(
         &mut self,
         step: &Step<'_>,
         contacts: &[Contact],
         solution: &StepSolution,
+        is_solved: impl Fn(usize) -> bool,
     ) -> bool {
         self.struck.clear();
         self.marked.clear();
         self.marked.resize(step.states.len(), false);
         for (place, (contact, found)) in contacts.iter().zip(&solution.contacts).enumerate() {
             let bounces = self.impacts[self.islands.of(contact.key.body)].bounces;
-            if bounces && found.carries_force() && contact.may_be_struck() {
+            let presses = found.carries_force() && is_solved(contact.key.body);
+            if bounces && presses && contact.may_be_struck() {
                 self.struck.push(place);
                 self.marked[self.islands.of(contact.key.body)] = true;
             }

@@ -6,10 +6,10 @@
 //!
 //! ```text
 //! v⁺ = v + p,   w(u⁺) = w(u) + ⁵⁄₂ p,   V⁺ = V + h (F − f₁)/M − n (m/M) p
-//! V⁺ = v⁺ + s(u⁺),   s(u) = u/(1 + κ² u²),   κ = h/(2R)
+//! V⁺ = v⁺ + u⁺
 //! ```
 //!
-//! with the s(u) and w(u) of `rolling.rs`. In continuous time s(u) = u, and all accelerations are constant:
+//! with the w(u) of `rolling.rs`. In continuous time w(u) = u, and all accelerations are constant:
 //!
 //! ```text
 //! a_ball = (F − f₁)/M/(⁷⁄₂ + n m/M),   a_box = ⁷⁄₂ a_ball,   R ω̇ = ⁵⁄₂ a_ball
@@ -71,7 +71,6 @@ fn acceleration() -> f64 {
 impl Speeds {
     /// A step of h.
     fn step(&self, h: f64) -> Self {
-        let lag = 0.5 * h / RADIUS;
         let turning = |rim: f64| momentum(h / RADIUS, rim);
         let after = |rim: f64| {
             let p = 0.4 * (turning(rim).0 - turning(self.rim).0);
@@ -81,10 +80,8 @@ impl Speeds {
         let mut rim = self.rim;
         for _ in 0..ROUNDS {
             let Self { plate, ball, .. } = after(rim);
-            let square = (lag * rim).powi(2);
-            let (rolled, slope) = (rim / (1.0 + square), (1.0 - square) / (1.0 + square).powi(2));
             let by_turning = 0.4 * turning(rim).1 * (1.0 + BALLS / RATIO);
-            rim -= (ball + rolled - plate) / (by_turning + slope);
+            rim -= (ball + rim - plate) / (by_turning + 1.0);
         }
         after(rim)
     }
@@ -177,7 +174,7 @@ impl Problem for BallGrid {
     }
 
     /// The push is what friction of the ground takes, and 12.66 N a kilogram of a ball beyond: 150 N
-    /// with the usual inputs. The lag κ² u² makes the errors of second order, and their mean square
+    /// with the usual inputs. What w(u) is above u makes the errors of second order, and their mean square
     /// of fourth.
     fn solve(
         &self,

@@ -7,16 +7,15 @@
 //! v⁺ = v + h g_x − p,   w(u⁺) = w(u) + ⁵⁄₂ p,   w(u) = u (1 + κ² u²),   κ = h/(2R)
 //! ```
 //!
-//! **The step's slip.** The material point that touches at the step's start turns with the
-//! ball by ψ = 2 atan(½ h ω⁺), so that it moves backwards by R sin ψ: the slip of the step is
+//! **The step's slip** is that of the ball's middle and of its spin about it (eq. 10a),
 //!
 //! ```text
-//! c = v⁺ − s(u⁺),   s(u) = u/(1 + κ² u²)
+//! c = v⁺ − u⁺.
 //! ```
 //!
 //! It rolls with the p that makes c = 0, if that is within ±μ g_z h; else friction is all it
-//! has, against the slip. Since s falls behind u by a share κ² u², a rolling ball is slower
-//! than the exact one by ⅘/1.4 of that share or so: second order in h.
+//! has, against the slip. Since w is above u by a share κ² u², a rolling ball is slower
+//! than the exact one by ⅖/1.4 of that share or so: second order in h.
 
 use super::axis::momentum;
 use super::stopping::resting;
@@ -60,12 +59,6 @@ impl Ball {
         0.5 * self.time_step / RADIUS
     }
 
-    /// s(u) and its derivative.
-    fn rim(&self, u: f64) -> (f64, f64) {
-        let square = (self.lag() * u).powi(2);
-        (u / (1.0 + square), (1.0 - square) / (1.0 + square).powi(2))
-    }
-
     /// A step.
     fn step(&self, (v, u): Speeds) -> Speeds {
         let h = self.time_step;
@@ -75,8 +68,8 @@ impl Ball {
         let friction = |after: f64| 0.4 * (turning(after).0 - turning(u).0);
         let mut after = u;
         for _ in 0..ROUNDS {
-            let ((rim, slope), by_turning) = (self.rim(after), 0.4 * turning(after).1);
-            after += (pulled - friction(after) - rim) / (by_turning + slope);
+            let by_turning = 0.4 * turning(after).1;
+            after += (pulled - friction(after) - after) / (by_turning + 1.0);
         }
         let p = friction(after).clamp(-grip, grip);
         for _ in 0..ROUNDS {
@@ -196,8 +189,8 @@ impl Problem for RollingBall {
         let speed = if rolls { ball.lagging(a * t, steps) } else { Convergence::Exact };
         let speed = if a > 0.0 { speed } else { Convergence::Exact };
         let turning = ball.lagging(spin_up * t, steps);
-        // The way is longer by ½ v h, and shorter by about (⁴⁄₇) κ² v³ t/4 for the lag.
-        let (longer, shorter) = (0.5 * a * t * h, ball.lag().powi(2) * (a * t).powi(3) * t / 7.0);
+        // The way is longer by ½ v h, and shorter by about (²⁄₇) κ² v³ t/4 for the lag.
+        let (longer, shorter) = (0.5 * a * t * h, ball.lag().powi(2) * (a * t).powi(3) * t / 14.0);
         let way = match (a > 0.0, rolls && shorter > 0.05 * longer) {
             (false, _) => Convergence::Exact,
             (true, false) => Convergence::order(1, steps),
@@ -271,7 +264,7 @@ impl Problem for SlidingBall {
 
     /// While it slides v(t) = v − μ g t and R ω = ⁵⁄₂ μ g t, which are equal at
     /// t = 2 v/(7 μ g), with ⁵⁄₇ v; about the line of contact the angular momentum stays. After
-    /// that nothing acts. In the step's terms v + ⅖ w(u) stays, and v = s(u) at the end.
+    /// that nothing acts. In the step's terms v + ⅖ w(u) stays, and v = u at the end.
     fn solve(
         &self,
         inputs: &Inputs,

@@ -64,7 +64,7 @@ pub struct ContactRow {
     pub gap: f64,
     /// The radius by which the point is rounded, m.
     pub radius: f64,
-    /// ζ (eq. 29), m.
+    /// e c_n⁻ (eq. 29), m/s.
     pub rebound: f64,
     /// Which features touch.
     pub key: KeyText,

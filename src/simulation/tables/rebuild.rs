@@ -100,14 +100,19 @@ impl ContactRow {
             Partner::Ground => None,
         };
         let theirs = theirs.ok_or("is with a piece that is not there")?;
+        let fixed = Pose { position: Vector3::zeros(), rotation: Matrix3::identity() };
+        let other_pose = other.unwrap_or(&fixed);
         if let Feature::Round(part, other) = pair.feature {
-            let features = round((own, theirs), (part, other));
+            let normal = other_pose.rotation.tr_mul(&self.normal);
+            let features = round((own, theirs), (part, other), &normal);
             return features
                 .filter(|features| features.radius == self.radius)
                 .ok_or("is of features that its pieces do not have");
         }
-        let fixed = Pose { position: Vector3::zeros(), rotation: Matrix3::identity() };
-        let other = other.unwrap_or(&fixed);
+        if own.core().faces().is_empty() && theirs.core().faces().is_empty() {
+            return Err("has a key of faces, which its pieces do not have");
+        }
+        let other = other_pose;
         let centre = self.point + self.normal * self.radius;
         let point = pose.rotation.tr_mul(&(centre - pose.position));
         let normal = other.rotation.tr_mul(&self.normal);

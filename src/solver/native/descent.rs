@@ -97,8 +97,7 @@ impl<E: Equations> Descent<E> {
         self.iterate.points()
     }
 
-    /// Tries one start after another, at the most `starts`, until one leads to a solution; otherwise
-    /// leaves the best point found. `previous` are the impulses p̂ of the last step, `accepted` the
+    /// Tries one start after another until one leads to a solution; otherwise leaves the best point found. `previous` are the impulses p̂ of the last step, `accepted` the
     /// residual of a point that is no failure, m/s.
     ///
     /// A solution that the law with compliance did not select, or one that turns a body
@@ -106,16 +105,21 @@ impl<E: Equations> Descent<E> {
     /// starts other than the scattered ones.
     pub(super) fn solve(
         &mut self,
-        equations: &E,
+        equations: &mut E,
         previous: &[Vector3<f64>],
-        (accepted, starts): (f64, usize),
+        accepted: f64,
         effort: &mut Effort<'_>,
     ) -> Outcome {
         let tolerances = *equations.tolerances();
         let nothing = Rank { unsolved: true, turns_too_far: true, residual: f64::INFINITY };
         let mut best = (nothing, Start::Previous);
-        let all = starts::all(equations.bodies(), previous.len()).take(starts);
+        let rolls = equations.candidates().iter().any(|contact| !contact.gives_alike());
+        let all = starts::all(equations.bodies(), previous.len(), rolls);
         for (index, start) in all.enumerate() {
+            if start == Start::Alike {
+                equations.give_alike();
+            }
+            let equations = &*equations;
             let enough = best.0.residual <= tolerances.sufficient;
             if enough && matches!(start, Start::Scattered(_)) {
                 break;
@@ -219,7 +223,9 @@ impl<E: Equations> Descent<E> {
         let Self { interior_point, iterate, best, .. } = self;
         iterate.impulses.clear();
         match start {
-            Start::Previous | Start::Kept => iterate.impulses.extend_from_slice(previous),
+            Start::Previous | Start::Alike | Start::Kept => {
+                iterate.impulses.extend_from_slice(previous)
+            }
             Start::Zero | Start::Compliant(_) | Start::Swept(_) => {
                 iterate.impulses.extend(candidates.iter().map(|_| Vector3::zeros()));
             }

@@ -9,7 +9,7 @@ use nalgebra::{Matrix3, Vector3};
 /// told: what rolls moves with its middle and with its spin,
 ///
 /// ```text
-/// u = v⁺ + A K a − ρ (A ω⁺) × n + n (φ − ζ)/h
+/// u = v⁺ + A K a − ρ (A ω⁺) × n + n φ/h
 /// ```
 #[inline]
 pub(super) fn point_velocity(

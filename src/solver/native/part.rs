@@ -2,12 +2,11 @@
 
 use super::descent::{Descent, Outcome};
 use super::effort::Effort;
-use super::equations::{Candidate, Equations, Velocity, reserve};
+use super::equations::{Equations, Velocity, reserve};
 use super::island::Island;
 use super::islands::IslandView;
 use super::single::Single;
 use super::starts::Start;
-use super::tolerances::ROLLING_STARTS;
 use crate::contact::Contact;
 use crate::error::Error;
 use crate::mechanics::State;
@@ -79,17 +78,7 @@ impl<E: Equations> Problem<E> {
             let before = step.previous.find(&contacts[place].key, place);
             before.map_or(Vector3::zeros(), |before| before.force * to_impulse)
         }));
-        let Self { equations, descent, previous, .. } = self;
-        if equations.candidates().iter().all(Candidate::gives_alike) {
-            return descent.solve(equations, previous, (accepted, usize::MAX), effort);
-        }
-        // Where the selection of what can roll does not lead to a solution soon, that of all others.
-        let outcome = descent.solve(equations, previous, (accepted, ROLLING_STARTS), effort);
-        if outcome.solved {
-            return outcome;
-        }
-        equations.give_alike();
-        descent.solve(equations, previous, (accepted, usize::MAX), effort)
+        self.descent.solve(&mut self.equations, &self.previous, accepted, effort)
     }
 
     /// Writes the force and slip of every contact of the island.

@@ -36,7 +36,7 @@ impl Side<'_> {
 ///
 /// ```text
 /// u_t = (E − n nᵀ) (v_A + A_A K_A a − v_B − A_B K_B b) − (ρ_A A_A ω_A + ρ_B A_B ω_B) × n
-/// u_n = (|D|_n − |d| + φ − ζ)/h                                              (N14)
+/// u_n = (|D|_n − |d| + φ)/h                                                  (N14)
 /// ```
 ///
 /// of which, with m the direction of D (eq. 4b) and a⁺, b⁺ the middles that are nearest then,

@@ -1,6 +1,7 @@
 //! Where an iteration starts, in the order in which starts are tried.
 
 use super::equations::Candidate;
+use super::tolerances::ROLLING_STARTS;
 use nalgebra::Vector3;
 use rand_mt::Mt;
 use std::f64::consts::TAU;
@@ -10,6 +11,9 @@ use std::f64::consts::TAU;
 pub(super) enum Start {
     /// The impulses of the previous step: enough for more than 99.7 % of contact steps.
     Previous,
+    /// The impulses of the previous step, from here on with compliance that is equal in all directions,
+    /// also of what [can roll](super::tolerances::ROLLING_GIVE).
+    Alike,
     /// The impulses of the previous step, changed as little as it takes: where forces are shared in
     /// many ways, those of bodies that hold each other stay as they are.
     Kept,
@@ -91,6 +95,7 @@ impl Start {
     pub(super) fn name(self) -> &'static str {
         match self {
             Self::Previous => "previous",
+            Self::Alike => "equal compliance",
             Self::Kept => "kept",
             Self::Best(_) => "best",
             Self::Zero => "zero",
@@ -102,14 +107,18 @@ impl Start {
     }
 }
 
-/// All starts in their order, for so many bodies and contacts.
-pub(super) fn all(bodies: usize, contacts: usize) -> impl Iterator<Item = Start> {
+/// All starts in their order, for so many bodies and contacts. Where some of them can roll, a few with
+/// the selection of those come first.
+pub(super) fn all(bodies: usize, contacts: usize, rolls: bool) -> impl Iterator<Item = Start> {
     let (first, scattered) = match bodies {
         1 => (ALONE.as_slice(), SCATTERED_ALONE),
         _ if contacts > CROWDED => (CROWD.as_slice(), 0),
         _ => (TOGETHER.as_slice(), SCATTERED_TOGETHER),
     };
-    first.iter().copied().chain((0..scattered).map(Start::Scattered))
+    let rolling = first.iter().copied().take(if rolls { ROLLING_STARTS } else { 0 });
+    let alike = rolls.then_some(Start::Alike);
+    let rest = first.iter().copied().skip(usize::from(rolls));
+    rolling.chain(alike).chain(rest).chain((0..scattered).map(Start::Scattered))
 }
 
 /// Scattered start `number`: each candidate with even odds open or pressed by up to a

@@ -18,7 +18,7 @@ pub(super) const COMPLIANCE: f64 = 1e-6;
 /// presses on the walls of a groove of 15° a side as without friction, to 2·10⁻⁴; small enough that
 /// the limit is taken in a few corrections.
 pub(super) const ROLLING_GIVE: f64 = 0.03;
-/// So many starts with that selection; where none of them solves the step, all with equal compliance.
+/// So many starts with that selection; where none of them solves the step, equal compliance is next.
 pub(super) const ROLLING_STARTS: usize = 4;
 /// The compliances to follow where the limit cannot be taken from the first.
 pub(super) const COMPLIANCES: [f64; 4] = [COMPLIANCE, 1e-7, 1e-8, 1e-9];
