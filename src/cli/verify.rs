@@ -116,7 +116,8 @@ impl Judge {
             if contacts.iter().any(Contact::bounces) {
                 for (contact, force) in contacts.iter_mut().zip(row.forces()) {
                     let presses = contact.normal().dot(&force) > 0.0;
-                    contact.struck = presses && contact.may_be_struck();
+                    let closes = contact.could_close(world, &states, &next);
+                    contact.struck = presses && closes && contact.may_be_struck();
                 }
                 set_rebounds(world, &states, &free, &share, &mut contacts);
             }

@@ -138,6 +138,15 @@ impl Contact {
         !self.struck && !self.bounces() && self.law.restitution > 0.0
     }
 
+    /// Whether the contact is no farther open than its points could move in the step `states` → `next` of
+    /// `world`, at the speeds before and after: what an impulse may have closed within it.
+    #[must_use]
+    pub fn could_close(&self, world: &World, states: &[State], next: &[State]) -> bool {
+        let before = self.arriving_velocity(world, states).norm();
+        let after = self.departing_velocity(world, states, next).norm();
+        self.gap <= world.time_step() * (before + after)
+    }
+
     /// The motion that the law of the contact speaks of, m/s, world, where `u` is its
     /// [motion](Contact::motion) over the step `states` → `next` of `world`: along the normal the smaller
     /// one of the gap speed and what is left of the rebound (eq. 29).

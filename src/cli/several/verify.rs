@@ -117,7 +117,8 @@ impl Judge {
             }
         }
         let wrenches = self.wrenches(row.index, states);
-        if self.has_another_rebound(&contacts, states, &wrenches, row.restitution_share) {
+        let ends = (states, next);
+        if self.has_another_rebound(&contacts, ends, &wrenches, row.restitution_share) {
             differ("a contact of it bounces as none of the world does".to_owned());
         }
         let claim = Claim { states, next, wrenches: &wrenches, contacts: &contacts };
@@ -186,7 +187,7 @@ impl Judge {
     fn has_another_rebound(
         &self,
         contacts: &[Contact],
-        states: &[State],
+        (states, next): (&[State], &[State]),
         wrenches: &[Wrench],
         share: f64,
     ) -> bool {
@@ -197,12 +198,14 @@ impl Judge {
         let flights = states.iter().zip(wrenches).enumerate();
         let free: Vec<_> = flights.map(|(i, (s, w))| world.free_flight(i, s, w)).collect();
         let rounding = self.lost(contacts, states, &free);
+        let range =
+            |contact: &Contact| [share, 1.0].map(|s| contact.rebound_of(world, states, &free, s));
+        // What another's impulse closes: only where one arrives, and what was near enough.
+        let arrives = contacts.iter().any(|contact| range(contact)[1] > 0.0);
         contacts.iter().any(|contact| {
-            let range = |contact: &Contact| {
-                [share, 1.0].map(|s| contact.rebound_of(world, states, &free, s))
-            };
             let mut ends = range(contact);
-            if ends[1] == 0.0 && contact.bounces() {
+            let may_be_struck = arrives && contact.could_close(world, states, next);
+            if ends[1] == 0.0 && contact.bounces() && may_be_struck {
                 ends = range(&Contact { struck: true, ..*contact });
             }
             let (least, most) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
