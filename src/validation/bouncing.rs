@@ -13,6 +13,9 @@ pub struct BouncingBox;
 /// A box that lands on an edge.
 pub struct EdgeImpact;
 
+/// Below this share (½ h ω)² the order does not show for rounding.
+const LEAST_SHARE: f64 = 1e-9;
+
 /// m.
 const HALF_SIDES: Vector3<f64> = Vector3::new(0.2, 0.15, 0.1);
 /// How high the box falls from, m.
@@ -188,14 +191,12 @@ impl Problem for EdgeImpact {
     /// v_z⁺ = p/m − v,   ω⁺ = p d/I,   I = ⅓ m (a² + c²),   d = a cos θ − c sin θ
     /// ```
     ///
-    /// The step turns the box by the finite angle ψ = 2 atan ½ h ω⁺ and asks for the height of the
-    /// edge at its end: with (d, −s) from the centre to the edge, s = a sin θ + c cos θ,
+    /// The step's law speaks of the same velocities (eq. 29), so that its impulse is exact; the spin that
+    /// turns the box has it as its momentum,
     ///
     /// ```text
-    /// h v_z⁺ + d sin ψ + s (1 − cos ψ) = h e v,   p d = I ω⁺ (1 + (½ h ω⁺)²)
+    /// p d = I ω⁺ (1 + (½ h ω⁺)²).
     /// ```
-    ///
-    /// for ω⁺ as for the exact one, by Newton's method.
     fn solve(
         &self,
         inputs: &Inputs,
@@ -211,14 +212,8 @@ impl Problem for EdgeImpact {
         let exact = (1.0 + e) * speed / (1.0 / mass + lever * lever / inertia) * lever / inertia;
         let bounced = |spin: f64| spin * inertia / (lever * mass) - speed;
         let spin = of_step(exact, |spin| {
-            let turn = 2.0 * (0.5 * h * spin).atan();
-            let by_spin = h / (1.0 + 0.25 * h * h * spin * spin);
-            let (sin, cos) = turn.sin_cos();
-            let (turning, turning_slope) = momentum(h, spin);
-            let height = h * bounced(turning) + lever * sin + below * (1.0 - cos) - h * e * speed;
-            let by_turning = h * inertia / (lever * mass) * turning_slope;
-            let slope = by_turning + (lever * cos + below * sin) * by_spin;
-            (height, slope)
+            let (turning, slope) = momentum(h, spin);
+            (turning - exact, slope)
         });
 
         // Half a step above the ground; the impact comes in the first step.
@@ -236,10 +231,10 @@ impl Problem for EdgeImpact {
             + run.flight_rounding();
         let turning = run.rounding(exact.abs()) + 2.0 * lacking / lever.abs();
         let steps = (1.0 / (h * exact.abs())).min(f64::MAX);
-        let of_order = |quantity: Quantity, discrete: f64| Quantity {
-            discrete,
-            convergence: Convergence::order(1, steps),
-            ..quantity
+        let share = (0.5 * h * exact).powi(2);
+        let convergence = match share < LEAST_SHARE {
+            true => Convergence::within(share * exact.abs(), steps),
+            false => Convergence::order(2, steps),
         };
         let upwards = Quantity::exactly(
             ("speed upwards", "m/s"),
@@ -251,8 +246,8 @@ impl Problem for EdgeImpact {
             Quantity::exactly(("spin about the edge", "rad/s"), -end.spin[1], exact, turning);
         Ok(Findings {
             quantities: vec![
-                of_order(upwards, bounced(momentum(h, spin).0)),
-                of_order(about, spin),
+                upwards,
+                Quantity { discrete: spin, convergence, ..about },
                 Quantity::exactly(("speed sideways", "m/s"), end.velocity[0], 0.0, lacking),
             ],
             curve: Curve::of(
