@@ -5,7 +5,7 @@
 use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use std::hint::black_box;
-use tumble::geometry::{Aabb, Hint, Piece, Scratch, Sweep, manifold, separation};
+use tumble::geometry::{Aabb, Hint, Piece, Scratch, Side, Sweep, manifold, separation};
 use tumble::mechanics::Pose;
 
 type V = Vector3<f64>;
@@ -46,7 +46,7 @@ fn pairs(criterion: &mut Criterion) {
         criterion.bench_function(&format!("manifold/{name}"), |bencher| {
             bencher.iter(|| {
                 let (a, b) = ((*a, black_box(&ground)), (*b, black_box(pose)));
-                black_box(manifold(a, b, 1e-3, &mut hint, &mut scratch, &mut out))
+                black_box(manifold(a, b, 1e-3, Side::B, &mut hint, &mut scratch, &mut out))
             });
         });
         criterion.bench_function(&format!("separation/{name}"), |bencher| {

@@ -186,8 +186,8 @@ pub enum StepStatus {
     Retried,
     /// Another solver's answer stands in.
     Fallback,
-    /// Solved, but no physics: it turns a body by more than a radian or makes energy, because
-    /// the time step is too long for the motion ([`wild`](crate::simulation::wild)).
+    /// Solved, but no physics: it turns a body by more than a radian, makes energy or lets something
+    /// pass, because the time step is too long for the motion ([`wild`](crate::simulation::wild)).
     Wild,
     /// No solver met its tolerance; the best point found is reported.
     Failed,

@@ -131,7 +131,7 @@ fn equal_boxes_touch_in_their_four_corners() {
     assert_eq!(corners.len(), 4);
     for touch in &exact {
         assert_eq!((touch.gap, touch.point.map(f64::abs)), (0.0, v(0.5, 0.5, 0.5)));
-        assert_eq!((touch.normal, touch.offset), (v(0., 0., 1.), 0.5));
+        assert_eq!((touch.normal, touch.offset), (v(0., 0., -1.), 0.5));
     }
     let mut draw = Draw::new(4);
     for _ in 0..500 {

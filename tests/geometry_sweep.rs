@@ -5,7 +5,7 @@ mod geometry_common;
 
 use allocation_counter::measure;
 use geometry_common::*;
-use tumble::geometry::{Aabb, Hint, Piece, Scratch, Sweep, manifold, overlap, separation};
+use tumble::geometry::{Aabb, Hint, Piece, Scratch, Side, Sweep, manifold, overlap, separation};
 
 fn boxes(draw: &mut Draw, count: usize, spread: V) -> Vec<Aabb> {
     let place = |draw: &mut Draw| {
@@ -91,7 +91,7 @@ fn warm_memory_is_enough() {
         pairs = 0;
         sweep.pairs(&boxes, |i, j| {
             let (a, b) = ((&pieces[i], &poses[i]), (&pieces[j], &poses[j]));
-            manifold(a, b, 1e-2, &mut hint, &mut scratch, &mut out);
+            manifold(a, b, 1e-2, Side::B, &mut hint, &mut scratch, &mut out);
             separation(a, b, &mut hint, &mut scratch);
             overlap(a, b, &mut hint, &mut scratch);
             pairs += 1;
@@ -117,7 +117,7 @@ fn hints_do_not_change_answers() {
             pose.rotation *= start.rotation;
             let (a, b) = ((&a, &at(0., 0., 0.)), (&b, &pose));
             let mut out = Vec::new();
-            manifold(a, b, 1e-2, &mut hint, &mut scratch, &mut out);
+            manifold(a, b, 1e-2, Side::B, &mut hint, &mut scratch, &mut out);
             let (_, fresh) = touches(a, b, 1e-2);
             assert_eq!(out, fresh);
             assert_eq!(separation(a, b, &mut hint, &mut scratch), separate(a, b));

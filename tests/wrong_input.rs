@@ -13,7 +13,7 @@ use tumble::contact::restitution::set_rebounds;
 use tumble::contact::{Candidates, Certifier, Contact, Detection, Partner, Plane, rounding};
 use tumble::geometry::mesh::{Mesh, parse_obj, parse_stl};
 use tumble::geometry::{
-    Aabb, Hint, Hull, Piece, Scratch, Sweep, bound, manifold, overlap, separation,
+    Aabb, Hint, Hull, Piece, Scratch, Side, Sweep, bound, manifold, overlap, separation,
 };
 use tumble::mechanics::load::Polyline;
 use tumble::mechanics::{Pose, RigidBody, Rotation, State, Wrench};
@@ -335,6 +335,7 @@ fn hints_and_poses_of_anything_make_no_geometry_panic() {
                         (of, &poses[0]),
                         (other, &poses[1]),
                         0.1,
+                        Side::B,
                         &mut hint,
                         &mut scratch,
                         &mut touches,
@@ -345,7 +346,7 @@ fn hints_and_poses_of_anything_make_no_geometry_panic() {
                     panics.look("separation", || separation(a, b, &mut one, &mut scratch));
                     panics.look("overlap", || overlap(a, b, &mut two, &mut scratch));
                     panics.look("manifold", || {
-                        manifold(b, a, 0.1, &mut three, &mut scratch, &mut touches)
+                        manifold(b, a, 0.1, Side::A, &mut three, &mut scratch, &mut touches)
                     });
                 }
             }

@@ -99,6 +99,15 @@ impl Candidates {
         ground || pieces
     }
 
+    /// Whether the step that was looked at last, by [`Candidates::find`] or
+    /// [`Candidates::admit_missed`], passes something all the same or leaves it out: pieces that go through
+    /// each other on the way, that overlap deep and have no feature left to meet with, or that turn by
+    /// more than [a radian](crate::simulation::wild::LARGEST_TURN) in reach of each other.
+    #[must_use]
+    pub fn passed(&self) -> bool {
+        self.neighbours.passed()
+    }
+
     /// The deepest overlap of any two pieces where the bodies are at `states`, m, from the shapes
     /// alone, and whose they are: the second is what is fixed, if one is. `None` without overlap,
     /// and where there is not one state a body.

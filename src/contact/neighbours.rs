@@ -9,11 +9,12 @@
 //! start, or at the end of what has been solved so far. What is merely near gives no contact.
 
 use super::between::Between;
-use super::passing::{meeting, travel};
-use super::proxy::{Owner, Proxy, placed, proxies_of, size};
-use super::{Contact, ContactKey, Partner};
-use crate::geometry::{Aabb, Hint, Piece, Scratch, Side, Sweep, Touch, bound, manifold};
-use crate::mechanics::{Pose, State};
+use super::meeting::{BAND, Look, Looked, Meeting};
+use super::owner::plane_of;
+use super::proxy::{Extent, Owner, Proxy, placed, proxies_of, size};
+use super::{Contact, Partner};
+use crate::geometry::{Aabb, Hint, Moving, Piece, Scratch, Side, Sweep, Touch, bound, manifold};
+use crate::mechanics::{Pose, State, Way};
 use crate::world::World;
 use nalgebra::Vector3;
 use std::ops::Range;
@@ -21,22 +22,10 @@ use std::ops::Range;
 /// Pieces touch where they are apart by no more than this part of the smaller one's reach:
 /// rounding of a state, and drifts that no motion makes.
 const TOUCH: f64 = 1e-9;
-/// Corners of a touching face that are higher than this part of the reach do not come down in
-/// the step; those that do are found after it.
-const BAND: f64 = super::detection::CONTACT_BAND;
-/// What is apart by no more than this part of the smaller one's reach nearly touches: its points do
-/// not slide on in a step to where another feature would be.
-const NEAR: f64 = 1e-5;
 /// How much larger than its contents a box of the broad phase is, in parts of the reach.
 const MARGIN: f64 = 0.1;
-/// A pair that moves against each other by less than this part of the smaller one's reach in a step
-/// passes nothing: pieces are thicker, or hardly so.
-const PASSING: f64 = 0.02;
-/// A second plane for the same features is another one from this angle's cosine on.
-const SAME_PLANE: f64 = 0.999_999;
-/// So many planes for the same features are enough: a step that turns a body through more of them
-/// has its overlap reported, and comes to an end.
-const MOST_PLANES: u32 = 8;
+/// Meetings on the way of a step that are apart by no more than this part of it are at one time.
+const SAME_TIME: f64 = 1e-9;
 /// Face normals are parallel to this: cosine.
 const PARALLEL: f64 = 0.999_55;
 
@@ -55,10 +44,23 @@ struct Neighbour {
     kept: Range<usize>,
 }
 
+impl Neighbour {
+    fn owners(&self, proxies: &[Proxy]) -> [Owner; 2] {
+        [self.proxies.0, self.proxies.1].map(|at| proxies[at].owner)
+    }
+
+    fn looked(&mut self, proxies: &[Proxy]) -> Looked<'_> {
+        let proxies = (proxies[self.proxies.0], proxies[self.proxies.1]);
+        let Self { hint, gap, is_bound, .. } = self;
+        Looked { proxies, hint, gap, is_bound }
+    }
+}
+
 /// The pieces of a world near each other, and memory of the search.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Neighbours {
     proxies: Vec<Proxy>,
+    extents: Vec<Extent>,
     boxes: Vec<Aabb>,
     pairs: Vec<Neighbour>,
     /// Where the bodies are where the gaps were asked for last.
@@ -74,10 +76,15 @@ pub(super) struct Neighbours {
     spare_start: Vec<Pose>,
     spare_kept: Vec<Contact>,
     spare_pairs: Vec<Neighbour>,
-    /// Where the bodies are at the start of the step whose end is looked at.
+    /// Where the bodies are at the start of the step whose end is looked at, and their ways from there.
     begin: Vec<Pose>,
-    /// Where the bodies are where a fast one meets another within the step.
+    ways: Vec<Way>,
+    /// Where two of them are where they meet within the step.
     between: Vec<Pose>,
+    /// The pairs that meet within the step, and where each body does first.
+    meetings: Vec<Meeting>,
+    met: Vec<f64>,
+    passed: bool,
     sweep: Sweep,
     scratch: Scratch,
     touches: Vec<Touch>,
@@ -91,6 +98,7 @@ impl Neighbours {
         states: &[State],
         contacts: &mut Vec<Contact>,
     ) {
+        self.passed = false;
         if !self.place(world, states, states) {
             return;
         }
@@ -121,7 +129,9 @@ impl Neighbours {
             }
             let pieces = (placed(world, poses, a), placed(world, poses, b));
             let size = size(pieces.0.0).min(size(pieces.1.0));
-            pair.gap = manifold(pieces.0, pieces.1, BAND * size, &mut pair.hint, scratch, touches);
+            let plane_of = plane_of(world, states, poses, (a, b));
+            let hint = &mut pair.hint;
+            pair.gap = manifold(pieces.0, pieces.1, BAND * size, plane_of, hint, scratch, touches);
             pair.is_bound = false;
             if pair.gap <= TOUCH * size && !shares_a_line_only(pieces, touches, size) {
                 let between = Between { world, proxies: (a, b), at: poses, start: poses };
@@ -140,7 +150,8 @@ impl Neighbours {
     }
 
     /// Adds the contacts of the pieces that overlap by more than `depth` (m) where the bodies are at
-    /// `next`, and that are not among the contacts. Returns whether there were any.
+    /// `next`, or that pass through each other on the way there, and that are not among the contacts.
+    /// Returns whether there were any.
     pub(super) fn overlapping(
         &mut self,
         world: &World,
@@ -150,64 +161,59 @@ impl Neighbours {
         contacts: &mut Vec<Contact>,
     ) -> bool {
         let known = contacts.len();
+        self.passed = false;
         if !self.place(world, states, next) {
             return false;
         }
-        let Self { proxies, pairs, poses, begin, between: between_poses, scratch, touches, .. } =
-            self;
-        // Not those of the last search for what touches: a step may be asked for by itself.
-        begin.clear();
-        begin.extend(states.iter().map(State::pose));
-        let start: &[Pose] = begin;
-        for pair in pairs {
-            let [a, b] = [pair.proxies.0, pair.proxies.1].map(|at| proxies[at]);
-            let pieces = (placed(world, poses, a), placed(world, poses, b));
-            let sizes = (size(pieces.0.0), size(pieces.1.0));
-            let reach = BAND * sizes.0.min(sizes.1);
-            pair.gap = bound(pieces.0, pieces.1, &pair.hint);
-            pair.is_bound = pair.gap >= -depth;
-            if !pair.is_bound {
-                pair.gap = manifold(pieces.0, pieces.1, reach, &mut pair.hint, scratch, touches);
-            }
-            let mut at = poses.as_slice();
-            if pair.gap >= -depth {
-                // Apart at the end; a thin or fast one may have been on the other side before.
-                let travel = travel((a.owner, b.owner), (start, poses));
-                if travel <= PASSING * sizes.0.min(sizes.1) {
-                    continue;
-                }
-                between_poses.clone_from(poses);
-                let (ends, memory) = ((states, next), (&mut pair.hint, &mut *scratch));
-                if !meeting(world, (a, b), ends, travel, between_poses, memory) {
-                    continue;
-                }
-                let pieces = (placed(world, between_poses, a), placed(world, between_poses, b));
-                manifold(pieces.0, pieces.1, reach, &mut pair.hint, scratch, touches);
-                at = between_poses.as_slice();
-            }
-            // What nearly touches at the start meets there, and not where it would have gone.
-            let (before, mut is_of_end) = (contacts.len(), true);
-            let was = (placed(world, start, a), placed(world, start, b));
-            let near = NEAR * sizes.0.min(sizes.1);
-            if bound(was.0, was.1, &pair.hint) <= near {
-                is_of_end = false;
-                if manifold(was.0, was.1, reach, &mut pair.hint, scratch, touches) <= near {
-                    admit(&Between { world, proxies: (a, b), at: start, start }, touches, contacts);
-                }
-            }
-            if contacts.len() == before {
-                if !is_of_end {
-                    let pieces = (placed(world, at, a), placed(world, at, b));
-                    manifold(pieces.0, pieces.1, reach, &mut pair.hint, scratch, touches);
-                }
-                admit(&Between { world, proxies: (a, b), at, start }, touches, contacts);
+        let Self { proxies, pairs, poses, begin, between, meetings, met, .. } = self;
+        between.clone_from(begin);
+        let mut look = Look {
+            world,
+            states,
+            start: begin,
+            end: poses,
+            ways: &self.ways,
+            extents: &self.extents,
+            depth,
+            between,
+            scratch: &mut self.scratch,
+            touches: &mut self.touches,
+            passed: false,
+        };
+        meetings.clear();
+        met.clear();
+        met.resize(states.len(), f64::INFINITY);
+        for (index, pair) in pairs.iter_mut().enumerate() {
+            let (before, at) = (contacts.len(), pair.proxies);
+            meetings.extend(look.meeting(index, at, &mut pair.looked(proxies), contacts));
+            if contacts.len() > before {
+                meet(met, pair.owners(proxies), 0.0);
             }
         }
+        // In the order in which they meet: what holds a body may keep it from others.
+        meetings
+            .sort_unstable_by(|x, y| x.share.total_cmp(&y.share).then_with(|| x.pair.cmp(&y.pair)));
+        for meeting in meetings {
+            let (before, pair) = (contacts.len(), &mut pairs[meeting.pair]);
+            let owners = pair.owners(proxies);
+            let waits = has_met(met, owners) < meeting.share - SAME_TIME;
+            look.settle(meeting, &mut pair.looked(proxies), waits, contacts);
+            if contacts.len() > before {
+                meet(met, owners, meeting.share);
+            }
+        }
+        self.passed = look.passed;
         // A step that is looked at again finds what it found before.
         let found = &contacts[known..];
         self.joined.retain(|before| found.iter().all(|contact| contact.key != before.key));
         self.joined.extend_from_slice(found);
         contacts.len() > known
+    }
+
+    /// Whether the step that was looked at last passes or leaves out something: a pair without contacts
+    /// that hold it, or one that turns too far to say.
+    pub(super) fn passed(&self) -> bool {
+        self.passed
     }
 
     /// The deepest overlap of any two pieces where the bodies are at `states`, m, with the owners of
@@ -234,7 +240,8 @@ impl Neighbours {
                 pair.is_bound = true;
             }
             if pair.is_bound && pair.gap < 0.0 {
-                pair.gap = manifold(pieces.0, pieces.1, 0.0, &mut pair.hint, scratch, touches);
+                let hint = &mut pair.hint;
+                pair.gap = manifold(pieces.0, pieces.1, 0.0, Side::A, hint, scratch, touches);
                 pair.is_bound = false;
             }
             let depth = -pair.gap;
@@ -245,8 +252,9 @@ impl Neighbours {
         deepest
     }
 
-    /// Places the pieces at `next`, and finds the pairs anew where a piece left its box. `false`
-    /// where nothing can touch but the ground, or where there is not one state a body.
+    /// Places the pieces at `next`, on their ways from `states`, and finds the pairs anew where a piece
+    /// leaves its box. `false` where nothing can touch but the ground, or where there is not one state a
+    /// body.
     fn place(&mut self, world: &World, states: &[State], next: &[State]) -> bool {
         let bodies = world.bodies().len();
         if bodies + world.fixed().len() < 2 || states.len() != bodies || next.len() != bodies {
@@ -255,20 +263,38 @@ impl Neighbours {
         if world.bodies().iter().all(|body| body.pieces().is_empty()) {
             return false;
         }
+        self.begin.clear();
+        self.begin.extend(states.iter().map(State::pose));
         self.poses.clear();
         self.poses.extend(next.iter().map(State::pose));
+        self.ways.clear();
+        self.ways.extend(states.iter().zip(next).map(|(from, to)| Way::between(from, to)));
         if !self.lists(world) {
             self.list(world);
         }
-        let outside = self.proxies.iter().zip(&self.boxes).any(|(proxy, bounds)| {
-            let (piece, pose) = placed(world, &self.poses, *proxy);
-            let tight = Aabb::of(piece, pose);
-            bounds.joined(&tight) != *bounds
+        // Where the step before ended is in its box.
+        let begun = self.start == self.begin;
+        let outside = self.boxes.iter().enumerate().any(|(index, bounds)| {
+            let around = self.around(world, index, begun);
+            bounds.joined(&around) != *bounds
         });
         if outside || self.boxes.is_empty() {
-            self.search(world, states);
+            self.search(world);
         }
         true
+    }
+
+    /// The box around the way of a piece, or around its end alone if its start is known to be in a box
+    /// that the end is held against.
+    fn around(&self, world: &World, index: usize, begun: bool) -> Aabb {
+        let proxy = self.proxies[index];
+        let (piece, to) = placed(world, &self.poses, proxy);
+        let Owner::Body(body) = proxy.owner else { return Aabb::of(piece, to) };
+        let from = &self.begin[body];
+        let around = if begun { Aabb::of(piece, to) } else { Aabb::swept(piece, from, to) };
+        let way = &self.ways[body];
+        let moving = Moving { piece, way, ends: (from, to), arm: self.extents[index].arm };
+        around.grown(moving.bulge())
     }
 
     /// Whether the pieces that are listed are those of the world.
@@ -283,18 +309,21 @@ impl Neighbours {
         self.pairs.clear();
         self.start.clear();
         self.proxies.extend(proxies_of(world));
+        // Where the bodies are plays no part.
+        let poses = &self.poses;
+        let extents = self.proxies.iter().map(|proxy| Extent::of(placed(world, poses, *proxy).0));
+        self.extents.clear();
+        self.extents.extend(extents);
     }
 
-    /// The broad phase: boxes around where the pieces are and were, and the pairs that share
-    /// some of them. Pairs that were known keep their hints.
-    fn search(&mut self, world: &World, states: &[State]) {
+    /// The broad phase: boxes around where the pieces are and were, and in between, and the pairs that
+    /// share some of them. Pairs that were known keep their hints.
+    fn search(&mut self, world: &World) {
         self.boxes.clear();
-        for proxy in &self.proxies {
-            let (piece, pose) = placed(world, &self.poses, *proxy);
-            let mut bounds = Aabb::of(piece, pose);
-            if let Owner::Body(index) = proxy.owner {
-                bounds = bounds.joined(&Aabb::of(piece, &states[index].pose()));
-                bounds = bounds.grown(MARGIN * size(piece));
+        for index in 0..self.proxies.len() {
+            let mut bounds = self.around(world, index, false);
+            if let Owner::Body(_) = self.proxies[index].owner {
+                bounds = bounds.grown(MARGIN * self.extents[index].size);
             }
             self.boxes.push(bounds);
         }
@@ -321,32 +350,22 @@ impl Neighbours {
     }
 }
 
-/// Adds the contacts of `touches` whose features have no plane yet.
-fn admit(between: &Between<'_>, touches: &[Touch], contacts: &mut Vec<Contact>) {
-    for touch in touches {
-        let Some(contact) = between.contact(touch, 0) else { continue };
-        if let Some(plane) = unknown_plane(&contact, contacts) {
-            contacts.extend(between.contact(touch, plane));
+/// Notes that two owners met at the part `share` of the way.
+fn meet(met: &mut [f64], owners: [Owner; 2], share: f64) {
+    for owner in owners {
+        if let Owner::Body(index) = owner {
+            met[index] = met[index].min(share);
         }
     }
 }
 
-/// The number of the plane for the features of `contact`, if `contacts` have none for them that is
-/// as good as the same, and not too many others.
-fn unknown_plane(contact: &Contact, contacts: &[Contact]) -> Option<u32> {
-    let mut planes = 0;
-    for known in contacts {
-        let same = ContactKey { pair: contact.key.pair, ..known.key } == contact.key
-            && known.key.pair.map(|pair| (pair.pieces, pair.feature))
-                == contact.key.pair.map(|pair| (pair.pieces, pair.feature));
-        if same {
-            if known.normal().dot(&contact.normal()) >= SAME_PLANE {
-                return None;
-            }
-            planes += 1;
-        }
-    }
-    (planes < MOST_PLANES).then_some(planes)
+/// Where one of two owners met something first; ∞ if they did not.
+fn has_met(met: &[f64], owners: [Owner; 2]) -> f64 {
+    let of = |owner: Owner| match owner {
+        Owner::Body(index) => met[index],
+        Owner::Fixed(_) => f64::INFINITY,
+    };
+    of(owners[0]).min(of(owners[1]))
 }
 
 /// Whether two faces lie in one plane but overlap in a line or a point only, to rounding: boxes on a

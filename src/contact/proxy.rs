@@ -29,6 +29,28 @@ pub(super) struct Proxy {
     pub(super) piece: usize,
 }
 
+/// What of a piece says how its body's motion moves it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Extent {
+    /// ℓ, m: the reach of the piece from its own middle.
+    pub(super) size: f64,
+    /// m: the largest distance of its core from the body's centre of mass.
+    pub(super) arm: f64,
+    /// m: the radius of the largest ball about its middle that is inside it.
+    pub(super) inner: f64,
+}
+
+impl Extent {
+    pub(super) fn of(piece: &Piece) -> Self {
+        let core = piece.core();
+        let arm = core.vertices().iter().map(Vector3::norm).fold(0.0, f64::max);
+        let depth = core.faces().iter().map(|face| face.offset - face.normal.dot(core.centre()));
+        let depth = depth.fold(f64::INFINITY, f64::min);
+        let depth = if depth.is_finite() { depth } else { 0.0 };
+        Self { size: size(piece), arm, inner: depth + piece.radius() }
+    }
+}
+
 /// The pieces of a world: those of its bodies, in their order, then what is fixed.
 pub(super) fn proxies_of(world: &World) -> impl Iterator<Item = Proxy> + '_ {
     let of_body = |(index, body): (usize, &RigidBody)| {

@@ -5,6 +5,7 @@
 
 use super::hull::Edge;
 use super::pair::{Pair, Scratch, highest, lowest};
+use super::touch::Side;
 use nalgebra::Vector3;
 
 /// Edges at an angle with a smaller sine are taken for parallel: the direction across them is
@@ -34,14 +35,23 @@ pub(super) struct Axis {
     pub exact: bool,
 }
 
+/// How faces that are as good as each other are told apart.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Tie {
+    /// m: gaps that differ by less are equal.
+    pub within: f64,
+    /// Whose the face is if the areas are equal too.
+    pub to: Side,
+}
+
 /// The best axis, or one whose gap is above `enough`. None if neither core has a
-/// face. `scratch` holds B's placed vertices and normals; what is outside a face by no more
-/// than `slack` (m) counts as over it, and faces whose gaps differ by less are equals.
+/// face. `scratch` holds B's placed vertices and normals; what is outside a face by no more than the
+/// `tie` is wide counts as over it.
 pub(super) fn best_axis(
     pair: &Pair<'_>,
     scratch: &mut Scratch,
     enough: f64,
-    slack: f64,
+    tie: Tie,
 ) -> Option<Axis> {
     let of_a = best_face_of_a(pair, scratch);
     if let Some(axis) = of_a.filter(|axis| axis.gap > enough) {
@@ -52,11 +62,11 @@ pub(super) fn best_axis(
         return Some(axis);
     }
     let best = match (of_a, of_b) {
-        (Some(a), Some(b)) => better_face(pair, a, b, slack),
+        (Some(a), Some(b)) => better_face(pair, a, b, tie),
         (a, b) => a.or(b)?,
     };
     // Where the deepest vertex is over the face itself, nothing can be farther apart.
-    if best.gap >= 0.0 && meets_face(pair, scratch, &best, slack) {
+    if best.gap >= 0.0 && meets_face(pair, scratch, &best, tie.within) {
         return Some(Axis { exact: true, ..best });
     }
     let best = best_edges(pair, scratch, best);
@@ -86,12 +96,19 @@ fn best_face_of_b(pair: &Pair<'_>, scratch: &Scratch) -> Option<Axis> {
     best
 }
 
-/// The face with the gap that is larger by more than `tie` (m); of equals the larger face; of
-/// equals again that of A.
-fn better_face(pair: &Pair<'_>, a: Axis, b: Axis, tie: f64) -> Axis {
+/// The face with the gap that is larger by more than the `tie`; of equals the larger face; of equals
+/// again the one that the tie goes to.
+fn better_face(pair: &Pair<'_>, a: Axis, b: Axis, tie: Tie) -> Axis {
     let (Kind::FaceA(face_a), Kind::FaceB(face_b)) = (a.kind, b.kind) else { return a };
     let (area_a, area_b) = (pair.a.faces()[face_a].area, pair.b.faces()[face_b].area);
-    let b_wins = b.gap > a.gap + tie || (b.gap > a.gap - tie && area_b > area_a * (1.0 + EQUAL));
+    let apart = b.gap - a.gap;
+    let b_wins = if apart.abs() > tie.within {
+        apart > 0.0
+    } else if area_b > area_a * (1.0 + EQUAL) {
+        true
+    } else {
+        tie.to == Side::B && area_a <= area_b * (1.0 + EQUAL)
+    };
     if b_wins { b } else { a }
 }
 

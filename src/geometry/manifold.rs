@@ -6,14 +6,13 @@
 //! parallel edges in the two ends of what they share.
 
 use super::Hull;
-use super::axes::{Axis, Kind, best_axis, span};
+use super::axes::{Axis, Kind, Tie, best_axis, span};
 use super::closest::{On, Points, closest, nearest, of_edges};
 use super::overlap::At;
 use super::pair::{Hint, Pair, Placed, Scratch, highest, lowest};
 use super::separation::across_cores;
 use super::touch::{Feature, Part, Side, Touch};
 use nalgebra::Vector3;
-use std::cmp::Ordering;
 
 /// A face whose normal is within 0.03 rad of the axis is nearly across it. Seen along the axis
 /// a face is then drawn to 1 − cos 0.03 = 0.05 % of its size, and a corner that such a tilt
@@ -34,15 +33,16 @@ const MERGE: f64 = 1e-7;
 ///
 /// Two faces give every corner of the polygon in which they overlap: vertices of one against
 /// the face of the other, and crossings of sides, which are points of the piece whose face is
-/// less across the axis (of equals: of the one with the smaller face; of equals again: of B).
+/// less across the axis (of equals: of the one with the smaller face; of equals again: of the one
+/// that is not `plane_of`).
 /// Corners that coincide to 1e-7 of the smaller piece's size are one: of a vertex and a
 /// crossing the vertex stays, of two vertices that of the piece that has the crossings. Keys
 /// and number of touches of two faces do not change under drifts below that.
 ///
-/// Where both cores are polyhedra and meet in edges, the plane is spanned by the edges and the
-/// point is that of A. Where a rounded piece meets an edge or a vertex, the plane is across the
+/// Where both cores are polyhedra and meet in edges, the plane is spanned by the edges and is that of
+/// `plane_of`. Where a rounded piece meets an edge or a vertex, the plane is across the
 /// shortest line, and the point is that of the larger radius, so that the plane belongs to
-/// what is less round.
+/// what is less round, or to `plane_of`. Which piece is called A plays no part but by `plane_of`.
 ///
 /// The return value (m) is the separation of [`separation()`](super::separation()) if it is
 /// negative, to 1e-7 of the smaller piece's size, which keeps the choice among equal faces
@@ -53,6 +53,7 @@ pub fn manifold(
     a: Placed<'_>,
     b: Placed<'_>,
     reach: f64,
+    plane_of: Side,
     hint: &mut Hint,
     scratch: &mut Scratch,
     out: &mut Vec<Touch>,
@@ -65,12 +66,13 @@ pub fn manifold(
         return quick;
     }
     pair.place(scratch);
-    let axis = best_axis(&pair, scratch, reach + radii, MERGE * pair.size());
+    let tie = Tie { within: MERGE * pair.size(), to: plane_of };
+    let axis = best_axis(&pair, scratch, reach + radii, tie);
     hint.axis = axis.map(|axis| axis.normal);
     if let Some(axis) = axis.filter(|axis| axis.gap - radii > reach) {
         return axis.gap - radii;
     }
-    let mut meeting = Meeting { pair, scratch, reach, out, points: None };
+    let mut meeting = Meeting { pair, scratch, reach, plane_of, out, points: None };
     let gap = meeting.find(axis);
     hint.axis = Some(meeting.normal(axis));
     gap - radii
@@ -81,6 +83,8 @@ struct Meeting<'a, 's> {
     pair: Pair<'a>,
     scratch: &'s mut Scratch,
     reach: f64,
+    /// Whose the plane is where nothing else says it.
+    plane_of: Side,
     out: &'s mut Vec<Touch>,
     /// The closest points of the cores, where they had to be found.
     points: Option<Points>,
@@ -169,8 +173,14 @@ impl Meeting<'_, '_> {
                 let area = |hull: &Hull, face: Option<usize>| {
                     face.map_or(0.0, |face| hull.faces()[face].area)
                 };
-                let b_is_larger = area(pair.b, face_b) > area(pair.a, face_a) * (1.0 + MERGE);
-                if b_is_larger { Side::B } else { Side::A }
+                let areas = (area(pair.a, face_a), area(pair.b, face_b));
+                if areas.1 > areas.0 * (1.0 + MERGE) {
+                    Side::B
+                } else if areas.0 > areas.1 * (1.0 + MERGE) {
+                    Side::A
+                } else {
+                    self.plane_of
+                }
             }
         };
         scratch.overlap.a.fill(pair.a, pair.a.vertices(), face_a);
@@ -201,12 +211,13 @@ impl Meeting<'_, '_> {
                     (side, point, feature)
                 }
             };
-            // What meets in the shortest line itself is seen end on; `edges` says what it is.
-            let is_shortest = |points: Points| {
+            // What meets in the shortest line itself is seen end on: it has the line's own features.
+            let is_shortest = |points: &Points| {
                 let between = points.a - point;
                 (between - normal * normal.dot(&between)).norm() <= 4.0 * merge
             };
-            if self.points.is_some_and(is_shortest) {
+            if let Some(points) = self.points.filter(is_shortest) {
+                self.push_shortest(&points, &normal);
                 continue;
             }
             let touch = match side {
@@ -239,7 +250,7 @@ impl Meeting<'_, '_> {
             Kind::Edges(edge_a, edge_b) => {
                 let points = of_edges(&pair, &self.scratch.vertices, edge_a, edge_b);
                 let feature = Feature::Edges(edge_a as u32, edge_b as u32);
-                pair.between(&points, &axis.normal, feature, Side::A)
+                pair.between(&points, &axis.normal, feature, self.point_of())
             }
             Kind::FaceA(face) => {
                 let (deepest, _) = lowest(&self.scratch.vertices, &axis.normal);
@@ -280,11 +291,16 @@ impl Meeting<'_, '_> {
         if ends <= points.distance() - self.pair.radii() + merge * 1e-2 {
             return;
         }
+        self.push_shortest(&points, &normal);
+    }
+
+    /// The touch in the shortest line itself.
+    fn push_shortest(&mut self, points: &Points, normal: &Vector3<f64>) {
         if let (Some(a), Some(b)) = (part_of(points.on_a), part_of(points.on_b))
             && self.pair.radii() > 0.0
         {
             let feature = Feature::Round(a, b);
-            self.push_new(self.pair.between(&points, &normal, feature, Side::A));
+            self.push_new(self.pair.between(points, normal, feature, Side::A));
             return;
         }
         let (feature, owner) = match (points.on_a, points.on_b) {
@@ -295,12 +311,22 @@ impl Meeting<'_, '_> {
                 (Feature::Vertex(Side::B, vertex as u32), Side::B)
             }
             (On::Edge(edge_a), On::Edge(edge_b)) => {
-                (Feature::Edges(edge_a as u32, edge_b as u32), Side::A)
+                (Feature::Edges(edge_a as u32, edge_b as u32), self.point_of())
             }
-            (On::Vertex(a), On::Vertex(b)) => of_vertices(&self.pair, a as u32, b as u32),
+            (On::Vertex(a), On::Vertex(b)) => {
+                (Feature::Vertices(a as u32, b as u32), self.point_of())
+            }
             (_, _) => return,
         };
-        self.push_new(self.pair.between(&points, &normal, feature, owner));
+        self.push_new(self.pair.between(points, normal, feature, owner));
+    }
+
+    /// Whose the point is where nothing else says it.
+    fn point_of(&self) -> Side {
+        match self.plane_of {
+            Side::A => Side::B,
+            Side::B => Side::A,
+        }
     }
 
     /// The two ends of what two parallel edges share, each a vertex against the other edge.
@@ -339,12 +365,13 @@ impl Meeting<'_, '_> {
             } else if inside < -merge {
                 (Feature::Vertex(Side::A, a), Side::A)
             } else {
-                of_vertices(&pair, a, b)
+                (Feature::Vertices(a, b), self.point_of())
             };
             let points = if inside > merge { on_a(b_at[at_b]) } else { on_b(a_end) };
             if pair.radii() > 0.0 {
                 // The end against the whole of the other edge, along which it may slide.
-                let feature = if inside > merge {
+                let is_of_b = inside > merge || (inside >= -merge && self.point_of() == Side::B);
+                let feature = if is_of_b {
                     Feature::Round(Part::Edge(edge_a as u32), Part::Vertex(b))
                 } else {
                     Feature::Round(Part::Vertex(a), Part::Edge(edge_b as u32))
@@ -411,14 +438,5 @@ fn part_of(on: On) -> Option<Part> {
         On::Vertex(vertex) => Some(Part::Vertex(vertex as u32)),
         On::Edge(edge) => Some(Part::Edge(edge as u32)),
         On::Face(_) => None,
-    }
-}
-
-/// Of two vertices that of the rounder piece, which owns the point.
-fn of_vertices(pair: &Pair<'_>, a: u32, b: u32) -> (Feature, Side) {
-    match pair.radius_a.total_cmp(&pair.radius_b) {
-        Ordering::Greater => (Feature::Vertex(Side::A, a), Side::A),
-        Ordering::Less => (Feature::Vertex(Side::B, b), Side::B),
-        Ordering::Equal => (Feature::Vertices(a, b), Side::A),
     }
 }

@@ -6,8 +6,10 @@
 //! uniform density, exactly; a [`Mesh`](mesh::Mesh) becomes a piece if it is closed and convex.
 //!
 //! Which pairs of pieces may touch, [`Sweep`] says from boxes around them; how far two pieces
-//! are apart, [`separation()`]; at which points and planes they touch, [`manifold()`].
+//! are apart, [`separation()`]; where on their ways they first meet, [`first_overlap`]; at which points
+//! and planes they touch, [`manifold()`].
 
+pub mod advance;
 mod axes;
 mod bound;
 mod closest;
@@ -23,6 +25,7 @@ pub mod sweep;
 pub mod touch;
 mod triangles;
 
+pub use advance::{Advance, Moving, first_overlap, stays_clear, travel};
 pub use bound::bound;
 pub use closest::nearest_shares;
 pub use hull::Hull;

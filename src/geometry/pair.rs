@@ -32,6 +32,14 @@ pub struct Hint {
     pub(super) axis: Option<Vector3<f64>>,
 }
 
+impl Hint {
+    /// The last axis, unit, world, from A to B, where A is at `pose`.
+    #[must_use]
+    pub fn axis_from(&self, pose: &Pose) -> Option<Vector3<f64>> {
+        self.axis.map(|axis| pose.rotation * axis)
+    }
+}
+
 /// Two pieces, seen from A.
 #[derive(Clone, Copy)]
 pub(super) struct Pair<'a> {

@@ -1,8 +1,9 @@
 //! How far two pieces are apart, or how deep they overlap.
 
-use super::axes::best_axis;
+use super::axes::{Tie, best_axis};
 use super::closest::closest;
 use super::pair::{Hint, Pair, Placed, Scratch};
+use super::touch::Side;
 use nalgebra::Vector3;
 
 /// The signed distance of two pieces.
@@ -44,7 +45,8 @@ pub fn overlap(a: Placed<'_>, b: Placed<'_>, hint: &mut Hint, scratch: &mut Scra
 /// The separation of the cores, m, and its axis (unit, frame of A).
 fn exact(pair: &Pair<'_>, scratch: &mut Scratch) -> (f64, Vector3<f64>) {
     pair.place(scratch);
-    let axis = best_axis(pair, scratch, f64::INFINITY, 0.0);
+    let tie = Tie { within: 0.0, to: Side::A };
+    let axis = best_axis(pair, scratch, f64::INFINITY, tie);
     if let Some(axis) = axis.filter(|axis| axis.exact) {
         return (axis.gap, axis.normal);
     }

@@ -31,8 +31,8 @@ impl Aabb {
         Self { low: low + shift(-piece.radius()), high: high + shift(piece.radius()) }
     }
 
-    /// The box around a piece at both ends of a step. In between, a piece that turns by an
-    /// angle α in the step leaves it by at most reach · α²/8.
+    /// The box around a piece at both ends of a step. In between, a piece that turns may leave it by its
+    /// [`bulge`](super::Moving::bulge).
     #[must_use]
     pub fn swept(piece: &Piece, from: &Pose, to: &Pose) -> Self {
         Self::of(piece, from).joined(&Self::of(piece, to))

@@ -7,8 +7,10 @@ pub mod load;
 pub mod quaternion;
 pub mod rotation;
 pub mod state;
+pub mod way;
 
 pub use body::RigidBody;
 pub use load::{Load, Polyline};
 pub use rotation::Rotation;
 pub use state::{Pose, State, Wrench};
+pub use way::Way;

@@ -395,6 +395,11 @@ fn contact_step(
     } else if solved && judge.is_wild(world, &claim, solution.forces(), accepted) {
         report.status = StepStatus::Wild;
     }
+    // What met something unseen went another way.
+    let unseen = candidates.passed() || wild::is_lost(world, states, &solution.states);
+    if unseen && report.status != StepStatus::Failed {
+        report.status = StepStatus::Wild;
+    }
     Ok((report, certificate, share))
 }
 

@@ -26,6 +26,11 @@
 //! change of the energy with the velocities of the middle, ½m|v + ½h f/m|² (eq. 30), less the
 //! work on the way, and its part of the motion along is the work of the impulses (eq. 31), to rounding. An elastic
 //! bounce makes none of it; of the first line it would make 2 g h/|v| of what it has.
+//!
+//! Marked are also steps in which something was passed or left out: where pieces go through each other
+//! all the same, overlap deep with no feature left to meet with, or turn by more than a radian in reach of
+//! each other ([`Candidates::passed`](crate::contact::Candidates::passed)) or of the ground
+//! ([`is_lost`]); of most of a turn there is no telling which way it went.
 
 use super::energy;
 use super::islands::Islands;
@@ -129,6 +134,27 @@ impl Judge {
             budget.bounces |= bounces;
         }
     }
+}
+
+/// Whether a body of `world` turns by more than [`LARGEST_TURN`] so near the ground that a point of it may have
+/// been in it on the way: the lowest that a turning point can come is the reach of the body below the lower
+/// end of its way.
+#[must_use]
+pub fn is_lost(world: &World, states: &[State], next: &[State]) -> bool {
+    if !world.has_ground() {
+        return false;
+    }
+    let (h, ground) = (world.time_step(), world.ground());
+    let height = |state: &State| ground.normal().dot(&state.position) - ground.offset();
+    let bodies = world.bodies().iter().zip(states).zip(next);
+    bodies.into_iter().any(|((body, state), next)| {
+        let turns_far = h * next.spin.norm() > LARGEST_TURN;
+        let reach = || {
+            let points = body.contact_points().iter();
+            points.map(|point| point.position.norm() + point.radius).fold(0.0, f64::max)
+        };
+        turns_far && height(state).min(height(next)) < reach()
+    })
 }
 
 /// What a step that does not bounce adds to the kinetic energy of a body beyond the work of gravity

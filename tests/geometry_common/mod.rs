@@ -98,7 +98,8 @@ pub fn separate(a: (&Piece, &Pose), b: (&Piece, &Pose)) -> Separation {
 
 pub fn touches(a: (&Piece, &Pose), b: (&Piece, &Pose), reach: f64) -> (f64, Vec<Touch>) {
     let mut out = Vec::new();
-    let gap = manifold(a, b, reach, &mut Hint::default(), &mut Scratch::default(), &mut out);
+    let gap =
+        manifold(a, b, reach, Side::B, &mut Hint::default(), &mut Scratch::default(), &mut out);
     (gap, out)
 }
 

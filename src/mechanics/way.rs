@@ -1,0 +1,123 @@
+//! The way of a body within a step.
+
+use super::quaternion::{left, rotation};
+use super::state::{Pose, State};
+use nalgebra::{Vector3, Vector4};
+
+/// The way of a body from one end of a step to the other: the centre of mass goes straight, and
+/// the body turns evenly about one axis, which is how a step's mean velocities move it. With
+/// s from 0 to 1,
+///
+/// ```text
+/// r(s) = r + s Δr,   A(s) = exp(s [θ]×) A
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Way {
+    position: Vector3<f64>,
+    attitude: Vector4<f64>,
+    shift: Vector3<f64>,
+    turn: Vector3<f64>,
+    angle: f64,
+}
+
+impl Way {
+    /// The way of what does not move: it stays at the origin.
+    pub const STILL: Self = Self {
+        position: Vector3::new(0.0, 0.0, 0.0),
+        attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
+        shift: Vector3::new(0.0, 0.0, 0.0),
+        turn: Vector3::new(0.0, 0.0, 0.0),
+        angle: 0.0,
+    };
+
+    /// The shortest way between two states of a body; their velocities play no part.
+    #[must_use]
+    pub fn between(from: &State, to: &State) -> Self {
+        let (position, attitude) = (from.position, from.attitude);
+        let shift = to.position - position;
+        let mut way = Self { position, attitude, shift, ..Self::STILL };
+        if to.attitude == attitude {
+            return way;
+        }
+        // q⁺ = p ⊗ q with p = (cos ½|θ|, sin ½|θ| θ/|θ|).
+        let p = left(&to.attitude) * conjugate(&attitude);
+        let sign = if p[0] < 0.0 { -1.0 } else { 1.0 };
+        let (cosine, half) = (sign * p[0], sign * Vector3::new(p[1], p[2], p[3]));
+        let sine = half.norm();
+        if sine > 0.0 {
+            way.angle = 2.0 * sine.atan2(cosine);
+            way.turn = half * (way.angle / sine);
+        }
+        way
+    }
+
+    /// Δr, m, world.
+    #[must_use]
+    pub fn shift(&self) -> Vector3<f64> {
+        self.shift
+    }
+
+    /// θ, rad, world: the axis times the angle.
+    #[must_use]
+    pub fn turn(&self) -> Vector3<f64> {
+        self.turn
+    }
+
+    /// |θ|, rad, at most π.
+    #[must_use]
+    pub fn angle(&self) -> f64 {
+        self.angle
+    }
+
+    /// Where the body is at the part `share` of the way, 0 to 1.
+    #[must_use]
+    pub fn at(&self, share: f64) -> Pose {
+        let position = self.position + share * self.shift;
+        if self.angle == 0.0 {
+            return Pose { position, rotation: rotation(&self.attitude) };
+        }
+        let (sine, cosine) = (0.5 * share * self.angle).sin_cos();
+        let axis = self.turn * (sine / self.angle);
+        let part = Vector4::new(cosine, axis[0], axis[1], axis[2]);
+        Pose { position, rotation: rotation(&(left(&part) * self.attitude)) }
+    }
+}
+
+fn conjugate(q: &Vector4<f64>) -> Vector4<f64> {
+    Vector4::new(q[0], -q[1], -q[2], -q[3])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn state(position: [f64; 3], attitude: [f64; 4]) -> State {
+        let zero = Vector3::zeros();
+        let attitude = Vector4::from(attitude).normalize();
+        State { position: Vector3::from(position), attitude, velocity: zero, spin: zero }
+    }
+
+    /// Both ends are those that were given, whichever sign a quaternion has, and half of the way
+    /// is half of the turn: to rounding.
+    #[test]
+    fn a_way_goes_evenly_from_end_to_end() {
+        let from = state([1.0, 2.0, 3.0], [0.3, -0.5, 0.7, 0.2]);
+        for sign in [1.0, -1.0] {
+            let mut to = state([0.0, 2.5, 3.0], [0.5, -0.1, 0.6, 0.3]);
+            to.attitude *= sign;
+            let way = Way::between(&from, &to);
+            for (share, end) in [(0.0, from.pose()), (1.0, to.pose())] {
+                let found = way.at(share);
+                assert!((found.position - end.position).amax() < 1e-15);
+                assert!((found.rotation - end.rotation).amax() < 1e-14);
+            }
+            let [start, middle, end] = [0.0, 0.5, 1.0].map(|share| way.at(share).rotation);
+            let halves = [middle * start.transpose(), end * middle.transpose()];
+            assert!((halves[0] - halves[1]).amax() < 1e-14);
+            let cosine = 0.5 * (halves[0].trace() - 1.0);
+            assert!((cosine - (0.5 * way.angle()).cos()).abs() < 1e-14);
+            assert!((way.turn().norm() - way.angle()).abs() < 1e-14);
+        }
+        assert_eq!(Way::between(&from, &from).angle(), 0.0);
+    }
+}

@@ -1,0 +1,118 @@
+//! Whether pieces overlap, without the library's narrow phase: the algorithm of Gilbert, Johnson and
+//! Keerthi on support points, with the nearest point of a simplex by trying all its faces.
+
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+use tumble::geometry::Piece;
+use tumble::mechanics::State;
+
+type V = Vector3<f64>;
+
+/// Where a piece is: position and rotation of its body.
+#[derive(Clone, Copy)]
+pub struct Place {
+    pub position: V,
+    pub rotation: Matrix3<f64>,
+}
+
+/// What is fixed.
+pub fn fixed() -> Place {
+    Place { position: V::zeros(), rotation: Matrix3::identity() }
+}
+
+fn quaternion(state: &State) -> UnitQuaternion<f64> {
+    let q = state.attitude;
+    UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(q[0], q[1], q[2], q[3]))
+}
+
+/// Between two states: straight, and by the shortest turn.
+pub fn part_way(from: &State, to: &State, share: f64) -> Place {
+    let between = quaternion(to) * quaternion(from).inverse();
+    let turn = between.scaled_axis() * share;
+    Place {
+        position: from.position.lerp(&to.position, share),
+        rotation: *(UnitQuaternion::from_scaled_axis(turn) * quaternion(from))
+            .to_rotation_matrix()
+            .matrix(),
+    }
+}
+
+/// How far a body turns between two states, rad.
+pub fn turn(from: &State, to: &State) -> f64 {
+    (quaternion(to) * quaternion(from).inverse()).angle()
+}
+
+/// The point of a core that is farthest along `axis`, world.
+fn support(piece: &Piece, place: &Place, axis: &V) -> V {
+    let seen = place.rotation.tr_mul(axis);
+    let vertices = piece.core().vertices();
+    let best = vertices.iter().max_by(|x, y| seen.dot(x).total_cmp(&seen.dot(y))).unwrap();
+    place.rotation * best + place.position
+}
+
+/// The point nearest to the origin of the hull of up to four points, and those that it is between.
+fn nearest(points: &[V]) -> (V, Vec<V>) {
+    let mut best: Option<(f64, V, Vec<V>)> = None;
+    for subset in 1..1_u32 << points.len() {
+        let of: Vec<V> =
+            (0..points.len()).filter(|i| subset >> i & 1 == 1).map(|i| points[i]).collect();
+        let Some(point) = foot(&of) else { continue };
+        let square = point.norm_squared();
+        if best.as_ref().is_none_or(|(least, ..)| square < *least) {
+            best = Some((square, point, of));
+        }
+    }
+    let (_, point, of) = best.unwrap();
+    (point, of)
+}
+
+/// The foot of the origin on the flat through the points, if it is between them.
+fn foot(of: &[V]) -> Option<V> {
+    let sides: Vec<V> = of[1..].iter().map(|x| x - of[0]).collect();
+    let n = sides.len();
+    let gram = nalgebra::DMatrix::from_fn(n, n, |i, j| sides[i].dot(&sides[j]));
+    let right = nalgebra::DVector::from_fn(n, |i, _| -sides[i].dot(&of[0]));
+    let parts = if n == 0 { right } else { gram.lu().solve(&right)? };
+    if parts.iter().any(|part| *part < 0.0) || parts.sum() > 1.0 {
+        return None;
+    }
+    Some(sides.iter().zip(parts.iter()).fold(of[0], |point, (side, part)| point + side * *part))
+}
+
+/// The distance of two cores, m; 0 where they overlap. `shift` moves B.
+fn core_distance(a: (&Piece, &Place), b: (&Piece, &Place), shift: &V) -> f64 {
+    let difference = |axis: &V| support(a.0, a.1, axis) - support(b.0, b.1, &-axis) - shift;
+    let mut simplex = vec![difference(&V::x())];
+    let mut point = simplex[0];
+    for _ in 0..60 {
+        if point.norm() < 1e-9 || simplex.len() == 4 {
+            return 0.0;
+        }
+        let next = difference(&-point);
+        if point.norm_squared() - point.dot(&next) <= 1e-9 * point.norm() {
+            break;
+        }
+        simplex.push(next);
+        (point, simplex) = nearest(&simplex);
+    }
+    point.norm()
+}
+
+/// The distance of two pieces, m; 0 where they touch or overlap.
+pub fn distance(a: (&Piece, &Place), b: (&Piece, &Place)) -> f64 {
+    let radii = a.0.radius() + b.0.radius();
+    (core_distance(a, b, &V::zeros()) - radii).max(0.0)
+}
+
+/// Whether two pieces overlap, and still do when one is moved by `depth` (m) in any of 26 directions.
+pub fn overlap_by(a: (&Piece, &Place), b: (&Piece, &Place), depth: f64) -> bool {
+    let radii = a.0.radius() + b.0.radius();
+    let meets = |shift: &V| core_distance(a, b, shift) < radii.max(1e-8);
+    if !meets(&V::zeros()) {
+        return false;
+    }
+    (0..27).filter(|i| *i != 13).all(|i| {
+        let axis =
+            V::new(f64::from(i % 3) - 1.0, f64::from(i / 3 % 3) - 1.0, f64::from(i / 9) - 1.0);
+        meets(&(axis.normalize() * depth))
+    })
+}
