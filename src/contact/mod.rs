@@ -141,7 +141,8 @@ pub struct Contact {
     pub struck: bool,
     /// Friction and restitution.
     pub law: ContactLaw,
-    /// y = a − ρ A_Aᵀ n, m, frame of A: the material point that touches, where forces act.
+    /// y = a − ρ A_Aᵀ n, m, frame of A: the point that touches, where forces act; of two round features
+    /// half of their gap beyond it, so that the order of the bodies is no matter.
     pub lever: Vector3<f64>,
     /// A_A y, m: from A's centre of mass to the touching point.
     pub arm: Vector3<f64>,
@@ -167,8 +168,9 @@ impl Contact {
         let frame = b.map_or(features.frame, |(_, b)| b.rotation * features.frame);
         let normal = frame.column(2).into_owned();
         let mut lever = features.point;
-        if features.radius > 0.0 {
-            lever -= features.radius * pose.rotation.tr_mul(&normal);
+        let beyond = features.radius + half_gap(&features, pose, b.map(|(_, pose)| pose));
+        if beyond > 0.0 {
+            lever -= beyond * pose.rotation.tr_mul(&normal);
         }
         let arm = pose.rotation * lever;
         let torque_map = lever.cross_matrix() * pose.rotation.transpose();
@@ -313,6 +315,13 @@ fn tangent(features: Features, a: &Pose, b: Option<&Pose>) -> Features {
     };
     let offset = frame.column(2).dot(&foot) + curved.radius;
     Features { point, frame, offset, curved: Some(curved), ..features }
+}
+
+/// Half of the gap between two round features, m; 0 for a point against a plane, and where they overlap.
+fn half_gap(features: &Features, a: &Pose, b: Option<&Pose>) -> f64 {
+    let Some(curved) = &features.curved else { return 0.0 };
+    let distance = way_between(curved, a, b).1.norm();
+    0.5 * (distance - features.radius - curved.radius).max(0.0)
 }
 
 /// Where along their cores two round features are nearest to each other, and the way from that of B
