@@ -1,10 +1,19 @@
 //! What two pieces meet with within a step: the features of the place where they first do.
 //!
 //! A plane of a piece stops a point wherever it meets the plane, also beside the face that it is of; and
-//! a plane that a point is behind at the step's start pushes it although nothing touches. So a contact's
-//! features are those of the first place on the way of the step, turning and moving together, where the
-//! pieces overlap by more than rounding, and its gap at the start is not below what the pieces overlap
-//! there. Where no feature of that place is like that, those that face each other at the start are.
+//! a plane that a point is behind at the step's start pushes it although nothing touches. So what two
+//! pieces meet with is decided at the first place on the way of the step, turning and moving together,
+//! where they overlap by more than rounding:
+//!
+//! * if they end overlapped in the direction in which they met there, the features are those of the end,
+//!   where all corners that come down are known;
+//! * otherwise those of that place, of which only the earliest meeting of a body is taken at once: with
+//!   its force the body may never come to the others;
+//! * where the contacts that a pair has hold and another feature ends too deep, those of the place where
+//!   that begins.
+//!
+//! No contact is taken whose gap at the start is below what the pieces overlap there; where that leaves
+//! none, the features that face each other at the start are taken, across whose shortest line nothing is.
 
 use super::between::Between;
 use super::owner::plane_of;
@@ -34,7 +43,7 @@ const DEEP: f64 = 0.1;
 /// The gap of a contact at the start is not below what the pieces overlap there by more than this part of
 /// the smaller one's reach: faces that differ by less are equals ([`manifold`]).
 const SAME_GAP: f64 = 1e-7;
-/// Directions of a larger cosine are one: where a pair meets and where it ends it has the same features.
+/// Directions of a larger cosine are one: a pair that meets and ends in them has met one side of a piece.
 const SAME_WAY: f64 = 0.9;
 /// A second plane for the same features is another one from this angle's cosine on.
 const SAME_PLANE: f64 = 0.999_999;
@@ -77,6 +86,8 @@ pub(super) struct Look<'a> {
 #[derive(Debug, Clone, Copy)]
 enum At {
     Start,
+    /// The same, for what faces each other there however far that is.
+    StartFar,
     End,
     Between,
 }
@@ -84,7 +95,7 @@ enum At {
 impl At {
     fn of<'a>(self, (start, end, between): (&'a [Pose], &'a [Pose], &'a [Pose])) -> &'a [Pose] {
         match self {
-            Self::Start => start,
+            Self::Start | Self::StartFar => start,
             Self::End => end,
             Self::Between => between,
         }
@@ -137,28 +148,26 @@ impl Look<'_> {
         let deep = fine + DEEP * thick;
         let passing = deep + moving.0.bulge() + moving.1.bulge();
         if *pair.gap < -self.depth {
-            *pair.gap = self.touches(pair, At::End, 0.0);
+            *pair.gap = self.touches(pair, At::End);
             *pair.is_bound = false;
         }
         let is_deep = *pair.gap < -self.depth;
-        let mut share = None;
         if !is_deep {
             // Apart at the end; it may have been on the other side before.
-            if stays_clear(&moving.0, &moving.1, fine, pair.hint) {
+            if stays_clear(&moving.0, &moving.1, deep, pair.hint) {
                 return None;
             }
             let is_known = contacts.iter().any(|contact| is_between(&contact.key, (a, b)));
             if is_known && stays_clear(&moving.0, &moving.1, passing, pair.hint) {
                 return None;
             }
-            let first = self.first(&moving, if is_known { passing } else { fine }, pair.hint)?;
-            share = (!is_known).then_some(first);
+            self.first(&moving, if is_known { passing } else { deep }, pair.hint)?;
         }
         let axis = if is_deep { pair.hint.axis_from(ends.0.1) } else { None };
         let was = (placed(self.world, self.start, a), placed(self.world, self.start, b));
         let (mut under, mut begins_near) = (0.0, false);
         if bound(was.0, was.1, pair.hint) <= near {
-            let gap = self.touches(pair, At::Start, 0.0);
+            let gap = self.touches(pair, At::Start);
             under = gap.min(0.0);
             begins_near = gap <= near;
             let before = contacts.len();
@@ -171,10 +180,11 @@ impl Look<'_> {
         }
         // What touched and ends no deeper than that has its features there.
         let is_shallow = begins_near && *pair.gap >= under - fine;
-        if share.is_none() && !(is_deep && is_shallow) {
-            share = self.first(&moving, fine - under, pair.hint);
-        }
-        let share = share.unwrap_or(1.0);
+        let first = match is_deep && is_shallow {
+            true => None,
+            false => self.first(&moving, fine - under, pair.hint),
+        };
+        let share = first.unwrap_or(1.0);
         Some(Meeting { pair: index, share, is_deep, fine, deep: deep - under, under, axis })
     }
 
@@ -190,23 +200,29 @@ impl Look<'_> {
     ) {
         let before = contacts.len();
         self.place(pair.proxies, meeting.share);
-        self.touches(pair, At::Between, 0.0);
-        if waits && !self.is_same_way(meeting, pair) {
+        self.touches(pair, At::Between);
+        if self.is_same_way(meeting, pair) {
+            // With what it met, only farther on: all corners that come down are known there.
+            self.touches(pair, At::End);
+            self.admit(pair.proxies, At::End, meeting.under, contacts);
+            if contacts.len() > before {
+                return;
+            }
+            self.touches(pair, At::Between);
+        } else if waits {
             return;
         }
         if !self.admit(pair.proxies, At::Between, meeting.under, contacts) {
-            // What faces each other at the start, however far that is.
-            let gap = self.distance(pair);
-            self.touches(pair, At::Start, gap.max(0.0));
-            self.admit(pair.proxies, At::Start, f64::NEG_INFINITY, contacts);
+            self.touches(pair, At::StartFar);
+            self.admit(pair.proxies, At::StartFar, f64::NEG_INFINITY, contacts);
         }
         if contacts.len() == before && meeting.is_deep && meeting.share < 1.0 {
             // Its contacts hold at the end, where another feature is too deep.
             self.place_beside_known(meeting, pair, contacts);
-            self.touches(pair, At::Between, 0.0);
+            self.touches(pair, At::Between);
             self.admit(pair.proxies, At::Between, meeting.under, contacts);
             if contacts.len() == before {
-                self.touches(pair, At::End, 0.0);
+                self.touches(pair, At::End);
                 self.admit(pair.proxies, At::End, meeting.under, contacts);
             }
         }
@@ -302,22 +318,18 @@ impl Look<'_> {
         }
     }
 
-    /// Finds the touches of a pair; `beyond` (m) is how much farther than usual. Returns the gap.
-    fn touches(&mut self, pair: &mut Looked<'_>, at: At, beyond: f64) -> f64 {
+    /// Finds the touches of a pair. Returns the gap, m.
+    fn touches(&mut self, pair: &mut Looked<'_>, at: At) -> f64 {
         let (a, b) = pair.proxies;
         let (world, ways) = (self.world, (self.start, self.end, &*self.between));
         let poses = at.of(ways);
         let pieces = (placed(world, poses, a), placed(world, poses, b));
-        let reach = BAND * size(pieces.0.0).min(size(pieces.1.0)) + beyond;
-        let plane_of = plane_of(self.world, self.states, self.start, (a, b));
+        let mut reach = BAND * size(pieces.0.0).min(size(pieces.1.0));
+        if matches!(at, At::StartFar) {
+            reach += separation(pieces.0, pieces.1, pair.hint, self.scratch).distance.max(0.0);
+        }
+        let plane_of = plane_of(world, self.states, self.start, (a, b));
         manifold(pieces.0, pieces.1, reach, plane_of, pair.hint, self.scratch, self.touches)
-    }
-
-    /// How far a pair is apart at the start, m.
-    fn distance(&mut self, pair: &mut Looked<'_>) -> f64 {
-        let (a, b) = pair.proxies;
-        let was = (placed(self.world, self.start, a), placed(self.world, self.start, b));
-        separation(was.0, was.1, pair.hint, self.scratch).distance
     }
 
     /// Whether a pair has the same direction on its way as at its end.
