@@ -99,13 +99,12 @@ impl Candidates {
         ground || pieces
     }
 
-    /// Whether the step that was looked at last, by [`Candidates::find`] or
-    /// [`Candidates::admit_missed`], passes something all the same or leaves it out: pieces that go through
-    /// each other on the way, that overlap deep and have no feature left to meet with, or that turn by
-    /// more than [a radian](crate::simulation::wild::LARGEST_TURN) in reach of each other.
-    #[must_use]
-    pub fn passed(&self) -> bool {
-        self.neighbours.passed()
+    /// Whether the step `states` → `next` with these contacts passes something all the same or leaves it
+    /// out: pieces that go through each other on the way, that overlap deep and have no feature left to
+    /// meet with, or that turn by more than [a radian](crate::simulation::wild::LARGEST_TURN) in reach of each
+    /// other. Lists as in [`Candidates::find`].
+    pub fn passes(&mut self, world: &World, states: &[State], next: &[State]) -> bool {
+        self.neighbours.passes(world, states, next, &mut self.contacts)
     }
 
     /// The deepest overlap of any two pieces where the bodies are at `states`, m, from the shapes

@@ -26,6 +26,9 @@ const TOUCH: f64 = 1e-9;
 const MARGIN: f64 = 0.1;
 /// Meetings on the way of a step that are apart by no more than this part of it are at one time.
 const SAME_TIME: f64 = 1e-9;
+/// What overlaps by less than this part of the world's reach is not looked at when a solver's last
+/// solution is: what solvers leave.
+const LOOKED_AGAIN: f64 = 1e-6;
 /// Face normals are parallel to this: cosine.
 const PARALLEL: f64 = 0.999_55;
 
@@ -161,9 +164,47 @@ impl Neighbours {
         contacts: &mut Vec<Contact>,
     ) -> bool {
         let known = contacts.len();
+        self.look(world, states, next, depth, contacts);
+        // A step that is looked at again finds what it found before.
+        let found = &contacts[known..];
+        self.joined.retain(|before| found.iter().all(|contact| contact.key != before.key));
+        self.joined.extend_from_slice(found);
+        contacts.len() > known
+    }
+
+    /// Whether the step `states` → `next` passes or leaves out something that its contacts do not see to: a
+    /// pair goes through each other, overlaps deep, or turns too far to say.
+    pub(super) fn passes(
+        &mut self,
+        world: &World,
+        states: &[State],
+        next: &[State],
+        contacts: &mut Vec<Contact>,
+    ) -> bool {
+        let same = |poses: &[Pose], states: &[State]| {
+            poses.len() == states.len()
+                && poses.iter().zip(states).all(|(pose, state)| *pose == state.pose())
+        };
+        if !(self.lists(world) && same(&self.poses, next) && same(&self.begin, states)) {
+            let known = contacts.len();
+            self.look(world, states, next, LOOKED_AGAIN * world.reach(), contacts);
+            contacts.truncate(known);
+        }
+        self.passed
+    }
+
+    /// Adds the contacts that are missing, and notes whether the step passes something.
+    fn look(
+        &mut self,
+        world: &World,
+        states: &[State],
+        next: &[State],
+        depth: f64,
+        contacts: &mut Vec<Contact>,
+    ) {
         self.passed = false;
         if !self.place(world, states, next) {
-            return false;
+            return;
         }
         let Self { proxies, pairs, poses, begin, between, meetings, met, .. } = self;
         between.clone_from(begin);
@@ -203,17 +244,6 @@ impl Neighbours {
             }
         }
         self.passed = look.passed;
-        // A step that is looked at again finds what it found before.
-        let found = &contacts[known..];
-        self.joined.retain(|before| found.iter().all(|contact| contact.key != before.key));
-        self.joined.extend_from_slice(found);
-        contacts.len() > known
-    }
-
-    /// Whether the step that was looked at last passes or leaves out something: a pair without contacts
-    /// that hold it, or one that turns too far to say.
-    pub(super) fn passed(&self) -> bool {
-        self.passed
     }
 
     /// The deepest overlap of any two pieces where the bodies are at `states`, m, with the owners of

@@ -382,6 +382,7 @@ fn contact_step(
         // Exact but for an implicit gyroscopic equation without a solution in reach.
         (StepReport::without_problem(StepStatus::Free), 1.0, 0.0)
     };
+    let passes = candidates.passes(world, states, &solution.states);
     let contacts = candidates.contacts();
     let claim = Claim { states, next: &solution.states, wrenches, contacts };
     let certificate = certifier.contact_step(world, &claim, solution.forces());
@@ -396,7 +397,7 @@ fn contact_step(
         report.status = StepStatus::Wild;
     }
     // What met something unseen went another way.
-    let unseen = candidates.passed() || wild::is_lost(world, states, &solution.states);
+    let unseen = passes || wild::is_lost(world, states, &solution.states);
     if unseen && report.status != StepStatus::Failed {
         report.status = StepStatus::Wild;
     }

@@ -29,7 +29,7 @@
 //!
 //! Marked are also steps in which something was passed or left out: where pieces go through each other
 //! all the same, overlap deep with no feature left to meet with, or turn by more than a radian in reach of
-//! each other ([`Candidates::passed`](crate::contact::Candidates::passed)) or of the ground
+//! each other ([`Candidates::passes`](crate::contact::Candidates::passes)) or of the ground
 //! ([`is_lost`]); of most of a turn there is no telling which way it went.
 
 use super::energy;
