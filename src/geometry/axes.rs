@@ -69,7 +69,7 @@ pub(super) fn best_axis(
     if best.gap >= 0.0 && meets_face(pair, scratch, &best, tie.within) {
         return Some(Axis { exact: true, ..best });
     }
-    let best = best_edges(pair, scratch, best, tie.within);
+    let best = best_edges(pair, scratch, best);
     Some(Axis { exact: best.gap <= 0.0, ..best })
 }
 
@@ -128,8 +128,7 @@ fn meets_face(pair: &Pair<'_>, scratch: &Scratch, axis: &Axis, slack: f64) -> bo
     }
 }
 
-/// The axis across two edges with the largest gap, if that is larger than the `face`'s by more than
-/// `within` (m); otherwise the face's.
+/// The axis across two edges with the largest gap, if it is larger than that of `best`.
 ///
 /// Two edges make a face of the Minkowski difference if the arc between the normals of A's
 /// faces at the edge crosses that between the negative normals of B's. With e the edges'
@@ -140,8 +139,7 @@ fn meets_face(pair: &Pair<'_>, scratch: &Scratch, axis: &Axis, slack: f64) -> bo
 /// ```
 ///
 /// A segment has a whole circle in place of the arc: what it takes part in is left out.
-fn best_edges(pair: &Pair<'_>, scratch: &mut Scratch, face: Axis, within: f64) -> Axis {
-    let mut best = Axis { gap: face.gap + within, ..face };
+fn best_edges(pair: &Pair<'_>, scratch: &mut Scratch, mut best: Axis) -> Axis {
     let (vertices, normals) = (&scratch.vertices, &scratch.normals);
     let products = &mut scratch.products;
     for (index_a, edge_a) in pair.a.edges().iter().enumerate() {
@@ -182,7 +180,7 @@ fn best_edges(pair: &Pair<'_>, scratch: &mut Scratch, face: Axis, within: f64) -
             }
         }
     }
-    if matches!(best.kind, Kind::Edges(..)) { best } else { face }
+    best
 }
 
 /// The first vertex of an edge and the way to the second.
