@@ -201,6 +201,32 @@ fn a_rounded_bar_across_two_boxes_has_two_points_on_each() {
     }
 }
 
+/// What turns by two radians in a step has nothing to say about what is in its reach, and says so; far from
+/// everything it flies freely.
+#[test]
+fn what_turns_too_far_beside_something_is_marked() {
+    let rod = RigidBody::solid_box(0.8, v(1.0, 0.01, 0.01)).unwrap();
+    let mut start = at(v(0.0, 0.0, 1.5));
+    start.spin[2] = 400.0;
+    let alone = world(vec![rod.clone()], 0.3, 0.005, 0.0);
+    let post = |y: f64| vec![fixed_box(v(0.01, 0.01, 0.5), v(0.0, y, 1.5))];
+    let (near, far) = (post(0.8), post(2.5));
+    for (world, expected) in [
+        (alone.clone(), StepStatus::Free),
+        (alone.clone().with_fixed(near).unwrap(), StepStatus::Wild),
+        (alone.with_fixed(far).unwrap(), StepStatus::Free),
+    ] {
+        assert_eq!(run(&world, &[start], 1)[0].report.status, expected);
+    }
+    let ground = |height: f64| {
+        let start = State { position: v(0.0, 0.0, height), ..start };
+        let (bodies, ground, gravity) = (vec![rod.clone()], Plane::level(), V::zeros());
+        let parameters = Parameters { bodies, ground, gravity, friction: 0.3, time_step: 0.005 };
+        run(&World::new(parameters).unwrap(), &[start], 1)[0].report.status
+    };
+    assert_eq!([ground(0.5), ground(1.5)], [StepStatus::Wild, StepStatus::Free]);
+}
+
 /// Balls, boxes, capsules, plates, rods, needles, hulls: what a draw brings.
 fn piece(draws: &mut Draws) -> Piece {
     let kind = (7.0 * draws.unit()) as u32;
@@ -250,6 +276,8 @@ struct Found {
     /// step's status is better than wild, and where it says so.
     passed: Vec<String>,
     marked: Vec<String>,
+    /// The smallest turn of those, rad.
+    least_turn: f64,
     /// Contacts whose gap at k is below what the pieces overlap at k.
     behind: Vec<String>,
 }
@@ -297,26 +325,28 @@ impl Found {
             let (k, contacts) = (record.index, record.contacts.len());
             let passed = if is_solved(record) { &mut self.passed } else { &mut self.marked };
             let turn = turn(0).max(turn(1));
+            self.least_turn = self.least_turn.min(turn);
             passed.push(format!("{name}, k = {k}, {share}: {contacts} contacts, {turn} rad"));
         }
     }
 }
 
-/// A thousand pairs that fly at each other, at any speed and spin, none of more than 0.9 rad a step: none
-/// passes, with or without a contact, and no contact is behind its point.
+/// A thousand pairs that fly at each other, at any speed and with spins of up to 0.9 rad a step: none passes
+/// unseen, with or without a contact, none at all in a step that turns nothing by more than 0.45 rad, and
+/// no contact is behind its point. (Where features were taken from the ends of steps, 976 were.)
 #[test]
 fn random_pairs_at_random_speeds_do_not_pass_each_other() {
     let mut draws = Draws::new(2024);
-    let mut found = Found::default();
+    let mut found = Found { least_turn: f64::INFINITY, ..Found::default() };
     for number in 0..1000 {
         let pieces = [piece(&mut draws), piece(&mut draws)];
         let bodies = pieces
             .each_ref()
-            .map(|p| RigidBody::solid(0.1 + draws.unit(), &[p.clone()]).unwrap().0);
+            .map(|p| RigidBody::solid(0.1 + draws.unit(), std::slice::from_ref(p)).unwrap().0);
         let h = 0.0005 * 20_f64.powf(draws.unit());
         let speed = 3.0 * 33_f64.powf(draws.unit());
         let [a, b] = bodies.each_ref().map(|body| {
-            let most = std::env::var("TURN").map_or(0.9, |x| x.parse().unwrap()) * draws.unit() / h;
+            let most = 0.9 * draws.unit() / h;
             (draws.attitude(), direction(&mut draws) * most, body.pieces()[0].clone())
         });
         // They would be in each other after three and a half steps.
@@ -341,19 +371,20 @@ fn random_pairs_at_random_speeds_do_not_pass_each_other() {
             found.look(&format!("pair {number}"), record, &a.2, &b.2);
         }
     }
-    println!("{found:#?}");
-    assert!(found.met > 500, "{}", found.met);
+    assert!(found.met > 900, "{}", found.met);
     assert!(found.passed.is_empty() && found.behind.is_empty(), "{found:#?}");
+    // Steps that turn a piece by 0.48 to 0.94 rad.
+    assert!(found.marked.len() <= 5 && found.least_turn > 0.45, "{found:#?}");
 }
 
 /// Pieces against walls of 1 cm and 1 mm, 3 to 100 m/s, h 0.5 to 10 ms: none ends on the other side.
 #[test]
 fn nothing_goes_through_a_wall() {
     let mut draws = Draws::new(7);
-    let mut found = Found::default();
+    let mut found = Found { least_turn: f64::INFINITY, ..Found::default() };
     for number in 0..400 {
         let piece = piece(&mut draws);
-        let body = RigidBody::solid(0.1 + draws.unit(), &[piece.clone()]).unwrap().0;
+        let body = RigidBody::solid(0.1 + draws.unit(), std::slice::from_ref(&piece)).unwrap().0;
         let h = 0.0005 * 20_f64.powf(draws.unit());
         let speed = 3.0 * 33_f64.powf(draws.unit());
         let thickness = if number % 2 == 0 { 0.01 } else { 0.001 };
@@ -380,7 +411,7 @@ fn nothing_goes_through_a_wall() {
             found.look(&format!("wall {number}"), record, piece, &of_wall);
         }
     }
-    println!("{found:#?}");
-    assert!(found.met > 300, "{}", found.met);
+    assert!(found.met > 390, "{}", found.met);
     assert!(found.passed.is_empty() && found.behind.is_empty(), "{found:#?}");
+    assert!(found.marked.is_empty(), "{found:#?}");
 }

@@ -74,8 +74,8 @@ pub fn contact_steps(solver: &str, summary: &RunSummary) -> String {
     }
     let _ = writeln!(text, "\n  failed       {}", summary.failed);
     if summary.wild > 0 {
-        text += "    wild steps turn a body by more than 1 rad or make energy: solved, but no physics;\n    \
-                 take a smaller time step\n";
+        text += "    wild steps turn a body by more than 1 rad, make energy or let something pass:\n    \
+                 solved, but no physics; take a smaller time step\n";
     }
     if summary.tempered > 0 {
         let _ = writeln!(

@@ -29,6 +29,7 @@ pub mod plane;
 mod proxy;
 pub mod restitution;
 pub mod rounding;
+mod seam;
 
 pub use candidates::Candidates;
 pub use certificate::{Certificate, Certifier};

@@ -5,18 +5,18 @@
 //! ([`crate::geometry::manifold`]).
 //!
 //! A plane of a piece stops a point wherever it meets the plane, also beside the face that it is
-//! of. So the features of a step are taken from where the pieces touch or overlap: at the step's
-//! start, or at the end of what has been solved so far. What is merely near gives no contact.
+//! of. So the features of a step are taken from where the pieces touch: at the step's start, or on the
+//! way to the end of what has been solved so far ([`super::meeting`]). What is merely near gives no contact.
 
 use super::between::Between;
 use super::meeting::{BAND, Look, Looked, Meeting};
 use super::owner::plane_of;
 use super::proxy::{Extent, Owner, Proxy, placed, proxies_of, size};
+use super::seam::shares_a_line_only;
 use super::{Contact, Partner};
-use crate::geometry::{Aabb, Hint, Moving, Piece, Scratch, Side, Sweep, Touch, bound, manifold};
+use crate::geometry::{Aabb, Hint, Moving, Scratch, Side, Sweep, Touch, bound, manifold};
 use crate::mechanics::{Pose, State, Way};
 use crate::world::World;
-use nalgebra::Vector3;
 use std::ops::Range;
 
 /// Pieces touch where they are apart by no more than this part of the smaller one's reach:
@@ -29,8 +29,6 @@ const SAME_TIME: f64 = 1e-9;
 /// What overlaps by less than this part of the world's reach is not looked at when a solver's last
 /// solution is: what solvers leave.
 const LOOKED_AGAIN: f64 = 1e-6;
-/// Face normals are parallel to this: cosine.
-const PARALLEL: f64 = 0.999_55;
 
 /// Two pieces that may touch.
 #[derive(Debug, Clone)]
@@ -396,40 +394,4 @@ fn has_met(met: &[f64], owners: [Owner; 2]) -> f64 {
         Owner::Fixed(_) => f64::INFINITY,
     };
     of(owners[0]).min(of(owners[1]))
-}
-
-/// Whether two faces lie in one plane but overlap in a line or a point only, to rounding: boxes on a
-/// floor of tiles, where one reaches the next. Neither holds the other there.
-fn shares_a_line_only(
-    (a, b): ((&Piece, &Pose), (&Piece, &Pose)),
-    touches: &[Touch],
-    size: f64,
-) -> bool {
-    let Some(first) = touches.first() else { return true };
-    let (owner, other) = match first.point_of {
-        Side::A => (b, a),
-        Side::B => (a, b),
-    };
-    // In the world.
-    let normal = owner.1.rotation * first.normal;
-    let faces = |(piece, pose): (&Piece, &Pose), normal: Vector3<f64>| {
-        let normal = pose.rotation.tr_mul(&normal);
-        piece.core().faces().iter().any(|face| face.normal.dot(&normal) >= PARALLEL)
-    };
-    if !faces(owner, normal) || !faces(other, -normal) {
-        return false;
-    }
-    let points = || {
-        touches.iter().map(|touch| {
-            let (_, pose) = if touch.point_of == Side::A { a } else { b };
-            pose.position + pose.rotation * touch.point
-        })
-    };
-    let Some(from) = points().next() else { return true };
-    let farthest = points()
-        .map(|point| point - from)
-        .max_by(|x, y| x.norm_squared().total_cmp(&y.norm_squared()));
-    let Some(along) = farthest.and_then(|along| along.try_normalize(0.0)) else { return true };
-    let width = points().map(|point| (point - from).cross(&along).norm()).fold(0.0, f64::max);
-    width <= 1e-7 * size
 }

@@ -124,8 +124,7 @@ pub fn first_overlap(
         }
         let (room, rest) = (now.distance + depth, 1.0 - share);
         let step = standing(a, b, share, &now, room);
-        // NaN ends the way as well.
-        if !(share + step < 1.0) {
+        if share + step >= 1.0 || step.is_nan() {
             return Advance::Clear;
         }
         let far = rest.min(stride);

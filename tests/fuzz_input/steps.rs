@@ -121,7 +121,8 @@ fn words_agree(report: &StepReport) -> bool {
     let by_ipopt = report.message == Some(ReturnStatus::SolveSucceeded.name());
     match (report.start, report.status) {
         (_, StepStatus::Failed) => true,
-        (None, StepStatus::Free) => report.message.is_none(),
+        // Free flight that turns too far near the ground is wild.
+        (None, StepStatus::Free | StepStatus::Wild) => report.message.is_none(),
         (Some("previous"), StepStatus::Converged) => report.message.is_none() || by_ipopt,
         (Some("warm"), StepStatus::Converged) => by_ipopt,
         // A contact that was admitted late may be solved from the first start.
