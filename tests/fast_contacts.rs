@@ -221,7 +221,9 @@ fn what_turns_too_far_beside_something_is_marked() {
     let ground = |height: f64| {
         let start = State { position: v(0.0, 0.0, height), ..start };
         let (bodies, ground, gravity) = (vec![rod.clone()], Plane::level(), V::zeros());
-        let parameters = Parameters { bodies, ground, gravity, friction: 0.3, time_step: 0.005 };
+        let rotation = tumble::mechanics::Rotation::Momentum;
+        let parameters =
+            Parameters { bodies, ground, gravity, friction: 0.3, time_step: 0.005, rotation };
         run(&World::new(parameters).unwrap(), &[start], 1)[0].report.status
     };
     assert_eq!([ground(0.5), ground(1.5)], [StepStatus::Wild, StepStatus::Free]);
