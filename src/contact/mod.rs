@@ -157,6 +157,7 @@ impl Contact {
     /// The contact of `features` between `a`, the body that `key` names, and `b`, its partner:
     /// `None` for the ground.
     #[must_use]
+    #[inline]
     pub fn new(
         key: ContactKey,
         features: Features,
@@ -165,11 +166,16 @@ impl Contact {
         b: Option<Placed<'_>>,
     ) -> Self {
         let (body, pose) = a;
-        let features = tangent(features, pose, b.map(|(_, pose)| pose));
+        let mut features = features;
+        let mut beyond = features.radius;
+        if features.curved.is_some() {
+            let other = b.map(|(_, pose)| pose);
+            features = tangent(features, pose, other);
+            beyond += half_gap(&features, pose, other);
+        }
         let frame = b.map_or(features.frame, |(_, b)| b.rotation * features.frame);
         let normal = frame.column(2).into_owned();
         let mut lever = features.point;
-        let beyond = features.radius + half_gap(&features, pose, b.map(|(_, pose)| pose));
         if beyond > 0.0 {
             lever -= beyond * pose.rotation.tr_mul(&normal);
         }

@@ -6,7 +6,7 @@
 //! `docs/native-solver.md`.
 
 use super::tolerances::{COMPLIANCE, ROLLING_GIVE, Tolerances};
-use crate::contact::{Contact, Curved};
+use crate::contact::Contact;
 use nalgebra::{Matrix3, Vector3};
 
 /// A contact that may carry an impulse in this step, as the solver needs it. Vectors are in the
@@ -36,10 +36,6 @@ pub(super) struct Candidate {
     /// ρ_n and ρ_t: the inverse of the contact's own response, which scale the natural map.
     pub(super) normal_scale: f64,
     pub(super) tangential_scale: f64,
-    /// Where both features are round.
-    pub(super) curved: Option<Curved>,
-    /// d, m, world: from the middle of B's feature to that of A's at step k, where both are round.
-    pub(super) way: Vector3<f64>,
 }
 
 impl Candidate {
@@ -94,8 +90,6 @@ impl Candidate {
             },
             normal_scale: 1.0 / (share * contact.response.normal),
             tangential_scale: 1.0 / tangential,
-            curved: contact.features.curved,
-            way: contact.way(),
         }
     }
 }

@@ -13,10 +13,10 @@ use super::equations::{
 };
 use super::fixed_motion::point_velocity;
 use super::pair_motion::{PairMotion, PairSlope, stacked};
-use super::round_motion::{RoundMotion, Side};
+use super::round_motion::{Round, RoundMotion, Side};
 use super::tolerances::{LARGE_TURN, TURN_GAIN, Tolerances};
 use super::turning::Turning;
-use crate::contact::{Contact, Curved, Partner};
+use crate::contact::{Contact, Partner};
 use crate::mechanics::Rotation;
 use crate::mechanics::quaternion::rotation;
 use crate::step::Step;
@@ -50,6 +50,8 @@ struct Member {
 struct Link {
     /// A.
     a: usize,
+    /// Where both features are round.
+    round: Option<Round>,
     /// B, where it is no fixed thing.
     b: Option<Other>,
 }
@@ -144,7 +146,8 @@ impl Island {
             }
             Partner::Ground | Partner::Fixed(_) => None,
         };
-        self.links.push(Link { a, b });
+        let round = contact.features.curved.map(|curved| Round { curved, way: contact.way() });
+        self.links.push(Link { a, round, b });
         let share = self.members[a].share;
         let mut candidate = Candidate::new(contact, self.time_step, share);
         if candidate.approach.abs() <= self.tolerances.level {
@@ -221,7 +224,7 @@ impl Island {
     /// The motion of a candidate of two round features.
     fn round_motion<'a>(
         &'a self,
-        (candidate, curved): (&'a Candidate, &'a Curved),
+        (candidate, round): (&'a Candidate, &'a Round),
         link: &Link,
         velocity: &'a [Velocity],
         (a, b): (&'a Both, Option<&'a Both>),
@@ -232,7 +235,7 @@ impl Island {
             linear: &velocity[index].linear,
         };
         let of_b = link.b.as_ref().zip(b).map(|(other, b)| side(other.index, b));
-        RoundMotion::new(candidate, curved, side(link.a, a), of_b, self.time_step)
+        RoundMotion::new(candidate, round, side(link.a, a), of_b, self.time_step)
     }
 
     /// u of a candidate (N2), where the bodies that it joins turn as told.
@@ -256,8 +259,8 @@ impl Island {
         velocity: &[Velocity],
         turnings: (&Both, Option<&Both>),
     ) -> Vector3<f64> {
-        if let Some(curved) = &candidate.curved {
-            return self.round_motion((candidate, curved), link, velocity, turnings).u();
+        if let Some(round) = &link.round {
+            return self.round_motion((candidate, round), link, velocity, turnings).u();
         }
         match (&link.b, turnings.1) {
             (Some(other), Some(b)) => {

@@ -9,6 +9,14 @@ use crate::contact::Curved;
 use crate::contact::curved::{Core, Reach, shortest_way};
 use nalgebra::{Matrix3, Matrix3x6, Vector3};
 
+/// What a candidate of two round features has beyond others.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Round {
+    pub(super) curved: Curved,
+    /// d, m, world: from the middle of B's feature to that of A's at step k.
+    pub(super) way: Vector3<f64>,
+}
+
 /// One of the two bodies.
 #[derive(Clone, Copy)]
 pub(super) struct Side<'a> {
@@ -62,11 +70,12 @@ impl<'a> RoundMotion<'a> {
     /// Those of a candidate over a step of `time_step` (s).
     pub(super) fn new(
         candidate: &'a Candidate,
-        curved: &'a Curved,
+        round: &'a Round,
         a: Side<'a>,
         b: Option<Side<'a>>,
         time_step: f64,
     ) -> Self {
+        let curved = &round.curved;
         let mut apart = a.velocity(&candidate.centre);
         let mut of_b = curved.of_b.along;
         if let Some(b) = &b {
@@ -74,7 +83,7 @@ impl<'a> RoundMotion<'a> {
             of_b = b.turned(&of_b, time_step);
         }
         let of_a = a.turned(&curved.of_a.along, time_step);
-        let was = candidate.way;
+        let was = round.way;
         // From the middle of B at k on, moved along: no place of the world enters.
         let middle = was + apart * time_step;
         let core_a = Core { from: middle - of_a * curved.shares.0, along: of_a };

@@ -64,10 +64,9 @@ impl Island {
         turnings: &[Both],
     ) -> PairSlope {
         let of_a = &turnings[link.a];
-        if let Some(curved) = &candidate.curved {
+        if let Some(round) = &link.round {
             let both = (of_a, link.b.map(|other| &turnings[other.index]));
-            let (by_a, by_b) =
-                self.round_motion((candidate, curved), link, velocity, both).slopes();
+            let (by_a, by_b) = self.round_motion((candidate, round), link, velocity, both).slopes();
             let b = link.b.as_ref().zip(by_b).map(|(other, by_b)| (other.index, by_b));
             return PairSlope { a: (link.a, by_a), b };
         }
