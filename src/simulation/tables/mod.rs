@@ -2,7 +2,7 @@
 //! and `steps`, each in CSV with one header line.
 //!
 //! - `states`: one row a body and step: `k,t_s,body`, then the 13 numbers of the state at step k.
-//!   `body` is the index in [`World::bodies`].
+//!   `body` is the index in [`World::bodies`](crate::world::World::bodies).
 //! - `contacts`: one row a candidate contact of the step k → k+1: who touches whom, where (the
 //!   touching point at k, m, world), across which normal (unit, world, at k, away from the
 //!   partner), the force on `body` (N, world; the opposite one acts on the partner), the mean slip
