@@ -15,9 +15,7 @@
 //! δu ≤ min(16 ε (L/h + V), 10⁻⁷ m/s)                                      (eq. 22)
 //! ```
 //!
-//! with L the largest coordinate plus the reach, V the largest speed; the speed ℓ|ω| of a turn counts
-//! κ = ‖I‖ ‖I⁻¹‖ times, because momenta I ω are rounded to a part of the largest moment and divided by the
-//! smallest. The cap keeps a step that
+//! with L the largest coordinate plus the reach, V the largest speed. The cap keeps a step that
 //! is far away or very short from excusing what is no rounding any more: beyond it, doubles do
 //! not hold the scene, and its steps are called failed.
 
@@ -48,9 +46,7 @@ pub fn residual(world: &World, states: &[State], next: &[State]) -> f64 {
     for ((body, state), next) in world.bodies().iter().zip(states).zip(next) {
         let reach = body.reach();
         length = length.max(state.position.amax().max(next.position.amax()) + reach);
-        let slender = body.inertia().amax() * body.inertia_inverse().amax();
-        let spin = next.spin.amax().max(state.spin.amax());
-        speed = speed.max(next.velocity.amax() + slender.max(1.0) * spin * reach);
+        speed = speed.max(next.velocity.amax() + next.spin.amax() * reach);
     }
     let length = length + world.ground().offset().abs();
     let lost = ROUNDINGS * f64::EPSILON * (length / world.time_step() + speed);
