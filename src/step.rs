@@ -151,9 +151,16 @@ impl StepSolution {
     /// The force of the contact `key`, if it is a candidate. `near` is where to look first;
     /// contacts keep their order from step to step, so that it is mostly there.
     #[must_use]
+    #[inline]
     pub fn find(&self, key: &ContactKey, near: usize) -> Option<&ContactForce> {
-        let near = near.min(self.contacts.len());
-        let (before, after) = self.contacts.split_at(near);
+        match self.contacts.get(near) {
+            Some(contact) if contact.key == *key => Some(contact),
+            _ => self.find_elsewhere(key, near),
+        }
+    }
+
+    fn find_elsewhere(&self, key: &ContactKey, near: usize) -> Option<&ContactForce> {
+        let (before, after) = self.contacts.split_at(near.min(self.contacts.len()));
         after.iter().chain(before).find(|contact| contact.key == *key)
     }
 

@@ -1,6 +1,6 @@
 //! The candidates of a step: the contacts that its solver considers, and the search for more.
 
-use super::neighbours::Neighbours;
+use super::neighbours::{Neighbours, has_pairs};
 use super::restitution::Rebound;
 use super::{Contact, Detection, Partner, detection};
 use crate::mechanics::State;
@@ -54,11 +54,15 @@ impl Candidates {
         free: &[State],
     ) -> bool {
         let reaches_ground = rule.find(world, states, free, &mut self.contacts);
-        self.neighbours.touching(world, states, &mut self.contacts);
+        let has_pairs = has_pairs(world);
+        if has_pairs {
+            self.neighbours.touching(world, states, &mut self.contacts);
+        }
         // Where nothing holds a body, free flight is what there is to look at.
         let needs_contact = reaches_ground
             || !self.contacts.is_empty()
-            || self.neighbours.overlapping(world, states, free, 0.0, &mut self.contacts);
+            || has_pairs
+                && self.neighbours.overlapping(world, states, free, 0.0, &mut self.contacts);
         self.rebound.begin(world, free);
         self.rebound.set(world, states, &mut self.contacts);
         needs_contact
@@ -94,7 +98,8 @@ impl Candidates {
     ) -> bool {
         let known = self.contacts.len();
         let ground = detection::admit_missed(world, states, next, depth, &mut self.contacts);
-        let pieces = self.neighbours.overlapping(world, states, next, depth, &mut self.contacts);
+        let pieces = has_pairs(world)
+            && self.neighbours.overlapping(world, states, next, depth, &mut self.contacts);
         self.rebound.set(world, states, &mut self.contacts[known..]);
         ground || pieces
     }
@@ -104,7 +109,7 @@ impl Candidates {
     /// meet with, or that turn by more than [a radian](crate::simulation::wild::LARGEST_TURN) in reach of each
     /// other. Lists as in [`Candidates::find`].
     pub fn passes(&mut self, world: &World, states: &[State], next: &[State]) -> bool {
-        self.neighbours.passes(world, states, next, &mut self.contacts)
+        has_pairs(world) && self.neighbours.passes(world, states, next, &mut self.contacts)
     }
 
     /// The deepest overlap of any two pieces where the bodies are at `states`, m, from the shapes
@@ -115,7 +120,7 @@ impl Candidates {
         world: &World,
         states: &[State],
     ) -> Option<(f64, Partner, Partner)> {
-        self.neighbours.deepest(world, states)
+        if has_pairs(world) { self.neighbours.deepest(world, states) } else { None }
     }
 }
 

@@ -152,6 +152,10 @@ impl Look<'_> {
             *pair.is_bound = false;
         }
         let is_deep = *pair.gap < -self.depth;
+        // What a turn leaves between planes that are all known.
+        if is_deep && *pair.gap >= -fine && self.knows(pair.proxies, contacts) {
+            return None;
+        }
         if !is_deep {
             // Apart at the end; it may have been on the other side before.
             if stays_clear(&moving.0, &moving.1, deep, pair.hint) {
@@ -330,6 +334,14 @@ impl Look<'_> {
         }
         let plane_of = plane_of(world, self.states, self.start, (a, b));
         manifold(pieces.0, pieces.1, reach, plane_of, pair.hint, self.scratch, self.touches)
+    }
+
+    /// Whether all touches of the end, which were found last, have their planes among `contacts`.
+    fn knows(&self, proxies: (Proxy, Proxy), contacts: &[Contact]) -> bool {
+        let (world, start) = (self.world, self.start);
+        let between = Between { world, proxies, at: self.end, start };
+        let mut found = self.touches.iter().filter_map(|touch| between.contact(touch, 0));
+        found.all(|contact| unknown_plane(&contact, contacts).is_none())
     }
 
     /// Whether a pair has the same direction on its way as at its end.

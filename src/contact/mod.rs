@@ -165,14 +165,63 @@ impl Contact {
         a: Placed<'_>,
         b: Option<Placed<'_>>,
     ) -> Self {
-        let (body, pose) = a;
-        let mut features = features;
-        let mut beyond = features.radius;
-        if features.curved.is_some() {
-            let other = b.map(|(_, pose)| pose);
-            features = tangent(features, pose, other);
-            beyond += half_gap(&features, pose, other);
+        match features.curved {
+            None => Self::of_plane(key, features, law, a, b),
+            Some(_) => Self::of_round(key, features, law, a, b),
         }
+    }
+
+    /// The contact of a point against a plane.
+    #[inline(always)]
+    fn of_plane(
+        key: ContactKey,
+        features: Features,
+        law: ContactLaw,
+        a: Placed<'_>,
+        b: Option<Placed<'_>>,
+    ) -> Self {
+        let (features, radius) = (Features { curved: None, ..features }, features.radius);
+        let gap = |normal: &Vector3<f64>, arm: &Vector3<f64>| {
+            let Some((_, other)) = b else {
+                // As the heights of points without a radius are computed, to the last bit.
+                let touching = if radius == 0.0 { *arm } else { a.1.rotation * features.point };
+                return normal.dot(&(a.1.position + touching)) - features.offset - radius;
+            };
+            let point = a.1.position + a.1.rotation * features.point;
+            let seen = other.rotation.tr_mul(&(point - other.position));
+            features.frame.column(2).dot(&seen) - features.offset - radius
+        };
+        Self::assemble(key, features, law, (a, b), radius, gap)
+    }
+
+    /// The contact of two round features.
+    #[inline(never)]
+    fn of_round(
+        key: ContactKey,
+        features: Features,
+        law: ContactLaw,
+        a: Placed<'_>,
+        b: Option<Placed<'_>>,
+    ) -> Self {
+        let (pose, other) = (a.1, b.map(|(_, pose)| pose));
+        let features = tangent(features, pose, other);
+        let beyond = features.radius + half_gap(&features, pose, other);
+        let gap =
+            |normal: &Vector3<f64>, _: &Vector3<f64>| gap_between(&features, normal, pose, other);
+        Self::assemble(key, features, law, (a, b), beyond, gap)
+    }
+
+    /// The contact of features that are placed, whose forces act `beyond` (m) from the point; `gap` gives φ
+    /// (m) by the normal and by A_A y.
+    #[inline(always)]
+    fn assemble(
+        key: ContactKey,
+        features: Features,
+        law: ContactLaw,
+        ((body, pose), b): (Placed<'_>, Option<Placed<'_>>),
+        beyond: f64,
+        gap: impl FnOnce(&Vector3<f64>, &Vector3<f64>) -> f64,
+    ) -> Self {
         let frame = b.map_or(features.frame, |(_, b)| b.rotation * features.frame);
         let normal = frame.column(2).into_owned();
         let mut lever = features.point;
@@ -180,20 +229,25 @@ impl Contact {
             lever -= beyond * pose.rotation.tr_mul(&normal);
         }
         let arm = pose.rotation * lever;
-        let torque_map = lever.cross_matrix() * pose.rotation.transpose();
+        let torque_map = torque_map_of(&lever, &pose.rotation);
         let mut response = Response::of_point(body, &torque_map, &frame);
         if let Some((other, other_pose)) = b {
             let arm = pose.position + arm - other_pose.position;
             let lever = other_pose.rotation.tr_mul(&arm);
-            let torque_map = lever.cross_matrix() * other_pose.rotation.transpose();
+            let torque_map = torque_map_of(&lever, &other_pose.rotation);
             let share = Response::of_point(other, &torque_map, &frame);
             response = response.plus(&share.times(body.mass() / other.mass()));
         }
-        let mut contact = Self {
+        let gap = gap(&normal, &arm);
+        let mut noise = rounding::gap(&normal, &pose.position, features.offset, &arm);
+        if let Some((_, other)) = b {
+            noise += rounding::gap(&normal, &other.position, 0.0, &Vector3::zeros());
+        }
+        Self {
             key,
             features,
             frame,
-            gap: 0.0,
+            gap: if gap.abs() <= noise { 0.0 } else { gap },
             rebound: 0.0,
             struck: false,
             law,
@@ -201,18 +255,7 @@ impl Contact {
             arm,
             torque_map,
             response,
-        };
-        let touching = pose.position + arm;
-        let gap = match b {
-            None if features.radius == 0.0 => normal.dot(&touching) - features.offset,
-            _ => contact.gap_at(pose, b.map(|(_, pose)| pose)),
-        };
-        let mut noise = rounding::gap(&normal, &pose.position, features.offset, &arm);
-        if let Some((_, other)) = b {
-            noise += rounding::gap(&normal, &other.position, 0.0, &Vector3::zeros());
         }
-        contact.gap = if gap.abs() <= noise { 0.0 } else { gap };
-        contact
     }
 
     /// n, world, at the step's start: from B to A.
@@ -239,13 +282,7 @@ impl Contact {
     /// φ (eq. 4, 4a), m, where A is at `a` and B at `b`, `None` for the ground.
     #[must_use]
     pub fn gap_at(&self, a: &Pose, b: Option<&Pose>) -> f64 {
-        let Features { point, radius, frame, offset, curved } = &self.features;
-        if let Some(curved) = curved {
-            let (_, way) = way_between(curved, a, b);
-            return Reach::of(&way, &self.normal()).length - radius - curved.radius;
-        }
-        let w = seen_from(b, &(a.position + a.rotation * point));
-        frame.column(2).dot(&w) - offset - radius
+        gap_between(&self.features, &self.normal(), a, b)
     }
 
     /// u (eq. 10, 12), m/s, world: the mean slip of the touching point over the step of `h` (s)
@@ -266,43 +303,76 @@ impl Contact {
     /// `a` and `b` are the poses (start, end) of the two bodies; `None` is the ground.
     #[must_use]
     pub fn motion(&self, a: (&Pose, &Pose), b: Option<(&Pose, &Pose)>, h: f64) -> Vector3<f64> {
-        let (normal, radius) = (self.normal(), self.features.radius);
-        let ends = b.map(|b| b.1);
-        let turning = |(from, to): (&Pose, &Pose)| turning_rate(&from.rotation, &to.rotation, h);
-        let (mut moved, gap);
-        if let Some(curved) = &self.features.curved {
-            let apart = |a: &Pose, b: Option<&Pose>| {
-                let (point, foot) = (curved.point(), curved.foot());
-                let foot = b.map_or(foot, |b| b.position + b.rotation * foot);
-                a.position + a.rotation * point - foot
-            };
-            moved = apart(a.1, ends) - apart(a.0, b.map(|b| b.0));
-            let mut rolling = turning(a) * radius;
-            if let Some(b) = b {
-                rolling += turning(b) * curved.radius;
-            }
-            moved -= h * rolling.cross(&normal);
-            gap = self.gap_at(a.1, ends);
-        } else {
-            let mut arm = self.arm;
-            if radius > 0.0 {
-                arm += radius * normal;
-            }
-            let before = seen_from(b.map(|b| b.0), &(a.0.position + arm));
-            let after = seen_from(ends, &(a.1.position + a.1.rotation * self.features.point));
-            moved = after - before;
-            if let Some((b, _)) = b {
-                moved = b.rotation * moved;
-            }
-            if radius > 0.0 {
-                let relative = turning(a) - b.map_or(Vector3::zeros(), turning);
-                moved -= h * radius * relative.cross(&normal);
-            }
-            gap = self.features.frame.column(2).dot(&after) - self.features.offset - radius;
+        if self.features.curved.is_some() {
+            return self.round_motion(a, b, h);
         }
-        let slip = moved - normal * normal.dot(&moved);
-        (slip + normal * gap) / h
+        let (normal, radius) = (self.normal(), self.features.radius);
+        let mut arm = self.arm;
+        if radius > 0.0 {
+            arm += radius * normal;
+        }
+        let before = seen_from(b.map(|b| b.0), &(a.0.position + arm));
+        let after = seen_from(b.map(|b| b.1), &(a.1.position + a.1.rotation * self.features.point));
+        let mut moved = after - before;
+        if let Some((b, _)) = b {
+            moved = b.rotation * moved;
+        }
+        if radius > 0.0 {
+            let relative = turning(a, h) - b.map_or(Vector3::zeros(), |b| turning(b, h));
+            moved -= h * radius * relative.cross(&normal);
+        }
+        let gap = self.features.frame.column(2).dot(&after) - self.features.offset - radius;
+        slip_and_gap(&normal, &moved, gap) / h
     }
+
+    /// u of two round features (eq. 10b).
+    #[inline(never)]
+    fn round_motion(&self, a: (&Pose, &Pose), b: Option<(&Pose, &Pose)>, h: f64) -> Vector3<f64> {
+        let Some(curved) = &self.features.curved else { return Vector3::zeros() };
+        let apart = |a: &Pose, b: Option<&Pose>| {
+            let (point, foot) = (curved.point(), curved.foot());
+            let foot = b.map_or(foot, |b| b.position + b.rotation * foot);
+            a.position + a.rotation * point - foot
+        };
+        let normal = self.normal();
+        let mut rolling = turning(a, h) * self.features.radius;
+        if let Some(b) = b {
+            rolling += turning(b, h) * curved.radius;
+        }
+        let moved = apart(a.1, b.map(|b| b.1)) - apart(a.0, b.map(|b| b.0));
+        let moved = moved - h * rolling.cross(&normal);
+        slip_and_gap(&normal, &moved, self.gap_at(a.1, b.map(|b| b.1))) / h
+    }
+}
+
+/// φ (eq. 4, 4a), m, of `features` with the `normal` at the step's start.
+fn gap_between(features: &Features, normal: &Vector3<f64>, a: &Pose, b: Option<&Pose>) -> f64 {
+    let Features { point, radius, frame, offset, curved } = features;
+    if let Some(curved) = curved {
+        let (_, way) = way_between(curved, a, b);
+        return Reach::of(&way, normal).length - radius - curved.radius;
+    }
+    let w = seen_from(b, &(a.position + a.rotation * point));
+    frame.column(2).dot(&w) - offset - radius
+}
+
+/// `[y]× Aᵀ`: the torque (frame of the body) of an impulse (world) at y, m, frame of the body, which is turned
+/// by A.
+#[inline]
+pub(crate) fn torque_map_of(y: &Vector3<f64>, a: &Matrix3<f64>) -> Matrix3<f64> {
+    let column = |k: usize| y.cross(&Vector3::new(a[(k, 0)], a[(k, 1)], a[(k, 2)]));
+    Matrix3::from_columns(&[column(0), column(1), column(2)])
+}
+
+/// Ω, rad/s, world.
+fn turning((from, to): (&Pose, &Pose), h: f64) -> Vector3<f64> {
+    turning_rate(&from.rotation, &to.rotation, h)
+}
+
+/// What moves across the normal, and the gap along it, m.
+#[inline]
+fn slip_and_gap(normal: &Vector3<f64>, moved: &Vector3<f64>, gap: f64) -> Vector3<f64> {
+    moved - normal * normal.dot(moved) + normal * gap
 }
 
 /// These features with the point, frame and offset of the tangent plane where A is at `a` and B at

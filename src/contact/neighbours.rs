@@ -14,7 +14,7 @@ use super::owner::plane_of;
 use super::proxy::{Extent, Owner, Proxy, placed, proxies_of, size};
 use super::seam::shares_a_line_only;
 use super::{Contact, Partner};
-use crate::geometry::{Aabb, Hint, Moving, Scratch, Side, Sweep, Touch, bound, manifold};
+use crate::geometry::{Aabb, Hint, Scratch, Side, Sweep, Touch, bound, bulge, manifold};
 use crate::mechanics::{Pose, State, Way};
 use crate::world::World;
 use std::ops::Range;
@@ -64,7 +64,8 @@ pub(super) struct Neighbours {
     extents: Vec<Extent>,
     boxes: Vec<Aabb>,
     pairs: Vec<Neighbour>,
-    /// Where the bodies are where the gaps were asked for last.
+    /// The bodies where the gaps were asked for last, and where they are there.
+    end: Vec<State>,
     poses: Vec<Pose>,
     /// Where they were at the last step's start, and what touched there: of two bodies that have
     /// not moved since nothing is computed again.
@@ -77,9 +78,13 @@ pub(super) struct Neighbours {
     spare_start: Vec<Pose>,
     spare_kept: Vec<Contact>,
     spare_pairs: Vec<Neighbour>,
-    /// Where the bodies are at the start of the step whose end is looked at, and their ways from there.
+    /// The bodies at the start of the step whose end was looked at last, where they are there, and their
+    /// ways from there.
+    from: Vec<State>,
     begin: Vec<Pose>,
     ways: Vec<Way>,
+    /// Where the bodies ended when the boxes were made.
+    searched: Vec<Pose>,
     /// Where two of them are where they meet within the step.
     between: Vec<Pose>,
     /// The pairs that meet within the step, and where each body does first.
@@ -100,7 +105,7 @@ impl Neighbours {
         contacts: &mut Vec<Contact>,
     ) {
         self.passed = false;
-        if !self.place(world, states, states) {
+        if !self.stand(world, states) {
             return;
         }
         if self.start == self.poses {
@@ -179,11 +184,7 @@ impl Neighbours {
         next: &[State],
         contacts: &mut Vec<Contact>,
     ) -> bool {
-        let same = |poses: &[Pose], states: &[State]| {
-            poses.len() == states.len()
-                && poses.iter().zip(states).all(|(pose, state)| *pose == state.pose())
-        };
-        if !(self.lists(world) && same(&self.poses, next) && same(&self.begin, states)) {
+        if !(self.lists(world) && self.end == next && self.from == states) {
             let known = contacts.len();
             self.look(world, states, next, LOOKED_AGAIN * world.reach(), contacts);
             contacts.truncate(known);
@@ -251,11 +252,8 @@ impl Neighbours {
         world: &World,
         states: &[State],
     ) -> Option<(f64, Partner, Partner)> {
-        let same = |(pose, state): (&Pose, &State)| *pose == state.pose();
-        let known = self.poses.len() == states.len()
-            && self.poses.iter().zip(states).all(same)
-            && self.lists(world);
-        if !known && !self.place(world, states, states) {
+        let known = self.end == states && self.lists(world);
+        if !known && !self.stand(world, states) {
             return None;
         }
         let Self { proxies, pairs, poses, scratch, touches, .. } = self;
@@ -280,36 +278,86 @@ impl Neighbours {
         deepest
     }
 
-    /// Places the pieces at `next`, on their ways from `states`, and finds the pairs anew where a piece
-    /// leaves its box. `false` where nothing can touch but the ground, or where there is not one state a
-    /// body.
-    fn place(&mut self, world: &World, states: &[State], next: &[State]) -> bool {
-        let bodies = world.bodies().len();
-        if bodies + world.fixed().len() < 2 || states.len() != bodies || next.len() != bodies {
+    /// Places the pieces at `states`. `false` where nothing can touch but the ground, or where there is not
+    /// one state a body.
+    fn stand(&mut self, world: &World, states: &[State]) -> bool {
+        if !is_of(world, states) {
             return false;
         }
-        if world.bodies().iter().all(|body| body.pieces().is_empty()) {
-            return false;
+        let listed = self.lists(world);
+        if listed && self.end == states {
+            return true;
         }
-        self.begin.clear();
-        self.begin.extend(states.iter().map(State::pose));
-        self.poses.clear();
-        self.poses.extend(next.iter().map(State::pose));
-        self.ways.clear();
-        self.ways.extend(states.iter().zip(next).map(|(from, to)| Way::between(from, to)));
-        if !self.lists(world) {
+        self.set_end(states);
+        self.from.clear();
+        if !listed {
             self.list(world);
         }
-        // Where the step before ended is in its box.
-        let begun = self.start == self.begin;
-        let outside = self.boxes.iter().enumerate().any(|(index, bounds)| {
-            let around = self.around(world, index, begun);
-            bounds.joined(&around) != *bounds
-        });
-        if outside || self.boxes.is_empty() {
+        self.begin.clone_from(&self.poses);
+        self.ways.clear();
+        self.ways.resize(states.len(), Way::STILL);
+        self.fit_boxes(world, true);
+        true
+    }
+
+    /// Places the pieces at `next`, on their ways from `states`. `false` as above.
+    fn place(&mut self, world: &World, states: &[State], next: &[State]) -> bool {
+        if !is_of(world, states) || next.len() != states.len() {
+            return false;
+        }
+        let listed = self.lists(world);
+        // What was looked at last is in its boxes.
+        let begun = listed && (self.from == states || self.end == states);
+        if self.from != states {
+            if self.end == states {
+                self.begin.clone_from(&self.poses);
+            } else {
+                self.begin.clear();
+                self.begin.extend(states.iter().map(State::pose));
+            }
+            self.from.clear();
+            self.from.extend_from_slice(states);
+        }
+        self.set_end(next);
+        self.ways.clear();
+        self.ways.extend(states.iter().zip(next).map(|(from, to)| Way::between(from, to)));
+        if !listed {
+            self.list(world);
+        }
+        self.fit_boxes(world, begun);
+        true
+    }
+
+    fn set_end(&mut self, states: &[State]) {
+        self.end.clear();
+        self.end.extend_from_slice(states);
+        self.poses.clear();
+        self.poses.extend(states.iter().map(State::pose));
+    }
+
+    /// Finds the boxes and pairs anew where a piece leaves its box. `begun` tells that the starts of the
+    /// ways are known to be inside.
+    fn fit_boxes(&mut self, world: &World, begun: bool) {
+        let is_inside = |index: usize| {
+            (begun && self.is_near(index)) || {
+                let around = self.around(world, index, begun);
+                self.boxes[index].joined(&around) == self.boxes[index]
+            }
+        };
+        if self.boxes.len() != self.proxies.len() || !(0..self.boxes.len()).all(is_inside) {
             self.search(world);
         }
-        true
+    }
+
+    /// Whether a piece has moved by less than the margin of its box since that was made: a point c by at
+    /// most |r − r₀| + |A − A₀| |c|, and by the bulge of its way.
+    fn is_near(&self, index: usize) -> bool {
+        let Owner::Body(body) = self.proxies[index].owner else { return true };
+        let (pose, before, extent) =
+            (&self.poses[body], &self.searched[body], &self.extents[index]);
+        let moved = (pose.position - before.position).norm()
+            + extent.arm * (pose.rotation - before.rotation).norm();
+        moved + bulge(extent.arm, self.ways[body].angle()) <= MARGIN * extent.size
     }
 
     /// The box around the way of a piece, or around its end alone if its start is known to be in a box
@@ -320,9 +368,7 @@ impl Neighbours {
         let Owner::Body(body) = proxy.owner else { return Aabb::of(piece, to) };
         let from = &self.begin[body];
         let around = if begun { Aabb::of(piece, to) } else { Aabb::swept(piece, from, to) };
-        let way = &self.ways[body];
-        let moving = Moving { piece, way, ends: (from, to), arm: self.extents[index].arm };
-        around.grown(moving.bulge())
+        around.grown(bulge(self.extents[index].arm, self.ways[body].angle()))
     }
 
     /// Whether the pieces that are listed are those of the world.
@@ -348,6 +394,7 @@ impl Neighbours {
     /// share some of them. Pairs that were known keep their hints.
     fn search(&mut self, world: &World) {
         self.boxes.clear();
+        self.searched.clone_from(&self.poses);
         for index in 0..self.proxies.len() {
             let mut bounds = self.around(world, index, false);
             if let Owner::Body(_) = self.proxies[index].owner {
@@ -376,6 +423,20 @@ impl Neighbours {
             }
         });
     }
+}
+
+/// Whether `world` has two things whose pieces could touch. Where it has not, there is nothing to ask.
+#[inline]
+pub(super) fn has_pairs(world: &World) -> bool {
+    world.bodies().len() + world.fixed().len() >= 2
+}
+
+/// Whether pieces of `world` can touch anything but the ground, and `states` has one state a body.
+fn is_of(world: &World, states: &[State]) -> bool {
+    let bodies = world.bodies();
+    has_pairs(world)
+        && states.len() == bodies.len()
+        && bodies.iter().any(|body| !body.pieces().is_empty())
 }
 
 /// Notes that two owners met at the part `share` of the way.

@@ -127,6 +127,7 @@ impl Contact {
 
     /// Whether the contact bounces in the step: whether it has the row of a rebound.
     #[must_use]
+    #[inline]
     pub fn bounces(&self) -> bool {
         self.rebound != 0.0
     }
@@ -151,6 +152,7 @@ impl Contact {
     /// [motion](Contact::motion) over the step `states` → `next` of `world`: along the normal the smaller
     /// one of the gap speed and what is left of the rebound (eq. 29).
     #[must_use]
+    #[inline]
     pub fn law_motion(
         &self,
         u: Vector3<f64>,
@@ -158,9 +160,17 @@ impl Contact {
         states: &[State],
         next: &[State],
     ) -> Vector3<f64> {
-        if !self.bounces() {
-            return u;
-        }
+        if self.bounces() { self.bounded_motion(u, world, states, next) } else { u }
+    }
+
+    /// The same of a contact that bounces.
+    fn bounded_motion(
+        &self,
+        u: Vector3<f64>,
+        world: &World,
+        states: &[State],
+        next: &[State],
+    ) -> Vector3<f64> {
         let normal = self.normal();
         let left = normal.dot(&self.departing_velocity(world, states, next)) - self.rebound;
         let along = normal.dot(&u);

@@ -83,9 +83,14 @@ impl<'a> Moving<'a> {
     /// How far a piece can leave the box around both ends of its way, m: a point goes along an arc.
     #[must_use]
     pub fn bulge(&self) -> f64 {
-        let angle = self.way.angle();
-        self.arm * (0.125 * angle * angle).min(2.0)
+        bulge(self.arm, self.way.angle())
     }
+}
+
+/// How far a point within `arm` (m) of what turns by `angle` (rad) can leave the chord of its arc, m.
+#[must_use]
+pub fn bulge(arm: f64, angle: f64) -> f64 {
+    arm * (0.125 * angle * angle).min(2.0)
 }
 
 /// How far points of two pieces can move against each other on their ways, m.

@@ -162,6 +162,7 @@ pub(super) fn of_edges(
 /// s and t of the points p + s u and q + t v (0 ≤ s, t ≤ 1) that are nearest to each other; of parallel
 /// segments those of the first point of p. Either may be a point.
 #[must_use]
+#[inline(always)]
 pub fn nearest_shares(
     (p, u): (&Vector3<f64>, &Vector3<f64>),
     (q, v): (&Vector3<f64>, &Vector3<f64>),

@@ -25,7 +25,7 @@ pub mod sweep;
 pub mod touch;
 mod triangles;
 
-pub use advance::{Advance, Moving, first_overlap, stays_clear, travel};
+pub use advance::{Advance, Moving, bulge, first_overlap, stays_clear, travel};
 pub use bound::bound;
 pub use closest::nearest_shares;
 pub use hull::Hull;

@@ -87,12 +87,12 @@ fn free_spin(equation: &SpinEquation<'_>, time_step: f64) -> Vector3<f64> {
     let spin = equation.spin;
     let mut best = (*spin, f64::INFINITY);
     for parts in SPIN_CONTINUATIONS {
-        let mut u = *spin;
+        let (mut u, mut residual) = (*spin, Vector3::zeros());
         for part in 1..=parts {
             let h = time_step * f64::from(part) / f64::from(parts);
-            u = equation.solve(h, u);
+            (u, residual) = equation.solve(h, u);
         }
-        let residual = equation.residual(time_step, &u).norm();
+        let residual = residual.norm();
         if residual < best.1 {
             best = (u, residual);
         }
@@ -117,8 +117,8 @@ impl SpinEquation<'_> {
         u - self.spin + h * (self.body.inertia_inverse() * (gyroscopic - self.torque))
     }
 
-    /// Newton's method with step halving, until the residual no longer falls.
-    fn solve(&self, h: f64, start: Vector3<f64>) -> Vector3<f64> {
+    /// Newton's method with step halving, until the residual no longer falls; with what is left of it.
+    fn solve(&self, h: f64, start: Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
         let (inertia, inverse) = (self.body.inertia(), self.body.inertia_inverse());
         let mut u = start;
         let mut r = self.residual(h, &u);
@@ -136,7 +136,7 @@ impl SpinEquation<'_> {
             let Some((next, next_r)) = better else { break };
             (u, r) = (next, next_r);
         }
-        u
+        (u, r)
     }
 }
 

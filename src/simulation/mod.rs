@@ -393,7 +393,7 @@ fn contact_step(
     let solved = !matches!(report.status, StepStatus::Free | StepStatus::Failed);
     if !within {
         report.status = StepStatus::Failed;
-    } else if solved && judge.is_wild(world, &claim, solution.forces(), accepted) {
+    } else if solved && judge.is_wild_step(world, &claim, solution.forces(), accepted) {
         report.status = StepStatus::Wild;
     }
     // What met something unseen went another way.

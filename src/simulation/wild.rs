@@ -90,9 +90,19 @@ impl Judge {
         forces: impl IntoIterator<Item = Vector3<f64>>,
         accepted: f64,
     ) -> bool {
+        !claim.is_of(world) || self.is_wild_step(world, claim, forces, accepted)
+    }
+
+    /// The same of a claim that is known to be of a step of the world.
+    pub(super) fn is_wild_step(
+        &mut self,
+        world: &World,
+        claim: &Claim<'_>,
+        forces: impl IntoIterator<Item = Vector3<f64>>,
+        accepted: f64,
+    ) -> bool {
         let h = world.time_step();
-        let too_far = |next: &State| h * next.spin.norm() > LARGEST_TURN;
-        if !claim.is_of(world) || claim.next.iter().any(too_far) {
+        if claim.next.iter().any(|next| h * next.spin.norm() > LARGEST_TURN) {
             return true;
         }
         self.join(claim, forces);
@@ -100,10 +110,10 @@ impl Judge {
         for (index, body) in world.bodies().iter().enumerate() {
             let budget = &mut self.budgets[self.islands.of(index)];
             let ends = (&claim.states[index], &claim.next[index]);
-            let gain = if budget.bounces { gain_of_bounce } else { gain };
-            budget.gained += gain(world, body, ends, &claim.wrenches[index]);
-            let kinetic = [ends.0, ends.1].map(|state| kinetic_energy(world, body, state));
-            budget.kinetic += kinetic[0].max(kinetic[1]);
+            let work = if budget.bounces { work_of_bounce } else { work };
+            let [before, after] = [ends.0, ends.1].map(|state| kinetic_energy(world, body, state));
+            budget.gained += after - before - work(world, body, ends, &claim.wrenches[index]);
+            budget.kinetic += before.max(after);
             budget.rest += body.mass() * (0.5 * slow * slow + lift);
         }
         let makes_energy =
@@ -140,6 +150,7 @@ impl Judge {
 /// been in it on the way: the lowest that a turning point can come is the reach of the body below the lower
 /// end of its way.
 #[must_use]
+#[inline]
 pub fn is_lost(world: &World, states: &[State], next: &[State]) -> bool {
     if !world.has_ground() {
         return false;
@@ -157,27 +168,24 @@ pub fn is_lost(world: &World, states: &[State], next: &[State]) -> bool {
     })
 }
 
-/// What a step that does not bounce adds to the kinetic energy of a body beyond the work of gravity
-/// and wrench (eq. 32), J.
-fn gain(world: &World, body: &RigidBody, (state, next): (&State, &State), wrench: &Wrench) -> f64 {
+/// The work of gravity and `wrench` on a body in a step that does not bounce (eq. 32), J.
+fn work(world: &World, body: &RigidBody, (state, next): (&State, &State), wrench: &Wrench) -> f64 {
     let force = wrench.force + world.gravity() * body.mass();
     let moved = next.position - state.position;
-    let change = kinetic_energy(world, body, next) - kinetic_energy(world, body, state);
-    change - force.dot(&moved) - world.time_step() * wrench.torque.dot(&next.spin)
+    force.dot(&moved) + world.time_step() * wrench.torque.dot(&next.spin)
 }
 
-/// The same of a step that bounces.
-fn gain_of_bounce(
+/// The same in a step that bounces.
+fn work_of_bounce(
     world: &World,
     body: &RigidBody,
     (state, next): (&State, &State),
     wrench: &Wrench,
 ) -> f64 {
     let force = wrench.force + world.gravity() * body.mass();
-    let change = kinetic_energy(world, body, next) - kinetic_energy(world, body, state);
     let power =
         force.dot(&(state.velocity + next.velocity)) + wrench.torque.dot(&(state.spin + next.spin));
-    change - 0.5 * world.time_step() * power
+    0.5 * world.time_step() * power
 }
 
 /// ½ m v² and the energy of the [turning](energy::turning), J.

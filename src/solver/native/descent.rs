@@ -113,7 +113,7 @@ impl<E: Equations> Descent<E> {
         let tolerances = *equations.tolerances();
         let nothing = Rank { unsolved: true, turns_too_far: true, residual: f64::INFINITY };
         let mut best = (nothing, Start::Previous);
-        let rolls = equations.candidates().iter().any(|contact| !contact.gives_alike());
+        let rolls = !equations.all_give_alike();
         let all = starts::all(equations.bodies(), previous.len(), rolls);
         for (index, start) in all.enumerate() {
             if start == Start::Alike {

@@ -274,7 +274,9 @@ pub(super) trait Equations {
 
     /// The contacts that may carry an impulse.
     fn candidates(&self) -> &[Candidate];
-    /// Makes all of them give in all directions alike (N6).
+    /// Whether all of them give in all directions alike (N6).
+    fn all_give_alike(&self) -> bool;
+    /// Makes them.
     fn give_alike(&mut self);
     /// The tolerances of the step.
     fn tolerances(&self) -> &Tolerances;

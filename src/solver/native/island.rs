@@ -16,7 +16,7 @@ use super::pair_motion::{PairMotion, PairSlope, stacked};
 use super::round_motion::{Round, RoundMotion, Side};
 use super::tolerances::{LARGE_TURN, TURN_GAIN, Tolerances};
 use super::turning::Turning;
-use crate::contact::{Contact, Partner};
+use crate::contact::{Contact, Partner, torque_map_of};
 use crate::mechanics::Rotation;
 use crate::mechanics::quaternion::rotation;
 use crate::step::Step;
@@ -50,8 +50,8 @@ struct Member {
 struct Link {
     /// A.
     a: usize,
-    /// Where both features are round.
-    round: Option<Round>,
+    /// Where both features are round, its place among those.
+    round: Option<usize>,
     /// B, where it is no fixed thing.
     b: Option<Other>,
 }
@@ -76,7 +76,10 @@ pub(super) struct Island {
     mass: f64,
     members: Vec<Member>,
     candidates: Vec<Candidate>,
+    all_give_alike: bool,
     links: Vec<Link>,
+    /// What candidates of two round features have beyond others.
+    rounds: Vec<Round>,
     tolerances: Tolerances,
     unsettled: f64,
 }
@@ -90,7 +93,9 @@ impl Island {
             mass: 1.0,
             members: Vec::new(),
             candidates: Vec::new(),
+            all_give_alike: true,
             links: Vec::new(),
+            rounds: Vec::new(),
             tolerances: Tolerances::of(world, 0.0),
             unsettled: f64::INFINITY,
         }
@@ -118,7 +123,9 @@ impl Island {
             }
         }));
         self.candidates.clear();
+        self.all_give_alike = true;
         self.links.clear();
+        self.rounds.clear();
         self.tolerances = Tolerances::together(step.world, self.speed());
         self.unsettled = unsettled;
     }
@@ -137,7 +144,7 @@ impl Island {
                 let other = &self.members[index];
                 let arm = self.members[a].position + contact.arm - other.position;
                 let lever = other.rotation.tr_mul(&arm);
-                let torque_map = lever.cross_matrix() * other.rotation.transpose();
+                let torque_map = torque_map_of(&lever, &other.rotation);
                 Some(Other {
                     index,
                     torque_map,
@@ -146,13 +153,17 @@ impl Island {
             }
             Partner::Ground | Partner::Fixed(_) => None,
         };
-        let round = contact.features.curved.map(|curved| Round { curved, way: contact.way() });
+        let round = contact.features.curved.map(|curved| {
+            self.rounds.push(Round { curved, way: contact.way() });
+            self.rounds.len() - 1
+        });
         self.links.push(Link { a, round, b });
         let share = self.members[a].share;
         let mut candidate = Candidate::new(contact, self.time_step, share);
         if candidate.approach.abs() <= self.tolerances.level {
             candidate.approach = 0.0;
         }
+        self.all_give_alike &= candidate.gives_alike();
         self.candidates.push(candidate);
     }
 
@@ -221,10 +232,10 @@ impl Island {
         PairMotion::new(candidate, &other.arm, &apart, rotations, turnings, self.time_step)
     }
 
-    /// The motion of a candidate of two round features.
+    /// The motion of a candidate of two round features, the one in this place among those.
     fn round_motion<'a>(
         &'a self,
-        (candidate, round): (&'a Candidate, &'a Round),
+        (candidate, round): (&'a Candidate, usize),
         link: &Link,
         velocity: &'a [Velocity],
         (a, b): (&'a Both, Option<&'a Both>),
@@ -235,6 +246,7 @@ impl Island {
             linear: &velocity[index].linear,
         };
         let of_b = link.b.as_ref().zip(b).map(|(other, b)| side(other.index, b));
+        let round = &self.rounds[round];
         RoundMotion::new(candidate, round, side(link.a, a), of_b, self.time_step)
     }
 
@@ -259,7 +271,7 @@ impl Island {
         velocity: &[Velocity],
         turnings: (&Both, Option<&Both>),
     ) -> Vector3<f64> {
-        if let Some(round) = &link.round {
+        if let Some(round) = link.round {
             return self.round_motion((candidate, round), link, velocity, turnings).u();
         }
         match (&link.b, turnings.1) {
@@ -312,7 +324,12 @@ impl Equations for Island {
         &self.candidates
     }
 
+    fn all_give_alike(&self) -> bool {
+        self.all_give_alike
+    }
+
     fn give_alike(&mut self) {
+        self.all_give_alike = true;
         self.candidates.iter_mut().for_each(|candidate| candidate.give = 1.0);
     }
 
@@ -369,7 +386,7 @@ impl Equations for Island {
             }
         }
         for (link, candidate) in self.links.iter().zip(&self.candidates) {
-            let sides = [Some(link.a), link.b.map(|other| other.index)];
+            let sides = [Some(link.a), link.b.as_ref().map(|other| other.index)];
             for index in sides.into_iter().flatten() {
                 let old = &self.members[index].old.linear;
                 let along = candidate.normal.dot(&(velocity[index].linear - old));
@@ -415,7 +432,7 @@ impl Equations for Island {
     fn point(&self, index: usize, velocity: &Vec<Velocity>) -> Vector3<f64> {
         let link = &self.links[index];
         let turnings = |body: usize| self.turnings(&self.members[body], &velocity[body]);
-        let (a, b) = (turnings(link.a), link.b.map(|other| turnings(other.index)));
+        let (a, b) = (turnings(link.a), link.b.as_ref().map(|other| turnings(other.index)));
         self.point_velocity((link, &self.candidates[index]), velocity, (&a, b.as_ref()))
     }
 
@@ -429,7 +446,7 @@ impl Equations for Island {
         self.set_turnings(velocity, turnings);
         points.clear();
         points.extend(self.links.iter().zip(&self.candidates).map(|(link, candidate)| {
-            let b = link.b.map(|other| &turnings[other.index]);
+            let b = link.b.as_ref().map(|other| &turnings[other.index]);
             self.point_velocity((link, candidate), velocity, (&turnings[link.a], b))
         }));
     }
@@ -443,7 +460,8 @@ impl Equations for Island {
         step: &mut Vec<Velocity>,
     ) -> bool {
         let IslandScratch { residuals, turnings } = at.scratch;
-        let pairs = self.links.iter().filter_map(|link| link.b.map(|other| (link.a, other.index)));
+        let of_link = |link: &Link| link.b.as_ref().map(|other| (link.a, other.index));
+        let pairs = self.links.iter().filter_map(of_link);
         blocks.begin(self.members.len(), pairs);
         for (index, residual) in residuals.iter().enumerate() {
             let mut diagonal = Matrix6::identity();

@@ -189,7 +189,9 @@ impl Islands {
         self.changes.clear();
         self.changes.resize(islands, (0.0, 0.0));
         for (place, contact) in step.previous.contacts.iter().enumerate() {
-            let Some((apart, largest)) = self.changes.get_mut(self.islands[contact.key.body])
+            // The previous solutions may be of anything.
+            let island = self.islands.get(contact.key.body);
+            let Some((apart, largest)) = island.and_then(|island| self.changes.get_mut(*island))
             else {
                 continue;
             };

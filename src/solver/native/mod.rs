@@ -61,7 +61,7 @@ pub struct NativeSolver {
     parts: Vec<Part>,
     /// Of every body, how the problem of its island ended.
     ends: Vec<End>,
-    /// X⁺ of every body; X where its island's problem was not solved.
+    /// Memory of [`NativeSolver::reached`].
     reached: Vec<State>,
     /// Where islands are solved at the same time; `None` for the caller's thread alone.
     #[cfg(feature = "threads")]
@@ -145,13 +145,9 @@ impl NativeSolver {
         let mut iterations =
             self.solve_islands(step, candidates.contacts(), is_marked, solution)?;
         loop {
-            // What was not solved says nothing about what will meet.
-            self.reached.clear();
-            let ends = solution.states.iter().zip(step.states).zip(&self.ends);
-            let reached = ends.map(|((next, now), end)| if end.solved { *next } else { *now });
-            self.reached.extend(reached);
-            let depth = deepest_miss(step, &self.reached);
-            if !candidates.admit_missed(step.world, step.states, &self.reached, depth) {
+            let reached = self.reached(step, solution);
+            let depth = deepest_miss(step, reached);
+            if !candidates.admit_missed(step.world, step.states, reached, depth) {
                 break;
             }
             let more = self.solve_islands(step, candidates.contacts(), |_| false, solution)?;
@@ -166,6 +162,19 @@ impl NativeSolver {
         let later = self.ends.iter().find(|end| end.start != Start::Previous);
         let start = later.map_or(Start::Previous, |end| end.start);
         Ok(StepReport { status, iterations, start: Some(start.name()), message: None })
+    }
+
+    /// Where contacts are looked for: X⁺, or X of a body whose problem was not solved, since that says
+    /// nothing about what will meet.
+    fn reached<'a>(&'a mut self, step: &Step<'_>, solution: &'a StepSolution) -> &'a [State] {
+        if self.ends.iter().all(|end| end.solved) {
+            return &solution.states;
+        }
+        self.reached.clear();
+        let ends = solution.states.iter().zip(step.states).zip(&self.ends);
+        let reached = ends.map(|((next, now), end)| if end.solved { *next } else { *now });
+        self.reached.extend(reached);
+        &self.reached
     }
 
     /// Solves the problems of the islands that changed, each in the memory of its part.

@@ -167,8 +167,8 @@ impl<E: Equations> Newton<E> {
         }
         self.find_modes(equations, law, iterate);
         let mut merit = evaluate_again(equations, &Law::EXACT, iterate);
-        let rolls = equations.candidates().iter().any(|candidate| !candidate.gives_alike());
-        for _ in 0..if rolls { ROLLING_CORRECTIONS } else { CORRECTIONS } {
+        let alike = equations.all_give_alike();
+        for _ in 0..if alike { CORRECTIONS } else { ROLLING_CORRECTIONS } {
             if merit.largest <= limit(equations) || !effort.spend() {
                 break;
             }

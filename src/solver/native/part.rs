@@ -11,7 +11,7 @@ use crate::contact::Contact;
 use crate::error::Error;
 use crate::mechanics::State;
 use crate::mechanics::quaternion::advance;
-use crate::step::{ContactForce, Step, StepSolution};
+use crate::step::{Step, StepSolution};
 use crate::world::World;
 use nalgebra::Vector3;
 
@@ -93,12 +93,10 @@ impl<E: Equations> Problem<E> {
         let solved = self.descent.impulses().iter().zip(self.descent.points());
         for (&place, (impulse, u)) in island.contacts.iter().zip(solved) {
             let (normal, force) = (contacts[place].normal(), impulse * to_force);
-            solution.contacts[place] = ContactForce {
-                key: contacts[place].key,
-                force,
-                normal_force: normal.dot(&force),
-                slip: u - normal * normal.dot(u),
-            };
+            let found = &mut solution.contacts[place];
+            found.force = force;
+            found.normal_force = normal.dot(&force);
+            found.slip = u - normal * normal.dot(u);
         }
     }
 }

@@ -40,6 +40,7 @@ pub(super) struct Single {
     tolerances: Tolerances,
     unsettled: f64,
     candidates: Vec<Candidate>,
+    all_give_alike: bool,
 }
 
 impl Single {
@@ -60,6 +61,7 @@ impl Single {
             tolerances: Tolerances::of(world, 0.0),
             unsettled: f64::INFINITY,
             candidates: Vec::new(),
+            all_give_alike: true,
         }
     }
 
@@ -80,6 +82,7 @@ impl Single {
         self.tolerances = Tolerances::of(step.world, self.speed());
         self.unsettled = unsettled;
         self.candidates.clear();
+        self.all_give_alike = true;
     }
 
     /// Room for so many contacts.
@@ -89,7 +92,9 @@ impl Single {
 
     /// Adds a contact of the body with something fixed.
     pub(super) fn admit(&mut self, contact: &Contact) {
-        self.candidates.push(Candidate::new(contact, self.time_step, 1.0));
+        let candidate = Candidate::new(contact, self.time_step, 1.0);
+        self.all_give_alike &= candidate.gives_alike();
+        self.candidates.push(candidate);
     }
 
     /// An angular residual of (N1) as the speed of a point at the body's reach, m/s.
@@ -196,7 +201,12 @@ impl Equations for Single {
         &self.candidates
     }
 
+    fn all_give_alike(&self) -> bool {
+        self.all_give_alike
+    }
+
     fn give_alike(&mut self) {
+        self.all_give_alike = true;
         self.candidates.iter_mut().for_each(|candidate| candidate.give = 1.0);
     }
 

@@ -2,7 +2,7 @@
 //! with their derivatives.
 
 use super::round::Round;
-use crate::contact::Contact;
+use crate::contact::{Contact, torque_map_of};
 use crate::mechanics::quaternion::{rotated_point_forms, rotation};
 use crate::mechanics::{RigidBody, State};
 use nalgebra::{Matrix2x3, Matrix3, Matrix3x4, Matrix4, Vector2, Vector3, Vector4};
@@ -285,5 +285,5 @@ pub(super) fn rows(forms: &Forms, q: &Vector4<f64>) -> Matrix3x4<f64> {
 fn torque_map_of_b(contact: &Contact, a: &State, b: &State) -> Matrix3<f64> {
     let rotation = rotation(&b.attitude);
     let arm = a.position + contact.arm - b.position;
-    rotation.tr_mul(&arm).cross_matrix() * rotation.transpose()
+    torque_map_of(&rotation.tr_mul(&arm), &rotation)
 }

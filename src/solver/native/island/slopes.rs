@@ -23,7 +23,7 @@ impl Island {
         if !candidate.bounces() {
             return slope;
         }
-        let both = (&turnings[link.a], link.b.map(|other| &turnings[other.index]));
+        let both = (&turnings[link.a], link.b.as_ref().map(|other| &turnings[other.index]));
         let u = self.gap_velocity((link, candidate), velocity, both);
         if candidate.bounded(u, &self.departing((link, candidate), velocity)).1 {
             let normal = &candidate.normal;
@@ -64,8 +64,8 @@ impl Island {
         turnings: &[Both],
     ) -> PairSlope {
         let of_a = &turnings[link.a];
-        if let Some(round) = &link.round {
-            let both = (of_a, link.b.map(|other| &turnings[other.index]));
+        if let Some(round) = link.round {
+            let both = (of_a, link.b.as_ref().map(|other| &turnings[other.index]));
             let (by_a, by_b) = self.round_motion((candidate, round), link, velocity, both).slopes();
             let b = link.b.as_ref().zip(by_b).map(|(other, by_b)| (other.index, by_b));
             return PairSlope { a: (link.a, by_a), b };
