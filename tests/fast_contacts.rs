@@ -1,10 +1,12 @@
 //! What is fast, thin or turning: nothing passes unseen, and no contact pushes what it does not touch.
 
+#[path = "fast_contacts/campaign.rs"]
+mod campaign;
 #[path = "fast_contacts/own.rs"]
 mod own;
 
+use campaign::{Found, Pairs, direction, piece, reach};
 use nalgebra::{Matrix3, Vector3, Vector4};
-use own::{distance, fixed, overlap_by, part_way, turn};
 use tumble::contact::{Partner, Plane};
 use tumble::geometry::Piece;
 use tumble::mechanics::quaternion::rotation;
@@ -229,154 +231,33 @@ fn what_turns_too_far_beside_something_is_marked() {
     assert_eq!([ground(0.5), ground(1.5)], [StepStatus::Wild, StepStatus::Free]);
 }
 
-/// Balls, boxes, capsules, plates, rods, needles, hulls: what a draw brings.
-fn piece(draws: &mut Draws) -> Piece {
-    let kind = (7.0 * draws.unit()) as u32;
-    let mut between = |low: f64, high: f64| low * (high / low).powf(draws.unit());
-    let cuboid = |x: f64, y: f64, z: f64| Piece::cuboid(v(x, y, z)).unwrap();
-    match kind {
-        0 => Piece::sphere(between(0.005, 0.1)).unwrap(),
-        1 => cuboid(between(0.02, 0.1), between(0.02, 0.1), between(0.02, 0.1)),
-        2 => Piece::capsule(between(0.02, 0.2), between(0.005, 0.05)).unwrap(),
-        3 => cuboid(between(0.05, 0.2), between(0.05, 0.2), between(0.0005, 0.002)),
-        4 => cuboid(between(0.2, 0.5), between(0.005, 0.01), between(0.005, 0.01)),
-        5 => cuboid(between(0.1, 0.3), between(0.0005, 0.001), between(0.0005, 0.001)),
-        _ => {
-            let size = between(0.03, 0.1);
-            let points: Vec<V> = (0..12).map(|_| direction(draws) * size).collect();
-            Piece::hull(&points, 0.0).unwrap()
-        }
-    }
-}
-
-fn direction(draws: &mut Draws) -> V {
-    rotation(&draws.attitude()) * V::z()
-}
-
-/// The radius of a ball inside a piece, m.
-fn inner(piece: &Piece) -> f64 {
-    let core = piece.core();
-    let depths = core.faces().iter().map(|face| face.offset - face.normal.dot(core.centre()));
-    let depth = depths.fold(f64::INFINITY, f64::min);
-    piece.radius() + if depth.is_finite() { depth } else { 0.0 }
-}
-
-/// The largest distance of a body's piece from its centre of mass, m.
-fn reach(piece: &Piece) -> f64 {
-    piece.core().vertices().iter().map(V::norm).fold(0.0, f64::max) + piece.radius()
-}
-
-/// What a campaign found.
-#[derive(Debug, Default)]
-struct Found {
-    /// Pairs that met.
-    met: u32,
-    /// Steps that failed or were wild.
-    failed: u32,
-    wild: u32,
-    /// Ways with a deep overlap of a pair, of steps that turn nothing by more than a radian: where the
-    /// step's status is better than wild, and where it says so.
-    passed: Vec<String>,
-    marked: Vec<String>,
-    /// The smallest turn of those, rad.
-    least_turn: f64,
-    /// Contacts whose gap at k is below what the pieces overlap at k.
-    behind: Vec<String>,
-}
-
-impl Found {
-    /// Looks at a step of two pieces, `b` of the second body or fixed.
-    fn look(&mut self, name: &str, record: &StepRecord, a: &Piece, b: &Piece) {
-        let (from, to) = (&record.states, &record.solution.states);
-        let size = |piece: &Piece| piece.core().reach() + piece.radius();
-        let place = |body: usize, share: f64| match from.get(body) {
-            Some(state) => part_way(state, &to[body], share),
-            None => fixed(),
-        };
-        let apart = distance((a, &place(0, 0.0)), (b, &place(1, 0.0)));
-        for contact in &record.contacts {
-            // Equal faces are told apart to 1e-7 of the size, and solvers leave some 1e-9.
-            if apart > 0.0 && contact.gap < -2e-7 * size(a).min(size(b)) {
-                let (k, gap) = (record.index, contact.gap);
-                self.behind.push(format!("{name}, k = {k}: {gap:e}, {apart:e} m apart"));
-            }
-        }
-        self.failed += u32::from(record.report.status == StepStatus::Failed);
-        self.wild += u32::from(record.report.status == StepStatus::Wild);
-        let turn = |body: usize| from.get(body).map_or(0.0, |state| turn(state, &to[body]));
-        if record.report.status == StepStatus::Failed || turn(0).max(turn(1)) > 1.0 {
-            return;
-        }
-        // A part of both thicknesses; between the ends of a step whose contacts hold there, also what its
-        // turns carry points off the chord.
-        let bulge = |body: usize, piece: &Piece| {
-            let arm = piece.core().vertices().iter().map(V::norm).fold(0.0, f64::max);
-            arm * turn(body).powi(2) / 8.0
-        };
-        let thick = 0.25 * (inner(a) + inner(b));
-        let deep = |share: f64| {
-            let between = share < 1.0 && !record.contacts.is_empty();
-            let depth = thick + if between { bulge(0, a) + bulge(1, b) } else { 0.0 };
-            overlap_by((a, &place(0, share)), (b, &place(1, share)), depth)
-        };
-        if overlap_by((a, &place(0, 0.0)), (b, &place(1, 0.0)), thick) {
-            // Left by a step before.
-            return;
-        }
-        if let Some(share) = (1..=40).map(|i| f64::from(i) / 40.0).find(|share| deep(*share)) {
-            let (k, contacts) = (record.index, record.contacts.len());
-            let passed = if is_solved(record) { &mut self.passed } else { &mut self.marked };
-            let turn = turn(0).max(turn(1));
-            self.least_turn = self.least_turn.min(turn);
-            passed.push(format!("{name}, k = {k}, {share}: {contacts} contacts, {turn} rad"));
-        }
-    }
-}
-
 /// A thousand pairs that fly at each other, at any speed and with spins of up to 0.9 rad a step: none passes
-/// unseen, with or without a contact, none at all in a step that turns nothing by more than 0.45 rad, and
-/// no contact is behind its point. (Where features were taken from the ends of steps, 976 were.)
+/// unseen, with or without a contact, none at all in a step that turns nothing by more than 0.14 rad, and
+/// no contact is behind its point. (Where features were taken from the ends of steps, 976 were.) The steps
+/// are far too long for much of this: a needle that is hit beside its middle turns many times within one,
+/// and of the problems that are not solved those of one contact without friction have no solution.
 #[test]
 fn random_pairs_at_random_speeds_do_not_pass_each_other() {
-    let mut draws = Draws::new(2024);
-    let mut found = Found { least_turn: f64::INFINITY, ..Found::default() };
-    for number in 0..1000 {
-        let pieces = [piece(&mut draws), piece(&mut draws)];
-        let bodies = pieces
-            .each_ref()
-            .map(|p| RigidBody::solid(0.1 + draws.unit(), std::slice::from_ref(p)).unwrap().0);
-        let h = 0.0005 * 20_f64.powf(draws.unit());
-        let speed = 3.0 * 33_f64.powf(draws.unit());
-        let [a, b] = bodies.each_ref().map(|body| {
-            let most = 0.9 * draws.unit() / h;
-            (draws.attitude(), direction(&mut draws) * most, body.pieces()[0].clone())
-        });
-        // They would be in each other after three and a half steps.
-        let way = direction(&mut draws) * speed;
-        let aside = direction(&mut draws) * 0.5 * (inner(&a.2) + inner(&b.2));
-        let start = |(q, spin, _): &(Vector4<f64>, V, Piece), position: V, velocity: V| State {
-            position,
-            attitude: q.normalize(),
-            velocity,
-            spin: *spin,
-        };
-        let apart = reach(&a.2) + reach(&b.2);
-        let distance = (3.5 * h * speed).max(1.6 * apart);
-        let steps = (distance / (h * speed) + 4.0).min(60.0) as usize;
-        let starts =
-            [start(&a, aside - way * (distance / speed), way), start(&b, V::zeros(), V::zeros())];
-        let friction = if number % 3 == 0 { 0.0 } else { draws.unit() };
-        let world = world(bodies.to_vec(), friction, h, 0.0);
-        let records = run(&world, &starts, steps);
-        found.met += u32::from(records.iter().any(|record| !record.contacts.is_empty()));
-        for record in &records {
-            found.look(&format!("pair {number}"), record, &a.2, &b.2);
-        }
-    }
+    let (speeds, steps) = ([3.0, 99.0], [0.0005, 0.01]);
+    let found = Pairs { seed: 2024, most_turn: 0.9, speeds, steps }.run();
     assert!(found.met > 900, "{}", found.met);
     assert!(found.passed.is_empty() && found.behind.is_empty(), "{found:#?}");
-    // Passed, and marked as wild: turns of 0.16 to 0.94 rad in a step.
-    assert!(found.marked.len() <= 30 && found.least_turn > 0.15, "{found:#?}");
+    // Passed, and marked as wild.
+    assert!(found.marked.len() <= 20 && found.least_turn > 0.14, "{found:#?}");
+    assert!(found.failed <= 130, "{found:#?}");
+    assert!(found.sought >= 30 && found.solvable == 0, "{found:#?}");
+}
+
+/// The same at up to 3 m/s and 0.1 rad in a step of a millisecond: what is not solved are some hits of
+/// needles.
+#[test]
+fn random_pairs_at_ordinary_speeds_meet() {
+    let (speeds, steps) = ([0.5, 3.0], [0.001, 0.001]);
+    let found = Pairs { seed: 1, most_turn: 0.1, speeds, steps }.run();
+    assert!(found.met > 950, "{}", found.met);
+    assert!(found.passed.is_empty() && found.behind.is_empty(), "{found:#?}");
+    assert!(found.marked.is_empty(), "{found:#?}");
+    assert!(found.failed <= 6 && found.failed_compact == 0, "{found:#?}");
 }
 
 /// Pieces against walls of 1 cm and 1 mm, 3 to 100 m/s, h 0.5 to 10 ms: none ends on the other side.

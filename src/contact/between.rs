@@ -19,7 +19,9 @@ pub(super) struct Between<'a> {
 }
 
 impl Between<'_> {
-    /// The contact of a touch; `plane` counts the planes that its features have met.
+    /// The contact of a touch; `plane` counts the planes that its features have met. Two round features
+    /// are known wherever they are, and have no other plane but where that lets them through
+    /// ([`super::meeting`]): from the first one on they are a point against a plane.
     pub(super) fn contact(&self, touch: &Touch, plane: u32) -> Option<Contact> {
         let (of_point, of_plane) = match touch.point_of {
             Side::A => self.proxies,
@@ -30,7 +32,9 @@ impl Between<'_> {
             feature: touch.feature,
             plane,
         };
-        if let Feature::Round(part_a, part_b) = touch.feature {
+        if let Feature::Round(part_a, part_b) = touch.feature
+            && plane == 0
+        {
             let (a, b) = self.proxies;
             let Owner::Body(body) = a.owner else { return None };
             let key = ContactKey {

@@ -20,8 +20,8 @@ use super::owner::plane_of;
 use super::proxy::{Extent, Owner, Proxy, placed, size};
 use super::{Contact, ContactKey, Partner};
 use crate::geometry::{
-    Advance, Hint, Moving, Scratch, Touch, bound, first_overlap, manifold, separation, stays_clear,
-    travel,
+    Advance, Feature, Hint, Moving, Scratch, Touch, bound, first_overlap, manifold, separation,
+    stays_clear, travel,
 };
 use crate::mechanics::{Pose, State, Way};
 use crate::simulation::wild::LARGEST_TURN;
@@ -109,8 +109,10 @@ pub(super) struct Meeting {
     pub pair: usize,
     /// Where: the part of the way.
     pub share: f64,
-    /// Whether the pair ends overlapped.
+    /// Whether the pair ends overlapped, and whether it overlaps deep before, or ends clear of what it has
+    /// met.
     is_deep: bool,
+    goes_through: bool,
     /// What overlaps by no more on the way has not met yet, m.
     fine: f64,
     /// What ends overlapped by more has contacts too few, m.
@@ -152,8 +154,11 @@ impl Look<'_> {
             *pair.is_bound = false;
         }
         let is_deep = *pair.gap < -self.depth;
-        // What a turn leaves between planes that are all known.
-        if is_deep && *pair.gap >= -fine && self.knows(pair.proxies, contacts) {
+        let mut goes_through = !is_deep;
+        if is_deep && !stays_clear(&moving.0, &moving.1, passing, pair.hint) {
+            goes_through = self.first(&moving, passing, pair.hint).is_some();
+        } else if is_deep && *pair.gap >= -fine && self.knows(pair.proxies, contacts) {
+            // What a turn leaves between planes that are all known.
             return None;
         }
         if !is_deep {
@@ -189,7 +194,8 @@ impl Look<'_> {
             false => self.first(&moving, fine - under, pair.hint),
         };
         let share = first.unwrap_or(1.0);
-        Some(Meeting { pair: index, share, is_deep, fine, deep: deep - under, under, axis })
+        let deep = deep - under;
+        Some(Meeting { pair: index, share, is_deep, goes_through, fine, deep, under, axis })
     }
 
     /// Adds the contacts of a pair that meets. If it `waits` for another one, which met one of its bodies
@@ -230,7 +236,13 @@ impl Look<'_> {
                 self.admit(pair.proxies, At::End, meeting.under, contacts);
             }
         }
-        self.passed |= contacts.len() == before && (!meeting.is_deep || *pair.gap < -meeting.deep);
+        if contacts.len() > before || !meeting.goes_through && *pair.gap >= -meeting.deep {
+            return;
+        }
+        self.place(pair.proxies, meeting.share);
+        self.touches(pair, At::Between);
+        self.admit_planes_of_round(pair.proxies, meeting.under, contacts);
+        self.passed |= contacts.len() == before;
     }
 
     /// Sets the poses of a pair at a place where it begins to overlap by more than its contacts see, by
@@ -336,6 +348,43 @@ impl Look<'_> {
         manifold(pieces.0, pieces.1, reach, plane_of, pair.hint, self.scratch, self.touches)
     }
 
+    /// Adds the planes of the round features that were found last on the way. What moves far in a step goes
+    /// through the side of what is round, although it begins and ends outside; a plane stops it.
+    fn admit_planes_of_round(
+        &mut self,
+        proxies: (Proxy, Proxy),
+        under: f64,
+        contacts: &mut Vec<Contact>,
+    ) {
+        let least = under - self.same_gap(proxies);
+        let (world, start) = (self.world, self.start);
+        let between = Between { world, proxies, at: self.between, start };
+        for touch in &*self.touches {
+            if !matches!(touch.feature, Feature::Round(..)) {
+                continue;
+            }
+            let is_same = |contact: &&Contact| {
+                is_between(&contact.key, proxies)
+                    && contact.key.pair.is_some_and(|pair| pair.feature == touch.feature)
+            };
+            let planes = contacts.iter().filter(is_same).count() as u32;
+            let Some(contact) = between.contact(touch, planes.max(1)) else { continue };
+            let is_known = contacts.iter().filter(is_same).any(|known| {
+                known.features.curved.is_none()
+                    && known.normal().dot(&contact.normal()) >= SAME_PLANE
+            });
+            if contact.gap >= least && !is_known && planes < MOST_PLANES {
+                contacts.push(contact);
+            }
+        }
+    }
+
+    /// What gaps at the start may be below what overlaps there, m.
+    fn same_gap(&self, proxies: (Proxy, Proxy)) -> f64 {
+        let size = |proxy| size(placed(self.world, self.start, proxy).0);
+        SAME_GAP * size(proxies.0).min(size(proxies.1))
+    }
+
     /// Whether all touches of the end, which were found last, have their planes among `contacts`.
     fn knows(&self, proxies: (Proxy, Proxy), contacts: &[Contact]) -> bool {
         let (world, start) = (self.world, self.start);
@@ -360,9 +409,7 @@ impl Look<'_> {
         under: f64,
         contacts: &mut Vec<Contact>,
     ) -> bool {
-        let [a, b] =
-            [proxies.0, proxies.1].map(|proxy| size(placed(self.world, self.start, proxy).0));
-        let least = under - SAME_GAP * a.min(b);
+        let least = under - self.same_gap(proxies);
         let (world, start) = (self.world, self.start);
         let between = Between { world, proxies, at: at.of((start, self.end, self.between)), start };
         let mut fits = false;

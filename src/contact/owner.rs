@@ -3,7 +3,7 @@
 
 use super::proxy::{Owner, Proxy, placed, size};
 use crate::geometry::Side;
-use crate::mechanics::{Pose, State};
+use crate::mechanics::{Pose, RigidBody, State};
 use crate::world::World;
 use nalgebra::Vector3;
 use std::cmp::Ordering;
@@ -34,11 +34,19 @@ pub(super) fn plane_of(
     let h = world.time_step();
     let bodies = (&world.bodies()[of_a], &world.bodies()[of_b]);
     let sizes = [a, b].map(|proxy| size(placed(world, start, proxy).0));
-    let turn = |body: usize| h * states[body].spin.norm();
+    // What a hit makes a body turn with: the whole of the speed at the smallest radius of gyration.
+    let (mass, speed) = (
+        1.0 / (1.0 / bodies.0.mass() + 1.0 / bodies.1.mass()),
+        (states[of_a].velocity - states[of_b].velocity).norm(),
+    );
+    let turn = |index: usize, body: &RigidBody| {
+        let hit = mass / body.mass() * speed * body.specific_inertia_inverse().norm().sqrt();
+        h * (states[index].spin.norm() + hit)
+    };
     let (r_a, r_b) = (start[of_a].position, start[of_b].position);
     let length = SAME_LENGTH * sizes[0].min(sizes[1]);
     let exact = |x: f64, y: f64| x.total_cmp(&y);
-    let order = differ(turn(of_a), turn(of_b), SAME_TURN)
+    let order = differ(turn(of_a, bodies.0), turn(of_b, bodies.1), SAME_TURN)
         .then_with(|| exact(bodies.1.mass(), bodies.0.mass()))
         .then_with(|| exact(sizes[1], sizes[0]))
         .then_with(|| {

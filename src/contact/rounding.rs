@@ -9,13 +9,15 @@
 //! δφ ≤ 16 ε (|n·r| + |n·A c| + |d|)                                       (eq. 21)
 //! ```
 //!
-//! is lost. Divided by h it is a speed, and the velocities' own last digits come to it:
+//! is lost. Divided by h it is a speed, and the velocities' own last digits come to it, and those of the
+//! gyroscopic torque: it is known to ε ‖I‖ |ω|², of which h I⁻¹ makes a spin, and of slender bodies that is
+//! much,
 //!
 //! ```text
-//! δu ≤ min(16 ε (L/h + V), 10⁻⁷ m/s)                                      (eq. 22)
+//! δu ≤ min(16 ε (L/h + V + h ‖I⁻¹‖ ‖I‖ |ω|² ℓ), 10⁻⁷ m/s)                (eq. 22)
 //! ```
 //!
-//! with L the largest coordinate plus the reach, V the largest speed. The cap keeps a step that
+//! with L the largest coordinate plus the reach ℓ, V the largest speed. The cap keeps a step that
 //! is far away or very short from excusing what is no rounding any more: beyond it, doubles do
 //! not hold the scene, and its steps are called failed.
 
@@ -42,14 +44,16 @@ pub fn gap(normal: &Vector3<f64>, position: &Vector3<f64>, offset: f64, arm: &Ve
 /// 22), m/s.
 #[must_use]
 pub fn residual(world: &World, states: &[State], next: &[State]) -> f64 {
-    let (mut length, mut speed) = (0.0_f64, 0.0_f64);
+    let (h, mut length, mut speed) = (world.time_step(), 0.0_f64, 0.0_f64);
     for ((body, state), next) in world.bodies().iter().zip(states).zip(next) {
         let reach = body.reach();
         length = length.max(state.position.amax().max(next.position.amax()) + reach);
-        speed = speed.max(next.velocity.amax() + next.spin.amax() * reach);
+        let slender = body.inertia_inverse().norm() * body.inertia().norm();
+        let turning = h * slender * next.spin.norm_squared() * reach;
+        speed = speed.max(next.velocity.amax() + next.spin.amax() * reach + turning);
     }
     let length = length + world.ground().offset().abs();
-    let lost = ROUNDINGS * f64::EPSILON * (length / world.time_step() + speed);
+    let lost = ROUNDINGS * f64::EPSILON * (length / h + speed);
     // In this order a NaN is capped as well.
     if lost < LARGEST { lost } else { LARGEST }
 }

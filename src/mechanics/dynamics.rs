@@ -75,6 +75,8 @@ pub fn free_flight(
 
 /// Enough for quadratic convergence from any start that halving lets through.
 const MOST_SPIN_ITERATIONS: usize = 50;
+/// A residual of this part of the spin is near the solution.
+const NEAR_SPIN: f64 = 1e-6;
 /// Numbers of equal parts in which the time step is approached when Newton stalls.
 const SPIN_CONTINUATIONS: [u32; 4] = [1, 4, 16, 64];
 
@@ -117,7 +119,9 @@ impl SpinEquation<'_> {
         u - self.spin + h * (self.body.inertia_inverse() * (gyroscopic - self.torque))
     }
 
-    /// Newton's method with step halving, until the residual no longer falls; with what is left of it.
+    /// Newton's method with step halving, until the residual no longer falls; with what is left of it. Of a
+    /// slender body that is far from the solution, what falls is the step that the residual asks for
+    /// by the same slope: the residual itself is mostly that of its thinnest axis.
     fn solve(&self, h: f64, start: Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
         let (inertia, inverse) = (self.body.inertia(), self.body.inertia_inverse());
         let mut u = start;
@@ -128,11 +132,17 @@ impl SpinEquation<'_> {
             }
             let slope = self.rotation.gyroscopic_slope(inertia, &u, h);
             let jacobian = Matrix3::identity() + h * (inverse * slope);
-            let Some(step) = jacobian.lu().solve(&r) else { break };
+            let slopes = jacobian.lu();
+            let Some(step) = slopes.solve(&r) else { break };
+            let is_near = r.norm() <= NEAR_SPIN * u.norm();
+            let falls = |trial: &Vector3<f64>| match is_near {
+                true => trial.norm() < r.norm(),
+                false => slopes.solve(trial).is_some_and(|next| next.norm() < step.norm()),
+            };
             let shorter = |halvings: i32| u - 0.5_f64.powi(halvings) * step;
             let better = (0..14)
                 .map(|halvings| (shorter(halvings), self.residual(h, &shorter(halvings))))
-                .find(|(_, trial)| trial.norm() < r.norm());
+                .find(|(_, trial)| falls(trial));
             let Some((next, next_r)) = better else { break };
             (u, r) = (next, next_r);
         }

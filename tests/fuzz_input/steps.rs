@@ -138,11 +138,15 @@ fn words_agree(report: &StepReport) -> bool {
 }
 
 /// What rounding makes of an exact step's residual, m/s: positions x are known to ε‖x‖, and
-/// divided by h; speeds to ε‖v‖. A thousand times that; no more than a valid state has.
+/// divided by h; speeds to ε‖v‖; the gyroscopic torque to ε I_max |ω|², of which h/I_min makes a spin. A
+/// thousand times that; no more than a valid state has.
 fn rounding(world: &World, state: &State, next: &State) -> f64 {
     let reach = world.reach();
     let length = state.position.amax().max(next.position.amax()) + reach;
-    let speed = next.velocity.amax().min(1e5) + next.spin.amax().min(1e5) * reach;
+    let (spin, moments) =
+        (next.spin.norm().min(1e5), body(world).inertia().symmetric_eigenvalues());
+    let turning = world.time_step() * moments.max() / moments.min() * spin * spin * reach;
+    let speed = next.velocity.amax().min(1e5) + spin * reach + turning;
     1e3 * f64::EPSILON * (length / world.time_step() + speed)
 }
 

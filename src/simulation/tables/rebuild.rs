@@ -102,7 +102,9 @@ impl ContactRow {
         let theirs = theirs.ok_or("is with a piece that is not there")?;
         let fixed = Pose { position: Vector3::zeros(), rotation: Matrix3::identity() };
         let other_pose = other.unwrap_or(&fixed);
-        if let Feature::Round(part, other) = pair.feature {
+        if let Feature::Round(part, other) = pair.feature
+            && pair.plane == 0
+        {
             let normal = other_pose.rotation.tr_mul(&self.normal);
             let features = round((own, theirs), (part, other), &normal);
             return features

@@ -1,0 +1,222 @@
+//! Campaigns of random pieces, and what they find.
+
+use super::own::{distance, fixed, overlap_by, part_way, turn};
+use super::{V, is_solved, run, v, world};
+use nalgebra::Vector4;
+use tumble::contact::Partner;
+use tumble::geometry::Piece;
+use tumble::mechanics::quaternion::rotation;
+use tumble::mechanics::{Pose, RigidBody, State, Wrench};
+use tumble::simulation::StepRecord;
+use tumble::simulation::random::Draws;
+use tumble::step::StepStatus;
+use tumble::world::World;
+
+/// Balls, boxes, capsules, plates, rods, needles, hulls: what a draw brings.
+pub fn piece(draws: &mut Draws) -> Piece {
+    let kind = (7.0 * draws.unit()) as u32;
+    let mut between = |low: f64, high: f64| low * (high / low).powf(draws.unit());
+    let cuboid = |x: f64, y: f64, z: f64| Piece::cuboid(v(x, y, z)).unwrap();
+    match kind {
+        0 => Piece::sphere(between(0.005, 0.1)).unwrap(),
+        1 => cuboid(between(0.02, 0.1), between(0.02, 0.1), between(0.02, 0.1)),
+        2 => Piece::capsule(between(0.02, 0.2), between(0.005, 0.05)).unwrap(),
+        3 => cuboid(between(0.05, 0.2), between(0.05, 0.2), between(0.0005, 0.002)),
+        4 => cuboid(between(0.2, 0.5), between(0.005, 0.01), between(0.005, 0.01)),
+        5 => cuboid(between(0.1, 0.3), between(0.0005, 0.001), between(0.0005, 0.001)),
+        _ => {
+            let size = between(0.03, 0.1);
+            let points: Vec<V> = (0..12).map(|_| direction(draws) * size).collect();
+            Piece::hull(&points, 0.0).unwrap()
+        }
+    }
+}
+
+pub fn direction(draws: &mut Draws) -> V {
+    rotation(&draws.attitude()) * V::z()
+}
+
+/// The radius of a ball inside a piece, m.
+fn inner(piece: &Piece) -> f64 {
+    let core = piece.core();
+    let depths = core.faces().iter().map(|face| face.offset - face.normal.dot(core.centre()));
+    let depth = depths.fold(f64::INFINITY, f64::min);
+    piece.radius() + if depth.is_finite() { depth } else { 0.0 }
+}
+
+/// The largest distance of a body's piece from its centre of mass, m.
+pub fn reach(piece: &Piece) -> f64 {
+    piece.core().vertices().iter().map(V::norm).fold(0.0, f64::max) + piece.radius()
+}
+
+/// What a campaign found.
+#[derive(Debug, Default)]
+pub struct Found {
+    /// Pairs that met.
+    pub met: u32,
+    /// Steps that failed or were wild.
+    pub failed: u32,
+    pub wild: u32,
+    /// Ways with a deep overlap of a pair, of steps that turn nothing by more than a radian: where the
+    /// step's status is better than wild, and where it says so.
+    pub passed: Vec<String>,
+    pub marked: Vec<String>,
+    /// The smallest turn of those, rad.
+    pub least_turn: f64,
+    /// Failed steps of bodies of which none is slender: ‖I‖‖I⁻¹‖ at most 1000.
+    pub failed_compact: u32,
+    /// Failed steps of one contact without friction, and those of them that have a solution.
+    pub sought: u32,
+    pub solvable: u32,
+    /// Contacts whose gap at k is below what the pieces overlap at k.
+    pub behind: Vec<String>,
+}
+
+impl Found {
+    /// Looks at a step of two pieces, `b` of the second body or fixed.
+    pub fn look(&mut self, name: &str, record: &StepRecord, a: &Piece, b: &Piece) {
+        self.failed += u32::from(record.report.status == StepStatus::Failed);
+        self.wild += u32::from(record.report.status == StepStatus::Wild);
+        let (from, to) = (&record.states, &record.solution.states);
+        let size = |piece: &Piece| piece.core().reach() + piece.radius();
+        if let ([x, y], [x_end, y_end]) = (&from[..], &to[..]) {
+            // Far from each other.
+            let apart = (x.position - y.position).norm();
+            let moved = (x_end.position - x.position).norm() + (y_end.position - y.position).norm();
+            if record.contacts.is_empty() && apart - moved > reach(a) + reach(b) {
+                return;
+            }
+        }
+        let place = |body: usize, share: f64| match from.get(body) {
+            Some(state) => part_way(state, &to[body], share),
+            None => fixed(),
+        };
+        let apart = distance((a, &place(0, 0.0)), (b, &place(1, 0.0)));
+        for contact in &record.contacts {
+            // Equal faces are told apart to 1e-7 of the size, and solvers leave some 1e-9.
+            if apart > 0.0 && contact.gap < -2e-7 * size(a).min(size(b)) {
+                let (k, gap) = (record.index, contact.gap);
+                self.behind.push(format!("{name}, k = {k}: {gap:e}, {apart:e} m apart"));
+            }
+        }
+        let turn = |body: usize| from.get(body).map_or(0.0, |state| turn(state, &to[body]));
+        if record.report.status == StepStatus::Failed || turn(0).max(turn(1)) > 1.0 {
+            return;
+        }
+        // A part of both thicknesses; between the ends of a step whose contacts hold there, also what its
+        // turns carry points off the chord.
+        let bulge = |body: usize, piece: &Piece| {
+            let arm = piece.core().vertices().iter().map(V::norm).fold(0.0, f64::max);
+            arm * turn(body).powi(2) / 8.0
+        };
+        let thick = 0.25 * (inner(a) + inner(b));
+        let deep = |share: f64| {
+            let between = share < 1.0 && !record.contacts.is_empty();
+            let depth = thick + if between { bulge(0, a) + bulge(1, b) } else { 0.0 };
+            overlap_by((a, &place(0, share)), (b, &place(1, share)), depth)
+        };
+        if overlap_by((a, &place(0, 0.0)), (b, &place(1, 0.0)), thick) {
+            // Left by a step before.
+            return;
+        }
+        if let Some(share) = (1..=40).map(|i| f64::from(i) / 40.0).find(|share| deep(*share)) {
+            let (k, contacts) = (record.index, record.contacts.len());
+            let passed = if is_solved(record) { &mut self.passed } else { &mut self.marked };
+            let turn = turn(0).max(turn(1));
+            self.least_turn = self.least_turn.min(turn);
+            passed.push(format!("{name}, k = {k}, {share}: {contacts} contacts, {turn} rad"));
+        }
+    }
+}
+
+/// Pairs that fly at each other.
+pub struct Pairs {
+    pub seed: u32,
+    /// What bodies turn by in a step at most before they meet, rad.
+    pub most_turn: f64,
+    /// The least and the largest, m/s.
+    pub speeds: [f64; 2],
+    /// The shortest and the longest time step, s.
+    pub steps: [f64; 2],
+}
+
+impl Pairs {
+    /// What a thousand of them find.
+    pub fn run(&self) -> Found {
+        let mut draws = Draws::new(self.seed);
+        let mut found = Found { least_turn: f64::INFINITY, ..Found::default() };
+        for number in 0..1000 {
+            self.fly(number, &mut draws, &mut found);
+        }
+        found
+    }
+
+    fn fly(&self, number: u32, draws: &mut Draws, found: &mut Found) {
+        let between = |[low, high]: [f64; 2], unit: f64| low * (high / low).powf(unit);
+        let pieces = [piece(draws), piece(draws)];
+        let bodies = pieces
+            .each_ref()
+            .map(|p| RigidBody::solid(0.1 + draws.unit(), std::slice::from_ref(p)).unwrap().0);
+        let h = between(self.steps, draws.unit());
+        let speed = between(self.speeds, draws.unit());
+        let [a, b] = bodies.each_ref().map(|body| {
+            let most = self.most_turn * draws.unit() / h;
+            (draws.attitude(), direction(draws) * most, body.pieces()[0].clone())
+        });
+        // They would be in each other after three and a half steps.
+        let way = direction(draws) * speed;
+        let aside = direction(draws) * 0.5 * (inner(&a.2) + inner(&b.2));
+        let start = |(q, spin, _): &(Vector4<f64>, V, Piece), position: V, velocity: V| State {
+            position,
+            attitude: q.normalize(),
+            velocity,
+            spin: *spin,
+        };
+        let apart = reach(&a.2) + reach(&b.2);
+        let distance = (3.5 * h * speed).max(1.6 * apart);
+        let steps = (distance / (h * speed) + 4.0).min(1000.0) as usize;
+        let starts =
+            [start(&a, aside - way * (distance / speed), way), start(&b, V::zeros(), V::zeros())];
+        let friction = if number % 3 == 0 { 0.0 } else { draws.unit() };
+        let world = world(bodies.to_vec(), friction, h, 0.0);
+        let records = run(&world, &starts, steps);
+        found.met += u32::from(records.iter().any(|record| !record.contacts.is_empty()));
+        for record in &records {
+            found.look(&format!("pair {number}"), record, &a.2, &b.2);
+            if record.report.status == StepStatus::Failed {
+                let slender =
+                    |body: &RigidBody| body.inertia().norm() * body.inertia_inverse().norm();
+                let is_compact = bodies.iter().all(|body| slender(body) <= 1000.0);
+                found.failed_compact += u32::from(is_compact);
+                if friction == 0.0 {
+                    found.seek(&world, record, speed);
+                }
+            }
+        }
+    }
+}
+
+impl Found {
+    /// Looks for a solution of a failed step of one contact without friction: an impulse, of up to ten times
+    /// what stops both bodies at `speed` (m/s), with which the gap is closed or open at the end. Free flight
+    /// under a wrench is the step.
+    fn seek(&mut self, world: &World, record: &StepRecord, speed: f64) {
+        let [contact] = record.contacts[..] else { return };
+        let Partner::Body(other) = contact.key.partner else { return };
+        let (a, b) = (&record.states[contact.key.body], &record.states[other]);
+        let masses = world.bodies().iter().map(|body| 1.0 / body.mass());
+        let stops = speed / masses.sum::<f64>();
+        let gap = |impulse: f64| {
+            let force = contact.normal() * (impulse / world.time_step());
+            let arm = a.position + contact.arm - b.position;
+            let torque = -b.pose().rotation.tr_mul(&arm.cross(&force));
+            let on_a = Wrench { force, torque: contact.torque_map * force };
+            let on_b = Wrench { force: -force, torque };
+            let end =
+                |body, state, wrench| -> Pose { world.free_flight(body, state, wrench).pose() };
+            contact.gap_at(&end(contact.key.body, a, &on_a), Some(&end(other, b, &on_b)))
+        };
+        self.sought += 1;
+        self.solvable += u32::from((0..2000).any(|i| gap(stops * 0.005 * f64::from(i)) >= 0.0));
+    }
+}
