@@ -177,7 +177,7 @@ impl Pairs {
         let steps = (distance / (h * speed) + 4.0).min(1000.0) as usize;
         let starts =
             [start(&a, aside - way * (distance / speed), way), start(&b, V::zeros(), V::zeros())];
-        let friction = if number % 3 == 0 { 0.0 } else { draws.unit() };
+        let friction = if number.is_multiple_of(3) { 0.0 } else { draws.unit() };
         let world = world(bodies.to_vec(), friction, h, 0.0);
         let records = run(&world, &starts, steps);
         found.met += u32::from(records.iter().any(|record| !record.contacts.is_empty()));
