@@ -13,8 +13,10 @@ pub mod world;
 #[cfg(feature = "film")]
 pub mod film;
 pub mod solver;
+#[cfg(feature = "program")]
 pub mod sparsity;
 pub mod step;
+#[cfg(feature = "program")]
 pub mod step_nlp;
 
 #[cfg(feature = "fit")]
@@ -24,6 +26,7 @@ pub mod rollout;
 #[cfg(feature = "scenario")]
 pub mod scenario;
 pub mod simulation;
+#[cfg(feature = "validation")]
 pub mod validation;
 
 #[cfg(feature = "ipopt")]

@@ -1,10 +1,14 @@
-//! Triangle meshes from OBJ and STL, and when one is a convex piece.
+//! Triangle meshes, and when one is a convex piece.
+
+#[cfg(feature = "mesh")]
+mod files;
+
+#[cfg(feature = "mesh")]
+pub use files::{parse_obj, parse_stl};
 
 use super::hull::{Hull, extent};
 use crate::error::{Error, in_range};
 use nalgebra::{Matrix3, Vector3};
-use std::io::Cursor;
-use stl_io::create_stl_reader;
 
 /// How far, in parts of the size, a mesh may be from its convex hull, and triangles of a face
 /// from one plane: an STL file holds 24 bits of each coordinate, 6e-8 of it.
@@ -18,70 +22,6 @@ const MOST_TRIANGLES: usize = 200_000;
 pub struct Mesh {
     vertices: Vec<Vector3<f64>>,
     triangles: Vec<[usize; 3]>,
-}
-
-/// Reads a Wavefront OBJ file's text: `v` and `f` lines, all objects together; polygons are
-/// cut into triangles. Lengths are taken as m. Messages count facets from 1, after the cut.
-///
-/// # Errors
-/// Text that is not OBJ; what [`Mesh::new`] refuses.
-pub fn parse_obj(text: &str) -> Result<Mesh, Error> {
-    let options = tobj::LoadOptions {
-        triangulate: true,
-        ignore_points: true,
-        ignore_lines: true,
-        ..Default::default()
-    };
-    let no_materials = |_: &std::path::Path| Ok(Default::default());
-    let (models, _) = tobj::load_obj_buf(&mut text.as_bytes(), &options, no_materials)
-        .map_err(|error| refused(format!("is no OBJ file: {error}")))?;
-    let mut facets = Vec::new();
-    for model in &models {
-        let at = |&index: &u32| {
-            let three = model.mesh.positions.chunks_exact(3).nth(index as usize);
-            three.map(Vector3::from_column_slice)
-        };
-        for three in model.mesh.indices.chunks_exact(3) {
-            match (at(&three[0]), at(&three[1]), at(&three[2])) {
-                (Some(a), Some(b), Some(c)) => facets.push([a, b, c]),
-                _ => {
-                    return Err(refused(format!("has no vertices for facet {}", facets.len() + 1)));
-                }
-            }
-        }
-    }
-    Mesh::from_facets(&facets)
-}
-
-/// Reads an STL file's bytes, binary (80 bytes, a count, 50 bytes a facet) or ASCII. The
-/// facets' own normals are ignored; equal corners are one vertex. Lengths are taken as m.
-///
-/// # Errors
-/// Bytes that are not STL; what [`Mesh::new`] refuses.
-pub fn parse_stl(bytes: &[u8]) -> Result<Mesh, Error> {
-    let count = bytes.get(80..84).map_or([0; 4], |four| [four[0], four[1], four[2], four[3]]);
-    let is_binary = bytes.len() as u64 == 84 + 50 * u64::from(u32::from_le_bytes(count));
-    let no_stl = |error: std::io::Error| refused(format!("is no STL file: {error}"));
-    // The reader takes every file that starts with "solid " for ASCII, binary ones too, and no
-    // other; here the length decides, and the solid may be without a name.
-    let mut clear = if is_binary {
-        [&[0; 80], &bytes[80..]].concat()
-    } else if bytes.starts_with(b"solid") {
-        let line = bytes.iter().position(|&byte| byte == b'\n').unwrap_or(bytes.len());
-        [b"solid ", &bytes[line..]].concat()
-    } else {
-        let why = "is no STL file: it does not start with `solid`, and its length is not that of \
-                   a binary file's facets";
-        return Err(refused(why.into()));
-    };
-    let mut cursor = Cursor::new(&mut clear);
-    let facets = create_stl_reader(&mut cursor);
-    let mut corners = Vec::new();
-    for facet in facets.map_err(no_stl)? {
-        let facet = facet.map_err(no_stl)?;
-        corners.push(facet.vertices.map(|vertex| Vector3::from(vertex.0.map(f64::from))));
-    }
-    Mesh::from_facets(&corners)
 }
 
 impl Mesh {
@@ -113,8 +53,12 @@ impl Mesh {
         Ok(mesh)
     }
 
-    /// The mesh of facets given by their corners; equal corners are one vertex.
-    fn from_facets(facets: &[[Vector3<f64>; 3]]) -> Result<Self, Error> {
+    /// The mesh of facets given by their corners, m, counter-clockwise seen from outside; equal corners are
+    /// one vertex.
+    ///
+    /// # Errors
+    /// What [`Mesh::new`] refuses.
+    pub fn from_facets(facets: &[[Vector3<f64>; 3]]) -> Result<Self, Error> {
         // Adding 0 turns −0 into 0, so that equal numbers have equal bits.
         let key = |p: &Vector3<f64>| [p.x + 0.0, p.y + 0.0, p.z + 0.0].map(f64::to_bits);
         let mut numbers = std::collections::HashMap::new();

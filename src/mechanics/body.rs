@@ -6,10 +6,9 @@
 //! plane their corners are all there is to know, and these are the body's contact points; a body
 //! may also be given by points alone, which then touch planes and nothing else.
 
-use super::quaternion::rotated_point_forms;
 use crate::error::{Error, in_range};
 use crate::geometry::{MassProperties, Piece};
-use nalgebra::{Matrix3, Matrix4, Vector3};
+use nalgebra::{Matrix3, Vector3};
 
 /// A rigid body with its shape. Immutable once checked.
 #[derive(Debug, Clone, PartialEq)]
@@ -34,8 +33,6 @@ pub struct RigidBody {
 pub struct ContactPoint {
     /// c, m, body frame.
     pub position: Vector3<f64>,
-    /// Q_x, Q_y, Q_z of eq. 3, m: (A(q) c)_k = ½ qᵀ Q_k q.
-    pub forms: [Matrix4<f64>; 3],
     /// ρ, m: the radius by which the body is rounded there.
     pub radius: f64,
 }
@@ -113,14 +110,8 @@ impl RigidBody {
             }
         };
         check_moments(mass, &inertia, points)?;
-        let contact_points = points
-            .iter()
-            .map(|&(position, radius)| ContactPoint {
-                position,
-                forms: rotated_point_forms(&position),
-                radius,
-            })
-            .collect();
+        let contact_points =
+            points.iter().map(|&(position, radius)| ContactPoint { position, radius }).collect();
         let specific_inertia = inertia / mass;
         let sphere = Matrix3::from_diagonal_element(specific_inertia[(0, 0)]);
         Ok(Self {
@@ -340,7 +331,7 @@ impl RigidBody {
         let contact_points = self.contact_points.iter().map(|point| {
             let position = point.position / length;
             let radius = point.radius / length;
-            ContactPoint { position, forms: rotated_point_forms(&position), radius }
+            ContactPoint { position, radius }
         });
         Self {
             mass: self.mass / mass,

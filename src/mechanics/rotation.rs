@@ -64,7 +64,7 @@ impl Rotation {
     /// G(ω, ω⁺) (eqs. 33a and 33b), N m, body: what stands beside I (ω⁺ − ω)/h. `inertia` in kg m², body; spins
     /// in rad/s, body: `old` of the step before, `new` of the step; `time_step` in s.
     #[must_use]
-    #[inline]
+    #[inline(always)]
     pub fn gyroscopic(
         self,
         inertia: &Matrix3<f64>,

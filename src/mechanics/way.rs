@@ -45,7 +45,7 @@ impl Way {
         let (cosine, half) = (sign * p[0], sign * Vector3::new(p[1], p[2], p[3]));
         let sine = half.norm();
         if sine > 0.0 {
-            way.angle = 2.0 * sine.atan2(cosine);
+            way.angle = 2.0 * libm::atan2(sine, cosine);
             way.turn = half * (way.angle / sine);
         }
         way
@@ -76,7 +76,7 @@ impl Way {
         if self.angle == 0.0 {
             return Pose { position, rotation: rotation(&self.attitude) };
         }
-        let (sine, cosine) = (0.5 * share * self.angle).sin_cos();
+        let (sine, cosine) = libm::sincos(0.5 * share * self.angle);
         let axis = self.turn * (sine / self.angle);
         let part = Vector4::new(cosine, axis[0], axis[1], axis[2]);
         Pose { position, rotation: rotation(&(left(&part) * self.attitude)) }

@@ -33,6 +33,7 @@ pub fn kinetic(world: &World, body: &RigidBody, state: &State) -> f64 {
 
 /// The part of the kinetic energy that is in turning with the spin ω (rad/s, body), J.
 #[must_use]
+#[inline]
 pub fn turning(world: &World, body: &RigidBody, spin: &Vector3<f64>) -> f64 {
     match world.rotation() {
         Rotation::Tutorial => 0.5 * spin.dot(&(body.inertia() * spin)),

@@ -36,7 +36,7 @@ impl Draws {
         let share = self.unit();
         let (first, second) = (TAU * self.unit(), TAU * self.unit());
         let (large, small) = ((1.0 - share).sqrt(), share.sqrt());
-        let (one, two) = (first.sin_cos(), second.sin_cos());
+        let (one, two) = (libm::sincos(first), libm::sincos(second));
         Vector4::new(large * one.0, large * one.1, small * two.0, small * two.1).normalize()
     }
 }

@@ -36,7 +36,8 @@ pub use point::ProgramPoint;
 
 use crate::contact::Partner;
 use crate::error::{Error, in_range};
-use crate::mechanics::quaternion::{attitude_map, rotation};
+use crate::mechanics::body::ContactPoint;
+use crate::mechanics::quaternion::{attitude_map, rotated_point_forms, rotation};
 use crate::mechanics::{RigidBody, State, Wrench};
 use crate::sparsity::SparsityPattern;
 use crate::world::World;
@@ -375,5 +376,9 @@ fn forms_along(body: &RigidBody, frame: &Matrix3<f64>) -> Vec<[Matrix4<f64>; 3]>
         forms.iter().enumerate().map(|(k, form)| form * frame[(k, j)]).sum()
     };
     let points = body.contact_points().iter();
-    points.map(|point| [0, 1, 2].map(|j| along(&point.forms, j))).collect()
+    let of_point = |point: &ContactPoint| {
+        let forms = rotated_point_forms(&point.position);
+        [0, 1, 2].map(|j| along(&forms, j))
+    };
+    points.map(of_point).collect()
 }

@@ -61,8 +61,8 @@ impl Units {
     /// counts.
     pub(super) fn of_all(world: &World, wrenches: &[Wrench]) -> Self {
         let bodies = world.bodies();
-        let logarithms: f64 = bodies.iter().map(|body| body.mass().ln()).sum();
-        let mean = (logarithms / bodies.len() as f64).exp();
+        let logarithms: f64 = bodies.iter().map(|body| libm::log(body.mass())).sum();
+        let mean = libm::exp(logarithms / bodies.len() as f64);
         let (mass, length) = (mean / USUAL_MASS, world.reach());
         let pulls = bodies.iter().zip(wrenches).map(|(body, wrench)| {
             wrench.force.norm().max(wrench.torque.norm() / length) / body.mass()

@@ -105,8 +105,8 @@ impl Island {
     /// `unsettled` in the steps before; no candidates yet.
     pub(super) fn begin(&mut self, step: &Step<'_>, indices: &[usize], unsettled: f64) {
         let bodies = step.world.bodies();
-        let logarithms: f64 = indices.iter().map(|&index| bodies[index].mass().ln()).sum();
-        self.mass = (logarithms / indices.len() as f64).exp();
+        let logarithms: f64 = indices.iter().map(|&index| libm::log(bodies[index].mass())).sum();
+        self.mass = libm::exp(logarithms / indices.len() as f64);
         self.members.clear();
         self.members.extend(indices.iter().map(|&index| {
             let (body, state, free) = (&bodies[index], &step.states[index], &step.free[index]);

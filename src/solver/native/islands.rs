@@ -74,6 +74,18 @@ impl Groups {
     }
 }
 
+/// The bodies whose islands are to be solved again; those without an entry are, too.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Marked<'a>(pub(super) Option<&'a [bool]>);
+
+impl Marked<'_> {
+    pub(super) const NONE: Self = Self(None);
+
+    pub(super) fn holds(self, body: usize) -> bool {
+        self.0.is_some_and(|marked| marked.get(body).is_none_or(|marked| *marked))
+    }
+}
+
 /// One island.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct IslandView<'a> {
@@ -90,12 +102,12 @@ pub(super) struct IslandView<'a> {
 
 impl Islands {
     /// Finds the islands of a step. The first `known` contacts have been seen by the last call in
-    /// the same step; islands with a body of which `is_marked` holds are to be solved all the same.
+    /// the same step; islands with a `marked` body are to be solved all the same.
     pub(super) fn find(
         &mut self,
         step: &Step<'_>,
         (contacts, known): (&[Contact], usize),
-        is_marked: impl Fn(usize) -> bool,
+        marked: Marked<'_>,
     ) {
         let count = step.states.len();
         if count == 1 {
@@ -106,7 +118,9 @@ impl Islands {
         let islands = self.bodies.len();
         self.changed.clear();
         let new = |island| self.contacts.get(island).last().is_some_and(|place| *place >= known);
-        let marked = |island| self.bodies.get(island).iter().any(|body| is_marked(*body));
+        let marked = |island| {
+            marked.0.is_some() && self.bodies.get(island).iter().any(|body| marked.holds(*body))
+        };
         self.changed.extend((0..islands).map(|island| new(island) || marked(island)));
         self.set_unsettled(step, islands);
     }

@@ -41,7 +41,7 @@ use crate::mechanics::State;
 use crate::step::{ContactForce, Step, StepReport, StepSolution, StepSolver, StepStatus};
 use crate::world::World;
 use descent::Outcome;
-use islands::Islands;
+use islands::{Islands, Marked};
 use part::Part;
 use starts::Start;
 #[cfg(feature = "threads")]
@@ -102,18 +102,18 @@ impl NativeSolver {
         Ok(self)
     }
 
-    /// Solves every island that `is_marked` or has contacts that `solution` does not have yet, and
+    /// Solves every island that is `marked` or has contacts that `solution` does not have yet, and
     /// writes its states and forces. Returns the iterations.
     fn solve_islands(
         &mut self,
         step: &Step<'_>,
         contacts: &[Contact],
-        is_marked: impl Fn(usize) -> bool,
+        marked: Marked<'_>,
         solution: &mut StepSolution,
     ) -> Result<u32, Error> {
         let known = solution.contacts.len();
         solution.contacts.extend(contacts[known..].iter().map(|c| ContactForce::none(c.key)));
-        self.islands.find(step, (contacts, known), is_marked);
+        self.islands.find(step, (contacts, known), marked);
         while self.parts.len() < self.islands.len() {
             self.parts.push(Part::default());
         }
@@ -133,25 +133,25 @@ impl NativeSolver {
         Ok(iterations)
     }
 
-    /// Solves every island that `is_marked` or has contacts that `solution` does not have yet, until
+    /// Solves every island that is `marked` or has contacts that `solution` does not have yet, until
     /// no more contacts are found.
     fn solve_marked(
         &mut self,
         step: &Step<'_>,
-        is_marked: impl Fn(usize) -> bool,
+        mut marked: Marked<'_>,
         candidates: &mut Candidates,
         solution: &mut StepSolution,
     ) -> Result<StepReport, Error> {
-        let mut iterations =
-            self.solve_islands(step, candidates.contacts(), is_marked, solution)?;
+        let mut iterations = 0_u32;
         loop {
+            let more = self.solve_islands(step, candidates.contacts(), marked, solution)?;
+            iterations = iterations.saturating_add(more);
+            marked = Marked::NONE;
             let reached = self.reached(step, solution);
             let depth = deepest_miss(step, reached);
             if !candidates.admit_missed(step.world, step.states, reached, depth) {
                 break;
             }
-            let more = self.solve_islands(step, candidates.contacts(), |_| false, solution)?;
-            iterations = iterations.saturating_add(more);
         }
         let solved = self.ends.iter().all(|end| end.solved);
         let status = match (solved, self.ends.iter().any(|end| end.retried)) {
@@ -241,7 +241,7 @@ impl StepSolver for NativeSolver {
         solution.set_free(step.free);
         self.ends.clear();
         self.ends.resize(step.states.len(), End::FREE);
-        self.solve_marked(step, |_| false, candidates, solution)
+        self.solve_marked(step, Marked::NONE, candidates, solution)
     }
 
     fn solve_again(
@@ -259,11 +259,11 @@ impl StepSolver for NativeSolver {
             return self.solve(step, candidates, solution);
         }
         step.check(candidates.contacts())?;
-        let is_marked = |body: usize| marked.get(body).is_none_or(|marked| *marked);
+        let marked = Marked(Some(marked));
         for (body, end) in self.ends.iter_mut().enumerate() {
-            end.retried &= !is_marked(body);
+            end.retried &= !marked.holds(body);
         }
-        self.solve_marked(step, is_marked, candidates, solution)
+        self.solve_marked(step, marked, candidates, solution)
     }
 
     fn is_solved(&self, body: usize) -> Option<bool> {

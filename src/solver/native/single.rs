@@ -140,7 +140,7 @@ impl Single {
     }
 
     /// u of a candidate (N2).
-    #[inline]
+    #[inline(always)]
     fn point_velocity(
         &self,
         candidate: &Candidate,

@@ -132,12 +132,13 @@ pub(super) fn scatter(
 ) {
     let mut twister = Mt::new(number);
     let mut uniform = || f64::from(twister.next_u32()) / f64::from(u32::MAX);
-    let strength = speed * 10_f64.powf(3.0 * uniform() - 2.0);
+    let strength = speed * libm::exp10(3.0 * uniform() - 2.0);
     for candidate in candidates {
         let (open, press, spread, angle) = (uniform() < 0.5, uniform(), uniform(), TAU * uniform());
         let normal = if open { 0.0 } else { strength * press };
         let friction = candidate.friction * normal * spread.sqrt();
-        let impulse = Vector3::new(friction * angle.cos(), friction * angle.sin(), normal);
+        let (sin, cos) = libm::sincos(angle);
+        let impulse = Vector3::new(friction * cos, friction * sin, normal);
         impulses.push(candidate.frame * impulse);
     }
 }
