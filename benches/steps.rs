@@ -11,7 +11,7 @@ use tumble::error::Error;
 use tumble::mechanics::{State, Wrench};
 use tumble::simulation::scene::{self, Scene};
 use tumble::simulation::{Motion, Simulation, StepRecord};
-use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, Rung};
+use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, MOST_ITERATIONS, Rung, TOLERANCE};
 use tumble::solver::native::NativeSolver;
 use tumble::step::{Step, StepSolution, StepSolver};
 use tumble::world::World;
@@ -89,7 +89,7 @@ fn one_step(
 fn benches(criterion: &mut Criterion) -> Result<(), Error> {
     let world = world()?;
     let ipopt = || {
-        let options = IpoptSolver::options(scene::TOLERANCE, scene::MOST_ITERATIONS);
+        let options = IpoptSolver::options(TOLERANCE, MOST_ITERATIONS);
         IpoptSolver::new(&world, Formulation::default(), options)
     };
     let start = simulation(&world, Box::new(NativeSolver::new(&world)))?;

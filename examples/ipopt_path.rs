@@ -11,7 +11,7 @@ use tumble::ipopt::{BarrierStrategy, Options};
 use tumble::simulation::scene::{self, Scene};
 use tumble::simulation::summary::RunSummary;
 use tumble::simulation::{Motion, Simulation, StepRecord};
-use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, Rung};
+use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, MOST_ITERATIONS, Rung, TOLERANCE};
 use tumble::step::StepSolver;
 use tumble::world::World;
 
@@ -29,7 +29,7 @@ struct Setting {
 fn settings() -> Vec<Setting> {
     let tutorial = IpoptSolver::tutorial_options();
     let adaptive = Options { barrier: BarrierStrategy::Adaptive, ..tutorial.clone() };
-    let recommended = IpoptSolver::options(scene::TOLERANCE, scene::MOST_ITERATIONS);
+    let recommended = IpoptSolver::options(TOLERANCE, MOST_ITERATIONS);
     let unscaled = Options { objective_scaling: 1.0, ..recommended.clone() };
     let (height, predictive) = (Detection::Height, Detection::Predictive);
     let (clamped, reduced) = (Formulation::Clamped, Formulation::Reduced);

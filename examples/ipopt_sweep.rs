@@ -10,7 +10,7 @@ use tumble::mechanics::{RigidBody, State, Wrench};
 use tumble::simulation::scene::{self, Scene};
 use tumble::simulation::summary::RunSummary;
 use tumble::simulation::{Motion, Simulation, StepRecord};
-use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, Rung};
+use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, MOST_ITERATIONS, Rung, TOLERANCE};
 use tumble::world::{Parameters, World};
 
 /// A copy of the drop scene with other constants.
@@ -77,7 +77,7 @@ fn run(variant: &Variant, seed: u32) -> Result<RunSummary, Error> {
         velocity: start.velocity * (size / time),
         spin: start.spin / time,
     };
-    let options = IpoptSolver::options(scene::TOLERANCE, scene::MOST_ITERATIONS);
+    let options = IpoptSolver::options(TOLERANCE, MOST_ITERATIONS);
     let ipopt = IpoptSolver::new(&world, Formulation::Reduced, options)?;
     let motion = Motion::contact(Ladder::new(&world, ipopt, &Rung::ALL));
     let mut simulation = Simulation::new(world, [start], motion)?;

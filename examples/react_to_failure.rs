@@ -10,9 +10,9 @@
 use std::collections::BTreeMap;
 use std::process::ExitCode;
 use tumble::error::Error;
-use tumble::simulation::scene::{Scene, TOLERANCE, tutorial_parameters};
+use tumble::simulation::scene::{Scene, tutorial_parameters};
 use tumble::simulation::{Motion, Simulation, StepRecord};
-use tumble::solver::ipopt::{Formulation, IpoptSolver};
+use tumble::solver::ipopt::{Formulation, IpoptSolver, TOLERANCE};
 use tumble::step::StepStatus;
 use tumble::world::World;
 

@@ -8,7 +8,7 @@ use tumble::contact::detection::Detection;
 use tumble::error::Error;
 use tumble::simulation::scene::{self, Scene};
 use tumble::simulation::{Motion, Simulation, StepRecord};
-use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, Rung};
+use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, MOST_ITERATIONS, Rung, TOLERANCE};
 use tumble::solver::native::NativeSolver;
 use tumble::step::{StepSolver, StepStatus};
 use tumble::world::World;
@@ -78,7 +78,7 @@ fn solver(world: &World, who: Who) -> Result<Box<dyn StepSolver>, Error> {
     if who == Who::Native {
         return Ok(Box::new(NativeSolver::new(world)));
     }
-    let options = IpoptSolver::options(scene::TOLERANCE, scene::MOST_ITERATIONS);
+    let options = IpoptSolver::options(TOLERANCE, MOST_ITERATIONS);
     let ipopt = IpoptSolver::new(world, Formulation::default(), options)?;
     Ok(Box::new(Ladder::new(world, ipopt, &Rung::ALL)))
 }

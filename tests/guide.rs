@@ -35,7 +35,7 @@ fn links_to_source_become_links_to_items() {
     let page =
         |source: &str| guide::page(source).unwrap().split("\n<style>").next().map(str::to_owned);
     let is = |source, expected: &str| assert_eq!(page(source).as_deref(), Some(expected));
-    is("[`Plane`](../src/contact/plane.rs#Plane)", "[`Plane`](crate::contact::plane::Plane)");
+    is("[`Plane`](../src/world/plane.rs#Plane)", "[`Plane`](crate::world::plane::Plane)");
     is("[`solver`](../src/solver/mod.rs)", "[`solver`](crate::solver)");
     is("see [`docs/a.md`](a.md)!", "see `docs/a.md`!");
     is("[Ipopt](https://coin-or.github.io/Ipopt/)", "[Ipopt](https://coin-or.github.io/Ipopt/)");

@@ -10,9 +10,8 @@ use interrupt::interrupt_after;
 use nalgebra::{Matrix3, Vector3, Vector4};
 use std::time::Duration;
 use tumble::mechanics::{RigidBody, State};
-use tumble::simulation::scene;
 use tumble::simulation::{Motion, Simulation, StepRecord};
-use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, Rung};
+use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, MOST_ITERATIONS, Rung, TOLERANCE};
 use tumble::step::StepStatus;
 use tumble::world::{Parameters, World};
 
@@ -30,7 +29,7 @@ fn sliding_plate(side: usize) -> Simulation<'static> {
         velocity: Vector3::new(1.0, 0.2, 0.0),
         spin: Vector3::new(0.0, 0.0, 0.5),
     };
-    let options = IpoptSolver::options(scene::TOLERANCE, scene::MOST_ITERATIONS);
+    let options = IpoptSolver::options(TOLERANCE, MOST_ITERATIONS);
     let ipopt = IpoptSolver::new(&world, Formulation::Reduced, options).unwrap();
     let motion = Motion::contact(Ladder::new(&world, ipopt, &Rung::ALL));
     Simulation::new(world, [start], motion).unwrap()

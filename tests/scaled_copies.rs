@@ -7,9 +7,8 @@ use common::tutorial_parameters;
 use nalgebra::{Matrix3, Vector3};
 use tumble::mechanics::{RigidBody, State, Wrench};
 use tumble::simulation::random::random_attitude;
-use tumble::simulation::scene;
 use tumble::simulation::{Motion, Simulation, StepRecord};
-use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, Rung};
+use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, MOST_ITERATIONS, Rung, TOLERANCE};
 use tumble::step::StepStatus;
 use tumble::world::{Parameters, World};
 
@@ -56,7 +55,7 @@ fn run(scale: Scale, friction: f64, push: f64, steps: usize) -> Vec<Taken> {
         velocity: Vector3::new(0.0, 4.0, -1.0) * speed,
         spin: Vector3::new(0.0, -2.0, 1.0) / time,
     };
-    let options = IpoptSolver::options(scene::TOLERANCE, scene::MOST_ITERATIONS);
+    let options = IpoptSolver::options(TOLERANCE, MOST_ITERATIONS);
     let ipopt = IpoptSolver::new(&world, Formulation::Reduced, options).unwrap();
     let motion = Motion::contact(Ladder::new(&world, ipopt, &Rung::ALL));
     let mut simulation = Simulation::new(world, [start], motion).unwrap();

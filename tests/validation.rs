@@ -8,8 +8,9 @@ use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestRunner};
 use std::cell::Cell;
 use tumble::error::Error;
-use tumble::simulation::scene;
-use tumble::solver::ipopt::{Formulation, IpoptSolver, MOST_BODIES, ladder_for};
+use tumble::solver::ipopt::{
+    Formulation, IpoptSolver, MOST_BODIES, MOST_ITERATIONS, TOLERANCE, ladder_for,
+};
 use tumble::solver::native::NativeSolver;
 use tumble::step::StepSolver;
 use tumble::validation::{
@@ -23,7 +24,7 @@ fn native(world: &World) -> Result<Box<dyn StepSolver>, Error> {
 }
 
 fn ipopt(world: &World) -> Result<Box<dyn StepSolver>, Error> {
-    let options = IpoptSolver::options(scene::TOLERANCE, scene::MOST_ITERATIONS);
+    let options = IpoptSolver::options(TOLERANCE, MOST_ITERATIONS);
     ladder_for(world, Formulation::default(), options)
 }
 

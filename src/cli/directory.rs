@@ -1,7 +1,7 @@
 //! The directory that files are written to: made, claimed, and cleared of what is no longer true.
 
 use super::outcome::Failure;
-use super::{gif, plot, shown, view};
+use super::{picture_files, shown};
 use std::fs::{self, File, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -48,7 +48,7 @@ impl OutputDirectory {
     /// now. Returns their names.
     pub fn remove_pictures(&self) -> Result<Vec<&'static str>, Failure> {
         let mut removed = Vec::new();
-        for name in gif::FILES.into_iter().chain(plot::FILES).chain(view::FILES) {
+        for name in picture_files::all() {
             let file = self.path.join(name);
             match fs::symlink_metadata(&file) {
                 Ok(metadata) if !metadata.is_dir() => {

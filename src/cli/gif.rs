@@ -4,6 +4,7 @@ use super::args::{AnimationArgs, GifArgs, SimulateArgs};
 use super::directory::OutputDirectory;
 use super::outcome::{Failure, Outcome, refuse_flags};
 use super::output::{PendingFile, Voice, directory_of, progress_bar};
+use super::picture_files::ANIMATION;
 use super::recording::Recording;
 use super::shown;
 use super::signals::raise_on_signals;
@@ -15,9 +16,6 @@ use tumble_pictures::animation::{AnimationError, Settings, animate, frame_count}
 
 /// Rows that an animation may be made of: they are all in memory, 0.6 kB each.
 const MOST_ROWS: usize = 500_000;
-
-/// The file.
-pub const FILES: [&str; 1] = ["animation.gif"];
 
 /// `tumble gif`.
 pub fn run(args: &GifArgs) -> Result<Outcome, Failure> {
@@ -77,7 +75,7 @@ pub fn write(
     voice: &mut Voice,
     interrupt: &AtomicBool,
 ) -> Result<Outcome, Failure> {
-    let pending = PendingFile::create(out, FILES[0])?;
+    let pending = PendingFile::create(out, ANIMATION)?;
     let bar = progress_bar(0, "frames", voice.is_quiet());
     let progress = |done, frames| {
         bar.set_length(frames);

@@ -14,6 +14,7 @@ mod job;
 mod outcome;
 mod output;
 mod physics;
+mod picture_files;
 mod pictures;
 mod plot;
 mod recording;

@@ -5,13 +5,13 @@ use super::choices::{Inertia, Shape};
 use super::outcome::Failure;
 use super::run_file::RunParameters;
 use super::settings::polyline;
-use tumble::contact::plane::Plane;
 use tumble::mechanics::load::Load;
 use tumble::scenario::parameters::LoadParameters;
 pub use tumble::scenario::physics::{Physics, matrix, numbers};
 use tumble::scenario::physics::{bouncing, by_rows, plane, rigid_body};
 use tumble::simulation::scene;
 use tumble::step_nlp::SMOOTHING;
+use tumble::world::Plane;
 use tumble::world::{Parameters, World};
 
 /// That of a run, with what flags give in the place of its own.

@@ -19,9 +19,6 @@ pub const MOST_ROWS: usize = 1_000_000;
 /// The sheets and their names.
 const SHEETS: [(Sheet, &str); 2] = [(Sheet::Motion, "plot"), (Sheet::Energy, "plot-energy")];
 
-/// The files of all sheets.
-pub const FILES: [&str; 4] = ["plot.png", "plot.svg", "plot-energy.png", "plot-energy.svg"];
-
 /// The files of all sheets, not yet written.
 pub struct PendingPlots {
     /// Of each sheet the PNG and the SVG.

@@ -3,7 +3,7 @@
 use super::choices::{Attitude, Inertia};
 use nalgebra::{Matrix3, Vector3, Vector4};
 use std::num::NonZeroUsize;
-use tumble::contact::plane::Plane;
+use tumble::world::Plane;
 use tumble_pictures::animation::View;
 
 pub fn number(text: &str) -> Result<f64, String> {

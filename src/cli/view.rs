@@ -4,6 +4,7 @@ use super::args::{SimulateArgs, ViewArgs};
 use super::directory::OutputDirectory;
 use super::outcome::{Failure, Outcome};
 use super::output::{PendingFile, directory_of, say};
+use super::picture_files::VIEW;
 use super::recording::Recording;
 use super::shown;
 use super::signals::raise_on_signals;
@@ -14,9 +15,6 @@ use tumble_pictures::{Fact, Film};
 
 /// Rows that a run of the page may have: they are all in memory, 0.8 kB each.
 pub const MOST_ROWS: usize = 1_000_000;
-
-/// The file.
-pub const FILES: [&str; 1] = ["view.html"];
 
 /// `tumble view`.
 pub fn run(args: &ViewArgs) -> Result<Outcome, Failure> {
@@ -60,7 +58,7 @@ pub fn check(args: &SimulateArgs, rows: u64) -> Result<(), Failure> {
 
 /// Opens a temporary file for the page: what stands in the way shows before the work.
 pub fn pending(directory: &OutputDirectory) -> Result<PendingFile, Failure> {
-    PendingFile::create(directory, FILES[0])
+    PendingFile::create(directory, VIEW)
 }
 
 /// Writes the page of one or two films, and has the sentence on it; no file if `interrupt` is

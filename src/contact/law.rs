@@ -5,16 +5,8 @@
 //! Equation numbers are those of `docs/formulation.md`.
 
 use crate::mechanics::RigidBody;
+use crate::world::ContactLaw;
 use nalgebra::{Matrix3, Vector3};
-
-/// The constants of the law at one contact.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ContactLaw {
-    /// μ, coefficient of friction.
-    pub friction: f64,
-    /// e, coefficient of [restitution](super::restitution).
-    pub restitution: f64,
-}
 
 /// How the touching point answers an impulse there: the contact's own scale.
 ///

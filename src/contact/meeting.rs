@@ -23,8 +23,8 @@ use crate::geometry::{
     Advance, Feature, Hint, Moving, Scratch, Touch, bound, first_overlap, manifold, separation,
     stays_clear, travel,
 };
+use crate::mechanics::way::LARGEST_TURN;
 use crate::mechanics::{Pose, State, Way};
-use crate::simulation::wild::LARGEST_TURN;
 use crate::world::World;
 use nalgebra::Vector3;
 

@@ -25,18 +25,17 @@ pub mod law;
 mod meeting;
 mod neighbours;
 mod owner;
-pub mod plane;
 mod proxy;
 pub mod restitution;
 pub mod rounding;
 mod seam;
 
+pub use crate::world::{ContactLaw, Partner, Plane};
 pub use candidates::Candidates;
 pub use certificate::{Certificate, Certifier};
 pub use curved::Curved;
 pub use detection::Detection;
-pub use law::{ContactLaw, Response};
-pub use plane::Plane;
+pub use law::Response;
 
 use crate::geometry::Feature;
 use crate::mechanics::RigidBody;
@@ -44,17 +43,6 @@ use crate::mechanics::quaternion::turning_rate;
 use crate::mechanics::state::Pose;
 use curved::Reach;
 use nalgebra::{Matrix3, Vector3};
-
-/// What a body touches.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Partner {
-    /// The fixed ground.
-    Ground,
-    /// The fixed piece of this index in [`World::fixed`](crate::world::World::fixed).
-    Fixed(usize),
-    /// The body of this index in [`World::bodies`](crate::world::World::bodies).
-    Body(usize),
-}
 
 /// Which features of two pieces touch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]

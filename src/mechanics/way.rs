@@ -4,6 +4,9 @@ use super::quaternion::{left, rotation};
 use super::state::{Pose, State};
 use nalgebra::{Vector3, Vector4};
 
+/// A step that turns a body by more than this does not tell which way it went, rad.
+pub const LARGEST_TURN: f64 = 1.0;
+
 /// The way of a body from one end of a step to the other: the centre of mass goes straight, and
 /// the body turns evenly about one axis, which is how a step's mean velocities move it. With
 /// s from 0 to 1,

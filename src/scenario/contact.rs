@@ -142,15 +142,14 @@ impl Contact {
 mod ipopt {
     use super::*;
     use crate::scenario::shown;
-    use crate::simulation::scene;
-    use crate::solver::ipopt::{alone_for, ladder_for};
+    use crate::solver::ipopt::{MOST_ITERATIONS, TOLERANCE, alone_for, ladder_for};
     use crate::step_nlp::StepNlp;
 
     /// Below this, Ipopt's steps take five to a hundred times the iterations and are no better.
     const LEAST_TOLERANCE: f64 = 1e-12;
 
     pub fn of(settings: &Settings, detection: Detection) -> Result<Contact, Failure> {
-        let tolerance = settings.tol.unwrap_or(scene::TOLERANCE);
+        let tolerance = settings.tol.unwrap_or(TOLERANCE);
         if tolerance > 0.0 && tolerance < LEAST_TOLERANCE {
             return Err(Failure::setting(
                 "tol",
@@ -161,8 +160,7 @@ mod ipopt {
                 ),
             ));
         }
-        let options =
-            IpoptSolver::options(tolerance, settings.max_iter.unwrap_or(scene::MOST_ITERATIONS));
+        let options = IpoptSolver::options(tolerance, settings.max_iter.unwrap_or(MOST_ITERATIONS));
         options.validate().map_err(Failure::of_ipopt)?;
         let on_failure = settings.on_failure.unwrap_or(OnFailure::Ladder);
         let formulation = settings.formulation.map(Formulation::from).unwrap_or_default();

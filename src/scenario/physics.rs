@@ -5,12 +5,12 @@ use super::failure::Failure;
 use super::fields::{Exactly, Numbers};
 use super::parameters::PlaneParameters;
 use super::settings::Settings;
-use crate::contact::plane::Plane;
 use crate::error::Error;
 use crate::mechanics::Rotation;
 use crate::mechanics::body::{RigidBody, solid_box_inertia};
 use crate::mechanics::load::{Load, Polyline};
 use crate::simulation::scene;
+use crate::world::Plane;
 use crate::world::{Parameters, World};
 use nalgebra::{Matrix3, Vector3};
 

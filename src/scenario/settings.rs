@@ -6,11 +6,11 @@ use super::choices::{
     SolverName,
 };
 use super::failure::Failure;
-use crate::contact::plane::Plane;
 use crate::error::Error;
 use crate::mechanics::Rotation;
 use crate::mechanics::load::Polyline;
 use crate::simulation::scene;
+use crate::world::Plane;
 use nalgebra::{Matrix3, Vector3};
 
 /// All that can be told; `None` where it is not.

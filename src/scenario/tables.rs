@@ -1,6 +1,5 @@
 //! The tables of a scenario file, and what their fields say.
 
-use crate::contact::plane::Plane;
 use crate::error::Error;
 use crate::mechanics::Rotation;
 use crate::mechanics::load::Polyline;
@@ -10,6 +9,7 @@ use crate::scenario::choices::{
 use crate::scenario::fields::{Exactly, Numbers, table, table_if_any};
 use crate::scenario::physics::matrix;
 use crate::scenario::settings::Settings;
+use crate::world::Plane;
 use nalgebra::{Matrix3, Vector3};
 use serde::Deserialize;
 

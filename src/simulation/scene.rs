@@ -35,10 +35,6 @@ pub const CUBE_INERTIA: f64 = 0.01;
 pub const CUBE_HALF_SIDE: f64 = 1.0;
 /// μ of the tutorial.
 pub const FRICTION: f64 = 0.3;
-/// Ipopt's tolerance in the tutorial.
-pub const TOLERANCE: f64 = 1e-6;
-/// The tutorial's iteration limit.
-pub const MOST_ITERATIONS: u32 = 300;
 
 impl Scene {
     /// The cube thrown on the ground.

@@ -40,7 +40,7 @@ use crate::world::World;
 use nalgebra::Vector3;
 
 /// A step that turns a body by more than this is wild, rad.
-pub const LARGEST_TURN: f64 = 1.0;
+pub use crate::mechanics::way::LARGEST_TURN;
 
 /// An island that makes more energy than this part of its kinetic energy is wild.
 pub const LARGEST_GAIN: f64 = 1e-3;

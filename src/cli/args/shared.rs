@@ -4,8 +4,8 @@ use crate::cli::choices::Inertia;
 use crate::cli::values::{self, LoadKnot};
 use clap::Args;
 use nalgebra::Vector3;
-use tumble::contact::plane::Plane;
 use tumble::mechanics::Rotation;
+use tumble::world::Plane;
 use tumble_pictures::animation::View;
 
 /// What residuals depend on: the constants of the model, and the load.

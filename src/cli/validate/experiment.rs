@@ -7,8 +7,9 @@ use crate::cli::shown;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use tumble::error::Error;
-use tumble::simulation::scene;
-use tumble::solver::ipopt::{Formulation, IpoptSolver, MOST_BODIES, ladder_for};
+use tumble::solver::ipopt::{
+    Formulation, IpoptSolver, MOST_BODIES, MOST_ITERATIONS, TOLERANCE, ladder_for,
+};
 use tumble::solver::native::NativeSolver;
 use tumble::step::StepSolver;
 use tumble::validation::{self, Input, Inputs, Laboratory, PROBLEMS, Problem, Unsuitable};
@@ -214,7 +215,7 @@ fn make_solver(
     Ok(match solver {
         Solver::Native => Box::new(NativeSolver::new(world)),
         Solver::Ipopt => {
-            let options = IpoptSolver::options(scene::TOLERANCE, scene::MOST_ITERATIONS);
+            let options = IpoptSolver::options(TOLERANCE, MOST_ITERATIONS);
             ladder_for(world, Formulation::default(), options)?
         }
     })

@@ -16,7 +16,6 @@ use crate::contact::{Candidates, Contact};
 use crate::error::Error;
 use crate::ipopt::{BarrierStrategy, IpoptError, MultiplierStep, Options, Scaling};
 use crate::mechanics::{RigidBody, State};
-use crate::simulation::scene;
 use crate::step::{ContactForce, Step, StepReport, StepSolution, StepSolver, StepStatus};
 use crate::step_nlp::{ProgramPoint, SMOOTHING, StepNlp};
 use crate::world::World;
@@ -24,6 +23,11 @@ use memory::{Memory, Multipliers};
 use posing::{Effort, pose, solve_posed};
 use program::{Program, StartMultipliers};
 use units::Units;
+
+/// Ipopt's tolerance in the tutorial.
+pub const TOLERANCE: f64 = 1e-6;
+/// The tutorial's iteration limit.
+pub const MOST_ITERATIONS: u32 = 300;
 
 /// The body that is solved for: the tutorial's program is of one.
 const BODY: usize = 0;
@@ -159,8 +163,8 @@ impl IpoptSolver {
     #[must_use]
     pub fn tutorial_options() -> Options {
         Options {
-            tolerance: scene::TOLERANCE,
-            max_iterations: scene::MOST_ITERATIONS,
+            tolerance: TOLERANCE,
+            max_iterations: MOST_ITERATIONS,
             barrier: BarrierStrategy::Monotone,
             multiplier_step: MultiplierStep::Primal,
             initial_barrier: 0.1,

@@ -1,8 +1,12 @@
 //! The world of a run: the bodies, what they can touch, and the constants that every step
 //! shares. States, forces and certificates are lists over its bodies throughout.
 
-use crate::contact::plane::Plane;
-use crate::contact::{ContactLaw, Partner};
+mod partner;
+pub mod plane;
+
+pub use partner::{ContactLaw, Partner};
+pub use plane::Plane;
+
 use crate::error::{Error, in_range};
 use crate::geometry::Piece;
 use crate::mechanics::dynamics;

@@ -1,0 +1,21 @@
+//! What bodies touch, and by which constants.
+
+/// What a body touches.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Partner {
+    /// The fixed ground.
+    Ground,
+    /// The fixed piece of this index in [`World::fixed`](crate::world::World::fixed).
+    Fixed(usize),
+    /// The body of this index in [`World::bodies`](crate::world::World::bodies).
+    Body(usize),
+}
+
+/// The constants of the law at one contact.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ContactLaw {
+    /// μ, coefficient of friction.
+    pub friction: f64,
+    /// e, coefficient of [restitution](crate::contact::restitution).
+    pub restitution: f64,
+}
