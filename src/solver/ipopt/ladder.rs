@@ -1,21 +1,13 @@
 //! What is tried when Ipopt does not solve a step from its first start: a ladder of
 //! rungs, each with its reason, the last of which always holds.
 
-use super::memory::Multipliers;
-use super::posing::{Effort, pose, solve_posed};
-use super::program::{Attempt, Attempted, StartMultipliers};
-use super::units::Units;
-use super::{
-    BODY, Formulation, IpoptSolver, missed_depth, previous_point, set_point, set_solution,
-};
+use super::missed_depth;
+use super::program::Attempted;
 use crate::contact::certificate::{Certifier, Claim};
 use crate::contact::{Candidates, Contact, rounding};
 use crate::error::Error;
-use crate::mechanics::quaternion::advance;
 use crate::solver::native::NativeSolver;
 use crate::step::{ContactForce, Step, StepReport, StepSolution, StepSolver, StepStatus};
-use crate::step_nlp::ProgramPoint;
-use crate::step_nlp::layout::STATE;
 use crate::world::World;
 
 /// A step counts as solved only with a residual of at most this, m/s, whatever Ipopt says
@@ -32,28 +24,18 @@ const STEP_BUDGET: u32 = 300;
 const MANY_CANDIDATES: usize = 64;
 
 /// The budget of a step with `candidates`, where one solve may take `max_iterations`.
-pub(super) fn budget(max_iterations: u32, candidates: usize) -> u32 {
+fn budget(max_iterations: u32, candidates: usize) -> u32 {
     let usual = max_iterations.max(STEP_BUDGET);
     let share = MANY_CANDIDATES as f64 / candidates.max(MANY_CANDIDATES) as f64;
     ((f64::from(usual) * share) as u32).max(1)
 }
 
-/// How much friction yields to what differs from the forces of the start, as a part of the
-/// body's own answer h/m, in the reduced program. Where the forces have settled that is nothing;
-/// where they have not, and the residual says so, Ipopt goes on from the end with this as the
-/// start, and what is left is this part of it (docs/ipopt-path.md).
-const YIELDING: f64 = 1e-2;
-
 /// The tolerances, as parts of the usual one, with which Ipopt goes on where it has met the usual
 /// one and the residual is too large.
-pub(super) const TIGHTER: [f64; 3] = [1e-2, 1e-4, 1e-6];
-
-/// A residual that is worth going on for, m/s, in parts of the [accepted](LADDER_RESIDUAL) one: ten
-/// times what settled steps have. Steps of friction that has just stopped or begun are above it.
-const WORTH_IT: f64 = 1e-2;
+const TIGHTER: [f64; 3] = [1e-2, 1e-4, 1e-6];
 
 /// Iterations with each of them.
-pub(super) const PATIENCE_TIGHTER: u32 = 25;
+const PATIENCE_TIGHTER: u32 = 25;
 
 /// How a step came to be solved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -112,7 +94,7 @@ impl Rung {
     }
 
     /// How the step counts that this rung solved.
-    pub(super) fn status(self) -> StepStatus {
+    fn status(self) -> StepStatus {
         match self {
             Self::Warm | Self::Previous => StepStatus::Converged,
             Self::NativeStart | Self::FreeFlight | Self::SharedWeight => StepStatus::Retried,
@@ -120,135 +102,146 @@ impl Rung {
         }
     }
 
-    pub(super) fn asks_native(self) -> bool {
+    fn asks_native(self) -> bool {
         matches!(self, Self::NativeStart | Self::Native)
     }
 }
 
-/// Ipopt with the ladder behind it.
-pub struct Ladder {
-    ipopt: IpoptSolver,
+/// A program of the step that climbs the ladder: starts for its rungs, one solve after another, and
+/// what is remembered of the last steps.
+///
+/// It has an *end*, that of its last solve, and the *best* end of the step.
+pub(super) trait Climber: Send {
+    /// A residual above this part of the [accepted](LADDER_RESIDUAL) one is worth going on for with a
+    /// tighter tolerance.
+    const WORTH_IT: f64;
+
+    /// Takes up `step`, with free flight for the best end.
+    ///
+    /// # Errors
+    /// A step that is none of the program's world.
+    fn begin(&mut self, step: &Step<'_>, contacts: &[Contact]) -> Result<(), Error>;
+
+    /// The most iterations of one solve.
+    fn max_iterations(&self) -> u32;
+
+    /// How many iterations to wait for from `rung`, one of `rungs`.
+    fn patience(&self, rung: Rung, rungs: &[Rung]) -> u32;
+
+    /// Solves from the start of `rung` in at most `limit` iterations. Contacts that are missed by more
+    /// than `depth` (m) are admitted. `None` where the rung has nothing to start from.
+    ///
+    /// # Errors
+    /// What Ipopt refuses; an interrupt.
+    fn climb(
+        &mut self,
+        rung: Rung,
+        step: &Step<'_>,
+        candidates: &mut Candidates,
+        native: &StepSolution,
+        within: Within,
+    ) -> Result<Option<Attempted>, Error>;
+
+    /// Goes on from the end of what was `attempted` with this part of the usual tolerance, in at most
+    /// `limit` iterations. `None` where the multipliers of the end are not known.
+    ///
+    /// # Errors
+    /// As [`Climber::climb`].
+    fn tighten(
+        &mut self,
+        step: &Step<'_>,
+        contacts: &[Contact],
+        attempted: &Attempted,
+        tightness: f64,
+        limit: u32,
+    ) -> Result<Option<Attempted>, Error>;
+
+    /// Makes the end the one before it was tightened last.
+    fn undo(&mut self);
+
+    /// Makes the end a solution of the step.
+    fn set_end(&mut self, step: &Step<'_>, contacts: &[Contact], solution: &StepSolution);
+
+    /// Writes the end to `solution`.
+    fn write(&self, step: &Step<'_>, contacts: &[Contact], solution: &mut StepSolution);
+
+    /// Makes the end the best one, with the multipliers of the attempt.
+    fn keep_best(&mut self, attempted: Attempted);
+
+    /// Remembers the best end, which `solution` is, as what followed `step.previous`.
+    fn remember(&mut self, step: &Step<'_>, solution: &StepSolution);
+}
+
+/// What a rung may take.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Within {
+    /// Iterations.
+    pub(super) limit: u32,
+    /// A contact that ends no deeper need not have been posed, m.
+    pub(super) depth: f64,
+}
+
+/// Ipopt with the ladder behind it, on the program `C`.
+pub(super) struct Climb<C> {
+    climber: C,
     native: NativeSolver,
     rungs: Vec<Rung>,
     accepted: f64,
-    /// See [`YIELDING`].
-    yielding: f64,
     certifier: Certifier,
-    /// The native solution of the step, where it was asked for.
-    asked: Asked,
-    /// The end of the rung that was tried last.
+    /// The native solution of the step, and whether it was asked for.
+    native_solution: StepSolution,
+    is_asked: bool,
+    /// The end of the rung that was tried last, and the best one.
     tried: StepSolution,
-    /// The best end of the rungs so far.
     best: StepSolution,
-    best_point: ProgramPoint,
 }
 
-/// What the native solver said of the step.
-struct Asked {
-    /// Whether it was asked.
-    already: bool,
-    solution: StepSolution,
-    point: ProgramPoint,
-    /// The points that carry a force in it.
-    flags: Vec<bool>,
-}
-
-/// The end of a rung, its point in the ladder's buffers.
-struct Climbed {
-    converged: bool,
-    iterations: u32,
-    message: Option<&'static str>,
-    multipliers: Option<Multipliers>,
-}
-
-impl Ladder {
-    /// Ipopt and the rungs to try, in order; [`Rung::ALL`] is the recommended ladder.
-    #[must_use]
-    pub fn new(world: &World, ipopt: IpoptSolver, rungs: &[Rung]) -> Self {
-        let n = ipopt.program.points();
-        let exact = ipopt.program.formulation == Formulation::Clamped;
+impl<C: Climber> Climb<C> {
+    pub(super) fn of(world: &World, climber: C, rungs: &[Rung]) -> Self {
         Self {
-            ipopt,
-            yielding: if exact { 0.0 } else { YIELDING },
+            climber,
             native: NativeSolver::new(world),
             rungs: rungs.to_vec(),
             accepted: LADDER_RESIDUAL * world.speed_scale(),
             certifier: Certifier::new(),
-            asked: Asked {
-                already: false,
-                solution: StepSolution::default(),
-                point: ProgramPoint::zeros(n),
-                flags: vec![false; n],
-            },
+            native_solution: StepSolution::default(),
+            is_asked: false,
             tried: StepSolution::default(),
             best: StepSolution::default(),
-            best_point: ProgramPoint::zeros(n),
         }
     }
 
-    /// One rung, from the flags of `candidates`; leaves its end in `tried`. `None` where the
-    /// rung has nothing to start from.
+    /// One rung; leaves its end in `tried`. `None` where the rung has nothing to start from.
     fn climb(
         &mut self,
         rung: Rung,
         step: &Step<'_>,
         candidates: &mut Candidates,
         left: u32,
-    ) -> Result<Option<Climbed>, Error> {
-        let IpoptSolver { program, memory, flags, start, point, .. } = &mut self.ipopt;
-        pose(step, candidates.contacts(), program.formulation, flags);
-        let units = program.units;
-        let mut multipliers = StartMultipliers::Estimated;
-        match rung {
-            Rung::Warm => match previous_point(memory, step, (flags, &units), start) {
-                Some(known) => {
-                    multipliers = StartMultipliers::Known(known);
-                    coast(step, &units, start);
-                }
-                None => return Ok(None),
-            },
-            Rung::Previous => {
-                previous_point(memory, step, (flags, &units), start);
-            }
-            Rung::NativeStart => {
-                multipliers = StartMultipliers::Zero;
-                flags.copy_from_slice(&self.asked.flags);
-                start.copy_from(&self.asked.point);
-            }
-            Rung::FreeFlight => start.set_free(&units.state(&step.free[BODY])),
-            Rung::SharedWeight => share_weight(step, flags, &units, start),
-            Rung::Native => {
-                self.tried.copy_from(&self.asked.solution);
-                point.copy_from(&self.asked.point);
-                return Ok(Some(Climbed {
-                    // The residual decides: what the native solver fails may be within what the
-                    // ladder promises.
-                    converged: true,
-                    iterations: 0,
-                    message: None,
-                    multipliers: None,
-                }));
-            }
+    ) -> Result<Option<Attempted>, Error> {
+        if rung == Rung::Native {
+            self.climber.set_end(step, candidates.contacts(), &self.native_solution);
+            self.tried.copy_from(&self.native_solution);
+            // The residual decides: what the native solver fails may be within what the ladder promises.
+            return Ok(Some(Attempted::free()));
         }
-        let limit = rung.patience().min(program.max_iterations()).min(left);
-        let depth = missed_depth(step, self.accepted);
-        let effort = Effort { limit, depth, yielding: self.yielding };
-        let posed = (&mut *candidates, &mut flags[..]);
-        let mut attempted = solve_posed(program, step, (start, multipliers), effort, posed, point)?;
+        let patience = self.climber.patience(rung, &self.rungs);
+        let limit = patience.min(self.climber.max_iterations()).min(left);
+        let within = Within { limit, depth: missed_depth(step, self.accepted) };
+        let native = &self.native_solution;
+        let Some(mut attempted) = self.climber.climb(rung, step, candidates, native, within)?
+        else {
+            return Ok(None);
+        };
         let contacts = candidates.contacts();
-        set_solution(step, contacts, (point, &units), &mut self.tried);
+        self.climber.write(step, contacts, &mut self.tried);
         self.tighten(step, contacts, left, &mut attempted)?;
-        Ok(Some(Climbed {
-            converged: attempted.converged,
-            iterations: attempted.iterations,
-            message: Some(attempted.status.name()),
-            multipliers: attempted.multipliers,
-        }))
+        Ok(Some(attempted))
     }
 
     /// Where Ipopt meets its tolerance and the step is not solved, goes on from the end with
     /// smaller ones: a contact that is lighter than the body needs more than the program's scale
-    /// asks for.
+    /// asks for. The better end stays.
     fn tighten(
         &mut self,
         step: &Step<'_>,
@@ -259,35 +252,22 @@ impl Ladder {
         for tightness in TIGHTER {
             let residual = self.residual(step, contacts);
             if attempted.iterations >= left
-                || residual <= WORTH_IT * self.accepted
+                || residual <= C::WORTH_IT * self.accepted
                 || self.is_rounding(step, residual)
             {
                 break;
             }
-            let Some(multipliers) = &attempted.multipliers else { break };
-            let IpoptSolver { program, flags, start, point, .. } = &mut self.ipopt;
-            start.copy_from(point);
-            let attempt = Attempt {
-                start,
-                multipliers: StartMultipliers::Known(multipliers),
-                limit: PATIENCE_TIGHTER.min(left - attempted.iterations),
-                tightness,
-                yielding: self.yielding,
-            };
-            let mut tighter = program.attempt(step, flags, attempt, point)?;
+            let limit = PATIENCE_TIGHTER.min(left - attempted.iterations);
+            let tighter = self.climber.tighten(step, contacts, attempted, tightness, limit)?;
+            let Some(mut tighter) = tighter else { break };
             tighter.iterations += attempted.iterations;
-            if !tighter.converged {
-                point.copy_from(start);
-                attempted.iterations = tighter.iterations;
-                break;
-            }
-            let units = program.units;
-            set_solution(step, contacts, (point, &units), &mut self.tried);
-            let is_better = self.residual(step, contacts) < residual;
-            let IpoptSolver { program, start, point, .. } = &mut self.ipopt;
+            let is_better = tighter.converged && {
+                self.climber.write(step, contacts, &mut self.tried);
+                self.residual(step, contacts) < residual
+            };
             if !is_better {
-                point.copy_from(start);
-                set_solution(step, contacts, (point, &program.units), &mut self.tried);
+                self.climber.undo();
+                self.climber.write(step, contacts, &mut self.tried);
                 attempted.iterations = tighter.iterations;
                 break;
             }
@@ -309,17 +289,11 @@ impl Ladder {
     /// Asks the native solver, once a step. It may admit contacts that detection missed; they
     /// then are contacts of the step.
     fn ask_native(&mut self, step: &Step<'_>, candidates: &mut Candidates) -> Result<(), Error> {
-        if self.asked.already {
-            return Ok(());
+        if !self.is_asked {
+            self.native.solve(step, candidates, &mut self.native_solution)?;
+            self.is_asked = true;
         }
-        let Asked { already, solution, point, flags } = &mut self.asked;
-        self.native.solve(step, candidates, solution)?;
-        *already = true;
-        set_point(step, solution, &self.ipopt.program.units, point);
-        flags.fill(false);
-        for contact in solution.contacts.iter().filter(|contact| contact.carries_force()) {
-            flags[contact.key.point] = true;
-        }
+        add_late(candidates.contacts(), &mut self.native_solution);
         Ok(())
     }
 
@@ -331,29 +305,13 @@ impl Ladder {
     }
 }
 
-/// Moves the state of `start` (in `units`), that of step k, on by one step at its own velocities:
-/// what slides steadily is then where it will be.
-fn coast(step: &Step<'_>, units: &Units, start: &mut ProgramPoint) {
-    let (mut state, h) = (step.states[BODY], step.world.time_step());
-    state.position += h * state.velocity;
-    state.attitude = advance(&state.attitude, &state.spin, h);
-    start.as_mut_slice()[STATE].copy_from_slice(units.state(&state).to_vector().as_slice());
+/// Contacts that were admitted after `solution` was found have no force in it.
+fn add_late(contacts: &[Contact], solution: &mut StepSolution) {
+    let late = &contacts[solution.contacts.len()..];
+    solution.contacts.extend(late.iter().map(|contact| ContactForce::none(contact.key)));
 }
 
-/// Sets `start` (in `units`) to free flight with the weight on the flagged points.
-fn share_weight(step: &Step<'_>, flags: &[bool], units: &Units, start: &mut ProgramPoint) {
-    start.set_free(&units.state(&step.free[BODY]));
-    let count = flags.iter().filter(|flag| **flag).count().max(1) as f64;
-    let weight = step.world.bodies()[BODY].mass() * step.world.gravity().norm();
-    let share = weight / units.force() / count;
-    let normal = start.layout().force_z();
-    let forces = start.as_mut_slice()[normal].iter_mut().zip(flags);
-    for (force, _) in forces.filter(|(_, flag)| **flag) {
-        *force = share;
-    }
-}
-
-impl StepSolver for Ladder {
+impl<C: Climber> StepSolver for Climb<C> {
     fn accepted_residual(&self) -> f64 {
         self.accepted
     }
@@ -364,14 +322,12 @@ impl StepSolver for Ladder {
         candidates: &mut Candidates,
         solution: &mut StepSolution,
     ) -> Result<StepReport, Error> {
-        self.asked.already = false;
-        self.ipopt.begin(step, candidates.contacts())?;
+        self.is_asked = false;
+        self.climber.begin(step, candidates.contacts())?;
         // Where no rung has an end to show, free flight is at least a motion.
         self.best.set_free(step.free);
-        let units = self.ipopt.program.units;
-        self.best_point.set_free(&units.state(&step.free[BODY]));
-        let budget = budget(self.ipopt.program.max_iterations(), candidates.contacts().len());
-        let (mut least, mut multipliers) = (f64::INFINITY, None);
+        let budget = budget(self.climber.max_iterations(), candidates.contacts().len());
+        let mut least = f64::INFINITY;
         let mut report = StepReport::without_problem(StepStatus::Failed);
         for index in 0..self.rungs.len() {
             let rung = self.rungs[index];
@@ -382,27 +338,28 @@ impl StepSolver for Ladder {
             if left == 0 && rung != Rung::Native {
                 continue;
             }
-            let Some(climbed) = self.climb(rung, step, candidates, left)? else { continue };
+            let Some(attempted) = self.climb(rung, step, candidates, left)? else { continue };
             let contacts = candidates.contacts();
-            report.iterations += climbed.iterations;
-            report.message = climbed.message.or(report.message);
+            report.iterations += attempted.iterations;
+            if rung != Rung::Native {
+                report.message = Some(attempted.status.name());
+            }
+            let is_solved = self.is_solved(step, contacts, attempted.converged);
             let residual = self.residual(step, contacts);
             if residual < least {
-                (least, multipliers) = (residual, climbed.multipliers);
+                least = residual;
+                self.climber.keep_best(attempted);
                 self.best.copy_from(&self.tried);
-                self.best_point.copy_from(&self.ipopt.point);
                 report.start = Some(rung.name());
             }
-            if self.is_solved(step, contacts, climbed.converged) {
+            if is_solved {
                 report.status = rung.status();
                 break;
             }
         }
-        // Those admitted after the best end was found have no force in it.
-        let late = &candidates.contacts()[self.best.contacts.len()..];
-        self.best.contacts.extend(late.iter().map(|contact| ContactForce::none(contact.key)));
+        add_late(candidates.contacts(), &mut self.best);
         solution.copy_from(&self.best);
-        self.ipopt.memory.keep(step.previous, solution, &self.best_point, multipliers);
+        self.climber.remember(step, solution);
         Ok(report)
     }
 }

@@ -1,6 +1,7 @@
 //! The step problem solved by Ipopt: the adapter between [`crate::step_nlp`] and
 //! [`crate::ipopt`], started from the previous solution.
 
+mod alone;
 mod ladder;
 mod memory;
 mod posing;
@@ -9,7 +10,8 @@ mod several;
 mod subproblem;
 mod units;
 
-pub use ladder::{LADDER_RESIDUAL, Ladder, Rung};
+pub use alone::Ladder;
+pub use ladder::{LADDER_RESIDUAL, Rung};
 pub use several::{MOST_BODIES, SeveralLadder};
 
 use crate::contact::{Candidates, Contact};

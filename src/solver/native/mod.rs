@@ -80,7 +80,7 @@ impl NativeSolver {
             islands: Islands::default(),
             parts: vec![first],
             ends: Vec::new(),
-            reached: Vec::new(),
+            reached: Vec::with_capacity(world.bodies().len()),
             #[cfg(feature = "threads")]
             threads: None,
         }

@@ -8,17 +8,15 @@
 mod program;
 mod start;
 
-use super::ladder::{LADDER_RESIDUAL, PATIENCE_TIGHTER, Rung, TIGHTER, budget};
+use super::ladder::{Climb, Climber, Rung, Within};
 use super::memory::Multipliers;
+use super::of_another_world;
 use super::program::Attempted;
-use super::{missed_depth, of_another_world};
-use crate::contact::certificate::{Certifier, Claim};
-use crate::contact::{Candidates, Contact, ContactKey, Partner, rounding};
+use crate::contact::{Candidates, Contact, ContactKey, Partner};
 use crate::error::Error;
 use crate::ipopt::Options;
 use crate::mechanics::quaternion::advance;
-use crate::solver::native::NativeSolver;
-use crate::step::{ContactForce, Step, StepReport, StepSolution, StepSolver, StepStatus};
+use crate::step::{ContactForce, Step, StepReport, StepSolution, StepSolver};
 use crate::world::World;
 use program::{Effort, Posed, Program, StartMultipliers};
 use start::{Memory, Poses, Start};
@@ -32,30 +30,20 @@ const PATIENCE_PREVIOUS: u32 = 30;
 
 /// Ipopt for worlds of several bodies, with fixed pieces, rounded points or coefficients of
 /// friction of their own, with the ladder behind it.
-pub struct SeveralLadder {
+pub struct SeveralLadder(Climb<Several>);
+
+/// The program of several bodies with its ends.
+struct Several {
     program: Program,
-    native: NativeSolver,
-    rungs: Vec<Rung>,
-    accepted: f64,
-    certifier: Certifier,
     memory: Memory,
-    /// Whether the native solver was asked for the step, and whether it solved it; its solution.
-    asked: Option<bool>,
-    native_solution: StepSolution,
-    /// The start and the end of the rung that was tried last.
+    /// What was posed last, and the contacts' keys.
+    posed: Posed,
+    keys: Vec<ContactKey>,
+    /// The start and the end of the last solve.
     start: Start,
     end: Start,
-    tried: StepSolution,
-    /// The best end of the rungs so far.
-    best: StepSolution,
-    best_end: Start,
-}
-
-/// The end of a rung, its point in the ladder's buffers.
-struct Climbed {
-    converged: bool,
-    iterations: u32,
-    message: Option<&'static str>,
+    /// The best end of the step.
+    best: Start,
     multipliers: Option<(Vec<ContactKey>, Multipliers)>,
 }
 
@@ -75,92 +63,59 @@ impl SeveralLadder {
             );
             return Err(Error::Solver { solver: "Ipopt", why });
         }
-        Ok(Self {
+        let several = Several {
             program: Program::new(world, options)?,
-            native: NativeSolver::new(world),
-            rungs: rungs.to_vec(),
-            accepted: LADDER_RESIDUAL * world.speed_scale(),
-            certifier: Certifier::new(),
             memory: Memory::default(),
-            asked: None,
-            native_solution: StepSolution::default(),
+            posed: Posed::default(),
+            keys: Vec::new(),
             start: Start::default(),
             end: Start::default(),
-            tried: StepSolution::default(),
-            best: StepSolution::default(),
-            best_end: Start::default(),
-        })
+            best: Start::default(),
+            multipliers: None,
+        };
+        Ok(Self(Climb::of(world, several, rungs)))
+    }
+}
+
+impl StepSolver for SeveralLadder {
+    fn accepted_residual(&self) -> f64 {
+        self.0.accepted_residual()
     }
 
-    /// One rung; leaves its end in `end` and `tried`. `None` where it has nothing to start from.
-    fn climb(
+    fn solve(
         &mut self,
-        rung: Rung,
         step: &Step<'_>,
         candidates: &mut Candidates,
-        left: u32,
-    ) -> Result<Option<Climbed>, Error> {
-        let units = self.program.units;
-        let contacts = candidates.contacts();
-        let mut posed = self.pose(step, contacts);
-        match rung {
-            Rung::Warm => {
-                let known = self.memory.multipliers(step.previous);
-                if known.is_none_or(|(keys, _)| *keys != keys_of(contacts, &posed)) {
-                    return Ok(None);
-                }
-                self.start.set_previous(step, contacts, &self.memory, &units);
-                coast(step, &posed, &mut self.start);
-            }
-            Rung::Previous => self.start.set_previous(step, contacts, &self.memory, &units),
-            Rung::NativeStart => {
-                self.start.set_solution(step, contacts, &self.native_solution, &units);
-                let forces = self.native_solution.contacts.iter();
-                let carry = forces.enumerate().filter(|(_, force)| force.carries_force());
-                posed = Posed::of(contacts, carry.map(|(index, _)| index).collect());
-            }
-            Rung::FreeFlight => self.start.reset(step.free, contacts.len()),
-            Rung::SharedWeight => self.start.share_weight(step, (contacts, &posed), &units),
-            Rung::Native => {
-                self.tried.copy_from(&self.native_solution);
-                self.end.set_solution(step, contacts, &self.native_solution, &units);
-                return Ok(Some(Climbed {
-                    converged: self.asked == Some(true),
-                    iterations: 0,
-                    message: None,
-                    multipliers: None,
-                }));
-            }
+        solution: &mut StepSolution,
+    ) -> Result<StepReport, Error> {
+        self.0.solve(step, candidates, solution)
+    }
+}
+
+impl Climber for Several {
+    /// Whatever is solved is good enough.
+    const WORTH_IT: f64 = 1.0;
+
+    fn begin(&mut self, step: &Step<'_>, contacts: &[Contact]) -> Result<(), Error> {
+        step.check(contacts)?;
+        if self.program.bodies() != step.world.bodies().len() {
+            return Err(of_another_world());
         }
-        let patience = self.patience(rung);
-        let depth = missed_depth(step, self.accepted);
-        let settled = matches!(rung, Rung::Warm | Rung::NativeStart);
-        let Self { program, memory, start, end, .. } = &mut *self;
-        let multipliers = match (rung, memory.multipliers(step.previous)) {
-            (Rung::Warm, Some((_, known))) => StartMultipliers::Known(known),
-            (Rung::NativeStart, _) => StartMultipliers::Zero,
-            _ => StartMultipliers::Estimated,
-        };
-        let limit = patience.min(program.max_iterations()).min(left);
-        let effort = Effort { limit, tightness: 1.0, settled };
-        let posing = (&mut *candidates, &mut posed);
-        let from = (start, multipliers);
-        let mut attempted = solve_posed(program, step, from, (effort, depth), posing, end)?;
-        let contacts = candidates.contacts();
-        self.end.write(step, contacts, &units, &mut self.tried);
-        self.tighten(step, (contacts, &posed), left, &mut attempted)?;
-        let keys = keys_of(contacts, &posed);
-        Ok(Some(Climbed {
-            converged: attempted.converged,
-            iterations: attempted.iterations,
-            message: Some(attempted.status.name()),
-            multipliers: attempted.multipliers.map(|multipliers| (keys, multipliers)),
-        }))
+        if self.program.set_units(step) {
+            self.memory.clear();
+        }
+        self.best.reset(step.free, 0);
+        self.multipliers = None;
+        Ok(())
     }
 
-    /// How many iterations to wait for from `rung`: without end from the last start that there is.
-    fn patience(&self, rung: Rung) -> u32 {
-        let last = self.rungs.iter().rfind(|rung| **rung != Rung::Native);
+    fn max_iterations(&self) -> u32 {
+        self.program.max_iterations()
+    }
+
+    /// Without end from the last start that there is.
+    fn patience(&self, rung: Rung, rungs: &[Rung]) -> u32 {
+        let last = rungs.iter().rfind(|rung| **rung != Rung::Native);
         match rung {
             last_start if last == Some(&last_start) => u32::MAX,
             Rung::Previous => PATIENCE_PREVIOUS,
@@ -168,79 +123,104 @@ impl SeveralLadder {
         }
     }
 
-    /// The candidates that free flight closes, to what a missed one may be deep, and those that
-    /// carried a force in the step before.
-    fn pose(&self, step: &Step<'_>, contacts: &[Contact]) -> Posed {
-        let free = Poses::of(step.states, step.free);
-        let near = missed_depth(step, self.accepted);
-        let taken = contacts.iter().enumerate().filter(|(place, contact)| {
-            let before = step.previous.find(&contact.key, *place);
-            let rests = matches!(contact.key.partner, Partner::Body(_))
-                && before.is_some_and(ContactForce::carries_force);
-            rests || free.gap(contact) <= near
-        });
-        Posed::of(contacts, taken.map(|(place, _)| place).collect())
+    fn climb(
+        &mut self,
+        rung: Rung,
+        step: &Step<'_>,
+        candidates: &mut Candidates,
+        native: &StepSolution,
+        Within { limit, depth }: Within,
+    ) -> Result<Option<Attempted>, Error> {
+        let units = self.program.units;
+        let contacts = candidates.contacts();
+        self.posed = pose(step, contacts, depth);
+        match rung {
+            Rung::Warm => {
+                let known = self.memory.multipliers(step.previous);
+                if known.is_none_or(|(keys, _)| *keys != keys_of(contacts, &self.posed)) {
+                    return Ok(None);
+                }
+                self.start.set_previous(step, contacts, &self.memory, &units);
+                coast(step, &self.posed, &mut self.start);
+            }
+            Rung::Previous => self.start.set_previous(step, contacts, &self.memory, &units),
+            Rung::NativeStart => {
+                self.start.set_solution(step, contacts, native, &units);
+                let forces = native.contacts.iter();
+                let carry = forces.enumerate().filter(|(_, force)| force.carries_force());
+                self.posed = Posed::of(contacts, carry.map(|(index, _)| index).collect());
+            }
+            Rung::FreeFlight => self.start.reset(step.free, contacts.len()),
+            Rung::SharedWeight => self.start.share_weight(step, (contacts, &self.posed), &units),
+            Rung::Native => return Ok(None),
+        }
+        let settled = matches!(rung, Rung::Warm | Rung::NativeStart);
+        let Self { program, memory, start, end, posed, .. } = &mut *self;
+        let multipliers = match (rung, memory.multipliers(step.previous)) {
+            (Rung::Warm, Some((_, known))) => StartMultipliers::Known(known),
+            (Rung::NativeStart, _) => StartMultipliers::Zero,
+            _ => StartMultipliers::Estimated,
+        };
+        let effort = Effort { limit, tightness: 1.0, settled };
+        let posing = (&mut *candidates, posed);
+        let from = (start, multipliers);
+        let attempted = solve_posed(program, step, from, (effort, depth), posing, end)?;
+        self.keys = keys_of(candidates.contacts(), &self.posed);
+        Ok(Some(attempted))
     }
 
-    /// Where Ipopt meets its tolerance and the step is not solved, goes on from the end with
-    /// smaller ones.
     fn tighten(
         &mut self,
         step: &Step<'_>,
-        (contacts, posed): (&[Contact], &Posed),
-        left: u32,
-        attempted: &mut Attempted,
-    ) -> Result<(), Error> {
-        for tightness in TIGHTER {
-            if attempted.iterations >= left || self.is_solved(step, contacts, attempted.converged) {
-                break;
-            }
-            let Some(multipliers) = &attempted.multipliers else { break };
-            let Self { program, start, end, .. } = &mut *self;
-            start.clone_from(end);
-            let limit = PATIENCE_TIGHTER.min(left - attempted.iterations);
-            let effort = Effort { limit, tightness, settled: true };
-            let from = (&*start, StartMultipliers::Known(multipliers));
-            let mut tighter = program.attempt(step, (contacts, posed), from, effort, end)?;
-            tighter.iterations += attempted.iterations;
-            if !tighter.converged {
-                end.clone_from(start);
-                attempted.iterations = tighter.iterations;
-                break;
-            }
-            *attempted = tighter;
-            let units = program.units;
-            self.end.write(step, contacts, &units, &mut self.tried);
-        }
-        Ok(())
+        contacts: &[Contact],
+        attempted: &Attempted,
+        tightness: f64,
+        limit: u32,
+    ) -> Result<Option<Attempted>, Error> {
+        let Some(known) = &attempted.multipliers else { return Ok(None) };
+        let Self { program, start, end, posed, .. } = &mut *self;
+        start.clone_from(end);
+        let effort = Effort { limit, tightness, settled: true };
+        let from = (&*start, StartMultipliers::Known(known));
+        program.attempt(step, (contacts, posed), from, effort, end).map(Some)
     }
 
-    /// Whether the end that was tried last solves the step.
-    fn is_solved(&mut self, step: &Step<'_>, contacts: &[Contact], converged: bool) -> bool {
-        let residual = self.residual(step, contacts);
-        let rounding = || rounding::residual(step.world, step.states, &self.tried.states);
-        converged && (residual <= self.accepted || residual <= rounding())
+    fn undo(&mut self) {
+        self.end.clone_from(&self.start);
     }
 
-    /// Asks the native solver, once a step. It may admit contacts that detection missed.
-    fn ask_native(&mut self, step: &Step<'_>, candidates: &mut Candidates) -> Result<(), Error> {
-        if self.asked.is_none() {
-            let report = self.native.solve(step, candidates, &mut self.native_solution)?;
-            self.asked = Some(report.status != StepStatus::Failed);
-        }
-        // What was admitted since has no force in it.
-        let late = &candidates.contacts()[self.native_solution.contacts.len()..];
-        let none = late.iter().map(|contact| ContactForce::none(contact.key));
-        self.native_solution.contacts.extend(none);
-        Ok(())
+    fn set_end(&mut self, step: &Step<'_>, contacts: &[Contact], solution: &StepSolution) {
+        self.end.set_solution(step, contacts, solution, &self.program.units);
     }
 
-    /// The residual of the rung tried last, m/s.
-    fn residual(&mut self, step: &Step<'_>, contacts: &[Contact]) -> f64 {
-        let (states, next) = (step.states, &self.tried.states);
-        let claim = Claim { states, next, wrenches: step.wrenches, contacts };
-        self.certifier.contact_step(step.world, &claim, self.tried.forces()).residual()
+    fn write(&self, step: &Step<'_>, contacts: &[Contact], solution: &mut StepSolution) {
+        self.end.write(step, contacts, &self.program.units, solution);
     }
+
+    fn keep_best(&mut self, attempted: Attempted) {
+        self.best.clone_from(&self.end);
+        let keys = &self.keys;
+        self.multipliers = attempted.multipliers.map(|multipliers| (keys.clone(), multipliers));
+    }
+
+    fn remember(&mut self, step: &Step<'_>, solution: &StepSolution) {
+        self.best.values.resize_with(solution.contacts.len(), Default::default);
+        let multipliers = self.multipliers.take();
+        self.memory.keep(step.previous, solution, &self.best.values, multipliers);
+    }
+}
+
+/// The candidates that free flight closes, to what a missed one may be deep (`near`, m), and those that
+/// carried a force in the step before.
+fn pose(step: &Step<'_>, contacts: &[Contact], near: f64) -> Posed {
+    let free = Poses::of(step.states, step.free);
+    let taken = contacts.iter().enumerate().filter(|(place, contact)| {
+        let before = step.previous.find(&contact.key, *place);
+        let rests = matches!(contact.key.partner, Partner::Body(_))
+            && before.is_some_and(ContactForce::carries_force);
+        rests || free.gap(contact) <= near
+    });
+    Posed::of(contacts, taken.map(|(place, _)| place).collect())
 }
 
 impl Posed {
@@ -316,64 +296,4 @@ fn solve_posed(
     }
     end.values.resize_with(candidates.contacts().len(), Default::default);
     Ok(attempted)
-}
-
-impl StepSolver for SeveralLadder {
-    fn accepted_residual(&self) -> f64 {
-        self.accepted
-    }
-
-    fn solve(
-        &mut self,
-        step: &Step<'_>,
-        candidates: &mut Candidates,
-        solution: &mut StepSolution,
-    ) -> Result<StepReport, Error> {
-        self.asked = None;
-        step.check(candidates.contacts())?;
-        if self.program.bodies() != step.world.bodies().len() {
-            return Err(of_another_world());
-        }
-        if self.program.set_units(step) {
-            self.memory.clear();
-        }
-        // Where no rung has an end to show, free flight is at least a motion.
-        self.best.set_free(step.free);
-        self.best_end.reset(step.free, 0);
-        let budget = budget(self.program.max_iterations(), candidates.contacts().len());
-        let (mut least, mut multipliers) = (f64::INFINITY, None);
-        let mut report = StepReport::without_problem(StepStatus::Failed);
-        for index in 0..self.rungs.len() {
-            let rung = self.rungs[index];
-            if rung.asks_native() {
-                self.ask_native(step, candidates)?;
-            }
-            let left = budget.saturating_sub(report.iterations);
-            if left == 0 && rung != Rung::Native {
-                continue;
-            }
-            let Some(climbed) = self.climb(rung, step, candidates, left)? else { continue };
-            let contacts = candidates.contacts();
-            report.iterations += climbed.iterations;
-            report.message = climbed.message.or(report.message);
-            let residual = self.residual(step, contacts);
-            if residual < least {
-                (least, multipliers) = (residual, climbed.multipliers);
-                self.best.copy_from(&self.tried);
-                self.best_end.clone_from(&self.end);
-                report.start = Some(rung.name());
-            }
-            if self.is_solved(step, contacts, climbed.converged) {
-                report.status = rung.status();
-                break;
-            }
-        }
-        // Those admitted after the best end was found have no force in it.
-        let late = &candidates.contacts()[self.best.contacts.len()..];
-        self.best.contacts.extend(late.iter().map(|contact| ContactForce::none(contact.key)));
-        self.best_end.values.resize_with(self.best.contacts.len(), Default::default);
-        solution.copy_from(&self.best);
-        self.memory.keep(step.previous, solution, &self.best_end.values, multipliers);
-        Ok(report)
-    }
 }
