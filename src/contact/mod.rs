@@ -348,8 +348,7 @@ fn gap_between(features: &Features, normal: &Vector3<f64>, a: &Pose, b: Option<&
 /// by A.
 #[inline]
 pub(crate) fn torque_map_of(y: &Vector3<f64>, a: &Matrix3<f64>) -> Matrix3<f64> {
-    let column = |k: usize| y.cross(&Vector3::new(a[(k, 0)], a[(k, 1)], a[(k, 2)]));
-    Matrix3::from_columns(&[column(0), column(1), column(2)])
+    y.cross_matrix() * a.transpose()
 }
 
 /// Ω, rad/s, world.
