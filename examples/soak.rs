@@ -31,16 +31,17 @@ enum Who {
 #[derive(Default)]
 struct Counts {
     steps: u64,
-    by_status: [u64; 5],
+    by_status: [u64; 6],
     /// The largest residual with its seed and step.
     worst: Option<(f64, u32, u64)>,
 }
 
-const STATUSES: [StepStatus; 5] = [
+const STATUSES: [StepStatus; 6] = [
     StepStatus::Free,
     StepStatus::Converged,
     StepStatus::Retried,
     StepStatus::Fallback,
+    StepStatus::Wild,
     StepStatus::Failed,
 ];
 
