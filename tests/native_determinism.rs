@@ -6,6 +6,7 @@ mod toss;
 use common::point_forces;
 use std::thread;
 use toss::*;
+use tumble::mechanics::Rotation;
 use tumble::simulation::StepRecord;
 use tumble::solver::native::NativeSolver;
 use tumble::world::World;
@@ -42,7 +43,7 @@ const RUNS: [(f64, u32); 6] =
 ///
 /// They hold for x86_64-unknown-linux-gnu, debug and release, and for any other target whose
 /// compiler neither fuses a multiplication with an addition nor keeps extra digits. (Scattered
-/// starts also use the library's sine and cosine; none of these runs needs one.) A change of the
+/// starts also use the sine and cosine of the crate libm, made of such operations.) A change of the
 /// solver that rounds differently changes them; that such a change is meant is what this test
 /// makes its author say.
 #[cfg(all(target_arch = "x86_64", target_os = "linux"))]
@@ -114,5 +115,23 @@ fn a_solver_remembers_nothing_of_the_steps_before() {
         solve_step(&mut used, &world, other[k].state(), &other[k - 1].solution);
         let again = solve_again(&mut used, &world, &one, k);
         assert_eq!(again.solution, one[k].solution, "step {k}");
+    }
+}
+
+/// A solver made for a world with another time step, gravity and form of rotation solves this one's steps
+/// to the same bits: what it needs of the world it takes from the step.
+#[test]
+fn a_solver_takes_the_world_from_the_step() {
+    let world = World::new(parameters(cubes().remove(2))).unwrap();
+    let run = thrown_run(&world, 42);
+    let mut elsewhere = parameters(cubes().remove(1));
+    elsewhere.time_step *= 2.0;
+    elsewhere.gravity *= 3.0;
+    elsewhere.rotation = Rotation::Momentum;
+    assert_ne!(elsewhere.rotation, world.rotation());
+    let mut solver = NativeSolver::new(&World::new(elsewhere).unwrap());
+    for k in 2..run.len() {
+        let again = solve_again(&mut solver, &world, &run, k);
+        assert_eq!(again.solution, run[k].solution, "step {k}");
     }
 }

@@ -3,15 +3,14 @@
 
 use crate::ipopt::Point;
 use crate::step::StepSolution;
-use crate::step_nlp::ProgramPoint;
 
-/// A solution as a point of the program.
+/// A solution as a point of the program, `P`, and what Ipopt ended with, `M`.
 #[derive(Clone)]
-pub(super) struct Remembered {
+pub(super) struct Remembered<P, M> {
     solution: StepSolution,
-    pub(super) point: ProgramPoint,
+    pub(super) point: P,
     /// Where Ipopt converged to the point itself.
-    pub(super) multipliers: Option<Multipliers>,
+    pub(super) multipliers: Option<M>,
 }
 
 /// The multipliers of a point that Ipopt converged to, for the flags it was solved with.
@@ -36,20 +35,30 @@ impl Multipliers {
 
 /// The last solution and the one before it: a step that is taken back starts again from the
 /// earlier one.
-#[derive(Default)]
-pub(super) struct Memory {
-    entries: Vec<Remembered>,
+pub(super) struct Memory<P, M> {
+    entries: Vec<Remembered<P, M>>,
 }
 
-impl Memory {
+impl<P, M> Default for Memory<P, M> {
+    fn default() -> Self {
+        Self { entries: Vec::new() }
+    }
+}
+
+impl<P: Clone, M> Memory<P, M> {
     /// Forgets all.
     pub(super) fn clear(&mut self) {
         self.entries.clear();
     }
 
     /// What is known of `solution`, if it is one of the last two.
-    pub(super) fn find(&self, solution: &StepSolution) -> Option<&Remembered> {
+    pub(super) fn find(&self, solution: &StepSolution) -> Option<&Remembered<P, M>> {
         self.entries.iter().find(|entry| entry.solution == *solution)
+    }
+
+    /// What Ipopt ended with at `solution`, if that is known.
+    pub(super) fn multipliers(&self, solution: &StepSolution) -> Option<&M> {
+        self.find(solution).and_then(|known| known.multipliers.as_ref())
     }
 
     /// Keeps `solution` of the step that followed `previous`, and what is known of that one.
@@ -57,8 +66,8 @@ impl Memory {
         &mut self,
         previous: &StepSolution,
         solution: &StepSolution,
-        point: &ProgramPoint,
-        multipliers: Option<Multipliers>,
+        point: &P,
+        multipliers: Option<M>,
     ) {
         self.entries.retain(|entry| entry.solution == *previous);
         self.entries.truncate(1);

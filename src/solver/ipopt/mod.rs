@@ -63,7 +63,7 @@ impl Formulation {
 pub struct IpoptSolver {
     program: Program,
     accepted: f64,
-    memory: Memory,
+    memory: Memory<ProgramPoint, Multipliers>,
     /// Which points are candidates of the step.
     flags: Vec<bool>,
     start: ProgramPoint,
@@ -264,7 +264,7 @@ fn missed_depth(step: &Step<'_>, accepted: f64) -> f64 {
 /// Sets `start` to the point of the last step's solution; its multipliers, if they are known
 /// for `flags`.
 fn previous_point<'a>(
-    memory: &'a Memory,
+    memory: &'a Memory<ProgramPoint, Multipliers>,
     step: &Step<'_>,
     (flags, units): (&[bool], &Units),
     start: &mut ProgramPoint,

@@ -105,6 +105,8 @@ impl Island {
     /// `unsettled` in the steps before; no candidates yet.
     pub(super) fn begin(&mut self, step: &Step<'_>, indices: &[usize], unsettled: f64) {
         let bodies = step.world.bodies();
+        self.time_step = step.world.time_step();
+        self.form = step.world.rotation();
         let logarithms: f64 = indices.iter().map(|&index| libm::log(bodies[index].mass())).sum();
         self.mass = libm::exp(logarithms / indices.len() as f64);
         self.members.clear();

@@ -238,6 +238,7 @@ impl StepSolver for NativeSolver {
         solution: &mut StepSolution,
     ) -> Result<StepReport, Error> {
         step.check(candidates.contacts())?;
+        self.accepted = ACCEPTED_RESIDUAL * step.world.speed_scale();
         solution.set_free(step.free);
         self.ends.clear();
         self.ends.resize(step.states.len(), End::FREE);

@@ -70,6 +70,8 @@ impl Single {
     pub(super) fn begin(&mut self, step: &Step<'_>, index: usize, unsettled: f64) {
         let (state, free) = (&step.states[index], &step.free[index]);
         let body = &step.world.bodies()[index];
+        self.time_step = step.world.time_step();
+        self.form = step.world.rotation();
         self.reach = body.reach();
         self.inertia = *body.specific_inertia();
         self.inertia_inverse = *body.specific_inertia_inverse();

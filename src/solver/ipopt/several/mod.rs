@@ -11,14 +11,14 @@ mod start;
 use super::ladder::{Climb, Climber, Rung, Within};
 use super::memory::Multipliers;
 use super::of_another_world;
-use super::program::Attempted;
+use super::program::{Attempted, StartMultipliers};
 use crate::contact::{Candidates, Contact, ContactKey, Partner};
 use crate::error::Error;
 use crate::ipopt::Options;
 use crate::mechanics::quaternion::advance;
 use crate::step::{ContactForce, Step, StepReport, StepSolution, StepSolver};
 use crate::world::World;
-use program::{Effort, Posed, Program, StartMultipliers};
+use program::{Effort, Posed, Program};
 use start::{Memory, Poses, Start};
 
 /// More bodies than this are refused: see [`SeveralLadder::new`].

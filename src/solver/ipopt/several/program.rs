@@ -1,7 +1,7 @@
 //! One solve of the program of several bodies by Ipopt: contacts, start and limit in, a point out.
 
 use super::super::memory::Multipliers;
-use super::super::program::Attempted;
+use super::super::program::{Attempted, StartMultipliers};
 use super::super::units::Units;
 use super::start::{Start, Values};
 use crate::contact::Contact;
@@ -51,17 +51,6 @@ struct Scratch {
 /// more 2 (docs/ipopt-path.md); an impact is far from what was before it.
 const SETTLED: (f64, f64) = (0.1, 0.1);
 const UNSETTLED: (f64, f64) = (0.1, 0.0);
-
-/// The multipliers of a start.
-#[derive(Clone, Copy)]
-pub(super) enum StartMultipliers<'a> {
-    /// Ipopt's own estimate.
-    Estimated,
-    /// Zero: those of a solution.
-    Zero,
-    /// Those that Ipopt ended with.
-    Known(&'a Multipliers),
-}
 
 /// How exact a solve is, and how long it may take.
 #[derive(Clone, Copy)]

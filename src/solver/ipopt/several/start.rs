@@ -29,52 +29,8 @@ pub(super) struct Start {
     pub(super) values: Vec<Values>,
 }
 
-/// A solution as a point of the program.
-struct Remembered {
-    solution: StepSolution,
-    values: Vec<Values>,
-    /// What Ipopt converged with.
-    multipliers: Option<(Vec<ContactKey>, Multipliers)>,
-}
-
-/// The last solution and the one before it.
-#[derive(Default)]
-pub(super) struct Memory {
-    entries: Vec<Remembered>,
-}
-
-impl Memory {
-    pub(super) fn clear(&mut self) {
-        self.entries.clear();
-    }
-
-    /// What is known of `solution`, if it is one of the last two.
-    fn find(&self, solution: &StepSolution) -> Option<&Remembered> {
-        self.entries.iter().find(|entry| entry.solution == *solution)
-    }
-
-    /// The contacts that Ipopt converged with to `solution`, and its multipliers there.
-    pub(super) fn multipliers(
-        &self,
-        solution: &StepSolution,
-    ) -> Option<&(Vec<ContactKey>, Multipliers)> {
-        self.find(solution).and_then(|known| known.multipliers.as_ref())
-    }
-
-    /// Keeps `solution` of the step that followed `previous`, and what is known of that one.
-    pub(super) fn keep(
-        &mut self,
-        previous: &StepSolution,
-        solution: &StepSolution,
-        values: &[Values],
-        multipliers: Option<(Vec<ContactKey>, Multipliers)>,
-    ) {
-        self.entries.retain(|entry| entry.solution == *previous);
-        self.entries.truncate(1);
-        let (solution, values) = (solution.clone(), values.to_vec());
-        self.entries.push(Remembered { solution, values, multipliers });
-    }
-}
+/// Of the last solutions: the values of their contacts, and what Ipopt converged with to which contacts.
+pub(super) type Memory = super::super::memory::Memory<Vec<Values>, (Vec<ContactKey>, Multipliers)>;
 
 impl Start {
     /// Makes this `states` without any force.
@@ -104,7 +60,7 @@ impl Start {
             else {
                 continue;
             };
-            self.values[place] = match known.and_then(|known| known.values.get(at)) {
+            self.values[place] = match known.and_then(|known| known.point.get(at)) {
                 Some(values) => *values,
                 None => values_of(contact, force, contact.gap, units),
             };
