@@ -35,7 +35,9 @@ fn every_shipped_scene_of_several_bodies_runs_and_verifies() {
         let spins = ["wx_rad_s", "wy_rad_s", "wz_rad_s"].map(|w| table(&done, "states").numbers(w));
         let fastest = spins.iter().flatten().fold(0.0_f64, |most, w| most.max(w.abs()));
         let turn = json["parameters"]["time_step_s"].as_f64().unwrap_or(0.002) * fastest;
-        assert!(overlap < (0.4 * turn * turn).max(1e-4), "{name}: {overlap}");
+        // A hundred boxes fall on each other in all attitudes; the others turn less.
+        let allowed = if name == "pile" { 0.4 * turn * turn } else { 1e-4 };
+        assert!(overlap < allowed, "{name}: {overlap}");
         let energy = table(&done, "steps").numbers("energy_J");
         let bodies = json["model"]["bodies"].as_array().unwrap();
         let mass: f64 = bodies.iter().map(|body| body["mass"].as_f64().unwrap()).sum();
