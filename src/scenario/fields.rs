@@ -1,5 +1,6 @@
 //! Fields of the files that are read: lists of the right length, and errors that name the field.
 
+use nalgebra::{Matrix3, Vector3};
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, Error, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Serialize, Serializer};
@@ -13,6 +14,21 @@ pub struct Exactly<T, const N: usize>(pub [T; N]);
 
 /// N numbers.
 pub type Numbers<const N: usize> = Exactly<f64, N>;
+
+/// A vector as it stands in a file.
+pub fn numbers(vector: &Vector3<f64>) -> Numbers<3> {
+    Exactly((*vector).into())
+}
+
+/// A matrix as it stands in a file.
+pub fn by_rows(matrix: &Matrix3<f64>) -> Exactly<Numbers<3>, 3> {
+    Exactly(std::array::from_fn(|row| numbers(&matrix.row(row).transpose())))
+}
+
+/// The matrix of a file's rows.
+pub fn matrix(rows: &Exactly<Numbers<3>, 3>) -> Matrix3<f64> {
+    Matrix3::from_fn(|row, column| rows.0[row].0[column])
+}
 
 impl<T: Serialize, const N: usize> Serialize for Exactly<T, N> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {

@@ -1,8 +1,7 @@
 //! Ground, load and rotation as they stand in files.
 
 use super::failure::Failure;
-use super::fields::{Exactly, Numbers};
-use super::physics::numbers;
+use super::fields::{Exactly, Numbers, numbers};
 use crate::mechanics::Rotation;
 use crate::mechanics::load::{Load, Polyline};
 use nalgebra::Vector3;

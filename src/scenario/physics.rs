@@ -2,7 +2,7 @@
 
 use super::choices::{Inertia, Shape};
 use super::failure::Failure;
-use super::fields::{Exactly, Numbers};
+use super::fields::numbers;
 use super::parameters::PlaneParameters;
 use super::settings::Settings;
 use crate::error::Error;
@@ -10,9 +10,8 @@ use crate::mechanics::Rotation;
 use crate::mechanics::body::{RigidBody, solid_box_inertia};
 use crate::mechanics::load::{Load, Polyline};
 use crate::simulation::scene;
-use crate::world::Plane;
-use crate::world::{Parameters, World};
-use nalgebra::{Matrix3, Vector3};
+use crate::world::{Parameters, Plane, World};
+use nalgebra::Vector3;
 
 /// What moves, on what ground, and what pushes it.
 pub struct Physics {
@@ -104,21 +103,6 @@ const MOST_GAINED: f64 = 1e4;
 /// A plane as it stands in a file.
 pub fn plane(plane: &Plane) -> PlaneParameters {
     PlaneParameters { normal: numbers(plane.normal()), offset: plane.offset() }
-}
-
-/// A vector as it stands in a file.
-pub fn numbers(vector: &Vector3<f64>) -> Numbers<3> {
-    Exactly((*vector).into())
-}
-
-/// A matrix as it stands in a file.
-pub fn by_rows(matrix: &Matrix3<f64>) -> Exactly<Numbers<3>, 3> {
-    Exactly(std::array::from_fn(|row| numbers(&matrix.row(row).transpose())))
-}
-
-/// The matrix of a file's rows.
-pub fn matrix(rows: &Exactly<Numbers<3>, 3>) -> Matrix3<f64> {
-    Matrix3::from_fn(|row, column| rows.0[row].0[column])
 }
 
 /// The body of `mass` (kg).

@@ -6,8 +6,8 @@ use crate::mechanics::load::Polyline;
 use crate::scenario::choices::{
     Attitude, DetectionName, FormulationName, Frame, Inertia, OnFailure, Preset, Shape, SolverName,
 };
+use crate::scenario::fields::matrix;
 use crate::scenario::fields::{Exactly, Numbers, table, table_if_any};
-use crate::scenario::physics::matrix;
 use crate::scenario::settings::Settings;
 use crate::world::Plane;
 use nalgebra::{Matrix3, Vector3};

@@ -1,7 +1,7 @@
 //! Mass, inertia and centre of mass of a body, given or of its shape.
 
 use super::entries::BodyEntry;
-use super::scene::field_of;
+use super::refused::field_of;
 use super::shape::Shape;
 use crate::scenario::tables::InertiaValue;
 use nalgebra::{Matrix3, Vector3};

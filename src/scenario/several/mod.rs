@@ -5,6 +5,7 @@ mod entries;
 pub mod job;
 mod masses;
 pub mod model;
+mod refused;
 mod scene;
 pub mod shape;
 

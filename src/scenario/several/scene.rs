@@ -6,9 +6,9 @@ use super::entries::{
 };
 use super::masses::mass_properties;
 use super::model::{BodyModel, FixedModel, Model, PairModel, PartnerModel, Start};
+use super::refused::field_of;
 use super::shape::{Form, Place, PlacedForm, Shape};
 use crate::contact::Plane;
-use crate::error::Error;
 use crate::mechanics::{Load, Rotation, State};
 use crate::scenario::choices::Frame;
 use crate::scenario::fields::Numbers;
@@ -454,32 +454,4 @@ fn start_state(start: &Start) -> State {
         velocity: start.velocity.into(),
         spin: start.spin.into(),
     }
-}
-
-/// What the library refuses, after the name of the field that sets it.
-pub fn field_of(error: &Error) -> String {
-    let field = match error {
-        Error::Inertia(_) => "inertia",
-        Error::Shape { shape: "the hull", .. } => "hull",
-        Error::Shape { shape: "the mesh", .. } => "mesh",
-        Error::OutOfRange { field, .. } | Error::Count { field, .. } => match *field {
-            "mass (kg)" => "mass",
-            "coefficient of friction" => "friction",
-            "coefficient of restitution" => "restitution",
-            "half side of the box (m)" => "box",
-            "radius of the sphere (m)" => "sphere",
-            "half length of the capsule (m)" | "radius of the capsule (m)" => "capsule",
-            "radius of the hull (m)" | "radius of the mesh (m)" => "radius",
-            "points of the hull" | "vertices of the hull" => "hull",
-            "largest extent of the hull (m)" => "hull",
-            "contact points" | "contact point coordinate (m)" => "points",
-            "position (m)" | "place of the piece (m)" => "position",
-            "norm of the attitude quaternion" => "attitude",
-            "velocity (m/s)" => "velocity",
-            "spin (rad/s)" => "spin",
-            _ => "shape",
-        },
-        _ => "shape",
-    };
-    format!("{field}: {error}")
 }
