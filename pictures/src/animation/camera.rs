@@ -1,8 +1,10 @@
 //! Where the camera stands, and where a point is in the picture. Points are in the ground's
 //! frame; the camera stands upright in the world, so that a slope is seen as one.
 
-use super::raster::Spot;
 use nalgebra::{Matrix3, Rotation3, Vector3};
+
+/// A place of the picture and its depth: x, y (pixels) and w = 1/z (1/m).
+pub type Spot = [f64; 3];
 
 /// Half the width of the picture over its distance: an angle of view of 28°.
 const HALF_VIEW: f64 = 0.249;

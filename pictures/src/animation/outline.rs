@@ -1,6 +1,6 @@
 //! Outlines in the picture.
 
-use super::raster::Spot;
+use super::camera::Spot;
 
 /// The convex hull of points in the picture, in order around it.
 pub fn hull(points: &[Spot]) -> Vec<Spot> {

@@ -3,16 +3,13 @@
 //! Each pixel is a square of samples with a depth each. A depth is kept as w = 1/z, z along the
 //! view: over a plane, w is linear in the picture.
 
-use super::camera::Camera;
+use super::camera::{Camera, Spot};
 use super::canvas::Canvas;
 use super::palette::Colour;
 use nalgebra::Vector3;
 
 /// Samples along each side of a pixel.
 const SAMPLES: usize = 3;
-
-/// A place of the picture and its depth: x, y (pixels) and w = 1/z (1/m).
-pub type Spot = [f64; 3];
 
 /// Samples with colours and depths.
 pub struct Raster {

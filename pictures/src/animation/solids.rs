@@ -1,10 +1,11 @@
 //! Pieces of bodies as they are: polyhedra with their edges, balls, capsules.
 
 use super::camera::Camera;
+use super::camera::Spot;
 use super::floor::Light;
 use super::outline::hull;
 use super::palette::{self, EDGE};
-use super::raster::{Raster, Spot};
+use super::raster::Raster;
 use crate::shape::{Hull, Look, Piece};
 use nalgebra::{Isometry3, Point3, Vector3};
 
