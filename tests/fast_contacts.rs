@@ -235,7 +235,8 @@ fn what_turns_too_far_beside_something_is_marked() {
 /// unseen, with or without a contact, none at all in a step that turns nothing by more than 0.14 rad, and
 /// no contact is behind its point. (Where features were taken from the ends of steps, 976 were.) The steps
 /// are far too long for much of this: a needle that is hit beside its middle turns many times within one,
-/// and of the problems that are not solved those of one contact without friction have no solution.
+/// and of the problems that are not solved, those of one contact without friction have no solution but
+/// for one in twenty at most, whose impulse is several times what stops both bodies.
 #[test]
 fn random_pairs_at_random_speeds_do_not_pass_each_other() {
     let (speeds, steps) = ([3.0, 99.0], [0.0005, 0.01]);
@@ -245,7 +246,7 @@ fn random_pairs_at_random_speeds_do_not_pass_each_other() {
     // Passed, and marked as wild.
     assert!(found.marked.len() <= 20 && found.least_turn > 0.14, "{found:#?}");
     assert!(found.failed <= 130, "{found:#?}");
-    assert!(found.sought >= 30 && found.solvable == 0, "{found:#?}");
+    assert!(found.sought >= 30 && 20 * found.solvable <= found.sought, "{found:#?}");
 }
 
 /// The same at up to 3 m/s and 0.1 rad in a step of a millisecond: what is not solved are some hits of
