@@ -4,7 +4,7 @@
 use super::effort::Effort;
 use super::equations::Equations;
 use super::interior_point::InteriorPoint;
-use super::natural_map::Law;
+use super::law::NaturalMap;
 use super::newton::{Iterate, Newton, Until, exact_residual};
 use super::proximal::Proximal;
 use super::starts::{self, Start};
@@ -87,12 +87,12 @@ impl<E: Equations> Descent<E> {
         &self.iterate.velocity
     }
 
-    /// p̂ of every candidate there, m/s, world.
+    /// p̂ of every coupling there, m/s, world.
     pub(super) fn impulses(&self) -> &[Vector3<f64>] {
         &self.iterate.impulses
     }
 
-    /// u of every candidate there, m/s, world.
+    /// u of every coupling there, m/s, world.
     pub(super) fn points(&self) -> &[Vector3<f64>] {
         self.iterate.points()
     }
@@ -113,11 +113,11 @@ impl<E: Equations> Descent<E> {
         let tolerances = *equations.tolerances();
         let nothing = Rank { unsolved: true, turns_too_far: true, residual: f64::INFINITY };
         let mut best = (nothing, Start::Previous);
-        let rolls = !equations.all_give_alike();
-        let all = starts::all(equations.bodies(), previous.len(), rolls);
+        let rolls = !equations.setting().all_give_alike;
+        let all = starts::all(equations.policy(), previous.len(), rolls);
         for (index, start) in all.enumerate() {
             if start == Start::Alike {
-                equations.give_alike();
+                equations.setting_mut().give_alike();
             }
             let equations = &*equations;
             let enough = best.0.residual <= tolerances.sufficient;
@@ -174,17 +174,14 @@ impl<E: Equations> Descent<E> {
     /// leave as they were, to the last bit: rounding in the sum of the impulses would add up from step to step, until
     /// the face of a body at rest is warped by it.
     fn repeat(&mut self, equations: &E) -> Option<f64> {
-        if equations.unsettled() > SETTLED {
+        if equations.setting().unsettled > SETTLED {
             return None;
         }
         let tolerances = *equations.tolerances();
         equations.keep_velocity(&mut self.iterate.velocity);
         let residual = self.residual(equations);
-        let sinking = self.iterate.gap_speed(equations);
-        let (enough, still) = match equations.bodies() {
-            1 => (tolerances.exact, tolerances.rounding),
-            _ => (tolerances.solved, tolerances.exact),
-        };
+        let sinking = self.iterate.held_speed(equations);
+        let (enough, still) = equations.policy().repeats(&tolerances);
         if residual <= enough && sinking <= still {
             return Some(residual);
         }
@@ -192,11 +189,9 @@ impl<E: Equations> Descent<E> {
         None
     }
 
-    /// Keeps what is at rest at rest where several bodies hold each other. Solved to a tolerance
-    /// their velocities are some 10⁻¹² m/s, by which they would creep into each other until gaps of
-    /// that size tell the shares of the forces.
+    /// Keeps what is at rest at rest, where that is the [policy](super::policy::Policy::settles).
     fn settle(&mut self, equations: &E, residual: f64) {
-        if equations.bodies() == 1 {
+        if !equations.policy().settles {
             return;
         }
         self.best.copy_from(&self.iterate);
@@ -219,7 +214,7 @@ impl<E: Equations> Descent<E> {
         start: Start,
         effort: &mut Effort<'_>,
     ) {
-        let candidates = equations.candidates();
+        let couplings = equations.couplings();
         let Self { interior_point, iterate, best, .. } = self;
         iterate.impulses.clear();
         match start {
@@ -227,7 +222,7 @@ impl<E: Equations> Descent<E> {
                 iterate.impulses.extend_from_slice(previous)
             }
             Start::Zero | Start::Compliant(_) | Start::Swept(_) => {
-                iterate.impulses.extend(candidates.iter().map(|_| Vector3::zeros()));
+                iterate.impulses.extend(couplings.iter().map(|_| Vector3::zeros()));
             }
             Start::InteriorPoint(scale) => {
                 return interior_point.solve(equations, scale, iterate, effort);
@@ -235,7 +230,7 @@ impl<E: Equations> Descent<E> {
             Start::Best(_) => return iterate.copy_from(best),
             Start::Scattered(number) => {
                 let (speed, impulses) = (equations.speed(), &mut iterate.impulses);
-                starts::scatter(number, candidates, speed, impulses);
+                starts::scatter(number, couplings, speed, impulses);
             }
         }
         equations.set_velocity_after(&iterate.impulses, &mut iterate.velocity);
@@ -257,8 +252,9 @@ impl<E: Equations> Descent<E> {
         let Self { newton, iterate, last_of_path: last, .. } = self;
         let (mut compliance, mut factor) = (starts::SOFTEST, factor);
         let mut solve = |compliance: f64, iterate: &mut Iterate<E>, effort: &mut Effort<'_>| {
-            let (law, until) = (Law::with_compliance(compliance), Until::converged(equations));
-            newton.solve(equations, &law, (compliance, until), iterate, effort)
+            let (map, until) =
+                (NaturalMap::with_compliance(compliance), Until::converged(equations));
+            newton.solve(equations, &map, (compliance, until), iterate, effort)
         };
         if !solve(compliance, iterate, effort) {
             return;
@@ -291,16 +287,15 @@ impl<E: Equations> Descent<E> {
     fn descend(&mut self, equations: &E, effort: &mut Effort<'_>) -> Reached {
         let tolerances = *equations.tolerances();
         let mut reached = Reached { residual: f64::INFINITY, selected: false };
-        // Of several bodies, what less compliance makes of a point may be far worse.
-        let (together, mut least) = (equations.bodies() > 1, f64::INFINITY);
+        let mut least = f64::INFINITY;
         for compliance in COMPLIANCES {
-            let law = Law::with_compliance(compliance);
+            let map = NaturalMap::with_compliance(compliance);
             let Self { newton, iterate, .. } = &mut *self;
             let by = (compliance, Until::converged(equations));
-            let converged = newton.solve(equations, &law, by, iterate, effort);
+            let converged = newton.solve(equations, &map, by, iterate, effort);
             reached.selected |= converged;
             if converged {
-                reached.residual = newton.take_limit(equations, &law, iterate, effort);
+                reached.residual = newton.take_limit(equations, &map, iterate, effort);
             } else {
                 reached.residual = exact_residual(equations, iterate);
                 if reached.residual > tolerances.near {
@@ -310,7 +305,7 @@ impl<E: Equations> Descent<E> {
             if reached.residual > tolerances.solved {
                 reached.residual = self.polish(equations, compliance, effort);
             }
-            if together && reached.residual < least {
+            if equations.policy().keeps_best && reached.residual < least {
                 least = reached.residual;
                 self.best_of_descent.copy_from(&self.iterate);
             }
@@ -337,9 +332,8 @@ impl<E: Equations> Descent<E> {
     /// is. Returns its residual.
     fn polish(&mut self, equations: &E, compliance: f64, effort: &mut Effort<'_>) -> f64 {
         let solved = equations.tolerances().solved;
-        let together = equations.bodies() > 1;
-        // Of several bodies this is what helps most; of one, what is cheaper mostly does.
-        if together {
+        let takes_out_first = equations.policy().takes_out_first;
+        if takes_out_first {
             let residual = self.take_out_sharply(equations, effort);
             if residual <= solved || effort.is_over() {
                 return residual;
@@ -347,9 +341,9 @@ impl<E: Equations> Descent<E> {
         }
         let Self { newton, iterate, .. } = self;
         for sharpness in SHARPNESSES {
-            let law = Law { sharpness, ..Law::EXACT };
+            let map = NaturalMap { sharpness, ..NaturalMap::EXACT };
             let by = (compliance, Until::converged(equations));
-            newton.solve(equations, &law, by, iterate, effort);
+            newton.solve(equations, &map, by, iterate, effort);
             let residual = exact_residual(equations, iterate);
             if residual <= solved {
                 return residual;
@@ -357,13 +351,13 @@ impl<E: Equations> Descent<E> {
         }
         let mut residual = f64::INFINITY;
         for stick_margin in STICK_MARGINS {
-            let law = Law { stick_margin, ..Law::with_compliance(compliance) };
-            residual = newton.take_limit(equations, &law, iterate, effort);
+            let map = NaturalMap { stick_margin, ..NaturalMap::with_compliance(compliance) };
+            residual = newton.take_limit(equations, &map, iterate, effort);
             if residual <= solved {
                 return residual;
             }
         }
-        if together { residual } else { self.take_out_sharply(equations, effort) }
+        if takes_out_first { residual } else { self.take_out_sharply(equations, effort) }
     }
 
     /// Takes the compliance out by acting on changes alone, with one scaling of the natural map
@@ -384,9 +378,9 @@ impl<E: Equations> Descent<E> {
 /// those of the last step are far from a solution: sweeps find which contacts press, where Newton's
 /// method would have to guess. (Among several bodies they are too slow to help.)
 fn is_restless<E: Equations>(equations: &E, iterate: &mut Iterate<E>) -> bool {
-    let many = equations.candidates().len() >= MANY_CONTACTS;
-    equations.bodies() == 1
+    let many = equations.couplings().len() >= MANY_CONTACTS;
+    equations.policy().sweeps_first
         && many
-        && equations.unsettled() > SETTLED
+        && equations.setting().unsettled > SETTLED
         && exact_residual(equations, iterate) > equations.tolerances().near
 }

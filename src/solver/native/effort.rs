@@ -1,6 +1,7 @@
 //! What an island of a step has cost so far, and when to give it up.
 
-use super::tolerances::{BUDGET, BUDGET_CONTACTS, BUDGET_STARTS, BUDGET_TOGETHER, LEAST_BUDGET};
+use super::policy::Policy;
+use super::tolerances::{BUDGET_CONTACTS, BUDGET_STARTS, LEAST_BUDGET};
 use crate::error::Error;
 use crate::step::Step;
 
@@ -18,7 +19,7 @@ pub(super) struct Effort<'a> {
 impl<'a> Effort<'a> {
     /// That of an island of so many `bodies` and `contacts`: fewer iterations where each takes longer.
     pub(super) fn new(step: &'a Step<'a>, bodies: usize, contacts: usize) -> Self {
-        let budget = if bodies == 1 { BUDGET } else { BUDGET_TOGETHER };
+        let budget = Policy::of(bodies).budget;
         let cost = u32::try_from(contacts.div_ceil(BUDGET_CONTACTS)).unwrap_or(u32::MAX).max(1);
         let left = (budget / cost).max(LEAST_BUDGET);
         Self { step, iterations: 0, left, reserve: 0, interrupted: false }

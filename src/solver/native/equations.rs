@@ -5,94 +5,10 @@
 //! that of the body, or a reference for all bodies of an island. Equation numbers are those of
 //! `docs/native-solver.md`.
 
-use super::tolerances::{COMPLIANCE, ROLLING_GIVE, Tolerances};
-use crate::contact::Contact;
+use super::coupling::Coupling;
+use super::policy::Policy;
+use super::tolerances::Tolerances;
 use nalgebra::{Matrix3, Vector3};
-
-/// A contact that may carry an impulse in this step, as the solver needs it. Vectors are in the
-/// world's axes where no frame is named.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Candidate {
-    /// n.
-    pub(super) normal: Vector3<f64>,
-    /// (t₁, t₂, n) as columns.
-    pub(super) frame: Matrix3<f64>,
-    /// a, m, frame of A: the middle of the feature that touches, its point where nothing is rounded.
-    pub(super) centre: Vector3<f64>,
-    /// A a, m.
-    pub(super) arm: Vector3<f64>,
-    /// ρ, m.
-    pub(super) radius: f64,
-    /// G = [y]× Aᵀ, m: the torque (frame of A) of an impulse (world) at the touching point y.
-    pub(super) torque_map: Matrix3<f64>,
-    /// φ/h at step k, m/s.
-    pub(super) approach: f64,
-    /// e c_n⁻, m/s, where the contact bounces; 0 elsewhere.
-    pub(super) rebound: f64,
-    /// μ.
-    pub(super) friction: f64,
-    /// κ: how much more the contact gives across its normal than along it (N6).
-    pub(super) give: f64,
-    /// ρ_n and ρ_t: the inverse of the contact's own response, which scale the natural map.
-    pub(super) normal_scale: f64,
-    pub(super) tangential_scale: f64,
-}
-
-impl Candidate {
-    /// Whether the contact bounces.
-    pub(super) fn bounces(&self) -> bool {
-        self.rebound != 0.0
-    }
-
-    /// u where `departing` is the velocity with which the touching points part after the impulses, of a
-    /// contact that bounces: along the normal the smaller one of the gap speed and of what is left of
-    /// the rebound (eq. 29). The second is whether that is the latter.
-    pub(super) fn bounded(
-        &self,
-        u: Vector3<f64>,
-        departing: &Vector3<f64>,
-    ) -> (Vector3<f64>, bool) {
-        let (along, left) = (self.normal.dot(&u), self.normal.dot(departing) - self.rebound);
-        if left >= along { (u, false) } else { (u + self.normal * (left - along), true) }
-    }
-
-    /// Whether it gives in all directions alike.
-    pub(super) fn gives_alike(&self) -> bool {
-        self.give == 1.0
-    }
-
-    /// D p̂ = γ n + κ β (N6) of an impulse p̂ = γ n + β.
-    #[inline]
-    pub(super) fn given(&self, impulse: &Vector3<f64>) -> Vector3<f64> {
-        if self.gives_alike() {
-            return *impulse;
-        }
-        impulse * self.give + self.normal * (self.normal.dot(impulse) * (1.0 - self.give))
-    }
-
-    /// That of `contact`, `share` being M over the mass of its body A.
-    pub(super) fn new(contact: &Contact, time_step: f64, share: f64) -> Self {
-        let (normal, radius) = (contact.normal(), contact.features.radius);
-        let tangential = share * contact.response.tangential;
-        Self {
-            normal,
-            frame: contact.frame,
-            centre: contact.features.point,
-            arm: if radius > 0.0 { contact.arm + radius * normal } else { contact.arm },
-            radius,
-            torque_map: contact.torque_map,
-            approach: contact.gap / time_step,
-            rebound: contact.rebound,
-            friction: contact.law.friction,
-            give: match contact.is_rounded() {
-                true => (ROLLING_GIVE * tangential / COMPLIANCE).max(1.0),
-                false => 1.0,
-            },
-            normal_scale: 1.0 / (share * contact.response.normal),
-            tangential_scale: 1.0 / tangential,
-        }
-    }
-}
 
 /// The new velocities of a body, V = (v⁺, ω⁺).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -191,7 +107,7 @@ impl Residual {
     }
 }
 
-/// One contact solved for its impulse (N5): δp̂ = offset + gain · δu.
+/// One coupling solved for its impulse (N5): δp̂ = offset + gain · δu.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Answer {
     pub(super) offset: Vector3<f64>,
@@ -201,7 +117,7 @@ pub(super) struct Answer {
 /// What an impulse gains by a change of its point's motion.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Gain {
-    /// An open contact: nothing.
+    /// An open coupling: nothing.
     Zero,
     /// A sticking one: −k E.
     Spring(f64),
@@ -225,7 +141,7 @@ impl Answer {
     }
 }
 
-/// ∂u/∂V of one contact.
+/// ∂u/∂V of one coupling.
 pub(super) trait Slope: Copy + std::fmt::Debug {
     type Velocity: Velocities;
 
@@ -233,7 +149,7 @@ pub(super) trait Slope: Copy + std::fmt::Debug {
     fn point_step(&self, change: &Self::Velocity) -> Vector3<f64>;
 }
 
-/// A contact eliminated: its answer, and what its point answers to the velocities.
+/// A coupling eliminated: its answer, and what its rows answer to the velocities.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Elimination<S> {
     pub(super) answer: Answer,
@@ -260,30 +176,60 @@ impl<S: Slope> Elimination<S> {
     }
 }
 
+/// What the equations of one body and of several have alike: the couplings, and what a solver is to
+/// know of the step.
+#[derive(Debug, Clone)]
+pub(super) struct Setting {
+    pub(super) couplings: Vec<Coupling>,
+    /// Whether all of them give in all directions alike (N6).
+    pub(super) all_give_alike: bool,
+    pub(super) tolerances: Tolerances,
+    /// How much the impulses changed in the steps before, in parts of the largest.
+    pub(super) unsettled: f64,
+}
+
+impl Setting {
+    /// No couplings yet.
+    pub(super) fn new(tolerances: Tolerances) -> Self {
+        Self { couplings: Vec::new(), all_give_alike: true, tolerances, unsettled: f64::INFINITY }
+    }
+
+    /// Begins a step: no couplings yet.
+    pub(super) fn begin(&mut self, tolerances: Tolerances, unsettled: f64) {
+        self.couplings.clear();
+        self.all_give_alike = true;
+        self.tolerances = tolerances;
+        self.unsettled = unsettled;
+    }
+
+    pub(super) fn admit(&mut self, coupling: Coupling) {
+        self.all_give_alike &= coupling.rows.give_alike();
+        self.couplings.push(coupling);
+    }
+
+    /// Makes all couplings give in all directions alike.
+    pub(super) fn give_alike(&mut self) {
+        self.all_give_alike = true;
+        self.couplings.iter_mut().for_each(|coupling| coupling.rows.give = 1.0);
+    }
+}
+
 /// The equations of bodies that move together in a step: what is constant during the step, and
-/// the motion of the contact points as a function of the new velocities.
+/// the motion of the couplings' rows as a function of the new velocities.
 pub(super) trait Equations {
     /// V of all bodies.
     type Velocity: Velocities;
     type Slope: Slope<Velocity = Self::Velocity>;
-    /// Memory of the linear system.
+    /// The linear system, factorised, and its memory.
     type System: Clone + std::fmt::Debug + Default;
     /// Memory of an evaluation: [`motion_residual`](Self::motion_residual), then
     /// [`set_points`](Self::set_points) at the same velocities.
     type Scratch: Clone + std::fmt::Debug + Default;
 
-    /// The contacts that may carry an impulse.
-    fn candidates(&self) -> &[Candidate];
-    /// Whether all of them give in all directions alike (N6).
-    fn all_give_alike(&self) -> bool;
-    /// Makes them.
-    fn give_alike(&mut self);
-    /// The tolerances of the step.
-    fn tolerances(&self) -> &Tolerances;
-    /// How many bodies there are.
-    fn bodies(&self) -> usize;
-    /// How much the impulses changed in the steps before, in parts of the largest.
-    fn unsettled(&self) -> f64;
+    fn setting(&self) -> &Setting;
+    fn setting_mut(&mut self) -> &mut Setting;
+    /// How their solution is sought.
+    fn policy(&self) -> &'static Policy;
     /// The speed of the motion before any impulse, m/s: the scale of the step.
     fn speed(&self) -> f64;
     /// Sets the velocities to those that the impulses p̂ leave, the gyroscopic term as in free
@@ -303,30 +249,48 @@ pub(super) trait Equations {
         impulses: &[Vector3<f64>],
         scratch: &mut Self::Scratch,
     ) -> Residual;
-    /// u of candidate `index` (N2), m/s, world.
+    /// u of coupling `index` (N2), m/s, world.
     fn point(&self, index: usize, velocity: &Self::Velocity) -> Vector3<f64>;
-    /// Adds to the velocities what an impulse p̂ more at candidate `index` makes of them.
+    /// Adds to the velocities what an impulse p̂ more at coupling `index` makes of them.
     fn push(&self, index: usize, impulse: &Vector3<f64>, velocity: &mut Self::Velocity);
-    /// u of every candidate (N2), m/s, world.
+    /// u of every coupling (N2), m/s, world.
     fn set_points(
         &self,
         velocity: &Self::Velocity,
         scratch: &mut Self::Scratch,
         points: &mut Vec<Vector3<f64>>,
     );
-    /// The direction of the velocities (N8) at a point that was evaluated, where `answer` solves each candidate for its impulse. The eliminations of all
-    /// candidates are left behind. `false` where the system has no solution.
-    fn direction(
+    /// Linearises at a point that was evaluated, where `answer` solves each coupling for its impulse,
+    /// and factorises the system of the velocities (N8). The eliminations of all couplings are left
+    /// behind. `false` where an answer is missing or the system is singular.
+    fn linearise(
         &self,
         at: Point<'_, Self>,
-        answer: impl FnMut(usize, &Candidate, &Vector3<f64>) -> Option<Answer>,
+        answer: impl FnMut(usize, &Coupling, &Vector3<f64>) -> Option<Answer>,
         eliminations: &mut Vec<Elimination<Self::Slope>>,
+        system: &mut Self::System,
+    ) -> bool;
+    /// The direction of the velocities (N8) with the matrix that was factorised last, the residuals
+    /// of the motion evaluated last, and the offsets of `eliminations`. `false` where it is not finite.
+    fn direction(
+        &self,
+        scratch: &Self::Scratch,
+        eliminations: &[Elimination<Self::Slope>],
         system: &mut Self::System,
         step: &mut Self::Velocity,
     ) -> bool;
+
+    #[inline]
+    fn couplings(&self) -> &[Coupling] {
+        &self.setting().couplings
+    }
+
+    fn tolerances(&self) -> &Tolerances {
+        &self.setting().tolerances
+    }
 }
 
-/// A point of an iteration that was evaluated: the velocities, p̂ and u of every candidate, and
+/// A point of an iteration that was evaluated: the velocities, u of every coupling, and
 /// what the evaluation left in its memory.
 pub(super) struct Point<'a, E: Equations + ?Sized> {
     pub(super) velocity: &'a E::Velocity,

@@ -1,11 +1,11 @@
 //! How the touching point of a body moves over a fixed plane in a step (N2), and how that depends on
 //! its spin (N3). Equation numbers are those of `docs/native-solver.md`.
 
-use super::equations::Candidate;
+use super::coupling::{Coupling, Lever};
 use super::turning::Turning;
 use nalgebra::{Matrix3, Vector3};
 
-/// u (N2) of a candidate of a body that ends with the velocity `linear` (m/s, world) and turns as
+/// u (N2) of a coupling of a body that ends with the velocity `linear` (m/s, world) and turns as
 /// told: what rolls moves with its middle and with its spin,
 ///
 /// ```text
@@ -13,16 +13,16 @@ use nalgebra::{Matrix3, Vector3};
 /// ```
 #[inline]
 pub(super) fn point_velocity(
-    candidate: &Candidate,
+    coupling: &Coupling,
     turning: &Turning,
     linear: &Vector3<f64>,
 ) -> Vector3<f64> {
-    let Candidate { normal, centre, radius, approach, .. } = candidate;
+    let Lever { centre, radius, .. } = &coupling.lever;
     let mut u = linear + turning.swept(centre);
     if *radius > 0.0 {
-        u -= *radius * turning.spin_world().cross(normal);
+        u -= *radius * turning.spin_world().cross(&coupling.rows.normal);
     }
-    u + normal * *approach
+    u + coupling.offset
 }
 
 /// ∂u/∂ω⁺ (N3), from A K a; ∂u/∂v⁺ is E.
@@ -32,17 +32,18 @@ pub(super) fn point_velocity(
 /// ```
 #[inline(always)]
 pub(super) fn slope(
-    candidate: &Candidate,
+    coupling: &Coupling,
     rotation: &Matrix3<f64>,
     turning: &Turning,
     swept: &Vector3<f64>,
 ) -> Matrix3<f64> {
-    let Candidate { normal, centre, arm, radius, torque_map, .. } = candidate;
+    let Lever { centre, arm, radius, torque_map } = &coupling.lever;
     if *radius == 0.0 {
         return turning.slope(rotation, centre, arm, torque_map.transpose(), swept);
     }
     let turned = -rotation * centre.cross_matrix();
-    turning.slope(rotation, centre, arm, turned, swept) + rolling(normal, *radius, rotation)
+    turning.slope(rotation, centre, arm, turned, swept)
+        + rolling(&coupling.rows.normal, *radius, rotation)
 }
 
 /// ρ [n]× A.

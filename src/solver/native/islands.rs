@@ -224,6 +224,11 @@ impl Islands {
         self.changed.len()
     }
 
+    /// The first body of every island.
+    pub(super) fn first_bodies(&self) -> impl Iterator<Item = usize> {
+        (0..self.len()).map(|number| self.bodies.get(number)[0])
+    }
+
     /// Island `number`, if it is to be solved.
     pub(super) fn changed_one(&self, number: usize) -> Option<IslandView<'_>> {
         self.changed[number].then(|| IslandView {

@@ -14,6 +14,7 @@
 //! stiff, equal springs would do.
 
 mod blocks;
+mod coupling;
 mod descent;
 mod effort;
 mod equations;
@@ -21,10 +22,13 @@ mod fixed_motion;
 mod interior_point;
 mod island;
 mod islands;
-mod natural_map;
+mod law;
+mod member;
 mod newton;
 mod pair_motion;
 mod part;
+mod pattern;
+mod policy;
 mod proximal;
 mod round_motion;
 mod single;
@@ -42,7 +46,7 @@ use crate::step::{ContactForce, Step, StepReport, StepSolution, StepSolver, Step
 use crate::world::World;
 use descent::Outcome;
 use islands::{Islands, Marked};
-use part::Part;
+use part::{Part, Parts};
 use starts::Start;
 #[cfg(feature = "threads")]
 use std::num::NonZeroUsize;
@@ -57,8 +61,8 @@ use tolerances::Tolerances;
 pub struct NativeSolver {
     accepted: f64,
     islands: Islands,
-    /// The problems of the islands, in their order; memory is kept from step to step.
-    parts: Vec<Part>,
+    /// The problems of the islands; memory is kept from step to step.
+    parts: Parts,
     /// Of every body, how the problem of its island ended.
     ends: Vec<End>,
     /// Memory of [`NativeSolver::reached`].
@@ -78,7 +82,7 @@ impl NativeSolver {
         Self {
             accepted: ACCEPTED_RESIDUAL * world.speed_scale(),
             islands: Islands::default(),
-            parts: vec![first],
+            parts: Parts::new(first),
             ends: Vec::new(),
             reached: Vec::with_capacity(world.bodies().len()),
             #[cfg(feature = "threads")]
@@ -114,14 +118,12 @@ impl NativeSolver {
         let known = solution.contacts.len();
         solution.contacts.extend(contacts[known..].iter().map(|c| ContactForce::none(c.key)));
         self.islands.find(step, (contacts, known), marked);
-        while self.parts.len() < self.islands.len() {
-            self.parts.push(Part::default());
-        }
+        self.parts.assign(&self.islands, step.states.len());
         self.solve_changed(step, contacts)?;
         // In the order of the islands, on whichever threads they were solved.
         let mut iterations = 0_u32;
         for (number, island) in self.islands.changed() {
-            let ended = self.parts[number].write(step, contacts, &island, solution);
+            let ended = self.parts.of(number).write(step, contacts, &island, solution);
             let Outcome { solved, start } = ended.outcome;
             for &body in island.bodies {
                 let end = &mut self.ends[body];
@@ -187,7 +189,7 @@ impl NativeSolver {
             return threads.solve(step, contacts, islands, parts, *accepted);
         }
         for (number, island) in islands.changed() {
-            parts[number].solve(step, contacts, &island, *accepted)?;
+            parts.of(number).solve(step, contacts, &island, *accepted)?;
         }
         Ok(())
     }

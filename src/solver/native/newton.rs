@@ -2,9 +2,10 @@
 //!
 //! Equation numbers are those of `docs/native-solver.md`.
 
+use super::coupling::Coupling;
 use super::effort::Effort;
 use super::equations::{Elimination, Equations, Point, Residual, Velocities, reserve};
-use super::natural_map::{Law, Mode, Pull};
+use super::law::{NaturalMap, Piece, Pull};
 use super::tolerances::{
     CORRECTIONS, JUMPS, NEWTON_ITERATIONS, ROLLING_CORRECTIONS, SETTLING, SHORTEST_STEP,
     SUFFICIENT_DECREASE, WHOLE_STEPS,
@@ -15,17 +16,17 @@ use nalgebra::Vector3;
 #[derive(Debug, Clone)]
 pub(super) struct Iterate<E: Equations> {
     pub(super) velocity: E::Velocity,
-    /// p̂ of every candidate, m/s, world.
+    /// p̂ of every coupling, m/s, world.
     pub(super) impulses: Vec<Vector3<f64>>,
-    /// u of every candidate (N2), kept from the last evaluation.
+    /// u of every coupling (N2), kept from the last evaluation.
     points: Vec<Vector3<f64>>,
-    /// The arguments of every candidate's projections, for the law evaluated last.
+    /// The arguments of every coupling's projections, for the map evaluated last.
     pulls: Vec<Pull>,
-    /// The residual of the equations of motion, which no contact law changes.
+    /// The residual of the equations of motion, which no map of the laws changes.
     motion: Residual,
-    /// The law evaluated last.
-    law: Law,
-    /// ε D p̂_0 of every candidate, m/s, where the compliance acts on changes from impulses p̂_0
+    /// The map evaluated last.
+    map: NaturalMap,
+    /// ε D p̂_0 of every coupling, m/s, where the compliance acts on changes from impulses p̂_0
     /// (N13); empty otherwise.
     shifts: Vec<Vector3<f64>>,
     scratch: E::Scratch,
@@ -52,7 +53,7 @@ impl Until {
 pub(super) struct Newton<E: Equations> {
     trial: Iterate<E>,
     step: E::Velocity,
-    modes: Vec<Mode>,
+    pieces: Vec<Piece>,
     eliminations: Vec<Elimination<E::Slope>>,
     system: E::System,
 }
@@ -62,7 +63,7 @@ impl<E: Equations> Newton<E> {
         Self {
             trial: Iterate::new(),
             step: E::Velocity::empty(),
-            modes: Vec::new(),
+            pieces: Vec::new(),
             eliminations: Vec::new(),
             system: E::System::default(),
         }
@@ -71,7 +72,7 @@ impl<E: Equations> Newton<E> {
     /// Room for so many contacts.
     pub(super) fn reserve(&mut self, contacts: usize) {
         self.trial.reserve(contacts);
-        reserve(&mut self.modes, contacts);
+        reserve(&mut self.pieces, contacts);
         reserve(&mut self.eliminations, contacts);
     }
 
@@ -80,16 +81,16 @@ impl<E: Equations> Newton<E> {
     pub(super) fn solve(
         &mut self,
         equations: &E,
-        law: &Law,
+        map: &NaturalMap,
         (matrix, until): (f64, Until),
         iterate: &mut Iterate<E>,
         effort: &mut Effort<'_>,
     ) -> bool {
-        let mut merit = evaluate(equations, law, iterate);
+        let mut merit = evaluate(equations, map, iterate);
         let tolerances = equations.tolerances();
         // Without compliance the iteration is near a solution, and to stay there.
         let (mut whole_steps, mut jumps) =
-            (WHOLE_STEPS, if law.compliance > 0.0 { JUMPS } else { 0 });
+            (WHOLE_STEPS, if map.compliance > 0.0 { JUMPS } else { 0 });
         for _ in 0..until.iterations {
             if merit.largest <= until.residual {
                 return true;
@@ -97,21 +98,21 @@ impl<E: Equations> Newton<E> {
             if !effort.spend() {
                 return false;
             }
-            self.find_modes(equations, law, iterate);
+            self.find_pieces(map, iterate);
             if !self.set_direction(equations, matrix, iterate) {
                 return false;
             }
             if merit.largest <= tolerances.whole_steps && whole_steps > 0 {
                 self.try_step(iterate, 1.0);
-                let trial = evaluate(equations, law, &mut self.trial);
+                let trial = evaluate(equations, map, &mut self.trial);
                 whole_steps -= u32::from(trial.squared >= merit.squared);
                 std::mem::swap(iterate, &mut self.trial);
                 merit = trial;
-            } else if let Some(better) = self.search(equations, law, iterate, &merit) {
+            } else if let Some(better) = self.search(equations, map, iterate, &merit) {
                 merit = better;
             } else if jumps > 0 {
                 self.try_step(iterate, 1.0);
-                merit = evaluate(equations, law, &mut self.trial);
+                merit = evaluate(equations, map, &mut self.trial);
                 std::mem::swap(iterate, &mut self.trial);
                 jumps -= 1;
             } else {
@@ -132,20 +133,20 @@ impl<E: Equations> Newton<E> {
     pub(super) fn solve_from_here(
         &mut self,
         equations: &E,
-        law: &Law,
+        map: &NaturalMap,
         until: Until,
         iterate: &mut Iterate<E>,
         effort: &mut Effort<'_>,
     ) -> bool {
-        let compliance = law.compliance;
+        let compliance = map.compliance;
         for shifts in [&mut iterate.shifts, &mut self.trial.shifts] {
             shifts.clear();
         }
-        let contacts = iterate.impulses.iter().zip(equations.candidates());
-        let shifts = contacts.map(|(impulse, contact)| compliance * contact.given(impulse));
+        let contacts = iterate.impulses.iter().zip(equations.couplings());
+        let shifts = contacts.map(|(impulse, contact)| compliance * contact.rows.given(impulse));
         self.trial.shifts.extend(shifts);
         iterate.shifts.extend_from_slice(&self.trial.shifts);
-        let converged = self.solve(equations, law, (compliance, until), iterate, effort);
+        let converged = self.solve(equations, map, (compliance, until), iterate, effort);
         iterate.shifts.clear();
         self.trial.shifts.clear();
         converged
@@ -158,25 +159,25 @@ impl<E: Equations> Newton<E> {
     pub(super) fn take_limit(
         &mut self,
         equations: &E,
-        law: &Law,
+        map: &NaturalMap,
         iterate: &mut Iterate<E>,
         effort: &mut Effort<'_>,
     ) -> f64 {
-        if iterate.law != *law {
-            evaluate_again(equations, law, iterate);
+        if iterate.map != *map {
+            evaluate_again(equations, map, iterate);
         }
-        self.find_modes(equations, law, iterate);
-        let mut merit = evaluate_again(equations, &Law::EXACT, iterate);
-        let alike = equations.all_give_alike();
+        self.find_pieces(map, iterate);
+        let mut merit = evaluate_again(equations, &NaturalMap::EXACT, iterate);
+        let alike = equations.setting().all_give_alike;
         for _ in 0..if alike { CORRECTIONS } else { ROLLING_CORRECTIONS } {
             if merit.largest <= limit(equations) || !effort.spend() {
                 break;
             }
-            if !self.set_direction(equations, law.compliance, iterate) {
+            if !self.set_direction(equations, map.compliance, iterate) {
                 break;
             }
             self.try_step(iterate, 1.0);
-            let corrected = evaluate(equations, &Law::EXACT, &mut self.trial);
+            let corrected = evaluate(equations, &NaturalMap::EXACT, &mut self.trial);
             if corrected.largest >= merit.largest {
                 break;
             }
@@ -187,41 +188,36 @@ impl<E: Equations> Newton<E> {
     }
 
     /// The pieces that `law`, which must be the one evaluated last, puts the contacts on.
-    fn find_modes(&mut self, equations: &E, law: &Law, iterate: &Iterate<E>) {
-        let contacts = equations.candidates().iter().zip(&iterate.pulls);
-        self.modes.clear();
-        self.modes.extend(contacts.map(|(contact, pull)| pull.mode(contact, law.stick_margin)));
+    fn find_pieces(&mut self, map: &NaturalMap, iterate: &Iterate<E>) {
+        self.pieces.clear();
+        self.pieces.extend(iterate.pulls.iter().map(|pull| pull.piece(map)));
     }
 
     /// The Newton direction of the velocities for the law evaluated last and the modes found
     /// before; the impulses' part follows from the eliminations. `false` where there is none.
     fn set_direction(&mut self, equations: &E, matrix: f64, iterate: &Iterate<E>) -> bool {
         let Iterate { velocity, impulses, points, pulls, scratch, .. } = iterate;
-        let Self { step, modes, eliminations, system, .. } = self;
+        let Self { step, pieces, eliminations, system, .. } = self;
         let at = Point { velocity, points, scratch };
-        equations.direction(
-            at,
-            |index, candidate, _| {
-                Some(pulls[index].answer(modes[index], candidate, &impulses[index], matrix))
-            },
-            eliminations,
-            system,
-            step,
-        )
+        let answer = |index: usize, coupling: &Coupling, _: &Vector3<f64>| {
+            Some(pulls[index].answer(pieces[index], coupling, &impulses[index], matrix))
+        };
+        equations.linearise(at, answer, eliminations, system)
+            && equations.direction(scratch, eliminations, system, step)
     }
 
     /// Halves the step until the residual falls enough; moves `iterate` there.
     fn search(
         &mut self,
         equations: &E,
-        law: &Law,
+        map: &NaturalMap,
         iterate: &mut Iterate<E>,
         merit: &Residual,
     ) -> Option<Residual> {
         let mut length = 1.0;
         while length >= SHORTEST_STEP {
             self.try_step(iterate, length);
-            let trial = evaluate(equations, law, &mut self.trial);
+            let trial = evaluate(equations, map, &mut self.trial);
             if trial.squared < (1.0 - SUFFICIENT_DECREASE * length) * merit.squared {
                 std::mem::swap(iterate, &mut self.trial);
                 return Some(trial);
@@ -253,7 +249,7 @@ impl<E: Equations> Iterate<E> {
             points: Vec::new(),
             pulls: Vec::new(),
             motion: Residual::default(),
-            law: Law::EXACT,
+            map: NaturalMap::EXACT,
             shifts: Vec::new(),
             scratch: E::Scratch::default(),
         }
@@ -266,22 +262,19 @@ impl<E: Equations> Iterate<E> {
         reserve(&mut self.shifts, contacts);
     }
 
-    /// The largest speed, up or down, at which a candidate that presses changes its gap, m/s; of
-    /// the last residual's point.
-    pub(super) fn gap_speed(&self, equations: &E) -> f64 {
-        let contacts = equations.candidates().iter().zip(&self.impulses).zip(&self.points);
-        contacts
-            .filter(|((contact, impulse), _)| contact.normal.dot(impulse) > 0.0)
-            .map(|((contact, _), u)| contact.normal.dot(u).abs())
-            .fold(0.0, f64::max)
+    /// The largest speed of a row that an impulse holds, m/s; of the last residual's point.
+    pub(super) fn held_speed(&self, equations: &E) -> f64 {
+        let couplings = equations.couplings().iter().zip(&self.impulses).zip(&self.points);
+        let speed = couplings.map(|((c, impulse), u)| c.law.held_speed(&c.rows, u, impulse));
+        speed.fold(0.0, f64::max)
     }
 
-    /// u of every candidate, m/s, of the last evaluation.
+    /// u of every coupling, m/s, of the last evaluation.
     pub(super) fn points(&self) -> &[Vector3<f64>] {
         &self.points
     }
 
-    /// Evaluates u of every candidate.
+    /// Evaluates u of every coupling.
     pub(super) fn evaluate_points(&mut self, equations: &E) {
         equations.set_points(&self.velocity, &mut self.scratch, &mut self.points);
     }
@@ -300,7 +293,7 @@ impl<E: Equations> Iterate<E> {
         self.pulls.clear();
         self.pulls.extend_from_slice(&other.pulls);
         self.motion = other.motion;
-        self.law = other.law;
+        self.map = other.map;
     }
 }
 
@@ -308,35 +301,35 @@ impl<E: Equations> Iterate<E> {
 /// impulses are settling, because they may be kept for many steps.
 fn limit(equations: &impl Equations) -> f64 {
     let tolerances = equations.tolerances();
-    if equations.unsettled() <= SETTLING { tolerances.rounding } else { tolerances.exact }
+    if equations.setting().unsettled <= SETTLING { tolerances.rounding } else { tolerances.exact }
 }
 
 /// The residual of the law without compliance, m/s.
 pub(super) fn exact_residual<E: Equations>(equations: &E, iterate: &mut Iterate<E>) -> f64 {
-    evaluate(equations, &Law::EXACT, iterate).largest
+    evaluate(equations, &NaturalMap::EXACT, iterate).largest
 }
 
 /// The equations of motion (N1) and the natural map (N4) at a point, all as velocities.
-fn evaluate<E: Equations>(equations: &E, law: &Law, iterate: &mut Iterate<E>) -> Residual {
+fn evaluate<E: Equations>(equations: &E, map: &NaturalMap, iterate: &mut Iterate<E>) -> Residual {
     let Iterate { velocity, impulses, points, scratch, motion, shifts, .. } = &mut *iterate;
     *motion = equations.motion_residual(velocity, impulses, scratch);
     equations.set_points(velocity, scratch, points);
     for (u, shift) in points.iter_mut().zip(shifts) {
         *u -= *shift;
     }
-    evaluate_again(equations, law, iterate)
+    evaluate_again(equations, map, iterate)
 }
 
 /// The same for another law at the point that was evaluated last.
-fn evaluate_again<E: Equations>(equations: &E, law: &Law, iterate: &mut Iterate<E>) -> Residual {
+fn evaluate_again<E: Equations>(equations: &E, map: &NaturalMap, iterate: &mut Iterate<E>) -> Residual {
     let mut size = iterate.motion;
-    iterate.law = *law;
+    iterate.map = *map;
     iterate.pulls.clear();
-    let contacts = equations.candidates().iter().zip(&iterate.impulses).zip(&iterate.points);
-    for ((candidate, impulse), u) in contacts {
-        let pull = Pull::new(law, candidate, u, impulse);
+    let couplings = equations.couplings().iter().zip(&iterate.impulses).zip(&iterate.points);
+    for ((coupling, impulse), u) in couplings {
+        let pull = coupling.pull(map, u, impulse);
         iterate.pulls.push(pull);
-        size.add(&pull.natural_map(candidate));
+        size.add(&pull.natural_map(coupling));
     }
     if !size.squared.is_finite() {
         // A maximum drops NaN; a sum does not.

@@ -2,7 +2,8 @@
 //!
 //! Equation numbers are those of `docs/native-solver.md`.
 
-use super::equations::{Candidate, Slope, Velocity};
+use super::coupling::{Coupling, Lever};
+use super::equations::{Slope, Velocity};
 use super::fixed_motion::rolling;
 use super::turning::Turning;
 use nalgebra::{Matrix3, Matrix3x6, Vector3, Vector6};
@@ -17,7 +18,7 @@ use nalgebra::{Matrix3, Matrix3x6, Vector3, Vector6};
 ///
 /// of the middle of a feature rounded by ρ; to it comes −ρ (A_A ω_A − A_B ω_B) × n.
 pub(super) struct PairMotion<'a> {
-    candidate: &'a Candidate,
+    coupling: &'a Coupling,
     /// A(q) of A and of B, body → world.
     rotations: (&'a Matrix3<f64>, &'a Matrix3<f64>),
     a: &'a Turning,
@@ -30,31 +31,31 @@ pub(super) struct PairMotion<'a> {
 }
 
 impl<'a> PairMotion<'a> {
-    /// The pair of a candidate over a step of `time_step` (s): `arm` is r_A + A_A a − r_B at its start
+    /// The pair of a coupling over a step of `time_step` (s): `arm` is r_A + A_A a − r_B at its start
     /// (m, world), `apart` v_A − v_B at its end, `rotations` those of A and B at its start,
     /// `turnings` how A turns and B's frame turns back.
     pub(super) fn new(
-        candidate: &'a Candidate,
+        coupling: &'a Coupling,
         arm: &Vector3<f64>,
         apart: &Vector3<f64>,
         rotations: (&'a Matrix3<f64>, &'a Matrix3<f64>),
         (a, b): (&'a Turning, &'a Turning),
         time_step: f64,
     ) -> Self {
-        let relative = apart + a.swept(&candidate.centre);
+        let relative = apart + a.swept(&coupling.lever.centre);
         let seen = rotations.1.tr_mul(&(arm + time_step * relative));
-        Self { candidate, rotations, a, b, time_step, relative, seen }
+        Self { coupling, rotations, a, b, time_step, relative, seen }
     }
 
     /// u (N2).
     pub(super) fn u(&self) -> Vector3<f64> {
-        let Candidate { normal, approach, radius, .. } = self.candidate;
+        let (normal, radius) = (&self.coupling.rows.normal, self.coupling.lever.radius);
         let mut u = self.relative + self.b.swept(&self.seen);
-        if *radius > 0.0 {
+        if radius > 0.0 {
             // B turns back with −ω_B.
-            u -= *radius * (self.a.spin_world() + self.b.spin_world()).cross(normal);
+            u -= radius * (self.a.spin_world() + self.b.spin_world()).cross(normal);
         }
-        u + normal * *approach
+        u + self.coupling.offset
     }
 
     /// ∂u/∂(v_A, ω_A) and ∂u/∂(v_B, ω_B). With L = E + h A_B K_B(−ω_B) A_Bᵀ,
@@ -65,7 +66,8 @@ impl<'a> PairMotion<'a> {
     ///
     /// with S(c) = ∂(A K c)/∂ω; to the spins' come ±ρ [n]× A.
     pub(super) fn slopes(&self) -> (Matrix3x6<f64>, Matrix3x6<f64>) {
-        let Candidate { normal, centre, arm, radius, .. } = self.candidate;
+        let Lever { centre, arm, radius, .. } = &self.coupling.lever;
+        let normal = &self.coupling.rows.normal;
         let (of_a, of_b) = self.rotations;
         let back = self.b.sweep() * of_b.transpose() * self.time_step;
         let seen_from = Matrix3::identity() + back;

@@ -4,7 +4,7 @@ use super::descent::{Descent, Outcome};
 use super::effort::Effort;
 use super::equations::{Equations, Velocity, reserve};
 use super::island::Island;
-use super::islands::IslandView;
+use super::islands::{IslandView, Islands};
 use super::single::Single;
 use super::starts::Start;
 use crate::contact::Contact;
@@ -15,9 +15,13 @@ use crate::step::{Step, StepSolution};
 use crate::world::World;
 use nalgebra::Vector3;
 
-/// The memory of an island's problem.
+/// The memory of an island's problem. What it keeps from step to step, the order of elimination above
+/// all, is of the island that it served last.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Part {
+    /// The island that it serves in this step, by its number, and the first body of the last one.
+    island: Option<usize>,
+    first: Option<usize>,
     alone: Option<Box<Problem<Single>>>,
     together: Option<Box<Problem<Island>>>,
     /// The body that the last solve was of, where it was solved alone.
@@ -102,6 +106,12 @@ impl<E: Equations> Problem<E> {
 }
 
 impl Part {
+    /// The number of the island that it serves.
+    #[cfg(feature = "threads")]
+    pub(super) fn island(&self) -> Option<usize> {
+        self.island
+    }
+
     /// Room for the problems of one body with up to so many contacts.
     pub(super) fn reserve(&mut self, world: &World, contacts: usize) {
         let problem = alone(&mut self.alone, world);
@@ -138,6 +148,7 @@ impl Part {
             for &place in island.contacts {
                 problem.equations.admit(&contacts[place], |body| island.places[body]);
             }
+            problem.equations.tie();
             let mass = problem.equations.mass();
             problem.solve(step, view, (mass, accepted), &mut effort)
         };
@@ -168,6 +179,72 @@ impl Part {
             problem.write_forces(step, view, mass, solution);
         }
         self.ended
+    }
+}
+
+/// The parts of a solver, and which of them serves which island.
+#[derive(Debug, Clone)]
+pub(super) struct Parts {
+    list: Vec<Part>,
+    /// Of each island, its part.
+    serving: Vec<usize>,
+    /// Of each body, the part whose last island began with it; [`NONE`] without one.
+    of_first: Vec<usize>,
+}
+
+const NONE: usize = usize::MAX;
+
+impl Parts {
+    pub(super) fn new(first: Part) -> Self {
+        Self { list: vec![first], serving: Vec::new(), of_first: Vec::new() }
+    }
+
+    /// Gives every island the part that served it in the step before, the one that begins with the same
+    /// body; of others one that is left over.
+    pub(super) fn assign(&mut self, islands: &Islands, bodies: usize) {
+        self.serving.clear();
+        self.of_first.clear();
+        self.of_first.resize(bodies, NONE);
+        for (place, part) in self.list.iter_mut().enumerate() {
+            part.island = None;
+            // The last step may have been one of another world.
+            if let Some(known) = part.first.and_then(|first| self.of_first.get_mut(first)) {
+                *known = place;
+            }
+        }
+        for (number, first) in islands.first_bodies().enumerate() {
+            let known = self.of_first[first];
+            self.serving.push(known);
+            if known != NONE {
+                self.list[known].island = Some(number);
+            }
+        }
+        let mut left = 0;
+        for (number, first) in islands.first_bodies().enumerate() {
+            if self.serving[number] != NONE {
+                continue;
+            }
+            while self.list.get(left).is_some_and(|part| part.island.is_some()) {
+                left += 1;
+            }
+            if left == self.list.len() {
+                self.list.push(Part::default());
+            }
+            self.serving[number] = left;
+            let part = &mut self.list[left];
+            (part.island, part.first) = (Some(number), Some(first));
+        }
+    }
+
+    /// That of an island.
+    pub(super) fn of(&mut self, island: usize) -> &mut Part {
+        &mut self.list[self.serving[island]]
+    }
+
+    /// All of them, whether they serve an island or not.
+    #[cfg(feature = "threads")]
+    pub(super) fn all(&mut self) -> &mut [Part] {
+        &mut self.list
     }
 }
 

@@ -4,7 +4,7 @@
 
 use super::effort::Effort;
 use super::equations::Equations;
-use super::natural_map::Law;
+use super::law::NaturalMap;
 use super::newton::{Iterate, Newton, Until, exact_residual};
 use super::tolerances::{
     LEAST_COMPLIANCE, MOST_PROXIMAL_STEPS, MOST_REFINEMENTS, PROXIMAL_EASE, PROXIMAL_EFFORT,
@@ -63,13 +63,13 @@ impl<E: Equations> Proximal<E> {
             if effort.is_over() || compliance > 1.0 {
                 break;
             }
-            let law = Law { sharpness, ..Law::with_compliance(compliance) };
+            let map = NaturalMap { sharpness, ..NaturalMap::with_compliance(compliance) };
             let until = Until {
                 iterations: PROXIMAL_ITERATIONS,
                 residual: tolerances.newton.max(PROXIMAL_SHARE * least),
             };
             let before = effort.iterations();
-            let converged = newton.solve_from_here(equations, &law, until, iterate, effort);
+            let converged = newton.solve_from_here(equations, &map, until, iterate, effort);
             let taken = effort.iterations() - before;
             let residual = exact_residual(equations, iterate);
             if residual < least {

@@ -1,7 +1,7 @@
 //! How two round features move against each other in a step, and how that depends on the velocities
 //! of their bodies. Equation numbers are those of `docs/native-solver.md`.
 
-use super::equations::Candidate;
+use super::coupling::Coupling;
 use super::fixed_motion::rolling;
 use super::pair_motion::beside;
 use super::turning::Turning;
@@ -9,12 +9,14 @@ use crate::contact::Curved;
 use crate::contact::curved::{Core, Reach, shortest_way};
 use nalgebra::{Matrix3, Matrix3x6, Vector3};
 
-/// What a candidate of two round features has beyond others.
+/// What a coupling of two round features has beyond others.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Round {
     pub(super) curved: Curved,
     /// d, m, world: from the middle of B's feature to that of A's at step k.
     pub(super) way: Vector3<f64>,
+    /// φ/h at step k, m/s.
+    pub(super) approach: f64,
 }
 
 /// One of the two bodies.
@@ -53,7 +55,8 @@ impl Side<'_> {
 /// ∂u_n/∂(v_A, ω_A) = mᵀ (E, S_A(a⁺)),   ∂u_n/∂(v_B, ω_B) = −mᵀ (E, S_B(b⁺))
 /// ```
 pub(super) struct RoundMotion<'a> {
-    candidate: &'a Candidate,
+    coupling: &'a Coupling,
+    round: &'a Round,
     curved: &'a Curved,
     a: Side<'a>,
     b: Option<Side<'a>>,
@@ -67,16 +70,16 @@ pub(super) struct RoundMotion<'a> {
 }
 
 impl<'a> RoundMotion<'a> {
-    /// Those of a candidate over a step of `time_step` (s).
+    /// Those of a coupling over a step of `time_step` (s).
     pub(super) fn new(
-        candidate: &'a Candidate,
+        coupling: &'a Coupling,
         round: &'a Round,
         a: Side<'a>,
         b: Option<Side<'a>>,
         time_step: f64,
     ) -> Self {
         let curved = &round.curved;
-        let mut apart = a.velocity(&candidate.centre);
+        let mut apart = a.velocity(&coupling.lever.centre);
         let mut of_b = curved.of_b.along;
         if let Some(b) = &b {
             apart -= b.velocity(&curved.foot());
@@ -89,25 +92,25 @@ impl<'a> RoundMotion<'a> {
         let core_a = Core { from: middle - of_a * curved.shares.0, along: of_a };
         let core_b = Core { from: of_b * -curved.shares.1, along: of_b };
         let (shares, way) = shortest_way(&core_a, &core_b);
-        let reach = Reach::of(&way, &candidate.normal);
+        let reach = Reach::of(&way, &coupling.rows.normal);
         let opening = reach.beyond(&way, &was, was.norm()) / time_step;
-        Self { candidate, curved, a, b, apart, shares, reach, opening }
+        Self { coupling, round, curved, a, b, apart, shares, reach, opening }
     }
 
     /// u (N14).
     pub(super) fn u(&self) -> Vector3<f64> {
-        let Candidate { normal, radius, approach, .. } = self.candidate;
-        let mut rolling = self.a.turning.spin_world() * *radius;
+        let normal = &self.coupling.rows.normal;
+        let mut rolling = self.a.turning.spin_world() * self.coupling.lever.radius;
         if let Some(b) = &self.b {
             rolling += b.turning.spin_world() * self.curved.radius;
         }
         let slip = self.apart - normal * normal.dot(&self.apart) - rolling.cross(normal);
-        slip + normal * (self.opening + approach)
+        slip + normal * (self.opening + self.round.approach)
     }
 
     /// ∂u/∂(v_A, ω_A) and ∂u/∂(v_B, ω_B).
     pub(super) fn slopes(&self) -> (Matrix3x6<f64>, Option<Matrix3x6<f64>>) {
-        let Candidate { normal, centre, radius, .. } = self.candidate;
+        let (normal, lever) = (&self.coupling.rows.normal, &self.coupling.lever);
         let (curved, shares) = (self.curved, self.shares);
         let along = normal * self.reach.direction.transpose();
         let across = Matrix3::identity() - normal * normal.transpose();
@@ -115,8 +118,8 @@ impl<'a> RoundMotion<'a> {
             let slope = |point| side.turning.slope_of(side.rotation, point);
             (across + along, across * slope(middle) + along * slope(end))
         };
-        let (linear, spin) = slopes(&self.a, centre, &curved.of_a.at(shares.0));
-        let by_a = beside(&linear, &(spin + rolling(normal, *radius, self.a.rotation)));
+        let (linear, spin) = slopes(&self.a, &lever.centre, &curved.of_a.at(shares.0));
+        let by_a = beside(&linear, &(spin + rolling(normal, lever.radius, self.a.rotation)));
         let by_b = self.b.as_ref().map(|b| {
             let (linear, spin) = slopes(b, &curved.foot(), &curved.of_b.at(shares.1));
             beside(&-linear, &(rolling(normal, curved.radius, b.rotation) - spin))

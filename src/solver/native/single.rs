@@ -1,107 +1,52 @@
 //! The equations of one body that touches fixed things alone: six unknowns, on the stack.
 
+use super::coupling::Coupling;
 use super::equations::{
-    Answer, Candidate, Elimination, Equations, Gain, Point, Residual, Slope, Velocity, reserve,
+    Answer, Elimination, Equations, Gain, Point, Residual, Setting, Slope, Velocity, reserve,
 };
 use super::fixed_motion::{point_velocity, slope};
-use super::tolerances::{LARGE_TURN, TURN_GAIN, Tolerances};
+use super::member::Member;
+use super::policy::Policy;
+use super::tolerances::Tolerances;
 use super::turning::Turning;
 use crate::contact::Contact;
-use crate::mechanics::Rotation;
-use crate::mechanics::quaternion::rotation;
 use crate::step::Step;
 use crate::world::World;
-use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
+use nalgebra::linalg::LU;
+use nalgebra::{Const, Matrix3, Matrix6, Vector3, Vector6};
 
 /// The step of one body; M is its mass.
 #[derive(Debug, Clone)]
 pub(super) struct Single {
+    /// h, s.
     time_step: f64,
-    /// ℓ, m.
-    reach: f64,
-    /// A(q), body → world.
-    rotation: Matrix3<f64>,
-    /// v + h (f/m + g), m/s.
-    free_linear: Vector3<f64>,
-    /// ω of free flight, rad/s.
-    free_spin: Vector3<f64>,
-    /// v and ω at step k.
-    old: Velocity,
-    /// Î = I/m, m².
-    inertia: Matrix3<f64>,
-    /// Î⁻¹.
-    inertia_inverse: Matrix3<f64>,
-    /// h τ/m of the external torque, m²/s.
-    torque_impulse: Vector3<f64>,
-    /// By which equation the body turns.
-    form: Rotation,
-    /// Whether the gyroscopic term of that equation is nothing.
-    turns_alike: bool,
-    tolerances: Tolerances,
-    unsettled: f64,
-    candidates: Vec<Candidate>,
-    all_give_alike: bool,
+    body: Member,
+    setting: Setting,
 }
 
 impl Single {
     /// Room for the steps of a body.
     pub(super) fn new(world: &World) -> Self {
-        Self {
-            time_step: world.time_step(),
-            reach: 0.0,
-            rotation: Matrix3::identity(),
-            free_linear: Vector3::zeros(),
-            free_spin: Vector3::zeros(),
-            old: Velocity::zero(),
-            inertia: Matrix3::identity(),
-            inertia_inverse: Matrix3::identity(),
-            torque_impulse: Vector3::zeros(),
-            form: world.rotation(),
-            turns_alike: false,
-            tolerances: Tolerances::of(world, 0.0),
-            unsettled: f64::INFINITY,
-            candidates: Vec::new(),
-            all_give_alike: true,
-        }
+        let setting = Setting::new(Tolerances::of(world, 0.0));
+        Self { time_step: world.time_step(), body: Member::room(), setting }
     }
 
     /// Sets the step's constants for body `index`, whose impulses changed by `unsettled` in the
-    /// steps before; no candidates yet.
+    /// steps before; no couplings yet.
     pub(super) fn begin(&mut self, step: &Step<'_>, index: usize, unsettled: f64) {
-        let (state, free) = (&step.states[index], &step.free[index]);
-        let body = &step.world.bodies()[index];
         self.time_step = step.world.time_step();
-        self.form = step.world.rotation();
-        self.reach = body.reach();
-        self.inertia = *body.specific_inertia();
-        self.inertia_inverse = *body.specific_inertia_inverse();
-        self.turns_alike = self.form == Rotation::Tutorial && body.is_isotropic();
-        self.rotation = rotation(&state.attitude);
-        self.free_linear = free.velocity;
-        self.free_spin = free.spin;
-        self.old = Velocity { linear: state.velocity, spin: state.spin };
-        self.torque_impulse = step.wrenches[index].torque * (self.time_step / body.mass());
-        self.tolerances = Tolerances::of(step.world, self.speed());
-        self.unsettled = unsettled;
-        self.candidates.clear();
-        self.all_give_alike = true;
+        self.body = Member::new(step, index, step.world.bodies()[index].mass());
+        self.setting.begin(Tolerances::of(step.world, self.body.speed()), unsettled);
     }
 
     /// Room for so many contacts.
     pub(super) fn reserve(&mut self, contacts: usize) {
-        reserve(&mut self.candidates, contacts);
+        reserve(&mut self.setting.couplings, contacts);
     }
 
     /// Adds a contact of the body with something fixed.
     pub(super) fn admit(&mut self, contact: &Contact) {
-        let candidate = Candidate::new(contact, self.time_step, 1.0);
-        self.all_give_alike &= candidate.gives_alike();
-        self.candidates.push(candidate);
-    }
-
-    /// An angular residual of (N1) as the speed of a point at the body's reach, m/s.
-    fn as_speed(&self, angular: &Vector3<f64>) -> Vector3<f64> {
-        self.inertia_inverse * angular * self.reach
+        self.setting.admit(Coupling::of_contact(contact, self.time_step, (1.0, 0.0)));
     }
 
     /// The linear and angular parts of the equations of motion (N1):
@@ -109,153 +54,100 @@ impl Single {
     /// ```text
     /// v⁺ − v_free − Σ p̂,   Î (ω⁺ − ω) + h Ĝ(ω, ω⁺) − h τ/m − Σ [c]× Aᵀ p̂
     /// ```
-    fn motion(
-        &self,
-        velocity: &Velocity,
-        impulses: &[Vector3<f64>],
-    ) -> (Vector3<f64>, Vector3<f64>) {
-        let spin = &velocity.spin;
-        let mut linear = velocity.linear - self.free_linear;
-        let mut angular = self.inertia * (spin - self.old.spin) - self.torque_impulse;
-        if !self.turns_alike {
-            let (h, old) = (self.time_step, &self.old.spin);
-            angular += h * self.form.gyroscopic(&self.inertia, old, spin, h);
+    fn motion(&self, velocity: &Velocity, impulses: &[Vector3<f64>]) -> Velocity {
+        let mut motion = self.body.motion(velocity);
+        for (coupling, impulse) in self.setting.couplings.iter().zip(impulses) {
+            motion.linear -= impulse;
+            motion.spin -= coupling.lever.torque_map * impulse;
         }
-        for (candidate, impulse) in self.candidates.iter().zip(impulses) {
-            linear -= impulse;
-            angular -= candidate.torque_map * impulse;
-        }
-        (linear, angular)
+        motion
     }
 
-    /// ∂(angular part)/∂ω⁺ = Î + h ∂Ĝ/∂ω⁺.
-    fn angular_slope(&self, spin: &Vector3<f64>) -> Matrix3<f64> {
-        if self.turns_alike {
-            return self.inertia;
-        }
-        let h = self.time_step;
-        self.inertia + h * self.form.gyroscopic_slope(&self.inertia, spin, h)
-    }
-
-    fn turning(&self, velocity: &Velocity) -> Turning {
-        Turning::new(&self.rotation, velocity.spin, self.time_step)
-    }
-
-    /// u of a candidate (N2).
+    /// u of a coupling (N2).
     #[inline(always)]
     fn point_velocity(
         &self,
-        candidate: &Candidate,
+        coupling: &Coupling,
         turning: &Turning,
         velocity: &Velocity,
     ) -> Vector3<f64> {
-        let u = point_velocity(candidate, turning, &velocity.linear);
-        if !candidate.bounces() {
+        let u = point_velocity(coupling, turning, &velocity.linear);
+        if !coupling.bounces() {
             return u;
         }
-        candidate.bounded(u, &self.departing(candidate, velocity)).0
+        coupling.bounded(u, &self.body.departing(velocity, &coupling.lever.torque_map)).0
     }
 
-    /// ∂u/∂ω⁺, `u` being the candidate's; ∂u/∂v⁺ is E.
+    /// ∂u/∂ω⁺, `u` being the coupling's; ∂u/∂v⁺ is E.
     #[inline(always)]
     fn point_slope(
         &self,
-        candidate: &Candidate,
+        coupling: &Coupling,
         turning: &Turning,
         velocity: &Velocity,
         u: &Vector3<f64>,
     ) -> Matrix3<f64> {
-        let normal = &candidate.normal;
-        let swept = match candidate.radius > 0.0 || candidate.bounces() {
-            true => turning.swept(&candidate.centre),
-            false => u - velocity.linear - normal * candidate.approach,
+        let (normal, lever) = (&coupling.rows.normal, &coupling.lever);
+        let swept = match lever.radius > 0.0 || coupling.bounces() {
+            true => turning.swept(&lever.centre),
+            false => u - velocity.linear - coupling.offset,
         };
-        let by_spin = slope(candidate, &self.rotation, turning, &swept);
-        if !candidate.bounces() {
+        let by_spin = slope(coupling, &self.body.rotation, turning, &swept);
+        if !coupling.bounces() {
             return by_spin;
         }
-        let u = point_velocity(candidate, turning, &velocity.linear);
-        if !candidate.bounded(u, &self.departing(candidate, velocity)).1 {
+        let u = point_velocity(coupling, turning, &velocity.linear);
+        if !coupling.bounded(u, &self.body.departing(velocity, &lever.torque_map)).1 {
             return by_spin;
         }
-        let inertia = (&self.inertia, &self.inertia_inverse);
-        let departing = self.form.departing_slope(inertia, &velocity.spin, self.time_step);
-        let along = (candidate.torque_map * normal).tr_mul(&departing);
+        let along = self.body.departing_slope(velocity, &lever.torque_map, normal);
         by_spin + normal * (along - by_spin.tr_mul(normal).transpose())
-    }
-
-    /// v⁺ + Gᵀ ω̃⁺ (eq. 29): how the touching point parts after the impulses.
-    fn departing(&self, candidate: &Candidate, velocity: &Velocity) -> Vector3<f64> {
-        let inertia = (&self.inertia, &self.inertia_inverse);
-        let spin = self.form.departing_spin(inertia, &velocity.spin, self.time_step);
-        velocity.linear + candidate.torque_map.tr_mul(&spin)
     }
 }
 
 impl Equations for Single {
     type Velocity = Velocity;
     type Slope = SpinSlope;
-    type System = ();
+    type System = Factors;
     type Scratch = Evaluated;
 
     #[inline]
-    fn candidates(&self) -> &[Candidate] {
-        &self.candidates
+    fn setting(&self) -> &Setting {
+        &self.setting
     }
 
-    fn all_give_alike(&self) -> bool {
-        self.all_give_alike
+    fn setting_mut(&mut self) -> &mut Setting {
+        &mut self.setting
     }
 
-    fn give_alike(&mut self) {
-        self.all_give_alike = true;
-        self.candidates.iter_mut().for_each(|candidate| candidate.give = 1.0);
-    }
-
-    fn tolerances(&self) -> &Tolerances {
-        &self.tolerances
-    }
-
-    fn bodies(&self) -> usize {
-        1
-    }
-
-    fn unsettled(&self) -> f64 {
-        self.unsettled
+    fn policy(&self) -> &'static Policy {
+        Policy::of(1)
     }
 
     fn speed(&self) -> f64 {
-        self.free_linear.norm() + self.free_spin.norm() * self.reach
+        self.body.speed()
     }
 
     fn set_velocity_after(&self, impulses: &[Vector3<f64>], velocity: &mut Velocity) {
-        let (mut linear, mut torque) = (self.free_linear, Vector3::zeros());
-        for (candidate, impulse) in self.candidates.iter().zip(impulses) {
+        let (mut linear, mut torque) = (self.body.free.linear, Vector3::zeros());
+        for (coupling, impulse) in self.setting.couplings.iter().zip(impulses) {
             linear += impulse;
-            torque += candidate.torque_map * impulse;
+            torque += coupling.lever.torque_map * impulse;
         }
-        *velocity = Velocity { linear, spin: self.free_spin + self.inertia_inverse * torque };
+        let spin = self.body.free.spin + self.body.inertia_inverse * torque;
+        *velocity = Velocity { linear, spin };
     }
 
     fn keep_velocity(&self, velocity: &mut Velocity) {
-        let (exact, old) = (self.tolerances.exact, &self.old);
-        if (velocity.spin - old.spin).amax() * self.reach <= exact {
-            velocity.spin = old.spin;
-        }
-        if (velocity.linear - old.linear).amax() <= exact {
-            velocity.linear = old.linear;
-        }
-        for candidate in &self.candidates {
-            let along = candidate.normal.dot(&(velocity.linear - old.linear));
-            if along.abs() <= exact {
-                velocity.linear -= candidate.normal * along;
-            }
+        let exact = self.setting.tolerances.exact;
+        self.body.keep(exact, velocity);
+        for coupling in &self.setting.couplings {
+            self.body.keep_along(&coupling.rows.normal, exact, velocity);
         }
     }
 
     fn turns_too_far(&self, velocity: &Velocity) -> bool {
-        let turn = self.time_step * velocity.spin.norm();
-        turn > LARGE_TURN && turn > TURN_GAIN * self.time_step * self.old.spin.norm()
+        self.body.turns_too_far(velocity)
     }
 
     #[inline]
@@ -265,22 +157,23 @@ impl Equations for Single {
         impulses: &[Vector3<f64>],
         evaluated: &mut Evaluated,
     ) -> Residual {
-        let (linear, angular) = self.motion(velocity, impulses);
-        evaluated.residual = (linear, angular);
+        let motion = self.motion(velocity, impulses);
+        evaluated.residual = motion;
         let mut residual = Residual::default();
-        residual.add(&linear);
-        residual.add(&self.as_speed(&angular));
+        residual.add(&motion.linear);
+        residual.add(&self.body.as_speed(&motion.spin));
         residual
     }
 
     fn point(&self, index: usize, velocity: &Velocity) -> Vector3<f64> {
-        self.point_velocity(&self.candidates[index], &self.turning(velocity), velocity)
+        let turning = self.body.turning(velocity.spin);
+        self.point_velocity(&self.setting.couplings[index], &turning, velocity)
     }
 
     fn push(&self, index: usize, impulse: &Vector3<f64>, velocity: &mut Velocity) {
         velocity.linear += impulse;
-        let torque = self.candidates[index].torque_map * impulse;
-        velocity.spin += self.inertia_inverse * torque;
+        let torque = self.setting.couplings[index].lever.torque_map * impulse;
+        velocity.spin += self.body.inertia_inverse * torque;
     }
 
     #[inline]
@@ -290,66 +183,74 @@ impl Equations for Single {
         evaluated: &mut Evaluated,
         points: &mut Vec<Vector3<f64>>,
     ) {
-        let turning = self.turning(velocity);
+        let turning = self.body.turning(velocity.spin);
         evaluated.turning = turning;
         points.clear();
-        let candidates = self.candidates.iter();
-        points
-            .extend(candidates.map(|candidate| self.point_velocity(candidate, &turning, velocity)));
+        let couplings = self.setting.couplings.iter();
+        points.extend(couplings.map(|coupling| self.point_velocity(coupling, &turning, velocity)));
+    }
+
+    #[inline]
+    fn linearise(
+        &self,
+        at: Point<'_, Self>,
+        mut answer: impl FnMut(usize, &Coupling, &Vector3<f64>) -> Option<Answer>,
+        eliminations: &mut Vec<Elimination<SpinSlope>>,
+        factors: &mut Factors,
+    ) -> bool {
+        let turning = &at.scratch.turning;
+        let mut matrix = MotionMatrix {
+            linear_linear: Matrix3::identity(),
+            linear_angular: Matrix3::zeros(),
+            angular_linear: Matrix3::zeros(),
+            angular_angular: self.body.angular_slope(&at.velocity.spin),
+        };
+        eliminations.clear();
+        for (index, (coupling, u)) in self.setting.couplings.iter().zip(at.points).enumerate() {
+            let Some(answer) = answer(index, coupling, u) else { return false };
+            let slope = match answer.gain {
+                Gain::Zero => SpinSlope(Matrix3::zeros()),
+                _ => SpinSlope(self.point_slope(coupling, turning, at.velocity, u)),
+            };
+            let elimination = Elimination { answer, slope };
+            matrix.add(&coupling.lever.torque_map, &elimination);
+            eliminations.push(elimination);
+        }
+        factors.0 = Some(matrix.factorised());
+        true
     }
 
     #[inline]
     fn direction(
         &self,
-        at: Point<'_, Self>,
-        mut answer: impl FnMut(usize, &Candidate, &Vector3<f64>) -> Option<Answer>,
-        eliminations: &mut Vec<Elimination<SpinSlope>>,
-        (): &mut (),
+        evaluated: &Evaluated,
+        eliminations: &[Elimination<SpinSlope>],
+        factors: &mut Factors,
         step: &mut Velocity,
     ) -> bool {
-        let Evaluated { residual: (linear, angular), turning } = at.scratch;
-        let mut system = MotionSystem {
-            linear_linear: Matrix3::identity(),
-            linear_angular: Matrix3::zeros(),
-            angular_linear: Matrix3::zeros(),
-            angular_angular: self.angular_slope(&at.velocity.spin),
-            linear: -linear,
-            angular: -angular,
-        };
-        eliminations.clear();
-        for (index, (candidate, u)) in self.candidates.iter().zip(at.points).enumerate() {
-            let Some(answer) = answer(index, candidate, u) else { return false };
-            let slope = match answer.gain {
-                Gain::Zero => SpinSlope(Matrix3::zeros()),
-                _ => SpinSlope(self.point_slope(candidate, turning, at.velocity, u)),
-            };
-            let elimination = Elimination { answer, slope };
-            system.add(&candidate.torque_map, &elimination);
-            eliminations.push(elimination);
+        let Velocity { linear, spin } = evaluated.residual;
+        let (mut linear, mut angular) = (-linear, -spin);
+        for (coupling, contact) in self.setting.couplings.iter().zip(eliminations) {
+            linear += contact.answer.offset;
+            angular += coupling.lever.torque_map * contact.answer.offset;
         }
-        match system.solve() {
-            Some(change) => {
-                *step = change;
-                true
-            }
-            None => false,
-        }
+        let change = factors.0.as_ref().and_then(|factors| solve(factors, &linear, &angular));
+        change.map(|change| *step = change).is_some()
     }
 }
 
 /// What an evaluation leaves behind for the direction.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Evaluated {
-    /// The residuals of the equations of motion, linear and angular.
-    residual: (Vector3<f64>, Vector3<f64>),
+    /// The residuals of the equations of motion.
+    residual: Velocity,
     turning: Turning,
 }
 
 impl Default for Evaluated {
     fn default() -> Self {
-        let nothing = Vector3::zeros();
-        let turning = Turning::new(&Matrix3::identity(), nothing, 0.0);
-        Self { residual: (nothing, nothing), turning }
+        let turning = Turning::new(&Matrix3::identity(), Vector3::zeros(), 0.0);
+        Self { residual: Velocity::zero(), turning }
     }
 }
 
@@ -366,31 +267,31 @@ impl Slope for SpinSlope {
     }
 }
 
-/// The linearised equations of motion with the contacts added one by one (N8):
+/// The matrix of (N8), factorised.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Factors(Option<LU<f64, Const<6>, Const<6>>>);
+
+/// The matrix of the linearised equations of motion, to which the couplings are added one by one (N8):
 ///
 /// ```text
 /// ⎡ E − Σ D        − Σ D J          ⎤ ⎡δv⎤   ⎡ −r_v + Σ d          ⎤
 /// ⎣ − Σ G D    M(ω) − Σ G D J       ⎦ ⎣δω⎦ = ⎣ −r_ω + Σ G d        ⎦
 /// ```
 ///
-/// with G = [c]× Aᵀ, J = ∂u/∂ω, and (d, D) the offset and gain of a contact.
-struct MotionSystem {
+/// with G = [c]× Aᵀ, J = ∂u/∂ω, and (d, D) the offset and gain of a coupling.
+struct MotionMatrix {
     linear_linear: Matrix3<f64>,
     linear_angular: Matrix3<f64>,
     angular_linear: Matrix3<f64>,
     angular_angular: Matrix3<f64>,
-    linear: Vector3<f64>,
-    angular: Vector3<f64>,
 }
 
-impl MotionSystem {
-    /// Adds a contact with its torque map G.
+impl MotionMatrix {
+    /// Adds a coupling with its torque map G.
     #[inline(always)]
-    fn add(&mut self, torque_map: &Matrix3<f64>, contact: &Elimination<SpinSlope>) {
-        let (answer, slope) = (&contact.answer, &contact.slope.0);
-        self.linear += answer.offset;
-        self.angular += torque_map * answer.offset;
-        match &answer.gain {
+    fn add(&mut self, torque_map: &Matrix3<f64>, coupling: &Elimination<SpinSlope>) {
+        let slope = &coupling.slope.0;
+        match &coupling.answer.gain {
             Gain::Zero => {}
             Gain::Spring(stiffness) => {
                 let by_spin = slope * -stiffness;
@@ -411,20 +312,30 @@ impl MotionSystem {
         }
     }
 
-    /// (δv, δω), `None` where the matrix is singular.
-    fn solve(&self) -> Option<Velocity> {
+    #[inline]
+    fn factorised(&self) -> LU<f64, Const<6>, Const<6>> {
         let mut matrix = Matrix6::zeros();
         matrix.fixed_view_mut::<3, 3>(0, 0).copy_from(&self.linear_linear);
         matrix.fixed_view_mut::<3, 3>(0, 3).copy_from(&self.linear_angular);
         matrix.fixed_view_mut::<3, 3>(3, 0).copy_from(&self.angular_linear);
         matrix.fixed_view_mut::<3, 3>(3, 3).copy_from(&self.angular_angular);
-        let mut rhs = Vector6::zeros();
-        rhs.fixed_rows_mut::<3>(0).copy_from(&self.linear);
-        rhs.fixed_rows_mut::<3>(3).copy_from(&self.angular);
-        let solvable = matrix.lu().solve_mut(&mut rhs) && rhs.iter().all(|x| x.is_finite());
-        solvable.then(|| Velocity {
-            linear: rhs.fixed_rows::<3>(0).into(),
-            spin: rhs.fixed_rows::<3>(3).into(),
-        })
+        matrix.lu()
     }
+}
+
+/// (δv, δω), `None` where the matrix is singular.
+#[inline]
+fn solve(
+    factors: &LU<f64, Const<6>, Const<6>>,
+    linear: &Vector3<f64>,
+    angular: &Vector3<f64>,
+) -> Option<Velocity> {
+    let mut rhs = Vector6::zeros();
+    rhs.fixed_rows_mut::<3>(0).copy_from(linear);
+    rhs.fixed_rows_mut::<3>(3).copy_from(angular);
+    let solvable = factors.solve_mut(&mut rhs) && rhs.iter().all(|x| x.is_finite());
+    solvable.then(|| Velocity {
+        linear: rhs.fixed_rows::<3>(0).into(),
+        spin: rhs.fixed_rows::<3>(3).into(),
+    })
 }

@@ -1,10 +1,10 @@
 //! Where an iteration starts, in the order in which starts are tried.
 
-use super::equations::Candidate;
+use super::coupling::Coupling;
+use super::policy::Policy;
 use super::tolerances::ROLLING_STARTS;
 use nalgebra::Vector3;
 use rand_mt::Mt;
-use std::f64::consts::TAU;
 
 /// A start of Newton's method.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,59 +37,6 @@ pub(super) enum Start {
 /// ε where a path of compliance starts: a tenth of a body's own response.
 pub(super) const SOFTEST: f64 = 0.1;
 
-/// For one body: a few unknowns, so that many starts cost little.
-const ALONE: [Start; 9] = [
-    Start::Previous,
-    Start::Zero,
-    Start::InteriorPoint(1.0),
-    Start::InteriorPoint(0.1),
-    Start::InteriorPoint(10.0),
-    Start::InteriorPoint(0.01),
-    Start::InteriorPoint(100.0),
-    Start::Compliant(0.1),
-    Start::Compliant(0.3),
-];
-/// How many scattered starts are tried for one body before a step is given up.
-const SCATTERED_ALONE: u32 = 1024;
-
-/// For several bodies: in the order of what they solve for their cost.
-const TOGETHER: [Start; 15] = [
-    Start::Previous,
-    Start::Kept,
-    Start::Best(1e-3),
-    Start::Compliant(0.1),
-    Start::Best(1e-5),
-    Start::Zero,
-    Start::Swept(30),
-    Start::InteriorPoint(1.0),
-    Start::Best(1e-1),
-    Start::InteriorPoint(0.1),
-    Start::InteriorPoint(10.0),
-    Start::Compliant(0.3),
-    Start::Swept(300),
-    Start::InteriorPoint(0.01),
-    Start::Best(1e-3),
-];
-const SCATTERED_TOGETHER: u32 = 16;
-
-/// For several bodies with more than [`CROWDED`] contacts: what is far from a solution leads nowhere
-/// there, and the best point so far nearly always on.
-const CROWD: [Start; 12] = [
-    Start::Previous,
-    Start::Kept,
-    Start::Best(1e-3),
-    Start::Compliant(0.1),
-    Start::Best(1e-1),
-    Start::InteriorPoint(1.0),
-    Start::Best(1e-4),
-    Start::Swept(30),
-    Start::Best(1e-2),
-    Start::Zero,
-    Start::Best(1e-5),
-    Start::Best(1e-3),
-];
-const CROWDED: usize = 64;
-
 impl Start {
     /// The word of a report.
     pub(super) fn name(self) -> &'static str {
@@ -107,38 +54,27 @@ impl Start {
     }
 }
 
-/// All starts in their order, for so many bodies and contacts. Where some of them can roll, a few with
+/// All starts in their order, for so many contacts. Where some of them can roll, a few with
 /// the selection of those come first.
-pub(super) fn all(bodies: usize, contacts: usize, rolls: bool) -> impl Iterator<Item = Start> {
-    let (first, scattered) = match bodies {
-        1 => (ALONE.as_slice(), SCATTERED_ALONE),
-        _ if contacts > CROWDED => (CROWD.as_slice(), 0),
-        _ => (TOGETHER.as_slice(), SCATTERED_TOGETHER),
-    };
+pub(super) fn all(policy: &Policy, contacts: usize, rolls: bool) -> impl Iterator<Item = Start> {
+    let (first, scattered) = policy.starts(contacts);
     let rolling = first.iter().copied().take(if rolls { ROLLING_STARTS } else { 0 });
     let alike = rolls.then_some(Start::Alike);
     let rest = first.iter().copied().skip(usize::from(rolls));
     rolling.chain(alike).chain(rest).chain((0..scattered).map(Start::Scattered))
 }
 
-/// Scattered start `number`: each candidate with even odds open or pressed by up to a
-/// multiple of the momentum (one for all candidates, between 0.01 and 10), its friction
-/// anywhere in the cone.
+/// Scattered start `number`: of each coupling an impulse anywhere in its set, of up to a
+/// multiple of the momentum (one for all couplings, between 0.01 and 10).
 pub(super) fn scatter(
     number: u32,
-    candidates: &[Candidate],
+    couplings: &[Coupling],
     speed: f64,
     impulses: &mut Vec<Vector3<f64>>,
 ) {
     let mut twister = Mt::new(number);
     let mut uniform = || f64::from(twister.next_u32()) / f64::from(u32::MAX);
     let strength = speed * libm::exp10(3.0 * uniform() - 2.0);
-    for candidate in candidates {
-        let (open, press, spread, angle) = (uniform() < 0.5, uniform(), uniform(), TAU * uniform());
-        let normal = if open { 0.0 } else { strength * press };
-        let friction = candidate.friction * normal * spread.sqrt();
-        let (sin, cos) = libm::sincos(angle);
-        let impulse = Vector3::new(friction * cos, friction * sin, normal);
-        impulses.push(candidate.frame * impulse);
-    }
+    let all = couplings.iter();
+    impulses.extend(all.map(|c| c.law.scattered(&c.rows, strength, &mut uniform)));
 }

@@ -2,7 +2,7 @@
 //! in memory of its own, so that what comes out does not depend on who solves it.
 
 use super::islands::{IslandView, Islands};
-use super::part::Part;
+use super::part::{Part, Parts};
 use super::tolerances::SETTLED;
 use crate::contact::Contact;
 use crate::error::Error;
@@ -72,11 +72,11 @@ impl Threads {
         step: &Step<'_>,
         contacts: &[Contact],
         islands: &Islands,
-        parts: &mut [Part],
+        parts: &mut Parts,
         accepted: f64,
     ) -> Result<(), Error> {
-        let parts = parts[..islands.len()].par_iter_mut().with_max_len(1).enumerate();
-        let solve = |(number, part): (usize, &mut Part)| match islands.changed_one(number) {
+        let parts = parts.all().par_iter_mut().with_max_len(1);
+        let solve = |part: &mut Part| match part.island().and_then(|n| islands.changed_one(n)) {
             Some(island) => part.solve(step, contacts, &island, accepted),
             None => Ok(()),
         };

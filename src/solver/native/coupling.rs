@@ -1,0 +1,118 @@
+//! A coupling: three rows between two bodies, or between a body and what is fixed, with one law.
+//!
+//! Equation numbers are those of `docs/native-solver.md`.
+
+use super::law::{Cone, Law};
+use super::tolerances::{COMPLIANCE, ROLLING_GIVE};
+use crate::contact::Contact;
+use nalgebra::{Matrix3, Vector3};
+
+/// Three rows u and their impulse p̂ in a step, as the solver needs them. Vectors are in the world's
+/// axes where no frame is named.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Coupling {
+    /// Where it acts.
+    pub(super) lever: Lever,
+    /// What the rows are off by at step k over h, m/s: φ/h along the normal of a contact.
+    pub(super) offset: Vector3<f64>,
+    /// e c_n⁻, m/s, where a contact bounces; 0 elsewhere.
+    pub(super) rebound: f64,
+    pub(super) rows: Rows,
+    pub(super) law: Law,
+}
+
+/// The point at which a coupling acts, of a body A.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Lever {
+    /// a, m, frame of A: the middle of the feature that touches, its point where nothing is rounded.
+    pub(super) centre: Vector3<f64>,
+    /// A a, m.
+    pub(super) arm: Vector3<f64>,
+    /// ρ, m.
+    pub(super) radius: f64,
+    /// G = [y]× Aᵀ, m: the torque (frame of A) of an impulse (world) at the touching point y.
+    pub(super) torque_map: Matrix3<f64>,
+}
+
+/// The axes of a coupling's rows, and the scales of each.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Rows {
+    /// The axes as columns: (t₁, t₂, n) of a contact.
+    pub(super) frame: Matrix3<f64>,
+    /// The last of them: n.
+    pub(super) normal: Vector3<f64>,
+    /// ρ of each row: the inverse of its own response, which scales the natural map.
+    pub(super) scale: Vector3<f64>,
+    /// κ: how much more the coupling gives across the normal than along it (N6).
+    pub(super) give: f64,
+}
+
+impl Rows {
+    /// Whether they give in all directions alike.
+    pub(super) fn give_alike(&self) -> bool {
+        self.give == 1.0
+    }
+
+    /// D p̂ = γ n + κ β (N6) of an impulse p̂ = γ n + β.
+    #[inline]
+    pub(super) fn given(&self, impulse: &Vector3<f64>) -> Vector3<f64> {
+        if self.give_alike() {
+            return *impulse;
+        }
+        impulse * self.give + self.normal * (self.normal.dot(impulse) * (1.0 - self.give))
+    }
+}
+
+impl Coupling {
+    /// That of `contact`, `share` being M over the mass of its body A; a gap that opens or closes at
+    /// most at the speed `level` (m/s) counts as none.
+    pub(super) fn of_contact(contact: &Contact, time_step: f64, (share, level): (f64, f64)) -> Self {
+        let (normal, radius) = (contact.normal(), contact.features.radius);
+        let tangential = share * contact.response.tangential;
+        let across = 1.0 / tangential;
+        Self {
+            lever: Lever {
+                centre: contact.features.point,
+                arm: if radius > 0.0 { contact.arm + radius * normal } else { contact.arm },
+                radius,
+                torque_map: contact.torque_map,
+            },
+            offset: normal * approach(contact, time_step, level),
+            rebound: contact.rebound,
+            rows: Rows {
+                frame: contact.frame,
+                normal,
+                scale: Vector3::new(across, across, 1.0 / (share * contact.response.normal)),
+                give: match contact.is_rounded() {
+                    true => (ROLLING_GIVE * tangential / COMPLIANCE).max(1.0),
+                    false => 1.0,
+                },
+            },
+            law: Law::Cone(Cone { friction: contact.law.friction }),
+        }
+    }
+
+    /// Whether a contact bounces.
+    pub(super) fn bounces(&self) -> bool {
+        self.rebound != 0.0
+    }
+
+    /// u where `departing` is the velocity with which the touching points part after the impulses, of a
+    /// contact that bounces: along the normal the smaller one of the gap speed and of what is left of
+    /// the rebound (eq. 29). The second is whether that is the latter.
+    pub(super) fn bounded(
+        &self,
+        u: Vector3<f64>,
+        departing: &Vector3<f64>,
+    ) -> (Vector3<f64>, bool) {
+        let normal = &self.rows.normal;
+        let (along, left) = (normal.dot(&u), normal.dot(departing) - self.rebound);
+        if left >= along { (u, false) } else { (u + normal * (left - along), true) }
+    }
+}
+
+/// φ/h of a contact at step k, m/s; 0 where it is at most `level`.
+pub(super) fn approach(contact: &Contact, time_step: f64, level: f64) -> f64 {
+    let approach = contact.gap / time_step;
+    if approach.abs() <= level { 0.0 } else { approach }
+}

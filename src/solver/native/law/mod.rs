@@ -1,0 +1,233 @@
+//! The laws that couplings obey, behind one set of functions.
+//!
+//! Solvers know a law by what it answers here: the arguments of its projection ([`Law::pull`]), the
+//! projection and the residual ([`Pull::projected`], [`Pull::natural_map`]), the piece of the natural
+//! map that a point is on and how far the next one is ([`Pull::piece`], [`Pull::margin`]), that piece
+//! solved for the impulse ([`Pull::answer`]), an impulse somewhere in its set ([`Law::scattered`]), and
+//! the variables of an interior point ([`Barrier`]). A new law is a file beside [`cone`] and a variant of
+//! [`Law`], [`Pull`] and [`Barrier`].
+//!
+//! Equation numbers are those of `docs/native-solver.md`.
+
+mod cone;
+mod cone_barrier;
+
+pub(super) use cone::Cone;
+pub(super) use cone_barrier::Pending;
+
+use super::coupling::{Coupling, Rows};
+use super::equations::Answer;
+use cone_barrier::ConeBarrier;
+use nalgebra::{Matrix3, Vector3};
+
+/// A law of three rows, with its constants.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Law {
+    /// Hard contact and Coulomb's round cone, with maximum dissipation.
+    Cone(Cone),
+}
+
+/// The natural map whose zero is sought.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct NaturalMap {
+    /// ε in û = u + ε D p̂ (N6).
+    pub(super) compliance: f64,
+    /// Factor on ρ_t. The natural map has the same zeros for every one; a large one tells
+    /// the directions of slips that are slow against the impulses.
+    pub(super) sharpness: f64,
+    /// A contact within this relative margin of its cone counts as sticking.
+    pub(super) stick_margin: f64,
+}
+
+impl NaturalMap {
+    /// No compliance.
+    pub(super) const EXACT: Self = Self::with_compliance(0.0);
+
+    pub(super) const fn with_compliance(compliance: f64) -> Self {
+        Self { compliance, sharpness: 1.0, stick_margin: 0.0 }
+    }
+}
+
+/// The piece of the natural map that a coupling is on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Piece {
+    /// No impulse.
+    Open,
+    /// It presses, and its point does not slip.
+    Stick,
+    /// It presses, and its friction is on the edge of the cone.
+    Slip,
+}
+
+/// A coupling's arguments of the projections in the natural map.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Pull {
+    Cone(cone::Pull),
+}
+
+/// The variables of a coupling in an interior point, besides V.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Barrier {
+    Cone(ConeBarrier),
+}
+
+impl Law {
+    /// Those of a coupling with these `rows` at its motion u and impulse p̂ (m/s, world).
+    #[inline]
+    pub(super) fn pull(
+        &self,
+        map: &NaturalMap,
+        rows: &Rows,
+        u: &Vector3<f64>,
+        impulse: &Vector3<f64>,
+    ) -> Pull {
+        match self {
+            Self::Cone(cone) => Pull::Cone(cone::Pull::new(map, (rows, cone), u, impulse)),
+        }
+    }
+
+    /// How fast the rows move that an impulse p̂ holds, m/s, where they move by u.
+    pub(super) fn held_speed(&self, rows: &Rows, u: &Vector3<f64>, impulse: &Vector3<f64>) -> f64 {
+        match self {
+            Self::Cone(_) => Cone::held_speed(rows, u, impulse),
+        }
+    }
+
+    /// An impulse somewhere in its set, of a size of at most `strength` (m/s), drawn from `uniform`
+    /// numbers between 0 and 1.
+    pub(super) fn scattered(
+        &self,
+        rows: &Rows,
+        strength: f64,
+        uniform: impl FnMut() -> f64,
+    ) -> Vector3<f64> {
+        match self {
+            Self::Cone(cone) => cone.scattered(rows, strength, uniform),
+        }
+    }
+
+    /// The centred variables of an interior point: rows that move at the speed `speed`, and an impulse
+    /// of the size `strength` (m/s).
+    pub(super) fn centred(&self, speed: f64, strength: f64) -> Barrier {
+        match self {
+            Self::Cone(cone) => Barrier::Cone(ConeBarrier::centred(cone, speed, strength)),
+        }
+    }
+}
+
+impl Coupling {
+    /// The arguments of its law's projections at its motion u and impulse p̂ (m/s, world).
+    #[inline]
+    pub(super) fn pull(&self, map: &NaturalMap, u: &Vector3<f64>, impulse: &Vector3<f64>) -> Pull {
+        self.law.pull(map, &self.rows, u, impulse)
+    }
+}
+
+impl Pull {
+    /// The impulse that the projections give, m/s, world.
+    pub(super) fn projected(&self, coupling: &Coupling) -> Vector3<f64> {
+        match self {
+            Self::Cone(pull) => pull.projected(&coupling.rows),
+        }
+    }
+
+    /// The natural map (N4), as a velocity, m/s.
+    #[inline]
+    pub(super) fn natural_map(&self, coupling: &Coupling) -> Vector3<f64> {
+        match self {
+            Self::Cone(pull) => pull.natural_map(&coupling.rows),
+        }
+    }
+
+    /// The piece of the natural map.
+    #[inline]
+    pub(super) fn piece(&self, map: &NaturalMap) -> Piece {
+        match self {
+            Self::Cone(pull) => pull.piece(map.stick_margin),
+        }
+    }
+
+    /// How far the pull is from the next piece, m/s.
+    pub(super) fn margin(&self) -> f64 {
+        match self {
+            Self::Cone(pull) => pull.margin(),
+        }
+    }
+
+    /// A piece linearised and solved for the impulse (N5), with ε = `compliance`.
+    #[inline(always)]
+    pub(super) fn answer(
+        &self,
+        piece: Piece,
+        coupling: &Coupling,
+        impulse: &Vector3<f64>,
+        compliance: f64,
+    ) -> Answer {
+        match self {
+            Self::Cone(pull) => pull.answer(piece, &coupling.rows, impulse, compliance),
+        }
+    }
+}
+
+impl Barrier {
+    /// No change.
+    pub(super) fn nothing(&self) -> Self {
+        match self {
+            Self::Cone(_) => Self::Cone(ConeBarrier::ZERO),
+        }
+    }
+
+    /// p̂, m/s, in the axes of the rows.
+    pub(super) fn impulse(&self) -> Vector3<f64> {
+        match self {
+            Self::Cone(cone) => cone.impulse(),
+        }
+    }
+
+    /// What the rows' speeds are here, m/s, in their axes; û only at the end.
+    pub(super) fn speeds(&self) -> Vector3<f64> {
+        match self {
+            Self::Cone(cone) => cone.speeds(),
+        }
+    }
+
+    /// The sum of the products that go to κ, m²/s², and how many there are.
+    pub(super) fn products(&self) -> (f64, usize) {
+        match self {
+            Self::Cone(cone) => (cone.products(), ConeBarrier::PRODUCTS),
+        }
+    }
+
+    /// The equations linearised, with products of `kappa` to second order along `predictor`, and solved for the impulse:
+    /// offset and gain of δp̂ by δu, in the axes of the rows, where these move by u. `None` where there is none.
+    pub(super) fn eliminate(
+        &self,
+        (kappa, predictor): (f64, &Self),
+        u: &Vector3<f64>,
+    ) -> Option<(Vector3<f64>, Matrix3<f64>, Pending)> {
+        match (self, predictor) {
+            (Self::Cone(cone), Self::Cone(predictor)) => cone.eliminate(kappa, predictor, u),
+        }
+    }
+
+    /// The step of all variables for those of the impulse and of the rows' motion, in their axes.
+    pub(super) fn step(&self, impulse: &Vector3<f64>, moved: &Vector3<f64>, rest: &Pending) -> Self {
+        match self {
+            Self::Cone(cone) => Self::Cone(cone.step(impulse, moved, rest)),
+        }
+    }
+
+    /// These and `length` times `step`.
+    pub(super) fn moved(&self, step: &Self, length: f64) -> Self {
+        match (self, step) {
+            (Self::Cone(cone), Self::Cone(step)) => Self::Cone(cone.moved(step, length)),
+        }
+    }
+
+    /// The longest step that stays inside, at most 1.
+    pub(super) fn longest_step(&self, step: &Self) -> f64 {
+        match (self, step) {
+            (Self::Cone(cone), Self::Cone(step)) => cone.longest_step(step),
+        }
+    }
+}

@@ -1,0 +1,181 @@
+//! A body in the equations of a step: its constants, and how it moves without couplings.
+//!
+//! Equation numbers are those of `docs/native-solver.md`.
+
+use super::equations::Velocity;
+use super::tolerances::{LARGE_TURN, TURN_GAIN};
+use super::turning::Turning;
+use crate::mechanics::Rotation;
+use crate::mechanics::quaternion::rotation;
+use crate::step::Step;
+use nalgebra::{Matrix3, RowVector3, Vector3};
+
+/// One body of an island.
+#[derive(Debug, Clone)]
+pub(super) struct Member {
+    /// h, s.
+    time_step: f64,
+    /// By which equation it turns.
+    form: Rotation,
+    /// Whether the gyroscopic term of that equation is nothing.
+    turns_alike: bool,
+    /// ℓ, m.
+    reach: f64,
+    /// r at step k.
+    pub(super) position: Vector3<f64>,
+    /// A(q) at step k, body → world.
+    pub(super) rotation: Matrix3<f64>,
+    /// V of free flight, and at step k.
+    pub(super) free: Velocity,
+    old: Velocity,
+    /// Î = I/m, m².
+    inertia: Matrix3<f64>,
+    /// Î⁻¹.
+    pub(super) inertia_inverse: Matrix3<f64>,
+    /// h τ/m of the external torque, m²/s.
+    torque_impulse: Vector3<f64>,
+    /// M/m, M being the mass that impulses are divided by.
+    pub(super) share: f64,
+}
+
+impl Member {
+    /// Room for one.
+    pub(super) fn room() -> Self {
+        let (zero, nothing) = (Vector3::zeros(), Velocity::zero());
+        let unit = Matrix3::identity();
+        Self {
+            time_step: 0.0,
+            form: Rotation::Momentum,
+            turns_alike: false,
+            reach: 0.0,
+            position: zero,
+            rotation: unit,
+            free: nothing,
+            old: nothing,
+            inertia: unit,
+            inertia_inverse: unit,
+            torque_impulse: zero,
+            share: 1.0,
+        }
+    }
+
+    /// Body `index` of a step, with impulses divided by `mass` (kg).
+    pub(super) fn new(step: &Step<'_>, index: usize, mass: f64) -> Self {
+        let (state, free) = (&step.states[index], &step.free[index]);
+        let (body, form) = (&step.world.bodies()[index], step.world.rotation());
+        let time_step = step.world.time_step();
+        Self {
+            time_step,
+            form,
+            turns_alike: form == Rotation::Tutorial && body.is_isotropic(),
+            reach: body.reach(),
+            position: state.position,
+            rotation: rotation(&state.attitude),
+            free: Velocity { linear: free.velocity, spin: free.spin },
+            old: Velocity { linear: state.velocity, spin: state.spin },
+            inertia: *body.specific_inertia(),
+            inertia_inverse: *body.specific_inertia_inverse(),
+            torque_impulse: step.wrenches[index].torque * (time_step / body.mass()),
+            share: mass / body.mass(),
+        }
+    }
+
+    /// The speed of its points before any impulse, m/s.
+    pub(super) fn speed(&self) -> f64 {
+        self.free.linear.norm() + self.free.spin.norm() * self.reach
+    }
+
+    /// An angular residual of (N1) as the speed of a point at the body's reach, m/s.
+    pub(super) fn as_speed(&self, angular: &Vector3<f64>) -> Vector3<f64> {
+        self.inertia_inverse * angular * self.reach
+    }
+
+    /// The residuals of the equations of motion (N1) without impulses, per unit of the body's mass:
+    ///
+    /// ```text
+    /// v⁺ − v_free,   Î (ω⁺ − ω) + h Ĝ(ω, ω⁺) − h τ/m
+    /// ```
+    pub(super) fn motion(&self, velocity: &Velocity) -> Velocity {
+        let spin = &velocity.spin;
+        let mut angular = self.inertia * (spin - self.old.spin);
+        if !self.turns_alike {
+            let (h, old) = (self.time_step, &self.old.spin);
+            angular += h * self.form.gyroscopic(&self.inertia, old, spin, h);
+        }
+        angular -= self.torque_impulse;
+        Velocity { linear: velocity.linear - self.free.linear, spin: angular }
+    }
+
+    /// ∂(angular part)/∂ω⁺ = Î + h ∂Ĝ/∂ω⁺.
+    pub(super) fn angular_slope(&self, spin: &Vector3<f64>) -> Matrix3<f64> {
+        if self.turns_alike {
+            return self.inertia;
+        }
+        let h = self.time_step;
+        self.inertia + h * self.form.gyroscopic_slope(&self.inertia, spin, h)
+    }
+
+    /// How its points turn in a step that ends with a `spin`.
+    pub(super) fn turning(&self, spin: Vector3<f64>) -> Turning {
+        Turning::new(&self.rotation, spin, self.time_step)
+    }
+
+    /// v⁺ + Gᵀ ω̃⁺ (eq. 29): how the point with this torque map moves after the impulses.
+    pub(super) fn departing(
+        &self,
+        velocity: &Velocity,
+        torque_map: &Matrix3<f64>,
+    ) -> Vector3<f64> {
+        let inertia = (&self.inertia, &self.inertia_inverse);
+        let spin = self.form.departing_spin(inertia, &velocity.spin, self.time_step);
+        velocity.linear + torque_map.tr_mul(&spin)
+    }
+
+    /// nᵀ ∂/∂ω⁺ of that.
+    pub(super) fn departing_slope(
+        &self,
+        velocity: &Velocity,
+        torque_map: &Matrix3<f64>,
+        normal: &Vector3<f64>,
+    ) -> RowVector3<f64> {
+        let inertia = (&self.inertia, &self.inertia_inverse);
+        let slope = self.form.departing_slope(inertia, &velocity.spin, self.time_step);
+        (torque_map * normal).tr_mul(&slope)
+    }
+
+    /// Makes the spin and the velocity what they were where they changed by at most `exact` (m/s).
+    pub(super) fn keep(&self, exact: f64, velocity: &mut Velocity) {
+        let old = &self.old;
+        if (velocity.spin - old.spin).amax() * self.reach <= exact {
+            velocity.spin = old.spin;
+        }
+        if (velocity.linear - old.linear).amax() <= exact {
+            velocity.linear = old.linear;
+        }
+    }
+
+    /// The same for the part of the velocity along a normal.
+    pub(super) fn keep_along(&self, normal: &Vector3<f64>, exact: f64, velocity: &mut Velocity) {
+        let along = normal.dot(&(velocity.linear - self.old.linear));
+        if along.abs() <= exact {
+            velocity.linear -= normal * along;
+        }
+    }
+
+    /// Makes the velocities zero where they were at most `rest` (m/s) and are.
+    pub(super) fn rest(&self, rest: f64, velocity: &mut Velocity) {
+        let slow = |velocity: &Velocity| {
+            velocity.linear.amax().max(velocity.spin.amax() * self.reach) <= rest
+        };
+        if slow(velocity) && slow(&self.old) {
+            *velocity = Velocity::zero();
+        }
+    }
+
+    /// Whether it turns by more than a large angle in the step, and by more than a multiple of what it
+    /// came with.
+    pub(super) fn turns_too_far(&self, velocity: &Velocity) -> bool {
+        let turn = self.time_step * velocity.spin.norm();
+        turn > LARGE_TURN && turn > TURN_GAIN * self.time_step * self.old.spin.norm()
+    }
+}

@@ -1,0 +1,120 @@
+//! How the solution of an island is sought: what differs between one body and several that hold each
+//! other, in one place.
+
+use super::starts::Start;
+use super::tolerances::{BUDGET, BUDGET_TOGETHER, Tolerances};
+
+/// What depends on how many bodies there are.
+#[derive(Debug)]
+pub(super) struct Policy {
+    /// The starts in their order, and those of more than [`CROWDED`] contacts.
+    starts: &'static [Start],
+    starts_of_crowds: &'static [Start],
+    /// How many scattered starts are tried before a step is given up.
+    scattered: u32,
+    /// Iterations that an island may take in a step.
+    pub(super) budget: u32,
+    /// Whether forces that change hands among many contacts are sought by sweeps first: among several
+    /// bodies these are too slow to help.
+    pub(super) sweeps_first: bool,
+    /// Whether compliance on changes is the first remedy near a solution: of several bodies it helps
+    /// most; of one, what is cheaper mostly does.
+    pub(super) takes_out_first: bool,
+    /// Whether the best point of a descent is kept: of several bodies, what less compliance makes of a
+    /// point may be far worse.
+    pub(super) keeps_best: bool,
+    /// Whether what is at rest is kept at rest. Solved to a tolerance the velocities of several bodies
+    /// are some 10⁻¹² m/s, by which they would creep into each other until gaps of that size tell the
+    /// shares of the forces.
+    pub(super) settles: bool,
+}
+
+/// For one body: a few unknowns, so that many starts cost little.
+static ALONE: Policy = Policy {
+    starts: &[
+        Start::Previous,
+        Start::Zero,
+        Start::InteriorPoint(1.0),
+        Start::InteriorPoint(0.1),
+        Start::InteriorPoint(10.0),
+        Start::InteriorPoint(0.01),
+        Start::InteriorPoint(100.0),
+        Start::Compliant(0.1),
+        Start::Compliant(0.3),
+    ],
+    starts_of_crowds: &[],
+    scattered: 1024,
+    budget: BUDGET,
+    sweeps_first: true,
+    takes_out_first: false,
+    keeps_best: false,
+    settles: false,
+};
+
+/// For several bodies: in the order of what they solve for their cost. In a crowd, what is far from a
+/// solution leads nowhere, and the best point so far nearly always on.
+static TOGETHER: Policy = Policy {
+    starts: &[
+        Start::Previous,
+        Start::Kept,
+        Start::Best(1e-3),
+        Start::Compliant(0.1),
+        Start::Best(1e-5),
+        Start::Zero,
+        Start::Swept(30),
+        Start::InteriorPoint(1.0),
+        Start::Best(1e-1),
+        Start::InteriorPoint(0.1),
+        Start::InteriorPoint(10.0),
+        Start::Compliant(0.3),
+        Start::Swept(300),
+        Start::InteriorPoint(0.01),
+        Start::Best(1e-3),
+    ],
+    starts_of_crowds: &[
+        Start::Previous,
+        Start::Kept,
+        Start::Best(1e-3),
+        Start::Compliant(0.1),
+        Start::Best(1e-1),
+        Start::InteriorPoint(1.0),
+        Start::Best(1e-4),
+        Start::Swept(30),
+        Start::Best(1e-2),
+        Start::Zero,
+        Start::Best(1e-5),
+        Start::Best(1e-3),
+    ],
+    scattered: 16,
+    budget: BUDGET_TOGETHER,
+    sweeps_first: false,
+    takes_out_first: true,
+    keeps_best: true,
+    settles: true,
+};
+
+const CROWDED: usize = 64;
+
+impl Policy {
+    /// That of an island of so many bodies.
+    pub(super) fn of(bodies: usize) -> &'static Self {
+        if bodies == 1 { &ALONE } else { &TOGETHER }
+    }
+
+    /// The starts for so many contacts, and how many scattered ones come after them.
+    pub(super) fn starts(&self, contacts: usize) -> (&'static [Start], u32) {
+        match contacts > CROWDED && !self.starts_of_crowds.is_empty() {
+            true => (self.starts_of_crowds, 0),
+            false => (self.starts, self.scattered),
+        }
+    }
+
+    /// The residual, and the speed at which what presses may change its gap, up to which the impulses of
+    /// the last step are those of this one, m/s.
+    pub(super) fn repeats(&self, tolerances: &Tolerances) -> (f64, f64) {
+        match self.settles {
+            true => (tolerances.solved, tolerances.exact),
+            false => (tolerances.exact, tolerances.rounding),
+        }
+    }
+}
