@@ -139,7 +139,16 @@ impl Island {
     ) {
         residuals.clear();
         let bodies = self.members.iter().zip(velocity);
-        residuals.extend(bodies.map(|(member, velocity)| member.motion(velocity)));
+        residuals.extend(bodies.map(|(member, velocity)| {
+            let mut turned = member.turned(&velocity.spin);
+            if let Some(gyroscopic) = member.gyroscopic(&velocity.spin) {
+                turned += gyroscopic;
+            }
+            Velocity {
+                linear: velocity.linear - member.free.linear,
+                spin: turned - member.torque_impulse,
+            }
+        }));
         let couplings = self.links.iter().zip(&self.setting.couplings);
         for ((link, coupling), impulse) in couplings.zip(impulses) {
             let share = self.members[link.a].share;

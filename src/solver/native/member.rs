@@ -33,7 +33,7 @@ pub(super) struct Member {
     /// Î⁻¹.
     pub(super) inertia_inverse: Matrix3<f64>,
     /// h τ/m of the external torque, m²/s.
-    torque_impulse: Vector3<f64>,
+    pub(super) torque_impulse: Vector3<f64>,
     /// M/m, M being the mass that impulses are divided by.
     pub(super) share: f64,
 }
@@ -60,6 +60,7 @@ impl Member {
     }
 
     /// Body `index` of a step, with impulses divided by `mass` (kg).
+    #[inline(always)]
     pub(super) fn new(step: &Step<'_>, index: usize, mass: f64) -> Self {
         let (state, free) = (&step.states[index], &step.free[index]);
         let (body, form) = (&step.world.bodies()[index], step.world.rotation());
@@ -90,20 +91,17 @@ impl Member {
         self.inertia_inverse * angular * self.reach
     }
 
-    /// The residuals of the equations of motion (N1) without impulses, per unit of the body's mass:
-    ///
-    /// ```text
-    /// v⁺ − v_free,   Î (ω⁺ − ω) + h Ĝ(ω, ω⁺) − h τ/m
-    /// ```
-    pub(super) fn motion(&self, velocity: &Velocity) -> Velocity {
-        let spin = &velocity.spin;
-        let mut angular = self.inertia * (spin - self.old.spin);
-        if !self.turns_alike {
-            let (h, old) = (self.time_step, &self.old.spin);
-            angular += h * self.form.gyroscopic(&self.inertia, old, spin, h);
-        }
-        angular -= self.torque_impulse;
-        Velocity { linear: velocity.linear - self.free.linear, spin: angular }
+    /// Î (ω⁺ − ω), m²/s.
+    #[inline]
+    pub(super) fn turned(&self, spin: &Vector3<f64>) -> Vector3<f64> {
+        self.inertia * (spin - self.old.spin)
+    }
+
+    /// h Ĝ(ω, ω⁺), m²/s; `None` where it is nothing.
+    #[inline]
+    pub(super) fn gyroscopic(&self, spin: &Vector3<f64>) -> Option<Vector3<f64>> {
+        let (h, old) = (self.time_step, &self.old.spin);
+        (!self.turns_alike).then(|| h * self.form.gyroscopic(&self.inertia, old, spin, h))
     }
 
     /// ∂(angular part)/∂ω⁺ = Î + h ∂Ĝ/∂ω⁺.

@@ -55,7 +55,13 @@ impl Single {
     /// v⁺ − v_free − Σ p̂,   Î (ω⁺ − ω) + h Ĝ(ω, ω⁺) − h τ/m − Σ [c]× Aᵀ p̂
     /// ```
     fn motion(&self, velocity: &Velocity, impulses: &[Vector3<f64>]) -> Velocity {
-        let mut motion = self.body.motion(velocity);
+        let mut motion = Velocity {
+            linear: velocity.linear - self.body.free.linear,
+            spin: self.body.turned(&velocity.spin) - self.body.torque_impulse,
+        };
+        if let Some(gyroscopic) = self.body.gyroscopic(&velocity.spin) {
+            motion.spin += gyroscopic;
+        }
         for (coupling, impulse) in self.setting.couplings.iter().zip(impulses) {
             motion.linear -= impulse;
             motion.spin -= coupling.lever.torque_map * impulse;
