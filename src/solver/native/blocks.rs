@@ -83,8 +83,17 @@ impl BlockSystem {
         true
     }
 
-    /// Solves the factorised system for a right-hand side, by places, in its memory.
-    pub(super) fn solve(&self, pattern: &Pattern, values: &mut [Vector6<f64>]) {
+    /// Solves the factorised system, or that of the transposed matrix, for a right-hand side by places,
+    /// in its memory.
+    pub(super) fn solve<const TRANSPOSED: bool>(
+        &self,
+        pattern: &Pattern,
+        values: &mut [Vector6<f64>],
+    ) {
+        if TRANSPOSED {
+            self.solve_transposed(pattern, values);
+            return;
+        }
         for (pivot, factors) in self.pivots.iter().enumerate() {
             factors.solve_mut(&mut values[pivot]);
             let value = values[pivot];
@@ -100,6 +109,31 @@ impl BlockSystem {
             values[pivot] = value;
         }
     }
+
+    /// Mᵀ x = b: first (E + D⁻¹ U)ᵀ, then (D + L)ᵀ.
+    fn solve_transposed(&self, pattern: &Pattern, values: &mut [Vector6<f64>]) {
+        for pivot in 0..pattern.len() {
+            let value = values[pivot];
+            for i in pattern.row(pivot) {
+                values[pattern.column(i)] -= self.upper[i].tr_mul(&value);
+            }
+        }
+        for (pivot, factors) in self.pivots.iter().enumerate().rev() {
+            let mut value = values[pivot];
+            for i in pattern.row(pivot) {
+                value -= self.lower[i].tr_mul(&values[pattern.column(i)]);
+            }
+            values[pivot] = solved_transposed(factors, value);
+        }
+    }
+}
+
+/// Aᵀ x = b, where P A = L U: Uᵀ, then Lᵀ, then Pᵀ.
+fn solved_transposed(factors: &LU<f64, Const<6>, Const<6>>, mut b: Vector6<f64>) -> Vector6<f64> {
+    factors.u().tr_solve_upper_triangular_mut(&mut b);
+    factors.l().tr_solve_lower_triangular_mut(&mut b);
+    factors.p().inv_permute_rows(&mut b);
+    b
 }
 
 #[cfg(test)]
@@ -134,9 +168,9 @@ mod tests {
                 view += block;
             }
             assert!(system.factorise(&pattern));
-            let factors = dense.lu();
+            let (of_transposed, factors) = (dense.transpose().lu(), dense.lu());
             // With the same factors, for one right-hand side after another.
-            for _ in 0..2 {
+            for transposed in [false, true, false] {
                 let mut values = vec![Vector6::zeros(); bodies];
                 let mut rhs = DVector::zeros(6 * bodies);
                 for i in 0..bodies {
@@ -144,12 +178,17 @@ mod tests {
                     values[pattern.place(i)] = part;
                     rhs.fixed_rows_mut::<6>(6 * i).copy_from(&part);
                 }
-                system.solve(&pattern, &mut values);
-                let expected = factors.solve(&rhs).unwrap();
+                let expected = if transposed {
+                    system.solve::<true>(&pattern, &mut values);
+                    of_transposed.solve(&rhs).unwrap()
+                } else {
+                    system.solve::<false>(&pattern, &mut values);
+                    factors.solve(&rhs).unwrap()
+                };
                 for i in 0..bodies {
                     // Condition numbers are below 100.
                     let apart = expected.fixed_rows::<6>(6 * i) - values[pattern.place(i)];
-                    assert!(apart.amax() < 1e-13, "{bodies} {i}");
+                    assert!(apart.amax() < 1e-13, "{bodies} {i} {transposed}");
                 }
             }
         }

@@ -66,7 +66,11 @@ impl Rows {
 impl Coupling {
     /// That of `contact`, `share` being M over the mass of its body A; a gap that opens or closes at
     /// most at the speed `level` (m/s) counts as none.
-    pub(super) fn of_contact(contact: &Contact, time_step: f64, (share, level): (f64, f64)) -> Self {
+    pub(super) fn of_contact(
+        contact: &Contact,
+        time_step: f64,
+        (share, level): (f64, f64),
+    ) -> Self {
         let (normal, radius) = (contact.normal(), contact.features.radius);
         let tangential = share * contact.response.tangential;
         let across = 1.0 / tangential;

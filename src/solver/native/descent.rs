@@ -4,7 +4,7 @@
 use super::effort::Effort;
 use super::equations::Equations;
 use super::interior_point::InteriorPoint;
-use super::law::NaturalMap;
+use super::law::{NaturalMap, Piece};
 use super::newton::{Iterate, Newton, Until, exact_residual};
 use super::proximal::Proximal;
 use super::starts::{self, Start};
@@ -95,6 +95,17 @@ impl<E: Equations> Descent<E> {
     /// u of every coupling there, m/s, world.
     pub(super) fn points(&self) -> &[Vector3<f64>] {
         self.iterate.points()
+    }
+
+    /// Of every coupling, the piece of the natural map with compliance that the last solve ended on, and
+    /// how far the next one is, m/s.
+    pub(super) fn pieces(&self, equations: &E) -> impl Iterator<Item = (Piece, f64)> {
+        const MAP: NaturalMap = NaturalMap::with_compliance(COMPLIANCE);
+        let couplings = equations.couplings().iter().zip(self.impulses()).zip(self.points());
+        couplings.map(|((coupling, impulse), u)| {
+            let pull = coupling.pull(&MAP, u, impulse);
+            (pull.piece(&MAP), pull.margin())
+        })
     }
 
     /// Tries one start after another until one leads to a solution; otherwise leaves the best point found. `previous` are the impulses p̂ of the last step, `accepted` the

@@ -425,7 +425,7 @@ impl Equations for Island {
         for (of, elimination) in couplings.zip(eliminations) {
             self.add_offset(of, &elimination.answer.offset, values);
         }
-        blocks.solve(&self.pattern, values);
+        blocks.solve::<false>(&self.pattern, values);
         step.clear();
         step.extend((0..self.members.len()).map(|index| {
             let x = &values[self.pattern.place(index)];

@@ -231,15 +231,24 @@ impl Islands {
 
     /// Island `number`, if it is to be solved.
     pub(super) fn changed_one(&self, number: usize) -> Option<IslandView<'_>> {
-        self.changed[number].then(|| IslandView {
+        self.changed[number].then(|| self.get(number))
+    }
+
+    fn get(&self, number: usize) -> IslandView<'_> {
+        IslandView {
             bodies: self.bodies.get(number),
             contacts: self.contacts.get(number),
             places: &self.places,
             unsettled: self.unsettled[number],
-        })
+        }
     }
 
-    /// All such islands, each with its number.
+    /// All islands, each with its number.
+    pub(super) fn all(&self) -> impl Iterator<Item = (usize, IslandView<'_>)> {
+        (0..self.len()).map(|number| (number, self.get(number)))
+    }
+
+    /// All islands to be solved, each with its number.
     pub(super) fn changed(&self) -> impl Iterator<Item = (usize, IslandView<'_>)> {
         (0..self.len()).filter_map(|number| Some((number, self.changed_one(number)?)))
     }

@@ -119,11 +119,7 @@ impl Member {
     }
 
     /// v⁺ + Gᵀ ω̃⁺ (eq. 29): how the point with this torque map moves after the impulses.
-    pub(super) fn departing(
-        &self,
-        velocity: &Velocity,
-        torque_map: &Matrix3<f64>,
-    ) -> Vector3<f64> {
+    pub(super) fn departing(&self, velocity: &Velocity, torque_map: &Matrix3<f64>) -> Vector3<f64> {
         let inertia = (&self.inertia, &self.inertia_inverse);
         let spin = self.form.departing_spin(inertia, &velocity.spin, self.time_step);
         velocity.linear + torque_map.tr_mul(&spin)

@@ -46,6 +46,7 @@ use crate::step::{ContactForce, Step, StepReport, StepSolution, StepSolver, Step
 use crate::world::World;
 use descent::Outcome;
 use islands::{Islands, Marked};
+pub use law::Piece;
 use part::{Part, Parts};
 use starts::Start;
 #[cfg(feature = "threads")]
@@ -104,6 +105,20 @@ impl NativeSolver {
     pub fn with_threads(mut self, count: NonZeroUsize) -> Result<Self, Error> {
         self.threads = Threads::new(count)?;
         Ok(self)
+    }
+
+    /// Of every contact of the last step, in the candidates' order, the piece of its law that the
+    /// solution is on: also where the impulses of the step before were accepted as they were. Empty
+    /// before the first step with contacts.
+    #[must_use]
+    pub fn pieces(&self) -> Vec<ContactPiece> {
+        let contacts = self.islands.all().map(|(_, island)| island.contacts.len()).sum();
+        let open = ContactPiece { piece: Piece::Open, margin: f64::INFINITY };
+        let mut pieces = vec![open; contacts];
+        for (number, island) in self.islands.all() {
+            self.parts.get(number).write_pieces(&island, &mut pieces);
+        }
+        pieces
     }
 
     /// Solves every island that is `marked` or has contacts that `solution` does not have yet, and
@@ -193,6 +208,16 @@ impl NativeSolver {
         }
         Ok(())
     }
+}
+
+/// Where on its law a contact of a solved step is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ContactPiece {
+    /// The piece of the natural map, with the compliance of the selection rule.
+    pub piece: Piece,
+    /// How far the next piece is, m/s, in the contact's own scale: where it is small against what a
+    /// change of the step's data moves, the solution has a kink.
+    pub margin: f64,
 }
 
 /// How the problem of a body's island ended.

@@ -321,7 +321,11 @@ fn evaluate<E: Equations>(equations: &E, map: &NaturalMap, iterate: &mut Iterate
 }
 
 /// The same for another law at the point that was evaluated last.
-fn evaluate_again<E: Equations>(equations: &E, map: &NaturalMap, iterate: &mut Iterate<E>) -> Residual {
+fn evaluate_again<E: Equations>(
+    equations: &E,
+    map: &NaturalMap,
+    iterate: &mut Iterate<E>,
+) -> Residual {
     let mut size = iterate.motion;
     iterate.map = *map;
     iterate.pulls.clear();

@@ -1,5 +1,6 @@
 //! The problem of one island: its equations, of one body or of several, and their solution.
 
+use super::ContactPiece;
 use super::descent::{Descent, Outcome};
 use super::effort::Effort;
 use super::equations::{Equations, Velocity, reserve};
@@ -83,6 +84,15 @@ impl<E: Equations> Problem<E> {
             before.map_or(Vector3::zeros(), |before| before.force * to_impulse)
         }));
         self.descent.solve(&mut self.equations, &self.previous, accepted, effort)
+    }
+
+    /// Writes the piece that every contact of the island is on.
+    fn write_pieces(&self, island: &IslandView<'_>, pieces: &mut [ContactPiece]) {
+        for (&place, (piece, margin)) in
+            island.contacts.iter().zip(self.descent.pieces(&self.equations))
+        {
+            pieces[place] = ContactPiece { piece, margin };
+        }
     }
 
     /// Writes the force and slip of every contact of the island.
@@ -180,6 +190,15 @@ impl Part {
         }
         self.ended
     }
+
+    /// Writes the pieces that the last solve of the island ended on.
+    pub(super) fn write_pieces(&self, island: &IslandView<'_>, pieces: &mut [ContactPiece]) {
+        match (&self.alone, &self.together) {
+            (Some(problem), _) if self.only.is_some() => problem.write_pieces(island, pieces),
+            (_, Some(problem)) if self.only.is_none() => problem.write_pieces(island, pieces),
+            _ => {}
+        }
+    }
 }
 
 /// The parts of a solver, and which of them serves which island.
@@ -240,6 +259,11 @@ impl Parts {
             let part = &mut self.list[left];
             (part.island, part.first) = (Some(number), Some(first));
         }
+    }
+
+    /// That of an island, as it is.
+    pub(super) fn get(&self, island: usize) -> &Part {
+        &self.list[self.serving[island]]
     }
 
     /// That of an island.

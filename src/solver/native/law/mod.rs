@@ -211,7 +211,12 @@ impl Barrier {
     }
 
     /// The step of all variables for those of the impulse and of the rows' motion, in their axes.
-    pub(super) fn step(&self, impulse: &Vector3<f64>, moved: &Vector3<f64>, rest: &Pending) -> Self {
+    pub(super) fn step(
+        &self,
+        impulse: &Vector3<f64>,
+        moved: &Vector3<f64>,
+        rest: &Pending,
+    ) -> Self {
         match self {
             Self::Cone(cone) => Self::Cone(cone.step(impulse, moved, rest)),
         }
