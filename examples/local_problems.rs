@@ -25,7 +25,7 @@ use rustix::time::{ClockId, clock_gettime};
 use serde::Deserialize;
 use std::io::{BufWriter, Write};
 use std::process::ExitCode;
-use tumble::contact::{Contact, Partner};
+use tumble::contact::{Contact, KeyIndex, Partner};
 use tumble::mechanics::{RigidBody, State, Wrench};
 use tumble::simulation::StepRecord;
 use tumble::step::StepSolution;
@@ -118,6 +118,7 @@ fn write_problem(
     let rows: Vec<Rows> = contacts.iter().map(|c| Rows::new(&record.states, c)).collect();
     let n = contacts.len();
     let (mut w, mut q) = (DMatrix::zeros(3 * n, 3 * n), DVector::zeros(3 * n));
+    let mut known = KeyIndex::new();
     let (mut mu, mut start) = (DVector::zeros(n), DVector::zeros(3 * n));
     for (i, contact) in contacts.iter().enumerate() {
         for (j, other) in rows.iter().enumerate() {
@@ -126,7 +127,7 @@ fn write_problem(
         let gap = Vector3::x() * (contact.gap / h);
         q.fixed_rows_mut::<3>(3 * i).copy_from(&(rows[i].velocity(&free) + gap));
         mu[i] = contact.law.friction;
-        if let Some(before) = previous.find(&contact.key, i) {
+        if let Some(before) = known.find(&previous.contacts, &contact.key, i) {
             let impulse = normal_first(contact).tr_mul(&before.force) * h;
             start.fixed_rows_mut::<3>(3 * i).copy_from(&impulse);
         }

@@ -117,12 +117,19 @@ impl ContactForce {
     }
 }
 
+impl AsRef<ContactKey> for ContactForce {
+    fn as_ref(&self) -> &ContactKey {
+        &self.key
+    }
+}
+
 /// What a step came to.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct StepSolution {
     /// X at step k+1, one a body.
     pub states: Vec<State>,
-    /// One a candidate contact, in the candidates' order.
+    /// One a candidate contact, in the candidates' order; a [`KeyIndex`](crate::contact::KeyIndex) finds one
+    /// by its key.
     pub contacts: Vec<ContactForce>,
 }
 
@@ -146,22 +153,6 @@ impl StepSolution {
         self.states.extend_from_slice(&other.states);
         self.contacts.clear();
         self.contacts.extend_from_slice(&other.contacts);
-    }
-
-    /// The force of the contact `key`, if it is a candidate. `near` is where to look first;
-    /// contacts keep their order from step to step, so that it is mostly there.
-    #[must_use]
-    #[inline]
-    pub fn find(&self, key: &ContactKey, near: usize) -> Option<&ContactForce> {
-        match self.contacts.get(near) {
-            Some(contact) if contact.key == *key => Some(contact),
-            _ => self.find_elsewhere(key, near),
-        }
-    }
-
-    fn find_elsewhere(&self, key: &ContactKey, near: usize) -> Option<&ContactForce> {
-        let (before, after) = self.contacts.split_at(near.min(self.contacts.len()));
-        after.iter().chain(before).find(|contact| contact.key == *key)
     }
 
     /// The forces of all candidates, N, world.

@@ -53,9 +53,17 @@ fn the_sweep_finds_the_pairs_that_meet_in_order() {
             }
         }
         met += expected.len();
+        sweep.set_fixed(&[]);
         assert_eq!(all_pairs(&mut sweep, &boxes), expected);
+        // The same where the last ones are fixed, but for the pairs of two of these.
+        for moving in [0, boxes.len() / 3, boxes.len() - 1] {
+            sweep.set_fixed(&boxes[moving..]);
+            let expected: Vec<_> = expected.iter().copied().filter(|(i, _)| *i < moving).collect();
+            assert_eq!(all_pairs(&mut sweep, &boxes[..moving]), expected);
+        }
     }
     assert!(met > 1000, "{met}");
+    sweep.set_fixed(&[]);
     assert!(all_pairs(&mut sweep, &[]).is_empty());
 }
 

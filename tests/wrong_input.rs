@@ -10,7 +10,9 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use tumble::contact::certificate::{Claim, certify_rk4_step};
 use tumble::contact::detection::{admit_missed, all_contacts};
 use tumble::contact::restitution::set_rebounds;
-use tumble::contact::{Candidates, Certifier, Contact, Detection, Partner, Plane, rounding};
+use tumble::contact::{
+    Candidates, Certifier, Contact, Detection, KeyIndex, Partner, Plane, rounding,
+};
 use tumble::geometry::mesh::{Mesh, parse_obj, parse_stl};
 use tumble::geometry::{
     Aabb, Hint, Hull, Piece, Scratch, Side, Sweep, bound, manifold, overlap, separation,
@@ -108,7 +110,8 @@ fn lists_of_any_length_make_no_search_panic() {
             });
             panics.look("all_contacts", || all_contacts(&world, &states, &mut Vec::new()));
             panics.look("admit_missed", || {
-                admit_missed(&world, &states, &next, 0.0, &mut Vec::new())
+                let mut memory = (Vec::new(), KeyIndex::new());
+                admit_missed(&world, &states, &next, 0.0, &mut memory.0, &mut memory.1)
             });
             panics.look("Candidates::find", || {
                 Candidates::new().find(Detection::default(), &world, &states, &next)

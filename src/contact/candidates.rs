@@ -2,7 +2,7 @@
 
 use super::neighbours::{Neighbours, has_pairs};
 use super::restitution::Rebound;
-use super::{Contact, Detection, Partner, detection};
+use super::{Contact, Detection, KeyIndex, Partner, detection};
 use crate::mechanics::State;
 use crate::world::World;
 
@@ -17,6 +17,8 @@ pub struct Candidates {
     contacts: Vec<Contact>,
     neighbours: Neighbours,
     rebound: Rebound,
+    /// Memory of [`detection::admit_missed`].
+    index: KeyIndex,
 }
 
 impl Candidates {
@@ -97,7 +99,8 @@ impl Candidates {
         depth: f64,
     ) -> bool {
         let known = self.contacts.len();
-        let ground = detection::admit_missed(world, states, next, depth, &mut self.contacts);
+        let Self { contacts, index, .. } = self;
+        let ground = detection::admit_missed(world, states, next, depth, contacts, index);
         let pieces = has_pairs(world)
             && self.neighbours.overlapping(world, states, next, depth, &mut self.contacts);
         self.rebound.set(world, states, &mut self.contacts[known..]);

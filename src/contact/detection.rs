@@ -4,7 +4,7 @@
 //! *carry a force* is the solution's to say
 //! ([`ContactForce::carries_force`](crate::step::ContactForce::carries_force)).
 
-use super::{Contact, ContactKey, Features, Partner};
+use super::{Contact, ContactKey, Features, KeyIndex, Partner};
 use crate::mechanics::{Pose, State};
 use crate::world::World;
 
@@ -78,22 +78,24 @@ pub fn all_contacts(world: &World, states: &[State], contacts: &mut Vec<Contact>
 /// Adds the points that the step `states` → `next` takes lower than `depth` (m) below the
 /// ground and that are no candidates yet: detection is a prediction, and an impulse on one
 /// point may drive down another. Returns whether there were any. Bodies without a state in both
-/// lists are passed over.
+/// lists are passed over. `index` is memory to find contacts with.
 pub fn admit_missed(
     world: &World,
     states: &[State],
     next: &[State],
     depth: f64,
     contacts: &mut Vec<Contact>,
+    index: &mut KeyIndex,
 ) -> bool {
     let before = contacts.len();
+    index.clear();
+    index.reserve(contacts.capacity());
     let of_bodies = states.iter().zip(next).take(world.bodies().len());
-    for (index, (state, next)) in of_bodies.enumerate() {
-        for (point, height) in world.heights(index, &next.pose()).enumerate() {
-            let key = ContactKey { body: index, point, partner: Partner::Ground, pair: None };
-            let known = |contact: &Contact| contact.key == key;
-            if height < -depth && !contacts[..before].iter().any(known) {
-                contacts.push(ground_contact(world, index, point, &state.pose()));
+    for (body, (state, next)) in of_bodies.enumerate() {
+        for (point, height) in world.heights(body, &next.pose()).enumerate() {
+            let key = ContactKey { body, point, partner: Partner::Ground, pair: None };
+            if height < -depth && index.find(contacts, &key, contacts.len()).is_none() {
+                contacts.push(ground_contact(world, body, point, &state.pose()));
             }
         }
     }

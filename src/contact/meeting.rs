@@ -16,6 +16,7 @@
 //! none, the features that face each other at the start are taken, across whose shortest line nothing is.
 
 use super::between::Between;
+use super::key_index::{End, PieceIndex, ends_of};
 use super::owner::plane_of;
 use super::proxy::{Extent, Owner, Proxy, placed, size};
 use super::{Contact, ContactKey, Partner};
@@ -76,6 +77,8 @@ pub(super) struct Look<'a> {
     pub depth: f64,
     /// Memory for poses on the way: those of the two bodies that are looked at are set.
     pub between: &'a mut [Pose],
+    /// The contacts of the step, by their pieces.
+    pub index: &'a mut PieceIndex,
     pub scratch: &'a mut Scratch,
     pub touches: &'a mut Vec<Touch>,
     /// Whether something was passed or left out.
@@ -166,7 +169,9 @@ impl Look<'_> {
             if stays_clear(&moving.0, &moving.1, deep, pair.hint) {
                 return None;
             }
-            let is_known = contacts.iter().any(|contact| is_between(&contact.key, (a, b)));
+            let mut known = self.index.between(contacts, pieces((a, b)));
+            let is_known = known.any(|place| is_between(&contacts[place].key, (a, b)));
+            drop(known);
             if is_known && stays_clear(&moving.0, &moving.1, passing, pair.hint) {
                 return None;
             }
@@ -275,7 +280,8 @@ impl Look<'_> {
     /// Moves a pair apart by what the contact of it that is deepest on the way lacks there.
     fn lift(&mut self, proxies: (Proxy, Proxy), contacts: &[Contact]) {
         let mut lift: Option<(usize, Vector3<f64>, f64)> = None;
-        for contact in contacts.iter().filter(|contact| is_between(&contact.key, proxies)) {
+        let known = self.index.between(contacts, pieces(proxies)).map(|place| &contacts[place]);
+        for contact in known.filter(|contact| is_between(&contact.key, proxies)) {
             let a = &self.between[contact.key.body];
             let b = match contact.key.partner {
                 Partner::Body(other) => Some(&self.between[other]),
@@ -367,9 +373,12 @@ impl Look<'_> {
                 is_between(&contact.key, proxies)
                     && contact.key.pair.is_some_and(|pair| pair.feature == touch.feature)
             };
-            let planes = contacts.iter().filter(is_same).count() as u32;
+            let ends = pieces(proxies);
+            let planes = self.index.between(contacts, ends).map(|place| &contacts[place]);
+            let planes = planes.filter(is_same).count() as u32;
             let Some(contact) = between.contact(touch, planes.max(1)) else { continue };
-            let is_known = contacts.iter().filter(is_same).any(|known| {
+            let known = self.index.between(contacts, ends).map(|place| &contacts[place]);
+            let is_known = known.filter(is_same).any(|known| {
                 known.features.curved.is_none()
                     && known.normal().dot(&contact.normal()) >= SAME_PLANE
             });
@@ -386,11 +395,11 @@ impl Look<'_> {
     }
 
     /// Whether all touches of the end, which were found last, have their planes among `contacts`.
-    fn knows(&self, proxies: (Proxy, Proxy), contacts: &[Contact]) -> bool {
+    fn knows(&mut self, proxies: (Proxy, Proxy), contacts: &[Contact]) -> bool {
         let (world, start) = (self.world, self.start);
         let between = Between { world, proxies, at: self.end, start };
         let mut found = self.touches.iter().filter_map(|touch| between.contact(touch, 0));
-        found.all(|contact| unknown_plane(&contact, contacts).is_none())
+        found.all(|contact| unknown_plane(&contact, contacts, self.index).is_none())
     }
 
     /// Whether a pair has the same direction on its way as at its end.
@@ -419,12 +428,17 @@ impl Look<'_> {
                 continue;
             }
             fits = true;
-            if let Some(plane) = unknown_plane(&contact, contacts) {
+            if let Some(plane) = unknown_plane(&contact, contacts, self.index) {
                 contacts.extend(between.contact(touch, plane));
             }
         }
         fits
     }
+}
+
+/// What a contact of two pieces is between.
+fn pieces((a, b): (Proxy, Proxy)) -> [End; 2] {
+    [a, b].map(|proxy| (proxy.owner.partner(), proxy.piece))
 }
 
 /// Whether a contact is one of two pieces.
@@ -441,9 +455,10 @@ fn is_between(key: &ContactKey, (a, b): (Proxy, Proxy)) -> bool {
 
 /// The number of the plane for the features of `contact`, if `contacts` have none for them that is
 /// as good as the same, and not too many others.
-fn unknown_plane(contact: &Contact, contacts: &[Contact]) -> Option<u32> {
+fn unknown_plane(contact: &Contact, contacts: &[Contact], index: &mut PieceIndex) -> Option<u32> {
     let mut planes = 0;
-    for known in contacts {
+    let between = index.between(contacts, ends_of(&contact.key));
+    for known in between.map(|place| &contacts[place]) {
         let same = ContactKey { pair: contact.key.pair, ..known.key } == contact.key
             && known.key.pair.map(|pair| (pair.pieces, pair.feature))
                 == contact.key.pair.map(|pair| (pair.pieces, pair.feature));

@@ -21,6 +21,7 @@ mod candidates;
 pub mod certificate;
 pub mod curved;
 pub mod detection;
+mod key_index;
 pub mod law;
 mod meeting;
 mod neighbours;
@@ -35,6 +36,7 @@ pub use candidates::Candidates;
 pub use certificate::{Certificate, Certifier};
 pub use curved::Curved;
 pub use detection::Detection;
+pub use key_index::KeyIndex;
 pub use law::Response;
 
 use crate::geometry::Feature;
@@ -78,6 +80,12 @@ impl ContactKey {
             Partner::Ground | Partner::Fixed(_) => None,
         };
         std::iter::once(self.body).chain(other)
+    }
+}
+
+impl AsRef<ContactKey> for Contact {
+    fn as_ref(&self) -> &ContactKey {
+        &self.key
     }
 }
 

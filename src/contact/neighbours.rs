@@ -9,6 +9,7 @@
 //! way to the end of what has been solved so far ([`super::meeting`]). What is merely near gives no contact.
 
 use super::between::Between;
+use super::key_index::{PieceIndex, ends_of};
 use super::meeting::{BAND, Look, Looked, Meeting};
 use super::owner::plane_of;
 use super::proxy::{Extent, Owner, Proxy, placed, proxies_of, size};
@@ -62,7 +63,10 @@ impl Neighbour {
 pub(super) struct Neighbours {
     proxies: Vec<Proxy>,
     extents: Vec<Extent>,
+    /// Around the pieces of bodies, which are the first. Those around what is fixed are in the sweep.
     boxes: Vec<Aabb>,
+    /// Whose these are.
+    bodies: Vec<usize>,
     pairs: Vec<Neighbour>,
     /// The bodies where the gaps were asked for last, and where they are there.
     end: Vec<State>,
@@ -92,6 +96,8 @@ pub(super) struct Neighbours {
     met: Vec<f64>,
     passed: bool,
     sweep: Sweep,
+    /// The contacts of the step that is looked at, by their pieces.
+    index: PieceIndex,
     scratch: Scratch,
     touches: Vec<Touch>,
 }
@@ -169,9 +175,14 @@ impl Neighbours {
         let known = contacts.len();
         self.look(world, states, next, depth, contacts);
         // A step that is looked at again finds what it found before.
-        let found = &contacts[known..];
-        self.joined.retain(|before| found.iter().all(|contact| contact.key != before.key));
-        self.joined.extend_from_slice(found);
+        if contacts.len() > known {
+            let Self { joined, index, .. } = self;
+            joined.retain(|before| {
+                let mut same = index.between(contacts, ends_of(&before.key));
+                !same.any(|place| place >= known && contacts[place].key == before.key)
+            });
+            joined.extend_from_slice(&contacts[known..]);
+        }
         contacts.len() > known
     }
 
@@ -207,6 +218,8 @@ impl Neighbours {
         }
         let Self { proxies, pairs, poses, begin, between, meetings, met, .. } = self;
         between.clone_from(begin);
+        self.index.clear();
+        self.index.reserve(contacts.capacity());
         let mut look = Look {
             world,
             states,
@@ -216,6 +229,7 @@ impl Neighbours {
             extents: &self.extents,
             depth,
             between,
+            index: &mut self.index,
             scratch: &mut self.scratch,
             touches: &mut self.touches,
             passed: false,
@@ -344,7 +358,7 @@ impl Neighbours {
                 self.boxes[index].joined(&around) == self.boxes[index]
             }
         };
-        if self.boxes.len() != self.proxies.len() || !(0..self.boxes.len()).all(is_inside) {
+        if self.boxes.len() != self.bodies.len() || !(0..self.boxes.len()).all(is_inside) {
             self.search(world);
         }
     }
@@ -352,7 +366,7 @@ impl Neighbours {
     /// Whether a piece has moved by less than the margin of its box since that was made: a point c by at
     /// most |r − r₀| + |A − A₀| |c|, and by the bulge of its way.
     fn is_near(&self, index: usize) -> bool {
-        let Owner::Body(body) = self.proxies[index].owner else { return true };
+        let body = self.bodies[index];
         let (pose, before, extent) =
             (&self.poses[body], &self.searched[body], &self.extents[index]);
         let moved = (pose.position - before.position).norm()
@@ -360,12 +374,12 @@ impl Neighbours {
         moved + bulge(extent.arm, self.ways[body].angle()) <= MARGIN * extent.size
     }
 
-    /// The box around the way of a piece, or around its end alone if its start is known to be in a box
+    /// The box around the way of a piece of a body, or around its end alone if its start is known to be in a box
     /// that the end is held against.
     fn around(&self, world: &World, index: usize, begun: bool) -> Aabb {
         let proxy = self.proxies[index];
         let (piece, to) = placed(world, &self.poses, proxy);
-        let Owner::Body(body) = proxy.owner else { return Aabb::of(piece, to) };
+        let body = self.bodies[index];
         let from = &self.begin[body];
         let around = if begun { Aabb::of(piece, to) } else { Aabb::swept(piece, from, to) };
         around.grown(bulge(self.extents[index].arm, self.ways[body].angle()))
@@ -388,6 +402,16 @@ impl Neighbours {
         let extents = self.proxies.iter().map(|proxy| Extent::of(placed(world, poses, *proxy).0));
         self.extents.clear();
         self.extents.extend(extents);
+        self.bodies.clear();
+        self.bodies.extend(self.proxies.iter().map_while(|proxy| match proxy.owner {
+            Owner::Body(index) => Some(index),
+            Owner::Fixed(_) => None,
+        }));
+        let fixed =
+            self.proxies[self.bodies.len()..].iter().map(|proxy| placed(world, poses, *proxy));
+        self.boxes.extend(fixed.map(|(piece, pose)| Aabb::of(piece, pose)));
+        self.sweep.set_fixed(&self.boxes);
+        self.boxes.clear();
     }
 
     /// The broad phase: boxes around where the pieces are and were, and in between, and the pairs that
@@ -395,20 +419,15 @@ impl Neighbours {
     fn search(&mut self, world: &World) {
         self.boxes.clear();
         self.searched.clone_from(&self.poses);
-        for index in 0..self.proxies.len() {
-            let mut bounds = self.around(world, index, false);
-            if let Owner::Body(_) = self.proxies[index].owner {
-                bounds = bounds.grown(MARGIN * self.extents[index].size);
-            }
-            self.boxes.push(bounds);
+        for index in 0..self.bodies.len() {
+            let around = self.around(world, index, false);
+            self.boxes.push(around.grown(MARGIN * self.extents[index].size));
         }
         let Self { proxies, boxes, pairs, spare_pairs: spare, sweep, .. } = self;
         std::mem::swap(pairs, spare);
         pairs.clear();
         sweep.pairs(boxes, |i, j| {
-            let owners = (proxies[i].owner, proxies[j].owner);
-            let movable = |owner| matches!(owner, Owner::Body(_));
-            if owners.0 != owners.1 && (movable(owners.0) || movable(owners.1)) {
+            if proxies[i].owner != proxies[j].owner {
                 let known = spare.binary_search_by(|pair| pair.proxies.cmp(&(i, j)));
                 pairs.push(known.map_or_else(
                     |_| Neighbour {

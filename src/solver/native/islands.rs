@@ -1,7 +1,7 @@
 //! Islands: sets of bodies that touch each other, directly or through others. What is fixed
 //! joins nothing. Islands are independent problems.
 
-use crate::contact::{Contact, Partner};
+use crate::contact::{Contact, KeyIndex, Partner};
 use crate::step::Step;
 use nalgebra::Vector3;
 
@@ -21,6 +21,11 @@ pub(super) struct Islands {
     changed: Vec<bool>,
     unsettled: Vec<f64>,
     changes: Vec<(f64, f64)>,
+    /// Of every contact the force in the step before, N.
+    before: Vec<Vector3<f64>>,
+    /// The contacts of the step before, and of the one before that.
+    previous: KeyIndex,
+    earlier: KeyIndex,
 }
 
 const NONE: usize = usize::MAX;
@@ -95,6 +100,8 @@ pub(super) struct IslandView<'a> {
     pub(super) contacts: &'a [usize],
     /// For every body of the world, its place among `bodies`.
     pub(super) places: &'a [usize],
+    /// For every candidate, its force in the step before, N.
+    pub(super) before: &'a [Vector3<f64>],
     /// How much its impulses changed from the step before the last one to the last, in parts of
     /// the largest; infinite where none pressed.
     pub(super) unsettled: f64,
@@ -122,6 +129,7 @@ impl Islands {
             marked.0.is_some() && self.bodies.get(island).iter().any(|body| marked.holds(*body))
         };
         self.changed.extend((0..islands).map(|island| new(island) || marked(island)));
+        self.find_before(step, (contacts, known));
         self.set_unsettled(step, islands);
     }
 
@@ -194,6 +202,20 @@ impl Islands {
         self.parents[a.max(b)] = a.min(b);
     }
 
+    /// Finds the forces of the step before, of the contacts that the last call did not know.
+    fn find_before(&mut self, step: &Step<'_>, (contacts, known): (&[Contact], usize)) {
+        let Self { before, previous, .. } = self;
+        if known == 0 {
+            previous.clear();
+        }
+        previous.reserve(contacts.len());
+        before.truncate(known);
+        for (place, contact) in contacts.iter().enumerate().skip(before.len()) {
+            let found = previous.find(&step.previous.contacts, &contact.key, place);
+            before.push(found.map_or(Vector3::zeros(), |found| found.force));
+        }
+    }
+
     /// How much the impulses of each island changed.
     fn set_unsettled(&mut self, step: &Step<'_>, islands: usize) {
         self.unsettled.clear();
@@ -202,6 +224,8 @@ impl Islands {
         // The largest change and the largest impulse of each.
         self.changes.clear();
         self.changes.resize(islands, (0.0, 0.0));
+        self.earlier.clear();
+        self.earlier.reserve(step.previous.contacts.len());
         for (place, contact) in step.previous.contacts.iter().enumerate() {
             // The previous solutions may be of anything.
             let island = self.islands.get(contact.key.body);
@@ -209,7 +233,8 @@ impl Islands {
             else {
                 continue;
             };
-            let before = earlier.find(&contact.key, place).map_or(Vector3::zeros(), |c| c.force);
+            let before = self.earlier.find(&earlier.contacts, &contact.key, place);
+            let before = before.map_or(Vector3::zeros(), |before| before.force);
             *apart = apart.max((contact.force - before).amax());
             *largest = largest.max(contact.force.amax());
         }
@@ -239,6 +264,7 @@ impl Islands {
             bodies: self.bodies.get(number),
             contacts: self.contacts.get(number),
             places: &self.places,
+            before: &self.before,
             unsettled: self.unsettled[number],
         }
     }

@@ -72,17 +72,15 @@ impl<E: Equations> Problem<E> {
     fn solve(
         &mut self,
         step: &Step<'_>,
-        (contacts, island): (&[Contact], &IslandView<'_>),
+        island: &IslandView<'_>,
         (mass, accepted): (f64, f64),
         effort: &mut Effort<'_>,
     ) -> Outcome {
         let to_impulse = step.world.time_step() / mass;
         self.reserve(island.contacts.len());
         self.previous.clear();
-        self.previous.extend(island.contacts.iter().map(|&place| {
-            let before = step.previous.find(&contacts[place].key, place);
-            before.map_or(Vector3::zeros(), |before| before.force * to_impulse)
-        }));
+        let before = island.contacts.iter().map(|&place| island.before[place] * to_impulse);
+        self.previous.extend(before);
         self.descent.solve(&mut self.equations, &self.previous, accepted, effort)
     }
 
@@ -142,7 +140,6 @@ impl Part {
         accepted: f64,
     ) -> Result<(), Error> {
         let mut effort = Effort::new(step, island.bodies.len(), island.contacts.len());
-        let view = (contacts, island);
         self.only = only(contacts, island);
         let outcome = if let Some(body) = self.only {
             let problem = alone(&mut self.alone, step.world);
@@ -151,7 +148,7 @@ impl Part {
                 problem.equations.admit(&contacts[place]);
             }
             let mass = step.world.bodies()[body].mass();
-            problem.solve(step, view, (mass, accepted), &mut effort)
+            problem.solve(step, island, (mass, accepted), &mut effort)
         } else {
             let problem = together(&mut self.together, step.world);
             problem.equations.begin(step, island.bodies, island.unsettled);
@@ -160,7 +157,7 @@ impl Part {
             }
             problem.equations.tie();
             let mass = problem.equations.mass();
-            problem.solve(step, view, (mass, accepted), &mut effort)
+            problem.solve(step, island, (mass, accepted), &mut effort)
         };
         self.ended = Ended { outcome, iterations: effort.iterations() };
         effort.check()

@@ -12,7 +12,7 @@ use super::ladder::{Climb, Climber, Rung, Within};
 use super::memory::Multipliers;
 use super::of_another_world;
 use super::program::{Attempted, StartMultipliers};
-use crate::contact::{Candidates, Contact, ContactKey, Partner};
+use crate::contact::{Candidates, Contact, ContactKey, KeyIndex, Partner};
 use crate::error::Error;
 use crate::ipopt::Options;
 use crate::mechanics::quaternion::advance;
@@ -214,8 +214,9 @@ impl Climber for Several {
 /// carried a force in the step before.
 fn pose(step: &Step<'_>, contacts: &[Contact], near: f64) -> Posed {
     let free = Poses::of(step.states, step.free);
+    let mut known = KeyIndex::new();
     let taken = contacts.iter().enumerate().filter(|(place, contact)| {
-        let before = step.previous.find(&contact.key, *place);
+        let before = known.find(&step.previous.contacts, &contact.key, *place);
         let rests = matches!(contact.key.partner, Partner::Body(_))
             && before.is_some_and(ContactForce::carries_force);
         rests || free.gap(contact) <= near

@@ -4,7 +4,7 @@
 use super::super::memory::Multipliers;
 use super::super::units::Units;
 use super::program::Posed;
-use crate::contact::{Contact, ContactKey, Partner};
+use crate::contact::{Contact, ContactKey, KeyIndex, Partner};
 use crate::mechanics::{Pose, State};
 use crate::step::{ContactForce, Step, StepSolution};
 use crate::step_nlp::SMOOTHING;
@@ -51,18 +51,12 @@ impl Start {
     ) {
         self.reset(step.states, candidates.len());
         let known = memory.find(step.previous);
+        let (before, mut index) = (&step.previous.contacts, KeyIndex::new());
         for (place, contact) in candidates.iter().enumerate() {
-            let before = &step.previous.contacts;
-            let near = place.min(before.len());
-            let (earlier, later) = before.split_at(near);
-            let found = later.iter().zip(near..).chain(earlier.iter().zip(0..));
-            let Some((force, at)) = found.into_iter().find(|(force, _)| force.key == contact.key)
-            else {
-                continue;
-            };
+            let Some(at) = index.place(before, &contact.key, place) else { continue };
             self.values[place] = match known.and_then(|known| known.point.get(at)) {
                 Some(values) => *values,
-                None => values_of(contact, force, contact.gap, units),
+                None => values_of(contact, &before[at], contact.gap, units),
             };
         }
     }
