@@ -9,6 +9,7 @@
 pub mod bounce;
 pub mod energy;
 mod islands;
+mod median;
 pub mod random;
 pub mod record;
 pub mod scene;

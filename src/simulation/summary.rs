@@ -2,6 +2,7 @@
 //! [records](crate::simulation::StepRecord) of its steps.
 
 use super::StepRecord;
+use super::median::Median;
 use crate::step::StepStatus;
 use std::collections::BTreeMap;
 
@@ -46,8 +47,8 @@ pub struct RunSummary {
     pub first_failures: Vec<FailedStep>,
     /// The step with the largest residual: k, m/s, the law.
     pub worst: Option<(u64, f64, &'static str)>,
-    /// Residuals of the contact steps, m/s, in order of the steps.
-    contact_residuals: Vec<f64>,
+    /// Of the residuals of the contact steps, m/s.
+    contact_residuals: Median,
 }
 
 impl RunSummary {
@@ -80,7 +81,7 @@ impl RunSummary {
             *self.starts.entry(start).or_default() += 1;
         }
         if record.report.status != StepStatus::Free {
-            self.contact_residuals.push(residual);
+            self.contact_residuals.add(residual);
         }
         if self.worst.is_none_or(|(_, worst, _)| residual > worst || residual.is_nan()) {
             self.worst = Some((record.index, residual, part));
@@ -99,17 +100,11 @@ impl RunSummary {
         self.free + self.contact_steps()
     }
 
-    /// The median residual of the contact steps, m/s; `None` without contact.
+    /// The median residual of the contact steps, m/s; `None` without contact. It is exact up to 65 536
+    /// different residuals; a longer run has it within a thousandth, so that memory does not grow with it.
     #[must_use]
     pub fn median_residual(&self) -> Option<f64> {
-        let mut sorted = self.contact_residuals.clone();
-        sorted.sort_by(f64::total_cmp);
-        let middle = sorted.len() / 2;
-        match sorted.len() {
-            0 => None,
-            n if n % 2 == 1 => Some(sorted[middle]),
-            _ => Some(0.5 * (sorted[middle - 1] + sorted[middle])),
-        }
+        self.contact_residuals.get()
     }
 
     /// The largest residual of all steps, m/s; `None` without steps.
