@@ -3,14 +3,16 @@
 
 use nalgebra::{Matrix3, Vector3, Vector4};
 use std::path::Path;
-use tumble::contact::Plane;
+use std::sync::{Arc, Mutex};
+use tumble::contact::{Candidates, Plane};
+use tumble::error::Error;
 use tumble::geometry::Piece;
 use tumble::mechanics::{RigidBody, Rotation, State};
 use tumble::scenario::scene::Scene;
 use tumble::scenario::settings::Settings;
 use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::solver::native::NativeSolver;
-use tumble::step::StepStatus;
+use tumble::step::{Step, StepReport, StepSolution, StepSolver, StepStatus};
 use tumble::world::{Parameters, World};
 
 fn at(x: f64, z: f64) -> State {
@@ -159,6 +161,146 @@ fn what_bounces_in_one_island_changes_nothing_in_another() {
         let threads = std::num::NonZeroUsize::new(3).unwrap();
         let found = run(&theirs, &[start], solver().with_threads(threads).unwrap());
         assert_eq!(first_difference(&found, &together), None, "threads");
+    }
+}
+
+/// The body that is the rod, behind all others.
+const ROD: usize = 6;
+
+/// What one call of a solver was.
+#[derive(Debug, Clone, Default)]
+struct Call {
+    /// The bodies whose problems were to be solved; all in the first call of a step.
+    marked: Vec<usize>,
+    /// The part of the restitution that the contacts of the rod had.
+    share: f64,
+    /// Whether another body's solution became another one.
+    changed_others: bool,
+}
+
+/// The native solver, every call of it noted, which says that the problem of the rod was not solved
+/// with shares that `fails` names. Where it is not `of_bodies`, only the report says so, for all bodies.
+struct Noted {
+    solver: NativeSolver,
+    fails: fn(f64) -> bool,
+    of_bodies: bool,
+    calls: Arc<Mutex<Vec<Call>>>,
+    whole: f64,
+    failed: bool,
+}
+
+impl Noted {
+    fn note(&mut self, mut report: StepReport, call: Call) -> StepReport {
+        self.failed = self.whole > 0.0 && (self.fails)(call.share);
+        if self.failed {
+            report.status = StepStatus::Failed;
+        }
+        self.calls.lock().unwrap().push(call);
+        report
+    }
+}
+
+/// The largest rebound of a contact of the rod, m/s.
+fn rebound(candidates: &Candidates) -> f64 {
+    let of_body = candidates.contacts().iter().filter(|contact| contact.key.body == ROD);
+    of_body.map(|contact| contact.rebound).fold(0.0, f64::max)
+}
+
+impl StepSolver for Noted {
+    fn accepted_residual(&self) -> f64 {
+        self.solver.accepted_residual()
+    }
+
+    fn solve(
+        &mut self,
+        step: &Step<'_>,
+        candidates: &mut Candidates,
+        solution: &mut StepSolution,
+    ) -> Result<StepReport, Error> {
+        let report = self.solver.solve(step, candidates, solution)?;
+        self.whole = rebound(candidates);
+        let call = Call { marked: (0..=ROD).collect(), share: 1.0, changed_others: false };
+        Ok(self.note(report, call))
+    }
+
+    fn solve_again(
+        &mut self,
+        step: &Step<'_>,
+        marked: &[bool],
+        candidates: &mut Candidates,
+        solution: &mut StepSolution,
+    ) -> Result<StepReport, Error> {
+        let before = solution.clone();
+        let report = self.solver.solve_again(step, marked, candidates, solution)?;
+        let mut pairs = before.contacts.iter().zip(&solution.contacts);
+        let call = Call {
+            marked: (0..=ROD).filter(|body| marked[*body]).collect(),
+            share: rebound(candidates) / self.whole,
+            changed_others: before.states[..ROD] != solution.states[..ROD]
+                || pairs.any(|(old, new)| old.key.body != ROD && old != new),
+        };
+        Ok(self.note(report, call))
+    }
+
+    fn is_solved(&self, body: usize) -> Option<bool> {
+        let solved = self.solver.is_solved(body)? && !(body == ROD && self.failed);
+        self.of_bodies.then_some(solved)
+    }
+}
+
+/// The calls of every step in which the rod bounces, among the others.
+fn calls(fails: fn(f64) -> bool, of_bodies: bool) -> Vec<Vec<Call>> {
+    let (rod, start) = rod();
+    let (bodies, states) = elsewhere();
+    let world = world(bodies.into_iter().chain([rod]).collect());
+    let world = world.with_restitution(1.0).unwrap().with_rebound_speed(0.05).unwrap();
+    let calls = Arc::new(Mutex::new(Vec::new()));
+    let solver = Noted {
+        solver: NativeSolver::new(&world),
+        fails,
+        of_bodies,
+        calls: Arc::clone(&calls),
+        whole: 0.0,
+        failed: false,
+    };
+    let states = states.into_iter().chain([start]);
+    let mut simulation = Simulation::new(world, states, Motion::contact(solver)).unwrap();
+    let mut record = StepRecord::new();
+    let step = |_| {
+        simulation.step(&mut record).unwrap();
+        std::mem::take(&mut *calls.lock().unwrap())
+    };
+    let steps: Vec<_> = (0..120).map(step).collect();
+    steps.into_iter().filter(|calls| calls.len() > 1).collect()
+}
+
+/// A search for the share of the rod asks for the rod alone, and the others keep their solution.
+#[test]
+fn a_search_solves_only_the_island_that_it_is_for() {
+    let steps = calls(|_| false, true);
+    assert!(!steps.is_empty());
+    for call in steps.iter().flat_map(|calls| &calls[1..]) {
+        assert_eq!(call.marked, [ROD], "{call:?}");
+        assert!(!call.changed_others, "{call:?}");
+    }
+    // Sixteen halves would find the share to 1/65536; straight lines are as fast.
+    let most = steps.iter().map(Vec::len).max();
+    assert!(most <= Some(18), "{most:?}");
+}
+
+/// What is not solved without restitution either is tried twice, and what a share does not let solve is
+/// searched for to 1/64 only: a call that fails takes the solver longest.
+#[test]
+fn a_step_that_fails_is_not_tried_over_and_over() {
+    for of_bodies in [true, false] {
+        let most = |fails: fn(f64) -> bool| {
+            let failing = |calls: &Vec<Call>| calls.iter().filter(|call| fails(call.share)).count();
+            calls(fails, of_bodies).iter().map(failing).max()
+        };
+        assert_eq!(most(|_| true), Some(2), "always, {of_bodies}");
+        assert!(most(|share| share > 0.0) <= Some(7), "but without restitution, {of_bodies}");
+        assert!(most(|share| share > 0.0 && share < 1.0) <= Some(6), "but the whole, {of_bodies}");
+        assert!(most(|share| share > 0.3) <= Some(7), "but with little, {of_bodies}");
     }
 }
 
