@@ -3,10 +3,19 @@
 
 use std::process::{Command, Output};
 
-/// Builds (mostly it is built) and runs an example.
+/// Builds (mostly it is built) and runs an example. Of the whole workspace, as all tests are: by itself the
+/// library would want dependencies with other features, and all would be built once more.
 fn run(example: &str, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO"))
-        .args(["run", "--quiet", "--locked", "--example", example, "--"])
+    let built = Command::new(env!("CARGO"))
+        .args(["build", "--quiet", "--locked", "--workspace", "--example", example])
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .output()
+        .unwrap();
+    assert!(built.status.success(), "{}", String::from_utf8_lossy(&built.stderr));
+    // The test is in `deps` beside `examples`.
+    let this = std::env::current_exe().unwrap();
+    let program = this.parent().unwrap().with_file_name("examples").join(example);
+    Command::new(program)
         .args(arguments)
         .current_dir(env!("CARGO_MANIFEST_DIR"))
         .output()
