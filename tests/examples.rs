@@ -15,11 +15,7 @@ fn run(example: &str, arguments: &[&str]) -> Output {
     // The test is in `deps` beside `examples`.
     let this = std::env::current_exe().unwrap();
     let program = this.parent().unwrap().with_file_name("examples").join(example);
-    Command::new(program)
-        .args(arguments)
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .output()
-        .unwrap()
+    Command::new(program).args(arguments).current_dir(env!("CARGO_MANIFEST_DIR")).output().unwrap()
 }
 
 fn printed(example: &str, arguments: &[&str], code: i32) -> String {
