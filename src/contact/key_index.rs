@@ -47,6 +47,7 @@ impl KeyIndex {
     }
 
     /// Makes room for so many contacts.
+    #[inline]
     pub fn reserve(&mut self, contacts: usize) {
         self.0.reserve(contacts);
     }
@@ -55,7 +56,7 @@ impl KeyIndex {
     /// beginning. `near` is where to look first: contacts keep their order from step to step, so that
     /// it is mostly there.
     #[must_use]
-    #[inline]
+    #[inline(always)]
     pub fn place<T: AsRef<ContactKey>>(
         &mut self,
         contacts: &[T],
@@ -68,6 +69,7 @@ impl KeyIndex {
         }
     }
 
+    #[inline(never)]
     fn place_elsewhere<T: AsRef<ContactKey>>(
         &mut self,
         contacts: &[T],
@@ -89,7 +91,7 @@ impl KeyIndex {
 
     /// The contact `key` in `contacts`, as [`KeyIndex::place`] finds it.
     #[must_use]
-    #[inline]
+    #[inline(always)]
     pub fn find<'a, T: AsRef<ContactKey>>(
         &mut self,
         contacts: &'a [T],
@@ -122,10 +124,15 @@ impl PieceIndex {
 }
 
 impl Chains {
+    #[inline]
     fn reserve(&mut self, contacts: usize) {
-        if contacts <= self.chains.len() {
-            return;
+        if contacts > self.chains.len() {
+            self.grow(contacts);
         }
+    }
+
+    #[cold]
+    fn grow(&mut self, contacts: usize) {
         let slots = contacts.next_power_of_two().max(FEWEST_SLOTS);
         self.links.reserve(slots - self.links.len());
         self.chains.resize(slots, (NONE, NONE));
@@ -138,7 +145,11 @@ impl Chains {
     /// The places in the chain of a hash.
     fn chain_of(&self, hash: u32) -> impl Iterator<Item = usize> {
         let known = |place: u32| (place != NONE).then_some(place as usize);
-        let first = self.chains.get(slot(hash, self.chains.len())).map_or(NONE, |chain| chain.0);
+        // Without links the chains are those of a list that is forgotten.
+        let first = match self.links.is_empty() {
+            true => NONE,
+            false => self.chains[slot(hash, self.chains.len())].0,
+        };
         std::iter::successors(known(first), move |place| known(self.links[*place].1))
     }
 
@@ -146,6 +157,9 @@ impl Chains {
     fn list<T: AsRef<ContactKey>>(&mut self, contacts: &[T], hash: impl Fn(&ContactKey) -> u32) {
         if contacts.len() < self.links.len() {
             self.links.clear();
+        }
+        if self.links.len() == contacts.len() {
+            return;
         }
         if self.links.is_empty() {
             self.chains.fill((NONE, NONE));
@@ -174,7 +188,7 @@ impl Chains {
 }
 
 fn slot(hash: u32, slots: usize) -> usize {
-    hash as usize & slots.wrapping_sub(1)
+    hash as usize & (slots - 1)
 }
 
 /// What a contact is between.

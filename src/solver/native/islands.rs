@@ -210,10 +210,11 @@ impl Islands {
         }
         previous.reserve(contacts.len());
         before.truncate(known);
-        for (place, contact) in contacts.iter().enumerate().skip(before.len()) {
+        let first = before.len();
+        before.extend(contacts[first..].iter().zip(first..).map(|(contact, place)| {
             let found = previous.find(&step.previous.contacts, &contact.key, place);
-            before.push(found.map_or(Vector3::zeros(), |found| found.force));
-        }
+            found.map_or(Vector3::zeros(), |found| found.force)
+        }));
     }
 
     /// How much the impulses of each island changed.
