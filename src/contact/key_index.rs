@@ -69,6 +69,7 @@ impl KeyIndex {
         }
     }
 
+    #[cold]
     #[inline(never)]
     fn place_elsewhere<T: AsRef<ContactKey>>(
         &mut self,
@@ -98,7 +99,10 @@ impl KeyIndex {
         key: &ContactKey,
         near: usize,
     ) -> Option<&'a T> {
-        self.place(contacts, key, near).map(|place| &contacts[place])
+        match contacts.get(near) {
+            Some(contact) if contact.as_ref() == key => Some(contact),
+            _ => self.place_elsewhere(contacts, key, near).map(|place| &contacts[place]),
+        }
     }
 }
 
