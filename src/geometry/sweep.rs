@@ -135,8 +135,8 @@ impl Sorted {
 /// The numbers of those that meet `this`, among boxes that are sorted and begin no earlier.
 fn meeting(this: &Numbered, sorted: &[Numbered], axis: usize) -> impl Iterator<Item = u32> {
     let end = this.0.high[axis];
-    // What begins at a NaN meets nothing.
-    let reached = sorted.iter().take_while(move |other| !(other.0.low[axis] > end));
+    // A NaN meets nothing.
+    let reached = sorted.iter().take_while(move |other| other.0.low[axis] <= end);
     reached.filter(|other| this.0.meets(&other.0)).map(|other| other.1)
 }
 

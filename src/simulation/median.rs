@@ -105,7 +105,7 @@ mod tests {
         let mut sorted = numbers.to_vec();
         sorted.sort_by(f64::total_cmp);
         let middle = sorted.len() / 2;
-        let even = sorted.len() % 2 == 0;
+        let even = sorted.len().is_multiple_of(2);
         if even { 0.5 * (sorted[middle - 1] + sorted[middle]) } else { sorted[middle] }
     }
 
