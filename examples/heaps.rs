@@ -149,7 +149,7 @@ fn run(
         };
         let world = World::new(Parameters {
             bodies,
-            ground: Plane::level(),
+            ground: Some(Plane::level()),
             gravity: Vector3::new(0.0, 0.0, -9.81),
             friction,
             time_step: 0.002,

@@ -76,7 +76,7 @@ impl Scene {
         let gravity = Vector3::new(0.0, 0.0, -9.81);
         let parameters = Parameters {
             bodies,
-            ground,
+            ground: Some(ground),
             gravity,
             friction: 0.5,
             time_step: 0.002,

@@ -49,10 +49,9 @@ pub fn film(cast: Cast<'_>, frames: Vec<Frame>) -> Film {
         bodies: bodies(cast),
         frames,
     };
-    let ground = Ground { normal: *world.ground().normal(), offset: world.ground().offset() };
-    let may_touch = !cast.floating && world.has_ground();
-    let is_shown = may_touch && is_in_reach(&ground, &film, world);
-    film.ground = is_shown.then_some(ground);
+    let ground = world.ground().filter(|_| !cast.floating);
+    let ground = ground.map(|plane| Ground { normal: *plane.normal(), offset: plane.offset() });
+    film.ground = ground.filter(|ground| is_in_reach(ground, &film, world));
     film
 }
 

@@ -37,7 +37,7 @@ fn world(bodies: Vec<RigidBody>) -> World {
     let (ground, gravity) = (Plane::level(), Vector3::new(0.0, 0.0, -9.81));
     World::new(Parameters {
         bodies,
-        ground,
+        ground: Some(ground),
         gravity,
         friction: 1.0,
         time_step: 0.002,

@@ -65,7 +65,7 @@ impl Scene {
         let (friction, time_step) = (self.friction, TIME_STEP);
         World::new(Parameters {
             bodies,
-            ground,
+            ground: Some(ground),
             gravity,
             friction,
             time_step,

@@ -25,7 +25,7 @@ fn heap(seed: u32) -> (World, Vec<State>) {
     let starts = (0..100).map(start).collect();
     let world = World::new(Parameters {
         bodies: vec![brick; 100],
-        ground: Plane::level(),
+        ground: Some(Plane::level()),
         gravity: Vector3::new(0.0, 0.0, -9.81),
         friction: 0.5,
         time_step: 0.002,

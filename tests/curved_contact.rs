@@ -39,17 +39,16 @@ fn world(
     pieces: Vec<Piece>,
     (gravity, friction, time_step): (Vector3<f64>, f64, f64),
 ) -> World {
-    let ground = tumble::contact::Plane::level();
     let world = World::new(Parameters {
         bodies,
-        ground,
+        ground: None,
         gravity,
         friction,
         time_step,
         rotation: tumble::mechanics::Rotation::Momentum,
     })
     .unwrap();
-    world.without_ground().with_fixed(pieces.into_iter().map(fixed).collect()).unwrap()
+    world.with_fixed(pieces.into_iter().map(fixed).collect()).unwrap()
 }
 
 /// As many steps, each of them solved.

@@ -29,17 +29,16 @@ fn at(position: V) -> State {
 
 /// No ground; `fall` in m/s².
 fn world(bodies: Vec<RigidBody>, friction: f64, time_step: f64, fall: f64) -> World {
-    let (ground, gravity) = (Plane::level(), v(0.0, 0.0, -fall));
+    let gravity = v(0.0, 0.0, -fall);
     World::new(Parameters {
         bodies,
-        ground,
+        ground: None,
         gravity,
         friction,
         time_step,
         rotation: tumble::mechanics::Rotation::Momentum,
     })
     .unwrap()
-    .without_ground()
 }
 
 fn fixed_box(half_sides: V, centre: V) -> Fixed {
@@ -224,8 +223,14 @@ fn what_turns_too_far_beside_something_is_marked() {
         let start = State { position: v(0.0, 0.0, height), ..start };
         let (bodies, ground, gravity) = (vec![rod.clone()], Plane::level(), V::zeros());
         let rotation = tumble::mechanics::Rotation::Momentum;
-        let parameters =
-            Parameters { bodies, ground, gravity, friction: 0.3, time_step: 0.005, rotation };
+        let parameters = Parameters {
+            bodies,
+            ground: Some(ground),
+            gravity,
+            friction: 0.3,
+            time_step: 0.005,
+            rotation,
+        };
         run(&World::new(parameters).unwrap(), &[start], 1)[0].report.status
     };
     assert_eq!([ground(0.5), ground(1.5)], [StepStatus::Wild, StepStatus::Free]);

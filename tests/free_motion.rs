@@ -226,7 +226,7 @@ proptest! {
         let contacts = points(&world);
         let forces: Vec<_> = (0..contacts).map(|i| force * (1.0 - 0.3 * i as f64)).collect();
         let wrench = wrench_of(body(&world), &start, &forces);
-        let frame = *world.ground().frame();
+        let frame = *world.ground().unwrap().frame();
         let mut nlp = StepNlp::new(world, SMOOTHING).unwrap();
         let mut x = ProgramPoint::free(&next, contacts);
         let (mut inside, mut outside) =

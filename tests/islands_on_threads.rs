@@ -34,7 +34,7 @@ fn world(bodies: Vec<RigidBody>) -> World {
     let (ground, friction, time_step) = (Plane::level(), 0.5, 0.002);
     World::new(Parameters {
         bodies,
-        ground,
+        ground: Some(ground),
         gravity,
         friction,
         time_step,

@@ -18,7 +18,7 @@ use tumble::world::{Parameters, World};
 fn point_of(nlp: &StepNlp, step: &StepRecord) -> ProgramPoint {
     let (world, heights) = (nlp.world(), heights(nlp.world(), step.next()));
     let mut point = ProgramPoint::zeros(points(world));
-    let (ground, friction) = (world.ground(), world.friction());
+    let (ground, friction) = (world.ground().unwrap(), world.friction());
     point.set_solution(&step.solution, ground, |i| heights[i], friction, nlp.smoothing());
     point
 }
@@ -164,7 +164,7 @@ fn a_brick_on_an_incline_is_a_point_of_its_program_too() {
     let usual = Parameters { friction: 0.5, time_step: 1e-3, ..parameters(body) };
     let leaning = Parameters { gravity: Vector3::new(2.5, -1.0, -9.4), ..usual.clone() };
     let ground = Plane::new(Vector3::new(0.25, -0.1, 0.94), -0.2).unwrap();
-    let sloping = Parameters { ground, ..usual };
+    let sloping = Parameters { ground: Some(ground), ..usual };
     for (constants, seed) in (0..6).flat_map(|seed| [(&leaning, seed), (&sloping, seed)]) {
         let world = World::new(constants.clone()).unwrap();
         let mut nlp = StepNlp::new(world.clone(), SMOOTHING).unwrap();

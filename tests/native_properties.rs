@@ -86,7 +86,7 @@ fn scene(body: impl Strategy<Value = RigidBody>, friction: f64) -> impl Strategy
         let (bodies, ground) = (vec![body], Plane::level());
         World::new(Parameters {
             bodies,
-            ground,
+            ground: Some(ground),
             gravity,
             friction,
             time_step,

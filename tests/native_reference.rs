@@ -47,7 +47,7 @@ impl Run {
         let (bodies, ground) = (vec![body], Plane::level());
         World::new(Parameters {
             bodies,
-            ground,
+            ground: Some(ground),
             gravity,
             friction,
             time_step,

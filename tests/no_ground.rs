@@ -16,12 +16,17 @@ const STEP: f64 = 0.002;
 fn parameters(bodies: Vec<RigidBody>, gravity: f64, offset: f64) -> Parameters {
     Parameters {
         bodies,
-        ground: Plane::new(Vector3::z(), offset).unwrap(),
+        ground: Some(Plane::new(Vector3::z(), offset).unwrap()),
         gravity: Vector3::new(0.0, 0.0, -gravity),
         friction: 0.4,
         time_step: STEP,
         rotation: Rotation::Momentum,
     }
+}
+
+/// The world of these constants, with no ground.
+fn groundless(parameters: Parameters) -> World {
+    World::new(Parameters { ground: None, ..parameters }).unwrap()
 }
 
 fn cube(mass: f64) -> RigidBody {
@@ -57,7 +62,7 @@ fn a_pair_in_free_space_needs_no_plane() {
     starts[0].attitude = Vector4::new(0.9, 0.2, 0.3, 0.1).normalize();
     starts[0].velocity = Vector3::new(1.0, 0.0, -0.1);
     starts[0].spin = Vector3::new(0.3, 2.0, 1.5);
-    let world = World::new(parameters(bodies(), 0.0, 0.0)).unwrap().without_ground();
+    let world = groundless(parameters(bodies(), 0.0, 0.0));
     let above = World::new(parameters(bodies(), 0.0, -50.0)).unwrap();
     let free = run(&world, &starts, 100, Motion::native(&world));
     let far = run(&above, &starts, 100, Motion::native(&above));
@@ -102,9 +107,9 @@ fn a_bowl_with_nothing_under_it_holds_a_ball_and_lets_another_fall() {
         let piece = slab.moved_by(&(about * inclined), &(about * centre)).unwrap();
         Fixed { piece, friction: None }
     });
-    let world = World::new(parameters(vec![ball.clone(), ball], GRAVITY, 0.0)).unwrap();
-    let world = world.without_ground().with_fixed(fixed.collect()).unwrap();
-    assert!(!world.has_ground());
+    let world = groundless(parameters(vec![ball.clone(), ball], GRAVITY, 0.0));
+    let world = world.with_fixed(fixed.collect()).unwrap();
+    assert!(world.ground().is_none());
     let starts = [at([0.02, 0.01, 0.3]), at([3.0, 0.0, 0.0])];
     assert_eq!(world.lowest_height(&starts), f64::INFINITY);
     let steps = 2000;
@@ -122,7 +127,7 @@ fn a_bowl_with_nothing_under_it_holds_a_ball_and_lets_another_fall() {
 /// One body without pieces or ground has nothing to touch, whoever solves.
 #[test]
 fn one_body_without_a_ground_falls() {
-    let world = World::new(parameters(vec![cube(1.0)], GRAVITY, 0.0)).unwrap().without_ground();
+    let world = groundless(parameters(vec![cube(1.0)], GRAVITY, 0.0));
     let options = IpoptSolver::options(1e-6, 300);
     let solver = ladder_for(&world, Formulation::Reduced, options.clone()).unwrap();
     let motion = Motion::Contact { detection: Default::default(), solver };
@@ -135,7 +140,7 @@ fn one_body_without_a_ground_falls() {
 
 #[test]
 fn a_pair_with_a_ground_that_is_not_there_is_refused() {
-    let world = World::new(parameters(vec![cube(1.0)], GRAVITY, 0.0)).unwrap().without_ground();
+    let world = groundless(parameters(vec![cube(1.0)], GRAVITY, 0.0));
     let refused = world.with_friction_between(0, Partner::Ground, 0.3);
     assert!(matches!(refused, Err(Error::Count { .. })), "{refused:?}");
 }

@@ -57,7 +57,7 @@ fn pile(seed: u32, count: usize, mixed: bool) -> Pile {
 fn world(bodies: Vec<RigidBody>, ground: Plane, gravity: Vector3<f64>) -> World {
     World::new(Parameters {
         bodies,
-        ground,
+        ground: Some(ground),
         gravity,
         friction: 0.5,
         time_step: 0.002,

@@ -37,7 +37,8 @@ impl Turn {
         let normal = self.matrix * Vector3::z();
         let ground = Plane::new(normal, normal.dot(&self.shift)).unwrap();
         let gravity = self.matrix * world.gravity();
-        World::new(Parameters { ground, gravity, ..world.parameters().clone() }).unwrap()
+        World::new(Parameters { ground: Some(ground), gravity, ..world.parameters().clone() })
+            .unwrap()
     }
 }
 
@@ -120,9 +121,10 @@ fn a_turned_world_has_the_turned_motion() {
 fn a_records_certificate_comes_out_again_from_what_is_in_it() {
     let (world, start, _) = throw();
     let ground = Plane::new(Vector3::new(0.3, -0.2, 0.9), -0.4).unwrap();
-    let parameters = Parameters { ground, ..world.parameters().clone() };
+    let parameters = Parameters { ground: Some(ground), ..world.parameters().clone() };
     let world = World::new(parameters).unwrap();
-    let (ground, motion, wrenches) = (world.ground(), Motion::native(&world), &[Wrench::zero()]);
+    let (ground, motion, wrenches) =
+        (world.ground().unwrap(), Motion::native(&world), &[Wrench::zero()]);
     let mut touched = 0;
     for record in records(&world, start, Polyline::default(), motion, 600) {
         let StepRecord { states, solution, contacts, certificate, .. } = &record;

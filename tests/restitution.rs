@@ -36,7 +36,7 @@ fn world(bodies: Vec<RigidBody>, gravity: f64, friction: f64, time_step: f64) ->
     let ground = Plane::level();
     World::new(Parameters {
         bodies,
-        ground,
+        ground: Some(ground),
         gravity,
         friction,
         time_step,

@@ -24,8 +24,9 @@ fn askew(form: Rotation, h: f64) -> World {
     let usual = tutorial_parameters();
     let gravity = Vector3::zeros();
     let bodies = vec![body];
-    let given = Parameters { bodies, gravity, time_step: h, rotation: form, ..usual };
-    World::new(given).unwrap().without_ground()
+    let (ground, time_step) = (None, h);
+    let given = Parameters { bodies, ground, gravity, time_step, rotation: form, ..usual };
+    World::new(given).unwrap()
 }
 
 /// Nearly about the middle axis, where the motion is richest: it turns over again and again.
@@ -140,9 +141,15 @@ fn a_pair_in_free_space_keeps_its_angular_momentum() {
         RigidBody::solid_box(mass, 0.5 * Vector3::from(sides)).unwrap()
     };
     let bodies = vec![brick(2.0, [0.4, 0.3, 0.2]), brick(1.0, [0.2, 0.5, 0.3])];
-    let (gravity, rotation) = (Vector3::zeros(), Rotation::Momentum);
-    let given = Parameters { bodies, gravity, friction: 0.5, rotation, ..tutorial_parameters() };
-    let world = World::new(given).unwrap().without_ground();
+    let given = Parameters {
+        bodies,
+        ground: None,
+        gravity: Vector3::zeros(),
+        friction: 0.5,
+        rotation: Rotation::Momentum,
+        ..tutorial_parameters()
+    };
+    let world = World::new(given).unwrap();
     let place = |position: [f64; 3], velocity: [f64; 3], spin: [f64; 3]| State {
         position: position.into(),
         attitude: Vector4::new(0.9, 0.1, -0.3, 0.2).normalize(),

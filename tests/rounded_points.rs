@@ -20,7 +20,7 @@ use tumble::world::{Parameters, World};
 
 /// The contacts of all points of the body with the ground, each rounded by `radius`.
 fn rounded(world: &World, state: &State, radius: f64) -> Vec<Contact> {
-    let (body, ground, pose) = (common::body(world), world.ground(), state.pose());
+    let (body, ground, pose) = (common::body(world), world.ground().unwrap(), state.pose());
     let points = body.contact_points().iter().enumerate();
     let contact = |(point, place): (usize, &tumble::mechanics::body::ContactPoint)| {
         let (frame, offset) = (*ground.frame(), ground.offset());
@@ -71,12 +71,12 @@ fn any_case() -> impl Strategy<Value = Case> {
             let body = RigidBody::new(1.0, inertia, &points).unwrap();
             let normal = *ground.normal();
             let gravity = -9.81 * normal + Vector3::new(1.0, 0.5, 0.0);
-            let given = Parameters { ground, gravity, friction, ..parameters(body) };
+            let given = Parameters { ground: Some(ground), gravity, friction, ..parameters(body) };
             let world = World::new(given).unwrap();
             let (position, attitude) = (Vector3::zeros(), q.normalize());
             let velocity = velocity - Vector3::z();
             let state = State { position, attitude, velocity, spin };
-            let mut state = world.ground().state_to_world(&state);
+            let mut state = world.ground().unwrap().state_to_world(&state);
             let lowest = world.lowest_height(&[state]) - radius;
             state.position += (gap - lowest) * normal;
             Case { world, state, radius }
@@ -102,12 +102,12 @@ fn the_native_solver_solves_rounded_points_exactly() {
         let certificate = Certifier::new().contact_step(&world, &claim, solution.forces());
         prop_assert!(certificate.residual() <= 1e-9, "{certificate:?}");
         // Written down a second time: no ball ends in the ground, and one that presses touches.
-        let normal = world.ground().normal();
+        let normal = world.ground().unwrap().normal();
         let turn = rotation(&next[0].attitude);
         let places = common::body(&world).contact_points().iter();
         for (place, contact) in places.zip(&solution.contacts) {
             let centre = next[0].position + turn * place.position;
-            let gap = normal.dot(&centre) - world.ground().offset() - radius;
+            let gap = normal.dot(&centre) - world.ground().unwrap().offset() - radius;
             let speed = gap / world.time_step();
             prop_assert!(speed > -1e-9, "{speed:e}");
             prop_assert!(!contact.carries_force() || speed < 1e-9, "{speed:e}");

@@ -34,7 +34,7 @@ impl Scene {
         let (ground, gravity) = (Plane::level(), Vector3::new(0.0, 0.0, -GRAVITY));
         let parameters = Parameters {
             bodies,
-            ground,
+            ground: Some(ground),
             gravity,
             friction,
             time_step,
@@ -133,7 +133,7 @@ fn turning_the_whole_scene_turns_the_answer() {
         let turn = rotation(&q);
         let turned = |state: &State| turned(state, &q);
         let mut other = scene.clone();
-        other.parameters.ground = Plane::new(turn * Vector3::z(), 0.0).unwrap();
+        other.parameters.ground = Some(Plane::new(turn * Vector3::z(), 0.0).unwrap());
         other.parameters.gravity = turn * scene.parameters.gravity;
         other.states = scene.states.iter().map(turned).collect();
         for (a, b) in usual.iter().zip(other.run(LANDING)) {

@@ -70,7 +70,7 @@ fn anywhere() -> impl Strategy<Value = Anywhere> {
                 });
                 let world = World::new(Parameters {
                     bodies: made.collect(),
-                    ground: Plane::level(),
+                    ground: Some(Plane::level()),
                     gravity,
                     friction: 0.3,
                     time_step,
@@ -116,7 +116,7 @@ fn anywhere_round() -> impl Strategy<Value = Anywhere> {
             });
             let world = World::new(Parameters {
                 bodies: made.collect(),
-                ground: Plane::level(),
+                ground: Some(Plane::level()),
                 gravity,
                 friction: 0.3,
                 time_step,

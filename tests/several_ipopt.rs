@@ -30,7 +30,7 @@ fn world(bodies: Vec<RigidBody>, gravity: f64, friction: f64) -> World {
     let (ground, time_step) = (Plane::level(), 0.002);
     World::new(Parameters {
         bodies,
-        ground,
+        ground: Some(ground),
         gravity,
         friction,
         time_step,

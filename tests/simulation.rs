@@ -112,11 +112,13 @@ fn bodies_that_overlap_at_the_start_are_refused() {
 fn a_start_deep_below_the_ground_is_refused_and_one_in_the_contact_band_is_not() {
     let level = cube_world(SOLID);
     let slope = Plane::new(Vector3::new(0.3, -0.2, 1.0), 0.7).unwrap();
-    let slope = World::new(Parameters { ground: slope, ..level.parameters().clone() }).unwrap();
+    let slope =
+        World::new(Parameters { ground: Some(slope), ..level.parameters().clone() }).unwrap();
     for world in [level, slope] {
         let at = |height: f64| {
             let mut start = touching(&world);
-            start.position += world.ground().normal() * (height - world.lowest_height(&[start]));
+            start.position +=
+                world.ground().unwrap().normal() * (height - world.lowest_height(&[start]));
             start
         };
         for depth in [0.0051, 0.1, 3.0, 1e5] {

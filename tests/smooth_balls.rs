@@ -25,7 +25,7 @@ fn at(position: [f64; 3], velocity: [f64; 3]) -> State {
 fn world(bodies: Vec<RigidBody>) -> World {
     World::new(Parameters {
         bodies,
-        ground: Plane::new(Vector3::z(), -100.0).unwrap(),
+        ground: Some(Plane::new(Vector3::z(), -100.0).unwrap()),
         gravity: Vector3::zeros(),
         friction: 0.0,
         time_step: 0.01,
@@ -102,7 +102,7 @@ fn a_ball_that_is_driven_down_meets_the_ground() {
     // Above the band in which points are candidates at the start.
     let starts = [at([0.0, 0.0, 0.1006], [0.0; 3]), at([0.0, 0.0, 0.3007], [0.0, 0.0, -2.0])];
     let world = World::new(Parameters {
-        ground: Plane::level(),
+        ground: Some(Plane::level()),
         friction: 0.3,
         time_step: 1e-3,
         ..world(vec![ball(1.0, 0.1), ball(1.0, 0.1)]).parameters().clone()

@@ -35,7 +35,8 @@ fn ladder(world: &World) -> Box<dyn StepSolver> {
 fn worlds() -> [World; 2] {
     let level = cube_world(SOLID);
     let ground = Plane::sloping(10.0).unwrap();
-    let sloping = World::new(Parameters { ground, ..level.parameters().clone() }).unwrap();
+    let sloping =
+        World::new(Parameters { ground: Some(ground), ..level.parameters().clone() }).unwrap();
     [level, sloping]
 }
 

@@ -22,7 +22,7 @@ fn run(placed: &[Placed], order: &[usize], gravity: f64, steps: usize) -> Vec<St
     let (ground, gravity) = (Plane::level(), V::new(0.0, 0.0, -gravity));
     let parameters = Parameters {
         bodies,
-        ground,
+        ground: Some(ground),
         gravity,
         friction: 0.4,
         time_step: 0.002,

@@ -159,7 +159,7 @@ fn what_happens_elsewhere_excuses_no_energy() {
         let (ground, gravity) = (Plane::level(), Vector3::zeros());
         let parameters = Parameters {
             bodies,
-            ground,
+            ground: Some(ground),
             gravity,
             friction: 0.0,
             time_step: 0.002,

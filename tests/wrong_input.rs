@@ -28,7 +28,7 @@ use tumble::world::{Parameters, World};
 fn world_of(bodies: usize) -> World {
     let parameters = Parameters {
         bodies: vec![RigidBody::solid_box(1.0, Vector3::repeat(0.5)).unwrap(); bodies],
-        ground: Plane::level(),
+        ground: Some(Plane::level()),
         gravity: Vector3::new(0.0, 0.0, -9.81),
         friction: 0.5,
         time_step: 0.01,

@@ -46,7 +46,7 @@ impl Scene {
         };
         World::new(Parameters {
             bodies: self.boxes.iter().map(body).collect::<Result<_, _>>()?,
-            ground: Plane::level(),
+            ground: Some(Plane::level()),
             gravity: Vector3::from(self.gravity),
             friction: self.friction,
             time_step: self.step_seconds,

@@ -246,7 +246,7 @@ impl Recording {
 fn is_of(content: &Content, contact: &ContactRow) -> bool {
     let bodies = content.bodies.len();
     let known = match contact.partner {
-        Partner::Ground => content.world.has_ground(),
+        Partner::Ground => content.world.ground().is_some(),
         Partner::Fixed(index) => index < content.fixed.len(),
         Partner::Body(index) => index < bodies && index != contact.body,
     };

@@ -32,15 +32,15 @@ pub fn film(
     }
     let frames = frames.all();
     let Source { physics, floating, run } = file.source;
-    let (world, plane) = (&physics.world, physics.world.ground());
-    let ground = Ground { normal: *plane.normal(), offset: plane.offset() };
+    let world = &physics.world;
+    let ground = world.ground().filter(|_| !floating);
     Ok(Some(Film {
         title: run.as_ref().map_or(String::new(), title),
         facts: run.map_or(Vec::new(), facts),
         time_step: world.time_step(),
         gravity: *world.gravity(),
         friction: world.friction(),
-        ground: (!floating).then_some(ground),
+        ground: ground.map(|plane| Ground { normal: *plane.normal(), offset: plane.offset() }),
         fixed: Vec::new(),
         bodies: vec![body(&physics)],
         frames,

@@ -25,7 +25,7 @@ pub fn of_run(parameters: &RunParameters, flags: &PhysicsArgs) -> Result<Physics
     let plane = flags.plane.as_ref().map_or_else(|| parameters.plane.clone(), plane);
     let world = World::new(Parameters {
         bodies: vec![rigid_body(flags.mass.unwrap_or(parameters.mass), &shape, &inertia)?],
-        ground: Plane::new(plane.normal.0.into(), plane.offset)?,
+        ground: Some(Plane::new(plane.normal.0.into(), plane.offset)?),
         gravity: flags.gravity.unwrap_or(parameters.gravity.0.into()),
         friction: flags.mu.unwrap_or(parameters.mu),
         time_step: flags.dt.unwrap_or(parameters.dt),
@@ -61,7 +61,7 @@ pub fn parameters(physics: &Physics, rows: u64) -> RunParameters {
         inertia: by_rows(body.inertia()),
         gravity: numbers(world.gravity()),
         epsilon: SMOOTHING,
-        plane: plane(world.ground()),
+        plane: plane(&world.ground().cloned().unwrap_or_default()),
         contact_points: body.contact_points().iter().map(|c| numbers(&c.position)).collect(),
         load: (!load.is_none()).then(|| LoadParameters::of(load)),
     }

@@ -4,7 +4,7 @@
 //! *carry a force* is the solution's to say
 //! ([`ContactForce::carries_force`](crate::step::ContactForce::carries_force)).
 
-use super::{Contact, ContactKey, Features, KeyIndex, Partner};
+use super::{Contact, ContactKey, Features, KeyIndex, Partner, Plane};
 use crate::mechanics::{Pose, State};
 use crate::world::World;
 
@@ -37,6 +37,7 @@ impl Detection {
         contacts: &mut Vec<Contact>,
     ) -> bool {
         contacts.clear();
+        let Some(ground) = world.ground() else { return false };
         let mut needs_contact = false;
         let bodies = world.bodies().iter().zip(states).zip(free);
         for (index, ((body, state), free)) in bodies.enumerate() {
@@ -46,7 +47,7 @@ impl Detection {
             for (point, (now, then)) in heights.enumerate() {
                 let candidate = now <= band || (self == Self::Predictive && then <= 0.0);
                 if candidate {
-                    contacts.push(ground_contact(world, index, point, &pose));
+                    contacts.push(ground_contact((world, ground), index, point, &pose));
                 }
                 needs_contact |= candidate || then < 0.0;
             }
@@ -68,10 +69,12 @@ impl Detection {
 /// judged by that comes from a file.
 pub fn all_contacts(world: &World, states: &[State], contacts: &mut Vec<Contact>) {
     contacts.clear();
+    let Some(ground) = world.ground() else { return };
     for (index, (body, state)) in world.bodies().iter().zip(states).enumerate() {
         let pose = state.pose();
         let points = 0..body.contact_points().len();
-        contacts.extend(points.map(|point| ground_contact(world, index, point, &pose)));
+        let of_point = |point| ground_contact((world, ground), index, point, &pose);
+        contacts.extend(points.map(of_point));
     }
 }
 
@@ -87,6 +90,7 @@ pub fn admit_missed(
     contacts: &mut Vec<Contact>,
     index: &mut KeyIndex,
 ) -> bool {
+    let Some(ground) = world.ground() else { return false };
     let before = contacts.len();
     index.clear();
     index.reserve(contacts.capacity());
@@ -95,16 +99,21 @@ pub fn admit_missed(
         for (point, height) in world.heights(body, &next.pose()).enumerate() {
             let key = ContactKey { body, point, partner: Partner::Ground, pair: None };
             if height < -depth && index.find(contacts, &key, contacts.len()).is_none() {
-                contacts.push(ground_contact(world, body, point, &state.pose()));
+                contacts.push(ground_contact((world, ground), body, point, &state.pose()));
             }
         }
     }
     contacts.len() > before
 }
 
-/// The contact of a body's point with the ground.
-fn ground_contact(world: &World, body: usize, point: usize, pose: &Pose) -> Contact {
-    let (a, ground) = (&world.bodies()[body], world.ground());
+/// The contact of a body's point with the ground of the world.
+fn ground_contact(
+    (world, ground): (&World, &Plane),
+    body: usize,
+    point: usize,
+    pose: &Pose,
+) -> Contact {
+    let a = &world.bodies()[body];
     let found = &a.contact_points()[point];
     let features =
         Features::of_plane(found.position, found.radius, *ground.frame(), ground.offset());

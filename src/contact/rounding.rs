@@ -52,7 +52,7 @@ pub fn residual(world: &World, states: &[State], next: &[State]) -> f64 {
         let turning = h * slender * next.spin.norm_squared() * reach;
         speed = speed.max(next.velocity.amax() + next.spin.amax() * reach + turning);
     }
-    let length = length + world.ground().offset().abs();
+    let length = length + world.ground().map_or(0.0, |ground| ground.offset().abs());
     let lost = ROUNDINGS * f64::EPSILON * (length / h + speed);
     // In this order a NaN is capped as well.
     if lost < LARGEST { lost } else { LARGEST }

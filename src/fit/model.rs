@@ -143,9 +143,9 @@ impl Model {
     pub fn of_world(world: &World) -> Result<Self, FitError> {
         let refused = |why: &str| Err(FitError::Scene(format!("a fit needs {why}")));
         let [body] = world.bodies() else { return refused("a scene of one body") };
-        if !world.has_ground() {
+        let Some(ground) = world.ground() else {
             return refused("a ground: without one nothing lands");
-        }
+        };
         if !world.fixed().is_empty() {
             return refused("a scene without fixed pieces: the ground is what tosses land on");
         }
@@ -166,7 +166,7 @@ impl Model {
             restitution: world.restitution_between(0, Partner::Ground),
             gravity: *world.gravity(),
             rotation: world.rotation(),
-            ground: world.ground().clone(),
+            ground: ground.clone(),
         };
         if model.extents().min() <= 0.0 {
             return refused("a body with an extent along each of its axes");
@@ -248,7 +248,7 @@ impl Model {
         let strength = values.get(Parameter::Gravity) / self.gravity.norm();
         let world = World::new(Parameters {
             bodies: vec![body],
-            ground: Plane::new(*ground.normal(), offset)?,
+            ground: Some(Plane::new(*ground.normal(), offset)?),
             gravity: self.gravity * strength,
             friction: values.get(Parameter::Friction),
             time_step,

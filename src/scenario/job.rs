@@ -60,7 +60,9 @@ impl Job {
         };
         let start = start.checked()?;
         let start = match settings.frame {
-            Some(Frame::Ground) => physics.world.ground().state_to_world(&start),
+            Some(Frame::Ground) => {
+                physics.world.ground().map_or(start, |ground| ground.state_to_world(&start))
+            }
             Some(Frame::World) | None => start,
         };
         physics.refuse_violent_load()?;
@@ -127,7 +129,7 @@ fn refuse_start_below_ground(
     settings: &Settings,
 ) -> Result<(), Failure> {
     let lowest = world.lowest_height(&[*start]);
-    let ground = world.ground();
+    let Some(ground) = world.ground() else { return Ok(()) };
     let arm = ground.normal() * world.reach();
     if lowest >= -rounding::gap(ground.normal(), &start.position, ground.offset(), &arm) {
         return Ok(());

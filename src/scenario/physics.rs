@@ -29,7 +29,7 @@ impl Physics {
         let inertia = settings.inertia.as_ref().ok_or_else(|| Failure::needed("inertia"))?;
         let world = World::new(Parameters {
             bodies: vec![rigid_body(mass, shape, inertia)?],
-            ground: settings.plane.clone().unwrap_or_default(),
+            ground: Some(settings.plane.clone().unwrap_or_default()),
             gravity: settings.gravity.ok_or_else(|| Failure::needed("gravity"))?,
             friction: settings.mu.unwrap_or(scene::FRICTION),
             time_step: settings.dt.ok_or_else(|| Failure::needed("dt"))?,

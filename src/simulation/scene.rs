@@ -96,7 +96,7 @@ pub fn tutorial_parameters() -> Result<Parameters, Error> {
     let scene = Scene::drop();
     Ok(Parameters {
         bodies: vec![tutorial_cube()?],
-        ground: Plane::level(),
+        ground: Some(Plane::level()),
         gravity: scene.gravity,
         friction: FRICTION,
         time_step: scene.time_step,

@@ -152,10 +152,8 @@ impl Judge {
 #[must_use]
 #[inline]
 pub fn is_lost(world: &World, states: &[State], next: &[State]) -> bool {
-    if !world.has_ground() {
-        return false;
-    }
-    let (h, ground) = (world.time_step(), world.ground());
+    let Some(ground) = world.ground() else { return false };
+    let h = world.time_step();
     let height = |state: &State| ground.normal().dot(&state.position) - ground.offset();
     let bodies = world.bodies().iter().zip(states).zip(next);
     bodies.into_iter().any(|((body, state), next)| {

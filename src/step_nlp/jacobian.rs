@@ -143,7 +143,7 @@ impl StepNlp {
     ) {
         let row = self.layout.normal_complementarity_rows().start + i;
         let [_, _, fz, s1, ..] = self.layout.contact_variables(i);
-        let (form, ground) = (&self.forms[i][2], self.world.ground());
+        let (form, ground) = (&self.forms[i][2], &self.ground);
         let centre = ground.normal().dot(&next.position) - ground.offset();
         let height = centre + 0.5 * next.attitude.dot(&(form * next.attitude));
         self.emit_position_gradient(2, row, -x[fz], sink);

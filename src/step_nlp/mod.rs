@@ -34,7 +34,7 @@ pub mod several;
 
 pub use point::ProgramPoint;
 
-use crate::contact::Partner;
+use crate::contact::{Partner, Plane};
 use crate::error::{Error, in_range};
 use crate::mechanics::body::ContactPoint;
 use crate::mechanics::quaternion::{attitude_map, rotated_point_forms, rotation};
@@ -54,12 +54,17 @@ pub const SMOOTHING: f64 = 1e-6;
 /// The body that the program is of.
 const BODY: usize = 0;
 
+/// Why worlds without a ground have no such program.
+const NO_GROUND: &str = "it is of a body above a ground; give a world with one";
+
 /// The step problem of one world: structure and constants fixed, the parameters
 /// (X, external wrench, α) set anew for each step. Points x have [`Layout::variables`] numbers, rows
 /// and multipliers [`Layout::constraints`]; methods panic on shorter slices.
 #[derive(Debug, Clone)]
 pub struct StepNlp {
     world: World,
+    /// That of the world.
+    ground: Plane,
     /// ε, N.
     smoothing: f64,
     /// κ, m/s a N, and f_0: see [`StepNlp::anchor_friction`].
@@ -97,9 +102,13 @@ impl StepNlp {
     /// A world that [`StepNlp::unsuitable`] names, a smoothing outside 1e-12…1 N.
     pub fn new(world: World, smoothing: f64) -> Result<Self, Error> {
         in_range("smoothing epsilon (N)", smoothing, 1e-12, 1.0, "1e-12 to 1")?;
-        if let Some(why) = Self::unsuitable(&world) {
-            return Err(Error::Unsupported { what: "the tutorial's program", why });
-        }
+        let ground = match (Self::unsuitable(&world), world.ground()) {
+            (None, Some(ground)) => ground.clone(),
+            (why, _) => {
+                let why = why.unwrap_or(NO_GROUND);
+                return Err(Error::Unsupported { what: "the tutorial's program", why });
+            }
+        };
         let body = &world.bodies()[BODY];
         let layout = Layout::new(body.contact_points().len());
         let state = State {
@@ -114,7 +123,7 @@ impl StepNlp {
             compliance: 0.0,
             anchors: vec![Vector2::zeros(); layout.contacts()],
             layout,
-            forms: forms_along(body, world.ground().frame()),
+            forms: forms_along(body, ground.frame()),
             gyroscopic: Gyroscopic::new(body, world.rotation(), world.time_step()),
             jacobian_pattern: SparsityPattern::new(),
             hessian_pattern: SparsityPattern::new(),
@@ -127,6 +136,7 @@ impl StepNlp {
                 spin_per_force: vec![Matrix3::zeros(); n],
             },
             world,
+            ground,
         };
         nlp.set_step(&state, &Wrench::zero(), std::iter::repeat_n(0.0, n));
         let x = vec![0.0; layout.variables()];
@@ -147,8 +157,8 @@ impl StepNlp {
         let body = &world.bodies()[BODY];
         if world.bodies().len() > 1 {
             Some("it is of one body; give a world of one")
-        } else if !world.has_ground() {
-            Some("it is of a body above a ground; give a world with one")
+        } else if world.ground().is_none() {
+            Some(NO_GROUND)
         } else if !world.fixed().is_empty() {
             Some("it knows no fixed pieces; give a world without them")
         } else if body.contact_points().iter().any(|point| point.radius > 0.0) {
@@ -172,7 +182,7 @@ impl StepNlp {
     ) {
         let h = self.world.time_step();
         let body = &self.world.bodies()[BODY];
-        let frame = self.world.ground().frame();
+        let frame = self.ground.frame();
         let (position, rotation) = (state.position, rotation(&state.attitude));
         let step = &mut self.step;
         step.state = *state;
@@ -230,7 +240,7 @@ impl StepNlp {
 
     /// F: the ground's tangents and normal as columns.
     fn frame(&self) -> &Matrix3<f64> {
-        self.world.ground().frame()
+        self.ground.frame()
     }
 
     /// The order of variables and rows.
@@ -330,7 +340,7 @@ impl StepNlp {
         for (i, point) in self.body().contact_points().iter().enumerate() {
             let position = next.position + rotation * point.position;
             let position = self.frame().tr_mul(&position);
-            let height = position[2] - self.world.ground().offset();
+            let height = position[2] - self.ground.offset();
             let [_, _, fz, s1, s2, slip] = layout.contact_variables(i);
             let force = self.smooth_force(x, i);
             let slip_velocity = (position.xy() - self.step.old_positions[i]) / h;

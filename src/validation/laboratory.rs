@@ -235,7 +235,7 @@ impl<'a> Laboratory<'a> {
     ) -> Result<(Simulation<'a>, bool), Error> {
         let mut world = World::new(Parameters {
             bodies: setup.bodies.iter().map(|subject| subject.body.clone()).collect(),
-            ground: Plane::sloping(setup.slope)?,
+            ground: Some(Plane::sloping(setup.slope)?),
             gravity: Vector3::new(0.0, 0.0, -setup.gravity),
             friction: setup.friction,
             time_step: self.time_step,

@@ -18,8 +18,9 @@ use nalgebra::Vector3;
 pub struct Parameters {
     /// The bodies; states and wrenches come in this order.
     pub bodies: Vec<RigidBody>,
-    /// The ground.
-    pub ground: Plane,
+    /// The ground, if there is one. Without it no point has a height, it has no part in any certificate, and
+    /// coefficients for pairs with it are refused.
+    pub ground: Option<Plane>,
     /// g, m/s², world.
     pub gravity: Vector3<f64>,
     /// μ, coefficient of friction.
@@ -39,11 +40,10 @@ pub struct Fixed {
     pub friction: Option<f64>,
 }
 
-/// Rigid bodies above a ground, with friction: the constants of every step.
+/// Rigid bodies and what they can touch, with friction: the constants of every step.
 #[derive(Debug, Clone, PartialEq)]
 pub struct World {
     parameters: Parameters,
-    has_ground: bool,
     fixed: Vec<Fixed>,
     pair_frictions: Pairs,
     restitution: f64,
@@ -73,7 +73,6 @@ impl World {
         let speed_scale = speed_scale(&parameters.gravity, reach);
         Ok(Self {
             parameters,
-            has_ground: true,
             fixed: Vec::new(),
             pair_frictions: Pairs::new(),
             restitution: 0.0,
@@ -82,20 +81,6 @@ impl World {
             reach,
             speed_scale,
         })
-    }
-
-    /// This world without a ground: nothing touches it, it has no height and no part in any
-    /// certificate, and coefficients for pairs with it are refused. [`World::ground`] then is a plane
-    /// that says nothing.
-    #[must_use]
-    pub fn without_ground(self) -> Self {
-        Self { has_ground: false, ..self }
-    }
-
-    /// Whether there is a ground.
-    #[must_use]
-    pub fn has_ground(&self) -> bool {
-        self.has_ground
     }
 
     /// This world with pieces that never move.
@@ -178,7 +163,7 @@ impl World {
     fn check_pair(&self, field: &'static str, body: usize, partner: Partner) -> Result<(), Error> {
         let bodies = self.bodies().len();
         let known = match partner {
-            Partner::Ground => self.has_ground,
+            Partner::Ground => self.ground().is_some(),
             Partner::Fixed(index) => index < self.fixed.len(),
             Partner::Body(other) => other < bodies && other != body,
         };
@@ -309,10 +294,10 @@ impl World {
         &self.parameters.bodies
     }
 
-    /// The ground.
+    /// The ground, if there is one.
     #[must_use]
-    pub fn ground(&self) -> &Plane {
-        &self.parameters.ground
+    pub fn ground(&self) -> Option<&Plane> {
+        self.parameters.ground.as_ref()
     }
 
     /// g, m/s², world.
@@ -374,7 +359,7 @@ impl World {
     /// φ_i = n·r − d + (Aᵀ n)·c_i − ρ_i
     /// ```
     ///
-    /// Without a ground they are infinite.
+    /// Without a ground there are none.
     ///
     /// # Panics
     /// If there is no such body.
@@ -383,14 +368,15 @@ impl World {
         index: usize,
         pose: &Pose,
     ) -> impl ExactSizeIterator<Item = f64> + use<'a> {
-        let ground = self.ground();
-        let centre = match self.has_ground {
-            true => ground.normal().dot(&pose.position) - ground.offset(),
-            false => f64::INFINITY,
+        let points = self.bodies()[index].contact_points();
+        let (centre, normal, points) = match self.ground() {
+            Some(ground) => {
+                let centre = ground.normal().dot(&pose.position) - ground.offset();
+                (centre, pose.rotation.tr_mul(ground.normal()), points)
+            }
+            None => (0.0, Vector3::zeros(), &points[..0]),
         };
-        let normal = pose.rotation.tr_mul(ground.normal());
-        let points = self.bodies()[index].contact_points().iter();
-        points.map(move |point| centre + normal.dot(&point.position) - point.radius)
+        points.iter().map(move |point| centre + normal.dot(&point.position) - point.radius)
     }
 
     /// The height of the lowest contact point of any body that has a state, m; infinite without a
@@ -441,7 +427,7 @@ impl World {
             &self.parameters;
         let parameters = Parameters {
             bodies: bodies.iter().map(|body| body.in_units(mass, length)).collect(),
-            ground: ground.in_units(length),
+            ground: ground.as_ref().map(|ground| ground.in_units(length)),
             gravity: gravity * (time * time / length),
             friction: *friction,
             time_step: time_step / time,
@@ -450,7 +436,6 @@ impl World {
         let speed_scale = self.speed_scale * time / length;
         Self {
             parameters,
-            has_ground: self.has_ground,
             fixed: Vec::new(),
             pair_frictions: self.pair_frictions.clone(),
             restitution: self.restitution,

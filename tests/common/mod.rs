@@ -199,7 +199,7 @@ pub fn certificate_by_hand(
     wrench: &Wrench,
 ) -> [f64; 5] {
     let (h, mass, mu) = (world.time_step(), body(world).mass(), world.friction());
-    let (n, offset) = (world.ground().normal(), world.ground().offset());
+    let (n, offset) = (world.ground().unwrap().normal(), world.ground().unwrap().offset());
     let across = |v: Vector3<f64>| v - n * n.dot(&v);
     let q = |state: &State| {
         let [w, x, y, z] = state.attitude.into();
@@ -313,7 +313,8 @@ pub fn any_world() -> impl Strategy<Value = World> {
         |((mass, inertia, points), gravity, friction, time_step, ground, rotation)| {
             let body = RigidBody::new(mass, inertia, &points).unwrap();
             let bodies = vec![body];
-            let constants = Parameters { bodies, ground, gravity, friction, time_step, rotation };
+            let constants =
+                Parameters { bodies, ground: Some(ground), gravity, friction, time_step, rotation };
             World::new(constants).unwrap()
         },
     )

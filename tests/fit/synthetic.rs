@@ -24,7 +24,7 @@ pub fn model() -> Model {
     let body = RigidBody::with_box_corners(0.4, inertia, half_sides).unwrap();
     let world = World::new(Parameters {
         bodies: vec![body],
-        ground: Plane::level(),
+        ground: Some(Plane::level()),
         gravity: Vector3::new(0.0, 0.0, -9.81),
         friction: 0.4,
         time_step: 0.001,

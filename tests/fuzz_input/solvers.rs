@@ -63,7 +63,8 @@ fn absurd_world() -> impl Strategy<Value = World> {
             let (bodies, ground) = (vec![body], Plane::level());
             // The exponential may round beyond its range.
             let time_step = f64::clamp(time_step, 1e-6, 0.1);
-            let constants = Parameters { bodies, ground, gravity, friction, time_step, rotation };
+            let constants =
+                Parameters { bodies, ground: Some(ground), gravity, friction, time_step, rotation };
             World::new(constants).unwrap()
         },
     )

@@ -77,7 +77,7 @@ impl Input {
         });
         let world = World::new(Parameters {
             bodies: bodies.collect(),
-            ground: Plane::level(),
+            ground: Some(Plane::level()),
             gravity: self.gravity.into(),
             friction: 0.3,
             time_step: self.dt,

@@ -31,7 +31,7 @@ struct Given {
 
 impl Given {
     fn of(step: &Step<'_>) -> Self {
-        let (world, ground) = (step.world, step.world.ground());
+        let (world, ground) = (step.world, step.world.ground().unwrap());
         Self {
             time_step: world.time_step(),
             friction: world.friction(),
@@ -62,7 +62,7 @@ impl StepSolver for Planted {
         let mut others = Candidates::from(changed.collect::<Vec<_>>());
         let report = self.solver.solve(step, &mut others, solution)?;
         candidates.extend(others.contacts()[known..].iter().copied());
-        let ground = step.world.ground();
+        let ground = step.world.ground().unwrap();
         let mut state = ground.state_to_ground(&solution.states[0]);
         (self.defect)(&given, &mut state);
         solution.states[0] = ground.state_to_world(&state);

@@ -136,7 +136,7 @@ impl PointFile {
         });
         Ok(World::new(Parameters {
             bodies: bodies.collect::<Result<_, _>>()?,
-            ground: Plane::level(),
+            ground: Some(Plane::level()),
             gravity: self.gravity.map_or(usual.gravity, Gravity::vector),
             friction: usual.friction,
             time_step: self.dt.unwrap_or(usual.time_step),

@@ -44,7 +44,7 @@ fn check_contacts(world: &World, step: &TableStep) -> Result<(), String> {
     let (bodies, fixed) = (world.bodies().len(), world.fixed().len());
     for (number, row) in step.contacts.iter().enumerate() {
         let is_there = match row.partner {
-            Partner::Ground => world.has_ground(),
+            Partner::Ground => world.ground().is_some(),
             Partner::Fixed(index) => index < fixed,
             Partner::Body(index) => index < bodies && index != row.body,
         };

@@ -137,15 +137,15 @@ impl Model {
         let fixed = fixed.collect::<Result<_, _>>()?;
         let world = World::new(Parameters {
             bodies: self.rigid_bodies()?,
-            ground: self.plane.as_ref().map_or(Ok(Plane::level()), |plane| {
-                Plane::new(plane.normal.0.into(), plane.offset)
-            })?,
+            ground: match &self.plane {
+                Some(plane) => Some(Plane::new(plane.normal.0.into(), plane.offset)?),
+                None => None,
+            },
             gravity: self.gravity.into(),
             friction: self.mu,
             time_step: self.dt,
             rotation: self.rotation,
         })?;
-        let world = if self.plane.is_some() { world } else { world.without_ground() };
         let world = world.with_fixed(fixed)?;
         let world = bouncing(world, Some(self.restitution), self.rebound_speed)?;
         let world = self.frictions.iter().try_fold(world, |world, pair| {

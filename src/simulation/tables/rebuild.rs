@@ -39,7 +39,7 @@ impl ContactRow {
         let bodies = world.bodies();
         let body = bodies.get(self.body).ok_or("is of a body that is not there")?;
         let known = match self.partner {
-            Partner::Ground => world.has_ground(),
+            Partner::Ground => world.ground().is_some(),
             Partner::Fixed(index) => index < world.fixed().len(),
             Partner::Body(index) => index < bodies.len() && index != self.body,
         };
@@ -80,7 +80,7 @@ impl ContactRow {
         if self.key.pair.is_some() {
             return Err("has a key of two pieces, and is with the ground");
         }
-        let ground = world.ground();
+        let ground = world.ground().ok_or("is with a ground that is not there")?;
         Ok(Features::of_plane(point.position, point.radius, *ground.frame(), ground.offset()))
     }
 

@@ -280,9 +280,11 @@ fn previous_point<'a>(
 /// Sets `point` to that of `solution`, in `units`.
 fn set_point(step: &Step<'_>, solution: &StepSolution, units: &Units, point: &mut ProgramPoint) {
     let world = step.world;
+    // The tutorial's program is of worlds with one.
+    let Some(ground) = world.ground() else { return };
     let heights: Vec<f64> = world.heights(BODY, &solution.states[BODY].pose()).collect();
     let (friction, smoothing) = (world.friction(), SMOOTHING * units.force());
-    point.set_solution(solution, world.ground(), |i| heights[i], friction, smoothing);
+    point.set_solution(solution, ground, |i| heights[i], friction, smoothing);
     units.convert_point(point);
 }
 

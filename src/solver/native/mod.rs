@@ -47,6 +47,7 @@ use crate::world::World;
 use descent::Outcome;
 use islands::{Islands, Marked};
 pub use law::Piece;
+use nalgebra::Vector3;
 use part::{Part, Parts};
 use starts::Start;
 #[cfg(feature = "threads")]
@@ -238,11 +239,15 @@ impl End {
 /// How deep a body may be in another at the end of the step before the contact counts as
 /// missed, m: what no certificate sees, or what rounding leaves of a gap.
 fn deepest_miss(step: &Step<'_>, next: &[State]) -> f64 {
-    let (world, ground) = (step.world, step.world.ground());
-    let arm = ground.normal() * world.reach();
+    let world = step.world;
+    // Without a ground a gap may be along any direction.
+    let (normal, arm, offset) = match world.ground() {
+        Some(ground) => (*ground.normal(), ground.normal() * world.reach(), ground.offset()),
+        None => (Vector3::repeat(1.0), Vector3::x() * world.reach(), 0.0),
+    };
     let (mut rounding, mut speed) = (0.0_f64, 0.0_f64);
     for ((body, next), free) in world.bodies().iter().zip(next).zip(step.free) {
-        let lost = rounding::gap(ground.normal(), &next.position, ground.offset(), &arm);
+        let lost = rounding::gap(&normal, &next.position, offset, &arm);
         rounding = rounding.max(lost);
         speed = speed.max(free.velocity.norm() + free.spin.norm() * body.reach());
     }
