@@ -1,20 +1,26 @@
 //! The example programs, run as a user runs them: exit codes, and the physics of what they
 //! print.
 
+use serde_json::Value;
+use std::path::PathBuf;
 use std::process::{Command, Output};
 
 /// Builds (mostly it is built) and runs an example. Of the whole workspace, as all tests are: by itself the
 /// library would want dependencies with other features, and all would be built once more.
 fn run(example: &str, arguments: &[&str]) -> Output {
     let built = Command::new(env!("CARGO"))
-        .args(["build", "--quiet", "--locked", "--workspace", "--example", example])
+        .args(["build", "--quiet", "--locked", "--workspace", "--message-format=json"])
+        .args(["--example", example])
         .current_dir(env!("CARGO_MANIFEST_DIR"))
         .output()
         .unwrap();
     assert!(built.status.success(), "{}", String::from_utf8_lossy(&built.stderr));
-    // The test is in `deps` beside `examples`.
-    let this = std::env::current_exe().unwrap();
-    let program = this.parent().unwrap().with_file_name("examples").join(example);
+    let messages = String::from_utf8(built.stdout).unwrap();
+    let messages = messages.lines().map(|line| serde_json::from_str::<Value>(line).unwrap());
+    let is_of = |message: &Value| message["target"]["name"] == example;
+    let program =
+        messages.filter(is_of).find_map(|built| Some(built["executable"].as_str()?.into()));
+    let program: PathBuf = program.unwrap();
     Command::new(program).args(arguments).current_dir(env!("CARGO_MANIFEST_DIR")).output().unwrap()
 }
 
