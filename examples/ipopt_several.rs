@@ -10,7 +10,7 @@ use tumble::error::Error;
 use tumble::geometry::Piece;
 use tumble::mechanics::{RigidBody, Rotation, State, Wrench};
 use tumble::simulation::{Motion, Simulation, StepRecord};
-use tumble::solver::ipopt::{IpoptSolver, Rung, SeveralLadder};
+use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, Rung};
 use tumble::step::StepStatus;
 use tumble::world::{Fixed, Parameters, World};
 
@@ -150,7 +150,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!("|---|---|---|---|---|---|---|---|---|---|");
     for scene in scenes()? {
         let options = IpoptSolver::options(1e-6, 300);
-        let ladder = SeveralLadder::new(&scene.world, options, &Rung::ALL)?;
+        let ipopt = IpoptSolver::new(&scene.world, Formulation::Reduced, options)?;
+        let ladder = Ladder::new(&scene.world, ipopt, &Rung::ALL);
         let (tally, ours) = run(&scene, steps, Motion::contact(ladder))?;
         let (_, theirs) = run(&scene, steps, Motion::native(&scene.world))?;
         let apart = ours.iter().zip(&theirs).map(|(a, b)| (a.position - b.position).amax());

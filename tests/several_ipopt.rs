@@ -9,10 +9,11 @@ use tumble::contact::certificate::{Certifier, Claim};
 use tumble::contact::{Candidates, Plane};
 use tumble::error::Error;
 use tumble::geometry::Piece;
+use tumble::ipopt::Options;
 use tumble::mechanics::{RigidBody, Rotation, State, Wrench};
 use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::solver::ipopt::{
-    Formulation, IpoptSolver, LADDER_RESIDUAL, MOST_BODIES, Rung, SeveralLadder, ladder_for,
+    Formulation, IpoptSolver, LADDER_RESIDUAL, Ladder, MOST_BODIES, Rung, ladder_for,
 };
 use tumble::solver::native::NativeSolver;
 use tumble::step::{Step, StepReport, StepSolution, StepSolver, StepStatus};
@@ -81,8 +82,13 @@ fn pair_in_space() -> Scene {
     Scene { world, starts, push: Vector3::zeros() }
 }
 
-fn ladder(world: &World, rungs: &[Rung]) -> SeveralLadder {
-    SeveralLadder::new(world, IpoptSolver::options(1e-6, 300), rungs).unwrap()
+fn ladder(world: &World, rungs: &[Rung]) -> Ladder {
+    ladder_with(world, IpoptSolver::options(1e-6, 300), rungs)
+}
+
+fn ladder_with(world: &World, options: Options, rungs: &[Rung]) -> Ladder {
+    let ipopt = IpoptSolver::new(world, Formulation::Reduced, options).unwrap();
+    Ladder::new(world, ipopt, rungs)
 }
 
 fn simulation<'a>(scene: &Scene, motion: Motion<'a>) -> Simulation<'a> {
@@ -218,13 +224,13 @@ fn a_pair_in_space_keeps_its_momentum() {
     assert!(changed.amax() <= 4.0 * dynamics + 1e-13, "{changed}: {dynamics:e}");
 }
 
-/// The tutorial's program does not know a point's radius; the ladder for such a world does. A ball
+/// The tutorial's program does not know a point's radius; the reduced one does. A ball
 /// falls to the ground and lies there, its centre a radius above it (to the residual times h).
 #[test]
 fn a_ball_lies_on_the_ground() {
     let world = world(vec![ball(1.0, 0.1)], 9.81, 0.5);
     let options = IpoptSolver::options(1e-6, 300);
-    let refused = IpoptSolver::new(&world, Formulation::Reduced, options.clone()).err().unwrap();
+    let refused = IpoptSolver::new(&world, Formulation::Clamped, options.clone()).err().unwrap();
     assert!(refused.to_string().contains("rounded points"), "{refused}");
     let solver = ladder_for(&world, Formulation::Reduced, options).unwrap();
     let scene = Scene { world, starts: vec![at([0.0, 0.0, 0.11])], push: Vector3::zeros() };
@@ -277,7 +283,7 @@ fn without_iterations_the_native_solution_stands_in() {
     let scene = stack(2, 4.0);
     let options = IpoptSolver::options(1e-6, 1);
     let rungs = [Rung::Previous, Rung::FreeFlight, Rung::Native];
-    let mut ipopt = SeveralLadder::new(&scene.world, options, &rungs).unwrap();
+    let mut ipopt = ladder_with(&scene.world, options, &rungs);
     let native = run(&scene, 1, Motion::native(&scene.world));
     let found = || Candidates::from(native[0].contacts.clone());
     let none = StepSolution::free(&scene.starts);
@@ -306,14 +312,14 @@ fn a_raised_interrupt_ends_the_step() {
 fn many_bodies_are_refused_in_a_sentence_that_names_the_native_solver() {
     let scene = stack(MOST_BODIES + 1, 0.0);
     let options = IpoptSolver::options(1e-6, 300);
-    let refused = ladder_for(&scene.world, Formulation::Reduced, options).err().unwrap();
+    let refused = ladder_for(&scene.world, Formulation::Reduced, options.clone()).err().unwrap();
     let said = refused.to_string();
     assert!(
         said.contains("11 bodies") && said.contains("native") && !said.contains('\n'),
         "{said}"
     );
     let allowed = stack(MOST_BODIES, 0.0);
-    assert!(SeveralLadder::new(&allowed.world, IpoptSolver::options(1e-6, 300), &[]).is_ok());
+    assert!(ladder_for(&allowed.world, Formulation::Reduced, options).is_ok());
 }
 
 /// Ipopt leaves points by its tolerance too deep, here up to 1e-9 m, and lifts them in the next step:
@@ -322,7 +328,7 @@ fn many_bodies_are_refused_in_a_sentence_that_names_the_native_solver() {
 fn what_is_lifted_within_the_tolerance_is_not_wild() {
     let scene = stack(2, 0.0);
     let options = IpoptSolver::options(1e-8, 50);
-    let solver = SeveralLadder::new(&scene.world, options, &Rung::ALL).unwrap();
+    let solver = ladder_with(&scene.world, options, &Rung::ALL);
     let records = run(&scene, 40, Motion::contact(solver));
     assert!(records.iter().any(|record| record.overlap > 0.0));
     assert!(records.iter().all(|record| record.report.status != StepStatus::Wild));

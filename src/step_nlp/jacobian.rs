@@ -8,7 +8,7 @@ use super::layout::{
 };
 
 use crate::mechanics::State;
-use nalgebra::{Matrix2, Matrix3, Vector4};
+use nalgebra::{Matrix3, Vector4};
 
 impl StepNlp {
     /// All entries, row block by row block. Which entries exist depends on the model
@@ -96,12 +96,11 @@ impl StepNlp {
     }
 
     /// Eq. 10: α (c_xy + λ d(f_xy)), with c_xy = (r⁺ + A(q⁺) c − C)_xy/h. By r⁺: α/h; by
-    /// q⁺: α (Q_k q⁺)ᵀ/h (eq. 3); by f_xy: α (λ D + κ E) (eq. D3); by λ: α d.
+    /// q⁺: α (Q_k q⁺)ᵀ/h (eq. 3); by f_xy: α λ D (eq. D3); by λ: α d.
     fn emit_dissipation_rows(&self, x: &[f64], next: &State, i: usize, sink: &mut impl EntrySink) {
         let [fx, fy, _, _, _, slip] = self.layout.contact_variables(i);
         let force = self.smooth_force(x, i);
-        let yielding = Matrix2::from_diagonal_element(self.compliance);
-        let by_force = force.direction_jacobian() * x[slip] + yielding;
+        let by_force = force.direction_jacobian() * x[slip];
         let alpha = self.step.alpha[i];
         let rate = alpha / self.world.time_step();
         for axis in 0..2 {

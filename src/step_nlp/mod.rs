@@ -67,9 +67,6 @@ pub struct StepNlp {
     ground: Plane,
     /// ε, N.
     smoothing: f64,
-    /// κ, m/s a N, and f_0: see [`StepNlp::anchor_friction`].
-    compliance: f64,
-    anchors: Vec<Vector2<f64>>,
     layout: Layout,
     /// Q_1, Q_2, Q_n of every contact point: the forms of eq. 3 along the ground's frame.
     forms: Vec<[Matrix4<f64>; 3]>,
@@ -120,8 +117,6 @@ impl StepNlp {
         let n = layout.contacts();
         let mut nlp = Self {
             smoothing,
-            compliance: 0.0,
-            anchors: vec![Vector2::zeros(); layout.contacts()],
             layout,
             forms: forms_along(body, ground.frame()),
             gyroscopic: Gyroscopic::new(body, world.rotation(), world.time_step()),
@@ -197,27 +192,6 @@ impl StepNlp {
         for (slot, point) in step.spin_per_force.iter_mut().zip(body.contact_points()) {
             let lever = point.position.cross_matrix();
             *slot = h * body.inertia_inverse() * lever * rotation.transpose() * frame;
-        }
-    }
-
-    /// Makes friction yield by κ = `compliance` (m/s a N) to what differs from the forces f_0
-    /// (`forces`, N, one a contact along the ground's tangents): row (10) becomes
-    ///
-    /// ```text
-    /// α (c_xy + κ (f_xy − f_0) + λ d(f_xy)) = 0
-    /// ```
-    ///
-    /// Points that stick leave their forces open where they pull against each other, and these
-    /// rows dependent. With κ > 0 they are neither; a solution with f_xy = f_0 is one of (10). κ is
-    /// 0, the tutorial's program, until this is called.
-    pub fn anchor_friction(
-        &mut self,
-        compliance: f64,
-        forces: impl IntoIterator<Item = Vector2<f64>>,
-    ) {
-        self.compliance = compliance;
-        for (slot, force) in self.anchors.iter_mut().zip(forces) {
-            *slot = force;
         }
     }
 
@@ -344,8 +318,7 @@ impl StepNlp {
             let [_, _, fz, s1, s2, slip] = layout.contact_variables(i);
             let force = self.smooth_force(x, i);
             let slip_velocity = (position.xy() - self.step.old_positions[i]) / h;
-            let yielding = self.compliance * (self.force(x, i).xy() - self.anchors[i]);
-            let sliding = slip_velocity + yielding + x[slip] * force.direction;
+            let sliding = slip_velocity + x[slip] * force.direction;
             let dissipation = self.step.alpha[i] * sliding;
             let room = friction * x[fz] - force.norm;
 

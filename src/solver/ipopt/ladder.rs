@@ -1,10 +1,13 @@
 //! What is tried when Ipopt does not solve a step from its first start: a ladder of
 //! rungs, each with its reason, the last of which always holds.
 
-use super::missed_depth;
-use super::program::Attempted;
+use super::memory::Multipliers;
+use super::posing::{Posed, solve_posed};
+use super::program::{Attempted, Effort, Hold, StartMultipliers};
+use super::start::Start;
+use super::{IpoptSolver, Rung, missed_depth};
 use crate::contact::certificate::{Certifier, Claim};
-use crate::contact::{Candidates, Contact, rounding};
+use crate::contact::{Candidates, Contact, Partner, rounding};
 use crate::error::Error;
 use crate::solver::native::NativeSolver;
 use crate::step::{ContactForce, Step, StepReport, StepSolution, StepSolver, StepStatus};
@@ -37,153 +40,46 @@ const TIGHTER: [f64; 3] = [1e-2, 1e-4, 1e-6];
 /// Iterations with each of them.
 const PATIENCE_TIGHTER: u32 = 25;
 
-/// How a step came to be solved.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Rung {
-    /// Ipopt from the previous step's solution with its multipliers, where Ipopt found that
-    /// solution itself for the same flags: at rest and in sliding little changes.
-    Warm,
-    /// Ipopt from the previous step's solution alone, the tutorial's start.
-    Previous,
-    /// Ipopt from the native solver's point, with the flags of the contacts that carry a
-    /// force there: a flagged contact that lifts off while it slips leaves the program
-    /// without a feasible optimum (docs/formulation.md, section 8).
-    NativeStart,
-    /// Ipopt from free flight without forces: forgets a bad previous solution.
-    FreeFlight,
-    /// Ipopt from free flight with the body's weight shared by the flagged contacts: off
-    /// the corner of the cone, where the program's derivatives bend most.
-    SharedWeight,
-    /// The native solver's own solution, marked [`StepStatus::Fallback`].
-    Native,
-}
-
-impl Rung {
-    /// All rungs, in their order.
-    pub const ALL: [Self; 6] = [
-        Self::Warm,
-        Self::Previous,
-        Self::NativeStart,
-        Self::FreeFlight,
-        Self::SharedWeight,
-        Self::Native,
-    ];
-
-    /// The word of run.json.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Warm => "warm",
-            Self::Previous => "previous",
-            Self::NativeStart => "native_start",
-            Self::FreeFlight => "free_flight",
-            Self::SharedWeight => "shared_weight",
-            Self::Native => "native",
-        }
-    }
-
-    /// How many iterations to wait for. A warm start that is near enough takes few; from
-    /// another start near the solution Ipopt takes 10 to 30, and where it has taken 60 it
-    /// mostly goes on to its limit, and another start is cheaper (docs/ipopt-path.md).
-    pub(super) fn patience(self) -> u32 {
-        match self {
-            Self::Warm => 25,
-            Self::Previous | Self::NativeStart => 60,
-            Self::FreeFlight | Self::SharedWeight | Self::Native => u32::MAX,
-        }
-    }
-
-    /// How the step counts that this rung solved.
-    fn status(self) -> StepStatus {
-        match self {
-            Self::Warm | Self::Previous => StepStatus::Converged,
-            Self::NativeStart | Self::FreeFlight | Self::SharedWeight => StepStatus::Retried,
-            Self::Native => StepStatus::Fallback,
-        }
-    }
-
-    fn asks_native(self) -> bool {
-        matches!(self, Self::NativeStart | Self::Native)
-    }
-}
-
-/// A program of the step that climbs the ladder: starts for its rungs, one solve after another, and
-/// what is remembered of the last steps.
-///
-/// It has an *end*, that of its last solve, and the *best* end of the step.
-pub(super) trait Climber: Send {
+/// How firmly the ladder holds on to the forces of a start, and how exact it asks Ipopt to be.
+struct Manner {
+    /// Friction's part of [`Hold`].
+    friction: f64,
+    /// That of normal forces where those of the start have settled; where they have not, they are
+    /// free: an impact is far from what was before it.
+    normal: f64,
     /// A residual above this part of the [accepted](LADDER_RESIDUAL) one is worth going on for with a
     /// tighter tolerance.
-    const WORTH_IT: f64;
-
-    /// Takes up `step`, with free flight for the best end.
-    ///
-    /// # Errors
-    /// A step that is none of the program's world.
-    fn begin(&mut self, step: &Step<'_>, contacts: &[Contact]) -> Result<(), Error>;
-
-    /// The most iterations of one solve.
-    fn max_iterations(&self) -> u32;
-
-    /// How many iterations to wait for from `rung`, one of `rungs`.
-    fn patience(&self, rung: Rung, rungs: &[Rung]) -> u32;
-
-    /// Solves from the start of `rung` in at most `limit` iterations. Contacts that are missed by more
-    /// than `depth` (m) are admitted. `None` where the rung has nothing to start from.
-    ///
-    /// # Errors
-    /// What Ipopt refuses; an interrupt.
-    fn climb(
-        &mut self,
-        rung: Rung,
-        step: &Step<'_>,
-        candidates: &mut Candidates,
-        native: &StepSolution,
-        within: Within,
-    ) -> Result<Option<Attempted>, Error>;
-
-    /// Goes on from the end of what was `attempted` with this part of the usual tolerance, in at most
-    /// `limit` iterations. `None` where the multipliers of the end are not known.
-    ///
-    /// # Errors
-    /// As [`Climber::climb`].
-    fn tighten(
-        &mut self,
-        step: &Step<'_>,
-        contacts: &[Contact],
-        attempted: &Attempted,
-        tightness: f64,
-        limit: u32,
-    ) -> Result<Option<Attempted>, Error>;
-
-    /// Makes the end the one before it was tightened last.
-    fn undo(&mut self);
-
-    /// Makes the end a solution of the step.
-    fn set_end(&mut self, step: &Step<'_>, contacts: &[Contact], solution: &StepSolution);
-
-    /// Writes the end to `solution`.
-    fn write(&self, step: &Step<'_>, contacts: &[Contact], solution: &mut StepSolution);
-
-    /// Makes the end the best one, with the multipliers of the attempt.
-    fn keep_best(&mut self, attempted: Attempted);
-
-    /// Remembers the best end, which `solution` is, as what followed `step.previous`.
-    fn remember(&mut self, step: &Step<'_>, solution: &StepSolution);
+    worth_it: f64,
 }
 
-/// What a rung may take.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Within {
-    /// Iterations.
-    pub(super) limit: u32,
-    /// A contact that ends no deeper need not have been posed, m.
-    pub(super) depth: f64,
+/// Where no two bodies touch. Friction that has settled is exact; where it has not, and the residual
+/// says so, Ipopt goes on from the end with this as the start, and what is left is this part of it. A
+/// cost for normal forces takes a cube that slides or tips from 2 iterations a step to 21. Worth going
+/// on for is ten times what settled steps have; steps of friction that has just stopped or begun are
+/// above it (docs/ipopt-path.md).
+const APART: Manner = Manner { friction: 1e-2, normal: 0.0, worth_it: 1e-2 };
+
+/// Where bodies touch each other, in more points than carry them. Without a cost a stack of five at
+/// rest takes 59 iterations a step, with 10⁻⁶ 33, with 10⁻³ 4, with 10⁻² and more 2. Whatever is solved
+/// is good enough (docs/ipopt-path.md).
+const TOGETHER: Manner = Manner { friction: 0.1, normal: 0.1, worth_it: 1.0 };
+
+impl Manner {
+    /// That of what is `posed` of `candidates`.
+    fn of(candidates: &[Contact], posed: &Posed) -> &'static Self {
+        let mut partners = posed.contacts.iter().map(|&index| candidates[index].key.partner);
+        if partners.any(|partner| matches!(partner, Partner::Body(_))) { &TOGETHER } else { &APART }
+    }
+
+    /// How firmly to hold on to forces that have `settled`, or have not.
+    fn hold(&self, settled: bool) -> Hold {
+        Hold { friction: self.friction, normal: if settled { self.normal } else { 0.0 } }
+    }
 }
 
-/// Ipopt with the ladder behind it, on the program `C`.
-pub(super) struct Climb<C> {
-    climber: C,
+/// Ipopt with the ladder behind it.
+pub struct Ladder {
+    ipopt: IpoptSolver,
     native: NativeSolver,
     rungs: Vec<Rung>,
     accepted: f64,
@@ -191,15 +87,20 @@ pub(super) struct Climb<C> {
     /// The native solution of the step, and whether it was asked for.
     native_solution: StepSolution,
     is_asked: bool,
-    /// The end of the rung that was tried last, and the best one.
+    /// The end of the rung that was tried last.
     tried: StepSolution,
+    /// The best end of the step: as a solution, as a point, and what Ipopt ended there with.
     best: StepSolution,
+    best_end: Start,
+    multipliers: Option<Multipliers>,
 }
 
-impl<C: Climber> Climb<C> {
-    pub(super) fn of(world: &World, climber: C, rungs: &[Rung]) -> Self {
+impl Ladder {
+    /// Ipopt and the rungs to try, in order; [`Rung::ALL`] is the recommended ladder.
+    #[must_use]
+    pub fn new(world: &World, ipopt: IpoptSolver, rungs: &[Rung]) -> Self {
         Self {
-            climber,
+            ipopt,
             native: NativeSolver::new(world),
             rungs: rungs.to_vec(),
             accepted: LADDER_RESIDUAL * world.speed_scale(),
@@ -208,7 +109,15 @@ impl<C: Climber> Climb<C> {
             is_asked: false,
             tried: StepSolution::default(),
             best: StepSolution::default(),
+            best_end: Start::default(),
+            multipliers: None,
         }
+    }
+
+    /// How many iterations to wait for from `rung`: without end from the last start that there is.
+    fn patience(&self, rung: Rung) -> u32 {
+        let last = self.rungs.iter().rfind(|rung| **rung != Rung::Native);
+        if last == Some(&rung) { u32::MAX } else { rung.patience() }
     }
 
     /// One rung; leaves its end in `tried`. `None` where the rung has nothing to start from.
@@ -220,23 +129,61 @@ impl<C: Climber> Climb<C> {
         left: u32,
     ) -> Result<Option<Attempted>, Error> {
         if rung == Rung::Native {
-            self.climber.set_end(step, candidates.contacts(), &self.native_solution);
-            self.tried.copy_from(&self.native_solution);
+            let (solution, units) = (&self.native_solution, &self.ipopt.program.units);
+            self.ipopt.end.set_solution(step, candidates.contacts(), solution, units);
+            self.tried.copy_from(solution);
             // The residual decides: what the native solver fails may be within what the ladder promises.
             return Ok(Some(Attempted::free()));
         }
-        let patience = self.climber.patience(rung, &self.rungs);
-        let limit = patience.min(self.climber.max_iterations()).min(left);
-        let within = Within { limit, depth: missed_depth(step, self.accepted) };
-        let native = &self.native_solution;
-        let Some(mut attempted) = self.climber.climb(rung, step, candidates, native, within)?
-        else {
+        let limit = self.patience(rung).min(self.ipopt.program.max_iterations()).min(left);
+        let Some(mut attempted) = self.start_from(rung, step, candidates, limit)? else {
             return Ok(None);
         };
         let contacts = candidates.contacts();
-        self.climber.write(step, contacts, &mut self.tried);
+        self.write(step, contacts);
         self.tighten(step, contacts, left, &mut attempted)?;
         Ok(Some(attempted))
+    }
+
+    /// Solves from the start of `rung` in at most `limit` iterations. `None` where the rung has nothing
+    /// to start from.
+    fn start_from(
+        &mut self,
+        rung: Rung,
+        step: &Step<'_>,
+        candidates: &mut Candidates,
+        limit: u32,
+    ) -> Result<Option<Attempted>, Error> {
+        let depth = missed_depth(step, self.accepted);
+        let (contacts, native) = (candidates.contacts(), &self.native_solution);
+        let IpoptSolver { program, memory, posed, start, end, .. } = &mut self.ipopt;
+        let units = program.units;
+        *posed = Posed::in_step(program, step, contacts, depth);
+        let mut multipliers = StartMultipliers::Estimated;
+        match rung {
+            Rung::Warm => {
+                let known = memory.multipliers(step.previous);
+                let keys = posed.keys(contacts);
+                let Some(known) = known.filter(|known| known.contacts == keys) else {
+                    return Ok(None);
+                };
+                multipliers = StartMultipliers::Known(known);
+                start.set_previous(step, contacts, memory, &units);
+                start.coast(step, posed);
+            }
+            Rung::Previous => start.set_previous(step, contacts, memory, &units),
+            Rung::NativeStart => {
+                multipliers = StartMultipliers::Zero;
+                start.set_solution(step, contacts, native, &units);
+                *posed = Posed::of(contacts, |index, _| native.contacts[index].carries_force());
+            }
+            Rung::FreeFlight => start.reset(step.free, contacts.len()),
+            Rung::SharedWeight => start.share_weight(step, (contacts, posed), &units),
+            Rung::Native => return Ok(None),
+        }
+        let hold = Manner::of(contacts, posed).hold(rung.has_settled());
+        let effort = Effort { limit, depth, tightness: 1.0, hold };
+        solve_posed(program, step, (start, multipliers), effort, (candidates, posed), end).map(Some)
     }
 
     /// Where Ipopt meets its tolerance and the step is not solved, goes on from the end with
@@ -249,31 +196,43 @@ impl<C: Climber> Climb<C> {
         left: u32,
         attempted: &mut Attempted,
     ) -> Result<(), Error> {
+        let manner = Manner::of(contacts, &self.ipopt.posed);
         for tightness in TIGHTER {
             let residual = self.residual(step, contacts);
             if attempted.iterations >= left
-                || residual <= C::WORTH_IT * self.accepted
+                || residual <= manner.worth_it * self.accepted
                 || self.is_rounding(step, residual)
             {
                 break;
             }
+            let Some(known) = &attempted.multipliers else { break };
             let limit = PATIENCE_TIGHTER.min(left - attempted.iterations);
-            let tighter = self.climber.tighten(step, contacts, attempted, tightness, limit)?;
-            let Some(mut tighter) = tighter else { break };
+            let effort = Effort { limit, depth: 0.0, tightness, hold: manner.hold(true) };
+            let IpoptSolver { program, posed, start, end, .. } = &mut self.ipopt;
+            start.clone_from(end);
+            let from = (&*start, StartMultipliers::Known(known));
+            let mut tighter = program.attempt(step, (contacts, posed), from, effort, end)?;
             tighter.iterations += attempted.iterations;
             let is_better = tighter.converged && {
-                self.climber.write(step, contacts, &mut self.tried);
+                self.write(step, contacts);
                 self.residual(step, contacts) < residual
             };
             if !is_better {
-                self.climber.undo();
-                self.climber.write(step, contacts, &mut self.tried);
+                let IpoptSolver { start, end, .. } = &mut self.ipopt;
+                end.clone_from(start);
+                self.write(step, contacts);
                 attempted.iterations = tighter.iterations;
                 break;
             }
             *attempted = tighter;
         }
         Ok(())
+    }
+
+    /// Writes Ipopt's end to `tried`.
+    fn write(&mut self, step: &Step<'_>, contacts: &[Contact]) {
+        let IpoptSolver { program, end, .. } = &self.ipopt;
+        end.write(step, contacts, &program.units, &mut self.tried);
     }
 
     /// Whether the end that was tried last solves the step.
@@ -311,7 +270,7 @@ fn add_late(contacts: &[Contact], solution: &mut StepSolution) {
     solution.contacts.extend(late.iter().map(|contact| ContactForce::none(contact.key)));
 }
 
-impl<C: Climber> StepSolver for Climb<C> {
+impl StepSolver for Ladder {
     fn accepted_residual(&self) -> f64 {
         self.accepted
     }
@@ -323,10 +282,13 @@ impl<C: Climber> StepSolver for Climb<C> {
         solution: &mut StepSolution,
     ) -> Result<StepReport, Error> {
         self.is_asked = false;
-        self.climber.begin(step, candidates.contacts())?;
+        self.ipopt.begin(step, candidates.contacts())?;
         // Where no rung has an end to show, free flight is at least a motion.
         self.best.set_free(step.free);
-        let budget = budget(self.climber.max_iterations(), candidates.contacts().len());
+        self.best_end.reset(step.free, 0);
+        self.multipliers = None;
+        let most = self.ipopt.program.max_iterations();
+        let budget = budget(most, candidates.contacts().len());
         let mut least = f64::INFINITY;
         let mut report = StepReport::without_problem(StepStatus::Failed);
         for index in 0..self.rungs.len() {
@@ -348,8 +310,9 @@ impl<C: Climber> StepSolver for Climb<C> {
             let residual = self.residual(step, contacts);
             if residual < least {
                 least = residual;
-                self.climber.keep_best(attempted);
                 self.best.copy_from(&self.tried);
+                self.best_end.clone_from(&self.ipopt.end);
+                self.multipliers = attempted.multipliers;
                 report.start = Some(rung.name());
             }
             if is_solved {
@@ -359,7 +322,9 @@ impl<C: Climber> StepSolver for Climb<C> {
         }
         add_late(candidates.contacts(), &mut self.best);
         solution.copy_from(&self.best);
-        self.climber.remember(step, solution);
+        let (end, multipliers) = (&mut self.best_end, self.multipliers.take());
+        end.values.resize_with(solution.contacts.len(), Default::default);
+        self.ipopt.memory.keep(step.previous, solution, end, multipliers);
         Ok(report)
     }
 }

@@ -1,31 +1,32 @@
 //! What Ipopt's next step can start from: the last solutions with all that the program knows of
 //! them, slacks and multipliers included.
 
+use super::start::Start;
+use crate::contact::ContactKey;
 use crate::ipopt::Point;
 use crate::step::StepSolution;
 
-/// A solution as a point of the program, `P`, and what Ipopt ended with, `M`.
-#[derive(Clone)]
-pub(super) struct Remembered<P, M> {
+/// A solution with what the program knows of it.
+struct Remembered {
     solution: StepSolution,
-    pub(super) point: P,
+    point: Start,
     /// Where Ipopt converged to the point itself.
-    pub(super) multipliers: Option<M>,
+    multipliers: Option<Multipliers>,
 }
 
-/// The multipliers of a point that Ipopt converged to, for the flags it was solved with.
+/// The multipliers of a point that Ipopt converged to, for the contacts it was posed with.
 #[derive(Clone)]
 pub(super) struct Multipliers {
-    pub(super) flags: Vec<bool>,
+    pub(super) contacts: Vec<ContactKey>,
     pub(super) constraints: Vec<f64>,
     pub(super) lower: Vec<f64>,
     pub(super) upper: Vec<f64>,
 }
 
 impl Multipliers {
-    pub(super) fn of(flags: &[bool], point: Point<'_>) -> Self {
+    pub(super) fn of(contacts: Vec<ContactKey>, point: Point<'_>) -> Self {
         Self {
-            flags: flags.to_vec(),
+            contacts,
             constraints: point.constraint_multipliers.to_vec(),
             lower: point.lower_multipliers.to_vec(),
             upper: point.upper_multipliers.to_vec(),
@@ -35,29 +36,26 @@ impl Multipliers {
 
 /// The last solution and the one before it: a step that is taken back starts again from the
 /// earlier one.
-pub(super) struct Memory<P, M> {
-    entries: Vec<Remembered<P, M>>,
-}
+#[derive(Default)]
+pub(super) struct Memory(Vec<Remembered>);
 
-impl<P, M> Default for Memory<P, M> {
-    fn default() -> Self {
-        Self { entries: Vec::new() }
-    }
-}
-
-impl<P: Clone, M> Memory<P, M> {
+impl Memory {
     /// Forgets all.
     pub(super) fn clear(&mut self) {
-        self.entries.clear();
+        self.0.clear();
     }
 
-    /// What is known of `solution`, if it is one of the last two.
-    pub(super) fn find(&self, solution: &StepSolution) -> Option<&Remembered<P, M>> {
-        self.entries.iter().find(|entry| entry.solution == *solution)
+    fn find(&self, solution: &StepSolution) -> Option<&Remembered> {
+        self.0.iter().find(|known| known.solution == *solution)
+    }
+
+    /// `solution` as a point, if it is one of the last two.
+    pub(super) fn point(&self, solution: &StepSolution) -> Option<&Start> {
+        self.find(solution).map(|known| &known.point)
     }
 
     /// What Ipopt ended with at `solution`, if that is known.
-    pub(super) fn multipliers(&self, solution: &StepSolution) -> Option<&M> {
+    pub(super) fn multipliers(&self, solution: &StepSolution) -> Option<&Multipliers> {
         self.find(solution).and_then(|known| known.multipliers.as_ref())
     }
 
@@ -66,12 +64,12 @@ impl<P: Clone, M> Memory<P, M> {
         &mut self,
         previous: &StepSolution,
         solution: &StepSolution,
-        point: &P,
-        multipliers: Option<M>,
+        point: &Start,
+        multipliers: Option<Multipliers>,
     ) {
-        self.entries.retain(|entry| entry.solution == *previous);
-        self.entries.truncate(1);
+        self.0.retain(|known| known.solution == *previous);
+        self.0.truncate(1);
         let (solution, point) = (solution.clone(), point.clone());
-        self.entries.push(Remembered { solution, point, multipliers });
+        self.0.push(Remembered { solution, point, multipliers });
     }
 }

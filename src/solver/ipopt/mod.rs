@@ -1,47 +1,53 @@
 //! The step problem solved by Ipopt: the adapter between [`crate::step_nlp`] and
 //! [`crate::ipopt`], started from the previous solution.
+//!
+//! There are two programs of a step. The reduced one is that of [several
+//! bodies](crate::step_nlp::several), for one body as for ten; the tutorial's own, of one body, is there
+//! to repeat what the tutorial does. What is posed, where Ipopt starts, what is remembered and what is
+//! tried next stand once, for both.
 
-mod alone;
+mod clamped;
 mod ladder;
 mod memory;
 mod posing;
 mod program;
-mod several;
-mod subproblem;
+mod rung;
+mod start;
 mod units;
 
-pub use alone::Ladder;
-pub use ladder::{LADDER_RESIDUAL, Rung};
-pub use several::{MOST_BODIES, SeveralLadder};
+pub use ladder::{LADDER_RESIDUAL, Ladder};
+pub use rung::Rung;
 
 use crate::contact::{Candidates, Contact};
 use crate::error::Error;
 use crate::ipopt::{BarrierStrategy, IpoptError, MultiplierStep, Options, Scaling};
-use crate::mechanics::{RigidBody, State};
-use crate::step::{ContactForce, Step, StepReport, StepSolution, StepSolver, StepStatus};
-use crate::step_nlp::{ProgramPoint, SMOOTHING, StepNlp};
+use crate::step::{Step, StepReport, StepSolution, StepSolver, StepStatus};
+use crate::step_nlp::{ProgramPoint, StepNlp};
 use crate::world::World;
-use memory::{Memory, Multipliers};
-use posing::{Effort, pose, solve_posed};
-use program::{Program, StartMultipliers};
-use units::Units;
+use memory::Memory;
+use posing::{Posed, solve_posed};
+use program::{Effort, Hold, Program, StartMultipliers};
+use start::Start;
 
 /// Ipopt's tolerance in the tutorial.
 pub const TOLERANCE: f64 = 1e-6;
 /// The tutorial's iteration limit.
 pub const MOST_ITERATIONS: u32 = 300;
 
-/// The body that is solved for: the tutorial's program is of one.
+/// More bodies than this are refused: see [`IpoptSolver::new`].
+pub const MOST_BODIES: usize = 10;
+
+/// The body that the tutorial's program is of.
 const BODY: usize = 0;
 
 /// Which program Ipopt sees. Both have the same solutions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Formulation {
-    /// The tutorial's, in SI units: all variables and rows; the variables of a contact that is
-    /// not flagged are clamped, both bounds zero. Its rows without a free variable, and the row
+    /// The tutorial's, of one body, in SI units: all variables and rows; the variables of a contact
+    /// that is not flagged are clamped, both bounds zero. Its rows without a free variable, and the row
     /// ‖q⁺‖² = 1, which the attitude rows imply, make the Jacobian rank-deficient everywhere.
     Clamped,
-    /// Only variables and rows of the candidates that free flight takes to the ground, no row
+    /// That of any bodies: only variables and rows of the candidates that free flight closes, no row
     /// ‖q⁺‖² = 1, and nothing of friction where μ = 0; in the scene's own units, in which scaled
     /// copies of a scene are one program.
     #[default]
@@ -59,15 +65,17 @@ impl Formulation {
     }
 }
 
-/// Ipopt for the steps of one world.
+/// Ipopt for the steps of one world; by itself, from the previous solution without multipliers, as the
+/// tutorial does it.
 pub struct IpoptSolver {
     program: Program,
     accepted: f64,
-    memory: Memory<ProgramPoint, Multipliers>,
-    /// Which points are candidates of the step.
-    flags: Vec<bool>,
-    start: ProgramPoint,
-    point: ProgramPoint,
+    memory: Memory,
+    /// What was posed last.
+    posed: Posed,
+    /// The start and the end of the last solve.
+    start: Start,
+    end: Start,
 }
 
 /// What the objective is multiplied with: 10⁷/(m g ℓ)² in the [scene's units](units), the middle
@@ -87,57 +95,60 @@ impl From<IpoptError> for Error {
     }
 }
 
-/// Ipopt with the recommended ladder for any world that it is made for: the tutorial's program where
-/// that is [of the world](crate::step_nlp::StepNlp::unsuitable), posed as `formulation` says, and the
-/// [program of several bodies](SeveralLadder) for all others.
+/// Ipopt with the recommended ladder for `world`.
 ///
 /// # Errors
-/// As [`IpoptSolver::new`] and [`SeveralLadder::new`]; a world of the latter with
-/// [`Formulation::Clamped`], which is the tutorial's.
+/// As [`IpoptSolver::new`].
 pub fn ladder_for(
     world: &World,
     formulation: Formulation,
     options: Options,
 ) -> Result<Box<dyn StepSolver>, Error> {
-    if StepNlp::unsuitable(world).is_none() || formulation == Formulation::Clamped {
-        let ipopt = IpoptSolver::new(world, formulation, options)?;
-        return Ok(Box::new(Ladder::new(world, ipopt, &Rung::ALL)));
-    }
-    Ok(Box::new(SeveralLadder::new(world, options, &Rung::ALL)?))
+    let ipopt = IpoptSolver::new(world, formulation, options)?;
+    Ok(Box::new(Ladder::new(world, ipopt, &Rung::ALL)))
 }
 
-/// Ipopt alone for any world that [`ladder_for`] takes: from the previous solution, and what it does
-/// not solve from there is failed.
+/// Ipopt from the previous solution alone: what it does not solve from there is failed. In a world that
+/// the tutorial's program is [not of](crate::step_nlp::StepNlp::unsuitable) its steps are held to the
+/// ladder's residual.
 ///
 /// # Errors
-/// As [`ladder_for`].
+/// As [`IpoptSolver::new`].
 pub fn alone_for(
     world: &World,
     formulation: Formulation,
     options: Options,
 ) -> Result<Box<dyn StepSolver>, Error> {
-    if StepNlp::unsuitable(world).is_none() || formulation == Formulation::Clamped {
-        return Ok(Box::new(IpoptSolver::new(world, formulation, options)?));
+    let ipopt = IpoptSolver::new(world, formulation, options)?;
+    if StepNlp::unsuitable(world).is_none() {
+        return Ok(Box::new(ipopt));
     }
-    Ok(Box::new(SeveralLadder::new(world, options, &[Rung::Previous])?))
+    Ok(Box::new(Ladder::new(world, ipopt, &[Rung::Previous])))
 }
 
 impl IpoptSolver {
     /// A solver for steps of `world`.
     ///
     /// # Errors
-    /// An option out of its range, a world that
+    /// An option out of its range; more than [`MOST_BODIES`] bodies, which the native solver is made
+    /// for; with [`Formulation::Clamped`], a world that
     /// [`StepNlp::new`](crate::step_nlp::StepNlp::new) refuses.
     pub fn new(world: &World, formulation: Formulation, options: Options) -> Result<Self, Error> {
-        let program = Program::new(world, formulation, options)?;
-        let n = program.points();
+        let bodies = world.bodies().len();
+        if bodies > MOST_BODIES {
+            let why = format!(
+                "the world has {bodies} bodies; allowed is up to {MOST_BODIES}, and `native` takes \
+                 any number"
+            );
+            return Err(Error::Solver { solver: "Ipopt", why });
+        }
         Ok(Self {
-            program,
+            program: Program::new(world, formulation, options)?,
             accepted: ACCEPTED_RESIDUAL * world.speed_scale(),
             memory: Memory::default(),
-            flags: vec![false; n],
-            start: ProgramPoint::zeros(n),
-            point: ProgramPoint::zeros(n),
+            posed: Posed::default(),
+            start: Start::default(),
+            end: Start::default(),
         })
     }
 
@@ -189,7 +200,8 @@ impl IpoptSolver {
         start: &ProgramPoint,
         solution: &mut StepSolution,
     ) -> Result<StepReport, Error> {
-        if start.layout() != self.start.layout() {
+        let points = |world: &World| world.bodies()[BODY].contact_points().len();
+        if start.layout().contacts() != points(self.program.world()) {
             return Err(Error::Count {
                 field: "contact points of the start",
                 count: start.layout().contacts(),
@@ -197,8 +209,7 @@ impl IpoptSolver {
             });
         }
         self.begin(step, candidates.contacts())?;
-        self.start.copy_from(start);
-        self.program.units.convert_point(&mut self.start);
+        self.start.set_point(candidates.contacts(), start, &self.program.units);
         self.solve_from_start(step, candidates, solution)
     }
 
@@ -206,16 +217,14 @@ impl IpoptSolver {
     /// forgotten.
     fn begin(&mut self, step: &Step<'_>, contacts: &[Contact]) -> Result<(), Error> {
         step.check(contacts)?;
-        let points = |body: &RigidBody| body.contact_points().len() == self.program.points();
-        let is_own = matches!(step.world.bodies(), [body] if points(body));
-        if !is_own {
-            return Err(of_another_world());
+        let points = |world: &World| -> Vec<usize> {
+            world.bodies().iter().map(|body| body.contact_points().len()).collect()
+        };
+        if points(self.program.world()) != points(step.world) {
+            let why = "the step is of another world than the one that the solver was made for";
+            return Err(Error::Solver { solver: "Ipopt", why: why.to_owned() });
         }
-        if step.previous.states.is_empty() {
-            let field = "states of the previous solution";
-            return Err(Error::Count { field, count: 0, allowed: "one a body" });
-        }
-        if self.program.set_units(step)? {
+        if self.program.set_units(step) {
             self.memory.clear();
         }
         Ok(())
@@ -228,18 +237,14 @@ impl IpoptSolver {
         candidates: &mut Candidates,
         solution: &mut StepSolution,
     ) -> Result<StepReport, Error> {
-        let Self { program, memory, flags, start, point, accepted } = self;
-        pose(step, candidates.contacts(), program.formulation, flags);
-        let effort = Effort {
-            limit: program.max_iterations(),
-            depth: missed_depth(step, *accepted),
-            yielding: 0.0,
-        };
-        let posed = (&mut *candidates, &mut flags[..]);
-        let attempted =
-            solve_posed(program, step, (start, StartMultipliers::Estimated), effort, posed, point)?;
-        set_solution(step, candidates.contacts(), (point, &program.units), solution);
-        memory.keep(step.previous, solution, point, attempted.multipliers);
+        let Self { program, memory, posed, start, end, accepted } = self;
+        let (limit, depth) = (program.max_iterations(), missed_depth(step, *accepted));
+        *posed = Posed::in_step(program, step, candidates.contacts(), depth);
+        let effort = Effort { limit, depth, tightness: 1.0, hold: Hold::NOT };
+        let from = (start, StartMultipliers::Estimated);
+        let attempted = solve_posed(program, step, from, effort, (candidates, posed), end)?;
+        end.write(step, candidates.contacts(), &program.units, solution);
+        memory.keep(step.previous, solution, end, attempted.multipliers);
         Ok(StepReport {
             status: if attempted.converged { StepStatus::Converged } else { StepStatus::Failed },
             iterations: attempted.iterations,
@@ -249,69 +254,12 @@ impl IpoptSolver {
     }
 }
 
-/// Why a step is refused whose world has other bodies than the solver's.
-fn of_another_world() -> Error {
-    let why = "the step is of another world than the one that the solver was made for";
-    Error::Solver { solver: "Ipopt", why: why.to_owned() }
-}
-
-/// A point that ends a step no lower than this below the ground need not have been posed, m: a
-/// tenth of what the residual of the step may be.
+/// A contact that ends a step no deeper than this need not have been posed, m: a tenth of what the
+/// residual of the step may be.
 fn missed_depth(step: &Step<'_>, accepted: f64) -> f64 {
     0.1 * accepted * step.world.time_step()
 }
 
-/// Sets `start` to the point of the last step's solution; its multipliers, if they are known
-/// for `flags`.
-fn previous_point<'a>(
-    memory: &'a Memory<ProgramPoint, Multipliers>,
-    step: &Step<'_>,
-    (flags, units): (&[bool], &Units),
-    start: &mut ProgramPoint,
-) -> Option<&'a Multipliers> {
-    let Some(known) = memory.find(step.previous) else {
-        set_point(step, step.previous, units, start);
-        return None;
-    };
-    start.copy_from(&known.point);
-    known.multipliers.as_ref().filter(|multipliers| multipliers.flags == flags)
-}
-
-/// Sets `point` to that of `solution`, in `units`.
-fn set_point(step: &Step<'_>, solution: &StepSolution, units: &Units, point: &mut ProgramPoint) {
-    let world = step.world;
-    // The tutorial's program is of worlds with one.
-    let Some(ground) = world.ground() else { return };
-    let heights: Vec<f64> = world.heights(BODY, &solution.states[BODY].pose()).collect();
-    let (friction, smoothing) = (world.friction(), SMOOTHING * units.force());
-    point.set_solution(solution, ground, |i| heights[i], friction, smoothing);
-    units.convert_point(point);
-}
-
-/// `point`, which is in `units`, as the solution of `step`.
-fn set_solution(
-    step: &Step<'_>,
-    contacts: &[Contact],
-    (point, units): (&ProgramPoint, &Units),
-    solution: &mut StepSolution,
-) {
-    let next: State = units.si_state(&point.state());
-    let (before, after) = (step.states[BODY].pose(), next.pose());
-    solution.set_free(&[next]);
-    solution.contacts.extend(contacts.iter().map(|contact| {
-        let force = point.force(contact.key.point) * units.force();
-        let normal = contact.normal();
-        let u = contact.motion((&before, &after), None, step.world.time_step());
-        ContactForce {
-            key: contact.key,
-            force: contact.frame * force,
-            normal_force: force[2],
-            slip: u - normal * normal.dot(&u),
-        }
-    }));
-}
-
-/// Ipopt alone, from the previous solution without multipliers: what the tutorial does.
 impl StepSolver for IpoptSolver {
     fn accepted_residual(&self) -> f64 {
         self.accepted
@@ -324,7 +272,8 @@ impl StepSolver for IpoptSolver {
         solution: &mut StepSolution,
     ) -> Result<StepReport, Error> {
         self.begin(step, candidates.contacts())?;
-        previous_point(&self.memory, step, (&[], &self.program.units), &mut self.start);
+        let Self { program, memory, start, .. } = self;
+        start.set_previous(step, candidates.contacts(), memory, &program.units);
         self.solve_from_start(step, candidates, solution)
     }
 }

@@ -1,100 +1,107 @@
-//! Which of the candidates the program is posed with, and what happens to a point that should
-//! have been one of them.
+//! Which of the candidates the program is posed with, and what happens to one that should have been
+//! among them.
 //!
 //! A candidate without force that moves sideways leaves the program without a feasible optimum
 //! (docs/formulation.md, section 8), and every one of them costs six variables and six rows. So
-//! [`Formulation::Reduced`] poses the candidates that free flight takes to the ground. Where the end takes another point into the ground, that
-//! one is admitted and the step solved again: a point that ends above the ground with no force
-//! obeys the contact law, whether it was posed or not.
+//! [`Formulation::Reduced`](super::Formulation::Reduced) poses the candidates that free flight closes
+//! and, between bodies, those that carried a force in the step before. Where the end takes another one
+//! into each other, that one joins and the step is solved again: a contact that ends open with no force
+//! obeys the contact law, whether it was posed or not. Bodies without such a contact are in free flight.
+//! The tutorial's program is posed with all candidates.
 
-use super::program::{Attempt, Attempted, Program, StartMultipliers};
-use super::{BODY, Formulation};
-use crate::contact::{Candidates, Contact};
+use super::program::{Attempted, Effort, Hold, Program, StartMultipliers};
+use super::start::{Poses, Start};
+use crate::contact::{Candidates, Contact, ContactKey, KeyIndex, Partner};
 use crate::error::Error;
-use crate::mechanics::State;
-use crate::step::Step;
-use crate::step_nlp::ProgramPoint;
+use crate::step::{ContactForce, Step};
 
-/// Flags the points that `step` is posed with, of the candidates `contacts`.
-pub(super) fn pose(
-    step: &Step<'_>,
-    contacts: &[Contact],
-    formulation: Formulation,
-    flags: &mut [bool],
-) {
-    flags.fill(false);
-    let free = step.free[BODY].pose();
-    for contact in contacts {
-        let touches = contact.gap_at(&free, None) <= 0.0;
-        flags[contact.key.point] = formulation == Formulation::Clamped || touches;
+/// The bodies and contacts that take part, indices of the world and of the candidates, both in
+/// ascending order.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(super) struct Posed {
+    pub(super) bodies: Vec<usize>,
+    pub(super) contacts: Vec<usize>,
+}
+
+impl Posed {
+    /// What `program` is posed with in `step`: a contact that free flight leaves open by no more than
+    /// `near` (m) counts as closed.
+    pub(super) fn in_step(
+        program: &Program,
+        step: &Step<'_>,
+        candidates: &[Contact],
+        near: f64,
+    ) -> Self {
+        let (free, mut index) = (Poses::of(step.states, step.free), KeyIndex::new());
+        Self::of(candidates, |place, contact| {
+            let mut before = || index.find(&step.previous.contacts, &contact.key, place);
+            let rests = matches!(contact.key.partner, Partner::Body(_))
+                && before().is_some_and(ContactForce::carries_force);
+            program.is_tutorials() || rests || free.gap(contact) <= near
+        })
+    }
+
+    /// The candidates of which `takes_part` is true, and their bodies.
+    pub(super) fn of(candidates: &[Contact], mut takes_part: impl FnMut(usize, &Contact) -> bool) -> Self {
+        let taken = candidates.iter().enumerate().filter(|(at, contact)| takes_part(*at, contact));
+        let (mut bodies, mut contacts) = (Vec::new(), Vec::new());
+        for (index, contact) in taken {
+            contacts.push(index);
+            bodies.extend(contact.key.bodies());
+        }
+        bodies.sort_unstable();
+        bodies.dedup();
+        Self { bodies, contacts }
+    }
+
+    fn has(&self, index: usize) -> bool {
+        self.contacts.binary_search(&index).is_ok()
+    }
+
+    /// Which features touch.
+    pub(super) fn keys(&self, candidates: &[Contact]) -> Vec<ContactKey> {
+        self.contacts.iter().map(|&index| candidates[index].key).collect()
     }
 }
 
-/// What a solve may take, and how exact it is.
-#[derive(Clone, Copy)]
-pub(super) struct Effort {
-    /// Iterations.
-    pub(super) limit: u32,
-    /// A point that ends no lower than this below the ground need not have been posed, m.
-    pub(super) depth: f64,
-    /// See [`Attempt::yielding`].
-    pub(super) yielding: f64,
-}
-
-/// Solves `step` for the flags, from `start`, and again with the points that it missed, in all within
-/// `effort`. Leaves the end in `point` (the program's units); `flags` are those of
-/// the last solve.
+/// Solves `step` with what is `posed`, from `start`, and again with the contacts that it missed, in
+/// all within `effort`. `posed` is that of the last solve.
 pub(super) fn solve_posed(
     program: &mut Program,
     step: &Step<'_>,
-    (start, multipliers): (&ProgramPoint, StartMultipliers<'_>),
+    (start, multipliers): (&mut Start, StartMultipliers<'_>),
     effort: Effort,
-    (candidates, flags): (&mut Candidates, &mut [bool]),
-    point: &mut ProgramPoint,
+    (candidates, posed): (&mut Candidates, &mut Posed),
+    end: &mut Start,
 ) -> Result<Attempted, Error> {
-    let Effort { limit, depth, yielding } = effort;
-    let reduced = program.formulation == Formulation::Reduced;
-    let mut attempted = if reduced && !flags.contains(&true) {
-        point.set_free(&program.units.state(&step.free[BODY]));
+    let Effort { limit, depth, hold, .. } = effort;
+    let contacts = candidates.contacts();
+    // The tutorial's program has the heights of all points, of candidates or not.
+    let mut attempted = if posed.contacts.is_empty() && !program.is_tutorials() {
+        end.reset(step.free, contacts.len());
         Attempted::free()
     } else {
-        let attempt = Attempt { start, multipliers, limit, tightness: 1.0, yielding };
-        program.attempt(step, flags, attempt, point)?
+        program.attempt(step, (contacts, posed), (start, multipliers), effort, end)?
     };
-    while reduced && attempted.converged && attempted.iterations < limit {
-        let next = program.units.si_state(&point.state());
-        if !admit(step, &next, depth, candidates, flags) {
+    while !program.is_tutorials() && attempted.converged && attempted.iterations < limit {
+        candidates.admit_missed(step.world, step.states, &end.states, depth);
+        let contacts = candidates.contacts();
+        let poses = Poses::of(step.states, &end.states);
+        let wider =
+            Posed::of(contacts, |index, contact| posed.has(index) || poses.gap(contact) < -depth);
+        if wider == *posed {
             break;
         }
-        let attempt = Attempt {
-            start,
-            multipliers: StartMultipliers::Estimated,
-            limit: limit - attempted.iterations,
-            tightness: 1.0,
-            yielding,
-        };
+        *posed = wider;
+        start.values.resize_with(contacts.len(), Default::default);
+        // What was missed has no force to hold on to.
+        let (limit, hold) = (limit - attempted.iterations, Hold { normal: 0.0, ..hold });
+        let effort = Effort { limit, hold, ..effort };
+        let from = (&*start, StartMultipliers::Estimated);
         let before = attempted.iterations;
-        attempted = program.attempt(step, flags, attempt, point)?;
+        attempted = program.attempt(step, (contacts, posed), from, effort, end)?;
         attempted.iterations += before;
     }
+    end.values.resize_with(candidates.contacts().len(), Default::default);
     Ok(attempted)
-}
-
-/// Flags the points that end lower than `depth` (m) below the ground, and makes them contacts.
-/// Returns whether there were any that were not posed.
-fn admit(
-    step: &Step<'_>,
-    next: &State,
-    depth: f64,
-    candidates: &mut Candidates,
-    flags: &mut [bool],
-) -> bool {
-    candidates.admit_missed(step.world, step.states, &[*next], depth);
-    let mut admitted = false;
-    for (height, flag) in step.world.heights(BODY, &next.pose()).zip(flags) {
-        if height < -depth && !*flag {
-            (*flag, admitted) = (true, true);
-        }
-    }
-    admitted
 }

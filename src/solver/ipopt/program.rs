@@ -1,50 +1,78 @@
-//! One solve of the step's program by Ipopt: flags, start and limit in, a point out.
+//! One solve of the step's program by Ipopt: contacts, start and limit in, a point out.
 
 use super::memory::Multipliers;
-use super::subproblem::{Scratch, Subproblem};
+use super::posing::Posed;
+use super::start::{Start, Values};
 use super::units::Units;
-use super::{BODY, Formulation};
+use super::{BODY, Formulation, clamped};
+use crate::contact::Contact;
 use crate::error::Error;
-use crate::ipopt::{Options, ReturnStatus, Solver, Start};
-use crate::mechanics::Wrench;
+use crate::ipopt::{self, Bounds, NonlinearProgram, Options, Progress, ReturnStatus, Solver};
+use crate::mechanics::{State, Wrench};
+use crate::sparsity::SparsityPattern;
 use crate::step::Step;
-use crate::step_nlp::{ProgramPoint, SMOOTHING, StepNlp};
+use crate::step_nlp::several::{Friction, Layout, Normal, PosedStep, SeveralNlp};
+use crate::step_nlp::{SMOOTHING, StepNlp};
 use crate::world::World;
+use nalgebra::{SVector, Vector3};
+use std::sync::atomic::{AtomicBool, Ordering};
 
-/// The program of one world, with Ipopt for it.
+/// Ipopt for the programs of one world.
 pub(super) struct Program {
-    /// The step problem in `units`.
-    nlp: StepNlp,
+    /// The world in `units`.
+    world: World,
     pub(super) units: Units,
-    pub(super) formulation: Formulation,
+    /// The tutorial's program, where that is the one.
+    tutorial: Option<StepNlp>,
     options: Options,
+    /// The solver of the last structure, kept for as long as that does not change.
+    prepared: Option<Prepared>,
     scratch: Scratch,
-    /// The problem of the last flags, kept for as long as they do not change.
-    current: Option<Prepared>,
 }
 
-/// A problem with the solver of its structure.
+/// A solver and the structure that it is for.
 struct Prepared {
-    flags: Vec<bool>,
-    subproblem: Subproblem,
+    jacobian: SparsityPattern,
+    hessian: SparsityPattern,
     solver: Solver,
-    start: Vec<f64>,
-    /// As many as variables and as rows, at least.
+}
+
+/// Memory of a solve.
+#[derive(Default)]
+struct Scratch {
+    states: Vec<State>,
+    wrenches: Vec<Wrench>,
+    contacts: Vec<Contact>,
+    places: Vec<Place>,
+    x: Vec<f64>,
     zeros: Vec<f64>,
 }
 
-/// Where a solve starts (a point in the program's units) and how long it may take.
+/// How far a program holds on to the forces of the start.
 #[derive(Clone, Copy)]
-pub(super) struct Attempt<'a> {
-    pub(super) start: &'a ProgramPoint,
-    pub(super) multipliers: StartMultipliers<'a>,
+pub(super) struct Hold {
+    /// How much friction yields to what differs from them, as a part of both bodies' own answer h/m.
+    pub(super) friction: f64,
+    /// What a normal force costs that differs, in squares of the program's unit of length.
+    pub(super) normal: f64,
+}
+
+impl Hold {
+    /// Not at all: the laws themselves.
+    pub(super) const NOT: Self = Self { friction: 0.0, normal: 0.0 };
+}
+
+/// How exact a solve is, and how long it may take.
+#[derive(Clone, Copy)]
+pub(super) struct Effort {
     /// Iterations.
     pub(super) limit: u32,
+    /// A contact that ends no deeper need not have been posed, m.
+    pub(super) depth: f64,
     /// Ipopt's tolerance, as a part of that of the options.
     pub(super) tightness: f64,
-    /// How much friction yields to what differs from the forces of the start, as a part of the
-    /// body's own answer h/m; 0 is the exact program.
-    pub(super) yielding: f64,
+    /// The tutorial's program holds on to nothing.
+    pub(super) hold: Hold,
 }
 
 /// The multipliers of a start.
@@ -69,11 +97,18 @@ pub(super) struct Attempted {
 }
 
 impl Attempted {
-    /// Free flight, where no point is posed: exact without Ipopt.
+    /// Free flight, where no contact is posed: exact without Ipopt.
     pub(super) fn free() -> Self {
         let status = ReturnStatus::SolveSucceeded;
         Self { converged: true, iterations: 0, status, multipliers: None }
     }
+}
+
+/// The variables of a contact.
+#[derive(Clone, Copy)]
+pub(super) struct Place {
+    pub(super) normal: Normal,
+    pub(super) friction: Option<Friction>,
 }
 
 impl Program {
@@ -83,34 +118,36 @@ impl Program {
         options: Options,
     ) -> Result<Self, Error> {
         options.validate()?;
-        let units = Self::units_for(formulation, world, &Wrench::zero());
-        let nlp = StepNlp::new(units.world(world), SMOOTHING)?;
-        let scratch = Scratch::new(&nlp);
-        Ok(Self { nlp, units, formulation, options, scratch, current: None })
+        let (units, tutorial) = match formulation {
+            Formulation::Clamped => (Units::SI, Some(StepNlp::new(world.clone(), SMOOTHING)?)),
+            Formulation::Reduced => (Units::of(world, &[]), None),
+        };
+        let (world, scratch) = (units.world(world), Scratch::default());
+        Ok(Self { world, units, tutorial, options, prepared: None, scratch })
     }
 
-    fn units_for(formulation: Formulation, world: &World, wrench: &Wrench) -> Units {
-        match formulation {
-            Formulation::Clamped => Units::SI,
-            Formulation::Reduced => Units::of(world, wrench),
-        }
+    /// The world that it is of, in the program's units.
+    pub(super) fn world(&self) -> &World {
+        &self.world
+    }
+
+    /// Whether it is the tutorial's.
+    pub(super) fn is_tutorials(&self) -> bool {
+        self.tutorial.is_some()
     }
 
     /// Takes the units that `step` asks for; says whether they are others than before.
-    pub(super) fn set_units(&mut self, step: &Step<'_>) -> Result<bool, Error> {
-        let units = Self::units_for(self.formulation, step.world, &step.wrenches[BODY]);
-        if units == self.units {
-            return Ok(false);
+    pub(super) fn set_units(&mut self, step: &Step<'_>) -> bool {
+        if self.is_tutorials() {
+            return false;
         }
-        // The structure is the same: what is prepared stays.
-        self.nlp = StepNlp::new(units.world(step.world), SMOOTHING)?;
+        let units = Units::of(step.world, step.wrenches);
+        if units == self.units {
+            return false;
+        }
+        self.world = units.world(step.world);
         self.units = units;
-        Ok(true)
-    }
-
-    /// The number of contact points.
-    pub(super) fn points(&self) -> usize {
-        self.nlp.layout().contacts()
+        true
     }
 
     /// The most iterations of one solve.
@@ -118,75 +155,264 @@ impl Program {
         self.options.max_iterations
     }
 
-    /// The problem for the flags `flags`.
-    fn prepare(&mut self, flags: &[bool]) -> Result<Prepared, Error> {
-        match self.current.take() {
-            Some(prepared) if prepared.flags == flags => Ok(prepared),
-            _ => {
-                let subproblem = Subproblem::new(&self.nlp, flags, self.formulation);
-                let program = subproblem.bind(&self.nlp, &mut self.scratch, None);
-                let solver = Solver::new(&program, self.options.clone())?;
-                let start = vec![0.0; subproblem.variables().len()];
-                let rows = subproblem.bounds().constraint_lower.len();
-                let zeros = vec![0.0; start.len().max(rows)];
-                Ok(Prepared { flags: flags.to_vec(), subproblem, solver, start, zeros })
-            }
-        }
-    }
-
-    /// Solves `step` for `flags` and writes the end to `point`; free flight where Ipopt has no
-    /// iterate to report.
+    /// Solves `step` with what is `posed` of `candidates` from `start`, and writes the end to
+    /// `end`; free flight where Ipopt has no iterate to report.
     pub(super) fn attempt(
         &mut self,
         step: &Step<'_>,
-        flags: &[bool],
-        attempt: Attempt<'_>,
-        point: &mut ProgramPoint,
+        (candidates, posed): (&[Contact], &Posed),
+        (start, multipliers): (&Start, StartMultipliers<'_>),
+        effort: Effort,
+        end: &mut Start,
     ) -> Result<Attempted, Error> {
-        let alpha = flags.iter().map(|&flag| f64::from(u8::from(flag)));
-        let (state, wrench) = (&step.states[BODY], &step.wrenches[BODY]);
-        self.nlp.set_step(&self.units.state(state), &self.units.wrench(wrench), alpha);
-        let world = self.nlp.world();
-        let compliance = attempt.yielding * world.time_step() / world.bodies()[BODY].mass();
-        let anchors = (0..flags.len()).map(|i| attempt.start.force(i).xy());
-        self.nlp.anchor_friction(compliance, anchors);
-        let mut prepared = self.prepare(flags)?;
-        let Prepared { subproblem, solver, start: x, zeros, .. } = &mut prepared;
-        subproblem.gather(attempt.start.as_slice(), x);
-        let start = match attempt.multipliers {
-            StartMultipliers::Estimated => Start::Cold { x },
-            StartMultipliers::Zero => Start::Warm {
+        let Self { world, units, tutorial, options, prepared, scratch } = self;
+        scratch.take(step, (candidates, posed), units);
+        let Scratch { states, wrenches, contacts, places, x, zeros } = scratch;
+        places.clear();
+        let (nlp, bounds, bodies) = match tutorial {
+            Some(nlp) => {
+                let mut active = vec![0.0; nlp.layout().contacts()];
+                for contact in contacts.iter() {
+                    active[contact.key.point] = 1.0;
+                }
+                let bounds = clamped::bounds(nlp.layout(), &active);
+                nlp.set_step(&states[BODY], &wrenches[BODY], active);
+                places.extend(contacts.iter().map(|contact| clamped::place(nlp.layout(), contact)));
+                (Nlp::Clamped(nlp), bounds, &[BODY][..])
+            }
+            None => {
+                let bodies = posed.bodies.as_slice();
+                let step = PosedStep { world, states, wrenches, bodies, contacts };
+                let mut nlp = SeveralNlp::new(&step, SMOOTHING)?;
+                let forces = posed.contacts.iter().map(|&index| start.values[index].force);
+                nlp.anchor((effort.hold.friction, effort.hold.normal), forces);
+                let layout = nlp.layout();
+                places.extend(
+                    (0..layout.contacts())
+                        .map(|i| Place { normal: layout.normal(i), friction: layout.friction(i) }),
+                );
+                let bounds = bounds(layout);
+                (Nlp::Reduced(Box::new(nlp)), bounds, bodies)
+            }
+        };
+        let (variables, rows) = (bounds.lower.len(), bounds.constraint_lower.len());
+        let part = Part { bodies, contacts: &posed.contacts, places };
+        gather(part, start, units, variables, x);
+        zeros.clear();
+        zeros.resize(variables.max(rows), 0.0);
+        let start = match multipliers {
+            StartMultipliers::Estimated => ipopt::Start::Cold { x },
+            StartMultipliers::Zero => ipopt::Start::Warm {
                 x,
-                constraint_multipliers: &zeros[..subproblem.bounds().constraint_lower.len()],
-                lower_multipliers: &zeros[..x.len()],
-                upper_multipliers: &zeros[..x.len()],
+                constraint_multipliers: &zeros[..rows],
+                lower_multipliers: &zeros[..variables],
+                upper_multipliers: &zeros[..variables],
             },
-            StartMultipliers::Known(known) => Start::Warm {
+            StartMultipliers::Known(known) => ipopt::Start::Warm {
                 x,
                 constraint_multipliers: &known.constraints,
                 lower_multipliers: &known.lower,
                 upper_multipliers: &known.upper,
             },
         };
-        solver.set_limits(attempt.limit, self.options.tolerance * attempt.tightness)?;
-
-        let mut program = subproblem.bind(&self.nlp, &mut self.scratch, step.interrupt);
-        let outcome = solver.solve(&mut program, subproblem.bounds(), &start)?;
-        match outcome.point {
-            Some(found) => subproblem.scatter(found.x, point.as_mut_slice()),
-            // No iterate to report: free flight is at least a motion.
-            None => point.set_free(&self.units.state(&step.free[BODY])),
+        let mut program = Bound { nlp, interrupt: step.interrupt };
+        let (jacobian, hessian) = (program.jacobian_pattern(), program.hessian_pattern());
+        let prepared = match prepared {
+            Some(known) if known.jacobian == *jacobian && known.hessian == *hessian => known,
+            other => other.insert(Prepared {
+                jacobian: jacobian.clone(),
+                hessian: hessian.clone(),
+                solver: Solver::new(&program, options.clone())?,
+            }),
+        };
+        let solver = &mut prepared.solver;
+        solver.set_limits(effort.limit, options.tolerance * effort.tightness)?;
+        let outcome = solver.solve(&mut program, &bounds, &start)?;
+        end.reset(step.free, candidates.len());
+        if let Some(found) = outcome.point {
+            scatter(part, found.x, units, end);
+            match program.nlp {
+                Nlp::Clamped(_) => end.whole.extend_from_slice(found.x),
+                Nlp::Reduced(_) => normalise(step.free, end),
+            }
         }
-        let interrupted = outcome.status == ReturnStatus::UserRequestedStop;
+        if outcome.status == ReturnStatus::UserRequestedStop {
+            return Err(Error::Interrupted);
+        }
         let converged = outcome.status.is_success() && outcome.point.is_some();
         let found = outcome.point.filter(|_| converged);
-        let attempted = Attempted {
+        Ok(Attempted {
             converged,
             iterations: outcome.iterations,
             status: outcome.status,
-            multipliers: found.map(|point| Multipliers::of(flags, point)),
+            multipliers: found.map(|point| Multipliers::of(posed.keys(candidates), point)),
+        })
+    }
+}
+
+impl Scratch {
+    /// Takes the step and what is `posed` of `candidates`, in `units`.
+    fn take(&mut self, step: &Step<'_>, (candidates, posed): (&[Contact], &Posed), units: &Units) {
+        self.states.clear();
+        self.states.extend(step.states.iter().map(|state| units.state(state)));
+        self.wrenches.clear();
+        self.wrenches.extend(step.wrenches.iter().map(|wrench| units.wrench(wrench)));
+        self.contacts.clear();
+        let contacts = posed.contacts.iter().map(|&index| units.contact(&candidates[index]));
+        self.contacts.extend(contacts);
+    }
+}
+
+/// What takes part, indices of the world and of the candidates, and where the contacts' variables are.
+#[derive(Clone, Copy)]
+struct Part<'a> {
+    bodies: &'a [usize],
+    contacts: &'a [usize],
+    places: &'a [Place],
+}
+
+/// The variables of a body that takes part as number `place`: the same in both programs.
+fn state_at(place: usize) -> std::ops::Range<usize> {
+    Layout::new(place + 1, []).state(place)
+}
+
+/// X⁺ and the values of the contacts at `start` as a point of the program, the other of its
+/// `variables` those of the tutorial's start, or zero.
+fn gather(
+    Part { bodies, contacts, places }: Part<'_>,
+    start: &Start,
+    units: &Units,
+    variables: usize,
+    x: &mut Vec<f64>,
+) {
+    x.clear();
+    x.extend_from_slice(&start.whole);
+    x.resize(variables, 0.0);
+    for (place, &body) in bodies.iter().enumerate() {
+        let state = units.state(&start.states[body]).to_vector();
+        x[state_at(place)].copy_from_slice(state.as_slice());
+    }
+    for (of, &index) in places.iter().zip(contacts) {
+        let values = &start.values[index];
+        (x[of.normal.first], x[of.normal.second]) = (values.force[2], values.normal_slack);
+        if let Some(of) = of.friction {
+            (x[of.force[0]], x[of.force[1]]) = (values.force[0], values.force[1]);
+            (x[of.slack], x[of.slip_speed]) = (values.friction_slack, values.slip_speed);
+        }
+    }
+}
+
+/// The other way round; what takes no part stays as it is.
+fn scatter(Part { bodies, contacts, places }: Part<'_>, x: &[f64], units: &Units, end: &mut Start) {
+    for (place, &body) in bodies.iter().enumerate() {
+        let state = State::from_vector(&SVector::from_column_slice(&x[state_at(place)]));
+        end.states[body] = units.si_state(&state);
+    }
+    for (of, &index) in places.iter().zip(contacts) {
+        let mut values = Values {
+            force: Vector3::new(0.0, 0.0, x[of.normal.first]),
+            normal_slack: x[of.normal.second],
+            ..Values::default()
         };
-        self.current = Some(prepared);
-        if interrupted { Err(Error::Interrupted) } else { Ok(attempted) }
+        if let Some(of) = of.friction {
+            (values.force[0], values.force[1]) = (x[of.force[0]], x[of.force[1]]);
+            (values.friction_slack, values.slip_speed) = (x[of.slack], x[of.slip_speed]);
+        }
+        end.values[index] = values;
+    }
+}
+
+/// Makes attitudes turns, which those of an iterate are to its tolerance only, and those of one that is
+/// no solution not at all: then they are those of `free`.
+fn normalise(free: &[State], end: &mut Start) {
+    for (state, free) in end.states.iter_mut().zip(free) {
+        let norm = state.attitude.norm();
+        let is_near = (0.5..2.0).contains(&norm);
+        state.attitude = if is_near { state.attitude / norm } else { free.attitude };
+    }
+}
+
+/// States and friction forces free, the other variables ≥ 0, equations = 0, inequalities ≥ 0.
+fn bounds(layout: &Layout) -> Bounds {
+    let (n, m) = (layout.variables(), layout.constraints());
+    let mut bounds = Bounds {
+        lower: vec![0.0; n],
+        upper: vec![f64::INFINITY; n],
+        constraint_lower: vec![0.0; m],
+        constraint_upper: vec![f64::INFINITY; m],
+    };
+    bounds.lower[layout.free()].fill(f64::NEG_INFINITY);
+    bounds.constraint_upper[..layout.equalities()].fill(0.0);
+    bounds
+}
+
+/// The program of a step.
+enum Nlp<'a> {
+    Clamped(&'a StepNlp),
+    Reduced(Box<SeveralNlp>),
+}
+
+/// The same of either program.
+macro_rules! of {
+    ($nlp:expr, $program:ident => $what:expr) => {
+        match &$nlp {
+            Nlp::Clamped($program) => $what,
+            Nlp::Reduced($program) => $what,
+        }
+    };
+}
+
+/// The program as Ipopt's wrapper takes it.
+struct Bound<'a> {
+    nlp: Nlp<'a>,
+    /// Ends the solve when it is raised.
+    interrupt: Option<&'a AtomicBool>,
+}
+
+impl NonlinearProgram for Bound<'_> {
+    fn keep_going(&mut self, _progress: &Progress) -> bool {
+        !self.interrupt.is_some_and(|flag| flag.load(Ordering::Relaxed))
+    }
+
+    fn variable_count(&self) -> usize {
+        of!(self.nlp, nlp => nlp.layout().variables())
+    }
+
+    fn constraint_count(&self) -> usize {
+        of!(self.nlp, nlp => nlp.layout().constraints())
+    }
+
+    fn jacobian_pattern(&self) -> &SparsityPattern {
+        of!(self.nlp, nlp => nlp.jacobian_pattern())
+    }
+
+    fn hessian_pattern(&self) -> &SparsityPattern {
+        of!(self.nlp, nlp => nlp.hessian_pattern())
+    }
+
+    fn objective(&mut self, x: &[f64]) -> f64 {
+        of!(self.nlp, nlp => nlp.objective(x))
+    }
+
+    fn gradient(&mut self, x: &[f64], gradient: &mut [f64]) {
+        of!(self.nlp, nlp => nlp.gradient(x, gradient));
+    }
+
+    fn constraints(&mut self, x: &[f64], constraints: &mut [f64]) {
+        of!(self.nlp, nlp => nlp.constraints(x, constraints));
+    }
+
+    fn jacobian(&mut self, x: &[f64], values: &mut [f64]) {
+        of!(self.nlp, nlp => nlp.jacobian(x, values));
+    }
+
+    fn hessian(
+        &mut self,
+        x: &[f64],
+        objective_factor: f64,
+        multipliers: &[f64],
+        values: &mut [f64],
+    ) {
+        of!(self.nlp, nlp => nlp.hessian(x, objective_factor, multipliers, values));
     }
 }

@@ -2,23 +2,20 @@
 //!
 //! Ipopt's tolerances, its pushes from the bounds and the smoothing ε are plain numbers: they
 //! mean something else for a dice than for a container. So the program is posed in the scene's
-//! own units of mass M, length L and time T, in which every body weighs 10, reaches as far as 1
+//! own units of mass M, length L and time T, in which a body weighs 10, reaches as far as 1
 //! and falls with 9.81, as the tutorial's cube does in kg, m and s:
 //!
 //! ```text
 //! M = m/10,   L = ℓ,   T = √(ℓ · 9.81/|g|)
 //! ```
 //!
-//! T is L over the world's [speed scale](World::speed_scale). Under a load that is stronger than
+//! Of several bodies m is the geometric mean of their masses and ℓ their largest reach. T is L over the world's [speed scale](World::speed_scale). Under a load that is stronger than
 //! gravity, T is halved until an acceleration of 9.81 is about the load's. Scaled copies of a scene
 //! (masses times a, lengths times b, gravity times c, times times √(b/c), loads accordingly) are then one program, to
 //! rounding.
 
-use super::BODY;
 use crate::contact::{Contact, Features};
 use crate::mechanics::{State, Wrench};
-use crate::step_nlp::ProgramPoint;
-use crate::step_nlp::layout::STATE;
 use crate::world::World;
 
 /// The mass of the tutorial's cube, kg.
@@ -36,16 +33,17 @@ impl Units {
     /// SI units.
     pub(super) const SI: Self = Self { mass: 1.0, length: 1.0, time: 1.0 };
 
-    /// Those of `world` under the load `wrench`.
-    pub(super) fn of(world: &World, wrench: &Wrench) -> Self {
-        let body = &world.bodies()[BODY];
-        let (mass, length) = (body.mass() / USUAL_MASS, body.reach());
-        let pull = wrench.force.norm().max(wrench.torque.norm() / length) / body.mass();
-        Self::under(world, (mass, length), pull)
-    }
-
-    /// Those of mass and length under a load that makes the acceleration `pull`.
-    fn under(world: &World, (mass, length): (f64, f64), pull: f64) -> Self {
+    /// Those of `world` under the loads `wrenches` (none, or one a body), of which the strongest
+    /// counts.
+    pub(super) fn of(world: &World, wrenches: &[Wrench]) -> Self {
+        let bodies = world.bodies();
+        let logarithms: f64 = bodies.iter().map(|body| libm::log(body.mass())).sum();
+        let mean = libm::exp(logarithms / bodies.len() as f64);
+        let (mass, length) = (mean / USUAL_MASS, world.reach());
+        let pulls = bodies.iter().zip(wrenches).map(|(body, wrench)| {
+            wrench.force.norm().max(wrench.torque.norm() / length) / body.mass()
+        });
+        let pull = pulls.fold(0.0, f64::max);
         let time = length / world.speed_scale();
         // 9.81 in these units, whatever stands in for gravity where there is none.
         let gravity = 9.81 * length / (time * time);
@@ -54,20 +52,6 @@ impl Units {
             shorter *= 2.0;
         }
         Self { mass, length, time: time / shorter }
-    }
-
-    /// Those of a world of several bodies under the loads `wrenches` (none, or one a body): the
-    /// mass is the geometric mean of theirs, the length the largest reach, and the strongest load
-    /// counts.
-    pub(super) fn of_all(world: &World, wrenches: &[Wrench]) -> Self {
-        let bodies = world.bodies();
-        let logarithms: f64 = bodies.iter().map(|body| libm::log(body.mass())).sum();
-        let mean = libm::exp(logarithms / bodies.len() as f64);
-        let (mass, length) = (mean / USUAL_MASS, world.reach());
-        let pulls = bodies.iter().zip(wrenches).map(|(body, wrench)| {
-            wrench.force.norm().max(wrench.torque.norm() / length) / body.mass()
-        });
-        Self::under(world, (mass, length), pulls.fold(0.0, f64::max))
     }
 
     /// `world`, its constants in these units.
@@ -135,31 +119,6 @@ impl Units {
             arm: contact.arm / self.length,
             torque_map: contact.torque_map / self.length,
             ..*contact
-        }
-    }
-
-    /// Brings a point from SI units to these.
-    pub(super) fn convert_point(&self, point: &mut ProgramPoint) {
-        if *self == Self::SI {
-            return;
-        }
-        let state = self.state(&point.state());
-        let layout = point.layout();
-        let x = point.as_mut_slice();
-        x[STATE].copy_from_slice(state.to_vector().as_slice());
-        let force = self.force();
-        let parts = [
-            (layout.force_x(), force),
-            (layout.force_y(), force),
-            (layout.force_z(), force),
-            (layout.slack_1(), force * self.length),
-            (layout.slack_2(), force * self.speed()),
-            (layout.slip_speed(), self.speed()),
-        ];
-        for (range, unit) in parts {
-            for value in &mut x[range] {
-                *value /= unit;
-            }
         }
     }
 }

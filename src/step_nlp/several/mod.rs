@@ -173,8 +173,9 @@ impl SeveralNlp {
     }
 
     /// Makes friction yield to what differs from the forces f_0 (N, along each contact's frame) by
-    /// κ = `share` h (1/m_A + 1/m_B), see
-    /// [`StepNlp::anchor_friction`](super::StepNlp::anchor_friction), and adds
+    /// κ = `share` h (1/m_A + 1/m_B), m/s a N: row (10) becomes (25a). Points that stick leave their
+    /// forces open where they pull against each other, and these rows dependent; with κ > 0 they are
+    /// neither, and a solution with f_t = f_0 is one of (10). And adds
     ///
     /// ```text
     /// σ Σ (f_n,i − f_0,n,i)²,   σ = `stiffness`, m²                         (eq. 27)

@@ -1,14 +1,15 @@
-//! Points of the program of several bodies, told by bodies and candidates, so that they outlive
-//! the program; and the memory of the last ones.
+//! Points of the program, told by bodies and candidates, so that they outlive it: where Ipopt starts
+//! and where it ends.
 
-use super::super::memory::Multipliers;
-use super::super::units::Units;
-use super::program::Posed;
-use crate::contact::{Contact, ContactKey, KeyIndex, Partner};
+use super::memory::Memory;
+use super::posing::Posed;
+use super::units::Units;
+use crate::contact::{Contact, KeyIndex, Partner};
+use crate::mechanics::quaternion::advance;
 use crate::mechanics::{Pose, State};
 use crate::step::{ContactForce, Step, StepSolution};
-use crate::step_nlp::SMOOTHING;
 use crate::step_nlp::point::products;
+use crate::step_nlp::{ProgramPoint, SMOOTHING};
 use nalgebra::Vector3;
 
 /// What the program has of a contact, in its units.
@@ -27,10 +28,10 @@ pub(super) struct Values {
 pub(super) struct Start {
     pub(super) states: Vec<State>,
     pub(super) values: Vec<Values>,
+    /// All variables of the tutorial's program, also those of points that are no candidates: where few
+    /// are free, Ipopt relaxes the bounds that clamp them, and the next start has what it leaves.
+    pub(super) whole: Vec<f64>,
 }
-
-/// Of the last solutions: the values of their contacts, and what Ipopt converged with to which contacts.
-pub(super) type Memory = super::super::memory::Memory<Vec<Values>, (Vec<ContactKey>, Multipliers)>;
 
 impl Start {
     /// Makes this `states` without any force.
@@ -39,6 +40,7 @@ impl Start {
         self.states.extend_from_slice(states);
         self.values.clear();
         self.values.resize(candidates, Values::default());
+        self.whole.clear();
     }
 
     /// Makes this X at step k with the contacts' values of the last solution.
@@ -50,14 +52,49 @@ impl Start {
         units: &Units,
     ) {
         self.reset(step.states, candidates.len());
-        let known = memory.find(step.previous);
-        let (before, mut index) = (&step.previous.contacts, KeyIndex::new());
+        let (before, known) = (&step.previous.contacts, memory.point(step.previous));
+        let mut index = KeyIndex::new();
+        self.whole.extend(known.iter().flat_map(|known| &known.whole));
         for (place, contact) in candidates.iter().enumerate() {
             let Some(at) = index.place(before, &contact.key, place) else { continue };
-            self.values[place] = match known.and_then(|known| known.point.get(at)) {
+            self.values[place] = match known.and_then(|known| known.values.get(at)) {
                 Some(values) => *values,
                 None => values_of(contact, &before[at], contact.gap, units),
             };
+        }
+    }
+
+    /// Makes this a point of the tutorial's program (SI).
+    pub(super) fn set_point(
+        &mut self,
+        candidates: &[Contact],
+        point: &ProgramPoint,
+        units: &Units,
+    ) {
+        self.reset(&[point.state()], candidates.len());
+        let x = point.as_slice();
+        self.whole.extend_from_slice(x);
+        for (contact, slot) in candidates.iter().zip(&mut self.values) {
+            let i = contact.key.point;
+            let [.., s1, s2, slip_speed] = point.layout().contact_variables(i);
+            *slot = Values {
+                force: point.force(i),
+                normal_slack: x[s1],
+                friction_slack: x[s2],
+                slip_speed: x[slip_speed],
+            };
+            slot.convert(units);
+        }
+    }
+
+    /// Moves the states of the bodies that take part, those of step k, on by one step at their own
+    /// velocities: what slides steadily is then where it will be.
+    pub(super) fn coast(&mut self, step: &Step<'_>, posed: &Posed) {
+        let h = step.world.time_step();
+        for &body in &posed.bodies {
+            let state = &mut self.states[body];
+            state.position += h * state.velocity;
+            state.attitude = advance(&state.attitude, &state.spin, h);
         }
     }
 
@@ -124,11 +161,23 @@ fn values_of(contact: &Contact, force: &ContactForce, gap: f64, units: &Units) -
     let local = contact.frame.tr_mul(&force.force);
     let (friction, smoothing) = (contact.law.friction, SMOOTHING * units.force());
     let products = products(&local, force.slip.norm(), gap, friction, smoothing);
-    Values {
-        force: local / units.force(),
-        normal_slack: products.normal / (units.force() * units.length()),
-        friction_slack: products.friction / (units.force() * units.speed()),
-        slip_speed: products.slip_speed / units.speed(),
+    let mut values = Values {
+        force: local,
+        normal_slack: products.normal,
+        friction_slack: products.friction,
+        slip_speed: products.slip_speed,
+    };
+    values.convert(units);
+    values
+}
+
+impl Values {
+    /// Brings these from SI units to `units`.
+    fn convert(&mut self, units: &Units) {
+        self.force /= units.force();
+        self.normal_slack /= units.force() * units.length();
+        self.friction_slack /= units.force() * units.speed();
+        self.slip_speed /= units.speed();
     }
 }
 

@@ -1,0 +1,39 @@
+//! The tutorial's program as Ipopt gets it: which of its variables a contact has, and its bounds.
+
+use super::program::Place;
+use crate::contact::Contact;
+use crate::ipopt::Bounds;
+use crate::step_nlp::layout::{Layout, STATE};
+use crate::step_nlp::several::{Friction, Normal};
+
+/// The variables of `contact`.
+pub(super) fn place(layout: Layout, contact: &Contact) -> Place {
+    let [fx, fy, fz, s1, s2, slip_speed] = layout.contact_variables(contact.key.point);
+    let friction = Friction { force: [fx, fy], slack: s2, slip_speed };
+    Place { normal: Normal { first: fz, second: s1 }, friction: Some(friction) }
+}
+
+/// The tutorial's bounds (eq. 17) where the points that are `active` take part: X⁺, f_x and f_y
+/// free, the other variables ≥ 0, equations = 0, inequalities ≥ 0. The variables of the other points
+/// are clamped to zero, because an interior-point method would not let their force touch the bound it
+/// should rest on.
+pub(super) fn bounds(layout: Layout, active: &[f64]) -> Bounds {
+    let (n, m) = (layout.variables(), layout.constraints());
+    let mut bounds = Bounds {
+        lower: vec![0.0; n],
+        upper: vec![f64::INFINITY; n],
+        constraint_lower: vec![0.0; m],
+        constraint_upper: vec![f64::INFINITY; m],
+    };
+    for free in [STATE, layout.force_x(), layout.force_y()] {
+        bounds.lower[free].fill(f64::NEG_INFINITY);
+    }
+    for (i, _) in active.iter().enumerate().filter(|(_, active)| **active == 0.0) {
+        for variable in layout.contact_variables(i) {
+            bounds.lower[variable] = 0.0;
+            bounds.upper[variable] = 0.0;
+        }
+    }
+    bounds.constraint_upper[..layout.equalities()].fill(0.0);
+    bounds
+}
