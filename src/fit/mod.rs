@@ -32,7 +32,7 @@ pub mod search;
 
 pub use error::FitError;
 pub use loss::Loss;
-pub use model::{Model, Parameter, Values};
+pub use model::{Model, Parameter, SOUGHT, Values, sought};
 pub use protocol::Protocol;
 pub use recording::Toss;
 pub use rollout::{Evaluator, Memory, Query, TossScore};

@@ -1,75 +1,48 @@
 //! What is identified: a body on a ground, and the numbers of it that may be looked for.
 
 use super::error::FitError;
-use crate::contact::{Partner, Plane};
+use crate::contact::Partner;
 use crate::geometry::Piece;
-use crate::mechanics::{RigidBody, Rotation};
-use crate::world::{Parameters, World};
+use crate::mechanics::RigidBody;
+pub use crate::world::Constant as Parameter;
+use crate::world::{Parameters, Plane, World, constants};
 use nalgebra::{Matrix3, Vector3};
 
-/// A number that may be looked for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Parameter {
-    /// μ.
-    Friction,
-    /// e.
-    Restitution,
-    /// The moments of inertia, as a multiple of the scene's. Mass and inertia count as their
-    /// ratio alone, so that there is no parameter of the mass.
-    Inertia,
-    /// All lengths of the body, as a multiple of the scene's; the inertia stays.
-    Size,
-    /// The radius of edges and corners, m; the extents of the body along its axes stay.
-    Radius,
-    /// |g|, m/s².
-    Gravity,
-    /// How far the ground is moved along its normal, m.
-    Ground,
+/// The constants that a fit may look for, each by its [one number](Parameter::one_number), in the
+/// order of [`Values`].
+pub const SOUGHT: [Parameter; 7] = [
+    Parameter::Friction,
+    Parameter::Restitution,
+    Parameter::Inertia,
+    Parameter::Size,
+    Parameter::Radius,
+    Parameter::Gravity,
+    Parameter::Ground,
+];
+
+/// The constant of a name that a fit may look for.
+///
+/// # Errors
+/// A sentence: what there is, or why a constant is not looked for.
+pub fn sought(name: &str) -> Result<Parameter, String> {
+    match Parameter::of_name(name) {
+        Some(Parameter::Mass) => {
+            Err("mass: mass and inertia count as their ratio alone; look for \
+                                      inertia"
+                .to_owned())
+        }
+        Some(Parameter::TimeStep) => {
+            Err("time_step: that is the program's, not the body's; give --substeps".to_owned())
+        }
+        Some(parameter) => Ok(parameter),
+        None => {
+            let names = SOUGHT.map(Parameter::name).join(", ");
+            Err(format!("{name:?} is no parameter; there are {names}"))
+        }
+    }
 }
 
 impl Parameter {
-    /// All of them, in the order of [`Values`].
-    pub const ALL: [Self; 7] = [
-        Self::Friction,
-        Self::Restitution,
-        Self::Inertia,
-        Self::Size,
-        Self::Radius,
-        Self::Gravity,
-        Self::Ground,
-    ];
-
-    /// The word of the command line and of files.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Friction => "friction",
-            Self::Restitution => "restitution",
-            Self::Inertia => "inertia",
-            Self::Size => "size",
-            Self::Radius => "radius",
-            Self::Gravity => "gravity",
-            Self::Ground => "ground",
-        }
-    }
-
-    /// The parameter of a name.
-    #[must_use]
-    pub fn of_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|parameter| parameter.name() == name)
-    }
-
-    /// What the number is in: empty for a pure number.
-    #[must_use]
-    pub fn unit(self) -> &'static str {
-        match self {
-            Self::Friction | Self::Restitution => "",
-            Self::Inertia | Self::Size => "times the scene's",
-            Self::Radius | Self::Ground => "m",
-            Self::Gravity => "m/s²",
-        }
-    }
-
     /// Where it is looked for, if nothing else is said: `model` has the scene's own values.
     #[must_use]
     pub fn usual_bounds(self, model: &Model) -> [f64; 2] {
@@ -77,11 +50,12 @@ impl Parameter {
         match self {
             Self::Friction => [0.02, 1.0],
             Self::Restitution => [0.0, 0.6],
-            Self::Inertia => [0.5, 2.0],
+            Self::Mass | Self::Inertia => [0.5, 2.0],
             Self::Size => [0.9, 1.1],
             Self::Radius => [0.0, 0.3 * least],
-            Self::Gravity => [0.9, 1.1].map(|factor| factor * model.gravity.norm()),
+            Self::Gravity => [0.9, 1.1].map(|factor| factor * model.gravity().norm()),
             Self::Ground => [-0.1, 0.1].map(|factor| factor * least),
+            Self::TimeStep => [0.5, 1.0].map(|factor| factor * model.world.time_step()),
         }
     }
 
@@ -100,37 +74,37 @@ impl Parameter {
     }
 }
 
-/// A value for every parameter, in the order of [`Parameter::ALL`].
+/// A value for every constant of [`SOUGHT`], in that order.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Values(pub [f64; Parameter::ALL.len()]);
+pub struct Values(pub [f64; SOUGHT.len()]);
 
 impl Values {
-    /// The value of a parameter.
+    /// The value of a parameter; NaN of one that no fit looks for.
     #[must_use]
     pub fn get(&self, parameter: Parameter) -> f64 {
-        self.0[parameter as usize]
+        place(parameter).map_or(f64::NAN, |place| self.0[place])
     }
 
-    /// These, but for one parameter.
+    /// These, but for one parameter. One that no fit looks for changes nothing.
     #[must_use]
     pub fn with(mut self, parameter: Parameter, value: f64) -> Self {
-        self.0[parameter as usize] = value;
+        if let Some(place) = place(parameter) {
+            self.0[place] = value;
+        }
         self
     }
+}
+
+/// Where a parameter stands among [`SOUGHT`].
+pub(super) fn place(parameter: Parameter) -> Option<usize> {
+    SOUGHT.iter().position(|sought| *sought == parameter)
 }
 
 /// One body of points with a common radius, on a ground: what the scene says.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Model {
-    mass: f64,
-    inertia: Matrix3<f64>,
-    /// Centres of the points' spheres, m, body frame.
-    points: Vec<Vector3<f64>>,
-    radius: f64,
-    friction: f64,
-    restitution: f64,
-    gravity: Vector3<f64>,
-    rotation: Rotation,
+    /// Its body has no coefficients and no pieces of its own.
+    world: World,
     ground: Plane,
 }
 
@@ -157,41 +131,46 @@ impl Model {
         if points.iter().any(|point| point.radius != radius) {
             return refused("a body whose points have one radius");
         }
-        let model = Self {
-            mass: body.mass(),
-            inertia: *body.inertia(),
-            points: points.iter().map(|point| point.position).collect(),
-            radius,
-            friction: world.friction_between(0, Partner::Ground),
-            restitution: world.restitution_between(0, Partner::Ground),
-            gravity: *world.gravity(),
-            rotation: world.rotation(),
-            ground: ground.clone(),
+        let made = || {
+            let corners: Vec<_> = points.iter().map(|point| point.position).collect();
+            let bare = if radius > 0.0 {
+                let piece = Piece::hull(&corners, radius)?;
+                RigidBody::of_pieces(body.mass(), *body.inertia(), vec![piece])?
+            } else {
+                RigidBody::new(body.mass(), *body.inertia(), &corners)?
+            };
+            let friction = world.friction_between(0, Partner::Ground);
+            let bodies = vec![bare];
+            World::new(Parameters { bodies, friction, ..world.parameters().clone() })?
+                .with_restitution(world.restitution_between(0, Partner::Ground))
         };
-        if model.extents().min() <= 0.0 {
+        if constants::extents(body).min() <= 0.0 {
             return refused("a body with an extent along each of its axes");
         }
-        Ok(model)
+        let world = made().map_err(|error| FitError::Scene(error.to_string()))?;
+        Ok(Self { ground: ground.clone(), world })
     }
 
     /// Half the extents of the body along its axes, m: half the sides of a box.
     #[must_use]
     pub fn extents(&self) -> Vector3<f64> {
-        let extent =
-            self.points.iter().fold(Vector3::zeros(), |most, point| point.abs().sup(&most));
-        extent.add_scalar(self.radius)
+        constants::extents(self.body())
+    }
+
+    fn body(&self) -> &RigidBody {
+        &self.world.bodies()[0]
     }
 
     /// The scene's own values.
     #[must_use]
     pub fn values(&self) -> Values {
-        Values([self.friction, self.restitution, 1.0, 1.0, self.radius, self.gravity.norm(), 0.0])
+        Values(SOUGHT.map(|parameter| parameter.one_number(&self.world)))
     }
 
     /// g of the scene, m/s², world.
     #[must_use]
     pub fn gravity(&self) -> &Vector3<f64> {
-        &self.gravity
+        self.world.gravity()
     }
 
     /// The ground of the scene.
@@ -200,60 +179,37 @@ impl Model {
         &self.ground
     }
 
-    /// Centres of the corners with these values, m, body frame. With the scene's half extents a and
-    /// radius ρ₀, a coordinate c becomes
-    ///
-    /// ```text
-    /// s c (s a − ρ) / (s a − s ρ₀)
-    /// ```
-    ///
-    /// with the size s and the radius ρ, so that the outermost stay outermost and the extents are
-    /// s a.
+    /// Centres of the corners with these values, m, body frame.
     #[must_use]
     pub fn corners(&self, values: &Values) -> Vec<Vector3<f64>> {
         let (size, radius) = (values.get(Parameter::Size), values.get(Parameter::Radius));
-        let outer = size * self.extents();
-        let inner = outer.add_scalar(-size * self.radius);
-        let factor = outer.add_scalar(-radius).component_div(&inner) * size;
-        self.points.iter().map(|point| point.component_mul(&factor)).collect()
+        constants::corners(self.body(), size, radius)
     }
 
     /// The inertia with these values, kg m².
     #[must_use]
     pub fn inertia(&self, values: &Values) -> Matrix3<f64> {
-        self.inertia * values.get(Parameter::Inertia)
+        self.body().inertia() * values.get(Parameter::Inertia)
     }
 
     /// m, kg.
     #[must_use]
     pub fn mass(&self) -> f64 {
-        self.mass
+        self.body().mass()
     }
 
     /// The world with these values and `time_step` (s).
     ///
     /// # Errors
-    /// As [`RigidBody::of_pieces`] and [`World::new`].
+    /// As [`World::with_constants`].
     pub fn world(&self, values: &Values, time_step: f64) -> Result<World, crate::error::Error> {
-        let corners = self.corners(values);
-        let radius = values.get(Parameter::Radius);
-        let inertia = self.inertia(values);
-        let body = if radius > 0.0 {
-            RigidBody::of_pieces(self.mass, inertia, vec![Piece::hull(&corners, radius)?])?
-        } else {
-            RigidBody::new(self.mass, inertia, &corners)?
-        };
-        let ground = &self.ground;
-        let offset = ground.offset() + values.get(Parameter::Ground);
-        let strength = values.get(Parameter::Gravity) / self.gravity.norm();
-        let world = World::new(Parameters {
-            bodies: vec![body],
-            ground: Some(Plane::new(*ground.normal(), offset)?),
-            gravity: self.gravity * strength,
-            friction: values.get(Parameter::Friction),
-            time_step,
-            rotation: self.rotation,
-        })?;
-        world.with_restitution(values.get(Parameter::Restitution))
+        let numbers = SOUGHT.map(|parameter| {
+            (parameter, parameter.from_one_number(&self.world, values.get(parameter)))
+        });
+        let mut given: Vec<_> =
+            numbers.iter().map(|(parameter, numbers)| (*parameter, numbers.as_slice())).collect();
+        let step = [time_step];
+        given.push((Parameter::TimeStep, &step));
+        self.world.with_constants(&given)
     }
 }

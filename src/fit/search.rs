@@ -72,6 +72,7 @@ impl Plan {
         }
         for (index, Sought { parameter, bounds: [low, high] }) in self.sought.iter().enumerate() {
             let name = parameter.name();
+            super::model::sought(name).map_err(FitError::Request)?;
             if self.sought[..index].iter().any(|other| other.parameter == *parameter) {
                 return refused(format!("{name} is named twice"));
             }

@@ -1,9 +1,11 @@
 //! The world of a run: the bodies, what they can touch, and the constants that every step
 //! shares. States, forces and certificates are lists over its bodies throughout.
 
+pub mod constants;
 mod partner;
 pub mod plane;
 
+pub use constants::Constant;
 pub use partner::{ContactLaw, Partner};
 pub use plane::Plane;
 

@@ -96,10 +96,7 @@ impl From<LossName> for Loss {
 }
 
 fn parameter(name: &str) -> Result<Parameter, String> {
-    Parameter::of_name(name.trim()).ok_or_else(|| {
-        let names = Parameter::ALL.map(Parameter::name).join(", ");
-        format!("{name:?} is no parameter; there are {names}")
-    })
+    tumble::fit::sought(name.trim())
 }
 
 fn parameters(text: &str) -> Result<Parameters, String> {

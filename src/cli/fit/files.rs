@@ -8,11 +8,11 @@ use serde::Serialize;
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 use tumble::fit::neighbourhood::Smoothed;
-use tumble::fit::{Parameter, Values};
+use tumble::fit::{Parameter, SOUGHT, Values};
 
 /// fit.json.
 pub fn json(task: &Task, results: &Results) -> Result<String, Failure> {
-    let parameters = Parameter::ALL.map(|parameter| self::parameter(task, results, parameter));
+    let parameters = SOUGHT.map(|parameter| self::parameter(task, results, parameter));
     let smoothed = results.neighbourhood.as_ref().map(|around| {
         let percent = |s: Smoothed| {
             json!({ "value": 100.0 * s.value, "roughness": 100.0 * s.roughness })

@@ -10,7 +10,7 @@ use std::collections::VecDeque;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-use tumble::fit::{FitError, Memory, Parameter, Query, TossScore};
+use tumble::fit::{FitError, Memory, Query, SOUGHT, TossScore};
 
 /// The name of the file.
 const NAME: &str = "fit-state.jsonl";
@@ -26,7 +26,7 @@ struct Head {
 /// What was asked, and the scores of each toss: position, rotation, end, steps, failed, residual.
 #[derive(Serialize, Deserialize, PartialEq)]
 struct Entry {
-    values: [f64; Parameter::ALL.len()],
+    values: [f64; SOUGHT.len()],
     substeps: usize,
     tosses: usize,
     scores: Vec<(f64, f64, f64, u32, u32, f64)>,
