@@ -212,6 +212,7 @@ fn wrong_input_gets_a_sentence() {
     bench.refused(&["cube.toml", "nothing"], "nothing cannot be read");
     bench.refused(&["cube.toml", "cube.toml"], "cube.toml is no recording by its name");
     bench.refused(&with(&["--parameters", "mass"]), "\"mass\" is no parameter; there are friction");
+    bench.refused(&with(&["--parameters", "mass"]), "as their ratio alone, so look for inertia");
     bench.refused(&with(&["--parameters", "friction,friction"]), "friction is named twice");
     bench.refused(&with(&["--set", "friction"]), "NAME=VALUE is needed");
     bench.refused(&with(&["--set", "friction=nan"]), "--set");

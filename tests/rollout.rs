@@ -10,11 +10,12 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use toss::*;
 use tumble::error::Error;
+use tumble::geometry::Piece;
 use tumble::mechanics::{RigidBody, State, Wrench};
 use tumble::rollout::{Batch, Outputs, Parameter, Report, RolloutError, Values, Watch, roll_out};
 use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::step::{Step, StepReport, StepSolution, StepSolver, StepStatus};
-use tumble::world::{Parameters, World};
+use tumble::world::{Parameters, Partner, Plane, World};
 
 const T: usize = 150;
 
@@ -256,6 +257,70 @@ fn arrays_of_other_lengths_and_odd_rollouts_are_refused_by_name() {
     let outputs = Outputs { states: &mut states, ..Outputs::default() };
     let error = roll_out(&good, outputs, NonZeroUsize::MIN, Watch::default()).unwrap_err();
     assert!(error.to_string().starts_with("numbers for states: 12 given"), "{error}");
+}
+
+/// What changes shapes and the ground: each rollout is the simulation of a world that has them.
+#[test]
+fn size_radius_and_ground_are_those_of_worlds_of_their_own() {
+    let world = cube_world(SOLID);
+    let start = State { position: Vector3::new(0.0, 0.0, 1.3), ..thrown(3) };
+    let (size, radius, ground) = ([1.0, 0.5, 0.8], [0.0, 0.05, 0.1], [0.0, 0.1, -0.2]);
+    let parameters = [
+        Values { parameter: Parameter::Size, values: &size },
+        Values { parameter: Parameter::Radius, values: &radius },
+        Values { parameter: Parameter::Ground, values: &ground },
+    ];
+    let numbers = numbers(&[start]);
+    let batch = Batch { parameters: &parameters, ..batch(&world, &numbers, 3) };
+    let half = world.bodies()[0].contact_points().iter().map(|point| point.position.amax());
+    let half = half.fold(0.0, f64::max);
+    let simulations = (0..3).map(|b| {
+        let inside = Vector3::repeat(size[b] * half - radius[b]);
+        let core = Piece::cuboid(inside).unwrap();
+        let piece = Piece::hull(core.core().vertices(), radius[b]).unwrap();
+        let own = &world.bodies()[0];
+        let body = RigidBody::of_pieces(own.mass(), *own.inertia(), vec![piece]).unwrap();
+        let ground = Plane::new(*world.ground().normal(), ground[b]).unwrap();
+        let parameters = world.parameters().clone();
+        native(&World::new(Parameters { bodies: vec![body], ground, ..parameters }).unwrap(), start)
+    });
+    let expected = looped(simulations.collect(), |_, _| Wrench::zero());
+    let found = run(&batch, 2).unwrap();
+    assert_eq!(found.statuses, expected.statuses);
+    // Corners come by another order of factors.
+    for (found, expected) in found.states.iter().zip(&expected.states) {
+        assert!((found - expected).abs() < 1e-9, "{found}, {expected}");
+    }
+}
+
+/// A constant with the numbers that it has changes nothing; one that would say nothing is refused.
+#[test]
+fn constants_are_read_as_they_are_set() {
+    let world = cube_world(SOLID);
+    for constant in Parameter::ALL {
+        let own = constant.of(&world);
+        assert_eq!(own.len(), constant.width(1), "{constant:?}");
+        assert_eq!(Parameter::of_name(constant.name()), Some(constant));
+        let set = world.with_constants(&[(constant, &own)]).unwrap();
+        assert_eq!(constant.of(&set), own, "{constant:?}");
+        let number = constant.one_number(&world);
+        for (a, b) in constant.from_one_number(&world, number).iter().zip(&own) {
+            assert!((a - b).abs() <= 1e-15 * b.abs(), "{constant:?}: {a}, {b}");
+        }
+    }
+    let refused = |world: &World, constant: Parameter| {
+        world.with_constants(&[(constant, &[0.5])]).unwrap_err().to_string()
+    };
+    let paired = world.clone().with_friction_between(0, Partner::Ground, 0.7).unwrap();
+    assert!(refused(&paired, Parameter::Friction).starts_with("friction: pairs of the world"));
+    assert!(paired.with_constants(&[(Parameter::Restitution, &[0.5])]).is_ok());
+    let paired = world.clone().with_restitution_between(0, Partner::Ground, 0.7).unwrap();
+    assert!(refused(&paired, Parameter::Restitution).starts_with("restitution: pairs"));
+    assert!(refused(&world.clone().without_ground(), Parameter::Ground).starts_with("ground: "));
+    assert!(refused(&world, Parameter::Radius).starts_with("radius (m) is 0.5"));
+    let ball = RigidBody::solid(1.0, &[Piece::sphere(0.1).unwrap()]).unwrap().0;
+    let ball = World::new(Parameters { bodies: vec![ball], ..world.parameters().clone() }).unwrap();
+    assert!(refused(&ball, Parameter::Size).starts_with("size and radius: a body"));
 }
 
 #[test]

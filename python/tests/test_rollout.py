@@ -77,6 +77,20 @@ def test_an_inertia_is_that_of_a_scene_of_its_own():
     np.testing.assert_array_equal(batch.states[0], other.run(300).states[1:])
 
 
+def test_shapes_and_the_ground_vary_too():
+    body = {"box": 0.4, "mass": 2.0, "position": [0, 0, 0.5]}
+    scene = tumble.Scene([body], {"friction": 0.3})
+    parameters = {"size": [[1.0], [0.5], [1.0]], "radius": [[0.0], [0.0], [0.05]], "ground": [0, 0, 0.1]}
+    runs = tumble.rollout(scene, steps=400, parameters=parameters)
+    np.testing.assert_allclose(runs.states[:, -1, 0, 2], [0.2, 0.1, 0.3], atol=1e-9)
+
+
+def test_a_coefficient_that_pairs_have_of_their_own_is_refused():
+    scene = tumble.load(ROOT / "scenarios" / "block-on-block.toml")
+    with pytest.raises(tumble.TumbleError, match="friction: pairs of the world have"):
+        tumble.rollout(scene, steps=4, parameters={"friction": [0.1, 0.9]})
+
+
 def test_restitution_that_is_taken_in_part_is_counted():
     """Cubes that fall on a corner with friction: Newton's law alone would make energy in some."""
     scene = tumble.load(ROOT / "scenarios" / "drop.toml", restitution=0.9, friction=1.0)

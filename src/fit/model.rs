@@ -25,21 +25,19 @@ pub const SOUGHT: [Parameter; 7] = [
 /// # Errors
 /// A sentence: what there is, or why a constant is not looked for.
 pub fn sought(name: &str) -> Result<Parameter, String> {
-    match Parameter::of_name(name) {
-        Some(Parameter::Mass) => {
-            Err("mass: mass and inertia count as their ratio alone; look for \
-                                      inertia"
-                .to_owned())
-        }
-        Some(Parameter::TimeStep) => {
-            Err("time_step: that is the program's, not the body's; give --substeps".to_owned())
-        }
-        Some(parameter) => Ok(parameter),
-        None => {
-            let names = SOUGHT.map(Parameter::name).join(", ");
-            Err(format!("{name:?} is no parameter; there are {names}"))
-        }
+    let known = Parameter::of_name(name);
+    if let Some(parameter) = known.filter(|parameter| place(*parameter).is_some()) {
+        return Ok(parameter);
     }
+    let names = SOUGHT.map(Parameter::name).join(", ");
+    let why = match known {
+        Some(Parameter::Mass) => {
+            "; mass and inertia count as their ratio alone, so look for inertia"
+        }
+        Some(Parameter::TimeStep) => "; the time step is that of the recordings and --substeps",
+        _ => "",
+    };
+    Err(format!("{name:?} is no parameter; there are {names}{why}"))
 }
 
 impl Parameter {
