@@ -263,7 +263,11 @@ fn arrays_of_other_lengths_and_odd_rollouts_are_refused_by_name() {
 #[test]
 fn size_radius_and_ground_are_those_of_worlds_of_their_own() {
     let world = cube_world(SOLID);
-    let start = State { position: Vector3::new(0.0, 0.0, 1.3), ..thrown(3) };
+    let start = State {
+        position: Vector3::new(0.0, 0.0, 2.0),
+        velocity: Vector3::new(1.0, 0.0, -5.0),
+        ..thrown(3)
+    };
     let (size, radius, ground) = ([1.0, 0.5, 0.8], [0.0, 0.05, 0.1], [0.0, 0.1, -0.2]);
     let parameters = [
         Values { parameter: Parameter::Size, values: &size },
@@ -317,7 +321,8 @@ fn constants_are_read_as_they_are_set() {
     let paired = world.clone().with_restitution_between(0, Partner::Ground, 0.7).unwrap();
     assert!(refused(&paired, Parameter::Restitution).starts_with("restitution: pairs"));
     assert!(refused(&world.clone().without_ground(), Parameter::Ground).starts_with("ground: "));
-    assert!(refused(&world, Parameter::Radius).starts_with("radius (m) is 0.5"));
+    let wide = world.with_constants(&[(Parameter::Radius, &[1.5])]).unwrap_err().to_string();
+    assert!(wide.starts_with("radius (m) is 1.5"), "{wide}");
     let ball = RigidBody::solid(1.0, &[Piece::sphere(0.1).unwrap()]).unwrap().0;
     let ball = World::new(Parameters { bodies: vec![ball], ..world.parameters().clone() }).unwrap();
     assert!(refused(&ball, Parameter::Size).starts_with("size and radius: a body"));
