@@ -232,10 +232,10 @@ impl Recording {
             floating: content.contact.is_none(),
         };
         let mut film = film::film(cast, frames);
-        let seed = content.seed.map_or(String::new(), |seed| format!("seed {seed}, "));
+        let seed = content.drawn_seed().map_or(String::new(), |seed| format!("seed {seed}, "));
         film.title = format!("{}, {seed}{}", content.name, content.solver());
         film.facts = vec![Fact::new("scene", content.name.clone())];
-        film.facts.extend(content.seed.map(|seed| Fact::new("seed", seed.to_string())));
+        film.facts.extend(content.drawn_seed().map(|seed| Fact::new("seed", seed.to_string())));
         film.facts.push(Fact::new("solver", content.solver()));
         film.facts.push(Fact::new("tumble", env!("CARGO_PKG_VERSION")));
         Ok(film)

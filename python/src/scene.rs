@@ -92,7 +92,7 @@ impl Scene {
     /// The seed that its start was drawn from; None where nothing was drawn.
     #[getter]
     fn seed(&self) -> Option<u32> {
-        self.content.seed
+        self.content.drawn_seed()
     }
 
     /// The names of its N bodies.

@@ -1,18 +1,33 @@
 //! The summary of a run, for people.
 
-use super::job::Job;
 use super::run::{End, Run};
 use super::run_file::heading;
+use super::scene::{OutputFormat, Scene};
 use super::shown;
 use std::fmt::Write as _;
 use tumble::simulation::summary::RunSummary;
 use tumble::step::StepStatus;
 
 /// The summary for people.
-pub fn describe(job: &Job, run: &Run) -> String {
+pub fn describe(scene: &Scene, run: &Run) -> String {
     let summary = &run.summary;
-    let simulated = summary.steps() as f64 * job.physics.time_step();
-    let mut text = title(job, summary, simulated) + &ending(job, run);
+    let h = scene.world.time_step();
+    let simulated = summary.steps() as f64 * h;
+    let seed = scene.drawn_seed().map_or(String::new(), |seed| format!("seed {seed}, "));
+    let mut text = format!(
+        "{}, {seed}{} rows, h = {} s: {simulated:.3} s of motion\n",
+        heading(&scene.name, &scene.changed),
+        summary.steps() + 1,
+        shown::number(h)
+    );
+    text += &ending(scene, run);
+    let overlap = match &scene.format {
+        OutputFormat::Trajectory => None,
+        OutputFormat::Tables(_) => {
+            text += &cast(scene);
+            run.overlap
+        }
+    };
     let _ = writeln!(
         text,
         "  steps        {} ({} in contact, {} in free flight)",
@@ -21,9 +36,15 @@ pub fn describe(job: &Job, run: &Run) -> String {
         summary.free
     );
     if summary.contact_steps() > 0 {
-        text += &contact_steps(job.solver_name(), summary);
+        text += &contact_steps(scene.solver(), summary);
     }
     text += &certificates(summary);
+    if let Some((index, overlap)) = overlap {
+        let _ = match overlap {
+            0.0 => writeln!(text, "  overlap      none"),
+            _ => writeln!(text, "  overlap      largest {overlap:.1e} m after step k = {index}"),
+        };
+    }
     let seconds = run.elapsed.as_secs_f64();
     let _ = write!(text, "  time         {seconds:.3} s stepping");
     if seconds > 0.0 {
@@ -32,19 +53,20 @@ pub fn describe(job: &Job, run: &Run) -> String {
     text + "\n"
 }
 
-fn title(job: &Job, summary: &RunSummary, simulated: f64) -> String {
-    let seed = if job.drawn { format!("seed {}, ", job.seed) } else { String::new() };
+/// Which bodies there are, and who solves their contacts.
+fn cast(scene: &Scene) -> String {
     format!(
-        "{}, {seed}{} rows, h = {} s: {simulated:.3} s of motion\n",
-        heading(&job.name, &job.changed),
-        summary.steps() + 1,
-        shown::number(job.physics.time_step())
+        "  bodies       {}, and {} fixed pieces\n  solver       {}{}\n",
+        scene.bodies.len(),
+        scene.fixed.len(),
+        scene.solver(),
+        if scene.usual_solver { ", the default for several bodies" } else { "" }
     )
 }
 
 /// Why a run is shorter than it was to be.
-fn ending(job: &Job, run: &Run) -> String {
-    let rows = job.rows;
+fn ending(scene: &Scene, run: &Run) -> String {
+    let rows = scene.rows;
     match run.end {
         End::Complete => String::new(),
         End::Interrupted => format!("  interrupted  {rows} rows were asked for\n"),
@@ -56,7 +78,7 @@ fn ending(job: &Job, run: &Run) -> String {
 }
 
 /// What the solver made of the contact steps.
-pub fn contact_steps(solver: &str, summary: &RunSummary) -> String {
+fn contact_steps(solver: &str, summary: &RunSummary) -> String {
     let mut text = format!(
         "  {solver:<12} {} iterations, {:.1} a contact step\n  converged    {}",
         summary.iterations,
@@ -98,7 +120,7 @@ pub fn contact_steps(solver: &str, summary: &RunSummary) -> String {
     text
 }
 
-pub fn certificates(summary: &RunSummary) -> String {
+fn certificates(summary: &RunSummary) -> String {
     let Some((index, residual, part)) = summary.worst else {
         return String::new();
     };

@@ -1,16 +1,18 @@
-//! A trajectory file as a film: what the library calls things, in the words of the pictures.
+//! A recording as a film: what the library calls things, in the words of the pictures.
 
 use super::outcome::Failure;
-use super::physics::Physics;
-use super::run_file::{RunFile, SolverSettings, heading};
+use super::recording::{Recording, Step};
+use super::run_file::{RunFile, heading};
 use super::shown;
-use super::source::{Source, TrajectoryFile};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
-use tumble::film::{load, pose, status};
+use tumble::contact::Partner;
+use tumble::film::{self, Cast, Keys};
 use tumble::simulation::energy;
+use tumble::simulation::tables::TableStep;
 use tumble::simulation::trajectory::TrajectoryRow;
-use tumble_pictures::{Body, Contact, Fact, Film, Frame, Ground, Partner, Place};
+use tumble::world::World;
+use tumble_pictures::{Contact, Fact, Film, Frame, Place};
 
 /// Memory that the rows of a picture may take: a million rows of a box that lies on all its
 /// corners.
@@ -19,32 +21,59 @@ const MOST_BYTES: usize = 1_200_000_000;
 /// All rows in memory, to be drawn; more than `most` of them, or more than memory should hold, are
 /// refused. `None` if `interrupt` is raised.
 pub fn film(
-    mut file: TrajectoryFile<'_>,
+    mut recording: Recording<'_>,
     most: usize,
     interrupt: &AtomicBool,
 ) -> Result<Option<Film>, Failure> {
-    let mut frames = Frames::new(file.path(), most);
-    while let Some(row) = file.next_row()? {
+    let (path, mut keys) = (recording.steps_file(), Keys::new());
+    let mut frames = Frames::new(&path, most);
+    while let Some(step) = recording.next_step()? {
         if interrupt.load(Ordering::Relaxed) {
             return Ok(None);
         }
-        frames.push(frame(&file.source.physics, &row))?;
+        frames.push(match &step {
+            Step::Trajectory(row) => frame(&recording.world, row),
+            Step::Tables(step) => {
+                check_contacts(&recording.world, step).map_err(|why| recording.odd(&why))?;
+                film::frame(&recording.world, step, &mut keys)
+            }
+        })?;
     }
-    let frames = frames.all();
-    let Source { physics, floating, run } = file.source;
-    let world = &physics.world;
-    let ground = world.ground().filter(|_| !floating);
-    Ok(Some(Film {
-        title: run.as_ref().map_or(String::new(), title),
-        facts: run.map_or(Vec::new(), facts),
-        time_step: world.time_step(),
-        gravity: *world.gravity(),
-        friction: world.friction(),
-        ground: ground.map(|plane| Ground { normal: *plane.normal(), offset: plane.offset() }),
-        fixed: Vec::new(),
-        bodies: vec![body(&physics)],
-        frames,
-    }))
+    let floating = recording.floating();
+    let Recording { world, loads, run, .. } = recording;
+    let model = run.as_ref().and_then(|run| run.model.as_ref());
+    let bodies = run.as_ref().map_or(vec![""], RunFile::bodies);
+    let fixed = model.map_or(&[][..], |model| &model.fixed);
+    let fixed: Vec<_> = fixed.iter().map(|fixed| fixed.name.as_str()).collect();
+    let cast = Cast { world: &world, bodies: &bodies, fixed: &fixed, loads: &loads, floating };
+    let mut film = film::film(cast, frames.all());
+    if model.is_none() {
+        // The rows are about points, whatever they are corners of.
+        let points = world.bodies()[0].contact_points().iter().map(|point| point.position);
+        (film.bodies[0].points, film.bodies[0].pieces) = (points.collect(), Vec::new());
+    }
+    film.title = run.as_ref().map_or(String::new(), title);
+    film.facts = run.map_or(Vec::new(), facts);
+    Ok(Some(film))
+}
+
+/// Contacts must be of what there is.
+fn check_contacts(world: &World, step: &TableStep) -> Result<(), String> {
+    let (bodies, fixed) = (world.bodies().len(), world.fixed().len());
+    for (number, row) in step.contacts.iter().enumerate() {
+        let is_there = match row.partner {
+            Partner::Ground => world.ground().is_some(),
+            Partner::Fixed(index) => index < fixed,
+            Partner::Body(index) => index < bodies && index != row.body,
+        };
+        if row.body >= bodies || !is_there {
+            return Err(format!(
+                "contact {number} of step {} is between things that are not in run.json",
+                step.row.index
+            ));
+        }
+    }
+    Ok(())
 }
 
 /// The frames of a film, as many as are allowed.
@@ -94,24 +123,13 @@ fn memory(frame: &Frame) -> usize {
         + size_of_val(frame.contacts.as_slice())
 }
 
-fn body(physics: &Physics) -> Body {
-    let body = physics.body();
-    Body {
-        name: String::new(),
-        mass: body.mass(),
-        inertia: *body.inertia(),
-        points: body.contact_points().iter().map(|point| point.position).collect(),
-        pieces: Vec::new(),
-        load: load(&physics.load),
-    }
-}
-
-fn frame(physics: &Physics, row: &TrajectoryRow) -> Frame {
-    let (world, body) = (&physics.world, physics.body());
+/// A row of the tutorial's table, which has numbers of every point, as a frame.
+fn frame(world: &World, row: &TrajectoryRow) -> Frame {
+    let body = &world.bodies()[0];
     let count = row.carrying.len();
     let contact = |point: usize| Contact {
         body: 0,
-        partner: Partner::Ground,
+        partner: tumble_pictures::Partner::Ground,
         place: Place::Corner(point),
         force: row.force(point),
         carries_force: row.carrying[point],
@@ -121,11 +139,11 @@ fn frame(physics: &Physics, row: &TrajectoryRow) -> Frame {
     Frame {
         index: row.index,
         time: row.time,
-        poses: vec![pose(&row.state)],
+        poses: vec![film::pose(&row.state)],
         kinetic: energy::kinetic(world, body, &row.state),
         potential: energy::potential(world, body, &row.state),
         contacts: (0..count).map(contact).filter(says_something).collect(),
-        status: status(row.status),
+        status: film::status(row.status),
         iterations: row.iterations,
         residual: row.residual,
     }
@@ -139,48 +157,37 @@ fn says_something(contact: &Contact) -> bool {
 
 /// Scene, seed and solver.
 fn title(run: &RunFile) -> String {
-    let seed = if run.start.random { format!("seed {}, ", run.seed) } else { String::new() };
+    let seed = run.drawn_seed().map_or(String::new(), |seed| format!("seed {seed}, "));
     format!("{}, {seed}{}", heading(&run.scene, &run.changed), run.solver.name)
 }
 
 /// What run.json says besides the model's constants.
 fn facts(run: RunFile) -> Vec<Fact> {
-    let seed = run.start.random.then_some(run.seed);
-    let mut facts = settings_facts(run.scene, &run.changed, seed, run.solver);
-    if run.outcome != "complete" {
-        facts.push(Fact::new("outcome", run.outcome));
+    let seed = run.drawn_seed();
+    let mut facts = vec![Fact::new("scene", run.scene)];
+    if !run.changed.is_empty() {
+        facts.push(Fact::new("changed", run.changed.join(", ")));
     }
-    facts.push(Fact::new("tumble", run.tumble_version));
-    facts
-}
-
-/// What was asked for.
-pub fn settings_facts(
-    scene: String,
-    changed: &[String],
-    seed: Option<u32>,
-    solver: SolverSettings,
-) -> Vec<Fact> {
-    let mut facts = vec![Fact::new("scene", scene)];
-    if !changed.is_empty() {
-        facts.push(Fact::new("changed", changed.join(", ")));
-    }
-    facts.extend(seed.map(|seed| Fact::new("seed", seed.to_string())));
-    facts.push(Fact::new("solver", solver.name));
     let mut add = |name, value: Option<String>| facts.extend(value.map(|v| Fact::new(name, v)));
+    let solver = run.solver;
+    add("seed", seed.map(|seed| seed.to_string()));
+    add("solver", Some(solver.name));
     add("formulation", solver.formulation);
     add("detection", solver.detection);
     add("on failure", solver.on_failure);
     add("tolerance", solver.tol.map(|tol| format!("{tol:e}")));
     add("iteration limit", solver.max_iter.map(|limit| limit.to_string()));
+    add("largest overlap", run.largest_overlap_m.map(|overlap| format!("{overlap:.1e} m")));
+    add("outcome", (run.outcome != "complete").then_some(run.outcome));
+    add("tumble", Some(run.tumble_version));
     facts
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cli::physics;
-    use tumble::mechanics::State;
+        use tumble::mechanics::State;
+    use tumble::simulation::scene;
     use tumble::step::StepStatus;
 
     /// A row of a body whose `count` points all touch.
@@ -201,7 +208,7 @@ mod tests {
     /// A million rows of a box fit; of a body of a thousand points, only some thousand do.
     #[test]
     fn memory_counts_the_points_that_touch() {
-        let cube = physics::of_tutorial().unwrap();
+        let cube = World::new(scene::tutorial_parameters().unwrap()).unwrap();
         let of = |count| memory(&frame(&cube, &row(count)));
         assert!(of(8) * 1_000_000 <= MOST_BYTES, "{}", of(8));
         let rows = MOST_BYTES / of(1000);

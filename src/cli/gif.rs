@@ -2,6 +2,7 @@
 
 use super::args::{AnimationArgs, GifArgs, SimulateArgs};
 use super::directory::OutputDirectory;
+use super::film::film;
 use super::outcome::{Failure, Outcome, refuse_flags};
 use super::output::{PendingFile, Voice, directory_of, progress_bar};
 use super::picture_files::ANIMATION;
@@ -23,7 +24,7 @@ pub fn run(args: &GifArgs) -> Result<Outcome, Failure> {
     raise_on_signals(&interrupt)?;
     let recording = Recording::open(&args.file, &args.physics)?;
     let note = recording.note_line();
-    let Some(film) = recording.film(MOST_ROWS, &interrupt)? else {
+    let Some(film) = film(recording, MOST_ROWS, &interrupt)? else {
         return Ok(Outcome::Interrupted);
     };
     let out = directory_of(args.out.as_deref(), &args.file);

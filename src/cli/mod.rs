@@ -1,7 +1,6 @@
 //! Everything around the library: arguments, files, the terminal.
 
 mod args;
-mod contact;
 mod describe;
 mod directory;
 mod fields;
@@ -10,10 +9,8 @@ mod fit;
 mod gif;
 mod input;
 mod inspect;
-mod job;
 mod outcome;
 mod output;
-mod physics;
 mod picture_files;
 mod pictures;
 mod plot;
@@ -21,16 +18,15 @@ mod recording;
 mod run;
 mod run_file;
 mod scenario;
-mod settings;
-mod several;
+mod scene;
 mod signals;
 mod simulate;
-mod source;
 mod sweep;
 mod validate;
 mod values;
 mod verify;
 mod view;
+mod writer;
 
 pub use outcome::exit_code;
 

@@ -2,6 +2,7 @@
 
 use super::args::SimulateArgs;
 use super::directory::OutputDirectory;
+use super::film::film;
 use super::outcome::{Failure, Outcome};
 use super::output::{PendingFile, Voice};
 use super::plot::{self, PendingPlots};
@@ -45,7 +46,7 @@ impl Pictures {
             return Ok(true);
         }
         // Each kind of picture has checked its own number of rows before the run.
-        let Some(film) = open()?.film(usize::MAX, interrupt)? else { return Ok(false) };
+        let Some(film) = film(open()?, usize::MAX, interrupt)? else { return Ok(false) };
         if let Some(plots) = plots {
             let Some(written) = plots.write(&film, 0, interrupt)? else { return Ok(false) };
             voice.say(&plot::describe(&written));

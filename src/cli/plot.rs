@@ -2,7 +2,8 @@
 
 use super::args::{PlotArgs, SimulateArgs};
 use super::directory::OutputDirectory;
-use super::outcome::{Failure, Outcome, refuse_flags};
+use super::film::film;
+use super::outcome::{Failure, Outcome};
 use super::output::{PendingFile, directory_of, say};
 use super::recording::Recording;
 use super::shown;
@@ -72,14 +73,8 @@ pub fn run(args: &PlotArgs) -> Result<Outcome, Failure> {
     raise_on_signals(&interrupt)?;
     let recording = Recording::open(&args.file, &args.physics)?;
     let note = recording.note_line();
-    let body = match (&recording, &args.body) {
-        (Recording::Several(tables), Some(wanted)) => tables.body(wanted)?,
-        (Recording::Several(_) | Recording::One(_), given) => {
-            refuse_flags("a trajectory of one body", &[("--body", given.is_some())])?;
-            0
-        }
-    };
-    let Some(film) = recording.film(MOST_ROWS, &interrupt)? else {
+    let body = recording.body(args.body.as_deref())?;
+    let Some(film) = film(recording, MOST_ROWS, &interrupt)? else {
         return Ok(Outcome::Interrupted);
     };
     let directory = OutputDirectory::for_pictures(directory_of(args.out.as_deref(), &args.file))?;

@@ -1,34 +1,248 @@
-//! A run as files, of one body or of several, to be drawn.
+//! The files of a run, in either format: its rows, and what they are rows of.
 
 use super::args::PhysicsArgs;
-use super::film::film;
-use super::outcome::Failure;
-use super::several::{self, RunTables};
-use super::source::TrajectoryFile;
-use std::path::Path;
-use std::sync::atomic::AtomicBool;
-use tumble_pictures::Film;
+use super::choices::SceneName;
+use super::names::FileKind;
+use super::outcome::{Failure, refuse_flags};
+use super::output::directory_of;
+use super::run_file::{RunFile, RunParameters};
+use super::scene::of_physics;
+use super::{input, shown};
+use std::fs::File;
+use std::io::{BufRead as _, BufReader, Read as _};
+use std::path::{Path, PathBuf};
+use tumble::mechanics::{Load, State};
+use tumble::scenario::physics;
+use tumble::scenario::settings::Settings;
+use tumble::simulation::tables::{Streams, Table, TableStep, TablesReader};
+use tumble::simulation::trajectory::{TrajectoryReader, TrajectoryRow};
+use tumble::solver::ipopt;
+use tumble::step::StepStatus;
+use tumble::world::World;
 
-/// The files of a run.
-pub enum Recording<'a> {
-    One(Box<TrajectoryFile<'a>>),
-    Several(Box<RunTables>),
+/// More bytes than the header of a table has.
+const LONGEST_HEADER: u64 = 1 << 12;
+
+/// The files of a run that are being read.
+pub struct Recording<'a> {
+    path: &'a Path,
+    rows: Rows,
+    /// run.json, where there is one: tables always have it.
+    pub run: Option<RunFile>,
+    pub world: World,
+    /// One a body.
+    pub loads: Vec<Load>,
+}
+
+/// What reads the rows of one format.
+enum Rows {
+    Trajectory(TrajectoryReader<File>),
+    Tables(TablesReader<File>),
+}
+
+/// A step as the files of one format have it.
+pub enum Step {
+    Trajectory(TrajectoryRow),
+    Tables(TableStep),
+}
+
+impl Step {
+    /// k.
+    pub fn index(&self) -> u64 {
+        match self {
+            Self::Trajectory(row) => row.index,
+            Self::Tables(step) => step.row.index,
+        }
+    }
+
+    fn time(&self) -> f64 {
+        match self {
+            Self::Trajectory(row) => row.time,
+            Self::Tables(step) => step.row.time,
+        }
+    }
+
+    pub fn status(&self) -> StepStatus {
+        match self {
+            Self::Trajectory(row) => row.status,
+            Self::Tables(step) => step.row.status,
+        }
+    }
+
+    /// As the file has it, m/s.
+    pub fn residual(&self) -> f64 {
+        match self {
+            Self::Trajectory(row) => row.residual,
+            Self::Tables(step) => step.row.residual,
+        }
+    }
+
+    /// X at step k, one a body.
+    pub fn states(&self) -> &[State] {
+        match self {
+            Self::Trajectory(row) => std::slice::from_ref(&row.state),
+            Self::Tables(step) => &step.states,
+        }
+    }
 }
 
 impl<'a> Recording<'a> {
-    /// Opens the files of which `path` is one: the run.json beside it says of which kind they are.
+    /// Opens the files of which `path` is one: the run.json beside it says of which format they
+    /// are. `flags` go before its parameters; of tables, none may be given.
     pub fn open(path: &'a Path, flags: &PhysicsArgs) -> Result<Self, Failure> {
-        if let Some(tables) = RunTables::open(path, flags)? {
-            return Ok(Self::Several(Box::new(tables)));
+        let run_path = path.with_file_name("run.json");
+        let run = RunFile::read(&run_path)?;
+        let given = flags.given();
+        if run.as_ref().is_some_and(|run| run.model.is_some()) {
+            let flags: Vec<_> = given.iter().map(|flag| (*flag, true)).collect();
+            refuse_flags("a run of several bodies, whose run.json says all", &flags)?;
+            refuse_another_file(path)?;
+        } else {
+            refuse_lonely_table(path, &run_path)?;
         }
-        TrajectoryFile::open(path, flags).map(|file| Self::One(Box::new(file)))
+        Self::of(path, run, (of_physics(flags)?, &given))
+    }
+
+    /// Opens the files of `run`, of which `path` is one.
+    pub fn of_run(path: &'a Path, run: RunFile) -> Result<Self, Failure> {
+        Self::of(path, Some(run), (Settings::default(), &[]))
+    }
+
+    fn of(
+        path: &'a Path,
+        run: Option<RunFile>,
+        (flags, given): (Settings, &[&str]),
+    ) -> Result<Self, Failure> {
+        let run_path = path.with_file_name("run.json");
+        if let Some(model) = run.as_ref().and_then(|run| run.model.as_ref()) {
+            let wrong = |failure: Failure| match failure {
+                Failure::Setting { name, why } => {
+                    Failure::Input(format!("{}: model.{name}: {why}", shown::path(&run_path)))
+                }
+                other => other.in_file(&run_path, FileKind::Run, &[]),
+            };
+            let world = model.world().map_err(wrong)?;
+            let loads = model.loads().map_err(wrong)?;
+            let streams = Streams {
+                states: table(path, Table::States)?,
+                contacts: table(path, Table::Contacts)?,
+                steps: table(path, Table::Steps)?,
+            };
+            let reader = TablesReader::new(streams, world.bodies().len());
+            let rows = Rows::Tables(reader.map_err(|error| odd_tables(path, &error))?);
+            return Ok(Self { path, rows, run, world, loads });
+        }
+        let file = input::open(path).map_err(|error| odd_trajectory(path, &error))?;
+        let reader = TrajectoryReader::new(file).map_err(|error| odd_trajectory(path, &error))?;
+        let known = run.as_ref().and_then(|run| run.parameters.as_ref());
+        let made = match known {
+            Some(parameters) => parameters.settings(),
+            None => of_tutorial().and_then(|parameters| parameters.settings()),
+        };
+        let made = made.and_then(|below| physics::of_settings(&flags.over(below)));
+        let (world, load) = made.map_err(|failure| match known {
+            Some(_) => failure.in_file(&run_path, FileKind::Run, given),
+            None => failure,
+        })?;
+        let points = world.bodies()[0].contact_points().len();
+        if points != reader.contacts() {
+            return Err(Failure::Input(format!(
+                "{} has columns for {} contact points; {} {points}",
+                shown::path(path),
+                reader.contacts(),
+                if run.is_some() { "run.json names" } else { "without a run.json there are" },
+            )));
+        }
+        Ok(Self { path, rows: Rows::Trajectory(reader), run, world, loads: vec![load] })
+    }
+
+    /// The next step, its time checked, and of tables its states; `None` after the last.
+    pub fn next_step(&mut self) -> Result<Option<Step>, Failure> {
+        let step = match &mut self.rows {
+            Rows::Trajectory(reader) => reader
+                .next_row()
+                .map(|row| row.map(Step::Trajectory))
+                .map_err(|error| odd_trajectory(self.path, &error)),
+            Rows::Tables(reader) => reader
+                .next_step()
+                .map(|step| step.map(Step::Tables))
+                .map_err(|error| odd_tables(self.path, &error)),
+        }?;
+        if let Some(step) = &step {
+            self.check_time(step)?;
+            self.check_states(step)?;
+        }
+        Ok(step)
+    }
+
+    /// Times that do not fit the time step show that the parameters are another run's.
+    fn check_time(&self, step: &Step) -> Result<(), Failure> {
+        let (index, time, h) = (step.index(), step.time(), self.world.time_step());
+        let expected = index as f64 * h;
+        if (time - expected).abs() <= 1e-9 * expected.max(h) {
+            return Ok(());
+        }
+        let [time, h] = [time, h].map(shown::number);
+        let why = format!("has t_s = {time}, which does not fit a time step of {h} s");
+        Err(match step {
+            Step::Trajectory(_) => Failure::Input(format!(
+                "{}: row {index} {why}; give the run's own with --dt",
+                shown::path(self.path)
+            )),
+            Step::Tables(_) => self.odd(&format!("step {index} {why}")),
+        })
+    }
+
+    /// A state of tables that no body may have: no step can be judged or drawn with it.
+    fn check_states(&self, step: &Step) -> Result<(), Failure> {
+        let Step::Tables(step) = step else { return Ok(()) };
+        let names = self.run.iter().flat_map(RunFile::bodies);
+        for (name, state) in names.zip(&step.states) {
+            let why = |error| self.odd(&format!("step {}, {name}: {error}", step.row.index));
+            state.checked().map_err(why)?;
+        }
+        Ok(())
+    }
+
+    /// The index of the body that is `wanted` by its name, or else by its number; the first where
+    /// none is.
+    pub fn body(&self, wanted: Option<&str>) -> Result<usize, Failure> {
+        if matches!(self.rows, Rows::Trajectory(_)) {
+            refuse_flags("a trajectory of one body", &[("--body", wanted.is_some())])?;
+        }
+        let Some(wanted) = wanted else { return Ok(0) };
+        let bodies: Vec<_> = self.run.iter().flat_map(RunFile::bodies).collect();
+        let named = bodies.iter().position(|name| *name == wanted);
+        let numbered = || wanted.parse().ok().filter(|index| *index < bodies.len());
+        named.or_else(numbered).ok_or_else(|| {
+            Failure::Input(format!(
+                "--body: {} is none; a body's name, as {}, or its number, 0 to {}, is needed",
+                shown::line(wanted),
+                bodies[0],
+                bodies.len() - 1
+            ))
+        })
+    }
+
+    /// Whether there is no ground: without one there is but one way to move.
+    pub fn floating(&self) -> bool {
+        self.run.as_ref().is_some_and(|run| run.solver.name == "rk4")
+    }
+
+    /// The residual that a solved contact step may have, m/s: what its solver holds its steps to,
+    /// or the laxest of them where the solver is not known.
+    pub fn accepted(&self) -> f64 {
+        match &self.run {
+            Some(run) => run.solver.accepted_residual(&self.world),
+            None => ipopt::ACCEPTED_RESIDUAL * self.world.speed_scale(),
+        }
     }
 
     /// What must be said of parameters that no run.json has; empty where one has them.
     pub fn note(&self) -> &'static str {
-        match self {
-            Self::One(file) => file.source.note(),
-            Self::Several(_) => "",
+        match self.run {
+            Some(_) => "",
+            None => "no run.json beside the file: the drop scene's parameters, and the flags given",
         }
     }
 
@@ -38,12 +252,77 @@ impl<'a> Recording<'a> {
         if note.is_empty() { String::new() } else { format!("note: {note}\n") }
     }
 
-    /// All rows in memory, to be drawn; more than `most` of them, or more than memory should hold,
-    /// are refused. `None` if `interrupt` is raised.
-    pub fn film(self, most: usize, interrupt: &AtomicBool) -> Result<Option<Film>, Failure> {
-        match self {
-            Self::One(file) => film(*file, most, interrupt),
-            Self::Several(tables) => several::film(*tables, most, interrupt),
+    /// What is wrong with the tables, in a sentence.
+    pub fn odd(&self, why: &dyn std::fmt::Display) -> Failure {
+        odd_tables(self.path, why)
+    }
+
+    /// What the rows are in, as it can be shown: a file, or the folder of the tables.
+    pub fn place(&self) -> String {
+        match self.rows {
+            Rows::Trajectory(_) => shown::path(self.path),
+            Rows::Tables(_) => shown::path(directory_of(None, self.path)),
         }
     }
+
+    /// The file that has a row for each step.
+    pub fn steps_file(&self) -> PathBuf {
+        match self.rows {
+            Rows::Trajectory(_) => self.path.to_owned(),
+            Rows::Tables(_) => self.path.with_file_name(format!("{}.csv", Table::Steps)),
+        }
+    }
+}
+
+/// The parameters of the drop scene.
+fn of_tutorial() -> Result<RunParameters, Failure> {
+    let (world, load) = physics::of_settings(&Settings::of_scene(SceneName::Drop))?;
+    Ok(RunParameters::of(&world, &load, 0))
+}
+
+fn odd_trajectory(path: &Path, error: &dyn std::fmt::Display) -> Failure {
+    Failure::Input(format!("{} cannot be read as a trajectory: {error}", shown::path(path)))
+}
+
+fn odd_tables(file: &Path, why: &dyn std::fmt::Display) -> Failure {
+    let folder = shown::path(directory_of(None, file));
+    Failure::Input(format!("the tables in {folder} cannot be read: {why}"))
+}
+
+fn table(beside: &Path, table: Table) -> Result<File, Failure> {
+    let path = beside.with_file_name(format!("{table}.csv"));
+    input::open(&path)
+        .map_err(|error| Failure::Input(format!("{} cannot be read: {error}", shown::path(&path))))
+}
+
+/// A table of several bodies says nothing without the model in its run.json.
+fn refuse_lonely_table(file: &Path, run_path: &Path) -> Result<(), Failure> {
+    let headers = Table::ALL.map(|table| table.columns().join(","));
+    let mut first = String::new();
+    // What cannot be read is no table, and is refused where it is read.
+    let start = input::open(file).map(|file| file.take(LONGEST_HEADER));
+    let _ = start.and_then(|start| BufReader::new(start).read_line(&mut first));
+    if !headers.iter().any(|header| header == first.trim_end()) {
+        return Ok(());
+    }
+    Err(Failure::Input(format!(
+        "{}: a table of several bodies needs the run.json of its run beside it; {} is not there, or \
+         is no such file",
+        shown::path(file),
+        shown::path(run_path)
+    )))
+}
+
+/// The run.json beside a file says nothing of one that is no table of its run.
+fn refuse_another_file(file: &Path) -> Result<(), Failure> {
+    let names = Table::ALL.map(|table| format!("{table}.csv"));
+    let name = file.file_name().unwrap_or_default();
+    if names.iter().any(|table| name == table.as_str()) {
+        return Ok(());
+    }
+    Err(Failure::Input(format!(
+        "{}: the run.json beside it is of a run of several bodies; its tables are {}",
+        shown::path(file),
+        names.join(", ")
+    )))
 }

@@ -1,7 +1,20 @@
-//! What a run came to.
+//! A run: its steps one after another, and what they came to.
 
-use std::time::Duration;
+use super::choices::OnFailure;
+use super::outcome::Failure;
+use super::output::progress_bar;
+use super::scene::Scene;
+use super::writer::RunWriter;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+use tumble::error::Error;
 use tumble::simulation::summary::RunSummary;
+use tumble::simulation::{Simulation, StepRecord};
+use tumble::step::StepStatus;
+
+/// Steps of one body between two looks at the clock, so that looking costs nothing; of more bodies
+/// there are fewer, whose records take no more memory.
+const CHUNK: usize = 64;
 
 /// How far a run came.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -24,9 +37,73 @@ impl End {
     }
 }
 
+/// What a run came to.
 pub struct Run {
     pub end: End,
     pub summary: RunSummary,
     /// Of the stepping alone.
     pub elapsed: Duration,
+    /// The largest overlap, m, and after which step it was; `None` without steps.
+    pub overlap: Option<(u64, f64)>,
+}
+
+/// Runs the simulation of `scene` and writes every row.
+pub fn run(
+    scene: &Scene,
+    simulation: &mut Simulation<'_>,
+    interrupt: &AtomicBool,
+    writer: &mut RunWriter,
+    quiet: bool,
+) -> Result<Run, Failure> {
+    let mut records = vec![StepRecord::new(); (CHUNK / scene.bodies.len()).max(1)];
+    let (summary, elapsed) = (RunSummary::default(), Duration::ZERO);
+    let mut run = Run { end: End::Complete, summary, elapsed, overlap: None };
+    let mut left = scene.rows - 1;
+    let bar = progress_bar(left, "steps", quiet);
+    while left > 0 && run.end == End::Complete {
+        let wanted = usize::try_from(left).map_or(records.len(), |left| left.min(records.len()));
+        let clock = Instant::now();
+        let mut count = 0;
+        while count < wanted && run.end == End::Complete {
+            run.end = advance(scene, simulation, interrupt, &mut records[count])?;
+            count += usize::from(run.end == End::Complete);
+        }
+        run.elapsed += clock.elapsed();
+        for record in &records[..count] {
+            run.summary.add(record);
+            if run.overlap.is_none_or(|(_, largest)| record.overlap > largest) {
+                run.overlap = Some((record.index, record.overlap));
+            }
+            writer.write(record)?;
+        }
+        bar.inc(count as u64);
+        left -= count as u64;
+    }
+    simulation.end(&mut records[0]);
+    writer.write(&records[0])?;
+    bar.finish_and_clear();
+    Ok(run)
+}
+
+/// One step, unless the run ends before it.
+fn advance(
+    scene: &Scene,
+    simulation: &mut Simulation<'_>,
+    interrupt: &AtomicBool,
+    record: &mut StepRecord,
+) -> Result<End, Failure> {
+    if interrupt.load(Ordering::Relaxed) {
+        return Ok(End::Interrupted);
+    }
+    match simulation.step(record) {
+        Ok(()) => {}
+        Err(Error::Interrupted) => return Ok(End::Interrupted),
+        Err(error) => return Err(error.into()),
+    }
+    let stops = matches!(&scene.contact, Some(contact) if contact.on_failure == OnFailure::Stop);
+    if stops && record.report.status == StepStatus::Failed {
+        simulation.take_back(record);
+        return Ok(End::Stopped);
+    }
+    Ok(End::Complete)
 }

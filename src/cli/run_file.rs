@@ -1,20 +1,28 @@
-//! `run.json`: what made a trajectory, and what came of it.
+//! `run.json`: what made the rows, and what came of it.
 
+use super::choices::{Inertia, Shape};
 use super::fields::{self, Exactly, Numbers};
 use super::outcome::Failure;
+use super::run::Run;
+use super::scene::{OutputFormat, Scene};
 use super::{input, shown};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
-use tumble::mechanics::Rotation;
+use tumble::mechanics::{Load, Rotation, State};
+use tumble::scenario::contact::Contact;
+use tumble::scenario::fields::{by_rows, matrix, numbers};
+use tumble::scenario::model::Model;
 use tumble::scenario::parameters::{LoadParameters, PlaneParameters, unnamed_rotation};
-use tumble::simulation::scene::Scene;
-use tumble::simulation::summary::RunSummary;
+use tumble::scenario::physics::plane;
+use tumble::scenario::settings::Settings;
+use tumble::simulation::scene as tutorial;
 use tumble::solver::ipopt::{self, LADDER_RESIDUAL};
 use tumble::solver::native;
-use tumble::step_nlp::StepNlp;
-use tumble::world::World;
+use tumble::step_nlp::{SMOOTHING, StepNlp};
+use tumble::world::{Plane, World};
 
+/// A run.json in either format: with `parameters` and `start` of one body, or with a `model`.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(expecting = "an object with the fields of a run.json")]
 pub struct RunFile {
@@ -22,16 +30,30 @@ pub struct RunFile {
     /// stop) where there are fewer rows than asked for.
     pub outcome: String,
     pub tumble_version: String,
+    #[serde(default)]
     pub ipopt_version: String,
     pub scene: String,
     /// The settings of the scene for which flags gave other values.
     #[serde(default)]
     pub changed: Vec<String>,
     pub seed: u32,
-    pub parameters: RunParameters,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub parameters: Option<RunParameters>,
+    /// Whether anything of the start is drawn from the seed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    drawn: Option<bool>,
+    /// Rows asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    steps: Option<u64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub model: Option<Model>,
     pub solver: SolverSettings,
-    pub start: StartState,
-    pub summary: SummaryFile,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    start: Option<StartState>,
+    summary: SummaryFile,
+    /// m, of all steps.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub largest_overlap_m: Option<f64>,
 }
 
 /// The constants of the model, SI units.
@@ -114,11 +136,62 @@ pub struct SummaryFile {
     pub solve_seconds: f64,
 }
 
+impl RunParameters {
+    /// Those of `world`, whose one body is pushed by `load`, and of so many `rows`.
+    pub fn of(world: &World, load: &Load, rows: u64) -> Self {
+        let body = &world.bodies()[0];
+        Self {
+            steps: rows,
+            dt: world.time_step(),
+            rotation: world.rotation(),
+            mu: world.friction(),
+            restitution: world.restitution(),
+            rebound_speed: world.given_rebound_speed(),
+            mass: body.mass(),
+            inertia: by_rows(body.inertia()),
+            gravity: numbers(world.gravity()),
+            epsilon: SMOOTHING,
+            plane: plane(&world.ground().cloned().unwrap_or_default()),
+            contact_points: body.contact_points().iter().map(|c| numbers(&c.position)).collect(),
+            load: (!load.is_none()).then(|| LoadParameters::of(load)),
+        }
+    }
+
+    /// As settings, under which flags may be laid.
+    pub fn settings(&self) -> Result<Settings, Failure> {
+        let load = self.load.as_ref().map_or(Ok(Load::none()), LoadParameters::load)?;
+        let points = self.contact_points.iter().map(|point| point.0.into());
+        Ok(Settings {
+            dt: Some(self.dt),
+            rotation: Some(self.rotation),
+            mu: Some(self.mu),
+            restitution: Some(self.restitution),
+            rebound_speed: self.rebound_speed,
+            mass: Some(self.mass),
+            inertia: Some(Inertia::Matrix(matrix(&self.inertia))),
+            gravity: Some(self.gravity.0.into()),
+            shape: Some(Shape::Points(points.collect())),
+            plane: Some(Plane::new(self.plane.normal.0.into(), self.plane.offset)?),
+            force: Some(load.force.clone()),
+            torque: Some(load.torque.clone()),
+            force_at: Some(*load.point()),
+            ..Settings::default()
+        })
+    }
+}
+
 impl SolverSettings {
-    /// Of a run that has no contact.
-    pub fn without_contact(name: &str) -> Self {
-        let (formulation, detection, on_failure, tol, max_iter) = (None, None, None, None, None);
-        Self { name: name.to_owned(), formulation, detection, on_failure, tol, max_iter }
+    fn of(scene: &Scene) -> Self {
+        let contact = scene.contact.as_ref();
+        let ipopt = contact.and_then(|contact| contact.ipopt.as_ref());
+        Self {
+            name: scene.solver().to_owned(),
+            formulation: ipopt.map(|(formulation, _)| formulation.name().to_owned()),
+            detection: contact.map(|contact| contact.detection.name().to_owned()),
+            on_failure: contact.map(|contact| contact.on_failure.name().to_owned()),
+            tol: ipopt.map(|(_, options)| options.tolerance),
+            max_iter: ipopt.map(|(_, options)| options.max_iterations),
+        }
     }
 
     /// The residual that a contact step of `world` may have that counts as solved, m/s: what its
@@ -141,7 +214,7 @@ impl SolverSettings {
 pub fn heading(scene: &str, changed: &[String]) -> String {
     /// More names than this are only counted.
     const MOST_NAMED: usize = 4;
-    let of_tutorial = [Scene::drop().name, Scene::floating().name].contains(&scene);
+    let of_tutorial = [tutorial::Scene::drop().name, tutorial::Scene::floating().name].contains(&scene);
     let name = if of_tutorial { format!("{scene} scene") } else { scene.to_owned() };
     match changed {
         [] => name,
@@ -152,7 +225,8 @@ pub fn heading(scene: &str, changed: &[String]) -> String {
 
 impl SummaryFile {
     /// The summary of a run, with the starts of its steps where they are rungs of a ladder.
-    pub fn of(summary: &RunSummary, climbs: bool, solve_seconds: f64) -> Self {
+    fn of(run: &Run, climbs: bool) -> Self {
+        let summary = &run.summary;
         let starts = summary.starts.iter().filter(|_| climbs);
         let rungs = starts.map(|(start, count)| ((*start).to_owned(), *count)).collect();
         Self {
@@ -169,7 +243,7 @@ impl SummaryFile {
             rungs,
             certificate_median_m_s: summary.median_residual(),
             certificate_max_m_s: summary.largest_residual(),
-            solve_seconds,
+            solve_seconds: run.elapsed.as_secs_f64(),
         }
     }
 }
@@ -178,9 +252,60 @@ impl SummaryFile {
 const LONGEST_WORD: usize = 80;
 
 /// More bytes than this are no run file.
-pub const LARGEST_RUN_FILE: u64 = 16 << 20;
+const LARGEST_RUN_FILE: u64 = 16 << 20;
 
 impl RunFile {
+    /// That of a run of `scene`.
+    pub fn of(scene: &Scene, run: &Run) -> Self {
+        let climbs = scene.contact.as_ref().is_some_and(Contact::climbs);
+        let (tables, one) = match &scene.format {
+            OutputFormat::Tables(model) => (Some(model), None),
+            OutputFormat::Trajectory => (None, Some((&scene.starts[0], &scene.loads[0]))),
+        };
+        let start = |start: &State| StartState {
+            position: numbers(&start.position),
+            random: scene.drawn,
+            attitude: Exactly(start.attitude.into()),
+            velocity: numbers(&start.velocity),
+            spin: numbers(&start.spin),
+        };
+        Self {
+            outcome: run.end.name().to_owned(),
+            tumble_version: env!("CARGO_PKG_VERSION").to_owned(),
+            ipopt_version: tumble::ipopt::VERSION.to_owned(),
+            scene: scene.name.clone(),
+            changed: scene.changed.clone(),
+            seed: scene.seed,
+            parameters: one.map(|(_, load)| RunParameters::of(&scene.world, load, scene.rows)),
+            drawn: tables.map(|_| scene.drawn),
+            steps: tables.map(|_| scene.rows),
+            model: tables.map(|model| Model::clone(model)),
+            solver: SolverSettings::of(scene),
+            start: one.map(|(state, _)| start(state)),
+            summary: SummaryFile::of(run, climbs),
+            largest_overlap_m: tables.map(|_| run.overlap.map_or(0.0, |(_, overlap)| overlap)),
+        }
+    }
+
+    /// The seed, where anything of the start was drawn from it.
+    pub fn drawn_seed(&self) -> Option<u32> {
+        let drawn = self.drawn.or(self.start.as_ref().map(|start| start.random));
+        drawn.unwrap_or(false).then_some(self.seed)
+    }
+
+    /// The names of the bodies; one without a name where there is no model.
+    pub fn bodies(&self) -> Vec<&str> {
+        match &self.model {
+            Some(model) => model.bodies.iter().map(|body| body.name.as_str()).collect(),
+            None => vec![""],
+        }
+    }
+
+    /// The file's text.
+    pub fn text(&self) -> Result<String, Failure> {
+        json(self)
+    }
+
     /// `None` where there is no such file.
     pub fn read(path: &Path) -> Result<Option<Self>, Failure> {
         let odd = |why: &dyn std::fmt::Display| {
@@ -192,12 +317,27 @@ impl RunFile {
             Err(error) => return Err(odd(&error)),
         };
         let file: Self = fields::json(&text).map_err(|why| odd(&why))?;
+        if let Some(field) = file.missing() {
+            return Err(odd(&format!("missing field `{field}`")));
+        }
         match file.long_word() {
             None => Ok(Some(file)),
             Some(field) => {
                 Err(odd(&format!("{field}: it has more than {LONGEST_WORD} characters")))
             }
         }
+    }
+
+    /// The first field that its format has, and it has not.
+    fn missing(&self) -> Option<&'static str> {
+        let of_model = [
+            ("drawn", self.drawn.is_none()),
+            ("steps", self.steps.is_none()),
+            ("largest_overlap_m", self.largest_overlap_m.is_none()),
+        ];
+        let of_one = [("parameters", self.parameters.is_none()), ("start", self.start.is_none())];
+        let fields = if self.model.is_some() { &of_model[..] } else { &of_one };
+        fields.iter().find(|(_, missing)| *missing).map(|(field, _)| *field)
     }
 
     /// The first field that is too long for a title or a table.
@@ -219,4 +359,24 @@ impl RunFile {
             .find(|(_, word)| word.chars().count() > LONGEST_WORD)
             .map(|(field, _)| field)
     }
+}
+
+fn json(value: &impl Serialize) -> Result<String, Failure> {
+    serde_json::to_string_pretty(value)
+        .map(|json| json + "\n")
+        .map_err(|error| Failure::Other(format!("run.json cannot be made: {error}")))
+}
+
+/// Refuses a model that makes a longer run.json than is read again.
+pub fn refuse_large(model: &Model) -> Result<(), Failure> {
+    /// What besides the model stands in the file.
+    const REST: u64 = 1 << 16;
+    let length = json(model)?.len() as u64;
+    if length + REST <= LARGEST_RUN_FILE {
+        return Ok(());
+    }
+    Err(Failure::Input(format!(
+        "shapes: the scene has {length} bytes in run.json, of which at most {LARGEST_RUN_FILE} are \
+         read; fewer or coarser meshes and hulls are needed"
+    )))
 }

@@ -3,12 +3,7 @@
 use super::outcome::Failure;
 use super::{input, shown};
 use std::path::Path;
-use tumble::scenario::{LARGEST_FILE, Scenario};
-
-/// Reads and checks a file.
-pub fn read(path: &Path) -> Result<Scenario, Failure> {
-    Scenario::of_text(&read_text(path)?, path)
-}
+use tumble::scenario::LARGEST_FILE;
 
 /// The text of a file that may be a scenario.
 pub fn read_text(path: &Path) -> Result<String, Failure> {

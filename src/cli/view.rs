@@ -2,6 +2,7 @@
 
 use super::args::{SimulateArgs, ViewArgs};
 use super::directory::OutputDirectory;
+use super::film::film;
 use super::outcome::{Failure, Outcome};
 use super::output::{PendingFile, directory_of, say};
 use super::picture_files::VIEW;
@@ -27,7 +28,7 @@ pub fn run(args: &ViewArgs) -> Result<Outcome, Failure> {
         if !recording.note().is_empty() {
             notes += &format!("note: {}: {}\n", shown::path(path), recording.note());
         }
-        let Some(mut film) = recording.film(MOST_ROWS, &interrupt)? else {
+        let Some(mut film) = film(recording, MOST_ROWS, &interrupt)? else {
             return Ok(Outcome::Interrupted);
         };
         if args.files.len() > 1 {

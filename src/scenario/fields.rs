@@ -15,6 +15,26 @@ pub struct Exactly<T, const N: usize>(pub [T; N]);
 /// N numbers.
 pub type Numbers<const N: usize> = Exactly<f64, N>;
 
+/// Gravity: a number (downwards) or a vector, m/s².
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(untagged, expecting = "a number (downwards) or three are needed")]
+pub enum Gravity {
+    /// Along −z.
+    Downwards(f64),
+    /// World.
+    Vector(Numbers<3>),
+}
+
+impl Gravity {
+    /// g, m/s², world.
+    pub fn vector(self) -> Vector3<f64> {
+        match self {
+            Self::Downwards(g) => Vector3::new(0.0, 0.0, -g),
+            Self::Vector(vector) => vector.0.into(),
+        }
+    }
+}
+
 /// A vector as it stands in a file.
 pub fn numbers(vector: &Vector3<f64>) -> Numbers<3> {
     Exactly((*vector).into())
@@ -71,9 +91,9 @@ impl<'de, T: Deserialize<'de>, const N: usize> Deserialize<'de> for Exactly<T, N
     }
 }
 
-/// A table. (Serde takes a list for one as well, value by value, and says what is wrong with the
-/// values of `[[body]]`.)
-pub fn table<'de, D, T>(deserializer: D) -> Result<T, D::Error>
+/// A table that may be left out, with serde's `default`. (Serde takes a list for one as well, value
+/// by value, and says what is wrong with the values of `[[body]]`.)
+pub fn table_if_any<'de, D, T>(deserializer: D) -> Result<Option<T>, D::Error>
 where
     D: Deserializer<'de>,
     T: Deserialize<'de>,
@@ -92,16 +112,7 @@ where
         }
     }
 
-    deserializer.deserialize_map(Table(PhantomData))
-}
-
-/// A table that may be left out, with serde's `default`.
-pub fn table_if_any<'de, D, T>(deserializer: D) -> Result<Option<T>, D::Error>
-where
-    D: Deserializer<'de>,
-    T: Deserialize<'de>,
-{
-    table(deserializer).map(Some)
+    deserializer.deserialize_map(Table(PhantomData)).map(Some)
 }
 
 /// Of a list in the place of a table.

@@ -1,4 +1,4 @@
-//! The world and the load of a motion: made here of what flags, files and scenes say.
+//! The world and the load of one body, made of what flags, files and scenes say.
 
 use super::choices::{Inertia, Shape};
 use super::failure::Failure;
@@ -13,55 +13,27 @@ use crate::simulation::scene;
 use crate::world::{Parameters, Plane, World};
 use nalgebra::Vector3;
 
-/// What moves, on what ground, and what pushes it.
-pub struct Physics {
-    /// The world of the body.
-    pub world: World,
-    /// What pushes it.
-    pub load: Load,
-}
-
-impl Physics {
-    /// That of complete settings.
-    pub fn of_settings(settings: &Settings) -> Result<Self, Failure> {
-        let mass = settings.mass.ok_or_else(|| Failure::needed("mass"))?;
-        let shape = settings.shape.as_ref().ok_or_else(|| Failure::needed("box"))?;
-        let inertia = settings.inertia.as_ref().ok_or_else(|| Failure::needed("inertia"))?;
-        let world = World::new(Parameters {
-            bodies: vec![rigid_body(mass, shape, inertia)?],
-            ground: Some(settings.plane.clone().unwrap_or_default()),
-            gravity: settings.gravity.ok_or_else(|| Failure::needed("gravity"))?,
-            friction: settings.mu.unwrap_or(scene::FRICTION),
-            time_step: settings.dt.ok_or_else(|| Failure::needed("dt"))?,
-            // Without a ground the Runge–Kutta method has an equation of its own.
-            rotation: settings.rotation.unwrap_or(Rotation::Tutorial),
-        })?;
-        let world = bouncing(world, settings.restitution, settings.rebound_speed)?;
-        let load = Load::new(
-            settings.force.clone().unwrap_or_default(),
-            settings.torque.clone().unwrap_or_default(),
-            settings.force_at.unwrap_or_default(),
-        )?;
-        Ok(Self { world, load })
-    }
-
-    /// The body.
-    pub fn body(&self) -> &RigidBody {
-        &self.world.bodies()[0]
-    }
-
-    /// h, s.
-    pub fn time_step(&self) -> f64 {
-        self.world.time_step()
-    }
-
-    /// See [`violent_load`].
-    pub fn refuse_violent_load(&self) -> Result<(), Failure> {
-        match violent_load(self.body(), &self.load, self.time_step()) {
-            None => Ok(()),
-            Some(why) => Err(Failure::setting("force or torque", why)),
-        }
-    }
+/// The world and the load of complete settings.
+pub fn of_settings(settings: &Settings) -> Result<(World, Load), Failure> {
+    let mass = settings.mass.ok_or_else(|| Failure::needed("mass"))?;
+    let shape = settings.shape.as_ref().ok_or_else(|| Failure::needed("box"))?;
+    let inertia = settings.inertia.as_ref().ok_or_else(|| Failure::needed("inertia"))?;
+    let world = World::new(Parameters {
+        bodies: vec![rigid_body(mass, shape, inertia)?],
+        ground: Some(settings.plane.clone().unwrap_or_default()),
+        gravity: settings.gravity.ok_or_else(|| Failure::needed("gravity"))?,
+        friction: settings.mu.unwrap_or(scene::FRICTION),
+        time_step: settings.dt.ok_or_else(|| Failure::needed("dt"))?,
+        // Without a ground the Runge–Kutta method has an equation of its own.
+        rotation: settings.rotation.unwrap_or(Rotation::Tutorial),
+    })?;
+    let world = bouncing(world, settings.restitution, settings.rebound_speed)?;
+    let load = Load::new(
+        settings.force.clone().unwrap_or_default(),
+        settings.torque.clone().unwrap_or_default(),
+        settings.force_at.unwrap_or_default(),
+    )?;
+    Ok((world, load))
 }
 
 /// `world` with what is given of restitution.
@@ -106,7 +78,7 @@ pub fn plane(plane: &Plane) -> PlaneParameters {
 }
 
 /// The body of `mass` (kg).
-pub fn rigid_body(mass: f64, shape: &Shape, inertia: &Inertia) -> Result<RigidBody, Failure> {
+fn rigid_body(mass: f64, shape: &Shape, inertia: &Inertia) -> Result<RigidBody, Failure> {
     // Nobody gave a solid body's inertia: it follows from the sides.
     let of_sides = |error: Error| match Failure::from(error) {
         Failure::Setting { name, why } if name == "inertia" => Failure::setting("box", why),

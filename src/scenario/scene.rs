@@ -1,27 +1,35 @@
-//! A scene, whether its file is of one body or of several.
+//! A scene: what is simulated, in whichever notation its file is written.
 
-use super::Scenario;
-use super::choices::SolverName;
+use super::bodies::entries::{Files, ReadFile};
+use super::choices::{SceneName, SolverName};
 use super::contact::Contact;
 use super::failure::{Failure, refuse_flags};
-use super::job::{Job, refuse_idle_settings};
+use super::file::Said;
+use super::model::Model;
 use super::names::FileKind;
 use super::settings::Settings;
-use super::several::{self, ReadFile};
+use super::{bodies, body};
+use crate::contact::Partner;
 use crate::error::Error;
 use crate::mechanics::{Load, State};
-use crate::simulation::Motion;
+use crate::simulation::{Motion, Simulation};
 use crate::world::World;
 #[cfg(feature = "threads")]
 use std::num::NonZeroUsize;
 use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 /// What is simulated: bodies, what they can touch, where they start and who solves the steps.
 pub struct Scene {
     /// What it is called.
     pub name: String,
-    /// The seed of the start, where any of it was drawn.
-    pub seed: Option<u32>,
+    /// The settings that were told other than the tutorial's scene or the file has them.
+    pub changed: Vec<String>,
+    /// The seed.
+    pub seed: u32,
+    /// Whether anything of the start is drawn from the seed.
+    pub drawn: bool,
     /// Rows of the trajectory: one more than there are steps.
     pub rows: u64,
     /// The world.
@@ -36,7 +44,22 @@ pub struct Scene {
     pub fixed: Vec<String>,
     /// `None` without a ground.
     pub contact: Option<Contact>,
+    /// Whether the solver is the usual one, for want of another.
+    pub usual_solver: bool,
+    /// What files a run of it leaves.
+    pub format: OutputFormat,
 }
+
+/// What files a run leaves. The notation of the scene decides it, not the number of bodies.
+pub enum OutputFormat {
+    /// The tutorial's table of one body, of `[body]` and of the tutorial's scenes.
+    Trajectory,
+    /// Three tables, of `[[bodies]]`, and the model that stands in their run.json.
+    Tables(Box<Model>),
+}
+
+/// The seed where none is given.
+pub const USUAL_SEED: u32 = 42;
 
 impl Scene {
     /// The scene of the scenario `path`, whose text is `text`, under `flags`. The native solver
@@ -50,49 +73,74 @@ impl Scene {
         flags: Settings,
         read: ReadFile<'_>,
     ) -> Result<Self, Failure> {
-        let in_file = |failure: Failure| failure.in_file(path, FileKind::Scenario, &[]);
-        let seed_given = flags.seed.is_some();
-        let scene = if several::is_scenario(text) {
-            let job = several::job::Job::of(flags, path, text, read);
-            job.and_then(Self::of_several).map_err(in_file)?
-        } else {
-            let scenario = Scenario::of_text(text, path)?;
-            refuse_idle_settings(scenario.ground, &flags)?;
-            let settings = flags.over(scenario.settings);
-            let job = Job::of(scenario.name, scenario.ground, settings, SolverName::Native);
-            Self::of_job(job.map_err(in_file)?)
-        };
-        let idle_seed = seed_given && scene.seed.is_none();
-        refuse_flags("a scene of which nothing is random", &[("--seed", idle_seed)])?;
-        Ok(scene)
+        Self::told(text, path, (flags, &[]), SolverName::Native, read)
     }
 
-    fn of_job(job: Job) -> Self {
-        Self {
-            name: job.name,
-            seed: job.drawn.then_some(job.seed),
-            rows: job.rows,
-            world: job.physics.world,
-            starts: vec![job.start],
-            loads: vec![job.physics.load],
-            bodies: vec!["body".to_owned()],
-            fixed: Vec::new(),
-            contact: job.contact,
+    /// The same under `flags` that have the names `given`, and are called so where one is refused.
+    /// Of `[body]`, `usual` solves where neither says who does.
+    ///
+    /// # Errors
+    /// As [`Scene::of_text`].
+    pub fn told(
+        text: &str,
+        path: &Path,
+        (flags, given): (Settings, &[&str]),
+        usual: SolverName,
+        read: ReadFile<'_>,
+    ) -> Result<Self, Failure> {
+        let (name, Said { settings: below, ground, entries }) = super::read(text, path)?;
+        match entries {
+            None => body::refuse_idle_settings(ground, &flags)?,
+            Some(_) => bodies::refuse_idle_settings(&flags)?,
         }
+        let (changed, seed_given) = (flags.changed(&below), flags.seed.is_some());
+        let settings = flags.over(below);
+        let scene = match entries {
+            None => body::scene(name, ground, &settings, usual),
+            Some(entries) => {
+                let folder = path.parent().unwrap_or(Path::new(""));
+                bodies::scene(name, &settings, entries, Files { folder, read })
+            }
+        };
+        let scene = scene.map_err(|failure| failure.in_file(path, FileKind::Scenario, given))?;
+        let idle_seed = seed_given && !scene.drawn;
+        refuse_flags("a scene of which nothing is random", &[("--seed", idle_seed)])?;
+        Ok(Self { changed, ..scene })
     }
 
-    fn of_several(job: several::job::Job) -> Result<Self, Failure> {
-        Ok(Self {
-            seed: job.drawn.then_some(job.seed),
-            rows: job.rows,
-            starts: job.model.states(),
-            loads: job.model.loads()?,
-            bodies: job.model.bodies.iter().map(|body| body.name.clone()).collect(),
-            fixed: job.model.fixed.iter().map(|fixed| fixed.name.clone()).collect(),
-            name: job.name,
-            world: job.world,
-            contact: Some(job.contact),
-        })
+    /// A scene of the tutorial under `flags`, solved by `usual` where they name no solver.
+    ///
+    /// # Errors
+    /// The first thing that cannot be.
+    pub fn of_tutorial(
+        name: SceneName,
+        flags: Settings,
+        usual: SolverName,
+    ) -> Result<Self, Failure> {
+        let ground = name == SceneName::Drop;
+        body::refuse_idle_settings(ground, &flags)?;
+        let below = Settings::of_scene(name);
+        let changed = flags.changed(&below);
+        let scene =
+            body::scene(name.scene().name.to_owned(), ground, &flags.over(below), usual)?;
+        Ok(Self { changed, ..scene })
+    }
+
+    /// A simulation from the start, which ends when `interrupt` is raised.
+    ///
+    /// # Errors
+    /// What the library refuses.
+    pub fn simulation(&self, interrupt: &Arc<AtomicBool>) -> Result<Simulation<'static>, Failure> {
+        let motion = match &self.contact {
+            None => Motion::Floating,
+            Some(contact) => contact.motion(&self.world)?,
+        };
+        let mut simulation = Simulation::new(self.world.clone(), self.starts.clone(), motion)?;
+        for (body, load) in self.loads.iter().enumerate() {
+            simulation.set_load(body, load.clone())?;
+        }
+        simulation.interrupt_by(Arc::clone(interrupt));
+        Ok(simulation)
     }
 
     /// What moves the bodies of `world`, the scene's or one with other constants.
@@ -123,5 +171,22 @@ impl Scene {
     #[must_use]
     pub fn solver(&self) -> &'static str {
         self.contact.as_ref().map_or("rk4", Contact::solver_name)
+    }
+
+    /// The seed, where anything of the start was drawn from it.
+    #[must_use]
+    pub fn drawn_seed(&self) -> Option<u32> {
+        self.drawn.then_some(self.seed)
+    }
+
+    /// The name of whom a contact is with.
+    #[must_use]
+    pub fn partner(&self, partner: Partner) -> &str {
+        let named = match partner {
+            Partner::Ground => None,
+            Partner::Fixed(index) => self.fixed.get(index),
+            Partner::Body(index) => self.bodies.get(index),
+        };
+        named.map_or("the ground", String::as_str)
     }
 }

@@ -1,51 +1,21 @@
-//! The tables of a scenario file, and what their fields say.
+//! The tables of a scenario file that are settings, and what their fields say.
 
 use crate::error::Error;
-use crate::mechanics::Rotation;
 use crate::mechanics::load::Polyline;
 use crate::scenario::choices::{
     Attitude, DetectionName, FormulationName, Frame, Inertia, OnFailure, Preset, Shape, SolverName,
 };
 use crate::scenario::fields::matrix;
-use crate::scenario::fields::{Exactly, Numbers, table, table_if_any};
+use crate::scenario::fields::{Exactly, Numbers};
 use crate::scenario::settings::Settings;
 use crate::world::Plane;
 use nalgebra::{Matrix3, Vector3};
 use serde::Deserialize;
 
 #[derive(Deserialize)]
-#[serde(expecting = "a scenario")]
-#[serde(deny_unknown_fields)]
-pub struct ScenarioFile {
-    pub name: Option<String>,
-    steps: Option<u64>,
-    time_step: Option<f64>,
-    rotation: Option<Rotation>,
-    seed: Option<u32>,
-    gravity: Option<Gravity>,
-    #[serde(deserialize_with = "table")]
-    body: BodyTable,
-    #[serde(default, deserialize_with = "table_if_any")]
-    pub ground: Option<GroundTable>,
-    #[serde(deserialize_with = "table")]
-    start: StartTable,
-    #[serde(default, deserialize_with = "table_if_any")]
-    load: Option<LoadTable>,
-    #[serde(default, deserialize_with = "table_if_any")]
-    solver: Option<SolverTable>,
-}
-
-#[derive(Deserialize)]
-#[serde(untagged, expecting = "a number (downwards) or three are needed")]
-pub enum Gravity {
-    Downwards(f64),
-    Vector(Numbers<3>),
-}
-
-#[derive(Deserialize)]
 #[serde(expecting = "a table [body]")]
 #[serde(deny_unknown_fields)]
-struct BodyTable {
+pub struct BodyTable {
     #[serde(rename = "box")]
     sides: Option<Sides>,
     points: Option<Vec<Numbers<3>>>,
@@ -95,7 +65,7 @@ pub struct GroundTable {
 #[derive(Deserialize)]
 #[serde(expecting = "a table [start]")]
 #[serde(deny_unknown_fields)]
-struct StartTable {
+pub struct StartTable {
     position: Numbers<3>,
     attitude: Option<AttitudeValue>,
     velocity: Option<Numbers<3>>,
@@ -145,65 +115,8 @@ pub struct SolverTable {
     on_failure: Option<OnFailure>,
 }
 
-impl ScenarioFile {
-    /// A field that would do nothing is refused rather than ignored.
-    pub fn refuse_idle_fields(&self) -> Result<(), String> {
-        let floating = self.ground.is_none();
-        let placed = self.load.as_ref().is_some_and(LoadTable::has_idle_point);
-        let idle = [
-            ("rotation", "a [ground] table", floating && self.rotation.is_some()),
-            ("solver", "a [ground] table", floating && self.solver.is_some()),
-            ("start.frame \"ground\"", "a [ground] table", floating && self.start.is_in_ground()),
-            ("load.at", "load.force", placed),
-        ];
-        match idle.into_iter().find(|(.., idle)| *idle) {
-            Some((field, need, _)) => {
-                Err(format!("{field} has no meaning without {need}; leave it out"))
-            }
-            None => Ok(()),
-        }
-    }
-
-    /// What the fields say. Those of a ground are open where there is none.
-    pub fn settings(self) -> Result<Settings, String> {
-        let steps = self.steps.unwrap_or(1000);
-        if !(1..=10_000_000).contains(&steps) {
-            return Err(format!("steps is {steps}; allowed is 1 to 10000000"));
-        }
-        let mut settings = Settings {
-            steps: Some(steps),
-            seed: self.seed,
-            dt: Some(self.time_step.unwrap_or(0.002)),
-            gravity: Some(self.gravity.map_or(Vector3::new(0.0, 0.0, -9.81), Gravity::vector)),
-            ..Settings::default()
-        };
-        if let Some(table) = self.ground {
-            settings.rotation = Some(self.rotation.unwrap_or(Rotation::Momentum));
-            table.set(&mut settings)?;
-        }
-        self.body.set(&mut settings)?;
-        self.start.set(&mut settings)?;
-        if let Some(table) = self.load {
-            table.set(&mut settings)?;
-        }
-        if let Some(table) = self.solver {
-            table.set(&mut settings);
-        }
-        Ok(settings)
-    }
-}
-
 fn vector(numbers: Numbers<3>) -> Vector3<f64> {
     numbers.0.into()
-}
-
-impl Gravity {
-    pub fn vector(self) -> Vector3<f64> {
-        match self {
-            Self::Downwards(g) => Vector3::new(0.0, 0.0, -g),
-            Self::Vector(vector) => self::vector(vector),
-        }
-    }
 }
 
 impl Sides {
@@ -228,11 +141,12 @@ impl InertiaValue {
 }
 
 impl StartTable {
-    fn is_in_ground(&self) -> bool {
+    /// Whether the start is given in the frame of the ground.
+    pub fn is_in_ground(&self) -> bool {
         self.frame == Some(Frame::Ground)
     }
 
-    fn set(self, settings: &mut Settings) -> Result<(), String> {
+    pub fn set(self, settings: &mut Settings) -> Result<(), String> {
         settings.position = Some(vector(self.position));
         settings.attitude = Some(match self.attitude {
             None => Attitude::Given([1.0, 0.0, 0.0, 0.0].into()),
@@ -248,7 +162,7 @@ impl StartTable {
 }
 
 impl BodyTable {
-    fn set(self, settings: &mut Settings) -> Result<(), String> {
+    pub fn set(self, settings: &mut Settings) -> Result<(), String> {
         let is_point = self.point_mass == Some(true);
         let shape = match (self.sides, self.points, is_point) {
             (Some(sides), None, false) => Shape::Box(sides.vector()),
@@ -275,35 +189,30 @@ impl BodyTable {
 }
 
 impl GroundTable {
-    /// Of several bodies, which may have no ground.
-    pub fn set_if_any(self, settings: &mut Settings) -> Result<(), String> {
-        if self.none != Some(true) {
-            return Self { none: None, ..self }.set(settings);
-        }
-        let place = [("slope", self.slope.is_some()), ("normal", self.normal.is_some())];
-        let place = place.into_iter().chain([("offset", self.offset.is_some())]);
-        if let Some((field, _)) = place.into_iter().find(|(_, given)| *given) {
-            return Err(format!("ground.{field}: it has no meaning with `none = true`"));
-        }
-        settings.plane = None;
-        self.set_coefficients(settings);
-        Ok(())
-    }
-
-    fn set_coefficients(&self, settings: &mut Settings) {
+    /// `may_be_none` of scenes with `[[bodies]]`: they have no ground where the table says so.
+    pub fn set(self, settings: &mut Settings, may_be_none: bool) -> Result<(), String> {
         settings.mu = Some(self.friction);
         settings.restitution = self.restitution;
         settings.rebound_speed = self.rebound_speed;
-    }
-
-    /// Of one body.
-    pub fn set(self, settings: &mut Settings) -> Result<(), String> {
-        if self.none.is_some() {
+        if self.none.is_some() && !may_be_none {
             return Err(
                 "ground.none: it is of scenes with [[bodies]]; leave the table [ground] out \
                         for one body without a ground"
                     .to_owned(),
             );
+        }
+        if self.none == Some(true) {
+            let place = [
+                ("slope", self.slope.is_some()),
+                ("normal", self.normal.is_some()),
+                ("offset", self.offset.is_some()),
+            ];
+            return match place.into_iter().find(|(_, given)| *given) {
+                Some((field, _)) => {
+                    Err(format!("ground.{field}: it has no meaning with `none = true`"))
+                }
+                None => Ok(()),
+            };
         }
         let offset = self.offset.unwrap_or(0.0);
         let plane = match (self.slope, self.normal) {
@@ -322,7 +231,6 @@ impl GroundTable {
                 matches!(error, Error::OutOfRange { field: "offset of the plane (m)", .. });
             format!("ground.{}: {error}", if offset { "offset" } else { "normal" })
         })?);
-        self.set_coefficients(settings);
         Ok(())
     }
 }

@@ -4,7 +4,7 @@
 //! [solver](crate::solver) for their forces, and the
 //! [certificate](crate::contact::certificate) that judges the answer. Around it: starts
 //! ([`scene`], [`random`]), what is kept of a step ([`record`]), of a run ([`summary`]) and in
-//! files (`trajectory` of one body, `tables` of several, with the feature `csv`).
+//! files (`trajectory` of one body, `tables` of any number, with the feature `csv`).
 
 pub mod bounce;
 pub mod energy;
@@ -15,12 +15,16 @@ pub mod record;
 pub mod scene;
 pub mod summary;
 #[cfg(feature = "csv")]
+mod sheet;
+#[cfg(feature = "csv")]
 pub mod tables;
 #[cfg(feature = "csv")]
 pub mod trajectory;
 pub mod wild;
 
 pub use record::StepRecord;
+#[cfg(feature = "csv")]
+pub use sheet::{MOST_ROW_BYTES, RowsError};
 
 use crate::contact::certificate::{Certifier, Claim, certify_rk4_step};
 use crate::contact::detection::CONTACT_BAND;

@@ -14,6 +14,7 @@
 //! that the step took ([`StepRecord::restitution_share`]).
 
 use super::StepRecord;
+use super::sheet::{RowsError, Sheet};
 use crate::contact::rounding;
 use crate::mechanics::{Pose, State};
 use crate::step::StepStatus;
@@ -21,7 +22,7 @@ use crate::step_nlp::SMOOTHING;
 use crate::step_nlp::layout::{Layout, STATE};
 use crate::step_nlp::point::products;
 use crate::world::World;
-use nalgebra::{SVector, Vector3};
+use nalgebra::Vector3;
 use std::io::{Read, Write};
 
 /// The names of the columns before the per-contact ones.
@@ -201,87 +202,13 @@ impl TrajectoryRow {
     }
 }
 
-/// Why a trajectory cannot be read.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum TrajectoryError {
-    /// The stream ended early or the CSV is malformed.
-    #[error("{0}")]
-    Csv(#[from] csv::Error),
-    /// A column is missing, misplaced or unknown.
-    #[error("column {position} of the header is {found:?} where {expected:?} belongs")]
-    Header {
-        /// 1-based.
-        position: usize,
-        /// The name that is needed.
-        expected: String,
-        /// The name in the file, empty where the header ends.
-        found: String,
-    },
-    /// A field that cannot be read.
-    #[error("line {line}, column {column}: {found:?} is not {expected}")]
-    Field {
-        /// 1-based line of the file.
-        line: u64,
-        /// The column's name.
-        column: String,
-        /// What stands there.
-        found: String,
-        /// What is needed.
-        expected: &'static str,
-    },
-    /// A row out of order.
-    #[error("line {line}: k is {found} where {expected} follows")]
-    Order {
-        /// 1-based line of the file.
-        line: u64,
-        /// The k that is needed.
-        expected: u64,
-        /// The k in the file.
-        found: u64,
-    },
-    /// A row of more bytes than a trajectory has.
-    #[error("the row that begins in line {line} has more than {MOST_ROW_BYTES} bytes")]
-    TooLong {
-        /// 1-based line of the file where it begins.
-        line: u64,
-    },
-    /// No `end` row at the end, or rows after it.
-    #[error("{0}")]
-    End(&'static str),
-}
-
-/// Bytes of the longest row, and of the header: a thousand points have 7018 columns, and a double
-/// at most 24 characters.
-pub const MOST_ROW_BYTES: usize = 1 << 20;
-
-/// A stream that ends with an error where a row does not end.
-struct Bounded<R> {
-    stream: R,
-    /// Bytes that may still be read for this row.
-    left: usize,
-}
-
-impl<R: Read> Read for Bounded<R> {
-    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
-        if self.left == 0 {
-            return Err(std::io::Error::other("a row without end"));
-        }
-        let most = buffer.len().min(self.left);
-        let read = self.stream.read(&mut buffer[..most])?;
-        self.left -= read;
-        Ok(read)
-    }
-}
-
 /// Reads a trajectory row by row, checking header, order and every field. A row may have
-/// [`MOST_ROW_BYTES`], so that memory is bounded whatever the stream holds.
+/// [`MOST_ROW_BYTES`](super::MOST_ROW_BYTES), so that memory is bounded whatever the stream
+/// holds.
 pub struct TrajectoryReader<R: Read> {
-    csv: csv::Reader<Bounded<R>>,
-    columns: Vec<String>,
+    sheet: Sheet<R>,
     contacts: usize,
     bounce: bool,
-    record: csv::StringRecord,
     next_index: u64,
     ended: bool,
 }
@@ -290,30 +217,19 @@ impl<R: Read> TrajectoryReader<R> {
     /// Reads and checks the header; the number of contact points follows from it.
     ///
     /// # Errors
-    /// [`TrajectoryError::Header`], [`TrajectoryError::TooLong`], or the stream's.
-    pub fn new(stream: R) -> Result<Self, TrajectoryError> {
-        let mut csv = csv::Reader::from_reader(Bounded { stream, left: MOST_ROW_BYTES });
-        let found = csv.headers().cloned();
-        let found = found.map_err(|error| or_too_long(&csv, 1, error))?;
-        let bounce = found.iter().next_back() == Some(SHARE_COLUMN);
-        let fixed = STATE_COLUMNS.len() + REPORT_COLUMNS.len() + usize::from(bounce);
-        // To the nearest, so that one missing column is named for what it is.
-        let per_contact = CONTACT_COLUMNS.len();
-        let contacts = ((found.len() + per_contact / 2).saturating_sub(fixed) / per_contact).max(1);
-        let columns = header(contacts, bounce);
-        for position in 0..columns.len().max(found.len()) {
-            let expected = columns.get(position).map_or("the end", String::as_str);
-            let name = found.get(position).unwrap_or("");
-            if name != expected {
-                return Err(TrajectoryError::Header {
-                    position: position + 1,
-                    expected: expected.to_owned(),
-                    found: name.chars().take(40).collect(),
-                });
-            }
-        }
-        let record = csv::StringRecord::new();
-        Ok(Self { csv, columns, contacts, bounce, record, next_index: 0, ended: false })
+    /// [`RowsError::Header`], [`RowsError::TooLong`], or the stream's.
+    pub fn new(stream: R) -> Result<Self, RowsError> {
+        let (mut contacts, mut bounce) = (1, false);
+        let sheet = Sheet::new("", stream, |found| {
+            bounce = found.iter().next_back() == Some(SHARE_COLUMN);
+            let fixed = STATE_COLUMNS.len() + REPORT_COLUMNS.len() + usize::from(bounce);
+            // To the nearest, so that one missing column is named for what it is.
+            let per_contact = CONTACT_COLUMNS.len();
+            let found = (found.len() + per_contact / 2).saturating_sub(fixed);
+            contacts = (found / per_contact).max(1);
+            header(contacts, bounce)
+        })?;
+        Ok(Self { sheet, contacts, bounce, next_index: 0, ended: false })
     }
 
     /// n.
@@ -326,106 +242,44 @@ impl<R: Read> TrajectoryReader<R> {
     ///
     /// # Errors
     /// The first thing wrong with the row, by line and column.
-    pub fn next_row(&mut self) -> Result<Option<TrajectoryRow>, TrajectoryError> {
-        self.csv.get_mut().left = MOST_ROW_BYTES;
-        let line = self.csv.position().line();
-        let read = self.csv.read_record(&mut self.record);
-        if !read.map_err(|error| or_too_long(&self.csv, line, error))? {
-            return if self.ended {
-                Ok(None)
-            } else {
-                Err(TrajectoryError::End(
-                    "the file has no row of status `end`: it is cut off, or no trajectory",
-                ))
-            };
-        }
+    pub fn next_row(&mut self) -> Result<Option<TrajectoryRow>, RowsError> {
+        let sheet = &mut self.sheet;
         if self.ended {
-            return Err(TrajectoryError::End("there are rows after the one of status `end`"));
+            sheet.need_end("there are rows after the one of status `end`")?;
+            return Ok(None);
         }
-        let row = self.parse()?;
-        if row.index != self.next_index {
-            return Err(TrajectoryError::Order {
-                line: self.line(),
-                expected: self.next_index,
-                found: row.index,
-            });
-        }
-        self.next_index += 1;
-        self.ended = row.status == StepStatus::End;
-        Ok(Some(row))
-    }
-
-    fn line(&self) -> u64 {
-        self.record.position().map_or(0, csv::Position::line)
-    }
-
-    fn parse(&self) -> Result<TrajectoryRow, TrajectoryError> {
+        sheet.need_row("the file has no row of status `end`: it is cut off, or no trajectory")?;
+        sheet.expect(0, self.next_index)?;
         let n = self.contacts;
         let first_step = STATE_COLUMNS.len();
         let first_alpha = first_step + 6 * n;
         let first_report = first_alpha + n;
-        let mut state = SVector::<f64, 13>::zeros();
-        for (k, value) in state.iter_mut().enumerate() {
-            *value = self.number(2 + k)?;
-        }
-        let status = self.field(first_report, "a status", StepStatus::from_name)?;
-        Ok(TrajectoryRow {
-            index: self.field(0, "a row number", |text| text.parse().ok())?,
-            time: self.number(1)?,
-            state: State::from_vector(&state),
-            step: (first_step..first_alpha).map(|k| self.number(k)).collect::<Result<_, _>>()?,
+        let flag = |text: &str| match text {
+            "0" => Some(false),
+            "1" => Some(true),
+            _ => None,
+        };
+        let share = |text: &str| text.parse().ok().filter(|share| (0.0..=1.0).contains(share));
+        let row = TrajectoryRow {
+            index: self.next_index,
+            time: sheet.number(1)?,
+            state: State::from_vector(&sheet.numbers::<13>(2)?.into()),
+            step: (first_step..first_alpha).map(|k| sheet.number(k)).collect::<Result<_, _>>()?,
             carrying: (first_alpha..first_report)
-                .map(|k| {
-                    self.field(k, "0 or 1", |text| match text {
-                        "0" => Some(false),
-                        "1" => Some(true),
-                        _ => None,
-                    })
-                })
+                .map(|k| sheet.field(k, "0 or 1", flag))
                 .collect::<Result<_, _>>()?,
-            status,
-            iterations: self
-                .field(first_report + 1, "a count of iterations", |text| text.parse().ok())?,
-            residual: self.number(first_report + 2)?,
-            restitution_share: if self.bounce { self.share(first_report + 3)? } else { 1.0 },
-        })
+            status: sheet.field(first_report, "a status", StepStatus::from_name)?,
+            iterations: sheet.whole(first_report + 1)?,
+            residual: sheet.number(first_report + 2)?,
+            restitution_share: match self.bounce {
+                true => sheet.field(first_report + 3, "a share from 0 to 1", share)?,
+                false => 1.0,
+            },
+        };
+        self.next_index += 1;
+        self.ended = row.status == StepStatus::End;
+        Ok(Some(row))
     }
-
-    fn share(&self, column: usize) -> Result<f64, TrajectoryError> {
-        self.field(column, "a share from 0 to 1", |text| {
-            text.parse().ok().filter(|share| (0.0..=1.0).contains(share))
-        })
-    }
-
-    fn number(&self, column: usize) -> Result<f64, TrajectoryError> {
-        self.field(column, "a finite number", |text| {
-            text.parse().ok().filter(|value: &f64| value.is_finite())
-        })
-    }
-
-    fn field<T>(
-        &self,
-        column: usize,
-        expected: &'static str,
-        parse: impl Fn(&str) -> Option<T>,
-    ) -> Result<T, TrajectoryError> {
-        let text = self.record.get(column).unwrap_or("");
-        parse(text).ok_or_else(|| TrajectoryError::Field {
-            line: self.line(),
-            column: self.columns[column].clone(),
-            found: text.chars().take(40).collect(),
-            expected,
-        })
-    }
-}
-
-/// What it means that `csv` could not read on after it began at `line`.
-fn or_too_long<R: Read>(
-    csv: &csv::Reader<Bounded<R>>,
-    line: u64,
-    error: csv::Error,
-) -> TrajectoryError {
-    if csv.get_ref().left == 0 { TrajectoryError::TooLong { line } } else { error.into() }
 }
 
 /// The number of per-contact columns follows the decision vector's; if one changes, so

@@ -7,15 +7,14 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::{Index, select};
 use tumble::simulation::StepRecord;
-use tumble::simulation::trajectory::{
-    TrajectoryError, TrajectoryReader, TrajectoryRow, TrajectoryWriter,
-};
+use tumble::simulation::RowsError;
+use tumble::simulation::trajectory::{TrajectoryReader, TrajectoryRow, TrajectoryWriter};
 use tumble::step::StepStatus;
 use tumble::step_nlp::SMOOTHING;
 use tumble::step_nlp::point::products;
 
 /// Everything up to the `end` row; an error is one short line.
-fn read(bytes: &[u8]) -> Result<Vec<TrajectoryRow>, TrajectoryError> {
+fn read(bytes: &[u8]) -> Result<Vec<TrajectoryRow>, RowsError> {
     let rows = read_rows(bytes);
     if let Err(error) = &rows {
         let text = error.to_string();
@@ -24,7 +23,7 @@ fn read(bytes: &[u8]) -> Result<Vec<TrajectoryRow>, TrajectoryError> {
     rows
 }
 
-fn read_rows(bytes: &[u8]) -> Result<Vec<TrajectoryRow>, TrajectoryError> {
+fn read_rows(bytes: &[u8]) -> Result<Vec<TrajectoryRow>, RowsError> {
     let mut reader = TrajectoryReader::new(bytes)?;
     let mut rows = Vec::new();
     while let Some(row) = reader.next_row()? {

@@ -4,13 +4,13 @@ use super::data::{self, Data};
 use super::refused;
 use crate::cli::args::FitArgs;
 use crate::cli::outcome::Failure;
-use crate::cli::physics::Physics;
-use crate::cli::scenario;
-use crate::cli::{several, shown};
+use crate::cli::{input, scenario, shown};
 use std::path::Path;
 use tumble::fit::neighbourhood::Neighbourhood;
 use tumble::fit::search::{Plan, Sought};
 use tumble::fit::{Model, Parameter, Protocol, Values};
+use tumble::scenario::scene::Scene;
+use tumble::scenario::settings::Settings;
 use tumble::world::World;
 
 /// A fit, checked.
@@ -119,18 +119,13 @@ impl Task {
     }
 }
 
-/// The world of a scenario of one body or several.
+/// The world of a scenario.
 fn world(path: &Path) -> Result<World, Failure> {
     let text = scenario::read_text(path)?;
-    if several::is_scenario(&text) {
-        return several::world(path, &text);
-    }
-    let scenario = scenario::read(path)?;
-    let named =
-        |failure: Failure| failure.in_file(path, crate::cli::names::FileKind::Scenario, &[]);
-    if !scenario.ground {
+    let scene = Scene::of_text(&text, path, Settings::default(), &input::bytes)?;
+    if scene.contact.is_none() {
         let why = "a table [ground] is needed: without a ground nothing lands";
         return Err(Failure::Input(format!("{}: {why}", shown::path(path))));
     }
-    Ok(Physics::of_settings(&scenario.settings).map_err(named)?.world)
+    Ok(scene.world)
 }

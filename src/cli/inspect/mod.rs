@@ -1,6 +1,26 @@
 //! `tumble inspect`: the step's nonlinear program at a point, as JSON; of one body the tutorial's, of
 //! several theirs.
 
+/// What a program has at the x, σ and multipliers of a point file: both programs name it alike.
+macro_rules! evaluation {
+    ($nlp:expr, $point:expr) => {{
+        let (nlp, point) = (&$nlp, $point);
+        let mut values = $crate::cli::inspect::Evaluation {
+            objective: nlp.objective(&point.x),
+            gradient: vec![0.0; nlp.layout().variables()],
+            constraints: vec![0.0; nlp.layout().constraints()],
+            jacobian: $crate::cli::inspect::sparse(nlp.jacobian_pattern()),
+            hessian: $crate::cli::inspect::sparse(nlp.hessian_pattern()),
+        };
+        nlp.gradient(&point.x, &mut values.gradient);
+        nlp.constraints(&point.x, &mut values.constraints);
+        nlp.jacobian(&point.x, &mut values.jacobian.values);
+        let hessian = &mut values.hessian.values;
+        nlp.hessian(&point.x, point.obj_factor, &point.multipliers, hessian);
+        values
+    }};
+}
+
 mod several;
 
 use super::args::InspectArgs;
@@ -8,13 +28,13 @@ use super::fields::{self, Exactly, Numbers};
 use super::names::FileKind;
 use super::outcome::{Failure, Outcome};
 use super::output::say;
-use super::physics::matrix;
 use super::{input, shown};
 use nalgebra::{SVector, Vector3};
 use serde::{Deserialize, Serialize};
 use tumble::mechanics::Rotation;
 use tumble::mechanics::body::RigidBody;
 use tumble::mechanics::state::{State, Wrench};
+use tumble::scenario::fields::{Gravity, matrix};
 use tumble::simulation::scene;
 use tumble::sparsity::SparsityPattern;
 use tumble::step_nlp::{SMOOTHING, StepNlp};
@@ -38,14 +58,6 @@ struct PointFile {
     inertia: Option<Exactly<Numbers<3>, 3>>,
     gravity: Option<Gravity>,
     epsilon: Option<f64>,
-}
-
-/// A number (downwards) or a vector.
-#[derive(Clone, Copy, Deserialize)]
-#[serde(untagged, expecting = "a number (downwards) or three are needed")]
-enum Gravity {
-    Downwards(f64),
-    Vector(Numbers<3>),
 }
 
 /// The part of a point that says of how many bodies it is.
@@ -78,14 +90,11 @@ pub fn run(args: &InspectArgs) -> Result<Outcome, Failure> {
     let no_point = |why: String| odd(&format!("not a point: {why}"));
     let evaluation = match serde_json::from_str(&text) {
         Ok(Kind { bodies: Some(_) }) => {
-            let point: several::PointFile = fields::json(&text).map_err(no_point)?;
-            point.evaluation().map_err(refused)?
+            fields::json::<several::PointFile>(&text).map_err(no_point)?.evaluation()
         }
-        _ => {
-            let point: PointFile = fields::json(&text).map_err(no_point)?;
-            point.evaluation().map_err(refused)?
-        }
-    };
+        _ => fields::json::<PointFile>(&text).map_err(no_point)?.evaluation(),
+    }
+    .map_err(refused)?;
     if !evaluation.is_finite() {
         return Err(odd(&"the numbers are too large: a result is not finite"));
     }
@@ -104,15 +113,6 @@ fn read(args: &InspectArgs) -> std::io::Result<String> {
     }
 }
 
-impl Gravity {
-    fn vector(self) -> Vector3<f64> {
-        match self {
-            Self::Downwards(g) => Vector3::new(0.0, 0.0, -g),
-            Self::Vector(vector) => vector.0.into(),
-        }
-    }
-}
-
 impl PointFile {
     /// What the program has at the point; a sentence where it is none.
     fn evaluation(&self) -> Result<Evaluation, Failure> {
@@ -120,16 +120,7 @@ impl PointFile {
         self.check(&nlp).map_err(Failure::Input)?;
         let state = State::from_vector(&SVector::from_column_slice(&self.state));
         nlp.set_step(&state, &Wrench::zero(), self.alpha.iter().copied());
-        let sizes = (nlp.layout().variables(), nlp.layout().constraints());
-        let patterns = (nlp.jacobian_pattern(), nlp.hessian_pattern());
-        Ok(evaluate(sizes, patterns, |values| {
-            nlp.gradient(&self.x, &mut values.gradient);
-            nlp.constraints(&self.x, &mut values.constraints);
-            nlp.jacobian(&self.x, &mut values.jacobian.values);
-            let hessian = &mut values.hessian.values;
-            nlp.hessian(&self.x, self.obj_factor, &self.multipliers, hessian);
-            values.objective = nlp.objective(&self.x);
-        }))
+        Ok(evaluation!(nlp, self))
     }
 
     /// The tutorial's cube with the constants given.
@@ -155,16 +146,12 @@ impl PointFile {
     fn check(&self, nlp: &StepNlp) -> Result<(), String> {
         let layout = nlp.layout();
         let arrays = [
-            ("state", &self.state, State::LEN),
-            ("alpha", &self.alpha, layout.contacts()),
-            ("x", &self.x, layout.variables()),
-            ("multipliers", &self.multipliers, layout.constraints()),
+            ("state", self.state.len(), State::LEN),
+            ("alpha", self.alpha.len(), layout.contacts()),
+            ("x", self.x.len(), layout.variables()),
+            ("multipliers", self.multipliers.len(), layout.constraints()),
         ];
-        for (name, array, expected) in arrays {
-            if array.len() != expected {
-                return Err(format!("{name} has {} numbers, {expected} are needed", array.len()));
-            }
-        }
+        check_lengths(&arrays)?;
         if self.state[3..7].iter().all(|&component| component == 0.0) {
             return Err("the quaternion in state is zero; a non-zero one is needed".to_owned());
         }
@@ -181,21 +168,14 @@ impl Evaluation {
     }
 }
 
-/// An evaluation of (variables, rows) with the patterns of Jacobian and Hessian, filled in by `fill`.
-fn evaluate(
-    (variables, rows): (usize, usize),
-    (jacobian, hessian): (&SparsityPattern, &SparsityPattern),
-    fill: impl FnOnce(&mut Evaluation),
-) -> Evaluation {
-    let mut values = Evaluation {
-        objective: 0.0,
-        gradient: vec![0.0; variables],
-        constraints: vec![0.0; rows],
-        jacobian: sparse(jacobian),
-        hessian: sparse(hessian),
-    };
-    fill(&mut values);
-    values
+/// Names of arrays, how many numbers they have, and how many are needed.
+fn check_lengths(arrays: &[(&str, usize, usize)]) -> Result<(), String> {
+    match arrays.iter().find(|(_, found, needed)| found != needed) {
+        Some((name, found, needed)) => {
+            Err(format!("{name} has {found} numbers, {needed} are needed"))
+        }
+        None => Ok(()),
+    }
 }
 
 fn sparse(pattern: &SparsityPattern) -> SparseMatrix {

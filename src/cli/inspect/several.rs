@@ -1,13 +1,13 @@
 //! A point of the program of several bodies, as JSON.
 
-use super::{Evaluation, Gravity, evaluate};
+use super::{Evaluation, check_lengths};
 use crate::cli::fields::{Exactly, Numbers};
 use crate::cli::outcome::Failure;
-use crate::cli::physics::matrix;
 use nalgebra::{Matrix3, SVector, Vector3};
 use serde::Deserialize;
 use tumble::contact::{Contact, ContactKey, ContactLaw, Features, Partner, Plane};
 use tumble::mechanics::{Pose, RigidBody, Rotation, State, Wrench};
+use tumble::scenario::fields::{Gravity, matrix};
 use tumble::simulation::scene;
 use tumble::step_nlp::SMOOTHING;
 use tumble::step_nlp::several::{PosedStep, SeveralNlp};
@@ -74,25 +74,12 @@ impl PointFile {
     pub fn evaluation(&self) -> Result<Evaluation, Failure> {
         let nlp = self.program()?;
         let layout = nlp.layout();
-        for (name, found, needed) in [
+        check_lengths(&[
             ("x", self.x.len(), layout.variables()),
             ("multipliers", self.multipliers.len(), layout.constraints()),
-        ] {
-            if found != needed {
-                let why = format!("{name} has {found} numbers, {needed} are needed");
-                return Err(Failure::Input(why));
-            }
-        }
-        let sizes = (layout.variables(), layout.constraints());
-        let patterns = (nlp.jacobian_pattern(), nlp.hessian_pattern());
-        Ok(evaluate(sizes, patterns, |values| {
-            nlp.gradient(&self.x, &mut values.gradient);
-            nlp.constraints(&self.x, &mut values.constraints);
-            nlp.jacobian(&self.x, &mut values.jacobian.values);
-            let hessian = &mut values.hessian.values;
-            nlp.hessian(&self.x, self.obj_factor, &self.multipliers, hessian);
-            values.objective = nlp.objective(&self.x);
-        }))
+        ])
+        .map_err(Failure::Input)?;
+        Ok(evaluation!(nlp, self))
     }
 
     fn program(&self) -> Result<SeveralNlp, Failure> {

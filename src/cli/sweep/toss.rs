@@ -4,7 +4,6 @@ use super::plan::Plan;
 use crate::cli::choices::SolverName;
 use crate::cli::input;
 use crate::cli::outcome::Failure;
-use crate::cli::settings::Settings;
 use crate::cli::shown;
 use std::fmt::Write as _;
 use std::num::NonZeroUsize;
@@ -14,6 +13,7 @@ use std::sync::atomic::AtomicBool;
 use tumble::error::Error;
 use tumble::rollout::{Batch, Outputs, Watch, roll_out};
 use tumble::scenario::scene::Scene;
+use tumble::scenario::settings::Settings;
 use tumble::step::StepStatus;
 use tumble::world::World;
 

@@ -22,7 +22,7 @@ mod rebuild;
 mod write;
 
 pub use key::KeyText;
-pub use read::{ContactRow, StepRow, TableStep, TablesError, TablesReader};
+pub use read::{ContactRow, StepRow, TableStep, TablesReader};
 pub use rebuild::Misplaced;
 pub use write::TablesWriter;
 

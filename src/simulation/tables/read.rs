@@ -3,8 +3,9 @@
 use super::{KeyText, Streams, Table};
 use crate::contact::Partner;
 use crate::mechanics::State;
+use crate::simulation::sheet::{RowsError, Sheet};
 use crate::step::StepStatus;
-use nalgebra::{SVector, Vector3};
+use nalgebra::Vector3;
 use std::io::Read;
 
 /// One step as it was read.
@@ -70,68 +71,6 @@ pub struct ContactRow {
     pub key: KeyText,
 }
 
-/// Why tables cannot be read.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum TablesError {
-    /// The stream ended early or the CSV is malformed.
-    #[error("{table}: {error}")]
-    Csv {
-        /// Which table.
-        table: Table,
-        /// What is wrong.
-        error: csv::Error,
-    },
-    /// A column is missing, misplaced or unknown.
-    #[error("{table}: column {position} of the header is {found:?} where {expected:?} belongs")]
-    Header {
-        /// Which table.
-        table: Table,
-        /// 1-based.
-        position: usize,
-        /// The name that is needed.
-        expected: &'static str,
-        /// The name in the file, empty where the header ends.
-        found: String,
-    },
-    /// A field that cannot be read.
-    #[error("{table}, line {line}, column {column}: {found:?} is not {expected}")]
-    Field {
-        /// Which table.
-        table: Table,
-        /// 1-based line of the file.
-        line: u64,
-        /// The column's name.
-        column: &'static str,
-        /// What stands there.
-        found: String,
-        /// What is needed.
-        expected: &'static str,
-    },
-    /// A row out of order, missing or double.
-    #[error("{table}, line {line}: {column} is {found} where {expected} follows")]
-    Order {
-        /// Which table.
-        table: Table,
-        /// 1-based line of the file.
-        line: u64,
-        /// `k`, `body` or `contact`.
-        column: &'static str,
-        /// What is needed.
-        expected: u64,
-        /// What stands there.
-        found: u64,
-    },
-    /// The table ends before its last row, or has rows after it.
-    #[error("{table}: {why}")]
-    End {
-        /// Which table.
-        table: Table,
-        /// What is wrong.
-        why: &'static str,
-    },
-}
-
 const CUT_OFF: &str = "it ends before the row of status `end`: it is cut off, or of another run";
 const TOO_LONG: &str = "there are rows after the step of status `end`";
 
@@ -149,12 +88,12 @@ impl<R: Read> TablesReader<R> {
     /// Reads and checks the headers of tables of so many `bodies`.
     ///
     /// # Errors
-    /// [`TablesError::Header`], or a stream's.
-    pub fn new(streams: Streams<R>, bodies: usize) -> Result<Self, TablesError> {
+    /// [`RowsError::Header`], or a stream's.
+    pub fn new(streams: Streams<R>, bodies: usize) -> Result<Self, RowsError> {
         Ok(Self {
-            states: Sheet::new(Table::States, streams.states)?,
-            contacts: Sheet::new(Table::Contacts, streams.contacts)?,
-            steps: Sheet::new(Table::Steps, streams.steps)?,
+            states: sheet(Table::States, streams.states)?,
+            contacts: sheet(Table::Contacts, streams.contacts)?,
+            steps: sheet(Table::Steps, streams.steps)?,
             bodies,
             next_index: 0,
             ended: false,
@@ -165,12 +104,10 @@ impl<R: Read> TablesReader<R> {
     ///
     /// # Errors
     /// The first thing wrong, by table, line and column.
-    pub fn next_step(&mut self) -> Result<Option<TableStep>, TablesError> {
+    pub fn next_step(&mut self) -> Result<Option<TableStep>, RowsError> {
         if self.ended {
             for sheet in [&mut self.states, &mut self.contacts, &mut self.steps] {
-                if sheet.next()? {
-                    return Err(TablesError::End { table: sheet.table, why: TOO_LONG });
-                }
+                sheet.need_end(TOO_LONG)?;
             }
             return Ok(None);
         }
@@ -179,17 +116,14 @@ impl<R: Read> TablesReader<R> {
         let mut states = Vec::with_capacity(self.bodies.min(1 << 12));
         for body in 0..self.bodies {
             let sheet = &mut self.states;
-            sheet.need_row()?;
+            sheet.need_row(CUT_OFF)?;
             sheet.expect(0, self.next_index)?;
             sheet.expect(2, body as u64)?;
-            let mut state = SVector::<f64, 13>::zeros();
-            for (place, value) in state.iter_mut().enumerate() {
-                *value = sheet.number(3 + place)?;
-            }
+            let state = sheet.numbers::<13>(3)?;
             if sheet.number(1)? != row.time {
                 return Err(sheet.odd(1, "the time of the same step in the table steps"));
             }
-            states.push(State::from_vector(&state));
+            states.push(State::from_vector(&state.into()));
         }
         let mut contacts = Vec::new();
         for index in 0..row.contacts {
@@ -200,14 +134,10 @@ impl<R: Read> TablesReader<R> {
         Ok(Some(TableStep { row, states, contacts }))
     }
 
-    fn step_row(&mut self) -> Result<StepRow, TablesError> {
+    fn step_row(&mut self) -> Result<StepRow, RowsError> {
         let sheet = &mut self.steps;
-        sheet.need_row()?;
+        sheet.need_row(CUT_OFF)?;
         sheet.expect(0, self.next_index)?;
-        let mut parts = [0.0; 5];
-        for (place, part) in parts.iter_mut().enumerate() {
-            *part = sheet.number(7 + place)?;
-        }
         Ok(StepRow {
             index: self.next_index,
             time: sheet.number(1)?,
@@ -216,16 +146,16 @@ impl<R: Read> TablesReader<R> {
             start: sheet.text(4).to_owned(),
             contacts: sheet.whole(5)?,
             residual: sheet.number(6)?,
-            parts,
+            parts: sheet.numbers(7)?,
             overlap: sheet.number(12)?,
             restitution_share: sheet.number(13)?,
             energy: sheet.number(14)?,
         })
     }
 
-    fn contact_row(&mut self, index: usize) -> Result<ContactRow, TablesError> {
+    fn contact_row(&mut self, index: usize) -> Result<ContactRow, RowsError> {
         let sheet = &mut self.contacts;
-        sheet.need_row()?;
+        sheet.need_row(CUT_OFF)?;
         sheet.expect(0, self.next_index)?;
         sheet.expect(1, index as u64)?;
         let place = sheet.whole(4)?;
@@ -235,10 +165,7 @@ impl<R: Read> TablesReader<R> {
             "body" => Some(Partner::Body(place)),
             _ => None,
         })?;
-        let vector = |first: usize| -> Result<Vector3<f64>, TablesError> {
-            let [x, y, z] = [0, 1, 2].map(|axis| sheet.number(first + axis));
-            Ok(Vector3::new(x?, y?, z?))
-        };
+        let vector = |first| sheet.numbers::<3>(first).map(Vector3::from);
         Ok(ContactRow {
             body: sheet.whole(2)?,
             partner,
@@ -254,87 +181,8 @@ impl<R: Read> TablesReader<R> {
     }
 }
 
-/// One table that is being read.
-struct Sheet<R: Read> {
-    table: Table,
-    csv: csv::Reader<R>,
-    record: csv::StringRecord,
-}
-
-impl<R: Read> Sheet<R> {
-    fn new(table: Table, stream: R) -> Result<Self, TablesError> {
-        let mut csv = csv::Reader::from_reader(stream);
-        let found = csv.headers().map_err(|error| TablesError::Csv { table, error })?.clone();
-        let columns = table.columns();
-        for position in 0..columns.len().max(found.len()) {
-            let expected = columns.get(position).copied().unwrap_or("the end");
-            let name = found.get(position).unwrap_or("");
-            if name != expected {
-                let found = name.chars().take(40).collect();
-                return Err(TablesError::Header { table, position: position + 1, expected, found });
-            }
-        }
-        Ok(Self { table, csv, record: csv::StringRecord::new() })
-    }
-
-    /// Reads a row; `false` at the end.
-    fn next(&mut self) -> Result<bool, TablesError> {
-        let table = self.table;
-        self.csv.read_record(&mut self.record).map_err(|error| TablesError::Csv { table, error })
-    }
-
-    fn need_row(&mut self) -> Result<(), TablesError> {
-        if self.next()? {
-            return Ok(());
-        }
-        Err(TablesError::End { table: self.table, why: CUT_OFF })
-    }
-
-    fn text(&self, column: usize) -> &str {
-        self.record.get(column).unwrap_or("")
-    }
-
-    /// The count in this column must be the one that follows.
-    fn expect(&self, column: usize, expected: u64) -> Result<(), TablesError> {
-        let found = self.whole(column)?;
-        if found == expected {
-            return Ok(());
-        }
-        let (table, line) = (self.table, self.line());
-        let column = table.columns()[column];
-        Err(TablesError::Order { table, line, column, expected, found })
-    }
-
-    fn whole<T: std::str::FromStr>(&self, column: usize) -> Result<T, TablesError> {
-        self.field(column, "a whole number in its range", |text| text.parse().ok())
-    }
-
-    fn number(&self, column: usize) -> Result<f64, TablesError> {
-        self.field(column, "a finite number", |text| {
-            text.parse().ok().filter(|value: &f64| value.is_finite())
-        })
-    }
-
-    fn field<T>(
-        &self,
-        column: usize,
-        expected: &'static str,
-        parse: impl Fn(&str) -> Option<T>,
-    ) -> Result<T, TablesError> {
-        parse(self.text(column)).ok_or_else(|| self.odd(column, expected))
-    }
-
-    fn odd(&self, column: usize, expected: &'static str) -> TablesError {
-        TablesError::Field {
-            table: self.table,
-            line: self.line(),
-            column: self.table.columns()[column],
-            found: self.text(column).chars().take(40).collect(),
-            expected,
-        }
-    }
-
-    fn line(&self) -> u64 {
-        self.record.position().map_or(0, csv::Position::line)
-    }
+/// The sheet of a table.
+fn sheet<R: Read>(table: Table, stream: R) -> Result<Sheet<R>, RowsError> {
+    let columns = table.columns().iter().map(|&name| name.to_owned());
+    Sheet::new(table.name(), stream, |_| columns.collect())
 }

@@ -2,7 +2,7 @@
 
 use super::entries::BodyEntry;
 use super::refused::field_of;
-use super::shape::Shape;
+use crate::scenario::shape::Shape;
 use crate::scenario::tables::InertiaValue;
 use nalgebra::{Matrix3, Vector3};
 

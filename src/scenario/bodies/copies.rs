@@ -1,7 +1,7 @@
 //! Copies of what a scenario file says once: in a grid, or in a ring.
 
 use super::entries::{CopiesTable, RingTable, turn};
-use super::shape::Place;
+use crate::scenario::shape::Place;
 use nalgebra::Vector3;
 
 /// The most bodies of a scene.

@@ -1,20 +1,20 @@
-//! What a scenario file of several bodies amounts to, checked: a model.
+//! What the tables of `[[bodies]]` amount to, checked: a model.
 
 use super::copies::{Copied, MOST_BODIES, MOST_FIXED, copies};
-use super::entries::{
-    BodyEntry, Files, FixedEntry, Jitter, PairEntry, PieceEntry, SeveralFile, Turned, plain,
-};
+use super::Entries;
+use super::entries::{BodyEntry, Files, FixedEntry, Jitter, PairEntry, PieceEntry, Turned, plain};
 use super::masses::mass_properties;
-use super::model::{BodyModel, FixedModel, Model, PairModel, PartnerModel, Start};
 use super::refused::field_of;
-use super::shape::{Form, Place, PlacedForm, Shape};
 use crate::contact::Plane;
 use crate::mechanics::{Load, Rotation, State};
 use crate::scenario::choices::Frame;
 use crate::scenario::fields::Numbers;
+use crate::scenario::model::{BodyModel, FixedModel, Model, PairModel, PartnerModel, Start};
 use crate::scenario::parameters::LoadParameters;
 use crate::scenario::physics::plane as plane_parameters;
+use crate::scenario::scene::USUAL_SEED;
 use crate::scenario::settings::Settings;
+use crate::scenario::shape::{Form, Place, PlacedForm, Shape};
 use crate::scenario::tables::LoadTable;
 use crate::simulation::random::Draws;
 use nalgebra::Vector3;
@@ -30,14 +30,14 @@ pub struct Built {
     pub drawn: bool,
 }
 
-/// Makes the model of a file. `settings` are those of flags and file, complete but for the bodies.
-pub fn build(file: SeveralFile, settings: &Settings, files: Files<'_>) -> Result<Built, String> {
+/// Makes the model of the tables. `settings` are those of flags and file, complete but for the bodies.
+pub fn build(file: Entries, settings: &Settings, files: Files<'_>) -> Result<Built, String> {
     let plane = settings.plane.clone();
     let ground = plane.as_ref().map(plane_parameters);
     let mut builder = Builder {
         files,
         plane,
-        draws: Draws::new(settings.seed.unwrap_or_default()),
+        draws: Draws::new(settings.seed.unwrap_or(USUAL_SEED)),
         drawn: false,
         names: Vec::new(),
         model: Model {

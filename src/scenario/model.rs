@@ -194,16 +194,6 @@ impl Model {
         let load = |body: &BodyModel| body.load.as_ref().map_or(Ok(Load::none()), |l| l.load());
         self.bodies.iter().map(load).collect()
     }
-
-    /// The name of whom a contact is with.
-    pub fn name(&self, partner: Partner) -> &str {
-        let named = match partner {
-            Partner::Ground => None,
-            Partner::Fixed(index) => self.fixed.get(index).map(|fixed| &fixed.name),
-            Partner::Body(index) => self.bodies.get(index).map(|body| &body.name),
-        };
-        named.map_or("the ground", String::as_str)
-    }
 }
 
 impl BodyModel {

@@ -1,40 +1,15 @@
-//! The tables of a scenario file of several bodies, as they are written.
+//! The tables of `[[bodies]]` and what goes with them, as they are written.
 
-use super::shape::{Form, Place};
 use crate::geometry::mesh::{parse_obj, parse_stl};
-use crate::mechanics::Rotation;
 use crate::scenario::choices::Frame;
-use crate::scenario::fields::{Exactly, Numbers, table_if_any};
+use crate::scenario::fields::{Exactly, Numbers};
+use crate::scenario::shape::{Form, Place};
 use crate::scenario::shown;
-use crate::scenario::tables::SolverTable;
-use crate::scenario::tables::{Gravity, GroundTable, InertiaValue, LoadTable, Random, Sides};
+use crate::scenario::tables::{InertiaValue, LoadTable, Random, Sides};
 use nalgebra::Vector3;
 use serde::Deserialize;
 use std::io;
 use std::path::Path;
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct SeveralFile {
-    pub name: Option<String>,
-    pub steps: Option<u64>,
-    pub time_step: Option<f64>,
-    pub rotation: Option<Rotation>,
-    pub seed: Option<u32>,
-    pub gravity: Option<Gravity>,
-    #[serde(default, deserialize_with = "table_if_any")]
-    pub ground: Option<GroundTable>,
-    #[serde(default)]
-    pub bodies: Vec<BodyEntry>,
-    #[serde(default)]
-    pub fixed: Vec<FixedEntry>,
-    #[serde(default)]
-    pub friction: Vec<PairEntry>,
-    #[serde(default)]
-    pub restitution: Vec<PairEntry>,
-    #[serde(default, deserialize_with = "table_if_any")]
-    pub solver: Option<SolverTable>,
-}
 
 /// A table with the fields of a convex form, and others.
 macro_rules! with_form {

@@ -1,0 +1,123 @@
+//! `tumble verify`: recompute the residual of every step from the files of a run, and judge every
+//! step by it.
+
+mod judge;
+
+use super::args::VerifyArgs;
+use super::outcome::{Failure, Outcome};
+use super::output::say;
+use super::recording::{Recording, Step};
+use judge::{Judge, Verified};
+use std::fmt::Write as _;
+use tumble::step::StepStatus;
+
+/// What the steps amount to, in memory that does not grow with the files.
+#[derive(Default)]
+struct Findings {
+    steps: u64,
+    failed: u64,
+    inexact: u64,
+    differing: u64,
+    largest_overlap: f64,
+    /// Disagreeing steps first, then the largest residuals.
+    worst: Vec<Verified>,
+}
+
+impl Findings {
+    /// Counts `step`, and keeps it if it is among the `most` worst.
+    fn add(&mut self, step: Verified, most: usize) {
+        self.steps += 1;
+        self.failed += u64::from(step.status == StepStatus::Failed);
+        self.inexact += u64::from(step.inexact);
+        self.differing += u64::from(step.differs.is_some());
+        self.largest_overlap = self.largest_overlap.max(step.overlap);
+        self.keep(step, most);
+    }
+
+    fn keep(&mut self, step: Verified, most: usize) {
+        // NaN counts as largest.
+        let rank = |a: &Verified, b: &Verified| {
+            let worst = b.residual.total_cmp(&a.residual);
+            b.differs.is_some().cmp(&a.differs.is_some()).then(worst)
+        };
+        let place = self.worst.partition_point(|kept| rank(kept, &step).is_le());
+        if place < most {
+            self.worst.insert(place, step);
+            self.worst.truncate(most);
+        }
+    }
+}
+
+pub fn run(args: &VerifyArgs) -> Result<Outcome, Failure> {
+    let mut recording = Recording::open(&args.file, &args.physics)?;
+    let mut judge = Judge::of(&recording);
+    let (mut findings, mut previous) = (Findings::default(), None::<Step>);
+    while let Some(step) = recording.next_step()? {
+        if let Some(previous) = previous {
+            findings.add(judge.step(&previous, step.states()), args.worst);
+        }
+        previous = Some(step);
+    }
+    if let Some(end) = previous.and_then(|end| judge.end(&end)) {
+        findings.differing += 1;
+        findings.keep(end, args.worst);
+    }
+    report(&recording, &judge, &findings)
+}
+
+fn report(
+    recording: &Recording<'_>,
+    judge: &Judge,
+    findings: &Findings,
+) -> Result<Outcome, Failure> {
+    let model = recording.run.as_ref().and_then(|run| run.model.as_ref());
+    let mut text = format!("{}: {} steps", recording.place(), findings.steps);
+    if let Some(model) = model {
+        let _ = write!(text, " of {} bodies", model.bodies.len());
+    }
+    text.push('\n');
+    if !recording.note().is_empty() {
+        let _ = writeln!(text, "  note: {}", recording.note());
+    }
+    let _ = writeln!(text, "  status `failed`: {}", findings.failed);
+    let _ = writeln!(
+        text,
+        "  residuals above what a solved step may have, {:.1e} m/s: {}",
+        judge.accepted, findings.inexact
+    );
+    let differing = findings.differing;
+    let _ = match model {
+        None => writeln!(text, "  residuals that differ from the column: {differing}"),
+        Some(_) => writeln!(
+            text,
+            "  steps that are not what the tables say: {differing}\n  largest overlap: {:.1e} m",
+            findings.largest_overlap
+        ),
+    };
+    if !findings.worst.is_empty() {
+        let _ = writeln!(text, "  worst steps:");
+    }
+    for step in &findings.worst {
+        let _ = write!(
+            text,
+            "    k = {:<7} {:<9}  residual {:.3e} m/s ({})",
+            step.index,
+            step.status.name(),
+            step.residual,
+            step.part
+        );
+        let _ = match (model, &step.differs) {
+            (None, _) => writeln!(text, ", column {:.3e}", step.column),
+            (Some(_), Some(what)) => writeln!(text, ": {what}"),
+            (Some(_), None) => writeln!(text),
+        };
+    }
+    say(&text)?;
+    Ok(if differing > 0 {
+        Outcome::Mismatch
+    } else if findings.failed + findings.inexact > 0 {
+        Outcome::Unconverged
+    } else {
+        Outcome::Done
+    })
+}

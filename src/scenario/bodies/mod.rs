@@ -1,0 +1,130 @@
+//! The notation `[[bodies]]`: any number of bodies, what is fixed, and the pairs among them.
+
+mod build;
+mod copies;
+pub mod entries;
+mod masses;
+mod refused;
+
+use super::contact::Contact;
+use super::failure::{Failure, refuse_flags};
+use super::physics::violent_load;
+use super::scene::{OutputFormat, Scene, USUAL_SEED};
+use super::settings::Settings;
+use crate::contact::Candidates;
+use crate::error::Error;
+use crate::scenario::choices::SolverName;
+use build::Built;
+use entries::{BodyEntry, Files, FixedEntry, PairEntry};
+
+/// The tables of the notation.
+pub struct Entries {
+    /// `[[bodies]]`.
+    pub bodies: Vec<BodyEntry>,
+    /// `[[fixed]]`.
+    pub fixed: Vec<FixedEntry>,
+    /// `[[friction]]`.
+    pub friction: Vec<PairEntry>,
+    /// `[[restitution]]`.
+    pub restitution: Vec<PairEntry>,
+}
+
+/// The solver of these scenes where none is named.
+const USUAL_SOLVER: SolverName = SolverName::Native;
+
+/// The scene of complete settings and the tables, whose meshes are in `files`.
+///
+/// # Errors
+/// The first thing that cannot be.
+pub fn scene(
+    name: String,
+    settings: &Settings,
+    entries: Entries,
+    files: Files<'_>,
+) -> Result<Scene, Failure> {
+    let Built { model, drawn } =
+        build::build(entries, settings, files).map_err(Failure::Input)?;
+    let world = model.world()?;
+    let place = "several bodies: the tutorial's program is of one";
+    refuse_flags(place, &[("--preset", settings.preset.is_some())])?;
+    let contact = Contact::new(settings, USUAL_SOLVER)?;
+    // Whether there is one for this world, before anything is written.
+    contact.solver(&world)?;
+    let scene = Scene {
+        name,
+        changed: Vec::new(),
+        seed: settings.seed.unwrap_or(USUAL_SEED),
+        drawn,
+        rows: settings.steps.ok_or_else(|| Failure::needed("steps"))?,
+        world,
+        starts: model.states(),
+        loads: model.loads()?,
+        bodies: model.bodies.iter().map(|body| body.name.clone()).collect(),
+        fixed: model.fixed.iter().map(|fixed| fixed.name.clone()).collect(),
+        contact: Some(contact),
+        usual_solver: settings.solver.is_none(),
+        format: OutputFormat::Tables(Box::new(model)),
+    };
+    for ((body, load), name) in scene.world.bodies().iter().zip(&scene.loads).zip(&scene.bodies) {
+        if let Some(why) = violent_load(body, load, scene.world.time_step()) {
+            return Err(Failure::Input(format!("load of {name}: {why}")));
+        }
+    }
+    refuse_start_below_ground(&scene)?;
+    refuse_overlap(&scene)?;
+    Ok(scene)
+}
+
+/// What is inside the ground would be thrown out of it within one step.
+fn refuse_start_below_ground(scene: &Scene) -> Result<(), Failure> {
+    for (index, state) in scene.starts.iter().enumerate() {
+        let heights = scene.world.heights(index, &state.pose());
+        let lowest = heights.fold(f64::INFINITY, f64::min);
+        let reach = scene.world.bodies()[index].reach();
+        // A NaN is above nothing.
+        let is_above = lowest >= -OVERLAP_AT_THE_START * reach;
+        if !is_above {
+            return Err(Failure::Input(format!(
+                "position: {} would start {:.3e} m below the ground; allowed is to touch",
+                scene.bodies[index], -lowest
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// Pieces that overlap would fly apart in the first step.
+fn refuse_overlap(scene: &Scene) -> Result<(), Failure> {
+    let deepest = Candidates::new().deepest_overlap(&scene.world, &scene.starts);
+    let Some((depth, first, second)) = deepest else { return Ok(()) };
+    if depth <= OVERLAP_AT_THE_START * scene.world.reach() {
+        return Ok(());
+    }
+    let [first, second] = [first, second].map(|partner| scene.partner(partner).to_owned());
+    Err(Failure::Input(format!("position: {}", Error::Overlap { first, second, depth })))
+}
+
+/// What rounding and the digits of a file may leave, in parts of the reach: the library's own rule.
+const OVERLAP_AT_THE_START: f64 = 1e-6;
+
+/// Refuses settings of the other notation: the scenario says what they would.
+pub fn refuse_idle_settings(settings: &Settings) -> Result<(), Failure> {
+    refuse_flags(
+        "several bodies, which the scenario file describes",
+        &[
+            ("--mass", settings.mass.is_some()),
+            ("--inertia", settings.inertia.is_some()),
+            ("--box", settings.shape.is_some()),
+            ("--plane", settings.plane.is_some()),
+            ("--force", settings.force.is_some()),
+            ("--torque", settings.torque.is_some()),
+            ("--force-at", settings.force_at.is_some()),
+            ("--position", settings.position.is_some()),
+            ("--height", settings.height.is_some()),
+            ("--attitude", settings.attitude.is_some()),
+            ("--velocity", settings.velocity.is_some()),
+            ("--spin", settings.spin.is_some()),
+            ("--frame", settings.frame.is_some()),
+        ],
+    )
+}

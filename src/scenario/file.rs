@@ -1,0 +1,133 @@
+//! A scenario file as it is written, and what it says.
+
+use super::bodies::Entries;
+use super::bodies::entries::{BodyEntry, FixedEntry, PairEntry};
+use super::fields::{Gravity, table_if_any};
+use super::settings::Settings;
+use super::tables::{BodyTable, GroundTable, LoadTable, SolverTable, StartTable};
+use crate::mechanics::Rotation;
+use nalgebra::Vector3;
+use serde::Deserialize;
+
+/// A file in either notation: one body's tables `[body]`, `[start]` and `[load]`, whose fields are
+/// settings, or `[[bodies]]` with all that goes with them.
+#[derive(Deserialize)]
+#[serde(expecting = "a scenario")]
+#[serde(deny_unknown_fields)]
+pub struct ScenarioFile {
+    pub name: Option<String>,
+    steps: Option<u64>,
+    time_step: Option<f64>,
+    rotation: Option<Rotation>,
+    seed: Option<u32>,
+    gravity: Option<Gravity>,
+    #[serde(default, deserialize_with = "table_if_any")]
+    ground: Option<GroundTable>,
+    #[serde(default, deserialize_with = "table_if_any")]
+    solver: Option<SolverTable>,
+    #[serde(default, deserialize_with = "table_if_any")]
+    body: Option<BodyTable>,
+    #[serde(default, deserialize_with = "table_if_any")]
+    start: Option<StartTable>,
+    #[serde(default, deserialize_with = "table_if_any")]
+    load: Option<LoadTable>,
+    bodies: Option<Vec<BodyEntry>>,
+    fixed: Option<Vec<FixedEntry>>,
+    friction: Option<Vec<PairEntry>>,
+    restitution: Option<Vec<PairEntry>>,
+}
+
+/// What a file says besides its name.
+pub struct Said {
+    /// All that flags can say too.
+    pub settings: Settings,
+    /// Whether there is a table `[ground]`.
+    pub ground: bool,
+    /// The tables of `[[bodies]]`; `None` of one body, whose tables are settings.
+    pub entries: Option<Entries>,
+}
+
+impl ScenarioFile {
+    /// What the fields say. Those of a ground are open where there is none.
+    pub fn said(mut self) -> Result<Said, String> {
+        let is_of_bodies = self.bodies.is_some() || (self.fixed.is_some() && self.body.is_none());
+        self.refuse_other_notation(is_of_bodies)?;
+        let steps = self.steps.unwrap_or(1000);
+        if !(1..=10_000_000).contains(&steps) {
+            return Err(format!("steps is {steps}; allowed is 1 to 10000000"));
+        }
+        let mut settings = Settings {
+            steps: Some(steps),
+            seed: self.seed,
+            dt: Some(self.time_step.unwrap_or(0.002)),
+            gravity: Some(self.gravity.map_or(Vector3::new(0.0, 0.0, -9.81), Gravity::vector)),
+            ..Settings::default()
+        };
+        let ground = self.ground.is_some();
+        if let Some(table) = self.ground {
+            settings.rotation = Some(self.rotation.unwrap_or(Rotation::Momentum));
+            table.set(&mut settings, is_of_bodies)?;
+        }
+        if let Some(table) = self.body.take() {
+            table.set(&mut settings)?;
+        }
+        if let Some(table) = self.start.take() {
+            table.set(&mut settings)?;
+        }
+        if let Some(table) = self.load.take() {
+            table.set(&mut settings)?;
+        }
+        if let Some(table) = self.solver {
+            table.set(&mut settings);
+        }
+        let entries = is_of_bodies.then(|| Entries {
+            bodies: self.bodies.unwrap_or_default(),
+            fixed: self.fixed.unwrap_or_default(),
+            friction: self.friction.unwrap_or_default(),
+            restitution: self.restitution.unwrap_or_default(),
+        });
+        Ok(Said { settings, ground, entries })
+    }
+
+    /// A field of the other notation, one that would do nothing, and one that is missing are
+    /// refused.
+    fn refuse_other_notation(&self, is_of_bodies: bool) -> Result<(), String> {
+        let floating = self.ground.is_none();
+        if is_of_bodies {
+            let tables = [
+                ("body", self.body.is_some()),
+                ("start", self.start.is_some()),
+                ("load", self.load.is_some()),
+            ];
+            return match tables.into_iter().find(|(_, given)| *given) {
+                Some((field, _)) => {
+                    Err(format!("{field}: it is of one body, and here are [[bodies]]; leave it out"))
+                }
+                None if floating => Err("ground: a table [ground] is needed with [[bodies]]; with \
+                                         `none = true` in it there is none, and the friction is \
+                                         that of all bodies"
+                    .to_owned()),
+                None => Ok(()),
+            };
+        }
+        let placed = self.load.as_ref().is_some_and(LoadTable::has_idle_point);
+        let in_ground = self.start.as_ref().is_some_and(StartTable::is_in_ground);
+        let idle = [
+            ("rotation", "a [ground] table", floating && self.rotation.is_some()),
+            ("solver", "a [ground] table", floating && self.solver.is_some()),
+            ("start.frame \"ground\"", "a [ground] table", floating && in_ground),
+            ("load.at", "load.force", placed),
+            ("fixed", "[[bodies]]", self.fixed.is_some()),
+            ("friction", "[[bodies]]", self.friction.is_some()),
+            ("restitution", "[[bodies]]", self.restitution.is_some()),
+        ];
+        if let Some((field, need, _)) = idle.into_iter().find(|(.., idle)| *idle) {
+            return Err(format!("{field} has no meaning without {need}; leave it out"));
+        }
+        let needed = [("body", self.body.is_none()), ("start", self.start.is_none())];
+        match needed.into_iter().find(|(_, missing)| *missing) {
+            Some((field, _)) => Err(format!("missing field `{field}`")),
+            None => Ok(()),
+        }
+    }
+}
