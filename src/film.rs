@@ -5,6 +5,7 @@ use crate::geometry;
 use crate::mechanics::{Load, RigidBody, State};
 use crate::simulation::energy;
 use crate::simulation::tables::{ContactRow, TableStep};
+use crate::simulation::trajectory::TrajectoryRow;
 use crate::step::StepStatus;
 use crate::world::World;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
@@ -94,7 +95,6 @@ pub type Keys = BTreeMap<(usize, Option<PairFeatures>), u64>;
 /// A step of any number of bodies of `world` as a frame.
 #[must_use]
 pub fn frame(world: &World, step: &TableStep, keys: &mut Keys) -> Frame {
-    let row = &step.row;
     let is_felt = |contact: &&ContactRow| contact.force != Vector3::zeros();
     let mut contact = |row: &ContactRow| {
         let next = keys.len() as u64;
@@ -110,20 +110,58 @@ pub fn frame(world: &World, step: &TableStep, keys: &mut Keys) -> Frame {
             multiplier: 0.0,
         }
     };
+    let row = &step.row;
+    Frame {
+        iterations: row.iterations,
+        residual: row.residual,
+        contacts: step.contacts.iter().filter(is_felt).map(&mut contact).collect(),
+        ..moving(world, &step.states, (row.index, row.time, row.status))
+    }
+}
+
+/// A row of the tutorial's table, which has numbers of every point of the one body, as a frame.
+#[must_use]
+pub fn frame_of_row(world: &World, row: &TrajectoryRow) -> Frame {
+    let count = row.carrying.len();
+    let contact = |point: usize| Contact {
+        body: 0,
+        partner: pictures::Partner::Ground,
+        place: Place::Corner(point),
+        force: row.force(point),
+        carries_force: row.carrying[point],
+        slacks: [row.step[3 * count + point], row.step[4 * count + point]],
+        multiplier: row.step[5 * count + point],
+    };
+    Frame {
+        iterations: row.iterations,
+        residual: row.residual,
+        contacts: (0..count).map(contact).filter(says_something).collect(),
+        ..moving(world, &[row.state], (row.index, row.time, row.status))
+    }
+}
+
+/// Whether a row says of a point that it touches: it may carry a force, or has a number.
+fn says_something(contact: &Contact) -> bool {
+    let Contact { force, slacks: [s1, s2], multiplier, .. } = contact;
+    contact.carries_force || force.iter().chain([s1, s2, multiplier]).any(|number| *number != 0.0)
+}
+
+/// A frame of bodies that touch nothing.
+fn moving(world: &World, states: &[State], (index, time, end): (u64, f64, StepStatus)) -> Frame {
     let each = |energy: fn(&World, &RigidBody, &State) -> f64| {
-        let bodies = world.bodies().iter().zip(&step.states);
+        let bodies = world.bodies().iter().zip(states);
         bodies.map(|(body, state)| energy(world, body, state)).sum()
     };
     Frame {
-        index: row.index,
-        time: row.time,
-        poses: step.states.iter().map(pose).collect(),
+        index,
+        time,
+        poses: states.iter().map(pose).collect(),
         kinetic: each(energy::kinetic),
         potential: each(energy::potential),
-        contacts: step.contacts.iter().filter(is_felt).map(&mut contact).collect(),
-        status: status(row.status),
-        iterations: row.iterations,
-        residual: row.residual,
+        contacts: Vec::new(),
+        status: status(end),
+        iterations: 0,
+        residual: 0.0,
     }
 }
 
@@ -136,8 +174,7 @@ fn partner(partner: Partner) -> pictures::Partner {
 }
 
 /// What pushes a body.
-#[must_use]
-pub fn load(load: &Load) -> pictures::Load {
+fn load(load: &Load) -> pictures::Load {
     pictures::Load {
         force: load.force.knots().to_vec(),
         torque: load.torque.knots().to_vec(),
@@ -146,8 +183,7 @@ pub fn load(load: &Load) -> pictures::Load {
 }
 
 /// Where a body is and how it moves.
-#[must_use]
-pub fn pose(state: &State) -> Pose {
+fn pose(state: &State) -> Pose {
     let [w, x, y, z] = state.attitude.into();
     Pose {
         position: state.position,
@@ -159,8 +195,7 @@ pub fn pose(state: &State) -> Pose {
 }
 
 /// How a step ended.
-#[must_use]
-pub fn status(status: StepStatus) -> Status {
+fn status(status: StepStatus) -> Status {
     match status {
         StepStatus::Free => Status::Free,
         StepStatus::Converged => Status::Converged,

@@ -8,11 +8,9 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use tumble::contact::Partner;
 use tumble::film::{self, Cast, Keys};
-use tumble::simulation::energy;
 use tumble::simulation::tables::TableStep;
-use tumble::simulation::trajectory::TrajectoryRow;
 use tumble::world::World;
-use tumble_pictures::{Contact, Fact, Film, Frame, Place};
+use tumble_pictures::{Fact, Film, Frame};
 
 /// Memory that the rows of a picture may take: a million rows of a box that lies on all its
 /// corners.
@@ -32,7 +30,7 @@ pub fn film(
             return Ok(None);
         }
         frames.push(match &step {
-            Step::Trajectory(row) => frame(&recording.world, row),
+            Step::Trajectory(row) => film::frame_of_row(&recording.world, row),
             Step::Tables(step) => {
                 check_contacts(&recording.world, step).map_err(|why| recording.odd(&why))?;
                 film::frame(&recording.world, step, &mut keys)
@@ -123,38 +121,6 @@ fn memory(frame: &Frame) -> usize {
         + size_of_val(frame.contacts.as_slice())
 }
 
-/// A row of the tutorial's table, which has numbers of every point, as a frame.
-fn frame(world: &World, row: &TrajectoryRow) -> Frame {
-    let body = &world.bodies()[0];
-    let count = row.carrying.len();
-    let contact = |point: usize| Contact {
-        body: 0,
-        partner: tumble_pictures::Partner::Ground,
-        place: Place::Corner(point),
-        force: row.force(point),
-        carries_force: row.carrying[point],
-        slacks: [row.step[3 * count + point], row.step[4 * count + point]],
-        multiplier: row.step[5 * count + point],
-    };
-    Frame {
-        index: row.index,
-        time: row.time,
-        poses: vec![film::pose(&row.state)],
-        kinetic: energy::kinetic(world, body, &row.state),
-        potential: energy::potential(world, body, &row.state),
-        contacts: (0..count).map(contact).filter(says_something).collect(),
-        status: film::status(row.status),
-        iterations: row.iterations,
-        residual: row.residual,
-    }
-}
-
-/// Whether a row says of a point that it touches: it may carry a force, or has a number.
-fn says_something(contact: &Contact) -> bool {
-    let Contact { force, slacks: [s1, s2], multiplier, .. } = contact;
-    contact.carries_force || force.iter().chain([s1, s2, multiplier]).any(|number| *number != 0.0)
-}
-
 /// Scene, seed and solver.
 fn title(run: &RunFile) -> String {
     let seed = run.drawn_seed().map_or(String::new(), |seed| format!("seed {seed}, "));
@@ -186,8 +152,9 @@ fn facts(run: RunFile) -> Vec<Fact> {
 #[cfg(test)]
 mod tests {
     use super::*;
-        use tumble::mechanics::State;
+    use tumble::mechanics::State;
     use tumble::simulation::scene;
+    use tumble::simulation::trajectory::TrajectoryRow;
     use tumble::step::StepStatus;
 
     /// A row of a body whose `count` points all touch.
@@ -209,13 +176,13 @@ mod tests {
     #[test]
     fn memory_counts_the_points_that_touch() {
         let cube = World::new(scene::tutorial_parameters().unwrap()).unwrap();
-        let of = |count| memory(&frame(&cube, &row(count)));
+        let of = |count| memory(&film::frame_of_row(&cube, &row(count)));
         assert!(of(8) * 1_000_000 <= MOST_BYTES, "{}", of(8));
         let rows = MOST_BYTES / of(1000);
         assert!((5_000..20_000).contains(&rows), "{rows}");
         // A point without a number is not kept.
         let still =
             TrajectoryRow { step: vec![0.0; 6000], carrying: vec![false; 1000], ..row(1000) };
-        assert!(memory(&frame(&cube, &still)) < of(8));
+        assert!(memory(&film::frame_of_row(&cube, &still)) < of(8));
     }
 }

@@ -16,7 +16,7 @@ use tumble_pictures::Film;
 use tumble_pictures::animation::{AnimationError, Settings, animate, frame_count};
 
 /// Rows that an animation may be made of: they are all in memory, 0.6 kB each.
-const MOST_ROWS: usize = 500_000;
+pub const MOST_ROWS: usize = 500_000;
 
 /// `tumble gif`.
 pub fn run(args: &GifArgs) -> Result<Outcome, Failure> {
@@ -48,11 +48,6 @@ pub fn check(args: &SimulateArgs, rows: u64, time_step: f64) -> Result<(), Failu
             ("--camera", animation.camera.is_some()),
         ];
         return refuse_flags("a simulation without --gif", &flags);
-    }
-    if rows > MOST_ROWS as u64 {
-        return Err(Failure::Input(format!(
-            "--gif: an animation is made of at most {MOST_ROWS} rows"
-        )));
     }
     let duration = (rows - 1) as f64 * time_step;
     frame_count(duration, settings(animation).speed).map_err(refused)?;

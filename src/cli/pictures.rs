@@ -12,9 +12,17 @@ use std::sync::atomic::AtomicBool;
 
 /// Refuses, before a simulation of so many `rows`, what would be refused after it.
 pub fn check(args: &SimulateArgs, rows: u64, time_step: f64) -> Result<(), Failure> {
-    gif::check(args, rows, time_step)?;
-    plot::check(args, rows)?;
-    view::check(args, rows)
+    for (flag, asked, picture, most) in [
+        ("--gif", args.gif, "an animation", gif::MOST_ROWS),
+        ("--plot", args.plot, "a plot", plot::MOST_ROWS),
+        ("--html", args.html, "a page", view::MOST_ROWS),
+    ] {
+        if asked && rows > most as u64 {
+            let why = format!("{flag}: {picture} is made of at most {most} rows");
+            return Err(Failure::Input(why));
+        }
+    }
+    gif::check(args, rows, time_step)
 }
 
 /// The pictures of a run that are still to be drawn.

@@ -1,6 +1,6 @@
 //! `tumble plot`: draw a trajectory over time.
 
-use super::args::{PlotArgs, SimulateArgs};
+use super::args::PlotArgs;
 use super::directory::OutputDirectory;
 use super::film::film;
 use super::outcome::{Failure, Outcome};
@@ -57,14 +57,6 @@ impl PendingPlots {
         let files = self.files.into_iter().flat_map(|(_, png, svg)| [png, svg]);
         files.map(PendingFile::publish).collect::<Result<_, _>>().map(Some)
     }
-}
-
-/// Refuses, before a simulation of so many `rows`, what would be refused after it.
-pub fn check(args: &SimulateArgs, rows: u64) -> Result<(), Failure> {
-    if args.plot && rows > MOST_ROWS as u64 {
-        return Err(Failure::Input(format!("--plot: a plot is made of at most {MOST_ROWS} rows")));
-    }
-    Ok(())
 }
 
 /// `tumble plot`.

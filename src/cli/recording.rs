@@ -36,8 +36,8 @@ pub struct Recording<'a> {
 
 /// What reads the rows of one format.
 enum Rows {
-    Trajectory(TrajectoryReader<File>),
-    Tables(TablesReader<File>),
+    Trajectory(Box<TrajectoryReader<File>>),
+    Tables(Box<TablesReader<File>>),
 }
 
 /// A step as the files of one format have it.
@@ -129,7 +129,8 @@ impl<'a> Recording<'a> {
                 steps: table(path, Table::Steps)?,
             };
             let reader = TablesReader::new(streams, world.bodies().len());
-            let rows = Rows::Tables(reader.map_err(|error| odd_tables(path, &error))?);
+            let reader = reader.map_err(|error| odd_tables(path, &error))?;
+            let rows = Rows::Tables(Box::new(reader));
             return Ok(Self { path, rows, run, world, loads });
         }
         let file = input::open(path).map_err(|error| odd_trajectory(path, &error))?;
@@ -153,7 +154,7 @@ impl<'a> Recording<'a> {
                 if run.is_some() { "run.json names" } else { "without a run.json there are" },
             )));
         }
-        Ok(Self { path, rows: Rows::Trajectory(reader), run, world, loads: vec![load] })
+        Ok(Self { path, rows: Rows::Trajectory(Box::new(reader)), run, world, loads: vec![load] })
     }
 
     /// The next step, its time checked, and of tables its states; `None` after the last.

@@ -214,7 +214,8 @@ impl SolverSettings {
 pub fn heading(scene: &str, changed: &[String]) -> String {
     /// More names than this are only counted.
     const MOST_NAMED: usize = 4;
-    let of_tutorial = [tutorial::Scene::drop().name, tutorial::Scene::floating().name].contains(&scene);
+    let of_tutorial =
+        [tutorial::Scene::drop().name, tutorial::Scene::floating().name].contains(&scene);
     let name = if of_tutorial { format!("{scene} scene") } else { scene.to_owned() };
     match changed {
         [] => name,

@@ -1,6 +1,6 @@
 //! `tumble view`, and `--html` of a simulation: trajectories as a page for the browser.
 
-use super::args::{SimulateArgs, ViewArgs};
+use super::args::ViewArgs;
 use super::directory::OutputDirectory;
 use super::film::film;
 use super::outcome::{Failure, Outcome};
@@ -47,14 +47,6 @@ pub fn run(args: &ViewArgs) -> Result<Outcome, Failure> {
     }
     let unconverged = films.iter().any(|film| film.has_failed());
     Ok(if unconverged { Outcome::Unconverged } else { Outcome::Done })
-}
-
-/// Refuses, before a simulation of so many `rows`, what would be refused after it.
-pub fn check(args: &SimulateArgs, rows: u64) -> Result<(), Failure> {
-    if args.html && rows > MOST_ROWS as u64 {
-        return Err(Failure::Input(format!("--html: a page is made of at most {MOST_ROWS} rows")));
-    }
-    Ok(())
 }
 
 /// Opens a temporary file for the page: what stands in the way shows before the work.

@@ -14,8 +14,8 @@ type Stream = BufWriter<File>;
 
 /// What writes the rows of one format.
 enum Rows {
-    Trajectory(TrajectoryWriter<Stream>),
-    Tables(TablesWriter<Stream>),
+    Trajectory(Box<TrajectoryWriter<Stream>>),
+    Tables(Box<TablesWriter<Stream>>),
 }
 
 /// Writes the rows of a run, and gives the files their names when all are written.
@@ -32,7 +32,7 @@ impl RunWriter {
             OutputFormat::Trajectory => {
                 let trajectory = file("trajectory")?;
                 let rows = TrajectoryWriter::new(trajectory.stream()?, &scene.world);
-                (vec![trajectory], rows.map(Rows::Trajectory))
+                (vec![trajectory], rows.map(|rows| Rows::Trajectory(Box::new(rows))))
             }
             OutputFormat::Tables(_) => {
                 let [states, contacts, steps] = Table::ALL.map(|table| file(table.name()));
@@ -40,7 +40,7 @@ impl RunWriter {
                 let [states, contacts, steps] = files.each_ref().map(PendingFile::stream);
                 let streams = Streams { states: states?, contacts: contacts?, steps: steps? };
                 let rows = TablesWriter::new(streams, &scene.world);
-                (files.into(), rows.map(Rows::Tables))
+                (files.into(), rows.map(|rows| Rows::Tables(Box::new(rows))))
             }
         };
         let rows = rows.map_err(|error| failed(&files, error))?;
@@ -60,9 +60,9 @@ impl RunWriter {
     pub fn finish(self) -> Result<Vec<PendingFile>, Failure> {
         let streams = match self.rows {
             Rows::Trajectory(rows) => rows.finish().map(|stream| vec![stream]),
-            Rows::Tables(rows) => rows.finish().map(|Streams { states, contacts, steps }| {
-                vec![states, contacts, steps]
-            }),
+            Rows::Tables(rows) => rows
+                .finish()
+                .map(|Streams { states, contacts, steps }| vec![states, contacts, steps]),
         };
         let written = streams.and_then(|streams| streams.into_iter().try_for_each(to_disk));
         written.map_err(|error| self.files[0].failed(&error))?;

@@ -51,7 +51,7 @@ impl ScenarioFile {
     /// What the fields say. Those of a ground are open where there is none.
     pub fn said(mut self) -> Result<Said, String> {
         let is_of_bodies = self.bodies.is_some() || (self.fixed.is_some() && self.body.is_none());
-        self.refuse_other_notation(is_of_bodies)?;
+        self.refuse_idle_and_missing(is_of_bodies)?;
         let steps = self.steps.unwrap_or(1000);
         if !(1..=10_000_000).contains(&steps) {
             return Err(format!("steps is {steps}; allowed is 1 to 10000000"));
@@ -89,43 +89,37 @@ impl ScenarioFile {
         Ok(Said { settings, ground, entries })
     }
 
-    /// A field of the other notation, one that would do nothing, and one that is missing are
-    /// refused.
-    fn refuse_other_notation(&self, is_of_bodies: bool) -> Result<(), String> {
-        let floating = self.ground.is_none();
-        if is_of_bodies {
-            let tables = [
-                ("body", self.body.is_some()),
-                ("start", self.start.is_some()),
-                ("load", self.load.is_some()),
-            ];
-            return match tables.into_iter().find(|(_, given)| *given) {
-                Some((field, _)) => {
-                    Err(format!("{field}: it is of one body, and here are [[bodies]]; leave it out"))
-                }
-                None if floating => Err("ground: a table [ground] is needed with [[bodies]]; with \
-                                         `none = true` in it there is none, and the friction is \
-                                         that of all bodies"
-                    .to_owned()),
-                None => Ok(()),
-            };
-        }
+    /// A field that would do nothing, as one of the other notation, is refused rather than ignored,
+    /// and one that is missing.
+    fn refuse_idle_and_missing(&self, of_bodies: bool) -> Result<(), String> {
+        let (of_body, no_ground) = (!of_bodies, self.ground.is_none());
+        let floating = of_body && no_ground;
         let placed = self.load.as_ref().is_some_and(LoadTable::has_idle_point);
         let in_ground = self.start.as_ref().is_some_and(StartTable::is_in_ground);
         let idle = [
-            ("rotation", "a [ground] table", floating && self.rotation.is_some()),
-            ("solver", "a [ground] table", floating && self.solver.is_some()),
-            ("start.frame \"ground\"", "a [ground] table", floating && in_ground),
-            ("load.at", "load.force", placed),
-            ("fixed", "[[bodies]]", self.fixed.is_some()),
-            ("friction", "[[bodies]]", self.friction.is_some()),
-            ("restitution", "[[bodies]]", self.restitution.is_some()),
+            ("body", "with [[bodies]]", of_bodies && self.body.is_some()),
+            ("start", "with [[bodies]]", of_bodies && self.start.is_some()),
+            ("load", "with [[bodies]]", of_bodies && self.load.is_some()),
+            ("fixed", "without [[bodies]]", of_body && self.fixed.is_some()),
+            ("friction", "without [[bodies]]", of_body && self.friction.is_some()),
+            ("restitution", "without [[bodies]]", of_body && self.restitution.is_some()),
+            ("rotation", "without a [ground] table", floating && self.rotation.is_some()),
+            ("solver", "without a [ground] table", floating && self.solver.is_some()),
+            ("start.frame \"ground\"", "without a [ground] table", floating && in_ground),
+            ("load.at", "without load.force", placed),
         ];
-        if let Some((field, need, _)) = idle.into_iter().find(|(.., idle)| *idle) {
-            return Err(format!("{field} has no meaning without {need}; leave it out"));
+        if let Some((field, place, _)) = idle.into_iter().find(|(.., idle)| *idle) {
+            return Err(format!("{field} has no meaning {place}; leave it out"));
         }
-        let needed = [("body", self.body.is_none()), ("start", self.start.is_none())];
-        match needed.into_iter().find(|(_, missing)| *missing) {
+        if of_bodies && no_ground {
+            return Err(
+                "ground: a table [ground] is needed with [[bodies]]; with `none = true` in \
+                        it there is none, and the friction is that of all bodies"
+                    .to_owned(),
+            );
+        }
+        let missing = [("body", self.body.is_none()), ("start", self.start.is_none())];
+        match missing.into_iter().find(|(_, missing)| of_body && *missing) {
             Some((field, _)) => Err(format!("missing field `{field}`")),
             None => Ok(()),
         }

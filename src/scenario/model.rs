@@ -180,19 +180,35 @@ impl Model {
 
     /// The states at step 0.
     pub fn states(&self) -> Vec<State> {
-        let state = |body: &BodyModel| State {
-            position: body.start.position.into(),
-            attitude: body.start.attitude.into(),
-            velocity: body.start.velocity.into(),
-            spin: body.start.spin.into(),
-        };
-        self.bodies.iter().map(state).collect()
+        self.bodies.iter().map(|body| body.start.state()).collect()
     }
 
     /// What pushes each body.
     pub fn loads(&self) -> Result<Vec<Load>, Failure> {
         let load = |body: &BodyModel| body.load.as_ref().map_or(Ok(Load::none()), |l| l.load());
         self.bodies.iter().map(load).collect()
+    }
+}
+
+impl Start {
+    /// That at a state.
+    pub fn of(state: &State) -> Self {
+        Self {
+            position: state.position.into(),
+            attitude: state.attitude.into(),
+            velocity: state.velocity.into(),
+            spin: state.spin.into(),
+        }
+    }
+
+    /// The state at step 0.
+    pub fn state(&self) -> State {
+        State {
+            position: self.position.into(),
+            attitude: self.attitude.into(),
+            velocity: self.velocity.into(),
+            spin: self.spin.into(),
+        }
     }
 }
 

@@ -121,8 +121,7 @@ impl Scene {
         body::refuse_idle_settings(ground, &flags)?;
         let below = Settings::of_scene(name);
         let changed = flags.changed(&below);
-        let scene =
-            body::scene(name.scene().name.to_owned(), ground, &flags.over(below), usual)?;
+        let scene = body::scene(name.scene().name.to_owned(), ground, &flags.over(below), usual)?;
         Ok(Self { changed, ..scene })
     }
 

@@ -13,9 +13,9 @@ mod median;
 pub mod random;
 pub mod record;
 pub mod scene;
-pub mod summary;
 #[cfg(feature = "csv")]
 mod sheet;
+pub mod summary;
 #[cfg(feature = "csv")]
 pub mod tables;
 #[cfg(feature = "csv")]

@@ -123,7 +123,7 @@ const BROKEN: [(&str, &str, &[&str]); 66] = [
     ),
     ("steps = 5", "[solver]\npreset = \"tutorial\"", &["preset", "several bodies"]),
     ("steps = 5", "[solver]\ntolerance = 1e-8", &["solver.tolerance", "native"]),
-    ("steps = 5", "[body]\nbox = 1.0\nmass = 1.0", &["line 2", "body", "unknown"]),
+    ("steps = 5", "[body]\nbox = 1.0\nmass = 1.0", &["body has no meaning", "[[bodies]]"]),
 ];
 
 #[test]

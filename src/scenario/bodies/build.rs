@@ -1,7 +1,7 @@
 //! What the tables of `[[bodies]]` amount to, checked: a model.
 
-use super::copies::{Copied, MOST_BODIES, MOST_FIXED, copies};
 use super::Entries;
+use super::copies::{Copied, MOST_BODIES, MOST_FIXED, copies};
 use super::entries::{BodyEntry, Files, FixedEntry, Jitter, PairEntry, PieceEntry, Turned, plain};
 use super::masses::mass_properties;
 use super::refused::field_of;
@@ -17,7 +17,7 @@ use crate::scenario::settings::Settings;
 use crate::scenario::shape::{Form, Place, PlacedForm, Shape};
 use crate::scenario::tables::LoadTable;
 use crate::simulation::random::Draws;
-use nalgebra::Vector3;
+use nalgebra::{SVector, Vector3};
 
 /// Ratios of masses up to here are tested.
 const LARGEST_MASS_RATIO: f64 = 1e6;
@@ -131,12 +131,7 @@ impl Builder<'_> {
             friction: entry.friction,
             restitution: entry.restitution,
             load,
-            start: Start {
-                position: [0.0; 3],
-                attitude: [0.0; 4],
-                velocity: [0.0; 3],
-                spin: [0.0; 3],
-            },
+            start: Start::of(&State::from_vector(&SVector::zeros())),
         };
         template.rigid_body(&shape).map_err(|error| named(field_of(&error)))?;
         if index == self.model.shapes.len() {
@@ -158,14 +153,13 @@ impl Builder<'_> {
             }
             let velocity = turned.rotation()
                 * entry.velocity.map_or(Vector3::zeros(), |velocity| velocity.0.into());
-            let spin = entry.spin.map_or([0.0; 3], |spin| spin.0);
-            let start = self.start(entry.frame, &place, velocity, spin, &centre).map_err(named)?;
-            start_state(&start).checked().map_err(|error| named(field_of(&error)))?;
-            let name = match (&entry.name, count) {
-                (None, _) => format!("body-{}", self.model.bodies.len()),
-                (Some(name), 1) => name.clone(),
-                (Some(name), _) => format!("{name}-{number}"),
-            };
+            let spin = entry.spin.map_or(Vector3::zeros(), |spin| spin.0.into());
+            let start =
+                self.start(entry.frame, &place, (velocity, spin), &centre).map_err(named)?;
+            start.checked().map_err(|error| named(field_of(&error)))?;
+            let start = Start::of(&start);
+            let usual = ("body", self.model.bodies.len());
+            let name = name_of(entry.name.as_deref(), usual, (number, count));
             partners.push(PartnerModel::Body(self.model.bodies.len()));
             self.model.bodies.push(BodyModel { name, start, ..template.clone() });
         }
@@ -189,20 +183,11 @@ impl Builder<'_> {
         let count = copies.len();
         let mut partners = Vec::new();
         for (number, copied) in copies.into_iter().enumerate() {
-            let start = self.start(
-                entry.frame,
-                &copied.place,
-                Vector3::zeros(),
-                [0.0; 3],
-                &Vector3::zeros(),
-            );
-            let start = start.map_err(named)?;
-            let outer = Place { position: start.position, attitude: start.attitude };
-            let name = match (&entry.name, count) {
-                (None, _) => format!("fixed-{}", self.model.fixed.len()),
-                (Some(name), 1) => name.clone(),
-                (Some(name), _) => format!("{name}-{number}"),
-            };
+            let (still, centre) = ((Vector3::zeros(), Vector3::zeros()), Vector3::zeros());
+            let start = self.start(entry.frame, &copied.place, still, &centre).map_err(named)?;
+            let outer = Place { position: start.position.into(), attitude: start.attitude.into() };
+            let usual = ("fixed", self.model.fixed.len());
+            let name = name_of(entry.name.as_deref(), usual, (number, count));
             for piece in &pieces {
                 let piece =
                     PlacedForm { form: piece.form.clone(), place: piece.place.within(&outer) };
@@ -215,31 +200,22 @@ impl Builder<'_> {
         self.register(entry.name, partners).map_err(named)
     }
 
-    /// The start of what is at `place` in its frame, its centre of mass at `centre` in its own.
+    /// The state in the world of what is at `place` in its frame, its centre of mass at `centre` in
+    /// its own.
     fn start(
         &self,
         frame: Option<Frame>,
         place: &Place,
-        velocity: Vector3<f64>,
-        spin: [f64; 3],
+        (velocity, spin): (Vector3<f64>, Vector3<f64>),
         centre: &Vector3<f64>,
-    ) -> Result<Start, String> {
+    ) -> Result<State, String> {
         let position = Vector3::from(place.position) + place.rotation() * centre;
-        let state =
-            State { position, attitude: place.attitude.into(), velocity, spin: spin.into() };
-        let state = match frame {
-            Some(Frame::Ground) => match &self.plane {
-                Some(plane) => plane.state_to_world(&state),
-                None => return Err(NO_GROUND.to_owned()),
-            },
-            Some(Frame::World) | None => state,
-        };
-        Ok(Start {
-            position: state.position.into(),
-            attitude: state.attitude.into(),
-            velocity: state.velocity.into(),
-            spin,
-        })
+        let state = State { position, attitude: place.attitude.into(), velocity, spin };
+        match (frame, &self.plane) {
+            (Some(Frame::World) | None, _) => Ok(state),
+            (Some(Frame::Ground), Some(plane)) => Ok(plane.state_to_world(&state)),
+            (Some(Frame::Ground), None) => Err(NO_GROUND.to_owned()),
+        }
     }
 
     fn shape(&self, at: &str, entry: &mut BodyEntry) -> Result<Shape, String> {
@@ -415,6 +391,20 @@ impl Builder<'_> {
     }
 }
 
+/// The name of a copy, the `number`-th of `count`: the entry's, or else of what kind it is and its
+/// index.
+fn name_of(
+    given: Option<&str>,
+    (kind, index): (&str, usize),
+    (number, count): (usize, usize),
+) -> String {
+    match (given, count) {
+        (None, _) => format!("{kind}-{index}"),
+        (Some(name), 1) => name.to_owned(),
+        (Some(name), _) => format!("{name}-{number}"),
+    }
+}
+
 const NO_GROUND: &str = "frame: there is no ground; `world` is needed";
 
 const ONE_SHAPE_OF_A_BODY: &str =
@@ -445,13 +435,4 @@ fn placed(position: Option<Numbers<3>>, attitude: Option<&Turned>) -> Result<Pla
         Some(Err(why)) => return Err(format!("attitude: {why}")),
     };
     Ok(Place { position, attitude })
-}
-
-fn start_state(start: &Start) -> State {
-    State {
-        position: start.position.into(),
-        attitude: start.attitude.into(),
-        velocity: start.velocity.into(),
-        spin: start.spin.into(),
-    }
 }

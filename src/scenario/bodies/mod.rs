@@ -42,8 +42,7 @@ pub fn scene(
     entries: Entries,
     files: Files<'_>,
 ) -> Result<Scene, Failure> {
-    let Built { model, drawn } =
-        build::build(entries, settings, files).map_err(Failure::Input)?;
+    let Built { model, drawn } = build::build(entries, settings, files).map_err(Failure::Input)?;
     let world = model.world()?;
     let place = "several bodies: the tutorial's program is of one";
     refuse_flags(place, &[("--preset", settings.preset.is_some())])?;
