@@ -10,7 +10,7 @@ use tumble::contact::Partner;
 use tumble::film::{self, Cast, Keys};
 use tumble::simulation::tables::TableStep;
 use tumble::world::World;
-use tumble_pictures::{Fact, Film, Frame};
+use tumble_pictures::{Fact, Film, Frame, Ground};
 
 /// Memory that the rows of a picture may take: a million rows of a box that lies on all its
 /// corners.
@@ -49,6 +49,9 @@ pub fn film(
         // The rows are about points, whatever they are corners of.
         let points = world.bodies()[0].contact_points().iter().map(|point| point.position);
         (film.bodies[0].points, film.bodies[0].pieces) = (points.collect(), Vec::new());
+        // And their ground is there, however far.
+        let (normal, offset) = (*world.ground().normal(), world.ground().offset());
+        film.ground = (!floating).then_some(Ground { normal, offset });
     }
     film.title = run.as_ref().map_or(String::new(), title);
     film.facts = run.map_or(Vec::new(), facts);

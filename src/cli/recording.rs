@@ -91,14 +91,12 @@ impl<'a> Recording<'a> {
     /// are. `flags` go before its parameters; of tables, none may be given.
     pub fn open(path: &'a Path, flags: &PhysicsArgs) -> Result<Self, Failure> {
         let run_path = path.with_file_name("run.json");
-        let run = RunFile::read(&run_path)?;
+        let run = RunFile::read(&run_path, || refuse_lonely_table(path, &run_path))?;
         let given = flags.given();
         if run.as_ref().is_some_and(|run| run.model.is_some()) {
             let flags: Vec<_> = given.iter().map(|flag| (*flag, true)).collect();
             refuse_flags("a run of several bodies, whose run.json says all", &flags)?;
             refuse_another_file(path)?;
-        } else {
-            refuse_lonely_table(path, &run_path)?;
         }
         Self::of(path, run, (of_physics(flags)?, &given))
     }

@@ -56,6 +56,12 @@ pub struct RunFile {
     pub largest_overlap_m: Option<f64>,
 }
 
+/// The part of a run.json that says which format it is of.
+#[derive(Deserialize)]
+struct Kind {
+    model: Option<serde::de::IgnoredAny>,
+}
+
 /// The constants of the model, SI units.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(expecting = "an object with the constants of the model")]
@@ -307,12 +313,21 @@ impl RunFile {
         json(self)
     }
 
-    /// `None` where there is no such file.
-    pub fn read(path: &Path) -> Result<Option<Self>, Failure> {
+    /// `None` where there is no such file. Where there is none with a model, `lonely` may refuse
+    /// what it should stand beside.
+    pub fn read(
+        path: &Path,
+        lonely: impl FnOnce() -> Result<(), Failure>,
+    ) -> Result<Option<Self>, Failure> {
         let odd = |why: &dyn std::fmt::Display| {
             Failure::Input(format!("{} is not a run.json: {why}", shown::path(path)))
         };
-        let text = match input::text(path, LARGEST_RUN_FILE) {
+        let text = input::text(path, LARGEST_RUN_FILE);
+        let kind = text.as_ref().ok().and_then(|text| serde_json::from_str(text).ok());
+        if !matches!(kind, Some(Kind { model: Some(_) })) {
+            lonely()?;
+        }
+        let text = match text {
             Ok(text) => text,
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
             Err(error) => return Err(odd(&error)),
