@@ -284,7 +284,8 @@ fn size_radius_and_ground_are_those_of_worlds_of_their_own() {
         let piece = Piece::hull(core.core().vertices(), radius[b]).unwrap();
         let own = &world.bodies()[0];
         let body = RigidBody::of_pieces(own.mass(), *own.inertia(), vec![piece]).unwrap();
-        let ground = Plane::new(*world.ground().normal(), ground[b]).unwrap();
+        let normal = *world.ground().unwrap().normal();
+        let ground = Some(Plane::new(normal, ground[b]).unwrap());
         let parameters = world.parameters().clone();
         native(&World::new(Parameters { bodies: vec![body], ground, ..parameters }).unwrap(), start)
     });
@@ -320,7 +321,9 @@ fn constants_are_read_as_they_are_set() {
     assert!(paired.with_constants(&[(Parameter::Restitution, &[0.5])]).is_ok());
     let paired = world.clone().with_restitution_between(0, Partner::Ground, 0.7).unwrap();
     assert!(refused(&paired, Parameter::Restitution).starts_with("restitution: pairs"));
-    assert!(refused(&world.clone().without_ground(), Parameter::Ground).starts_with("ground: "));
+    let afloat = Parameters { ground: None, ..world.parameters().clone() };
+    let afloat = World::new(afloat).unwrap();
+    assert!(refused(&afloat, Parameter::Ground).starts_with("ground: "));
     let wide = world.with_constants(&[(Parameter::Radius, &[1.5])]).unwrap_err().to_string();
     assert!(wide.starts_with("radius (m) is 1.5"), "{wide}");
     let ball = RigidBody::solid(1.0, &[Piece::sphere(0.1).unwrap()]).unwrap().0;

@@ -50,8 +50,8 @@ pub fn film(
         let points = world.bodies()[0].contact_points().iter().map(|point| point.position);
         (film.bodies[0].points, film.bodies[0].pieces) = (points.collect(), Vec::new());
         // And their ground is there, however far.
-        let (normal, offset) = (*world.ground().normal(), world.ground().offset());
-        film.ground = (!floating).then_some(Ground { normal, offset });
+        let ground = world.ground().filter(|_| !floating);
+        film.ground = ground.map(|at| Ground { normal: *at.normal(), offset: at.offset() });
     }
     film.title = run.as_ref().map_or(String::new(), title);
     film.facts = run.map_or(Vec::new(), facts);

@@ -34,9 +34,7 @@ pub fn scene(
     };
     let start = start.checked()?;
     let start = match settings.frame {
-        Some(Frame::Ground) => {
-            world.ground().map_or(start, |ground| ground.state_to_world(&start))
-        }
+        Some(Frame::Ground) => world.ground().map_or(start, |ground| ground.state_to_world(&start)),
         Some(Frame::World) | None => start,
     };
     if let Some(why) = physics::violent_load(&world.bodies()[0], &load, world.time_step()) {

@@ -42,7 +42,10 @@ impl Posed {
     }
 
     /// The candidates of which `takes_part` is true, and their bodies.
-    pub(super) fn of(candidates: &[Contact], mut takes_part: impl FnMut(usize, &Contact) -> bool) -> Self {
+    pub(super) fn of(
+        candidates: &[Contact],
+        mut takes_part: impl FnMut(usize, &Contact) -> bool,
+    ) -> Self {
         let taken = candidates.iter().enumerate().filter(|(at, contact)| takes_part(*at, contact));
         let (mut bodies, mut contacts) = (Vec::new(), Vec::new());
         for (index, contact) in taken {
