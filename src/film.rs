@@ -68,6 +68,7 @@ fn bodies(cast: Cast<'_>) -> Vec<Body> {
             points: if pieces.is_empty() { points.collect() } else { Vec::new() },
             pieces,
             load: load(all),
+            colour: None,
         }
     };
     cast.world.bodies().iter().zip(cast.bodies).zip(cast.loads).map(of).collect()

@@ -74,6 +74,8 @@ pub struct Body {
     pub pieces: Vec<Piece>,
     /// What pushes it besides gravity and contact.
     pub load: Load,
+    /// Red, green and blue on its page; `None` for one of a few in turn.
+    pub colour: Option<[u8; 3]>,
 }
 
 /// A force and a torque over time, as knots: t (s) and the value there. No knots are no load.

@@ -86,6 +86,7 @@ pub fn floating_cube(steps: u64) -> Film {
             inertia: Matrix3::identity(),
             points: (0..8).map(corner).collect(),
             load: Load::default(),
+            colour: None,
         }],
         frames: ended((0..=steps).map(frame)),
     }

@@ -31,6 +31,11 @@ impl Canvas {
         self.pixmap.data_mut().copy_from_slice(other.pixmap.data());
     }
 
+    /// As PNG; `None` if it cannot be encoded.
+    pub fn png(&self) -> Option<Vec<u8>> {
+        self.pixmap.encode_png().ok()
+    }
+
     /// The colours by rows. The background is opaque, so all pixels are.
     pub fn colours(&self) -> impl Iterator<Item = Colour> + '_ {
         self.pixmap.data().chunks_exact(4).map(|pixel| [pixel[0], pixel[1], pixel[2]])

@@ -92,6 +92,25 @@ pub fn animate(
     Ok(bytes)
 }
 
+/// The first moment of `film` as PNG, `size` pixels across, with the camera as near as it can
+/// with that moment in view; `None` where no picture can show it.
+pub(crate) fn still(film: &Film, size: u16) -> Option<Vec<u8>> {
+    let film = Film {
+        title: String::new(),
+        facts: Vec::new(),
+        fixed: film.fixed.clone(),
+        bodies: film.bodies.clone(),
+        frames: vec![film.frames.first()?.clone()],
+        ..*film
+    };
+    let settings = Settings { size, ..Settings::default() };
+    let moments = moments(&film, &settings).ok()?;
+    let mut stage = Stage::new(&film, &settings, &moments)?;
+    let mut canvas = stage.empty().clone();
+    stage.paint(&mut canvas, &moments[0]);
+    canvas.png()
+}
+
 /// What the frames show.
 fn moments(film: &Film, settings: &Settings) -> Result<Vec<Moment>, AnimationError> {
     let duration = (film.frames.len() - 1) as f64 * film.time_step;

@@ -1,6 +1,6 @@
 //! The panels of the plots, as data: the page shows the same quantities.
 
-use super::encode::{f32s, u32s};
+use super::encode::{Packed, packed_floats, packed_rows};
 use crate::film::Film;
 use crate::plot::{Axis, Panel, PanelMaker, Transform, thin_rows};
 use serde::Serialize;
@@ -54,9 +54,9 @@ struct Curve {
     run: usize,
     name: String,
     colour: &'static str,
-    rows: String,
-    /// NaN is a gap.
-    values: String,
+    rows: Packed,
+    /// No number is a gap.
+    values: Packed,
 }
 
 #[derive(Serialize)]
@@ -66,8 +66,8 @@ struct MarksData {
     colour: &'static str,
     /// How many there are, of which `rows` may be a part.
     count: usize,
-    rows: String,
-    values: String,
+    rows: Packed,
+    values: Packed,
 }
 
 /// The plots of `makers` for body `body`, one after the other: of a long run, each panel is
@@ -101,8 +101,8 @@ pub fn plot(panels: Vec<Panel>, has_steps: bool, columns: usize) -> Plot {
                 status: marks.status.name(),
                 colour: marks.colour,
                 count: all.len(),
-                rows: u32s(kept()),
-                values: f32s(kept().map(|i| marks.values[i])),
+                rows: packed_rows(kept()),
+                values: packed_floats(kept().map(|i| marks.values[i])),
             }
         })
     });
@@ -136,7 +136,7 @@ impl AxisData {
 /// The rows and values of a curve, as many as a picture can show. Gaps become NaN at a row
 /// inside them; points inside a level stretch are left out, as are numbers that no `f32`
 /// has.
-fn thinned(values: &[f64], columns: usize) -> (String, String) {
+fn thinned(values: &[f64], columns: usize) -> (Packed, Packed) {
     let times: Vec<f64> = (0..values.len()).map(|i| i as f64).collect();
     let range = (0.0, values.len() as f64);
     let rows = thin_rows(&times, values, range, columns);
@@ -162,22 +162,17 @@ fn thinned(values: &[f64], columns: usize) -> (String, String) {
             points.push((i, value));
         }
     }
-    (u32s(points.iter().map(|point| point.0)), f32s(points.iter().map(|point| point.1)))
+    let rows = packed_rows(points.iter().map(|point| point.0));
+    (rows, packed_floats(points.iter().map(|point| point.1)))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use base64::Engine as _;
 
-    fn points(values: &[f64]) -> Vec<(u32, f32)> {
-        let decode = |text: String| {
-            let bytes = base64::engine::general_purpose::STANDARD.decode(text).unwrap();
-            bytes.chunks_exact(4).map(|chunk| chunk.try_into().unwrap()).collect::<Vec<[u8; 4]>>()
-        };
+    fn points(values: &[f64]) -> Vec<(i64, f32)> {
         let (rows, values) = thinned(values, COLUMNS);
-        let rows = decode(rows).into_iter().map(u32::from_le_bytes);
-        rows.zip(decode(values).into_iter().map(f32::from_le_bytes)).collect()
+        rows.unpacked().into_iter().map(Option::unwrap).zip(values.floats()).collect()
     }
 
     #[test]

@@ -53,6 +53,8 @@ struct Body {
     points: Vec<[f64; 3]>,
     /// What is drawn; empty for a body of points.
     pieces: Vec<PieceData>,
+    /// As CSS has it, if it has one of its own.
+    colour: Option<String>,
 }
 
 /// All within `radius` of the polyhedron of these vertices and faces; without faces, of the
@@ -144,6 +146,7 @@ impl Body {
             is_box: is_box(points),
             points: points.iter().map(|&point| point.into()).collect(),
             pieces: solids.collect(),
+            colour: None,
         }
     }
 }
@@ -173,7 +176,9 @@ impl RunData {
         let body = |b: usize| {
             let body = &film.bodies[b];
             let facts = if film.is_single() { Vec::new() } else { facts::of_body(film, b) };
-            Body::of(film.name(b), facts, &body.points, &Look::of(body))
+            let css = |[red, green, blue]: [u8; 3]| format!("#{red:02x}{green:02x}{blue:02x}");
+            let colour = body.colour.map(css);
+            Body { colour, ..Body::of(film.name(b), facts, &body.points, &Look::of(body)) }
         };
         let fixed = |fixed: &Fixed| {
             let looks: Vec<_> = fixed.pieces.iter().cloned().map(Look::Solid).collect();

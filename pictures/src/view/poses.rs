@@ -1,7 +1,7 @@
 //! The poses that the page shows, and what happens between them.
 
-use super::encode::{f32s, u8s, u32s};
-use crate::film::{Film, Frame, Partner, Place, Pose};
+use super::encode::{Packed, packed, packed_floats, packed_rows, u8s};
+use crate::film::{Body, Film, Frame, Partner, Place, Pose};
 use crate::forces::{Scale, Site};
 use nalgebra::Vector3;
 use serde::Serialize;
@@ -13,6 +13,11 @@ const MOST_FRAMES: usize = 6000;
 const FEWEST_FRAMES: usize = 500;
 /// Poses of all bodies together, if that leaves [`FEWEST_FRAMES`].
 const MOST_POSES: usize = 120_000;
+/// What components of attitudes are rounded to: a body's ends move by less than 1e-4 of its
+/// size.
+const ATTITUDE_STEP: f64 = 1.0 / 16384.0;
+/// What forces are rounded to, times [`Scale::weight`]: a hundredth of the longest arrow.
+const FORCE_STEP: f64 = 1e-4;
 
 /// Every `every`-th frame, and the last.
 ///
@@ -24,25 +29,34 @@ pub struct Poses {
     count: usize,
     /// What positions are relative to, m.
     origin: [f64; 3],
-    /// Of each frame and each body in it x, y, z (m) and q_w, q_x, q_y, q_z.
-    poses: String,
-    /// Of each frame and body ‖v‖, m/s.
-    speeds: String,
+    /// Of each body x of all frames, then y and z, m.
+    positions: Packed,
+    /// Of each body q_w of all frames, then q_x, q_y, q_z; of either sign.
+    attitudes: Packed,
+    /// Of each body ‖v‖ of all frames, m/s.
+    speeds: Packed,
     /// m/s.
-    residuals: String,
+    residuals: Packed,
     /// Places in [`Status::ALL`](crate::Status::ALL).
     statuses: String,
-    /// How many contacts of each have a force.
-    force_counts: String,
-    /// Which they are, one after the other: places in `sites`.
-    force_sites: String,
-    /// Of each of them f_x, f_y, f_z, on the first body of its site, N.
-    forces: String,
-    /// Of each of them that is at no corner where it is, from `origin`, m.
-    force_points: String,
     /// Everything that touches: the body; its partner, -1 for the ground and from -2 downwards
-    /// for what is fixed; the corner of the body, -1 for none.
-    sites: Vec<[i64; 3]>,
+    /// for what is fixed; the corner of the body, -1 for none; in how many frames it has a
+    /// force.
+    sites: Vec<[i64; 4]>,
+    /// Of each site the frames in which it has a force.
+    force_frames: Packed,
+    /// Of each site f_x of those frames, then f_y and f_z, on its first body, N.
+    forces: Packed,
+    /// Of each site at no corner where it is in those frames, x, then y and z, from `origin`,
+    /// m.
+    force_points: Packed,
+}
+
+/// A force in a frame, and where it is if that is no corner.
+struct Push {
+    frame: usize,
+    force: Vector3<f64>,
+    point: Option<Vector3<f64>>,
 }
 
 impl Poses {
@@ -55,60 +69,108 @@ impl Poses {
         let spans: Vec<&[Frame]> = (0..shown.len())
             .map(|i| &frames[shown[i]..shown.get(i + 1).copied().unwrap_or(frames.len())])
             .collect();
-        let origin = frames.first().map_or(Vector3::zeros(), |frame| frame.poses[0].position);
-        let pose = |pose: &Pose| {
-            let ([x, y, z], q) = ((pose.position - origin).into(), &pose.attitude);
-            [x, y, z, q.w, q.i, q.j, q.k]
-        };
-        let mut counts = Vec::with_capacity(spans.len());
-        let mut sites: BTreeMap<Site, usize> = BTreeMap::new();
-        let mut described = Vec::new();
-        let (mut touching, mut forces, mut points) = (Vec::new(), Vec::new(), Vec::new());
-        for span in &spans {
-            let before = touching.len();
-            for mean in scale.means(film, span) {
-                let next = sites.len();
-                let site = *sites.entry(mean.site).or_insert(next);
-                if site == next {
-                    described.push(described_site(&mean.site));
-                }
-                touching.push(site);
-                forces.extend(mean.force.iter().copied());
-                if let Place::At { point, .. } = mean.place {
-                    points.extend((point - origin).iter().copied());
-                }
-            }
-            counts.push(touching.len() - before);
-        }
+        // Four digits of the smallest body and of the largest speed are shown; of each a tenth.
+        let smallest = film.bodies.iter().map(Body::reach).fold(f64::INFINITY, f64::min);
+        let length_step = digit(smallest, 5);
         let poses = || spans.iter().flat_map(|span| &span[0].poses);
+        let fastest = poses().map(|pose| pose.velocity.norm()).fold(0.0, f64::max);
+        let start = frames.first().map_or(Vector3::zeros(), |frame| frame.poses[0].position);
+        let origin = start.map(|x| (x / length_step).round() * length_step);
+        let of_bodies = |part: &dyn Fn(&Pose) -> f64| -> Vec<Vec<f64>> {
+            let of_body = |b: usize| spans.iter().map(|span| part(&span[0].poses[b])).collect();
+            (0..film.bodies.len()).map(of_body).collect()
+        };
+        let positions = [0, 1, 2].map(|k| of_bodies(&|pose| pose.position[k] - origin[k]));
+        let pushes = pushes(film, scale, &spans);
+        let of_pushes = |value: &dyn Fn(&Push, usize) -> Option<f64>| -> Vec<f64> {
+            let of_site = |pushes: &Vec<Push>| -> Vec<f64> {
+                (0..3).flat_map(|k| pushes.iter().filter_map(move |p| value(p, k))).collect()
+            };
+            pushes.values().flat_map(of_site).collect()
+        };
+        let forces = of_pushes(&|push, k| Some(push.force[k]));
+        let points = of_pushes(&|push, k| Some(push.point?[k] - origin[k]));
         Self {
             every,
             count: spans.len(),
             origin: origin.into(),
-            poses: f32s(poses().flat_map(pose)),
-            speeds: f32s(poses().map(|pose| pose.velocity.norm())),
-            residuals: f32s(spans.iter().map(|span| {
+            positions: packed(interleaved(&positions), length_step),
+            attitudes: packed(interleaved(&attitudes(film, &spans)), ATTITUDE_STEP),
+            speeds: packed(
+                of_bodies(&|pose| pose.velocity.norm()).into_iter().flatten(),
+                digit(fastest, 5),
+            ),
+            residuals: packed_floats(spans.iter().map(|span| {
                 span.iter().map(|frame| frame.residual).fold(f64::NEG_INFINITY, f64::max)
             })),
             statuses: u8s(spans
                 .iter()
                 .filter_map(|span| span.iter().map(|frame| frame.status as u8).max())),
-            force_counts: u32s(counts.into_iter()),
-            force_sites: u32s(touching.into_iter()),
-            forces: f32s(forces.into_iter()),
-            force_points: f32s(points.into_iter()),
-            sites: described,
+            sites: pushes.iter().map(|(site, all)| described(site, all.len())).collect(),
+            force_frames: packed_rows(pushes.values().flatten().map(|push| push.frame)),
+            forces: packed(forces.into_iter(), FORCE_STEP * scale.weight),
+            force_points: packed(points.into_iter(), length_step),
         }
     }
 }
 
-fn described_site(site: &Site) -> [i64; 3] {
+/// The place of a digit of `size`, 1 for the first: a power of ten; of nothing those of 1.
+fn digit(size: f64, place: i32) -> f64 {
+    let power = if size > 0.0 && size.is_finite() { size.log10().floor() as i32 } else { 0 };
+    10f64.powi(power.max(-300) + 1 - place)
+}
+
+/// Of each body the first component, then the second and so on.
+fn interleaved<const N: usize>(components: &[Vec<Vec<f64>>; N]) -> impl Iterator<Item = f64> {
+    let bodies = components[0].len();
+    (0..bodies).flat_map(move |b| components.iter().flat_map(move |of| of[b].iter().copied()))
+}
+
+/// The components of attitudes, each with the sign that is nearer to the one before.
+fn attitudes(film: &Film, spans: &[&[Frame]]) -> [Vec<Vec<f64>>; 4] {
+    let mut all = [(); 4].map(|()| Vec::with_capacity(film.bodies.len()));
+    for b in 0..film.bodies.len() {
+        let mut of_body = [(); 4].map(|()| Vec::with_capacity(spans.len()));
+        let mut last = [1.0, 0.0, 0.0, 0.0];
+        for span in spans {
+            let q = &span[0].poses[b].attitude;
+            let here = [q.w, q.i, q.j, q.k];
+            let along: f64 = here.iter().zip(last).map(|(a, b)| a * b).sum();
+            last = if along < 0.0 { here.map(|part| -part) } else { here };
+            for (values, part) in of_body.iter_mut().zip(last) {
+                values.push(part);
+            }
+        }
+        for (values, of) in all.iter_mut().zip(of_body) {
+            values.push(of);
+        }
+    }
+    all
+}
+
+/// The mean forces of each span.
+fn pushes(film: &Film, scale: &Scale, spans: &[&[Frame]]) -> BTreeMap<Site, Vec<Push>> {
+    let mut pushes: BTreeMap<Site, Vec<Push>> = BTreeMap::new();
+    for (frame, span) in spans.iter().enumerate() {
+        for mean in scale.means(film, span) {
+            let point = match mean.place {
+                Place::At { point, .. } => Some(point),
+                Place::Corner(_) => None,
+            };
+            pushes.entry(mean.site).or_default().push(Push { frame, force: mean.force, point });
+        }
+    }
+    pushes
+}
+
+fn described(site: &Site, frames: usize) -> [i64; 4] {
     let partner = match site.partner {
         Partner::Ground => -1,
         Partner::Fixed(i) => -2 - i as i64,
         Partner::Body(b) => b as i64,
     };
-    [site.body as i64, partner, if site.is_corner { site.key as i64 } else { -1 }]
+    let corner = if site.is_corner { site.key as i64 } else { -1 };
+    [site.body as i64, partner, corner, frames as i64]
 }
 
 /// Every how many-th of `count` frames is shown so that at most `most` are, and the last.

@@ -55,7 +55,7 @@ fn ramp() -> Piece {
 
 fn body(name: String, pieces: Vec<Piece>) -> Body {
     let (points, inertia) = (Vec::new(), Matrix3::identity() * 0.01);
-    Body { name, mass: 1.0, inertia, points, pieces, load: Load::default() }
+    Body { name, mass: 1.0, inertia, points, pieces, load: Load::default(), colour: None }
 }
 
 /// Of which kind body `b` is.

@@ -28,7 +28,9 @@ class Camera {
   }
 
   reset() {
-    Object.assign(this, FIRST_VIEW, { target: [0, 0, 0], distance: 10, isFitted: true });
+    Object.assign(this, FIRST_VIEW, { target: [0, 0, 0], distance: 10 });
+    // Whether it is to show everything, and of which view it does.
+    Object.assign(this, { isFitted: true, fittedTo: null });
   }
 
   // Goes as near as it can with all `points` in a picture of `width` by `height`. A point
@@ -72,30 +74,17 @@ class Camera {
     this.target = add(this.target, add(times(x, -right * size), times(y, up * size)));
   }
 
-  // What is seen where in a picture of `width` by `height`, the target moved by `shift`.
-  lens(width, height, shift) {
-    const axes = axesOf(this);
-    const eye = subtract(add(this.target, shift), times(axes[2], this.distance));
-    const scale = Math.min(width, height) / 2 / HALF_VIEW;
-    const depth = (point) => dot(axes[2], subtract(point, eye));
-    const project = (point) => {
-      const p = subtract(point, eye);
-      const z = dot(axes[2], p);
-      return [
-        width / 2 + (scale * dot(axes[0], p)) / z,
-        height / 2 - (scale * dot(axes[1], p)) / z,
-      ];
-    };
-    // How many pixels a length across the view takes at a point.
-    const pixels = (size, point) => (scale * size) / depth(point);
-    return { axes, eye, depth, project, pixels, near: NEAR * this.distance };
+  // Where it stands with the target moved by `shift`.
+  eye(shift) {
+    return subtract(add(this.target, shift), times(axesOf(this)[2], this.distance));
   }
 }
 
 // A finger or a mouse that moves less than this between down and up has clicked, pixels.
 const STILL = 4;
 
-// Drag, wheel and two fingers on `canvas` move the `camera`; a click is a click on a place.
+// Drag, wheel and two fingers on `canvas` move the `camera`; a click is a click on a place, with
+// shift or without.
 function steer(canvas, camera, moved, clicked) {
   const fingers = new Map();
   let start = null;
@@ -134,7 +123,7 @@ function steer(canvas, camera, moved, clicked) {
   });
   canvas.addEventListener("pointerup", (event) => {
     const { left, top } = canvas.getBoundingClientRect();
-    if (start) clicked([event.clientX - left, event.clientY - top]);
+    if (start) clicked([event.clientX - left, event.clientY - top], event.shiftKey);
     start = null;
   });
   for (const end of ["pointerup", "pointercancel"]) {

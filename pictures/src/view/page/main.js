@@ -4,6 +4,8 @@ const $ = (id) => document.getElementById(id);
 const SPEEDS = [0.05, 0.1, 0.25, 0.5, 1, 2, 4];
 // Rows of a step with shift.
 const LARGE = 20;
+// Of a followed motion that is long, the view shows this times the reach of what moves.
+const AROUND = 3.2;
 
 // As many decimals as the finest step has, all readings of the clock alike.
 const clockDecimals = Math.max(...runs.map((run) => stepDecimals(run.step)));
@@ -18,15 +20,29 @@ let painted = 0;
 const show = {
   forces: true,
   trail: true,
-  follow: false,
+  follow: followedReach > 0,
   overlay: false,
+  names: false,
+  frames: false,
+  contacts: false,
   anchor: [0, 0, 0],
-  // Which body the plots, the state and the trail are of.
-  body: 0,
+  // Forces at least as large, in weights; of the chosen bodies alone.
+  least: 0,
+  only: false,
+  // Things that stand still, by name: shown, faded or hidden.
+  fixed: new Map(),
+  // The bodies whose trails and plots are shown; the state is that of the last of them.
+  chosen: [0],
+  // Whether a choice adds to them.
+  several: false,
 };
 const camera = new Camera();
+const TOGGLES = ["forces", "trail", "follow", "overlay", "names", "frames", "contacts", "only", "several"];
+const lastChosen = () => show.chosen.at(-1);
 
-const LABEL = "Motion; drag to orbit, wheel or pinch to zoom, keys w a s d and z x do the same";
+const LABEL = hasGraphics
+  ? "Motion; drag to orbit, wheel or pinch to zoom, keys w a s d and z x do the same"
+  : "The first moment of the motion";
 const stages = isPair
   ? [
       ...runs.map((run) => new Stage([run], `${run.name}: ${LABEL}`)),
@@ -45,22 +61,51 @@ function repaint() {
 function paint() {
   isDue = false;
   const shown = stages.filter(isShown);
-  if (camera.isFitted) {
-    camera.fit([...places, ...feet], ...shown[0].size);
-    show.anchor = camera.target;
+  // Where the motion is long, it shows what the camera follows and some room around it.
+  const isNear = followedReach > 0 && show.follow;
+  const fit = `${shown[0].size} ${isNear}`;
+  if (camera.isFitted && camera.fittedTo !== fit) {
+    const middle = middleOf(runs, time, show.chosen);
+    camera.fit(isNear ? around(middle) : [...places, ...feet], ...shown[0].size);
+    show.anchor = isNear ? middle : camera.target;
+    camera.fittedTo = fit;
   }
   for (const stage of shown) stage.paint(camera, time, isPlaying ? painted : time, show);
   painted = time;
   for (const plot of plots) plot.move(time);
-  showState(state, time, show.body);
+  showState(state, time, lastChosen());
   $("scrub").value = time;
   $("scrub").setAttribute("aria-valuetext", `${clock(time)} seconds`);
   put($("clock"), `${clock(time)} / ${clock(duration)} s`);
 }
 
+// The corners of a box around what the camera follows.
+function around(middle) {
+  const reach = AROUND * followedReach;
+  const ends = [-reach, reach];
+  return ends.flatMap((x) => ends.flatMap((y) => [-0.3 * reach, 0.5 * reach].map((z) => add(middle, [x, y, z]))));
+}
+
 function setTime(wanted) {
   time = Math.min(duration, Math.max(0, wanted));
+  linkLater();
   repaint();
+}
+
+// The address leads to the time: `#t=` and seconds. It is written when the time has stood still
+// for a while, since browsers refuse to write it often.
+let linking = 0;
+function linkLater() {
+  clearTimeout(linking);
+  linking = setTimeout(() => {
+    if (isPlaying) linkLater();
+    else history.replaceState(null, "", `#t=${Number(time.toFixed(9))}`);
+  }, 400);
+}
+
+function readLink() {
+  const wanted = Number(/^#t=([-+.\deE]+)$/.exec(location.hash)?.[1] ?? NaN);
+  if (Number.isFinite(wanted)) setTime(wanted);
 }
 
 // Playing: the time goes on by the clock, at most a tenth of a second at once.
@@ -117,14 +162,21 @@ function toggle(what) {
   arrange();
 }
 
-// The plots, the state and the trail are of that body from now on.
-function choose(body) {
-  if (body < 0 || body >= bodyCount) return;
-  const isOther = body !== show.body;
-  show.body = body;
-  showBody(body);
-  if (isOther) for (const { sheet, card } of sheets) if (sheet.of_body) fillSheet(sheet, card);
+function restyle() {
+  for (const stage of stages) stage.isStale = true;
   repaint();
+}
+
+// The plots, the state and the trail are of that body from now on; or of it and those before,
+// of which it is taken away where it was one.
+function choose(body, adds = show.several) {
+  if (body < 0 || body >= bodyCount) return;
+  const others = adds ? show.chosen.filter((other) => other !== body) : [];
+  const isTaken = adds && others.length < show.chosen.length && others.length > 0;
+  show.chosen = isTaken ? others : [...others, body];
+  showBody(lastChosen());
+  for (const { sheet, card } of sheets) if (sheet.of_body) fillSheet(sheet, card);
+  restyle();
 }
 
 // The plots of a sheet; those of the body before go, and which of them were open stays.
@@ -136,14 +188,41 @@ function fillSheet(sheet, card) {
     plots.splice(plots.indexOf(plot), 1);
   }
   before.forEach((box) => box.remove());
-  const data = show.body > 0 && sheet.of_body ? sheet.others[show.body - 1] : sheet.plots;
+  const data = sheet.of_body ? joined(sheet, show.chosen) : sheet.plots;
   // Those that are open come first; all others keep their order.
   const ordered = [...data].sort((a, b) => Number(b.open) - Number(a.open));
   const made = ordered.map((one) => new Plot(one, setTime));
   card.append(...made.map((plot) => plot.box));
   for (const { box } of made) if (wasOpen.has(box.id)) box.open = wasOpen.get(box.id);
-  const name = sheet.of_body ? `${sheet.name}: ${runs[0].bodies[show.body].name}` : sheet.name;
-  card.querySelector("h2").textContent = name;
+  const names = show.chosen.map((body) => runs[0].bodies[body].name).join(", ");
+  card.querySelector("h2").textContent = sheet.of_body ? `${sheet.name}: ${names}` : sheet.name;
+}
+
+// The views as one picture, side by side, with the time.
+function savePicture() {
+  const shown = stages.filter(isShown);
+  const room = Math.round(34 * devicePixelRatio);
+  const made = document.createElement("canvas");
+  made.width = shown.reduce((sum, { canvas }) => sum + canvas.width, 0);
+  made.height = shown[0].canvas.height + room;
+  const context = made.getContext("2d");
+  context.fillStyle = colours.sky;
+  context.fillRect(0, 0, made.width, made.height);
+  Object.assign(context, { fillStyle: colours.ink, textBaseline: "middle" });
+  context.font = `${Math.round(0.42 * room)}px system-ui, sans-serif`;
+  let left = 0;
+  for (const { canvas, members } of shown) {
+    context.drawImage(canvas, left, room);
+    const name = isPair ? `${members.map((run) => run.name).join(" and ")}, ` : "";
+    context.fillText(`${name}t = ${clock(time)} s`, left + 0.4 * room, room / 2);
+    left += canvas.width;
+  }
+  const link = element("a", { download: `tumble-${clock(time)}s.png` });
+  made.toBlob((blob) => {
+    link.href = URL.createObjectURL(blob);
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+  });
 }
 
 function resetView() {
@@ -182,6 +261,8 @@ const KEYS = [
   { keys: ["f"], name: "f", words: "contact forces", act: () => toggle("forces") },
   { keys: ["t"], name: "t", words: "trail", act: () => toggle("trail") },
   { keys: ["c"], name: "c", words: "follow the body", act: () => toggle("follow") },
+  { keys: ["b"], name: "b", words: "frames of the bodies", act: () => toggle("frames") },
+  { keys: ["m"], name: "m", words: "places of the contacts", act: () => toggle("contacts") },
   ...(isPair
     ? [{ keys: ["o"], name: "o", words: "overlay both bodies", act: () => toggle("overlay") }]
     : []),
@@ -192,6 +273,7 @@ const KEYS = [
   { keys: ["s"], act: () => camera.orbit(0, -8) },
   { keys: ["z"], act: () => camera.zoom(1 / 1.2), name: "z x", words: "zoom" },
   { keys: ["x"], act: () => camera.zoom(1.2) },
+  { keys: ["i"], name: "i", words: "save as PNG", act: () => hasGraphics && savePicture() },
   { keys: ["?"], name: "?", words: "this help", act: () => $("help").showModal() },
 ];
 
@@ -244,8 +326,9 @@ fillFacts((wanted) => {
 });
 const state = fillState();
 $("stages").append(...stages.map((stage) => stage.figure));
-for (const stage of stages) {
-  steer(stage.canvas, camera, repaint, (place) => isCrowd && choose(stage.bodyAt(place)));
+for (const stage of stages.filter(() => hasGraphics)) {
+  const pick = (place, adds) => isCrowd && choose(stage.bodyAt(place), adds || show.several);
+  steer(stage.canvas, camera, repaint, pick);
 }
 fillBodies(choose);
 showBody(0);
@@ -273,8 +356,25 @@ $("jumps").hidden = markTimes.length === 0;
 $("scrub").addEventListener("input", () => setTime(Number($("scrub").value)));
 $("play").addEventListener("click", () => play(!isPlaying));
 $("speed").addEventListener("change", () => setSpeed(Number($("speed").value)));
-for (const what of ["forces", "trail", "follow", "overlay"])
+for (const what of TOGGLES) {
+  $(what).setAttribute("aria-pressed", String(show[what]));
   $(what).addEventListener("click", () => toggle(what));
+}
+for (const id of ["names", "only", "several"]) $(id).hidden = !isCrowd;
+$("least").addEventListener("change", () => {
+  show.least = Number($("least").value);
+  repaint();
+});
+$("save").addEventListener("click", savePicture);
+fillFixed((name, state) => {
+  show.fixed.set(name, state);
+  repaint();
+});
+if (!hasGraphics) {
+  for (const part of document.querySelectorAll("#looks button, #more button, #more select, #reset")) {
+    part.disabled = true;
+  }
+}
 $("reset").addEventListener("click", resetView);
 $("next").addEventListener("click", () => jumpToMark(1));
 $("previous").addEventListener("click", () => jumpToMark(-1));
@@ -287,9 +387,12 @@ document.addEventListener("click", (event) => {
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
   readColours();
   for (const plot of plots) plot.fillLegend();
+  restyle();
   redraw();
 });
+addEventListener("hashchange", readLink);
 arrange();
+readLink();
 // Plots change their height when they are drawn; only a new width calls for new ones.
 let width = 0;
 new ResizeObserver(([{ contentRect }]) => {

@@ -28,6 +28,37 @@ const GLYPHS = { retried: "△", fallback: "◇", wild: "+", failed: "✕" };
 
 const plots = [];
 
+// Colours of the curves of several bodies in one plot.
+const BODY_COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#7f5539", "#56b4e9", "#3d3d3d"];
+
+// The plots of the chosen bodies of a sheet: of several, the curves of all in the same axes.
+function joined(sheet, chosen) {
+  const all = chosen.map((body) => (body > 0 ? sheet.others[body - 1] : sheet.plots));
+  if (all.length === 1) return all[0];
+  return all[0].map((first, place) => {
+    const same = all.map((plots) => plots[place]);
+    const known = same.filter((plot) => plot.nothing === null);
+    if (known.length === 0) return first;
+    const series = same.flatMap((plot, i) =>
+      plot.series.map((one) => ({
+        ...one,
+        name: `${runs[0].bodies[chosen[i]].name} ${one.name}`.trim(),
+        colour: BODY_COLOURS[i % BODY_COLOURS.length],
+      })),
+    );
+    const axes = known.map((plot) => plot.axis);
+    const axis = {
+      ...axes[0],
+      threshold: Math.min(...axes.map((one) => one.threshold ?? 1)),
+      low: Math.min(...axes.map((one) => one.low)),
+      high: Math.max(...axes.map((one) => one.high)),
+      ticks: [...new Set(axes.flatMap((one) => one.ticks))].sort((a, b) => a - b),
+      has_zeros: axes.some((one) => one.has_zeros),
+    };
+    return { ...known[0], axis, series };
+  });
+}
+
 class Plot {
   constructor(data, setTime) {
     this.data = data;
@@ -221,6 +252,8 @@ class Plot {
     );
     this.cursor = element("div", { class: "cursor" });
     this.chart.over.append(this.cursor);
+    // Measured when the browser has laid it out.
+    this.overWidth = 0;
     this.link(this.chart.over);
     this.move(this.time ?? 0);
   }
@@ -292,7 +325,8 @@ class Plot {
     this.time = time;
     if (!this.box.open || !this.chart) return;
     const share = duration > 0 ? time / duration : 0;
-    this.cursor.style.transform = `translateX(${share * this.chart.over.clientWidth - 0.75}px)`;
+    this.overWidth ||= this.chart.over.clientWidth;
+    this.cursor.style.transform = `translateX(${share * this.overWidth - 0.75}px)`;
     for (const { series, value } of this.readings) {
       const found = valueAt(series, time);
       // What has no unit is a count.

@@ -2,12 +2,50 @@
 
 const page = JSON.parse(document.getElementById("data").textContent);
 
-function bytes(text) {
-  const raw = atob(text);
-  return Uint8Array.from(raw, (c) => c.charCodeAt(0)).buffer;
+const bytes = (text) => Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
+
+// Whole numbers, each predicted from those before it; what is none is NaN. How they are
+// written stands at `Packed`, where they are made.
+function wholes({ count, order, bytes: text }) {
+  const source = bytes(text);
+  const values = new Float64Array(count);
+  let place = 0;
+  const next = () => {
+    let [code, scale] = [0, 1];
+    for (;;) {
+      const byte = source[place++];
+      code += (byte & 0x7f) * scale;
+      if (byte < 0x80) return code;
+      scale *= 0x80;
+    }
+  };
+  let [last, before] = [0, 0];
+  for (let i = 0; i < count; ) {
+    const code = next();
+    const more = code % 2 === 1 ? (code - 1) / 2 : -code / 2;
+    for (let left = code === 0 ? next() + 1 : 1; left > 0; left -= 1, i += 1) {
+      if (code === 1) {
+        values[i] = NaN;
+        continue;
+      }
+      const value = (order === 2 ? 2 * last - before : last) + more;
+      [before, last] = [last, value];
+      values[i] = value;
+    }
+  }
+  return values;
 }
-const floats = (text) => new Float32Array(bytes(text));
-const rowsOf = (text) => new Uint32Array(bytes(text));
+const rowsOf = (packed) => Uint32Array.from(wholes(packed));
+const measures = (packed) => Float32Array.from(wholes(packed), (value) => value * packed.step);
+
+// Numbers of which the upper three bytes are written.
+function floats(packed) {
+  const upper = wholes(packed);
+  const bits = Uint32Array.from(upper, (value) =>
+    Number.isNaN(value) ? 0x7fc00000 : ((value < 0 ? 0x80000000 : 0) + Math.abs(value) * 0x100) >>> 0,
+  );
+  return new Float32Array(bits.buffer);
+}
 
 const NAMES = ["A", "B"];
 
@@ -38,24 +76,12 @@ class Run {
     this.every = frames.every;
     this.count = frames.count;
     this.origin = frames.origin;
-    this.poses = floats(frames.poses);
-    this.speeds = floats(frames.speeds);
+    this.positions = measures(frames.positions);
+    this.attitudes = measures(frames.attitudes);
+    this.speeds = measures(frames.speeds);
     this.residuals = floats(frames.residuals);
-    this.statuses = new Uint8Array(bytes(frames.statuses));
-    // Body, partner and corner of everything that touches.
-    this.sites = frames.sites;
-    this.forceSites = rowsOf(frames.force_sites);
-    this.forceValues = floats(frames.forces);
-    this.forcePoints = floats(frames.force_points);
-    // Where the forces of a frame begin, and for each force where its point is, if it has one.
-    this.forceStarts = [0];
-    for (const forces of rowsOf(frames.force_counts)) {
-      this.forceStarts.push(this.forceStarts.at(-1) + forces);
-    }
-    let points = 0;
-    this.pointPlaces = Uint32Array.from(this.forceSites, (site) =>
-      this.sites[site][2] < 0 ? points++ : 0,
-    );
+    this.statuses = bytes(frames.statuses);
+    this.readForces(frames);
     this.bodies = data.bodies;
     for (const body of [...this.bodies, ...data.fixed]) body.span = spanOf(body);
     const reach = (body) => Math.max(...body.span.map(length));
@@ -97,23 +123,56 @@ class Run {
   }
 
   position(frame, body) {
-    const at = 7 * (frame * this.bodies.length + body);
-    return [0, 1, 2].map((axis) => this.origin[axis] + this.poses[at + axis]);
+    const at = 3 * body * this.count + frame;
+    return this.origin.map((start, axis) => start + this.positions[at + axis * this.count]);
   }
 
   attitude(frame, body) {
-    const at = 7 * (frame * this.bodies.length + body) + 3;
-    return this.poses.subarray(at, at + 4);
+    const at = 4 * body * this.count + frame;
+    const q = [0, 1, 2, 3].map((part) => this.attitudes[at + part * this.count]);
+    const size = Math.hypot(...q);
+    return q.map((part) => part / size);
   }
 
   speed(frame, body) {
-    return this.speeds[frame * this.bodies.length + body];
+    return this.speeds[body * this.count + frame];
   }
 
   // Points of the body in the world.
   placed(frame, body, points) {
     const [place, attitude] = [this.position(frame, body), this.attitude(frame, body)];
     return points.map((point) => add(place, rotate(attitude, point)));
+  }
+
+  // The forces of each frame, one after the other: their sites, their values, their points.
+  readForces(frames) {
+    // Body, partner, corner and number of forces of everything that touches.
+    this.sites = frames.sites;
+    const inFrames = rowsOf(frames.force_frames);
+    const [values, points] = [measures(frames.forces), measures(frames.force_points)];
+    this.forceStarts = new Uint32Array(this.count + 1);
+    for (const frame of inFrames) this.forceStarts[frame + 1] += 1;
+    for (let frame = 0; frame < this.count; frame += 1) {
+      this.forceStarts[frame + 1] += this.forceStarts[frame];
+    }
+    this.forceSites = new Uint32Array(inFrames.length);
+    this.forceValues = new Float32Array(values.length);
+    this.forcePoints = new Float32Array(values.length);
+    const ends = this.forceStarts.slice();
+    let [first, firstPoint] = [0, 0];
+    this.sites.forEach(([, , corner, number], site) => {
+      for (let i = 0; i < number; i += 1) {
+        const place = ends[inFrames[first + i]]++;
+        this.forceSites[place] = site;
+        for (let axis = 0; axis < 3; axis += 1) {
+          const at = axis * number + i;
+          this.forceValues[3 * place + axis] = values[3 * first + at];
+          if (corner < 0) this.forcePoints[3 * place + axis] = points[firstPoint + at];
+        }
+      }
+      first += number;
+      if (corner < 0) firstPoint += 3 * number;
+    });
   }
 
   // The mean forces of the frames after `before` up to `frame`: on which body by what, where,
@@ -127,10 +186,9 @@ class Run {
     }
     return [...sums].map(([site, { i, sum }]) => {
       const [body, partner, corner] = this.sites[site];
-      const at = 3 * this.pointPlaces[i];
       const point =
         corner < 0
-          ? add(this.origin, this.forcePoints.subarray(at, at + 3))
+          ? add(this.origin, this.forcePoints.subarray(3 * i, 3 * i + 3))
           : this.placed(frame, body, [this.bodies[body].points[corner]])[0];
       return { body, partner, point, force: times(sum, 1 / (frame - before)) };
     });

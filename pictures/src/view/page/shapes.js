@@ -1,165 +1,156 @@
-// The pieces of bodies in the world: where they are in the picture, which of two is painted
-// first, what they hide.
+// Pieces of bodies as surfaces: triangles with their normals and, of each place, how far it is
+// from the lines that are drawn on the surface: edges, and of what is round two great circles.
 
-// Of a body's size: pieces that overlap by less are taken as apart, and what lies behind a
-// piece by less is not hidden.
-const TOUCH = 1e-3;
-// Corners of a circle that stands for a ball in an outline.
-const ROUND = 14;
+// Arcs of a rounded edge, and of a quarter of a ball.
+const ARCS = 6;
+// Faces that meet at less than this share no edge, cosine.
+const FLAT = Math.cos((1 * Math.PI) / 180);
+// Farther from any line than a surface is large.
+const NO_LINE = 1e3;
 
-// A piece of body `body` of run `run`, or of what is fixed (body −1), where it now is.
-class Solid {
-  constructor(piece, owner, place, attitude, lens) {
-    Object.assign(this, owner);
-    this.radius = piece.radius;
-    this.attitude = attitude;
-    const at = (point) => (attitude ? add(place, rotate(attitude, point)) : point);
-    this.vertices = piece.vertices.map(at);
-    this.sides = piece.faces.map(({ vertices, normal }) => {
-      const turned = attitude ? rotate(attitude, normal) : normal;
-      const offset = dot(turned, this.vertices[vertices[0]]) + this.radius;
-      return { vertices, normal: turned, offset };
-    });
-    this.isDrawn = this.vertices.every(isFinitePoint);
-    this.centre = times(this.vertices.reduce(add), 1 / this.vertices.length);
-    this.depth = lens.depth(this.centre);
-    this.measure(lens);
+class Surface {
+  constructor() {
+    Object.assign(this, { places: [], normals: [], lines: [] });
   }
 
-  // The rectangle of the picture that it is in; all of it where it reaches the camera.
-  measure(lens) {
-    this.isNear = this.vertices.some((vertex) => lens.depth(vertex) - this.radius < lens.near);
-    if (this.isNear || !this.isDrawn) {
-      this.box = [-Infinity, -Infinity, Infinity, Infinity];
-      return;
+  // A triangle, turned so that its front is where its normals point.
+  triangle(corners, normals, lines) {
+    const across = cross(subtract(corners[1], corners[0]), subtract(corners[2], corners[0]));
+    const turned = dot(across, normals.reduce(add)) < 0 ? [0, 2, 1] : [0, 1, 2];
+    for (const k of turned) {
+      this.places.push(...corners[k]);
+      this.normals.push(...normals[k]);
+      this.lines.push(...lines[k]);
     }
-    this.spots = this.vertices.map(lens.project);
-    const box = [Infinity, Infinity, -Infinity, -Infinity];
-    this.spots.forEach(([x, y], i) => {
-      const room = 1.1 * lens.pixels(this.radius, this.vertices[i]);
-      box[0] = Math.min(box[0], x - room);
-      box[1] = Math.min(box[1], y - room);
-      box[2] = Math.max(box[2], x + room);
-      box[3] = Math.max(box[3], y + room);
+  }
+
+  // Lines are as thick as pixels are, on small pieces less: `size` says what is small.
+  geometry(size) {
+    const made = new THREE.BufferGeometry();
+    const attribute = (values, items) => new THREE.Float32BufferAttribute(values, items);
+    made.setAttribute("position", attribute(this.places, 3));
+    made.setAttribute("normal", attribute(this.normals, 3));
+    made.setAttribute("line", attribute(this.lines.map((x) => x / size), 2));
+    return made;
+  }
+}
+
+// The points of an arc from one direction to another.
+function arc(from, to, pieces) {
+  const all = [];
+  for (let k = 0; k <= pieces; k += 1) all.push(unit(between(from, to, k / pieces)));
+  return all;
+}
+
+// A polyhedron and all within `radius` of it: its faces, moved outward; along each edge the part
+// of a cylinder between two faces; at each corner the part of a ball between the edges.
+function hullSurface({ vertices, faces, radius }) {
+  const surface = new Surface();
+  const edges = new Map();
+  for (const { vertices: face, normal } of faces) {
+    face.forEach((a, i) => {
+      const b = face[(i + 1) % face.length];
+      const name = a < b ? `${a} ${b}` : `${b} ${a}`;
+      if (!edges.has(name)) edges.set(name, { ends: [a, b], normals: [] });
+      edges.get(name).normals.push(normal);
     });
-    this.box = box;
   }
-
-  // Its outline in the picture.
-  outline(lens) {
-    if (this.radius === 0) return hull(this.spots);
-    const circle = this.spots.flatMap(([x, y], i) => {
-      const r = lens.pixels(this.radius, this.vertices[i]);
-      return Array.from({ length: ROUND }, (_, k) => {
-        const angle = (2 * Math.PI * k) / ROUND;
-        return [x + r * Math.cos(angle), y + r * Math.sin(angle)];
-      });
+  const isSharp = (a, b) => {
+    const { normals } = edges.get(a < b ? `${a} ${b}` : `${b} ${a}`);
+    return normals.length < 2 || dot(normals[0], normals[1]) < FLAT;
+  };
+  for (const { vertices: face, normal } of faces) {
+    const corners = face.map((i) => add(vertices[i], times(normal, radius)));
+    const middle = times(corners.reduce(add), 1 / corners.length);
+    corners.forEach((a, i) => {
+      const k = (i + 1) % corners.length;
+      const b = corners[k];
+      const away = length(cross(subtract(b, a), subtract(middle, a))) / length(subtract(b, a));
+      const line = isSharp(face[i], face[k]) ? 0 : NO_LINE;
+      const lines = [
+        [line + away, line + away],
+        [line, line],
+        [line, line],
+      ];
+      surface.triangle([middle, a, b], [normal, normal, normal], lines);
     });
-    return hull(circle);
   }
+  if (radius > 0) roundEdges(surface, vertices, [...edges.values()], radius);
+  return surface;
+}
 
-  // Whether all of it lies beyond a plane, on the side of its normal.
-  isBeyond(normal, offset) {
-    return this.vertices.every((vertex) => dot(normal, vertex) - this.radius >= offset);
+function roundEdges(surface, vertices, edges, radius) {
+  const nothing = [NO_LINE, NO_LINE];
+  const at = (vertex, normal) => add(vertices[vertex], times(normal, radius));
+  const add3 = (spots) =>
+    surface.triangle(
+      spots.map(([vertex, normal]) => at(vertex, normal)),
+      spots.map(([, normal]) => normal),
+      [nothing, nothing, nothing],
+    );
+  // The mean direction at a corner.
+  const middles = vertices.map(() => [0, 0, 0]);
+  for (const { ends, normals } of edges) {
+    for (const end of ends) middles[end] = normals.reduce(add, middles[end]);
   }
-
-  // Whether it lies between the eye and a point. Of the way eye + s (point − eye), the part
-  // inside all faces is from the last entry to the first exit; of a ball or a capsule, the
-  // part that is nearer to the segment than the radius.
-  hides(eye, point) {
-    const way = subtract(point, eye);
-    if (this.sides.length === 0) return this.roundHides(eye, way);
-    let [entry, exit] = [0, 1 - 1e-6];
-    for (const { normal, offset } of this.sides) {
-      const speed = dot(normal, way);
-      const gap = offset - dot(normal, eye);
-      if (speed === 0) {
-        if (gap < 0) return false;
-      } else if (speed < 0) {
-        entry = Math.max(entry, gap / speed);
-      } else {
-        exit = Math.min(exit, gap / speed);
+  for (const { ends, normals } of edges.filter((edge) => edge.normals.length === 2)) {
+    const [a, b] = ends;
+    const rim = arc(...normals, ARCS);
+    for (let k = 0; k < ARCS; k += 1) {
+      add3([[a, rim[k]], [a, rim[k + 1]], [b, rim[k]]]);
+      add3([[b, rim[k]], [a, rim[k + 1]], [b, rim[k + 1]]]);
+      for (const end of ends) {
+        const ways = [k, k + 1].map((i) => arc(unit(middles[end]), rim[i], ARCS));
+        for (let ring = 0; ring < ARCS; ring += 1) {
+          const [near, far] = [ring, ring + 1].map((i) => ways.map((way) => [end, way[i]]));
+          add3([near[0], far[0], far[1]]);
+          if (ring > 0) add3([near[0], far[1], near[1]]);
+        }
       }
     }
-    return exit - entry > 1e-5;
-  }
-
-  roundHides(eye, way) {
-    const [a, b] = [this.vertices[0], this.vertices.at(-1)];
-    const axis = subtract(b, a);
-    // The nearest points of the two lines, by turns; the second line is short.
-    let share = 0.5;
-    let along = 0;
-    for (let k = 0; k < 6; k += 1) {
-      const core = add(a, times(axis, share));
-      along = dot(subtract(core, eye), way) / dot(way, way);
-      const near = subtract(add(eye, times(way, along)), a);
-      const square = dot(axis, axis);
-      share = square > 0 ? Math.min(1, Math.max(0, dot(near, axis) / square)) : 0;
-    }
-    const core = add(a, times(axis, share));
-    const apart = length(subtract(add(eye, times(way, along)), core));
-    const inside = Math.sqrt(Math.max(0, this.radius ** 2 - apart ** 2)) / length(way);
-    return apart < this.radius && along + inside < 1 + 1e-6 && along - inside < 1 - 0.1 * inside;
   }
 }
 
-const overlap = (a, b) => a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3];
-
-// Which of two is painted first: negative for `a`, positive for `b`, 0 for either. A plane that
-// has them on different sides decides: first the one that is not on the eye's side.
-function order(a, b, eye) {
-  const room = TOUCH * Math.min(a.reach, b.reach);
-  for (const [one, other, sign] of [
-    [a, b, 1],
-    [b, a, -1],
-  ]) {
-    for (const { normal, offset } of one.sides) {
-      if (!other.isBeyond(normal, offset - room)) continue;
-      // The other is on the side of the normal: in front if the eye is there too.
-      return dot(normal, eye) > offset ? -sign : sign;
-    }
+// A ball, or what is within `radius` of a segment: half balls about its ends and what is
+// between. Its circles are across the first and the third axis of the body; of a capsule they
+// go along it.
+function roundSurface({ vertices, radius }) {
+  const surface = new Surface();
+  const [a, b] = [vertices[0], vertices.at(-1)];
+  const isBall = length(subtract(b, a)) === 0;
+  const axis = isBall ? [0, 1, 0] : unit(subtract(b, a));
+  const least = axis.map(Math.abs).indexOf(Math.min(...axis.map(Math.abs)));
+  const u = isBall ? [0, 0, 1] : unit(cross(axis, [0, 1, 2].map((k) => (k === least ? 1 : 0))));
+  const v = cross(axis, u);
+  const around = 8 * ARCS;
+  // From one pole to the other; of a capsule the equator is there twice.
+  const levels = [];
+  for (let k = -2 * ARCS; k <= 2 * ARCS; k += 1) {
+    const angle = (Math.PI * k) / (4 * ARCS);
+    if (k <= 0) levels.push([a, angle]);
+    if (k > 0 || (k === 0 && !isBall)) levels.push([b, angle]);
   }
-  const way = subtract(b.centre, a.centre);
-  const size = length(way);
-  if (a.sides.length + b.sides.length === 0 && size > 0) {
-    const normal = times(way, 1 / size);
-    const offset = (dot(normal, a.centre) + dot(normal, b.centre)) / 2;
-    return dot(normal, eye) > offset ? -1 : 1;
-  }
-  return b.depth - a.depth;
-}
-
-// The solids in the order of painting: each after all that it is in front of. Where they are in
-// front of each other in a circle, the farthest comes first.
-function sorted(solids, eye) {
-  const far = [...solids].sort((a, b) => b.depth - a.depth);
-  far.forEach((solid) => (solid.behind = []));
-  for (let i = 0; i < far.length; i += 1) {
-    for (let k = i + 1; k < far.length; k += 1) {
-      if (!overlap(far[i].box, far[k].box)) continue;
-      const [one, other] = [far[i], far[k]];
-      if (order(one, other, eye) <= 0) other.behind.push(one);
-      else one.behind.push(other);
-    }
-  }
-  const done = new Set();
-  const painted = [];
-  const visit = (solid) => {
-    if (done.has(solid)) return;
-    done.add(solid);
-    solid.behind.forEach(visit);
-    painted.push(solid);
+  const spot = ([centre, angle], k) => {
+    const turn = (2 * Math.PI * k) / around;
+    const [x, y] = [Math.cos(angle) * Math.cos(turn), Math.cos(angle) * Math.sin(turn)];
+    const normal = add(add(times(u, x), times(v, y)), times(axis, Math.sin(angle)));
+    return [add(centre, times(normal, radius)), normal, [radius * Math.abs(x), radius * Math.abs(y)]];
   };
-  far.forEach(visit);
-  return painted;
+  const put = (spots) => surface.triangle(...[0, 1, 2].map((part) => spots.map((one) => one[part])));
+  for (let level = 0; level + 1 < levels.length; level += 1) {
+    for (let k = 0; k < around; k += 1) {
+      const [low, high] = [levels[level], levels[level + 1]];
+      if (level > 0) put([spot(low, k), spot(low, k + 1), spot(high, k)]);
+      if (level + 2 < levels.length) put([spot(high, k), spot(low, k + 1), spot(high, k + 1)]);
+    }
+  }
+  return surface;
 }
 
-// Whether a place of the picture is in a convex outline.
-function contains(outline, [x, y]) {
-  const turns = outline.map(([ax, ay], i) => {
-    const [bx, by] = outline[(i + 1) % outline.length];
-    return (bx - ax) * (y - ay) - (by - ay) * (x - ax);
-  });
-  return turns.every((turn) => turn >= 0) || turns.every((turn) => turn <= 0);
+// The surface of a piece.
+function pieceGeometry(piece) {
+  const surface = piece.faces.length > 0 ? hullSurface(piece) : roundSurface(piece);
+  const middle = times(piece.vertices.reduce(add), 1 / piece.vertices.length);
+  const reach = Math.max(...piece.vertices.map((vertex) => length(subtract(vertex, middle))));
+  return surface.geometry(reach + piece.radius);
 }

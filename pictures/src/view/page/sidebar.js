@@ -89,7 +89,7 @@ function fillFacts(setTime) {
     element("div", { id: "body-facts" }),
   );
   document.getElementById("made").textContent =
-    `made by tumble ${page.version}; plots drawn by uPlot`;
+    `made by tumble ${page.version}; motion drawn by three.js, plots by uPlot`;
 }
 
 // What stands at the cursor, one line a run.
@@ -120,6 +120,19 @@ function fillState() {
 const put = (place, text) => {
   if (place.textContent !== text) place.textContent = text;
 };
+
+// Of each thing that stands still and has a name, whether it is shown.
+function fillFixed(changed) {
+  const names = new Set(runs.flatMap((run) => run.data.fixed.map(({ name }) => name)));
+  const place = document.getElementById("fixed");
+  place.hidden = names.size === 0;
+  for (const name of names) {
+    const list = element("select", { "aria-label": `How ${name || "what stands still"} is shown` });
+    for (const state of ["shown", "faded", "hidden"]) list.append(element("option", {}, state));
+    list.addEventListener("change", () => changed(name, list.value));
+    place.append(element("label", { class: "field" }, name || "what stands still", list));
+  }
+}
 
 // Choices of bodies, and what is known of the chosen one.
 function fillBodies(choose) {

@@ -1,126 +1,22 @@
-// A view of one run or of two: ground, shadows, bodies, forces, trail.
+// A view of one run or of two: ground, shadows, bodies, forces, trails, drawn by three.js.
 
-const UP = [0, 0, 1];
 // The light comes over the left shoulder of whoever looks from the first view.
 const LIGHT = unit([0.35, -0.25, 1]);
-// Places that are looked at to find out how large the scene is, and frames at least.
-const SAMPLES = 2000;
-const FEWEST_FRAMES = 12;
-// Pieces of a trail.
-const PIECES = 1200;
-// Lines of the grid along its longer side, about.
-const LINES = 14;
+const SHADOW_PIXELS = 2048;
+// The smallest body's size times this is near enough to a surface to be on it.
+const LIFT = 0.08;
+const FRAME_COLOURS = ["#e0433a", "#2f9e44", "#2f6fe0"];
+// Lengths of the arms of a body's frame, times its size.
+const ARM = 1.15;
+// Names that are shown at once.
+const MOST_NAMES = 150;
 
-// Places that the bodies come to, in frames spread over the run, and what stands still.
-function visited(run) {
-  const count = run.bodies.reduce((sum, body) => sum + body.span.length, 0);
-  const frames = Math.max(FEWEST_FRAMES, SAMPLES / count);
-  const stride = Math.max(1, Math.ceil(run.count / frames));
-  const points = run.data.fixed.flatMap((fixed) => fixed.span);
-  const visit = (frame) =>
-    run.bodies.forEach((body, b) => points.push(...run.placed(frame, b, body.span)));
-  for (let frame = 0; frame < run.count; frame += stride) visit(frame);
-  visit(run.count - 1);
-  return points.filter(isFinitePoint);
-}
+// What everything is drawn relative to: the graphics card has seven digits.
+const BASE = runs[0].origin;
+const local = (point) => subtract(point, BASE);
 
-const places = runs.flatMap(visited);
-// Where they are on the ground.
-const feet = [];
-
-// 1, 2 or 5 times a power of ten.
-function roundLength(size) {
-  const power = 10 ** Math.floor(Math.log10(size));
-  return ([1, 2, 5].find((digit) => digit * power >= size) ?? 10) * power;
-}
-
-// The ground under everything: the plane n · x = d with a grid; null where there is none.
-function groundOf(run) {
-  if (run.data.ground === null) return null;
-  const { normal, offset } = run.data.ground;
-  const height = (point) => dot(normal, point) - offset;
-  // Along the vertical, or straight across where the ground is a wall.
-  const way = Math.abs(dot(normal, UP)) > 0.05 ? times(UP, 1 / dot(normal, UP)) : normal;
-  const drop = (point) => subtract(point, times(way, height(point)));
-  const across = unit(subtract([1, 0, 0], times(normal, normal[0])));
-  const axes =
-    Math.abs(normal[0]) < 0.999
-      ? [across, cross(normal, across)]
-      : [
-          [0, 1, 0],
-          [0, 0, 1],
-        ];
-  const below = (places.length ? places : [[0, 0, 0]]).map(drop);
-  feet.push(...below);
-  const ends = axes.map((axis) => {
-    const along = below.map((foot) => dot(axis, foot));
-    return [Math.min(...along), Math.max(...along)];
-  });
-  const size = Math.max(1e-9, ...ends.map(([low, high]) => high - low));
-  const spacing = roundLength(size / LINES);
-  const [[x0, x1], [y0, y1]] = ends.map(([low, high]) => [
-    Math.floor(low / spacing - 0.4) * spacing,
-    Math.ceil(high / spacing + 0.4) * spacing,
-  ]);
-  const at = (x, y) => add(times(normal, offset), add(times(axes[0], x), times(axes[1], y)));
-  const grid = [];
-  for (let k = 1; k < Math.round((x1 - x0) / spacing); k += 1) {
-    grid.push([at(x0 + k * spacing, y0), at(x0 + k * spacing, y1)]);
-  }
-  for (let k = 1; k < Math.round((y1 - y0) / spacing); k += 1) {
-    grid.push([at(x0, y0 + k * spacing), at(x1, y0 + k * spacing)]);
-  }
-  const outline = [at(x0, y0), at(x1, y0), at(x1, y1), at(x0, y1)];
-  return { normal, height, drop, grid, outline };
-}
-
-const grounds = runs.map(groundOf);
-// Of each run the way of the body that was last asked for.
-const ways = runs.map(() => ({ body: -1, frames: [] }));
-function wayOf(run, body) {
-  const way = ways[run.index];
-  if (way.body !== body) Object.assign(way, { body, frames: run.way(body, PIECES) });
-  return way.frames;
-}
-
-// The lamp, and the sky for what it does not reach, from 0 to 1.
-const lightOf = (normal) => 0.3 + 0.22 * (0.5 + 0.5 * normal[2]) + 0.46 * Math.max(0, dot(normal, LIGHT));
-
-// A level circle about a vertex, as wide as the piece is round.
-function disc(vertex, { radius }) {
-  return Array.from({ length: ROUND }, (_, k) => {
-    const angle = (2 * Math.PI * k) / ROUND;
-    return add(vertex, [radius * Math.cos(angle), radius * Math.sin(angle), 0]);
-  });
-}
-
-// The part that the eye sees of the great circle of a ball, or of the outline of a capsule, across
-// one of the body's axes.
-function seenCircle({ radius, vertices, attitude }, axis, eye) {
-  const [u, v] = [(axis + 1) % 3, (axis + 2) % 3].map((k) => {
-    const unitAxis = [0, 0, 0];
-    unitAxis[k] = radius;
-    return attitude ? rotate(attitude, unitAxis) : unitAxis;
-  });
-  const [a, b] = [vertices[0], vertices.at(-1)];
-  const middle = between(a, b, 0.5);
-  const along = subtract(b, a);
-  const points = Array.from({ length: 25 }, (_, k) => {
-    const angle = (Math.PI * k) / 12;
-    const out = add(times(u, Math.cos(angle)), times(v, Math.sin(angle)));
-    const lean = dot(out, along);
-    // Along the capsule the circle is drawn out to its ends.
-    const core = Math.abs(lean) < 1e-6 * radius * length(along) ? middle : lean > 0 ? b : a;
-    return { place: add(core, out), out };
-  });
-  const segments = [];
-  for (let k = 0; k + 1 < points.length; k += 1) {
-    const [one, other] = [points[k], points[k + 1]];
-    const isSeen = ({ place, out }) => dot(out, subtract(eye, place)) > 0;
-    if (isSeen(one) && isSeen(other)) segments.push([one.place, other.place]);
-  }
-  return segments;
-}
+// Whether there is WebGL; asked once, on a canvas of its own.
+const hasGraphics = document.createElement("canvas").getContext("webgl2") !== null;
 
 class Stage {
   // `members` are the runs it shows.
@@ -128,7 +24,11 @@ class Stage {
     this.members = members;
     this.canvas = element("canvas", { tabindex: "0", role: "img", "aria-label": label });
     this.caption = element("figcaption");
-    this.figure = element("figure", { class: "stage" }, this.canvas, this.caption);
+    this.names = element("div", { class: "names", "aria-hidden": "true" });
+    this.compass = new Compass();
+    this.figure = element("figure", { class: "stage" });
+    if (hasGraphics) this.figure.append(this.canvas, this.names, this.compass.picture, this.caption);
+    else this.figure.append(...members.map(stillOf), this.caption);
     if (isPair) {
       for (const run of members) {
         const key = element("span", { class: "key" }, run.name);
@@ -138,10 +38,12 @@ class Stage {
     }
     this.remark = element("span", { class: "remark" });
     this.caption.append(this.remark);
+    this.isStale = true;
   }
 
   // What the picture does not show by itself.
   remarks(time, show) {
+    if (!hasGraphics) return "this browser has no WebGL: the picture stands still at the start";
     const notes = [];
     const planes = new Set(this.members.map((run) => JSON.stringify(run.data.ground)));
     if (planes.size > 1) {
@@ -155,271 +57,276 @@ class Stage {
   }
 
   get size() {
-    return [this.canvas.clientWidth, this.canvas.clientHeight];
+    const { clientWidth, clientHeight } = hasGraphics ? this.canvas : this.figure;
+    return [clientWidth, clientHeight];
+  }
+
+  // Everything that three.js needs, made when it is first shown.
+  prepare() {
+    const context = this.canvas.getContext("webgl2", {
+      antialias: true,
+      // So that the picture can be saved from the browser's menu as well.
+      preserveDrawingBuffer: true,
+    });
+    this.renderer = new THREE.WebGLRenderer({ canvas: this.canvas, context });
+    this.renderer.shadowMap.enabled = true;
+    this.renderer.shadowMap.type = THREE.PCFShadowMap;
+    this.scene = new THREE.Scene();
+    this.eye = new THREE.PerspectiveCamera();
+    this.eye.up.set(...UP);
+    this.sun = new THREE.DirectionalLight("#ffffff", 2.0);
+    this.sun.castShadow = true;
+    this.sun.shadow.mapSize.set(SHADOW_PIXELS, SHADOW_PIXELS);
+    this.sun.shadow.radius = 2.5;
+    this.sky = new THREE.HemisphereLight("#ffffff", "#8f99a6", 1.9);
+    this.sky.position.set(...UP);
+    this.scene.add(this.sun, this.sun.target, this.sky);
+    this.floor = grounds[this.members[0].index] && new Floor(grounds[this.members[0].index]);
+    if (this.floor) this.scene.add(...this.floor.parts);
+    const alpha = this.members.length > 1 ? 0.6 : 1;
+    this.actors = this.members.map((run) => {
+      const { fixed } = run.data;
+      const actor = {
+        run,
+        bodies: new Solids(run.bodies, alpha),
+        fixed: new Solids(fixed, 1),
+        faded: new Solids(fixed, 0.22),
+        behind: new Lines(),
+        ahead: new Lines(),
+      };
+      actor.faded.material.depthWrite = false;
+      for (const mesh of actor.faded.meshes) mesh.castShadow = false;
+      for (const part of [actor.bodies, actor.fixed, actor.faded]) this.scene.add(...part.meshes);
+      this.scene.add(actor.behind, actor.ahead);
+      return actor;
+    });
+    const clouds = this.members.some((run) => run.bodies.some(({ pieces }) => pieces.length === 0));
+    this.points = clouds ? new Dots() : null;
+    this.arms = clouds ? new Lines() : null;
+    if (clouds) this.scene.add(this.points, this.arms);
+    this.arrows = [new Arrows().through(), new Arrows(), new Arrows()];
+    this.contacts = [new Dots().through(), new Dots()];
+    this.frames = FRAME_COLOURS.map(() => new Lines().through());
+    [...this.arrows, ...this.contacts, ...this.frames].forEach((overlay, i) => {
+      overlay.renderOrder = 10 + i;
+      this.scene.add(overlay);
+    });
+  }
+
+  // Colours of the page and of the bodies.
+  recolour(show) {
+    const chosen = new Set(isCrowd ? show.chosen : []);
+    this.renderer.setClearColor(colours.sky);
+    this.floor?.recolour();
+    for (const { run, bodies, fixed, faded, behind, ahead } of this.actors) {
+      bodies.paint((body) => hueOf(run, body), (body) => chosen.has(body));
+      for (const part of [fixed, faded]) part.paint(() => HUES[STILL_HUE], () => false);
+      const colour = isPair ? colours[run.index ? "run-b" : "run-a"] : colours.trail;
+      behind.look({ colour, width: 1.8 });
+      ahead.look({ colour, width: 1.3, alpha: 0.6 });
+    }
+    this.points?.look({ colour: colours.edge, rim: colours.edge, width: 7 });
+    this.arms?.look({ colour: colours.faint, width: 2 });
+    const [hidden, seam, seen] = this.arrows;
+    hidden.look({ colour: colours.force, width: 2.8, alpha: 0.2 });
+    seam.look({ colour: colours.seam, width: 2.8, seam: 1.1 });
+    seen.look({ colour: colours.force, width: 2.8 });
+    this.contacts.forEach((dots, i) =>
+      dots.look({ colour: colours.sky, rim: colours.force, width: 8, alpha: i ? 1 : 0.3 }),
+    );
+    this.frames.forEach((lines, axis) => lines.look({ colour: FRAME_COLOURS[axis], width: 2.2 }));
+    this.isStale = false;
   }
 
   // Paints what stands at `time`, with the mean forces since `before`: while the time runs,
   // an impact of one step is then seen whichever frames are painted.
   paint(camera, time, before, show) {
-    const [width, height] = this.size;
-    if (width === 0 || height === 0) return;
-    const ratio = window.devicePixelRatio || 1;
-    const pixels = [Math.round(width * ratio), Math.round(height * ratio)];
-    if (this.canvas.width !== pixels[0] || this.canvas.height !== pixels[1]) {
-      [this.canvas.width, this.canvas.height] = pixels;
-    }
-    const context = this.canvas.getContext("2d");
-    context.setTransform(ratio, 0, 0, ratio, 0, 0);
-    context.fillStyle = colours.sky;
-    context.fillRect(0, 0, width, height);
-    const lens = camera.lens(width, height, this.followed(time, show));
-    const brush = new Brush(context, lens);
-    const ground = grounds[this.members[0].index];
-    const scenes = this.members.map((run) => this.scene(run, time, before, lens));
-    const solids = scenes.flatMap((scene) => scene.solids);
-    this.painted = sorted(
-      solids.filter((solid) => solid.isDrawn),
-      lens.eye,
-    );
-    this.lens = lens;
-    const isAbove = ground === null || ground.height(lens.eye) > 0;
-    // What is beyond the ground is painted before it.
-    if (!isAbove) this.paintScenes(brush, scenes, show);
-    if (ground) this.paintGround(brush, ground, isAbove);
-    if (ground && isAbove) this.paintShadows(brush, ground, scenes);
-    if (isAbove) this.paintScenes(brush, scenes, show);
-    this.paintAxes(context, lens, height);
     put(this.remark, this.remarks(time, show));
+    const [width, height] = this.size;
+    if (!hasGraphics || width === 0 || height === 0) return;
+    if (!this.renderer) this.prepare();
+    if (this.isStale) this.recolour(show);
+    this.resize(width, height);
+    this.aim(camera, time, show, width, height);
+    const arrows = [];
+    const touched = [];
+    const framed = FRAME_COLOURS.map(() => []);
+    const drawn = [];
+    const cloud = { dots: [], arms: [] };
+    for (const actor of this.actors) {
+      const { run } = actor;
+      const frame = run.frame(time);
+      const poses = run.bodies.map((_, body) => {
+        const place = local(run.position(frame, body));
+        const attitude = run.attitude(frame, body);
+        return isFinitePoint(place) && isFinitePoint(attitude) ? { place, attitude } : null;
+      });
+      actor.bodies.place(poses);
+      poses.forEach((pose, body) => {
+        if (pose === null) return;
+        drawn.push({ ...pose, reach: run.reaches[body] });
+        if (run.bodies[body].pieces.length === 0) addCloud(cloud, run.bodies[body].points, pose);
+        if (show.frames) addFrame(framed, pose, ARM * run.reaches[body]);
+      });
+      this.placeFixed(actor, show);
+      if (show.forces || show.contacts) {
+        const since = Math.min(run.frame(before), frame - 1);
+        addForces(run, shownForces(run, frame, since, show), arrows, touched);
+      }
+      const [behind, ahead] = [[], []];
+      if (show.trail) {
+        for (const body of show.chosen) {
+          const here = local(run.position(frame, body));
+          splitTrail(trailOf(run, body, BASE), frame, here, behind, ahead);
+        }
+      }
+      actor.behind.set(behind);
+      actor.ahead.set(ahead);
+    }
+    this.points?.set(cloud.dots);
+    this.arms?.set(cloud.arms);
+    for (const overlay of this.arrows) overlay.set(show.forces ? arrows : []);
+    for (const dots of this.contacts) dots.set(show.contacts ? touched : []);
+    this.frames.forEach((lines, axis) => lines.set(framed[axis]));
+    this.castShadows(drawn);
+    const isAbove = this.floor?.look(this.eye.position.toArray()) ?? true;
+    this.sun.castShadow = isAbove;
+    this.renderer.render(this.scene, this.eye);
+    this.compass.turn(camera);
+    this.write(time, show);
   }
 
-  // How far the view is moved to keep the bodies in the middle.
+  resize(width, height) {
+    const ratio = window.devicePixelRatio || 1;
+    if (this.drawnSize === `${width} ${height} ${ratio}`) return;
+    this.drawnSize = `${width} ${height} ${ratio}`;
+    this.renderer.setPixelRatio(ratio);
+    this.renderer.setSize(width, height, false);
+    for (const { bodies, fixed, faded } of this.actors) {
+      for (const { material } of [bodies, fixed, faded]) material.userData.ratio.value = ratio;
+    }
+  }
+
+  // Puts three.js's camera where ours stands.
+  aim(camera, time, show, width, height) {
+    const shift = this.followed(time, show);
+    const { eye } = this;
+    this.upward = axesOf(camera)[1];
+    eye.position.set(...local(camera.eye(shift)));
+    eye.lookAt(...local(add(camera.target, shift)));
+    const short = Math.min(width, height);
+    eye.fov = (2 * Math.atan((HALF_VIEW * height) / short) * 180) / Math.PI;
+    eye.aspect = width / height;
+    eye.near = NEAR * camera.distance;
+    const far = farthest(camera.eye(shift));
+    eye.far = Math.max(2 * camera.distance, 1.05 * far);
+    eye.updateProjectionMatrix();
+    eye.updateMatrixWorld();
+    const lift = LIFT * Math.min(...this.members.map((run) => Math.min(...run.reaches)));
+    this.scene.traverse((part) => {
+      if (!(part instanceof Overlay)) return;
+      const { uniforms } = part.material;
+      uniforms.halfSize.value = [width / 2, height / 2];
+      uniforms.nearest.value = eye.near;
+      if (uniforms.lift) uniforms.lift.value = lift;
+    });
+  }
+
+  // How far the view is moved to keep the chosen bodies in the middle.
   followed(time, show) {
     if (!show.follow) return [0, 0, 0];
-    const middle = (t) => {
-      const all = this.members.map((run) => run.position(run.frame(t), show.body));
-      return times(all.reduce(add), 1 / all.length);
-    };
-    const shift = subtract(middle(time), show.anchor);
+    const shift = subtract(middleOf(this.members, time, show.chosen), show.anchor);
     return isFinitePoint(shift) ? shift : [0, 0, 0];
   }
 
-  // What a run shows: its pieces, its bodies of points, and which moments they are of.
-  scene(run, time, before, lens) {
-    const frame = run.frame(time);
-    const since = Math.min(run.frame(before), frame - 1);
-    const solids = [];
-    const clouds = [];
-    run.bodies.forEach(({ pieces, points }, body) => {
-      const [place, attitude] = [run.position(frame, body), run.attitude(frame, body)];
-      const owner = { run, body, reach: run.reaches[body] };
-      for (const piece of pieces) solids.push(new Solid(piece, owner, place, attitude, lens));
-      if (pieces.length === 0) clouds.push({ body, corners: run.placed(frame, body, points) });
-    });
-    const reach = Math.min(...run.reaches);
-    for (const { pieces } of run.data.fixed) {
-      for (const piece of pieces) {
-        solids.push(new Solid(piece, { run, body: -1, reach }, null, null, lens));
-      }
-    }
-    const drawn = solids.filter((solid) => solid.isDrawn);
-    const isHidden = (point) => {
-      const [x, y] = lens.project(point);
-      return drawn.some(
-        (solid) =>
-          x >= solid.box[0] &&
-          x <= solid.box[2] &&
-          y >= solid.box[1] &&
-          y <= solid.box[3] &&
-          solid.hides(lens.eye, point),
-      );
-    };
-    return { run, frame, since, solids, clouds, isHidden };
+  placeFixed({ run, fixed, faded }, show) {
+    const still = { place: local([0, 0, 0]), attitude: [1, 0, 0, 0] };
+    const poses = (wanted) =>
+      run.data.fixed.map(({ name }) => ((show.fixed.get(name) ?? "shown") === wanted ? still : null));
+    fixed.place(poses("shown"));
+    faded.place(poses("faded"));
   }
 
-  paintGround(brush, ground, isAbove) {
-    const alpha = isAbove ? 1 : 0.6;
-    brush.polygon(ground.outline, { fill: colours.ground, alpha });
-    brush.lines(ground.grid, { stroke: colours.grid, alpha });
-    brush.polygon(ground.outline, { stroke: colours.grid, width: 1.6, alpha });
-  }
-
-  paintShadows(brush, ground, scenes) {
-    const { lens } = brush;
-    const shadows = [];
-    const cast = (points) => {
-      const feet = points.map(ground.drop);
-      if (feet.every((foot) => lens.depth(foot) >= lens.near)) {
-        shadows.push(hull(feet.map(lens.project)));
-      }
-    };
-    for (const { solids, clouds } of scenes) {
-      for (const solid of solids.filter(({ isDrawn }) => isDrawn)) {
-        cast(solid.radius === 0 ? solid.vertices : solid.vertices.flatMap((v) => disc(v, solid)));
-      }
-      for (const { corners } of clouds) if (corners.every(isFinitePoint)) cast(corners);
-    }
-    brush.union(shadows, { fill: colours.shadow, alpha: colours.isDark ? 0.45 : 0.28 });
-  }
-
-  // First what the bodies hide, then the bodies, then what lies before them.
-  paintScenes(brush, scenes, show) {
-    const [far, near] = [[], []];
-    const lines = [];
-    for (const scene of scenes) {
-      const { run, frame, since, isHidden } = scene;
-      const arrows = show.forces ? run.forces(frame, since) : [];
-      for (const { partner, point, force } of arrows.filter(({ point }) => isFinitePoint(point))) {
-        const among = isHidden(point) ? far : near;
-        const arrow = run.arrow(force);
-        among.push([point, add(point, arrow)]);
-        // Between bodies each has its force.
-        if (partner >= 0) among.push([point, subtract(point, arrow)]);
-      }
-      if (show.trail) {
-        const stroke = isPair ? colours[run.index ? "run-b" : "run-a"] : colours.trail;
-        lines.push({ ...this.trail(scene, show.body), line: { stroke, width: 1.6 } });
-      }
-    }
-    for (const { ahead, hidden, line } of lines) {
-      brush.lines(ahead, { ...line, alpha: 0.45, dash: [2, 4] });
-      brush.lines(hidden, line);
-    }
-    // Of a heap, what is inside shows through.
-    const paintFar = (alpha) => far.forEach(([a, b]) => brush.arrow(a, b, colours.force, alpha));
-    if (!isCrowd) paintFar(1);
-    for (const { run, clouds } of scenes) {
-      for (const cloud of clouds) this.paintPoints(brush, run, cloud, show);
-    }
-    for (const solid of this.painted) this.paintSolid(brush, solid, show);
-    for (const { seen, line } of lines) brush.lines(seen, line);
-    if (isCrowd) paintFar(0.3);
-    for (const [from, to] of near) brush.arrow(from, to, colours.force);
-  }
-
-  // How edges are drawn: those of the chosen body stand out.
-  edges(body, show) {
-    const isChosen = isCrowd && body === show.body;
-    return { stroke: isChosen ? colours.chosen : colours.edge, width: isChosen ? 3 : 1.6 };
-  }
-
-  get alpha() {
-    return this.members.length > 1 ? 0.6 : 1;
-  }
-
-  paintPoints(brush, run, { body, corners }, show) {
-    const { lens } = brush;
-    if (!corners.every((corner) => isFinitePoint(corner) && lens.depth(corner) >= lens.near)) return;
-    const fill = shade(hueOf(run.index, body), 0.75);
-    const edges = { ...this.edges(body, show), alpha: this.alpha };
-    brush.flat(hull(corners.map(lens.project)), { fill, ...edges });
-    for (const corner of corners) brush.dot(corner, 3.5, colours.edge);
-  }
-
-  paintSolid(brush, solid, show) {
-    const { lens } = brush;
-    const { run, body, radius, vertices } = solid;
-    const hue = hueOf(run.index, body);
-    const edges = this.edges(body, show);
-    if (radius > 0) {
-      if (solid.isNear) return;
-      this.paintRound(brush, solid, hue, edges);
-    }
-    const seen = solid.sides.filter(({ normal, offset }) => dot(normal, lens.eye) > offset);
-    const corners = seen.map(({ vertices: face, normal }) =>
-      face.map((i) => (radius > 0 ? add(vertices[i], times(normal, radius)) : vertices[i])),
+  // The light looks at a ball around all bodies; in steps, so that shadows do not flicker.
+  castShadows(drawn) {
+    if (drawn.length === 0) return;
+    const middle = times(drawn.map(({ place }) => place).reduce(add), 1 / drawn.length);
+    const reach = Math.max(
+      ...drawn.map(({ place, reach }) => length(subtract(place, middle)) + reach),
     );
-    seen.forEach(({ normal }, i) => {
-      brush.polygon(corners[i], { fill: shade(hue, lightOf(normal)), alpha: this.alpha });
+    const size = 1.2 ** Math.ceil(Math.log(Math.max(reach, 1e-9)) / Math.log(1.2));
+    const texel = (2 * size) / SHADOW_PIXELS;
+    const across = unit(cross(LIGHT, [0, 1, 0]));
+    const axes = [across, cross(LIGHT, across), LIGHT];
+    const snapped = axes.map((axis, k) =>
+      times(axis, k < 2 ? Math.round(dot(axis, middle) / texel) * texel : dot(axis, middle)),
+    );
+    const target = snapped.reduce(add);
+    const height = this.floor ? Math.abs(this.floor.ground.height(add(target, BASE))) : 0;
+    this.sun.target.position.set(...target);
+    this.sun.position.set(...add(target, times(LIGHT, 2 * size)));
+    const { shadow } = this.sun;
+    Object.assign(shadow.camera, { left: -size, right: size, bottom: -size, top: size });
+    Object.assign(shadow.camera, { near: 0.5 * size, far: 4 * size + 3 * height });
+    shadow.camera.updateProjectionMatrix();
+    shadow.normalBias = 1.5 * texel;
+    shadow.bias = -(2 * texel) / shadow.camera.far;
+  }
+
+  // Names at bodies: of the chosen ones, or of all.
+  write(time, show) {
+    const [run] = this.members;
+    const shown = !isCrowd
+      ? []
+      : show.names
+        ? run.bodies.map((_, body) => body).slice(0, MOST_NAMES)
+        : show.chosen;
+    while (this.names.children.length < shown.length) this.names.append(element("span"));
+    while (this.names.children.length > shown.length) this.names.lastChild.remove();
+    const [width, height] = this.size;
+    shown.forEach((body, i) => {
+      const label = this.names.children[i];
+      const place = local(run.position(run.frame(time), body));
+      const spot = new THREE.Vector3(...place).project(this.eye);
+      label.hidden = !isFinitePoint(place) || Math.abs(spot.z) > 1;
+      put(label, run.bodies[body].name);
+      label.classList.toggle("chosen", show.chosen.includes(body));
+      // Above the body, whichever way it lies.
+      const top = new THREE.Vector3(...add(place, times(this.upward, run.reaches[body]))).project(this.eye);
+      const [x, y] = [0.5 * (1 + spot.x) * width, 0.5 * (1 - top.y) * height];
+      label.style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px) translate(-50%, -100%)`;
     });
-    if (radius === 0) for (const outline of corners) brush.polygon(outline, edges);
-  }
-
-  // What is round: its outline, lit from above, and of balls and capsules the circles that show
-  // how they turn.
-  paintRound(brush, solid, hue, edges) {
-    const { lens } = brush;
-    const { radius, vertices, spots, box } = solid;
-    const { context } = brush;
-    const fill = context.createLinearGradient(box[0], box[1], box[0], box[3]);
-    for (const [at, light] of [
-      [0, 0.98],
-      [0.45, 0.62],
-      [1, 0.34],
-    ]) {
-      fill.addColorStop(at, shade(hue, light));
-    }
-    if (vertices.length === 1) {
-      context.beginPath();
-      context.arc(...spots[0], lens.pixels(radius, vertices[0]), 0, 2 * Math.PI);
-      Object.assign(context, { fillStyle: fill, strokeStyle: edges.stroke, lineWidth: edges.width });
-      context.globalAlpha = this.alpha;
-      context.fill();
-      context.globalAlpha = 1;
-      context.stroke();
-    } else {
-      brush.flat(solid.outline(lens), { fill, alpha: this.alpha });
-      brush.flat(solid.outline(lens), edges);
-    }
-    if (solid.sides.length > 0) return;
-    const line = { stroke: shade(hue, 0.12), width: 1.4 };
-    for (const axis of [0, 2]) brush.lines(seenCircle(solid, axis, lens.eye), line);
-  }
-
-  // The way of the centre of mass: behind the body, before it, and still to come.
-  trail({ run, frame, isHidden }, body) {
-    const trail = { hidden: [], seen: [], ahead: [] };
-    let from = run.position(0, body);
-    let before = 0;
-    for (const next of wayOf(run, body)) {
-      const ends = before < frame && frame < next ? [frame, next] : [next];
-      before = next;
-      for (const end of ends) {
-        const to = run.position(end, body);
-        if (isFinitePoint(from) && isFinitePoint(to)) {
-          const part = end > frame ? "ahead" : isHidden(between(from, to, 0.5)) ? "hidden" : "seen";
-          trail[part].push([from, to]);
-        }
-        from = to;
-      }
-    }
-    return trail;
   }
 
   // The body at a place of the picture; −1 where there is none.
-  bodyAt(place) {
-    for (const solid of [...(this.painted ?? [])].reverse()) {
-      if (!solid.isNear && contains(solid.outline(this.lens), place)) return solid.body;
-    }
-    return -1;
-  }
-
-  // The directions of the world, in the lower left corner.
-  paintAxes(context, lens, height) {
-    const [x, y] = [34, height - 34];
-    const directions = [
-      [1, 0, 0],
-      [0, 1, 0],
-      [0, 0, 1],
-    ].map((axis, k) => {
-      const [right, up, forward] = lens.axes.map((row) => dot(row, axis));
-      return { name: "xyz"[k], right, up, forward };
+  bodyAt([x, y]) {
+    if (!this.renderer) return -1;
+    const [width, height] = this.size;
+    const ray = new THREE.Raycaster();
+    ray.setFromCamera({ x: (2 * x) / width - 1, y: 1 - (2 * y) / height }, this.eye);
+    const hits = this.actors.flatMap(({ bodies, fixed }) => {
+      const still = fixed.hit(ray);
+      return [bodies.hit(ray), still && { ...still, thing: -1 }];
     });
-    directions.sort((a, b) => b.forward - a.forward);
-    Object.assign(context, {
-      lineWidth: 1.6,
-      font: "600 11px system-ui, sans-serif",
-      textAlign: "center",
-      textBaseline: "middle",
-    });
-    for (const { name, right, up, forward } of directions) {
-      context.globalAlpha = forward > 0.3 ? 0.6 : 1;
-      context.strokeStyle = context.fillStyle = colours.ink;
-      context.beginPath();
-      context.moveTo(x, y);
-      context.lineTo(x + 20 * right, y - 20 * up);
-      context.stroke();
-      context.fillText(name, x + 28 * right, y - 28 * up);
-    }
-    context.globalAlpha = 1;
+    const found = hits.filter((hit) => hit !== null);
+    return found.sort((a, b) => a.distance - b.distance)[0]?.thing ?? -1;
   }
 }
+
+// The middle of the chosen bodies of some runs.
+function middleOf(members, time, chosen) {
+  const all = members.flatMap((run) =>
+    chosen.map((body) => run.position(run.frame(time), body)).filter(isFinitePoint),
+  );
+  return times(all.reduce(add, [0, 0, 0]), 1 / all.length);
+}
+
+// How far what is in the scene is from a place, at most.
+const corners = [0, 1, 2, 3, 4, 5, 6, 7].map((i) => {
+  const all = [...places, ...feet];
+  return [0, 1, 2].map((axis) => {
+    const values = all.map((point) => point[axis]);
+    return values.reduce(i & (1 << axis) ? (a, b) => Math.max(a, b) : (a, b) => Math.min(a, b), BASE[axis]);
+  });
+});
+const farthest = (from) => Math.max(...corners.map((corner) => length(subtract(corner, from))));

@@ -1,0 +1,45 @@
+// Colours: of the page, light or dark, and of the bodies.
+
+// The colours of the style sheet, read again when light turns to dark.
+const colours = {};
+function readColours() {
+  const style = getComputedStyle(document.documentElement);
+  for (const name of [
+    "ink",
+    "faint",
+    "line",
+    "accent",
+    "sky",
+    "ground",
+    "grid",
+    "shadow",
+    "trail",
+    "force",
+    "seam",
+    "edge",
+    "chosen",
+    "plot-grid",
+    "run-a",
+    "run-b",
+    "run-a-other",
+    "run-b-other",
+    "retried",
+    "fallback",
+    "wild",
+    "failed",
+  ]) {
+    colours[name] = style.getPropertyValue(`--${name}`).trim();
+  }
+  colours.isDark = matchMedia("(prefers-color-scheme: dark)").matches;
+}
+readColours();
+
+// One for each of two runs, or for each of several bodies; the last is of what stands still.
+const HUES = ["#2f7fc4", "#d98a1f", "#2a9d74", "#b5519b", "#c9504a", "#9c972c", "#8b95a3"];
+const STILL_HUE = HUES.length - 1;
+
+// The colour of a body: its own, or one of the hues in turn.
+function hueOf(run, body) {
+  if (isPair) return HUES[run.index];
+  return run.bodies[body].colour ?? HUES[body % STILL_HUE];
+}

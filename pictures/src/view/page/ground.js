@@ -1,0 +1,103 @@
+// The ground, and where the motion goes.
+
+const UP = [0, 0, 1];
+// Places that are looked at to find out how large the scene is, and frames at least.
+const SAMPLES = 2000;
+const FEWEST_FRAMES = 12;
+// Lines of the grid along its longer side, about.
+const LINES = 14;
+const MOST_LINES = 400;
+
+// Places that the bodies come to, in frames spread over the run, and what stands still.
+function visited(run) {
+  const count = run.bodies.reduce((sum, body) => sum + body.span.length, 0);
+  const frames = Math.max(FEWEST_FRAMES, SAMPLES / count);
+  const stride = Math.max(1, Math.ceil(run.count / frames));
+  const points = run.data.fixed.flatMap((fixed) => fixed.span);
+  const visit = (frame) =>
+    run.bodies.forEach((body, b) => points.push(...run.placed(frame, b, body.span)));
+  for (let frame = 0; frame < run.count; frame += stride) visit(frame);
+  visit(run.count - 1);
+  return points.filter(isFinitePoint);
+}
+
+const places = runs.flatMap(visited);
+// Where they are on the ground.
+const feet = [];
+
+// All bodies of a run in a frame: their middle, and how far they reach from it.
+function cluster(run, frame) {
+  const centres = run.bodies
+    .map((_, body) => ({ at: run.position(frame, body), reach: run.reaches[body] }))
+    .filter(({ at }) => isFinitePoint(at));
+  if (centres.length === 0) return null;
+  const middle = times(centres.map(({ at }) => at).reduce(add), 1 / centres.length);
+  return { middle, reach: Math.max(...centres.map(({ at, reach }) => length(subtract(at, middle)) + reach)) };
+}
+
+// Of a motion that is longer than this times what moves, the camera follows.
+const LONG = 8;
+
+// How far the bodies are from their middle at most, if they go far against that; 0 if not.
+function travels(run) {
+  const stride = Math.max(1, Math.ceil(run.count / FEWEST_FRAMES));
+  const all = [];
+  for (let frame = 0; frame < run.count; frame += stride) all.push(cluster(run, frame));
+  const known = [...all, cluster(run, run.count - 1)].filter((one) => one !== null);
+  if (known.length === 0) return 0;
+  const way = Math.max(...known.map(({ middle }) => length(subtract(middle, known[0].middle))));
+  const reach = Math.max(...known.map((one) => one.reach));
+  return way > LONG * reach ? reach : 0;
+}
+
+const followedReach = Math.max(...runs.map(travels));
+
+// 1, 2 or 5 times a power of ten.
+function roundLength(size) {
+  const power = 10 ** Math.floor(Math.log10(size));
+  return ([1, 2, 5].find((digit) => digit * power >= size) ?? 10) * power;
+}
+
+// The ground under everything: the plane n · x = d with a grid; null where there is none.
+function groundOf(run) {
+  if (run.data.ground === null) return null;
+  const { normal, offset } = run.data.ground;
+  const height = (point) => dot(normal, point) - offset;
+  // Along the vertical, or straight across where the ground is a wall.
+  const way = Math.abs(dot(normal, UP)) > 0.05 ? times(UP, 1 / dot(normal, UP)) : normal;
+  const drop = (point) => subtract(point, times(way, height(point)));
+  const across = unit(subtract([1, 0, 0], times(normal, normal[0])));
+  const axes =
+    Math.abs(normal[0]) < 0.999
+      ? [across, cross(normal, across)]
+      : [
+          [0, 1, 0],
+          [0, 0, 1],
+        ];
+  const below = (places.length ? places : [[0, 0, 0]]).map(drop);
+  feet.push(...below);
+  const ends = axes.map((axis) => {
+    const along = below.map((foot) => dot(axis, foot));
+    return [Math.min(...along), Math.max(...along)];
+  });
+  const size = Math.max(1e-9, ...ends.map(([low, high]) => high - low));
+  // Where the camera follows, cells are as large as what moves, if they are not too many.
+  const cell = followedReach > 0 ? Math.min(size / LINES, followedReach) : size / LINES;
+  const spacing = roundLength(Math.max(cell, size / MOST_LINES));
+  const [[x0, x1], [y0, y1]] = ends.map(([low, high]) => [
+    Math.floor(low / spacing - 0.4) * spacing,
+    Math.ceil(high / spacing + 0.4) * spacing,
+  ]);
+  const at = (x, y) => add(times(normal, offset), add(times(axes[0], x), times(axes[1], y)));
+  const grid = [];
+  for (let k = 1; k < Math.round((x1 - x0) / spacing); k += 1) {
+    grid.push([at(x0 + k * spacing, y0), at(x0 + k * spacing, y1)]);
+  }
+  for (let k = 1; k < Math.round((y1 - y0) / spacing); k += 1) {
+    grid.push([at(x0, y0 + k * spacing), at(x1, y0 + k * spacing)]);
+  }
+  const outline = [at(x0, y0), at(x1, y0), at(x1, y1), at(x0, y1)];
+  return { normal, height, drop, grid, outline };
+}
+
+const grounds = runs.map(groundOf);

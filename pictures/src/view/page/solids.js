@@ -1,0 +1,127 @@
+// Bodies and what stands still, as three.js draws them: of each distinct shape one mesh with an
+// instance for each piece.
+
+// How wide the lines on a surface are, pixels; of a chosen body.
+const LINE_WIDTHS = [1.1, 2.4];
+
+// A surface in the light, with its lines.
+function surfaceMaterial(alpha) {
+  const material = new THREE.MeshLambertMaterial({ transparent: alpha < 1, opacity: alpha });
+  material.userData = {
+    edge: { value: new THREE.Color() },
+    chosenEdge: { value: new THREE.Color() },
+    ratio: { value: 1 },
+  };
+  material.onBeforeCompile = (shader) => {
+    Object.assign(shader.uniforms, material.userData);
+    shader.vertexShader = `
+      attribute vec2 line;
+      attribute float chosen;
+      varying vec2 vLine;
+      varying float vChosen;
+      ${shader.vertexShader}`.replace(
+      "#include <begin_vertex>",
+      "#include <begin_vertex>\n vLine = line; vChosen = chosen;",
+    );
+    shader.fragmentShader = `
+      uniform vec3 edge;
+      uniform vec3 chosenEdge;
+      uniform float ratio;
+      varying vec2 vLine;
+      varying float vChosen;
+      ${shader.fragmentShader}`.replace(
+      "#include <opaque_fragment>",
+      `#include <opaque_fragment>
+      vec2 pixel = max(fwidth(vLine), vec2(1e-9));
+      // Of what is a few pixels large, lines would leave nothing.
+      vec2 wide = min(vec2(ratio * mix(${LINE_WIDTHS[0]}, ${LINE_WIDTHS[1]}, vChosen)), 0.06 / pixel);
+      vec2 off = vLine / pixel - wide;
+      vec2 share = clamp(0.5 - off, 0.0, 1.0) * min(vec2(1.0), wide);
+      gl_FragColor.rgb = mix(gl_FragColor.rgb, mix(edge, chosenEdge, vChosen), max(share.x, share.y));`,
+    );
+  };
+  return material;
+}
+
+// The pieces of many things; `things` have pieces.
+class Solids {
+  constructor(things, alpha) {
+    this.material = surfaceMaterial(alpha);
+    const shapes = new Map();
+    things.forEach(({ pieces }, thing) => {
+      for (const piece of pieces) {
+        const name = JSON.stringify(piece);
+        if (!shapes.has(name)) shapes.set(name, { piece, owners: [] });
+        shapes.get(name).owners.push(thing);
+      }
+    });
+    this.meshes = [...shapes.values()].map(({ piece, owners }) => {
+      const geometry = pieceGeometry(piece);
+      const chosen = new THREE.InstancedBufferAttribute(new Float32Array(owners.length), 1);
+      geometry.setAttribute("chosen", chosen);
+      const mesh = new THREE.InstancedMesh(geometry, this.material, owners.length);
+      Object.assign(mesh, { castShadow: true, receiveShadow: true, frustumCulled: false });
+      mesh.userData = { owners, chosen };
+      return mesh;
+    });
+  }
+
+  // Colours, and which are chosen.
+  paint(hue, isChosen) {
+    const colour = new THREE.Color();
+    for (const mesh of this.meshes) {
+      mesh.userData.owners.forEach((thing, i) => {
+        mesh.setColorAt(i, colour.set(hue(thing)));
+        mesh.userData.chosen.setX(i, Number(isChosen(thing)));
+      });
+      mesh.instanceColor.needsUpdate = true;
+      mesh.userData.chosen.needsUpdate = true;
+    }
+    this.material.userData.edge.value.set(colours.edge);
+    this.material.userData.chosenEdge.value.set(colours.chosen);
+  }
+
+  // Where each is: `poses` have place and attitude (q_w, q_x, q_y, q_z), null for what is not
+  // drawn.
+  place(poses) {
+    for (const mesh of this.meshes) {
+      const { array } = mesh.instanceMatrix;
+      mesh.userData.owners.forEach((thing, i) => matrixOf(poses[thing], array, 16 * i));
+      mesh.instanceMatrix.needsUpdate = true;
+    }
+  }
+
+  // The nearest that a ray meets: its thing and the distance; null for none.
+  hit(ray) {
+    let nearest = null;
+    for (const mesh of this.meshes) {
+      mesh.boundingSphere = null;
+      for (const { distance, instanceId } of ray.intersectObject(mesh)) {
+        if (nearest === null || distance < nearest.distance) {
+          nearest = { distance, thing: mesh.userData.owners[instanceId] };
+        }
+      }
+    }
+    return nearest;
+  }
+}
+
+// The matrix of a pose, by columns; of none all 0, which draws nothing.
+function matrixOf(pose, into, at) {
+  if (pose === null) {
+    into.fill(0, at, at + 16);
+    return;
+  }
+  const [w, x, y, z] = pose.attitude;
+  into[at] = 1 - 2 * (y * y + z * z);
+  into[at + 1] = 2 * (x * y + w * z);
+  into[at + 2] = 2 * (x * z - w * y);
+  into[at + 4] = 2 * (x * y - w * z);
+  into[at + 5] = 1 - 2 * (x * x + z * z);
+  into[at + 6] = 2 * (y * z + w * x);
+  into[at + 8] = 2 * (x * z + w * y);
+  into[at + 9] = 2 * (y * z - w * x);
+  into[at + 10] = 1 - 2 * (x * x + y * y);
+  into.set(pose.place, at + 12);
+  into[at + 15] = 1;
+}
