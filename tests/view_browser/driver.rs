@@ -20,11 +20,12 @@ const PATIENCE: Duration = Duration::from_secs(30);
 /// Names an element in the protocol.
 const ELEMENT: &str = "element-6066-11e4-a52e-4f735466cecf";
 
-/// What keeps a browser quiet and alive on closed machines and as root.
-const FLAGS: [&str; 9] = [
+/// What keeps a browser quiet and alive on closed machines and as root, and WebGL in software.
+const FLAGS: [&str; 10] = [
     "--headless",
     "--no-sandbox",
-    "--disable-gpu",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
     "--disable-quic",
     "--no-first-run",
     "--disable-background-networking",
@@ -77,8 +78,18 @@ pub fn is_installed() -> bool {
 impl Browser {
     /// A window of `width` by `height`.
     pub fn start(width: u32, height: u32) -> Self {
+        Self::start_with(width, height, &[])
+    }
+
+    /// The same without WebGL.
+    pub fn without_graphics(width: u32, height: u32) -> Self {
+        Self::start_with(width, height, &["--disable-3d-apis"])
+    }
+
+    fn start_with(width: u32, height: u32, more: &[&str]) -> Self {
         let profile = tempfile::tempdir().unwrap();
-        let mut flags: Vec<String> = FLAGS.map(str::to_owned).into();
+        let mut flags: Vec<String> =
+            FLAGS.iter().chain(more).map(|&flag| flag.to_owned()).collect();
         flags.push(format!("--user-data-dir={}", profile.path().display()));
         let driver = Driver::start(profile);
         let config = ureq::Agent::config_builder()
@@ -140,8 +151,19 @@ impl Browser {
     }
 
     pub fn open(&self, page: &Path) {
-        self.post("/url", json!({ "url": format!("file://{}", page.display()) }));
+        self.open_at(page, "");
+    }
+
+    /// With a fragment, such as `#t=1`.
+    pub fn open_at(&self, page: &Path, fragment: &str) {
+        self.post("/url", json!({ "url": format!("file://{}{fragment}", page.display()) }));
         self.settle();
+    }
+
+    /// What the page saves goes to `directory`.
+    pub fn save_to(&self, directory: &Path) {
+        let wanted = json!({ "behavior": "allow", "downloadPath": directory.display().to_string() });
+        self.devtools("Browser.setDownloadBehavior", wanted);
     }
 
     /// What `return …` in the page returns.
@@ -203,6 +225,24 @@ impl Browser {
             })
         });
         self.act(pointers.collect());
+    }
+
+    /// Clicks on a place while `held` is down.
+    pub fn click_at(&self, at: (f64, f64), held: &str) {
+        let pause = || json!({ "type": "pause" });
+        let keys = json!([
+            { "type": "keyDown", "value": held }, pause(), pause(), { "type": "keyUp", "value": held },
+        ]);
+        let (x, y) = (at.0.round() as i64, at.1.round() as i64);
+        let mouse = json!([
+            { "type": "pointerMove", "origin": "viewport", "duration": 0, "x": x, "y": y },
+            { "type": "pointerDown", "button": 0 }, { "type": "pointerUp", "button": 0 },
+        ]);
+        self.act(json!([
+            { "type": "key", "id": "keyboard", "actions": keys },
+            { "type": "pointer", "id": "mouse", "parameters": { "pointerType": "mouse" },
+              "actions": mouse },
+        ]));
     }
 
     /// Turns the wheel over a place.

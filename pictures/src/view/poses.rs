@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 const MOST_FRAMES: usize = 6000;
 const FEWEST_FRAMES: usize = 500;
 /// Poses of all bodies together, if that leaves [`FEWEST_FRAMES`].
-const MOST_POSES: usize = 120_000;
+const MOST_POSES: usize = 520_000;
 /// What components of attitudes are rounded to: a body's ends move by less than 1e-4 of its
 /// size.
 const ATTITUDE_STEP: f64 = 1.0 / 16384.0;

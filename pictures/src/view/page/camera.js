@@ -4,8 +4,11 @@
 const HALF_VIEW = 0.249;
 // What of the half picture the motion may fill.
 const FILL = 0.93;
-// The drop scene's motion, along y, goes to the right.
+// What is long along y, as the drop scene's motion, goes to the right; what is long along x too.
 const FIRST_VIEW = { azimuth: -32, elevation: 20 };
+const FIRST_VIEW_ALONG_X = { azimuth: -62, elevation: 20 };
+// Times longer that it must be along x.
+const LONGER = 1.5;
 // Nearer than this times its distance the camera sees nothing.
 const NEAR = 0.02;
 
@@ -22,13 +25,24 @@ function axesOf({ azimuth, elevation }) {
   ];
 }
 
+function isAlongX() {
+  const [x, y] = [0, 1].map((axis) => {
+    const [low, high] = places.reduce(
+      ([low, high], point) => [Math.min(low, point[axis]), Math.max(high, point[axis])],
+      [Infinity, -Infinity],
+    );
+    return high - low;
+  });
+  return x > LONGER * y;
+}
+
 class Camera {
   constructor() {
     this.reset();
   }
 
   reset() {
-    Object.assign(this, FIRST_VIEW, { target: [0, 0, 0], distance: 10 });
+    Object.assign(this, isAlongX() ? FIRST_VIEW_ALONG_X : FIRST_VIEW, { target: [0, 0, 0], distance: 10 });
     // Whether it is to show everything, and of which view it does.
     Object.assign(this, { isFitted: true, fittedTo: null });
   }

@@ -112,43 +112,42 @@ class Lines extends Overlay {
   }
 }
 
-// Arrows along `way`. All of an arrow is as deep as where it begins, so that the force at a
-// corner that is seen is seen, and what a body hides is hidden; `lift` brings it nearer.
+// Arrows along `way`; `seam` is how much wider than an arrow what sets it off is.
 class Arrows extends Overlay {
   constructor() {
-    // Along: 0 the beginning, 1 the neck, 2 the tip; across; the half width of shaft or head.
+    // Along: 0 the beginning, 1 the neck, 2 the tip; across; 1 for what is the head.
     super(
       [0, -1, 0, 1, -1, 0, 1, 1, 0, 0, 1, 0, 1, -1, 1, 2, 0, 1, 1, 1, 1],
       [0, 1, 2, 0, 2, 3, 4, 5, 6],
       ["from", "way"],
-      { lift: 0, seam: 0 },
-      `uniform float width; uniform float lift; uniform float seam;
+      { seam: 0 },
+      `uniform float width; uniform float seam;
       void main() {
         vec4 here = viewMatrix * vec4(from, 1.0);
         vec4 there = viewMatrix * vec4(from + way, 1.0);
-        vec4 base = projectionMatrix * here;
         gl_Position = vec4(0.0, 0.0, 2.0, 1.0);
         if (here.z > -nearest || there.z > -nearest) return;
-        vec2 start = pixels(base);
+        vec2 start = pixels(projectionMatrix * here);
         vec2 span = pixels(projectionMatrix * there) - start;
         float size = length(span);
-        if (size < 2.0 * width / 2.8) return;
+        if (size < 2.0) return;
         vec2 along = span / size;
         float head = min(4.3 * width, 0.6 * size);
-        float half_ = position.z > 0.5 ? 0.45 * head : 0.5 * width;
-        float reach = position.x < 0.5 ? -seam : position.x < 1.5 ? size - head - (position.z > 0.5 ? seam : 0.0) : size + 2.2 * seam;
-        float sideways = position.y * (half_ + seam * (position.z > 0.5 ? 1.6 : 1.0));
-        vec2 spot = start + along * reach + vec2(-along.y, along.x) * sideways;
-        here.z = min(here.z + lift, -nearest);
-        vec4 deep = projectionMatrix * here;
-        gl_Position = vec4(spot / halfSize, deep.z / deep.w, 1.0);
+        bool isHead = position.z > 0.5;
+        float wide = isHead ? 0.45 * head + 1.6 * seam : 0.5 * width + seam;
+        float neck = size - head - (isHead ? seam : 0.0);
+        float at = position.x < 0.5 ? -seam : position.x < 1.5 ? neck : size + 2.2 * seam;
+        vec2 spot = start + at * along + wide * position.y * vec2(-along.y, along.x);
+        gl_Position = vec4(spot / halfSize, 0.0, 1.0);
       }`,
       `void main() { ${COLOUR_OUT} }`,
     );
+    this.through();
   }
 }
 
-// Discs of `width` pixels at places.
+// Discs of `width` pixels at places, brought nearer by `lift`, so that what they lie on does not
+// hide half of them.
 class Dots extends Overlay {
   constructor() {
     super(

@@ -62,16 +62,11 @@ function shownForces(run, frame, since, show) {
   });
 }
 
-// Adds arrows and places of contacts, as numbers.
-function addForces(run, forces, arrows, touched) {
-  for (const { partner, point, force } of forces) {
-    const at = local(point);
-    const arrow = run.arrow(force);
-    arrows.push(...at, ...arrow);
-    // Between bodies each has its force.
-    if (partner >= 0) arrows.push(...at, ...times(arrow, -1));
-    touched.push(...at);
-  }
+// Adds the arrows of a contact at a place, as numbers: between bodies each has its force.
+function addArrows(run, { partner, force }, at, arrows) {
+  const arrow = run.arrow(force);
+  arrows.push(...at, ...arrow);
+  if (partner >= 0) arrows.push(...at, ...times(arrow, -1));
 }
 
 // Adds the three arms of a body's frame.

@@ -1,7 +1,8 @@
 // A view of one run or of two: ground, shadows, bodies, forces, trails, drawn by three.js.
 
-// The light comes over the left shoulder of whoever looks from the first view.
-const LIGHT = unit([0.35, -0.25, 1]);
+// The light comes from the left of whoever looks from the first view, so that a shadow begins
+// where a body touches and is seen beside it.
+const LIGHT = unit([-0.05, -0.5, 1]);
 const SHADOW_PIXELS = 2048;
 // The smallest body's size times this is near enough to a surface to be on it.
 const LIFT = 0.08;
@@ -78,7 +79,7 @@ class Stage {
     this.sun.castShadow = true;
     this.sun.shadow.mapSize.set(SHADOW_PIXELS, SHADOW_PIXELS);
     this.sun.shadow.radius = 2.5;
-    this.sky = new THREE.HemisphereLight("#ffffff", "#8f99a6", 1.9);
+    this.sky = new THREE.HemisphereLight("#ffffff", "#a9b2be", 1.9);
     this.sky.position.set(...UP);
     this.scene.add(this.sun, this.sun.target, this.sky);
     this.floor = grounds[this.members[0].index] && new Floor(grounds[this.members[0].index]);
@@ -96,7 +97,8 @@ class Stage {
       };
       actor.faded.material.depthWrite = false;
       for (const mesh of actor.faded.meshes) mesh.castShadow = false;
-      for (const part of [actor.bodies, actor.fixed, actor.faded]) this.scene.add(...part.meshes);
+      const solids = [actor.bodies, actor.fixed, actor.faded].flatMap(({ meshes }) => meshes);
+      for (const mesh of solids) this.scene.add(mesh);
       this.scene.add(actor.behind, actor.ahead);
       return actor;
     });
@@ -104,10 +106,13 @@ class Stage {
     this.points = clouds ? new Dots() : null;
     this.arms = clouds ? new Lines() : null;
     if (clouds) this.scene.add(this.points, this.arms);
-    this.arrows = [new Arrows().through(), new Arrows(), new Arrows()];
-    this.contacts = [new Dots().through(), new Dots()];
+    // What is hidden, faint; what is seen.
+    this.arrows = { hidden: [new Arrows()], seen: [new Arrows(), new Arrows()] };
+    this.contacts = { hidden: new Dots().through(), seen: new Dots().through() };
     this.frames = FRAME_COLOURS.map(() => new Lines().through());
-    [...this.arrows, ...this.contacts, ...this.frames].forEach((overlay, i) => {
+    const { arrows, contacts, frames } = this;
+    const overlays = [arrows.hidden, contacts.hidden, arrows.seen, contacts.seen, frames].flat();
+    overlays.forEach((overlay, i) => {
       overlay.renderOrder = 10 + i;
       this.scene.add(overlay);
     });
@@ -127,13 +132,13 @@ class Stage {
     }
     this.points?.look({ colour: colours.edge, rim: colours.edge, width: 7 });
     this.arms?.look({ colour: colours.faint, width: 2 });
-    const [hidden, seam, seen] = this.arrows;
-    hidden.look({ colour: colours.force, width: 2.8, alpha: 0.2 });
+    const [seam, seen] = this.arrows.seen;
+    this.arrows.hidden[0].look({ colour: colours.force, width: 2.8, alpha: 0.2 });
     seam.look({ colour: colours.seam, width: 2.8, seam: 1.1 });
     seen.look({ colour: colours.force, width: 2.8 });
-    this.contacts.forEach((dots, i) =>
-      dots.look({ colour: colours.sky, rim: colours.force, width: 8, alpha: i ? 1 : 0.3 }),
-    );
+    const ring = { colour: colours.sky, rim: colours.force, width: 8 };
+    this.contacts.hidden.look({ ...ring, alpha: 0.3 });
+    this.contacts.seen.look(ring);
     this.frames.forEach((lines, axis) => lines.look({ colour: FRAME_COLOURS[axis], width: 2.2 }));
     this.isStale = false;
   }
@@ -148,8 +153,10 @@ class Stage {
     if (this.isStale) this.recolour(show);
     this.resize(width, height);
     this.aim(camera, time, show, width, height);
-    const arrows = [];
-    const touched = [];
+    const forces = { hidden: [], seen: [] };
+    const touched = { hidden: [], seen: [] };
+    const occluders = new Occluders();
+    const eye = this.eye.position.toArray();
     const framed = FRAME_COLOURS.map(() => []);
     const drawn = [];
     const cloud = { dots: [], arms: [] };
@@ -165,14 +172,11 @@ class Stage {
       poses.forEach((pose, body) => {
         if (pose === null) return;
         drawn.push({ ...pose, reach: run.reaches[body] });
+        occluders.add(run.bodies[body].pieces, pose);
         if (run.bodies[body].pieces.length === 0) addCloud(cloud, run.bodies[body].points, pose);
         if (show.frames) addFrame(framed, pose, ARM * run.reaches[body]);
       });
-      this.placeFixed(actor, show);
-      if (show.forces || show.contacts) {
-        const since = Math.min(run.frame(before), frame - 1);
-        addForces(run, shownForces(run, frame, since, show), arrows, touched);
-      }
+      this.placeFixed(actor, show, occluders);
       const [behind, ahead] = [[], []];
       if (show.trail) {
         for (const body of show.chosen) {
@@ -183,13 +187,28 @@ class Stage {
       actor.behind.set(behind);
       actor.ahead.set(ahead);
     }
+    if (show.forces || show.contacts) {
+      for (const { run } of this.actors) {
+        const frame = run.frame(time);
+        const since = Math.min(run.frame(before), frame - 1);
+        for (const one of shownForces(run, frame, since, show)) {
+          const at = local(one.point);
+          const isHidden = occluders.hides(eye, at, run.reaches[one.body]);
+          const among = isHidden ? "hidden" : "seen";
+          touched[among].push(...at);
+          if (show.forces) addArrows(run, one, at, forces[among]);
+        }
+      }
+    }
     this.points?.set(cloud.dots);
     this.arms?.set(cloud.arms);
-    for (const overlay of this.arrows) overlay.set(show.forces ? arrows : []);
-    for (const dots of this.contacts) dots.set(show.contacts ? touched : []);
+    for (const among of ["hidden", "seen"]) {
+      for (const overlay of this.arrows[among]) overlay.set(forces[among]);
+      this.contacts[among].set(show.contacts ? touched[among] : []);
+    }
     this.frames.forEach((lines, axis) => lines.set(framed[axis]));
     this.castShadows(drawn);
-    const isAbove = this.floor?.look(this.eye.position.toArray()) ?? true;
+    const isAbove = this.floor?.look(eye) ?? true;
     this.sun.castShadow = isAbove;
     this.renderer.render(this.scene, this.eye);
     this.compass.turn(camera);
@@ -239,11 +258,13 @@ class Stage {
     return isFinitePoint(shift) ? shift : [0, 0, 0];
   }
 
-  placeFixed({ run, fixed, faded }, show) {
+  placeFixed({ run, fixed, faded }, show, occluders) {
     const still = { place: local([0, 0, 0]), attitude: [1, 0, 0, 0] };
     const poses = (wanted) =>
       run.data.fixed.map(({ name }) => ((show.fixed.get(name) ?? "shown") === wanted ? still : null));
-    fixed.place(poses("shown"));
+    const shown = poses("shown");
+    shown.forEach((pose, i) => pose && occluders.add(run.data.fixed[i].pieces, pose));
+    fixed.place(shown);
     faded.place(poses("faded"));
   }
 

@@ -1,0 +1,74 @@
+// What hides a contact from the eye.
+
+// Of a body's size: what lies behind a surface by less is on it.
+const ON_SURFACE = 0.05;
+
+// The pieces that are drawn, where they are.
+class Occluders {
+  constructor() {
+    this.pieces = [];
+  }
+
+  add(pieces, { place, attitude }) {
+    for (const piece of pieces) {
+      piece.ball ??= ballAround(piece);
+      const centre = add(place, rotate(attitude, piece.ball.centre));
+      this.pieces.push({ piece, place, back: conjugate(attitude), centre });
+    }
+  }
+
+  // Whether one of them is between the eye and a point, by more than a share of `reach` before
+  // the point.
+  hides(eye, point, reach) {
+    const way = subtract(point, eye);
+    const size = length(way);
+    const end = size - ON_SURFACE * reach;
+    const ahead = times(way, 1 / size);
+    return this.pieces.some(({ piece, place, back, centre }) => {
+      const away = subtract(centre, eye);
+      const along = Math.min(end, Math.max(0, dot(away, ahead)));
+      const off = subtract(away, times(ahead, along));
+      if (dot(off, off) > piece.ball.radius ** 2) return false;
+      return cuts(piece, rotate(back, subtract(eye, place)), rotate(back, ahead), end);
+    });
+  }
+}
+
+const conjugate = ([w, x, y, z]) => [w, -x, -y, -z];
+
+function ballAround({ vertices, radius }) {
+  const centre = times(vertices.reduce(add), 1 / vertices.length);
+  const reach = Math.max(...vertices.map((vertex) => length(subtract(vertex, centre))));
+  return { centre, radius: reach + radius };
+}
+
+// Whether a piece meets the ray eye + s · ahead, 0 < s < end: of a polyhedron the ray is inside
+// all faces from the last entry to the first exit.
+function cuts(piece, eye, ahead, end) {
+  if (piece.faces.length === 0) return cutsRound(piece, eye, ahead, end);
+  let [entry, exit] = [0, end];
+  for (const { normal, vertices } of piece.faces) {
+    const speed = dot(normal, ahead);
+    const gap = dot(normal, subtract(piece.vertices[vertices[0]], eye)) + piece.radius;
+    if (speed === 0 && gap < 0) return false;
+    if (speed < 0) entry = Math.max(entry, gap / speed);
+    else if (speed > 0) exit = Math.min(exit, gap / speed);
+  }
+  return entry < exit;
+}
+
+// Of a ball or a capsule the ray is inside where it is nearer to the segment than the radius.
+function cutsRound({ vertices, radius }, eye, ahead, end) {
+  const [a, b] = [vertices[0], vertices.at(-1)];
+  const axis = subtract(b, a);
+  const square = dot(axis, axis);
+  // The nearest points of the two lines, by turns; the segment is short.
+  let [share, along] = [0.5, 0];
+  for (let k = 0; k < 6; k += 1) {
+    along = dot(subtract(add(a, times(axis, share)), eye), ahead);
+    const near = subtract(add(eye, times(ahead, along)), a);
+    share = square > 0 ? Math.min(1, Math.max(0, dot(near, axis) / square)) : 0;
+  }
+  const apart = length(subtract(add(eye, times(ahead, along)), add(a, times(axis, share))));
+  return apart < radius && along - Math.sqrt(radius ** 2 - apart ** 2) < end;
+}
