@@ -135,17 +135,21 @@ impl Browser {
         cost.as_f64().unwrap()
     }
 
-    /// Red, green and blue at a place of the first view.
-    pub fn colour_at(&self, (x, y): (f64, f64)) -> [u64; 3] {
-        let colour = self.run(&format!(
+    /// Red, green and blue at a place of the first view; none where they change within two
+    /// pixels, as at edges.
+    pub fn colour_at(&self, (x, y): (f64, f64)) -> Option<[u64; 3]> {
+        let colours = self.run(&format!(
             "const canvas = document.querySelector('.stage canvas'); \
              const {{ left, top }} = canvas.getBoundingClientRect(); \
-             const copy = Object.assign(document.createElement('canvas'), {{ width: 1, height: 1 }}); \
+             const copy = Object.assign(document.createElement('canvas'), {{ width: 5, height: 5 }}); \
              const context = copy.getContext('2d', {{ willReadFrequently: true }}); \
-             context.drawImage(canvas, left - Math.round({x}), top - Math.round({y})); \
-             return Array.from(context.getImageData(0, 0, 1, 1).data)"
+             context.drawImage(canvas, 2 + left - Math.round({x}), 2 + top - Math.round({y})); \
+             return Array.from(context.getImageData(0, 0, 5, 5).data)"
         ));
-        [0, 1, 2].map(|k| colour[k].as_u64().unwrap())
+        let channel = |pixel: usize, k: usize| colours[4 * pixel + k].as_u64().unwrap();
+        let middle = [0, 1, 2].map(|k| channel(12, k));
+        let is_even = (0..25).all(|i| (0..3).all(|k| channel(i, k).abs_diff(middle[k]) < 25));
+        is_even.then_some(middle)
     }
 
     /// Colour (as `#rrggbb`) and dash of each curve that the legend of a plot names.

@@ -89,15 +89,17 @@ fn a_hundred_bodies_play_and_are_chosen() {
     // A click chooses the body whose colour is there: of six hues in turn, for blue and red.
     browser.click("#forces");
     browser.click("#trail");
-    let mut found = std::collections::BTreeSet::new();
+    let (mut found, mut compared) = (std::collections::BTreeSet::new(), 0);
     for (across, down) in (0..96).map(|i| (f64::from(i % 12), f64::from(i / 12))) {
         let place = browser.place(".stage canvas", 0.12 + 0.07 * across, 0.3 + 0.06 * down);
         browser.run("document.getElementById('body').value = '-1'");
-        let [red, green, blue] = browser.colour_at(place);
+        let colour = browser.colour_at(place);
         browser.drag("mouse", &[[place, place]]);
         let chosen = browser.run("return Number(document.getElementById('body').value || -1)");
         let Some(b) = chosen.as_i64().filter(|b| *b > 0) else { continue };
         found.insert(b);
+        let Some([red, green, blue]) = colour else { continue };
+        compared += 1;
         let expected = match b % 6 {
             0 => blue > red + 40 && blue > green,
             1 => red > green + 20 && green > blue + 20,
@@ -106,11 +108,9 @@ fn a_hundred_bodies_play_and_are_chosen() {
             4 => red > green + 40 && red > blue + 40,
             _ => red > blue + 20 && green > blue + 20,
         };
-        // Edges and outlines are of no hue.
-        let is_edge = red + green + blue < 300 || (red > 150 && green < 40);
-        assert!(expected || is_edge, "{b}: {red} {green} {blue}");
+        assert!(expected, "{b}: {red} {green} {blue}");
     }
-    assert!(found.len() > 15, "{found:?}");
+    assert!(found.len() > 15 && compared > 10, "{found:?}, {compared} of an even colour");
     let names = |kind: &str| found.iter().any(|b| film.bodies[*b as usize].name.starts_with(kind));
     assert!(names("brick") && names("ball"));
     browser.click("#trail");
@@ -120,14 +120,15 @@ fn a_hundred_bodies_play_and_are_chosen() {
     );
     browser.set_time(0.3);
     browser.screenshot("many");
-    // Painting a frame, without and with forces. The bound is that of 30 frames a second.
+    // The page's own work for a frame, without and with forces. The bound is that of 60 frames a
+    // second.
     for forces in [false, true] {
         if browser.is_pressed("forces") != forces {
             browser.click("#forces");
         }
         let cost = browser.painting_cost();
         eprintln!("a frame of 100 bodies, forces {forces}: {cost:.1} ms");
-        assert!(cost < 33.0, "{cost} ms");
+        assert!(cost < 16.0, "{cost} ms");
     }
     browser.colour_scheme("dark");
     browser.set_time(0.6);

@@ -4,11 +4,14 @@
 const HALF_VIEW = 0.249;
 // What of the half picture the motion may fill.
 const FILL = 0.93;
-// What is long along y, as the drop scene's motion, goes to the right; what is long along x too.
-const FIRST_VIEW = { azimuth: -32, elevation: 20 };
-const FIRST_VIEW_ALONG_X = { azimuth: -62, elevation: 20 };
-// Times longer that it must be along x.
+// The first view, degrees. What is long along y, as the drop scene's motion, goes to the right;
+// what is that many times longer along x too.
+const AZIMUTH = -32;
+const AZIMUTH_ALONG_X = -62;
 const LONGER = 1.5;
+// Into what stands still, such as a bowl, one looks from higher.
+const ELEVATION = 20;
+const ELEVATION_INTO = 34;
 // Nearer than this times its distance the camera sees nothing.
 const NEAR = 0.02;
 
@@ -42,7 +45,9 @@ class Camera {
   }
 
   reset() {
-    Object.assign(this, isAlongX() ? FIRST_VIEW_ALONG_X : FIRST_VIEW, { target: [0, 0, 0], distance: 10 });
+    this.azimuth = isAlongX() ? AZIMUTH_ALONG_X : AZIMUTH;
+    this.elevation = runs.some((run) => run.data.fixed.length > 0) ? ELEVATION_INTO : ELEVATION;
+    Object.assign(this, { target: [0, 0, 0], distance: 10 });
     // Whether it is to show everything, and of which view it does.
     Object.assign(this, { isFitted: true, fittedTo: null });
   }

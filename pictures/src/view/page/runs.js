@@ -84,7 +84,10 @@ class Run {
     this.readForces(frames);
     this.bodies = data.bodies;
     for (const body of [...this.bodies, ...data.fixed]) body.span = spanOf(body);
-    const reach = (body) => Math.max(...body.span.map(length));
+    const reach = ({ points, pieces }) => {
+      const ends = pieces.flatMap(({ vertices, radius }) => vertices.map((v) => length(v) + radius));
+      return Math.max(...(ends.length > 0 ? ends : points.map(length)));
+    };
     this.reaches = this.bodies.map(reach);
     // Four digits of the smallest body's size, and of the largest speed.
     this.lengthDecimals = decimalsOf(Math.min(...this.reaches));
