@@ -2,7 +2,12 @@
 
 const page = JSON.parse(document.getElementById("data").textContent);
 
-const bytes = (text) => Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
+function bytes(text) {
+  const raw = atob(text);
+  const all = new Uint8Array(raw.length);
+  for (let i = 0; i < raw.length; i += 1) all[i] = raw.charCodeAt(i);
+  return all;
+}
 
 // Whole numbers, each predicted from those before it; what is none is NaN. How they are
 // written stands at `Packed`, where they are made.
@@ -35,8 +40,12 @@ function wholes({ count, order, bytes: text }) {
   }
   return values;
 }
-const rowsOf = (packed) => Uint32Array.from(wholes(packed));
-const measures = (packed) => Float32Array.from(wholes(packed), (value) => value * packed.step);
+const rowsOf = (packed) => new Uint32Array(wholes(packed));
+function measures(packed) {
+  const all = new Float32Array(wholes(packed));
+  for (let i = 0; i < all.length; i += 1) all[i] *= packed.step;
+  return all;
+}
 
 // Numbers of which the upper three bytes are written.
 function floats(packed) {
