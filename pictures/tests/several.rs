@@ -76,13 +76,15 @@ fn the_plots_are_of_the_body_that_is_asked_for() {
 
 #[test]
 fn the_page_has_the_plots_of_each_body() {
-    let film = pile::film(600);
+    let mut film = pile::film(600);
+    film.bodies[3].colour = Some([1, 0x20, 0xff]);
     let page = page("0", &[&film]).unwrap();
     leave("many.html", page.as_bytes());
     assert!(page.len() < 2_000_000, "{}", page.len());
     for b in 0..100 {
         assert!(page.contains(&film.bodies[b].name), "{b}");
     }
+    assert!(page.contains("\"#0120ff\""), "a body's own colour");
 }
 
 #[test]

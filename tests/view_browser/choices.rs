@@ -32,7 +32,8 @@ fn several_bodies_are_chosen_and_compared() {
     };
     let heading = || browser.run("return document.querySelector('.sheet h2').textContent");
     let labels = || {
-        browser.run("return [...document.querySelectorAll('.names span')].map((e) => e.textContent)")
+        browser
+            .run("return [...document.querySelectorAll('.names span')].map((e) => e.textContent)")
     };
     // Places of two balls in the picture, by following them.
     let places = [64, 69].map(|b| {

@@ -162,7 +162,8 @@ impl Browser {
 
     /// What the page saves goes to `directory`.
     pub fn save_to(&self, directory: &Path) {
-        let wanted = json!({ "behavior": "allow", "downloadPath": directory.display().to_string() });
+        let wanted =
+            json!({ "behavior": "allow", "downloadPath": directory.display().to_string() });
         self.devtools("Browser.setDownloadBehavior", wanted);
     }
 

@@ -135,20 +135,20 @@ impl Browser {
         cost.as_f64().unwrap()
     }
 
-    /// Red, green and blue at a place of the first view; none where they change within two
-    /// pixels, as at edges.
+    /// Red, green and blue at a place of the first view; none where they change from
+    /// pixel to pixel, as at edges.
     pub fn colour_at(&self, (x, y): (f64, f64)) -> Option<[u64; 3]> {
         let colours = self.run(&format!(
             "const canvas = document.querySelector('.stage canvas'); \
              const {{ left, top }} = canvas.getBoundingClientRect(); \
-             const copy = Object.assign(document.createElement('canvas'), {{ width: 5, height: 5 }}); \
+             const copy = Object.assign(document.createElement('canvas'), {{ width: 3, height: 3 }}); \
              const context = copy.getContext('2d', {{ willReadFrequently: true }}); \
-             context.drawImage(canvas, 2 + left - Math.round({x}), 2 + top - Math.round({y})); \
-             return Array.from(context.getImageData(0, 0, 5, 5).data)"
+             context.drawImage(canvas, 1 + left - Math.round({x}), 1 + top - Math.round({y})); \
+             return Array.from(context.getImageData(0, 0, 3, 3).data)"
         ));
         let channel = |pixel: usize, k: usize| colours[4 * pixel + k].as_u64().unwrap();
-        let middle = [0, 1, 2].map(|k| channel(12, k));
-        let is_even = (0..25).all(|i| (0..3).all(|k| channel(i, k).abs_diff(middle[k]) < 25));
+        let middle = [0, 1, 2].map(|k| channel(4, k));
+        let is_even = (0..9).all(|i| (0..3).all(|k| channel(i, k).abs_diff(middle[k]) < 25));
         is_even.then_some(middle)
     }
 

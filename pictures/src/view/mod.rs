@@ -24,7 +24,7 @@ const PLOTTER: &str = include_str!("vendor/uPlot.iife.min.js");
 const DRAWER_LICENCE: &str = include_str!("vendor/LICENSE-three");
 const DRAWER: &str = include_str!("vendor/three.iife.min.js");
 /// In the order of what needs what.
-const SCRIPTS: [&str; 16] = [
+const SCRIPTS: [&str; 18] = [
     include_str!("page/vectors.js"),
     include_str!("page/numbers.js"),
     include_str!("page/runs.js"),
@@ -40,6 +40,8 @@ const SCRIPTS: [&str; 16] = [
     include_str!("page/scenery.js"),
     include_str!("page/plots.js"),
     include_str!("page/sidebar.js"),
+    include_str!("page/sharing.js"),
+    include_str!("page/keys.js"),
     include_str!("page/main.js"),
 ];
 /// Of the picture that stands where there is no WebGL or no JavaScript, pixels.
@@ -53,7 +55,8 @@ pub fn page(version: &str, films: &[&Film]) -> Result<String, String> {
     let data = serde_json::to_string(&data::Page::of(version, films))
         .map_err(|error| error.to_string())?;
     let scripts = format!("(() => {{\n\"use strict\";\n{}}})();\n", SCRIPTS.join("\n"));
-    let mut page = String::with_capacity(data.len() + scripts.len() + DRAWER.len() + 2 * PLOTTER.len());
+    let mut page =
+        String::with_capacity(data.len() + scripts.len() + DRAWER.len() + 2 * PLOTTER.len());
     let mut rest = TEMPLATE;
     // Only the template is searched: what is put in may hold anything.
     while let Some((before, after)) = rest.split_once("{{") {

@@ -7,8 +7,6 @@ function readColours() {
   for (const name of [
     "ink",
     "faint",
-    "line",
-    "accent",
     "sky",
     "ground",
     "grid",

@@ -1,6 +1,9 @@
 // The ground, and where the motion goes.
 
 const UP = [0, 0, 1];
+// The light comes from the left of whoever looks from the first view, so that a shadow begins
+// where a body touches and is seen beside it.
+const LIGHT = unit([-0.05, -0.5, 1]);
 // Places that are looked at to find out how large the scene is, and frames at least.
 const SAMPLES = 2000;
 const FEWEST_FRAMES = 12;
@@ -74,7 +77,11 @@ function groundOf(run) {
           [0, 1, 0],
           [0, 0, 1],
         ];
-  const below = (places.length ? places : [[0, 0, 0]]).map(drop);
+  const all = places.length ? places : [[0, 0, 0]];
+  // Shadows are on it too, unless the light goes along it.
+  const fall = dot(normal, LIGHT) > 0.5 ? LIGHT : normal;
+  const shadow = (point) => subtract(point, times(fall, height(point) / dot(normal, fall)));
+  const below = [...all.map(drop), ...all.map(shadow)];
   feet.push(...below);
   const ends = axes.map((axis) => {
     const along = below.map((foot) => dot(axis, foot));
@@ -97,7 +104,7 @@ function groundOf(run) {
     grid.push([at(x0, y0 + k * spacing), at(x1, y0 + k * spacing)]);
   }
   const outline = [at(x0, y0), at(x1, y0), at(x1, y1), at(x0, y1)];
-  return { normal, height, drop, grid, outline };
+  return { normal, height, grid, outline };
 }
 
 const grounds = runs.map(groundOf);

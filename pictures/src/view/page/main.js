@@ -2,8 +2,6 @@
 
 const $ = (id) => document.getElementById(id);
 const SPEEDS = [0.05, 0.1, 0.25, 0.5, 1, 2, 4];
-// Rows of a step with shift.
-const LARGE = 20;
 // Of a followed motion that is long, the view shows this times the reach of what moves.
 const AROUND = 3.2;
 
@@ -90,22 +88,6 @@ function setTime(wanted) {
   time = Math.min(duration, Math.max(0, wanted));
   linkLater();
   repaint();
-}
-
-// The address leads to the time: `#t=` and seconds. It is written when the time has stood still
-// for a while, since browsers refuse to write it often.
-let linking = 0;
-function linkLater() {
-  clearTimeout(linking);
-  linking = setTimeout(() => {
-    if (isPlaying) linkLater();
-    else history.replaceState(null, "", `#t=${Number(time.toFixed(9))}`);
-  }, 400);
-}
-
-function readLink() {
-  const wanted = Number(/^#t=([-+.\deE]+)$/.exec(location.hash)?.[1] ?? NaN);
-  if (Number.isFinite(wanted)) setTime(wanted);
 }
 
 // Playing: the time goes on by the clock, at most a tenth of a second at once.
@@ -198,33 +180,6 @@ function fillSheet(sheet, card) {
   card.querySelector("h2").textContent = sheet.of_body ? `${sheet.name}: ${names}` : sheet.name;
 }
 
-// The views as one picture, side by side, with the time.
-function savePicture() {
-  const shown = stages.filter(isShown);
-  const room = Math.round(34 * devicePixelRatio);
-  const made = document.createElement("canvas");
-  made.width = shown.reduce((sum, { canvas }) => sum + canvas.width, 0);
-  made.height = shown[0].canvas.height + room;
-  const context = made.getContext("2d");
-  context.fillStyle = colours.sky;
-  context.fillRect(0, 0, made.width, made.height);
-  Object.assign(context, { fillStyle: colours.ink, textBaseline: "middle" });
-  context.font = `${Math.round(0.42 * room)}px system-ui, sans-serif`;
-  let left = 0;
-  for (const { canvas, members } of shown) {
-    context.drawImage(canvas, left, room);
-    const name = isPair ? `${members.map((run) => run.name).join(" and ")}, ` : "";
-    context.fillText(`${name}t = ${clock(time)} s`, left + 0.4 * room, room / 2);
-    left += canvas.width;
-  }
-  const link = element("a", { download: `tumble-${clock(time)}s.png` });
-  made.toBlob((blob) => {
-    link.href = URL.createObjectURL(blob);
-    link.click();
-    setTimeout(() => URL.revokeObjectURL(link.href), 1000);
-  });
-}
-
 function resetView() {
   camera.reset();
   repaint();
@@ -234,60 +189,6 @@ function resetView() {
 function arrange() {
   $("stages").classList.toggle("two", isPair && !show.overlay);
   for (const stage of stages) stage.figure.hidden = !isShown(stage);
-  repaint();
-}
-
-const KEYS = [
-  { keys: [" "], name: "space", words: "play, pause", act: () => play(!isPlaying) },
-  {
-    keys: ["ArrowRight"],
-    name: "→",
-    words: "next row",
-    act: (event) => stepBy(event.shiftKey ? LARGE : 1),
-  },
-  {
-    keys: ["ArrowLeft"],
-    name: "←",
-    words: "previous row",
-    act: (event) => stepBy(event.shiftKey ? -LARGE : -1),
-  },
-  { keys: [], name: "shift + ← →", words: `${LARGE} rows` },
-  { keys: ["Home"], name: "home", words: "start", act: () => setTime(0) },
-  { keys: ["End"], name: "end", words: "end", act: () => setTime(duration) },
-  { keys: ["+", "="], name: "+", words: "faster", act: () => changeSpeed(1) },
-  { keys: ["-", "_"], name: "−", words: "slower", act: () => changeSpeed(-1) },
-  { keys: ["n"], name: "n", words: "next marked step", act: () => jumpToMark(1) },
-  { keys: ["p"], name: "p", words: "previous marked step", act: () => jumpToMark(-1) },
-  { keys: ["f"], name: "f", words: "contact forces", act: () => toggle("forces") },
-  { keys: ["t"], name: "t", words: "trail", act: () => toggle("trail") },
-  { keys: ["c"], name: "c", words: "follow the body", act: () => toggle("follow") },
-  { keys: ["b"], name: "b", words: "frames of the bodies", act: () => toggle("frames") },
-  { keys: ["m"], name: "m", words: "places of the contacts", act: () => toggle("contacts") },
-  ...(isPair
-    ? [{ keys: ["o"], name: "o", words: "overlay both bodies", act: () => toggle("overlay") }]
-    : []),
-  { keys: ["r"], name: "r", words: "reset the view", act: resetView },
-  { keys: ["a"], act: () => camera.orbit(12, 0), name: "a d w s", words: "orbit" },
-  { keys: ["d"], act: () => camera.orbit(-12, 0) },
-  { keys: ["w"], act: () => camera.orbit(0, 8) },
-  { keys: ["s"], act: () => camera.orbit(0, -8) },
-  { keys: ["z"], act: () => camera.zoom(1 / 1.2), name: "z x", words: "zoom" },
-  { keys: ["x"], act: () => camera.zoom(1.2) },
-  { keys: ["i"], name: "i", words: "save as PNG", act: () => hasGraphics && savePicture() },
-  { keys: ["?"], name: "?", words: "this help", act: () => $("help").showModal() },
-];
-
-function onKey(event) {
-  if (event.ctrlKey || event.metaKey || event.altKey || $("help").open) return;
-  const { tagName } = event.target;
-  // A focused button takes the space bar, a list its own keys.
-  if (tagName === "SELECT" || (event.key === " " && ["BUTTON", "SUMMARY"].includes(tagName)))
-    return;
-  const pressed = event.key.length === 1 ? event.key.toLowerCase() : event.key;
-  const binding = KEYS.find(({ keys }) => keys.includes(pressed));
-  if (!binding) return;
-  event.preventDefault();
-  binding.act(event);
   repaint();
 }
 

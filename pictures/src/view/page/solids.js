@@ -34,10 +34,15 @@ function surfaceMaterial(alpha) {
       `#include <opaque_fragment>
       vec2 pixel = max(fwidth(vLine), vec2(1e-9));
       // Of what is a few pixels large, lines would leave nothing.
-      vec2 wide = min(vec2(ratio * mix(${LINE_WIDTHS[0]}, ${LINE_WIDTHS[1]}, vChosen)), 0.06 / pixel);
+      vec2 most = mix(0.06, 0.15, vChosen) / pixel;
+      vec2 wide = min(vec2(ratio * mix(${LINE_WIDTHS[0]}, ${LINE_WIDTHS[1]}, vChosen)), most);
       vec2 off = vLine / pixel - wide;
       vec2 share = clamp(0.5 - off, 0.0, 1.0) * min(vec2(1.0), wide);
-      gl_FragColor.rgb = mix(gl_FragColor.rgb, mix(edge, chosenEdge, vChosen), max(share.x, share.y));`,
+      // Of a chosen body that is round the outline is a line too.
+      float grazing = 1.0 - abs(dot(normal, normalize(vViewPosition)));
+      float rim = vChosen * smoothstep(0.55, 0.8, grazing);
+      float lined = max(rim, max(share.x, share.y));
+      gl_FragColor.rgb = mix(gl_FragColor.rgb, mix(edge, chosenEdge, vChosen), lined);`,
     );
   };
   return material;

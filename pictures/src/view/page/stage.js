@@ -1,8 +1,5 @@
 // A view of one run or of two: ground, shadows, bodies, forces, trails, drawn by three.js.
 
-// The light comes from the left of whoever looks from the first view, so that a shadow begins
-// where a body touches and is seen beside it.
-const LIGHT = unit([-0.05, -0.5, 1]);
 const SHADOW_PIXELS = 2048;
 // The smallest body's size times this is near enough to a surface to be on it.
 const LIFT = 0.08;

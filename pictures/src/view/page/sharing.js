@@ -1,0 +1,44 @@
+// What leads others to what is seen: a link to the time, the view as a picture.
+
+// The address leads to the time: `#t=` and seconds. It is written when the time has stood still
+// for a while, since browsers refuse to write it often.
+let linking = 0;
+function linkLater() {
+  clearTimeout(linking);
+  linking = setTimeout(() => {
+    if (isPlaying) linkLater();
+    else history.replaceState(null, "", `#t=${Number(time.toFixed(9))}`);
+  }, 400);
+}
+
+function readLink() {
+  const wanted = Number(/^#t=([-+.\deE]+)$/.exec(location.hash)?.[1] ?? NaN);
+  if (Number.isFinite(wanted)) setTime(wanted);
+}
+
+// The views as one picture, side by side, with the time.
+function savePicture() {
+  const shown = stages.filter(isShown);
+  const room = Math.round(34 * devicePixelRatio);
+  const made = document.createElement("canvas");
+  made.width = shown.reduce((sum, { canvas }) => sum + canvas.width, 0);
+  made.height = shown[0].canvas.height + room;
+  const context = made.getContext("2d");
+  context.fillStyle = colours.sky;
+  context.fillRect(0, 0, made.width, made.height);
+  Object.assign(context, { fillStyle: colours.ink, textBaseline: "middle" });
+  context.font = `${Math.round(0.42 * room)}px system-ui, sans-serif`;
+  let left = 0;
+  for (const { canvas, members } of shown) {
+    context.drawImage(canvas, left, room);
+    const name = isPair ? `${members.map((run) => run.name).join(" and ")}, ` : "";
+    context.fillText(`${name}t = ${clock(time)} s`, left + 0.4 * room, room / 2);
+    left += canvas.width;
+  }
+  const link = element("a", { download: `tumble-${clock(time)}s.png` });
+  made.toBlob((blob) => {
+    link.href = URL.createObjectURL(blob);
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+  });
+}
