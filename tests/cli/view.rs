@@ -49,15 +49,81 @@ fn bytes(text: &Value) -> Vec<u8> {
     STANDARD.decode(text.as_str().unwrap()).unwrap()
 }
 
-fn floats(text: &Value) -> Vec<f32> {
-    let bytes = bytes(text);
-    bytes.chunks_exact(4).map(|four| f32::from_le_bytes(four.try_into().unwrap())).collect()
+/// What sixteen significant bits are off by at most, as a share.
+const ROUNDING: f64 = 1.0 / 65_536.0;
+
+/// Whole numbers as the page has them: what a value is more than those before it tell, in
+/// groups of seven bits, the lowest first; 0 and a count for values as told, 1 for none.
+fn whole(packed: &Value) -> Vec<Option<i64>> {
+    let mut bytes = bytes(&packed["bytes"]).into_iter();
+    let mut next = || {
+        let mut code = 0u64;
+        for group in 0.. {
+            let byte = bytes.next().expect("a whole code");
+            code |= u64::from(byte & 0x7f) << (7 * group);
+            if byte < 0x80 {
+                break;
+            }
+        }
+        code
+    };
+    let count = packed["count"].as_u64().unwrap() as usize;
+    let is_straight = packed["order"] == 2;
+    let (mut values, mut last, mut before) = (Vec::new(), 0, 0);
+    while values.len() < count {
+        let code = next();
+        for _ in 0..if code == 0 { next() + 1 } else { 1 } {
+            let half = (code / 2) as i64;
+            let more = if code % 2 == 1 { half } else { -half };
+            if code != 1 {
+                let told = if is_straight { 2 * last - before } else { last };
+                (before, last) = (last, told + more);
+            }
+            values.push((code != 1).then_some(last));
+        }
+    }
+    values
 }
 
-fn integers(text: &Value) -> Vec<usize> {
-    let bytes = bytes(text);
-    let whole = bytes.chunks_exact(4).map(|four| u32::from_le_bytes(four.try_into().unwrap()));
-    whole.map(|value| value as usize).collect()
+/// Values in whole numbers of a step; it comes with them.
+fn measures(packed: &Value) -> (Vec<f64>, f64) {
+    let step = packed["step"].as_f64().unwrap();
+    let value = |whole: Option<i64>| whole.map_or(f64::NAN, |whole| whole as f64 * step);
+    (whole(packed).into_iter().map(value).collect(), step)
+}
+
+/// Values of sixteen significant bits: the upper three bytes of an `f32`.
+fn floats(packed: &Value) -> Vec<f32> {
+    let value = |whole: Option<i64>| {
+        let Some(upper) = whole else { return f32::NAN };
+        let size = f32::from_bits((upper.unsigned_abs() as u32) << 8);
+        if upper < 0 { -size } else { size }
+    };
+    whole(packed).into_iter().map(value).collect()
+}
+
+fn integers(packed: &Value) -> Vec<usize> {
+    whole(packed).into_iter().map(|value| value.unwrap() as usize).collect()
+}
+
+/// The forces of each site of a run of one body: its corner, and its frames with the force in
+/// each; and what the forces are rounded to.
+fn forces(frames: &Value) -> (Vec<(i64, Vec<(usize, [f64; 3])>)>, f64) {
+    let in_frames = integers(&frames["force_frames"]);
+    let (values, step) = measures(&frames["forces"]);
+    let mut first = 0;
+    let of_site = |site: &Value| {
+        let [body, partner, corner, count] = [0, 1, 2, 3].map(|k| site[k].as_i64().unwrap());
+        assert_eq!((body, partner), (0, -1), "of the only body, by the ground");
+        let count = count as usize;
+        let force = |i: usize| [0, 1, 2].map(|k| values[3 * first + k * count + i]);
+        let all = (0..count).map(|i| (in_frames[first + i], force(i))).collect();
+        first += count;
+        (corner, all)
+    };
+    let sites = frames["sites"].as_array().unwrap().iter().map(of_site).collect();
+    assert_eq!((first, 3 * first), (in_frames.len(), values.len()));
+    (sites, step)
 }
 
 /// Rows and values of a curve.
@@ -82,15 +148,24 @@ fn the_page_is_one_file_that_loads_nothing() {
     assert!(simulated.end.stdout.contains("view.html"), "{}", simulated.end.stdout);
     assert_eq!(everything_in(&simulated.path("")).len(), 3);
     assert!(page.text.contains("default-src 'none'"));
-    // The comment that names uPlot, and the name of SVG, which is no address.
-    let known = ["https://github.com/leeoniya/uPlot", "http://www.w3.org/2000/svg"];
+    // The comment that names uPlot, and the names of SVG and XHTML, which are no addresses.
+    let known = [
+        "https://github.com/leeoniya/uPlot",
+        "http://www.w3.org/2000/svg",
+        "http://www.w3.org/1999/xhtml",
+    ];
     for scheme in ["http://", "https://"] {
         for (place, _) in page.text.match_indices(scheme) {
             let rest = &page.text[place..];
             assert!(known.iter().any(|known| rest.starts_with(known)), "{:.80}", rest);
         }
     }
-    for word in [" src=", "@import", "url(", "fetch(", "XMLHttpRequest", "import(", "WebSocket"] {
+    // The still picture is in the page.
+    for (place, _) in page.text.match_indices(" src=") {
+        let rest = &page.text[place..];
+        assert!(rest.starts_with(" src=\"data:image/png;base64,"), "{rest:.60}");
+    }
+    for word in ["@import", "url(", "fetch(", "XMLHttpRequest", "import(", "WebSocket"] {
         assert!(!page.text.contains(word), "{word}");
     }
     let links: Vec<_> = page.text.match_indices(" href=").map(|(i, _)| &page.text[i..]).collect();
@@ -116,7 +191,8 @@ fn a_slope_is_a_slope_in_the_page() {
     let plot = page.plot("fz");
     let corners = plot["series"].as_array().unwrap();
     let sum: f64 = corners.iter().map(|corner| f64::from(curve(corner)[1].1)).sum();
-    assert!((sum - 2.0 * 9.81 * normal[2]).abs() < 1e-4, "{sum}");
+    let expected = 2.0 * 9.81 * normal[2];
+    assert!((sum - expected).abs() < ROUNDING * expected, "{sum}");
 }
 
 /// Whatever the motion: a body that falls without a ground has none to be drawn on, and one
@@ -139,17 +215,34 @@ fn the_data_are_the_trajectory_s_own_numbers() {
     let table = simulated.table();
     let frames = page.frames(0);
     assert_eq!((&frames["every"], &frames["count"]), (&1.into(), &400.into()));
-    let poses = floats(&frames["poses"]);
-    assert_eq!(poses.len(), 7 * 400);
-    for (part, name) in ["x_m", "y_m", "z_m", "qw", "qx", "qy", "qz"].into_iter().enumerate() {
-        let origin = frames["origin"].get(part).map_or(0.0, |origin| origin.as_f64().unwrap());
+    // Positions to five digits of the body, attitudes to 1e-4 of a turn; each part over all rows.
+    let (positions, length) = measures(&frames["positions"]);
+    assert_eq!((positions.len(), length), (3 * 400, 1e-4));
+    for (part, name) in ["x_m", "y_m", "z_m"].into_iter().enumerate() {
+        let origin = frames["origin"][part].as_f64().unwrap();
         for (row, value) in table.numbers(name).into_iter().enumerate() {
-            assert_eq!(poses[7 * row + part], (value - origin) as f32, "{name} {row}");
+            let shown = origin + positions[400 * part + row];
+            assert!((shown - value).abs() < 0.501 * length, "{name} {row}: {shown} {value}");
+        }
+    }
+    let (attitudes, turn) = measures(&frames["attitudes"]);
+    assert_eq!(attitudes.len(), 4 * 400);
+    assert!(turn < 1e-4);
+    let parts = ["qw", "qx", "qy", "qz"].map(|name| table.numbers(name));
+    for row in 0..400 {
+        let shown = [0, 1, 2, 3].map(|part| attitudes[400 * part + row]);
+        // Of either sign.
+        let along: f64 = (0..4).map(|part| shown[part] * parts[part][row]).sum();
+        for (shown, of) in shown.iter().zip(&parts) {
+            assert!((shown * along.signum() - of[row]).abs() < 0.501 * turn, "{row}");
         }
     }
     let certificates = table.numbers("certificate_m_s");
     let shown = floats(&frames["residuals"]);
-    assert!(shown.iter().zip(&certificates).all(|(shown, value)| *shown == *value as f32));
+    assert_eq!(shown.len(), 400);
+    for (shown, value) in shown.iter().zip(&certificates) {
+        assert!((f64::from(*shown) - value).abs() <= ROUNDING * value, "{shown} {value}");
+    }
     let names = page.data["statuses"].as_array().unwrap();
     let statuses = bytes(&frames["statuses"]);
     for (status, text) in statuses.into_iter().zip(table.texts("status")) {
@@ -157,35 +250,35 @@ fn the_data_are_the_trajectory_s_own_numbers() {
     }
 
     // Forces: all that are not negligible against the weight, and no others.
-    let counts = integers(&frames["force_counts"]);
-    let sites = integers(&frames["force_sites"]);
-    let forces = floats(&frames["forces"]);
-    let mut next = 0;
-    let columns: Vec<[Vec<f64>; 3]> = (0..8)
-        .map(|corner| ["fx", "fy", "fz"].map(|part| table.numbers(&format!("{part}{corner}_N"))))
-        .collect();
-    for (row, count) in counts.iter().enumerate() {
-        let mut found = 0;
-        for (corner, parts) in columns.iter().enumerate() {
-            let force = [parts[0][row], parts[1][row], parts[2][row]];
-            if force.iter().map(|f| f * f).sum::<f64>().sqrt() > 98.1e-6 {
-                // Of the only body, by the ground.
-                let site = &frames["sites"][sites[next]];
-                assert_eq!(*site, serde_json::json!([0, -1, corner]), "row {row}");
-                assert_eq!(forces[3 * next..3 * next + 3], force.map(|f| f as f32), "row {row}");
-                (next, found) = (next + 1, found + 1);
+    let (mut sites, step) = forces(frames);
+    assert!((step / 98.1e-4 - 1.0).abs() < 1e-12, "1e-4 of the weight");
+    sites.sort_by_key(|(corner, _)| *corner);
+    let mut count = 0;
+    for corner in 0..8 {
+        let parts = ["fx", "fy", "fz"].map(|part| table.numbers(&format!("{part}{corner}_N")));
+        let force = |row: usize| [0, 1, 2].map(|k: usize| parts[k][row]);
+        let presses = |row: &usize| force(*row).iter().map(|f| f * f).sum::<f64>().sqrt() > 98.1e-6;
+        let expected: Vec<_> = (0..400).filter(presses).collect();
+        let found = sites.iter().find(|(site, _)| *site == corner).map_or(&[][..], |(_, all)| all);
+        let rows: Vec<_> = found.iter().map(|(row, _)| *row).collect();
+        assert_eq!(rows, expected, "corner {corner}");
+        for (row, shown) in found {
+            for (shown, value) in shown.iter().zip(force(*row)) {
+                assert!((shown - value).abs() < 0.501 * step, "{corner} {row}");
             }
         }
-        assert_eq!(*count, found, "row {row}");
+        count += found.len();
     }
-    assert!(next > 100 && forces.len() == 3 * next);
+    assert!(count > 100, "{count}");
 
     // A curve, level stretches filled in again.
     let z = curve(&page.plot("z")["series"][0]);
     let values = table.numbers("z_m");
     assert_eq!((z[0].0, z[z.len() - 1].0), (0, 399));
     for pair in z.windows(2) {
-        assert!((pair[0].0..pair[1].0).all(|row| values[row] as f32 == pair[0].1), "{pair:?}");
+        let is_shown =
+            |row: usize| (f64::from(pair[0].1) - values[row]).abs() <= ROUNDING * values[row].abs();
+        assert!((pair[0].0..pair[1].0).all(is_shown), "{pair:?}");
     }
     let worst = &page.data["runs"][0]["worst"];
     let largest = certificates.iter().copied().fold(0.0, f64::max);
@@ -251,10 +344,11 @@ fn two_impacts_in_200_000_rows_stay() {
     let frame = 77_777 / every;
     let names = page.data["statuses"].as_array().unwrap();
     assert_eq!(names[usize::from(bytes(&frames["statuses"])[frame])], "failed");
-    let first: usize = integers(&frames["force_counts"])[..frame].iter().sum();
     let mean = (20_000.0 + 25.0 * (every - 1) as f64) / every as f64;
-    let forces = floats(&frames["forces"]);
-    assert!((f64::from(forces[3 * first + 2]) / mean - 1.0).abs() < 1e-6);
+    let (sites, step) = forces(frames);
+    let largest = sites.iter().flat_map(|(_, all)| all).filter(|(of, _)| *of == frame);
+    let largest = largest.map(|(_, force)| force[2]).fold(0.0, f64::max);
+    assert!((largest - mean).abs() < 0.501 * step, "{largest} {mean}");
 }
 
 #[test]
@@ -304,7 +398,7 @@ fn two_runs_share_the_time_and_have_a_distance() {
         let (before, after) = (position(&coarse, row / 2), position(&coarse, row.div_ceil(2)));
         let squares = (0..3).map(|k| (a[k] - 0.5 * (before[k] + after[k])).powi(2));
         let expected = squares.sum::<f64>().sqrt();
-        assert!((f64::from(value) - expected).abs() <= 1e-6 * expected + 1e-15, "{row}");
+        assert!((f64::from(value) - expected).abs() <= ROUNDING * expected + 1e-15, "{row}");
     }
 }
 
@@ -359,7 +453,7 @@ fn a_title_from_a_file_cannot_break_the_page() {
     let page = Page::read(&simulated.path("view.html"));
     assert_eq!(page.fact(0, "scene"), evil);
     assert!(page.text.contains("&lt;/script&gt;&lt;/title&gt;&lt;script&gt;{{data}}&lt;!-- &amp;"));
-    assert_eq!(page.text.matches("</script>").count(), 3);
+    assert_eq!(page.text.matches("</script>").count(), 4);
     assert_eq!(page.text.matches("<!--").count(), 0);
 }
 

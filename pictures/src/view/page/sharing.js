@@ -3,7 +3,10 @@
 // The address leads to the time: `#t=` and seconds. It is written when the time has stood still
 // for a while, since browsers refuse to write it often.
 let linking = 0;
+// A page within another, as in a notebook, has no address of its own.
+const hasAddress = document.baseURI.split("#")[0] === location.href.split("#")[0];
 function linkLater() {
+  if (!hasAddress) return;
   clearTimeout(linking);
   linking = setTimeout(() => {
     if (isPlaying) linkLater();
