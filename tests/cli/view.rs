@@ -106,9 +106,11 @@ fn integers(packed: &Value) -> Vec<usize> {
     whole(packed).into_iter().map(|value| value.unwrap() as usize).collect()
 }
 
-/// The forces of each site of a run of one body: its corner, and its frames with the force in
-/// each; and what the forces are rounded to.
-fn forces(frames: &Value) -> (Vec<(i64, Vec<(usize, [f64; 3])>)>, f64) {
+/// Of a corner the frames in which it has a force, and the force.
+type OfCorner = (i64, Vec<(usize, [f64; 3])>);
+
+/// The forces of a run of one body, and what they are rounded to.
+fn forces(frames: &Value) -> (Vec<OfCorner>, f64) {
     let in_frames = integers(&frames["force_frames"]);
     let (values, step) = measures(&frames["forces"]);
     let mut first = 0;

@@ -39,6 +39,7 @@ const KEYS = [
   { keys: ["z"], act: () => camera.zoom(1 / 1.2), name: "z x", words: "zoom" },
   { keys: ["x"], act: () => camera.zoom(1.2) },
   { keys: ["i"], name: "i", words: "save as PNG", act: () => hasGraphics && savePicture() },
+  { keys: ["Escape"], act: () => ($("more").open = false) },
   { keys: ["?"], name: "?", words: "this help", act: () => $("help").showModal() },
 ];
 

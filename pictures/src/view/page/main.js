@@ -281,6 +281,10 @@ $("next").addEventListener("click", () => jumpToMark(1));
 $("previous").addEventListener("click", () => jumpToMark(-1));
 $("help-open").addEventListener("click", () => $("help").showModal());
 document.addEventListener("keydown", onKey);
+// The menu goes when one turns to something else.
+document.addEventListener("pointerdown", (event) => {
+  if (!event.target.closest("#more")) $("more").open = false;
+});
 // After a click by mouse or finger the keys are the page's again.
 document.addEventListener("click", (event) => {
   if (event.detail > 0 && event.target.closest("button")) event.target.closest("button").blur();

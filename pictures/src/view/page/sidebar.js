@@ -121,17 +121,29 @@ const put = (place, text) => {
   if (place.textContent !== text) place.textContent = text;
 };
 
-// Of each thing that stands still and has a name, whether it is shown.
+// Of each thing that stands still, by name, whether it is shown; and of all at once.
 function fillFixed(changed) {
-  const names = new Set(runs.flatMap((run) => run.data.fixed.map(({ name }) => name)));
+  const names = [...new Set(runs.flatMap((run) => run.data.fixed.map(({ name }) => name)))];
   const place = document.getElementById("fixed");
-  place.hidden = names.size === 0;
-  for (const name of names) {
-    const list = element("select", { "aria-label": `How ${name || "what stands still"} is shown` });
+  place.hidden = names.length === 0;
+  const choice = (words) => {
+    const list = element("select", { "aria-label": `How ${words} is shown` });
     for (const state of ["shown", "faded", "hidden"]) list.append(element("option", {}, state));
+    place.append(element("label", { class: "field" }, words, list));
+    return list;
+  };
+  const all = names.length > 1 ? choice("all that stands still") : null;
+  const lists = names.map((name) => {
+    const list = choice(name || "what stands still");
     list.addEventListener("change", () => changed(name, list.value));
-    place.append(element("label", { class: "field" }, name || "what stands still", list));
-  }
+    return list;
+  });
+  all?.addEventListener("change", () =>
+    names.forEach((name, i) => {
+      lists[i].value = all.value;
+      changed(name, all.value);
+    }),
+  );
 }
 
 // Choices of bodies, and what is known of the chosen one.

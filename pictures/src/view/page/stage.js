@@ -1,6 +1,8 @@
 // A view of one run or of two: ground, shadows, bodies, forces, trails, drawn by three.js.
 
 const SHADOW_PIXELS = 2048;
+// Finer than this, pixels are not seen, and a phone has to paint them all the same.
+const MOST_PIXELS = 2;
 // The smallest body's size times this is near enough to a surface to be on it.
 const LIFT = 0.08;
 const FRAME_COLOURS = ["#e0433a", "#2f9e44", "#2f6fe0"];
@@ -213,7 +215,7 @@ class Stage {
   }
 
   resize(width, height) {
-    const ratio = window.devicePixelRatio || 1;
+    const ratio = Math.min(MOST_PIXELS, window.devicePixelRatio || 1);
     if (this.drawnSize === `${width} ${height} ${ratio}`) return;
     this.drawnSize = `${width} ${height} ${ratio}`;
     this.renderer.setPixelRatio(ratio);
