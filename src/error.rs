@@ -52,6 +52,20 @@ pub enum Error {
         /// m.
         depth: f64,
     },
+    /// A joint whose bodies are not where it holds them at the start.
+    #[error(
+        "joint {joint} is {place:.3e} m and {turn:.3e} rad off at the start; allowed is {allowed:.0e} of each"
+    )]
+    JointApart {
+        /// Its index.
+        joint: usize,
+        /// m.
+        place: f64,
+        /// rad.
+        turn: f64,
+        /// m and rad.
+        allowed: f64,
+    },
     /// Principal moments of inertia that are too far from each other.
     #[error(
         "the least and the largest principal moment of inertia are {least:?} and {largest:?} kg m²; \

@@ -5,6 +5,7 @@
 pub mod error;
 
 pub mod geometry;
+pub mod joint;
 pub mod mechanics;
 
 pub mod contact;

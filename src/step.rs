@@ -7,6 +7,7 @@
 
 use crate::contact::{Candidates, Contact, ContactKey, Partner};
 use crate::error::Error;
+use crate::joint::JointForce;
 use crate::mechanics::{RigidBody, State, Wrench};
 use crate::world::World;
 use nalgebra::Vector3;
@@ -131,13 +132,15 @@ pub struct StepSolution {
     /// One a candidate contact, in the candidates' order; a [`KeyIndex`](crate::contact::KeyIndex) finds one
     /// by its key.
     pub contacts: Vec<ContactForce>,
+    /// One a joint of the world, in their order.
+    pub joints: Vec<JointForce>,
 }
 
 impl StepSolution {
     /// Free flight to `states`, no contact.
     #[must_use]
     pub fn free(states: &[State]) -> Self {
-        Self { states: states.to_vec(), contacts: Vec::new() }
+        Self { states: states.to_vec(), contacts: Vec::new(), joints: Vec::new() }
     }
 
     /// Makes this free flight to `states`: no contact.
@@ -145,6 +148,7 @@ impl StepSolution {
         self.states.clear();
         self.states.extend_from_slice(states);
         self.contacts.clear();
+        self.joints.clear();
     }
 
     /// Makes this the same as `other`, in the memory that it has.
@@ -153,6 +157,8 @@ impl StepSolution {
         self.states.extend_from_slice(&other.states);
         self.contacts.clear();
         self.contacts.extend_from_slice(&other.contacts);
+        self.joints.clear();
+        self.joints.extend_from_slice(&other.joints);
     }
 
     /// The forces of all candidates, N, world.

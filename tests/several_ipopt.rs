@@ -128,7 +128,7 @@ fn solve(
     let report = solver.solve(&step, &mut candidates, &mut solution)?;
     assert_eq!(solution.contacts.len(), candidates.contacts().len());
     let contacts = candidates.contacts();
-    let claim = Claim { states, next: &solution.states, wrenches, contacts };
+    let claim = Claim { states, next: &solution.states, wrenches, contacts, joints: &[] };
     let residual = Certifier::new().contact_step(world, &claim, solution.forces()).residual();
     Ok((report, solution, residual))
 }

@@ -136,6 +136,7 @@ fn lists_of_any_length_make_no_search_panic() {
                         next: &next,
                         wrenches: &wrenches,
                         contacts: &contacts,
+                        joints: &[],
                     };
                     panics.look("certify_rk4_step", || certify_rk4_step(&world, &claim));
                     for forces in [0, contacts.len(), contacts.len() + 1] {
@@ -164,7 +165,7 @@ fn a_step_without_a_state_of_every_body_is_not_taken_for_one() {
         let forces = vec![Vector3::zeros(); claim.contacts.len()];
         Certifier::new().contact_step(&world, claim, forces).residual()
     };
-    let whole = Claim { states: &good, next: &good, wrenches: &wrenches, contacts: found };
+    let whole = Claim { states: &good, next: &good, wrenches: &wrenches, contacts: found, joints: &[] };
     assert!(
         residual(&whole).is_finite() && certify_rk4_step(&world, &whole).residual().is_finite()
     );

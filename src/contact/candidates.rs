@@ -46,7 +46,8 @@ impl Candidates {
     }
 
     /// Makes these the candidates of a step from `states` whose free flight would end in `free`,
-    /// by `rule`. Returns whether the step needs a contact problem at all. Lists have one state a
+    /// by `rule`. Returns whether the step needs a solver at all: whether something may touch, or joints tie
+    /// bodies. Lists have one state a
     /// body; of others what bodies they have meets the ground, and no body meets another.
     pub fn find(
         &mut self,
@@ -63,6 +64,7 @@ impl Candidates {
         // Where nothing holds a body, free flight is what there is to look at.
         let needs_contact = reaches_ground
             || !self.contacts.is_empty()
+            || !world.joints().is_empty()
             || has_pairs
                 && self.neighbours.overlapping(world, states, free, 0.0, &mut self.contacts);
         self.rebound.begin(world, free);

@@ -11,15 +11,15 @@
 //! This module knows no solver; [`Simulation`](crate::simulation::Simulation) certifies every
 //! step.
 
-use super::law::largest;
 use super::{Contact, Partner};
+use crate::joint::JointForce;
 use crate::mechanics::dynamics::rk4_step;
 use crate::mechanics::quaternion::advance;
-use crate::mechanics::{Pose, RigidBody, State, Wrench};
+use crate::mechanics::{Pose, RigidBody, State, Wrench, largest};
 use crate::world::World;
 use nalgebra::Vector3;
 
-/// The five parts of a step's residual, each in m/s: the largest over bodies and contacts.
+/// The parts of a step's residual, each in m/s: the largest over bodies, contacts and joints.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Certificate {
     /// The equations of motion (eq. 18a); angles are turned into distances by the
@@ -34,6 +34,10 @@ pub struct Certificate {
     pub friction_law: f64,
     /// Friction beyond the cone (eq. 18e).
     pub cone: f64,
+    /// How fast what joints lock has moved (J7).
+    pub joint: f64,
+    /// How far what joints leave free is from their drives (J7).
+    pub joint_law: f64,
 }
 
 /// What a step claims: to be judged.
@@ -47,16 +51,20 @@ pub struct Claim<'a> {
     pub wrenches: &'a [Wrench],
     /// The contacts between the bodies at step k.
     pub contacts: &'a [Contact],
+    /// The forces of the joints, one a joint of the world.
+    pub joints: &'a [JointForce],
 }
 
 impl Claim<'_> {
     /// Whether it is one of a step of `world`: with as many states and wrenches as there are
-    /// bodies, and with contacts of those alone.
+    /// bodies, with contacts of those alone, and with a force for each joint.
     pub(crate) fn is_of(&self, world: &World) -> bool {
         let bodies = world.bodies().len();
         let lengths = [self.states.len(), self.next.len(), self.wrenches.len()];
         let mut named = self.contacts.iter().flat_map(|contact| contact.key.bodies());
-        lengths == [bodies; 3] && named.all(|body| body < bodies)
+        lengths == [bodies; 3]
+            && named.all(|body| body < bodies)
+            && self.joints.len() == world.joints().len()
     }
 }
 
@@ -68,6 +76,8 @@ impl Certificate {
         normal_law: f64::NAN,
         friction_law: f64::NAN,
         cone: f64::NAN,
+        joint: f64::NAN,
+        joint_law: f64::NAN,
     };
 
     /// The residual of the step: the largest part, m/s. NaN if any part is.
@@ -86,15 +96,24 @@ impl Certificate {
             .map_or("dynamics", |(name, _)| name)
     }
 
+    /// The parts that contacts and motion have, by name: all of them in a world without joints.
+    #[must_use]
+    pub fn contact_parts(&self) -> [(&'static str, f64); 5] {
+        let [dynamics, penetration, normal, friction, cone, ..] = self.parts();
+        [dynamics, penetration, normal, friction, cone]
+    }
+
     /// The parts by name.
     #[must_use]
-    pub fn parts(&self) -> [(&'static str, f64); 5] {
+    pub fn parts(&self) -> [(&'static str, f64); 7] {
         [
             ("dynamics", self.dynamics),
             ("penetration", self.penetration),
             ("normal law", self.normal_law),
             ("friction law", self.friction_law),
             ("cone", self.cone),
+            ("joint", self.joint),
+            ("joint law", self.joint_law),
         ]
     }
 }
@@ -148,6 +167,12 @@ impl Certifier {
             certificate.cone = largest(certificate.cone, parts.cone);
             let through = -contact.normal().dot(&u);
             certificate.penetration = largest(certificate.penetration, through);
+        }
+        for (joint, force) in world.joints().iter().zip(claim.joints) {
+            joint.add_loads(world.bodies(), claim.states, force, &mut self.loads);
+            let parts = joint.residual(world.bodies(), (claim.states, claim.next), force, h);
+            certificate.joint = largest(certificate.joint, parts.locked);
+            certificate.joint_law = largest(certificate.joint_law, parts.drive);
         }
         for (index, (body, (_, pose))) in world.bodies().iter().zip(&self.poses).enumerate() {
             let (state, next) = (&claim.states[index], &claim.next[index]);

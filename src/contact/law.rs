@@ -4,7 +4,7 @@
 //! Impulses are divided by the mass of body A, p̂ = h f/m_A, so that they are velocities.
 //! Equation numbers are those of `docs/formulation.md`.
 
-use crate::mechanics::RigidBody;
+use crate::mechanics::{RigidBody, largest};
 use crate::world::ContactLaw;
 use nalgebra::{Matrix3, Vector3};
 
@@ -86,11 +86,6 @@ impl ContactLaw {
         let outside = pull.norm() - self.friction * response.tangential * p_n;
         LawResidual { normal: complementarity.abs(), friction, cone: largest(0.0, outside) }
     }
-}
-
-/// The larger of two numbers, NaN if either is: a NaN must not pass for a small residual.
-pub(super) fn largest(a: f64, b: f64) -> f64 {
-    if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
 }
 
 /// Π: the nearest point of the disc of `radius` about the origin, across the normal.

@@ -427,7 +427,12 @@ impl Neighbours {
         std::mem::swap(pairs, spare);
         pairs.clear();
         sweep.pairs(boxes, |i, j| {
-            if proxies[i].owner != proxies[j].owner {
+            let owners = (proxies[i].owner, proxies[j].owner);
+            let kept_apart = match owners {
+                (Owner::Body(a), Owner::Body(b)) => !world.may_touch(a, b),
+                _ => false,
+            };
+            if owners.0 != owners.1 && !kept_apart {
                 let known = spare.binary_search_by(|pair| pair.proxies.cmp(&(i, j)));
                 pairs.push(known.map_or_else(
                     |_| Neighbour {

@@ -14,3 +14,8 @@ pub use load::{Load, Polyline};
 pub use rotation::Rotation;
 pub use state::{Pose, State, Wrench};
 pub use way::Way;
+
+/// The larger of two numbers, NaN if either is: a NaN must not pass for a small residual.
+pub(crate) fn largest(a: f64, b: f64) -> f64 {
+    if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
+}

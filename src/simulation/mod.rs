@@ -143,6 +143,12 @@ impl<'a> Simulation<'a> {
         check_overlap(&world, &states, &mut candidates)?;
         if matches!(motion, Motion::Contact { .. }) {
             refuse_start_below_ground(&world, &states)?;
+            check_joints(&world, &states)?;
+        } else if !world.joints().is_empty() {
+            return Err(Error::Unsupported {
+                what: "joints of a floating body",
+                why: "the Runge-Kutta method knows no forces; use the contact step",
+            });
         }
         let nothing = Outside { wrench: Wrench::zero(), load: Load::none() };
         Ok(Self {
@@ -329,6 +335,20 @@ fn check_overlap(
     }
 }
 
+/// How far a joint may be off at the start, m and rad: one step brings it back, at the speed of that
+/// over h.
+const JOINT_AT_THE_START: f64 = 1e-6;
+
+fn check_joints(world: &World, states: &[State]) -> Result<(), Error> {
+    for (joint, of) in world.joints().iter().enumerate() {
+        let (place, turn) = of.error(states).unwrap_or((f64::NAN, f64::NAN));
+        if !(place.max(turn) <= JOINT_AT_THE_START) {
+            return Err(Error::JointApart { joint, place, turn, allowed: JOINT_AT_THE_START });
+        }
+    }
+    Ok(())
+}
+
 fn refuse_start_below_ground(world: &World, states: &[State]) -> Result<(), Error> {
     for (index, (body, state)) in world.bodies().iter().zip(states).enumerate() {
         let allowed = CONTACT_BAND * body.reach();
@@ -356,7 +376,7 @@ fn floating_step(
         rk4_step(body, state, &total, world.time_step())
     }));
     let contacts = candidates.contacts();
-    let claim = Claim { states, next: &solution.states, wrenches, contacts };
+    let claim = Claim { states, next: &solution.states, wrenches, contacts, joints: &[] };
     (StepReport::without_problem(StepStatus::Free), certify_rk4_step(world, &claim))
 }
 
@@ -389,7 +409,8 @@ fn contact_step(
     };
     let passes = candidates.passes(world, states, &solution.states);
     let contacts = candidates.contacts();
-    let claim = Claim { states, next: &solution.states, wrenches, contacts };
+    let joints = &solution.joints;
+    let claim = Claim { states, next: &solution.states, wrenches, contacts, joints };
     let certificate = certifier.contact_step(world, &claim, solution.forces());
     // A solver may think better of a point than it is. A NaN is within nothing.
     let residual = certificate.residual();
@@ -424,7 +445,7 @@ impl StepSolver for Checked<'_> {
         solution: &mut StepSolution,
     ) -> Result<StepReport, Error> {
         let report = self.0.solve(step, candidates, solution)?;
-        check_sizes(solution, step.states.len(), candidates.contacts().len())?;
+        check_sizes(solution, step, candidates.contacts().len())?;
         Ok(report)
     }
 
@@ -436,7 +457,7 @@ impl StepSolver for Checked<'_> {
         solution: &mut StepSolution,
     ) -> Result<StepReport, Error> {
         let report = self.0.solve_again(step, marked, candidates, solution)?;
-        check_sizes(solution, step.states.len(), candidates.contacts().len())?;
+        check_sizes(solution, step, candidates.contacts().len())?;
         Ok(report)
     }
 
@@ -446,17 +467,22 @@ impl StepSolver for Checked<'_> {
 }
 
 /// A solution of another size than the step's would be read out of place.
-fn check_sizes(solution: &StepSolution, bodies: usize, contacts: usize) -> Result<(), Error> {
-    let found = (solution.states.len(), solution.contacts.len());
-    if found == (bodies, contacts) {
+fn check_sizes(
+    solution: &StepSolution,
+    step: &Step<'_>,
+    contacts: usize,
+) -> Result<(), Error> {
+    let (bodies, joints) = (step.states.len(), step.world.joints().len());
+    let found = (solution.states.len(), solution.contacts.len(), solution.joints.len());
+    if found == (bodies, contacts, joints) {
         return Ok(());
     }
     Err(Error::Solver {
         solver: "the step's solver",
         why: format!(
-            "its solution has {} states and {} contact forces where the step has {bodies} and \
-             {contacts}",
-            found.0, found.1
+            "its solution has {} states, {} contact forces and {} joint forces where the step has \
+             {bodies}, {contacts} and {joints}",
+            found.0, found.1, found.2
         ),
     })
 }

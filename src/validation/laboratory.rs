@@ -212,7 +212,7 @@ impl<'a> Laboratory<'a> {
                 track.states.push(solution.states[index]);
                 track.forces.push(solution.total_force(index));
             }
-            let StepSolution { states: after, contacts } = &solution;
+            let StepSolution { states: after, contacts, .. } = &solution;
             if until(&Taken { before: &before, after, contacts, residual }) {
                 break;
             }

@@ -11,6 +11,7 @@ pub use plane::Plane;
 
 use crate::error::{Error, in_range};
 use crate::geometry::Piece;
+use crate::joint::Joint;
 use crate::mechanics::dynamics;
 use crate::mechanics::{Pose, RigidBody, Rotation, State, Wrench};
 use nalgebra::Vector3;
@@ -47,6 +48,9 @@ pub struct Fixed {
 pub struct World {
     parameters: Parameters,
     fixed: Vec<Fixed>,
+    joints: Vec<Joint>,
+    /// Pairs of bodies that do not touch, in ascending order.
+    apart: Vec<(usize, usize)>,
     pair_frictions: Pairs,
     restitution: f64,
     pair_restitutions: Pairs,
@@ -76,6 +80,8 @@ impl World {
         Ok(Self {
             parameters,
             fixed: Vec::new(),
+            joints: Vec::new(),
+            apart: Vec::new(),
             pair_frictions: Pairs::new(),
             restitution: 0.0,
             pair_restitutions: Pairs::new(),
@@ -94,6 +100,38 @@ impl World {
             in_range("coefficient of friction", friction, 0.0, 10.0, "0 to 10")?;
         }
         Ok(Self { fixed, ..self })
+    }
+
+    /// This world with `joints`. Bodies that a joint ties do not touch each other, unless it
+    /// [collides](Joint::colliding).
+    ///
+    /// # Errors
+    /// A joint of a body that is not there, or of a body with itself; frames, lengths and drives out of
+    /// range; a turn that is neither locked, about z alone, nor free without a drive.
+    pub fn with_joints(self, joints: Vec<Joint>) -> Result<Self, Error> {
+        let bodies = self.bodies().len();
+        let checked = joints.into_iter().map(|joint| joint.checked(bodies));
+        let joints = checked.collect::<Result<Vec<_>, _>>()?;
+        let tied = joints.iter().filter(|joint| !joint.collides());
+        let mut apart: Vec<_> = tied
+            .filter_map(|joint| Some((joint.body(), joint.other()?)))
+            .map(|(a, b)| (a.min(b), a.max(b)))
+            .collect();
+        apart.sort_unstable();
+        apart.dedup();
+        Ok(Self { joints, apart, ..self })
+    }
+
+    /// The joints.
+    #[must_use]
+    pub fn joints(&self) -> &[Joint] {
+        &self.joints
+    }
+
+    /// Whether two bodies may touch each other: whether no joint keeps them from it.
+    #[must_use]
+    pub fn may_touch(&self, a: usize, b: usize) -> bool {
+        self.apart.binary_search(&(a.min(b), a.max(b))).is_err()
     }
 
     /// This world, its fixed pieces, its restitution and what was said of pairs, with other
@@ -439,6 +477,8 @@ impl World {
         Self {
             parameters,
             fixed: Vec::new(),
+            joints: Vec::new(),
+            apart: Vec::new(),
             pair_frictions: self.pair_frictions.clone(),
             restitution: self.restitution,
             pair_restitutions: self.pair_restitutions.clone(),

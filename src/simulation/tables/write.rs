@@ -113,7 +113,7 @@ impl TableStep {
             start: record.report.start.unwrap_or("").to_owned(),
             contacts: record.contacts.len(),
             residual: certificate.residual(),
-            parts: certificate.parts().map(|(_, part)| part),
+            parts: certificate.contact_parts().map(|(_, part)| part),
             overlap: record.overlap,
             restitution_share: record.restitution_share,
             energy: energy::total(world, &record.states),

@@ -259,7 +259,7 @@ impl Ladder {
     /// The residual of the rung tried last, m/s.
     fn residual(&mut self, step: &Step<'_>, contacts: &[Contact]) -> f64 {
         let (states, next) = (step.states, &self.tried.states);
-        let claim = Claim { states, next, wrenches: step.wrenches, contacts };
+        let claim = Claim { states, next, wrenches: step.wrenches, contacts, joints: &[] };
         self.certifier.contact_step(step.world, &claim, self.tried.forces()).residual()
     }
 }

@@ -19,6 +19,8 @@ pub(super) struct Coupling {
     pub(super) rebound: f64,
     pub(super) rows: Rows,
     pub(super) law: Law,
+    /// Whether its impulse is one of forces; otherwise it is one of torques alone.
+    pub(super) pushes: bool,
 }
 
 /// The point at which a coupling acts, of a body A.
@@ -48,6 +50,12 @@ pub(super) struct Rows {
 }
 
 impl Rows {
+    /// Those of a joint, which respond with `response` each and give alike.
+    fn of_joint(frame: Matrix3<f64>, response: &Vector3<f64>) -> Self {
+        let normal = frame.column(2).into_owned();
+        Self { frame, normal, scale: response.map(f64::recip), give: 1.0 }
+    }
+
     /// Whether they give in all directions alike.
     pub(super) fn give_alike(&self) -> bool {
         self.give == 1.0
@@ -93,7 +101,33 @@ impl Coupling {
                 },
             },
             law: Law::Cone(Cone { friction: contact.law.friction }),
+            pushes: true,
         }
+    }
+
+    /// That of the anchor of a joint: it acts at `lever` along the axes `frame`, its rows are off by
+    /// `offset` (m/s, in these axes) and respond with `response`.
+    pub(super) fn of_place(
+        lever: Lever,
+        (frame, offset): (Matrix3<f64>, Vector3<f64>),
+        response: &Vector3<f64>,
+        law: Law,
+    ) -> Self {
+        let rows = Rows::of_joint(frame, response);
+        Self { lever, offset: frame * offset, rebound: 0.0, rows, law, pushes: true }
+    }
+
+    /// That of the turn of a joint, whose impulse about its rows is a torque on A by `torque_map`.
+    pub(super) fn of_turn(torque_map: Matrix3<f64>, response: &Vector3<f64>, law: Law) -> Self {
+        let zero = Vector3::zeros();
+        let rows = Rows::of_joint(Matrix3::identity(), response);
+        let lever = Lever { centre: zero, arm: zero, radius: 0.0, torque_map };
+        Self { lever, offset: zero, rebound: 0.0, rows, law, pushes: false }
+    }
+
+    /// Whether it is a contact.
+    pub(super) fn is_contact(&self) -> bool {
+        matches!(self.law, Law::Cone(_))
     }
 
     /// Whether a contact bounces.

@@ -104,7 +104,7 @@ impl<E: Equations> Descent<E> {
         let couplings = equations.couplings().iter().zip(self.impulses()).zip(self.points());
         couplings.map(|((coupling, impulse), u)| {
             let pull = coupling.pull(&MAP, u, impulse);
-            (pull.piece(&MAP), pull.margin())
+            (pull.piece(&MAP, equations.graphs()), pull.margin(equations.graphs()))
         })
     }
 
@@ -244,7 +244,12 @@ impl<E: Equations> Descent<E> {
                 starts::scatter(number, couplings, speed, impulses);
             }
         }
-        equations.set_velocity_after(&iterate.impulses, &mut iterate.velocity);
+        match start {
+            Start::Previous | Start::Alike | Start::Kept => {
+                equations.set_first_velocity(&iterate.impulses, &mut iterate.velocity)
+            }
+            _ => equations.set_velocity_after(&iterate.impulses, &mut iterate.velocity),
+        }
         match start {
             Start::Previous if is_restless(equations, iterate) => {
                 sweep(equations, FIRST_SWEEPS, iterate, effort);

@@ -8,6 +8,8 @@
 use super::coupling::Coupling;
 use super::policy::Policy;
 use super::tolerances::Tolerances;
+use crate::joint::Graph;
+use crate::step::Step;
 use nalgebra::{Matrix3, Vector3};
 
 /// The new velocities of a body, V = (v⁺, ω⁺).
@@ -181,6 +183,8 @@ impl<S: Slope> Elimination<S> {
 #[derive(Debug, Clone)]
 pub(super) struct Setting {
     pub(super) couplings: Vec<Coupling>,
+    /// The graphs of joints' axes.
+    pub(super) graphs: Vec<Graph>,
     /// Whether all of them give in all directions alike (N6).
     pub(super) all_give_alike: bool,
     pub(super) tolerances: Tolerances,
@@ -191,12 +195,19 @@ pub(super) struct Setting {
 impl Setting {
     /// No couplings yet.
     pub(super) fn new(tolerances: Tolerances) -> Self {
-        Self { couplings: Vec::new(), all_give_alike: true, tolerances, unsettled: f64::INFINITY }
+        Self {
+            couplings: Vec::new(),
+            graphs: Vec::new(),
+            all_give_alike: true,
+            tolerances,
+            unsettled: f64::INFINITY,
+        }
     }
 
     /// Begins a step: no couplings yet.
     pub(super) fn begin(&mut self, tolerances: Tolerances, unsettled: f64) {
         self.couplings.clear();
+        self.graphs.clear();
         self.all_give_alike = true;
         self.tolerances = tolerances;
         self.unsettled = unsettled;
@@ -235,6 +246,14 @@ pub(super) trait Equations {
     /// Sets the velocities to those that the impulses p̂ leave, the gyroscopic term as in free
     /// flight: the start of an iteration.
     fn set_velocity_after(&self, impulses: &[Vector3<f64>], velocity: &mut Self::Velocity);
+    /// Sets the velocities from which the impulses of the last step are gone on from: those that they
+    /// leave; where joints tie bodies those of the last step, because the reaction of a light hinge
+    /// turns with it, and its old impulse leads astray.
+    fn set_first_velocity(&self, impulses: &[Vector3<f64>], velocity: &mut Self::Velocity) {
+        self.set_velocity_after(impulses, velocity);
+    }
+    /// Adds the impulses that joints had in the last step to those of the contacts.
+    fn extend_previous(&self, _: &Step<'_>, _: &mut Vec<Vector3<f64>>) {}
     /// Of velocities, makes what is as it was at the step's start, to rounding, exactly so: spins,
     /// velocities, or their parts along a contact's normal.
     fn keep_velocity(&self, velocity: &mut Self::Velocity);
@@ -283,6 +302,10 @@ pub(super) trait Equations {
     #[inline]
     fn couplings(&self) -> &[Coupling] {
         &self.setting().couplings
+    }
+
+    fn graphs(&self) -> &[Graph] {
+        &self.setting().graphs
     }
 
     fn tolerances(&self) -> &Tolerances {

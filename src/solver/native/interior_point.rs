@@ -7,7 +7,6 @@ use super::effort::Effort;
 use super::equations::{Answer, Elimination, Equations, Point, Velocities, reserve};
 use super::law::{Barrier, Pending};
 use super::newton::Iterate;
-use super::tolerances::COMPLIANCE;
 use nalgebra::Vector3;
 
 /// Scratch of the iteration.
@@ -93,7 +92,7 @@ impl<E: Equations> InteriorPoint<E> {
         let speed = equations.speed().max(LEAST);
         let strength = scale * speed / couplings.len() as f64;
         self.barriers.clear();
-        self.barriers.extend(couplings.iter().map(|c| c.law.centred(speed, strength)));
+        self.barriers.extend(couplings.iter().map(|c| c.law.centred(&c.rows, speed, strength)));
         self.steps.clear();
         self.steps.extend(self.barriers.iter().map(Barrier::nothing));
         self.set_impulses(equations, iterate);
@@ -109,7 +108,8 @@ impl<E: Equations> InteriorPoint<E> {
             total += sum;
             count += products;
         }
-        total / count as f64
+        // Of joints alone there is none.
+        if count > 0 { total / count as f64 } else { 0.0 }
     }
 
     /// Largest error of the equations of motion and of the rows' speeds against û, m/s.
@@ -119,8 +119,8 @@ impl<E: Equations> InteriorPoint<E> {
         let mut largest = motion.largest;
         equations.set_points(&iterate.velocity, scratch, points);
         for ((coupling, barrier), u) in equations.couplings().iter().zip(&*barriers).zip(&*points) {
-            let u = coupling.rows.frame.tr_mul(u) + COMPLIANCE * barrier.impulse();
-            largest = largest.max((barrier.speeds() - u).amax());
+            let u = coupling.rows.frame.tr_mul(u);
+            largest = largest.max(barrier.error(&u, equations.graphs()));
         }
         largest
     }
@@ -138,7 +138,7 @@ impl<E: Equations> InteriorPoint<E> {
             |index, coupling, u| {
                 let (barrier, frame) = (&barriers[index], &coupling.rows.frame);
                 let aim = (0.0, &barrier.nothing());
-                let (offset, gain, rest) = barrier.eliminate(aim, &frame.tr_mul(u))?;
+                let (offset, gain, rest) = barrier.eliminate(aim, &frame.tr_mul(u), equations.graphs())?;
                 pending.push(rest);
                 Some(Answer::full(frame * offset, frame * gain * frame.transpose()))
             },
@@ -151,14 +151,15 @@ impl<E: Equations> InteriorPoint<E> {
     /// The same direction to products of `kappa`, to second order along the predictor found before.
     fn correct(&mut self, equations: &E, kappa: f64) -> bool {
         let Self { barriers, steps, pending, eliminations, points, .. } = self;
-        let couplings = equations.couplings().iter().zip(&*points);
+        let (couplings, graphs) = (equations.couplings().iter().zip(&*points), equations.graphs());
         let at = barriers.iter().zip(&*steps).zip(couplings);
         for (((barrier, predictor), (coupling, u)), (elimination, rest)) in
             at.zip(eliminations.iter_mut().zip(pending))
         {
             let frame = &coupling.rows.frame;
             let aim = (kappa, predictor);
-            let Some((offset, _, left)) = barrier.eliminate(aim, &frame.tr_mul(u)) else {
+            let Some((offset, _, left)) = barrier.eliminate(aim, &frame.tr_mul(u), graphs)
+            else {
                 return false;
             };
             elimination.answer.offset = frame * offset;

@@ -5,6 +5,7 @@
 //! theirs, so that equal compliance in (N6) is equal for all contacts whatever they join.
 //! Equation numbers are those of `docs/native-solver.md`.
 
+mod joints;
 mod slopes;
 
 use super::blocks::BlockSystem;
@@ -21,9 +22,12 @@ use super::round_motion::{Round, RoundMotion, Side};
 use super::tolerances::Tolerances;
 use super::turning::Turning;
 use crate::contact::{Contact, Partner, torque_map_of};
+use crate::joint::Turn;
 use crate::step::Step;
 use crate::world::World;
 use nalgebra::{Matrix3, Matrix3x6, Matrix6, Vector3, Vector6};
+
+pub(super) use joints::JointPlace;
 
 /// Which bodies of the island a coupling joins.
 #[derive(Debug, Clone, Copy)]
@@ -32,6 +36,8 @@ struct Link {
     a: usize,
     /// Where both features are round, its place among those.
     round: Option<usize>,
+    /// Where it is the turn of a joint, its place among those.
+    turn: Option<usize>,
     /// B, where it is no fixed thing.
     b: Option<Other>,
 }
@@ -57,6 +63,10 @@ pub(super) struct Island {
     links: Vec<Link>,
     /// What couplings of two round features have beyond others.
     rounds: Vec<Round>,
+    /// The turns of joints.
+    turns: Vec<Turn>,
+    /// The joints of the island, and where their couplings are.
+    joints: Vec<JointPlace>,
     /// Where the linear system has numbers.
     pattern: Pattern,
 }
@@ -71,6 +81,8 @@ impl Island {
             setting: Setting::new(Tolerances::of(world, 0.0)),
             links: Vec::new(),
             rounds: Vec::new(),
+            turns: Vec::new(),
+            joints: Vec::new(),
             pattern: Pattern::default(),
         }
     }
@@ -86,6 +98,8 @@ impl Island {
         self.members.extend(indices.iter().map(|&index| Member::new(step, index, self.mass)));
         self.links.clear();
         self.rounds.clear();
+        self.turns.clear();
+        self.joints.clear();
         self.setting.begin(Tolerances::together(step.world, self.speed()), unsettled);
     }
 
@@ -118,7 +132,7 @@ impl Island {
             self.rounds.push(Round { curved, way: contact.way(), approach });
             self.rounds.len() - 1
         });
-        self.links.push(Link { a, round, b });
+        self.links.push(Link { a, round, turn: None, b });
         let share = self.members[a].share;
         self.setting.admit(Coupling::of_contact(contact, h, (share, level)));
     }
@@ -152,11 +166,15 @@ impl Island {
         let couplings = self.links.iter().zip(&self.setting.couplings);
         for ((link, coupling), impulse) in couplings.zip(impulses) {
             let share = self.members[link.a].share;
-            residuals[link.a].linear -= share * impulse;
+            if coupling.pushes {
+                residuals[link.a].linear -= share * impulse;
+            }
             residuals[link.a].spin -= share * (coupling.lever.torque_map * impulse);
             if let Some(other) = &link.b {
                 let share = self.members[other.index].share;
-                residuals[other.index].linear += share * impulse;
+                if coupling.pushes {
+                    residuals[other.index].linear += share * impulse;
+                }
                 residuals[other.index].spin += share * (other.torque_map * impulse);
             }
         }
@@ -224,6 +242,10 @@ impl Island {
     ) -> Vector3<f64> {
         if let Some(round) = link.round {
             return self.round_motion((coupling, round), link, velocity, turnings).u();
+        }
+        if let Some(turn) = link.turn {
+            let other = link.b.as_ref().map(|other| &velocity[other.index].spin);
+            return self.turns[turn].u(&velocity[link.a].spin, other);
         }
         match (&link.b, turnings.1) {
             (Some(other), Some(b)) => {
@@ -297,6 +319,18 @@ impl Equations for Island {
         self.members.iter().map(Member::speed).fold(0.0, f64::max)
     }
 
+    fn extend_previous(&self, step: &Step<'_>, previous: &mut Vec<Vector3<f64>>) {
+        previous.extend(self.joint_impulses(step));
+    }
+
+    fn set_first_velocity(&self, impulses: &[Vector3<f64>], velocity: &mut Vec<Velocity>) {
+        if self.joints.is_empty() {
+            return self.set_velocity_after(impulses, velocity);
+        }
+        velocity.clear();
+        velocity.extend(self.members.iter().map(|member| *member.old()));
+    }
+
     fn set_velocity_after(&self, impulses: &[Vector3<f64>], velocity: &mut Vec<Velocity>) {
         velocity.clear();
         velocity.extend(self.members.iter().map(|member| member.free));
@@ -306,10 +340,13 @@ impl Equations for Island {
     }
 
     fn push(&self, index: usize, impulse: &Vector3<f64>, velocity: &mut Vec<Velocity>) {
+        let pushes = self.setting.couplings[index].pushes;
         let mut push = |index: usize, impulse: &Vector3<f64>, torque_map: &Matrix3<f64>| {
             let member = &self.members[index];
             let impulse = member.share * impulse;
-            velocity[index].linear += impulse;
+            if pushes {
+                velocity[index].linear += impulse;
+            }
             velocity[index].spin += member.inertia_inverse * (torque_map * impulse);
         };
         let link = &self.links[index];
@@ -324,7 +361,8 @@ impl Equations for Island {
         for (member, velocity) in self.members.iter().zip(velocity.iter_mut()) {
             member.keep(exact, velocity);
         }
-        for (link, coupling) in self.links.iter().zip(&self.setting.couplings) {
+        let contacts = self.links.iter().zip(&self.setting.couplings);
+        for (link, coupling) in contacts.filter(|(_, coupling)| coupling.is_contact()) {
             let sides = [Some(link.a), link.b.as_ref().map(|other| other.index)];
             for index in sides.into_iter().flatten() {
                 let normal = &coupling.rows.normal;

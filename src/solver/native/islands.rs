@@ -1,7 +1,8 @@
-//! Islands: sets of bodies that touch each other, directly or through others. What is fixed
-//! joins nothing. Islands are independent problems.
+//! Islands: sets of bodies that touch each other or are tied by joints, directly or through others. What
+//! is fixed joins nothing. Islands are independent problems.
 
 use crate::contact::{Contact, KeyIndex, Partner};
+use crate::joint::Joint;
 use crate::step::Step;
 use nalgebra::Vector3;
 
@@ -16,6 +17,7 @@ pub(super) struct Islands {
     places: Vec<usize>,
     bodies: Groups,
     contacts: Groups,
+    joints: Groups,
     /// Whether an island is to be solved: it has a contact that the last call did not know, or a
     /// body that was marked.
     changed: Vec<bool>,
@@ -98,6 +100,8 @@ pub(super) struct IslandView<'a> {
     pub(super) bodies: &'a [usize],
     /// Its contacts, indices of the candidates.
     pub(super) contacts: &'a [usize],
+    /// Its joints, indices of the world.
+    pub(super) joints: &'a [usize],
     /// For every body of the world, its place among `bodies`.
     pub(super) places: &'a [usize],
     /// For every candidate, its force in the step before, N.
@@ -109,22 +113,26 @@ pub(super) struct IslandView<'a> {
 
 impl Islands {
     /// Finds the islands of a step. The first `known` contacts have been seen by the last call in
-    /// the same step; islands with a `marked` body are to be solved all the same.
+    /// the same step; without one, `first`, what joints tie is to be solved. Islands with a `marked` body are
+    /// to be solved all the same.
     pub(super) fn find(
         &mut self,
         step: &Step<'_>,
-        (contacts, known): (&[Contact], usize),
+        (contacts, known, first): (&[Contact], usize, bool),
         marked: Marked<'_>,
     ) {
-        let count = step.states.len();
-        if count == 1 {
+        let (count, joints) = (step.states.len(), step.world.joints());
+        if count == 1 && joints.is_empty() {
             self.set_only_one(contacts.len());
         } else {
-            self.set_many(count, contacts);
+            self.set_many(count, contacts, joints);
         }
         let islands = self.bodies.len();
         self.changed.clear();
-        let new = |island| self.contacts.get(island).last().is_some_and(|place| *place >= known);
+        let new = |island| {
+            self.contacts.get(island).last().is_some_and(|place| *place >= known)
+                || first && !self.joints.get(island).is_empty()
+        };
         let marked = |island| {
             marked.0.is_some() && self.bodies.get(island).iter().any(|body| marked.holds(*body))
         };
@@ -141,9 +149,10 @@ impl Islands {
         self.places.push(0);
         self.bodies.set_only_one(1);
         self.contacts.set_only_one(contacts);
+        self.joints.sort(1, std::iter::empty());
     }
 
-    fn set_many(&mut self, count: usize, contacts: &[Contact]) {
+    fn set_many(&mut self, count: usize, contacts: &[Contact], joints: &[Joint]) {
         self.parents.clear();
         self.parents.extend(0..count);
         self.islands.clear();
@@ -153,9 +162,15 @@ impl Islands {
                 self.join(contact.key.body, other);
             }
         }
-        for contact in contacts {
-            // Marks the root: it has a contact.
-            let root = self.root(contact.key.body);
+        for joint in joints {
+            if let Some(other) = joint.other() {
+                self.join(joint.body(), other);
+            }
+        }
+        // Marks the roots: something holds them.
+        let held = contacts.iter().map(|contact| contact.key.body);
+        for body in held.chain(joints.iter().map(Joint::body)) {
+            let root = self.root(body);
             self.islands[root] = 0;
         }
         let mut islands = 0;
@@ -175,6 +190,8 @@ impl Islands {
         self.bodies.sort(islands, self.islands.iter().copied());
         let of = contacts.iter().map(|contact| self.islands[contact.key.body]);
         self.contacts.sort(islands, of);
+        let of = joints.iter().map(|joint| self.islands[joint.body()]);
+        self.joints.sort(islands, of);
         self.places.clear();
         self.places.resize(count, 0);
         for island in 0..islands {
@@ -239,6 +256,18 @@ impl Islands {
             *apart = apart.max((contact.force - before).amax());
             *largest = largest.max(contact.force.amax());
         }
+        let joints = step.world.joints().iter().zip(&step.previous.joints);
+        for (index, (joint, now)) in joints.enumerate() {
+            let island = self.islands.get(joint.body());
+            let Some((apart, largest)) = island.and_then(|island| self.changes.get_mut(*island))
+            else {
+                continue;
+            };
+            let Some(before) = earlier.joints.get(index) else { continue };
+            let (force, torque) = (now.force - before.force, now.torque - before.torque);
+            *apart = apart.max(force.amax()).max(torque.amax());
+            *largest = largest.max(now.force.amax()).max(now.torque.amax());
+        }
         for (unsettled, (apart, largest)) in self.unsettled.iter_mut().zip(&self.changes) {
             if *largest > 0.0 {
                 *unsettled = apart / largest;
@@ -264,6 +293,7 @@ impl Islands {
         IslandView {
             bodies: self.bodies.get(number),
             contacts: self.contacts.get(number),
+            joints: self.joints.get(number),
             places: &self.places,
             before: &self.before,
             unsettled: self.unsettled[number],

@@ -113,6 +113,29 @@ impl Member {
         self.inertia + h * self.form.gyroscopic_slope(&self.inertia, spin, h)
     }
 
+    /// What a unit impulse along the rows of a joint makes of their speed by this body, each by itself: the
+    /// rows are the columns of `frame`, and `torque_map` gives its torque.
+    ///
+    /// ```text
+    /// w_k = M/m (1 + t_k·Î⁻¹ t_k),   t_k = G e_k;   without the 1 where it is a torque alone
+    /// ```
+    pub(super) fn response(
+        &self,
+        torque_map: &Matrix3<f64>,
+        frame: &Matrix3<f64>,
+        pushes: bool,
+    ) -> Vector3<f64> {
+        let torques = torque_map * frame;
+        let turned = self.inertia_inverse * torques;
+        let along = if pushes { 1.0 } else { 0.0 };
+        Vector3::from_fn(|k, _| self.share * (along + torques.column(k).dot(&turned.column(k))))
+    }
+
+    /// The velocities at step k.
+    pub(super) fn old(&self) -> &Velocity {
+        &self.old
+    }
+
     /// How its points turn in a step that ends with a `spin`.
     pub(super) fn turning(&self, spin: Vector3<f64>) -> Turning {
         Turning::new(&self.rotation, spin, self.time_step)

@@ -41,6 +41,7 @@ mod turning;
 
 use crate::contact::{Candidates, Contact, rounding};
 use crate::error::Error;
+use crate::joint::JointForce;
 use crate::mechanics::State;
 use crate::step::{ContactForce, Step, StepReport, StepSolution, StepSolver, StepStatus};
 use crate::world::World;
@@ -131,9 +132,11 @@ impl NativeSolver {
         marked: Marked<'_>,
         solution: &mut StepSolution,
     ) -> Result<u32, Error> {
-        let known = solution.contacts.len();
+        let (known, joints) = (solution.contacts.len(), step.world.joints().len());
+        let first = solution.joints.len() != joints;
+        solution.joints.resize(joints, JointForce::none(0.0));
         solution.contacts.extend(contacts[known..].iter().map(|c| ContactForce::none(c.key)));
-        self.islands.find(step, (contacts, known), marked);
+        self.islands.find(step, (contacts, known, first), marked);
         self.parts.assign(&self.islands, step.states.len());
         self.solve_changed(step, contacts)?;
         // In the order of the islands, on whichever threads they were solved.

@@ -98,7 +98,7 @@ impl<E: Equations> Newton<E> {
             if !effort.spend() {
                 return false;
             }
-            self.find_pieces(map, iterate);
+            self.find_pieces(equations, map, iterate);
             if !self.set_direction(equations, matrix, iterate) {
                 return false;
             }
@@ -166,7 +166,7 @@ impl<E: Equations> Newton<E> {
         if iterate.map != *map {
             evaluate_again(equations, map, iterate);
         }
-        self.find_pieces(map, iterate);
+        self.find_pieces(equations, map, iterate);
         let mut merit = evaluate_again(equations, &NaturalMap::EXACT, iterate);
         let alike = equations.setting().all_give_alike;
         for _ in 0..if alike { CORRECTIONS } else { ROLLING_CORRECTIONS } {
@@ -188,9 +188,9 @@ impl<E: Equations> Newton<E> {
     }
 
     /// The pieces that `law`, which must be the one evaluated last, puts the contacts on.
-    fn find_pieces(&mut self, map: &NaturalMap, iterate: &Iterate<E>) {
+    fn find_pieces(&mut self, equations: &E, map: &NaturalMap, iterate: &Iterate<E>) {
         self.pieces.clear();
-        self.pieces.extend(iterate.pulls.iter().map(|pull| pull.piece(map)));
+        self.pieces.extend(iterate.pulls.iter().map(|pull| pull.piece(map, equations.graphs())));
     }
 
     /// The Newton direction of the velocities for the law evaluated last and the modes found
@@ -198,9 +198,9 @@ impl<E: Equations> Newton<E> {
     fn set_direction(&mut self, equations: &E, matrix: f64, iterate: &Iterate<E>) -> bool {
         let Iterate { velocity, impulses, points, pulls, scratch, .. } = iterate;
         let Self { step, pieces, eliminations, system, .. } = self;
-        let at = Point { velocity, points, scratch };
+        let (at, graphs) = (Point { velocity, points, scratch }, equations.graphs());
         let answer = |index: usize, coupling: &Coupling, _: &Vector3<f64>| {
-            Some(pulls[index].answer(pieces[index], coupling, &impulses[index], matrix))
+            Some(pulls[index].answer(pieces[index], (coupling, graphs), &impulses[index], matrix))
         };
         equations.linearise(at, answer, eliminations, system)
             && equations.direction(scratch, eliminations, system, step)
@@ -264,9 +264,7 @@ impl<E: Equations> Iterate<E> {
 
     /// The largest speed of a row that an impulse holds, m/s; of the last residual's point.
     pub(super) fn held_speed(&self, equations: &E) -> f64 {
-        let couplings = equations.couplings().iter().zip(&self.impulses).zip(&self.points);
-        let speed = couplings.map(|((c, impulse), u)| c.law.held_speed(&c.rows, u, impulse));
-        speed.fold(0.0, f64::max)
+        self.pulls.iter().map(|pull| pull.held_speed(equations.graphs())).fold(0.0, f64::max)
     }
 
     /// u of every coupling, m/s, of the last evaluation.
@@ -333,7 +331,7 @@ fn evaluate_again<E: Equations>(
     for ((coupling, impulse), u) in couplings {
         let pull = coupling.pull(map, u, impulse);
         iterate.pulls.push(pull);
-        size.add(&pull.natural_map(coupling));
+        size.add(&pull.natural_map(coupling, equations.graphs()));
     }
     if !size.squared.is_finite() {
         // A maximum drops NaN; a sum does not.

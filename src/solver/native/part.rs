@@ -77,10 +77,11 @@ impl<E: Equations> Problem<E> {
         effort: &mut Effort<'_>,
     ) -> Outcome {
         let to_impulse = step.world.time_step() / mass;
-        self.reserve(island.contacts.len());
+        self.reserve(island.contacts.len() + 2 * island.joints.len());
         self.previous.clear();
         let before = island.contacts.iter().map(|&place| island.before[place] * to_impulse);
         self.previous.extend(before);
+        self.equations.extend_previous(step, &mut self.previous);
         self.descent.solve(&mut self.equations, &self.previous, accepted, effort)
     }
 
@@ -155,6 +156,9 @@ impl Part {
             for &place in island.contacts {
                 problem.equations.admit(&contacts[place], |body| island.places[body]);
             }
+            for &joint in island.joints {
+                problem.equations.admit_joint(step, joint, |body| island.places[body]);
+            }
             problem.equations.tie();
             let mass = problem.equations.mass();
             problem.solve(step, island, (mass, accepted), &mut effort)
@@ -184,6 +188,8 @@ impl Part {
             }
             let mass = problem.equations.mass();
             problem.write_forces(step, view, mass, solution);
+            let impulses = problem.descent.impulses();
+            problem.equations.write_joints(step, impulses, solution);
         }
         self.ended
     }
@@ -275,9 +281,12 @@ impl Parts {
     }
 }
 
-/// The body of an island that has no other, where planes are all that it touches.
+/// The body of an island that has no other, where planes are all that it touches and no joint holds it.
 fn only(contacts: &[Contact], island: &IslandView<'_>) -> Option<usize> {
     let [body] = *island.bodies else { return None };
+    if !island.joints.is_empty() {
+        return None;
+    }
     let is_flat = |place: &usize| contacts[*place].features.curved.is_none();
     island.contacts.iter().all(is_flat).then_some(body)
 }

@@ -63,6 +63,14 @@ impl Island {
         turnings: &[Both],
     ) -> PairSlope {
         let of_a = &turnings[link.a];
+        if let Some(turn) = link.turn {
+            let other = link.b.as_ref().map(|other| (other.index, &velocity[other.index].spin));
+            let (by_a, by_b) =
+                self.turns[turn].slopes(&velocity[link.a].spin, other.map(|(_, spin)| spin));
+            let of = |slope: &Matrix3<f64>| beside(&Matrix3::zeros(), slope);
+            let b = other.map(|(index, _)| (index, of(&by_b)));
+            return PairSlope { a: (link.a, of(&by_a)), b };
+        }
         if let Some(round) = link.round {
             let both = (of_a, link.b.as_ref().map(|other| &turnings[other.index]));
             let (by_a, by_b) = self.round_motion((coupling, round), link, velocity, both).slopes();
@@ -110,7 +118,9 @@ impl Island {
     ) {
         for (row, share, torque_map) in self.sides(of) {
             let mut rhs = Vector6::zeros();
-            rhs.fixed_rows_mut::<3>(0).copy_from(&(share * offset));
+            if of.1.pushes {
+                rhs.fixed_rows_mut::<3>(0).copy_from(&(share * offset));
+            }
             rhs.fixed_rows_mut::<3>(3).copy_from(&(share * (torque_map * offset)));
             values[self.pattern.place(row)] += rhs;
         }
@@ -133,7 +143,9 @@ impl Island {
                 };
                 let linear = gained * -share;
                 let mut block = Matrix6::zeros();
-                block.fixed_view_mut::<3, 6>(0, 0).copy_from(&linear);
+                if of.1.pushes {
+                    block.fixed_view_mut::<3, 6>(0, 0).copy_from(&linear);
+                }
                 block.fixed_view_mut::<3, 6>(3, 0).copy_from(&(torque_map * linear));
                 blocks.add(&self.pattern, (row, *column), &block);
             }

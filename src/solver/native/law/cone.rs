@@ -17,11 +17,6 @@ pub(in super::super) struct Cone {
 }
 
 impl Cone {
-    /// How fast a contact that presses changes its gap, up or down, m/s.
-    pub(super) fn held_speed(rows: &Rows, u: &Vector3<f64>, impulse: &Vector3<f64>) -> f64 {
-        if rows.normal.dot(impulse) > 0.0 { rows.normal.dot(u).abs() } else { 0.0 }
-    }
-
     /// With even odds open or pressed by up to `strength`, its friction anywhere in the cone.
     pub(super) fn scattered(
         &self,
@@ -117,6 +112,11 @@ impl Pull {
         }
     }
 
+    /// How fast a contact that presses changes its gap, up or down, m/s.
+    pub(super) fn held_speed(&self) -> f64 {
+        if self.gamma > 0.0 { self.u_n.abs() } else { 0.0 }
+    }
+
     /// How far the arguments are from the next piece, each in its own scale, m/s.
     pub(super) fn margin(&self) -> f64 {
         let open = self.normal.abs() / self.rho_n;
@@ -149,7 +149,7 @@ impl Pull {
                 let springs = Matrix3::from_diagonal_element(across) + along;
                 Answer::full(-springs * self.u, -springs)
             }
-            Piece::Slip => {
+            Piece::Slip | Piece::Axes(_) => {
                 let (offset, gain) = self.linearise_slip(rows, compliance);
                 Answer::full(offset, gain)
             }

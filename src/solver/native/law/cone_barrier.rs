@@ -32,6 +32,11 @@ pub(in super::super) struct Pending {
     dual_target: f64,
 }
 
+impl Pending {
+    /// Nothing.
+    pub(super) const NONE: Self = Self { gap_error: Vector3::new(0.0, 0.0, 0.0), dual_target: 0.0 };
+}
+
 /// Right-hand sides of the linearised (N7a), (N7b), (N7c).
 #[derive(Debug, Clone, Copy)]
 struct Targets {
@@ -73,8 +78,13 @@ impl ConeBarrier {
         Vector3::new(self.tangential[0], self.tangential[1], self.normal)
     }
 
+    /// |(η, s) − û| where the rows move by u.
+    pub(super) fn error(&self, u: &Vector3<f64>) -> f64 {
+        (self.speeds() - (u + COMPLIANCE * self.impulse())).amax()
+    }
+
     /// (η, s).
-    pub(super) fn speeds(&self) -> Vector3<f64> {
+    fn speeds(&self) -> Vector3<f64> {
         Vector3::new(self.slip[0], self.slip[1], self.gap)
     }
 

@@ -9,14 +9,18 @@
 //!
 //! Equation numbers are those of `docs/native-solver.md`.
 
+mod axes;
 mod cone;
 mod cone_barrier;
 
+pub(super) use axes::Axes;
 pub(super) use cone::Cone;
 pub(super) use cone_barrier::Pending;
 
 use super::coupling::{Coupling, Rows};
 use super::equations::Answer;
+use crate::joint::Graph;
+use axes::AxesBarrier;
 use cone_barrier::ConeBarrier;
 use nalgebra::{Matrix3, Vector3};
 
@@ -25,6 +29,8 @@ use nalgebra::{Matrix3, Vector3};
 pub(super) enum Law {
     /// Hard contact and Coulomb's round cone, with maximum dissipation.
     Cone(Cone),
+    /// A graph for each row: what a joint does along its axes.
+    Axes(Axes),
 }
 
 /// The natural map whose zero is sought.
@@ -57,18 +63,22 @@ pub enum Piece {
     Stick,
     /// It presses, and its friction is on the edge of the cone.
     Slip,
+    /// Of the rows of a joint, which straight piece of its graph each is on.
+    Axes([u8; 3]),
 }
 
 /// A coupling's arguments of the projections in the natural map.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Pull {
     Cone(cone::Pull),
+    Axes(axes::Pull),
 }
 
 /// The variables of a coupling in an interior point, besides V.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Barrier {
     Cone(ConeBarrier),
+    Axes(AxesBarrier),
 }
 
 impl Law {
@@ -83,13 +93,7 @@ impl Law {
     ) -> Pull {
         match self {
             Self::Cone(cone) => Pull::Cone(cone::Pull::new(map, (rows, cone), u, impulse)),
-        }
-    }
-
-    /// How fast the rows move that an impulse p̂ holds, m/s, where they move by u.
-    pub(super) fn held_speed(&self, rows: &Rows, u: &Vector3<f64>, impulse: &Vector3<f64>) -> f64 {
-        match self {
-            Self::Cone(_) => Cone::held_speed(rows, u, impulse),
+            Self::Axes(axes) => Pull::Axes(axes::Pull::new(map, (rows, axes), u, impulse)),
         }
     }
 
@@ -103,14 +107,17 @@ impl Law {
     ) -> Vector3<f64> {
         match self {
             Self::Cone(cone) => cone.scattered(rows, strength, uniform),
+            // What joints hold, they hold whatever the start.
+            Self::Axes(_) => Vector3::zeros(),
         }
     }
 
     /// The centred variables of an interior point: rows that move at the speed `speed`, and an impulse
     /// of the size `strength` (m/s).
-    pub(super) fn centred(&self, speed: f64, strength: f64) -> Barrier {
+    pub(super) fn centred(&self, rows: &Rows, speed: f64, strength: f64) -> Barrier {
         match self {
             Self::Cone(cone) => Barrier::Cone(ConeBarrier::centred(cone, speed, strength)),
+            Self::Axes(axes) => Barrier::Axes(AxesBarrier::new(axes, rows)),
         }
     }
 }
@@ -125,32 +132,44 @@ impl Coupling {
 
 impl Pull {
     /// The impulse that the projections give, m/s, world.
-    pub(super) fn projected(&self, coupling: &Coupling) -> Vector3<f64> {
+    pub(super) fn projected(&self, coupling: &Coupling, graphs: &[Graph]) -> Vector3<f64> {
         match self {
             Self::Cone(pull) => pull.projected(&coupling.rows),
+            Self::Axes(pull) => pull.projected(&coupling.rows, graphs),
         }
     }
 
     /// The natural map (N4), as a velocity, m/s.
     #[inline]
-    pub(super) fn natural_map(&self, coupling: &Coupling) -> Vector3<f64> {
+    pub(super) fn natural_map(&self, coupling: &Coupling, graphs: &[Graph]) -> Vector3<f64> {
         match self {
             Self::Cone(pull) => pull.natural_map(&coupling.rows),
+            Self::Axes(pull) => pull.natural_map(&coupling.rows, graphs),
         }
     }
 
     /// The piece of the natural map.
     #[inline]
-    pub(super) fn piece(&self, map: &NaturalMap) -> Piece {
+    pub(super) fn piece(&self, map: &NaturalMap, graphs: &[Graph]) -> Piece {
         match self {
             Self::Cone(pull) => pull.piece(map.stick_margin),
+            Self::Axes(pull) => Piece::Axes(pull.pieces(graphs)),
         }
     }
 
     /// How far the pull is from the next piece, m/s.
-    pub(super) fn margin(&self) -> f64 {
+    pub(super) fn margin(&self, graphs: &[Graph]) -> f64 {
         match self {
             Self::Cone(pull) => pull.margin(),
+            Self::Axes(pull) => pull.margin(graphs),
+        }
+    }
+
+    /// How fast the rows move that the impulse holds, m/s.
+    pub(super) fn held_speed(&self, graphs: &[Graph]) -> f64 {
+        match self {
+            Self::Cone(pull) => pull.held_speed(),
+            Self::Axes(pull) => pull.held_speed(graphs),
         }
     }
 
@@ -159,12 +178,16 @@ impl Pull {
     pub(super) fn answer(
         &self,
         piece: Piece,
-        coupling: &Coupling,
+        (coupling, graphs): (&Coupling, &[Graph]),
         impulse: &Vector3<f64>,
         compliance: f64,
     ) -> Answer {
-        match self {
-            Self::Cone(pull) => pull.answer(piece, &coupling.rows, impulse, compliance),
+        match (self, piece) {
+            (Self::Axes(pull), Piece::Axes(pieces)) => {
+                pull.answer(pieces, (&coupling.rows, graphs), compliance)
+            }
+            (Self::Cone(pull), piece) => pull.answer(piece, &coupling.rows, impulse, compliance),
+            (Self::Axes(_), _) => Answer::open(impulse),
         }
     }
 }
@@ -174,6 +197,7 @@ impl Barrier {
     pub(super) fn nothing(&self) -> Self {
         match self {
             Self::Cone(_) => Self::Cone(ConeBarrier::ZERO),
+            Self::Axes(axes) => Self::Axes(axes.nothing()),
         }
     }
 
@@ -181,13 +205,15 @@ impl Barrier {
     pub(super) fn impulse(&self) -> Vector3<f64> {
         match self {
             Self::Cone(cone) => cone.impulse(),
+            Self::Axes(axes) => axes.impulse(),
         }
     }
 
-    /// What the rows' speeds are here, m/s, in their axes; û only at the end.
-    pub(super) fn speeds(&self) -> Vector3<f64> {
+    /// How far the speeds of the rows here are from û, m/s, where they move by u, in their axes.
+    pub(super) fn error(&self, u: &Vector3<f64>, graphs: &[Graph]) -> f64 {
         match self {
-            Self::Cone(cone) => cone.speeds(),
+            Self::Cone(cone) => cone.error(u),
+            Self::Axes(axes) => axes.error(u, graphs),
         }
     }
 
@@ -195,6 +221,7 @@ impl Barrier {
     pub(super) fn products(&self) -> (f64, usize) {
         match self {
             Self::Cone(cone) => (cone.products(), ConeBarrier::PRODUCTS),
+            Self::Axes(_) => (0.0, 0),
         }
     }
 
@@ -204,9 +231,12 @@ impl Barrier {
         &self,
         (kappa, predictor): (f64, &Self),
         u: &Vector3<f64>,
+        graphs: &[Graph],
     ) -> Option<(Vector3<f64>, Matrix3<f64>, Pending)> {
         match (self, predictor) {
             (Self::Cone(cone), Self::Cone(predictor)) => cone.eliminate(kappa, predictor, u),
+            (Self::Axes(axes), _) => Some(axes.eliminate(u, graphs)),
+            (Self::Cone(_), Self::Axes(_)) => None,
         }
     }
 
@@ -219,6 +249,7 @@ impl Barrier {
     ) -> Self {
         match self {
             Self::Cone(cone) => Self::Cone(cone.step(impulse, moved, rest)),
+            Self::Axes(axes) => Self::Axes(axes.step(impulse)),
         }
     }
 
@@ -226,6 +257,8 @@ impl Barrier {
     pub(super) fn moved(&self, step: &Self, length: f64) -> Self {
         match (self, step) {
             (Self::Cone(cone), Self::Cone(step)) => Self::Cone(cone.moved(step, length)),
+            (Self::Axes(axes), Self::Axes(step)) => Self::Axes(axes.moved(step, length)),
+            _ => *self,
         }
     }
 
@@ -233,6 +266,7 @@ impl Barrier {
     pub(super) fn longest_step(&self, step: &Self) -> f64 {
         match (self, step) {
             (Self::Cone(cone), Self::Cone(step)) => cone.longest_step(step),
+            _ => 1.0,
         }
     }
 }

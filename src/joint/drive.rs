@@ -1,0 +1,163 @@
+//! What acts on an axis of a joint that is not locked.
+
+use super::graph::{Graph, Sum};
+use crate::error::{Error, in_range};
+
+/// One of the six axes of a joint.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Axis {
+    /// Its coordinate is zero.
+    Locked,
+    /// It moves, under a drive.
+    Free(Drive),
+}
+
+/// What acts along a free axis, at any rate: the sum of all of these. Lengths in m and forces in N along
+/// an axis, rad and N m about one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Drive {
+    /// The range of the coordinate. Its ends are hard stops without a bounce.
+    pub limits: Option<[f64; 2]>,
+    /// Dry friction: it holds up to this force, and takes as much where the axis moves.
+    pub friction: f64,
+    /// k of a spring towards `rest`, N/m or N m/rad.
+    pub stiffness: f64,
+    /// The coordinate at which the spring is slack.
+    pub rest: f64,
+    /// Viscous damping, N s/m or N m s/rad.
+    pub damping: f64,
+    /// A force in the direction of the axis, on A.
+    pub force: f64,
+    /// A motor.
+    pub motor: Option<Motor>,
+}
+
+/// A motor on an axis, with all the force that it has.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Motor {
+    /// It holds a speed, m/s or rad/s, with up to this force.
+    Speed {
+        /// The speed that it holds.
+        target: f64,
+        /// N or N m.
+        most: f64,
+    },
+    /// It pulls to a coordinate with a stiffness and a damping, with up to this force.
+    Position {
+        /// The coordinate that it pulls to.
+        target: f64,
+        /// N/m or N m/rad.
+        stiffness: f64,
+        /// N s/m or N m s/rad.
+        damping: f64,
+        /// N or N m.
+        most: f64,
+    },
+}
+
+impl Drive {
+    /// Nothing.
+    pub const NONE: Self = Self {
+        limits: None,
+        friction: 0.0,
+        stiffness: 0.0,
+        rest: 0.0,
+        damping: 0.0,
+        force: 0.0,
+        motor: None,
+    };
+
+    fn check(&self) -> Result<(), Error> {
+        const MOST: f64 = 1e12;
+        for (field, value) in [
+            ("friction of a joint", self.friction),
+            ("stiffness of a joint", self.stiffness),
+            ("damping of a joint", self.damping),
+        ] {
+            in_range(field, value, 0.0, MOST, "0 to 1e12")?;
+        }
+        for (field, value) in [("rest of a joint", self.rest), ("force of a joint", self.force)] {
+            in_range(field, value, -MOST, MOST, "-1e12 to 1e12")?;
+        }
+        if let Some([low, high]) = self.limits {
+            in_range("lower limit of a joint", low, -MOST, MOST, "-1e12 to 1e12")?;
+            in_range("upper limit of a joint", high, low, MOST, "the lower limit to 1e12")?;
+        }
+        match self.motor {
+            None => {}
+            Some(Motor::Speed { target, most }) => {
+                in_range("speed of a motor", target, -1e6, 1e6, "-1e6 to 1e6")?;
+                in_range("most force of a motor", most, 0.0, MOST, "0 to 1e12")?;
+            }
+            Some(Motor::Position { target, stiffness, damping, most }) => {
+                in_range("position of a motor", target, -1e6, 1e6, "-1e6 to 1e6")?;
+                in_range("stiffness of a motor", stiffness, 0.0, MOST, "0 to 1e12")?;
+                in_range("damping of a motor", damping, 0.0, MOST, "0 to 1e12")?;
+                in_range("most force of a motor", most, 0.0, MOST, "0 to 1e12")?;
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Axis {
+    /// Whether nothing is said of it.
+    pub(crate) fn is_idle(&self) -> bool {
+        *self == Self::Free(Drive::NONE)
+    }
+
+    pub(super) fn check(&self) -> Result<(), Error> {
+        match self {
+            Self::Locked => Ok(()),
+            Self::Free(drive) => drive.check(),
+        }
+    }
+
+    /// The law of the axis in a step of `time_step` (s) that begins at the `coordinate` (m or rad), in the
+    /// scaled row u = `length` × (change of the coordinate)/h and the impulse p = h f/(`unit` `length`):
+    /// what is locked is to make its coordinate zero, which [`Axis::offset`] is for.
+    pub(crate) fn graph(
+        &self,
+        coordinate: f64,
+        time_step: f64,
+        (length, unit): (f64, f64),
+    ) -> Graph {
+        let Self::Free(drive) = self else { return Graph::locked() };
+        // Of a torque, over the length.
+        let to_impulse = time_step / (unit * length);
+        let speed_at = |target: f64| length * (target - coordinate) / time_step;
+        let mut sum = Sum::constant(drive.force * to_impulse);
+        // f = −k (x + h ẋ − rest) − d ẋ, with ẋ = u/length.
+        let pull = |stiffness: f64, damping: f64, target: f64| {
+            let slope = (stiffness * time_step + damping) * to_impulse / length;
+            (slope, stiffness * (target - coordinate) * to_impulse)
+        };
+        let (slope, at_zero) = pull(drive.stiffness, drive.damping, drive.rest);
+        sum.add_line(at_zero, slope);
+        if drive.friction > 0.0 {
+            sum.add_jump(0.0, drive.friction * to_impulse);
+        }
+        match drive.motor {
+            None => {}
+            Some(Motor::Speed { target, most }) => {
+                sum.add_jump(target * length, most * to_impulse);
+            }
+            Some(Motor::Position { target, stiffness, damping, most }) => {
+                let (slope, at_zero) = pull(stiffness, damping, target);
+                sum.add_ramp(at_zero, slope, most * to_impulse);
+            }
+        }
+        if let Some([low, high]) = drive.limits {
+            sum.add_stops(speed_at(low), speed_at(high));
+        }
+        sum.graph()
+    }
+
+    /// What the row of a locked axis is off by at the step's start, over h.
+    pub(crate) fn offset(&self, coordinate: f64, time_step: f64) -> f64 {
+        match self {
+            Self::Locked => coordinate / time_step,
+            Self::Free(_) => 0.0,
+        }
+    }
+}

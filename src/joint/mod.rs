@@ -1,0 +1,286 @@
+//! Joints: rows between two bodies, or a body and the world, that hold at the end of every step.
+//!
+//! A joint has an anchor and a frame in each of its bodies. With the frame of B seen from the world as
+//! C = A_B F_B, its coordinates are the place of A's anchor in B's frame and the turn of A's frame
+//! against B's,
+//!
+//! ```text
+//! l(X) = F_Bᵀ (A_Bᵀ (r_A + A_A a − r_B) − b),   Q(X) = (q_B ⊗ j_B)* ⊗ q_A ⊗ j_A      (J1)
+//! ```
+//!
+//! Each of the six axes, three of l and three of the turn, is [locked](Axis::Locked), or free under a
+//! [drive](Drive): limits, dry friction, a motor, a spring, damping, a constant force. Bodies keep their
+//! 13 numbers; nothing is reduced, nothing is stabilised, and nothing drifts: what is locked holds at the
+//! end of every step to rounding, by impulses that act as at its start (SHAKE; Ryckaert, Ciccotti
+//! and Berendsen, J. Comput. Phys. 23, 1977).
+//!
+//! Equation numbers J1, J2, … are those of `docs/joints.md`.
+
+mod drive;
+mod graph;
+mod motion;
+
+pub use drive::{Axis, Drive, Motor};
+pub use graph::Graph;
+pub use motion::{Coordinates, JointForce, JointResidual};
+pub(crate) use motion::Turn;
+
+use crate::error::{Error, in_range};
+use crate::mechanics::{Pose, RigidBody, State};
+use nalgebra::{Matrix3, Vector3, Vector4};
+
+/// The frame of a joint in a body, or in the world.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct JointFrame {
+    /// The anchor, m, in the body's frame.
+    pub anchor: Vector3<f64>,
+    /// Joint → body, a unit quaternion (w, x, y, z). Its z axis is the axis of a hinge or a slide.
+    pub attitude: Vector4<f64>,
+}
+
+impl JointFrame {
+    /// At `anchor` (m), along the axes of the body.
+    #[must_use]
+    pub fn at(anchor: Vector3<f64>) -> Self {
+        Self { anchor, attitude: Vector4::new(1.0, 0.0, 0.0, 0.0) }
+    }
+
+    /// At `anchor` (m), with the z axis along `axis` (frame of the body, of any length but zero).
+    ///
+    /// # Errors
+    /// An axis of no length, or not finite.
+    pub fn along(anchor: Vector3<f64>, axis: Vector3<f64>) -> Result<Self, Error> {
+        let length = axis.norm();
+        in_range("length of a joint's axis", length, 1e-9, 1e9, "1e-9 to 1e9")?;
+        // The shortest turn from z: (1 + z·u, z × u), or half a turn about x.
+        let unit = axis / length;
+        let turn = Vector4::new(1.0 + unit[2], -unit[1], unit[0], 0.0);
+        let attitude = match turn.norm() > 1e-6 {
+            true => turn.normalize(),
+            false => Vector4::new(0.0, 1.0, 0.0, 0.0),
+        };
+        Ok(Self { anchor, attitude })
+    }
+
+    /// This frame of a body at `pose` as one of the world.
+    fn placed(&self, state: &State) -> Self {
+        let Pose { position, rotation } = state.pose();
+        let attitude = crate::mechanics::quaternion::left(&state.attitude) * self.attitude;
+        Self { anchor: position + rotation * self.anchor, attitude }
+    }
+
+    /// F: joint → body.
+    #[must_use]
+    pub fn rotation(&self) -> Matrix3<f64> {
+        crate::mechanics::quaternion::rotation(&self.attitude)
+    }
+
+    fn checked(self) -> Result<Self, Error> {
+        for &length in &self.anchor {
+            in_range("anchor of a joint (m)", length, -1e6, 1e6, "-1e6 to 1e6")?;
+        }
+        let norm = self.attitude.norm();
+        in_range("norm of a joint's attitude", norm, 0.99, 1.01, "1, within 0.01")?;
+        Ok(Self { attitude: self.attitude / norm, ..self })
+    }
+}
+
+/// A joint between body A and body B, or A and the world.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Joint {
+    body: usize,
+    other: Option<usize>,
+    frames: [JointFrame; 2],
+    linear: [Axis; 3],
+    angular: [Axis; 3],
+    length: Option<f64>,
+    collides: bool,
+}
+
+/// How the frames of a joint can turn against each other.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Turning {
+    /// Any way: no angular rows.
+    Free,
+    /// About z alone.
+    Hinge,
+    /// Not at all.
+    Locked,
+}
+
+impl Joint {
+    /// A joint of body `body` with `other`, `None` for the world, with all axes free: a start for
+    /// [`Joint::with_axes`].
+    #[must_use]
+    pub fn between(body: usize, other: Option<usize>, frames: [JointFrame; 2]) -> Self {
+        let free = [Axis::Free(Drive::NONE); 3];
+        let (linear, angular) = (free, free);
+        Self { body, other, frames, linear, angular, length: None, collides: false }
+    }
+
+    /// Both anchors in one place; the bodies turn freely about it.
+    #[must_use]
+    pub fn spherical(body: usize, other: Option<usize>, frames: [JointFrame; 2]) -> Self {
+        let linear = [Axis::Locked; 3];
+        Self { linear, ..Self::between(body, other, frames) }
+    }
+
+    /// A hinge: they turn about the common z axis alone, under `drive` (rad, N m).
+    #[must_use]
+    pub fn revolute(body: usize, other: Option<usize>, frames: [JointFrame; 2], drive: Drive) -> Self {
+        let angular = [Axis::Locked, Axis::Locked, Axis::Free(drive)];
+        Self { angular, ..Self::spherical(body, other, frames) }
+    }
+
+    /// A slide: A's anchor moves along the common z axis alone, under `drive` (m, N).
+    #[must_use]
+    pub fn prismatic(body: usize, other: Option<usize>, frames: [JointFrame; 2], drive: Drive) -> Self {
+        let linear = [Axis::Locked, Axis::Locked, Axis::Free(drive)];
+        Self { linear, ..Self::fixed(body, other, frames) }
+    }
+
+    /// Slides along the common z axis under the first drive (m, N) and turns about it under the second
+    /// (rad, N m).
+    #[must_use]
+    pub fn cylindrical(
+        body: usize,
+        other: Option<usize>,
+        frames: [JointFrame; 2],
+        drives: [Drive; 2],
+    ) -> Self {
+        let linear = [Axis::Locked, Axis::Locked, Axis::Free(drives[0])];
+        Self { linear, ..Self::revolute(body, other, frames, drives[1]) }
+    }
+
+    /// A's anchor stays in the plane of B's x and y axes, and A turns about the common z axis alone.
+    #[must_use]
+    pub fn planar(body: usize, other: Option<usize>, frames: [JointFrame; 2]) -> Self {
+        let free = Axis::Free(Drive::NONE);
+        let linear = [free, free, Axis::Locked];
+        Self { linear, ..Self::revolute(body, other, frames, Drive::NONE) }
+    }
+
+    /// Both frames in one: the bodies move as one.
+    #[must_use]
+    pub fn fixed(body: usize, other: Option<usize>, frames: [JointFrame; 2]) -> Self {
+        let locked = [Axis::Locked; 3];
+        Self { linear: locked, angular: locked, ..Self::between(body, other, frames) }
+    }
+
+    /// This joint with other axes: x, y, z of the anchor's place, and of the turn. Of the turn either all
+    /// are locked, or x and y are, or all are free without a drive.
+    #[must_use]
+    pub fn with_axes(self, linear: [Axis; 3], angular: [Axis; 3]) -> Self {
+        Self { linear, angular, ..self }
+    }
+
+    /// This joint with `length` (m) in place of the usual [length](Joint::length).
+    #[must_use]
+    pub fn with_length(self, length: f64) -> Self {
+        Self { length: Some(length), ..self }
+    }
+
+    /// This joint with bodies that touch each other all the same.
+    #[must_use]
+    pub fn colliding(self) -> Self {
+        Self { collides: true, ..self }
+    }
+
+    /// A, an index of [`World::bodies`](crate::world::World::bodies).
+    #[must_use]
+    pub fn body(&self) -> usize {
+        self.body
+    }
+
+    /// B; `None` for the world.
+    #[must_use]
+    pub fn other(&self) -> Option<usize> {
+        self.other
+    }
+
+    /// The frames in A and in B, or in the world.
+    #[must_use]
+    pub fn frames(&self) -> &[JointFrame; 2] {
+        &self.frames
+    }
+
+    /// The axes of the anchor's place: x, y, z of B's frame.
+    #[must_use]
+    pub fn linear(&self) -> &[Axis; 3] {
+        &self.linear
+    }
+
+    /// The axes of the turn.
+    #[must_use]
+    pub fn angular(&self) -> &[Axis; 3] {
+        &self.angular
+    }
+
+    /// Whether its bodies touch each other.
+    #[must_use]
+    pub fn collides(&self) -> bool {
+        self.collides
+    }
+
+    /// ℓ, m: what makes speeds of the angular rows and impulses of their torques. What was given, or that of the
+    /// joint's own bodies,
+    ///
+    /// ```text
+    /// ℓ² = Σ (1/m + ⅓ tr Gᵀ I⁻¹ G) / Σ ⅓ tr I⁻¹,                               (J2)
+    /// ```
+    ///
+    /// G = [a]× of the anchor: the square of a radius of gyration and of the lever. In a mechanism that is
+    /// held more often than it needs, it decides how forces and moments share the load.
+    #[must_use]
+    pub fn length(&self, bodies: &[RigidBody]) -> f64 {
+        if let Some(length) = self.length {
+            return length;
+        }
+        let (mut linear, mut angular) = (0.0, 0.0);
+        let sides = [Some(self.body), self.other].into_iter().zip(&self.frames);
+        for (body, frame) in sides.filter_map(|(body, frame)| Some((bodies.get(body?)?, frame))) {
+            let (inverse, lever) = (body.inertia_inverse(), frame.anchor.cross_matrix());
+            linear += 1.0 / body.mass() + (lever.transpose() * inverse * lever).trace() / 3.0;
+            angular += inverse.trace() / 3.0;
+        }
+        if angular > 0.0 { (linear / angular).sqrt() } else { 1.0 }
+    }
+
+    /// How its frames can turn.
+    pub(crate) fn turning(&self) -> Turning {
+        match self.angular {
+            [Axis::Locked, Axis::Locked, Axis::Locked] => Turning::Locked,
+            [Axis::Locked, Axis::Locked, Axis::Free(_)] => Turning::Hinge,
+            _ => Turning::Free,
+        }
+    }
+
+    /// Whether it says anything of the place of its anchor.
+    pub(crate) fn holds_place(&self) -> bool {
+        self.linear.iter().any(|axis| !axis.is_idle())
+    }
+
+    /// The joint, checked against the bodies of its world.
+    pub(crate) fn checked(self, bodies: usize) -> Result<Self, Error> {
+        let known = |body: usize| body < bodies;
+        if !known(self.body) || self.other.is_some_and(|other| !known(other) || other == self.body) {
+            let allowed = "two different bodies, or a body and the world";
+            return Err(Error::Count { field: "bodies of a joint", count: self.body, allowed });
+        }
+        let idle = self.angular.iter().all(Axis::is_idle);
+        if self.turning() == Turning::Free && !idle {
+            return Err(Error::Unsupported {
+                what: "a joint whose turn is neither locked, nor about its z axis alone, nor free",
+                why: "lock x and y or all of it, or leave all of it free without a drive",
+            });
+        }
+        for axis in self.linear.iter().chain(&self.angular) {
+            axis.check()?;
+        }
+        if let Some(length) = self.length {
+            in_range("length of a joint (m)", length, 1e-6, 1e6, "1e-6 to 1e6")?;
+        }
+        let frames = [self.frames[0].checked()?, self.frames[1].checked()?];
+        Ok(Self { frames, ..self })
+    }
+}

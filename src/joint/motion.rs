@@ -1,0 +1,315 @@
+//! Where a joint is, how it moves in a step, and how its forces and its motion miss its laws.
+
+use super::{Axis, Joint, JointFrame, Turning};
+use crate::mechanics::quaternion::{left, right, rotation};
+use crate::mechanics::{RigidBody, State, Wrench, largest};
+use nalgebra::{Matrix3, Matrix4x3, Vector3, Vector4};
+use std::f64::consts::TAU;
+
+/// The force of a joint over a step, and how often it has turned around.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct JointForce {
+    /// Along the axes of B's frame at the step's start, N, on A at its anchor; the opposite one acts on B.
+    pub force: Vector3<f64>,
+    /// About the axes of A's frame turned back by half of the joint's turn, N m, on A; the opposite one acts on B.
+    pub torque: Vector3<f64>,
+    /// Of a hinge the angle at k+1, rad, with all its turns; 0 of others.
+    pub angle: f64,
+}
+
+impl JointForce {
+    /// None, at an `angle` (rad).
+    #[must_use]
+    pub fn none(angle: f64) -> Self {
+        Self { force: Vector3::zeros(), torque: Vector3::zeros(), angle }
+    }
+}
+
+/// Where a joint is: (J1).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Coordinates {
+    /// l, m.
+    pub place: Vector3<f64>,
+    /// Q, (w, x, y, z).
+    pub turn: Vector4<f64>,
+}
+
+/// How far a joint's impulse and motion are from its laws, m/s.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct JointResidual {
+    /// What is locked and has moved: |l⁺|/h, and ℓ times the angle over h.
+    pub locked: f64,
+    /// What is free and does not obey its drive.
+    pub drive: f64,
+}
+
+/// q*.
+fn conjugated(q: &Vector4<f64>) -> Vector4<f64> {
+    Vector4::new(q[0], -q[1], -q[2], -q[3])
+}
+
+impl Joint {
+    /// The frames of both sides in the world, where the bodies are at `states`.
+    fn placed(&self, states: &[State]) -> Option<[JointFrame; 2]> {
+        let [a, b] = &self.frames;
+        let b = match self.other {
+            Some(other) => b.placed(states.get(other)?),
+            None => *b,
+        };
+        Some([a.placed(states.get(self.body)?), b])
+    }
+
+    /// Where it is (J1). `None` where a body has no state.
+    #[must_use]
+    pub fn coordinates(&self, states: &[State]) -> Option<Coordinates> {
+        let [a, b] = self.placed(states)?;
+        let place = rotation(&b.attitude).tr_mul(&(a.anchor - b.anchor));
+        Some(Coordinates { place, turn: left(&conjugated(&b.attitude)) * a.attitude })
+    }
+
+    /// The angle of a hinge, rad, that is nearest to `near`: θ = 2 atan2(Q_z, Q_w) + 2πn; 0 of other joints.
+    #[must_use]
+    pub fn angle(&self, at: &Coordinates, near: f64) -> f64 {
+        if self.turning() != Turning::Hinge {
+            return 0.0;
+        }
+        let angle = 2.0 * libm::atan2(at.turn[3], at.turn[0]);
+        angle + TAU * libm::round((near - angle) / TAU)
+    }
+
+    /// How far it is from where its locked axes want it, m and rad: the largest of l, and of the
+    /// angles about what is locked. `None` where a body has no state.
+    #[must_use]
+    pub fn error(&self, states: &[State]) -> Option<(f64, f64)> {
+        let at = self.coordinates(states)?;
+        let locked = |axis: &&Axis| **axis == Axis::Locked;
+        let linear = self.linear.iter().zip(&at.place).filter(|(axis, _)| locked(axis));
+        let place = linear.map(|(_, l)| l.abs()).fold(0.0, f64::max);
+        let turn = match self.turning() {
+            Turning::Free => 0.0,
+            turning => {
+                let aside = aside(turning, &at.turn);
+                let angular = self.angular.iter().zip(&aside).filter(|(axis, _)| locked(axis));
+                angular.map(|(_, e)| 2.0 * e.abs()).fold(0.0, f64::max)
+            }
+        };
+        Some((place, turn))
+    }
+
+    /// Adds to the `loads` on all bodies (force in N, world; torque in N m, body) those of the joint's
+    /// `force` in a step from `states`: on A at its anchor and, opposite, on B at the same point of the
+    /// world. Bodies without a load or a state get none.
+    pub(crate) fn add_loads(
+        &self,
+        bodies: &[RigidBody],
+        states: &[State],
+        force: &JointForce,
+        loads: &mut [Wrench],
+    ) {
+        let (Some(at), Some(frames)) = (self.coordinates(states), self.placed(states)) else {
+            return;
+        };
+        let along = rotation(&frames[1].attitude) * force.force;
+        let turn = Turn::new(self, &at, 1.0, 1.0);
+        // About the axes of A, and in the world's.
+        let about = match self.turning() {
+            Turning::Free => Vector3::zeros(),
+            _ => turn.torque_map() * force.torque,
+        };
+        let about = rotation(&states[self.body].attitude) * about;
+        let sides = [(Some(self.body), 1.0), (self.other, -1.0)];
+        for (body, sign) in sides {
+            let Some(body) = body.filter(|body| *body < bodies.len()) else { continue };
+            let (Some(load), Some(state)) = (loads.get_mut(body), states.get(body)) else { continue };
+            let arm = frames[0].anchor - state.position;
+            load.force += along * sign;
+            let torque = (arm.cross(&along) + about) * sign;
+            load.torque += rotation(&state.attitude).tr_mul(&torque);
+        }
+    }
+
+    /// How far the step `states` → `next` of `time_step` (s) with the force `force` is from the laws of the
+    /// joint; from the states alone. Everything is NaN where a body has no state.
+    #[must_use]
+    pub fn residual(
+        &self,
+        bodies: &[RigidBody],
+        (states, next): (&[State], &[State]),
+        force: &JointForce,
+        time_step: f64,
+    ) -> JointResidual {
+        let unknown = JointResidual { locked: f64::NAN, drive: f64::NAN };
+        let (Some(at), Some(after)) = (self.coordinates(states), self.coordinates(next)) else {
+            return unknown;
+        };
+        let Some(body) = bodies.get(self.body) else { return unknown };
+        let (h, length) = (time_step, self.length(bodies));
+        let mut residual = JointResidual::default();
+        // Impulses over the mass of A; rows in their own scale, w = 1 of a body's centre.
+        let unit = body.mass();
+        let mut add = |axis: &Axis, coordinate: f64, (u, f): (f64, f64), scale: (f64, f64)| {
+            let of = axis.graph(coordinate, h, (scale.0, unit));
+            let missed = of.residual(u, f * h / unit / scale.0, scale.1);
+            let missed = if f.is_finite() && u.is_finite() { missed } else { f64::NAN };
+            let part = match axis {
+                Axis::Locked => &mut residual.locked,
+                Axis::Free(_) => &mut residual.drive,
+            };
+            *part = largest(*part, missed);
+        };
+        for (k, axis) in self.linear.iter().enumerate() {
+            let (before, after) = (at.place[k], after.place[k]);
+            let u = match axis {
+                Axis::Locked => after / h,
+                Axis::Free(_) => (after - before) / h,
+            };
+            add(axis, before, (u, force.force[k]), (1.0, 1.0));
+        }
+        if self.turning() != Turning::Free {
+            let aside = aside(self.turning(), &after.turn);
+            let end = self.angle(&after, force.angle);
+            let angle = self.angle(&at, end);
+            for (k, axis) in self.angular.iter().enumerate() {
+                let u = match axis {
+                    Axis::Locked => length * 2.0 * aside[k] / h,
+                    Axis::Free(_) => length * (end - angle) / h,
+                };
+                add(axis, angle, (u, force.torque[k]), (length, 1.0));
+            }
+        }
+        residual
+    }
+}
+
+/// R: of a hinge the part of the turn Q about z, of what cannot turn ±1.
+fn twist(turning: Turning, turn: &Vector4<f64>) -> Vector4<f64> {
+    let about = Vector4::new(turn[0], 0.0, 0.0, turn[3]);
+    match turning {
+        Turning::Hinge if about.norm() > 0.0 => about.normalize(),
+        _ => Vector4::new(if turn[0] < 0.0 { -1.0 } else { 1.0 }, 0.0, 0.0, 0.0),
+    }
+}
+
+/// The imaginary part of R* ⊗ Q: what is turned about what is locked, half of the angle.
+fn aside(turning: Turning, turn: &Vector4<f64>) -> Vector3<f64> {
+    let rest = left(&conjugated(&twist(turning, turn))) * turn;
+    rest.fixed_rows::<3>(1).into_owned()
+}
+
+/// The angular rows of a joint in a step, as functions of the spins ω⁺ of both bodies. With a = ½ h Fᵀ ω⁺ of
+/// each and R as at the step's start,
+///
+/// ```text
+/// E = R* ⊗ (1, −a_B) ⊗ Q_k ⊗ (1, a_A) / √((1 + a_A²)(1 + a_B²))
+/// u = ℓ 2 (E_x, E_y, E_z)/h;   of a hinge u_z = ℓ 2 atan2(E_z, E_w)/h             (J4)
+/// ```
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Turn {
+    turning: Turning,
+    time_step: f64,
+    length: f64,
+    /// Q_k, R*, and R* ⊗ Q_k.
+    start: Vector4<f64>,
+    back: Vector4<f64>,
+    rest: Vector4<f64>,
+    /// F of A and of B; `None` for the world.
+    frames: (Matrix3<f64>, Option<Matrix3<f64>>),
+}
+
+/// E, n, a_A and a_B of a step.
+struct At {
+    e: Vector4<f64>,
+    n: f64,
+    a: Vector3<f64>,
+    b: Vector3<f64>,
+}
+
+impl Turn {
+    /// Those of a joint that is at `at` in a step of `time_step` (s), with rows scaled by `length` (m).
+    pub(crate) fn new(joint: &Joint, at: &Coordinates, time_step: f64, length: f64) -> Self {
+        let [a, b] = &joint.frames;
+        let back = conjugated(&twist(joint.turning(), &at.turn));
+        Self {
+            turning: joint.turning(),
+            time_step,
+            length,
+            start: at.turn,
+            back,
+            rest: left(&back) * at.turn,
+            frames: (a.rotation(), joint.other.map(|_| b.rotation())),
+        }
+    }
+
+    /// E by what is small alone:
+    ///
+    /// ```text
+    /// E = (R* ⊗ Q_k + R* ⊗ (Q_k ⊗ (0, a_A) − (0, a_B) ⊗ Q_k − (0, a_B) ⊗ Q_k ⊗ (0, a_A)))/n
+    /// ```
+    fn at(&self, spin: &Vector3<f64>, other: Option<&Vector3<f64>>) -> At {
+        let half = 0.5 * self.time_step;
+        let a = self.frames.0.tr_mul(spin) * half;
+        let b = match (&self.frames.1, other) {
+            (Some(frame), Some(spin)) => frame.tr_mul(spin) * half,
+            _ => Vector3::zeros(),
+        };
+        let pure = |v: &Vector3<f64>| Vector4::new(0.0, v[0], v[1], v[2]);
+        let by_a = left(&self.start) * pure(&a);
+        let by_b = left(&pure(&b)) * (self.start + by_a);
+        let n = ((1.0 + a.norm_squared()) * (1.0 + b.norm_squared())).sqrt();
+        At { e: (self.rest + left(&self.back) * (by_a - by_b)) / n, n, a, b }
+    }
+
+    /// u (J4), m/s.
+    pub(crate) fn u(&self, spin: &Vector3<f64>, other: Option<&Vector3<f64>>) -> Vector3<f64> {
+        let e = self.at(spin, other).e;
+        let scale = 2.0 * self.length / self.time_step;
+        let along = match self.turning {
+            Turning::Hinge => libm::atan2(e[3], e[0]),
+            _ => e[3],
+        };
+        Vector3::new(e[1], e[2], along) * scale
+    }
+
+    /// ∂u/∂ω_A and ∂u/∂ω_B:
+    ///
+    /// ```text
+    /// ∂E/∂a_A = L(R* ⊗ (1, −a_B) ⊗ Q_k) H/n − E a_Aᵀ/(1 + a_A²)
+    /// ∂E/∂a_B = −L(R*) R(Q_k ⊗ (1, a_A)) H/n − E a_Bᵀ/(1 + a_B²),   ∂a/∂ω = ½ h Fᵀ
+    /// ```
+    pub(crate) fn slopes(
+        &self,
+        spin: &Vector3<f64>,
+        other: Option<&Vector3<f64>>,
+    ) -> (Matrix3<f64>, Matrix3<f64>) {
+        let At { e, n, a, b } = self.at(spin, other);
+        let whole = |v: Vector3<f64>| Vector4::new(1.0, v[0], v[1], v[2]);
+        let turned = left(&self.back) * (left(&whole(-b)) * self.start);
+        let by_a = left(&turned).fixed_columns::<3>(1) / n
+            - e * a.transpose() / (1.0 + a.norm_squared());
+        let after = left(&self.start) * whole(a);
+        let by_b = -(left(&self.back) * right(&after)).fixed_columns::<3>(1) / n
+            - e * b.transpose() / (1.0 + b.norm_squared());
+        let by_b = self.rows(&e, &by_b);
+        let of_b = self.frames.1.map_or(Matrix3::zeros(), |frame| by_b * frame.transpose());
+        (self.rows(&e, &by_a) * self.frames.0.transpose(), of_b)
+    }
+
+    /// The rows of u from those of E by a.
+    fn rows(&self, e: &Vector4<f64>, by: &Matrix4x3<f64>) -> Matrix3<f64> {
+        let along = match self.turning {
+            Turning::Hinge => {
+                let size = e[0] * e[0] + e[3] * e[3];
+                (by.row(3) * e[0] - by.row(0) * e[3]) / size
+            }
+            _ => by.row(3).into_owned(),
+        };
+        // 2/h of E, ½ h of the spins.
+        Matrix3::from_rows(&[by.row(1).into_owned(), by.row(2).into_owned(), along]) * self.length
+    }
+
+    /// G: the torque on A (frame of A) of an impulse along the rows, ∂u/∂ω_A transposed where nothing turns.
+    pub(crate) fn torque_map(&self) -> Matrix3<f64> {
+        let still = Vector3::zeros();
+        self.slopes(&still, Some(&still)).0.transpose()
+    }
+}

@@ -1,0 +1,149 @@
+//! The joints of an island as couplings: one of the anchor, and one of the turn.
+//!
+//! Equation numbers are those of `docs/joints.md`.
+
+use super::super::coupling::{Coupling, Lever};
+use super::super::law::{Axes, Law};
+use super::{Island, Link, Other};
+use crate::contact::torque_map_of;
+use crate::joint::{Coordinates, Joint, JointForce, Turn, Turning};
+use crate::step::{Step, StepSolution};
+use nalgebra::{Matrix3, Vector3};
+
+/// Where a joint of the world is in its island.
+#[derive(Debug, Clone, Copy)]
+pub(in super::super) struct JointPlace {
+    /// Its index in the world.
+    joint: usize,
+    /// The coupling of its anchor, where it holds that.
+    place: Option<usize>,
+    /// The coupling of its turn, where it holds that.
+    turn: Option<usize>,
+    /// ℓ, m.
+    length: f64,
+    /// Its angle at the step's start, rad.
+    angle: f64,
+}
+
+impl Island {
+    /// Adds joint `index` of the world; `place` gives the place of a body of the world in the island.
+    pub(in super::super) fn admit_joint(
+        &mut self,
+        step: &Step<'_>,
+        index: usize,
+        place: impl Fn(usize) -> usize,
+    ) {
+        let joint = &step.world.joints()[index];
+        let Some(at) = joint.coordinates(step.states) else { return };
+        let before = step.previous.joints.get(index).map_or(0.0, |force| force.angle);
+        let (angle, length) = (joint.angle(&at, before), joint.length(step.world.bodies()));
+        let sides = (place(joint.body()), joint.other().map(place));
+        let place = joint.holds_place().then(|| self.admit_place(joint, &at, sides));
+        let turn = (joint.turning() != Turning::Free)
+            .then(|| self.admit_turn(joint, &at, (angle, length), sides));
+        self.joints.push(JointPlace { joint: index, place, turn, length, angle });
+    }
+
+    /// Adds the coupling of its anchor.
+    fn admit_place(
+        &mut self,
+        joint: &Joint,
+        at: &Coordinates,
+        (a, b): (usize, Option<usize>),
+    ) -> usize {
+        let [of_a, of_b] = joint.frames();
+        let member = &self.members[a];
+        let arm = member.rotation * of_a.anchor;
+        let torque_map = torque_map_of(&of_a.anchor, &member.rotation);
+        let lever = Lever { centre: of_a.anchor, arm, radius: 0.0, torque_map };
+        let mut frame = of_b.rotation();
+        let mut response = Vector3::zeros();
+        let b = b.map(|index| {
+            let other = &self.members[index];
+            let arm = member.position + arm - other.position;
+            frame = other.rotation * frame;
+            let torque_map = torque_map_of(&other.rotation.tr_mul(&arm), &other.rotation);
+            response += other.response(&torque_map, &frame, true);
+            Other { index, torque_map, arm }
+        });
+        response += member.response(&torque_map, &frame, true);
+        let (h, unit) = (self.time_step, self.mass);
+        let graph = |k: usize| joint.linear()[k].graph(at.place[k], h, (1.0, unit));
+        let axes = Axes::new(&mut self.setting.graphs, [graph(0), graph(1), graph(2)]);
+        let offset = Vector3::from_fn(|k, _| joint.linear()[k].offset(at.place[k], h));
+        self.links.push(Link { a, round: None, turn: None, b });
+        let law = Law::Axes(axes);
+        self.setting.admit(Coupling::of_place(lever, (frame, offset), &response, law));
+        self.links.len() - 1
+    }
+
+    /// Adds the coupling of its turn.
+    fn admit_turn(
+        &mut self,
+        joint: &Joint,
+        at: &Coordinates,
+        (angle, length): (f64, f64),
+        (a, b): (usize, Option<usize>),
+    ) -> usize {
+        let h = self.time_step;
+        let turn = Turn::new(joint, at, h, length);
+        let (torque_map, unit) = (turn.torque_map(), Matrix3::identity());
+        let member = &self.members[a];
+        let mut response = member.response(&torque_map, &unit, false);
+        let b = b.map(|index| {
+            let other = &self.members[index];
+            let torque_map = other.rotation.tr_mul(&(member.rotation * torque_map));
+            response += other.response(&torque_map, &unit, false);
+            Other { index, torque_map, arm: Vector3::zeros() }
+        });
+        let graph = |k: usize| joint.angular()[k].graph(angle, h, (length, self.mass));
+        let own = [graph(0), graph(1), graph(2)];
+        let axes = Axes::new(&mut self.setting.graphs, own);
+        self.turns.push(turn);
+        self.links.push(Link { a, round: None, turn: Some(self.turns.len() - 1), b });
+        self.setting.admit(Coupling::of_turn(torque_map, &response, Law::Axes(axes)));
+        self.links.len() - 1
+    }
+
+    /// The impulses p̂ of the couplings of all joints under the forces of the last step, in their order.
+    pub(in super::super) fn joint_impulses<'a>(
+        &'a self,
+        step: &'a Step<'_>,
+    ) -> impl Iterator<Item = Vector3<f64>> + 'a {
+        let to_impulse = self.time_step / self.mass;
+        self.joints.iter().flat_map(move |at| {
+            let before = step.previous.joints.get(at.joint);
+            let force = before.map_or(Vector3::zeros(), |before| before.force);
+            let torque = before.map_or(Vector3::zeros(), |before| before.torque);
+            let along = at.place.map(|k| self.setting.couplings[k].rows.frame * force * to_impulse);
+            let about = at.turn.map(|_| torque * (to_impulse / at.length));
+            along.into_iter().chain(about)
+        })
+    }
+
+    /// Writes the forces of the joints where the impulses of all couplings are `impulses`, and the states
+    /// those of the solution.
+    pub(in super::super) fn write_joints(
+        &self,
+        step: &Step<'_>,
+        impulses: &[Vector3<f64>],
+        solution: &mut StepSolution,
+    ) {
+        let to_force = self.mass / self.time_step;
+        for at in &self.joints {
+            let of = &step.world.joints()[at.joint];
+            let end = of.coordinates(&solution.states).map_or(at.angle, |end| of.angle(&end, at.angle));
+            let mut force = JointForce::none(end);
+            if let Some(k) = at.place {
+                let frame = &self.setting.couplings[k].rows.frame;
+                force.force = frame.tr_mul(&impulses[k]) * to_force;
+            }
+            if let Some(k) = at.turn {
+                force.torque = impulses[k] * (to_force * at.length);
+            }
+            if let Some(of_joint) = solution.joints.get_mut(at.joint) {
+                *of_joint = force;
+            }
+        }
+    }
+}

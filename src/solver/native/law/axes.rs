@@ -1,0 +1,191 @@
+//! The law of a joint's rows: on each axis a graph of its own.
+//!
+//! Equation numbers are those of `docs/joints.md`.
+
+use super::super::coupling::Rows;
+use super::super::equations::Answer;
+use super::{NaturalMap, Pending};
+use crate::joint::Graph;
+use nalgebra::{Matrix3, Vector3};
+
+/// Three rows, each under a graph.
+#[derive(Debug, Clone, Copy)]
+pub(in super::super) struct Axes {
+    /// The place of the first of its graphs among those of the step.
+    first: usize,
+    /// Whether all three are locked.
+    locked: bool,
+}
+
+impl Axes {
+    /// Those of three graphs, which join the `graphs` of a step.
+    pub(in super::super) fn new(graphs: &mut Vec<Graph>, own: [Graph; 3]) -> Self {
+        let (first, locked) = (graphs.len(), own.iter().all(|graph| *graph == Graph::locked()));
+        graphs.extend(own);
+        Self { first, locked }
+    }
+
+    /// That of row k.
+    fn of<'a>(&self, graphs: &'a [Graph], k: usize) -> &'a Graph {
+        &graphs[self.first + k]
+    }
+}
+
+/// The arguments of the projections of three rows, y = p̂ − ρ û, in their axes.
+#[derive(Debug, Clone, Copy)]
+pub(in super::super) struct Pull {
+    axes: Axes,
+    /// û.
+    u: Vector3<f64>,
+    /// p̂.
+    p: Vector3<f64>,
+    rho: Vector3<f64>,
+}
+
+impl Pull {
+    pub(super) fn new(
+        map: &NaturalMap,
+        (rows, axes): (&Rows, &Axes),
+        u: &Vector3<f64>,
+        impulse: &Vector3<f64>,
+    ) -> Self {
+        let u = rows.frame.tr_mul(&(u + map.compliance * impulse));
+        Self { axes: *axes, u, p: rows.frame.tr_mul(impulse), rho: rows.scale }
+    }
+
+    fn pull(&self, k: usize) -> f64 {
+        self.p[k] - self.rho[k] * self.u[k]
+    }
+
+    fn along_rows(&self, of: impl Fn(usize) -> f64) -> Vector3<f64> {
+        Vector3::new(of(0), of(1), of(2))
+    }
+
+    /// P(y) (J3) of each row.
+    pub(super) fn projected(&self, rows: &Rows, graphs: &[Graph]) -> Vector3<f64> {
+        let graph = |k: usize| self.axes.of(graphs, k);
+        rows.frame * self.along_rows(|k| graph(k).projected(self.pull(k), self.rho[k]))
+    }
+
+    /// (p̂ − P(y))/ρ of each row.
+    pub(super) fn natural_map(&self, rows: &Rows, graphs: &[Graph]) -> Vector3<f64> {
+        if self.axes.locked {
+            return rows.frame * self.u;
+        }
+        let graph = |k: usize| self.axes.of(graphs, k);
+        let asked = |k: usize| graph(k).projected(self.pull(k), self.rho[k]);
+        rows.frame * self.along_rows(|k| (self.p[k] - asked(k)) / self.rho[k])
+    }
+
+    pub(super) fn pieces(&self, graphs: &[Graph]) -> [u8; 3] {
+        let piece = |k: usize| self.axes.of(graphs, k).piece(self.pull(k), self.rho[k]) as u8;
+        [piece(0), piece(1), piece(2)]
+    }
+
+    /// The nearest change of a row that is not locked.
+    pub(super) fn margin(&self, graphs: &[Graph]) -> f64 {
+        let free = (0..3).filter(|k| *self.axes.of(graphs, *k) != Graph::locked());
+        let margin = |k: usize| self.axes.of(graphs, k).margin(self.pull(k), self.rho[k]);
+        free.map(margin).fold(f64::INFINITY, f64::min)
+    }
+
+    /// The largest speed of a row that a stop or friction holds.
+    pub(super) fn held_speed(&self, graphs: &[Graph]) -> f64 {
+        let speed = |k: usize| {
+            let graph = self.axes.of(graphs, k);
+            let segment = graph.segment(graph.piece(self.pull(k), self.rho[k]));
+            if segment.is_vertical() { (self.u[k] - segment.u).abs() } else { 0.0 }
+        };
+        (0..3).map(speed).fold(0.0, f64::max)
+    }
+
+    /// The `pieces` linearised and solved for the impulse, with ε = `compliance`. Of the piece through (u₀, p₀)
+    /// along (u′, p′), with δû = δu + ε δp̂,
+    ///
+    /// ```text
+    /// δp̂ (u′ − ε p′) = p′ (û − u₀) − u′ (p̂ − p₀) + p′ δu                     (J5)
+    /// ```
+    pub(super) fn answer(
+        &self,
+        pieces: [u8; 3],
+        (rows, graphs): (&Rows, &[Graph]),
+        compliance: f64,
+    ) -> Answer {
+        if self.axes.locked {
+            let stiffness = 1.0 / compliance;
+            return Answer::stick(rows.frame * self.u * -stiffness, stiffness);
+        }
+        let (offset, gain) = self.along_axes(pieces, graphs, compliance);
+        let gain = rows.frame * Matrix3::from_diagonal(&gain) * rows.frame.transpose();
+        Answer::full(rows.frame * offset, gain)
+    }
+
+    /// Offset and gain of each row in its own axis.
+    fn along_axes(
+        &self,
+        pieces: [u8; 3],
+        graphs: &[Graph],
+        compliance: f64,
+    ) -> (Vector3<f64>, Vector3<f64>) {
+        let (mut offset, mut gain) = (Vector3::zeros(), Vector3::zeros());
+        for k in 0..3 {
+            let on = self.axes.of(graphs, k).segment(usize::from(pieces[k]));
+            let soft = on.du - compliance * on.dp;
+            offset[k] = (on.dp * (self.u[k] - on.u) - on.du * (self.p[k] - on.p)) / soft;
+            gain[k] = on.dp / soft;
+        }
+        (offset, gain)
+    }
+}
+
+/// The rows of a joint in an interior point: they have no interior, and are solved there as by Newton's
+/// method.
+#[derive(Debug, Clone, Copy)]
+pub(in super::super) struct AxesBarrier {
+    pull: Pull,
+}
+
+impl AxesBarrier {
+    pub(super) fn new(axes: &Axes, rows: &Rows) -> Self {
+        let zero = Vector3::zeros();
+        Self { pull: Pull { axes: *axes, u: zero, p: zero, rho: rows.scale } }
+    }
+
+    pub(super) fn nothing(&self) -> Self {
+        Self { pull: Pull { p: Vector3::zeros(), ..self.pull } }
+    }
+
+    pub(super) fn impulse(&self) -> Vector3<f64> {
+        self.pull.p
+    }
+
+    fn at(&self, u: &Vector3<f64>) -> Pull {
+        Pull { u: u + super::super::tolerances::COMPLIANCE * self.pull.p, ..self.pull }
+    }
+
+    /// How far the rows are from their graphs where they move by u, m/s.
+    pub(super) fn error(&self, u: &Vector3<f64>, graphs: &[Graph]) -> f64 {
+        let at = self.at(u);
+        let missed = |k: usize| at.axes.of(graphs, k).residual(at.u[k], at.p[k], at.rho[k]);
+        (0..3).map(missed).fold(0.0, f64::max)
+    }
+
+    pub(super) fn eliminate(
+        &self,
+        u: &Vector3<f64>,
+        graphs: &[Graph],
+    ) -> (Vector3<f64>, Matrix3<f64>, Pending) {
+        let at = self.at(u);
+        let compliance = super::super::tolerances::COMPLIANCE;
+        let (offset, gain) = at.along_axes(at.pieces(graphs), graphs, compliance);
+        (offset, Matrix3::from_diagonal(&gain), Pending::NONE)
+    }
+
+    pub(super) fn step(&self, impulse: &Vector3<f64>) -> Self {
+        Self { pull: Pull { p: *impulse, ..self.pull } }
+    }
+
+    pub(super) fn moved(&self, step: &Self, length: f64) -> Self {
+        Self { pull: Pull { p: self.pull.p + length * step.pull.p, ..self.pull } }
+    }
+}

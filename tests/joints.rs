@@ -1,0 +1,204 @@
+//! Joints: what is locked holds to rounding, and mechanisms move as closed forms say.
+
+use nalgebra::{Matrix3, Vector3, Vector4};
+use tumble::contact::Plane;
+use tumble::joint::{Drive, Joint, JointFrame, Motor};
+use tumble::mechanics::{RigidBody, Rotation, State};
+use tumble::simulation::{Motion, Simulation, StepRecord};
+use tumble::step::StepStatus;
+use tumble::world::{Parameters, World};
+
+const G: f64 = 9.81;
+
+fn bar(mass: f64, half: Vector3<f64>) -> RigidBody {
+    let side = |k: usize| half[(k + 1) % 3].powi(2) + half[(k + 2) % 3].powi(2);
+    let moments = Vector3::from_fn(|k, _| mass / 3.0 * side(k));
+    RigidBody::with_box_corners(mass, Matrix3::from_diagonal(&moments), half).unwrap()
+}
+
+fn world(bodies: Vec<RigidBody>, joints: Vec<Joint>, time_step: f64) -> World {
+    let parameters = Parameters {
+        bodies,
+        ground: Plane::level(),
+        gravity: Vector3::new(0.0, 0.0, -G),
+        friction: 0.5,
+        time_step,
+        rotation: Rotation::Momentum,
+    };
+    World::new(parameters).unwrap().without_ground().with_joints(joints).unwrap()
+}
+
+fn at(position: Vector3<f64>) -> State {
+    State {
+        position,
+        attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
+        velocity: Vector3::zeros(),
+        spin: Vector3::zeros(),
+    }
+}
+
+/// Runs `steps` and returns the last record; every step must be solved and certified.
+fn run(simulation: &mut Simulation<'_>, steps: u32) -> StepRecord {
+    let mut record = StepRecord::new();
+    for k in 0..steps {
+        simulation.step(&mut record).unwrap();
+        let status = record.report.status;
+        assert!(
+            matches!(status, StepStatus::Converged | StepStatus::Retried),
+            "step {k}: {status}, {:?}",
+            record.certificate
+        );
+        assert!(record.certificate.residual() < 1e-9, "step {k}: {:?}", record.certificate);
+    }
+    record
+}
+
+/// The largest joint error, m and rad.
+fn error(world: &World, states: &[State]) -> f64 {
+    let errors = world.joints().iter().map(|joint| joint.error(states).unwrap());
+    errors.map(|(place, turn)| place.max(turn)).fold(0.0, f64::max)
+}
+
+/// Turned by `angle` about y.
+fn about_y(angle: f64) -> Vector4<f64> {
+    Vector4::new((0.5 * angle).cos(), 0.0, (0.5 * angle).sin(), 0.0)
+}
+
+/// A frame at `anchor` whose z axis is the world's y.
+fn hinge(anchor: Vector3<f64>) -> JointFrame {
+    JointFrame::along(anchor, Vector3::y()).unwrap()
+}
+
+/// A box of 2 cm by 2 cm by 1 m that hangs from its end, let go at 1 rad.
+fn pendulum(time_step: f64, drive: Drive) -> (World, State) {
+    let half = Vector3::new(0.01, 0.01, 0.5);
+    let top = Vector3::new(0.0, 0.0, 0.5);
+    let frames = [hinge(top), hinge(Vector3::new(0.0, 0.0, 2.0))];
+    let world =
+        world(vec![bar(2.0, half)], vec![Joint::revolute(0, None, frames, drive)], time_step);
+    let attitude = about_y(1.0);
+    let arm = tumble::mechanics::quaternion::rotation(&attitude) * top;
+    let state = State { attitude, ..at(Vector3::new(0.0, 0.0, 2.0) - arm) };
+    (world, state)
+}
+
+/// The arithmetic–geometric mean.
+fn agm(mut a: f64, mut b: f64) -> f64 {
+    for _ in 0..40 {
+        (a, b) = (0.5 * (a + b), (a * b).sqrt());
+    }
+    a
+}
+
+/// T = 2π √(I/(m g l))/agm(1, cos(θ₀/2)), with the inertia about the pin. The step is of second order.
+#[test]
+fn a_pendulum_has_the_period_of_the_elliptic_integral() {
+    let inertia = 2.0 / 3.0 * (0.01_f64.powi(2) + 0.5_f64.powi(2)) + 2.0 * 0.25;
+    let exact = std::f64::consts::TAU * (inertia / (2.0 * G * 0.5)).sqrt() / agm(1.0, 0.5_f64.cos());
+    let mut errors = Vec::new();
+    for h in [4e-3, 2e-3, 1e-3] {
+        let (world, state) = pendulum(h, Drive::NONE);
+        let mut simulation = Simulation::new(world.clone(), [state], Motion::native(&world)).unwrap();
+        // Passages through the lowest point, by the sign of the place; stored places are at the time.
+        let (mut passages, mut before) = (Vec::new(), state.position[0]);
+        while passages.len() < 9 {
+            let record = run(&mut simulation, 1);
+            let x = record.next().position[0];
+            if before * x < 0.0 {
+                let part = before / (before - x);
+                passages.push((record.index as f64 + part) * h);
+            }
+            before = x;
+            assert!(error(&world, &record.solution.states) < 1e-13);
+        }
+        let period = (passages[8] - passages[0]) / 4.0;
+        errors.push((period - exact).abs() / exact);
+    }
+    assert!(errors[2] < 1e-6, "{errors:?}");
+    let order = (errors[0] / errors[2]).log2() / 2.0;
+    assert!((order - 2.0).abs() < 0.2, "{errors:?}: order {order}");
+}
+
+/// A hinge with dry friction holds m g l sin θ to a part in 10⁹, and slips above it.
+#[test]
+fn dry_friction_holds_to_its_last_part() {
+    let moment = 2.0 * G * 0.5 * 1.0_f64.sin();
+    for (part, holds) in [(1.0 + 1e-9, true), (1.0 - 1e-6, false)] {
+        let drive = Drive { friction: part * moment, ..Drive::NONE };
+        let (world, state) = pendulum(1e-3, drive);
+        let mut simulation = Simulation::new(world.clone(), [state], Motion::native(&world)).unwrap();
+        let record = run(&mut simulation, 200);
+        let turned = (record.solution.joints[0].angle.abs() - 1.0).abs();
+        let torque = record.solution.joints[0].torque[2].abs();
+        if holds {
+            assert!(turned < 1e-12, "{turned}");
+            assert!((torque - moment).abs() < 1e-9 * moment, "{torque} {moment}");
+        } else {
+            // It goes by the small part that is left: ½ (10⁻⁶ M/I) t².
+            let inertia = 2.0 / 3.0 * (0.01_f64.powi(2) + 0.5_f64.powi(2)) + 2.0 * 0.25;
+            let expected = 0.5 * 1e-6 * moment / inertia * 0.2_f64.powi(2);
+            assert!((turned - expected).abs() < 0.02 * expected, "{turned} {expected}");
+        }
+    }
+}
+
+/// A stop is met and held exactly, and the torque there is that of the weight.
+#[test]
+fn a_limit_stops_a_hinge_where_it_is() {
+    let drive = Drive { limits: Some([-2.0, -0.25]), ..Drive::NONE };
+    let drive = Drive { limits: drive.limits.map(|[a, b]| [-b, -a]), ..drive };
+    let (world, state) = pendulum(1e-3, drive);
+    let mut simulation = Simulation::new(world.clone(), [state], Motion::native(&world)).unwrap();
+    let start = world.joints()[0].coordinates(&[state]).unwrap();
+    let angle = world.joints()[0].angle(&start, 0.0);
+    assert!((angle - 1.0).abs() < 1e-12, "{angle}");
+    let record = run(&mut simulation, 3000);
+    let force = record.solution.joints[0];
+    assert!((force.angle - 0.25).abs() < 1e-12, "{}", force.angle);
+    let moment = 2.0 * G * 0.5 * 0.25_f64.sin();
+    assert!((force.torque[2] - moment).abs() < 1e-9, "{} {moment}", force.torque[2]);
+}
+
+/// A motor that has the torque holds its speed; one that has not, gives what it has.
+#[test]
+fn a_motor_holds_its_speed() {
+    let motor = Motor::Speed { target: 6.0, most: 30.0 };
+    let (world, state) = pendulum(1e-3, Drive { motor: Some(motor), ..Drive::NONE });
+    let mut simulation = Simulation::new(world.clone(), [state], Motion::native(&world)).unwrap();
+    let before = run(&mut simulation, 500).solution.joints[0].angle;
+    let after = run(&mut simulation, 1000).solution.joints[0].angle;
+    // Turns are counted: it has gone around once and more.
+    assert!((after - before - 6.0).abs() < 1e-9, "{}", after - before);
+}
+
+/// Twenty links, let go level: no joint error grows, and energy has no trend.
+#[test]
+fn a_chain_keeps_its_joints() {
+    let (links, half) = (20, 0.1);
+    let body = bar(1.0, Vector3::new(half, 0.02, 0.02));
+    let ends = [Vector3::new(-half, 0.0, 0.0), Vector3::new(half, 0.0, 0.0)];
+    let mut joints = vec![Joint::spherical(
+        0,
+        None,
+        [JointFrame::at(ends[0]), JointFrame::at(Vector3::new(0.0, 0.0, 5.0))],
+    )];
+    joints.extend((1..links).map(|k| {
+        Joint::spherical(k, Some(k - 1), [JointFrame::at(ends[0]), JointFrame::at(ends[1])])
+    }));
+    let world = world(vec![body; links], joints, 1e-3);
+    let states = (0..links).map(|k| at(Vector3::new(half * (2 * k + 1) as f64, 0.0, 5.0)));
+    let mut simulation = Simulation::new(world.clone(), states, Motion::native(&world)).unwrap();
+    let start = tumble::simulation::energy::total(&world, simulation.states());
+    let mut iterations = 0;
+    for _ in 0..20 {
+        let mut record = StepRecord::new();
+        for _ in 0..100 {
+            record = run(&mut simulation, 1);
+            iterations += record.report.iterations;
+        }
+        assert!(error(&world, &record.solution.states) < 1e-12);
+    }
+    let end = tumble::simulation::energy::total(&world, simulation.states());
+    println!("{} iterations a step; energy {start} -> {end}", f64::from(iterations) / 2000.0);
+    assert!((end - start).abs() < 1e-2 * start.abs(), "{start} {end}");
+}
