@@ -312,7 +312,7 @@ impl Equations for Island {
     }
 
     fn policy(&self) -> &'static Policy {
-        Policy::of(self.members.len())
+        if self.joints.is_empty() { Policy::of(self.members.len()) } else { Policy::tied() }
     }
 
     fn speed(&self) -> f64 {

@@ -27,6 +27,8 @@ pub(super) struct Policy {
     /// are some 10⁻¹² m/s, by which they would creep into each other until gaps of that size tell the
     /// shares of the forces.
     pub(super) settles: bool,
+    /// Whether impulses of the last step are those of this one only where they obey it to rounding.
+    repeats_exactly: bool,
 }
 
 /// For one body: a few unknowns, so that many starts cost little.
@@ -49,11 +51,12 @@ static ALONE: Policy = Policy {
     takes_out_first: false,
     keeps_best: false,
     settles: false,
+    repeats_exactly: true,
 };
 
 /// For several bodies: in the order of what they solve for their cost. In a crowd, what is far from a
 /// solution leads nowhere, and the best point so far nearly always on.
-static TOGETHER: Policy = Policy {
+const TOGETHER: Policy = Policy {
     starts: &[
         Start::Previous,
         Start::Kept,
@@ -91,14 +94,26 @@ static TOGETHER: Policy = Policy {
     takes_out_first: true,
     keeps_best: true,
     settles: true,
+    repeats_exactly: false,
 };
+
+static SEVERAL: Policy = TOGETHER;
+
+/// For bodies that joints tie: a force that joints keep may be the same in every step and move them all
+/// the same, by less than what a heap may leave.
+static TIED: Policy = Policy { repeats_exactly: true, ..TOGETHER };
 
 const CROWDED: usize = 64;
 
 impl Policy {
     /// That of an island of so many bodies.
     pub(super) fn of(bodies: usize) -> &'static Self {
-        if bodies == 1 { &ALONE } else { &TOGETHER }
+        if bodies == 1 { &ALONE } else { &SEVERAL }
+    }
+
+    /// That of bodies that joints tie.
+    pub(super) fn tied() -> &'static Self {
+        &TIED
     }
 
     /// The starts for so many contacts, and how many scattered ones come after them.
@@ -112,9 +127,9 @@ impl Policy {
     /// The residual, and the speed at which what presses may change its gap, up to which the impulses of
     /// the last step are those of this one, m/s.
     pub(super) fn repeats(&self, tolerances: &Tolerances) -> (f64, f64) {
-        match self.settles {
-            true => (tolerances.solved, tolerances.exact),
-            false => (tolerances.exact, tolerances.rounding),
+        match self.repeats_exactly {
+            true => (tolerances.exact, tolerances.rounding),
+            false => (tolerances.solved, tolerances.exact),
         }
     }
 }
