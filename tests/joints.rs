@@ -19,13 +19,13 @@ fn bar(mass: f64, half: Vector3<f64>) -> RigidBody {
 fn world(bodies: Vec<RigidBody>, joints: Vec<Joint>, time_step: f64) -> World {
     let parameters = Parameters {
         bodies,
-        ground: Plane::level(),
+        ground: None,
         gravity: Vector3::new(0.0, 0.0, -G),
         friction: 0.5,
         time_step,
         rotation: Rotation::Momentum,
     };
-    World::new(parameters).unwrap().without_ground().with_joints(joints).unwrap()
+    World::new(parameters).unwrap().with_joints(joints).unwrap()
 }
 
 fn at(position: Vector3<f64>) -> State {
@@ -94,11 +94,13 @@ fn agm(mut a: f64, mut b: f64) -> f64 {
 #[test]
 fn a_pendulum_has_the_period_of_the_elliptic_integral() {
     let inertia = 2.0 / 3.0 * (0.01_f64.powi(2) + 0.5_f64.powi(2)) + 2.0 * 0.25;
-    let exact = std::f64::consts::TAU * (inertia / (2.0 * G * 0.5)).sqrt() / agm(1.0, 0.5_f64.cos());
+    let exact =
+        std::f64::consts::TAU * (inertia / (2.0 * G * 0.5)).sqrt() / agm(1.0, 0.5_f64.cos());
     let mut errors = Vec::new();
     for h in [4e-3, 2e-3, 1e-3] {
         let (world, state) = pendulum(h, Drive::NONE);
-        let mut simulation = Simulation::new(world.clone(), [state], Motion::native(&world)).unwrap();
+        let mut simulation =
+            Simulation::new(world.clone(), [state], Motion::native(&world)).unwrap();
         // Passages through the lowest point, by the sign of the place; stored places are at the time.
         let (mut passages, mut before) = (Vec::new(), state.position[0]);
         while passages.len() < 9 {
@@ -126,7 +128,8 @@ fn dry_friction_holds_to_its_last_part() {
     for (part, holds) in [(1.0 + 1e-9, true), (1.0 - 1e-6, false)] {
         let drive = Drive { friction: part * moment, ..Drive::NONE };
         let (world, state) = pendulum(1e-3, drive);
-        let mut simulation = Simulation::new(world.clone(), [state], Motion::native(&world)).unwrap();
+        let mut simulation =
+            Simulation::new(world.clone(), [state], Motion::native(&world)).unwrap();
         let record = run(&mut simulation, 200);
         let turned = (record.solution.joints[0].angle.abs() - 1.0).abs();
         let torque = record.solution.joints[0].torque[2].abs();
@@ -202,4 +205,146 @@ fn a_chain_keeps_its_joints() {
     let end = tumble::simulation::energy::total(&world, simulation.states());
     println!("{} iterations a step; energy {start} -> {end}", f64::from(iterations) / 2000.0);
     assert!((end - start).abs() < 1e-2 * start.abs(), "{start} {end}");
+}
+
+/// A chain that flies free keeps its momenta, whatever its links do to each other.
+#[test]
+fn a_free_chain_keeps_its_momenta() {
+    let half = Vector3::new(0.15, 0.04, 0.02);
+    let bodies: Vec<_> = (0..5).map(|k| bar(1.0 + 0.3 * f64::from(k), half)).collect();
+    let ends = [-Vector3::x() * 0.15, Vector3::x() * 0.15];
+    let joints = (1..5).map(|k| {
+        let frames = [
+            JointFrame::along(ends[0], Vector3::new(0.3, 1.0, 0.2)).unwrap(),
+            JointFrame::along(ends[1], Vector3::new(0.3, 1.0, 0.2)).unwrap(),
+        ];
+        let drive = Drive { friction: 0.02, stiffness: 0.5, damping: 0.01, ..Drive::NONE };
+        Joint::revolute(k, Some(k - 1), frames, drive)
+    });
+    let mut parameters = world(bodies.clone(), Vec::new(), 4e-3).parameters().clone();
+    parameters.gravity = Vector3::zeros();
+    let world = World::new(parameters).unwrap().with_joints(joints.collect()).unwrap();
+    // All turn alike at first, about an axis of none.
+    let spin = Vector3::new(1.0, 3.0, -2.0);
+    let states = (0..5).map(|k| {
+        let place = Vector3::x() * (0.3 * f64::from(k));
+        State { velocity: spin.cross(&place), spin, ..at(place) }
+    });
+    let mut simulation = Simulation::new(world.clone(), states, Motion::native(&world)).unwrap();
+    // P = Σ m v, L = Σ m r × v + A P⁻(ω), places and velocities at the time of the state.
+    let momenta = |states: &[State]| {
+        let (mut linear, mut angular) = (Vector3::zeros(), Vector3::zeros());
+        for (body, state) in world.bodies().iter().zip(states) {
+            let h = world.time_step();
+            linear += state.velocity * body.mass();
+            angular += state.position.cross(&state.velocity) * body.mass();
+            let own = world.rotation().momentum(body.inertia(), &state.spin, h);
+            angular += state.pose().rotation * own;
+        }
+        (linear, angular)
+    };
+    let (linear, angular) = momenta(simulation.states());
+    for _ in 0..10 {
+        let record = run(&mut simulation, 100);
+        let now = momenta(&record.solution.states);
+        assert!((now.0 - linear).norm() < 1e-12 * linear.norm(), "{} {linear}", now.0);
+        assert!((now.1 - angular).norm() < 1e-12 * angular.norm(), "{} {angular}", now.1);
+        assert!(error(&world, &record.solution.states) < 1e-13);
+    }
+}
+
+/// A door on two hinges is held five times too often. Where ℓ is small, its hinges carry forces alone:
+/// m g/2 each, and m g w/(2 d) away from and towards the post.
+#[test]
+fn a_door_shares_its_weight_by_the_length_of_its_hinges() {
+    let (mass, width, apart) = (20.0, 0.9, 1.4);
+    let door = bar(mass, Vector3::new(0.5 * width, 0.02, 1.0));
+    let hinge = |z: f64| {
+        let anchor = Vector3::new(-0.5 * width, 0.0, z);
+        let frames = [JointFrame::at(anchor), JointFrame::at(anchor)];
+        Joint::revolute(0, None, frames, Drive::NONE)
+    };
+    let force = |length: f64| {
+        let joints = [0.5 * apart, -0.5 * apart].map(|z| hinge(z).with_length(length));
+        let world = world(vec![door.clone()], joints.to_vec(), 1e-3);
+        let state = at(Vector3::zeros());
+        let mut simulation =
+            Simulation::new(world.clone(), [state], Motion::native(&world)).unwrap();
+        let record = run(&mut simulation, 20);
+        assert!((record.next().position - state.position).norm() < 1e-13);
+        record.solution.joints.iter().map(|joint| joint.force).collect::<Vec<_>>()
+    };
+    let forces = force(1e-3);
+    for (force, side) in forces.iter().zip([-1.0, 1.0]) {
+        assert!((force[2] - 0.5 * mass * G).abs() < 1e-6, "{force}");
+        let pull = mass * G * 0.5 * width / apart;
+        assert!((force[0] - side * pull).abs() < 1e-3 * pull, "{force} {pull}");
+    }
+    // Wide bearings take a part of it as moments.
+    assert!(force(0.67)[0][0].abs() < 0.6 * forces[0][0].abs());
+}
+
+/// A pendulum's bob that meets the ground stops there, and the contact carries what the rod does not.
+#[test]
+fn a_mechanism_touches_the_ground() {
+    let arm = bar(1.0, Vector3::new(0.5, 0.02, 0.02));
+    let anchor = Vector3::new(-0.5, 0.0, 0.0);
+    let frames = [hinge(anchor), hinge(Vector3::new(0.0, 0.0, 0.3))];
+    let mut parameters = world(vec![arm], Vec::new(), 1e-3).parameters().clone();
+    parameters.ground = Some(Plane::level());
+    parameters.friction = 0.0;
+    let joint = Joint::revolute(0, None, frames, Drive::NONE);
+    let world = World::new(parameters).unwrap().with_joints(vec![joint]).unwrap();
+    let state = at(Vector3::new(0.5, 0.0, 0.3));
+    let mut simulation = Simulation::new(world.clone(), [state], Motion::native(&world)).unwrap();
+    let record = run(&mut simulation, 1500);
+    let low = world.lowest_height(&record.solution.states);
+    assert!(low.abs() < 1e-9, "{low}");
+    // Moments about the pin: the tip's normal force at its lever holds the weight at its own.
+    let moved: f64 = record
+        .contacts
+        .iter()
+        .zip(record.solution.forces())
+        .map(|(contact, force)| (record.states[0].position + contact.arm)[0] * force[2])
+        .sum();
+    let weight = G * record.states[0].position[0];
+    assert!((moved - weight).abs() < 1e-6 * weight, "{moved} {weight}");
+    assert!(error(&world, &record.solution.states) < 1e-13);
+}
+
+/// Bodies that a joint ties do not touch each other, but where it says so.
+#[test]
+fn tied_bodies_do_not_touch() {
+    let cube = bar(1.0, Vector3::repeat(0.1));
+    let frames = [JointFrame::at(Vector3::zeros()), JointFrame::at(Vector3::new(0.15, 0.0, 0.0))];
+    let joint = Joint::revolute(1, Some(0), frames, Drive::NONE);
+    let states = [at(Vector3::zeros()), at(Vector3::new(0.15, 0.0, 0.0))];
+    let start = |joint: Joint| {
+        let world = world(vec![cube.clone(), cube.clone()], vec![joint], 1e-3);
+        Simulation::new(world.clone(), states, Motion::native(&world)).map(|_| ())
+    };
+    assert!(start(joint.clone()).is_ok());
+    let refused = start(joint.colliding()).unwrap_err().to_string();
+    assert!(refused.contains("overlap"), "{refused}");
+}
+
+/// What does not fit is refused by name and size.
+#[test]
+fn joints_that_cannot_be_are_refused() {
+    let cube = bar(1.0, Vector3::repeat(0.1));
+    let plain = world(vec![cube], Vec::new(), 1e-3);
+    let frame = JointFrame::at(Vector3::zeros());
+    let refused = |joint: Joint| plain.clone().with_joints(vec![joint]).unwrap_err().to_string();
+    assert!(refused(Joint::spherical(1, None, [frame; 2])).contains("joint"));
+    assert!(refused(Joint::spherical(0, Some(0), [frame; 2])).contains("joint"));
+    let drive = Drive { friction: f64::NAN, ..Drive::NONE };
+    assert!(refused(Joint::revolute(0, None, [frame; 2], drive)).contains("friction of a joint"));
+    let drive = Drive { limits: Some([1.0, 0.0]), ..Drive::NONE };
+    assert!(refused(Joint::prismatic(0, None, [frame; 2], drive)).contains("upper limit"));
+    let far = JointFrame::at(Vector3::new(0.0, 0.0, 0.01));
+    let world = plain.with_joints(vec![Joint::fixed(0, None, [frame, far])]).unwrap();
+    let apart = Simulation::new(world.clone(), [at(Vector3::zeros())], Motion::native(&world));
+    let apart = apart.map(|_| ()).unwrap_err().to_string();
+    assert!(apart.contains("1.000e-2 m"), "{apart}");
+    assert!(JointFrame::along(Vector3::zeros(), Vector3::zeros()).is_err());
 }

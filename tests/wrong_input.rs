@@ -165,7 +165,8 @@ fn a_step_without_a_state_of_every_body_is_not_taken_for_one() {
         let forces = vec![Vector3::zeros(); claim.contacts.len()];
         Certifier::new().contact_step(&world, claim, forces).residual()
     };
-    let whole = Claim { states: &good, next: &good, wrenches: &wrenches, contacts: found, joints: &[] };
+    let whole =
+        Claim { states: &good, next: &good, wrenches: &wrenches, contacts: found, joints: &[] };
     assert!(
         residual(&whole).is_finite() && certify_rk4_step(&world, &whole).residual().is_finite()
     );

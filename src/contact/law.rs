@@ -34,7 +34,11 @@ impl Response {
         frame: &Matrix3<f64>,
     ) -> Self {
         let torques = torque_map * frame;
-        let answers = body.specific_inertia_inverse() * torques;
+        let inverse = body.specific_inertia_inverse();
+        let answers = match body.is_isotropic() {
+            true => torques * inverse[(0, 0)],
+            false => inverse * torques,
+        };
         let diagonal = |k: usize| 1.0 + torques.column(k).dot(&answers.column(k));
         Self { normal: diagonal(2), tangential: 0.5 * (diagonal(0) + diagonal(1)) }
     }

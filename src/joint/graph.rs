@@ -73,9 +73,9 @@ impl Sum {
     /// The graph.
     pub(super) fn graph(&self) -> Graph {
         let (low, high) = self.stops;
-        let ends = self.ramp.map(|(at_zero, slope, most)| {
-            [(at_zero - most) / slope, (at_zero + most) / slope]
-        });
+        let ends = self
+            .ramp
+            .map(|(at_zero, slope, most)| [(at_zero - most) / slope, (at_zero + most) / slope]);
         let jumps = self.jumps.into_iter().flatten().map(|(at, _)| at);
         let mut breaks = [f64::INFINITY; 4];
         let inside = jumps.chain(ends.into_iter().flatten()).filter(|u| *u > low && *u < high);
@@ -215,7 +215,8 @@ mod tests {
     #[test]
     fn the_projection_is_a_point_of_the_graph() {
         // (u, p) by hand: on the left stop, free of the ramp's bound, in the jump, between, on the right stop.
-        for (u, p) in [(-2.0, 9.0), (-1.0, 4.0), (0.0, 1.5), (0.5, 0.0), (1.0, -1.0), (2.0, -50.0)] {
+        for (u, p) in [(-2.0, 9.0), (-1.0, 4.0), (0.0, 1.5), (0.5, 0.0), (1.0, -1.0), (2.0, -50.0)]
+        {
             for rho in [0.1, 1.0, 30.0] {
                 assert!(crowded().residual(u, p, rho) < 1e-12, "{u} {p} {rho}");
                 assert!(crowded().residual(u + 0.3, p, rho) > 1e-3, "{u} {p} {rho}");
@@ -234,7 +235,8 @@ mod tests {
     #[test]
     fn pulls_fall_from_piece_to_piece() {
         let graph = crowded();
-        let pieces: Vec<_> = (0..200).map(|k| graph.piece(10.0 - 0.1 * f64::from(k), 1.0)).collect();
+        let pieces: Vec<_> =
+            (0..200).map(|k| graph.piece(10.0 - 0.1 * f64::from(k), 1.0)).collect();
         assert!(pieces.is_sorted() && pieces[0] == 0 && pieces[199] == graph.count);
     }
 }

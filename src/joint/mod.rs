@@ -22,8 +22,8 @@ mod motion;
 
 pub use drive::{Axis, Drive, Motor};
 pub use graph::Graph;
-pub use motion::{Coordinates, JointForce, JointResidual};
 pub(crate) use motion::Turn;
+pub use motion::{Coordinates, JointForce, JointResidual};
 
 use crate::error::{Error, in_range};
 use crate::mechanics::{Pose, RigidBody, State};
@@ -127,14 +127,24 @@ impl Joint {
 
     /// A hinge: they turn about the common z axis alone, under `drive` (rad, N m).
     #[must_use]
-    pub fn revolute(body: usize, other: Option<usize>, frames: [JointFrame; 2], drive: Drive) -> Self {
+    pub fn revolute(
+        body: usize,
+        other: Option<usize>,
+        frames: [JointFrame; 2],
+        drive: Drive,
+    ) -> Self {
         let angular = [Axis::Locked, Axis::Locked, Axis::Free(drive)];
         Self { angular, ..Self::spherical(body, other, frames) }
     }
 
     /// A slide: A's anchor moves along the common z axis alone, under `drive` (m, N).
     #[must_use]
-    pub fn prismatic(body: usize, other: Option<usize>, frames: [JointFrame; 2], drive: Drive) -> Self {
+    pub fn prismatic(
+        body: usize,
+        other: Option<usize>,
+        frames: [JointFrame; 2],
+        drive: Drive,
+    ) -> Self {
         let linear = [Axis::Locked, Axis::Locked, Axis::Free(drive)];
         Self { linear, ..Self::fixed(body, other, frames) }
     }
@@ -263,7 +273,8 @@ impl Joint {
     /// The joint, checked against the bodies of its world.
     pub(crate) fn checked(self, bodies: usize) -> Result<Self, Error> {
         let known = |body: usize| body < bodies;
-        if !known(self.body) || self.other.is_some_and(|other| !known(other) || other == self.body) {
+        if !known(self.body) || self.other.is_some_and(|other| !known(other) || other == self.body)
+        {
             let allowed = "two different bodies, or a body and the world";
             return Err(Error::Count { field: "bodies of a joint", count: self.body, allowed });
         }

@@ -63,8 +63,7 @@ impl Joint {
     #[must_use]
     pub fn coordinates(&self, states: &[State]) -> Option<Coordinates> {
         let [a, b] = self.placed(states)?;
-        let place = rotation(&b.attitude).tr_mul(&(a.anchor - b.anchor));
-        Some(Coordinates { place, turn: left(&conjugated(&b.attitude)) * a.attitude })
+        Some(between(&a, &b))
     }
 
     /// The angle of a hinge, rad, that is nearest to `near`: θ = 2 atan2(Q_z, Q_w) + 2πn; 0 of other joints.
@@ -120,12 +119,49 @@ impl Joint {
         let sides = [(Some(self.body), 1.0), (self.other, -1.0)];
         for (body, sign) in sides {
             let Some(body) = body.filter(|body| *body < bodies.len()) else { continue };
-            let (Some(load), Some(state)) = (loads.get_mut(body), states.get(body)) else { continue };
+            let (Some(load), Some(state)) = (loads.get_mut(body), states.get(body)) else {
+                continue;
+            };
             let arm = frames[0].anchor - state.position;
             load.force += along * sign;
             let torque = (arm.cross(&along) + about) * sign;
             load.torque += rotation(&state.attitude).tr_mul(&torque);
         }
+    }
+
+    /// The work of the drives of the joint under `force` in the step `states` → `next` of `time_step` (s), J:
+    /// on the mean of the rates with which it came and with which it goes,
+    ///
+    /// ```text
+    /// W = ½ Σ f ((x⁺ − x_k) + (x̃ − x_k)),                                     (J6)
+    /// ```
+    ///
+    /// x̃ being where the velocities of step k would lead. `None` where a body has no state.
+    #[must_use]
+    pub fn work(
+        &self,
+        (states, next): (&[State], &[State]),
+        force: &JointForce,
+        time_step: f64,
+    ) -> Option<f64> {
+        let (at, after) = (self.coordinates(states)?, self.coordinates(next)?);
+        let coasting = |body: usize| states.get(body).map(|state| state.coasted(time_step));
+        let b = match self.other {
+            Some(other) => self.frames[1].placed(&coasting(other)?),
+            None => self.frames[1],
+        };
+        let coasted = between(&self.frames[0].placed(&coasting(self.body)?), &b);
+        let free = |axis: &Axis| *axis != Axis::Locked;
+        let mut work = 0.0;
+        for k in (0..3).filter(|k| free(&self.linear[*k])) {
+            work += force.force[k] * (after.place[k] + coasted.place[k] - 2.0 * at.place[k]);
+        }
+        if self.turning() == Turning::Hinge {
+            let angle = self.angle(&at, force.angle);
+            let ends = self.angle(&after, angle) + self.angle(&coasted, angle);
+            work += force.torque[2] * (ends - 2.0 * angle);
+        }
+        Some(0.5 * work)
     }
 
     /// How far the step `states` → `next` of `time_step` (s) with the force `force` is from the laws of the
@@ -179,6 +215,12 @@ impl Joint {
         }
         residual
     }
+}
+
+/// (J1) of the frames of A and B in the world.
+fn between(a: &JointFrame, b: &JointFrame) -> Coordinates {
+    let place = rotation(&b.attitude).tr_mul(&(a.anchor - b.anchor));
+    Coordinates { place, turn: left(&conjugated(&b.attitude)) * a.attitude }
 }
 
 /// R: of a hinge the part of the turn Q about z, of what cannot turn ±1.
@@ -284,8 +326,8 @@ impl Turn {
         let At { e, n, a, b } = self.at(spin, other);
         let whole = |v: Vector3<f64>| Vector4::new(1.0, v[0], v[1], v[2]);
         let turned = left(&self.back) * (left(&whole(-b)) * self.start);
-        let by_a = left(&turned).fixed_columns::<3>(1) / n
-            - e * a.transpose() / (1.0 + a.norm_squared());
+        let by_a =
+            left(&turned).fixed_columns::<3>(1) / n - e * a.transpose() / (1.0 + a.norm_squared());
         let after = left(&self.start) * whole(a);
         let by_b = -(left(&self.back) * right(&after)).fixed_columns::<3>(1) / n
             - e * b.transpose() / (1.0 + b.norm_squared());

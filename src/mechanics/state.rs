@@ -1,7 +1,7 @@
 //! The state of a rigid body and the wrench on it: what a
 //! [`Simulation`](crate::simulation::Simulation) starts from, and what is set on it.
 
-use super::quaternion::rotation;
+use super::quaternion::{advance, rotation};
 use crate::error::{Error, in_range};
 use nalgebra::{Matrix3, SVector, Vector3, Vector4};
 
@@ -59,6 +59,16 @@ impl State {
             attitude: x.fixed_rows::<4>(3).into(),
             velocity: x.fixed_rows::<3>(7).into(),
             spin: x.fixed_rows::<3>(10).into(),
+        }
+    }
+
+    /// The state after `time_step` (s) if the velocities stay what they are.
+    #[must_use]
+    pub fn coasted(&self, time_step: f64) -> Self {
+        Self {
+            position: self.position + self.velocity * time_step,
+            attitude: advance(&self.attitude, &self.spin, time_step),
+            ..*self
         }
     }
 

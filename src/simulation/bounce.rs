@@ -210,7 +210,8 @@ impl Bounce {
     /// Finds the islands, what their impacts did, and how far their searches are.
     fn judge(&mut self, step: &Step<'_>, contacts: &[Contact], solution: &StepSolution) {
         let bodies = step.states.len();
-        self.islands.find(bodies, contacts.iter().map(|contact| &contact.key));
+        let keys = contacts.iter().map(|contact| &contact.key);
+        self.islands.find(bodies, keys, step.world.joints());
         self.impacts.clear();
         self.impacts.resize(bodies, Impact::default());
         let h = step.world.time_step();

@@ -1,6 +1,7 @@
 //! Which bodies of a step are joined: the islands by which it is judged.
 
 use crate::contact::{ContactKey, Partner};
+use crate::joint::Joint;
 
 /// Of each body, the label of its island: the smallest index in it. Memory that steps use again.
 #[derive(Debug, Clone, Default)]
@@ -9,19 +10,34 @@ pub(super) struct Islands {
 }
 
 impl Islands {
-    /// Joins `bodies` bodies by the contacts `keys`. What is fixed joins nothing.
-    pub(super) fn find<'a>(&mut self, bodies: usize, keys: impl Iterator<Item = &'a ContactKey>) {
+    /// Joins `bodies` bodies by the contacts `keys` and by `joints`. What is fixed joins nothing.
+    pub(super) fn find<'a>(
+        &mut self,
+        bodies: usize,
+        keys: impl Iterator<Item = &'a ContactKey>,
+        joints: &[Joint],
+    ) {
         self.labels.clear();
         self.labels.extend(0..bodies);
         for key in keys {
-            let Partner::Body(other) = key.partner else { continue };
-            let (a, b) = (self.root(key.body), self.root(other));
-            self.labels[a.max(b)] = a.min(b);
+            if let Partner::Body(other) = key.partner {
+                self.join(key.body, other);
+            }
+        }
+        for joint in joints {
+            if let Some(other) = joint.other() {
+                self.join(joint.body(), other);
+            }
         }
         // A label is not above its body's index, so that the labels of smaller ones are final.
         for body in 0..bodies {
             self.labels[body] = self.labels[self.labels[body]];
         }
+    }
+
+    fn join(&mut self, a: usize, b: usize) {
+        let (a, b) = (self.root(a), self.root(b));
+        self.labels[a.max(b)] = a.min(b);
     }
 
     fn root(&mut self, mut body: usize) -> usize {

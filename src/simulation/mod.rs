@@ -467,11 +467,7 @@ impl StepSolver for Checked<'_> {
 }
 
 /// A solution of another size than the step's would be read out of place.
-fn check_sizes(
-    solution: &StepSolution,
-    step: &Step<'_>,
-    contacts: usize,
-) -> Result<(), Error> {
+fn check_sizes(solution: &StepSolution, step: &Step<'_>, contacts: usize) -> Result<(), Error> {
     let (bodies, joints) = (step.states.len(), step.world.joints().len());
     let found = (solution.states.len(), solution.contacts.len(), solution.joints.len());
     if found == (bodies, contacts, joints) {

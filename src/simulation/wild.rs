@@ -25,7 +25,9 @@
 //! first line, of which (28) speaks. What bounces moves with two velocities in a step; the second line is the
 //! change of the energy with the velocities of the middle, ½m|v + ½h f/m|² (eq. 30), less the
 //! work on the way, and its part of the motion along is the work of the impulses (eq. 31), to rounding. An elastic
-//! bounce makes none of it; of the first line it would make 2 g h/|v| of what it has.
+//! bounce makes none of it; of the first line it would make 2 g h/|v| of what it has. What joints tie is
+//! counted so too: their reactions do no work on the mean of both velocities but of higher order, and what
+//! their drives do on it is allowed.
 //!
 //! Marked are also steps in which something was passed or left out: where pieces go through each other
 //! all the same, overlap deep with no feature left to meet with, or turn by more than a radian in reach of
@@ -62,7 +64,7 @@ pub struct Judge {
 struct Budget {
     /// Whether a contact presses in it. What nothing presses is in free flight.
     touches: bool,
-    /// Whether one of those bounces.
+    /// Whether one of those bounces, or joints tie it.
     bounces: bool,
     gained: f64,
     kinetic: f64,
@@ -105,7 +107,7 @@ impl Judge {
         if claim.next.iter().any(|next| h * next.spin.norm() > LARGEST_TURN) {
             return true;
         }
-        self.join(claim, forces);
+        self.join(world, claim, forces);
         let (lift, slow) = (world.gravity().norm() * h * accepted, REST * world.speed_scale());
         for (index, body) in world.bodies().iter().enumerate() {
             let budget = &mut self.budgets[self.islands.of(index)];
@@ -116,13 +118,22 @@ impl Judge {
             budget.kinetic += before.max(after);
             budget.rest += body.mass() * (0.5 * slow * slow + lift);
         }
+        for (joint, force) in world.joints().iter().zip(claim.joints) {
+            let work = joint.work((claim.states, claim.next), force, h);
+            self.budgets[self.islands.of(joint.body())].gained -= work.unwrap_or(f64::NAN);
+        }
         let makes_energy =
             |of: &Budget| of.touches && of.gained > LARGEST_GAIN * of.kinetic + of.rest;
         self.budgets.iter().any(makes_energy)
     }
 
     /// Finds the islands, and whether they bounce.
-    fn join(&mut self, claim: &Claim<'_>, forces: impl IntoIterator<Item = Vector3<f64>>) {
+    fn join(
+        &mut self,
+        world: &World,
+        claim: &Claim<'_>,
+        forces: impl IntoIterator<Item = Vector3<f64>>,
+    ) {
         let pressing = |force: &Vector3<f64>| *force != Vector3::zeros();
         let bodies = claim.states.len();
         self.budgets.clear();
@@ -136,7 +147,11 @@ impl Judge {
             budget.bounces |= contact.bounces();
             &contact.key
         });
-        self.islands.find(bodies, keys);
+        self.islands.find(bodies, keys, world.joints());
+        for joint in world.joints() {
+            let budget = &mut self.budgets[joint.body()];
+            (budget.touches, budget.bounces) = (true, true);
+        }
         for body in 0..bodies {
             let Budget { touches, bounces, .. } = self.budgets[body];
             let budget = &mut self.budgets[self.islands.of(body)];

@@ -162,6 +162,8 @@ impl StepNlp {
             Some("it knows the world's coefficient of friction; give the body none of its own")
         } else if world.has_restitution() {
             Some("it knows no restitution; give a world without")
+        } else if !world.joints().is_empty() {
+            Some("it knows no joints; give a world without")
         } else {
             None
         }

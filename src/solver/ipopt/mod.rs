@@ -142,6 +142,10 @@ impl IpoptSolver {
             );
             return Err(Error::Solver { solver: "Ipopt", why });
         }
+        if !world.joints().is_empty() {
+            let why = "the world has joints, which its programs do not know; `native` takes them";
+            return Err(Error::Solver { solver: "Ipopt", why: why.to_owned() });
+        }
         Ok(Self {
             program: Program::new(world, formulation, options)?,
             accepted: ACCEPTED_RESIDUAL * world.speed_scale(),

@@ -138,7 +138,8 @@ impl<E: Equations> InteriorPoint<E> {
             |index, coupling, u| {
                 let (barrier, frame) = (&barriers[index], &coupling.rows.frame);
                 let aim = (0.0, &barrier.nothing());
-                let (offset, gain, rest) = barrier.eliminate(aim, &frame.tr_mul(u), equations.graphs())?;
+                let (offset, gain, rest) =
+                    barrier.eliminate(aim, &frame.tr_mul(u), equations.graphs())?;
                 pending.push(rest);
                 Some(Answer::full(frame * offset, frame * gain * frame.transpose()))
             },
@@ -158,8 +159,7 @@ impl<E: Equations> InteriorPoint<E> {
         {
             let frame = &coupling.rows.frame;
             let aim = (kappa, predictor);
-            let Some((offset, _, left)) = barrier.eliminate(aim, &frame.tr_mul(u), graphs)
-            else {
+            let Some((offset, _, left)) = barrier.eliminate(aim, &frame.tr_mul(u), graphs) else {
                 return false;
             };
             elimination.answer.offset = frame * offset;

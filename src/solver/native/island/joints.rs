@@ -132,7 +132,8 @@ impl Island {
         let to_force = self.mass / self.time_step;
         for at in &self.joints {
             let of = &step.world.joints()[at.joint];
-            let end = of.coordinates(&solution.states).map_or(at.angle, |end| of.angle(&end, at.angle));
+            let end =
+                of.coordinates(&solution.states).map_or(at.angle, |end| of.angle(&end, at.angle));
             let mut force = JointForce::none(end);
             if let Some(k) = at.place {
                 let frame = &self.setting.couplings[k].rows.frame;
