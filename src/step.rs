@@ -157,8 +157,7 @@ impl StepSolution {
         self.states.extend_from_slice(&other.states);
         self.contacts.clear();
         self.contacts.extend_from_slice(&other.contacts);
-        self.joints.clear();
-        self.joints.extend_from_slice(&other.joints);
+        self.joints.clone_from(&other.joints);
     }
 
     /// The forces of all candidates, N, world.

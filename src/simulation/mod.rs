@@ -438,6 +438,7 @@ impl StepSolver for Checked<'_> {
         self.0.accepted_residual()
     }
 
+    #[inline]
     fn solve(
         &mut self,
         step: &Step<'_>,
@@ -467,6 +468,7 @@ impl StepSolver for Checked<'_> {
 }
 
 /// A solution of another size than the step's would be read out of place.
+#[inline]
 fn check_sizes(solution: &StepSolution, step: &Step<'_>, contacts: usize) -> Result<(), Error> {
     let (bodies, joints) = (step.states.len(), step.world.joints().len());
     let found = (solution.states.len(), solution.contacts.len(), solution.joints.len());

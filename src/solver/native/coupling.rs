@@ -19,8 +19,6 @@ pub(super) struct Coupling {
     pub(super) rebound: f64,
     pub(super) rows: Rows,
     pub(super) law: Law,
-    /// Whether its impulse is one of forces; otherwise it is one of torques alone.
-    pub(super) pushes: bool,
 }
 
 /// The point at which a coupling acts, of a body A.
@@ -41,8 +39,6 @@ pub(super) struct Lever {
 pub(super) struct Rows {
     /// The axes as columns: (t₁, t₂, n) of a contact.
     pub(super) frame: Matrix3<f64>,
-    /// The last of them: n.
-    pub(super) normal: Vector3<f64>,
     /// ρ of each row: the inverse of its own response, which scales the natural map.
     pub(super) scale: Vector3<f64>,
     /// κ: how much more the coupling gives across the normal than along it (N6).
@@ -52,8 +48,13 @@ pub(super) struct Rows {
 impl Rows {
     /// Those of a joint, which respond with `response` each and give alike.
     fn of_joint(frame: Matrix3<f64>, response: &Vector3<f64>) -> Self {
-        let normal = frame.column(2).into_owned();
-        Self { frame, normal, scale: response.map(f64::recip), give: 1.0 }
+        Self { frame, scale: response.map(f64::recip), give: 1.0 }
+    }
+
+    /// The last axis: n.
+    #[inline(always)]
+    pub(super) fn normal(&self) -> Vector3<f64> {
+        self.frame.column(2).into_owned()
     }
 
     /// Whether they give in all directions alike.
@@ -67,7 +68,8 @@ impl Rows {
         if self.give_alike() {
             return *impulse;
         }
-        impulse * self.give + self.normal * (self.normal.dot(impulse) * (1.0 - self.give))
+        let normal = self.normal();
+        impulse * self.give + normal * (normal.dot(impulse) * (1.0 - self.give))
     }
 }
 
@@ -93,7 +95,6 @@ impl Coupling {
             rebound: contact.rebound,
             rows: Rows {
                 frame: contact.frame,
-                normal,
                 scale: Vector3::new(across, across, 1.0 / (share * contact.response.normal)),
                 give: match contact.is_rounded() {
                     true => (ROLLING_GIVE * tangential / COMPLIANCE).max(1.0),
@@ -101,7 +102,6 @@ impl Coupling {
                 },
             },
             law: Law::Cone(Cone { friction: contact.law.friction }),
-            pushes: true,
         }
     }
 
@@ -114,7 +114,7 @@ impl Coupling {
         law: Law,
     ) -> Self {
         let rows = Rows::of_joint(frame, response);
-        Self { lever, offset: frame * offset, rebound: 0.0, rows, law, pushes: true }
+        Self { lever, offset: frame * offset, rebound: 0.0, rows, law }
     }
 
     /// That of the turn of a joint, whose impulse about its rows is a torque on A by `torque_map`.
@@ -122,7 +122,7 @@ impl Coupling {
         let zero = Vector3::zeros();
         let rows = Rows::of_joint(Matrix3::identity(), response);
         let lever = Lever { centre: zero, arm: zero, radius: 0.0, torque_map };
-        Self { lever, offset: zero, rebound: 0.0, rows, law, pushes: false }
+        Self { lever, offset: zero, rebound: 0.0, rows, law }
     }
 
     /// Whether it is a contact.
@@ -143,7 +143,7 @@ impl Coupling {
         u: Vector3<f64>,
         departing: &Vector3<f64>,
     ) -> (Vector3<f64>, bool) {
-        let normal = &self.rows.normal;
+        let normal = &self.rows.normal();
         let (along, left) = (normal.dot(&u), normal.dot(departing) - self.rebound);
         if left >= along { (u, false) } else { (u + normal * (left - along), true) }
     }

@@ -20,7 +20,7 @@ pub(super) fn point_velocity(
     let Lever { centre, radius, .. } = &coupling.lever;
     let mut u = linear + turning.swept(centre);
     if *radius > 0.0 {
-        u -= *radius * turning.spin_world().cross(&coupling.rows.normal);
+        u -= *radius * turning.spin_world().cross(&coupling.rows.normal());
     }
     u + coupling.offset
 }
@@ -43,7 +43,7 @@ pub(super) fn slope(
     }
     let turned = -rotation * centre.cross_matrix();
     turning.slope(rotation, centre, arm, turned, swept)
-        + rolling(&coupling.rows.normal, *radius, rotation)
+        + rolling(&coupling.rows.normal(), *radius, rotation)
 }
 
 /// ρ [n]× A.

@@ -42,6 +42,13 @@ struct Link {
     b: Option<Other>,
 }
 
+impl Link {
+    /// Whether the impulse is one of forces; that of a turn is one of torques alone.
+    fn pushes(&self) -> bool {
+        self.turn.is_none()
+    }
+}
+
 /// The other side of a contact between two bodies.
 #[derive(Debug, Clone, Copy)]
 struct Other {
@@ -166,13 +173,13 @@ impl Island {
         let couplings = self.links.iter().zip(&self.setting.couplings);
         for ((link, coupling), impulse) in couplings.zip(impulses) {
             let share = self.members[link.a].share;
-            if coupling.pushes {
+            if link.pushes() {
                 residuals[link.a].linear -= share * impulse;
             }
             residuals[link.a].spin -= share * (coupling.lever.torque_map * impulse);
             if let Some(other) = &link.b {
                 let share = self.members[other.index].share;
-                if coupling.pushes {
+                if link.pushes() {
                     residuals[other.index].linear += share * impulse;
                 }
                 residuals[other.index].spin += share * (other.torque_map * impulse);
@@ -340,7 +347,8 @@ impl Equations for Island {
     }
 
     fn push(&self, index: usize, impulse: &Vector3<f64>, velocity: &mut Vec<Velocity>) {
-        let pushes = self.setting.couplings[index].pushes;
+        let link = &self.links[index];
+        let pushes = link.pushes();
         let mut push = |index: usize, impulse: &Vector3<f64>, torque_map: &Matrix3<f64>| {
             let member = &self.members[index];
             let impulse = member.share * impulse;
@@ -349,7 +357,6 @@ impl Equations for Island {
             }
             velocity[index].spin += member.inertia_inverse * (torque_map * impulse);
         };
-        let link = &self.links[index];
         push(link.a, impulse, &self.setting.couplings[index].lever.torque_map);
         if let Some(other) = &link.b {
             push(other.index, &-impulse, &other.torque_map);
@@ -365,7 +372,7 @@ impl Equations for Island {
         for (link, coupling) in contacts.filter(|(_, coupling)| coupling.is_contact()) {
             let sides = [Some(link.a), link.b.as_ref().map(|other| other.index)];
             for index in sides.into_iter().flatten() {
-                let normal = &coupling.rows.normal;
+                let normal = &coupling.rows.normal();
                 self.members[index].keep_along(normal, exact, &mut velocity[index]);
             }
         }

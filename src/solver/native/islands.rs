@@ -72,6 +72,11 @@ impl Groups {
         }
     }
 
+    /// Whether it is one group of so many.
+    fn has_only_one(&self, count: usize) -> bool {
+        self.starts == [0, count]
+    }
+
     fn len(&self) -> usize {
         self.starts.len() - 1
     }
@@ -143,13 +148,16 @@ impl Islands {
 
     /// The island of a world of one body, without a search.
     fn set_only_one(&mut self, contacts: usize) {
-        self.islands.clear();
-        self.islands.push(0);
-        self.places.clear();
-        self.places.push(0);
-        self.bodies.set_only_one(1);
-        self.contacts.set_only_one(contacts);
-        self.joints.set_only_one(0);
+        let listed = self.contacts.has_only_one(contacts) && self.joints.has_only_one(0);
+        if !(listed && self.islands == [0]) {
+            self.islands.clear();
+            self.islands.push(0);
+            self.places.clear();
+            self.places.push(0);
+            self.bodies.set_only_one(1);
+            self.contacts.set_only_one(contacts);
+            self.joints.set_only_one(0);
+        }
     }
 
     fn set_many(&mut self, count: usize, contacts: &[Contact], joints: &[Joint]) {

@@ -324,14 +324,14 @@ fn evaluate_again<E: Equations>(
     map: &NaturalMap,
     iterate: &mut Iterate<E>,
 ) -> Residual {
-    let mut size = iterate.motion;
+    let (mut size, graphs) = (iterate.motion, equations.graphs());
     iterate.map = *map;
     iterate.pulls.clear();
     let couplings = equations.couplings().iter().zip(&iterate.impulses).zip(&iterate.points);
     for ((coupling, impulse), u) in couplings {
-        let pull = coupling.pull(map, u, impulse);
+        let (pull, missed) = coupling.evaluated((map, graphs), u, impulse);
         iterate.pulls.push(pull);
-        size.add(&pull.natural_map(coupling, equations.graphs()));
+        size.add(&missed);
     }
     if !size.squared.is_finite() {
         // A maximum drops NaN; a sum does not.

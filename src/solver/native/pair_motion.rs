@@ -49,7 +49,7 @@ impl<'a> PairMotion<'a> {
 
     /// u (N2).
     pub(super) fn u(&self) -> Vector3<f64> {
-        let (normal, radius) = (&self.coupling.rows.normal, self.coupling.lever.radius);
+        let (normal, radius) = (&self.coupling.rows.normal(), self.coupling.lever.radius);
         let mut u = self.relative + self.b.swept(&self.seen);
         if radius > 0.0 {
             // B turns back with −ω_B.
@@ -67,7 +67,7 @@ impl<'a> PairMotion<'a> {
     /// with S(c) = ∂(A K c)/∂ω; to the spins' come ±ρ [n]× A.
     pub(super) fn slopes(&self) -> (Matrix3x6<f64>, Matrix3x6<f64>) {
         let Lever { centre, arm, radius, .. } = &self.coupling.lever;
-        let normal = &self.coupling.rows.normal;
+        let normal = &self.coupling.rows.normal();
         let (of_a, of_b) = self.rotations;
         let back = self.b.sweep() * of_b.transpose() * self.time_step;
         let seen_from = Matrix3::identity() + back;

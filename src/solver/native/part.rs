@@ -224,10 +224,7 @@ impl Parts {
     /// Gives every island the part that served it in the step before, the one that begins with the same
     /// body; of others one that is left over.
     pub(super) fn assign(&mut self, islands: &Islands, bodies: usize) {
-        if bodies == 1 {
-            self.list[0].island = Some(0);
-            self.serving.clear();
-            self.serving.push(0);
+        if bodies == 1 && self.serving == [0] && self.list[0].island == Some(0) {
             return;
         }
         self.serving.clear();

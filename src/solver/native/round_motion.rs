@@ -92,14 +92,14 @@ impl<'a> RoundMotion<'a> {
         let core_a = Core { from: middle - of_a * curved.shares.0, along: of_a };
         let core_b = Core { from: of_b * -curved.shares.1, along: of_b };
         let (shares, way) = shortest_way(&core_a, &core_b);
-        let reach = Reach::of(&way, &coupling.rows.normal);
+        let reach = Reach::of(&way, &coupling.rows.normal());
         let opening = reach.beyond(&way, &was, was.norm()) / time_step;
         Self { coupling, round, curved, a, b, apart, shares, reach, opening }
     }
 
     /// u (N14).
     pub(super) fn u(&self) -> Vector3<f64> {
-        let normal = &self.coupling.rows.normal;
+        let normal = &self.coupling.rows.normal();
         let mut rolling = self.a.turning.spin_world() * self.coupling.lever.radius;
         if let Some(b) = &self.b {
             rolling += b.turning.spin_world() * self.curved.radius;
@@ -110,7 +110,7 @@ impl<'a> RoundMotion<'a> {
 
     /// ∂u/∂(v_A, ω_A) and ∂u/∂(v_B, ω_B).
     pub(super) fn slopes(&self) -> (Matrix3x6<f64>, Option<Matrix3x6<f64>>) {
-        let (normal, lever) = (&self.coupling.rows.normal, &self.coupling.lever);
+        let (normal, lever) = (&self.coupling.rows.normal(), &self.coupling.lever);
         let (curved, shares) = (self.curved, self.shares);
         let along = normal * self.reach.direction.transpose();
         let across = Matrix3::identity() - normal * normal.transpose();

@@ -93,7 +93,7 @@ impl Single {
         velocity: &Velocity,
         u: &Vector3<f64>,
     ) -> Matrix3<f64> {
-        let (normal, lever) = (&coupling.rows.normal, &coupling.lever);
+        let (normal, lever) = (&coupling.rows.normal(), &coupling.lever);
         let swept = match lever.radius > 0.0 || coupling.bounces() {
             true => turning.swept(&lever.centre),
             false => u - velocity.linear - coupling.offset,
@@ -148,7 +148,7 @@ impl Equations for Single {
         let exact = self.setting.tolerances.exact;
         self.body.keep(exact, velocity);
         for coupling in &self.setting.couplings {
-            self.body.keep_along(&coupling.rows.normal, exact, velocity);
+            self.body.keep_along(&coupling.rows.normal(), exact, velocity);
         }
     }
 

@@ -27,7 +27,7 @@ impl Island {
         let both = (&turnings[link.a], link.b.as_ref().map(|other| &turnings[other.index]));
         let u = self.gap_velocity((link, coupling), velocity, both);
         if coupling.bounded(u, &self.departing((link, coupling), velocity)).1 {
-            let normal = &coupling.rows.normal;
+            let normal = &coupling.rows.normal();
             let exchange = |slope: &mut Matrix3x6<f64>, along: RowVector6<f64>| {
                 *slope += normal * (along - slope.tr_mul(normal).transpose());
             };
@@ -118,7 +118,7 @@ impl Island {
     ) {
         for (row, share, torque_map) in self.sides(of) {
             let mut rhs = Vector6::zeros();
-            if of.1.pushes {
+            if of.0.pushes() {
                 rhs.fixed_rows_mut::<3>(0).copy_from(&(share * offset));
             }
             rhs.fixed_rows_mut::<3>(3).copy_from(&(share * (torque_map * offset)));
@@ -143,7 +143,7 @@ impl Island {
                 };
                 let linear = gained * -share;
                 let mut block = Matrix6::zeros();
-                if of.1.pushes {
+                if of.0.pushes() {
                     block.fixed_view_mut::<3, 6>(0, 0).copy_from(&linear);
                 }
                 block.fixed_view_mut::<3, 6>(3, 0).copy_from(&(torque_map * linear));

@@ -12,7 +12,7 @@ use nalgebra::{Matrix3, Vector3};
 #[derive(Debug, Clone, Copy)]
 pub(in super::super) struct Axes {
     /// The place of the first of its graphs among those of the step.
-    first: usize,
+    first: u32,
     /// Whether all three are locked.
     locked: bool,
 }
@@ -22,12 +22,12 @@ impl Axes {
     pub(in super::super) fn new(graphs: &mut Vec<Graph>, own: [Graph; 3]) -> Self {
         let (first, locked) = (graphs.len(), own.iter().all(|graph| *graph == Graph::locked()));
         graphs.extend(own);
-        Self { first, locked }
+        Self { first: first as u32, locked }
     }
 
     /// That of row k.
     fn of<'a>(&self, graphs: &'a [Graph], k: usize) -> &'a Graph {
-        &graphs[self.first + k]
+        &graphs[self.first as usize + k]
     }
 }
 

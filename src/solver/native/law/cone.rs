@@ -68,7 +68,7 @@ impl Pull {
         u: &Vector3<f64>,
         impulse: &Vector3<f64>,
     ) -> Self {
-        let n = &rows.normal;
+        let n = &rows.normal();
         let u = u + map.compliance * rows.given(impulse);
         let (u_n, gamma) = (n.dot(&u), n.dot(impulse));
         let beta = impulse - n * gamma;
@@ -84,7 +84,7 @@ impl Pull {
         let normal = self.normal.max(0.0);
         let radius = self.friction * normal;
         let shrink = if self.size > radius { radius / self.size } else { 1.0 };
-        self.tangential * shrink + rows.normal * normal
+        self.tangential * shrink + rows.normal() * normal
     }
 
     /// The natural map (N4), as a velocity:
@@ -98,7 +98,7 @@ impl Pull {
         let radius = self.friction * normal;
         let shrink = if self.size > radius { radius / self.size } else { 1.0 };
         let tangential = (self.beta - shrink * self.tangential) / self.rho_t;
-        tangential + rows.normal * ((self.gamma - normal) / self.rho_n)
+        tangential + rows.normal() * ((self.gamma - normal) / self.rho_n)
     }
 
     /// The piece of the natural map; within `stick_margin` of the cone it is stick.
@@ -143,7 +143,7 @@ impl Pull {
                     return Answer::stick(-stiffness * self.u, stiffness);
                 }
                 // δp̂ = −D⁻¹ (û + δu)/ε
-                let n = &rows.normal;
+                let n = &rows.normal();
                 let across = stiffness / rows.give;
                 let along = n * n.transpose() * (stiffness - across);
                 let springs = Matrix3::from_diagonal_element(across) + along;
@@ -163,7 +163,7 @@ impl Pull {
     /// δû_n = −û_n and δt = s sᵀ (δβ − ρ_t δû_t)/|pull|, s = n × t.
     fn linearise_slip(&self, rows: &Rows, compliance: f64) -> (Vector3<f64>, Matrix3<f64>) {
         let stiffness = 1.0 / compliance;
-        let (n, friction) = (&rows.normal, self.friction);
+        let (n, friction) = (&rows.normal(), self.friction);
         let size = self.size.max(f64::MIN_POSITIVE);
         let t = self.tangential / size;
         let s = n.cross(&t);

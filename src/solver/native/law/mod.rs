@@ -1,7 +1,7 @@
 //! The laws that couplings obey, behind one set of functions.
 //!
 //! Solvers know a law by what it answers here: the arguments of its projection ([`Law::pull`]), the
-//! projection and the residual ([`Pull::projected`], [`Pull::natural_map`]), the piece of the natural
+//! projection and the residual ([`Pull::projected`], [`Coupling::evaluated`]), the piece of the natural
 //! map that a point is on and how far the next one is ([`Pull::piece`], [`Pull::margin`]), that piece
 //! solved for the impulse ([`Pull::answer`]), an impulse somewhere in its set ([`Law::scattered`]), and
 //! the variables of an interior point ([`Barrier`]). A new law is a file beside [`cone`] and a variant of
@@ -82,7 +82,7 @@ pub(super) enum Barrier {
 }
 
 impl Law {
-    /// Those of a coupling with these `rows` at its motion u and impulse p̂ (m/s, world).
+    /// The arguments of the projections of a coupling with these `rows` at its motion u and impulse p̂ (m/s, world).
     #[inline]
     pub(super) fn pull(
         &self,
@@ -128,6 +128,29 @@ impl Coupling {
     pub(super) fn pull(&self, map: &NaturalMap, u: &Vector3<f64>, impulse: &Vector3<f64>) -> Pull {
         self.law.pull(map, &self.rows, u, impulse)
     }
+
+    /// The same, and the natural map (N4) there as a velocity, m/s.
+    #[inline(always)]
+    pub(super) fn evaluated(
+        &self,
+        (map, graphs): (&NaturalMap, &[Graph]),
+        u: &Vector3<f64>,
+        impulse: &Vector3<f64>,
+    ) -> (Pull, Vector3<f64>) {
+        let rows = &self.rows;
+        match &self.law {
+            Law::Cone(cone) => {
+                let pull = cone::Pull::new(map, (rows, cone), u, impulse);
+                let missed = pull.natural_map(rows);
+                (Pull::Cone(pull), missed)
+            }
+            Law::Axes(axes) => {
+                let pull = axes::Pull::new(map, (rows, axes), u, impulse);
+                let missed = pull.natural_map(rows, graphs);
+                (Pull::Axes(pull), missed)
+            }
+        }
+    }
 }
 
 impl Pull {
@@ -136,15 +159,6 @@ impl Pull {
         match self {
             Self::Cone(pull) => pull.projected(&coupling.rows),
             Self::Axes(pull) => pull.projected(&coupling.rows, graphs),
-        }
-    }
-
-    /// The natural map (N4), as a velocity, m/s.
-    #[inline]
-    pub(super) fn natural_map(&self, coupling: &Coupling, graphs: &[Graph]) -> Vector3<f64> {
-        match self {
-            Self::Cone(pull) => pull.natural_map(&coupling.rows),
-            Self::Axes(pull) => pull.natural_map(&coupling.rows, graphs),
         }
     }
 
