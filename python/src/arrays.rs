@@ -6,13 +6,16 @@ use numpy::{Element, PyArray1, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 use tumble::mechanics::State;
 
-/// The numbers as an array of this shape: the memory becomes the array's.
+/// The numbers as an array of this shape: the memory becomes the array's. It is a copy that nobody
+/// follows, and can therefore not be written to.
 pub fn shaped<'py, T: Element>(
     py: Python<'py>,
     numbers: Vec<T>,
     shape: &[usize],
 ) -> PyResult<Bound<'py, PyArrayDyn<T>>> {
-    PyArray1::from_vec(py, numbers).reshape(shape)
+    let array = PyArray1::from_vec(py, numbers).reshape(shape)?;
+    array.readwrite().make_nonwriteable();
+    Ok(array)
 }
 
 /// The numbers of an array in C order.

@@ -1,11 +1,11 @@
 //! A run that was recorded: as arrays, as tables, as pictures.
 
-use crate::arrays::shaped;
+use crate::arrays::{numbers, shaped};
 use crate::errors::refused;
 use crate::scene::Scene;
 use crate::watch::Watched;
 use nalgebra::Vector3;
-use numpy::PyArrayDyn;
+use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use std::ops::ControlFlow;
@@ -13,8 +13,12 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use tumble::contact::Partner;
 use tumble::film::{self, Cast, Keys};
+use tumble::mechanics::State;
 use tumble::scenario::scene::Scene as Content;
-use tumble::simulation::tables::{ContactRow, Streams, TableStep, TablesReader, TablesWriter};
+use tumble::simulation::StepRecord;
+use tumble::simulation::tables::{
+    ContactRow, StepRow, Streams, TableStep, TablesReader, TablesWriter,
+};
 use tumble::step::StepStatus;
 use tumble_pictures::animation::{Settings, View, animate};
 use tumble_pictures::plot::{self, Sheet};
@@ -29,33 +33,95 @@ const MOST_ROWS: usize = 1_000_000;
 pub struct Recording {
     pub content: Arc<Content>,
     pub rows: Vec<TableStep>,
+    /// The sum of the contact forces on each body over each step, N: K - 1 times N.
+    pub forces: Vec<Vector3<f64>>,
+    /// Whether the rows have their contacts.
+    pub has_contacts: bool,
+}
+
+/// Adds to `sums` those of the forces on each body in a step.
+pub fn add_forces(step: &TableStep, sums: &mut Vec<Vector3<f64>>) {
+    let first = sums.len();
+    sums.resize(first + step.states.len(), Vector3::zeros());
+    for contact in &step.contacts {
+        sums[first + contact.body] += contact.force;
+        if let Partner::Body(other) = contact.partner {
+            sums[first + other] -= contact.force;
+        }
+    }
 }
 
 type Array<'py, T> = Bound<'py, PyArrayDyn<T>>;
 
 #[pymethods]
 impl Recording {
-    /// The run whose tables (bytes of states, contacts and steps) these are.
+    /// The run, or a part of one, whose tables (bytes of states, contacts and steps) these are. The
+    /// forces (K - 1, N, 3) are those of a run without recorded contacts.
     #[staticmethod]
+    #[pyo3(signature = (scene, states, contacts, steps, forces=None))]
     fn of_tables(
         scene: PyRef<'_, Scene>,
         states: &[u8],
         contacts: &[u8],
         steps: &[u8],
+        forces: Option<PyReadonlyArrayDyn<'_, f64>>,
     ) -> PyResult<Self> {
         let content = Arc::clone(&scene.content);
         let streams = Streams { states, contacts, steps };
         let reader = TablesReader::new(streams, content.world.bodies().len());
-        let mut reader = reader.map_err(refused)?;
-        let mut rows = Vec::new();
+        let mut reader = reader.map_err(refused)?.of_part();
+        let (mut rows, mut sums) = (Vec::<TableStep>::new(), Vec::new());
         while let Some(row) = reader.next_step().map_err(refused)? {
             if !row.contacts.iter().all(|contact| is_of(&content, contact)) {
                 let k = row.row.index;
                 return Err(refused(format!("a contact of step {k} is of what the scene has not")));
             }
+            if row.row.status != StepStatus::End {
+                add_forces(&row, &mut sums);
+            }
             rows.push(row);
         }
-        Ok(Self { content, rows })
+        let has_contacts = forces.is_none();
+        if let Some(forces) = &forces {
+            let given = numbers("forces", forces)?.chunks_exact(3);
+            let given: Vec<_> = given.map(Vector3::from_column_slice).collect();
+            if given.len() != sums.len() {
+                return Err(refused("forces: one on each body in each step is needed"));
+            }
+            sums = given;
+        }
+        Ok(Self { content, rows, forces: sums, has_contacts })
+    }
+
+    /// The bytes that a step of so many bodies takes at least.
+    #[staticmethod]
+    fn step_bytes(bodies: usize) -> usize {
+        let of_body = size_of::<State>() + size_of::<Vector3<f64>>();
+        bodies.saturating_mul(of_body).saturating_add(size_of::<TableStep>())
+    }
+
+    /// The rows from one to before another, the last of them as a state without a step.
+    fn part(&self, first: usize, end: usize) -> PyResult<Self> {
+        let Some(rows) = self.rows.get(first..end).filter(|rows| !rows.is_empty()) else {
+            return Err(refused("a part of a run has one state or more"));
+        };
+        let mut rows = rows.to_vec();
+        if let Some(last) = rows.last_mut() {
+            let record = StepRecord { index: last.row.index, ..StepRecord::new() };
+            let row = TableStep::of(&self.content.world, &record).row;
+            last.row = StepRow { time: last.row.time, energy: last.row.energy, ..row };
+            last.contacts = Vec::new();
+        }
+        let bodies = self.content.world.bodies().len();
+        let forces = self.forces[first * bodies..(end - 1) * bodies].to_vec();
+        let content = Arc::clone(&self.content);
+        Ok(Self { content, rows, forces, has_contacts: self.has_contacts })
+    }
+
+    /// Whether the contacts were recorded.
+    #[getter]
+    fn has_contacts(&self) -> bool {
+        self.has_contacts
     }
 
     /// The tables states, contacts and steps as CSV.
@@ -80,21 +146,11 @@ impl Recording {
         shaped(py, numbers, &[self.rows.len(), bodies, 13])
     }
 
-    /// The sum of the contact forces on each body over each step: (K - 1, N, 3). Of a run without
-    /// recorded contacts it is zero.
+    /// The sum of the contact forces on each body over each step: (K - 1, N, 3).
     fn forces<'py>(&self, py: Python<'py>) -> PyResult<Array<'py, f64>> {
         let bodies = self.content.world.bodies().len();
         let steps = self.rows.len().saturating_sub(1);
-        let mut sums = vec![Vector3::zeros(); steps * bodies];
-        for (row, sums) in self.rows.iter().zip(sums.chunks_exact_mut(bodies)) {
-            for contact in &row.contacts {
-                sums[contact.body] += contact.force;
-                if let Partner::Body(other) = contact.partner {
-                    sums[other] -= contact.force;
-                }
-            }
-        }
-        shaped(py, vectors(sums), &[steps, bodies, 3])
+        shaped(py, vectors(self.forces.iter().copied()), &[steps, bodies, 3])
     }
 
     /// The columns of the rows, each (K,).
@@ -124,30 +180,12 @@ impl Recording {
     /// The columns of the contacts, each (C,) or (C, 3).
     fn contacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let columns = PyDict::new(py);
-        let all = || {
-            let of = |step: &'_ TableStep| step.contacts.len();
-            let indices =
-                self.rows.iter().flat_map(move |s| std::iter::repeat_n(s.row.index, of(s)));
-            indices.zip(self.rows.iter().flat_map(|step| &step.contacts))
-        };
-        let count = all().count();
-        columns.set_item("k", shaped(py, all().map(|(k, _)| k).collect(), &[count])?)?;
-        let bodies = all().map(|(_, row)| row.body as u64).collect();
-        columns.set_item("body", shaped(py, bodies, &[count])?)?;
-        let partners: Vec<_> = all().map(|(_, row)| partner(&self.content, row.partner)).collect();
-        columns.set_item("partner", partners)?;
-        type Column = fn(&ContactRow) -> Vector3<f64>;
-        let three: [(&str, Column); 4] = [
-            ("point", |row| row.point),
-            ("normal", |row| row.normal),
-            ("force", |row| row.force),
-            ("slip", |row| row.slip),
-        ];
-        for (name, of) in three {
-            let numbers = vectors(all().map(|(_, row)| of(row)).collect());
-            columns.set_item(name, shaped(py, numbers, &[count, 3])?)?;
-        }
-        columns.set_item("gap", shaped(py, all().map(|(_, row)| row.gap).collect(), &[count])?)?;
+        let of = |step: &TableStep| std::iter::repeat_n(step.row.index, step.contacts.len());
+        let indices: Vec<_> = self.rows.iter().flat_map(of).collect();
+        let count = indices.len();
+        columns.set_item("k", shaped(py, indices, &[count])?)?;
+        let rows = || self.rows.iter().flat_map(|step| &step.contacts);
+        set_contacts(&columns, &self.content, rows)?;
         Ok(columns)
     }
 
@@ -253,6 +291,33 @@ fn is_of(content: &Content, contact: &ContactRow) -> bool {
     contact.body < bodies && known
 }
 
+/// Sets the columns of contacts, each (C,) or (C, 3).
+pub fn set_contacts<'a, I: Iterator<Item = &'a ContactRow>>(
+    columns: &Bound<'_, PyDict>,
+    content: &Content,
+    rows: impl Fn() -> I,
+) -> PyResult<()> {
+    let py = columns.py();
+    let count = rows().count();
+    let bodies = rows().map(|row| row.body as u64).collect();
+    columns.set_item("body", shaped(py, bodies, &[count])?)?;
+    let partners: Vec<_> = rows().map(|row| partner(content, row.partner)).collect();
+    columns.set_item("partner", partners)?;
+    type Column = fn(&ContactRow) -> Vector3<f64>;
+    let three: [(&str, Column); 4] = [
+        ("point", |row| row.point),
+        ("normal", |row| row.normal),
+        ("force", |row| row.force),
+        ("slip", |row| row.slip),
+    ];
+    for (name, of) in three {
+        columns.set_item(name, shaped(py, vectors(rows().map(of)), &[count, 3])?)?;
+    }
+    let pressing = rows().map(|row| row.normal.dot(&row.force)).collect();
+    columns.set_item("normal_force", shaped(py, pressing, &[count])?)?;
+    columns.set_item("gap", shaped(py, rows().map(|row| row.gap).collect(), &[count])?)
+}
+
 /// The name of whom a contact is with; empty of what is not there.
 fn partner(content: &Content, partner: Partner) -> String {
     let named = match partner {
@@ -268,6 +333,6 @@ fn words(names: &[String]) -> Vec<&str> {
 }
 
 /// The components of vectors, one after the other.
-fn vectors(vectors: Vec<Vector3<f64>>) -> Vec<f64> {
-    vectors.into_iter().flat_map(<[f64; 3]>::from).collect()
+fn vectors(vectors: impl Iterator<Item = Vector3<f64>>) -> Vec<f64> {
+    vectors.flat_map(<[f64; 3]>::from).collect()
 }

@@ -2,19 +2,21 @@
 
 use crate::arrays::{numbers, of_states, to_states};
 use crate::errors::{of_step, refused};
-use crate::recording::Recording;
+use crate::recording::{Recording, add_forces, set_contacts};
 use crate::scene::{Scene, in_python};
 use crate::watch::Watched;
 use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
+use pyo3::exceptions::PyBaseException;
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use tumble::error::Error;
 use tumble::mechanics::Wrench;
 use tumble::scenario::scene::Scene as Content;
-use tumble::simulation::tables::TableStep;
-use tumble::simulation::{self, StepRecord};
+use tumble::simulation::tables::{ContactRow, TableStep};
+use tumble::simulation::{self, Motion, StepRecord};
 
 /// More bodies than this may take long for a step, so that it must be possible to end it.
 const MANY_BODIES: usize = 4;
@@ -28,6 +30,8 @@ pub struct Simulation {
     interrupt: Arc<AtomicBool>,
     /// Whether there are more threads than the caller's.
     threads: bool,
+    /// The process whose they are: a fork has none of them.
+    process: u32,
 }
 
 struct Running {
@@ -47,15 +51,15 @@ impl Running {
         })
     }
 
-    /// `steps` steps, with the wrenches of each where some are given.
+    /// `steps` steps into `recording`, with the wrenches of each where some are given.
     fn run(
         &mut self,
         steps: usize,
         wrenches: Option<&[f64]>,
-        contacts: bool,
+        recording: &mut Recording,
         done: &AtomicU64,
-    ) -> Result<Vec<TableStep>, Error> {
-        let mut rows = Vec::with_capacity(steps.min(1 << 20) + 1);
+    ) -> Result<(), Error> {
+        recording.rows.reserve(steps.min(1 << 20) + 1);
         let width = 6 * self.simulation.states().len();
         for step in 0..steps {
             if let Some(wrenches) = wrenches {
@@ -63,16 +67,22 @@ impl Running {
             }
             self.simulation.step(&mut self.record)?;
             let mut row = TableStep::of(self.simulation.world(), &self.record);
-            if !contacts {
+            add_forces(&row, &mut recording.forces);
+            if !recording.has_contacts {
                 row.contacts = Vec::new();
+                row.row.contacts = 0;
             }
-            rows.push(row);
+            recording.rows.push(row);
             done.fetch_add(1, Ordering::Relaxed);
         }
+        Ok(())
+    }
+
+    /// The state now, as the last row of a recording.
+    fn end(&self) -> TableStep {
         let mut end = StepRecord::new();
         self.simulation.end(&mut end);
-        rows.push(TableStep::of(self.simulation.world(), &end));
-        Ok(rows)
+        TableStep::of(self.simulation.world(), &end)
     }
 }
 
@@ -104,7 +114,8 @@ impl Simulation {
         let interrupt = Arc::new(AtomicBool::new(false));
         simulation.interrupt_by(Arc::clone(&interrupt));
         let running = Mutex::new(Running { simulation, record: StepRecord::new() });
-        Ok(Self { content, running, interrupt, threads: threads.get() > 1 })
+        let (threads, process) = (threads.get() > 1, std::process::id());
+        Ok(Self { content, running, interrupt, threads, process })
     }
 
     /// k: steps taken.
@@ -134,6 +145,7 @@ impl Simulation {
         py: Python<'_>,
         wrenches: Option<PyReadonlyArrayDyn<'_, f64>>,
     ) -> PyResult<(&'static str, f64, u32)> {
+        self.leave_lost_threads()?;
         let Self { running, interrupt, threads, .. } = self;
         let running = running.get_mut().unwrap_or_else(PoisonError::into_inner);
         if let Some(wrenches) = &wrenches {
@@ -162,7 +174,17 @@ impl Simulation {
         crate::arrays::shaped(py, (0..bodies).flat_map(force).collect(), &[bodies, 3])
     }
 
-    /// Takes `steps` steps, pushed by wrenches (T, N, 6) where they are given, and records them.
+    /// The columns of the contacts of the last step, each (C,) or (C, 3).
+    #[getter]
+    fn contacts<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let rows: Vec<_> = ContactRow::of(&self.running().record).collect();
+        let columns = PyDict::new(py);
+        set_contacts(&columns, &self.content, || rows.iter())?;
+        Ok(columns)
+    }
+
+    /// Takes `steps` steps, pushed by wrenches (T, N, 6) where they are given, and records them: up
+    /// to what ended them early, where something did.
     #[pyo3(signature = (steps, wrenches=None, *, contacts=true, progress=None))]
     fn record(
         &mut self,
@@ -171,21 +193,58 @@ impl Simulation {
         wrenches: Option<PyReadonlyArrayDyn<'_, f64>>,
         contacts: bool,
         progress: Option<Bound<'_, PyAny>>,
-    ) -> PyResult<Recording> {
+    ) -> PyResult<(Recording, Option<Py<PyBaseException>>)> {
+        self.leave_lost_threads()?;
         let Self { running, interrupt, content, .. } = self;
         let running = running.get_mut().unwrap_or_else(PoisonError::into_inner);
         let pushes = wrenches.as_ref().map(|array| numbers("wrenches", array)).transpose()?;
         let done = AtomicU64::new(0);
         let progress = progress.as_ref();
         let watched = Watched { interrupt, done: &done, total: steps as u64, progress };
-        let rows = watched.run(py, || running.run(steps, pushes, contacts, &done))?;
-        let rows = rows.map_err(|error| of_step(&error))?;
-        Ok(Recording { content: Arc::clone(content), rows })
+        let mut recording = Recording {
+            content: Arc::clone(content),
+            rows: Vec::new(),
+            forces: Vec::new(),
+            has_contacts: contacts,
+        };
+        let ended = watched.run(py, || running.run(steps, pushes, &mut recording, &done));
+        let ended = ended.and_then(|ended| ended.map_err(|error| of_step(&error)));
+        recording.rows.push(running.end());
+        Ok((recording, ended.err().map(|raised| raised.into_value(py))))
     }
 }
 
 impl Simulation {
     fn running(&mut self) -> &mut Running {
         self.running.get_mut().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Whether the threads are those of the process that this one was forked from.
+    fn has_lost_threads(&self) -> bool {
+        self.threads && self.process != std::process::id()
+    }
+
+    /// Goes on on the caller's thread alone where the others are lost: with the same numbers.
+    fn leave_lost_threads(&mut self) -> PyResult<()> {
+        if self.has_lost_threads() {
+            let motion = self.content.motion(&self.content.world).map_err(refused)?;
+            self.exchange(motion);
+            self.threads = false;
+        }
+        Ok(())
+    }
+
+    /// Takes another motion. The one before is not dropped: what is not there cannot be waited for.
+    fn exchange(&mut self, mut motion: Motion<'static>) {
+        self.running().simulation.swap_motion(&mut motion);
+        std::mem::forget(motion);
+    }
+}
+
+impl Drop for Simulation {
+    fn drop(&mut self) {
+        if self.has_lost_threads() {
+            self.exchange(Motion::Floating);
+        }
     }
 }

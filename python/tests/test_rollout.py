@@ -179,3 +179,34 @@ def test_progress_ends_with_all(scene):
     told = []
     tumble.rollout(scene, starts_of(4), steps=500, progress=lambda *both: told.append(both))
     assert told[-1] == (2000, 2000)
+
+
+def test_what_is_no_dictionary_is_named(scene):
+    for name in ("parameters", "out"):
+        with pytest.raises(TypeError, match=f"{name} is list; a dictionary"):
+            tumble.rollout(scene, steps=2, **{name: [1.0]})
+
+
+def test_arrays_that_overlap_or_are_not_aligned_are_named(scene):
+    memory = np.zeros((2, 4, 1, 13))
+    for keywords, words in [
+        ({"out": {"states": memory}, "initial_states": memory[:, 0]}, r"out\['states'\] and initial"),
+        (
+            {"out": {"states": memory, "residuals": memory.reshape(-1)[:8].reshape(2, 4)}},
+            r"out\['states'\] and out\['residuals'\] share memory",
+        ),
+    ]:
+        starts = {"initial_states": starts_of(2), **keywords}
+        with pytest.raises(tumble.TumbleError, match=words):
+            tumble.rollout(scene, steps=4, **starts)
+
+    def odd(shape):
+        size = 8 * int(np.prod(shape))
+        return np.zeros(size + 1, np.uint8)[1:].view(np.float64).reshape(shape)
+
+    with pytest.raises(tumble.TumbleError, match=r"out\['states'\] is not aligned"):
+        tumble.rollout(scene, starts_of(2), steps=4, out={"states": odd((2, 4, 1, 13))})
+    starts = odd((2, 13))
+    starts[:] = starts_of(2)
+    one, other = (tumble.rollout(scene, states, steps=4) for states in (starts, starts_of(2)))
+    np.testing.assert_array_equal(one.states, other.states)

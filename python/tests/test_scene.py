@@ -117,3 +117,32 @@ def test_ipopt_is_there_or_says_that_it_is_not():
     else:
         with pytest.raises(tumble.TumbleError, match="ipopt is not in this build"):
             tumble.drop(solver="ipopt")
+
+
+@pytest.mark.parametrize(
+    "keywords, words",
+    [
+        ({"friction": 0.3}, r"friction is 0.3; a list of dictionaries .*ground=\{\"friction\""),
+        ({"restitution": 0.3}, r"restitution is 0.3; a list of dictionaries .*ground=\{\"restit"),
+        ({"fixed": [0.3]}, r"fixed\[0\] is 0.3; a dictionary"),
+        ({"bodies": CUBE}, "bodies is .* a list of dictionaries"),
+        ({"ground": 0.3}, "ground is 0.3; a dictionary"),
+        ({"bodies": [{**CUBE, "mass": 2**63}]}, r"bodies\[0\].mass is 9223372036854775808; a whole"),
+    ],
+)
+def test_tables_that_are_none_are_named(keywords, words):
+    with pytest.raises(tumble.TumbleError, match=words):
+        tumble.Scene(**{"bodies": [CUBE], "ground": {"friction": 0.3}, **keywords})
+
+
+def test_a_scene_is_saved_as_a_file(scenarios, tmp_path):
+    built = tumble.Scene([{**CUBE, "attitude": "random", "position": [0, 0, 2]}], {"friction": 0.3}, seed=9)
+    pile = tumble.load(scenarios / "pile.toml", seed=None)
+    for name, scene in (("drop", tumble.drop(7)), ("built", built), ("pile", pile)):
+        path = scene.save(tmp_path / f"{name}.toml")
+        read = tumble.load(path)
+        assert (read.name, read.seed, read.bodies) == (scene.name, scene.seed, scene.bodies)
+        np.testing.assert_array_equal(read.run(30).states, scene.run(30).states)
+    with pytest.raises(tumble.TumbleError, match="friction, steps of this scene|steps, friction of"):
+        tumble.load(scenarios / "drop.toml", friction=0.5, steps=9).save(str(tmp_path / "none.toml"))
+    assert not (tmp_path / "none.toml").exists()

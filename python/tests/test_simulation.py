@@ -167,3 +167,147 @@ def test_memory_is_flat_over_steps():
     before = steps(20_000)
     # KiB; the allocator's own unevenness.
     assert steps(100_000) - before <= 1024
+
+
+def test_a_run_without_contacts_keeps_the_sums_of_forces():
+    scene = tumble.drop(42)
+    bare, whole = scene.run(300, contacts=False), scene.run(300)
+    assert np.abs(whole.forces).max() > 1
+    np.testing.assert_array_equal(bare.forces, whole.forces)
+    np.testing.assert_array_equal(bare.states, whole.states)
+    for ask in (
+        lambda: bare.contacts,
+        lambda: bare.to_csv("none"),
+        lambda: bare.plot(),
+        lambda: bare.page(),
+    ):
+        with pytest.raises(tumble.TumbleError, match="recorded without contacts"):
+            ask()
+    assert bare._repr_html_() is None
+    assert bare.plot(sheet="energy").data.startswith(b"<svg")
+
+
+def test_what_was_recorded_comes_with_what_ended_it():
+    scene = block([1, 0, 0])
+    simulation = scene.simulate()
+
+    def fail(done, total):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt) as ended:
+        simulation.run(5_000_000, contacts=False, progress=fail)
+    kept = ended.value.trajectory
+    assert len(kept) == simulation.index + 1 > 1
+    np.testing.assert_array_equal(kept.states[-1], simulation.states)
+    np.testing.assert_array_equal(kept[:50].states, scene.run(49).states)
+    pushes = np.zeros((6, 6))
+    pushes[4, 0] = 1e10
+    with pytest.raises(tumble.TumbleError, match="force") as ended:
+        scene.simulate().run(6, pushes)
+    assert len(ended.value.trajectory) == 5
+
+
+def test_whole_numbers_of_numpy_are_whole_numbers():
+    scene = block(steps=np.int32(7), seed=None)
+    assert scene.steps == 7
+    run = scene.simulate(threads=np.int8(1)).run(np.int64(5))
+    assert len(run) == 6 and run.plot(body=np.uint8(0)).data
+    assert tumble.rollout(scene, steps=np.int64(3), threads=np.int64(1)).states.shape[1] == 3
+    assert tumble.drop(np.uint32(3)).seed == 3
+
+
+@pytest.mark.parametrize(
+    "call, words",
+    [
+        (lambda: block(steps=2**63), "steps is 9223372036854775808; a whole number from 1"),
+        (lambda: block(steps="7"), "steps is '7'; a whole number from 1"),
+        (lambda: tumble.drop(-1), "seed is -1; a whole number from 0 to 4294967295"),
+        (lambda: tumble.drop(2**40), "seed is 1099511627776; a whole number"),
+        (lambda: block().run(2**63), "steps is 9223372036854775808; a whole number from 0"),
+        (lambda: block().simulate(threads=2**64), "threads is 18446744073709551616"),
+    ],
+)
+def test_numbers_that_are_too_large_or_too_small_are_named(call, words):
+    with pytest.raises(tumble.TumbleError, match=words):
+        call()
+
+
+def test_what_does_not_fit_into_memory_is_refused_before():
+    simulation = block().simulate()
+    with pytest.raises(MemoryError, match=r"1000000000000 recorded steps .* take at least \d+"):
+        simulation.run(10**12)
+    assert simulation.index == 0
+    with pytest.raises(MemoryError, match="1 rollouts of 1000000000000 steps"):
+        tumble.rollout(simulation.scene, steps=10**12)
+
+
+def test_a_fork_goes_on_without_the_threads():
+    """On one thread, with the same numbers; and it ends."""
+    if not hasattr(os, "fork"):
+        pytest.skip("no fork here")
+    boxes = [
+        {"box": 0.2, "mass": 1.0, "position": [i, 0, 0.3], "attitude": "random", "spin": [3, 1, 0]}
+        for i in range(40)
+    ]
+    simulation = tumble.Scene(boxes, {"friction": 0.5}).simulate(threads=2)
+    simulation.run(200)
+    idle = simulation.scene.simulate(threads=2)
+    idle.run(200)
+    reader, writer = os.pipe()
+    child = os.fork()
+    if child == 0:
+        code = 1
+        try:
+            simulation.run(50)
+            os.write(writer, simulation.states.tobytes())
+            del idle, simulation
+            code = 0
+        finally:
+            os._exit(code)
+    os.close(writer)
+    until = time.monotonic() + 20
+    done = 0
+    while not done and time.monotonic() < until:
+        done, status = os.waitpid(child, os.WNOHANG)
+        time.sleep(0.01)
+    if not done:
+        os.kill(child, signal.SIGKILL)
+        os.waitpid(child, 0)
+        pytest.fail("it hangs")
+    assert os.waitstatus_to_exitcode(status) == 0
+    with os.fdopen(reader, "rb") as stream:
+        found = np.frombuffer(stream.read()).reshape(40, 13)
+    simulation.run(50)
+    np.testing.assert_array_equal(found, simulation.states)
+
+
+def test_the_contacts_of_the_last_step_are_there():
+    simulation = block([1, 0, 0]).simulate()
+    assert len(simulation.contacts["gap"]) == 0
+    for _ in range(3):
+        simulation.step()
+    contacts = simulation.contacts
+    run = block([1, 0, 0]).run(3)
+    last = run.contacts["k"] == 2
+    for name, column in contacts.items():
+        np.testing.assert_array_equal(column, np.array(run.contacts[name])[last])
+    np.testing.assert_allclose(contacts["force"].sum(axis=0), simulation.forces[0], atol=1e-12)
+    assert contacts["normal_force"].sum() == pytest.approx(2 * G)
+    np.testing.assert_allclose(
+        np.linalg.norm(contacts["force"][:, :2], axis=1), 0.3 * contacts["normal_force"], rtol=1e-9
+    )
+    pytest.importorskip("pandas")
+    frame = simulation.contacts_to_pandas()
+    by_pair = frame.groupby(["body", "partner"])["normal_force_N"].sum()
+    assert by_pair[simulation.scene.bodies[0], "ground"] == pytest.approx(2 * G)
+    assert (run.contacts_to_pandas()["force_x_N"] <= 0).all()
+
+
+def test_copies_that_nobody_follows_cannot_be_written_to():
+    simulation = block().simulate()
+    simulation.step()
+    for array in (simulation.states, simulation.forces, simulation.scene.states):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0, 0] = 1.0
+    with pytest.raises(AttributeError):
+        simulation.scene = simulation.scene

@@ -1,5 +1,8 @@
 """Trajectories: arrays, tables in and out, pictures."""
 
+import copy
+import pickle
+
 import numpy as np
 import pytest
 import tumble
@@ -116,3 +119,65 @@ def test_a_notebook_shows_the_page(run):
 def test_odd_pictures_are_named(run, call, words):
     with pytest.raises(tumble.TumbleError, match=words):
         call(run)
+
+
+def test_parts_and_rows(run):
+    part = run[100:201]
+    assert len(part) == 101 and part.forces.shape == (100, 1, 3)
+    np.testing.assert_array_equal(part.states, run.states[100:201])
+    np.testing.assert_array_equal(part.forces, run.forces[100:200])
+    np.testing.assert_array_equal(part.residuals, run.residuals[100:200])
+    np.testing.assert_array_equal(part.energy, run.energy[100:201])
+    np.testing.assert_array_equal(part.time, run.time[100:201])
+    last = run.contacts["k"]
+    np.testing.assert_array_equal(part.contacts["k"], last[(last >= 100) & (last < 200)])
+    np.testing.assert_array_equal(run[-1], run.states[-1])
+    np.testing.assert_array_equal([state for state in part], part.states)
+    assert len(run[:]) == len(run) and len(run[300:]) == 1
+    for odd in (slice(5, 5), slice(None, None, 2), slice(400, 500)):
+        with pytest.raises(tumble.TumbleError, match="no part of a trajectory"):
+            run[odd]
+    with pytest.raises(IndexError):
+        run[301]
+
+
+def test_trajectories_are_copied_and_go_to_other_processes(stack):
+    bare = stack.scene.run(5, contacts=False)
+    for one in (stack, stack[3:9], bare):
+        for other in (pickle.loads(pickle.dumps(one)), copy.copy(one), copy.deepcopy(one)):
+            assert other.scene.bodies == one.scene.bodies
+            for name in ("states", "forces", "residuals", "time", "energy", "iterations"):
+                np.testing.assert_array_equal(getattr(other, name), getattr(one, name))
+            assert other.recording.has_contacts == one.recording.has_contacts
+
+
+def test_a_run_that_went_on_reads_back(stack, tmp_path):
+    simulation = stack.scene.simulate()
+    simulation.run(7)
+    later = simulation.run(5)
+    later.to_csv(tmp_path)
+    read = tumble.Trajectory.from_csv(stack.scene, tmp_path)
+    np.testing.assert_array_equal(read.states, later.states)
+    np.testing.assert_array_equal(read.time, later.time)
+    assert read.time[0] == pytest.approx(7 * 0.002)
+
+
+def test_what_is_kept_cannot_be_written_to(stack):
+    arrays = [stack.states, stack.positions, stack.forces, stack.time, stack.energy, stack.status]
+    arrays += [column for column in stack.contacts.values() if isinstance(column, np.ndarray)]
+    for array in arrays:
+        assert not array.flags.writeable
+    with pytest.raises(AttributeError):
+        stack.scene = None
+    pytest.importorskip("pandas")
+    frame = stack.to_pandas()
+    frame.loc[0, "x_m"] = 7.0
+    assert frame["x_m"][0] == 7.0 != stack.states[0, 0, 0]
+
+
+def test_a_gif_is_not_written_under_another_name(stack, tmp_path):
+    for name in ("a.mp4", "a"):
+        with pytest.raises(tumble.TumbleError, match=r"a name that ends in \.gif is needed"):
+            stack.gif(tmp_path / name, size=100, speed=10)
+    assert list(tmp_path.iterdir()) == []
+    assert stack.gif(str(tmp_path / "a.gif"), size=np.int64(100), speed=10).is_file()

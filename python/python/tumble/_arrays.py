@@ -18,8 +18,8 @@ Dimension = Union[int, str]
 def numbers(name: str, value: Any, *shapes: Sequence[Dimension]) -> "Floats":
     """``value`` as an array of finite float64 in C order, of one of ``shapes``.
 
-    A dimension is a number, or a letter for any. What is an array of that kind already is not
-    copied. Raises TumbleError with ``name`` in it otherwise.
+    A dimension is a number, or a letter for any. What is an aligned array of that kind already is
+    not copied. Raises TumbleError with ``name`` in it otherwise.
     """
     import numpy as np
 
@@ -34,7 +34,7 @@ def numbers(name: str, value: Any, *shapes: Sequence[Dimension]) -> "Floats":
     if not any(_fits(array.shape, shape) for shape in shapes):
         wanted = " or ".join(_words(shape) for shape in shapes)
         raise TumbleError(f"{name} has shape {array.shape}; {wanted} is needed")
-    array = np.ascontiguousarray(array, dtype=np.float64).reshape(array.shape)
+    array = np.require(array, np.float64, ["C", "ALIGNED"]).reshape(array.shape)
     if not np.isfinite(array).all():
         place = tuple(int(index[0]) for index in np.nonzero(~np.isfinite(array)))
         at = f"[{', '.join(map(str, place))}]" if place else ""
@@ -54,7 +54,26 @@ def output(name: str, array: Any, shape: Tuple[int, ...], dtype: str) -> Any:
         raise TumbleError(f"out[{name!r}] has shape {array.shape}; {shape} is needed")
     if not (array.flags.c_contiguous and array.flags.writeable):
         raise TumbleError(f"out[{name!r}]: an array in C order that can be written to is needed")
+    if not array.flags.aligned:
+        raise TumbleError(
+            f"out[{name!r}] is not aligned: its numbers lie across those of the memory; numpy.empty "
+            "makes one that is"
+        )
     return array
+
+
+def apart(outputs: Dict[str, Any], inputs: Dict[str, Any]) -> None:
+    """Refuses outputs that share memory with each other or with inputs; all are in C order."""
+    import numpy as np
+
+    names = list(outputs)
+    for place, name in enumerate(names):
+        others = {f"out[{other!r}]": outputs[other] for other in names[place + 1 :]}
+        for other, array in {**others, **inputs}.items():
+            if np.may_share_memory(outputs[name], array):
+                raise TumbleError(
+                    f"out[{name!r}] and {other} share memory; each needs its own, as a copy has"
+                )
 
 
 def _fits(shape: Tuple[int, ...], wanted: Sequence[Dimension]) -> bool:

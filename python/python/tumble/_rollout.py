@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import os
+from math import prod
 from typing import TYPE_CHECKING, Any, Dict, List, Mapping, NamedTuple, Optional
 
-from ._arrays import numbers, output
+from ._arrays import apart, numbers, output
+from ._checks import room, whole
 from ._progress import Progress, callback
 from ._scene import Scene
 from ._tumble import STATUSES, TumbleError, parameter_shape
@@ -75,11 +77,17 @@ def rollout(
     :param threads: at most so many; all cores without.
     :param out: arrays to write to, by name: ``states``, ``forces``, ``residuals``, ``status``.
     :param progress: called with steps done and all steps; True writes them to stderr.
+    :raises MemoryError: for arrays of more bytes than the machine has.
     :raises TumbleError: for arrays of a wrong shape or dtype or with NaN, by name, and for the
         first rollout that cannot be simulated, by its index.
     """
     import numpy as np
 
+    for name, given in (("parameters", parameters), ("out", out)):
+        if given is not None and not isinstance(given, Mapping):
+            raise TypeError(
+                f"{name} is {type(given).__name__}; a dictionary of arrays by name is needed"
+            )
     bodies = len(scene.bodies)
     starts = _starts(scene, initial_states, bodies)
     pushes = None if controls is None else _controls(controls, bodies)
@@ -106,19 +114,28 @@ def rollout(
         "residuals": ((rollouts, length), "float64"),
         "status": ((rollouts, length), "uint8"),
     }
-    given = dict(out or {})
-    for name in given:
+    wanted = {}
+    for name, array in (out or {}).items():
         if name not in shapes:
             raise TumbleError(f"out: {name!r} is none; there are {', '.join(shapes)}")
-    arrays = {
-        name: output(name, given[name], shape, dtype) if name in given else np.empty(shape, dtype)
-        for name, (shape, dtype) in shapes.items()
-    }
+        wanted[name] = output(name, array, *shapes[name])
+    inputs = {f"parameters[{name!r}]": value for name, value in values}
+    inputs["initial_states"] = starts
+    if pushes is not None:
+        inputs["controls"] = pushes
+    apart(wanted, inputs)
+    missing = {name: sizes for name, sizes in shapes.items() if name not in wanted}
+    room(
+        f"the arrays of {rollouts} rollouts of {length} steps",
+        sum(prod(shape) * np.dtype(dtype).itemsize for shape, dtype in missing.values()),
+    )
+    made = {name: np.empty(shape, dtype) for name, (shape, dtype) in missing.items()}
+    arrays: Dict[str, Any] = {**wanted, **made}
     if threads is None:
         threads = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 0
         threads = threads or os.cpu_count() or 1
-    elif not isinstance(threads, int) or threads < 1:
-        raise TumbleError(f"threads is {threads!r}; a whole number from 1 is needed")
+    else:
+        threads = whole("threads", threads, 1)
     counts, tempered, unsolved = _roll_out(
         scene,
         rollouts,
@@ -170,11 +187,8 @@ def _parameter(name: str, value: Any, bodies: int) -> "Floats":
 
 def _steps(steps: Optional[int], controls: Optional["Floats"]) -> int:
     if controls is None:
-        if not isinstance(steps, int) or steps < 1:
-            raise TumbleError(
-                f"steps is {steps!r}; without controls a whole number from 1 is needed"
-            )
-        return steps
+        name = "without controls, steps" if steps is None else "steps"
+        return whole(name, steps, 1)
     length = int(controls.shape[1])
     if steps is not None and steps != length:
         raise TumbleError(f"steps is {steps}; the controls have {length}")

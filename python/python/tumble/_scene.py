@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import os
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Dict, Iterable, Mapping, Optional, Tuple, Union
 
+from ._checks import tables, whole
+from ._files import written
 from ._toml import document
 from ._tumble import CoreScene, TumbleError
 
@@ -17,6 +20,10 @@ Fields = Mapping[str, Any]
 """A table of a scenario file: its fields are those of scenarios/README.md."""
 
 _LARGEST_FILE = 1 << 20
+_LARGEST_SEED = 2**32 - 1
+_MOST_STEPS = 9_999_999
+_GROUND = '{"friction": 0.3}'
+_SEED = re.compile(r"^\s*\"?seed\"?\s*=", re.MULTILINE)
 
 
 class Scene(CoreScene):
@@ -39,6 +46,7 @@ class Scene(CoreScene):
     """
 
     _source: Tuple[str, str, Dict[str, Any]]
+    """Text, path and settings that it was made of."""
 
     def __new__(
         cls,
@@ -56,18 +64,23 @@ class Scene(CoreScene):
         seed: Optional[int] = None,
         folder: Union[str, "os.PathLike[str]"] = ".",
     ) -> "Scene":
+        if ground is not None and not isinstance(ground, Mapping):
+            raise TumbleError(f"ground is {ground!r}; a dictionary, as {_GROUND}, is needed")
+        ours = f": for the coefficient of the ground, ground={_GROUND}"
         text = document(
             {
                 "name": name,
-                "steps": steps + 1,
+                "steps": whole("steps", steps, 1, _MOST_STEPS) + 1,
                 "time_step": time_step,
                 "rotation": rotation,
                 "gravity": gravity,
                 "ground": ground,
-                "bodies": list(bodies),
-                "fixed": list(fixed),
-                "friction": list(friction),
-                "restitution": list(restitution),
+                "bodies": tables("bodies", bodies),
+                "fixed": tables("fixed", fixed),
+                "friction": tables("friction", friction, ours),
+                "restitution": tables(
+                    "restitution", restitution, ours.replace("friction", "restitution")
+                ),
             }
         )
         return cls.from_text(text, Path(folder) / "scene", seed=seed)
@@ -88,8 +101,8 @@ class Scene(CoreScene):
     ) -> "Scene":
         """The scene of a scenario's text; ``path`` names it, and its meshes are beside it."""
         settings: Dict[str, Any] = {
-            "seed": seed,
-            "steps": steps,
+            "seed": None if seed is None else whole("seed", seed, 0, _LARGEST_SEED),
+            "steps": None if steps is None else whole("steps", steps, 1, _MOST_STEPS),
             "time_step": time_step,
             "rotation": rotation,
             "friction": friction,
@@ -103,6 +116,27 @@ class Scene(CoreScene):
     def __reduce__(self) -> Any:
         """A scene goes to another process as its text."""
         return _made, self._source
+
+    def save(self, path: Union[str, "os.PathLike[str]"]) -> Path:
+        """Writes the scene as a scenario file, which load and the command line read.
+
+        What keywords have changed in a file is in no text: such a scene is refused, but for the
+        seed of one that names none. Files of meshes are looked for beside ``path``.
+        """
+        text, _, settings = self._source
+        given = {name: value for name, value in settings.items() if value is not None}
+        seed = given.pop("seed", None)
+        if seed is not None:
+            # A text that has a seed already would have two.
+            given = {"seed": seed, **given} if _SEED.search(text) else given
+            text = f"seed = {seed}\n{text}"
+        if given:
+            raise TumbleError(
+                f"{', '.join(given)} of this scene were given as keywords; write them into its file, "
+                "and load that"
+            )
+        Scene.from_text(text, path)
+        return written(Path(path), text.encode())
 
     def simulate(self, states: Any = None, *, threads: int = 1) -> "Simulation":
         """A simulation from the scene's start, or from ``states`` (N, 13), on at most ``threads``

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ._arrays import numbers
+from ._checks import room, whole
 from ._progress import Progress, callback
 from ._scene import Scene
-from ._trajectory import Trajectory
-from ._tumble import CoreSimulation, TumbleError
+from ._trajectory import Trajectory, contacts_frame
+from ._tumble import CoreSimulation, Recording
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 class Step(NamedTuple):
@@ -34,20 +38,25 @@ class Simulation(CoreSimulation):
     world) and the spin (rad/s, body). Of a single body (13,) will do.
 
     The native solver solves islands, bodies that touch each other, on at most ``threads`` threads at
-    the same time; the numbers are the same on any number. Ipopt has one.
+    the same time; the numbers are the same on any number. Ipopt has one. A process that was forked
+    has none of them, and goes on on one.
     """
 
-    scene: Scene
+    _scene: Scene
 
     def __new__(cls, scene: Scene, states: Any = None, *, threads: int = 1) -> "Simulation":
         bodies = len(scene.bodies)
-        if not isinstance(threads, int) or threads < 1:
-            raise TumbleError(f"threads is {threads!r}; a whole number from 1 is needed")
+        threads = whole("threads", threads, 1)
         if states is not None:
             states = numbers("states", states, *_shapes((bodies, 13), bodies)).reshape(bodies, 13)
         self = super().__new__(cls, scene, states, threads)
-        self.scene = scene
+        self._scene = scene
         return self
+
+    @property
+    def scene(self) -> Scene:
+        """What is simulated."""
+        return self._scene
 
     def step(self, wrenches: Any = None) -> Step:
         """Takes one step.
@@ -73,17 +82,30 @@ class Simulation(CoreSimulation):
         """Takes ``steps`` steps and records them.
 
         ``wrenches`` (T, N, 6), of one body also (T, 6), push the bodies in each of the T steps, as
-        in step. Without ``contacts`` only the states are kept, a tenth of the memory. Ctrl-C raises
-        KeyboardInterrupt; the simulation is then where it had come to.
+        in step. Without ``contacts`` only the states and the sum of forces on each body are kept, a
+        tenth of the memory. More than the machine's memory raises MemoryError.
+
+        Ctrl-C raises KeyboardInterrupt; the simulation is then where it had come to. That exception,
+        or any other that ends the run early, has what was recorded in its attribute ``trajectory``.
         """
-        if not isinstance(steps, int) or steps < 0:
-            raise TumbleError(f"steps is {steps!r}; a whole number from 0 is needed")
+        steps = whole("steps", steps, 0)
+        bodies = len(self.scene.bodies)
+        room(f"{steps} recorded steps of {bodies} bodies", steps * Recording.step_bytes(bodies))
         if wrenches is not None:
-            bodies = len(self.scene.bodies)
             shapes = _shapes((steps, bodies, 6), bodies)
             wrenches = numbers("wrenches", wrenches, *shapes).reshape(steps, bodies, 6)
-        recorded = self.record(steps, wrenches, contacts=contacts, progress=callback(progress))
-        return Trajectory(self.scene, recorded)
+        recorded, raised = self.record(
+            steps, wrenches, contacts=contacts, progress=callback(progress)
+        )
+        trajectory = Trajectory(self.scene, recorded)
+        if raised is not None:
+            raised.trajectory = trajectory  # type: ignore[attr-defined]
+            raise raised
+        return trajectory
+
+    def contacts_to_pandas(self) -> "pd.DataFrame":
+        """The contacts of the last step, a row each: as Trajectory.contacts_to_pandas, without k."""
+        return contacts_frame(self.scene, self.contacts)
 
     def __repr__(self) -> str:
         return f"<tumble.Simulation of {self.scene.name!r} at k = {self.index}, t = {self.time} s>"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Mapping
 
+from ._checks import LARGEST_WHOLE
 from ._tumble import TumbleError
 
 
@@ -34,6 +35,10 @@ def _value(name: str, value: Any) -> str:
         return "true" if value else "false"
     if isinstance(value, str):
         return _string(value)
+    if isinstance(value, int) and not -LARGEST_WHOLE <= value <= LARGEST_WHOLE:
+        raise TumbleError(
+            f"{name} is {value}; a whole number below 2^63 is needed, or a real number, as {value:.2e}"
+        )
     if isinstance(value, (int, float)):
         return repr(value)
     if isinstance(value, Mapping):

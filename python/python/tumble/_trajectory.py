@@ -7,8 +7,9 @@ import html
 import os
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Dict, List, Optional, Tuple, Union
+from typing import TYPE_CHECKING, Any, Dict, Iterator, List, Optional, Tuple, Union
 
+from ._checks import whole
 from ._files import written
 from ._progress import Progress, callback
 from ._scene import Scene
@@ -32,13 +33,25 @@ _TABLES = ("states", "contacts", "steps")
 class Trajectory:
     """A recorded run of N bodies: T steps, and K = T + 1 states.
 
-    Arrays are made once and then kept; positions, attitudes, velocities and spins are views of
-    ``states``. In a notebook it shows itself as a page that can be played.
+    Arrays are made once and then kept, and cannot be written to; positions, attitudes, velocities
+    and spins are views of ``states``. ``run[k]`` is the states (N, 13) at row k, ``run[100:200]`` a
+    part of the run as a trajectory; copies share what they are of. In a notebook it shows itself
+    as a page that can be played.
     """
 
     def __init__(self, scene: Scene, recording: Recording) -> None:
-        self.scene = scene
-        self.recording = recording
+        self._scene = scene
+        self._recording = recording
+
+    @property
+    def scene(self) -> Scene:
+        """What was simulated."""
+        return self._scene
+
+    @property
+    def recording(self) -> Recording:
+        """The run as the compiled part keeps it."""
+        return self._recording
 
     @cached_property
     def states(self) -> "Floats":
@@ -75,8 +88,10 @@ class Trajectory:
     def contacts(self) -> Dict[str, Any]:
         """Every candidate contact of every step, C in all, as columns: ``k`` (C,), ``body`` (C,),
         ``partner`` (names, C), ``point`` (m, world), ``normal`` (world, away from the partner),
-        ``force`` (N, world, on the body) and ``slip`` (m/s, world), each (C, 3), and ``gap`` (m).
+        ``force`` (N, world, on the body) and ``slip`` (m/s, world), each (C, 3), ``normal_force``
+        (N) and ``gap`` (m), each (C,). A run that was recorded without contacts raises TumbleError.
         """
+        self._need_contacts("contacts")
         return self.recording.contacts()
 
     @cached_property
@@ -131,6 +146,33 @@ class Trajectory:
         """K."""
         return len(self.recording)
 
+    def __getitem__(self, key: Any) -> Any:
+        if isinstance(key, slice):
+            first, end, stride = key.indices(len(self))
+            if stride != 1 or first >= end:
+                raise TumbleError(
+                    f"[{first}:{end}:{stride}] is no part of a trajectory; one state or more in a "
+                    "row are needed, as in run[100:200], and run.states[::10] has every tenth"
+                )
+            return Trajectory(self.scene, self.recording.part(first, end))
+        return self.states[key]
+
+    def __iter__(self) -> "Iterator[Floats]":
+        """The states (N, 13) of each row."""
+        return iter(self.states)
+
+    def __reduce__(self) -> Any:
+        """A trajectory goes to another process as its tables."""
+        recording = self.recording
+        forces = None if recording.has_contacts else recording.forces()
+        return _restored, (self.scene, recording.tables(), forces)
+
+    def __copy__(self) -> "Trajectory":
+        return Trajectory(self.scene, self.recording)
+
+    def __deepcopy__(self, _: Any) -> "Trajectory":
+        return self.__copy__()
+
     def to_pandas(self) -> "pd.DataFrame":
         """One row a state and body: k, time_s, body (its name), and the 13 numbers of the state.
 
@@ -139,7 +181,8 @@ class Trajectory:
         import pandas as pd
 
         rows, bodies, _ = self.states.shape
-        frame = pd.DataFrame(self.states.reshape(rows * bodies, 13), columns=STATE_COLUMNS)
+        states = self.states.reshape(rows * bodies, 13).copy()
+        frame = pd.DataFrame(states, columns=STATE_COLUMNS)
         frame.insert(0, "k", np.repeat(self._steps["k"], bodies))
         frame.insert(1, "time_s", np.repeat(self.time, bodies))
         frame.insert(2, "body", self.scene.bodies * rows)
@@ -162,8 +205,17 @@ class Trajectory:
             }
         )
 
+    def contacts_to_pandas(self) -> "pd.DataFrame":
+        """One row a candidate contact: k, body and partner (names), the components of point_m,
+        normal, force_N and slip_m_s as ``point_x_m``, ``normal_x``, ``force_x_N``, ``slip_x_m_s``
+        and so on, then normal_force_N and gap_m."""
+        frame = contacts_frame(self.scene, self.contacts)
+        frame.insert(0, "k", self.contacts["k"])
+        return frame
+
     def to_csv(self, folder: Location) -> List[Path]:
         """Writes states.csv, contacts.csv and steps.csv, which read back to the same doubles."""
+        self._need_contacts("to_csv")
         folder = Path(folder)
         folder.mkdir(parents=True, exist_ok=True)
         tables = zip(_TABLES, self.recording.tables())
@@ -183,15 +235,15 @@ class Trajectory:
         ``body`` is an index or a name. With a ``path`` that ends in .svg or .png the plot is
         written there; without, an object comes back that a notebook shows.
         """
+        ends = Path(path).suffix if path is not None else ".svg"
+        if ends not in (".svg", ".png"):
+            raise TumbleError(f"{path}: a name that ends in .svg or .png is needed")
+        if sheet == "motion":
+            self._need_contacts("the plot of motion")
         svg = self.recording.svg(sheet, self._body(body))
         if path is None:
             return Picture("image/svg+xml", svg.encode())
-        path = Path(path)
-        if path.suffix == ".svg":
-            return written(path, svg.encode())
-        if path.suffix == ".png":
-            return written(path, Recording.png(svg))
-        raise TumbleError(f"{path}: a name that ends in .svg or .png is needed")
+        return written(Path(path), svg.encode() if ends == ".svg" else Recording.png(svg))
 
     def gif(
         self,
@@ -205,9 +257,11 @@ class Trajectory:
         """The motion as an animation: ``speed`` times real time, ``size`` pixels wide, seen from
         ``camera`` (azimuth and elevation, degrees). Written to ``path``, or as an object that a
         notebook shows."""
+        if path is not None and Path(path).suffix != ".gif":
+            raise TumbleError(f"{path}: a name that ends in .gif is needed")
         if not 1e-4 <= speed <= 1e4:
             raise TumbleError(f"speed is {speed}; allowed is 0.0001 to 10000")
-        if not 100 <= size <= 2000:
+        if not 100 <= whole("size", size, 0) <= 2000:
             raise TumbleError(f"size is {size}; allowed is 100 to 2000")
         azimuth, elevation = camera
         if not (abs(azimuth) <= 360.0 and 0.0 <= elevation <= 90.0):
@@ -220,6 +274,9 @@ class Trajectory:
 
     def page(self, other: Optional["Trajectory"] = None) -> str:
         """The motion as one HTML page that plays it and loads nothing, beside that of ``other``."""
+        for run in (self, other):
+            if run is not None:
+                run._need_contacts("the page")
         return self.recording.page(None if other is None else other.recording)
 
     def view(self, path: Optional[Location] = None, other: Optional["Trajectory"] = None) -> Any:
@@ -231,12 +288,20 @@ class Trajectory:
         names = self.scene.bodies
         if body in names:
             return names.index(body)
-        if isinstance(body, int) and 0 <= body < len(names):
-            return body
-        raise TumbleError(
-            f"body is {body!r}; a name, as {names[0]!r}, or an index from 0 to {len(names) - 1} is "
-            "needed"
-        )
+        try:
+            return whole("body", body, 0, len(names) - 1)
+        except TumbleError:
+            raise TumbleError(
+                f"body is {body!r}; a name, as {names[0]!r}, or an index from 0 to "
+                f"{len(names) - 1} is needed"
+            ) from None
+
+    def _need_contacts(self, what: str) -> None:
+        if not self.recording.has_contacts:
+            raise TumbleError(
+                f"{what}: the run was recorded without contacts; contacts=True keeps them, and "
+                "forces has their sum on each body"
+            )
 
     def __repr__(self) -> str:
         steps = len(self) - 1
@@ -247,8 +312,29 @@ class Trajectory:
             f"{unsolved} not solved>"
         )
 
-    def _repr_html_(self) -> str:
-        return Page(self.page())._repr_html_()
+    def _repr_html_(self) -> Optional[str]:
+        return Page(self.page())._repr_html_() if self.recording.has_contacts else None
+
+
+def contacts_frame(scene: Scene, contacts: Dict[str, Any]) -> "pd.DataFrame":
+    """Columns of contacts as a table with a row each."""
+    import pandas as pd
+
+    bodies = scene.bodies
+    columns: Dict[str, Any] = {
+        "body": [bodies[place] for place in contacts["body"]],
+        "partner": contacts["partner"],
+    }
+    for name, unit in (("point", "_m"), ("normal", ""), ("force", "_N"), ("slip", "_m_s")):
+        for place, axis in enumerate("xyz"):
+            columns[f"{name}_{axis}{unit}"] = contacts[name][:, place]
+    columns["normal_force_N"] = contacts["normal_force"]
+    columns["gap_m"] = contacts["gap"]
+    return pd.DataFrame(columns)
+
+
+def _restored(scene: Scene, tables: List[bytes], forces: Any) -> Trajectory:
+    return Trajectory(scene, Recording.of_tables(scene, *tables, forces))
 
 
 class Page:

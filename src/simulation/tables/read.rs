@@ -81,6 +81,8 @@ pub struct TablesReader<R: Read> {
     steps: Sheet<R>,
     bodies: usize,
     next_index: u64,
+    /// Whether the first step may have any k.
+    any_start: bool,
     ended: bool,
 }
 
@@ -96,8 +98,16 @@ impl<R: Read> TablesReader<R> {
             steps: sheet(Table::Steps, streams.steps)?,
             bodies,
             next_index: 0,
+            any_start: false,
             ended: false,
         })
+    }
+
+    /// The same of a part of a run, whose first step may have any k.
+    #[must_use]
+    pub fn of_part(mut self) -> Self {
+        self.any_start = true;
+        self
     }
 
     /// The next step; `None` after the one of status `end`.
@@ -137,6 +147,9 @@ impl<R: Read> TablesReader<R> {
     fn step_row(&mut self) -> Result<StepRow, RowsError> {
         let sheet = &mut self.steps;
         sheet.need_row(CUT_OFF)?;
+        if std::mem::take(&mut self.any_start) {
+            self.next_index = sheet.whole(0)?;
+        }
         sheet.expect(0, self.next_index)?;
         Ok(StepRow {
             index: self.next_index,

@@ -118,13 +118,20 @@ impl TableStep {
             restitution_share: record.restitution_share,
             energy: energy::total(world, &record.states),
         };
-        let unknown = Vector3::repeat(f64::NAN);
+        let contacts = ContactRow::of(record).collect();
+        Self { row, states: record.states.clone(), contacts }
+    }
+}
+
+impl ContactRow {
+    /// The rows of the contacts of a step, in the order of its solution; see [`TableStep::of`].
+    pub fn of(record: &StepRecord) -> impl Iterator<Item = Self> + '_ {
         let point = |contact: &Contact| {
             let state = record.states.get(contact.key.body);
-            state.map_or(unknown, |state| state.position + contact.arm)
+            state.map_or(Vector3::repeat(f64::NAN), |state| state.position + contact.arm)
         };
         let pairs = record.contacts.iter().zip(&record.solution.contacts);
-        let contacts = pairs.map(|(contact, found)| ContactRow {
+        pairs.map(move |(contact, found)| Self {
             body: contact.key.body,
             partner: contact.key.partner,
             point: point(contact),
@@ -135,7 +142,6 @@ impl TableStep {
             radius: contact.features.radius,
             rebound: contact.rebound,
             key: KeyText::of(&contact.key),
-        });
-        Self { row, states: record.states.clone(), contacts: contacts.collect() }
+        })
     }
 }

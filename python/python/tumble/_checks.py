@@ -1,0 +1,52 @@
+"""What goes in besides arrays: what is wrong with it is named."""
+
+from __future__ import annotations
+
+import os
+from operator import index
+from typing import Any, List, Mapping
+
+from ._tumble import TumbleError
+
+LARGEST_WHOLE = 2**63 - 1
+"""More than this no table of a scene and no count can have."""
+_USUAL_MEMORY = 1 << 40
+"""Bytes, where the system does not say how much it has."""
+
+
+def whole(name: str, value: Any, least: int, most: int = LARGEST_WHOLE) -> int:
+    """``value`` as a whole number from ``least`` to ``most``, numpy's too."""
+    try:
+        number = index(value)
+    except TypeError:
+        number = least - 1
+    if not least <= number <= most:
+        upwards = "" if most == LARGEST_WHOLE and number < most else f" to {most}"
+        raise TumbleError(f"{name} is {value!r}; a whole number from {least}{upwards} is needed")
+    return number
+
+
+def tables(name: str, value: Any, instead: str = "") -> List[Mapping[str, Any]]:
+    """``value`` as a list of dictionaries; ``instead`` says what else may have been meant."""
+    listed = None if isinstance(value, (Mapping, str)) else value
+    try:
+        items = list(listed)  # type: ignore[arg-type]
+    except TypeError:
+        raise TumbleError(f"{name} is {value!r}; a list of dictionaries is needed{instead}") from None
+    for place, item in enumerate(items):
+        if not isinstance(item, Mapping):
+            raise TumbleError(f"{name}[{place}] is {item!r}; a dictionary is needed{instead}")
+    return items
+
+
+def room(what: str, size: int) -> None:
+    """Raises MemoryError where ``what`` takes more bytes than the machine has."""
+    try:
+        most = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    except (AttributeError, OSError, ValueError):
+        most = _USUAL_MEMORY
+    if size > most:
+        raise MemoryError(
+            f"{what} take at least {size / 1e9:.3g} GB of memory; this machine has "
+            f"{most / 1e9:.3g} GB"
+        )
