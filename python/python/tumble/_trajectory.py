@@ -334,7 +334,8 @@ def contacts_frame(scene: Scene, contacts: Dict[str, Any]) -> "pd.DataFrame":
 
 
 def _restored(scene: Scene, tables: List[bytes], forces: Any) -> Trajectory:
-    return Trajectory(scene, Recording.of_tables(scene, *tables, forces))
+    states, contacts, steps = tables
+    return Trajectory(scene, Recording.of_tables(scene, states, contacts, steps, forces))
 
 
 class Page:
