@@ -190,7 +190,7 @@ def test_what_is_no_dictionary_is_named(scene):
 def test_arrays_that_overlap_or_are_not_aligned_are_named(scene):
     memory = np.zeros((2, 4, 1, 13))
     for keywords, words in [
-        ({"out": {"states": memory}, "initial_states": memory[:, 0]}, r"out\['states'\] and initial"),
+        ({"out": {"states": memory}, "initial_states": memory.reshape(8, 1, 13)[:2]}, r"out\['states'\] and initial"),
         (
             {"out": {"states": memory, "residuals": memory.reshape(-1)[:8].reshape(2, 4)}},
             r"out\['states'\] and out\['residuals'\] share memory",
