@@ -223,7 +223,8 @@ class Trajectory:
 
     @classmethod
     def from_csv(cls, scene: Scene, folder: Location) -> "Trajectory":
-        """Reads the tables that to_csv or the command line has written of a run of ``scene``."""
+        """Reads the tables that to_csv or the command line has written of a run of ``scene``, or of a
+        part of one."""
         states, contacts, steps = (
             (Path(folder) / f"{name}.csv").read_bytes() for name in _TABLES
         )
