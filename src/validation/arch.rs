@@ -19,18 +19,16 @@
 //! by a tenth of its thickness. Where an unsymmetric H or line would do, the mean of it and its mirror
 //! image does, for cones and joints are convex.
 
+use super::Unsuitable;
+use super::quantity::{at_most_zero, exactly};
 use super::stopping::resting;
-use super::threshold::{BRACKET, Threshold};
-use super::{Curve, Findings, Input, Inputs, Laboratory, Problem, Quantity, Run, Setup};
-use super::{Subject, Unsuitable};
+use super::threshold::Threshold;
+use super::{Curve, Findings, Input, Inputs, Laboratory, Posed, Run, Setup, Solved, Subject};
 use crate::contact::Partner;
 use crate::geometry::Piece;
 use crate::mechanics::RigidBody;
 use nalgebra::Vector3;
 use std::f64::consts::PI;
-
-/// Three voussoirs.
-pub struct Arch;
 
 /// Stones.
 const STONES: usize = 3;
@@ -83,99 +81,67 @@ fn force_slack(run: &Run, gravity: f64) -> f64 {
     (6.0 * lacked + 2.0 * POINTS * missed) / (gravity * run.time_step) + 64.0 * f64::EPSILON
 }
 
-impl Problem for Arch {
-    fn name(&self) -> &'static str {
-        "arch"
-    }
+/// Three voussoirs.
+pub static ARCH: Posed = Posed {
+    name: "arch",
+    about: "Half a ring of three equal voussoirs stands on the ground if friction in its joints \
+            and under its feet is at least (√(4T² + 3) − 2T)/3, T = tan 30°: then its thrust is \
+            held.",
+    time_step: 0.005,
+    inputs: &[(Input::Mass, 20.0), (Input::Gravity, 9.81)],
+    bodies: STONES,
+    ..Posed::by(arch)
+};
 
-    fn about(&self) -> &'static str {
-        "Half a ring of three equal voussoirs stands on the ground if friction in its joints and \
-         under its feet is at least (√(4T² + 3) − 2T)/3, T = tan 30°: then its thrust is held."
-    }
-
-    fn bodies(&self) -> usize {
-        STONES
-    }
-
-    fn inputs(&self) -> Inputs {
-        Inputs::new(0.005, &[(Input::Mass, 20.0), (Input::Gravity, 9.81)])
-    }
-
-    /// With 1.3 times the friction that it takes: half of all weight under each foot, ³⁄₂ W, half of
-    /// the keystone's in each joint, and a thrust between the two bounds; and the threshold. All are
-    /// those of a step at rest, whatever h is.
-    fn solve(
-        &self,
-        inputs: &Inputs,
-        laboratory: &mut Laboratory<'_>,
-    ) -> Result<Findings, Unsuitable> {
-        let (mass, gravity) = (inputs.get(Input::Mass)?, inputs.get(Input::Gravity)?);
-        let (weight, needed) = (mass * gravity, needed());
-        let setup = |friction: f64| {
-            let stones = (0..STONES).map(|index| stone(mass, index)).collect::<Result<_, _>>()?;
-            Ok::<_, Unsuitable>(Setup::new(stones, gravity, friction, DURATION))
+/// With 1.3 times the friction that it takes: half of all weight under each foot, ³⁄₂ W, half of
+/// the keystone's in each joint, and a thrust between the two bounds; and the threshold. All are
+/// those of a step at rest, whatever h is.
+fn arch(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
+    let (mass, gravity) = (inputs.get(Input::Mass)?, inputs.get(Input::Gravity)?);
+    let (weight, needed) = (mass * gravity, needed());
+    let setup = |friction: f64| {
+        let stones = (0..STONES).map(|index| stone(mass, index)).collect::<Result<_, _>>()?;
+        Ok::<_, Unsuitable>(Setup::new(stones, gravity, friction, DURATION))
+    };
+    let friction = STANDS * needed;
+    let mut forces = Vec::new();
+    let run = laboratory.run_until(&setup(friction)?, &mut |step| {
+        let sum = |body: usize, partner: Partner| -> Vector3<f64> {
+            step.between(body, partner).map(|contact| contact.force).sum()
         };
-        let friction = STANDS * needed;
-        let mut forces = Vec::new();
-        let run = laboratory.run_until(&setup(friction)?, &mut |step| {
-            let sum = |body: usize, partner: Partner| -> Vector3<f64> {
-                step.between(body, partner).map(|contact| contact.force).sum()
-            };
-            forces.push((sum(0, Partner::Ground), sum(0, Partner::Body(1))));
-            false
-        })?;
-        let (foot, joint) = forces[forces.len() - 1];
-        let thrust = joint[0].abs() / weight;
-        let slack = force_slack(&run, gravity);
-        let least = 0.5 * (1.0 - friction * INCLINED) / (friction + INCLINED);
-        let way = |index: usize| {
-            let states = run.states(index);
-            (states[run.steps()].position - states[0].position).norm()
-        };
-        let longest = (0..STONES).map(way).fold(0.0, f64::max);
-        let found = Threshold::find(
-            (BRACKET.0 * needed, BRACKET.1 * needed),
-            RESOLUTION * needed,
-            |friction| {
-                let run = laboratory.run(&setup(friction)?)?;
-                let speed = |index| run.end(index).velocity.norm();
-                let fastest = (0..STONES).map(speed).fold(0.0, f64::max);
-                Ok((fastest <= FALLING * gravity * DURATION, 2.0 * force_slack(&run, gravity)))
-            },
-        )?;
-        let creep = run.time_step * run.sum(|residual| residual.friction);
-        Ok(Findings {
-            quantities: vec![
-                Quantity::exactly(("force under a foot", "W"), foot[2] / weight, 1.5, slack),
-                Quantity::exactly(
-                    ("vertical force in a joint", "W"),
-                    joint[2].abs() / weight,
-                    0.5,
-                    slack,
-                ),
-                Quantity::at_most_zero(
-                    ("thrust above the most, 3/2 μ", "W"),
-                    thrust - 1.5 * friction,
-                    slack,
-                ),
-                Quantity::at_most_zero(
-                    ("thrust below the least, ½ cot(φ + λ)", "W"),
-                    least - thrust,
-                    slack,
-                ),
-                Quantity::at_most_zero(
-                    ("longest way of a stone", "m"),
-                    longest,
-                    8.0 * run.seat() + 2.0 * creep,
-                ),
-                Quantity::exactly(("threshold of friction", "1"), found.value, needed, found.slack),
-            ],
-            curve: Curve::of(
-                ("force under a foot", "W"),
-                &run,
-                |k| forces[k.saturating_sub(1)].0[2] / weight,
-                |_| 1.5,
-            ),
-        })
-    }
+        forces.push((sum(0, Partner::Ground), sum(0, Partner::Body(1))));
+        false
+    })?;
+    let (foot, joint) = forces[forces.len() - 1];
+    let thrust = joint[0].abs() / weight;
+    let slack = force_slack(&run, gravity);
+    let least = 0.5 * (1.0 - friction * INCLINED) / (friction + INCLINED);
+    let way = |index: usize| {
+        let states = run.states(index);
+        (states[run.steps()].position - states[0].position).norm()
+    };
+    let longest = (0..STONES).map(way).fold(0.0, f64::max);
+    let found = Threshold::near(needed, RESOLUTION * needed, |friction| {
+        let run = laboratory.run(&setup(friction)?)?;
+        let speed = |index| run.end(index).velocity.norm();
+        let fastest = (0..STONES).map(speed).fold(0.0, f64::max);
+        Ok((fastest <= FALLING * gravity * DURATION, 2.0 * force_slack(&run, gravity)))
+    })?;
+    let creep = run.time_step * run.sum(|residual| residual.friction);
+    Ok(Findings {
+        quantities: vec![
+            exactly(("force under a foot", "W"), foot[2] / weight, 1.5, slack),
+            exactly(("vertical force in a joint", "W"), joint[2].abs() / weight, 0.5, slack),
+            at_most_zero(("thrust above the most, 3/2 μ", "W"), thrust - 1.5 * friction, slack),
+            at_most_zero(("thrust below the least, ½ cot(φ + λ)", "W"), least - thrust, slack),
+            at_most_zero(("longest way of a stone", "m"), longest, 8.0 * run.seat() + 2.0 * creep),
+            exactly(("threshold of friction", "1"), found.value, needed, found.slack),
+        ],
+        curve: Curve::of(
+            ("force under a foot", "W"),
+            &run,
+            |k| forces[k.saturating_sub(1)].0[2] / weight,
+            |_| 1.5,
+        ),
+    })
 }

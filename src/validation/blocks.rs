@@ -1,18 +1,15 @@
 //! A block on a block: on a slope, and with the lower one pulled.
 
+use super::quantity::exactly;
 use super::stopping::resting;
-use super::threshold::{BRACKET, Threshold};
-use super::{Convergence, Curve, Findings, Input, Inputs, Laboratory, Problem, Quantity, Run};
-use super::{Setup, Subject, Unsuitable};
+use super::threshold::Threshold;
+use super::{
+    Convergence, Findings, Input, Inputs, Laboratory, Posed, Quantity, Run, Setup, Solved,
+};
+use super::{Subject, Unsuitable};
 use crate::contact::Partner;
 use crate::mechanics::{Load, Polyline, RigidBody};
 use nalgebra::Vector3;
-
-/// A block on a block on a slope.
-pub struct BlocksOnSlope;
-
-/// A block on a block that is pulled.
-pub struct PulledBlock;
 
 /// m.
 const LOWER: Vector3<f64> = Vector3::new(1.0, 0.3, 0.05);
@@ -151,190 +148,150 @@ fn moved(
     let start = run.states(index)[0].position[0];
     let convergence = if a > 0.0 { Convergence::order(1, steps) } else { Convergence::Exact };
     [
-        Quantity::exactly((speed, "m/s"), end.velocity[0], a * t, slack),
-        Quantity {
-            discrete: 0.5 * a * h * h * steps * (steps + 1.0),
-            convergence,
-            ..Quantity::exactly(
-                (way, "m"),
-                end.position[0] - start,
-                0.5 * a * t * t,
-                t * slack + run.seat(),
-            )
-        },
+        exactly((speed, "m/s"), end.velocity[0], a * t, slack),
+        exactly((way, "m"), end.position[0] - start, 0.5 * a * t * t, t * slack + run.seat())
+            .in_steps(0.5 * a * h * h * steps * (steps + 1.0), convergence),
     ]
 }
 
-impl Problem for BlocksOnSlope {
-    fn name(&self) -> &'static str {
-        "blocks-on-slope"
-    }
+/// A block on a block on a slope.
+pub static BLOCKS_ON_SLOPE: Posed = Posed {
+    name: "blocks-on-slope",
+    about: "A block on a block on a slope: the one on top, held by μ/2, slides beyond atan μ/2 and \
+            leaves the lower one, held by μ; the other way round both slide as one. Each slides at \
+            the threshold of its own face.",
+    time_step: 0.005,
+    inputs: &[
+        (Input::Mass, 2.0),
+        (Input::Friction, 0.4),
+        (Input::Gravity, 9.81),
+        (Input::Slope, 30.0),
+    ],
+    bodies: 2,
+    ..Posed::by(blocks_on_slope)
+};
 
-    fn about(&self) -> &'static str {
-        "A block on a block on a slope: the one on top, held by μ/2, slides beyond atan μ/2 and \
-         leaves the lower one, held by μ; the other way round both slide as one. Each slides at \
-         the threshold of its own face."
-    }
-
-    fn bodies(&self) -> usize {
-        2
-    }
-
-    fn inputs(&self) -> Inputs {
-        let (mass, friction) = ((Input::Mass, 2.0), (Input::Friction, 0.4));
-        let values = [mass, friction, (Input::Gravity, 9.81), (Input::Slope, 30.0)];
-        Inputs::new(0.005, &values)
-    }
-
-    /// [`Blocks::sliding`], with μ below and μ/2 above and the other way round. The thresholds
-    /// are atan μ/2 for the upper face where it is the smoother one, and for the lower one
-    /// where that is; steps at rest and at constant friction are exact.
-    fn solve(
-        &self,
-        inputs: &Inputs,
-        laboratory: &mut Laboratory<'_>,
-    ) -> Result<Findings, Unsuitable> {
-        let (gravity, slope) = (inputs.get(Input::Gravity)?, inputs.get(Input::Slope)?);
-        let smooth_above = Blocks::new(inputs, [1.0, 0.5])?;
-        let smooth_below = Blocks::new(inputs, [0.5, 1.0])?;
-        let (sin, cos) = slope.to_radians().sin_cos();
-        for friction in [smooth_above.frictions[0], smooth_above.frictions[1]] {
-            if (sin / cos / friction - 1.0).abs() < 1e-3 {
-                return Err(Unsuitable::Motion(format!(
-                    "a slope of {slope}° is a threshold, mu or mu/2; one beside it is needed"
-                )));
-            }
+/// [`Blocks::sliding`], with μ below and μ/2 above and the other way round. The thresholds
+/// are atan μ/2 for the upper face where it is the smoother one, and for the lower one
+/// where that is; steps at rest and at constant friction are exact.
+fn blocks_on_slope(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
+    let (gravity, slope) = (inputs.get(Input::Gravity)?, inputs.get(Input::Slope)?);
+    let smooth_above = Blocks::new(inputs, [1.0, 0.5])?;
+    let smooth_below = Blocks::new(inputs, [0.5, 1.0])?;
+    let (sin, cos) = slope.to_radians().sin_cos();
+    for friction in [smooth_above.frictions[0], smooth_above.frictions[1]] {
+        if (sin / cos / friction - 1.0).abs() < 1e-3 {
+            return Err(Unsuitable::Motion(format!(
+                "a slope of {slope}° is a threshold, mu or mu/2; one beside it is needed"
+            )));
         }
-        let mut go = |blocks: &Blocks| -> Result<(Run, Accelerations), Unsuitable> {
-            let expected = blocks.sliding(gravity * sin, gravity * cos);
-            let setup = blocks.setup(UPPER[0] - LOWER[0] + 0.05, 0.0, duration(&expected))?;
-            Ok((laboratory.run(&Setup { slope, gravity, ..setup })?, expected))
-        };
-        let (apart, [lower, upper]) = go(&smooth_above)?;
-        let (together, [as_one, _]) = go(&smooth_below)?;
-        let onset = smooth_above.frictions[1].atan();
-        let mut quantities = Vec::new();
-        quantities.extend(moved(
-            ["speed of the upper block", "way of the upper block"],
-            &apart,
-            1,
-            upper,
-        ));
-        quantities.extend(moved(
-            ["speed of the lower block", "way of the lower block"],
-            &apart,
-            0,
-            lower,
-        ));
-        quantities.extend(moved(
-            ["speed of both, smooth below", "way of both, smooth below"],
-            &together,
-            1,
-            as_one,
-        ));
-        for (name, blocks, index) in [
-            ("threshold of the upper face", &smooth_above, 1),
-            ("threshold of the lower face", &smooth_below, 0),
-        ] {
-            let bracket = (BRACKET.0 * onset, BRACKET.1 * onset);
-            let found = Threshold::find(bracket, RESOLUTION * onset, |slope| {
-                let setup = blocks.setup(0.0, 0.0, WATCH)?;
-                let run = laboratory.run(&Setup { slope: slope.to_degrees(), gravity, ..setup })?;
-                let speed = run.end(index).velocity.norm();
-                let slack = mean_slack(&run) / gravity;
-                Ok((speed > MOVING * onset * gravity * WATCH, slack))
-            })?;
-            quantities.push(Quantity::exactly((name, "rad"), found.value, onset, found.slack));
-        }
-        Ok(Findings {
-            quantities,
-            curve: Curve::of(
-                ("speed of the upper block", "m/s"),
-                &apart,
-                |k| apart.states(1)[k].velocity[0],
-                |t| upper * t,
-            ),
-        })
     }
+    let mut go = |blocks: &Blocks| -> Result<(Run, Accelerations), Unsuitable> {
+        let expected = blocks.sliding(gravity * sin, gravity * cos);
+        let setup = blocks.setup(UPPER[0] - LOWER[0] + 0.05, 0.0, duration(&expected))?;
+        Ok((laboratory.run(&Setup { slope, gravity, ..setup })?, expected))
+    };
+    let (apart, [lower, upper]) = go(&smooth_above)?;
+    let (together, [as_one, _]) = go(&smooth_below)?;
+    let onset = smooth_above.frictions[1].atan();
+    let mut quantities = Vec::new();
+    quantities.extend(moved(
+        ["speed of the upper block", "way of the upper block"],
+        &apart,
+        1,
+        upper,
+    ));
+    quantities.extend(moved(
+        ["speed of the lower block", "way of the lower block"],
+        &apart,
+        0,
+        lower,
+    ));
+    quantities.extend(moved(
+        ["speed of both, smooth below", "way of both, smooth below"],
+        &together,
+        1,
+        as_one,
+    ));
+    for (name, blocks, index) in [
+        ("threshold of the upper face", &smooth_above, 1),
+        ("threshold of the lower face", &smooth_below, 0),
+    ] {
+        let found = Threshold::near(onset, RESOLUTION * onset, |slope| {
+            let setup = blocks.setup(0.0, 0.0, WATCH)?;
+            let run = laboratory.run(&Setup { slope: slope.to_degrees(), gravity, ..setup })?;
+            let speed = run.end(index).velocity.norm();
+            let slack = mean_slack(&run) / gravity;
+            Ok((speed > MOVING * onset * gravity * WATCH, slack))
+        })?;
+        quantities.push(exactly((name, "rad"), found.value, onset, found.slack));
+    }
+    Ok(Findings {
+        quantities,
+        curve: apart.curve(
+            ("speed of the upper block", "m/s"),
+            1,
+            |state| state.velocity[0],
+            |t| upper * t,
+        ),
+    })
 }
 
-impl Problem for PulledBlock {
-    fn name(&self) -> &'static str {
-        "pulled-block"
-    }
+/// A block on a block that is pulled.
+pub static PULLED_BLOCK: Posed = Posed {
+    name: "pulled-block",
+    about: "The lower of two blocks is pulled: they go as one up to (μ₁ + μ₂)(m₁ + m₂) g, with μ₁ \
+            on the ground and μ₂ between them; beyond, the upper one has μ₂ g and stays behind.",
+    time_step: 0.005,
+    inputs: &[(Input::Mass, 2.0), (Input::Friction, 0.4), (Input::Gravity, 9.81)],
+    bodies: 2,
+    beyond_ipopt: Some("on the brink of sliding it leaves residuals of 1e-3 m/s"),
+    ..Posed::by(pulled_block)
+};
 
-    fn about(&self) -> &'static str {
-        "The lower of two blocks is pulled: they go as one up to (μ₁ + μ₂)(m₁ + m₂) g, with μ₁ \
-         on the ground and μ₂ between them; beyond, the upper one has μ₂ g and stays behind."
-    }
-
-    fn bodies(&self) -> usize {
-        2
-    }
-
-    fn beyond_ipopt(&self) -> Option<&'static str> {
-        Some("on the brink of sliding it leaves residuals of 1e-3 m/s")
-    }
-
-    fn inputs(&self) -> Inputs {
-        let values = [(Input::Mass, 2.0), (Input::Friction, 0.4), (Input::Gravity, 9.81)];
-        Inputs::new(0.005, &values)
-    }
-
-    /// [`Blocks::pulled`], with μ₁ = μ/2 and μ₂ = μ, on both sides of the parting force: by a
-    /// pull half way between what the ground holds and it, and by 1.5 of it.
-    fn solve(
-        &self,
-        inputs: &Inputs,
-        laboratory: &mut Laboratory<'_>,
-    ) -> Result<Findings, Unsuitable> {
-        let gravity = inputs.get(Input::Gravity)?;
-        let blocks = Blocks::new(inputs, [0.5, 1.0])?;
-        let parting = blocks.parting_force(gravity);
-        let held = blocks.frictions[0] * blocks.mass() * gravity;
-        let front = LOWER[0] - UPPER[0] - 0.05;
-        let mut go = |force: f64| -> Result<(Run, Accelerations), Unsuitable> {
-            let expected = blocks.pulled(force, gravity);
-            let setup = blocks.setup(front, force, duration(&expected))?;
-            Ok((laboratory.run(&Setup { gravity, ..setup })?, expected))
-        };
-        let (together, [as_one, _]) = go(0.5 * (held + parting))?;
-        let (apart, [lower, upper]) = go(1.5 * parting)?;
-        let bracket = (BRACKET.0 * parting, BRACKET.1 * parting);
-        let found = Threshold::find(bracket, RESOLUTION * parting, |force| {
-            let run = laboratory.run(&Setup { gravity, ..blocks.setup(0.0, force, WATCH)? })?;
-            let [first, second] = [0, 1].map(|index| run.end(index).velocity[0]);
-            let slack = blocks.mass() * mean_slack(&run);
-            Ok((first - second > MOVING * blocks.frictions[1] * gravity * WATCH, slack))
-        })?;
-        let mut quantities = Vec::new();
-        quantities.extend(moved(["speed as one", "way as one"], &together, 1, as_one));
-        quantities.extend(moved(
-            ["speed of the upper block", "way of the upper block"],
-            &apart,
-            1,
-            upper,
-        ));
-        quantities.extend(moved(
-            ["speed of the lower block", "way of the lower block"],
-            &apart,
+/// [`Blocks::pulled`], with μ₁ = μ/2 and μ₂ = μ, on both sides of the parting force: by a
+/// pull half way between what the ground holds and it, and by 1.5 of it.
+fn pulled_block(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
+    let gravity = inputs.get(Input::Gravity)?;
+    let blocks = Blocks::new(inputs, [0.5, 1.0])?;
+    let parting = blocks.parting_force(gravity);
+    let held = blocks.frictions[0] * blocks.mass() * gravity;
+    let front = LOWER[0] - UPPER[0] - 0.05;
+    let mut go = |force: f64| -> Result<(Run, Accelerations), Unsuitable> {
+        let expected = blocks.pulled(force, gravity);
+        let setup = blocks.setup(front, force, duration(&expected))?;
+        Ok((laboratory.run(&Setup { gravity, ..setup })?, expected))
+    };
+    let (together, [as_one, _]) = go(0.5 * (held + parting))?;
+    let (apart, [lower, upper]) = go(1.5 * parting)?;
+    let found = Threshold::near(parting, RESOLUTION * parting, |force| {
+        let run = laboratory.run(&Setup { gravity, ..blocks.setup(0.0, force, WATCH)? })?;
+        let [first, second] = [0, 1].map(|index| run.end(index).velocity[0]);
+        let slack = blocks.mass() * mean_slack(&run);
+        Ok((first - second > MOVING * blocks.frictions[1] * gravity * WATCH, slack))
+    })?;
+    let mut quantities = Vec::new();
+    quantities.extend(moved(["speed as one", "way as one"], &together, 1, as_one));
+    quantities.extend(moved(
+        ["speed of the upper block", "way of the upper block"],
+        &apart,
+        1,
+        upper,
+    ));
+    quantities.extend(moved(
+        ["speed of the lower block", "way of the lower block"],
+        &apart,
+        0,
+        lower,
+    ));
+    quantities.push(exactly(("threshold of the pull", "N"), found.value, parting, found.slack));
+    Ok(Findings {
+        quantities,
+        curve: apart.curve(
+            ("speed of the lower block", "m/s"),
             0,
-            lower,
-        ));
-        quantities.push(Quantity::exactly(
-            ("threshold of the pull", "N"),
-            found.value,
-            parting,
-            found.slack,
-        ));
-        Ok(Findings {
-            quantities,
-            curve: Curve::of(
-                ("speed of the lower block", "m/s"),
-                &apart,
-                |k| apart.states(0)[k].velocity[0],
-                |t| lower * t,
-            ),
-        })
-    }
+            |state| state.velocity[0],
+            |t| lower * t,
+        ),
+    })
 }

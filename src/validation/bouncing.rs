@@ -1,17 +1,14 @@
 //! Boxes that bounce: on a face, again and again, and once on an edge.
 
+use super::Unsuitable;
 use super::axis::momentum;
+use super::quantity::exactly;
 use super::stopping::resting;
-use super::{Convergence, Curve, Findings, Input, Inputs, Laboratory, Problem, Quantity};
-use super::{Setup, Subject, Unsuitable};
+use super::{
+    Convergence, Curve, Findings, Input, Inputs, Laboratory, Posed, Setup, Solved, Subject,
+};
 use crate::mechanics::{RigidBody, State};
 use nalgebra::{Vector3, Vector4};
-
-/// A box that falls flat and bounces.
-pub struct BouncingBox;
-
-/// A box that lands on an edge.
-pub struct EdgeImpact;
 
 /// Below this share (½ h ω)² the order does not show for rounding.
 const LEAST_SHARE: f64 = 1e-9;
@@ -74,190 +71,165 @@ impl Bounces {
     }
 }
 
-impl Problem for BouncingBox {
-    fn name(&self) -> &'static str {
-        "bouncing-box"
-    }
+/// A box that falls flat and bounces.
+pub static BOUNCING_BOX: Posed = Posed {
+    name: "bouncing-box",
+    about: "A box falls flat from half a metre and bounces: the n-th bounce is e²ⁿ times as high, \
+            and lasts eⁿ times as long as the fall and its rise.",
+    time_step: 0.002,
+    inputs: &[
+        (Input::Mass, 2.0),
+        (Input::Friction, 0.3),
+        (Input::Restitution, 0.7),
+        (Input::Gravity, 9.81),
+    ],
+    ..Posed::by(bouncing_box)
+};
 
-    fn about(&self) -> &'static str {
-        "A box falls flat from half a metre and bounces: the n-th bounce is e²ⁿ times as high, and \
-         lasts eⁿ times as long as the fall and its rise."
+/// With v = √(2 g H),
+///
+/// ```text
+/// H_n = e²ⁿ H,   t_n = (v/g) (1 + 2 e + … + 2 eⁿ⁻¹)
+/// ```
+///
+/// An impact's step begins up to h v above the ground and leaves from there; so every bounce may
+/// be off by that, and by the speed h g of a step.
+fn bouncing_box(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
+    let (mass, g) = (inputs.get(Input::Mass)?, inputs.get(Input::Gravity)?);
+    let (friction, e) = (inputs.get(Input::Friction)?, inputs.get(Input::Restitution)?);
+    let h = laboratory.time_step();
+    let speed = (2.0 * g * DROP).sqrt();
+    let last = speed * e.powi(BOUNCES as i32);
+    if last <= 8.0 * g * h {
+        return Err(Unsuitable::Motion(format!(
+            "bounce {BOUNCES} leaves with {last:.3} m/s, slower than four steps' gravity twice \
+             over; a larger restitution or a smaller time step is needed"
+        )));
     }
+    let time = |n: usize| {
+        let flights: f64 = (1..n).map(|bounce| e.powi(bounce as i32)).sum();
+        speed / g * (1.0 + 2.0 * flights)
+    };
+    let body = RigidBody::solid_box(mass, HALF_SIDES)?;
+    let start = resting(HALF_SIDES[2] + DROP);
+    let duration = time(BOUNCES + 1) + 8.0 * (BOUNCES + 1) as f64 * h;
+    let setup = Setup::new(vec![Subject::new(body, start)], g, friction, duration);
+    let run = laboratory.run(&Setup { restitution: e, ..setup })?;
+    let height = |state: &State| state.position[2] - HALF_SIDES[2];
+    let impacts: Vec<_> = (0..run.steps()).filter(|&k| run.forces(0)[k][2] > 0.0).collect();
+    let measured = Bounces::of(h, run.states(0).iter().map(height), &impacts);
+    let discrete = Bounces::of_steps(h, g, e);
 
-    fn inputs(&self) -> Inputs {
-        let values = [
-            (Input::Mass, 2.0),
-            (Input::Friction, 0.3),
-            (Input::Restitution, 0.7),
-            (Input::Gravity, 9.81),
-        ];
-        Inputs::new(0.002, &values)
+    // An impact repeats what its normal law and the flights before lack.
+    let lacking = run.flight_speed_slack() + 2.0 * run.sum(|residual| residual.normal);
+    let slack = 2.0 * (speed / g + duration) * lacking + run.flight_way_slack();
+    let steps = speed / (g * h);
+    let mut quantities = Vec::new();
+    let names = ["height of the first bounce", "height of the second", "height of the third"];
+    for (bounce, name) in names.into_iter().enumerate() {
+        let exact = e.powi(2 * (bounce as i32 + 1)) * DROP;
+        let off = 2.0 * (bounce + 1) as f64 * h * (speed + h * g);
+        quantities.push(
+            exactly((name, "m"), measured.heights[bounce], exact, slack)
+                .in_steps(discrete.heights[bounce], Convergence::within(off, steps)),
+        );
     }
-
-    /// With v = √(2 g H),
-    ///
-    /// ```text
-    /// H_n = e²ⁿ H,   t_n = (v/g) (1 + 2 e + … + 2 eⁿ⁻¹)
-    /// ```
-    ///
-    /// An impact's step begins up to h v above the ground and leaves from there; so every bounce may
-    /// be off by that, and by the speed h g of a step.
-    fn solve(
-        &self,
-        inputs: &Inputs,
-        laboratory: &mut Laboratory<'_>,
-    ) -> Result<Findings, Unsuitable> {
-        let (mass, g) = (inputs.get(Input::Mass)?, inputs.get(Input::Gravity)?);
-        let (friction, e) = (inputs.get(Input::Friction)?, inputs.get(Input::Restitution)?);
-        let h = laboratory.time_step();
-        let speed = (2.0 * g * DROP).sqrt();
-        let last = speed * e.powi(BOUNCES as i32);
-        if last <= 8.0 * g * h {
-            return Err(Unsuitable::Motion(format!(
-                "bounce {BOUNCES} leaves with {last:.3} m/s, slower than four steps' gravity twice \
-                 over; a larger restitution or a smaller time step is needed"
-            )));
-        }
-        let time = |n: usize| {
-            let flights: f64 = (1..n).map(|bounce| e.powi(bounce as i32)).sum();
-            speed / g * (1.0 + 2.0 * flights)
-        };
-        let body = RigidBody::solid_box(mass, HALF_SIDES)?;
-        let start = resting(HALF_SIDES[2] + DROP);
-        let duration = time(BOUNCES + 1) + 8.0 * (BOUNCES + 1) as f64 * h;
-        let setup = Setup::new(vec![Subject::new(body, start)], g, friction, duration);
-        let run = laboratory.run(&Setup { restitution: e, ..setup })?;
-        let height = |state: &State| state.position[2] - HALF_SIDES[2];
-        let impacts: Vec<_> = (0..run.steps()).filter(|&k| run.forces(0)[k][2] > 0.0).collect();
-        let measured = Bounces::of(h, run.states(0).iter().map(height), &impacts);
-        let discrete = Bounces::of_steps(h, g, e);
-
-        // An impact repeats what its normal law and the flights before lack.
-        let lacking = run.flight_speed_slack() + 2.0 * run.sum(|residual| residual.normal);
-        let slack = 2.0 * (speed / g + duration) * lacking + run.flight_way_slack();
-        let steps = speed / (g * h);
-        let mut quantities = Vec::new();
-        let names = ["height of the first bounce", "height of the second", "height of the third"];
-        for (bounce, name) in names.into_iter().enumerate() {
-            let exact = e.powi(2 * (bounce as i32 + 1)) * DROP;
-            let off = 2.0 * (bounce + 1) as f64 * h * (speed + h * g);
-            quantities.push(Quantity {
-                discrete: discrete.heights[bounce],
-                convergence: Convergence::within(off, steps),
-                ..Quantity::exactly((name, "m"), measured.heights[bounce], exact, slack)
-            });
-        }
-        quantities.push(Quantity {
-            discrete: discrete.impacts[BOUNCES],
-            convergence: Convergence::within(6.0 * (BOUNCES + 1) as f64 * h, steps),
-            ..Quantity::exactly(
-                ("time of the fourth impact", "s"),
-                measured.impacts[BOUNCES],
-                time(BOUNCES + 1),
-                run.rounding(duration),
-            )
-        });
-        let exact = |t: f64| {
-            let bounce = (1..=BOUNCES + 1).rev().find(|&n| time(n) <= t);
-            let (begin, rise) = bounce.map_or((0.0, 0.0), |n| (time(n), speed * e.powi(n as i32)));
-            let (t, from) = (t - begin, if bounce.is_some() { 0.0 } else { DROP });
-            from + rise * t - 0.5 * g * t * t
-        };
-        let curve = Curve::of(("height", "m"), &run, |k| height(&run.states(0)[k]), exact);
-        Ok(Findings { quantities, curve })
-    }
+    quantities.push(
+        exactly(
+            ("time of the fourth impact", "s"),
+            measured.impacts[BOUNCES],
+            time(BOUNCES + 1),
+            run.rounding(duration),
+        )
+        .in_steps(
+            discrete.impacts[BOUNCES],
+            Convergence::within(6.0 * (BOUNCES + 1) as f64 * h, steps),
+        ),
+    );
+    let exact = |t: f64| {
+        let bounce = (1..=BOUNCES + 1).rev().find(|&n| time(n) <= t);
+        let (begin, rise) = bounce.map_or((0.0, 0.0), |n| (time(n), speed * e.powi(n as i32)));
+        let (t, from) = (t - begin, if bounce.is_some() { 0.0 } else { DROP });
+        from + rise * t - 0.5 * g * t * t
+    };
+    let curve = Curve::of(("height", "m"), &run, |k| height(&run.states(0)[k]), exact);
+    Ok(Findings { quantities, curve })
 }
 
 /// The tilt of the box that lands on an edge, rad.
 const TILT: f64 = 0.5;
 
-impl Problem for EdgeImpact {
-    fn name(&self) -> &'static str {
-        "edge-impact"
-    }
+/// A box that lands on an edge.
+pub static EDGE_IMPACT: Posed = Posed {
+    name: "edge-impact",
+    about: "A tilted box lands on an edge without friction or gravity: the impulse p = (1 + e) \
+            v/(1/m + d²/I) throws it up and turns it, d being the edge's distance from below the \
+            centre.",
+    time_step: 0.0005,
+    inputs: &[(Input::Mass, 2.0), (Input::Restitution, 0.6), (Input::Speed, 1.5)],
+    ..Posed::by(edge_impact)
+};
 
-    fn about(&self) -> &'static str {
-        "A tilted box lands on an edge without friction or gravity: the impulse \
-         p = (1 + e) v/(1/m + d²/I) throws it up and turns it, d being the edge's distance from \
-         below the centre."
-    }
+/// ```text
+/// v_z⁺ = p/m − v,   ω⁺ = p d/I,   I = ⅓ m (a² + c²),   d = a cos θ − c sin θ
+/// ```
+///
+/// The step's law speaks of the same velocities (eq. 29), so that its impulse is exact; the spin that
+/// turns the box has it as its momentum,
+///
+/// ```text
+/// p d = I ω⁺ (1 + (½ h ω⁺)²).
+/// ```
+fn edge_impact(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
+    let (mass, speed) = (inputs.get(Input::Mass)?, inputs.get(Input::Speed)?);
+    let e = inputs.get(Input::Restitution)?;
+    let h = laboratory.time_step();
+    let [a, _, c] = HALF_SIDES.into();
+    let (sin, cos) = TILT.sin_cos();
+    let (lever, below) = (a * cos - c * sin, a * sin + c * cos);
+    let inertia = mass * (a * a + c * c) / 3.0;
+    let exact = (1.0 + e) * speed / (1.0 / mass + lever * lever / inertia) * lever / inertia;
+    let bounced = |spin: f64| spin * inertia / (lever * mass) - speed;
+    let spin = of_step(exact, |spin| {
+        let (turning, slope) = momentum(h, spin);
+        (turning - exact, slope)
+    });
 
-    fn inputs(&self) -> Inputs {
-        let values = [(Input::Mass, 2.0), (Input::Restitution, 0.6), (Input::Speed, 1.5)];
-        Inputs::new(0.0005, &values)
-    }
+    // Half a step above the ground; the impact comes in the first step.
+    let mut start = resting(below + 0.5 * h * speed);
+    start.velocity[2] = -speed;
+    // The edge at +x, −z is the lowest: tilted about −y.
+    let (sin, cos) = (0.5 * TILT).sin_cos();
+    start.attitude = Vector4::new(cos, 0.0, sin, 0.0);
+    let body = RigidBody::solid_box(mass, HALF_SIDES)?;
+    let setup = Setup::new(vec![Subject::new(body, start)], 0.0, 0.0, 20.0 * h);
+    let run = laboratory.run(&Setup { restitution: e, ..setup })?;
+    let end = run.end(0);
 
-    /// ```text
-    /// v_z⁺ = p/m − v,   ω⁺ = p d/I,   I = ⅓ m (a² + c²),   d = a cos θ − c sin θ
-    /// ```
-    ///
-    /// The step's law speaks of the same velocities (eq. 29), so that its impulse is exact; the spin that
-    /// turns the box has it as its momentum,
-    ///
-    /// ```text
-    /// p d = I ω⁺ (1 + (½ h ω⁺)²).
-    /// ```
-    fn solve(
-        &self,
-        inputs: &Inputs,
-        laboratory: &mut Laboratory<'_>,
-    ) -> Result<Findings, Unsuitable> {
-        let (mass, speed) = (inputs.get(Input::Mass)?, inputs.get(Input::Speed)?);
-        let e = inputs.get(Input::Restitution)?;
-        let h = laboratory.time_step();
-        let [a, _, c] = HALF_SIDES.into();
-        let (sin, cos) = TILT.sin_cos();
-        let (lever, below) = (a * cos - c * sin, a * sin + c * cos);
-        let inertia = mass * (a * a + c * c) / 3.0;
-        let exact = (1.0 + e) * speed / (1.0 / mass + lever * lever / inertia) * lever / inertia;
-        let bounced = |spin: f64| spin * inertia / (lever * mass) - speed;
-        let spin = of_step(exact, |spin| {
-            let (turning, slope) = momentum(h, spin);
-            (turning - exact, slope)
-        });
-
-        // Half a step above the ground; the impact comes in the first step.
-        let mut start = resting(below + 0.5 * h * speed);
-        start.velocity[2] = -speed;
-        // The edge at +x, −z is the lowest: tilted about −y.
-        let (sin, cos) = (0.5 * TILT).sin_cos();
-        start.attitude = Vector4::new(cos, 0.0, sin, 0.0);
-        let body = RigidBody::solid_box(mass, HALF_SIDES)?;
-        let setup = Setup::new(vec![Subject::new(body, start)], 0.0, 0.0, 20.0 * h);
-        let run = laboratory.run(&Setup { restitution: e, ..setup })?;
-        let end = run.end(0);
-
-        let lacking = run.sum(|residual| residual.momentum + residual.normal + residual.kinematics)
-            + run.flight_rounding();
-        let turning = run.rounding(exact.abs()) + 2.0 * lacking / lever.abs();
-        let steps = (1.0 / (h * exact.abs())).min(f64::MAX);
-        let share = (0.5 * h * exact).powi(2);
-        let convergence = match share < LEAST_SHARE {
-            true => Convergence::within(share * exact.abs(), steps),
-            false => Convergence::order(2, steps),
-        };
-        let upwards = Quantity::exactly(
+    let lacking = run.sum(|residual| residual.momentum + residual.normal + residual.kinematics)
+        + run.flight_rounding();
+    let turning = run.rounding(exact.abs()) + 2.0 * lacking / lever.abs();
+    let steps = (1.0 / (h * exact.abs())).min(f64::MAX);
+    let share = (0.5 * h * exact).powi(2);
+    let convergence = match share < LEAST_SHARE {
+        true => Convergence::within(share * exact.abs(), steps),
+        false => Convergence::order(2, steps),
+    };
+    let upwards = exactly(("speed upwards", "m/s"), end.velocity[2], bounced(exact), 2.0 * lacking);
+    let about = exactly(("spin about the edge", "rad/s"), -end.spin[1], exact, turning);
+    Ok(Findings {
+        quantities: vec![
+            upwards,
+            about.in_steps(spin, convergence),
+            exactly(("speed sideways", "m/s"), end.velocity[0], 0.0, lacking),
+        ],
+        curve: run.curve(
             ("speed upwards", "m/s"),
-            end.velocity[2],
-            bounced(exact),
-            2.0 * lacking,
-        );
-        let about =
-            Quantity::exactly(("spin about the edge", "rad/s"), -end.spin[1], exact, turning);
-        Ok(Findings {
-            quantities: vec![
-                upwards,
-                Quantity { discrete: spin, convergence, ..about },
-                Quantity::exactly(("speed sideways", "m/s"), end.velocity[0], 0.0, lacking),
-            ],
-            curve: Curve::of(
-                ("speed upwards", "m/s"),
-                &run,
-                |k| run.states(0)[k].velocity[2],
-                |t| if t > 0.0 { bounced(exact) } else { -speed },
-            ),
-        })
-    }
+            0,
+            |state| state.velocity[2],
+            |t| if t > 0.0 { bounced(exact) } else { -speed },
+        ),
+    })
 }
 
 /// The root of a function, which comes with its slope, near `start`.

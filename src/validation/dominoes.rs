@@ -16,18 +16,16 @@
 //! torque of p at the upper edge, ±(C₁ − r_j) × p, and of the rest of the impulse at its foot. Of the
 //! three unknowns ω₁⁺, ω₂⁺, P the third equation is that the upper edge ends on the face.
 
+use super::Unsuitable;
 use super::axis::momentum;
 use super::edge::{Planar, cross, turned};
+use super::quantity::exactly;
 use super::rocking::{TallBox, tilt};
 use super::stopping::resting;
-use super::{Convergence, Curve, Findings, Input, Inputs, Laboratory, Problem, Quantity, Run};
-use super::{Setup, Subject, Unsuitable};
+use super::{Convergence, Findings, Input, Inputs, Laboratory, Posed, Run, Setup, Solved, Subject};
 use crate::contact::Partner;
 use crate::mechanics::RigidBody;
 use nalgebra::{Matrix3, Vector2, Vector3};
-
-/// Two dominoes.
-pub struct Dominoes;
 
 /// s, m.
 const GAP: f64 = 0.3;
@@ -169,148 +167,109 @@ fn discrete(pair: &Pair<'_>, second: Planar, spin: f64, most: usize) -> Option<F
     Some(Fall::of(h, gaps, spins, meet, two.map(|domino| domino.spin)))
 }
 
-impl Problem for Dominoes {
-    fn name(&self) -> &'static str {
-        "dominoes"
+/// Two dominoes.
+pub static DOMINOES: Posed = Posed {
+    name: "dominoes",
+    about: "A domino is pushed over and falls on the next one: its energy says when and how fast, \
+            and as nothing rubs between them, both go on with half of its spin.",
+    time_step: 0.001,
+    inputs: &[(Input::Mass, 3.0), (Input::Gravity, 9.81)],
+    bodies: 2,
+    ..Posed::by(dominoes)
+};
+
+/// About the edge ½ I ω² + m g R cos(α − φ) stays, so that the time is ∫ dφ/ω(φ). The step has
+/// the recurrences of `edge.rs` and above. The spins are those of whole steps, up to three after
+/// the impact, in which gravity and the turn change them by a part of what they do at
+/// most.
+fn dominoes(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
+    let domino = TallBox::new(inputs)?;
+    let (h, c) = (laboratory.time_step(), domino.half_sides[2]);
+    let fine = domino.growth_time() / h;
+    if fine < 10.0 {
+        return Err(Unsuitable::Motion(format!(
+            "a domino falls over in some {:.3} s, too few steps of {h} s",
+            domino.growth_time()
+        )));
     }
+    let spin = PUSH * domino.critical_spin();
+    let wide = domino.half_sides + Vector3::new(0.0, WIDER, 0.0);
+    let mut standing = resting(c);
+    standing.position[0] = 2.0 * domino.half_sides[0] + GAP;
+    let setup = domino.setup(domino.pushed(spin), 5.0 * domino.growth_time())?;
+    let mut bodies = setup.bodies.clone();
+    bodies.push(Subject::new(RigidBody::solid_box(domino.mass, wide)?, standing));
+    let frictions = vec![(1, Partner::Body(0), 0.0)];
+    let setup = Setup { bodies, frictions, ..setup };
+    let mut touched = 0;
+    let run = laboratory.run_until(&setup, &mut |step| {
+        let meets = step.between(0, Partner::Body(1)).any(|contact| contact.carries_force());
+        touched += usize::from(meets || touched > 0);
+        touched == AFTER
+    })?;
 
-    fn about(&self) -> &'static str {
-        "A domino is pushed over and falls on the next one: its energy says when and how fast, and \
-         as nothing rubs between them, both go on with half of its spin."
-    }
+    let pair = Pair { domino: &domino, time_step: h };
+    let second = planar(&run, 1, 0);
+    let most = (setup.duration / h).round() as usize;
+    let missing = || Unsuitable::Motion("the domino does not reach the next one".to_owned());
+    let expected = discrete(&pair, second, spin, most).ok_or_else(missing)?;
+    let end = run.steps();
+    let meet = end.checked_sub(AFTER).filter(|&meet| meet > 0).ok_or_else(missing)?;
+    let apart = |k: usize| pair.apart(&[planar(&run, 0, k), second]);
+    let at = |k: usize| run.states(0)[k].spin[1];
+    let found = Fall::of(
+        h,
+        [apart(meet - 1), apart(meet)],
+        [at(meet - 1), at(meet)],
+        meet,
+        [at(end), run.end(1).spin[1]],
+    );
 
-    fn bodies(&self) -> usize {
-        2
-    }
+    // ω² = ω₀² − 2 (m g/I) (R cos(α − φ) − c)
+    let (alpha, radius) = (domino.balance(), domino.radius());
+    let pull = domino.mass * domino.gravity / domino.inertia();
+    let speed = |tilt: f64| {
+        let rise = radius * (alpha - tilt).cos() - c;
+        (spin * spin - 2.0 * pull * rise).sqrt()
+    };
+    let last = (0.5 * GAP / c).asin();
+    let width = last / POINTS as f64;
+    // Simpson's rule, exact to rounding for so smooth a function.
+    let slice = |k: usize| {
+        let from = k as f64 * width;
+        let [a, b, c] = [0.0, 0.5, 1.0].map(|part| 1.0 / speed(from + part * width));
+        width / 6.0 * (a + 4.0 * b + c)
+    };
+    let time: f64 = (0..POINTS).map(slice).sum();
+    let spin_then = speed(last);
 
-    fn inputs(&self) -> Inputs {
-        Inputs::new(0.001, &[(Input::Mass, 3.0), (Input::Gravity, 9.81)])
-    }
-
-    /// About the edge ½ I ω² + m g R cos(α − φ) stays, so that the time is ∫ dφ/ω(φ). The step has
-    /// the recurrences of `edge.rs` and above. The spins are those of whole steps, up to three after
-    /// the impact, in which gravity and the turn change them by a part of what they do at
-    /// most.
-    fn solve(
-        &self,
-        inputs: &Inputs,
-        laboratory: &mut Laboratory<'_>,
-    ) -> Result<Findings, Unsuitable> {
-        let domino = TallBox::new(inputs)?;
-        let (h, c) = (laboratory.time_step(), domino.half_sides[2]);
-        let fine = domino.growth_time() / h;
-        if fine < 10.0 {
-            return Err(Unsuitable::Motion(format!(
-                "a domino falls over in some {:.3} s, too few steps of {h} s",
-                domino.growth_time()
-            )));
-        }
-        let spin = PUSH * domino.critical_spin();
-        let wide = domino.half_sides + Vector3::new(0.0, WIDER, 0.0);
-        let mut standing = resting(c);
-        standing.position[0] = 2.0 * domino.half_sides[0] + GAP;
-        let setup = domino.setup(domino.pushed(spin), 5.0 * domino.growth_time())?;
-        let mut bodies = setup.bodies.clone();
-        bodies.push(Subject::new(RigidBody::solid_box(domino.mass, wide)?, standing));
-        let frictions = vec![(1, Partner::Body(0), 0.0)];
-        let setup = Setup { bodies, frictions, ..setup };
-        let mut touched = 0;
-        let run = laboratory.run_until(&setup, &mut |step| {
-            let meets = step.between(0, Partner::Body(1)).any(|contact| contact.carries_force());
-            touched += usize::from(meets || touched > 0);
-            touched == AFTER
-        })?;
-
-        let pair = Pair { domino: &domino, time_step: h };
-        let second = planar(&run, 1, 0);
-        let most = (setup.duration / h).round() as usize;
-        let missing = || Unsuitable::Motion("the domino does not reach the next one".to_owned());
-        let expected = discrete(&pair, second, spin, most).ok_or_else(missing)?;
-        let end = run.steps();
-        let meet = end.checked_sub(AFTER).filter(|&meet| meet > 0).ok_or_else(missing)?;
-        let apart = |k: usize| pair.apart(&[planar(&run, 0, k), second]);
-        let at = |k: usize| run.states(0)[k].spin[1];
-        let found = Fall::of(
-            h,
-            [apart(meet - 1), apart(meet)],
-            [at(meet - 1), at(meet)],
-            meet,
-            [at(end), run.end(1).spin[1]],
-        );
-
-        // ω² = ω₀² − 2 (m g/I) (R cos(α − φ) − c)
-        let (alpha, radius) = (domino.balance(), domino.radius());
-        let pull = domino.mass * domino.gravity / domino.inertia();
-        let speed = |tilt: f64| {
-            let rise = radius * (alpha - tilt).cos() - c;
-            (spin * spin - 2.0 * pull * rise).sqrt()
+    // What a change of the first spin does, by the recurrence itself.
+    let change = domino.spin_slack(&run, spin);
+    let trial = change.max(1e-7 * spin);
+    let moved = [-trial, trial].map(|by| discrete(&pair, second, spin + by, most));
+    let effect = |of: fn(&Fall) -> f64| {
+        let off = |fall: &Option<Fall>| {
+            fall.as_ref().map_or(f64::NAN, |fall| (of(fall) - of(&expected)).abs())
         };
-        let last = (0.5 * GAP / c).asin();
-        let width = last / POINTS as f64;
-        // Simpson's rule, exact to rounding for so smooth a function.
-        let slice = |k: usize| {
-            let from = k as f64 * width;
-            let [a, b, c] = [0.0, 0.5, 1.0].map(|part| 1.0 / speed(from + part * width));
-            width / 6.0 * (a + 4.0 * b + c)
-        };
-        let time: f64 = (0..POINTS).map(slice).sum();
-        let spin_then = speed(last);
-
-        // What a change of the first spin does, by the recurrence itself.
-        let change = domino.spin_slack(&run, spin);
-        let trial = change.max(1e-7 * spin);
-        let moved = [-trial, trial].map(|by| discrete(&pair, second, spin + by, most));
-        let effect = |of: fn(&Fall) -> f64| {
-            let off = |fall: &Option<Fall>| {
-                fall.as_ref().map_or(f64::NAN, |fall| (of(fall) - of(&expected)).abs())
-            };
-            4.0 * change / trial * off(&moved[0]).max(off(&moved[1]))
-        };
-        // Two that touch stay so within h δ_n, and part within 2 δ_n.
-        let parting = 8.0 * run.largest(|r| r.normal + r.kinematics) / c;
-        let bound = h * (pull * radius + spin_then * spin_then);
-        let first_order = Convergence::order(1, fine);
-        let halved = |name: &'static str, index: usize, slack: f64| Quantity {
-            discrete: expected.after[index],
-            convergence: Convergence::within(bound, fine),
-            ..Quantity::exactly(
-                (name, "rad/s"),
-                found.after[index],
-                0.5 * spin_then,
-                slack + parting,
-            )
-        };
-        Ok(Findings {
-            quantities: vec![
-                Quantity {
-                    discrete: expected.time,
-                    convergence: first_order,
-                    ..Quantity::exactly(
-                        ("time until they meet", "s"),
-                        found.time,
-                        time,
-                        effect(|fall| fall.time),
-                    )
-                },
-                Quantity {
-                    discrete: expected.spin,
-                    convergence: first_order,
-                    ..Quantity::exactly(
-                        ("spin then", "rad/s"),
-                        found.spin,
-                        spin_then,
-                        effect(|fall| fall.spin),
-                    )
-                },
-                halved("spin of the first after it", 0, effect(|fall| fall.after[0])),
-                halved("spin of the second after it", 1, effect(|fall| fall.after[1])),
-            ],
-            curve: Curve::of(
-                ("tilt of the first", "rad"),
-                &run,
-                |k| tilt(&run.states(0)[k]),
-                |_| f64::NAN,
-            ),
-        })
-    }
+        4.0 * change / trial * off(&moved[0]).max(off(&moved[1]))
+    };
+    // Two that touch stay so within h δ_n, and part within 2 δ_n.
+    let parting = 8.0 * run.largest(|r| r.normal + r.kinematics) / c;
+    let bound = h * (pull * radius + spin_then * spin_then);
+    let first_order = Convergence::order(1, fine);
+    let halved = |name: &'static str, index: usize, slack: f64| {
+        exactly((name, "rad/s"), found.after[index], 0.5 * spin_then, slack + parting)
+            .in_steps(expected.after[index], Convergence::within(bound, fine))
+    };
+    Ok(Findings {
+        quantities: vec![
+            exactly(("time until they meet", "s"), found.time, time, effect(|fall| fall.time))
+                .in_steps(expected.time, first_order),
+            exactly(("spin then", "rad/s"), found.spin, spin_then, effect(|fall| fall.spin))
+                .in_steps(expected.spin, first_order),
+            halved("spin of the first after it", 0, effect(|fall| fall.after[0])),
+            halved("spin of the second after it", 1, effect(|fall| fall.after[1])),
+        ],
+        curve: run.curve(("tilt of the first", "rad"), 0, |state| tilt(state), |_| f64::NAN),
+    })
 }

@@ -1,15 +1,15 @@
 //! A cube that is dragged harder and harder.
 
+use super::quantity::{at_most_zero, exactly};
 use super::slack::{SlideSlack, SlideStep, Slider};
 use super::stopping::resting;
-use super::{Convergence, Curve, Findings, Input, Inputs, Laboratory, Problem, Quantity};
-use super::{Run, Setup, Subject, Unsuitable};
+use super::{
+    Convergence, Findings, Input, Inputs, Laboratory, Posed, Quantity, Run, Setup, Solved,
+};
+use super::{Subject, Unsuitable};
 use crate::mechanics::RigidBody;
 use crate::mechanics::{Load, Polyline};
 use nalgebra::Vector3;
-
-/// A cube under a growing force.
-pub struct DraggedCube;
 
 /// The force grows from 0 to this, N, in this time, s.
 const FORCE: f64 = 20.0;
@@ -19,56 +19,40 @@ const SLIDING: f64 = 0.01;
 /// m.
 const HALF_SIDE: f64 = 0.1;
 
-impl Problem for DraggedCube {
-    fn name(&self) -> &'static str {
-        "dragged-cube"
-    }
+/// A cube under a growing force.
+pub static DRAGGED_CUBE: Posed = Posed {
+    name: "dragged-cube",
+    about: "A cube is dragged by a force that grows from 0 to 20 N in 2 s: it sticks up to μ m g, \
+            then slides while friction stays μ m g.",
+    time_step: 0.002,
+    inputs: &[(Input::Mass, 1.0), (Input::Friction, 0.4), (Input::Gravity, 9.81)],
+    ..Posed::by(dragged_cube)
+};
 
-    fn about(&self) -> &'static str {
-        "A cube is dragged by a force that grows from 0 to 20 N in 2 s: it sticks up to μ m g, \
-         then slides while friction stays μ m g."
-    }
-
-    fn inputs(&self) -> Inputs {
-        let values = [(Input::Mass, 1.0), (Input::Friction, 0.4), (Input::Gravity, 9.81)];
-        Inputs::new(0.002, &values)
-    }
-
-    /// With F = r t friction holds until t_s = μ m g/r, and then
-    ///
-    /// ```text
-    /// v(t) = r (t − t_s)²/(2 m),   x(t) = r (t − t_s)³/(6 m)
-    /// ```
-    ///
-    /// [`Dragged`] has the step's.
-    fn solve(
-        &self,
-        inputs: &Inputs,
-        laboratory: &mut Laboratory<'_>,
-    ) -> Result<Findings, Unsuitable> {
-        let dragged = Dragged::new(inputs)?;
-        let force = Polyline::new(vec![
-            (0.0, Vector3::zeros()),
-            // Longer than the last step.
-            (2.0 * DURATION, Vector3::new(2.0 * FORCE, 0.0, 0.0)),
-        ])?;
-        let bodies = vec![Subject {
-            body: RigidBody::solid_box(dragged.mass, Vector3::repeat(HALF_SIDE))?,
-            start: resting(HALF_SIDE),
-            load: Load::new(force, Polyline::default(), Vector3::zeros())?,
-        }];
-        let run =
-            laboratory.run(&Setup::new(bodies, dragged.gravity, dragged.friction, DURATION))?;
-        Ok(Findings {
-            quantities: dragged.quantities(&run),
-            curve: Curve::of(
-                ("way", "m"),
-                &run,
-                |k| run.states(0)[k].position[0],
-                |t| dragged.way(t),
-            ),
-        })
-    }
+/// With F = r t friction holds until t_s = μ m g/r, and then
+///
+/// ```text
+/// v(t) = r (t − t_s)²/(2 m),   x(t) = r (t − t_s)³/(6 m)
+/// ```
+///
+/// [`Dragged`] has the step's.
+fn dragged_cube(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
+    let dragged = Dragged::new(inputs)?;
+    let force = Polyline::new(vec![
+        (0.0, Vector3::zeros()),
+        // Longer than the last step.
+        (2.0 * DURATION, Vector3::new(2.0 * FORCE, 0.0, 0.0)),
+    ])?;
+    let bodies = vec![Subject {
+        body: RigidBody::solid_box(dragged.mass, Vector3::repeat(HALF_SIDE))?,
+        start: resting(HALF_SIDE),
+        load: Load::new(force, Polyline::default(), Vector3::zeros())?,
+    }];
+    let run = laboratory.run(&Setup::new(bodies, dragged.gravity, dragged.friction, DURATION))?;
+    Ok(Findings {
+        quantities: dragged.quantities(&run),
+        curve: run.curve(("way", "m"), 0, |state| state.position[0], |t| dragged.way(t)),
+    })
 }
 
 /// The cube and what drags it.
@@ -171,24 +155,13 @@ impl Dragged {
         let (speed, way) = self.discrete(h, steps);
         let bound = Convergence::Within(0.125 * RATE * h * h / self.mass);
         vec![
-            Quantity::at_most_zero(("creep while it sticks", "m"), crept, crept_slack),
+            at_most_zero(("creep while it sticks", "m"), crept, crept_slack),
             self.passing(run, &slack),
             self.drag(run, &slack),
-            Quantity {
-                discrete: speed,
-                convergence: bound,
-                ..Quantity::exactly(
-                    ("speed at the end", "m/s"),
-                    measured,
-                    self.speed(t),
-                    slack.speed(),
-                )
-            },
-            Quantity {
-                discrete: way,
-                convergence: Convergence::order(1, (steps - first.min(steps)) as f64),
-                ..Quantity::exactly(("way", "m"), run.end(0).position[0], self.way(t), slack.way())
-            },
+            exactly(("speed at the end", "m/s"), measured, self.speed(t), slack.speed())
+                .in_steps(speed, bound),
+            exactly(("way", "m"), run.end(0).position[0], self.way(t), slack.way())
+                .in_steps(way, Convergence::order(1, (steps - first.min(steps)) as f64)),
         ]
     }
 
@@ -203,16 +176,13 @@ impl Dragged {
         let bound = after - (after * after - 0.5 * h * h).max(0.0).sqrt();
         let passed = discrete.iter().position(|speed| *speed >= SLIDING).unwrap_or(1).max(1);
         let slope = (discrete[passed] - discrete[passed - 1]) / h;
-        Quantity {
-            discrete: passing(&discrete, h),
-            convergence: Convergence::Within(bound.max(after.hypot(h) - after)),
-            ..Quantity::exactly(
-                ("time of 1 cm/s", "s"),
-                passing(&measured, h),
-                self.onset() + after,
-                2.0 * slack.speeds[passed - 1] / slope,
-            )
-        }
+        exactly(
+            ("time of 1 cm/s", "s"),
+            passing(&measured, h),
+            self.onset() + after,
+            2.0 * slack.speeds[passed - 1] / slope,
+        )
+        .in_steps(passing(&discrete, h), Convergence::Within(bound.max(after.hypot(h) - after)))
     }
 
     /// Friction in the steps that slide all the while; the one in which it begins may be held
@@ -222,7 +192,7 @@ impl Dragged {
         let sliding: Vec<f64> = run.forces(0)[from..].iter().map(|force| -force[0]).collect();
         let lifted = 2.0 * slack.lifted / sliding.len() as f64;
         let slack = self.mass / run.time_step * (mean(&slack.changes[from..]) + lifted);
-        Quantity::exactly(("friction while it slides", "N"), mean(&sliding), self.limit(), slack)
+        exactly(("friction while it slides", "N"), mean(&sliding), self.limit(), slack)
     }
 }
 

@@ -16,16 +16,14 @@
 //! ```
 
 use super::axis::momentum;
+use super::quantity::{at_most_zero, exactly};
 use super::stopping::resting;
-use super::{Convergence, Curve, Findings, Input, Inputs, Laboratory, Problem, Quantity, Run};
-use super::{Setup, Subject, Unsuitable};
+use super::{Convergence, Curve, Findings, Input, Inputs, Laboratory, Posed, Run, Setup, Solved};
+use super::{Subject, Unsuitable};
 use crate::contact::Partner;
 use crate::geometry::Piece;
 use crate::mechanics::{Load, Polyline, RigidBody, State};
 use nalgebra::{Vector2, Vector3};
-
-/// A box under balls.
-pub struct BallGrid;
 
 /// m.
 const HALF_SIDES: Vector3<f64> = Vector3::new(10.0, 10.0, 0.5);
@@ -153,93 +151,79 @@ fn measured(run: &Run, k: usize, direction: &Vector2<f64>, expected: &Speeds) ->
     }
 }
 
-impl Problem for BallGrid {
-    fn name(&self) -> &'static str {
-        "ball-grid"
-    }
+/// A box under balls.
+pub static BALL_GRID: Posed = Posed {
+    name: "ball-grid",
+    about: "SimBenchmark's rolling test: a box is pushed over the ground, along y and diagonally, \
+            under 25 balls that roll on it, with a_ball = (F − f₁)/M/(⁷⁄₂ + n m/M) and ⁷⁄₂ of that \
+            for the box.",
+    time_step: 0.01,
+    inputs: &[(Input::Mass, 1.0), (Input::Friction, 0.4), (Input::Gravity, 9.81)],
+    bodies: 1 + SIDE * SIDE,
+    ..Posed::by(ball_grid)
+};
 
-    fn about(&self) -> &'static str {
-        "SimBenchmark's rolling test: a box is pushed over the ground, along y and diagonally, \
-         under 25 balls that roll on it, with a_ball = (F − f₁)/M/(⁷⁄₂ + n m/M) and ⁷⁄₂ of that \
-         for the box."
+/// The push is what friction of the ground takes, and 12.66 N a kilogram of a ball beyond: 150 N
+/// with the usual inputs. What w(u) is above u makes the errors of second order, and their mean square
+/// of fourth.
+fn ball_grid(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
+    let (mass, friction) = (inputs.get(Input::Mass)?, inputs.get(Input::Friction)?);
+    let (gravity, h) = (inputs.get(Input::Gravity)?, laboratory.time_step());
+    if acceleration() > 0.9 * ROUGH * friction * gravity {
+        return Err(Unsuitable::Motion(format!(
+            "with mu {friction} the balls slide on the box; more friction is needed"
+        )));
     }
-
-    fn bodies(&self) -> usize {
-        1 + SIDE * SIDE
-    }
-
-    fn inputs(&self) -> Inputs {
-        let values = [(Input::Mass, 1.0), (Input::Friction, 0.4), (Input::Gravity, 9.81)];
-        Inputs::new(0.01, &values)
-    }
-
-    /// The push is what friction of the ground takes, and 12.66 N a kilogram of a ball beyond: 150 N
-    /// with the usual inputs. What w(u) is above u makes the errors of second order, and their mean square
-    /// of fourth.
-    fn solve(
-        &self,
-        inputs: &Inputs,
-        laboratory: &mut Laboratory<'_>,
-    ) -> Result<Findings, Unsuitable> {
-        let (mass, friction) = (inputs.get(Input::Mass)?, inputs.get(Input::Friction)?);
-        let (gravity, h) = (inputs.get(Input::Gravity)?, laboratory.time_step());
-        if acceleration() > 0.9 * ROUGH * friction * gravity {
-            return Err(Unsuitable::Motion(format!(
-                "with mu {friction} the balls slide on the box; more friction is needed"
-            )));
+    let names = [
+        ["along y: speed of the box", "speed of a ball", "speed of a rim"],
+        ["diagonally: speed of the box", "speed of a ball, too", "speed of a rim, too"],
+    ];
+    let (mut quantities, mut curve) = (Vec::new(), Curve::default());
+    let (mut squares, mut sideways) = ([0.0; 2], 0.0_f64);
+    let mut allowed = 0.0_f64;
+    for (direction, names) in DIRECTIONS.iter().zip(names) {
+        let run = laboratory.run(&setup(direction, (mass, friction, gravity))?)?;
+        let (mut discrete, slack) = (Speeds::default(), slack(&run));
+        let steps = run.steps() as f64;
+        for k in 1..=run.steps() {
+            discrete = discrete.step(h);
+            let (found, exact) =
+                (measured(&run, k, direction, &discrete), Speeds::exact(run.time(k)));
+            squares[0] += 0.5 * found.error(&exact) / steps;
+            squares[1] += 0.5 * discrete.error(&exact) / steps;
         }
-        let names = [
-            ["along y: speed of the box", "speed of a ball", "speed of a rim"],
-            ["diagonally: speed of the box", "speed of a ball, too", "speed of a rim, too"],
-        ];
-        let (mut quantities, mut curve) = (Vec::new(), Curve::default());
-        let (mut squares, mut sideways) = ([0.0; 2], 0.0_f64);
-        let mut allowed = 0.0_f64;
-        for (direction, names) in DIRECTIONS.iter().zip(names) {
-            let run = laboratory.run(&setup(direction, (mass, friction, gravity))?)?;
-            let (mut discrete, slack) = (Speeds::default(), slack(&run));
-            let steps = run.steps() as f64;
-            for k in 1..=run.steps() {
-                discrete = discrete.step(h);
-                let (found, exact) =
-                    (measured(&run, k, direction, &discrete), Speeds::exact(run.time(k)));
-                squares[0] += 0.5 * found.error(&exact) / steps;
-                squares[1] += 0.5 * discrete.error(&exact) / steps;
-            }
-            let across = Vector2::new(-direction[1], direction[0]);
-            let strayed = run.all_states().map(|state| state.velocity.xy().dot(&across).abs());
-            sideways = strayed.fold(sideways, f64::max);
-            allowed = allowed.max(slack);
-            let found = measured(&run, run.steps(), direction, &discrete);
-            let exact = Speeds::exact(run.time(run.steps()));
-            for (name, [measured, discrete, exact]) in names.into_iter().zip([
-                [found.plate, discrete.plate, exact.plate],
-                [found.ball, discrete.ball, exact.ball],
-                [found.rim, discrete.rim, exact.rim],
-            ]) {
-                let convergence = Convergence::order(2, steps);
-                let plain = Quantity::exactly((name, "m/s"), measured, exact, 2.5 * slack);
-                quantities.push(Quantity { discrete, convergence, ..plain });
-            }
-            curve = Curve::of(
-                ("speed of the box, diagonally", "m/s"),
-                &run,
-                |k| run.states(0)[k].velocity.xy().dot(direction),
-                |t| Speeds::exact(t).plate,
-            );
+        let across = Vector2::new(-direction[1], direction[0]);
+        let strayed = run.all_states().map(|state| state.velocity.xy().dot(&across).abs());
+        sideways = strayed.fold(sideways, f64::max);
+        allowed = allowed.max(slack);
+        let found = measured(&run, run.steps(), direction, &discrete);
+        let exact = Speeds::exact(run.time(run.steps()));
+        for (name, [measured, discrete, exact]) in names.into_iter().zip([
+            [found.plate, discrete.plate, exact.plate],
+            [found.ball, discrete.ball, exact.ball],
+            [found.rim, discrete.rim, exact.rim],
+        ]) {
+            let convergence = Convergence::order(2, steps);
+            let plain = exactly((name, "m/s"), measured, exact, 2.5 * slack);
+            quantities.push(plain.in_steps(discrete, convergence));
         }
-        let error = squares[1].sqrt();
-        quantities.push(Quantity {
-            discrete: squares[1],
-            convergence: Convergence::order(4, DURATION / h),
-            ..Quantity::exactly(
-                ("mean squared error of a velocity", "m²/s²"),
-                squares[0],
-                0.0,
-                2.0 * allowed * (error + allowed),
-            )
-        });
-        quantities.push(Quantity::at_most_zero(("speed sideways", "m/s"), sideways, allowed));
-        Ok(Findings { quantities, curve })
+        curve = run.curve(
+            ("speed of the box, diagonally", "m/s"),
+            0,
+            |state| state.velocity.xy().dot(direction),
+            |t| Speeds::exact(t).plate,
+        );
     }
+    let error = squares[1].sqrt();
+    quantities.push(
+        exactly(
+            ("mean squared error of a velocity", "m²/s²"),
+            squares[0],
+            0.0,
+            2.0 * allowed * (error + allowed),
+        )
+        .in_steps(squares[1], Convergence::order(4, DURATION / h)),
+    );
+    quantities.push(at_most_zero(("speed sideways", "m/s"), sideways, allowed));
+    Ok(Findings { quantities, curve })
 }

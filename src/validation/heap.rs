@@ -8,37 +8,33 @@
 //! the ground. The plane between two balls is across their line of centres at the step's start, and the
 //! distance at its end is no less than that along it: no penetration is left to the order of h.
 
+use super::quantity::{at_most_zero, exactly};
 use super::stopping::resting;
-use super::{Curve, Findings, Input, Inputs, Laboratory, Problem, Quantity, Run, Setup};
-use super::{Subject, Unsuitable};
+use super::{Curve, Findings, Input, Inputs, Laboratory, Posed, Run, Setup, Solved, Subject};
 use crate::contact::Partner;
 use crate::geometry::Piece;
 use crate::mechanics::{RigidBody, State};
 use crate::simulation::random::Draws;
 use nalgebra::Vector3;
 
-/// A cube of balls that falls.
-pub struct Balls {
-    name: &'static str,
-    about: &'static str,
-    /// e: 0, or 1 for balls that lose nothing.
-    restitution: f64,
-}
-
 /// The test as it is.
-pub const BALLS_666: Balls = Balls {
+pub const BALLS_666: Posed = Posed {
     name: "balls-666",
     about: "6 × 6 × 6 balls without friction fall on the ground and on each other (SimBenchmark's 666 \
             test, its first 0.3 s): nothing penetrates, momentum stays, energy does not grow.",
-    restitution: 0.0,
+    time_step: 0.01,
+    inputs: &[(Input::Mass, 10.0), (Input::Gravity, 9.81)],
+    bodies: BALLS,
+    ..Posed::by(|inputs, laboratory| fall(inputs, laboratory, 0.0))
 };
 
 /// The elastic test.
-pub const ELASTIC_666: Balls = Balls {
+pub const ELASTIC_666: Posed = Posed {
     name: "elastic-666",
     about: "The same with restitution 1 (SimBenchmark's elastic 666 test, its first 0.3 s): what the \
             step keeps of the energy, ½ v² + g z − ½ h g v, does not grow.",
-    restitution: 1.0,
+    solve: |inputs, laboratory| fall(inputs, laboratory, 1.0),
+    ..BALLS_666
 };
 
 /// Balls along each edge.
@@ -112,99 +108,73 @@ fn penetration(places: &[Vector3<f64>]) -> (f64, f64) {
     (deepest, squares)
 }
 
-impl Problem for Balls {
-    fn name(&self) -> &'static str {
-        self.name
-    }
+/// Laws of conservation, all of them exact in the step as well; the energy falls. A contact that
+/// ends with the gap 0 has lost energy: its impulse times u_n = 0 does no work on the motion at
+/// the step's end, and ½ m |v⁺ − v|² is lost.
+fn fall(inputs: &Inputs, laboratory: &mut Laboratory<'_>, restitution: f64) -> Solved {
+    let (mass, gravity) = (inputs.get(Input::Mass)?, inputs.get(Input::Gravity)?);
+    let (ball, _) = RigidBody::solid(mass, &[Piece::sphere(RADIUS)?])?;
+    let bodies = starts().into_iter().map(|start| Subject::new(ball.clone(), start)).collect();
+    let (h, mut pushed) = (laboratory.time_step(), 0.0);
+    let (mut deepest, mut squares, mut places) = (0.0_f64, 0.0, Vec::new());
+    let setup = Setup { restitution, ..Setup::new(bodies, gravity, 0.0, DURATION) };
+    let run = laboratory.run_until(&setup, &mut |step| {
+        let ground = step.contacts.iter().filter(|c| c.key.partner == Partner::Ground);
+        pushed += h * ground.map(|contact| contact.force[2]).sum::<f64>();
+        places.clear();
+        places.extend(step.after.iter().map(|state| state.position));
+        let (depth, square) = penetration(&places);
+        deepest = deepest.max(depth);
+        squares += square;
+        false
+    })?;
 
-    fn about(&self) -> &'static str {
-        self.about
-    }
+    let (steps, t) = (run.steps(), run.time(run.steps()));
+    let ((linear, angular), start) = (momentum(&run, steps), momentum(&run, 0));
+    let energies: Vec<f64> = (0..=steps).map(|k| energy(&run, k, gravity, restitution)).collect();
+    let gains = energies.windows(2).map(|two| two[1] - two[0]);
+    let gained = gains.fold(f64::NEG_INFINITY, f64::max);
+    let spin = run.all_states().map(|state| state.spin.norm()).fold(0.0, f64::max);
 
-    fn bodies(&self) -> usize {
-        BALLS
-    }
-
-    fn inputs(&self) -> Inputs {
-        let values = [(Input::Mass, 10.0), (Input::Gravity, 9.81)];
-        Inputs::new(0.01, &values)
-    }
-
-    /// Laws of conservation, all of them exact in the step as well; the energy falls. A contact that
-    /// ends with the gap 0 has lost energy: its impulse times u_n = 0 does no work on the motion at
-    /// the step's end, and ½ m |v⁺ − v|² is lost.
-    fn solve(
-        &self,
-        inputs: &Inputs,
-        laboratory: &mut Laboratory<'_>,
-    ) -> Result<Findings, Unsuitable> {
-        let (mass, gravity) = (inputs.get(Input::Mass)?, inputs.get(Input::Gravity)?);
-        let restitution = self.restitution;
-        let (ball, _) = RigidBody::solid(mass, &[Piece::sphere(RADIUS)?])?;
-        let bodies = starts().into_iter().map(|start| Subject::new(ball.clone(), start)).collect();
-        let (h, mut pushed) = (laboratory.time_step(), 0.0);
-        let (mut deepest, mut squares, mut places) = (0.0_f64, 0.0, Vec::new());
-        let setup = Setup { restitution, ..Setup::new(bodies, gravity, 0.0, DURATION) };
-        let run = laboratory.run_until(&setup, &mut |step| {
-            let ground = step.contacts.iter().filter(|c| c.key.partner == Partner::Ground);
-            pushed += h * ground.map(|contact| contact.force[2]).sum::<f64>();
-            places.clear();
-            places.extend(step.after.iter().map(|state| state.position));
-            let (depth, square) = penetration(&places);
-            deepest = deepest.max(depth);
-            squares += square;
-            false
-        })?;
-
-        let (steps, t) = (run.steps(), run.time(run.steps()));
-        let ((linear, angular), start) = (momentum(&run, steps), momentum(&run, 0));
-        let energies: Vec<f64> =
-            (0..=steps).map(|k| energy(&run, k, gravity, restitution)).collect();
-        let gains = energies.windows(2).map(|two| two[1] - two[0]);
-        let gained = gains.fold(f64::NEG_INFINITY, f64::max);
-        let spin = run.all_states().map(|state| state.spin.norm()).fold(0.0, f64::max);
-
-        let count = BALLS as f64;
-        let lacked = run.sum(|r| r.momentum) + run.flight_rounding();
-        // A gap that is off by δ h does the work of its force over it, and lifts all that is above.
-        let seat = run.seat();
-        let fastest = (2.0 * gravity * EDGE as f64 * APART).sqrt();
-        let worked = gravity * seat
-            + fastest * run.largest(|r| r.momentum)
-            + 64.0 * f64::EPSILON * energies[0];
-        Ok(Findings {
-            quantities: vec![
-                Quantity::at_most_zero(("deepest penetration", "m"), deepest, 2.0 * seat),
-                Quantity::at_most_zero(
-                    ("mean sum of squared penetrations", "m²"),
-                    squares / steps as f64,
-                    6.0 * count * (2.0 * seat).powi(2),
-                ),
-                Quantity::at_most_zero(
-                    ("horizontal speed of the common centre", "m/s"),
-                    linear.xy().norm(),
-                    lacked,
-                ),
-                Quantity::exactly(
-                    ("angular momentum about the vertical, a mass", "m²/s"),
-                    angular,
-                    start.1,
-                    EDGE as f64 * APART * lacked,
-                ),
-                Quantity::exactly(
-                    ("impulse of the ground, a mass", "m/s"),
-                    pushed / (count * mass),
-                    linear[2] + gravity * t,
-                    lacked,
-                ),
-                Quantity::at_most_zero(("largest gain of energy, a mass", "J/kg"), gained, worked),
-                Quantity::at_most_zero(
-                    ("largest spin", "rad/s"),
-                    spin,
-                    2.0 * run.sum(|r| r.momentum) / RADIUS + run.flight_rounding() / RADIUS,
-                ),
-            ],
-            curve: Curve::of(("energy", "J"), &run, |k| energies[k], |_| f64::NAN),
-        })
-    }
+    let count = BALLS as f64;
+    let lacked = run.sum(|r| r.momentum) + run.flight_rounding();
+    // A gap that is off by δ h does the work of its force over it, and lifts all that is above.
+    let seat = run.seat();
+    let fastest = (2.0 * gravity * EDGE as f64 * APART).sqrt();
+    let worked =
+        gravity * seat + fastest * run.largest(|r| r.momentum) + 64.0 * f64::EPSILON * energies[0];
+    Ok(Findings {
+        quantities: vec![
+            at_most_zero(("deepest penetration", "m"), deepest, 2.0 * seat),
+            at_most_zero(
+                ("mean sum of squared penetrations", "m²"),
+                squares / steps as f64,
+                6.0 * count * (2.0 * seat).powi(2),
+            ),
+            at_most_zero(
+                ("horizontal speed of the common centre", "m/s"),
+                linear.xy().norm(),
+                lacked,
+            ),
+            exactly(
+                ("angular momentum about the vertical, a mass", "m²/s"),
+                angular,
+                start.1,
+                EDGE as f64 * APART * lacked,
+            ),
+            exactly(
+                ("impulse of the ground, a mass", "m/s"),
+                pushed / (count * mass),
+                linear[2] + gravity * t,
+                lacked,
+            ),
+            at_most_zero(("largest gain of energy, a mass", "J/kg"), gained, worked),
+            at_most_zero(
+                ("largest spin", "rad/s"),
+                spin,
+                2.0 * run.sum(|r| r.momentum) / RADIUS + run.flight_rounding() / RADIUS,
+            ),
+        ],
+        curve: Curve::of(("energy", "J"), &run, |k| energies[k], |_| f64::NAN),
+    })
 }

@@ -1,9 +1,9 @@
 //! Simulates the problems' runs and keeps what the answers are compared with. Nothing else
 //! of the validation knows how a simulation is made.
 
-use super::Unsuitable;
 use super::incline::Incline;
 use super::residual::Residual;
+use super::{Curve, Unsuitable};
 use crate::contact::detection::Detection;
 use crate::contact::{Partner, Plane};
 use crate::error::Error;
@@ -373,6 +373,17 @@ impl Run {
     #[must_use]
     pub fn end(&self, index: usize) -> &State {
         &self.states(index)[self.steps()]
+    }
+
+    /// What is `measured` of the states of body `index`, beside `exact` of their times.
+    pub(super) fn curve(
+        &self,
+        label: (&'static str, &'static str),
+        index: usize,
+        measured: impl Fn(&State) -> f64,
+        exact: impl Fn(f64) -> f64,
+    ) -> Curve {
+        Curve::of(label, self, |k| measured(&self.states(index)[k]), exact)
     }
 
     /// The states of all bodies.

@@ -17,21 +17,16 @@
 //!
 //! is needed; tan θ ≥ 1/(2μ) for thin rails. Both are those of a step at rest, whatever h is.
 
+use super::Unsuitable;
+use super::quantity::{at_most_zero, exactly};
 use super::stopping::resting;
-use super::threshold::{BRACKET, Threshold};
-use super::{Curve, Findings, Input, Inputs, Laboratory, Problem, Quantity, Run, Setup};
-use super::{Subject, Unsuitable};
+use super::threshold::Threshold;
+use super::{Curve, Findings, Input, Inputs, Laboratory, Posed, Run, Setup, Solved, Subject};
 use crate::contact::Partner;
 use crate::geometry::Piece;
 use crate::mechanics::{RigidBody, State};
 use crate::world::Fixed;
 use nalgebra::{Matrix3, Vector3, Vector4};
-
-/// A ladder that leans on a wall.
-pub struct Ladder;
-
-/// Two cards that lean on each other.
-pub struct CardTent;
 
 /// L, ρ, and half the way between the rails, m.
 const HALF_LENGTH: f64 = 1.0;
@@ -94,173 +89,127 @@ fn speed(run: &Run, bodies: usize) -> f64 {
     (0..bodies).map(|index| run.end(index).velocity.norm()).fold(0.0, f64::max)
 }
 
-impl Problem for Ladder {
-    fn name(&self) -> &'static str {
-        "ladder"
-    }
+/// A ladder that leans on a wall.
+pub static LADDER: Posed = Posed {
+    name: "ladder",
+    about: "A ladder leans on a smooth wall, which pushes with ½ m g cot θ: friction μ on the \
+            ground holds it down to tan θ = 1/(2 μ), a little less for its thickness.",
+    time_step: 0.005,
+    inputs: &[(Input::Mass, 8.0), (Input::Friction, 0.4), (Input::Gravity, 9.81)],
+    ..Posed::by(ladder_on_wall)
+};
 
-    fn about(&self) -> &'static str {
-        "A ladder leans on a smooth wall, which pushes with ½ m g cot θ: friction μ on the \
-         ground holds it down to tan θ = 1/(2 μ), a little less for its thickness."
+/// The push N/(m g), at an angle a third of the way from the threshold to upright, and the
+/// threshold.
+fn ladder_on_wall(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
+    let (mass, friction) = (inputs.get(Input::Mass)?, inputs.get(Input::Friction)?);
+    let gravity = inputs.get(Input::Gravity)?;
+    let threshold = angle_of(friction);
+    if !(0.2..1.5).contains(&threshold) {
+        return Err(Unsuitable::Motion(format!(
+            "with mu {friction} the ladder slides below {:.1}°; 12° to 85° is needed",
+            threshold.to_degrees()
+        )));
     }
-
-    fn inputs(&self) -> Inputs {
-        let values = [(Input::Mass, 8.0), (Input::Friction, 0.4), (Input::Gravity, 9.81)];
-        Inputs::new(0.005, &values)
-    }
-
-    /// The push N/(m g), at an angle a third of the way from the threshold to upright, and the
-    /// threshold.
-    fn solve(
-        &self,
-        inputs: &Inputs,
-        laboratory: &mut Laboratory<'_>,
-    ) -> Result<Findings, Unsuitable> {
-        let (mass, friction) = (inputs.get(Input::Mass)?, inputs.get(Input::Friction)?);
-        let gravity = inputs.get(Input::Gravity)?;
-        let threshold = angle_of(friction);
-        if !(0.2..1.5).contains(&threshold) {
-            return Err(Unsuitable::Motion(format!(
-                "with mu {friction} the ladder slides below {:.1}°; 12° to 85° is needed",
-                threshold.to_degrees()
-            )));
-        }
-        let half_sides = Vector3::new(0.1, 2.0, 2.0 * HALF_LENGTH);
-        let centre = Vector3::new(half_sides[0], 0.0, half_sides[2]);
-        let wall = Piece::cuboid(half_sides)?.moved_by(&Matrix3::identity(), &centre)?;
-        let setup = |angle: f64| {
-            let bodies = vec![Subject::new(ladder(mass)?, leaning(angle, 1.0))];
-            Ok::<_, Unsuitable>(Setup {
-                fixed: vec![Fixed { piece: wall.clone(), friction: None }],
-                frictions: vec![(0, Partner::Fixed(0), 0.0)],
-                ..Setup::new(bodies, gravity, friction, DURATION)
-            })
-        };
-        let stands = threshold + (std::f64::consts::FRAC_PI_2 - threshold) / 3.0;
-        let mut pushes = Vec::new();
-        let run = laboratory.run_until(&setup(stands)?, &mut |step| {
-            let wall = step.between(0, Partner::Fixed(0));
-            pushes.push(wall.map(|contact| contact.normal_force).sum::<f64>() / (mass * gravity));
-            false
-        })?;
-        let expected = thrust(stands);
-        let slack = force_slack(&run, gravity);
-        let found = Threshold::find(
-            (BRACKET.0 * threshold, BRACKET.1 * threshold),
-            RESOLUTION * threshold,
-            |angle| {
-                let run = laboratory.run(&setup(angle)?)?;
-                let stays = speed(&run, 1) <= SLIDING * gravity * DURATION;
-                Ok((stays, 2.0 * force_slack(&run, gravity)))
-            },
-        )?;
-        let astray = (run.end(0).position - leaning(stands, 1.0).position).norm();
-        Ok(Findings {
-            quantities: vec![
-                Quantity::exactly(
-                    ("push of the wall", "m g"),
-                    pushes[pushes.len() - 1],
-                    expected,
-                    slack,
-                ),
-                Quantity::at_most_zero(
-                    ("way of the ladder", "m"),
-                    astray,
-                    4.0 * run.seat() + run.time_step * run.sum(|residual| residual.friction),
-                ),
-                Quantity::exactly(
-                    ("threshold of the angle", "rad"),
-                    found.value,
-                    threshold,
-                    found.slack,
-                ),
-            ],
-            curve: Curve::of(
-                ("push of the wall", "m g"),
-                &run,
-                |k| pushes[k.saturating_sub(1)],
-                |_| expected,
-            ),
+    let half_sides = Vector3::new(0.1, 2.0, 2.0 * HALF_LENGTH);
+    let centre = Vector3::new(half_sides[0], 0.0, half_sides[2]);
+    let wall = Piece::cuboid(half_sides)?.moved_by(&Matrix3::identity(), &centre)?;
+    let setup = |angle: f64| {
+        let bodies = vec![Subject::new(ladder(mass)?, leaning(angle, 1.0))];
+        Ok::<_, Unsuitable>(Setup {
+            fixed: vec![Fixed { piece: wall.clone(), friction: None }],
+            frictions: vec![(0, Partner::Fixed(0), 0.0)],
+            ..Setup::new(bodies, gravity, friction, DURATION)
         })
-    }
+    };
+    let stands = threshold + (std::f64::consts::FRAC_PI_2 - threshold) / 3.0;
+    let mut pushes = Vec::new();
+    let run = laboratory.run_until(&setup(stands)?, &mut |step| {
+        let wall = step.between(0, Partner::Fixed(0));
+        pushes.push(wall.map(|contact| contact.normal_force).sum::<f64>() / (mass * gravity));
+        false
+    })?;
+    let expected = thrust(stands);
+    let slack = force_slack(&run, gravity);
+    let found = Threshold::near(threshold, RESOLUTION * threshold, |angle| {
+        let run = laboratory.run(&setup(angle)?)?;
+        let stays = speed(&run, 1) <= SLIDING * gravity * DURATION;
+        Ok((stays, 2.0 * force_slack(&run, gravity)))
+    })?;
+    let astray = (run.end(0).position - leaning(stands, 1.0).position).norm();
+    Ok(Findings {
+        quantities: vec![
+            exactly(("push of the wall", "m g"), pushes[pushes.len() - 1], expected, slack),
+            at_most_zero(
+                ("way of the ladder", "m"),
+                astray,
+                4.0 * run.seat() + run.time_step * run.sum(|residual| residual.friction),
+            ),
+            exactly(("threshold of the angle", "rad"), found.value, threshold, found.slack),
+        ],
+        curve: Curve::of(
+            ("push of the wall", "m g"),
+            &run,
+            |k| pushes[k.saturating_sub(1)],
+            |_| expected,
+        ),
+    })
 }
 
-impl Problem for CardTent {
-    fn name(&self) -> &'static str {
-        "card-tent"
-    }
+/// Two cards that lean on each other.
+pub static CARD_TENT: Posed = Posed {
+    name: "card-tent",
+    about: "Two cards lean on each other at 60°, each the other's wall: they stand if friction on \
+            the ground is at least ½ cot θ, a little less for their thickness.",
+    time_step: 0.005,
+    inputs: &[(Input::Mass, 0.5), (Input::Gravity, 9.81)],
+    bodies: 2,
+    ..Posed::by(card_tent)
+};
 
-    fn about(&self) -> &'static str {
-        "Two cards lean on each other at 60°, each the other's wall: they stand if friction on \
-         the ground is at least ½ cot θ, a little less for their thickness."
-    }
-
-    fn bodies(&self) -> usize {
-        2
-    }
-
-    fn inputs(&self) -> Inputs {
-        let values = [(Input::Mass, 0.5), (Input::Gravity, 9.81)];
-        Inputs::new(0.005, &values)
-    }
-
-    /// By symmetry the cards push each other along the horizontal alone: where they could hold
-    /// with another force, they could with the mean of it and its mirror image, for a cone is
-    /// convex. The tent stands with 1.2 times the friction that it takes.
-    fn solve(
-        &self,
-        inputs: &Inputs,
-        laboratory: &mut Laboratory<'_>,
-    ) -> Result<Findings, Unsuitable> {
-        let (mass, gravity) = (inputs.get(Input::Mass)?, inputs.get(Input::Gravity)?);
-        let angle = TENT.to_radians();
-        let needed = thrust(angle);
-        let setup = |friction: f64| {
-            let card = ladder(mass)?;
-            let [left, right] =
-                [1.0, -1.0].map(|side| Subject::new(card.clone(), leaning(angle, side)));
-            Ok::<_, Unsuitable>(Setup::new(vec![left, right], gravity, friction, DURATION))
-        };
-        let mut pushes = Vec::new();
-        let run = laboratory.run_until(&setup(1.2 * needed)?, &mut |step| {
-            let between = step.between(0, Partner::Body(1));
-            let push: f64 = between.map(|contact| contact.force[0].abs()).sum();
-            pushes.push(push / (mass * gravity));
-            false
-        })?;
-        let slack = 2.0 * force_slack(&run, gravity);
-        let found = Threshold::find(
-            (BRACKET.0 * needed, BRACKET.1 * needed),
-            RESOLUTION * needed,
-            |friction| {
-                let run = laboratory.run(&setup(friction)?)?;
-                let stays = speed(&run, 2) <= SLIDING * gravity * DURATION;
-                Ok((stays, 2.0 * force_slack(&run, gravity)))
-            },
-        )?;
-        let [left, right] = [(0, 1.0), (1, -1.0)]
-            .map(|(index, side)| (run.end(index).position - leaning(angle, side).position).norm());
-        Ok(Findings {
-            quantities: vec![
-                Quantity::exactly(
-                    ("push of the cards", "m g"),
-                    pushes[pushes.len() - 1],
-                    needed,
-                    slack,
-                ),
-                Quantity::at_most_zero(
-                    ("way of a card", "m"),
-                    left.max(right),
-                    8.0 * run.seat() + run.time_step * run.sum(|residual| residual.friction),
-                ),
-                Quantity::exactly(("threshold of friction", "1"), found.value, needed, found.slack),
-            ],
-            curve: Curve::of(
-                ("push of the cards", "m g"),
-                &run,
-                |k| pushes[k.saturating_sub(1)],
-                |_| needed,
+/// By symmetry the cards push each other along the horizontal alone: where they could hold
+/// with another force, they could with the mean of it and its mirror image, for a cone is
+/// convex. The tent stands with 1.2 times the friction that it takes.
+fn card_tent(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
+    let (mass, gravity) = (inputs.get(Input::Mass)?, inputs.get(Input::Gravity)?);
+    let angle = TENT.to_radians();
+    let needed = thrust(angle);
+    let setup = |friction: f64| {
+        let card = ladder(mass)?;
+        let [left, right] =
+            [1.0, -1.0].map(|side| Subject::new(card.clone(), leaning(angle, side)));
+        Ok::<_, Unsuitable>(Setup::new(vec![left, right], gravity, friction, DURATION))
+    };
+    let mut pushes = Vec::new();
+    let run = laboratory.run_until(&setup(1.2 * needed)?, &mut |step| {
+        let between = step.between(0, Partner::Body(1));
+        let push: f64 = between.map(|contact| contact.force[0].abs()).sum();
+        pushes.push(push / (mass * gravity));
+        false
+    })?;
+    let slack = 2.0 * force_slack(&run, gravity);
+    let found = Threshold::near(needed, RESOLUTION * needed, |friction| {
+        let run = laboratory.run(&setup(friction)?)?;
+        let stays = speed(&run, 2) <= SLIDING * gravity * DURATION;
+        Ok((stays, 2.0 * force_slack(&run, gravity)))
+    })?;
+    let [left, right] = [(0, 1.0), (1, -1.0)]
+        .map(|(index, side)| (run.end(index).position - leaning(angle, side).position).norm());
+    Ok(Findings {
+        quantities: vec![
+            exactly(("push of the cards", "m g"), pushes[pushes.len() - 1], needed, slack),
+            at_most_zero(
+                ("way of a card", "m"),
+                left.max(right),
+                8.0 * run.seat() + run.time_step * run.sum(|residual| residual.friction),
             ),
-        })
-    }
+            exactly(("threshold of friction", "1"), found.value, needed, found.slack),
+        ],
+        curve: Curve::of(
+            ("push of the cards", "m g"),
+            &run,
+            |k| pushes[k.saturating_sub(1)],
+            |_| needed,
+        ),
+    })
 }

@@ -91,39 +91,103 @@ pub trait Problem: Sync {
     ) -> Result<Findings, Unsuitable>;
 }
 
+/// What solving a problem comes to.
+type Solved = Result<Findings, Unsuitable>;
+
+/// A problem of [`PROBLEMS`]: what is told of it, and the function that solves it.
+struct Posed {
+    name: &'static str,
+    about: &'static str,
+    /// Usually, s.
+    time_step: f64,
+    /// With their usual values.
+    inputs: &'static [(Input, f64)],
+    bodies: usize,
+    beyond_ipopt: Option<&'static str>,
+    /// Of [`Input::Speed`].
+    unit_of_speed: &'static str,
+    solve: fn(&Inputs, &mut Laboratory<'_>) -> Solved,
+}
+
+impl Posed {
+    /// A problem of one body that any solver is asked, yet without a name.
+    const fn by(solve: fn(&Inputs, &mut Laboratory<'_>) -> Solved) -> Self {
+        Self {
+            name: "",
+            about: "",
+            time_step: 0.0,
+            inputs: &[],
+            bodies: 1,
+            beyond_ipopt: None,
+            unit_of_speed: "m/s",
+            solve,
+        }
+    }
+}
+
+impl Problem for Posed {
+    fn name(&self) -> &'static str {
+        self.name
+    }
+
+    fn about(&self) -> &'static str {
+        self.about
+    }
+
+    fn inputs(&self) -> Inputs {
+        Inputs::new(self.time_step, self.inputs)
+    }
+
+    fn bodies(&self) -> usize {
+        self.bodies
+    }
+
+    fn beyond_ipopt(&self) -> Option<&'static str> {
+        self.beyond_ipopt
+    }
+
+    fn unit(&self, input: Input) -> &'static str {
+        if input == Input::Speed { self.unit_of_speed } else { input.unit() }
+    }
+
+    fn solve(&self, inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
+        (self.solve)(inputs, laboratory)
+    }
+}
+
 /// All problems, in the order of a first reading.
 pub static PROBLEMS: [&dyn Problem; 33] = [
-    &falling::FreeFall,
-    &stopping::SlidingStop,
+    &falling::FREE_FALL,
+    &stopping::SLIDING_STOP,
     &slope::STICK,
     &slope::SLIDE,
-    &stopping::FastPlate,
-    &spinning::SpinningBox,
-    &compass::Compass,
-    &dragging::DraggedCube,
-    &rocking::Rocking,
-    &toppling::PushedOver,
-    &toppling::SlopeTopple,
-    &tumbling::Tumble,
-    &bouncing::BouncingBox,
-    &bouncing::EdgeImpact,
-    &rolling::RollingBall,
-    &rolling::SlidingBall,
-    &leaning::Ladder,
-    &stack::Stack,
-    &stack::MassRatio,
-    &collision::Collision,
-    &collision::BallChain,
-    &cradle::Cradle,
-    &elastic::BouncingBalls,
-    &pair::PairInFlight,
-    &blocks::BlocksOnSlope,
-    &blocks::PulledBlock,
-    &leaning::CardTent,
-    &turntable::Turntable,
-    &arch::Arch,
-    &dominoes::Dominoes,
-    &grid::BallGrid,
+    &stopping::FAST_PLATE,
+    &spinning::SPINNING_BOX,
+    &compass::COMPASS,
+    &dragging::DRAGGED_CUBE,
+    &rocking::ROCKING,
+    &toppling::PUSHED_OVER,
+    &toppling::SLOPE_TOPPLE,
+    &tumbling::TUMBLE,
+    &bouncing::BOUNCING_BOX,
+    &bouncing::EDGE_IMPACT,
+    &rolling::ROLLING_BALL,
+    &rolling::SLIDING_BALL,
+    &leaning::LADDER,
+    &stack::STACK,
+    &stack::MASS_RATIO,
+    &collision::COLLISION,
+    &collision::BALL_CHAIN,
+    &cradle::CRADLE,
+    &elastic::BOUNCING_BALLS,
+    &pair::PAIR_IN_FLIGHT,
+    &blocks::BLOCKS_ON_SLOPE,
+    &blocks::PULLED_BLOCK,
+    &leaning::CARD_TENT,
+    &turntable::TURNTABLE,
+    &arch::ARCH,
+    &dominoes::DOMINOES,
+    &grid::BALL_GRID,
     &heap::BALLS_666,
     &heap::ELASTIC_666,
 ];

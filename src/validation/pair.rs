@@ -1,15 +1,13 @@
 //! Two cubes that meet in empty space, anyhow: momentum stays.
 
+use super::Unsuitable;
+use super::quantity::at_most_zero;
 use super::stopping::resting;
-use super::{Curve, Findings, Input, Inputs, Laboratory, Problem, Quantity, Run, Setup};
-use super::{Subject, Unsuitable};
+use super::{Curve, Findings, Input, Inputs, Laboratory, Posed, Run, Setup, Solved, Subject};
 use crate::mechanics::quaternion::rotation;
 use crate::mechanics::{RigidBody, Rotation, State};
 use crate::simulation::random::random_attitude;
 use nalgebra::Vector3;
-
-/// Two cubes that meet in empty space.
-pub struct PairInFlight;
 
 /// m.
 const HALF_SIDES: [f64; 2] = [0.2, 0.15];
@@ -64,99 +62,81 @@ fn states(run: &Run, k: usize) -> [&State; 2] {
     [&run.states(0)[k], &run.states(1)[k]]
 }
 
-impl Problem for PairInFlight {
-    fn name(&self) -> &'static str {
-        "pair-in-flight"
+/// Two cubes that meet in empty space.
+pub static PAIR_IN_FLIGHT: Posed = Posed {
+    name: "pair-in-flight",
+    about: "Two spinning cubes meet in empty space, off the centre, with friction: linear and \
+            angular momentum of the pair stay, and energy is lost.",
+    time_step: 0.002,
+    inputs: &[(Input::Mass, 2.0), (Input::Friction, 0.5), (Input::Speed, 3.0)],
+    bodies: 2,
+    ..Posed::by(pair_in_flight)
+};
+
+/// Forces on the two are opposite and at one point of the world, so that Σ m v and
+/// Σ r × m v + A P⁻(ω) (eq. 34) stay. The step's do so to the last digit: r⁺ = r + h v⁺ adds
+/// nothing to r × m v, and A⁺ P⁻(ω⁺) is A P⁺(ω⁺).
+fn pair_in_flight(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
+    let (mass, speed) = (inputs.get(Input::Mass)?, inputs.get(Input::Speed)?);
+    let friction = inputs.get(Input::Friction)?;
+    let [first, second] = HALF_SIDES.map(Vector3::repeat);
+    let bodies = [RigidBody::solid_box(mass, first)?, RigidBody::solid_box(SECOND * mass, second)?];
+    let cubes = Cubes { bodies: bodies.clone() };
+    let [mut a, mut b] =
+        [1, 2].map(|seed| State { attitude: random_attitude(seed), ..resting(HEIGHT) });
+    a.position += APART;
+    a.velocity = Vector3::new(speed, 0.0, 0.0);
+    a.spin = speed * Vector3::new(0.3, -0.6, 0.4);
+    b.spin = speed * Vector3::new(-0.5, 0.2, 0.7);
+    let starts = [a, b];
+    let subjects = bodies.into_iter().zip(starts).map(|(body, at)| Subject::new(body, at));
+    let setup = Setup::new(subjects.collect(), 0.0, friction, WAY / speed);
+    let mut touched = 0_usize;
+    let run = laboratory.run_until(&setup, &mut |step| {
+        touched += usize::from(step.contacts.iter().any(|contact| contact.carries_force()));
+        false
+    })?;
+    if touched == 0 {
+        return Err(Unsuitable::Motion("the cubes pass each other".to_owned()));
     }
 
-    fn about(&self) -> &'static str {
-        "Two spinning cubes meet in empty space, off the centre, with friction: linear and \
-         angular momentum of the pair stay, and energy is lost."
+    let (p, l) = cubes.momentum([&starts[0], &starts[1]], run.time_step);
+    let (mut strayed, mut turned, mut gained) = (0.0_f64, 0.0_f64, f64::NEG_INFINITY);
+    let energy = cubes.energy([&starts[0], &starts[1]], run.time_step);
+    for k in 1..=run.steps() {
+        let (linear, angular) = cubes.momentum(states(&run, k), run.time_step);
+        strayed = strayed.max((linear - p).norm());
+        turned = turned.max((angular - l).norm());
+        gained = gained.max(cubes.energy(states(&run, k), run.time_step) - energy);
     }
-
-    fn bodies(&self) -> usize {
-        2
-    }
-
-    fn inputs(&self) -> Inputs {
-        let (mass, friction) = ((Input::Mass, 2.0), (Input::Friction, 0.5));
-        Inputs::new(0.002, &[mass, friction, (Input::Speed, 3.0)])
-    }
-
-    /// Forces on the two are opposite and at one point of the world, so that Σ m v and
-    /// Σ r × m v + A P⁻(ω) (eq. 34) stay. The step's do so to the last digit: r⁺ = r + h v⁺ adds
-    /// nothing to r × m v, and A⁺ P⁻(ω⁺) is A P⁺(ω⁺).
-    fn solve(
-        &self,
-        inputs: &Inputs,
-        laboratory: &mut Laboratory<'_>,
-    ) -> Result<Findings, Unsuitable> {
-        let (mass, speed) = (inputs.get(Input::Mass)?, inputs.get(Input::Speed)?);
-        let friction = inputs.get(Input::Friction)?;
-        let [first, second] = HALF_SIDES.map(Vector3::repeat);
-        let bodies =
-            [RigidBody::solid_box(mass, first)?, RigidBody::solid_box(SECOND * mass, second)?];
-        let cubes = Cubes { bodies: bodies.clone() };
-        let [mut a, mut b] =
-            [1, 2].map(|seed| State { attitude: random_attitude(seed), ..resting(HEIGHT) });
-        a.position += APART;
-        a.velocity = Vector3::new(speed, 0.0, 0.0);
-        a.spin = speed * Vector3::new(0.3, -0.6, 0.4);
-        b.spin = speed * Vector3::new(-0.5, 0.2, 0.7);
-        let starts = [a, b];
-        let subjects = bodies.into_iter().zip(starts).map(|(body, at)| Subject::new(body, at));
-        let setup = Setup::new(subjects.collect(), 0.0, friction, WAY / speed);
-        let mut touched = 0_usize;
-        let run = laboratory.run_until(&setup, &mut |step| {
-            touched += usize::from(step.contacts.iter().any(|contact| contact.carries_force()));
-            false
-        })?;
-        if touched == 0 {
-            return Err(Unsuitable::Motion("the cubes pass each other".to_owned()));
-        }
-
-        let (p, l) = cubes.momentum([&starts[0], &starts[1]], run.time_step);
-        let (mut strayed, mut turned, mut gained) = (0.0_f64, 0.0_f64, f64::NEG_INFINITY);
-        let energy = cubes.energy([&starts[0], &starts[1]], run.time_step);
-        for k in 1..=run.steps() {
-            let (linear, angular) = cubes.momentum(states(&run, k), run.time_step);
-            strayed = strayed.max((linear - p).norm());
-            turned = turned.max((angular - l).norm());
-            gained = gained.max(cubes.energy(states(&run, k), run.time_step) - energy);
-        }
-        // What velocities lack, and angles that lag behind spins. All impulses of the meeting add
-        // up to some m v at most, each of them with the speed that its law misses.
-        let total = (1.0 + SECOND) * mass;
-        let lacked = run.sum(|residual| residual.momentum) + 4.0 * run.flight_rounding();
-        let astray = run.sum(|residual| residual.kinematics) * run.time_step;
-        let arm = run
-            .all_states()
-            .map(|state| (state.position[2] - HEIGHT).abs() + state.position.xy().norm());
-        let arm = arm.fold(1.0, f64::max);
-        Ok(Findings {
-            quantities: vec![
-                Quantity::at_most_zero(
-                    ("change of the momentum", "kg m/s"),
-                    strayed,
-                    total * lacked,
-                ),
-                Quantity::at_most_zero(
-                    ("change of the angular momentum", "kg m²/s"),
-                    turned,
-                    total * (3.0 * arm * lacked + speed * astray),
-                ),
-                Quantity::at_most_zero(
-                    ("energy above that of the start", "J"),
-                    gained,
-                    total * speed * (2.0 * lacked + run.largest(|r| r.normal + r.friction)),
-                ),
-            ],
-            curve: Curve::of(
-                ("momentum along the flight", "kg m/s"),
-                &run,
-                |k| cubes.momentum(states(&run, k), run.time_step).0[0],
-                |_| p[0],
+    // What velocities lack, and angles that lag behind spins. All impulses of the meeting add
+    // up to some m v at most, each of them with the speed that its law misses.
+    let total = (1.0 + SECOND) * mass;
+    let lacked = run.sum(|residual| residual.momentum) + 4.0 * run.flight_rounding();
+    let astray = run.sum(|residual| residual.kinematics) * run.time_step;
+    let arm = run
+        .all_states()
+        .map(|state| (state.position[2] - HEIGHT).abs() + state.position.xy().norm());
+    let arm = arm.fold(1.0, f64::max);
+    Ok(Findings {
+        quantities: vec![
+            at_most_zero(("change of the momentum", "kg m/s"), strayed, total * lacked),
+            at_most_zero(
+                ("change of the angular momentum", "kg m²/s"),
+                turned,
+                total * (3.0 * arm * lacked + speed * astray),
             ),
-        })
-    }
+            at_most_zero(
+                ("energy above that of the start", "J"),
+                gained,
+                total * speed * (2.0 * lacked + run.largest(|r| r.normal + r.friction)),
+            ),
+        ],
+        curve: Curve::of(
+            ("momentum along the flight", "kg m/s"),
+            &run,
+            |k| cubes.momentum(states(&run, k), run.time_step).0[0],
+            |_| p[0],
+        ),
+    })
 }

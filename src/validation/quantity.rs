@@ -63,26 +63,24 @@ impl Convergence {
     }
 }
 
-impl Quantity {
-    /// A quantity for which the step is exact.
-    pub(super) fn exactly(
-        (name, unit): (&'static str, &'static str),
-        measured: f64,
-        exact: f64,
-        slack: f64,
-    ) -> Self {
-        let (claim, convergence) = (Claim::Equal, Convergence::Exact);
-        Self { name, unit, measured, discrete: exact, exact, slack, claim, convergence }
-    }
+/// Its name and its unit.
+type Label = (&'static str, &'static str);
 
-    /// A quantity that may be 0 or less.
-    pub(super) fn at_most_zero(
-        (name, unit): (&'static str, &'static str),
-        measured: f64,
-        slack: f64,
-    ) -> Self {
-        let quantity = Self::exactly((name, unit), measured, 0.0, slack);
-        Self { claim: Claim::AtMost, ..quantity }
+/// A quantity for which the step is exact.
+pub(super) fn exactly((name, unit): Label, measured: f64, exact: f64, slack: f64) -> Quantity {
+    let (claim, convergence) = (Claim::Equal, Convergence::Exact);
+    Quantity { name, unit, measured, discrete: exact, exact, slack, claim, convergence }
+}
+
+/// A quantity that may be 0 or less.
+pub(super) fn at_most_zero(label: Label, measured: f64, slack: f64) -> Quantity {
+    Quantity { claim: Claim::AtMost, ..exactly(label, measured, 0.0, slack) }
+}
+
+impl Quantity {
+    /// The same, of which the steps make `discrete`.
+    pub(super) fn in_steps(self, discrete: f64, convergence: Convergence) -> Self {
+        Self { discrete, convergence, ..self }
     }
 
     /// measured − discrete.

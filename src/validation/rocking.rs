@@ -1,15 +1,13 @@
 //! A tall box that is tilted over an edge and falls back.
 
+use super::Unsuitable;
 use super::edge::{Edges, Planar};
+use super::quantity::exactly;
 use super::stopping::resting;
-use super::{Convergence, Curve, Findings, Input, Inputs, Laboratory, Problem, Quantity};
-use super::{Run, Setup, Subject, Unsuitable};
+use super::{Convergence, Findings, Input, Inputs, Laboratory, Posed, Run, Setup, Solved, Subject};
 use crate::mechanics::RigidBody;
 use crate::mechanics::State;
 use nalgebra::{Vector2, Vector3};
-
-/// A tall box on its edge.
-pub struct Rocking;
 
 /// μ: enough for the edge not to slip.
 const FRICTION: f64 = 1.0;
@@ -148,108 +146,83 @@ pub(super) fn tilt(state: &State) -> f64 {
     2.0 * state.attitude[2].atan2(state.attitude[0])
 }
 
-impl Problem for Rocking {
-    fn name(&self) -> &'static str {
-        "rocking"
+/// A tall box on its edge.
+pub static ROCKING: Posed = Posed {
+    name: "rocking",
+    about: "A tall box turns about an edge with a share (speed) of the spin that would topple it, \
+            rises as far as its energy goes, falls back, and keeps 1 − ³⁄₂ sin²α of its spin when \
+            its face meets the ground.",
+    time_step: 0.001,
+    inputs: &[(Input::Mass, 3.0), (Input::Gravity, 9.81), (Input::Speed, 0.9)],
+    unit_of_speed: "of the spin that topples it",
+    ..Posed::by(rocking)
+};
+
+/// About the edge the energy ½ I ω² + m g R cos(α − φ) stays, up to the peak φ:
+///
+/// ```text
+/// R cos(α − φ) = c + I ω²/(2 m g)
+/// ```
+///
+/// When the face meets the ground again the box goes on about the other edge, whose
+/// angular momentum the impact keeps (Housner 1963): ω⁺ = (1 − ³⁄₂ sin²α) ω⁻.
+///
+/// The step's motion is the recurrence of `edge.rs`, through the impact as well. Its spin
+/// lags by up to a step of deceleration, m g a h/I, and the spins about the impact are
+/// those of whole steps, up to two from it: how the steps fall decides.
+fn rocking(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
+    let tall = TallBox::new(inputs)?;
+    let share = inputs.get(Input::Speed)?;
+    if !(0.3..=0.98).contains(&share) {
+        return Err(Unsuitable::Motion(format!(
+            "speed is {share}, a share of the spin that topples the box; 0.3 to 0.98 is needed"
+        )));
     }
-
-    fn about(&self) -> &'static str {
-        "A tall box turns about an edge with a share (speed) of the spin that would topple it, \
-         rises as far as its energy goes, falls back, and keeps 1 − ³⁄₂ sin²α of its spin when \
-         its face meets the ground."
+    let spin = share * tall.critical_spin();
+    let (h, rise) = (laboratory.time_step(), spin / tall.deceleration());
+    if rise < 2.0 * h {
+        return Err(Unsuitable::Motion(format!(
+            "the box rises for {rise:.3} s, which is less than two steps of {h} s"
+        )));
     }
+    let setup = tall.setup(tall.pushed(spin), 15.0 * tall.growth_time())?;
+    // A little longer than until the face meets the ground.
+    let beyond = -0.1 * tall.balance();
+    let run = laboratory.run_until(&setup, &mut |step| tilt(&step.after[0]) < beyond)?;
 
-    fn inputs(&self) -> Inputs {
-        let values = [(Input::Mass, 3.0), (Input::Gravity, 9.81), (Input::Speed, 0.9)];
-        Inputs::new(0.001, &values)
-    }
+    let (alpha, radius, fine) = (tall.balance(), tall.radius(), tall.growth_time() / h);
+    let weight = tall.mass * tall.gravity;
+    let rise = tall.half_sides[2] + 0.5 * tall.inertia() * spin * spin / weight;
+    let peak = alpha - (rise / radius).acos();
+    let motion: Vec<_> = run.states(0).iter().map(|state| (tilt(state), state.spin[1])).collect();
+    let most = (setup.duration / h).round() as usize;
+    let discrete = |spin: f64| tall.discrete(spin, (h, most), |tilt, _| tilt < beyond);
+    let swing = Swing::of(&discrete(spin));
 
-    fn unit(&self, input: Input) -> &'static str {
-        if input == Input::Speed { "of the spin that topples it" } else { input.unit() }
-    }
-
-    /// About the edge the energy ½ I ω² + m g R cos(α − φ) stays, up to the peak φ:
-    ///
-    /// ```text
-    /// R cos(α − φ) = c + I ω²/(2 m g)
-    /// ```
-    ///
-    /// When the face meets the ground again the box goes on about the other edge, whose
-    /// angular momentum the impact keeps (Housner 1963): ω⁺ = (1 − ³⁄₂ sin²α) ω⁻.
-    ///
-    /// The step's motion is the recurrence of `edge.rs`, through the impact as well. Its spin
-    /// lags by up to a step of deceleration, m g a h/I, and the spins about the impact are
-    /// those of whole steps, up to two from it: how the steps fall decides.
-    fn solve(
-        &self,
-        inputs: &Inputs,
-        laboratory: &mut Laboratory<'_>,
-    ) -> Result<Findings, Unsuitable> {
-        let tall = TallBox::new(inputs)?;
-        let share = inputs.get(Input::Speed)?;
-        if !(0.3..=0.98).contains(&share) {
-            return Err(Unsuitable::Motion(format!(
-                "speed is {share}, a share of the spin that topples the box; 0.3 to 0.98 is needed"
-            )));
-        }
-        let spin = share * tall.critical_spin();
-        let (h, rise) = (laboratory.time_step(), spin / tall.deceleration());
-        if rise < 2.0 * h {
-            return Err(Unsuitable::Motion(format!(
-                "the box rises for {rise:.3} s, which is less than two steps of {h} s"
-            )));
-        }
-        let setup = tall.setup(tall.pushed(spin), 15.0 * tall.growth_time())?;
-        // A little longer than until the face meets the ground.
-        let beyond = -0.1 * tall.balance();
-        let run = laboratory.run_until(&setup, &mut |step| tilt(&step.after[0]) < beyond)?;
-
-        let (alpha, radius, fine) = (tall.balance(), tall.radius(), tall.growth_time() / h);
-        let weight = tall.mass * tall.gravity;
-        let rise = tall.half_sides[2] + 0.5 * tall.inertia() * spin * spin / weight;
-        let peak = alpha - (rise / radius).acos();
-        let motion: Vec<_> =
-            run.states(0).iter().map(|state| (tilt(state), state.spin[1])).collect();
-        let most = (setup.duration / h).round() as usize;
-        let discrete = |spin: f64| tall.discrete(spin, (h, most), |tilt, _| tilt < beyond);
-        let swing = Swing::of(&discrete(spin));
-
-        // What a change of the first spin does, by the recurrence itself.
-        let change = tall.spin_slack(&run, spin);
-        let trial = change.max(1e-7 * spin);
-        let [less, more] = [-trial, trial].map(|change| Swing::of(&discrete(spin + change)));
-        let effect = |of: fn(&Swing) -> f64| {
-            let moved = (of(&less) - of(&swing)).abs().max((of(&more) - of(&swing)).abs());
-            2.0 * change / trial * moved
-        };
-        let measured = Swing::of(&motion);
-        let bound = 2.0 * tall.deceleration() * h / swing.before;
-        Ok(Findings {
-            quantities: vec![
-                Quantity {
-                    discrete: swing.peak,
-                    convergence: Convergence::order(1, fine),
-                    ..Quantity::exactly(
-                        ("peak tilt", "rad"),
-                        measured.peak,
-                        peak,
-                        effect(|swing| swing.peak),
-                    )
-                },
-                Quantity {
-                    discrete: swing.kept,
-                    convergence: Convergence::within(bound, fine),
-                    ..Quantity::exactly(
-                        ("spin kept at impact", "1"),
-                        measured.kept,
-                        1.0 - 1.5 * alpha.sin().powi(2),
-                        effect(|swing| swing.kept) + 2.0 * change / swing.before,
-                    )
-                },
-            ],
-            curve: Curve::of(("tilt", "rad"), &run, |k| tilt(&run.states(0)[k]), |_| f64::NAN),
-        })
-    }
+    // What a change of the first spin does, by the recurrence itself.
+    let change = tall.spin_slack(&run, spin);
+    let trial = change.max(1e-7 * spin);
+    let [less, more] = [-trial, trial].map(|change| Swing::of(&discrete(spin + change)));
+    let effect = |of: fn(&Swing) -> f64| {
+        let moved = (of(&less) - of(&swing)).abs().max((of(&more) - of(&swing)).abs());
+        2.0 * change / trial * moved
+    };
+    let measured = Swing::of(&motion);
+    let bound = 2.0 * tall.deceleration() * h / swing.before;
+    Ok(Findings {
+        quantities: vec![
+            exactly(("peak tilt", "rad"), measured.peak, peak, effect(|swing| swing.peak))
+                .in_steps(swing.peak, Convergence::order(1, fine)),
+            exactly(
+                ("spin kept at impact", "1"),
+                measured.kept,
+                1.0 - 1.5 * alpha.sin().powi(2),
+                effect(|swing| swing.kept) + 2.0 * change / swing.before,
+            )
+            .in_steps(swing.kept, Convergence::within(bound, fine)),
+        ],
+        curve: run.curve(("tilt", "rad"), 0, |state| tilt(state), |_| f64::NAN),
+    })
 }
 
 /// What is measured of a box that rises and falls back.

@@ -17,18 +17,13 @@
 //! has, against the slip. Since w is above u by a share κ² u², a rolling ball is slower
 //! than the exact one by ⅖/1.4 of that share or so: second order in h.
 
+use super::Unsuitable;
 use super::axis::momentum;
+use super::quantity::{at_most_zero, exactly};
 use super::stopping::resting;
-use super::{Convergence, Curve, Findings, Input, Inputs, Laboratory, Problem, Quantity, Run};
-use super::{Setup, Subject, Unsuitable};
+use super::{Convergence, Findings, Input, Inputs, Laboratory, Posed, Run, Setup, Solved, Subject};
 use crate::geometry::Piece;
 use crate::mechanics::{RigidBody, State};
-
-/// A ball let go on a slope.
-pub struct RollingBall;
-
-/// A ball that slides first.
-pub struct SlidingBall;
 
 /// R, m.
 const RADIUS: f64 = 0.2;
@@ -137,202 +132,145 @@ fn rim(state: &State) -> f64 {
 /// s.
 const DURATION: f64 = 1.0;
 
-impl Problem for RollingBall {
-    fn name(&self) -> &'static str {
-        "rolling-ball"
+/// A ball let go on a slope.
+pub static ROLLING_BALL: Posed = Posed {
+    name: "rolling-ball",
+    about: "A ball let go on a slope: it rolls with a = ⁵⁄₇ g sin θ up to tan θ = ⁷⁄₂ μ, as \
+            usually; beyond, it slides with g (sin θ − μ cos θ) as it turns.",
+    time_step: 0.002,
+    inputs: &[
+        (Input::Mass, 2.0),
+        (Input::Friction, 0.4),
+        (Input::Gravity, 9.81),
+        (Input::Slope, 30.0),
+    ],
+    ..Posed::by(rolling_ball)
+};
+
+/// Rolling, v = R ω: m a = m g sin θ − F and I a/R = F R give a = ⁵⁄₇ g sin θ and
+/// F = ²⁄₇ m g sin θ, which must be within μ m g cos θ. Sliding, a = g (sin θ − μ cos θ)
+/// and R ω̇ = ⁵⁄₂ μ g cos θ.
+fn rolling_ball(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
+    let (gravity, slope) = (inputs.get(Input::Gravity)?, inputs.get(Input::Slope)?);
+    let (sin, cos) = slope.to_radians().sin_cos();
+    let (friction, h) = (inputs.get(Input::Friction)?, laboratory.time_step());
+    let ball = Ball { friction, along: gravity * sin, onto: gravity * cos, time_step: h };
+    let share = 2.0 / 7.0 * sin / cos / friction;
+    if (0.98..1.02).contains(&share) {
+        return Err(Unsuitable::Motion(format!(
+            "a slope of {slope}° is the one at which the ball begins to slide, tan θ = 7/2 mu"
+        )));
     }
+    let rolls = share < 1.0;
+    let (a, spin_up) = if rolls {
+        (5.0 / 7.0 * ball.along, 5.0 / 7.0 * ball.along)
+    } else {
+        (ball.along - friction * ball.onto, 2.5 * friction * ball.onto)
+    };
+    ball.check(spin_up * DURATION)?;
+    let setup = ball.setup(inputs.get(Input::Mass)?, slope, gravity)?;
+    let run = laboratory.run(&Setup { duration: DURATION, ..setup })?;
 
-    fn about(&self) -> &'static str {
-        "A ball let go on a slope: it rolls with a = ⁵⁄₇ g sin θ up to tan θ = ⁷⁄₂ μ, as usually; \
-         beyond, it slides with g (sin θ − μ cos θ) as it turns."
-    }
-
-    fn inputs(&self) -> Inputs {
-        let (mass, friction) = ((Input::Mass, 2.0), (Input::Friction, 0.4));
-        let values = [mass, friction, (Input::Gravity, 9.81), (Input::Slope, 30.0)];
-        Inputs::new(0.002, &values)
-    }
-
-    /// Rolling, v = R ω: m a = m g sin θ − F and I a/R = F R give a = ⁵⁄₇ g sin θ and
-    /// F = ²⁄₇ m g sin θ, which must be within μ m g cos θ. Sliding, a = g (sin θ − μ cos θ)
-    /// and R ω̇ = ⁵⁄₂ μ g cos θ.
-    fn solve(
-        &self,
-        inputs: &Inputs,
-        laboratory: &mut Laboratory<'_>,
-    ) -> Result<Findings, Unsuitable> {
-        let (gravity, slope) = (inputs.get(Input::Gravity)?, inputs.get(Input::Slope)?);
-        let (sin, cos) = slope.to_radians().sin_cos();
-        let (friction, h) = (inputs.get(Input::Friction)?, laboratory.time_step());
-        let ball = Ball { friction, along: gravity * sin, onto: gravity * cos, time_step: h };
-        let share = 2.0 / 7.0 * sin / cos / friction;
-        if (0.98..1.02).contains(&share) {
-            return Err(Unsuitable::Motion(format!(
-                "a slope of {slope}° is the one at which the ball begins to slide, tan θ = 7/2 mu"
-            )));
-        }
-        let rolls = share < 1.0;
-        let (a, spin_up) = if rolls {
-            (5.0 / 7.0 * ball.along, 5.0 / 7.0 * ball.along)
-        } else {
-            (ball.along - friction * ball.onto, 2.5 * friction * ball.onto)
-        };
-        ball.check(spin_up * DURATION)?;
-        let setup = ball.setup(inputs.get(Input::Mass)?, slope, gravity)?;
-        let run = laboratory.run(&Setup { duration: DURATION, ..setup })?;
-
-        let (count, t) = (run.steps(), run.time(run.steps()));
-        let discrete = ball.discrete((0.0, 0.0), count);
-        let (speed_slack, way_slack) =
-            if rolls { slack(&run, 0, share) } else { slack(&run, count, 0.0) };
-        let steps = count as f64;
-        let speed = if rolls { ball.lagging(a * t, steps) } else { Convergence::Exact };
-        let speed = if a > 0.0 { speed } else { Convergence::Exact };
-        let turning = ball.lagging(spin_up * t, steps);
-        // The way is longer by ½ v h, and shorter by about (²⁄₇) κ² v³ t/4 for the lag.
-        let (longer, shorter) = (0.5 * a * t * h, ball.lag().powi(2) * (a * t).powi(3) * t / 14.0);
-        let way = match (a > 0.0, rolls && shorter > 0.05 * longer) {
-            (false, _) => Convergence::Exact,
-            (true, false) => Convergence::order(1, steps),
-            (true, true) => Convergence::within(longer + 1.2 * shorter, steps),
-        };
-        let (v, u) = discrete[count];
-        let end = run.end(0);
-        Ok(Findings {
-            quantities: vec![
-                Quantity {
-                    discrete: v,
-                    convergence: speed,
-                    ..Quantity::exactly(
-                        ("speed down the slope", "m/s"),
-                        end.velocity[0],
-                        a * t,
-                        speed_slack,
-                    )
-                },
-                Quantity {
-                    discrete: u,
-                    convergence: if a > 0.0 { turning } else { Convergence::Exact },
-                    ..Quantity::exactly(
-                        ("speed of the rim", "m/s"),
-                        rim(end),
-                        spin_up * t,
-                        2.5 * speed_slack,
-                    )
-                },
-                Quantity {
-                    discrete: h * discrete[1..].iter().map(|(v, _)| v).sum::<f64>(),
-                    convergence: way,
-                    ..Quantity::exactly(
-                        ("way down the slope", "m"),
-                        end.position[0],
-                        0.5 * a * t * t,
-                        way_slack,
-                    )
-                },
-                Quantity::at_most_zero(
-                    ("way across and off the slope", "m"),
-                    end.position[1].hypot(end.position[2] - RADIUS),
-                    way_slack,
-                ),
-            ],
-            curve: Curve::of(
-                ("speed down the slope", "m/s"),
-                &run,
-                |k| run.states(0)[k].velocity[0],
-                |t| a * t,
+    let (count, t) = (run.steps(), run.time(run.steps()));
+    let discrete = ball.discrete((0.0, 0.0), count);
+    let (speed_slack, way_slack) =
+        if rolls { slack(&run, 0, share) } else { slack(&run, count, 0.0) };
+    let steps = count as f64;
+    let speed = if rolls { ball.lagging(a * t, steps) } else { Convergence::Exact };
+    let speed = if a > 0.0 { speed } else { Convergence::Exact };
+    let turning = ball.lagging(spin_up * t, steps);
+    // The way is longer by ½ v h, and shorter by about (²⁄₇) κ² v³ t/4 for the lag.
+    let (longer, shorter) = (0.5 * a * t * h, ball.lag().powi(2) * (a * t).powi(3) * t / 14.0);
+    let way = match (a > 0.0, rolls && shorter > 0.05 * longer) {
+        (false, _) => Convergence::Exact,
+        (true, false) => Convergence::order(1, steps),
+        (true, true) => Convergence::within(longer + 1.2 * shorter, steps),
+    };
+    let (v, u) = discrete[count];
+    let end = run.end(0);
+    Ok(Findings {
+        quantities: vec![
+            exactly(("speed down the slope", "m/s"), end.velocity[0], a * t, speed_slack)
+                .in_steps(v, speed),
+            exactly(("speed of the rim", "m/s"), rim(end), spin_up * t, 2.5 * speed_slack)
+                .in_steps(u, if a > 0.0 { turning } else { Convergence::Exact }),
+            exactly(("way down the slope", "m"), end.position[0], 0.5 * a * t * t, way_slack)
+                .in_steps(h * discrete[1..].iter().map(|(v, _)| v).sum::<f64>(), way),
+            at_most_zero(
+                ("way across and off the slope", "m"),
+                end.position[1].hypot(end.position[2] - RADIUS),
+                way_slack,
             ),
-        })
-    }
+        ],
+        curve: run.curve(("speed down the slope", "m/s"), 0, |state| state.velocity[0], |t| a * t),
+    })
 }
 
-impl Problem for SlidingBall {
-    fn name(&self) -> &'static str {
-        "sliding-ball"
-    }
+/// A ball that slides first.
+pub static SLIDING_BALL: Posed = Posed {
+    name: "sliding-ball",
+    about: "A ball is struck and slides without turning: friction turns it until it rolls, after 2 \
+            v/(7 μ g), with ⁵⁄₇ v whatever μ is.",
+    time_step: 0.002,
+    inputs: &[
+        (Input::Mass, 2.0),
+        (Input::Friction, 0.3),
+        (Input::Gravity, 9.81),
+        (Input::Speed, 4.0),
+    ],
+    ..Posed::by(sliding_ball)
+};
 
-    fn about(&self) -> &'static str {
-        "A ball is struck and slides without turning: friction turns it until it rolls, after \
-         2 v/(7 μ g), with ⁵⁄₇ v whatever μ is."
-    }
+/// While it slides v(t) = v − μ g t and R ω = ⁵⁄₂ μ g t, which are equal at
+/// t = 2 v/(7 μ g), with ⁵⁄₇ v; about the line of contact the angular momentum stays. After
+/// that nothing acts. In the step's terms v + ⅖ w(u) stays, and v = u at the end.
+fn sliding_ball(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
+    let (gravity, speed) = (inputs.get(Input::Gravity)?, inputs.get(Input::Speed)?);
+    let (friction, h) = (inputs.get(Input::Friction)?, laboratory.time_step());
+    let ball = Ball { friction, along: 0.0, onto: gravity, time_step: h };
+    ball.check(speed)?;
+    let (grip, rolls) = (2.0 * speed / (7.0 * friction * gravity), 5.0 / 7.0 * speed);
+    let mut setup = ball.setup(inputs.get(Input::Mass)?, 0.0, gravity)?;
+    setup.bodies[0].start.velocity[0] = speed;
+    let run = laboratory.run(&Setup { duration: 2.0 * grip + 4.0 * h, ..setup })?;
 
-    fn inputs(&self) -> Inputs {
-        let (mass, friction) = ((Input::Mass, 2.0), (Input::Friction, 0.3));
-        let values = [mass, friction, (Input::Gravity, 9.81), (Input::Speed, 4.0)];
-        Inputs::new(0.002, &values)
-    }
-
-    /// While it slides v(t) = v − μ g t and R ω = ⁵⁄₂ μ g t, which are equal at
-    /// t = 2 v/(7 μ g), with ⁵⁄₇ v; about the line of contact the angular momentum stays. After
-    /// that nothing acts. In the step's terms v + ⅖ w(u) stays, and v = u at the end.
-    fn solve(
-        &self,
-        inputs: &Inputs,
-        laboratory: &mut Laboratory<'_>,
-    ) -> Result<Findings, Unsuitable> {
-        let (gravity, speed) = (inputs.get(Input::Gravity)?, inputs.get(Input::Speed)?);
-        let (friction, h) = (inputs.get(Input::Friction)?, laboratory.time_step());
-        let ball = Ball { friction, along: 0.0, onto: gravity, time_step: h };
-        ball.check(speed)?;
-        let (grip, rolls) = (2.0 * speed / (7.0 * friction * gravity), 5.0 / 7.0 * speed);
-        let mut setup = ball.setup(inputs.get(Input::Mass)?, 0.0, gravity)?;
-        setup.bodies[0].start.velocity[0] = speed;
-        let run = laboratory.run(&Setup { duration: 2.0 * grip + 4.0 * h, ..setup })?;
-
-        let count = run.steps();
-        let discrete = ball.discrete((speed, 0.0), count);
-        // While it slides for sure.
-        let slides = ((grip / h).floor() as usize).min(count);
-        let slid = run.time(slides);
-        let (speed_slack, way_slack) = slack(&run, slides + 2, 0.0);
-        let way = speed * slid - 0.5 * friction * gravity * slid * slid;
-        let (v, u) = discrete[count];
-        let end = run.end(0);
-        let lagging = ball.lagging(rolls, f64::INFINITY);
-        Ok(Findings {
-            quantities: vec![
-                Quantity {
-                    discrete: v,
-                    convergence: lagging,
-                    ..Quantity::exactly(
-                        ("speed once it rolls", "m/s"),
-                        end.velocity[0],
-                        rolls,
-                        speed_slack,
-                    )
-                },
-                Quantity {
-                    discrete: u,
-                    convergence: lagging,
-                    ..Quantity::exactly(
-                        ("speed of the rim", "m/s"),
-                        rim(end),
-                        rolls,
-                        2.5 * speed_slack,
-                    )
-                },
-                Quantity {
-                    discrete: h * discrete[1..=slides].iter().map(|(v, _)| v).sum::<f64>(),
-                    convergence: Convergence::order(1, grip / h),
-                    ..Quantity::exactly(
-                        ("way while it slides", "m"),
-                        run.states(0)[slides].position[0],
-                        way,
-                        way_slack,
-                    )
-                },
-                Quantity::at_most_zero(
-                    ("way sideways and off the ground", "m"),
-                    end.position[1].hypot(end.position[2] - RADIUS),
-                    way_slack,
-                ),
-            ],
-            curve: Curve::of(
-                ("speed", "m/s"),
-                &run,
-                |k| run.states(0)[k].velocity[0],
-                |t| if t < grip { speed - friction * gravity * t } else { rolls },
+    let count = run.steps();
+    let discrete = ball.discrete((speed, 0.0), count);
+    // While it slides for sure.
+    let slides = ((grip / h).floor() as usize).min(count);
+    let slid = run.time(slides);
+    let (speed_slack, way_slack) = slack(&run, slides + 2, 0.0);
+    let way = speed * slid - 0.5 * friction * gravity * slid * slid;
+    let (v, u) = discrete[count];
+    let end = run.end(0);
+    let lagging = ball.lagging(rolls, f64::INFINITY);
+    Ok(Findings {
+        quantities: vec![
+            exactly(("speed once it rolls", "m/s"), end.velocity[0], rolls, speed_slack)
+                .in_steps(v, lagging),
+            exactly(("speed of the rim", "m/s"), rim(end), rolls, 2.5 * speed_slack)
+                .in_steps(u, lagging),
+            exactly(
+                ("way while it slides", "m"),
+                run.states(0)[slides].position[0],
+                way,
+                way_slack,
+            )
+            .in_steps(
+                h * discrete[1..=slides].iter().map(|(v, _)| v).sum::<f64>(),
+                Convergence::order(1, grip / h),
             ),
-        })
-    }
+            at_most_zero(
+                ("way sideways and off the ground", "m"),
+                end.position[1].hypot(end.position[2] - RADIUS),
+                way_slack,
+            ),
+        ],
+        curve: run.curve(
+            ("speed", "m/s"),
+            0,
+            |state| state.velocity[0],
+            |t| if t < grip { speed - friction * gravity * t } else { rolls },
+        ),
+    })
 }

@@ -1,42 +1,41 @@
 //! A box let go on a slope.
 
+use super::Unsuitable;
+use super::quantity::{at_most_zero, exactly};
 use super::slack::{SlideSlack, SlideStep, Slider};
 use super::stopping::resting;
-use super::{Convergence, Curve, Findings, Input, Inputs, Laboratory, Problem, Quantity};
-use super::{Run, Setup, Subject, Unsuitable};
+use super::{Convergence, Findings, Input, Inputs, Laboratory, Posed, Run, Setup, Solved, Subject};
 use crate::mechanics::RigidBody;
 use nalgebra::Vector3;
 
-/// A box let go on a slope, which holds it or not.
-pub struct Slope {
-    name: &'static str,
-    about: &'static str,
-    /// Usually, degrees.
-    slope: f64,
-    /// How long it is watched, s.
-    duration: f64,
-    /// Usually, s.
-    time_step: f64,
-}
-
 /// A slope below atan μ, for a minute.
-pub static STICK: Slope = Slope {
+pub static STICK: Posed = Posed {
     name: "slope-stick",
     about: "A box on a slope for a minute: below atan μ, as usually, it stays where it is and does \
             not creep; above, it slides.",
-    slope: 20.0,
-    duration: 60.0,
     time_step: 0.01,
+    inputs: &[
+        (Input::Mass, 2.0),
+        (Input::Friction, 0.4),
+        (Input::Gravity, 9.81),
+        (Input::Slope, 20.0),
+    ],
+    ..Posed::by(|inputs, laboratory| let_go(inputs, laboratory, 60.0))
 };
 
 /// A slope above atan μ.
-pub static SLIDE: Slope = Slope {
+pub static SLIDE: Posed = Posed {
     name: "slope-slide",
     about: "A box on a slope: above atan μ, as usually, it slides with a = g (sin θ − μ cos θ); \
             below, it stays.",
-    slope: 30.0,
-    duration: 2.0,
     time_step: 0.002,
+    inputs: &[
+        (Input::Mass, 2.0),
+        (Input::Friction, 0.4),
+        (Input::Gravity, 9.81),
+        (Input::Slope, 30.0),
+    ],
+    ..Posed::by(|inputs, laboratory| let_go(inputs, laboratory, 2.0))
 };
 
 /// m.
@@ -86,76 +85,39 @@ impl Inclined {
     }
 }
 
-impl Problem for Slope {
-    fn name(&self) -> &'static str {
-        self.name
-    }
-
-    fn about(&self) -> &'static str {
-        self.about
-    }
-
-    fn inputs(&self) -> Inputs {
-        let (mass, friction) = ((Input::Mass, 2.0), (Input::Friction, 0.4));
-        let values = [mass, friction, (Input::Gravity, 9.81), (Input::Slope, self.slope)];
-        Inputs::new(self.time_step, &values)
-    }
-
-    /// Friction holds what pulls along the slope, m g sin θ, up to μ m g cos θ:
-    ///
-    /// ```text
-    /// a = max(0, g (sin θ − μ cos θ)),   v = a t,   x = ½ a t²
-    /// ```
-    ///
-    /// The step's velocities are exact, v_k = k a h, and its way is x_N = ½ a h² N (N + 1),
-    /// longer by ½ a h t. A box that is held does not move at all.
-    fn solve(
-        &self,
-        inputs: &Inputs,
-        laboratory: &mut Laboratory<'_>,
-    ) -> Result<Findings, Unsuitable> {
-        let on = Inclined::new(inputs)?;
-        let body = RigidBody::solid_box(inputs.get(Input::Mass)?, HALF_SIDES)?;
-        let bodies = vec![Subject::new(body, resting(HALF_SIDES[2]))];
-        let run = laboratory.run(&Setup {
-            slope: inputs.get(Input::Slope)?,
-            ..Setup::new(bodies, inputs.get(Input::Gravity)?, on.friction, self.duration)
-        })?;
-        let (a, h, steps) = (on.acceleration(), run.time_step, run.steps() as f64);
-        let (t, end) = (run.time(run.steps()), run.end(0));
-        let slack = on.slack(&run);
-        let astray = end.position[1].hypot(end.position[2] - HALF_SIDES[2]);
-        let convergence = if a > 0.0 { Convergence::order(1, steps) } else { Convergence::Exact };
-        Ok(Findings {
-            quantities: vec![
-                Quantity {
-                    discrete: 0.5 * a * h * h * steps * (steps + 1.0),
-                    convergence,
-                    ..Quantity::exactly(
-                        ("way down the slope", "m"),
-                        end.position[0],
-                        0.5 * a * t * t,
-                        slack.way(),
-                    )
-                },
-                Quantity::exactly(
-                    ("speed down the slope", "m/s"),
-                    end.velocity[0],
-                    a * t,
-                    slack.speed(),
-                ),
-                Quantity::at_most_zero(
-                    ("way across and off the slope", "m"),
-                    astray,
-                    slack.across + run.seat(),
-                ),
-            ],
-            curve: Curve::of(
-                ("way down the slope", "m"),
-                &run,
-                |k| run.states(0)[k].position[0],
-                |t| 0.5 * a * t * t,
-            ),
-        })
-    }
+/// Friction holds what pulls along the slope, m g sin θ, up to μ m g cos θ:
+///
+/// ```text
+/// a = max(0, g (sin θ − μ cos θ)),   v = a t,   x = ½ a t²
+/// ```
+///
+/// The step's velocities are exact, v_k = k a h, and its way is x_N = ½ a h² N (N + 1),
+/// longer by ½ a h t. A box that is held does not move at all.
+fn let_go(inputs: &Inputs, laboratory: &mut Laboratory<'_>, duration: f64) -> Solved {
+    let on = Inclined::new(inputs)?;
+    let body = RigidBody::solid_box(inputs.get(Input::Mass)?, HALF_SIDES)?;
+    let bodies = vec![Subject::new(body, resting(HALF_SIDES[2]))];
+    let run = laboratory.run(&Setup {
+        slope: inputs.get(Input::Slope)?,
+        ..Setup::new(bodies, inputs.get(Input::Gravity)?, on.friction, duration)
+    })?;
+    let (a, h, steps) = (on.acceleration(), run.time_step, run.steps() as f64);
+    let (t, end) = (run.time(run.steps()), run.end(0));
+    let slack = on.slack(&run);
+    let astray = end.position[1].hypot(end.position[2] - HALF_SIDES[2]);
+    let convergence = if a > 0.0 { Convergence::order(1, steps) } else { Convergence::Exact };
+    Ok(Findings {
+        quantities: vec![
+            exactly(("way down the slope", "m"), end.position[0], 0.5 * a * t * t, slack.way())
+                .in_steps(0.5 * a * h * h * steps * (steps + 1.0), convergence),
+            exactly(("speed down the slope", "m/s"), end.velocity[0], a * t, slack.speed()),
+            at_most_zero(("way across and off the slope", "m"), astray, slack.across + run.seat()),
+        ],
+        curve: run.curve(
+            ("way down the slope", "m"),
+            0,
+            |state| state.position[0],
+            |t| 0.5 * a * t * t,
+        ),
+    })
 }

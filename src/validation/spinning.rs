@@ -1,92 +1,79 @@
 //! A flat box that spins on level ground until friction stops it.
 
 use super::axis::momentum;
+use super::quantity::{at_most_zero, exactly};
 use super::slack::{SlideSlack, SlideStep, Slider};
 use super::stopping::{resting, stopping_time};
-use super::{Convergence, Curve, Findings, Input, Inputs, Laboratory, Problem, Quantity};
-use super::{Run, Setup, Subject, Unsuitable};
+use super::{Convergence, Curve, Findings, Input, Inputs, Laboratory, Posed, Quantity, Run, Setup};
+use super::{Solved, Subject, Unsuitable};
 use crate::mechanics::RigidBody;
 use crate::mechanics::State;
 use nalgebra::Vector3;
 
 /// A flat box spinning about the vertical.
-pub struct SpinningBox;
+pub static SPINNING_BOX: Posed = Posed {
+    name: "spinning-box",
+    about: "A flat box spins on its four corners: friction at the radius R stops it after R ω/(3 μ \
+            g), while its centre stays.",
+    time_step: 0.002,
+    inputs: &[
+        (Input::Mass, 1.0),
+        (Input::Friction, 0.3),
+        (Input::Gravity, 9.81),
+        (Input::Speed, 10.0),
+    ],
+    unit_of_speed: "rad/s",
+    ..Posed::by(spinning_box)
+};
 
-impl Problem for SpinningBox {
-    fn name(&self) -> &'static str {
-        "spinning-box"
-    }
+/// Friction at every corner is along its circle, together μ m g however the corners
+/// share the weight, with the arm R = √(a² + b²). With I = m (a² + b²)/3 = m R²/3:
+///
+/// ```text
+/// ω(t) = ω − 3 μ g t/R,   t_stop = R ω/(3 μ g),   φ = ½ ω t_stop
+/// ```
+///
+/// [`Spinner`] has the step's.
+fn spinning_box(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
+    let spinner = Spinner::new(inputs, laboratory.time_step())?;
+    let mut start = resting(HALF_SIDES[2]);
+    start.spin = Vector3::new(0.0, 0.0, spinner.spin);
+    let (h, time) = (laboratory.time_step(), spinner.spin / spinner.deceleration());
+    let body = RigidBody::solid_box(inputs.get(Input::Mass)?, HALF_SIDES)?;
+    let (bodies, duration) = (vec![Subject::new(body, start)], 1.25 * time + 4.0 * h);
+    let run = laboratory.run(&Setup::new(bodies, spinner.gravity, spinner.friction, duration))?;
 
-    fn about(&self) -> &'static str {
-        "A flat box spins on its four corners: friction at the radius R stops it after \
-         R ω/(3 μ g), while its centre stays."
-    }
-
-    fn inputs(&self) -> Inputs {
-        let (mass, friction) = ((Input::Mass, 1.0), (Input::Friction, 0.3));
-        let values = [mass, friction, (Input::Gravity, 9.81), (Input::Speed, 10.0)];
-        Inputs::new(0.002, &values)
-    }
-
-    fn unit(&self, input: Input) -> &'static str {
-        if input == Input::Speed { "rad/s" } else { input.unit() }
-    }
-
-    /// Friction at every corner is along its circle, together μ m g however the corners
-    /// share the weight, with the arm R = √(a² + b²). With I = m (a² + b²)/3 = m R²/3:
-    ///
-    /// ```text
-    /// ω(t) = ω − 3 μ g t/R,   t_stop = R ω/(3 μ g),   φ = ½ ω t_stop
-    /// ```
-    ///
-    /// [`Spinner`] has the step's.
-    fn solve(
-        &self,
-        inputs: &Inputs,
-        laboratory: &mut Laboratory<'_>,
-    ) -> Result<Findings, Unsuitable> {
-        let spinner = Spinner::new(inputs, laboratory.time_step())?;
-        let mut start = resting(HALF_SIDES[2]);
-        start.spin = Vector3::new(0.0, 0.0, spinner.spin);
-        let (h, time) = (laboratory.time_step(), spinner.spin / spinner.deceleration());
-        let body = RigidBody::solid_box(inputs.get(Input::Mass)?, HALF_SIDES)?;
-        let (bodies, duration) = (vec![Subject::new(body, start)], 1.25 * time + 4.0 * h);
-        let run =
-            laboratory.run(&Setup::new(bodies, spinner.gravity, spinner.friction, duration))?;
-
-        let discrete = spinner.discrete_spins(h, run.steps());
-        let (slack, radius) = (spinner.slack(&run, &discrete), radius());
-        let measured: Vec<f64> = run.states(0).iter().map(|state| state.spin[2]).collect();
-        let whole = discrete.iter().filter(|spin| **spin > 0.0).count() as f64;
-        // The second term of the angle's error is a share ¼ φ ω h of the first.
-        let fine = 4.0 / (0.5 * spinner.spin * time * spinner.spin * h);
-        let angles = turned(run.states(0));
-        let angle = |t: f64| {
-            let t = t.min(time);
-            spinner.spin * t - 0.5 * spinner.deceleration() * t * t
-        };
-        let astray =
-            run.states(0).iter().map(|state| state.position.xy().norm()).fold(0.0, f64::max);
-        let decrement = radius * spinner.deceleration() * h;
-        let stop = stopping_time((&measured, &discrete), decrement, time, h, &slack);
-        Ok(Findings {
-            quantities: vec![
-                Quantity { convergence: Convergence::order(2, whole), ..stop },
-                Quantity {
-                    discrete: discrete[1..].iter().map(|spin| turn(h, *spin)).sum(),
-                    convergence: Convergence::order(1, whole.min(fine)),
-                    ..Quantity::exactly(
-                        ("angle turned", "rad"),
-                        angles[angles.len() - 1],
-                        angle(time),
-                        slack.way() / radius,
-                    )
-                },
-                Quantity::at_most_zero(("way of the centre", "m"), astray, slack.across),
-            ],
-            curve: Curve::of(("angle turned", "rad"), &run, |k| angles[k], angle),
-        })
-    }
+    let discrete = spinner.discrete_spins(h, run.steps());
+    let (slack, radius) = (spinner.slack(&run, &discrete), radius());
+    let measured: Vec<f64> = run.states(0).iter().map(|state| state.spin[2]).collect();
+    let whole = discrete.iter().filter(|spin| **spin > 0.0).count() as f64;
+    // The second term of the angle's error is a share ¼ φ ω h of the first.
+    let fine = 4.0 / (0.5 * spinner.spin * time * spinner.spin * h);
+    let angles = turned(run.states(0));
+    let angle = |t: f64| {
+        let t = t.min(time);
+        spinner.spin * t - 0.5 * spinner.deceleration() * t * t
+    };
+    let astray = run.states(0).iter().map(|state| state.position.xy().norm()).fold(0.0, f64::max);
+    let decrement = radius * spinner.deceleration() * h;
+    let stop = stopping_time((&measured, &discrete), decrement, time, h, &slack);
+    Ok(Findings {
+        quantities: vec![
+            Quantity { convergence: Convergence::order(2, whole), ..stop },
+            exactly(
+                ("angle turned", "rad"),
+                angles[angles.len() - 1],
+                angle(time),
+                slack.way() / radius,
+            )
+            .in_steps(
+                discrete[1..].iter().map(|spin| turn(h, *spin)).sum(),
+                Convergence::order(1, whole.min(fine)),
+            ),
+            at_most_zero(("way of the centre", "m"), astray, slack.across),
+        ],
+        curve: Curve::of(("angle turned", "rad"), &run, |k| angles[k], angle),
+    })
 }
 
 /// m.

@@ -1,17 +1,14 @@
 //! Boxes at rest on each other: what carries what.
 
+use super::Unsuitable;
+use super::quantity::{at_most_zero, exactly};
 use super::stopping::resting;
-use super::{Curve, Findings, Input, Inputs, Laboratory, Problem, Quantity, Run, Setup};
-use super::{Subject, Taken, Unsuitable};
+use super::{
+    Curve, Findings, Input, Inputs, Laboratory, Posed, Run, Setup, Solved, Subject, Taken,
+};
 use crate::contact::Partner;
 use crate::mechanics::RigidBody;
 use nalgebra::Vector3;
-
-/// A stack of equal boxes.
-pub struct Stack;
-
-/// A heavy box on a light one, and the other way round.
-pub struct MassRatio;
 
 /// m.
 const HALF_SIDES: Vector3<f64> = Vector3::new(0.2, 0.2, 0.1);
@@ -104,72 +101,45 @@ impl Tower {
     }
 }
 
-impl Problem for Stack {
-    fn name(&self) -> &'static str {
-        "stack"
-    }
+/// A stack of equal boxes.
+pub static STACK: Posed = Posed {
+    name: "stack",
+    about: "Ten equal boxes rest on each other: the force under each is the weight above it, \
+            shared by its four corners alike.",
+    time_step: 0.002,
+    inputs: &[(Input::Mass, 1.0), (Input::Friction, 0.5), (Input::Gravity, 9.81)],
+    bodies: BOXES,
+    ..Posed::by(stack)
+};
 
-    fn about(&self) -> &'static str {
-        "Ten equal boxes rest on each other: the force under each is the weight above it, shared \
-         by its four corners alike."
-    }
-
-    fn bodies(&self) -> usize {
-        BOXES
-    }
-
-    fn inputs(&self) -> Inputs {
-        let values = [(Input::Mass, 1.0), (Input::Friction, 0.5), (Input::Gravity, 9.81)];
-        Inputs::new(0.002, &values)
-    }
-
-    /// Newton's third law from the top down: N_i = (n − i) m g under box i, counted from 0 at
-    /// the bottom. The laws leave open how four corners share it; equal vanishing compliances
-    /// (native-solver.md, section 4), which the native solver takes, share it alike, for the stack
-    /// is symmetric. Both are those
-    /// of a step at rest, too, whatever h is.
-    fn solve(
-        &self,
-        inputs: &Inputs,
-        laboratory: &mut Laboratory<'_>,
-    ) -> Result<Findings, Unsuitable> {
-        let (mass, gravity) = (inputs.get(Input::Mass)?, inputs.get(Input::Gravity)?);
-        let tower = Tower { masses: vec![mass; BOXES], gravity };
-        let seen = tower.run(inputs.get(Input::Friction)?, laboratory)?;
-        let (slack, count) = (tower.force_slack(&seen.run), BOXES as f64);
-        let last = &seen.shares[seen.shares.len() - 1];
-        let error = |share: &f64| (share - 1.0).abs();
-        let worst = seen.shares.iter().flatten().map(error).fold(0.0, f64::max);
-        let bottom = |k: usize| count * seen.shares[k.saturating_sub(1)][0];
-        Ok(Findings {
-            quantities: vec![
-                Quantity::exactly(
-                    ("force under the lowest box", "m g"),
-                    count * last[0],
-                    count,
-                    count * slack,
-                ),
-                Quantity::exactly(
-                    ("force under the highest box", "m g"),
-                    last[BOXES - 1],
-                    1.0,
-                    slack,
-                ),
-                Quantity::at_most_zero(("largest error of a force, of it", "1"), worst, slack),
-                Quantity::at_most_zero(
-                    ("largest difference of corners, of them", "1"),
-                    seen.uneven,
-                    if laboratory.selects() { EVEN } else { UNEVEN } + slack,
-                ),
-                Quantity::at_most_zero(
-                    ("longest way of a box", "m"),
-                    seen.way,
-                    tower.way_slack(&seen.run),
-                ),
-            ],
-            curve: Curve::of(("force under the lowest box", "m g"), &seen.run, bottom, |_| count),
-        })
-    }
+/// Newton's third law from the top down: N_i = (n − i) m g under box i, counted from 0 at
+/// the bottom. The laws leave open how four corners share it; equal vanishing compliances
+/// (native-solver.md, section 4), which the native solver takes, share it alike, for the stack
+/// is symmetric. Both are those
+/// of a step at rest, too, whatever h is.
+fn stack(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
+    let (mass, gravity) = (inputs.get(Input::Mass)?, inputs.get(Input::Gravity)?);
+    let tower = Tower { masses: vec![mass; BOXES], gravity };
+    let seen = tower.run(inputs.get(Input::Friction)?, laboratory)?;
+    let (slack, count) = (tower.force_slack(&seen.run), BOXES as f64);
+    let last = &seen.shares[seen.shares.len() - 1];
+    let error = |share: &f64| (share - 1.0).abs();
+    let worst = seen.shares.iter().flatten().map(error).fold(0.0, f64::max);
+    let bottom = |k: usize| count * seen.shares[k.saturating_sub(1)][0];
+    Ok(Findings {
+        quantities: vec![
+            exactly(("force under the lowest box", "m g"), count * last[0], count, count * slack),
+            exactly(("force under the highest box", "m g"), last[BOXES - 1], 1.0, slack),
+            at_most_zero(("largest error of a force, of it", "1"), worst, slack),
+            at_most_zero(
+                ("largest difference of corners, of them", "1"),
+                seen.uneven,
+                if laboratory.selects() { EVEN } else { UNEVEN } + slack,
+            ),
+            at_most_zero(("longest way of a box", "m"), seen.way, tower.way_slack(&seen.run)),
+        ],
+        curve: Curve::of(("force under the lowest box", "m g"), &seen.run, bottom, |_| count),
+    })
 }
 
 /// What the laws alone allow: four forces with the sum N and no moment about the middle are ¼ N ± t
@@ -180,63 +150,49 @@ const UNEVEN: f64 = 2.0;
 /// least compliance that the native solver takes it from is 1e-9, and the limit is nearer still.
 const EVEN: f64 = 5e-10;
 
-impl Problem for MassRatio {
-    fn name(&self) -> &'static str {
-        "mass-ratio"
-    }
+/// A heavy box on a light one, and the other way round.
+pub static MASS_RATIO: Posed = Posed {
+    name: "mass-ratio",
+    about: "A box rests on one of a ten-thousandth of its mass, and the other way round: the light \
+            one carries the heavy one, and nothing sinks.",
+    time_step: 0.002,
+    inputs: &[(Input::Mass, 1.0), (Input::Friction, 0.5), (Input::Gravity, 9.81)],
+    bodies: 2,
+    beyond_ipopt: Some(
+        "of such masses it solves some steps in a hundred only with the native solution",
+    ),
+    ..Posed::by(mass_ratio)
+};
 
-    fn about(&self) -> &'static str {
-        "A box rests on one of a ten-thousandth of its mass, and the other way round: the light \
-         one carries the heavy one, and nothing sinks."
-    }
-
-    fn bodies(&self) -> usize {
-        2
-    }
-
-    fn beyond_ipopt(&self) -> Option<&'static str> {
-        Some("of such masses it solves some steps in a hundred only with the native solution")
-    }
-
-    fn inputs(&self) -> Inputs {
-        let values = [(Input::Mass, 1.0), (Input::Friction, 0.5), (Input::Gravity, 9.81)];
-        Inputs::new(0.002, &values)
-    }
-
-    /// The force under each box is the weight above it, as in [`Stack`], and the boxes stay
-    /// where they are.
-    fn solve(
-        &self,
-        inputs: &Inputs,
-        laboratory: &mut Laboratory<'_>,
-    ) -> Result<Findings, Unsuitable> {
-        let (mass, gravity) = (inputs.get(Input::Mass)?, inputs.get(Input::Gravity)?);
-        let friction = inputs.get(Input::Friction)?;
-        let heavy_above = Tower { masses: vec![mass, RATIO * mass], gravity };
-        let heavy_below = Tower { masses: vec![RATIO * mass, mass], gravity };
-        let above = heavy_above.run(friction, laboratory)?;
-        let below = heavy_below.run(friction, laboratory)?;
-        let share = |name: &'static str, tower: &Tower, seen: &Seen, index: usize| {
-            let last = &seen.shares[seen.shares.len() - 1];
-            let slack = tower.force_slack(&seen.run);
-            Quantity::exactly((name, "1"), last[index], 1.0, slack)
-        };
-        let way = above.way.max(below.way);
-        let slack = heavy_above.way_slack(&above.run).max(heavy_below.way_slack(&below.run));
-        Ok(Findings {
-            quantities: vec![
-                share("heavy on light: force between, of weight", &heavy_above, &above, 1),
-                share("heavy on light: force of ground, of weight", &heavy_above, &above, 0),
-                share("light on heavy: force between, of weight", &heavy_below, &below, 1),
-                share("light on heavy: force of ground, of weight", &heavy_below, &below, 0),
-                Quantity::at_most_zero(("longest way of a box", "m"), way, slack),
-            ],
-            curve: Curve::of(
-                ("heavy on light: force between, of weight", "1"),
-                &above.run,
-                |k| above.shares[k.saturating_sub(1)][1],
-                |_| 1.0,
-            ),
-        })
-    }
+/// The force under each box is the weight above it, as in [`STACK`], and the boxes stay
+/// where they are.
+fn mass_ratio(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
+    let (mass, gravity) = (inputs.get(Input::Mass)?, inputs.get(Input::Gravity)?);
+    let friction = inputs.get(Input::Friction)?;
+    let heavy_above = Tower { masses: vec![mass, RATIO * mass], gravity };
+    let heavy_below = Tower { masses: vec![RATIO * mass, mass], gravity };
+    let above = heavy_above.run(friction, laboratory)?;
+    let below = heavy_below.run(friction, laboratory)?;
+    let share = |name: &'static str, tower: &Tower, seen: &Seen, index: usize| {
+        let last = &seen.shares[seen.shares.len() - 1];
+        let slack = tower.force_slack(&seen.run);
+        exactly((name, "1"), last[index], 1.0, slack)
+    };
+    let way = above.way.max(below.way);
+    let slack = heavy_above.way_slack(&above.run).max(heavy_below.way_slack(&below.run));
+    Ok(Findings {
+        quantities: vec![
+            share("heavy on light: force between, of weight", &heavy_above, &above, 1),
+            share("heavy on light: force of ground, of weight", &heavy_above, &above, 0),
+            share("light on heavy: force between, of weight", &heavy_below, &below, 1),
+            share("light on heavy: force of ground, of weight", &heavy_below, &below, 0),
+            at_most_zero(("longest way of a box", "m"), way, slack),
+        ],
+        curve: Curve::of(
+            ("heavy on light: force between, of weight", "1"),
+            &above.run,
+            |k| above.shares[k.saturating_sub(1)][1],
+            |_| 1.0,
+        ),
+    })
 }

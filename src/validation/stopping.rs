@@ -1,18 +1,15 @@
 //! Bodies that slide on level ground until friction stops them.
 
+use super::quantity::{at_most_zero, exactly};
 use super::slack::{SlideSlack, SlideStep, Slider, stop_time};
-use super::{Convergence, Curve, Findings, Input, Inputs, Laboratory, Problem, Quantity, Run};
-use super::{Setup, Subject, Unsuitable};
+use super::{
+    Convergence, Findings, Input, Inputs, Laboratory, Posed, Quantity, Run, Setup, Solved,
+};
+use super::{Subject, Unsuitable};
 use crate::mechanics::RigidBody;
 use crate::mechanics::State;
 use crate::mechanics::quaternion::rotation;
 use nalgebra::{Vector3, Vector4};
-
-/// A box that slides until it stops.
-pub struct SlidingStop;
-
-/// A thin plate that slides fast: nothing may lift it.
-pub struct FastPlate;
 
 /// At rest, upright, the centre at `height` (m).
 pub(super) fn resting(height: f64) -> State {
@@ -80,11 +77,10 @@ impl Slide {
     pub fn distance(&self, measured: f64, h: f64, slack: f64) -> Quantity {
         let grip = self.friction * self.gravity * h;
         let whole = (self.speed() / grip).floor();
-        Quantity {
-            discrete: h * (whole * self.speed() - 0.5 * whole * (whole + 1.0) * grip),
-            convergence: Convergence::order(1, whole),
-            ..Quantity::exactly(("stopping distance", "m"), measured, self.way(self.time()), slack)
-        }
+        exactly(("stopping distance", "m"), measured, self.way(self.time()), slack).in_steps(
+            h * (whole * self.speed() - 0.5 * whole * (whole + 1.0) * grip),
+            Convergence::order(1, whole),
+        )
     }
 
     /// What the residuals of `run` allow.
@@ -140,7 +136,7 @@ pub(super) fn stopping_time(
     let turned = (largest(&slack.changes) + 2.0 * slack.lifted) / decrement * (0.01 * exact + h);
     Quantity {
         discrete: stop_time(discrete, h),
-        ..Quantity::exactly(
+        ..exactly(
             ("stopping time", "s"),
             stop_time(measured, h),
             exact,
@@ -149,56 +145,40 @@ pub(super) fn stopping_time(
     }
 }
 
-impl Problem for SlidingStop {
-    fn name(&self) -> &'static str {
-        "sliding-stop"
-    }
+/// A box that slides until it stops.
+pub static SLIDING_STOP: Posed = Posed {
+    name: "sliding-stop",
+    about: "A box slides on level ground until friction stops it, after v²/(2 μ g) and v/(μ g).",
+    time_step: 0.002,
+    inputs: &[
+        (Input::Mass, 2.0),
+        (Input::Friction, 0.3),
+        (Input::Gravity, 9.81),
+        (Input::Speed, 3.0),
+    ],
+    ..Posed::by(sliding_stop)
+};
 
-    fn about(&self) -> &'static str {
-        "A box slides on level ground until friction stops it, after v²/(2 μ g) and v/(μ g)."
-    }
-
-    fn inputs(&self) -> Inputs {
-        let (mass, friction) = ((Input::Mass, 2.0), (Input::Friction, 0.3));
-        let values = [mass, friction, (Input::Gravity, 9.81), (Input::Speed, 3.0)];
-        Inputs::new(0.002, &values)
-    }
-
-    /// v(t) = v − μ g t: the stop is after v/(μ g) and v²/(2 μ g). The speeds of [`Slide`] are
-    /// on that line, and with them the time at which it reaches zero, unless the first step
-    /// stops the box.
-    fn solve(
-        &self,
-        inputs: &Inputs,
-        laboratory: &mut Laboratory<'_>,
-    ) -> Result<Findings, Unsuitable> {
-        let slide = Slide::along_x(Vector3::new(0.2, 0.15, 0.1), inputs)?;
-        let run = slide.run(laboratory)?;
-        let (h, slack) = (run.time_step, slide.slack(&run));
-        let grip = slide.friction * slide.gravity * h;
-        let measured: Vec<f64> = run.states(0).iter().map(|state| state.velocity.norm()).collect();
-        let discrete = slide.discrete_speeds(h, run.steps());
-        let time = stopping_time((&measured, &discrete), grip, slide.time(), h, &slack);
-        let convergence = on_the_line(&discrete);
-        Ok(Findings {
-            quantities: vec![
-                slide.distance(run.end(0).position[0], run.time_step, slack.way()),
-                Quantity { convergence, ..time },
-                Quantity::exactly(
-                    ("speed at the end", "m/s"),
-                    run.end(0).velocity.norm(),
-                    0.0,
-                    slack.speed(),
-                ),
-            ],
-            curve: Curve::of(
-                ("way", "m"),
-                &run,
-                |k| run.states(0)[k].position[0],
-                |t| slide.way(t),
-            ),
-        })
-    }
+/// v(t) = v − μ g t: the stop is after v/(μ g) and v²/(2 μ g). The speeds of [`Slide`] are
+/// on that line, and with them the time at which it reaches zero, unless the first step
+/// stops the box.
+fn sliding_stop(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
+    let slide = Slide::along_x(Vector3::new(0.2, 0.15, 0.1), inputs)?;
+    let run = slide.run(laboratory)?;
+    let (h, slack) = (run.time_step, slide.slack(&run));
+    let grip = slide.friction * slide.gravity * h;
+    let measured: Vec<f64> = run.states(0).iter().map(|state| state.velocity.norm()).collect();
+    let discrete = slide.discrete_speeds(h, run.steps());
+    let time = stopping_time((&measured, &discrete), grip, slide.time(), h, &slack);
+    let convergence = on_the_line(&discrete);
+    Ok(Findings {
+        quantities: vec![
+            slide.distance(run.end(0).position[0], run.time_step, slack.way()),
+            Quantity { convergence, ..time },
+            exactly(("speed at the end", "m/s"), run.end(0).velocity.norm(), 0.0, slack.speed()),
+        ],
+        curve: run.curve(("way", "m"), 0, |state| state.position[0], |t| slide.way(t)),
+    })
 }
 
 /// How a stopping time comes to the exact one where speeds fall along a line: it is exact if
@@ -207,57 +187,46 @@ fn on_the_line(speeds: &[f64]) -> Convergence {
     if speeds[1] > 0.01 * speeds[0] { Convergence::Exact } else { Convergence::Unresolved }
 }
 
-impl Problem for FastPlate {
-    fn name(&self) -> &'static str {
-        "fast-plate"
-    }
+/// A thin plate that slides fast: nothing may lift it.
+pub static FAST_PLATE: Posed = Posed {
+    name: "fast-plate",
+    about: "A thin plate slides fast and stops: no corner of its face leaves the ground or sinks \
+            into it, and it goes straight.",
+    time_step: 0.002,
+    inputs: &[
+        (Input::Mass, 1.0),
+        (Input::Friction, 0.3),
+        (Input::Gravity, 9.81),
+        (Input::Speed, 10.0),
+    ],
+    ..Posed::by(fast_plate)
+};
 
-    fn about(&self) -> &'static str {
-        "A thin plate slides fast and stops: no corner of its face leaves the ground or sinks \
-         into it, and it goes straight."
-    }
-
-    fn inputs(&self) -> Inputs {
-        let (mass, friction) = ((Input::Mass, 1.0), (Input::Friction, 0.3));
-        let values = [mass, friction, (Input::Gravity, 9.81), (Input::Speed, 10.0)];
-        Inputs::new(0.002, &values)
-    }
-
-    /// The lower face stays in the plane: z = 0 for its four corners at all times.
-    fn solve(
-        &self,
-        inputs: &Inputs,
-        laboratory: &mut Laboratory<'_>,
-    ) -> Result<Findings, Unsuitable> {
-        let half_sides = Vector3::new(0.5, 0.5, 0.025);
-        let slide = Slide::along_x(half_sides, inputs)?;
-        let run = slide.run(laboratory)?;
-        let bottom = |state: &State| {
-            let down = rotation(&state.attitude);
-            let corner = |x: f64, y: f64| {
-                let c = Vector3::new(x * half_sides[0], y * half_sides[1], -half_sides[2]);
-                (state.position + down * c)[2]
-            };
-            [corner(-1.0, -1.0), corner(1.0, -1.0), corner(-1.0, 1.0), corner(1.0, 1.0)]
+/// The lower face stays in the plane: z = 0 for its four corners at all times.
+fn fast_plate(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
+    let half_sides = Vector3::new(0.5, 0.5, 0.025);
+    let slide = Slide::along_x(half_sides, inputs)?;
+    let run = slide.run(laboratory)?;
+    let bottom = |state: &State| {
+        let down = rotation(&state.attitude);
+        let corner = |x: f64, y: f64| {
+            let c = Vector3::new(x * half_sides[0], y * half_sides[1], -half_sides[2]);
+            (state.position + down * c)[2]
         };
-        let heights: Vec<_> = run.states(0).iter().map(bottom).collect();
-        let highest = heights.iter().flatten().fold(0.0_f64, |a, &b| a.max(b));
-        let lowest = heights.iter().flatten().fold(0.0_f64, |a, &b| a.min(b));
-        let astray = run.states(0).iter().map(|state| state.position[1].abs()).fold(0.0, f64::max);
-        let slack = slide.slack(&run);
-        Ok(Findings {
-            quantities: vec![
-                Quantity::at_most_zero(("lift-off", "m"), highest, run.seat()),
-                Quantity::at_most_zero(("penetration", "m"), -lowest, run.seat()),
-                Quantity::at_most_zero(("way sideways", "m"), astray, slack.across),
-                slide.distance(run.end(0).position[0], run.time_step, slack.way()),
-            ],
-            curve: Curve::of(
-                ("way", "m"),
-                &run,
-                |k| run.states(0)[k].position[0],
-                |t| slide.way(t),
-            ),
-        })
-    }
+        [corner(-1.0, -1.0), corner(1.0, -1.0), corner(-1.0, 1.0), corner(1.0, 1.0)]
+    };
+    let heights: Vec<_> = run.states(0).iter().map(bottom).collect();
+    let highest = heights.iter().flatten().fold(0.0_f64, |a, &b| a.max(b));
+    let lowest = heights.iter().flatten().fold(0.0_f64, |a, &b| a.min(b));
+    let astray = run.states(0).iter().map(|state| state.position[1].abs()).fold(0.0, f64::max);
+    let slack = slide.slack(&run);
+    Ok(Findings {
+        quantities: vec![
+            at_most_zero(("lift-off", "m"), highest, run.seat()),
+            at_most_zero(("penetration", "m"), -lowest, run.seat()),
+            at_most_zero(("way sideways", "m"), astray, slack.across),
+            slide.distance(run.end(0).position[0], run.time_step, slack.way()),
+        ],
+        curve: run.curve(("way", "m"), 0, |state| state.position[0], |t| slide.way(t)),
+    })
 }

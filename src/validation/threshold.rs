@@ -11,6 +11,16 @@ pub(super) struct Threshold {
 }
 
 impl Threshold {
+    /// Near `expected`; see [`Self::find`].
+    pub fn near(
+        expected: f64,
+        resolution: f64,
+        topples: impl FnMut(f64) -> Result<(bool, f64), Unsuitable>,
+    ) -> Result<Self, Unsuitable> {
+        let bracket = (BRACKET.0 * expected, BRACKET.1 * expected);
+        Self::find(bracket, resolution, topples)
+    }
+
     /// Halves `low`…`high` until it is within `resolution`, or within the slack of its ends.
     /// `topples` says whether a run does, and within what slack of the threshold it might as
     /// well not have. An end that is on the wrong side is taken for the threshold.
@@ -43,4 +53,4 @@ impl Threshold {
 
 /// Thresholds are looked for between these shares of what they must be; not in even parts,
 /// lest the middle stands on the brink.
-pub(super) const BRACKET: (f64, f64) = (0.998, 1.0021);
+const BRACKET: (f64, f64) = (0.998, 1.0021);

@@ -1,133 +1,95 @@
 //! What it takes to topple a tall box: a push, or a slope.
 
+use super::quantity::exactly;
 use super::rocking::{TallBox, tilt};
 use super::stopping::resting;
-use super::threshold::{BRACKET, Threshold};
-use super::{Convergence, Curve, Findings, Input, Inputs, Laboratory, Problem, Quantity};
-use super::{Run, Setup, Unsuitable};
+use super::threshold::Threshold;
+use super::{Convergence, Curve, Findings, Input, Inputs, Laboratory, Posed, Run, Setup, Solved};
 
 /// A tall box pushed over its edge.
-pub struct PushedOver;
+pub static PUSHED_OVER: Posed = Posed {
+    name: "pushed-over",
+    about: "A tall box turns about an edge: it topples if its spin is more than √(2 m g (R − \
+            c)/I), and falls back if it is less.",
+    time_step: 0.001,
+    inputs: &[(Input::Mass, 3.0), (Input::Gravity, 9.81)],
+    ..Posed::by(pushed_over)
+};
 
-/// A tall box on a slope that gets steeper.
-pub struct SlopeTopple;
-
-impl Problem for PushedOver {
-    fn name(&self) -> &'static str {
-        "pushed-over"
-    }
-
-    fn about(&self) -> &'static str {
-        "A tall box turns about an edge: it topples if its spin is more than \
-         √(2 m g (R − c)/I), and falls back if it is less."
-    }
-
-    fn inputs(&self) -> Inputs {
-        Inputs::new(0.001, &[(Input::Mass, 3.0), (Input::Gravity, 9.81)])
-    }
-
-    /// The energy ½ I ω² must lift the centre by R − c. The step's own threshold is that of
-    /// the recurrence of `edge.rs`; the simulation's is looked for near it. The spin lags by up
-    /// to a step of deceleration, m g a h/I: first order.
-    fn solve(
-        &self,
-        inputs: &Inputs,
-        laboratory: &mut Laboratory<'_>,
-    ) -> Result<Findings, Unsuitable> {
-        let tall = TallBox::new(inputs)?;
-        let (critical, balance) = (tall.critical_spin(), tall.balance());
-        let (h, duration) = (laboratory.time_step(), 20.0 * tall.growth_time());
-        // Past the balance, or on the way back.
-        let decided = |tilt: f64, spin: f64| tilt > balance || spin < 0.0;
-        let mut curve = Curve::default();
-        let steps = (h, (duration / h).round() as usize);
-        let around = (0.8 * critical, 1.2 * critical + h * tall.deceleration());
-        let discrete = Threshold::find(around, 1e-14 * critical, |spin| {
-            let over = |motion: Vec<(f64, f64)>| motion[motion.len() - 1].0 > balance;
-            Ok((over(tall.discrete(spin, steps, decided)), 0.0))
-        })?;
-        let bracket = (BRACKET.0 * discrete.value, BRACKET.1 * discrete.value);
-        let measured = Threshold::find(bracket, 1e-6 * critical, |spin| {
-            let setup = tall.setup(tall.pushed(spin), duration)?;
-            let run = laboratory.run_until(&setup, &mut |step| {
-                decided(tilt(&step.after[0]), step.after[0].spin[1])
-            })?;
-            curve = Curve::of(
-                ("tilt near the threshold", "rad"),
-                &run,
-                |k| tilt(&run.states(0)[k]),
-                |_| balance,
-            );
-            Ok((tilt(run.end(0)) > balance, tall.spin_slack(&run, spin)))
-        })?;
-        Ok(Findings {
-            quantities: vec![Quantity {
-                discrete: discrete.value,
-                convergence: Convergence::order(1, tall.growth_time() / h),
-                ..Quantity::exactly(
-                    ("spin that topples", "rad/s"),
-                    measured.value,
-                    critical,
-                    measured.slack + discrete.slack,
-                )
-            }],
-            curve,
-        })
-    }
+/// The energy ½ I ω² must lift the centre by R − c. The step's own threshold is that of
+/// the recurrence of `edge.rs`; the simulation's is looked for near it. The spin lags by up
+/// to a step of deceleration, m g a h/I: first order.
+fn pushed_over(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
+    let tall = TallBox::new(inputs)?;
+    let (critical, balance) = (tall.critical_spin(), tall.balance());
+    let (h, duration) = (laboratory.time_step(), 20.0 * tall.growth_time());
+    // Past the balance, or on the way back.
+    let decided = |tilt: f64, spin: f64| tilt > balance || spin < 0.0;
+    let mut curve = Curve::default();
+    let steps = (h, (duration / h).round() as usize);
+    let around = (0.8 * critical, 1.2 * critical + h * tall.deceleration());
+    let discrete = Threshold::find(around, 1e-14 * critical, |spin| {
+        let over = |motion: Vec<(f64, f64)>| motion[motion.len() - 1].0 > balance;
+        Ok((over(tall.discrete(spin, steps, decided)), 0.0))
+    })?;
+    let measured = Threshold::near(discrete.value, 1e-6 * critical, |spin| {
+        let setup = tall.setup(tall.pushed(spin), duration)?;
+        let run = laboratory
+            .run_until(&setup, &mut |step| decided(tilt(&step.after[0]), step.after[0].spin[1]))?;
+        curve = run.curve(("tilt near the threshold", "rad"), 0, |state| tilt(state), |_| balance);
+        Ok((tilt(run.end(0)) > balance, tall.spin_slack(&run, spin)))
+    })?;
+    Ok(Findings {
+        quantities: vec![
+            exactly(
+                ("spin that topples", "rad/s"),
+                measured.value,
+                critical,
+                measured.slack + discrete.slack,
+            )
+            .in_steps(discrete.value, Convergence::order(1, tall.growth_time() / h)),
+        ],
+        curve,
+    })
 }
 
-impl Problem for SlopeTopple {
-    fn name(&self) -> &'static str {
-        "slope-topple"
-    }
+/// A tall box on a slope that gets steeper.
+pub static SLOPE_TOPPLE: Posed = Posed {
+    name: "slope-topple",
+    about: "A tall box stands on a slope with friction enough: it topples where the slope is \
+            steeper than a/c, its half width over its half height.",
+    time_step: 0.002,
+    inputs: &[(Input::Mass, 3.0), (Input::Gravity, 9.81)],
+    ..Posed::by(slope_topple)
+};
 
-    fn about(&self) -> &'static str {
-        "A tall box stands on a slope with friction enough: it topples where the slope is \
-         steeper than a/c, its half width over its half height."
-    }
-
-    fn inputs(&self) -> Inputs {
-        Inputs::new(0.002, &[(Input::Mass, 3.0), (Input::Gravity, 9.81)])
-    }
-
-    /// Gravity passes through the lower edge at tan θ = a/c. A box that is at rest is exactly
-    /// at rest, so that the step adds no error.
-    fn solve(
-        &self,
-        inputs: &Inputs,
-        laboratory: &mut Laboratory<'_>,
-    ) -> Result<Findings, Unsuitable> {
-        let tall = TallBox::new(inputs)?;
-        let balance = tall.balance();
-        let mut curve = Curve::default();
-        let bracket = (BRACKET.0 * balance, BRACKET.1 * balance);
-        let measured = Threshold::find(bracket, RESOLUTION, |slope| {
-            // A tilt of the resolution grows to 0.1 in this time.
-            let duration = 1.2 * (0.1 / RESOLUTION).ln() * tall.growth_time();
-            let setup = Setup {
-                slope: slope.to_degrees(),
-                ..tall.setup(resting(tall.half_sides[2]), duration)?
-            };
-            let run = laboratory.run_until(&setup, &mut |step| tilt(&step.after[0]) > 0.1)?;
-            curve = Curve::of(
-                ("tilt near the threshold", "rad"),
-                &run,
-                |k| tilt(&run.states(0)[k]),
-                |_| f64::NAN,
-            );
-            let over = tilt(run.end(0)) > 0.05;
-            Ok((over, if over { tall.tipped(&run) } else { tall.propped(&run) }))
-        })?;
-        Ok(Findings {
-            quantities: vec![Quantity::exactly(
-                ("slope that topples", "rad"),
-                measured.value,
-                balance,
-                measured.slack,
-            )],
-            curve,
-        })
-    }
+/// Gravity passes through the lower edge at tan θ = a/c. A box that is at rest is exactly
+/// at rest, so that the step adds no error.
+fn slope_topple(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
+    let tall = TallBox::new(inputs)?;
+    let balance = tall.balance();
+    let mut curve = Curve::default();
+    let measured = Threshold::near(balance, RESOLUTION, |slope| {
+        // A tilt of the resolution grows to 0.1 in this time.
+        let duration = 1.2 * (0.1 / RESOLUTION).ln() * tall.growth_time();
+        let setup = Setup {
+            slope: slope.to_degrees(),
+            ..tall.setup(resting(tall.half_sides[2]), duration)?
+        };
+        let run = laboratory.run_until(&setup, &mut |step| tilt(&step.after[0]) > 0.1)?;
+        curve = run.curve(("tilt near the threshold", "rad"), 0, |state| tilt(state), |_| f64::NAN);
+        let over = tilt(run.end(0)) > 0.05;
+        Ok((over, if over { tall.tipped(&run) } else { tall.propped(&run) }))
+    })?;
+    Ok(Findings {
+        quantities: vec![exactly(
+            ("slope that topples", "rad"),
+            measured.value,
+            balance,
+            measured.slack,
+        )],
+        curve,
+    })
 }
 
 /// rad.

@@ -1,7 +1,7 @@
 //! The energy of a cube thrown on the ground.
 
-use super::{Curve, Findings, Input, Inputs, Laboratory, Problem, Quantity, Run, Setup};
-use super::{Subject, Taken, Unsuitable};
+use super::quantity::{at_most_zero, exactly};
+use super::{Findings, Input, Inputs, Laboratory, Posed, Run, Setup, Solved, Subject, Taken};
 use crate::mechanics::RigidBody;
 use crate::mechanics::Rotation;
 use crate::mechanics::State;
@@ -9,85 +9,67 @@ use crate::mechanics::quaternion::rotation;
 use crate::simulation::random::random_attitude;
 use nalgebra::Vector3;
 
-/// A thrown cube, until it rests.
-pub struct Tumble;
-
 /// m.
 const HALF_SIDE: f64 = 1.0;
 
-impl Problem for Tumble {
-    fn name(&self) -> &'static str {
-        "tumble"
-    }
+/// A thrown cube, until it rests.
+pub static TUMBLE: Posed = Posed {
+    name: "tumble",
+    about: "A cube is thrown on the ground and tumbles to rest: no step adds more energy than its \
+            finite turn can, and at the end there is left what a cube at rest on a face has.",
+    time_step: 0.002,
+    inputs: &[
+        (Input::Mass, 10.0),
+        (Input::Friction, 0.3),
+        (Input::Gravity, 9.81),
+        (Input::Speed, 4.0),
+    ],
+    ..Posed::by(tumble)
+};
 
-    fn about(&self) -> &'static str {
-        "A cube is thrown on the ground and tumbles to rest: no step adds more energy than its \
-         finite turn can, and at the end there is left what a cube at rest on a face has."
-    }
-
-    fn inputs(&self) -> Inputs {
-        let (mass, friction) = ((Input::Mass, 10.0), (Input::Friction, 0.3));
-        let values = [mass, friction, (Input::Gravity, 9.81), (Input::Speed, 4.0)];
-        Inputs::new(0.002, &values)
-    }
-
-    /// Inelastic impacts and friction do no work: in continuous time E = ½ m v² + ½ ωᵀ I ω +
-    /// m g z never grows, and ends as m g a with the cube on a face. [`Balance`] has the
-    /// step's.
-    fn solve(
-        &self,
-        inputs: &Inputs,
-        laboratory: &mut Laboratory<'_>,
-    ) -> Result<Findings, Unsuitable> {
-        let (mass, g) = (inputs.get(Input::Mass)?, inputs.get(Input::Gravity)?);
-        let (friction, speed) = (inputs.get(Input::Friction)?, inputs.get(Input::Speed)?);
-        let body = RigidBody::solid_box(mass, Vector3::repeat(HALF_SIDE))?;
-        let start = State {
-            position: Vector3::new(0.0, 0.0, 2.5),
-            attitude: random_attitude(42),
-            velocity: Vector3::new(0.0, speed, 0.0),
-            spin: Vector3::new(0.0, -2.0, 1.0),
-        };
-        // Falls and rolls over, each of the time a fall takes, flights with all the speed
-        // upwards, and a slide of all it has.
-        let duration = 10.0 * (2.0 * HALF_SIDE / g).sqrt()
-            + 4.0 * (speed + 3.0) / g
-            + 2.0 * (speed + 3.0) / (friction * g);
-        let setup = Setup::new(vec![Subject::new(body, start)], g, friction, duration);
-        let mut ledger = Ledger::new(laboratory.time_step());
-        let run = laboratory.run_until(&setup, &mut |step| {
-            ledger.enter(&setup, step);
-            false
-        })?;
-        let at_rest = rest_slack(&run, mass, g);
-        Ok(Findings {
-            quantities: vec![
-                Quantity::at_most_zero(
-                    ("largest gain beyond the turn's", "J"),
-                    ledger.gain.0,
-                    ledger.gain.1,
-                ),
-                Quantity::exactly(
-                    ("largest gap in the balance", "J"),
-                    ledger.gap.0,
-                    0.0,
-                    ledger.gap.1,
-                ),
-                Quantity::exactly(
-                    ("energy at the end", "J"),
-                    energy(&setup, run.time_step, run.end(0)),
-                    mass * g * HALF_SIDE,
-                    at_rest,
-                ),
-            ],
-            curve: Curve::of(
-                ("energy", "J"),
-                &run,
-                |k| energy(&setup, run.time_step, &run.states(0)[k]),
-                |_| f64::NAN,
+/// Inelastic impacts and friction do no work: in continuous time E = ½ m v² + ½ ωᵀ I ω +
+/// m g z never grows, and ends as m g a with the cube on a face. [`Balance`] has the
+/// step's.
+fn tumble(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
+    let (mass, g) = (inputs.get(Input::Mass)?, inputs.get(Input::Gravity)?);
+    let (friction, speed) = (inputs.get(Input::Friction)?, inputs.get(Input::Speed)?);
+    let body = RigidBody::solid_box(mass, Vector3::repeat(HALF_SIDE))?;
+    let start = State {
+        position: Vector3::new(0.0, 0.0, 2.5),
+        attitude: random_attitude(42),
+        velocity: Vector3::new(0.0, speed, 0.0),
+        spin: Vector3::new(0.0, -2.0, 1.0),
+    };
+    // Falls and rolls over, each of the time a fall takes, flights with all the speed
+    // upwards, and a slide of all it has.
+    let duration = 10.0 * (2.0 * HALF_SIDE / g).sqrt()
+        + 4.0 * (speed + 3.0) / g
+        + 2.0 * (speed + 3.0) / (friction * g);
+    let setup = Setup::new(vec![Subject::new(body, start)], g, friction, duration);
+    let mut ledger = Ledger::new(laboratory.time_step());
+    let run = laboratory.run_until(&setup, &mut |step| {
+        ledger.enter(&setup, step);
+        false
+    })?;
+    let at_rest = rest_slack(&run, mass, g);
+    Ok(Findings {
+        quantities: vec![
+            at_most_zero(("largest gain beyond the turn's", "J"), ledger.gain.0, ledger.gain.1),
+            exactly(("largest gap in the balance", "J"), ledger.gap.0, 0.0, ledger.gap.1),
+            exactly(
+                ("energy at the end", "J"),
+                energy(&setup, run.time_step, run.end(0)),
+                mass * g * HALF_SIDE,
+                at_rest,
             ),
-        })
-    }
+        ],
+        curve: run.curve(
+            ("energy", "J"),
+            0,
+            |state| energy(&setup, run.time_step, state),
+            |_| f64::NAN,
+        ),
+    })
 }
 
 /// E, J, in steps of `h` (s).

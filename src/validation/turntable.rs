@@ -1,15 +1,13 @@
 //! A block on a turntable: carried round, or left behind.
 
+use super::quantity::{at_most_zero, exactly};
 use super::stopping::resting;
-use super::threshold::{BRACKET, Threshold};
-use super::{Convergence, Curve, Findings, Input, Inputs, Laboratory, Problem, Quantity, Run};
-use super::{Setup, Subject, Unsuitable};
+use super::threshold::Threshold;
+use super::{Convergence, Curve, Findings, Input, Inputs, Laboratory, Posed, Run, Setup, Solved};
+use super::{Subject, Unsuitable};
 use crate::contact::Partner;
 use crate::mechanics::{RigidBody, State};
 use nalgebra::Vector3;
-
-/// A block on a turntable that is faster and faster.
-pub struct Turntable;
 
 /// m.
 const TABLE: Vector3<f64> = Vector3::new(1.0, 1.0, 0.1);
@@ -100,102 +98,71 @@ fn slack(run: &Run) -> f64 {
     (2.0 * CORNERS * missed + 2.0 * lacked + 4.0 * run.flight_rounding()) / run.time_step
 }
 
-impl Problem for Turntable {
-    fn name(&self) -> &'static str {
-        "turntable"
-    }
+/// A block on a turntable that is faster and faster.
+pub static TURNTABLE: Posed = Posed {
+    name: "turntable",
+    about: "A block on a turntable is carried round by friction m r ω², and slips where that is \
+            more than μ m g.",
+    time_step: 0.005,
+    inputs: &[(Input::Mass, 1.0), (Input::Friction, 0.5), (Input::Gravity, 9.81)],
+    bodies: 2,
+    beyond_ipopt: Some("on the brink of sliding it leaves residuals of 1e-3 m/s"),
+    ..Posed::by(turntable)
+};
 
-    fn about(&self) -> &'static str {
-        "A block on a turntable is carried round by friction m r ω², and slips where that is \
-         more than μ m g."
+/// μ g = r ω² is the threshold; [`Pair`] has the step's, by which it is at
+/// ω² = (μ g/r)/(1 − ¼ h² μ g/r): second order.
+fn turntable(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
+    let (mass, friction) = (inputs.get(Input::Mass)?, inputs.get(Input::Friction)?);
+    let (gravity, h) = (inputs.get(Input::Gravity)?, laboratory.time_step());
+    let (square, steps) = (friction * gravity / Pair::radius(), DURATION / h);
+    let critical = square.sqrt();
+    if critical * h > MOST_TURN || friction * BLOCK[2] > 0.9 * BLOCK[0] {
+        return Err(Unsuitable::Motion(format!(
+            "with mu {friction} the block tips over, or the table turns by more than \
+             {MOST_TURN} rad a step; a smaller one is needed"
+        )));
     }
-
-    fn bodies(&self) -> usize {
-        2
-    }
-
-    fn beyond_ipopt(&self) -> Option<&'static str> {
-        Some("on the brink of sliding it leaves residuals of 1e-3 m/s")
-    }
-
-    fn inputs(&self) -> Inputs {
-        let values = [(Input::Mass, 1.0), (Input::Friction, 0.5), (Input::Gravity, 9.81)];
-        Inputs::new(0.005, &values)
-    }
-
-    /// μ g = r ω² is the threshold; [`Pair`] has the step's, by which it is at
-    /// ω² = (μ g/r)/(1 − ¼ h² μ g/r): second order.
-    fn solve(
-        &self,
-        inputs: &Inputs,
-        laboratory: &mut Laboratory<'_>,
-    ) -> Result<Findings, Unsuitable> {
-        let (mass, friction) = (inputs.get(Input::Mass)?, inputs.get(Input::Friction)?);
-        let (gravity, h) = (inputs.get(Input::Gravity)?, laboratory.time_step());
-        let (square, steps) = (friction * gravity / Pair::radius(), DURATION / h);
-        let critical = square.sqrt();
-        if critical * h > MOST_TURN || friction * BLOCK[2] > 0.9 * BLOCK[0] {
-            return Err(Unsuitable::Motion(format!(
-                "with mu {friction} the block tips over, or the table turns by more than \
-                 {MOST_TURN} rad a step; a smaller one is needed"
-            )));
-        }
-        let discrete = (square / (1.0 - 0.25 * h * h * square)).sqrt();
-        let carried = 0.9 * critical;
-        let pair = Pair { spin: carried, time_step: h };
+    let discrete = (square / (1.0 - 0.25 * h * h * square)).sqrt();
+    let carried = 0.9 * critical;
+    let pair = Pair { spin: carried, time_step: h };
+    let run = laboratory.run(&pair.setup(mass, friction, gravity)?)?;
+    let forces = run.forces(1);
+    let force = |k: usize| forces[k.saturating_sub(1)].xy().norm() / mass;
+    let expected = Pair::radius() * carried * carried;
+    let spin = |run: &Run| slack(run) / (2.0 * Pair::radius() * critical);
+    let found = Threshold::near(discrete, RESOLUTION * discrete, |spin_rate| {
+        let pair = Pair { spin: spin_rate, time_step: h };
         let run = laboratory.run(&pair.setup(mass, friction, gravity)?)?;
-        let forces = run.forces(1);
-        let force = |k: usize| forces[k.saturating_sub(1)].xy().norm() / mass;
-        let expected = Pair::radius() * carried * carried;
-        let spin = |run: &Run| slack(run) / (2.0 * Pair::radius() * critical);
-        let found = Threshold::find(
-            (BRACKET.0 * discrete, BRACKET.1 * discrete),
-            RESOLUTION * discrete,
-            |spin_rate| {
-                let pair = Pair { spin: spin_rate, time_step: h };
-                let run = laboratory.run(&pair.setup(mass, friction, gravity)?)?;
-                let last = strayed(&run)[run.steps()];
-                Ok((last > SLIPPED, spin(&run)))
-            },
-        )?;
-        let share = expected / (friction * gravity);
-        let held = run.sum(|residual| residual.friction) / (1.0 - share * share).sqrt();
-        let order = Convergence::order(2, steps);
-        Ok(Findings {
-            quantities: vec![
-                Quantity {
-                    discrete: expected / (1.0 + (0.5 * h * carried).powi(2)),
-                    convergence: order,
-                    ..Quantity::exactly(
-                        ("acceleration of the block", "m/s²"),
-                        force(run.steps()),
-                        expected,
-                        slack(&run),
-                    )
-                },
-                Quantity::at_most_zero(
-                    ("way on the table", "m"),
-                    strayed(&run).into_iter().fold(0.0, f64::max),
-                    2.0 * h * held + 8.0 * run.seat(),
-                ),
-                Quantity::exactly(
-                    ("spin of the table", "rad/s"),
-                    run.end(0).spin[2],
-                    carried,
-                    2.0 * slack(&run) * h / Pair::radius() + run.flight_rounding(),
-                ),
-                Quantity {
-                    discrete,
-                    convergence: order,
-                    ..Quantity::exactly(
-                        ("threshold of the spin", "rad/s"),
-                        found.value,
-                        critical,
-                        found.slack,
-                    )
-                },
-            ],
-            curve: Curve::of(("acceleration of the block", "m/s²"), &run, force, |_| expected),
-        })
-    }
+        let last = strayed(&run)[run.steps()];
+        Ok((last > SLIPPED, spin(&run)))
+    })?;
+    let share = expected / (friction * gravity);
+    let held = run.sum(|residual| residual.friction) / (1.0 - share * share).sqrt();
+    let order = Convergence::order(2, steps);
+    Ok(Findings {
+        quantities: vec![
+            exactly(
+                ("acceleration of the block", "m/s²"),
+                force(run.steps()),
+                expected,
+                slack(&run),
+            )
+            .in_steps(expected / (1.0 + (0.5 * h * carried).powi(2)), order),
+            at_most_zero(
+                ("way on the table", "m"),
+                strayed(&run).into_iter().fold(0.0, f64::max),
+                2.0 * h * held + 8.0 * run.seat(),
+            ),
+            exactly(
+                ("spin of the table", "rad/s"),
+                run.end(0).spin[2],
+                carried,
+                2.0 * slack(&run) * h / Pair::radius() + run.flight_rounding(),
+            ),
+            exactly(("threshold of the spin", "rad/s"), found.value, critical, found.slack)
+                .in_steps(discrete, order),
+        ],
+        curve: Curve::of(("acceleration of the block", "m/s²"), &run, force, |_| expected),
+    })
 }
