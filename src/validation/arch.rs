@@ -20,6 +20,7 @@
 //! image does, for cones and joints are convex.
 
 use super::Unsuitable;
+use super::inputs::EARTH;
 use super::quantity::{at_most_zero, exactly};
 use super::stopping::resting;
 use super::threshold::Threshold;
@@ -88,7 +89,7 @@ pub static ARCH: Posed = Posed {
             and under its feet is at least (√(4T² + 3) − 2T)/3, T = tan 30°: then its thrust is \
             held.",
     time_step: 0.005,
-    inputs: &[(Input::Mass, 20.0), (Input::Gravity, 9.81)],
+    inputs: &[(Input::Mass, 20.0), EARTH],
     bodies: STONES,
     ..Posed::by(arch)
 };

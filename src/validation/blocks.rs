@@ -1,5 +1,6 @@
 //! A block on a block: on a slope, and with the lower one pulled.
 
+use super::inputs::EARTH;
 use super::quantity::exactly;
 use super::stopping::resting;
 use super::threshold::Threshold;
@@ -161,12 +162,7 @@ pub static BLOCKS_ON_SLOPE: Posed = Posed {
             leaves the lower one, held by μ; the other way round both slide as one. Each slides at \
             the threshold of its own face.",
     time_step: 0.005,
-    inputs: &[
-        (Input::Mass, 2.0),
-        (Input::Friction, 0.4),
-        (Input::Gravity, 9.81),
-        (Input::Slope, 30.0),
-    ],
+    inputs: &[(Input::Mass, 2.0), (Input::Friction, 0.4), EARTH, (Input::Slope, 30.0)],
     bodies: 2,
     ..Posed::by(blocks_on_slope)
 };
@@ -243,7 +239,7 @@ pub static PULLED_BLOCK: Posed = Posed {
     about: "The lower of two blocks is pulled: they go as one up to (μ₁ + μ₂)(m₁ + m₂) g, with μ₁ \
             on the ground and μ₂ between them; beyond, the upper one has μ₂ g and stays behind.",
     time_step: 0.005,
-    inputs: &[(Input::Mass, 2.0), (Input::Friction, 0.4), (Input::Gravity, 9.81)],
+    inputs: &[(Input::Mass, 2.0), (Input::Friction, 0.4), EARTH],
     bodies: 2,
     beyond_ipopt: Some("on the brink of sliding it leaves residuals of 1e-3 m/s"),
     ..Posed::by(pulled_block)

@@ -2,6 +2,7 @@
 
 use super::Unsuitable;
 use super::axis::momentum;
+use super::inputs::EARTH;
 use super::quantity::exactly;
 use super::stopping::resting;
 use super::{
@@ -77,12 +78,7 @@ pub static BOUNCING_BOX: Posed = Posed {
     about: "A box falls flat from half a metre and bounces: the n-th bounce is e²ⁿ times as high, \
             and lasts eⁿ times as long as the fall and its rise.",
     time_step: 0.002,
-    inputs: &[
-        (Input::Mass, 2.0),
-        (Input::Friction, 0.3),
-        (Input::Restitution, 0.7),
-        (Input::Gravity, 9.81),
-    ],
+    inputs: &[(Input::Mass, 2.0), (Input::Friction, 0.3), (Input::Restitution, 0.7), EARTH],
     ..Posed::by(bouncing_box)
 };
 

@@ -1,5 +1,6 @@
 //! The same slide in every direction of the compass.
 
+use super::inputs::EARTH;
 use super::quantity::at_most_zero;
 use super::stopping::{Slide, resting};
 use super::{Curve, Findings, Input, Inputs, Laboratory, Posed, Quantity, Solved};
@@ -15,12 +16,7 @@ pub static COMPASS: Posed = Posed {
     about: "A box slides in sixteen directions: each slide is straight and equally long, v²/(2 μ \
             g), as no pyramid of friction would have it.",
     time_step: 0.002,
-    inputs: &[
-        (Input::Mass, 2.0),
-        (Input::Friction, 0.3),
-        (Input::Gravity, 9.81),
-        (Input::Speed, 1.0),
-    ],
+    inputs: &[(Input::Mass, 2.0), (Input::Friction, 0.3), EARTH, (Input::Speed, 1.0)],
     ..Posed::by(compass)
 };
 

@@ -19,6 +19,7 @@
 use super::Unsuitable;
 use super::axis::momentum;
 use super::edge::{Planar, cross, turned};
+use super::inputs::EARTH;
 use super::quantity::exactly;
 use super::rocking::{TallBox, tilt};
 use super::stopping::resting;
@@ -173,7 +174,7 @@ pub static DOMINOES: Posed = Posed {
     about: "A domino is pushed over and falls on the next one: its energy says when and how fast, \
             and as nothing rubs between them, both go on with half of its spin.",
     time_step: 0.001,
-    inputs: &[(Input::Mass, 3.0), (Input::Gravity, 9.81)],
+    inputs: &[(Input::Mass, 3.0), EARTH],
     bodies: 2,
     ..Posed::by(dominoes)
 };
@@ -270,6 +271,6 @@ fn dominoes(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
             halved("spin of the first after it", 0, effect(|fall| fall.after[0])),
             halved("spin of the second after it", 1, effect(|fall| fall.after[1])),
         ],
-        curve: run.curve(("tilt of the first", "rad"), 0, |state| tilt(state), |_| f64::NAN),
+        curve: run.curve(("tilt of the first", "rad"), 0, tilt, |_| f64::NAN),
     })
 }

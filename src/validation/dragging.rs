@@ -1,5 +1,6 @@
 //! A cube that is dragged harder and harder.
 
+use super::inputs::EARTH;
 use super::quantity::{at_most_zero, exactly};
 use super::slack::{SlideSlack, SlideStep, Slider};
 use super::stopping::resting;
@@ -25,7 +26,7 @@ pub static DRAGGED_CUBE: Posed = Posed {
     about: "A cube is dragged by a force that grows from 0 to 20 N in 2 s: it sticks up to μ m g, \
             then slides while friction stays μ m g.",
     time_step: 0.002,
-    inputs: &[(Input::Mass, 1.0), (Input::Friction, 0.4), (Input::Gravity, 9.81)],
+    inputs: &[(Input::Mass, 1.0), (Input::Friction, 0.4), EARTH],
     ..Posed::by(dragged_cube)
 };
 

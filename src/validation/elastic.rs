@@ -1,6 +1,7 @@
 //! Balls that lose nothing: 49 of them bounce side by side for ten seconds, a test of SimBenchmark.
 
 use super::Unsuitable;
+use super::inputs::EARTH;
 use super::quantity::at_most_zero;
 use super::stopping::resting;
 use super::{Curve, Findings, Input, Inputs, Laboratory, Posed, Run, Setup, Solved, Subject};
@@ -26,7 +27,7 @@ pub static BOUNCING_BALLS: Posed = Posed {
     about: "49 balls fall from 1 to 2 m and bounce without loss for ten seconds: each keeps its \
             energy, and the step keeps ½ v² + g z − ½ h g v.",
     time_step: 0.01,
-    inputs: &[(Input::Mass, 1.0), (Input::Friction, 0.3), (Input::Gravity, 9.81)],
+    inputs: &[(Input::Mass, 1.0), (Input::Friction, 0.3), EARTH],
     bodies: BALLS,
     ..Posed::by(bouncing_balls)
 };

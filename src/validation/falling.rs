@@ -1,5 +1,6 @@
 //! A body thrown sideways that meets nothing.
 
+use super::inputs::EARTH;
 use super::quantity::exactly;
 use super::stopping::resting;
 use super::{Convergence, Findings, Input, Inputs, Laboratory, Posed, Setup, Solved, Subject};
@@ -14,7 +15,7 @@ pub static FREE_FALL: Posed = Posed {
     name: "free-fall",
     about: "A box thrown sideways falls for a second: z = z₀ − ½ g t², x = v t.",
     time_step: 0.002,
-    inputs: &[(Input::Mass, 2.0), (Input::Gravity, 9.81), (Input::Speed, 3.0)],
+    inputs: &[(Input::Mass, 2.0), EARTH, (Input::Speed, 3.0)],
     ..Posed::by(free_fall)
 };
 

@@ -16,6 +16,7 @@
 //! ```
 
 use super::axis::momentum;
+use super::inputs::EARTH;
 use super::quantity::{at_most_zero, exactly};
 use super::stopping::resting;
 use super::{Convergence, Curve, Findings, Input, Inputs, Laboratory, Posed, Run, Setup, Solved};
@@ -158,7 +159,7 @@ pub static BALL_GRID: Posed = Posed {
             under 25 balls that roll on it, with a_ball = (F − f₁)/M/(⁷⁄₂ + n m/M) and ⁷⁄₂ of that \
             for the box.",
     time_step: 0.01,
-    inputs: &[(Input::Mass, 1.0), (Input::Friction, 0.4), (Input::Gravity, 9.81)],
+    inputs: &[(Input::Mass, 1.0), (Input::Friction, 0.4), EARTH],
     bodies: 1 + SIDE * SIDE,
     ..Posed::by(ball_grid)
 };

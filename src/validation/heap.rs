@@ -8,6 +8,7 @@
 //! the ground. The plane between two balls is across their line of centres at the step's start, and the
 //! distance at its end is no less than that along it: no penetration is left to the order of h.
 
+use super::inputs::EARTH;
 use super::quantity::{at_most_zero, exactly};
 use super::stopping::resting;
 use super::{Curve, Findings, Input, Inputs, Laboratory, Posed, Run, Setup, Solved, Subject};
@@ -23,7 +24,7 @@ pub const BALLS_666: Posed = Posed {
     about: "6 × 6 × 6 balls without friction fall on the ground and on each other (SimBenchmark's 666 \
             test, its first 0.3 s): nothing penetrates, momentum stays, energy does not grow.",
     time_step: 0.01,
-    inputs: &[(Input::Mass, 10.0), (Input::Gravity, 9.81)],
+    inputs: &[(Input::Mass, 10.0), EARTH],
     bodies: BALLS,
     ..Posed::by(|inputs, laboratory| fall(inputs, laboratory, 0.0))
 };

@@ -65,6 +65,9 @@ impl Input {
     }
 }
 
+/// The usual gravity.
+pub(super) const EARTH: (Input, f64) = (Input::Gravity, 9.81);
+
 /// Inputs and their values; an input that is not in it means nothing to the problem.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Inputs {

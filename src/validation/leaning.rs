@@ -18,6 +18,7 @@
 //! is needed; tan θ ≥ 1/(2μ) for thin rails. Both are those of a step at rest, whatever h is.
 
 use super::Unsuitable;
+use super::inputs::EARTH;
 use super::quantity::{at_most_zero, exactly};
 use super::stopping::resting;
 use super::threshold::Threshold;
@@ -95,7 +96,7 @@ pub static LADDER: Posed = Posed {
     about: "A ladder leans on a smooth wall, which pushes with ½ m g cot θ: friction μ on the \
             ground holds it down to tan θ = 1/(2 μ), a little less for its thickness.",
     time_step: 0.005,
-    inputs: &[(Input::Mass, 8.0), (Input::Friction, 0.4), (Input::Gravity, 9.81)],
+    inputs: &[(Input::Mass, 8.0), (Input::Friction, 0.4), EARTH],
     ..Posed::by(ladder_on_wall)
 };
 
@@ -162,7 +163,7 @@ pub static CARD_TENT: Posed = Posed {
     about: "Two cards lean on each other at 60°, each the other's wall: they stand if friction on \
             the ground is at least ½ cot θ, a little less for their thickness.",
     time_step: 0.005,
-    inputs: &[(Input::Mass, 0.5), (Input::Gravity, 9.81)],
+    inputs: &[(Input::Mass, 0.5), EARTH],
     bodies: 2,
     ..Posed::by(card_tent)
 };

@@ -2,6 +2,7 @@
 
 use super::Unsuitable;
 use super::edge::{Edges, Planar};
+use super::inputs::EARTH;
 use super::quantity::exactly;
 use super::stopping::resting;
 use super::{Convergence, Findings, Input, Inputs, Laboratory, Posed, Run, Setup, Solved, Subject};
@@ -153,7 +154,7 @@ pub static ROCKING: Posed = Posed {
             rises as far as its energy goes, falls back, and keeps 1 − ³⁄₂ sin²α of its spin when \
             its face meets the ground.",
     time_step: 0.001,
-    inputs: &[(Input::Mass, 3.0), (Input::Gravity, 9.81), (Input::Speed, 0.9)],
+    inputs: &[(Input::Mass, 3.0), EARTH, (Input::Speed, 0.9)],
     unit_of_speed: "of the spin that topples it",
     ..Posed::by(rocking)
 };
@@ -221,7 +222,7 @@ fn rocking(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
             )
             .in_steps(swing.kept, Convergence::within(bound, fine)),
         ],
-        curve: run.curve(("tilt", "rad"), 0, |state| tilt(state), |_| f64::NAN),
+        curve: run.curve(("tilt", "rad"), 0, tilt, |_| f64::NAN),
     })
 }
 

@@ -19,6 +19,7 @@
 
 use super::Unsuitable;
 use super::axis::momentum;
+use super::inputs::EARTH;
 use super::quantity::{at_most_zero, exactly};
 use super::stopping::resting;
 use super::{Convergence, Findings, Input, Inputs, Laboratory, Posed, Run, Setup, Solved, Subject};
@@ -138,12 +139,7 @@ pub static ROLLING_BALL: Posed = Posed {
     about: "A ball let go on a slope: it rolls with a = ⁵⁄₇ g sin θ up to tan θ = ⁷⁄₂ μ, as \
             usually; beyond, it slides with g (sin θ − μ cos θ) as it turns.",
     time_step: 0.002,
-    inputs: &[
-        (Input::Mass, 2.0),
-        (Input::Friction, 0.4),
-        (Input::Gravity, 9.81),
-        (Input::Slope, 30.0),
-    ],
+    inputs: &[(Input::Mass, 2.0), (Input::Friction, 0.4), EARTH, (Input::Slope, 30.0)],
     ..Posed::by(rolling_ball)
 };
 
@@ -212,12 +208,7 @@ pub static SLIDING_BALL: Posed = Posed {
     about: "A ball is struck and slides without turning: friction turns it until it rolls, after 2 \
             v/(7 μ g), with ⁵⁄₇ v whatever μ is.",
     time_step: 0.002,
-    inputs: &[
-        (Input::Mass, 2.0),
-        (Input::Friction, 0.3),
-        (Input::Gravity, 9.81),
-        (Input::Speed, 4.0),
-    ],
+    inputs: &[(Input::Mass, 2.0), (Input::Friction, 0.3), EARTH, (Input::Speed, 4.0)],
     ..Posed::by(sliding_ball)
 };
 

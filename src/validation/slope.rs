@@ -1,6 +1,7 @@
 //! A box let go on a slope.
 
 use super::Unsuitable;
+use super::inputs::EARTH;
 use super::quantity::{at_most_zero, exactly};
 use super::slack::{SlideSlack, SlideStep, Slider};
 use super::stopping::resting;
@@ -14,12 +15,7 @@ pub static STICK: Posed = Posed {
     about: "A box on a slope for a minute: below atan μ, as usually, it stays where it is and does \
             not creep; above, it slides.",
     time_step: 0.01,
-    inputs: &[
-        (Input::Mass, 2.0),
-        (Input::Friction, 0.4),
-        (Input::Gravity, 9.81),
-        (Input::Slope, 20.0),
-    ],
+    inputs: &[(Input::Mass, 2.0), (Input::Friction, 0.4), EARTH, (Input::Slope, 20.0)],
     ..Posed::by(|inputs, laboratory| let_go(inputs, laboratory, 60.0))
 };
 
@@ -29,12 +25,7 @@ pub static SLIDE: Posed = Posed {
     about: "A box on a slope: above atan μ, as usually, it slides with a = g (sin θ − μ cos θ); \
             below, it stays.",
     time_step: 0.002,
-    inputs: &[
-        (Input::Mass, 2.0),
-        (Input::Friction, 0.4),
-        (Input::Gravity, 9.81),
-        (Input::Slope, 30.0),
-    ],
+    inputs: &[(Input::Mass, 2.0), (Input::Friction, 0.4), EARTH, (Input::Slope, 30.0)],
     ..Posed::by(|inputs, laboratory| let_go(inputs, laboratory, 2.0))
 };
 

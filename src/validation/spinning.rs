@@ -1,6 +1,7 @@
 //! A flat box that spins on level ground until friction stops it.
 
 use super::axis::momentum;
+use super::inputs::EARTH;
 use super::quantity::{at_most_zero, exactly};
 use super::slack::{SlideSlack, SlideStep, Slider};
 use super::stopping::{resting, stopping_time};
@@ -16,12 +17,7 @@ pub static SPINNING_BOX: Posed = Posed {
     about: "A flat box spins on its four corners: friction at the radius R stops it after R ω/(3 μ \
             g), while its centre stays.",
     time_step: 0.002,
-    inputs: &[
-        (Input::Mass, 1.0),
-        (Input::Friction, 0.3),
-        (Input::Gravity, 9.81),
-        (Input::Speed, 10.0),
-    ],
+    inputs: &[(Input::Mass, 1.0), (Input::Friction, 0.3), EARTH, (Input::Speed, 10.0)],
     unit_of_speed: "rad/s",
     ..Posed::by(spinning_box)
 };

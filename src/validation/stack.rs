@@ -1,6 +1,7 @@
 //! Boxes at rest on each other: what carries what.
 
 use super::Unsuitable;
+use super::inputs::EARTH;
 use super::quantity::{at_most_zero, exactly};
 use super::stopping::resting;
 use super::{
@@ -107,7 +108,7 @@ pub static STACK: Posed = Posed {
     about: "Ten equal boxes rest on each other: the force under each is the weight above it, \
             shared by its four corners alike.",
     time_step: 0.002,
-    inputs: &[(Input::Mass, 1.0), (Input::Friction, 0.5), (Input::Gravity, 9.81)],
+    inputs: &[(Input::Mass, 1.0), (Input::Friction, 0.5), EARTH],
     bodies: BOXES,
     ..Posed::by(stack)
 };
@@ -156,7 +157,7 @@ pub static MASS_RATIO: Posed = Posed {
     about: "A box rests on one of a ten-thousandth of its mass, and the other way round: the light \
             one carries the heavy one, and nothing sinks.",
     time_step: 0.002,
-    inputs: &[(Input::Mass, 1.0), (Input::Friction, 0.5), (Input::Gravity, 9.81)],
+    inputs: &[(Input::Mass, 1.0), (Input::Friction, 0.5), EARTH],
     bodies: 2,
     beyond_ipopt: Some(
         "of such masses it solves some steps in a hundred only with the native solution",

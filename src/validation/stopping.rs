@@ -1,5 +1,6 @@
 //! Bodies that slide on level ground until friction stops them.
 
+use super::inputs::EARTH;
 use super::quantity::{at_most_zero, exactly};
 use super::slack::{SlideSlack, SlideStep, Slider, stop_time};
 use super::{
@@ -150,12 +151,7 @@ pub static SLIDING_STOP: Posed = Posed {
     name: "sliding-stop",
     about: "A box slides on level ground until friction stops it, after v²/(2 μ g) and v/(μ g).",
     time_step: 0.002,
-    inputs: &[
-        (Input::Mass, 2.0),
-        (Input::Friction, 0.3),
-        (Input::Gravity, 9.81),
-        (Input::Speed, 3.0),
-    ],
+    inputs: &[(Input::Mass, 2.0), (Input::Friction, 0.3), EARTH, (Input::Speed, 3.0)],
     ..Posed::by(sliding_stop)
 };
 
@@ -193,12 +189,7 @@ pub static FAST_PLATE: Posed = Posed {
     about: "A thin plate slides fast and stops: no corner of its face leaves the ground or sinks \
             into it, and it goes straight.",
     time_step: 0.002,
-    inputs: &[
-        (Input::Mass, 1.0),
-        (Input::Friction, 0.3),
-        (Input::Gravity, 9.81),
-        (Input::Speed, 10.0),
-    ],
+    inputs: &[(Input::Mass, 1.0), (Input::Friction, 0.3), EARTH, (Input::Speed, 10.0)],
     ..Posed::by(fast_plate)
 };
 

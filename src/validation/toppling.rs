@@ -1,5 +1,6 @@
 //! What it takes to topple a tall box: a push, or a slope.
 
+use super::inputs::EARTH;
 use super::quantity::exactly;
 use super::rocking::{TallBox, tilt};
 use super::stopping::resting;
@@ -12,7 +13,7 @@ pub static PUSHED_OVER: Posed = Posed {
     about: "A tall box turns about an edge: it topples if its spin is more than √(2 m g (R − \
             c)/I), and falls back if it is less.",
     time_step: 0.001,
-    inputs: &[(Input::Mass, 3.0), (Input::Gravity, 9.81)],
+    inputs: &[(Input::Mass, 3.0), EARTH],
     ..Posed::by(pushed_over)
 };
 
@@ -36,7 +37,7 @@ fn pushed_over(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
         let setup = tall.setup(tall.pushed(spin), duration)?;
         let run = laboratory
             .run_until(&setup, &mut |step| decided(tilt(&step.after[0]), step.after[0].spin[1]))?;
-        curve = run.curve(("tilt near the threshold", "rad"), 0, |state| tilt(state), |_| balance);
+        curve = run.curve(("tilt near the threshold", "rad"), 0, tilt, |_| balance);
         Ok((tilt(run.end(0)) > balance, tall.spin_slack(&run, spin)))
     })?;
     Ok(Findings {
@@ -59,7 +60,7 @@ pub static SLOPE_TOPPLE: Posed = Posed {
     about: "A tall box stands on a slope with friction enough: it topples where the slope is \
             steeper than a/c, its half width over its half height.",
     time_step: 0.002,
-    inputs: &[(Input::Mass, 3.0), (Input::Gravity, 9.81)],
+    inputs: &[(Input::Mass, 3.0), EARTH],
     ..Posed::by(slope_topple)
 };
 
@@ -77,7 +78,7 @@ fn slope_topple(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
             ..tall.setup(resting(tall.half_sides[2]), duration)?
         };
         let run = laboratory.run_until(&setup, &mut |step| tilt(&step.after[0]) > 0.1)?;
-        curve = run.curve(("tilt near the threshold", "rad"), 0, |state| tilt(state), |_| f64::NAN);
+        curve = run.curve(("tilt near the threshold", "rad"), 0, tilt, |_| f64::NAN);
         let over = tilt(run.end(0)) > 0.05;
         Ok((over, if over { tall.tipped(&run) } else { tall.propped(&run) }))
     })?;

@@ -1,5 +1,6 @@
 //! The energy of a cube thrown on the ground.
 
+use super::inputs::EARTH;
 use super::quantity::{at_most_zero, exactly};
 use super::{Findings, Input, Inputs, Laboratory, Posed, Run, Setup, Solved, Subject, Taken};
 use crate::mechanics::RigidBody;
@@ -18,12 +19,7 @@ pub static TUMBLE: Posed = Posed {
     about: "A cube is thrown on the ground and tumbles to rest: no step adds more energy than its \
             finite turn can, and at the end there is left what a cube at rest on a face has.",
     time_step: 0.002,
-    inputs: &[
-        (Input::Mass, 10.0),
-        (Input::Friction, 0.3),
-        (Input::Gravity, 9.81),
-        (Input::Speed, 4.0),
-    ],
+    inputs: &[(Input::Mass, 10.0), (Input::Friction, 0.3), EARTH, (Input::Speed, 4.0)],
     ..Posed::by(tumble)
 };
 

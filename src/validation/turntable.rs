@@ -1,5 +1,6 @@
 //! A block on a turntable: carried round, or left behind.
 
+use super::inputs::EARTH;
 use super::quantity::{at_most_zero, exactly};
 use super::stopping::resting;
 use super::threshold::Threshold;
@@ -104,7 +105,7 @@ pub static TURNTABLE: Posed = Posed {
     about: "A block on a turntable is carried round by friction m r ω², and slips where that is \
             more than μ m g.",
     time_step: 0.005,
-    inputs: &[(Input::Mass, 1.0), (Input::Friction, 0.5), (Input::Gravity, 9.81)],
+    inputs: &[(Input::Mass, 1.0), (Input::Friction, 0.5), EARTH],
     bodies: 2,
     beyond_ipopt: Some("on the brink of sliding it leaves residuals of 1e-3 m/s"),
     ..Posed::by(turntable)
