@@ -61,6 +61,24 @@ pub struct Touch {
 }
 
 impl Pair<'_> {
+    /// The `point` of `point_of` (frame of its owner) against the plane of the other's core with this
+    /// `normal` and `offset` (frame of its owner), above which it is by `height`.
+    fn touch(
+        &self,
+        point_of: Side,
+        point: Vector3<f64>,
+        (normal, offset): (Vector3<f64>, f64),
+        height: f64,
+        feature: Feature,
+    ) -> Touch {
+        let (point_radius, radius) = match point_of {
+            Side::A => (self.radius_a, self.radius_b),
+            Side::B => (self.radius_b, self.radius_a),
+        };
+        let (offset, gap) = (offset + radius, height - self.radii());
+        Touch { point_of, point, point_radius, normal, offset, gap, feature }
+    }
+
     /// A point of B (m, frame of A) against a face of A.
     pub(super) fn on_face_a(&self, face: usize, point: &Vector3<f64>, feature: Feature) -> Touch {
         let face = &self.a.faces()[face];
@@ -68,29 +86,15 @@ impl Pair<'_> {
             Feature::Vertex(Side::B, vertex) => self.b.vertices()[vertex as usize],
             _ => self.in_b(point),
         };
-        Touch {
-            point_of: Side::B,
-            point: own,
-            point_radius: self.radius_b,
-            normal: face.normal,
-            offset: face.offset + self.radius_a,
-            gap: face.normal.dot(point) - face.offset - self.radii(),
-            feature,
-        }
+        let height = face.normal.dot(point) - face.offset;
+        self.touch(Side::B, own, (face.normal, face.offset), height, feature)
     }
 
     /// A point of A (m, its frame) against a face of B.
     pub(super) fn on_face_b(&self, face: usize, point: &Vector3<f64>, feature: Feature) -> Touch {
         let face = &self.b.faces()[face];
-        Touch {
-            point_of: Side::A,
-            point: *point,
-            point_radius: self.radius_a,
-            normal: face.normal,
-            offset: face.offset + self.radius_b,
-            gap: face.normal.dot(&self.in_b(point)) - face.offset - self.radii(),
-            feature,
-        }
+        let height = face.normal.dot(&self.in_b(point)) - face.offset;
+        self.touch(Side::A, *point, (face.normal, face.offset), height, feature)
     }
 
     /// Two points, the one against the plane through the other across `normal` (unit, frame
@@ -163,15 +167,8 @@ impl Pair<'_> {
         feature: Feature,
     ) -> Touch {
         let away = self.rotation.tr_mul(&-normal);
-        Touch {
-            point_of: Side::A,
-            point: *point,
-            point_radius: self.radius_a,
-            normal: away,
-            offset: away.dot(&self.in_b(on)) + self.radius_b,
-            gap: normal.dot(&(on - point)) - self.radii(),
-            feature,
-        }
+        let plane = (away, away.dot(&self.in_b(on)));
+        self.touch(Side::A, *point, plane, normal.dot(&(on - point)), feature)
     }
 
     /// A point of B against the plane through a point of A; `normal` from A to B.
@@ -182,14 +179,7 @@ impl Pair<'_> {
         normal: &Vector3<f64>,
         feature: Feature,
     ) -> Touch {
-        Touch {
-            point_of: Side::B,
-            point: self.in_b(point),
-            point_radius: self.radius_b,
-            normal: *normal,
-            offset: normal.dot(on) + self.radius_a,
-            gap: normal.dot(&(point - on)) - self.radii(),
-            feature,
-        }
+        let (own, plane) = (self.in_b(point), (*normal, normal.dot(on)));
+        self.touch(Side::B, own, plane, normal.dot(&(point - on)), feature)
     }
 }

@@ -82,10 +82,12 @@ impl ReturnStatus {
     /// The variant of Ipopt's number.
     #[must_use]
     pub fn from_code(code: i32) -> Self {
-        KNOWN
-            .iter()
-            .find(|(known, ..)| *known == code)
-            .map_or(Self::Unknown(code), |(_, status, _)| *status)
+        let known = KNOWN.iter().find(|(known, ..)| *known == code);
+        known.map_or(Self::Unknown(code), |(_, status, _)| *status)
+    }
+
+    fn row(self) -> Option<&'static (i32, Self, &'static str)> {
+        KNOWN.iter().find(|(_, status, _)| *status == self)
     }
 
     /// Ipopt's number.
@@ -93,20 +95,14 @@ impl ReturnStatus {
     pub fn code(self) -> i32 {
         match self {
             Self::Unknown(code) => code,
-            known => KNOWN
-                .iter()
-                .find(|(_, status, _)| *status == known)
-                .map_or(i32::MIN, |(code, ..)| *code),
+            known => known.row().map_or(i32::MIN, |(code, ..)| *code),
         }
     }
 
     /// Ipopt's own name of the status, `Solve_Succeeded` for example.
     #[must_use]
     pub fn name(self) -> &'static str {
-        KNOWN
-            .iter()
-            .find(|(_, status, _)| *status == self)
-            .map_or("Unknown_Status", |(.., name)| name)
+        self.row().map_or("Unknown_Status", |(.., name)| name)
     }
 
     /// Whether the solve met the requested tolerance. The acceptable level does not count.

@@ -13,11 +13,7 @@ use nalgebra::{Matrix3, Vector3};
 /// A rigid body with its shape. Immutable once checked.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RigidBody {
-    mass: f64,
-    inertia: Matrix3<f64>,
-    inertia_inverse: Matrix3<f64>,
-    specific_inertia: Matrix3<f64>,
-    specific_inertia_inverse: Matrix3<f64>,
+    matter: Matter,
     contact_points: Vec<ContactPoint>,
     pieces: Vec<Piece>,
     /// For each piece, the contact point that is its first vertex.
@@ -25,6 +21,16 @@ pub struct RigidBody {
     friction: Option<f64>,
     restitution: Option<f64>,
     reach: f64,
+}
+
+/// What of a body resists a change of its motion.
+#[derive(Debug, Clone, PartialEq)]
+struct Matter {
+    mass: f64,
+    inertia: Matrix3<f64>,
+    inertia_inverse: Matrix3<f64>,
+    specific_inertia: Matrix3<f64>,
+    specific_inertia_inverse: Matrix3<f64>,
     isotropic: bool,
 }
 
@@ -114,13 +120,16 @@ impl RigidBody {
             points.iter().map(|&(position, radius)| ContactPoint { position, radius }).collect();
         let specific_inertia = inertia / mass;
         let sphere = Matrix3::from_diagonal_element(specific_inertia[(0, 0)]);
-        Ok(Self {
+        let matter = Matter {
             mass,
             inertia,
             inertia_inverse,
             isotropic: specific_inertia == sphere,
             specific_inertia,
             specific_inertia_inverse: inertia_inverse * mass,
+        };
+        Ok(Self {
+            matter,
             contact_points,
             pieces: Vec::new(),
             first_points: Vec::new(),
@@ -169,24 +178,8 @@ impl RigidBody {
     pub fn with_mass(&self, mass: f64, inertia: Matrix3<f64>) -> Result<Self, Error> {
         let points = self.contact_points.iter().map(|point| (point.position, point.radius));
         let points: Vec<_> = points.collect();
-        let Self {
-            mass,
-            inertia,
-            inertia_inverse,
-            isotropic,
-            specific_inertia,
-            specific_inertia_inverse,
-            ..
-        } = Self::with_points(mass, inertia, &points)?;
-        Ok(Self {
-            mass,
-            inertia,
-            inertia_inverse,
-            isotropic,
-            specific_inertia,
-            specific_inertia_inverse,
-            ..self.clone()
-        })
+        let Self { matter, .. } = Self::with_points(mass, inertia, &points)?;
+        Ok(Self { matter, ..self.clone() })
     }
 
     /// This body with a coefficient of friction of its own in place of the
@@ -241,37 +234,37 @@ impl RigidBody {
     /// m, kg.
     #[must_use]
     pub fn mass(&self) -> f64 {
-        self.mass
+        self.matter.mass
     }
 
     /// I, kg m², body frame.
     #[must_use]
     pub fn inertia(&self) -> &Matrix3<f64> {
-        &self.inertia
+        &self.matter.inertia
     }
 
     /// I⁻¹, 1/(kg m²), body frame.
     #[must_use]
     pub fn inertia_inverse(&self) -> &Matrix3<f64> {
-        &self.inertia_inverse
+        &self.matter.inertia_inverse
     }
 
     /// Î = I/m, m²: the inertia of a unit of mass.
     #[must_use]
     pub fn specific_inertia(&self) -> &Matrix3<f64> {
-        &self.specific_inertia
+        &self.matter.specific_inertia
     }
 
     /// Î⁻¹ = m I⁻¹, 1/m².
     #[must_use]
     pub fn specific_inertia_inverse(&self) -> &Matrix3<f64> {
-        &self.specific_inertia_inverse
+        &self.matter.specific_inertia_inverse
     }
 
     /// Whether all principal moments are equal, so that no spin changes by itself.
     #[must_use]
     pub fn is_isotropic(&self) -> bool {
-        self.isotropic
+        self.matter.isotropic
     }
 
     /// The contact points, in the order of all per-contact arrays.
@@ -333,19 +326,22 @@ impl RigidBody {
             let radius = point.radius / length;
             ContactPoint { position, radius }
         });
+        let own = &self.matter;
         Self {
-            mass: self.mass / mass,
-            inertia: self.inertia / moment,
-            inertia_inverse: self.inertia_inverse * moment,
-            specific_inertia: self.specific_inertia / area,
-            specific_inertia_inverse: self.specific_inertia_inverse * area,
+            matter: Matter {
+                mass: own.mass / mass,
+                inertia: own.inertia / moment,
+                inertia_inverse: own.inertia_inverse * moment,
+                specific_inertia: own.specific_inertia / area,
+                specific_inertia_inverse: own.specific_inertia_inverse * area,
+                isotropic: own.isotropic,
+            },
             contact_points: contact_points.collect(),
             pieces: Vec::new(),
             first_points: Vec::new(),
             friction: self.friction,
             restitution: self.restitution,
             reach: self.reach / length,
-            isotropic: self.isotropic,
         }
     }
 }
