@@ -19,16 +19,7 @@
 //! by a tenth of its thickness. Where an unsymmetric H or line would do, the mean of it and its mirror
 //! image does, for cones and joints are convex.
 
-use super::Unsuitable;
-use super::inputs::EARTH;
-use super::quantity::{at_most_zero, exactly};
-use super::stopping::resting;
-use super::threshold::Threshold;
-use super::{Curve, Findings, Input, Inputs, Laboratory, Posed, Run, Setup, Solved, Subject};
-use crate::contact::Partner;
-use crate::geometry::Piece;
-use crate::mechanics::RigidBody;
-use nalgebra::Vector3;
+use super::prelude::*;
 use std::f64::consts::PI;
 
 /// Stones.
@@ -105,13 +96,11 @@ fn arch(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
         Ok::<_, Unsuitable>(Setup::new(stones, gravity, friction, DURATION))
     };
     let friction = STANDS * needed;
-    let mut forces = Vec::new();
-    let run = laboratory.run_until(&setup(friction)?, &mut |step| {
+    let (run, forces) = laboratory.watch(&setup(friction)?, |step| {
         let sum = |body: usize, partner: Partner| -> Vector3<f64> {
             step.between(body, partner).map(|contact| contact.force).sum()
         };
-        forces.push((sum(0, Partner::Ground), sum(0, Partner::Body(1))));
-        false
+        (sum(0, Partner::Ground), sum(0, Partner::Body(1)))
     })?;
     let (foot, joint) = forces[forces.len() - 1];
     let thrust = joint[0].abs() / weight;
@@ -124,9 +113,7 @@ fn arch(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
     let longest = (0..STONES).map(way).fold(0.0, f64::max);
     let found = Threshold::near(needed, RESOLUTION * needed, |friction| {
         let run = laboratory.run(&setup(friction)?)?;
-        let speed = |index| run.end(index).velocity.norm();
-        let fastest = (0..STONES).map(speed).fold(0.0, f64::max);
-        Ok((fastest <= FALLING * gravity * DURATION, 2.0 * force_slack(&run, gravity)))
+        Ok((run.fastest_at_end() <= FALLING * gravity * DURATION, 2.0 * force_slack(&run, gravity)))
     })?;
     let creep = run.time_step * run.sum(|residual| residual.friction);
     Ok(Findings {
@@ -138,11 +125,6 @@ fn arch(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
             at_most_zero(("longest way of a stone", "m"), longest, 8.0 * run.seat() + 2.0 * creep),
             exactly(("threshold of friction", "1"), found.value, needed, found.slack),
         ],
-        curve: Curve::of(
-            ("force under a foot", "W"),
-            &run,
-            |k| forces[k.saturating_sub(1)].0[2] / weight,
-            |_| 1.5,
-        ),
+        curve: run.curve_of_steps(("force under a foot", "W"), |k| forces[k].0[2] / weight, 1.5),
     })
 }

@@ -1,16 +1,7 @@
 //! A block on a block: on a slope, and with the lower one pulled.
 
-use super::inputs::EARTH;
-use super::quantity::exactly;
-use super::stopping::resting;
-use super::threshold::Threshold;
-use super::{
-    Convergence, Findings, Input, Inputs, Laboratory, Posed, Quantity, Run, Setup, Solved,
-};
-use super::{Subject, Unsuitable};
-use crate::contact::Partner;
-use crate::mechanics::{Load, Polyline, RigidBody};
-use nalgebra::Vector3;
+use super::Quantity;
+use super::prelude::*;
 
 /// m.
 const LOWER: Vector3<f64> = Vector3::new(1.0, 0.3, 0.05);
@@ -45,11 +36,9 @@ type Accelerations = [f64; 2];
 impl Blocks {
     fn new(inputs: &Inputs, shares: [f64; 2]) -> Result<Self, Unsuitable> {
         let (mass, friction) = (inputs.get(Input::Mass)?, inputs.get(Input::Friction)?);
-        if friction > 1.5 {
-            return Err(Unsuitable::Motion(format!(
-                "with mu {friction} the upper block may tip over; 1.5 is the most"
-            )));
-        }
+        Unsuitable::when(friction > 1.5, || {
+            format!("with mu {friction} the upper block may tip over; 1.5 is the most")
+        })?;
         let frictions = shares.map(|share| share * friction);
         Ok(Self { masses: [mass, UPPER_SHARE * mass], frictions })
     }
@@ -63,14 +52,8 @@ impl Blocks {
         let mut above = resting(2.0 * LOWER[2] + UPPER[2]);
         above.position[0] = x;
         let pull = Polyline::constant(Vector3::new(force, 0.0, 0.0))?;
-        let lower = RigidBody::solid_box(self.masses[0], LOWER)?;
-        let bodies = vec![
-            Subject {
-                load: Load::new(pull, Polyline::default(), Vector3::zeros())?,
-                ..Subject::new(lower, resting(LOWER[2]))
-            },
-            Subject::new(RigidBody::solid_box(self.masses[1], UPPER)?, above),
-        ];
+        let lower = Subject::solid_box(self.masses[0], LOWER, resting(LOWER[2]))?.pulled(pull)?;
+        let bodies = vec![lower, Subject::solid_box(self.masses[1], UPPER, above)?];
         let frictions =
             vec![(0, Partner::Ground, self.frictions[0]), (1, Partner::Body(0), self.frictions[1])];
         Ok(Setup { frictions, ..Setup::new(bodies, 0.0, self.frictions[0], duration) })
@@ -176,11 +159,9 @@ fn blocks_on_slope(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
     let smooth_below = Blocks::new(inputs, [0.5, 1.0])?;
     let (sin, cos) = slope.to_radians().sin_cos();
     for friction in [smooth_above.frictions[0], smooth_above.frictions[1]] {
-        if (sin / cos / friction - 1.0).abs() < 1e-3 {
-            return Err(Unsuitable::Motion(format!(
-                "a slope of {slope}° is a threshold, mu or mu/2; one beside it is needed"
-            )));
-        }
+        Unsuitable::when((sin / cos / friction - 1.0).abs() < 1e-3, || {
+            format!("a slope of {slope}° is a threshold, mu or mu/2; one beside it is needed")
+        })?;
     }
     let mut go = |blocks: &Blocks| -> Result<(Run, Accelerations), Unsuitable> {
         let expected = blocks.sliding(gravity * sin, gravity * cos);

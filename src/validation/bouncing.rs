@@ -1,15 +1,7 @@
 //! Boxes that bounce: on a face, again and again, and once on an edge.
 
-use super::Unsuitable;
 use super::axis::momentum;
-use super::inputs::EARTH;
-use super::quantity::exactly;
-use super::stopping::resting;
-use super::{
-    Convergence, Curve, Findings, Input, Inputs, Laboratory, Posed, Setup, Solved, Subject,
-};
-use crate::mechanics::{RigidBody, State};
-use nalgebra::{Vector3, Vector4};
+use super::prelude::*;
 
 /// Below this share (½ h ω)² the order does not show for rounding.
 const LEAST_SHARE: f64 = 1e-9;
@@ -96,20 +88,20 @@ fn bouncing_box(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
     let h = laboratory.time_step();
     let speed = (2.0 * g * DROP).sqrt();
     let last = speed * e.powi(BOUNCES as i32);
-    if last <= 8.0 * g * h {
-        return Err(Unsuitable::Motion(format!(
+    Unsuitable::when(last <= 8.0 * g * h, || {
+        format!(
             "bounce {BOUNCES} leaves with {last:.3} m/s, slower than four steps' gravity twice \
              over; a larger restitution or a smaller time step is needed"
-        )));
-    }
+        )
+    })?;
     let time = |n: usize| {
         let flights: f64 = (1..n).map(|bounce| e.powi(bounce as i32)).sum();
         speed / g * (1.0 + 2.0 * flights)
     };
-    let body = RigidBody::solid_box(mass, HALF_SIDES)?;
     let start = resting(HALF_SIDES[2] + DROP);
     let duration = time(BOUNCES + 1) + 8.0 * (BOUNCES + 1) as f64 * h;
-    let setup = Setup::new(vec![Subject::new(body, start)], g, friction, duration);
+    let setup =
+        Setup::new(vec![Subject::solid_box(mass, HALF_SIDES, start)?], g, friction, duration);
     let run = laboratory.run(&Setup { restitution: e, ..setup })?;
     let height = |state: &State| state.position[2] - HALF_SIDES[2];
     let impacts: Vec<_> = (0..run.steps()).filter(|&k| run.forces(0)[k][2] > 0.0).collect();
@@ -197,8 +189,7 @@ fn edge_impact(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
     // The edge at +x, −z is the lowest: tilted about −y.
     let (sin, cos) = (0.5 * TILT).sin_cos();
     start.attitude = Vector4::new(cos, 0.0, sin, 0.0);
-    let body = RigidBody::solid_box(mass, HALF_SIDES)?;
-    let setup = Setup::new(vec![Subject::new(body, start)], 0.0, 0.0, 20.0 * h);
+    let setup = Setup::new(vec![Subject::solid_box(mass, HALF_SIDES, start)?], 0.0, 0.0, 20.0 * h);
     let run = laboratory.run(&Setup { restitution: e, ..setup })?;
     let end = run.end(0);
 

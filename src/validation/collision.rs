@@ -9,13 +9,7 @@
 //! velocity. Since the centre of mass moves on evenly and the gap closes exactly, positions are
 //! those of continuous time as soon as they touch, whatever h is.
 
-use super::Unsuitable;
-use super::quantity::{at_most_zero, exactly};
-use super::stopping::resting;
-use super::{Curve, Findings, Input, Inputs, Laboratory, Posed, Run, Setup, Solved, Subject};
-use crate::geometry::Piece;
-use crate::mechanics::{RigidBody, State};
-use nalgebra::Vector3;
+use super::prelude::*;
 
 /// Above the ground, m.
 const HEIGHT: f64 = 10.0;
@@ -76,11 +70,8 @@ fn collision(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
     let masses = [mass, SECOND * mass];
     let mut starts = [afloat(0.0), afloat(2.0 * HALF_SIDES[0] + GAP)];
     starts[0].velocity[0] = speed;
-    let bodies = masses
-        .iter()
-        .zip(starts)
-        .map(|(&mass, start)| Ok(Subject::new(RigidBody::solid_box(mass, HALF_SIDES)?, start)));
-    let bodies = bodies.collect::<Result<_, Unsuitable>>()?;
+    let bodies = [0, 1].map(|index| Subject::solid_box(masses[index], HALF_SIDES, starts[index]));
+    let bodies = bodies.into_iter().collect::<Result<_, _>>()?;
     let (meet, h) = (GAP / speed, laboratory.time_step());
     let friction = inputs.get(Input::Friction)?;
     let run = laboratory.run(&Setup::new(bodies, 0.0, friction, 2.0 * meet + 4.0 * h))?;
@@ -158,19 +149,19 @@ pub static BALL_CHAIN: Posed = Posed {
 /// impact falls.
 fn ball_chain(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
     let (mass, speed) = (inputs.get(Input::Mass)?, inputs.get(Input::Speed)?);
-    let (ball, _) = RigidBody::solid(mass, &[Piece::sphere(RADIUS)?])?;
     let mut x = 0.0;
-    let mut bodies = vec![Subject::new(ball.clone(), afloat(0.0))];
-    bodies[0].start.velocity[0] = speed;
+    let mut starts = vec![afloat(0.0)];
+    starts[0].velocity[0] = speed;
     let mut meetings = vec![0.0];
     for (index, gap) in GAPS.iter().enumerate() {
         x += 2.0 * RADIUS + gap;
-        bodies.push(Subject::new(ball.clone(), afloat(x)));
+        starts.push(afloat(x));
         meetings.push(meetings[index] + gap * (index + 1) as f64 / speed);
     }
     let (h, last) = (laboratory.time_step(), meetings[GAPS.len()]);
     let friction = inputs.get(Input::Friction)?;
-    let run = laboratory.run(&Setup::new(bodies, 0.0, friction, 1.2 * last + 4.0 * h))?;
+    let balls = Subject::balls(mass, RADIUS, starts)?;
+    let run = laboratory.run(&Setup::new(balls, 0.0, friction, 1.2 * last + 4.0 * h))?;
 
     // Impacts so far.
     let impacts = |t: f64| meetings.iter().filter(|meeting| **meeting <= t).count() - 1;

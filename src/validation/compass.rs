@@ -1,10 +1,8 @@
 //! The same slide in every direction of the compass.
 
-use super::inputs::EARTH;
-use super::quantity::at_most_zero;
-use super::stopping::{Slide, resting};
-use super::{Curve, Findings, Input, Inputs, Laboratory, Posed, Quantity, Solved};
-use nalgebra::Vector3;
+use super::Quantity;
+use super::prelude::*;
+use super::stopping::Slide;
 use std::f64::consts::TAU;
 
 /// Directions: north, north-northeast, …

@@ -1,10 +1,7 @@
 //! Balls in a row that lose nothing: Newton's cradle, and what simultaneous impacts are like.
 
 use super::collision::{afloat, drift, speed_slack};
-use super::quantity::exactly;
-use super::{Findings, Input, Inputs, Laboratory, Posed, Setup, Solved, Subject, Unsuitable};
-use crate::geometry::Piece;
-use crate::mechanics::RigidBody;
+use super::prelude::*;
 
 /// m.
 const RADIUS: f64 = 0.05;
@@ -38,18 +35,16 @@ fn cradle(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
     let (mass, speed) = (inputs.get(Input::Mass)?, inputs.get(Input::Speed)?);
     let friction = inputs.get(Input::Friction)?;
     let h = laboratory.time_step();
-    if h * speed > 0.25 * GAP {
-        return Err(Unsuitable::Motion(format!(
+    Unsuitable::when(h * speed > 0.25 * GAP, || {
+        format!(
             "a step's way is {:.3} m; at most a quarter of the gap of {GAP} m is needed",
             h * speed
-        )));
-    }
-    let (ball, _) = RigidBody::solid(mass, &[Piece::sphere(RADIUS)?])?;
+        )
+    })?;
     let duration = 2.0 * (RUN_UP + GAP) / speed + 8.0 * h;
     let mut run = |gap: f64| {
         let places = [0.0, RUN_UP + 2.0 * RADIUS, RUN_UP + 4.0 * RADIUS + gap];
-        let mut bodies: Vec<_> =
-            places.iter().map(|&x| Subject::new(ball.clone(), afloat(x))).collect();
+        let mut bodies = Subject::balls(mass, RADIUS, places.map(afloat))?;
         bodies[0].start.velocity[0] = speed;
         let setup = Setup::new(bodies, 0.0, friction, duration);
         laboratory.run(&Setup { restitution: 1.0, ..setup })

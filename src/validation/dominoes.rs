@@ -16,17 +16,11 @@
 //! torque of p at the upper edge, ±(C₁ − r_j) × p, and of the rest of the impulse at its foot. Of the
 //! three unknowns ω₁⁺, ω₂⁺, P the third equation is that the upper edge ends on the face.
 
-use super::Unsuitable;
 use super::axis::momentum;
 use super::edge::{Planar, cross, turned};
-use super::inputs::EARTH;
-use super::quantity::exactly;
+use super::prelude::*;
 use super::rocking::{TallBox, tilt};
-use super::stopping::resting;
-use super::{Convergence, Findings, Input, Inputs, Laboratory, Posed, Run, Setup, Solved, Subject};
-use crate::contact::Partner;
-use crate::mechanics::RigidBody;
-use nalgebra::{Matrix3, Vector2, Vector3};
+use nalgebra::Matrix3;
 
 /// s, m.
 const GAP: f64 = 0.3;
@@ -187,19 +181,16 @@ fn dominoes(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
     let domino = TallBox::new(inputs)?;
     let (h, c) = (laboratory.time_step(), domino.half_sides[2]);
     let fine = domino.growth_time() / h;
-    if fine < 10.0 {
-        return Err(Unsuitable::Motion(format!(
-            "a domino falls over in some {:.3} s, too few steps of {h} s",
-            domino.growth_time()
-        )));
-    }
+    Unsuitable::when(fine < 10.0, || {
+        format!("a domino falls over in some {:.3} s, too few steps of {h} s", domino.growth_time())
+    })?;
     let spin = PUSH * domino.critical_spin();
     let wide = domino.half_sides + Vector3::new(0.0, WIDER, 0.0);
     let mut standing = resting(c);
     standing.position[0] = 2.0 * domino.half_sides[0] + GAP;
     let setup = domino.setup(domino.pushed(spin), 5.0 * domino.growth_time())?;
     let mut bodies = setup.bodies.clone();
-    bodies.push(Subject::new(RigidBody::solid_box(domino.mass, wide)?, standing));
+    bodies.push(Subject::solid_box(domino.mass, wide, standing)?);
     let frictions = vec![(1, Partner::Body(0), 0.0)];
     let setup = Setup { bodies, frictions, ..setup };
     let mut touched = 0;

@@ -1,16 +1,8 @@
 //! A cube that is dragged harder and harder.
 
-use super::inputs::EARTH;
-use super::quantity::{at_most_zero, exactly};
+use super::Quantity;
+use super::prelude::*;
 use super::slack::{SlideSlack, SlideStep, Slider};
-use super::stopping::resting;
-use super::{
-    Convergence, Findings, Input, Inputs, Laboratory, Posed, Quantity, Run, Setup, Solved,
-};
-use super::{Subject, Unsuitable};
-use crate::mechanics::RigidBody;
-use crate::mechanics::{Load, Polyline};
-use nalgebra::Vector3;
 
 /// The force grows from 0 to this, N, in this time, s.
 const FORCE: f64 = 20.0;
@@ -44,11 +36,8 @@ fn dragged_cube(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
         // Longer than the last step.
         (2.0 * DURATION, Vector3::new(2.0 * FORCE, 0.0, 0.0)),
     ])?;
-    let bodies = vec![Subject {
-        body: RigidBody::solid_box(dragged.mass, Vector3::repeat(HALF_SIDE))?,
-        start: resting(HALF_SIDE),
-        load: Load::new(force, Polyline::default(), Vector3::zeros())?,
-    }];
+    let cube = Subject::solid_box(dragged.mass, Vector3::repeat(HALF_SIDE), resting(HALF_SIDE))?;
+    let bodies = vec![cube.pulled(force)?];
     let run = laboratory.run(&Setup::new(bodies, dragged.gravity, dragged.friction, DURATION))?;
     Ok(Findings {
         quantities: dragged.quantities(&run),
@@ -83,20 +72,20 @@ impl Dragged {
         let (friction, gravity) = (inputs.get(Input::Friction)?, inputs.get(Input::Gravity)?);
         let mass = inputs.get(Input::Mass)?;
         let limit = friction * mass * gravity;
-        if limit >= 0.9 * FORCE || friction >= 0.95 {
-            return Err(Unsuitable::Motion(format!(
+        Unsuitable::when(limit >= 0.9 * FORCE || friction >= 0.95, || {
+            format!(
                 "mu m g = {limit:.3} N with mu {friction}: below {} N and mu 0.95 are needed for \
                  the cube to slide and not to tip",
                 0.9 * FORCE
-            )));
-        }
+            )
+        })?;
         let dragged = Self { mass, friction, gravity };
-        if dragged.speed(DURATION) < 2.0 * SLIDING {
-            return Err(Unsuitable::Motion(format!(
+        Unsuitable::when(dragged.speed(DURATION) < 2.0 * SLIDING, || {
+            format!(
                 "the cube is dragged to no more than {:.3} m/s; a lighter one is needed",
                 dragged.speed(DURATION)
-            )));
-        }
+            )
+        })?;
         Ok(dragged)
     }
 

@@ -1,12 +1,6 @@
 //! Balls that lose nothing: 49 of them bounce side by side for ten seconds, a test of SimBenchmark.
 
-use super::Unsuitable;
-use super::inputs::EARTH;
-use super::quantity::at_most_zero;
-use super::stopping::resting;
-use super::{Curve, Findings, Input, Inputs, Laboratory, Posed, Run, Setup, Solved, Subject};
-use crate::geometry::Piece;
-use crate::mechanics::RigidBody;
+use super::prelude::*;
 
 /// Balls along each edge of the grid.
 const EDGE: usize = 7;
@@ -44,20 +38,20 @@ fn bouncing_balls(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
     let friction = inputs.get(Input::Friction)?;
     let h = laboratory.time_step();
     let slowest = (2.0 * g * DROP).sqrt();
-    if slowest <= 8.0 * g * h {
-        return Err(Unsuitable::Motion(format!(
+    Unsuitable::when(slowest <= 8.0 * g * h, || {
+        format!(
             "the lowest ball lands with {slowest:.3} m/s, slower than eight steps' gravity; a \
              smaller time step is needed"
-        )));
-    }
-    let (ball, _) = RigidBody::solid(mass, &[Piece::sphere(RADIUS)?])?;
+        )
+    })?;
     let place = |index: usize| {
         let mut start = resting(RADIUS + DROP + HIGHER * index as f64);
         let at = |number: usize| APART * number as f64;
         (start.position[0], start.position[1]) = (at(index % EDGE), at(index / EDGE));
-        Subject::new(ball.clone(), start)
+        start
     };
-    let setup = Setup::new((0..BALLS).map(place).collect(), g, friction, DURATION);
+    let balls = Subject::balls(mass, RADIUS, (0..BALLS).map(place))?;
+    let setup = Setup::new(balls, g, friction, DURATION);
     let run = laboratory.run(&Setup { restitution: 1.0, ..setup })?;
 
     let kept = |index: usize, k: usize| {

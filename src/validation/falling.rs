@@ -1,11 +1,6 @@
 //! A body thrown sideways that meets nothing.
 
-use super::inputs::EARTH;
-use super::quantity::exactly;
-use super::stopping::resting;
-use super::{Convergence, Findings, Input, Inputs, Laboratory, Posed, Setup, Solved, Subject};
-use crate::mechanics::RigidBody;
-use nalgebra::Vector3;
+use super::prelude::*;
 
 /// s.
 const DURATION: f64 = 1.0;
@@ -34,8 +29,8 @@ fn free_fall(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
     let mut start = resting(0.1);
     start.position[2] = 0.75 * g * DURATION * DURATION + 1.0;
     start.velocity = Vector3::new(speed, 0.0, 0.0);
-    let body = RigidBody::solid_box(mass, Vector3::new(0.2, 0.15, 0.1))?;
-    let run = laboratory.run(&Setup::new(vec![Subject::new(body, start)], g, 0.3, DURATION))?;
+    let bodies = vec![Subject::solid_box(mass, Vector3::new(0.2, 0.15, 0.1), start)?];
+    let run = laboratory.run(&Setup::new(bodies, g, 0.3, DURATION))?;
     let (end, h, steps) = (run.end(0), run.time_step, run.steps() as f64);
     let t = run.time(run.steps());
     let fallen = |t: f64| 0.5 * g * t * t;

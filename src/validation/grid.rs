@@ -16,15 +16,7 @@
 //! ```
 
 use super::axis::momentum;
-use super::inputs::EARTH;
-use super::quantity::{at_most_zero, exactly};
-use super::stopping::resting;
-use super::{Convergence, Curve, Findings, Input, Inputs, Laboratory, Posed, Run, Setup, Solved};
-use super::{Subject, Unsuitable};
-use crate::contact::Partner;
-use crate::geometry::Piece;
-use crate::mechanics::{Load, Polyline, RigidBody, State};
-use nalgebra::{Vector2, Vector3};
+use super::prelude::*;
 
 /// m.
 const HALF_SIDES: Vector3<f64> = Vector3::new(10.0, 10.0, 0.5);
@@ -107,19 +99,17 @@ fn setup(
     let held = friction * (RATIO + BALLS) * gravity;
     let force = mass * (held + LEFT);
     let pull = Polyline::constant(Vector3::new(force * direction[0], force * direction[1], 0.0))?;
-    let mut bodies = vec![Subject {
-        load: Load::new(pull, Polyline::default(), Vector3::zeros())?,
-        ..Subject::new(RigidBody::solid_box(RATIO * mass, HALF_SIDES)?, resting(HALF_SIDES[2]))
-    }];
-    let (ball, _) = RigidBody::solid(mass, &[Piece::sphere(RADIUS)?])?;
-    let mut frictions = Vec::new();
-    for place in 0..SIDE * SIDE {
+    let plate = Subject::solid_box(RATIO * mass, HALF_SIDES, resting(HALF_SIDES[2]))?;
+    let mut bodies = vec![plate.pulled(pull)?];
+    let start = |place: usize| {
         let at = |number: usize| (number as f64 - 0.5 * (SIDE as f64 - 1.0)) * APART;
         let mut start = resting(2.0 * HALF_SIDES[2] + RADIUS);
         (start.position[0], start.position[1]) = (at(place % SIDE), at(place / SIDE));
-        bodies.push(Subject::new(ball.clone(), start));
-        frictions.push((place + 1, Partner::Body(0), ROUGH * friction));
-    }
+        start
+    };
+    bodies.extend(Subject::balls(mass, RADIUS, (0..SIDE * SIDE).map(start))?);
+    let frictions = (1..bodies.len()).map(|ball| (ball, Partner::Body(0), ROUGH * friction));
+    let frictions = frictions.collect();
     Ok(Setup { frictions, ..Setup::new(bodies, gravity, friction, DURATION) })
 }
 
@@ -170,11 +160,9 @@ pub static BALL_GRID: Posed = Posed {
 fn ball_grid(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
     let (mass, friction) = (inputs.get(Input::Mass)?, inputs.get(Input::Friction)?);
     let (gravity, h) = (inputs.get(Input::Gravity)?, laboratory.time_step());
-    if acceleration() > 0.9 * ROUGH * friction * gravity {
-        return Err(Unsuitable::Motion(format!(
-            "with mu {friction} the balls slide on the box; more friction is needed"
-        )));
-    }
+    Unsuitable::when(acceleration() > 0.9 * ROUGH * friction * gravity, || {
+        format!("with mu {friction} the balls slide on the box; more friction is needed")
+    })?;
     let names = [
         ["along y: speed of the box", "speed of a ball", "speed of a rim"],
         ["diagonally: speed of the box", "speed of a ball, too", "speed of a rim, too"],

@@ -8,15 +8,8 @@
 //! the ground. The plane between two balls is across their line of centres at the step's start, and the
 //! distance at its end is no less than that along it: no penetration is left to the order of h.
 
-use super::inputs::EARTH;
-use super::quantity::{at_most_zero, exactly};
-use super::stopping::resting;
-use super::{Curve, Findings, Input, Inputs, Laboratory, Posed, Run, Setup, Solved, Subject};
-use crate::contact::Partner;
-use crate::geometry::Piece;
-use crate::mechanics::{RigidBody, State};
+use super::prelude::*;
 use crate::simulation::random::Draws;
-use nalgebra::Vector3;
 
 /// The test as it is.
 pub const BALLS_666: Posed = Posed {
@@ -114,8 +107,7 @@ fn penetration(places: &[Vector3<f64>]) -> (f64, f64) {
 /// the step's end, and ½ m |v⁺ − v|² is lost.
 fn fall(inputs: &Inputs, laboratory: &mut Laboratory<'_>, restitution: f64) -> Solved {
     let (mass, gravity) = (inputs.get(Input::Mass)?, inputs.get(Input::Gravity)?);
-    let (ball, _) = RigidBody::solid(mass, &[Piece::sphere(RADIUS)?])?;
-    let bodies = starts().into_iter().map(|start| Subject::new(ball.clone(), start)).collect();
+    let bodies = Subject::balls(mass, RADIUS, starts())?;
     let (h, mut pushed) = (laboratory.time_step(), 0.0);
     let (mut deepest, mut squares, mut places) = (0.0_f64, 0.0, Vec::new());
     let setup = Setup { restitution, ..Setup::new(bodies, gravity, 0.0, DURATION) };

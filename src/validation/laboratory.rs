@@ -7,11 +7,9 @@ use super::{Curve, Unsuitable};
 use crate::contact::detection::Detection;
 use crate::contact::{Partner, Plane};
 use crate::error::Error;
-use crate::mechanics::Load;
-use crate::mechanics::RigidBody;
-use crate::mechanics::Rotation;
-use crate::mechanics::State;
+use crate::geometry::Piece;
 use crate::mechanics::quaternion::{advance, rotation};
+use crate::mechanics::{Load, Polyline, RigidBody, Rotation, State};
 use crate::simulation::{Motion, Simulation, StepRecord};
 use crate::step::{ContactForce, StepSolution, StepSolver, StepStatus};
 use crate::step_nlp::SMOOTHING;
@@ -60,6 +58,30 @@ impl Subject {
     #[must_use]
     pub fn new(body: RigidBody, start: State) -> Self {
         Self { body, start, load: Load::none() }
+    }
+
+    /// A solid box without a load; masses in kg, `half_sides` in m.
+    pub(super) fn solid_box(
+        mass: f64,
+        half_sides: Vector3<f64>,
+        start: State,
+    ) -> Result<Self, Error> {
+        Ok(Self::new(RigidBody::solid_box(mass, half_sides)?, start))
+    }
+
+    /// The same, pulled by `force` (N, world) at its centre of mass.
+    pub(super) fn pulled(self, force: Polyline) -> Result<Self, Error> {
+        Ok(Self { load: Load::new(force, Polyline::default(), Vector3::zeros())?, ..self })
+    }
+
+    /// Equal balls without a load, of this `radius` (m), from each of `starts`.
+    pub(super) fn balls(
+        mass: f64,
+        radius: f64,
+        starts: impl IntoIterator<Item = State>,
+    ) -> Result<Vec<Self>, Error> {
+        let (ball, _) = RigidBody::solid(mass, &[Piece::sphere(radius)?])?;
+        Ok(starts.into_iter().map(|start| Self::new(ball.clone(), start)).collect())
     }
 }
 
@@ -187,12 +209,12 @@ impl<'a> Laboratory<'a> {
     /// A setup that the model refuses, or of more than a million steps.
     pub fn run_until(&mut self, setup: &Setup, until: Until<'_>) -> Result<Run, Unsuitable> {
         let steps = (setup.duration / self.time_step).round();
-        if steps > MOST_STEPS {
-            return Err(Unsuitable::Motion(format!(
+        Unsuitable::when(steps > MOST_STEPS, || {
+            format!(
                 "the motion takes {:.3} s, more than a million steps of {} s",
                 setup.duration, self.time_step
-            )));
-        }
+            )
+        })?;
         let incline = Incline::new(setup.slope);
         let (mut simulation, selects) = self.simulation(setup, &incline)?;
         self.selects = selects;
@@ -219,6 +241,20 @@ impl<'a> Laboratory<'a> {
             before.copy_from_slice(after);
         }
         Ok(run)
+    }
+
+    /// Simulates `setup` for its duration and looks at every step; what is seen in each of them.
+    pub(super) fn watch<T>(
+        &mut self,
+        setup: &Setup,
+        mut look: impl FnMut(&Taken<'_>) -> T,
+    ) -> Result<(Run, Vec<T>), Unsuitable> {
+        let mut seen = Vec::new();
+        let run = self.run_until(setup, &mut |step| {
+            seen.push(look(step));
+            false
+        })?;
+        Ok((run, seen))
     }
 
     /// Whether the solver of the last run takes the selection rule where the laws leave the motion
@@ -384,6 +420,22 @@ impl Run {
         exact: impl Fn(f64) -> f64,
     ) -> Curve {
         Curve::of(label, self, |k| measured(&self.states(index)[k]), exact)
+    }
+
+    /// The same of what was `measured` in the steps, from which each state comes.
+    pub(super) fn curve_of_steps(
+        &self,
+        label: (&'static str, &'static str),
+        measured: impl Fn(usize) -> f64,
+        exact: f64,
+    ) -> Curve {
+        Curve::of(label, self, |k| measured(k.saturating_sub(1)), |_| exact)
+    }
+
+    /// The fastest that a body is at the end, m/s.
+    pub(super) fn fastest_at_end(&self) -> f64 {
+        let ends = (0..self.tracks.len()).map(|index| self.end(index));
+        ends.map(|state| state.velocity.norm()).fold(0.0, f64::max)
     }
 
     /// The states of all bodies.

@@ -17,17 +17,9 @@
 //!
 //! is needed; tan θ ≥ 1/(2μ) for thin rails. Both are those of a step at rest, whatever h is.
 
-use super::Unsuitable;
-use super::inputs::EARTH;
-use super::quantity::{at_most_zero, exactly};
-use super::stopping::resting;
-use super::threshold::Threshold;
-use super::{Curve, Findings, Input, Inputs, Laboratory, Posed, Run, Setup, Solved, Subject};
-use crate::contact::Partner;
-use crate::geometry::Piece;
-use crate::mechanics::{RigidBody, State};
+use super::prelude::*;
 use crate::world::Fixed;
-use nalgebra::{Matrix3, Vector3, Vector4};
+use nalgebra::Matrix3;
 
 /// L, ρ, and half the way between the rails, m.
 const HALF_LENGTH: f64 = 1.0;
@@ -85,11 +77,6 @@ fn force_slack(run: &Run, gravity: f64) -> f64 {
     2.0 * (lacked + 2.0 * POINTS * missed) / (gravity * run.time_step) + 64.0 * f64::EPSILON
 }
 
-/// The fastest that a body of `run` is at the end, m/s.
-fn speed(run: &Run, bodies: usize) -> f64 {
-    (0..bodies).map(|index| run.end(index).velocity.norm()).fold(0.0, f64::max)
-}
-
 /// A ladder that leans on a wall.
 pub static LADDER: Posed = Posed {
     name: "ladder",
@@ -106,12 +93,12 @@ fn ladder_on_wall(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
     let (mass, friction) = (inputs.get(Input::Mass)?, inputs.get(Input::Friction)?);
     let gravity = inputs.get(Input::Gravity)?;
     let threshold = angle_of(friction);
-    if !(0.2..1.5).contains(&threshold) {
-        return Err(Unsuitable::Motion(format!(
+    Unsuitable::when(!(0.2..1.5).contains(&threshold), || {
+        format!(
             "with mu {friction} the ladder slides below {:.1}°; 12° to 85° is needed",
             threshold.to_degrees()
-        )));
-    }
+        )
+    })?;
     let half_sides = Vector3::new(0.1, 2.0, 2.0 * HALF_LENGTH);
     let centre = Vector3::new(half_sides[0], 0.0, half_sides[2]);
     let wall = Piece::cuboid(half_sides)?.moved_by(&Matrix3::identity(), &centre)?;
@@ -124,17 +111,15 @@ fn ladder_on_wall(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
         })
     };
     let stands = threshold + (std::f64::consts::FRAC_PI_2 - threshold) / 3.0;
-    let mut pushes = Vec::new();
-    let run = laboratory.run_until(&setup(stands)?, &mut |step| {
+    let (run, pushes) = laboratory.watch(&setup(stands)?, |step| {
         let wall = step.between(0, Partner::Fixed(0));
-        pushes.push(wall.map(|contact| contact.normal_force).sum::<f64>() / (mass * gravity));
-        false
+        wall.map(|contact| contact.normal_force).sum::<f64>() / (mass * gravity)
     })?;
     let expected = thrust(stands);
     let slack = force_slack(&run, gravity);
     let found = Threshold::near(threshold, RESOLUTION * threshold, |angle| {
         let run = laboratory.run(&setup(angle)?)?;
-        let stays = speed(&run, 1) <= SLIDING * gravity * DURATION;
+        let stays = run.fastest_at_end() <= SLIDING * gravity * DURATION;
         Ok((stays, 2.0 * force_slack(&run, gravity)))
     })?;
     let astray = (run.end(0).position - leaning(stands, 1.0).position).norm();
@@ -148,12 +133,7 @@ fn ladder_on_wall(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
             ),
             exactly(("threshold of the angle", "rad"), found.value, threshold, found.slack),
         ],
-        curve: Curve::of(
-            ("push of the wall", "m g"),
-            &run,
-            |k| pushes[k.saturating_sub(1)],
-            |_| expected,
-        ),
+        curve: run.curve_of_steps(("push of the wall", "m g"), |k| pushes[k], expected),
     })
 }
 
@@ -181,17 +161,14 @@ fn card_tent(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
             [1.0, -1.0].map(|side| Subject::new(card.clone(), leaning(angle, side)));
         Ok::<_, Unsuitable>(Setup::new(vec![left, right], gravity, friction, DURATION))
     };
-    let mut pushes = Vec::new();
-    let run = laboratory.run_until(&setup(1.2 * needed)?, &mut |step| {
+    let (run, pushes) = laboratory.watch(&setup(1.2 * needed)?, |step| {
         let between = step.between(0, Partner::Body(1));
-        let push: f64 = between.map(|contact| contact.force[0].abs()).sum();
-        pushes.push(push / (mass * gravity));
-        false
+        between.map(|contact| contact.force[0].abs()).sum::<f64>() / (mass * gravity)
     })?;
     let slack = 2.0 * force_slack(&run, gravity);
     let found = Threshold::near(needed, RESOLUTION * needed, |friction| {
         let run = laboratory.run(&setup(friction)?)?;
-        let stays = speed(&run, 2) <= SLIDING * gravity * DURATION;
+        let stays = run.fastest_at_end() <= SLIDING * gravity * DURATION;
         Ok((stays, 2.0 * force_slack(&run, gravity)))
     })?;
     let [left, right] = [(0, 1.0), (1, -1.0)]
@@ -206,11 +183,6 @@ fn card_tent(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
             ),
             exactly(("threshold of friction", "1"), found.value, needed, found.slack),
         ],
-        curve: Curve::of(
-            ("push of the cards", "m g"),
-            &run,
-            |k| pushes[k.saturating_sub(1)],
-            |_| needed,
-        ),
+        curve: run.curve_of_steps(("push of the cards", "m g"), |k| pushes[k], needed),
     })
 }

@@ -32,6 +32,7 @@ mod inputs;
 mod laboratory;
 mod leaning;
 mod pair;
+mod prelude;
 mod quantity;
 mod residual;
 mod rocking;
@@ -251,4 +252,11 @@ pub enum Unsuitable {
     /// The closed form is the answer of another motion.
     #[error("{0}")]
     Motion(String),
+}
+
+impl Unsuitable {
+    /// Refuses, in these words, what `is_so`.
+    fn when(is_so: bool, words: impl FnOnce() -> String) -> Result<(), Self> {
+        if is_so { Err(Self::Motion(words())) } else { Ok(()) }
+    }
 }

@@ -1,13 +1,9 @@
 //! Two cubes that meet in empty space, anyhow: momentum stays.
 
-use super::Unsuitable;
-use super::quantity::at_most_zero;
-use super::stopping::resting;
-use super::{Curve, Findings, Input, Inputs, Laboratory, Posed, Run, Setup, Solved, Subject};
+use super::prelude::*;
+use crate::mechanics::Rotation;
 use crate::mechanics::quaternion::rotation;
-use crate::mechanics::{RigidBody, Rotation, State};
 use crate::simulation::random::random_attitude;
-use nalgebra::Vector3;
 
 /// m.
 const HALF_SIDES: [f64; 2] = [0.2, 0.15];

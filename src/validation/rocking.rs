@@ -1,14 +1,7 @@
 //! A tall box that is tilted over an edge and falls back.
 
-use super::Unsuitable;
 use super::edge::{Edges, Planar};
-use super::inputs::EARTH;
-use super::quantity::exactly;
-use super::stopping::resting;
-use super::{Convergence, Findings, Input, Inputs, Laboratory, Posed, Run, Setup, Solved, Subject};
-use crate::mechanics::RigidBody;
-use crate::mechanics::State;
-use nalgebra::{Vector2, Vector3};
+use super::prelude::*;
 
 /// μ: enough for the edge not to slip.
 const FRICTION: f64 = 1.0;
@@ -137,7 +130,7 @@ impl TallBox {
 
     /// Friction enough for the edge not to slip, and as long as the motion takes.
     pub fn setup(&self, start: State, duration: f64) -> Result<Setup, Unsuitable> {
-        let bodies = vec![Subject::new(RigidBody::solid_box(self.mass, self.half_sides)?, start)];
+        let bodies = vec![Subject::solid_box(self.mass, self.half_sides, start)?];
         Ok(Setup::new(bodies, self.gravity, FRICTION, duration))
     }
 }
@@ -174,18 +167,14 @@ pub static ROCKING: Posed = Posed {
 fn rocking(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
     let tall = TallBox::new(inputs)?;
     let share = inputs.get(Input::Speed)?;
-    if !(0.3..=0.98).contains(&share) {
-        return Err(Unsuitable::Motion(format!(
-            "speed is {share}, a share of the spin that topples the box; 0.3 to 0.98 is needed"
-        )));
-    }
+    Unsuitable::when(!(0.3..=0.98).contains(&share), || {
+        format!("speed is {share}, a share of the spin that topples the box; 0.3 to 0.98 is needed")
+    })?;
     let spin = share * tall.critical_spin();
     let (h, rise) = (laboratory.time_step(), spin / tall.deceleration());
-    if rise < 2.0 * h {
-        return Err(Unsuitable::Motion(format!(
-            "the box rises for {rise:.3} s, which is less than two steps of {h} s"
-        )));
-    }
+    Unsuitable::when(rise < 2.0 * h, || {
+        format!("the box rises for {rise:.3} s, which is less than two steps of {h} s")
+    })?;
     let setup = tall.setup(tall.pushed(spin), 15.0 * tall.growth_time())?;
     // A little longer than until the face meets the ground.
     let beyond = -0.1 * tall.balance();

@@ -17,14 +17,8 @@
 //! has, against the slip. Since w is above u by a share κ² u², a rolling ball is slower
 //! than the exact one by ⅖/1.4 of that share or so: second order in h.
 
-use super::Unsuitable;
 use super::axis::momentum;
-use super::inputs::EARTH;
-use super::quantity::{at_most_zero, exactly};
-use super::stopping::resting;
-use super::{Convergence, Findings, Input, Inputs, Laboratory, Posed, Run, Setup, Solved, Subject};
-use crate::geometry::Piece;
-use crate::mechanics::{RigidBody, State};
+use super::prelude::*;
 
 /// R, m.
 const RADIUS: f64 = 0.2;
@@ -84,19 +78,16 @@ impl Ball {
     }
 
     fn setup(&self, mass: f64, slope: f64, gravity: f64) -> Result<Setup, Unsuitable> {
-        let (body, _) = RigidBody::solid(mass, &[Piece::sphere(RADIUS)?])?;
-        let bodies = vec![Subject::new(body, resting(RADIUS))];
+        let bodies = Subject::balls(mass, RADIUS, [resting(RADIUS)])?;
         Ok(Setup { slope, ..Setup::new(bodies, gravity, self.friction, 0.0) })
     }
 
     /// Refuses speeds that turn the ball too far in a step.
     fn check(&self, rim: f64) -> Result<(), Unsuitable> {
         let turn = rim * self.time_step / RADIUS;
-        if turn > MOST_TURN {
-            return Err(Unsuitable::Motion(format!(
-                "the ball turns by {turn:.3} rad in a step; {MOST_TURN} is the most"
-            )));
-        }
+        Unsuitable::when(turn > MOST_TURN, || {
+            format!("the ball turns by {turn:.3} rad in a step; {MOST_TURN} is the most")
+        })?;
         Ok(())
     }
 
@@ -152,11 +143,9 @@ fn rolling_ball(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
     let (friction, h) = (inputs.get(Input::Friction)?, laboratory.time_step());
     let ball = Ball { friction, along: gravity * sin, onto: gravity * cos, time_step: h };
     let share = 2.0 / 7.0 * sin / cos / friction;
-    if (0.98..1.02).contains(&share) {
-        return Err(Unsuitable::Motion(format!(
-            "a slope of {slope}° is the one at which the ball begins to slide, tan θ = 7/2 mu"
-        )));
-    }
+    Unsuitable::when((0.98..1.02).contains(&share), || {
+        format!("a slope of {slope}° is the one at which the ball begins to slide, tan θ = 7/2 mu")
+    })?;
     let rolls = share < 1.0;
     let (a, spin_up) = if rolls {
         (5.0 / 7.0 * ball.along, 5.0 / 7.0 * ball.along)

@@ -1,13 +1,7 @@
 //! A box let go on a slope.
 
-use super::Unsuitable;
-use super::inputs::EARTH;
-use super::quantity::{at_most_zero, exactly};
+use super::prelude::*;
 use super::slack::{SlideSlack, SlideStep, Slider};
-use super::stopping::resting;
-use super::{Convergence, Findings, Input, Inputs, Laboratory, Posed, Run, Setup, Solved, Subject};
-use crate::mechanics::RigidBody;
-use nalgebra::Vector3;
 
 /// A slope below atan μ, for a minute.
 pub static STICK: Posed = Posed {
@@ -47,12 +41,12 @@ impl Inclined {
         let (sin, cos) = slope.to_radians().sin_cos();
         // Where friction pulls as hard as it must or can, the box must not tip.
         let pull = friction.min(sin / cos);
-        if pull * HALF_SIDES[2] >= 0.95 * HALF_SIDES[0] {
-            return Err(Unsuitable::Motion(format!(
+        Unsuitable::when(pull * HALF_SIDES[2] >= 0.95 * HALF_SIDES[0], || {
+            format!(
                 "with mu {friction} on a slope of {slope}° the box tips over; a smaller one is \
                  needed"
-            )));
-        }
+            )
+        })?;
         Ok(Self { friction, along: g * sin, onto: g * cos })
     }
 
@@ -86,8 +80,8 @@ impl Inclined {
 /// longer by ½ a h t. A box that is held does not move at all.
 fn let_go(inputs: &Inputs, laboratory: &mut Laboratory<'_>, duration: f64) -> Solved {
     let on = Inclined::new(inputs)?;
-    let body = RigidBody::solid_box(inputs.get(Input::Mass)?, HALF_SIDES)?;
-    let bodies = vec![Subject::new(body, resting(HALF_SIDES[2]))];
+    let mass = inputs.get(Input::Mass)?;
+    let bodies = vec![Subject::solid_box(mass, HALF_SIDES, resting(HALF_SIDES[2]))?];
     let run = laboratory.run(&Setup {
         slope: inputs.get(Input::Slope)?,
         ..Setup::new(bodies, inputs.get(Input::Gravity)?, on.friction, duration)

@@ -1,15 +1,10 @@
 //! A flat box that spins on level ground until friction stops it.
 
+use super::Quantity;
 use super::axis::momentum;
-use super::inputs::EARTH;
-use super::quantity::{at_most_zero, exactly};
+use super::prelude::*;
 use super::slack::{SlideSlack, SlideStep, Slider};
-use super::stopping::{resting, stopping_time};
-use super::{Convergence, Curve, Findings, Input, Inputs, Laboratory, Posed, Quantity, Run, Setup};
-use super::{Solved, Subject, Unsuitable};
-use crate::mechanics::RigidBody;
-use crate::mechanics::State;
-use nalgebra::Vector3;
+use super::stopping::stopping_time;
 
 /// A flat box spinning about the vertical.
 pub static SPINNING_BOX: Posed = Posed {
@@ -35,8 +30,8 @@ fn spinning_box(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
     let mut start = resting(HALF_SIDES[2]);
     start.spin = Vector3::new(0.0, 0.0, spinner.spin);
     let (h, time) = (laboratory.time_step(), spinner.spin / spinner.deceleration());
-    let body = RigidBody::solid_box(inputs.get(Input::Mass)?, HALF_SIDES)?;
-    let (bodies, duration) = (vec![Subject::new(body, start)], 1.25 * time + 4.0 * h);
+    let bodies = vec![Subject::solid_box(inputs.get(Input::Mass)?, HALF_SIDES, start)?];
+    let duration = 1.25 * time + 4.0 * h;
     let run = laboratory.run(&Setup::new(bodies, spinner.gravity, spinner.friction, duration))?;
 
     let discrete = spinner.discrete_spins(h, run.steps());
@@ -125,11 +120,9 @@ impl Spinner {
     fn new(inputs: &Inputs, h: f64) -> Result<Self, Unsuitable> {
         let (friction, gravity) = (inputs.get(Input::Friction)?, inputs.get(Input::Gravity)?);
         let spin = inputs.get(Input::Speed)?;
-        if spin * h > 0.5 {
-            return Err(Unsuitable::Motion(format!(
-                "speed {spin} rad/s turns the box by more than half a radian a step"
-            )));
-        }
+        Unsuitable::when(spin * h > 0.5, || {
+            format!("speed {spin} rad/s turns the box by more than half a radian a step")
+        })?;
         Ok(Self { friction, gravity, spin })
     }
 

@@ -1,15 +1,7 @@
 //! Boxes at rest on each other: what carries what.
 
-use super::Unsuitable;
-use super::inputs::EARTH;
-use super::quantity::{at_most_zero, exactly};
-use super::stopping::resting;
-use super::{
-    Curve, Findings, Input, Inputs, Laboratory, Posed, Run, Setup, Solved, Subject, Taken,
-};
-use crate::contact::Partner;
-use crate::mechanics::RigidBody;
-use nalgebra::Vector3;
+use super::Taken;
+use super::prelude::*;
 
 /// m.
 const HALF_SIDES: Vector3<f64> = Vector3::new(0.2, 0.2, 0.1);
@@ -47,17 +39,13 @@ impl Tower {
     fn run(&self, friction: f64, laboratory: &mut Laboratory<'_>) -> Result<Seen, Unsuitable> {
         let height = |index: usize| (2.0 * index as f64 + 1.0) * HALF_SIDES[2];
         let bodies = self.masses.iter().enumerate().map(|(index, &mass)| {
-            Ok(Subject::new(RigidBody::solid_box(mass, HALF_SIDES)?, resting(height(index))))
+            Ok(Subject::solid_box(mass, HALF_SIDES, resting(height(index)))?)
         });
         let bodies = bodies.collect::<Result<_, Unsuitable>>()?;
-        let (mut shares, mut uneven) = (Vec::new(), 0.0_f64);
         let setup = Setup::new(bodies, self.gravity, friction, DURATION);
-        let run = laboratory.run_until(&setup, &mut |step| {
-            let (share, difference) = self.look(step);
-            shares.push(share);
-            uneven = uneven.max(difference);
-            false
-        })?;
+        let (run, seen) = laboratory.watch(&setup, |step| self.look(step))?;
+        let (shares, uneven): (Vec<_>, Vec<f64>) = seen.into_iter().unzip();
+        let uneven = uneven.into_iter().fold(0.0, f64::max);
         let ways = (0..self.masses.len()).map(|index| {
             let start = Vector3::new(0.0, 0.0, height(index));
             let ways = run.states(index).iter().map(|state| (state.position - start).norm());
@@ -126,7 +114,7 @@ fn stack(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
     let last = &seen.shares[seen.shares.len() - 1];
     let error = |share: &f64| (share - 1.0).abs();
     let worst = seen.shares.iter().flatten().map(error).fold(0.0, f64::max);
-    let bottom = |k: usize| count * seen.shares[k.saturating_sub(1)][0];
+    let bottom = |k: usize| count * seen.shares[k][0];
     Ok(Findings {
         quantities: vec![
             exactly(("force under the lowest box", "m g"), count * last[0], count, count * slack),
@@ -139,7 +127,7 @@ fn stack(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
             ),
             at_most_zero(("longest way of a box", "m"), seen.way, tower.way_slack(&seen.run)),
         ],
-        curve: Curve::of(("force under the lowest box", "m g"), &seen.run, bottom, |_| count),
+        curve: seen.run.curve_of_steps(("force under the lowest box", "m g"), bottom, count),
     })
 }
 
@@ -189,11 +177,10 @@ fn mass_ratio(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
             share("light on heavy: force of ground, of weight", &heavy_below, &below, 0),
             at_most_zero(("longest way of a box", "m"), way, slack),
         ],
-        curve: Curve::of(
+        curve: above.run.curve_of_steps(
             ("heavy on light: force between, of weight", "1"),
-            &above.run,
-            |k| above.shares[k.saturating_sub(1)][1],
-            |_| 1.0,
+            |k| above.shares[k][1],
+            1.0,
         ),
     })
 }

@@ -1,16 +1,9 @@
 //! Bodies that slide on level ground until friction stops them.
 
-use super::inputs::EARTH;
-use super::quantity::{at_most_zero, exactly};
+use super::Quantity;
+use super::prelude::*;
 use super::slack::{SlideSlack, SlideStep, Slider, stop_time};
-use super::{
-    Convergence, Findings, Input, Inputs, Laboratory, Posed, Quantity, Run, Setup, Solved,
-};
-use super::{Subject, Unsuitable};
-use crate::mechanics::RigidBody;
-use crate::mechanics::State;
 use crate::mechanics::quaternion::rotation;
-use nalgebra::{Vector3, Vector4};
 
 /// At rest, upright, the centre at `height` (m).
 pub(super) fn resting(height: f64) -> State {
@@ -103,18 +96,17 @@ impl Slide {
     /// that is μ c less than the shorter half side.
     pub fn run(&self, laboratory: &mut Laboratory<'_>) -> Result<Run, Unsuitable> {
         let foot = self.half_sides[0].min(self.half_sides[1]);
-        if self.friction * self.half_sides[2] >= 0.95 * foot {
-            return Err(Unsuitable::Motion(format!(
+        Unsuitable::when(self.friction * self.half_sides[2] >= 0.95 * foot, || {
+            format!(
                 "with mu {} the box tips instead of sliding; below {:.2} is needed",
                 self.friction,
                 0.95 * foot / self.half_sides[2]
-            )));
-        }
+            )
+        })?;
         let mut start = resting(self.half_sides[2]);
         start.velocity = self.velocity;
         let duration = 1.25 * self.time() + 4.0 * laboratory.time_step();
-        let body = RigidBody::solid_box(self.mass, self.half_sides)?;
-        let bodies = vec![Subject::new(body, start)];
+        let bodies = vec![Subject::solid_box(self.mass, self.half_sides, start)?];
         laboratory.run(&Setup::new(bodies, self.gravity, self.friction, duration))
     }
 }

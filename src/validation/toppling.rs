@@ -1,11 +1,7 @@
 //! What it takes to topple a tall box: a push, or a slope.
 
-use super::inputs::EARTH;
-use super::quantity::exactly;
+use super::prelude::*;
 use super::rocking::{TallBox, tilt};
-use super::stopping::resting;
-use super::threshold::Threshold;
-use super::{Convergence, Curve, Findings, Input, Inputs, Laboratory, Posed, Run, Setup, Solved};
 
 /// A tall box pushed over its edge.
 pub static PUSHED_OVER: Posed = Posed {

@@ -1,14 +1,10 @@
 //! The energy of a cube thrown on the ground.
 
-use super::inputs::EARTH;
-use super::quantity::{at_most_zero, exactly};
-use super::{Findings, Input, Inputs, Laboratory, Posed, Run, Setup, Solved, Subject, Taken};
-use crate::mechanics::RigidBody;
+use super::Taken;
+use super::prelude::*;
 use crate::mechanics::Rotation;
-use crate::mechanics::State;
 use crate::mechanics::quaternion::rotation;
 use crate::simulation::random::random_attitude;
-use nalgebra::Vector3;
 
 /// m.
 const HALF_SIDE: f64 = 1.0;
@@ -29,7 +25,6 @@ pub static TUMBLE: Posed = Posed {
 fn tumble(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
     let (mass, g) = (inputs.get(Input::Mass)?, inputs.get(Input::Gravity)?);
     let (friction, speed) = (inputs.get(Input::Friction)?, inputs.get(Input::Speed)?);
-    let body = RigidBody::solid_box(mass, Vector3::repeat(HALF_SIDE))?;
     let start = State {
         position: Vector3::new(0.0, 0.0, 2.5),
         attitude: random_attitude(42),
@@ -41,7 +36,8 @@ fn tumble(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
     let duration = 10.0 * (2.0 * HALF_SIDE / g).sqrt()
         + 4.0 * (speed + 3.0) / g
         + 2.0 * (speed + 3.0) / (friction * g);
-    let setup = Setup::new(vec![Subject::new(body, start)], g, friction, duration);
+    let cube = Subject::solid_box(mass, Vector3::repeat(HALF_SIDE), start)?;
+    let setup = Setup::new(vec![cube], g, friction, duration);
     let mut ledger = Ledger::new(laboratory.time_step());
     let run = laboratory.run_until(&setup, &mut |step| {
         ledger.enter(&setup, step);

@@ -1,14 +1,6 @@
 //! A block on a turntable: carried round, or left behind.
 
-use super::inputs::EARTH;
-use super::quantity::{at_most_zero, exactly};
-use super::stopping::resting;
-use super::threshold::Threshold;
-use super::{Convergence, Curve, Findings, Input, Inputs, Laboratory, Posed, Run, Setup, Solved};
-use super::{Subject, Unsuitable};
-use crate::contact::Partner;
-use crate::mechanics::{RigidBody, State};
-use nalgebra::Vector3;
+use super::prelude::*;
 
 /// m.
 const TABLE: Vector3<f64> = Vector3::new(1.0, 1.0, 0.1);
@@ -70,8 +62,8 @@ impl Pair {
         let block = self.state(Self::radius(), 2.0 * TABLE[2] + BLOCK[2]);
         let table = self.state(Self::radius() - DISTANCE, TABLE[2]);
         let bodies = vec![
-            Subject::new(RigidBody::solid_box(RATIO * mass, TABLE)?, table),
-            Subject::new(RigidBody::solid_box(mass, BLOCK)?, block),
+            Subject::solid_box(RATIO * mass, TABLE, table)?,
+            Subject::solid_box(mass, BLOCK, block)?,
         ];
         let frictions = vec![(0, Partner::Ground, 0.0)];
         Ok(Setup { frictions, ..Setup::new(bodies, gravity, friction, DURATION) })
@@ -118,18 +110,18 @@ fn turntable(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
     let (gravity, h) = (inputs.get(Input::Gravity)?, laboratory.time_step());
     let (square, steps) = (friction * gravity / Pair::radius(), DURATION / h);
     let critical = square.sqrt();
-    if critical * h > MOST_TURN || friction * BLOCK[2] > 0.9 * BLOCK[0] {
-        return Err(Unsuitable::Motion(format!(
+    Unsuitable::when(critical * h > MOST_TURN || friction * BLOCK[2] > 0.9 * BLOCK[0], || {
+        format!(
             "with mu {friction} the block tips over, or the table turns by more than \
              {MOST_TURN} rad a step; a smaller one is needed"
-        )));
-    }
+        )
+    })?;
     let discrete = (square / (1.0 - 0.25 * h * h * square)).sqrt();
     let carried = 0.9 * critical;
     let pair = Pair { spin: carried, time_step: h };
     let run = laboratory.run(&pair.setup(mass, friction, gravity)?)?;
     let forces = run.forces(1);
-    let force = |k: usize| forces[k.saturating_sub(1)].xy().norm() / mass;
+    let force = |k: usize| forces[k].xy().norm() / mass;
     let expected = Pair::radius() * carried * carried;
     let spin = |run: &Run| slack(run) / (2.0 * Pair::radius() * critical);
     let found = Threshold::near(discrete, RESOLUTION * discrete, |spin_rate| {
@@ -145,7 +137,7 @@ fn turntable(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
         quantities: vec![
             exactly(
                 ("acceleration of the block", "m/s²"),
-                force(run.steps()),
+                force(run.steps() - 1),
                 expected,
                 slack(&run),
             )
@@ -164,6 +156,6 @@ fn turntable(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
             exactly(("threshold of the spin", "rad/s"), found.value, critical, found.slack)
                 .in_steps(discrete, order),
         ],
-        curve: Curve::of(("acceleration of the block", "m/s²"), &run, force, |_| expected),
+        curve: run.curve_of_steps(("acceleration of the block", "m/s²"), force, expected),
     })
 }
