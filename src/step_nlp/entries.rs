@@ -1,16 +1,51 @@
 //! Sinks for the entries of a sparse matrix.
 
 use crate::sparsity::SparsityPattern;
+use nalgebra::SMatrix;
 
 /// Takes a matrix entry by entry, always in the same order.
 pub(super) trait EntrySink {
     /// One structural non-zero.
     fn put(&mut self, row: usize, col: usize, value: f64);
+
+    /// `values` in one row, from the column `col` on.
+    fn put_row(&mut self, row: usize, col: usize, values: impl IntoIterator<Item = f64>) {
+        for (k, value) in values.into_iter().enumerate() {
+            self.put(row, col + k, value);
+        }
+    }
+
+    /// A block, row by row, whose first entry is that of `row` and `col`.
+    fn put_block<const N: usize, const M: usize>(
+        &mut self,
+        (row, col): (usize, usize),
+        block: &SMatrix<f64, N, M>,
+    ) {
+        for k in 0..N {
+            self.put_row(row + k, col, block.row(k).iter().copied());
+        }
+    }
+
+    /// The lower triangle of a block on the diagonal, row by row, from `first` on.
+    fn put_lower<const N: usize>(&mut self, first: usize, block: &SMatrix<f64, N, N>) {
+        for k in 0..N {
+            self.put_row(first + k, first, block.row(k).iter().take(k + 1).copied());
+        }
+    }
 }
 
 /// Keeps the positions.
 #[derive(Default)]
-pub(super) struct PatternSink(pub(super) SparsityPattern);
+pub(super) struct PatternSink(SparsityPattern);
+
+impl PatternSink {
+    /// The pattern of what `emit` puts into a sink.
+    pub(super) fn of(emit: impl FnOnce(&mut Self)) -> SparsityPattern {
+        let mut sink = Self::default();
+        emit(&mut sink);
+        sink.0
+    }
+}
 
 impl EntrySink for PatternSink {
     fn put(&mut self, row: usize, col: usize, _value: f64) {

@@ -77,11 +77,7 @@ impl StepNlp {
             b.transpose() * self.advanced_attitude(&next.spin).hessian(y) * b;
         let y = Vector3::from_column_slice(&multipliers[SPIN_ROWS]);
         block -= self.gyroscopic.curvature(&y, &next.spin) * self.world.time_step();
-        for row in 0..3 {
-            for col in 0..=row {
-                sink.put(SPIN.start + row, SPIN.start + col, block[(row, col)]);
-            }
-        }
+        sink.put_lower(SPIN.start, &block);
     }
 
     /// f_xy × f_xy: α λ ∇²(y·d) of eq. 10 (eq. D4), −y D of eq. 13 and y λ D of eq. 15

@@ -20,9 +20,7 @@ impl StepNlp {
         self.emit_velocity_rows(sink);
         self.emit_spin_rows(&next, sink);
         // Eq. 9: ∂(‖q⁺‖² − 1)/∂q⁺ = 2 q⁺ᵀ.
-        for k in 0..4 {
-            sink.put(UNIT_NORM_ROW, ATTITUDE.start + k, 2.0 * next.attitude[k]);
-        }
+        sink.put_row(UNIT_NORM_ROW, ATTITUDE.start, next.attitude.iter().map(|q| 2.0 * q));
         for i in 0..self.layout.contacts() {
             self.emit_dissipation_rows(x, &next, i, sink);
             self.emit_height_row(&next, i, sink);
@@ -47,9 +45,7 @@ impl StepNlp {
         for k in 0..4 {
             let row = ATTITUDE_ROWS.start + k;
             sink.put(row, ATTITUDE.start + k, -1.0);
-            for j in 0..3 {
-                sink.put(row, SPIN.start + j, by_spin[(k, j)]);
-            }
+            sink.put_row(row, SPIN.start, by_spin.row(k).iter().copied());
         }
     }
 

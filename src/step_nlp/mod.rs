@@ -135,12 +135,9 @@ impl StepNlp {
         };
         nlp.set_step(&state, &Wrench::zero(), std::iter::repeat_n(0.0, n));
         let x = vec![0.0; layout.variables()];
-        let mut pattern = PatternSink::default();
-        nlp.emit_jacobian(&x, &mut pattern);
-        nlp.jacobian_pattern = pattern.0;
-        let mut pattern = PatternSink::default();
-        nlp.emit_hessian(&x, 0.0, &vec![0.0; layout.constraints()], &mut pattern);
-        nlp.hessian_pattern = pattern.0;
+        let y = vec![0.0; layout.constraints()];
+        nlp.jacobian_pattern = PatternSink::of(|sink| nlp.emit_jacobian(&x, sink));
+        nlp.hessian_pattern = PatternSink::of(|sink| nlp.emit_hessian(&x, 0.0, &y, sink));
         Ok(nlp)
     }
 

@@ -118,6 +118,10 @@ fn mean_slack(run: &Run) -> f64 {
     speed_slack(run) / run.time(run.steps())
 }
 
+/// What is said of the blocks where they move apart.
+const UPPER_MOVES: [&str; 2] = ["speed of the upper block", "way of the upper block"];
+const LOWER_MOVES: [&str; 2] = ["speed of the lower block", "way of the lower block"];
+
 /// Speed and way of block `index`. Velocities are exact, v_k = k a h, and the way is
 /// x = ½ a h² N (N + 1); a block that is held does not move.
 fn moved(
@@ -171,25 +175,13 @@ fn blocks_on_slope(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
     let (apart, [lower, upper]) = go(&smooth_above)?;
     let (together, [as_one, _]) = go(&smooth_below)?;
     let onset = smooth_above.frictions[1].atan();
-    let mut quantities = Vec::new();
-    quantities.extend(moved(
-        ["speed of the upper block", "way of the upper block"],
-        &apart,
-        1,
-        upper,
-    ));
-    quantities.extend(moved(
-        ["speed of the lower block", "way of the lower block"],
-        &apart,
-        0,
-        lower,
-    ));
-    quantities.extend(moved(
-        ["speed of both, smooth below", "way of both, smooth below"],
-        &together,
-        1,
-        as_one,
-    ));
+    let as_one_names = ["speed of both, smooth below", "way of both, smooth below"];
+    let moved_blocks = [
+        moved(UPPER_MOVES, &apart, 1, upper),
+        moved(LOWER_MOVES, &apart, 0, lower),
+        moved(as_one_names, &together, 1, as_one),
+    ];
+    let mut quantities = moved_blocks.concat();
     for (name, blocks, index) in [
         ("threshold of the upper face", &smooth_above, 1),
         ("threshold of the lower face", &smooth_below, 0),
@@ -205,12 +197,7 @@ fn blocks_on_slope(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
     }
     Ok(Findings {
         quantities,
-        curve: apart.curve(
-            ("speed of the upper block", "m/s"),
-            1,
-            |state| state.velocity[0],
-            |t| upper * t,
-        ),
+        curve: apart.curve((UPPER_MOVES[0], "m/s"), 1, |state| state.velocity[0], |t| upper * t),
     })
 }
 
@@ -247,28 +234,15 @@ fn pulled_block(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
         let slack = blocks.mass() * mean_slack(&run);
         Ok((first - second > MOVING * blocks.frictions[1] * gravity * WATCH, slack))
     })?;
-    let mut quantities = Vec::new();
-    quantities.extend(moved(["speed as one", "way as one"], &together, 1, as_one));
-    quantities.extend(moved(
-        ["speed of the upper block", "way of the upper block"],
-        &apart,
-        1,
-        upper,
-    ));
-    quantities.extend(moved(
-        ["speed of the lower block", "way of the lower block"],
-        &apart,
-        0,
-        lower,
-    ));
+    let moved_blocks = [
+        moved(["speed as one", "way as one"], &together, 1, as_one),
+        moved(UPPER_MOVES, &apart, 1, upper),
+        moved(LOWER_MOVES, &apart, 0, lower),
+    ];
+    let mut quantities = moved_blocks.concat();
     quantities.push(exactly(("threshold of the pull", "N"), found.value, parting, found.slack));
     Ok(Findings {
         quantities,
-        curve: apart.curve(
-            ("speed of the lower block", "m/s"),
-            0,
-            |state| state.velocity[0],
-            |t| lower * t,
-        ),
+        curve: apart.curve((LOWER_MOVES[0], "m/s"), 0, |state| state.velocity[0], |t| lower * t),
     })
 }

@@ -1,6 +1,5 @@
 //! Boxes that bounce: on a face, again and again, and once on an edge.
 
-use super::axis::momentum;
 use super::prelude::*;
 
 /// Below this share (½ h ω)² the order does not show for rounding.
@@ -169,8 +168,7 @@ pub static EDGE_IMPACT: Posed = Posed {
 /// p d = I ω⁺ (1 + (½ h ω⁺)²).
 /// ```
 fn edge_impact(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
-    let (mass, speed) = (inputs.get(Input::Mass)?, inputs.get(Input::Speed)?);
-    let e = inputs.get(Input::Restitution)?;
+    let [mass, speed, e] = inputs.all([Input::Mass, Input::Speed, Input::Restitution])?;
     let h = laboratory.time_step();
     let [a, _, c] = HALF_SIDES.into();
     let (sin, cos) = TILT.sin_cos();

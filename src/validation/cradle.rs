@@ -32,8 +32,7 @@ pub static CRADLE: Posed = Posed {
 /// The step's answer is the same where the gap is longer than a step's way. Energy is kept in
 /// both: a simultaneous impact is a choice of the law, not of energy and momentum.
 fn cradle(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
-    let (mass, speed) = (inputs.get(Input::Mass)?, inputs.get(Input::Speed)?);
-    let friction = inputs.get(Input::Friction)?;
+    let [mass, speed, friction] = inputs.all([Input::Mass, Input::Speed, Input::Friction])?;
     let h = laboratory.time_step();
     Unsuitable::when(h * speed > 0.25 * GAP, || {
         format!(

@@ -16,7 +16,6 @@
 //! torque of p at the upper edge, ±(C₁ − r_j) × p, and of the rest of the impulse at its foot. Of the
 //! three unknowns ω₁⁺, ω₂⁺, P the third equation is that the upper edge ends on the face.
 
-use super::axis::momentum;
 use super::edge::{Planar, cross, turned};
 use super::prelude::*;
 use super::rocking::{TallBox, tilt};

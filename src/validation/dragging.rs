@@ -2,7 +2,6 @@
 
 use super::Quantity;
 use super::prelude::*;
-use super::slack::{SlideSlack, SlideStep, Slider};
 
 /// The force grows from 0 to this, N, in this time, s.
 const FORCE: f64 = 20.0;
@@ -69,8 +68,8 @@ const RATE: f64 = FORCE / DURATION;
 
 impl Dragged {
     fn new(inputs: &Inputs) -> Result<Self, Unsuitable> {
-        let (friction, gravity) = (inputs.get(Input::Friction)?, inputs.get(Input::Gravity)?);
-        let mass = inputs.get(Input::Mass)?;
+        let [friction, gravity, mass] =
+            inputs.all([Input::Friction, Input::Gravity, Input::Mass])?;
         let limit = friction * mass * gravity;
         Unsuitable::when(limit >= 0.9 * FORCE || friction >= 0.95, || {
             format!(

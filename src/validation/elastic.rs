@@ -34,8 +34,7 @@ pub static BOUNCING_BALLS: Posed = Posed {
 ///
 /// in flight and in impacts, so that the energy swings by ½ h g v about it and never drifts.
 fn bouncing_balls(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
-    let (mass, g) = (inputs.get(Input::Mass)?, inputs.get(Input::Gravity)?);
-    let friction = inputs.get(Input::Friction)?;
+    let [mass, g, friction] = inputs.all([Input::Mass, Input::Gravity, Input::Friction])?;
     let h = laboratory.time_step();
     let slowest = (2.0 * g * DROP).sqrt();
     Unsuitable::when(slowest <= 8.0 * g * h, || {

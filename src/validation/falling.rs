@@ -24,8 +24,7 @@ pub static FREE_FALL: Posed = Posed {
 ///
 /// which is ½ g h t more than ½ g t²; velocities and the way sideways are exact.
 fn free_fall(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
-    let (mass, g) = (inputs.get(Input::Mass)?, inputs.get(Input::Gravity)?);
-    let speed = inputs.get(Input::Speed)?;
+    let [mass, g, speed] = inputs.all([Input::Mass, Input::Gravity, Input::Speed])?;
     let mut start = resting(0.1);
     start.position[2] = 0.75 * g * DURATION * DURATION + 1.0;
     start.velocity = Vector3::new(speed, 0.0, 0.0);

@@ -15,7 +15,6 @@
 //! a_ball = (F − f₁)/M/(⁷⁄₂ + n m/M),   a_box = ⁷⁄₂ a_ball,   R ω̇ = ⁵⁄₂ a_ball
 //! ```
 
-use super::axis::momentum;
 use super::prelude::*;
 
 /// m.

@@ -104,6 +104,15 @@ impl Inputs {
         }
     }
 
+    /// The values of `inputs`, as [`Inputs::get`] has them.
+    pub(super) fn all<const N: usize>(&self, inputs: [Input; N]) -> Result<[f64; N], Unsuitable> {
+        let mut values = [0.0; N];
+        for (value, input) in values.iter_mut().zip(inputs) {
+            *value = self.get(input)?;
+        }
+        Ok(values)
+    }
+
     /// The value of `input`.
     ///
     /// # Errors

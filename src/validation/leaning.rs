@@ -90,8 +90,7 @@ pub static LADDER: Posed = Posed {
 /// The push N/(m g), at an angle a third of the way from the threshold to upright, and the
 /// threshold.
 fn ladder_on_wall(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
-    let (mass, friction) = (inputs.get(Input::Mass)?, inputs.get(Input::Friction)?);
-    let gravity = inputs.get(Input::Gravity)?;
+    let [mass, friction, gravity] = inputs.all([Input::Mass, Input::Friction, Input::Gravity])?;
     let threshold = angle_of(friction);
     Unsuitable::when(!(0.2..1.5).contains(&threshold), || {
         format!(

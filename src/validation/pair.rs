@@ -73,8 +73,7 @@ pub static PAIR_IN_FLIGHT: Posed = Posed {
 /// Σ r × m v + A P⁻(ω) (eq. 34) stay. The step's do so to the last digit: r⁺ = r + h v⁺ adds
 /// nothing to r × m v, and A⁺ P⁻(ω⁺) is A P⁺(ω⁺).
 fn pair_in_flight(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
-    let (mass, speed) = (inputs.get(Input::Mass)?, inputs.get(Input::Speed)?);
-    let friction = inputs.get(Input::Friction)?;
+    let [mass, speed, friction] = inputs.all([Input::Mass, Input::Speed, Input::Friction])?;
     let [first, second] = HALF_SIDES.map(Vector3::repeat);
     let bodies = [RigidBody::solid_box(mass, first)?, RigidBody::solid_box(SECOND * mass, second)?];
     let cubes = Cubes { bodies: bodies.clone() };
@@ -92,9 +91,7 @@ fn pair_in_flight(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
         touched += usize::from(step.contacts.iter().any(|contact| contact.carries_force()));
         false
     })?;
-    if touched == 0 {
-        return Err(Unsuitable::Motion("the cubes pass each other".to_owned()));
-    }
+    Unsuitable::when(touched == 0, || "the cubes pass each other".to_owned())?;
 
     let (p, l) = cubes.momentum([&starts[0], &starts[1]], run.time_step);
     let (mut strayed, mut turned, mut gained) = (0.0_f64, 0.0_f64, f64::NEG_INFINITY);

@@ -1,7 +1,9 @@
 //! What most problems are made of.
 
+pub(super) use super::axis::momentum;
 pub(super) use super::inputs::EARTH;
 pub(super) use super::quantity::{at_most_zero, exactly};
+pub(super) use super::slack::{SlideSlack, SlideStep, Slider};
 pub(super) use super::stopping::resting;
 pub(super) use super::threshold::Threshold;
 pub(super) use super::{

@@ -17,7 +17,6 @@
 //! has, against the slip. Since w is above u by a share κ² u², a rolling ball is slower
 //! than the exact one by ⅖/1.4 of that share or so: second order in h.
 
-use super::axis::momentum;
 use super::prelude::*;
 
 /// R, m.

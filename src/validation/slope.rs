@@ -1,7 +1,6 @@
 //! A box let go on a slope.
 
 use super::prelude::*;
-use super::slack::{SlideSlack, SlideStep, Slider};
 
 /// A slope below atan μ, for a minute.
 pub static STICK: Posed = Posed {
@@ -36,8 +35,7 @@ struct Inclined {
 
 impl Inclined {
     fn new(inputs: &Inputs) -> Result<Self, Unsuitable> {
-        let (friction, g) = (inputs.get(Input::Friction)?, inputs.get(Input::Gravity)?);
-        let slope = inputs.get(Input::Slope)?;
+        let [friction, g, slope] = inputs.all([Input::Friction, Input::Gravity, Input::Slope])?;
         let (sin, cos) = slope.to_radians().sin_cos();
         // Where friction pulls as hard as it must or can, the box must not tip.
         let pull = friction.min(sin / cos);

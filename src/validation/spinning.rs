@@ -1,9 +1,7 @@
 //! A flat box that spins on level ground until friction stops it.
 
 use super::Quantity;
-use super::axis::momentum;
 use super::prelude::*;
-use super::slack::{SlideSlack, SlideStep, Slider};
 use super::stopping::stopping_time;
 
 /// A flat box spinning about the vertical.
@@ -118,8 +116,8 @@ fn turned(states: &[State]) -> Vec<f64> {
 
 impl Spinner {
     fn new(inputs: &Inputs, h: f64) -> Result<Self, Unsuitable> {
-        let (friction, gravity) = (inputs.get(Input::Friction)?, inputs.get(Input::Gravity)?);
-        let spin = inputs.get(Input::Speed)?;
+        let [friction, gravity, spin] =
+            inputs.all([Input::Friction, Input::Gravity, Input::Speed])?;
         Unsuitable::when(spin * h > 0.5, || {
             format!("speed {spin} rad/s turns the box by more than half a radian a step")
         })?;

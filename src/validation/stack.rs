@@ -156,8 +156,7 @@ pub static MASS_RATIO: Posed = Posed {
 /// The force under each box is the weight above it, as in [`STACK`], and the boxes stay
 /// where they are.
 fn mass_ratio(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
-    let (mass, gravity) = (inputs.get(Input::Mass)?, inputs.get(Input::Gravity)?);
-    let friction = inputs.get(Input::Friction)?;
+    let [mass, gravity, friction] = inputs.all([Input::Mass, Input::Gravity, Input::Friction])?;
     let heavy_above = Tower { masses: vec![mass, RATIO * mass], gravity };
     let heavy_below = Tower { masses: vec![RATIO * mass, mass], gravity };
     let above = heavy_above.run(friction, laboratory)?;

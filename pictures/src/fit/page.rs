@@ -4,7 +4,7 @@ use super::charts;
 use super::report::{Motion, Report};
 use crate::markup::escape;
 use crate::validation::number::figure;
-use crate::validation::style::STYLE;
+use crate::validation::style::opening;
 use crate::validation::table::{number, table};
 use std::fmt::Write as _;
 
@@ -16,21 +16,16 @@ const READING: &str = "Each toss is simulated from shortly before it touches the
     Which face a toss comes to rest on can hang on the last digits of its start: a toss that ends \
     more than 45° off is counted as on another face.";
 
+/// What is said of the style of another face's toss beside that of all pages.
+const RING: &str = "circle.ipopt { fill: none; stroke: var(--ipopt); stroke-width: 1.8; }\n";
+
 /// The page of a report, complete in itself.
 #[must_use]
 pub fn page(report: &Report) -> String {
     let title = format!("tumble fit: {}", escape(&report.scene));
-    let mut html = format!(
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n\
-         <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; \
-         style-src 'unsafe-inline'\"/>\n\
-         <title>{title}</title>\n<style>\n{STYLE}\
-         circle.ipopt {{ fill: none; stroke: var(--ipopt); stroke-width: 1.8; }}\n\
-         </style>\n</head>\n<body>\n<h1>{title}</h1>\n<p class=\"faint\">{}. {}.</p>\n",
-        escape(&report.program),
-        report.facts.iter().map(|fact| escape(fact)).collect::<Vec<_>>().join(". "),
-    );
+    let mut html = opening(&title, RING);
+    let facts = report.facts.iter().map(|fact| escape(fact)).collect::<Vec<_>>().join(". ");
+    let _ = writeln!(html, "<p class=\"faint\">{}. {facts}.</p>", escape(&report.program));
     let (class, verdict) = match report.failed {
         0 => ("good", "every step is certified".to_owned()),
         failed => ("bad", format!("{failed} steps did not converge")),

@@ -56,30 +56,16 @@ fn lowest_point(film: &Film) -> Panel {
         let heights = (0..film.bodies.len()).map(|b| film.lowest_height(b, frame));
         heights.fold(f64::INFINITY, f64::min)
     });
-    Panel {
-        id: "height",
-        symbol: ("z", "min"),
-        unit: "m",
-        words: "height of the lowest point of all",
-        kind: Kind::FromZero,
-        height: 110.0,
-        series: vec![Series::new("", 0, values)],
-        ..Panel::default()
-    }
+    let said = (("z", "min"), "m", "height of the lowest point of all");
+    Panel::of_curve("height", said, 110.0, 0, values)
 }
 
 fn slip_speed(film: &Film) -> Panel {
     let values = film.frames.windows(2).map(|pair| largest_slip(film, &pair[0], &pair[1]));
+    let said = (("c", "max"), "m/s", "largest slip speed of the corners that touch");
     Panel {
-        id: "slip",
-        symbol: ("c", "max"),
-        unit: "m/s",
-        words: "largest slip speed of the corners that touch",
-        kind: Kind::FromZero,
-        height: 110.0,
-        series: vec![Series::new("", 2, values)],
         nothing: Some("no corner that carries a force slips in this run"),
-        ..Panel::default()
+        ..Panel::of_curve("slip", said, 110.0, 2, values)
     }
 }
 
@@ -112,35 +98,24 @@ fn residual(film: &Film) -> Panel {
         Marks { status, colour, values: film.steps().iter().map(value).collect() }
     };
     let is_there = |marks: &Marks| marks.values.iter().any(|value| !value.is_nan());
+    let said = (("residual", ""), "m/s", "by how much each step misses the exact laws");
     Panel {
-        id: "residual",
-        symbol: ("residual", ""),
-        unit: "m/s",
-        words: "by how much each step misses the exact laws",
         kind: Kind::Log,
-        height: 190.0,
-        series: vec![Series::new("", 0, values)],
         marks: MARKED.into_iter().map(marks).filter(is_there).collect(),
         nothing: Some("0 in every step"),
-        ..Panel::default()
+        ..Panel::of_curve("residual", said, 190.0, 0, values)
     }
 }
 
 fn iterations(film: &Film) -> Panel {
     let values = film.steps().iter().map(|frame| f64::from(frame.iterations));
+    let said = (("iterations", ""), "", "of the solver in each step");
     Panel {
-        id: "iterations",
-        symbol: ("iterations", ""),
-        unit: "",
-        words: "of the solver in each step",
-        kind: Kind::FromZero,
-        height: 110.0,
-        series: vec![Series::new("", 7, values)],
         nothing: Some(if film.steps().iter().all(|frame| frame.status == Status::Free) {
             "no contact problem was solved in this run"
         } else {
             "0 in every step"
         }),
-        ..Panel::default()
+        ..Panel::of_curve("iterations", said, 110.0, 7, values)
     }
 }

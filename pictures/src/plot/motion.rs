@@ -1,6 +1,6 @@
 //! The panels of the first sheet: position, contact forces, slacks and multipliers.
 
-use super::panel::{Panel, PanelMaker, Series};
+use super::panel::{Panel, PanelMaker, Said, Series};
 use super::scale::Kind;
 use crate::film::{Contact, Film, Frame};
 use nalgebra::Vector3;
@@ -12,34 +12,16 @@ pub const PANELS: [PanelMaker; 7] = [
     |film, body| position(film, body, 2, "z"),
     |film, _| normal_forces(film),
     |film, _| {
-        corners(
-            film,
-            |contact| contact.slacks[0],
-            "s1",
-            ("s", "1"),
-            "N m",
-            "complementarity slack of each corner",
-        )
+        let said = (("s", "1"), "N m", "complementarity slack of each corner");
+        corners(film, |contact| contact.slacks[0], "s1", said)
     },
     |film, _| {
-        corners(
-            film,
-            |contact| contact.slacks[1],
-            "s2",
-            ("s", "2"),
-            "W",
-            "friction slack of each corner",
-        )
+        let said = (("s", "2"), "W", "friction slack of each corner");
+        corners(film, |contact| contact.slacks[1], "s2", said)
     },
     |film, _| {
-        corners(
-            film,
-            |contact| contact.multiplier,
-            "lambda",
-            ("λ", ""),
-            "m/s",
-            "slip-speed multiplier of each corner",
-        )
+        let said = (("λ", ""), "m/s", "slip-speed multiplier of each corner");
+        corners(film, |contact| contact.multiplier, "lambda", said)
     },
 ];
 
@@ -55,16 +37,8 @@ pub const PANELS_OF_SEVERAL: [PanelMaker; 6] = [
 
 fn speed(film: &Film, body: usize) -> Panel {
     let values = film.frames.iter().map(|frame| frame.poses[body].velocity.norm());
-    Panel {
-        id: "speed",
-        symbol: ("|v|", ""),
-        unit: "m/s",
-        words: "speed of the centre of mass",
-        kind: Kind::FromZero,
-        height: 100.0,
-        series: vec![Series::new("", 2, values)],
-        ..Panel::default()
-    }
+    let said = (("|v|", ""), "m/s", "speed of the centre of mass");
+    Panel::of_curve("speed", said, 100.0, 2, values)
 }
 
 /// Σ f over the contacts of the body, from the ground, what is fixed and other bodies.
@@ -73,45 +47,28 @@ fn force(film: &Film, body: usize) -> Panel {
         let contacts = step.contacts.iter().filter(|contact| contact.is_of(body));
         contacts.map(|contact| contact.force_on(body)).sum::<Vector3<f64>>().norm()
     };
+    let said = (("|F|", ""), "N", "sum of all contact forces on the body");
     Panel {
-        id: "force",
-        symbol: ("|F|", ""),
-        unit: "N",
-        words: "sum of all contact forces on the body",
         kind: Kind::Spikes,
-        height: 170.0,
-        series: vec![Series::new("", 5, film.steps().iter().map(sum))],
         nothing: Some("no contact force on this body"),
-        ..Panel::default()
+        ..Panel::of_curve("force", said, 170.0, 5, film.steps().iter().map(sum))
     }
 }
 
 fn contacts(film: &Film, body: usize) -> Panel {
     let carrying = |contact: &&Contact| contact.carries_force && contact.is_of(body);
     let count = |step: &Frame| step.contacts.iter().filter(carrying).count() as f64;
+    let said = (("contacts", ""), "", "of the body, that carry a force");
     Panel {
-        id: "contacts",
-        symbol: ("contacts", ""),
-        words: "of the body, that carry a force",
-        kind: Kind::FromZero,
-        height: 84.0,
-        series: vec![Series::new("", 7, film.steps().iter().map(count))],
         nothing: Some("no contact of this body"),
-        ..Panel::default()
+        ..Panel::of_curve("contacts", said, 84.0, 7, film.steps().iter().map(count))
     }
 }
 
 fn position(film: &Film, body: usize, axis: usize, id: &'static str) -> Panel {
     let values = film.frames.iter().map(|frame| frame.poses[body].position[axis]);
-    Panel {
-        id,
-        symbol: (id, ""),
-        unit: "m",
-        words: "centre of mass",
-        height: 84.0,
-        series: vec![Series::new("", 0, values)],
-        ..Panel::default()
-    }
+    let said = ((id, ""), "m", "centre of mass");
+    Panel { kind: Kind::Linear, ..Panel::of_curve(id, said, 84.0, 0, values) }
 }
 
 /// n · f of every corner, which on level ground is f_z.
@@ -122,7 +79,7 @@ fn normal_forces(film: &Film) -> Panel {
     Panel {
         height: 170.0,
         nothing: Some("no contact force in this run"),
-        ..corners(film, push, "fz", symbol, "N", "normal force on each corner")
+        ..corners(film, push, "fz", (symbol, "N", "normal force on each corner"))
     }
 }
 
@@ -131,9 +88,7 @@ fn corners(
     film: &Film,
     quantity: impl Fn(&Contact) -> f64,
     id: &'static str,
-    symbol: (&'static str, &'static str),
-    unit: &'static str,
-    words: &'static str,
+    (symbol, unit, words): Said,
 ) -> Panel {
     let (steps, count) = (film.steps(), film.bodies[0].points.len());
     let mut values = vec![vec![0.0; steps.len()]; count];

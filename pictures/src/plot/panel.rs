@@ -26,6 +26,9 @@ pub struct Panel {
     pub nothing: Option<&'static str>,
 }
 
+/// What is said of a vertical axis: its symbol with an index, its unit, the quantity in words.
+pub type Said = ((&'static str, &'static str), &'static str, &'static str);
+
 /// A curve: value i belongs to frame i; NaN is a gap.
 pub struct Series {
     /// For the legend; a single curve needs none.
@@ -53,6 +56,18 @@ pub const COLOURS: [&str; 8] =
 pub const LARGEST: f64 = 1e150;
 
 impl Panel {
+    /// A panel of one curve in a colour.
+    pub fn of_curve(
+        id: &'static str,
+        (symbol, unit, words): Said,
+        height: f64,
+        colour: usize,
+        values: impl Iterator<Item = f64>,
+    ) -> Self {
+        let series = vec![Series::new("", colour, values)];
+        Self { id, symbol, unit, words, kind: Kind::FromZero, height, series, ..Self::default() }
+    }
+
     /// What to say instead of drawing.
     pub fn blank(&self) -> Option<&'static str> {
         self.nothing.filter(|_| self.series.iter().all(Series::is_idle))

@@ -1,7 +1,7 @@
 //! The page: a heading, a summary, and a section for each problem.
 
 use super::report::{Experiment, Report};
-use super::style::STYLE;
+use super::style::opening;
 use super::{chart, table};
 use crate::markup::escape;
 use std::fmt::Write as _;
@@ -26,14 +26,10 @@ pub fn page(report: &Report) -> String {
         given => format!("the usual ones of each problem, but {}", escape(given)),
     };
     let class = if holding == count { "good" } else { "bad" };
-    let mut html = format!(
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n\
-         <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; \
-         style-src 'unsafe-inline'\"/>\n\
-         <title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n\
-         <h1>{title}</h1>\n\
-         <p class=\"faint\">{}. Inputs: {inputs}.</p>\n\
+    let mut html = opening(title, "");
+    let _ = write!(
+        html,
+        "<p class=\"faint\">{}. Inputs: {inputs}.</p>\n\
          <p><strong class=\"{class}\">{holding} of {count} quantities hold</strong>, each counted \
          once for every solver.</p>\n<p>{READING}</p>\n",
         escape(&report.program),

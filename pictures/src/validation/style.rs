@@ -1,7 +1,19 @@
 //! The style of the page: light or dark as the reader's system is, narrow or wide.
 
+/// A page up to its heading, with a `style` of its own beside that of all; `title` is markup.
+pub fn opening(title: &str, style: &str) -> String {
+    format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n\
+         <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; \
+         style-src 'unsafe-inline'\"/>\n\
+         <title>{title}</title>\n<style>\n{STYLE}{style}</style>\n</head>\n<body>\n\
+         <h1>{title}</h1>\n"
+    )
+}
+
 /// The style sheet.
-pub const STYLE: &str = "\
+const STYLE: &str = "\
 :root { color-scheme: light dark; --paper: #ffffff; --ink: #1f2328; --faint: #59636e;
   --line: #d1d9e0; --grid: #e3e7ec; --band: #f6f8fa; --exact: #b4bcc5; --native: #0072b2;
   --ipopt: #d55e00; --good: #116329; --bad: #b3151f; }

@@ -122,48 +122,25 @@ impl SeveralNlp {
         let at = |body: usize| self.layout.state(body).start;
         for (body, own) in poses.bodies.iter().enumerate() {
             let (position, attitude) = (at(body) + POSITION.start, at(body) + ATTITUDE.start);
-            for row in 0..4 {
-                for col in 0..=row {
-                    sink.put(attitude + row, attitude + col, own.turning[(row, col)]);
-                }
-            }
+            sink.put_lower(attitude, &own.turning);
             if self.members[body].holds {
-                emit_transposed(&own.moving, attitude, position, sink);
+                sink.put_block((attitude, position), &own.moving.transpose());
             }
             if self.members[body].is_round {
-                for row in 0..3 {
-                    for col in 0..=row {
-                        sink.put(position + row, position + col, own.positions[(row, col)]);
-                    }
-                }
+                sink.put_lower(position, &own.positions);
             }
         }
         for pair in &poses.pairs {
             let (i, j) = (at(pair.bodies.0), at(pair.bodies.1));
-            for row in 0..4 {
-                for col in 0..4 {
-                    let value = pair.turning[(row, col)];
-                    sink.put(j + ATTITUDE.start + row, i + ATTITUDE.start + col, value);
-                }
-            }
+            sink.put_block((j + ATTITUDE.start, i + ATTITUDE.start), &pair.turning);
             if let Some(moving) = &pair.first_moves {
-                emit_transposed(moving, j + ATTITUDE.start, i + POSITION.start, sink);
+                sink.put_block((j + ATTITUDE.start, i + POSITION.start), &moving.transpose());
             }
             if let Some(moving) = &pair.second_moves {
-                for row in 0..3 {
-                    for col in 0..4 {
-                        let value = moving[(row, col)];
-                        sink.put(j + POSITION.start + row, i + ATTITUDE.start + col, value);
-                    }
-                }
+                sink.put_block((j + POSITION.start, i + ATTITUDE.start), moving);
             }
             if let Some(positions) = &pair.positions {
-                for row in 0..3 {
-                    for col in 0..3 {
-                        let value = positions[(row, col)];
-                        sink.put(j + POSITION.start + row, i + POSITION.start + col, value);
-                    }
-                }
+                sink.put_block((j + POSITION.start, i + POSITION.start), positions);
             }
         }
     }
@@ -199,11 +176,7 @@ impl SeveralNlp {
         block -= member.gyroscopic.curvature(&y, &spin) * self.time_step;
         let y = self.rebound_weights(x, multipliers, body);
         block += member.gyroscopic.departing_curvature(&y, &spin);
-        for row in 0..3 {
-            for col in 0..=row {
-                sink.put(first + SPIN.start + row, first + SPIN.start + col, block[(row, col)]);
-            }
-        }
+        sink.put_lower(first + SPIN.start, &block);
     }
 
     /// The variables of a contact's friction with each other and with f_n, as in the tutorial's
@@ -269,15 +242,6 @@ impl Poses {
         }
         if let Some(positions) = &mut pair.positions {
             *positions -= curvature.positions * weight;
-        }
-    }
-}
-
-/// The transpose of a block r × q, its rows from `row` on and its columns from `col` on.
-fn emit_transposed(block: &Matrix3x4<f64>, row: usize, col: usize, sink: &mut impl EntrySink) {
-    for k in 0..4 {
-        for j in 0..3 {
-            sink.put(row + k, col + j, block[(j, k)]);
         }
     }
 }

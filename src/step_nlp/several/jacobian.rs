@@ -42,9 +42,7 @@ impl SeveralNlp {
         for k in 0..4 {
             let row = first + ATTITUDE_ROWS.start + k;
             sink.put(row, first + ATTITUDE.start + k, -1.0);
-            for j in 0..3 {
-                sink.put(row, first + SPIN.start + j, by_spin[(k, j)]);
-            }
+            sink.put_row(row, first + SPIN.start, by_spin.row(k).iter().copied());
         }
         let by_spin = -h * member.gyroscopic.slope(&next.spin);
         for k in 0..3 {
@@ -143,9 +141,7 @@ impl SeveralNlp {
             for side in touch.sides() {
                 let Some(rolling) = &side.rolling else { continue };
                 let first = self.layout.state(side.body).start + SPIN.start;
-                for k in 0..3 {
-                    sink.put(row, first + k, rolling[(axis, k)]);
-                }
+                sink.put_row(row, first, rolling.row(axis).iter().copied());
             }
             sink.put(row, friction.force[0], by_force[(axis, 0)]);
             sink.put(row, friction.force[1], by_force[(axis, 1)]);
@@ -181,11 +177,8 @@ impl SeveralNlp {
         }
         let Some(b) = &touch.b else { return };
         let first = self.layout.state(b.body).start;
-        for k in 0..3 {
-            sink.put(row, first + POSITION.start + k, -factor * component.by_position[k]);
-        }
-        for k in 0..4 {
-            sink.put(row, first + ATTITUDE.start + k, factor * component.by_b[k]);
-        }
+        let (by_position, by_attitude) = (&component.by_position, &component.by_b);
+        sink.put_row(row, first + POSITION.start, by_position.iter().map(|slope| -factor * slope));
+        sink.put_row(row, first + ATTITUDE.start, by_attitude.iter().map(|slope| factor * slope));
     }
 }

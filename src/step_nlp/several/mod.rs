@@ -167,12 +167,8 @@ impl SeveralNlp {
             hessian_pattern: SparsityPattern::new(),
         };
         let (x, y) = (vec![0.0; nlp.layout.variables()], vec![0.0; nlp.layout.constraints()]);
-        let mut pattern = PatternSink::default();
-        nlp.emit_jacobian(&x, &mut pattern);
-        nlp.jacobian_pattern = pattern.0;
-        let mut pattern = PatternSink::default();
-        nlp.emit_hessian(&x, 0.0, &y, &mut pattern);
-        nlp.hessian_pattern = pattern.0;
+        nlp.jacobian_pattern = PatternSink::of(|sink| nlp.emit_jacobian(&x, sink));
+        nlp.hessian_pattern = PatternSink::of(|sink| nlp.emit_hessian(&x, 0.0, &y, sink));
         Ok(nlp)
     }
 
