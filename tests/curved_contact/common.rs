@@ -1,0 +1,76 @@
+//! Bodies of round pieces, worlds of fixed ones, and runs of them.
+
+use nalgebra::{Rotation3, Vector3, Vector4};
+use tumble::geometry::Piece;
+use tumble::mechanics::{RigidBody, State};
+use tumble::simulation::{Motion, Simulation, StepRecord};
+use tumble::step::StepStatus;
+use tumble::world::{Fixed, Parameters, World};
+
+pub const G: f64 = 9.81;
+pub const MASS: f64 = 1.0;
+
+pub fn body(piece: Piece) -> RigidBody {
+    RigidBody::solid(MASS, &[piece]).unwrap().0
+}
+
+pub fn sphere(radius: f64) -> Piece {
+    Piece::sphere(radius).unwrap()
+}
+
+/// A capsule with its axis along y.
+pub fn capsule_along_y(half_length: f64, radius: f64) -> Piece {
+    let turn = Rotation3::from_axis_angle(&Vector3::x_axis(), std::f64::consts::FRAC_PI_2);
+    let piece = Piece::capsule(half_length, radius).unwrap();
+    piece.moved_by(turn.matrix(), &Vector3::zeros()).unwrap()
+}
+
+fn fixed(piece: Piece) -> Fixed {
+    Fixed { piece, friction: None }
+}
+
+pub fn at(position: Vector3<f64>, velocity: Vector3<f64>, spin: Vector3<f64>) -> State {
+    State { position, attitude: Vector4::new(1.0, 0.0, 0.0, 0.0), velocity, spin }
+}
+
+pub fn world(
+    bodies: Vec<RigidBody>,
+    pieces: Vec<Piece>,
+    (gravity, friction, time_step): (Vector3<f64>, f64, f64),
+) -> World {
+    let world = World::new(Parameters {
+        bodies,
+        ground: None,
+        gravity,
+        friction,
+        time_step,
+        rotation: tumble::mechanics::Rotation::Momentum,
+    })
+    .unwrap();
+    world.with_fixed(pieces.into_iter().map(fixed).collect()).unwrap()
+}
+
+/// As many steps, each of them solved.
+pub fn run(world: &World, states: &[State], steps: usize) -> Vec<StepRecord> {
+    let starts = states.iter().copied();
+    let mut simulation = Simulation::new(world.clone(), starts, Motion::native(world)).unwrap();
+    let step = |_| {
+        let mut record = StepRecord::new();
+        simulation.step(&mut record).unwrap();
+        let status = record.report.status;
+        assert!(
+            !matches!(status, StepStatus::Failed | StepStatus::Wild),
+            "k = {}: {status}, {:?}",
+            record.index,
+            record.solution.contacts
+        );
+        record
+    };
+    (0..steps).map(step).collect()
+}
+
+/// The normal forces of a step, N.
+pub fn normal_forces(record: &StepRecord) -> Vec<f64> {
+    let contacts = record.solution.contacts.iter().filter(|contact| contact.carries_force());
+    contacts.map(|contact| contact.normal_force).collect()
+}
