@@ -138,3 +138,14 @@ pub(crate) fn in_range(
         Err(Error::OutOfRange { field, value, allowed })
     }
 }
+
+/// Refuses the first of `values` that is not `low` to `high`.
+pub(crate) fn all_in_range<'a>(
+    field: &'static str,
+    values: impl IntoIterator<Item = &'a f64>,
+    low: f64,
+    high: f64,
+    allowed: &'static str,
+) -> Result<(), Error> {
+    values.into_iter().try_for_each(|&value| in_range(field, value, low, high, allowed).map(drop))
+}

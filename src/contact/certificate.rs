@@ -154,10 +154,7 @@ impl Certifier {
         for (contact, force) in claim.contacts.iter().zip(forces) {
             self.add_force(contact, &force);
             let a = &self.poses[contact.key.body];
-            let b = match contact.key.partner {
-                Partner::Ground | Partner::Fixed(_) => None,
-                Partner::Body(index) => Some(&self.poses[index]),
-            };
+            let b = contact.key.partner.body().map(|index| &self.poses[index]);
             let u = contact.motion((&a.0, &a.1), b.map(|b| (&b.0, &b.1)), h);
             let u = contact.law_motion(u, world, claim.states, claim.next);
             let p = force * (h / world.bodies()[contact.key.body].mass());

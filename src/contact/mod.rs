@@ -75,11 +75,7 @@ pub struct ContactKey {
 impl ContactKey {
     /// The bodies that touch, of which the second may be none.
     pub fn bodies(&self) -> impl Iterator<Item = usize> + use<> {
-        let other = match self.partner {
-            Partner::Body(other) => Some(other),
-            Partner::Ground | Partner::Fixed(_) => None,
-        };
-        std::iter::once(self.body).chain(other)
+        std::iter::once(self.body).chain(self.partner.body())
     }
 }
 
@@ -115,6 +111,9 @@ impl Features {
 
 /// A body at the start of a step: its constants and its pose.
 pub type Placed<'a> = (&'a RigidBody, &'a Pose);
+
+/// Which features touch, where they are, and by which law.
+type Told = (ContactKey, Features, ContactLaw);
 
 /// A point of body A against a plane of body B or of the ground, with what the step takes
 /// from the configuration at its start. Vectors are in the world's axes where no frame is
@@ -162,20 +161,14 @@ impl Contact {
         b: Option<Placed<'_>>,
     ) -> Self {
         match features.curved {
-            None => Self::of_plane(key, features, law, a, b),
-            Some(_) => Self::of_round(key, features, law, a, b),
+            None => Self::of_plane((key, features, law), a, b),
+            Some(_) => Self::of_round((key, features, law), a, b),
         }
     }
 
     /// The contact of a point against a plane.
     #[inline(always)]
-    fn of_plane(
-        key: ContactKey,
-        features: Features,
-        law: ContactLaw,
-        a: Placed<'_>,
-        b: Option<Placed<'_>>,
-    ) -> Self {
+    fn of_plane((key, features, law): Told, a: Placed<'_>, b: Option<Placed<'_>>) -> Self {
         let (features, radius) = (Features { curved: None, ..features }, features.radius);
         let gap = |normal: &Vector3<f64>, arm: &Vector3<f64>| {
             let Some((_, other)) = b else {
@@ -187,33 +180,25 @@ impl Contact {
             let seen = other.rotation.tr_mul(&(point - other.position));
             features.frame.column(2).dot(&seen) - features.offset - radius
         };
-        Self::assemble(key, features, law, (a, b), radius, gap)
+        Self::assemble((key, features, law), (a, b), radius, gap)
     }
 
     /// The contact of two round features.
     #[inline(never)]
-    fn of_round(
-        key: ContactKey,
-        features: Features,
-        law: ContactLaw,
-        a: Placed<'_>,
-        b: Option<Placed<'_>>,
-    ) -> Self {
+    fn of_round((key, features, law): Told, a: Placed<'_>, b: Option<Placed<'_>>) -> Self {
         let (pose, other) = (a.1, b.map(|(_, pose)| pose));
         let features = tangent(features, pose, other);
         let beyond = features.radius + half_gap(&features, pose, other);
         let gap =
             |normal: &Vector3<f64>, _: &Vector3<f64>| gap_between(&features, normal, pose, other);
-        Self::assemble(key, features, law, (a, b), beyond, gap)
+        Self::assemble((key, features, law), (a, b), beyond, gap)
     }
 
     /// The contact of features that are placed, whose forces act `beyond` (m) from the point; `gap` gives φ
     /// (m) by the normal and by A_A y.
     #[inline(always)]
     fn assemble(
-        key: ContactKey,
-        features: Features,
-        law: ContactLaw,
+        (key, features, law): Told,
         ((body, pose), b): (Placed<'_>, Option<Placed<'_>>),
         beyond: f64,
         gap: impl FnOnce(&Vector3<f64>, &Vector3<f64>) -> f64,

@@ -152,12 +152,7 @@ impl Neighbours {
             pair.kept = first..kept.len();
         }
         contacts.extend_from_slice(kept);
-        self.joined.retain(|contact| match contact.key.partner {
-            Partner::Body(other) => {
-                still(Owner::Body(contact.key.body)) && still(Owner::Body(other))
-            }
-            Partner::Ground | Partner::Fixed(_) => still(Owner::Body(contact.key.body)),
-        });
+        self.joined.retain(|contact| contact.key.bodies().map(Owner::Body).all(still));
         contacts.extend_from_slice(&self.joined);
     }
 

@@ -34,7 +34,7 @@
 //! positive.
 
 use super::{Contact, Partner};
-use crate::mechanics::{Pose, RigidBody, State};
+use crate::mechanics::{RigidBody, State};
 use crate::world::World;
 use nalgebra::Vector3;
 
@@ -182,9 +182,9 @@ impl Contact {
     fn free_gap(&self, free: &[State]) -> Option<f64> {
         let pose = |index: usize| free.get(index).map(State::pose);
         let a = pose(self.key.body)?;
-        Some(match self.key.partner {
-            Partner::Body(other) => self.gap_at(&a, Some(&pose(other)?)),
-            Partner::Ground | Partner::Fixed(_) => self.gap_at(&a, None::<&Pose>),
+        Some(match self.key.partner.body() {
+            Some(other) => self.gap_at(&a, Some(&pose(other)?)),
+            None => self.gap_at(&a, None),
         })
     }
 }

@@ -1,7 +1,7 @@
 //! Convex cores: a point, a segment, or a polyhedron with whole polygons as faces.
 
 use super::triangles::{FLAT, Triangle, hull_triangles};
-use crate::error::{Error, in_range};
+use crate::error::{Error, all_in_range, in_range};
 use nalgebra::{Matrix3, Vector3};
 
 /// Coplanar to this part of the size: neighbouring triangles become one face. The corners of
@@ -359,9 +359,13 @@ fn polygons(
 }
 
 fn check_coordinates(points: &[Vector3<f64>]) -> Result<(), Error> {
-    for &coordinate in points.iter().flatten() {
-        in_range("coordinate of a shape's point (m)", coordinate, -1e4, 1e4, "-1e4 to 1e4")?;
-    }
+    all_in_range(
+        "coordinate of a shape's point (m)",
+        points.iter().flatten(),
+        -1e4,
+        1e4,
+        "-1e4 to 1e4",
+    )?;
     Ok(())
 }
 

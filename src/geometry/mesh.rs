@@ -7,7 +7,7 @@ mod files;
 pub use files::{parse_obj, parse_stl};
 
 use super::hull::{Hull, extent};
-use crate::error::{Error, in_range};
+use crate::error::{Error, all_in_range, in_range};
 use nalgebra::{Matrix3, Vector3};
 
 /// How far, in parts of the size, a mesh may be from its convex hull, and triangles of a face
@@ -38,9 +38,13 @@ impl Mesh {
             let (field, count) = ("triangles of the mesh", triangles.len());
             return Err(Error::Count { field, count, allowed: "4 to 200000" });
         }
-        for &coordinate in vertices.iter().flatten() {
-            in_range("coordinate of the mesh (m)", coordinate, -1e6, 1e6, "-1e6 to 1e6")?;
-        }
+        all_in_range(
+            "coordinate of the mesh (m)",
+            vertices.iter().flatten(),
+            -1e6,
+            1e6,
+            "-1e6 to 1e6",
+        )?;
         let mesh = Self { vertices, triangles };
         mesh.check_edges()?;
         let volume = mesh.volume();

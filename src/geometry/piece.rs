@@ -2,7 +2,7 @@
 
 use super::Hull;
 use super::mesh::Mesh;
-use crate::error::{Error, in_range};
+use crate::error::{Error, all_in_range, in_range};
 use nalgebra::{Matrix3, Vector3};
 
 /// All points within a radius of a convex core, m, body frame: a sphere (core a point), a
@@ -20,9 +20,7 @@ impl Piece {
     /// # Errors
     /// A half side outside 1e-6…1e4 m, or of less than 1e-5 of the longest.
     pub fn cuboid(half_sides: Vector3<f64>) -> Result<Self, Error> {
-        for &half_side in &half_sides {
-            in_range("half side of the box (m)", half_side, 1e-6, 1e4, "1e-6 to 1e4")?;
-        }
+        all_in_range("half side of the box (m)", &half_sides, 1e-6, 1e4, "1e-6 to 1e4")?;
         let sign = |corner: usize, axis: usize| if corner >> axis & 1 == 1 { 1.0 } else { -1.0 };
         let corner = |corner| Vector3::from_fn(|axis, _| sign(corner, axis) * half_sides[axis]);
         let corners: [Vector3<f64>; 8] = std::array::from_fn(corner);
@@ -86,9 +84,7 @@ impl Piece {
                        and det A = 1";
             return Err(Error::Shape { shape: "the piece", why: why.into() });
         }
-        for &coordinate in translation {
-            in_range("place of the piece (m)", coordinate, -1e4, 1e4, "-1e4 to 1e4")?;
-        }
+        all_in_range("place of the piece (m)", translation, -1e4, 1e4, "-1e4 to 1e4")?;
         Ok(Self { core: self.core.moved_by(rotation, translation), radius: self.radius })
     }
 

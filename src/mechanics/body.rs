@@ -6,7 +6,7 @@
 //! plane their corners are all there is to know, and these are the body's contact points; a body
 //! may also be given by points alone, which then touch planes and nothing else.
 
-use crate::error::{Error, in_range};
+use crate::error::{Error, all_in_range, in_range};
 use crate::geometry::{MassProperties, Piece};
 use nalgebra::{Matrix3, Vector3};
 
@@ -104,9 +104,13 @@ impl RigidBody {
                 allowed: "1 to 1000",
             });
         }
-        for &coordinate in points.iter().flat_map(|(point, _)| point) {
-            in_range("contact point coordinate (m)", coordinate, -1e4, 1e4, "-1e4 to 1e4")?;
-        }
+        all_in_range(
+            "contact point coordinate (m)",
+            points.iter().flat_map(|(point, _)| point),
+            -1e4,
+            1e4,
+            "-1e4 to 1e4",
+        )?;
         let reach = points.iter().map(|(c, radius)| c.amax() + radius).fold(0.0, f64::max);
         let reach = match points {
             [(point, 0.0)] if *point == Vector3::zeros() => REACH_OF_A_POINT,
@@ -212,9 +216,7 @@ impl RigidBody {
         inertia: Matrix3<f64>,
         half_sides: Vector3<f64>,
     ) -> Result<Self, Error> {
-        for &half_side in &half_sides {
-            in_range("half side of the box (m)", half_side, 1e-6, 1e4, "1e-6 to 1e4")?;
-        }
+        all_in_range("half side of the box (m)", &half_sides, 1e-6, 1e4, "1e-6 to 1e4")?;
         match Piece::cuboid(half_sides) {
             Ok(piece) => Self::of_pieces(mass, inertia, vec![piece]),
             // Thinner than a piece may be: its corners can touch planes all the same.

@@ -3,7 +3,7 @@
 
 use super::quaternion::rotation;
 use super::state::Wrench;
-use crate::error::{Error, in_range};
+use crate::error::{Error, all_in_range, in_range};
 use nalgebra::{Vector3, Vector4};
 
 /// A vector over time that changes linearly between knots, and keeps the first knot's value
@@ -54,9 +54,7 @@ impl Polyline {
         for (time, value) in &knots {
             let allowed = "-1e6 to 1e6, not before the knot before it";
             earliest = in_range("time of the load (s)", *time, earliest, 1e6, allowed)?;
-            for &component in value {
-                in_range("load (N, N m)", component, -1e9, 1e9, "-1e9 to 1e9")?;
-            }
+            all_in_range("load (N, N m)", value, -1e9, 1e9, "-1e9 to 1e9")?;
         }
         // In order of time, so that the outer two of three are at one time if all are.
         if let Some(jump) = knots.windows(3).find(|three| three[0].0 == three[2].0) {
@@ -109,9 +107,7 @@ impl Load {
     /// # Errors
     /// A point beyond ±1e4 m.
     pub fn new(force: Polyline, torque: Polyline, point: Vector3<f64>) -> Result<Self, Error> {
-        for &coordinate in &point {
-            in_range("point of the load (m)", coordinate, -1e4, 1e4, "-1e4 to 1e4")?;
-        }
+        all_in_range("point of the load (m)", &point, -1e4, 1e4, "-1e4 to 1e4")?;
         Ok(Self { force, torque, point })
     }
 

@@ -2,7 +2,7 @@
 //! [`Simulation`](crate::simulation::Simulation) starts from, and what is set on it.
 
 use super::quaternion::{advance, rotation};
-use crate::error::{Error, in_range};
+use crate::error::{Error, all_in_range, in_range};
 use nalgebra::{Matrix3, SVector, Vector3, Vector4};
 
 /// X = (r, q, v, ω): thirteen numbers in this order.
@@ -85,18 +85,12 @@ impl State {
     /// A coordinate that is not finite or beyond 1e6 m, 1e5 m/s, 1e5 rad/s; a
     /// quaternion whose norm differs from 1 by more than 1e-5.
     pub fn checked(&self) -> Result<Self, Error> {
-        for &value in &self.position {
-            in_range("position (m)", value, -1e6, 1e6, "-1e6 to 1e6")?;
-        }
+        all_in_range("position (m)", &self.position, -1e6, 1e6, "-1e6 to 1e6")?;
         let norm = self.attitude.norm();
         let allowed = "1 to within 1e-5";
         in_range("norm of the attitude quaternion", norm, 1.0 - 1e-5, 1.0 + 1e-5, allowed)?;
-        for &value in &self.velocity {
-            in_range("velocity (m/s)", value, -1e5, 1e5, "-1e5 to 1e5")?;
-        }
-        for &value in &self.spin {
-            in_range("spin (rad/s)", value, -1e5, 1e5, "-1e5 to 1e5")?;
-        }
+        all_in_range("velocity (m/s)", &self.velocity, -1e5, 1e5, "-1e5 to 1e5")?;
+        all_in_range("spin (rad/s)", &self.spin, -1e5, 1e5, "-1e5 to 1e5")?;
         // A unit quaternion to rounding keeps its bits: a norm of four squares is known to 4ε.
         let is_unit = (norm - 1.0).abs() <= 4.0 * f64::EPSILON;
         let attitude = if is_unit { self.attitude } else { self.attitude / norm };
@@ -116,12 +110,8 @@ impl Wrench {
     /// # Errors
     /// A component that is not finite or beyond 1e9 N, 1e9 N m.
     pub fn validate(&self) -> Result<(), Error> {
-        for &value in &self.force {
-            in_range("force (N)", value, -1e9, 1e9, "-1e9 to 1e9")?;
-        }
-        for &value in &self.torque {
-            in_range("torque (N m)", value, -1e9, 1e9, "-1e9 to 1e9")?;
-        }
+        all_in_range("force (N)", &self.force, -1e9, 1e9, "-1e9 to 1e9")?;
+        all_in_range("torque (N m)", &self.torque, -1e9, 1e9, "-1e9 to 1e9")?;
         Ok(())
     }
 

@@ -48,16 +48,6 @@ pub struct Outputs<'a> {
     pub statuses: &'a mut [u8],
 }
 
-/// The part of the outputs that belongs to one rollout.
-#[derive(Debug)]
-pub(super) struct Share<'a> {
-    pub states: &'a mut [f64],
-    pub ends: &'a mut [f64],
-    pub forces: &'a mut [f64],
-    pub residuals: &'a mut [f64],
-    pub statuses: &'a mut [u8],
-}
-
 impl Batch<'_> {
     /// N.
     fn bodies(&self) -> usize {
@@ -140,14 +130,14 @@ fn count(
 }
 
 impl<'a> Outputs<'a> {
-    /// The shares of the rollouts, one after the other.
-    pub(super) fn shares(self, rollouts: usize) -> impl Iterator<Item = Share<'a>> {
+    /// The parts that belong to one rollout each, one after the other.
+    pub(super) fn shares(self, rollouts: usize) -> impl Iterator<Item = Self> {
         let mut states = parts(self.states, rollouts);
         let mut ends = parts(self.ends, rollouts);
         let mut forces = parts(self.forces, rollouts);
         let mut residuals = parts(self.residuals, rollouts);
         let mut statuses = parts(self.statuses, rollouts);
-        (0..rollouts).map(move |_| Share {
+        (0..rollouts).map(move |_| Self {
             states: states.next().unwrap_or_default(),
             ends: ends.next().unwrap_or_default(),
             forces: forces.next().unwrap_or_default(),

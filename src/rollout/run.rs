@@ -1,6 +1,6 @@
 //! The rollouts themselves, on as many threads as are given.
 
-use super::batch::{Batch, Outputs, Share};
+use super::batch::{Batch, Outputs};
 use super::parameter::varied;
 use crate::error::Error;
 use crate::simulation::{Simulation, StepRecord};
@@ -128,7 +128,7 @@ pub fn roll_out(
 fn one(
     batch: &Batch<'_>,
     rollout: usize,
-    share: Share<'_>,
+    share: Outputs<'_>,
     record: &mut StepRecord,
     watch: Watch<'_>,
 ) -> Result<Report, Error> {
@@ -145,7 +145,7 @@ fn one(
     if let Some(flag) = watch.interrupt {
         simulation.interrupt_by(Arc::clone(flag));
     }
-    let Share { states, ends, forces, residuals, statuses } = share;
+    let Outputs { states, ends, forces, residuals, statuses } = share;
     let bodies = simulation.states().len();
     let mut report = Report { tempered: vec![0], ..Report::default() };
     let mut counted = 0;

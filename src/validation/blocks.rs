@@ -193,11 +193,13 @@ fn blocks_on_slope(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
             let slack = mean_slack(&run) / gravity;
             Ok((speed > MOVING * onset * gravity * WATCH, slack))
         })?;
-        quantities.push(exactly((name, "rad"), found.value, onset, found.slack));
+        quantities.push(found.beside((name, "rad"), onset));
     }
     Ok(Findings {
         quantities,
-        curve: apart.curve((UPPER_MOVES[0], "m/s"), 1, |state| state.velocity[0], |t| upper * t),
+        curve: apart
+            .curve((UPPER_MOVES[0], "m/s"), 1, |state| state.velocity[0])
+            .beside(|t| upper * t),
     })
 }
 
@@ -240,9 +242,11 @@ fn pulled_block(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
         moved(LOWER_MOVES, &apart, 0, lower),
     ];
     let mut quantities = moved_blocks.concat();
-    quantities.push(exactly(("threshold of the pull", "N"), found.value, parting, found.slack));
+    quantities.push(found.beside(("threshold of the pull", "N"), parting));
     Ok(Findings {
         quantities,
-        curve: apart.curve((LOWER_MOVES[0], "m/s"), 0, |state| state.velocity[0], |t| lower * t),
+        curve: apart
+            .curve((LOWER_MOVES[0], "m/s"), 0, |state| state.velocity[0])
+            .beside(|t| lower * t),
     })
 }

@@ -139,7 +139,7 @@ fn bouncing_box(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
         let (t, from) = (t - begin, if bounce.is_some() { 0.0 } else { DROP });
         from + rise * t - 0.5 * g * t * t
     };
-    let curve = Curve::of(("height", "m"), &run, |k| height(&run.states(0)[k]), exact);
+    let curve = Curve::of(("height", "m"), &run, |k| height(&run.states(0)[k])).beside(exact);
     Ok(Findings { quantities, curve })
 }
 
@@ -208,12 +208,9 @@ fn edge_impact(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
             about.in_steps(spin, convergence),
             exactly(("speed sideways", "m/s"), end.velocity[0], 0.0, lacking),
         ],
-        curve: run.curve(
-            ("speed upwards", "m/s"),
-            0,
-            |state| state.velocity[2],
-            |t| if t > 0.0 { bounced(exact) } else { -speed },
-        ),
+        curve: run
+            .curve(("speed upwards", "m/s"), 0, |state| state.velocity[2])
+            .beside(|t| if t > 0.0 { bounced(exact) } else { -speed }),
     })
 }
 

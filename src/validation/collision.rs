@@ -113,12 +113,9 @@ fn collision(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
                 place_slack(&run, 2.0),
             ),
         ],
-        curve: run.curve(
-            ("speed of the first box", "m/s"),
-            0,
-            |state| state.velocity[0],
-            |t| if t < meet { speed } else { common },
-        ),
+        curve: run
+            .curve(("speed of the first box", "m/s"), 0, |state| state.velocity[0])
+            .beside(|t| if t < meet { speed } else { common }),
     })
 }
 
@@ -205,6 +202,7 @@ fn ball_chain(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
                 count * run.seat() + 2.0 * place_slack(&run, count),
             ),
         ],
-        curve: Curve::of(("speed of the first ball", "m/s"), &run, |k| measured[k], speed_at),
+        curve: Curve::of(("speed of the first ball", "m/s"), &run, |k| measured[k])
+            .beside(speed_at),
     })
 }

@@ -48,12 +48,11 @@ fn compass(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
         way_slack = way_slack.max(slack.way());
         across_slack = across_slack.max(slack.across);
         if k == 1 {
-            curve = run.curve(
-                ("way north-northeast by east", "m"),
-                0,
-                |state| (state.position - start.position).dot(&direction),
-                |t| slide.way(t),
-            );
+            curve = run
+                .curve(("way north-northeast by east", "m"), 0, |state| {
+                    (state.position - start.position).dot(&direction)
+                })
+                .beside(|t| slide.way(t));
         }
     }
     let spread = longest - shortest;

@@ -48,6 +48,11 @@ impl Pair<'_> {
         Vector2::new(self.domino.half_sides[0], self.domino.half_sides[2])
     }
 
+    /// The front edge, on which a domino turns.
+    fn foot(&self) -> Vector2<f64> {
+        Vector2::new(self.half_sides().x, -self.half_sides().y)
+    }
+
     /// How far the upper edge of the first is from the face of the second, m.
     fn apart(&self, [first, second]: &Two) -> f64 {
         let edge = first.position + turned(first.tilt, self.half_sides()) - second.position;
@@ -56,17 +61,15 @@ impl Pair<'_> {
 
     /// `state` turned on its front edge with the spin `spin` at the end of the step.
     fn turned_on(&self, state: &Planar, spin: f64) -> Planar {
-        let foot = Vector2::new(self.half_sides().x, -self.half_sides().y);
-        let held = Vector2::new(state.position.x + turned(state.tilt, foot).x, 0.0);
+        let held = Vector2::new(state.position.x + turned(state.tilt, self.foot()).x, 0.0);
         let tilt = state.tilt + 2.0 * (0.5 * self.time_step * spin).atan();
-        let position = held - turned(tilt, foot);
+        let position = held - turned(tilt, self.foot());
         let velocity = (position - state.position) / self.time_step;
         Planar { position, tilt, velocity, spin }
     }
 
     /// What the two torques and the gap are off by with (ω₁⁺, ω₂⁺, P).
     fn missed(&self, before: &Two, unknown: &Vector3<f64>) -> Vector3<f64> {
-        let foot = Vector2::new(self.half_sides().x, -self.half_sides().y);
         let after = [0, 1].map(|j| self.turned_on(&before[j], unknown[j]));
         let edge = before[0].position + turned(before[0].tilt, self.half_sides());
         let push = turned(before[1].tilt, Vector2::new(-unknown[2], 0.0));
@@ -77,7 +80,7 @@ impl Pair<'_> {
             let inertia = self.half_sides().norm_squared() / 3.0;
             let [before, after] = [old, new].map(|state| momentum(self.time_step, state.spin).0);
             inertia * (after - before)
-                - cross(turned(old.tilt, foot), held)
+                - cross(turned(old.tilt, self.foot()), held)
                 - cross(edge - old.position, push)
         };
         Vector3::new(torque(0, push), torque(1, -push), self.apart(&after) / self.time_step)
@@ -142,8 +145,7 @@ fn discrete(pair: &Pair<'_>, second: Planar, spin: f64, most: usize) -> Option<F
     let (h, domino) = (pair.time_step, pair.domino);
     let at = |(tilt, spin): (f64, f64)| {
         // Turning about the front edge, which stays where it is.
-        let foot = Vector2::new(pair.half_sides().x, -pair.half_sides().y);
-        let position = Vector2::new(foot.x, 0.0) - turned(tilt, foot);
+        let position = Vector2::new(pair.foot().x, 0.0) - turned(tilt, pair.foot());
         Planar { position, tilt, velocity: Vector2::zeros(), spin }
     };
     let apart = |of: (f64, f64)| pair.apart(&[at(of), second]);
@@ -261,6 +263,6 @@ fn dominoes(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
             halved("spin of the first after it", 0, effect(|fall| fall.after[0])),
             halved("spin of the second after it", 1, effect(|fall| fall.after[1])),
         ],
-        curve: run.curve(("tilt of the first", "rad"), 0, tilt, |_| f64::NAN),
+        curve: run.curve(("tilt of the first", "rad"), 0, tilt),
     })
 }

@@ -40,7 +40,7 @@ fn dragged_cube(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
     let run = laboratory.run(&Setup::new(bodies, dragged.gravity, dragged.friction, DURATION))?;
     Ok(Findings {
         quantities: dragged.quantities(&run),
-        curve: run.curve(("way", "m"), 0, |state| state.position[0], |t| dragged.way(t)),
+        curve: run.curve(("way", "m"), 0, |state| state.position[0]).beside(|t| dragged.way(t)),
     })
 }
 
@@ -131,7 +131,7 @@ impl Dragged {
         });
         let grip = self.friction * self.gravity * h;
         let slider = Slider { mobility: 1.0, friction: self.friction, grip, lean: 1.0 };
-        slider.slack(run, &steps.collect::<Vec<_>>())
+        slider.slack(run, steps)
     }
 
     fn quantities(&self, run: &Run) -> Vec<Quantity> {

@@ -84,7 +84,7 @@ fn bouncing_balls(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
             ),
             at_most_zero(("speed sideways", "m/s"), sideways, self::slack(&run, fastest)),
         ],
-        curve: Curve::of(("energy", "J/kg"), &run, energy, |_| energy(0)),
+        curve: Curve::of(("energy", "J/kg"), &run, energy).beside(|_| energy(0)),
     })
 }
 

@@ -46,11 +46,8 @@ fn free_fall(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
             exactly(("speed downwards", "m/s"), -end.velocity[2], g * t, speed_slack),
             exactly(("way sideways", "m"), end.position[0], speed * t, way_slack),
         ],
-        curve: run.curve(
-            ("height", "m"),
-            0,
-            |state| state.position[2],
-            |t| start.position[2] - fallen(t),
-        ),
+        curve: run
+            .curve(("height", "m"), 0, |state| state.position[2])
+            .beside(|t| start.position[2] - fallen(t)),
     })
 }

@@ -195,12 +195,11 @@ fn ball_grid(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
             let plain = exactly((name, "m/s"), measured, exact, 2.5 * slack);
             quantities.push(plain.in_steps(discrete, convergence));
         }
-        curve = run.curve(
-            ("speed of the box, diagonally", "m/s"),
-            0,
-            |state| state.velocity.xy().dot(direction),
-            |t| Speeds::exact(t).plate,
-        );
+        curve = run
+            .curve(("speed of the box, diagonally", "m/s"), 0, |state| {
+                state.velocity.xy().dot(direction)
+            })
+            .beside(|t| Speeds::exact(t).plate);
     }
     let error = squares[1].sqrt();
     quantities.push(

@@ -168,6 +168,6 @@ fn fall(inputs: &Inputs, laboratory: &mut Laboratory<'_>, restitution: f64) -> S
                 2.0 * run.sum(|r| r.momentum) / RADIUS + run.flight_rounding() / RADIUS,
             ),
         ],
-        curve: Curve::of(("energy", "J"), &run, |k| energies[k], |_| f64::NAN),
+        curve: Curve::of(("energy", "J"), &run, |k| energies[k]),
     })
 }

@@ -2,6 +2,7 @@
 //! of the validation knows how a simulation is made.
 
 use super::incline::Incline;
+use super::quantity::Label;
 use super::residual::Residual;
 use super::{Curve, Unsuitable};
 use crate::contact::detection::Detection;
@@ -411,25 +412,19 @@ impl Run {
         &self.states(index)[self.steps()]
     }
 
-    /// What is `measured` of the states of body `index`, beside `exact` of their times.
+    /// What is `measured` of the states of body `index`.
     pub(super) fn curve(
         &self,
-        label: (&'static str, &'static str),
+        label: Label,
         index: usize,
         measured: impl Fn(&State) -> f64,
-        exact: impl Fn(f64) -> f64,
     ) -> Curve {
-        Curve::of(label, self, |k| measured(&self.states(index)[k]), exact)
+        Curve::of(label, self, |k| measured(&self.states(index)[k]))
     }
 
-    /// The same of what was `measured` in the steps, from which each state comes.
-    pub(super) fn curve_of_steps(
-        &self,
-        label: (&'static str, &'static str),
-        measured: impl Fn(usize) -> f64,
-        exact: f64,
-    ) -> Curve {
-        Curve::of(label, self, |k| measured(k.saturating_sub(1)), |_| exact)
+    /// What was `measured` in the steps, from which the states come.
+    pub(super) fn curve_of_steps(&self, label: Label, measured: impl Fn(usize) -> f64) -> Curve {
+        Curve::of(label, self, |k| measured(k.saturating_sub(1)))
     }
 
     /// The fastest that a body is at the end, m/s.

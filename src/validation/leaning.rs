@@ -125,14 +125,10 @@ fn ladder_on_wall(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
     Ok(Findings {
         quantities: vec![
             exactly(("push of the wall", "m g"), pushes[pushes.len() - 1], expected, slack),
-            at_most_zero(
-                ("way of the ladder", "m"),
-                astray,
-                4.0 * run.seat() + run.time_step * run.sum(|residual| residual.friction),
-            ),
-            exactly(("threshold of the angle", "rad"), found.value, threshold, found.slack),
+            at_most_zero(("way of the ladder", "m"), astray, 4.0 * run.seat() + run.creep()),
+            found.beside(("threshold of the angle", "rad"), threshold),
         ],
-        curve: run.curve_of_steps(("push of the wall", "m g"), |k| pushes[k], expected),
+        curve: run.curve_of_steps(("push of the wall", "m g"), |k| pushes[k]).beside(|_| expected),
     })
 }
 
@@ -175,13 +171,9 @@ fn card_tent(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
     Ok(Findings {
         quantities: vec![
             exactly(("push of the cards", "m g"), pushes[pushes.len() - 1], needed, slack),
-            at_most_zero(
-                ("way of a card", "m"),
-                left.max(right),
-                8.0 * run.seat() + run.time_step * run.sum(|residual| residual.friction),
-            ),
-            exactly(("threshold of friction", "1"), found.value, needed, found.slack),
+            at_most_zero(("way of a card", "m"), left.max(right), 8.0 * run.seat() + run.creep()),
+            found.beside(("threshold of friction", "1"), needed),
         ],
-        curve: run.curve_of_steps(("push of the cards", "m g"), |k| pushes[k], needed),
+        curve: run.curve_of_steps(("push of the cards", "m g"), |k| pushes[k]).beside(|_| needed),
     })
 }

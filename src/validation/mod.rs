@@ -53,6 +53,7 @@ pub use quantity::{Claim, Convergence, Quantity};
 pub use residual::Residual;
 
 use crate::error::Error;
+use quantity::Label;
 
 /// A problem with an answer.
 pub trait Problem: Sync {
@@ -224,21 +225,16 @@ pub struct Curve {
 }
 
 impl Curve {
-    /// `measured` of every state of `run` beside `exact` of its time.
-    fn of(
-        (name, unit): (&'static str, &'static str),
-        run: &Run,
-        measured: impl Fn(usize) -> f64,
-        exact: impl Fn(f64) -> f64,
-    ) -> Self {
+    /// `measured` of every state of `run`, beside nothing.
+    fn of((name, unit): Label, run: &Run, measured: impl Fn(usize) -> f64) -> Self {
         let times: Vec<f64> = (0..run.states(0).len()).map(|k| run.time(k)).collect();
-        Self {
-            name,
-            unit,
-            measured: (0..run.states(0).len()).map(measured).collect(),
-            exact: times.iter().map(|&t| exact(t)).collect(),
-            times,
-        }
+        let measured = (0..times.len()).map(measured).collect();
+        Self { name, unit, measured, exact: vec![f64::NAN; times.len()], times }
+    }
+
+    /// The same beside `exact` of its times.
+    fn beside(self, exact: impl Fn(f64) -> f64) -> Self {
+        Self { exact: self.times.iter().map(|&t| exact(t)).collect(), ..self }
     }
 }
 

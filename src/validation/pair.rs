@@ -125,11 +125,9 @@ fn pair_in_flight(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
                 total * speed * (2.0 * lacked + run.largest(|r| r.normal + r.friction)),
             ),
         ],
-        curve: Curve::of(
-            ("momentum along the flight", "kg m/s"),
-            &run,
-            |k| cubes.momentum(states(&run, k), run.time_step).0[0],
-            |_| p[0],
-        ),
+        curve: Curve::of(("momentum along the flight", "kg m/s"), &run, |k| {
+            cubes.momentum(states(&run, k), run.time_step).0[0]
+        })
+        .beside(|_| p[0]),
     })
 }

@@ -64,7 +64,7 @@ impl Convergence {
 }
 
 /// Its name and its unit.
-type Label = (&'static str, &'static str);
+pub(super) type Label = (&'static str, &'static str);
 
 /// A quantity for which the step is exact.
 pub(super) fn exactly((name, unit): Label, measured: f64, exact: f64, slack: f64) -> Quantity {

@@ -211,7 +211,7 @@ fn rocking(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
             )
             .in_steps(swing.kept, Convergence::within(bound, fine)),
         ],
-        curve: run.curve(("tilt", "rad"), 0, tilt, |_| f64::NAN),
+        curve: run.curve(("tilt", "rad"), 0, tilt),
     })
 }
 

@@ -186,7 +186,9 @@ fn rolling_ball(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
                 way_slack,
             ),
         ],
-        curve: run.curve(("speed down the slope", "m/s"), 0, |state| state.velocity[0], |t| a * t),
+        curve: run
+            .curve(("speed down the slope", "m/s"), 0, |state| state.velocity[0])
+            .beside(|t| a * t),
     })
 }
 
@@ -245,11 +247,8 @@ fn sliding_ball(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
                 way_slack,
             ),
         ],
-        curve: run.curve(
-            ("speed", "m/s"),
-            0,
-            |state| state.velocity[0],
-            |t| if t < grip { speed - friction * gravity * t } else { rolls },
-        ),
+        curve: run
+            .curve(("speed", "m/s"), 0, |state| state.velocity[0])
+            .beside(|t| if t < grip { speed - friction * gravity * t } else { rolls }),
     })
 }

@@ -94,7 +94,7 @@ pub(super) struct SlideSlack {
 
 impl Slider {
     /// (a), (b) or (c), whichever is the least, step by step.
-    pub fn slack(&self, run: &Run, steps: &[SlideStep]) -> SlideSlack {
+    pub fn slack(&self, run: &Run, steps: impl IntoIterator<Item = SlideStep>) -> SlideSlack {
         let (h, w) = (run.time_step, self.mobility);
         let normal = run.largest(|residual| residual.normal);
         let lifted =
@@ -187,6 +187,11 @@ impl Run {
     /// How far a touching corner may be from the ground, m: h δ_n.
     pub(super) fn seat(&self) -> f64 {
         self.time_step * self.largest(|residual| residual.normal) + self.position_rounding()
+    }
+
+    /// How far what is held may creep, m: h Σ δ_f.
+    pub(super) fn creep(&self) -> f64 {
+        self.time_step * self.sum(|residual| residual.friction)
     }
 
     /// How far the velocity of a free flight may be off, m/s: Σ δ.

@@ -62,9 +62,8 @@ impl Inclined {
         let lean = HALF_SIDES[2] / HALF_SIDES[1];
         let slider = Slider { mobility: 1.0, friction: self.friction, grip, lean };
         let share = self.along * h / grip;
-        let steps: Vec<_> =
-            (1..=run.steps()).map(|k| SlideStep { slip: k as f64 * a * h, share }).collect();
-        slider.slack(run, &steps)
+        let steps = (1..=run.steps()).map(|k| SlideStep { slip: k as f64 * a * h, share });
+        slider.slack(run, steps)
     }
 }
 
@@ -96,11 +95,8 @@ fn let_go(inputs: &Inputs, laboratory: &mut Laboratory<'_>, duration: f64) -> So
             exactly(("speed down the slope", "m/s"), end.velocity[0], a * t, slack.speed()),
             at_most_zero(("way across and off the slope", "m"), astray, slack.across + run.seat()),
         ],
-        curve: run.curve(
-            ("way down the slope", "m"),
-            0,
-            |state| state.position[0],
-            |t| 0.5 * a * t * t,
-        ),
+        curve: run
+            .curve(("way down the slope", "m"), 0, |state| state.position[0])
+            .beside(|t| 0.5 * a * t * t),
     })
 }

@@ -61,7 +61,7 @@ fn spinning_box(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
             ),
             at_most_zero(("way of the centre", "m"), astray, slack.across),
         ],
-        curve: Curve::of(("angle turned", "rad"), &run, |k| angles[k], angle),
+        curve: Curve::of(("angle turned", "rad"), &run, |k| angles[k]).beside(angle),
     })
 }
 
@@ -161,6 +161,6 @@ impl Spinner {
             slip: 2.0 * radius() / h * (0.5 * turn(h, pair[1])).sin(),
             share: pair[0] / lost,
         });
-        slider.slack(run, &steps.collect::<Vec<_>>())
+        slider.slack(run, steps)
     }
 }

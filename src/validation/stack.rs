@@ -85,8 +85,7 @@ impl Tower {
 
     /// How far boxes at rest may be from where they were, m: a seat each.
     fn way_slack(&self, run: &Run) -> f64 {
-        let creep = run.time_step * run.sum(|residual| residual.friction);
-        self.masses.len() as f64 * (run.seat() + creep)
+        self.masses.len() as f64 * (run.seat() + run.creep())
     }
 }
 
@@ -127,7 +126,10 @@ fn stack(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
             ),
             at_most_zero(("longest way of a box", "m"), seen.way, tower.way_slack(&seen.run)),
         ],
-        curve: seen.run.curve_of_steps(("force under the lowest box", "m g"), bottom, count),
+        curve: seen
+            .run
+            .curve_of_steps(("force under the lowest box", "m g"), bottom)
+            .beside(|_| count),
     })
 }
 
@@ -176,10 +178,11 @@ fn mass_ratio(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
             share("light on heavy: force of ground, of weight", &heavy_below, &below, 0),
             at_most_zero(("longest way of a box", "m"), way, slack),
         ],
-        curve: above.run.curve_of_steps(
-            ("heavy on light: force between, of weight", "1"),
-            |k| above.shares[k][1],
-            1.0,
-        ),
+        curve: above
+            .run
+            .curve_of_steps(("heavy on light: force between, of weight", "1"), |k| {
+                above.shares[k][1]
+            })
+            .beside(|_| 1.0),
     })
 }

@@ -86,7 +86,7 @@ impl Slide {
         let foot = self.half_sides[0].min(self.half_sides[1]);
         let lean = self.half_sides[2] / foot;
         let slider = Slider { mobility: 1.0, friction: self.friction, grip, lean };
-        slider.slack(run, &steps.collect::<Vec<_>>())
+        slider.slack(run, steps)
     }
 
     /// The run, a quarter longer than the slide.
@@ -165,7 +165,7 @@ fn sliding_stop(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
             Quantity { convergence, ..time },
             exactly(("speed at the end", "m/s"), run.end(0).velocity.norm(), 0.0, slack.speed()),
         ],
-        curve: run.curve(("way", "m"), 0, |state| state.position[0], |t| slide.way(t)),
+        curve: run.curve(("way", "m"), 0, |state| state.position[0]).beside(|t| slide.way(t)),
     })
 }
 
@@ -210,6 +210,6 @@ fn fast_plate(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
             at_most_zero(("way sideways", "m"), astray, slack.across),
             slide.distance(run.end(0).position[0], run.time_step, slack.way()),
         ],
-        curve: run.curve(("way", "m"), 0, |state| state.position[0], |t| slide.way(t)),
+        curve: run.curve(("way", "m"), 0, |state| state.position[0]).beside(|t| slide.way(t)),
     })
 }

@@ -1,6 +1,7 @@
 //! A threshold between two motions, found by halving.
 
-use super::Unsuitable;
+use super::quantity::{Label, exactly};
+use super::{Quantity, Unsuitable};
 
 /// A threshold that was found, and how well.
 pub(super) struct Threshold {
@@ -11,6 +12,11 @@ pub(super) struct Threshold {
 }
 
 impl Threshold {
+    /// What was found, beside what it must be.
+    pub fn beside(&self, label: Label, exact: f64) -> Quantity {
+        exactly(label, self.value, exact, self.slack)
+    }
+
     /// Near `expected`; see [`Self::find`].
     pub fn near(
         expected: f64,

@@ -33,7 +33,7 @@ fn pushed_over(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
         let setup = tall.setup(tall.pushed(spin), duration)?;
         let run = laboratory
             .run_until(&setup, &mut |step| decided(tilt(&step.after[0]), step.after[0].spin[1]))?;
-        curve = run.curve(("tilt near the threshold", "rad"), 0, tilt, |_| balance);
+        curve = run.curve(("tilt near the threshold", "rad"), 0, tilt).beside(|_| balance);
         Ok((tilt(run.end(0)) > balance, tall.spin_slack(&run, spin)))
     })?;
     Ok(Findings {
@@ -74,17 +74,12 @@ fn slope_topple(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
             ..tall.setup(resting(tall.half_sides[2]), duration)?
         };
         let run = laboratory.run_until(&setup, &mut |step| tilt(&step.after[0]) > 0.1)?;
-        curve = run.curve(("tilt near the threshold", "rad"), 0, tilt, |_| f64::NAN);
+        curve = run.curve(("tilt near the threshold", "rad"), 0, tilt);
         let over = tilt(run.end(0)) > 0.05;
         Ok((over, if over { tall.tipped(&run) } else { tall.propped(&run) }))
     })?;
     Ok(Findings {
-        quantities: vec![exactly(
-            ("slope that topples", "rad"),
-            measured.value,
-            balance,
-            measured.slack,
-        )],
+        quantities: vec![measured.beside(("slope that topples", "rad"), balance)],
         curve,
     })
 }

@@ -43,11 +43,12 @@ fn tumble(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
         ledger.enter(&setup, step);
         false
     })?;
+    let Ledger { gain, gap, .. } = ledger;
     let at_rest = rest_slack(&run, mass, g);
     Ok(Findings {
         quantities: vec![
-            at_most_zero(("largest gain beyond the turn's", "J"), ledger.gain.0, ledger.gain.1),
-            exactly(("largest gap in the balance", "J"), ledger.gap.0, 0.0, ledger.gap.1),
+            at_most_zero(("largest gain beyond the turn's", "J"), gain.0, gain.1),
+            exactly(("largest gap in the balance", "J"), gap.0, 0.0, gap.1),
             exactly(
                 ("energy at the end", "J"),
                 energy(&setup, run.time_step, run.end(0)),
@@ -55,12 +56,7 @@ fn tumble(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
                 at_rest,
             ),
         ],
-        curve: run.curve(
-            ("energy", "J"),
-            0,
-            |state| energy(&setup, run.time_step, state),
-            |_| f64::NAN,
-        ),
+        curve: run.curve(("energy", "J"), 0, |state| energy(&setup, run.time_step, state)),
     })
 }
 

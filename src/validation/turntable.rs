@@ -153,9 +153,10 @@ fn turntable(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
                 carried,
                 2.0 * slack(&run) * h / Pair::radius() + run.flight_rounding(),
             ),
-            exactly(("threshold of the spin", "rad/s"), found.value, critical, found.slack)
-                .in_steps(discrete, order),
+            found.beside(("threshold of the spin", "rad/s"), critical).in_steps(discrete, order),
         ],
-        curve: run.curve_of_steps(("acceleration of the block", "m/s²"), force, expected),
+        curve: run
+            .curve_of_steps(("acceleration of the block", "m/s²"), force)
+            .beside(|_| expected),
     })
 }

@@ -9,7 +9,7 @@ pub use constants::Constant;
 pub use partner::{ContactLaw, Partner};
 pub use plane::Plane;
 
-use crate::error::{Error, in_range};
+use crate::error::{Error, all_in_range, in_range};
 use crate::geometry::Piece;
 use crate::joint::Joint;
 use crate::mechanics::dynamics;
@@ -72,9 +72,7 @@ impl World {
         }
         in_range("time step (s)", parameters.time_step, 1e-6, 0.1, "1e-6 to 0.1")?;
         in_range("coefficient of friction", parameters.friction, 0.0, 10.0, "0 to 10")?;
-        for &component in &parameters.gravity {
-            in_range("gravity (m/s²)", component, -1000.0, 1000.0, "-1000 to 1000")?;
-        }
+        all_in_range("gravity (m/s²)", &parameters.gravity, -1000.0, 1000.0, "-1000 to 1000")?;
         let reach = parameters.bodies.iter().map(RigidBody::reach).fold(0.0, f64::max);
         let speed_scale = speed_scale(&parameters.gravity, reach);
         Ok(Self {
@@ -265,10 +263,7 @@ impl World {
         }
         let own = |body: usize| self.bodies()[body].restitution().unwrap_or(self.restitution);
         let a = own(body);
-        let b = match partner {
-            Partner::Ground | Partner::Fixed(_) => self.restitution,
-            Partner::Body(other) => own(other),
-        };
+        let b = partner.body().map_or(self.restitution, own);
         if a == b { a } else { (a * b).sqrt() }
     }
 

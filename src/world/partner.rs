@@ -11,6 +11,15 @@ pub enum Partner {
     Body(usize),
 }
 
+impl Partner {
+    /// The index of a body; none of what is fixed.
+    #[must_use]
+    #[inline]
+    pub fn body(self) -> Option<usize> {
+        if let Self::Body(index) = self { Some(index) } else { None }
+    }
+}
+
 /// The constants of the law at one contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactLaw {

@@ -16,7 +16,7 @@
 //! [`Plane::state_to_world`] and [`Plane::state_to_ground`] go between the world and the
 //! **ground's frame**: origin d n, axes t₁, t₂, n.
 
-use crate::error::{Error, in_range};
+use crate::error::{Error, all_in_range, in_range};
 use crate::mechanics::State;
 use crate::mechanics::quaternion::{left, rotation};
 use nalgebra::{Matrix3, Vector3, Vector4};
@@ -62,9 +62,7 @@ impl Plane {
     /// # Errors
     /// A normal that is not finite or shorter than 1e-6, an offset beyond ±1e6 m.
     pub fn new(normal: Vector3<f64>, offset: f64) -> Result<Self, Error> {
-        for &component in &normal {
-            in_range("normal of the plane", component, -1e6, 1e6, "-1e6 to 1e6")?;
-        }
+        all_in_range("normal of the plane", &normal, -1e6, 1e6, "-1e6 to 1e6")?;
         in_range("length of the plane's normal", normal.norm(), 1e-6, 2e6, "1e-6 to 2e6")?;
         in_range("offset of the plane (m)", offset, -1e6, 1e6, "-1e6 to 1e6")?;
         let normal = normal.normalize();

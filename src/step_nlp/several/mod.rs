@@ -33,7 +33,7 @@ use super::entries::{PatternSink, ValueSink};
 use super::gyroscopic::Gyroscopic;
 use super::kernels::{Normalised, SmoothForce};
 use super::layout::{ATTITUDE_ROWS, POSITION_ROWS, SPIN_ROWS, VELOCITY_ROWS};
-use crate::contact::{Contact, Partner};
+use crate::contact::Contact;
 use crate::error::{Error, in_range};
 use crate::mechanics::quaternion::attitude_map;
 use crate::mechanics::{State, Wrench};
@@ -137,14 +137,12 @@ impl SeveralNlp {
         for contact in step.contacts {
             let index = contact.key.body;
             let a = (place(index)?, &world.bodies()[index], &step.states[index]);
-            let b = match contact.key.partner {
-                Partner::Body(index) => {
-                    let at = place(index)?;
-                    members[at].holds = true;
-                    Some((at, &world.bodies()[index], &step.states[index]))
-                }
-                Partner::Ground | Partner::Fixed(_) => None,
-            };
+            let mut b = None;
+            if let Some(index) = contact.key.partner.body() {
+                let at = place(index)?;
+                members[at].holds = true;
+                b = Some((at, &world.bodies()[index], &step.states[index]));
+            }
             let touch = Touch::new(contact, a, b, h);
             if touch.is_round() {
                 for side in touch.sides() {
