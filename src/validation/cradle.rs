@@ -74,9 +74,9 @@ fn cradle(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
         let slack = 3.0 * mass * drift(run);
         quantities.push(exactly((momentum, "kg m/s"), total, mass * speed, slack));
     }
-    let impacts = [RUN_UP / speed, (RUN_UP + GAP) / speed];
+    let meets = (RUN_UP + GAP) / speed;
     let curve = apart
         .curve(("apart: speed of the last ball", "m/s"), 2, |state| state.velocity[0])
-        .beside(|t| if t < impacts[1] { 0.0 } else { speed });
+        .beside(|t| if t < meets { 0.0 } else { speed });
     Ok(Findings { quantities, curve })
 }

@@ -45,8 +45,8 @@ fn bouncing_balls(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
     })?;
     let place = |index: usize| {
         let mut start = resting(RADIUS + DROP + HIGHER * index as f64);
-        let at = |number: usize| APART * number as f64;
-        (start.position[0], start.position[1]) = (at(index % EDGE), at(index / EDGE));
+        let places = [index % EDGE, index / EDGE].map(|number| APART * number as f64);
+        start.position.fixed_rows_mut::<2>(0).copy_from_slice(&places);
         start
     };
     let balls = Subject::balls(mass, RADIUS, (0..BALLS).map(place))?;
@@ -69,8 +69,7 @@ fn bouncing_balls(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
         };
         (0..BALLS).map(of).sum::<f64>() / BALLS as f64
     };
-    let highest = DROP + HIGHER * BALLS as f64;
-    let fastest = (2.0 * g * highest).sqrt();
+    let fastest = (2.0 * g * (DROP + HIGHER * BALLS as f64)).sqrt();
     let slack = slack(&run, fastest) * fastest;
     let swing = (0..=steps).map(|k| (energy(k) - energy(0)).abs()).fold(0.0, f64::max);
     let sideways = run.all_states().map(|state| state.velocity.xy().norm()).fold(0.0, f64::max);

@@ -111,7 +111,7 @@ fn fall(inputs: &Inputs, laboratory: &mut Laboratory<'_>, restitution: f64) -> S
     let (h, mut pushed) = (laboratory.time_step(), 0.0);
     let (mut deepest, mut squares, mut places) = (0.0_f64, 0.0, Vec::new());
     let setup = Setup { restitution, ..Setup::new(bodies, gravity, 0.0, DURATION) };
-    let run = laboratory.run_until(&setup, &mut |step| {
+    let (run, _) = laboratory.watch(&setup, |step| {
         let ground = step.contacts.iter().filter(|c| c.key.partner == Partner::Ground);
         pushed += h * ground.map(|contact| contact.force[2]).sum::<f64>();
         places.clear();
@@ -119,7 +119,6 @@ fn fall(inputs: &Inputs, laboratory: &mut Laboratory<'_>, restitution: f64) -> S
         let (depth, square) = penetration(&places);
         deepest = deepest.max(depth);
         squares += square;
-        false
     })?;
 
     let (steps, t) = (run.steps(), run.time(run.steps()));

@@ -28,14 +28,7 @@ impl Input {
     /// The word of the command line.
     #[must_use]
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Mass => "mass",
-            Self::Friction => "mu",
-            Self::Restitution => "restitution",
-            Self::Gravity => "gravity",
-            Self::Slope => "slope",
-            Self::Speed => "speed",
-        }
+        self.told().0
     }
 
     /// Its unit; what a speed is one of, the problem says ([`Problem::unit`]).
@@ -43,24 +36,18 @@ impl Input {
     /// [`Problem::unit`]: super::Problem::unit
     #[must_use]
     pub fn unit(self) -> &'static str {
-        match self {
-            Self::Mass => "kg",
-            Self::Friction | Self::Restitution => "",
-            Self::Gravity => "m/s²",
-            Self::Slope => "°",
-            Self::Speed => "m/s",
-        }
+        self.told().1
     }
 
-    /// The least and the most that a problem can be posed with.
-    fn range(self) -> (f64, f64) {
+    /// Its word, its unit, and the least and the most that a problem can be posed with.
+    fn told(self) -> (&'static str, &'static str, (f64, f64)) {
         match self {
-            Self::Mass => (1e-3, 1e6),
-            Self::Friction => (1e-3, 10.0),
-            Self::Restitution => (0.0, 1.0),
-            Self::Gravity => (1e-2, 1e3),
-            Self::Slope => (0.0, 80.0),
-            Self::Speed => (1e-2, 1e2),
+            Self::Mass => ("mass", "kg", (1e-3, 1e6)),
+            Self::Friction => ("mu", "", (1e-3, 10.0)),
+            Self::Restitution => ("restitution", "", (0.0, 1.0)),
+            Self::Gravity => ("gravity", "m/s²", (1e-2, 1e3)),
+            Self::Slope => ("slope", "°", (0.0, 80.0)),
+            Self::Speed => ("speed", "m/s", (1e-2, 1e2)),
         }
     }
 }
@@ -118,7 +105,7 @@ impl Inputs {
     /// # Errors
     /// A value out of range; an input that the problem does not depend on.
     pub(super) fn get(&self, input: Input) -> Result<f64, Unsuitable> {
-        let (low, high) = input.range();
+        let (_, _, (low, high)) = input.told();
         let found = self.values.iter().find(|(name, _)| *name == input);
         match found {
             Some(&(_, value)) if (low..=high).contains(&value) => Ok(value),

@@ -1,5 +1,6 @@
 //! Two cubes that meet in empty space, anyhow: momentum stays.
 
+use super::Taken;
 use super::prelude::*;
 use crate::mechanics::Rotation;
 use crate::mechanics::quaternion::rotation;
@@ -16,19 +17,17 @@ const WAY: f64 = 4.0;
 /// The first cube's place, from the second, m.
 const APART: Vector3<f64> = Vector3::new(-0.8, 0.08, 0.05);
 
-/// Two cubes and where they start.
-struct Cubes {
-    bodies: [RigidBody; 2],
-}
-
 /// Linear momentum, and angular momentum about the place of the second cube's start.
 type Momentum = (Vector3<f64>, Vector3<f64>);
+
+/// Two cubes.
+struct Cubes([RigidBody; 2]);
 
 impl Cubes {
     /// P = Σ m v and L = Σ r × m v + A P⁻(ω), in steps of `h` (s).
     fn momentum(&self, states: [&State; 2], h: f64) -> Momentum {
         let (mut linear, mut angular) = (Vector3::zeros(), Vector3::zeros());
-        for (body, state) in self.bodies.iter().zip(states) {
+        for (body, state) in self.0.iter().zip(states) {
             let spinning = turning(body, state, h);
             let p = body.mass() * state.velocity;
             let arm = state.position - Vector3::new(0.0, 0.0, HEIGHT);
@@ -45,7 +44,7 @@ impl Cubes {
             0.5 * body.mass() * state.velocity.norm_squared()
                 + 0.5 * spinning.dot(&(body.inertia_inverse() * spinning))
         };
-        self.bodies.iter().zip(states).map(energy).sum()
+        self.0.iter().zip(states).map(energy).sum()
     }
 }
 
@@ -76,7 +75,7 @@ fn pair_in_flight(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
     let [mass, speed, friction] = inputs.all([Input::Mass, Input::Speed, Input::Friction])?;
     let [first, second] = HALF_SIDES.map(Vector3::repeat);
     let bodies = [RigidBody::solid_box(mass, first)?, RigidBody::solid_box(SECOND * mass, second)?];
-    let cubes = Cubes { bodies: bodies.clone() };
+    let cubes = Cubes(bodies.clone());
     let [mut a, mut b] =
         [1, 2].map(|seed| State { attitude: random_attitude(seed), ..resting(HEIGHT) });
     a.position += APART;
@@ -86,12 +85,9 @@ fn pair_in_flight(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
     let starts = [a, b];
     let subjects = bodies.into_iter().zip(starts).map(|(body, at)| Subject::new(body, at));
     let setup = Setup::new(subjects.collect(), 0.0, friction, WAY / speed);
-    let mut touched = 0_usize;
-    let run = laboratory.run_until(&setup, &mut |step| {
-        touched += usize::from(step.contacts.iter().any(|contact| contact.carries_force()));
-        false
-    })?;
-    Unsuitable::when(touched == 0, || "the cubes pass each other".to_owned())?;
+    let touches = |step: &Taken<'_>| step.contacts.iter().any(|contact| contact.carries_force());
+    let (run, touched) = laboratory.watch(&setup, touches)?;
+    Unsuitable::when(!touched.contains(&true), || "the cubes pass each other".to_owned())?;
 
     let (p, l) = cubes.momentum([&starts[0], &starts[1]], run.time_step);
     let (mut strayed, mut turned, mut gained) = (0.0_f64, 0.0_f64, f64::NEG_INFINITY);

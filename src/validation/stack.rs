@@ -38,18 +38,19 @@ struct Seen {
 impl Tower {
     fn run(&self, friction: f64, laboratory: &mut Laboratory<'_>) -> Result<Seen, Unsuitable> {
         let height = |index: usize| (2.0 * index as f64 + 1.0) * HALF_SIDES[2];
-        let bodies = self.masses.iter().enumerate().map(|(index, &mass)| {
-            Ok(Subject::solid_box(mass, HALF_SIDES, resting(height(index)))?)
-        });
-        let bodies = bodies.collect::<Result<_, Unsuitable>>()?;
+        let bodies = self
+            .masses
+            .iter()
+            .enumerate()
+            .map(|(index, &mass)| Subject::solid_box(mass, HALF_SIDES, resting(height(index))));
+        let bodies = bodies.collect::<Result<_, _>>()?;
         let setup = Setup::new(bodies, self.gravity, friction, DURATION);
         let (run, seen) = laboratory.watch(&setup, |step| self.look(step))?;
         let (shares, uneven): (Vec<_>, Vec<f64>) = seen.into_iter().unzip();
         let uneven = uneven.into_iter().fold(0.0, f64::max);
-        let ways = (0..self.masses.len()).map(|index| {
+        let ways = (0..self.masses.len()).flat_map(|index| {
             let start = Vector3::new(0.0, 0.0, height(index));
-            let ways = run.states(index).iter().map(|state| (state.position - start).norm());
-            ways.fold(0.0, f64::max)
+            run.states(index).iter().map(move |state| (state.position - start).norm())
         });
         let way = ways.fold(0.0, f64::max);
         Ok(Seen { run, shares, uneven, way })

@@ -39,10 +39,7 @@ fn tumble(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
     let cube = Subject::solid_box(mass, Vector3::repeat(HALF_SIDE), start)?;
     let setup = Setup::new(vec![cube], g, friction, duration);
     let mut ledger = Ledger::new(laboratory.time_step());
-    let run = laboratory.run_until(&setup, &mut |step| {
-        ledger.enter(&setup, step);
-        false
-    })?;
+    let (run, _) = laboratory.watch(&setup, |step| ledger.enter(&setup, step))?;
     let Ledger { gain, gap, .. } = ledger;
     let at_rest = rest_slack(&run, mass, g);
     Ok(Findings {
