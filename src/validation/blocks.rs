@@ -1,6 +1,5 @@
 //! A block on a block: on a slope, and with the lower one pulled.
 
-use super::Quantity;
 use super::prelude::*;
 
 /// m.

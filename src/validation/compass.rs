@@ -1,6 +1,5 @@
 //! The same slide in every direction of the compass.
 
-use super::Quantity;
 use super::prelude::*;
 use super::stopping::Slide;
 use std::f64::consts::TAU;

@@ -1,6 +1,5 @@
 //! A cube that is dragged harder and harder.
 
-use super::Quantity;
 use super::prelude::*;
 
 /// The force grows from 0 to this, N, in this time, s.

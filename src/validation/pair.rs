@@ -1,6 +1,5 @@
 //! Two cubes that meet in empty space, anyhow: momentum stays.
 
-use super::Taken;
 use super::prelude::*;
 use crate::mechanics::Rotation;
 use crate::mechanics::quaternion::rotation;

@@ -9,7 +9,7 @@ pub(super) use super::threshold::Threshold;
 pub(super) use super::{
     Convergence, Curve, Findings, Input, Inputs, Laboratory, Posed, Run, Setup,
 };
-pub(super) use super::{Solved, Subject, Unsuitable};
+pub(super) use super::{Quantity, Solved, Subject, Taken, Unsuitable};
 pub(super) use crate::contact::Partner;
 pub(super) use crate::geometry::Piece;
 pub(super) use crate::mechanics::{Polyline, RigidBody, State};

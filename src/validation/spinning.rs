@@ -1,6 +1,5 @@
 //! A flat box that spins on level ground until friction stops it.
 
-use super::Quantity;
 use super::prelude::*;
 use super::stopping::stopping_time;
 

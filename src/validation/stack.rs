@@ -1,6 +1,5 @@
 //! Boxes at rest on each other: what carries what.
 
-use super::Taken;
 use super::prelude::*;
 
 /// m.

@@ -1,8 +1,7 @@
 //! Bodies that slide on level ground until friction stops them.
 
-use super::Quantity;
 use super::prelude::*;
-use super::slack::{SlideSlack, SlideStep, Slider, stop_time};
+use super::slack::stop_time;
 use crate::mechanics::quaternion::rotation;
 
 /// At rest, upright, the centre at `height` (m).

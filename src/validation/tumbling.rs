@@ -1,6 +1,5 @@
 //! The energy of a cube thrown on the ground.
 
-use super::Taken;
 use super::prelude::*;
 use crate::mechanics::Rotation;
 use crate::mechanics::quaternion::rotation;
