@@ -6,12 +6,16 @@ mod common;
 mod failure;
 #[path = "cli/flags.rs"]
 mod flags;
+#[path = "cli/held.rs"]
+mod held;
 #[path = "cli/input.rs"]
 mod input;
 #[path = "cli/inspect.rs"]
 mod inspect;
 #[path = "cli/inspect_several.rs"]
 mod inspect_several;
+#[path = "cli/leftovers.rs"]
+mod leftovers;
 #[path = "cli/output.rs"]
 mod output;
 #[path = "cli/picture.rs"]

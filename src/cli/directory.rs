@@ -1,6 +1,8 @@
 //! The directory that files are written to: made, claimed, and cleared of what is no longer true.
 
 use super::outcome::Failure;
+use super::output::is_temporary;
+use super::writer::row_files;
 use super::{picture_files, shown};
 use std::fs::{self, File, TryLockError};
 use std::io;
@@ -10,13 +12,18 @@ use std::path::{Path, PathBuf};
 /// the system itself ends the claim with the process, and no file stands for it.
 pub struct OutputDirectory {
     path: PathBuf,
-    _claim: Option<File>,
+    claim: Option<File>,
 }
 
 impl OutputDirectory {
-    /// For a run, whose files belong together: nobody else may write here.
+    /// For a run, whose files belong together: nobody else may write here. What a run that was killed
+    /// left of its files is removed.
     pub fn for_run(path: &Path) -> Result<Self, Failure> {
-        Self::claim(path, File::try_lock)
+        let directory = Self::claim(path, File::try_lock)?;
+        if directory.claim.is_some() {
+            directory.remove_leftovers();
+        }
+        Ok(directory)
     }
 
     /// For pictures, each a file by itself: others may make theirs, but no run.
@@ -37,19 +44,36 @@ impl OutputDirectory {
             Ok((Ok(()), directory)) => Some(directory),
             Ok((Err(TryLockError::Error(_)), _)) | Err(_) => None,
         };
-        Ok(Self { path: path.to_owned(), _claim: claim })
+        Ok(Self { path: path.to_owned(), claim })
     }
 
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Removes the pictures of an earlier run: they are not true of the trajectory that is there
-    /// now. Returns their names.
-    pub fn remove_pictures(&self) -> Result<Vec<&'static str>, Failure> {
+    /// Removes the temporary files of runs that were killed. Nobody else writes here now; what
+    /// cannot be removed is in nobody's way.
+    fn remove_leftovers(&self) {
+        let entries = fs::read_dir(&self.path).into_iter().flatten().flatten();
+        for entry in entries {
+            let is_file = entry.file_type().is_ok_and(|kind| kind.is_file());
+            if is_file && entry.file_name().to_str().is_some_and(is_temporary) {
+                let _ = fs::remove_file(entry.path());
+            }
+        }
+    }
+
+    /// Removes what an earlier run left and this one, which wrote the files `written`, did not: its
+    /// pictures, and the rows of the other format, are not true of what is there now. Only files of names
+    /// that tumble gives are looked at. Returns their names.
+    pub fn remove_former(&self, written: &[PathBuf]) -> Result<Vec<String>, Failure> {
         let mut removed = Vec::new();
-        for name in picture_files::all() {
-            let file = self.path.join(name);
+        let pictures = picture_files::all().map(str::to_owned);
+        for name in row_files().chain(pictures) {
+            let file = self.path.join(&name);
+            if written.contains(&file) {
+                continue;
+            }
             match fs::symlink_metadata(&file) {
                 Ok(metadata) if !metadata.is_dir() => {
                     fs::remove_file(&file).map_err(|error| cannot_be_removed(&file, &error))?;

@@ -9,6 +9,21 @@ use std::io::{self, BufWriter, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 
+/// What the name of a file begins and ends with that is not complete.
+const TEMPORARY: (&str, &str) = (".tumble-", ".tmp");
+/// The characters between them, any letters and digits.
+const RANDOM: usize = 6;
+
+/// Whether a file of this name is one that is not complete.
+pub fn is_temporary(name: &str) -> bool {
+    let (begin, end) = TEMPORARY;
+    let middle = name.strip_prefix(begin).and_then(|rest| rest.strip_suffix(end));
+    let fits = |middle: &str| {
+        middle.len() == RANDOM && middle.bytes().all(|byte| byte.is_ascii_alphanumeric())
+    };
+    middle.is_some_and(fits)
+}
+
 /// A file under a temporary name, renamed to its own when it is complete; removed if it
 /// never is.
 pub struct PendingFile {
@@ -28,7 +43,7 @@ impl PendingFile {
             )));
         }
         let mut builder = tempfile::Builder::new();
-        builder.prefix(".tumble-").suffix(".tmp");
+        builder.prefix(TEMPORARY.0).suffix(TEMPORARY.1).rand_bytes(RANDOM);
         #[cfg(unix)]
         {
             use std::os::unix::fs::PermissionsExt;

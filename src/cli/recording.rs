@@ -11,6 +11,7 @@ use super::{input, shown};
 use std::fs::File;
 use std::io::{BufRead as _, BufReader, Read as _};
 use std::path::{Path, PathBuf};
+use tumble::contact::Detection;
 use tumble::mechanics::{Load, State};
 use tumble::scenario::physics;
 use tumble::scenario::settings::Settings;
@@ -229,12 +230,21 @@ impl<'a> Recording<'a> {
     }
 
     /// The residual that a solved contact step may have, m/s: what its solver holds its steps to,
-    /// or the laxest of them where the solver is not known.
-    pub fn accepted(&self) -> f64 {
-        match &self.run {
-            Some(run) => run.solver.accepted_residual(&self.world),
-            None => ipopt::ACCEPTED_RESIDUAL * self.world.speed_scale(),
-        }
+    /// or the laxest of them where there is no run.json.
+    pub fn accepted(&self) -> Result<f64, Failure> {
+        let Some(run) = &self.run else {
+            return Ok(ipopt::ACCEPTED_RESIDUAL * self.world.speed_scale());
+        };
+        run.solver.accepted_residual(&self.world).map_err(|why| {
+            let run_path = self.path.with_file_name("run.json");
+            Failure::Input(format!("{}: {why}", shown::path(&run_path)))
+        })
+    }
+
+    /// By which points become candidates; `None` where run.json does not say it.
+    pub fn detection(&self) -> Option<Detection> {
+        let name = self.run.as_ref()?.solver.detection.as_deref()?;
+        [Detection::Height, Detection::Predictive].into_iter().find(|rule| rule.name() == name)
     }
 
     /// What must be said of parameters that no run.json has; empty where one has them.

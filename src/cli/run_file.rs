@@ -44,13 +44,13 @@ pub struct RunFile {
     drawn: Option<bool>,
     /// Rows asked for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    steps: Option<u64>,
+    pub steps: Option<u64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub model: Option<Model>,
     pub solver: SolverSettings,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    start: Option<StartState>,
-    summary: SummaryFile,
+    pub start: Option<StartState>,
+    pub summary: SummaryFile,
     /// m, of all steps.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub largest_overlap_m: Option<f64>,
@@ -102,6 +102,10 @@ pub struct SolverSettings {
     pub on_failure: Option<String>,
     pub tol: Option<f64>,
     pub max_iter: Option<u32>,
+    /// The residual that a contact step may have that counts as solved, m/s: what the solver
+    /// promises. A file of before it was written has none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub accepted_residual_m_s: Option<f64>,
 }
 
 #[derive(Debug, Serialize, Deserialize)]
@@ -128,9 +132,10 @@ pub struct SummaryFile {
     /// Steps that turn too far or make energy; none in a file of before they were counted.
     #[serde(default)]
     pub wild: u64,
-    /// Steps that took a part of the restitution, because the whole would make energy.
+    /// Steps that took a part of the restitution, because the whole would make energy; null in a
+    /// file of before they were counted.
     #[serde(default)]
-    pub tempered: u64,
+    pub tempered: Option<u64>,
     pub failed: u64,
     /// Contact steps by the rung of Ipopt's ladder that their solution came from; a failed step
     /// counts on that of the best point. Empty without the ladder.
@@ -140,6 +145,17 @@ pub struct SummaryFile {
     /// Of all steps; null without steps.
     pub certificate_max_m_s: Option<f64>,
     pub solve_seconds: f64,
+}
+
+impl StartState {
+    fn state(&self) -> State {
+        State {
+            position: self.position.0.into(),
+            attitude: self.attitude.0.into(),
+            velocity: self.velocity.0.into(),
+            spin: self.spin.0.into(),
+        }
+    }
 }
 
 impl RunParameters {
@@ -187,31 +203,49 @@ impl RunParameters {
 }
 
 impl SolverSettings {
-    fn of(scene: &Scene) -> Self {
+    fn of(scene: &Scene) -> Result<Self, Failure> {
         let contact = scene.contact.as_ref();
         let ipopt = contact.and_then(|contact| contact.ipopt.as_ref());
-        Self {
+        let solver = contact.map(|contact| contact.solver(&scene.world)).transpose()?;
+        Ok(Self {
             name: scene.solver().to_owned(),
             formulation: ipopt.map(|(formulation, _)| formulation.name().to_owned()),
             detection: contact.map(|contact| contact.detection.name().to_owned()),
             on_failure: contact.map(|contact| contact.on_failure.name().to_owned()),
             tol: ipopt.map(|(_, options)| options.tolerance),
             max_iter: ipopt.map(|(_, options)| options.max_iterations),
-        }
+            accepted_residual_m_s: Some(solver.map_or(0.0, |solver| solver.accepted_residual())),
+        })
     }
 
     /// The residual that a contact step of `world` may have that counts as solved, m/s: what its
-    /// solver holds its steps to.
-    pub fn accepted_residual(&self, world: &World) -> f64 {
+    /// solver holds its steps to. Where the file does not say it, the name must be known.
+    pub fn accepted_residual(&self, world: &World) -> Result<f64, String> {
+        if let Some(accepted) = self.accepted_residual_m_s {
+            return match accepted >= 0.0 {
+                true => Ok(accepted),
+                false => Err(format!(
+                    "solver.accepted_residual_m_s is {}; a speed of 0 or more is needed",
+                    shown::number(accepted)
+                )),
+            };
+        }
         // The program of several bodies has the ladder's, with and without its other rungs.
         let ladder = || self.on_failure.as_deref() == Some("ladder");
         let accepted = match self.name.as_str() {
             "native" => native::ACCEPTED_RESIDUAL,
             "rk4" => 0.0,
-            _ if ladder() || StepNlp::unsuitable(world).is_some() => LADDER_RESIDUAL,
-            _ => ipopt::ACCEPTED_RESIDUAL,
+            "ipopt" if ladder() || StepNlp::unsuitable(world).is_some() => LADDER_RESIDUAL,
+            "ipopt" => ipopt::ACCEPTED_RESIDUAL,
+            other => {
+                return Err(format!(
+                    "solver.name: {} is no solver of tumble; what it promises is needed in \
+                     solver.accepted_residual_m_s",
+                    shown::line(other)
+                ));
+            }
         };
-        accepted * world.speed_scale()
+        Ok(accepted * world.speed_scale())
     }
 }
 
@@ -245,7 +279,7 @@ impl SummaryFile {
             retried: summary.retried,
             fallback: summary.fallback,
             wild: summary.wild,
-            tempered: summary.tempered,
+            tempered: Some(summary.tempered),
             failed: summary.failed,
             rungs,
             certificate_median_m_s: summary.median_residual(),
@@ -263,7 +297,7 @@ const LARGEST_RUN_FILE: u64 = 16 << 20;
 
 impl RunFile {
     /// That of a run of `scene`.
-    pub fn of(scene: &Scene, run: &Run) -> Self {
+    pub fn of(scene: &Scene, run: &Run) -> Result<Self, Failure> {
         let climbs = scene.contact.as_ref().is_some_and(Contact::climbs);
         let (tables, one) = match &scene.format {
             OutputFormat::Tables(model) => (Some(model), None),
@@ -276,7 +310,7 @@ impl RunFile {
             velocity: numbers(&start.velocity),
             spin: numbers(&start.spin),
         };
-        Self {
+        Ok(Self {
             outcome: run.end.name().to_owned(),
             tumble_version: env!("CARGO_PKG_VERSION").to_owned(),
             ipopt_version: tumble::ipopt::VERSION.to_owned(),
@@ -287,17 +321,28 @@ impl RunFile {
             drawn: tables.map(|_| scene.drawn),
             steps: tables.map(|_| scene.rows),
             model: tables.map(|model| Model::clone(model)),
-            solver: SolverSettings::of(scene),
+            solver: SolverSettings::of(scene)?,
             start: one.map(|(state, _)| start(state)),
             summary: SummaryFile::of(run, climbs),
             largest_overlap_m: tables.map(|_| run.overlap.map_or(0.0, |(_, overlap)| overlap)),
-        }
+        })
     }
 
     /// The seed, where anything of the start was drawn from it.
     pub fn drawn_seed(&self) -> Option<u32> {
         let drawn = self.drawn.or(self.start.as_ref().map(|start| start.random));
         drawn.unwrap_or(false).then_some(self.seed)
+    }
+
+    /// Rows that were asked for; `None` in no file that was read.
+    pub fn rows_asked(&self) -> Option<u64> {
+        self.steps.or(self.parameters.as_ref().map(|parameters| parameters.steps))
+    }
+
+    /// The states at the start, one a body.
+    pub fn starts(&self) -> Vec<State> {
+        let of_one = self.start.iter().map(StartState::state);
+        self.model.as_ref().map_or_else(|| of_one.collect(), Model::states)
     }
 
     /// The names of the bodies; one without a name where there is no model.

@@ -35,11 +35,11 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     let run = run::run(&scene, &mut simulation, &interrupt, &mut writer, args.quiet)?;
 
     let mut files = writer.finish()?;
-    let run_file = RunFile::of(&scene, &run);
+    let run_file = RunFile::of(&scene, &run)?;
     run_json.write(run_file.text()?.as_bytes())?;
     files.push(run_json);
     let written = files.into_iter().map(PendingFile::publish).collect::<Result<Vec<_>, _>>()?;
-    let removed = out.remove_pictures()?;
+    let removed = out.remove_former(&written)?;
     let mut text = describe(&scene, &run);
     let names: Vec<_> = written.iter().map(|path| shown::path(path)).collect();
     let _ = writeln!(text, "wrote {}", names.join(if names.len() == 2 { " and " } else { ", " }));

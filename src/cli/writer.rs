@@ -12,6 +12,18 @@ use tumble::simulation::trajectory::TrajectoryWriter;
 
 type Stream = BufWriter<File>;
 
+const TRAJECTORY: &str = "trajectory";
+
+/// The name of the file of a table.
+fn file_of(table: &str) -> String {
+    format!("{table}.csv")
+}
+
+/// The names of the files of rows, of both formats.
+pub fn row_files() -> impl Iterator<Item = String> {
+    [TRAJECTORY].into_iter().chain(Table::ALL.map(Table::name)).map(file_of)
+}
+
 /// What writes the rows of one format.
 enum Rows {
     Trajectory(Box<TrajectoryWriter<Stream>>),
@@ -27,10 +39,10 @@ pub struct RunWriter {
 impl RunWriter {
     /// Opens the files of a run of `scene` and writes their headers.
     pub fn create(scene: &Scene, out: &OutputDirectory) -> Result<Self, Failure> {
-        let file = |name: &str| PendingFile::create(out, &format!("{name}.csv"));
+        let file = |name: &str| PendingFile::create(out, &file_of(name));
         let (files, rows) = match scene.format {
             OutputFormat::Trajectory => {
-                let trajectory = file("trajectory")?;
+                let trajectory = file(TRAJECTORY)?;
                 let rows = TrajectoryWriter::new(trajectory.stream()?, &scene.world);
                 (vec![trajectory], rows.map(|rows| Rows::Trajectory(Box::new(rows))))
             }

@@ -79,7 +79,13 @@ pub enum Form {
 impl Form {
     fn piece(&self) -> Result<Piece, Error> {
         match self {
-            Self::Box { sides } => Piece::cuboid(0.5 * Vector3::from(*sides)),
+            Self::Box { sides } => {
+                let piece = Piece::cuboid(0.5 * Vector3::from(*sides));
+                piece.map_err(|error| match error {
+                    Error::Shape { why, .. } => Error::Shape { shape: "the box", why },
+                    other => other,
+                })
+            }
             Self::Sphere { radius } => Piece::sphere(*radius),
             Self::Capsule { length, radius } => Piece::capsule(0.5 * length, *radius),
             Self::Hull { points, radius } => {

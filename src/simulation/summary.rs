@@ -51,40 +51,61 @@ pub struct RunSummary {
     contact_residuals: Median,
 }
 
+/// What the summary counts of a step that any file of a run has.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Counted {
+    /// k.
+    pub index: u64,
+    /// How it ended.
+    pub status: StepStatus,
+    /// Iterations of the solver.
+    pub iterations: u32,
+    /// The residual, m/s.
+    pub residual: f64,
+    /// Which law is violated most.
+    pub part: &'static str,
+    /// See [`StepRecord::restitution_share`].
+    pub restitution_share: f64,
+}
+
 impl RunSummary {
     /// Counts one step.
     pub fn add(&mut self, record: &StepRecord) {
-        let residual = record.certificate.residual();
-        let part = record.certificate.worst_part();
-        match record.report.status {
+        let (report, certificate) = (&record.report, &record.certificate);
+        let (index, residual) = (record.index, certificate.residual());
+        let part = certificate.worst_part();
+        let (status, iterations) = (report.status, report.iterations);
+        let restitution_share = record.restitution_share;
+        self.count(&Counted { index, status, iterations, residual, part, restitution_share });
+        if status == StepStatus::Failed && self.first_failures.len() < MOST_FAILURES_KEPT {
+            let message = report.message;
+            self.first_failures.push(FailedStep { index, message, residual, part });
+        }
+        if let Some(start) = report.start.filter(|_| status != StepStatus::End) {
+            *self.starts.entry(start).or_default() += 1;
+        }
+    }
+
+    /// Counts one step of which no more is known than its row says: neither its start nor why it
+    /// failed.
+    pub fn count(&mut self, step: &Counted) {
+        match step.status {
             StepStatus::End => return,
             StepStatus::Free => self.free += 1,
             StepStatus::Converged => self.converged += 1,
             StepStatus::Retried => self.retried += 1,
             StepStatus::Fallback => self.fallback += 1,
             StepStatus::Wild => self.wild += 1,
-            StepStatus::Failed => {
-                self.failed += 1;
-                if self.first_failures.len() < MOST_FAILURES_KEPT {
-                    self.first_failures.push(FailedStep {
-                        index: record.index,
-                        message: record.report.message,
-                        residual,
-                        part,
-                    });
-                }
-            }
+            StepStatus::Failed => self.failed += 1,
         }
-        self.tempered += u64::from(record.restitution_share < 1.0);
-        self.iterations += u64::from(record.report.iterations);
-        if let Some(start) = record.report.start {
-            *self.starts.entry(start).or_default() += 1;
+        self.tempered += u64::from(step.restitution_share < 1.0);
+        self.iterations += u64::from(step.iterations);
+        if step.status != StepStatus::Free {
+            self.contact_residuals.add(step.residual);
         }
-        if record.report.status != StepStatus::Free {
-            self.contact_residuals.add(residual);
-        }
-        if self.worst.is_none_or(|(_, worst, _)| residual > worst || residual.is_nan()) {
-            self.worst = Some((record.index, residual, part));
+        let is_worse = |worst| step.residual > worst || step.residual.is_nan();
+        if self.worst.is_none_or(|(_, worst, _)| is_worse(worst)) {
+            self.worst = Some((step.index, step.residual, step.part));
         }
     }
 

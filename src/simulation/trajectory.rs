@@ -15,12 +15,12 @@
 
 use super::StepRecord;
 use super::sheet::{RowsError, Sheet};
-use crate::contact::rounding;
+use crate::contact::{Contact, rounding};
 use crate::mechanics::{Pose, State};
 use crate::step::StepStatus;
 use crate::step_nlp::SMOOTHING;
 use crate::step_nlp::layout::{Layout, STATE};
-use crate::step_nlp::point::products;
+use crate::step_nlp::point::{Products, products};
 use crate::world::World;
 use nalgebra::Vector3;
 use std::io::{Read, Write};
@@ -71,12 +71,16 @@ pub struct TrajectoryWriter<W: Write> {
 }
 
 impl<W: Write> TrajectoryWriter<W> {
-    /// Writes the header of a trajectory of the first body of `world`.
+    /// Writes the header of a trajectory of the one body of `world`.
     ///
     /// # Errors
-    /// The stream's.
+    /// A world of several bodies, whose steps are
+    /// [tables](crate::simulation::tables::TablesWriter); the stream's.
     pub fn new(stream: W, world: &World) -> csv::Result<Self> {
-        let points = world.bodies()[0].contact_points().len();
+        let [body] = world.bodies() else {
+            return Err(refused("a trajectory is of one body, and the world has several"));
+        };
+        let points = body.contact_points().len();
         let layout = Layout::new(points);
         let mut csv = csv::WriterBuilder::new().has_headers(false).from_writer(stream);
         csv.write_record(header(points, world.has_restitution()))?;
@@ -124,24 +128,13 @@ impl<W: Write> TrajectoryWriter<W> {
             if contact.key.point >= self.carrying.len() {
                 return Err(refused("the record has a contact of a point that the body has not"));
             }
-            let (h, normal) = (self.world.time_step(), contact.normal());
-            let opening = normal * (contact.gap_at(next, None) / h);
-            let ends = (&record.states, &record.solution.states);
-            let height = match contact.bounces() {
-                true => h * normal.dot(&contact.law_motion(opening, &self.world, ends.0, ends.1)),
-                false => contact.gap_at(next, None),
-            };
-            let noise =
-                rounding::gap(&normal, &next.position, contact.features.offset, &contact.arm);
-            let height = if height.abs() <= noise { 0.0 } else { height };
-            let force = contact.frame.tr_mul(&found.force);
+            let ends = (&record.states[..], &record.solution.states[..]);
             let slip = found.slip.norm();
-            let products = products(&force, slip, height, contact.law.friction, SMOOTHING);
-            // A slip that moves the point by no more than rounding makes no product.
-            let sticks = slip * self.world.time_step() <= noise;
-            let product = if sticks { 0.0 } else { products.friction };
+            let found_products =
+                program_columns(&self.world, contact, ends, next, (found.force, slip));
+            let Products { normal, friction, slip_speed } = found_products;
             let f = found.force;
-            let values = [f[0], f[1], f[2], products.normal, product, products.slip_speed];
+            let values = [f[0], f[1], f[2], normal, friction, slip_speed];
             let places = self.layout.contact_variables(contact.key.point);
             for (place, value) in places.into_iter().zip(values) {
                 self.step[place - STATE.end] = value;
@@ -158,6 +151,32 @@ impl<W: Write> TrajectoryWriter<W> {
     pub fn finish(self) -> std::io::Result<W> {
         self.csv.into_inner().map_err(csv::IntoInnerError::into_error)
     }
+}
+
+/// What the program has of a contact with the ground besides its force: the columns `s1`, `s2` and
+/// `lam` of a step between these `ends`, the last of which has the pose `next`, of a contact with a
+/// force (N, world) that slips so fast (m/s).
+#[must_use]
+pub fn program_columns(
+    world: &World,
+    contact: &Contact,
+    ends: (&[State], &[State]),
+    next: &Pose,
+    (force, slip): (Vector3<f64>, f64),
+) -> Products {
+    let (h, normal) = (world.time_step(), contact.normal());
+    let opening = normal * (contact.gap_at(next, None) / h);
+    let height = match contact.bounces() {
+        true => h * normal.dot(&contact.law_motion(opening, world, ends.0, ends.1)),
+        false => contact.gap_at(next, None),
+    };
+    let noise = rounding::gap(&normal, &next.position, contact.features.offset, &contact.arm);
+    let height = if height.abs() <= noise { 0.0 } else { height };
+    let force = contact.frame.tr_mul(&force);
+    let products = products(&force, slip, height, contact.law.friction, SMOOTHING);
+    // A slip that moves the point by no more than rounding makes no product.
+    let sticks = slip * h <= noise;
+    Products { friction: if sticks { 0.0 } else { products.friction }, ..products }
 }
 
 fn refused(why: &'static str) -> csv::Error {
@@ -194,6 +213,15 @@ impl TrajectoryRow {
         let n = self.carrying.len();
         let component = |k: usize| self.step.get(i + k * n).filter(|_| i < n);
         Vector3::from_fn(|k, _| component(k).copied().unwrap_or(f64::NAN))
+    }
+
+    /// s1 (N m), s2 (W) and λ (m/s) of point `i`; NaN where the row has no such point.
+    #[must_use]
+    pub fn products(&self, i: usize) -> Products {
+        let n = self.carrying.len();
+        let value = |k: usize| self.step.get(i + k * n).filter(|_| i < n).copied();
+        let [normal, friction, slip_speed] = [3, 4, 5].map(|k| value(k).unwrap_or(f64::NAN));
+        Products { normal, friction, slip_speed }
     }
 
     /// f_i of all contacts, N.

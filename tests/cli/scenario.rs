@@ -47,7 +47,7 @@ fn every_shipped_scenario_runs_and_verifies() {
         assert_eq!(done.end.code, Some(0), "{path:?}: {:?}", done.end);
         let verified = run(&["verify", text(&done.path("trajectory.csv"))]);
         assert_eq!(verified.code, Some(0), "{path:?}: {verified:?}");
-        assert!(verified.stdout.contains("differ from the column: 0"), "{verified:?}");
+        assert!(verified.stdout.contains("not what the rows say: 0"), "{verified:?}");
     }
 }
 

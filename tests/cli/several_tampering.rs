@@ -74,7 +74,7 @@ fn tables_as_they_were_written_verify() {
     let end = verify_changed("states.csv", |_| ());
     assert_eq!((end.code, end.stderr.as_str()), (Some(0), ""), "{end:?}");
     assert!(end.stdout.contains("29 steps of 3 bodies"), "{end:?}");
-    assert!(end.stdout.contains("not what the tables say: 0\n"), "{end:?}");
+    assert!(end.stdout.contains("not what the rows say: 0\n"), "{end:?}");
 }
 
 /// A thousandth of any number that says something is found, and the step named.
@@ -209,4 +209,48 @@ fn a_table_without_its_run_file_asks_for_it() {
             end.assert_refused(2, &["states.csv: a table of several bodies", "run.json"]);
         }
     }
+}
+
+/// A line without an end, in quotes or not, is refused after what a row may have, not read.
+#[test]
+fn a_line_of_a_table_without_end_is_refused() {
+    for (name, begin) in [("states.csv", "\"0"), ("contacts.csv", "0"), ("steps.csv", "\"0")] {
+        let directory = tempfile::tempdir().unwrap();
+        for (file, text) in FILES.iter().zip(files()) {
+            fs::write(directory.path().join(file), text).unwrap();
+        }
+        let path = directory.path().join(name);
+        let header = fs::read_to_string(&path).unwrap().lines().next().unwrap().to_owned();
+        fs::write(&path, format!("{header}\n{begin}")).unwrap();
+        // A hole of zeros, which takes no room on the disk.
+        fs::OpenOptions::new().write(true).open(&path).unwrap().set_len(1 << 32).unwrap();
+        verify(directory.path()).assert_refused(2, &["more than 1048576 bytes"]);
+    }
+}
+
+/// Status words and counts of tables are held against their rows and run.json.
+#[test]
+fn a_status_that_the_rows_do_not_have_is_named() {
+    for (status, words) in [
+        ("free", "`free`, and it has forces"),
+        ("fallback", "summary.fallback is 0; the rows have 1"),
+        ("failed", "summary.failed is 0; the rows have 1"),
+    ] {
+        let end = verify_changed("steps.csv", |table| {
+            let column = table.column("status");
+            table.rows[12][column] = status.to_owned();
+        });
+        assert_eq!((end.code, end.stderr.as_str()), (Some(1), ""), "{status}: {end:?}");
+        assert!(end.stdout.contains(words), "{status}: {end:?}");
+    }
+    let other = files()[3].replacen("\"steps\": 30", "\"steps\": 31", 1);
+    assert_ne!(other, files()[3]);
+    let directory = tempfile::tempdir().unwrap();
+    for (file, text) in FILES.iter().zip(files()) {
+        fs::write(directory.path().join(file), text).unwrap();
+    }
+    fs::write(directory.path().join("run.json"), other).unwrap();
+    let end = verify(directory.path());
+    assert_eq!(end.code, Some(1), "{end:?}");
+    assert!(end.stdout.contains("complete of 31 rows; there are 30"), "{end:?}");
 }

@@ -38,7 +38,7 @@ fn a_file_as_it_was_written_verifies() {
         assert_eq!((end.code, end.stderr.as_str()), (simulated.end.code, ""), "{args:?}: {end:?}");
         let steps = simulated.table().rows.len() - 1;
         assert!(end.stdout.contains(&format!("{steps} steps\n")), "{}", end.stdout);
-        assert!(end.stdout.contains("differ from the column: 0\n"), "{}", end.stdout);
+        assert!(end.stdout.contains("not what the rows say: 0\n"), "{}", end.stdout);
     }
 }
 

@@ -4,18 +4,20 @@
 //! contacts follow from the state; tables have contacts, which are rebuilt from their rows and held
 //! against the shapes ([`tumble::simulation::tables`]). What the step then comes to must be what the
 //! files say: the residual, and of tables its parts, the slips, the overlap of all pairs after the
-//! step and the energy.
+//! step and the energy; of the tutorial's table what its program has of each point. The status is
+//! what such a step can have.
 
+use crate::cli::outcome::Failure;
 use crate::cli::recording::{Recording, Step};
 use nalgebra::Vector3;
 use tumble::contact::certificate::{Certifier, Claim, certify_rk4_step};
 use tumble::contact::detection::all_contacts;
 use tumble::contact::restitution::set_rebounds;
-use tumble::contact::{Candidates, Certificate, Contact, Partner, rounding};
+use tumble::contact::{Candidates, Certificate, Contact, Detection, Partner, rounding};
 use tumble::mechanics::{Load, State, Wrench};
 use tumble::simulation::energy;
 use tumble::simulation::tables::TableStep;
-use tumble::simulation::trajectory::TrajectoryRow;
+use tumble::simulation::trajectory::{TrajectoryRow, program_columns};
 use tumble::step::StepStatus;
 use tumble::world::World;
 
@@ -26,6 +28,9 @@ const RELATIVE_TOLERANCE: f64 = 1e-9;
 /// The search for the axis of the smallest overlap ends where the next one is no better by this
 /// part of the reach, so that it depends so far on where it began.
 const OVERLAP_FOUND_TO: f64 = 1e-9;
+
+/// What is lost of a sum of some products, in parts of the largest of them.
+const ROUNDED: f64 = 16.0 * f64::EPSILON;
 
 /// One verified step.
 pub struct Verified {
@@ -54,6 +59,8 @@ pub struct Judge {
     candidates: Candidates,
     /// What a contact step that counts as solved may have, m/s.
     pub accepted: f64,
+    /// By which points become candidates, where the files say it.
+    detection: Option<Detection>,
 }
 
 /// The contacts of a step and their forces.
@@ -65,21 +72,27 @@ struct Touching {
     wrong: Option<String>,
 }
 
+/// Whether all columns of the points are zero.
+fn is_blank(row: &TrajectoryRow) -> bool {
+    row.step.iter().all(|number| *number == 0.0) && !row.carrying.contains(&true)
+}
+
 /// Whether a number found again is its column.
 fn is_near(found: f64, column: f64, lost: f64) -> bool {
     (found - column).abs() <= lost + RELATIVE_TOLERANCE * column.abs()
 }
 
 impl Judge {
-    pub fn of(recording: &Recording<'_>) -> Self {
-        Self {
+    pub fn of(recording: &Recording<'_>) -> Result<Self, Failure> {
+        Ok(Self {
             world: recording.world.clone(),
             loads: recording.loads.clone(),
             floating: recording.floating(),
             certifier: Certifier::new(),
             candidates: Candidates::new(),
-            accepted: recording.accepted(),
-        }
+            accepted: recording.accepted()?,
+            detection: recording.detection(),
+        })
     }
 
     /// The step that ends at `next`.
@@ -100,11 +113,14 @@ impl Judge {
         let lost = self.lost(step, contacts, next);
         let (differs, overlap) = match step {
             Step::Trajectory(row) => {
-                let is_same = is_near(residual, row.residual, lost);
-                ((!is_same).then(|| "its residual is another".to_owned()), 0.0)
+                let of_forces = self.lost_of_forces(contacts, forces, states);
+                let is_same = is_near(residual, row.residual, lost + of_forces);
+                let other = (!is_same).then(|| "its residual is another".to_owned());
+                (other.or_else(|| self.another_column(row, next, contacts)), 0.0)
             }
             Step::Tables(step) => self.compare(step, next, &wrenches, &touching, &certificate),
         };
+        let differs = differs.or_else(|| self.another_status(step, &wrenches, forces, lost));
         // Free flight is exact, whoever solves the contacts.
         let flies = step.status() == StepStatus::Free && forces.iter().all(|f| f.amax() == 0.0);
         let accepted = if flies { 0.0 } else { self.accepted };
@@ -122,18 +138,119 @@ impl Judge {
         }
     }
 
-    /// The last state, if it has another energy than its row says.
+    /// The last state, if it has another energy than its row says, or anything of a step.
     pub fn end(&self, end: &Step) -> Option<Verified> {
-        let Step::Tables(step) = end else { return None };
-        (!self.has_its_energy(step)).then(|| Verified {
-            index: step.row.index,
-            status: step.row.status,
+        let is_bare = match end {
+            Step::Trajectory(row) => is_blank(row) && row.iterations == 0 && row.residual == 0.0,
+            Step::Tables(step) => {
+                let row = &step.row;
+                let numbers = row.parts.iter().chain([&row.residual, &row.overlap]);
+                row.contacts == 0
+                    && row.iterations == 0
+                    && row.start.is_empty()
+                    && numbers.copied().all(|number| number == 0.0)
+            }
+        };
+        let has_energy = match end {
+            Step::Trajectory(_) => true,
+            Step::Tables(step) => self.has_its_energy(step),
+        };
+        let differs = match (is_bare, has_energy) {
+            (true, true) => return None,
+            (false, _) => "no step begins at its state, and its row has one",
+            (true, false) => OTHER_ENERGY,
+        };
+        Some(Verified {
+            index: end.index(),
+            status: end.status(),
             residual: 0.0,
             part: "dynamics",
-            column: step.row.residual,
-            differs: Some(OTHER_ENERGY.to_owned()),
+            column: end.residual(),
+            differs: Some(differs.to_owned()),
             inexact: false,
             overlap: 0.0,
+        })
+    }
+
+    /// Why a step that is what its row says cannot have the status that its row has.
+    fn another_status(
+        &mut self,
+        step: &Step,
+        wrenches: &[Wrench],
+        forces: &[Vector3<f64>],
+        lost: f64,
+    ) -> Option<String> {
+        let status = step.status();
+        let is_solved =
+            matches!(status, StepStatus::Converged | StepStatus::Retried | StepStatus::Fallback);
+        let (iterations, started) = match step {
+            Step::Trajectory(row) => (row.iterations, None),
+            Step::Tables(step) => (step.row.iterations, Some(!step.row.start.is_empty())),
+        };
+        let touches = match step {
+            // A state that no body may have has no candidates.
+            Step::Trajectory(row) => row.state.checked().ok().and_then(|_| {
+                let (states, rule) = (step.states(), self.detection?);
+                let free = self.free_flight(states, wrenches);
+                Some(self.candidates.find(rule, &self.world, states, &free))
+            }),
+            Step::Tables(step) => Some(step.row.contacts > 0),
+        };
+        let pushed = forces.iter().any(|force| force.amax() > 0.0);
+        let why = if status == StepStatus::Free && pushed {
+            "it has forces"
+        } else if status == StepStatus::Free && (iterations > 0 || started == Some(true)) {
+            "it was solved"
+        } else if status == StepStatus::Free && touches == Some(true) {
+            "something can touch"
+        } else if is_solved && (touches == Some(false) || started == Some(false)) {
+            "nothing can touch, and no problem was solved"
+        } else if is_solved && step.residual() > self.accepted.max(lost) {
+            "its residual is above what a solved step may have"
+        } else {
+            return None;
+        };
+        Some(format!("its status is `{}`, and {why}", status.name()))
+    }
+
+    /// Which of the program's columns is not what force and motion make it.
+    fn another_column(
+        &self,
+        row: &TrajectoryRow,
+        next: &[State],
+        contacts: &[Contact],
+    ) -> Option<String> {
+        if self.floating || row.status == StepStatus::Free {
+            let is_blank = is_blank(row);
+            return (!is_blank).then(|| "it has no contact, and columns of one".to_owned());
+        }
+        let (states, pose) = (std::slice::from_ref(&row.state), next[0].pose());
+        let speed_lost = self.lost_in(contacts, states, next);
+        contacts.iter().find_map(|contact| {
+            let (point, normal) = (contact.key.point, contact.normal());
+            let (force, slip) = (row.force(point), self.slip(contact, states, next).norm());
+            let found = program_columns(&self.world, contact, (states, next), &pose, (force, slip));
+            let has = row.products(point);
+            // What is lost of a gap and of a speed, times the forces that they are multiplied by;
+            // λ is the slip times √(f² + ε²)/f.
+            let size = force.norm();
+            let gap_lost = self.world.time_step() * speed_lost
+                + rounding::gap(&normal, &pose.position, contact.features.offset, &contact.arm);
+            let of_law = (1.0 + contact.law.friction) * size;
+            let stretch = if slip > 0.0 { found.slip_speed / slip } else { 1.0 };
+            let of_slip = speed_lost * stretch.max(1.0);
+            let columns = [
+                ("s1_", found.normal, has.normal, size * gap_lost),
+                ("s2_", found.friction, has.friction, of_law * of_slip),
+                ("lam", found.slip_speed, has.slip_speed, of_slip),
+            ];
+            let pressing = normal.dot(&force);
+            let carries = row.carrying[point];
+            let is_its_flag =
+                carries == (pressing > 0.0) || pressing != 0.0 && pressing.abs() <= ROUNDED * size;
+            let other = columns.into_iter().find(|(_, a, b, lost)| !is_near(*a, *b, *lost));
+            let other = other.map(|(name, found, ..)| format!("{name}{point} is {found:.3e}"));
+            other.or_else(|| (!is_its_flag).then(|| format!("alpha{point} is {}", !carries as u8)))
         })
     }
 
@@ -190,7 +307,8 @@ impl Judge {
         if self.has_another_rebound(contacts, (states, next), wrenches, row.restitution_share) {
             differ("a contact of it bounces as none of the world does".to_owned());
         }
-        let lost = self.lost_in(contacts, states, next);
+        let slip_lost = self.lost_in(contacts, states, next);
+        let lost = slip_lost + self.lost_of_forces(contacts, &touching.forces, states);
         if complete && !is_near(certificate.residual(), row.residual, lost) {
             differ(format!("its residual in the table is {:.3e} m/s", row.residual));
         }
@@ -201,7 +319,7 @@ impl Judge {
         }
         let pairs = contacts.iter().zip(&step.contacts).filter(|_| complete).enumerate();
         for (number, (contact, row)) in pairs {
-            if (self.slip(contact, states, next) - row.slip).amax() > lost {
+            if (self.slip(contact, states, next) - row.slip).amax() > slip_lost {
                 differ(format!("its contact {number} has another slip"));
             }
         }
@@ -236,6 +354,35 @@ impl Judge {
         });
         let of_gap = of_gaps.fold(0.0, f64::max);
         (lost + 2.0 * of_gap / self.world.time_step()).min(rounding::LARGEST)
+    }
+
+    /// What rounding makes of a residual where forces are large, m/s: a force and its torque are known
+    /// to 16 ε of themselves, the arm to 16 ε of the coordinates that it is the difference of, and a
+    /// step's exact forces would be no larger than its rounding,
+    ///
+    /// ```text
+    /// δu ≤ 16 ε h Σ |f| (1/m + ‖I⁻¹‖ (|r| + ℓ) ℓ)
+    /// ```
+    ///
+    /// of both bodies of each contact. It is what two computations of one residual may differ by; no
+    /// step is called exact for it.
+    fn lost_of_forces(
+        &self,
+        contacts: &[Contact],
+        forces: &[Vector3<f64>],
+        states: &[State],
+    ) -> f64 {
+        let give = |index: usize| {
+            let (body, state) = (&self.world.bodies()[index], &states[index]);
+            let reach = body.reach();
+            let turning = body.inertia_inverse().norm() * (state.position.norm() + reach) * reach;
+            1.0 / body.mass() + turning
+        };
+        let of_one = |(contact, force): (&Contact, &Vector3<f64>)| {
+            force.norm() * contact.key.bodies().map(give).sum::<f64>()
+        };
+        let sum: f64 = contacts.iter().zip(forces).map(of_one).sum();
+        ROUNDED * self.world.time_step() * sum
     }
 
     /// Whether a contact must part more slowly than the step's share of the restitution says, or

@@ -1,12 +1,14 @@
 //! `tumble verify`: recompute the residual of every step from the files of a run, and judge every
 //! step by it.
 
+mod held;
 mod judge;
 
 use super::args::VerifyArgs;
 use super::outcome::{Failure, Outcome};
 use super::output::say;
 use super::recording::{Recording, Step};
+use held::Counts;
 use judge::{Judge, Verified};
 use std::fmt::Write as _;
 use tumble::step::StepStatus;
@@ -50,9 +52,11 @@ impl Findings {
 
 pub fn run(args: &VerifyArgs) -> Result<Outcome, Failure> {
     let mut recording = Recording::open(&args.file, &args.physics)?;
-    let mut judge = Judge::of(&recording);
+    let mut judge = Judge::of(&recording)?;
     let (mut findings, mut previous) = (Findings::default(), None::<Step>);
+    let mut counts = Counts::default();
     while let Some(step) = recording.next_step()? {
+        counts.add(&step);
         if let Some(previous) = previous {
             findings.add(judge.step(&previous, step.states()), args.worst);
         }
@@ -62,13 +66,14 @@ pub fn run(args: &VerifyArgs) -> Result<Outcome, Failure> {
         findings.differing += 1;
         findings.keep(end, args.worst);
     }
-    report(&recording, &judge, &findings)
+    report(&recording, &judge, &findings, &counts.differences(&recording))
 }
 
 fn report(
     recording: &Recording<'_>,
     judge: &Judge,
     findings: &Findings,
+    differences: &[String],
 ) -> Result<Outcome, Failure> {
     let model = recording.run.as_ref().and_then(|run| run.model.as_ref());
     let mut text = format!("{}: {} steps", recording.place(), findings.steps);
@@ -86,14 +91,16 @@ fn report(
         judge.accepted, findings.inexact
     );
     let differing = findings.differing;
-    let _ = match model {
-        None => writeln!(text, "  residuals that differ from the column: {differing}"),
-        Some(_) => writeln!(
-            text,
-            "  steps that are not what the tables say: {differing}\n  largest overlap: {:.1e} m",
-            findings.largest_overlap
-        ),
-    };
+    let _ = writeln!(text, "  steps that are not what the rows say: {differing}");
+    if model.is_some() {
+        let _ = writeln!(text, "  largest overlap: {:.1e} m", findings.largest_overlap);
+    }
+    if !differences.is_empty() {
+        let _ = writeln!(text, "  run.json is not of these rows:");
+    }
+    for difference in differences {
+        let _ = writeln!(text, "    {difference}");
+    }
     if !findings.worst.is_empty() {
         let _ = writeln!(text, "  worst steps:");
     }
@@ -106,14 +113,16 @@ fn report(
             step.residual,
             step.part
         );
-        let _ = match (model, &step.differs) {
-            (None, _) => writeln!(text, ", column {:.3e}", step.column),
-            (Some(_), Some(what)) => writeln!(text, ": {what}"),
-            (Some(_), None) => writeln!(text),
+        if model.is_none() {
+            let _ = write!(text, ", column {:.3e}", step.column);
+        }
+        let _ = match &step.differs {
+            Some(what) => writeln!(text, ": {what}"),
+            None => writeln!(text),
         };
     }
     say(&text)?;
-    Ok(if differing > 0 {
+    Ok(if differing > 0 || !differences.is_empty() {
         Outcome::Mismatch
     } else if findings.failed + findings.inexact > 0 {
         Outcome::Unconverged

@@ -2,6 +2,8 @@
 
 use super::entries::BodyEntry;
 use super::refused::field_of;
+use crate::geometry::{Hint, Piece, Scratch, overlap};
+use crate::mechanics::Pose;
 use crate::scenario::shape::Shape;
 use crate::scenario::tables::InertiaValue;
 use nalgebra::{Matrix3, Vector3};
@@ -9,11 +11,40 @@ use nalgebra::{Matrix3, Vector3};
 /// The specific inertia of a point mass, m²: it has no effect.
 const POINT_INERTIA: f64 = 1.0;
 
+/// What rounding and the digits of a file may leave, in parts of the smaller piece's size.
+const TOUCHING: f64 = 1e-6;
+
+/// Refuses pieces of one body that overlap, where anything comes from them: both would count in it.
+fn refuse_overlapping_pieces(shape: &Shape, entry: &BodyEntry) -> Result<(), String> {
+    let is_given = entry.inertia.as_ref().is_some_and(|inertia| inertia.matrix().is_some());
+    if entry.mass.is_some() && entry.centre.is_some() && is_given {
+        return Ok(());
+    }
+    let pieces = shape.pieces().map_err(|error| field_of(&error))?;
+    let here = Pose { position: Vector3::zeros(), rotation: Matrix3::identity() };
+    let size = |piece: &Piece| piece.core().reach() + piece.radius();
+    let mut scratch = Scratch::default();
+    for (second, piece) in pieces.iter().enumerate() {
+        for (first, other) in pieces[..second].iter().enumerate() {
+            let placed = [(other, &here), (piece, &here)];
+            let depth = overlap(placed[0], placed[1], &mut Hint::default(), &mut scratch);
+            if depth > TOUCHING * size(piece).min(size(other)) {
+                return Err(format!(
+                    "pieces[{second}]: it is {depth:.3e} m deep in pieces[{first}], and both would \
+                     count in mass, centre and inertia; allowed is to touch, or all three in numbers"
+                ));
+            }
+        }
+    }
+    Ok(())
+}
+
 /// Mass, inertia and centre of mass, in the shape's frame.
 pub fn mass_properties(
     shape: &Shape,
     entry: &BodyEntry,
 ) -> Result<(f64, Matrix3<f64>, Vector3<f64>), String> {
+    refuse_overlapping_pieces(shape, entry)?;
     let solid = shape.solid().map_err(|error| field_of(&error))?;
     let mass = match (entry.mass, entry.density, &solid) {
         (Some(mass), None, _) => mass,

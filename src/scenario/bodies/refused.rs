@@ -6,6 +6,7 @@ use crate::error::Error;
 pub fn field_of(error: &Error) -> String {
     let field = match error {
         Error::Inertia(_) => "inertia",
+        Error::Shape { shape: "the box", .. } => "box",
         Error::Shape { shape: "the hull", .. } => "hull",
         Error::Shape { shape: "the mesh", .. } => "mesh",
         Error::OutOfRange { field, .. } | Error::Count { field, .. } => match *field {

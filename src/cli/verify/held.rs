@@ -1,0 +1,153 @@
+//! What run.json says of a run, held against the run's rows.
+
+use crate::cli::recording::{Recording, Step};
+use crate::cli::run::End;
+use crate::cli::run_file::RunFile;
+use crate::cli::shown;
+use std::collections::BTreeMap;
+use tumble::mechanics::State;
+use tumble::simulation::random::random_attitude;
+use tumble::simulation::summary::{Counted, RunSummary};
+use tumble::step::StepStatus;
+use tumble::world::Plane;
+
+/// Numbers of run.json and of rows are the same doubles, but for their norms.
+const SAME: f64 = 1e-12;
+
+/// More names of starts than any ladder has.
+const MOST_STARTS: usize = 100;
+
+/// The rows of a run, counted as the run counted its steps.
+#[derive(Default)]
+pub struct Counts {
+    rows: u64,
+    summary: RunSummary,
+    /// X of the first row.
+    starts: Vec<State>,
+    /// Steps by the start that their solution came from; tables alone have it.
+    rungs: BTreeMap<String, u64>,
+    overlap: f64,
+}
+
+impl Counts {
+    /// Counts a row, the last one too.
+    pub fn add(&mut self, step: &Step) {
+        if self.rows == 0 {
+            self.starts = step.states().to_vec();
+        }
+        self.rows += 1;
+        let (iterations, restitution_share) = match step {
+            Step::Trajectory(row) => (row.iterations, row.restitution_share),
+            Step::Tables(step) => (step.row.iterations, step.row.restitution_share),
+        };
+        self.summary.count(&Counted {
+            index: step.index(),
+            status: step.status(),
+            iterations,
+            residual: step.residual(),
+            part: "",
+            restitution_share,
+        });
+        let Step::Tables(step) = step else { return };
+        self.overlap = self.overlap.max(step.row.overlap);
+        let start = &step.row.start;
+        let is_step = step.row.status != StepStatus::End && !start.is_empty();
+        if is_step && (self.rungs.contains_key(start) || self.rungs.len() < MOST_STARTS) {
+            *self.rungs.entry(start.clone()).or_default() += 1;
+        }
+    }
+
+    /// What the run.json of the recording says otherwise than the rows; nothing without one.
+    pub fn differences(&self, recording: &Recording<'_>) -> Vec<String> {
+        let Some(run) = &recording.run else { return Vec::new() };
+        let mut found = self.of_start(run, recording.world.ground());
+        found.extend(self.of_counts(run));
+        found.extend(self.of_length(run));
+        found
+    }
+
+    fn of_start(&self, run: &RunFile, ground: Option<&Plane>) -> Vec<String> {
+        let mut found = Vec::new();
+        let starts = run.starts();
+        let is_same = |(a, b): (&State, &State)| is_same_state(a, b);
+        if starts.len() != self.starts.len() || !starts.iter().zip(&self.starts).all(is_same) {
+            found.push("the start is another than that of the first row".to_owned());
+        }
+        let random = run.start.as_ref().filter(|start| start.random);
+        let (Some(start), Some(first)) = (random, self.starts.first()) else { return found };
+        let drawn = State { attitude: random_attitude(run.seed), ..*first };
+        let turned = ground.map_or(drawn, |ground| ground.state_to_world(&drawn));
+        let has = |state: &State| {
+            let pairs = state.attitude.iter().zip(&start.attitude.0);
+            pairs.fold(0.0_f64, |most, (a, b)| most.max((a - b).abs())) <= SAME
+        };
+        if !has(&drawn) && !has(&turned) {
+            found.push(format!("the seed {} draws another attitude than the start's", run.seed));
+        }
+        found
+    }
+
+    fn of_counts(&self, run: &RunFile) -> Vec<String> {
+        let (said, counted) = (&run.summary, &self.summary);
+        let counts = [
+            ("rows", said.rows, self.rows),
+            ("free_steps", said.free_steps, counted.free),
+            ("contact_steps", said.contact_steps, counted.contact_steps()),
+            ("iterations", said.iterations, counted.iterations),
+            ("converged", said.converged, counted.converged),
+            ("retried", said.retried, counted.retried),
+            ("fallback", said.fallback, counted.fallback),
+            ("wild", said.wild, counted.wild),
+            ("tempered", said.tempered.unwrap_or(counted.tempered), counted.tempered),
+            ("failed", said.failed, counted.failed),
+        ];
+        let counts = counts.into_iter().filter(|(_, said, found)| said != found);
+        let mut found: Vec<_> = counts
+            .map(|(name, said, found)| format!("summary.{name} is {said}; the rows have {found}"))
+            .collect();
+        let overlap = run.largest_overlap_m;
+        let numbers = [
+            (
+                "summary.certificate_median_m_s",
+                said.certificate_median_m_s,
+                counted.median_residual(),
+            ),
+            ("summary.certificate_max_m_s", said.certificate_max_m_s, counted.largest_residual()),
+            ("largest_overlap_m", overlap, overlap.map(|_| self.overlap)),
+        ];
+        let numbers = numbers.into_iter().filter(|(_, said, found)| !is_same_number(*said, *found));
+        let shown = |number: Option<f64>| number.map_or("null".to_owned(), shown::number);
+        found.extend(numbers.map(|(name, said, found)| {
+            format!("{name} is {}; the rows have {}", shown(said), shown(found))
+        }));
+        if run.model.is_some() && !said.rungs.is_empty() && said.rungs != self.rungs {
+            found.push("summary.rungs are not the starts of the rows".to_owned());
+        }
+        found
+    }
+
+    /// A complete run has the rows that were asked for, any other has fewer.
+    fn of_length(&self, run: &RunFile) -> Option<String> {
+        let asked = run.rows_asked()?;
+        let is_complete = run.outcome == End::Complete.name();
+        let is_cut = [End::Interrupted, End::Stopped].map(End::name).contains(&&*run.outcome);
+        let fits = is_complete && self.rows == asked || is_cut && self.rows < asked;
+        (!fits).then(|| {
+            let outcome = shown::line(&run.outcome);
+            format!("the outcome is {outcome} of {asked} rows; there are {}", self.rows)
+        })
+    }
+}
+
+fn is_same_state(a: &State, b: &State) -> bool {
+    let (a, b) = (a.to_vector(), b.to_vector());
+    a.iter().zip(&b).all(|(a, b)| (a - b).abs() <= SAME * b.abs())
+}
+
+/// Both none, or the same but for rounding.
+fn is_same_number(a: Option<f64>, b: Option<f64>) -> bool {
+    match (a, b) {
+        (Some(a), Some(b)) => (a - b).abs() <= SAME * b.abs(),
+        (a, b) => a.is_none() && b.is_none(),
+    }
+}
