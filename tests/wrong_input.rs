@@ -292,9 +292,12 @@ fn a_record_of_another_world_makes_no_writer_panic() {
                 let forces = contacts.iter().map(|contact| ContactForce::none(contact.key));
                 record.solution.contacts = forces.collect();
                 record.contacts = contacts;
-                panics.look("TrajectoryWriter::write", || {
-                    TrajectoryWriter::new(Vec::new(), &world).unwrap().write(&record)
-                });
+                // Of several bodies there is no such table.
+                let writer = TrajectoryWriter::new(Vec::new(), &world);
+                assert_eq!(writer.is_ok(), bodies == 1, "{bodies} bodies");
+                if let Ok(mut writer) = writer {
+                    panics.look("TrajectoryWriter::write", || writer.write(&record));
+                }
                 panics.look("TableStep::of", || TableStep::of(&world, &record));
                 panics.look("TablesWriter::write", || {
                     let streams = Streams { states: vec![], contacts: vec![], steps: vec![] };

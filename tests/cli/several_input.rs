@@ -235,3 +235,44 @@ fn meshes_that_are_open_inside_out_or_hollow_are_refused() {
         assert_eq!(everything_in(directory.path()).len(), 2, "{name}");
     }
 }
+
+/// What is in two pieces of a body would count twice; to touch is allowed, and so is overlap where
+/// nothing comes from the pieces.
+#[test]
+fn pieces_of_one_body_that_overlap_are_refused_with_their_depth() {
+    let scene = |second: &str, rest: &str| {
+        format!(
+            "steps = 2\n[ground]\nfriction = 0.5\n[[bodies]]\n\
+             pieces = [{{ box = 0.2 }}, {{ {second} }}]\nposition = [0, 0, 1]\n{rest}\n"
+        )
+    };
+    let density = "density = 1000.0";
+    for (second, depth) in [
+        ("box = 0.2, position = [0.15, 0, 0]", "5.000e-2 m"),
+        ("sphere = 0.1, position = [0.19, 0, 0]", "1.000e-2 m"),
+        ("capsule = { length = 0.2, radius = 0.05 }, position = [0.13, 0, 0]", "2.000e-2 m"),
+    ] {
+        let (end, _directory) = run_scenario(&scene(second, density), &[]);
+        end.assert_refused(2, &["bodies[0].pieces[1]", "pieces[0]", depth]);
+    }
+    for (second, rest) in [
+        ("box = 0.2, position = [0.2, 0, 0]", density),
+        ("sphere = 0.1, position = [0.2, 0, 0]", density),
+        ("sphere = 0.1", "mass = 1.0\ncentre = [0, 0, 0]\ninertia = [1, 1, 1]"),
+    ] {
+        let (end, _directory) = run_scenario(&scene(second, rest), &[]);
+        assert_eq!(end.code, Some(0), "{second}: {end:?}");
+    }
+}
+
+#[test]
+fn a_box_that_is_too_thin_is_called_a_box() {
+    for table in ["[[fixed]]", "[[bodies]]\nmass = 1.0"] {
+        let scene = format!(
+            "steps = 2\n[ground]\nfriction = 0.5\n{table}\nbox = [3, 3, 1e-5]\n\
+             position = [0, 0, 0.1]\n[[bodies]]\nbox = 0.2\nmass = 1.0\nposition = [0, 0, 1]\n"
+        );
+        let (end, _directory) = run_scenario(&scene, &[]);
+        end.assert_refused(2, &["[0].box: the box is flat"]);
+    }
+}

@@ -1,10 +1,17 @@
 //! `tumble verify` on the tables of several bodies that somebody has changed.
 
 use super::scenario::run_scenario;
-use super::support::{End, Table, run};
+use super::support::{End, Table, run, simulate};
 use std::fs;
 use std::path::Path;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
+use tumble::contact::certificate::{Certifier, Claim};
+use tumble::mechanics::Wrench;
+use tumble::scenario::scene::Scene;
+use tumble::scenario::settings::Settings;
+use tumble::simulation::StepRecord;
+use tumble::simulation::tables::{Streams, Table as RunTable, TablesWriter};
+use tumble::step::StepStatus;
 
 /// A box that slides on another and a ball that rolls on a fixed plate.
 const SCENE: &str = r#"
@@ -253,4 +260,58 @@ fn a_status_that_the_rows_do_not_have_is_named() {
     let end = verify(directory.path());
     assert_eq!(end.code, Some(1), "{end:?}");
     assert!(end.stdout.contains("complete of 31 rows; there are 30"), "{end:?}");
+}
+
+/// A failed step with forces of 1e9 N that cancel each other: its equations of motion hold to the
+/// rounding of these forces, which two computations of a residual differ by, and its file is what it says.
+#[test]
+fn a_failed_step_of_huge_forces_verifies_as_failed() {
+    const SCENE: &str = "steps = 3\n[ground]\nfriction = 0.5\n[[bodies]]\n\
+                         box = 0.2\nmass = 1.0\nposition = [3.1, 4.7, 0.1]\n";
+    let directory = tempfile::tempdir().unwrap();
+    let file = directory.path().join("scene.toml");
+    fs::write(&file, SCENE).unwrap();
+    let done = simulate(&["--scenario", file.to_str().unwrap()]);
+    assert_eq!(done.end.code, Some(0), "{:?}", done.end);
+
+    let read = |_: &Path, _: u64| Err(std::io::ErrorKind::NotFound.into());
+    let scene = Scene::of_text(SCENE, &file, Settings::default(), &read);
+    let scene = scene.unwrap_or_else(|_| panic!("the scene was run"));
+    let mut simulation = scene.simulation(&Arc::default()).unwrap_or_else(|_| panic!("as before"));
+    let create = |table: RunTable| fs::File::create(done.path(&format!("{table}.csv"))).unwrap();
+    let [states, contacts, steps] = RunTable::ALL.map(create);
+    let mut writer = TablesWriter::new(Streams { states, contacts, steps }, &scene.world).unwrap();
+    let (mut record, mut worst) = (StepRecord::new(), 0.0_f64);
+    for _ in 0..2 {
+        simulation.step(&mut record).unwrap();
+        let between = (record.contacts[1].arm - record.contacts[0].arm).normalize();
+        record.solution.contacts[0].force += 1e9 * between;
+        record.solution.contacts[1].force -= 1e9 * between;
+        let claim = Claim {
+            states: &record.states,
+            next: &record.solution.states,
+            wrenches: &[Wrench::zero()],
+            contacts: &record.contacts,
+        };
+        let forces = record.solution.forces();
+        record.certificate = Certifier::new().contact_step(&scene.world, &claim, forces);
+        record.report.status = StepStatus::Failed;
+        worst = worst.max(record.certificate.residual());
+        writer.write(&record).unwrap();
+    }
+    simulation.end(&mut record);
+    writer.write(&record).unwrap();
+    drop(writer.finish().unwrap());
+
+    let mut json = done.run_json();
+    let converged = json["summary"]["converged"].clone();
+    json["summary"]["failed"] = converged;
+    json["summary"]["converged"] = 0.into();
+    let steps = Table::parse(&fs::read_to_string(done.path("steps.csv")).unwrap());
+    let residuals = steps.numbers("residual_m_s");
+    json["summary"]["certificate_median_m_s"] = (0.5 * (residuals[0] + residuals[1])).into();
+    json["summary"]["certificate_max_m_s"] = worst.into();
+    fs::write(done.path("run.json"), json.to_string()).unwrap();
+    let end = verify(&done.path(""));
+    assert_eq!((end.code, end.stderr.as_str()), (Some(3), ""), "{end:?}");
 }

@@ -111,16 +111,20 @@ impl Judge {
         };
         let residual = if wrong.is_none() { certificate.residual() } else { f64::NAN };
         let lost = self.lost(step, contacts, next);
+        let status = self.another_status(step, &wrenches, forces, lost);
         let (differs, overlap) = match step {
             Step::Trajectory(row) => {
                 let of_forces = self.lost_of_forces(contacts, forces, states);
                 let is_same = is_near(residual, row.residual, lost + of_forces);
                 let other = (!is_same).then(|| "its residual is another".to_owned());
-                (other.or_else(|| self.another_column(row, next, contacts)), 0.0)
+                (other.or(status).or_else(|| self.another_column(row, next, contacts)), 0.0)
             }
-            Step::Tables(step) => self.compare(step, next, &wrenches, &touching, &certificate),
+            Step::Tables(step) => {
+                let (differs, overlap) =
+                    self.compare(step, next, &wrenches, &touching, &certificate);
+                (differs.or(status), overlap)
+            }
         };
-        let differs = differs.or_else(|| self.another_status(step, &wrenches, forces, lost));
         // Free flight is exact, whoever solves the contacts.
         let flies = step.status() == StepStatus::Free && forces.iter().all(|f| f.amax() == 0.0);
         let accepted = if flies { 0.0 } else { self.accepted };
@@ -356,9 +360,8 @@ impl Judge {
         (lost + 2.0 * of_gap / self.world.time_step()).min(rounding::LARGEST)
     }
 
-    /// What rounding makes of a residual where forces are large, m/s: a force and its torque are known
-    /// to 16 ε of themselves, the arm to 16 ε of the coordinates that it is the difference of, and a
-    /// step's exact forces would be no larger than its rounding,
+    /// What rounding makes of a residual where forces are large, m/s: a force is known to 16 ε of
+    /// itself, and the arm of its torque to 16 ε of the coordinates that it is the difference of,
     ///
     /// ```text
     /// δu ≤ 16 ε h Σ |f| (1/m + ‖I⁻¹‖ (|r| + ℓ) ℓ)
