@@ -266,8 +266,11 @@ fn a_status_that_the_rows_do_not_have_is_named() {
 /// rounding of these forces, which two computations of a residual differ by, and its file is what it says.
 #[test]
 fn a_failed_step_of_huge_forces_verifies_as_failed() {
-    const SCENE: &str = "steps = 3\n[ground]\nfriction = 0.5\n[[bodies]]\n\
-                         box = 0.2\nmass = 1.0\nposition = [3.1, 4.7, 0.1]\n";
+    // Contacts of pieces are rebuilt from the points of their rows.
+    const SCENE: &str = "steps = 3\n[ground]\nfriction = 0.5\noffset = -1.0\n[[fixed]]\n\
+                         box = [2, 2, 0.1]\nposition = [313.1, 47.7, -0.05]\n[[bodies]]\n\
+                         box = 0.2\nmass = 1.0\nposition = [313.1, 47.7, 0.1]\n\
+                         attitude = { axis = [0, 0, 1], degrees = 37 }\n";
     let directory = tempfile::tempdir().unwrap();
     let file = directory.path().join("scene.toml");
     fs::write(&file, SCENE).unwrap();
