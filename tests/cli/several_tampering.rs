@@ -295,6 +295,7 @@ fn a_failed_step_of_huge_forces_verifies_as_failed() {
             next: &record.solution.states,
             wrenches: &[Wrench::zero()],
             contacts: &record.contacts,
+            joints: &[],
         };
         let forces = record.solution.forces();
         record.certificate = Certifier::new().contact_step(&scene.world, &claim, forces);
