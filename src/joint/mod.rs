@@ -239,7 +239,7 @@ impl Joint {
     /// ℓ² = Σ (1/m + ⅓ tr Gᵀ I⁻¹ G) / Σ ⅓ tr I⁻¹,                               (J2)
     /// ```
     ///
-    /// G = [a]× of the anchor: the square of a radius of gyration and of the lever. In a mechanism that is
+    /// `G = [a]×` of the anchor: the square of a radius of gyration and of the lever. In a mechanism that is
     /// held more often than it needs, it decides how forces and moments share the load.
     #[must_use]
     pub fn length(&self, bodies: &[RigidBody]) -> f64 {

@@ -342,7 +342,9 @@ const JOINT_AT_THE_START: f64 = 1e-6;
 fn check_joints(world: &World, states: &[State]) -> Result<(), Error> {
     for (joint, of) in world.joints().iter().enumerate() {
         let (place, turn) = of.error(states).unwrap_or((f64::NAN, f64::NAN));
-        if !(place.max(turn) <= JOINT_AT_THE_START) {
+        // A NaN fits nowhere.
+        let fits = place.max(turn) <= JOINT_AT_THE_START;
+        if !fits {
             return Err(Error::JointApart { joint, place, turn, allowed: JOINT_AT_THE_START });
         }
     }

@@ -52,7 +52,7 @@ struct Manner {
     worth_it: f64,
 }
 
-/// Where no two bodies touch. Friction that has settled is exact; where it has not, and the residual
+/// Where bodies touch the ground alone. Friction that has settled is exact; where it has not, and the residual
 /// says so, Ipopt goes on from the end with this as the start, and what is left is this part of it. A
 /// cost for normal forces takes a cube that slides or tips from 2 iterations a step to 21. Worth going
 /// on for is ten times what settled steps have; steps of friction that has just stopped or begun are
