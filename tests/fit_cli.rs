@@ -237,6 +237,9 @@ fn wrong_input_gets_a_sentence() {
     fs::write(bench.path("bodies.toml"), bodies).unwrap();
     bench.refused(&["bodies.toml", "tosses"], "bodies.toml: a fit needs a ground");
     let large = SCENE.replace("box = 0.1", "box = 1.0");
+    fs::write(bench.path("large.toml"), &large).unwrap();
+    bench.refused(&["large.toml", "tosses"], "large.toml: start.position: with z = 0.2 the lowest");
+    let large = large.replace("[0.0, 0.0, 0.2]", "[0.0, 0.0, 0.6]");
     fs::write(bench.path("large.toml"), large).unwrap();
     let sentence = "some.csv: toss 0: the body's lowest point comes to";
     bench.refused(&["large.toml", "tosses"], sentence);
