@@ -1,5 +1,9 @@
 //! The programs that `scripts/bench` runs beside other engines, on its scenes.
 
+#[path = "common/example.rs"]
+mod example;
+
+use example::built;
 use serde_json::{Value, json};
 use std::io::Write;
 use std::path::Path;
@@ -21,8 +25,7 @@ fn request(scene: &str, entries: Value) -> String {
 
 /// What an example prints, given a request.
 fn answer(example: &str, arguments: &[&str], request: &str) -> String {
-    let mut child = Command::new(env!("CARGO"))
-        .args(["run", "--quiet", "--locked", "--example", example, "--"])
+    let mut child = Command::new(built(example))
         .args(arguments)
         .current_dir(env!("CARGO_MANIFEST_DIR"))
         .stdin(Stdio::piped())

@@ -1,27 +1,16 @@
 //! The example programs, run as a user runs them: exit codes, and the physics of what they
 //! print.
 
-use serde_json::Value;
-use std::path::PathBuf;
+#[path = "common/example.rs"]
+mod example;
+
+use example::built;
 use std::process::{Command, Output};
 
-/// Builds (mostly it is built) and runs an example. Of the whole workspace, as all tests are: by itself the
-/// library would want dependencies with other features, and all would be built once more.
+/// Runs an example.
 fn run(example: &str, arguments: &[&str]) -> Output {
-    let built = Command::new(env!("CARGO"))
-        .args(["build", "--quiet", "--locked", "--workspace", "--message-format=json"])
-        .args(["--example", example])
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .output()
-        .unwrap();
-    assert!(built.status.success(), "{}", String::from_utf8_lossy(&built.stderr));
-    let messages = String::from_utf8(built.stdout).unwrap();
-    let messages = messages.lines().map(|line| serde_json::from_str::<Value>(line).unwrap());
-    let is_of = |message: &Value| message["target"]["name"] == example;
-    let program =
-        messages.filter(is_of).find_map(|built| Some(built["executable"].as_str()?.into()));
-    let program: PathBuf = program.unwrap();
-    Command::new(program).args(arguments).current_dir(env!("CARGO_MANIFEST_DIR")).output().unwrap()
+    let mut program = Command::new(built(example));
+    program.args(arguments).current_dir(env!("CARGO_MANIFEST_DIR")).output().unwrap()
 }
 
 fn printed(example: &str, arguments: &[&str], code: i32) -> String {
