@@ -68,9 +68,11 @@ pub(super) struct Neighbours {
     /// Whose these are.
     bodies: Vec<usize>,
     pairs: Vec<Neighbour>,
-    /// The bodies where the gaps were asked for last, and where they are there.
+    /// The bodies where the gaps were asked for last, and where they are there. Of bodies that are
+    /// elsewhere than before nothing exact is known.
     end: Vec<State>,
     poses: Vec<Pose>,
+    spare_poses: Vec<Pose>,
     /// Where they were at the last step's start, and what touched there: of two bodies that have
     /// not moved since nothing is computed again.
     start: Vec<Pose>,
@@ -144,7 +146,8 @@ impl Neighbours {
             let plane_of = plane_of(world, states, poses, (a, b));
             let hint = &mut pair.hint;
             pair.gap = manifold(pieces.0, pieces.1, BAND * size, plane_of, hint, scratch, touches);
-            pair.is_bound = false;
+            // Seen from the plane's side, to a last bit of its own.
+            pair.is_bound = true;
             if pair.gap <= TOUCH * size && !shares_a_line_only(pieces, touches, size) {
                 let between = Between { world, proxies: (a, b), at: poses, start: poses };
                 kept.extend(touches.iter().filter_map(|touch| between.contact(touch, 0)));
@@ -340,8 +343,20 @@ impl Neighbours {
     fn set_end(&mut self, states: &[State]) {
         self.end.clear();
         self.end.extend_from_slice(states);
+        std::mem::swap(&mut self.poses, &mut self.spare_poses);
         self.poses.clear();
         self.poses.extend(states.iter().map(State::pose));
+        // Separations were asked for where the bodies were.
+        let Self { proxies, pairs, poses, spare_poses: before, .. } = self;
+        if poses != before {
+            let stays = |at: usize| match proxies[at].owner {
+                Owner::Body(index) => before.get(index) == Some(&poses[index]),
+                Owner::Fixed(_) => true,
+            };
+            for pair in pairs.iter_mut().filter(|pair| !pair.is_bound) {
+                pair.is_bound = !(stays(pair.proxies.0) && stays(pair.proxies.1));
+            }
+        }
     }
 
     /// Finds the boxes and pairs anew where a piece leaves its box. `begun` tells that the starts of the
