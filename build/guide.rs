@@ -22,7 +22,8 @@ const STYLE: &str = r#"
 /// The page for rustdoc of the Markdown `source`.
 ///
 /// - `$…$` and `$$…$$` become MathML; code is left alone.
-/// - `[text](../src/plane.rs#Plane::new)` becomes a link to `crate::plane::Plane::new`.
+/// - `[text](../src/plane.rs#Plane::new)` becomes a link to `crate::plane::Plane::new`, and so does
+///   `[text](../core/src/plane.rs#Plane::new)`: the crate has the core's items under the same paths.
 /// - Of other links to files of the repository, which rustdoc's pages do not have beside
 ///   them, the text stays.
 ///
@@ -66,13 +67,12 @@ pub fn page(source: &str) -> Result<String, String> {
                 let text = &source[range.clone()];
                 let text = text.rfind("](").map_or(text, |end| &text[..=end]);
                 match link.take().as_deref() {
-                    Some(file) if file.starts_with("../src/") => {
-                        replace(range, &format!("{text}({})", item(file)));
-                    }
-                    Some(url) if !url.contains("://") && !url.starts_with('#') => {
-                        replace(range, &text[1..text.len() - 1]);
-                    }
-                    _ => {}
+                    Some(url) if url.contains("://") || url.starts_with('#') => {}
+                    Some(file) => match item(file) {
+                        Some(item) => replace(range, &format!("{text}({item})")),
+                        None => replace(range, &text[1..text.len() - 1]),
+                    },
+                    None => {}
                 }
                 continue;
             }
@@ -94,13 +94,15 @@ pub fn page(source: &str) -> Result<String, String> {
     Ok(page)
 }
 
-/// The item of a link like `../src/solver/mod.rs#StepSolver`: `crate::solver::StepSolver`.
-fn item(link: &str) -> String {
+/// The item of a link like `../src/solver/mod.rs#StepSolver`: `crate::solver::StepSolver`. `None` of
+/// links to other files than sources.
+fn item(link: &str) -> Option<String> {
     let (file, name) = link.split_once('#').unwrap_or((link, ""));
-    let module = file.trim_start_matches("../src/").trim_end_matches(".rs");
+    let file = file.strip_prefix("../core/src/").or_else(|| file.strip_prefix("../src/"))?;
+    let module = file.trim_end_matches(".rs");
     let module = module.trim_end_matches("/mod").replace('/', "::");
     let separator = if name.is_empty() { "" } else { "::" };
-    format!("crate::{module}{separator}{name}")
+    Some(format!("crate::{module}{separator}{name}"))
 }
 
 /// MathML whose text Markdown leaves as it is: punctuation outside tags as references to
