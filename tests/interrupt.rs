@@ -103,7 +103,7 @@ fn rows(run: &Simulated) -> Vec<TrajectoryRow> {
 /// Two whole files and no other, of as many rows as run.json counts, that `verify` finds to
 /// be what they say.
 fn assert_whole(run: &Simulated, outcome: &str, asked: u64) -> Vec<TrajectoryRow> {
-    let whole = ["out", "out/run.json", "out/trajectory.csv"].map(PathBuf::from);
+    let whole = ["out", "out/run.json", "out/state.bin", "out/trajectory.csv"].map(PathBuf::from);
     assert_eq!(everything_in(run.directory.path()), whole);
     let (rows, json) = (rows(run), run.run_json());
     let count = |status| rows.iter().filter(|row| row.status == status).count();

@@ -95,6 +95,9 @@ pub struct RunParameters {
 #[serde(expecting = "an object with the solver's name and settings")]
 pub struct SolverSettings {
     pub name: String,
+    /// What all of the others were said by, if a preset was.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub preset: Option<String>,
     /// Of Ipopt's program; null for others.
     #[serde(default)]
     pub formulation: Option<String>,
@@ -209,6 +212,7 @@ impl SolverSettings {
         let solver = contact.map(|contact| contact.solver(&scene.world)).transpose()?;
         Ok(Self {
             name: scene.solver().to_owned(),
+            preset: contact.and_then(|contact| Some(contact.preset?.name().to_owned())),
             formulation: ipopt.map(|(formulation, _)| formulation.name().to_owned()),
             detection: contact.map(|contact| contact.detection.name().to_owned()),
             on_failure: contact.map(|contact| contact.on_failure.name().to_owned()),
@@ -269,7 +273,7 @@ impl SummaryFile {
     fn of(run: &Run, climbs: bool) -> Self {
         let summary = &run.summary;
         let starts = summary.starts.iter().filter(|_| climbs);
-        let rungs = starts.map(|(start, count)| ((*start).to_owned(), *count)).collect();
+        let rungs = starts.map(|(start, count)| (start.to_string(), *count)).collect();
         Self {
             rows: summary.steps() + 1,
             free_steps: summary.free,
@@ -410,6 +414,7 @@ impl RunFile {
             ("ipopt_version", Some(&self.ipopt_version)),
             ("scene", Some(&self.scene)),
             ("solver.name", Some(&solver.name)),
+            ("solver.preset", solver.preset.as_ref()),
             ("solver.detection", solver.detection.as_ref()),
             ("solver.on_failure", solver.on_failure.as_ref()),
         ];
