@@ -171,6 +171,32 @@ fn a_signal_ends_a_native_run_at_once_with_all_its_steps_written() {
 }
 
 #[test]
+fn what_a_signal_ended_goes_on_as_if_it_had_never_come() {
+    let pile = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/pile.toml");
+    for (args, bytes) in
+        [(["--scene", "drop"], INTO_CONTACT), (["--scenario", pile], 20 * INTO_CONTACT)]
+    {
+        let mut running = Running::start(&[&args[..], &["--steps", "100000"]].concat());
+        running.wait_for(bytes);
+        running.send("INT");
+        let (run, _) = running.end();
+        assert_eq!(run.end.code, Some(130), "{:?}", run.end);
+        let rows = run.run_json()["summary"]["rows"].as_u64().unwrap() + 30;
+        let asked = ["--steps", &rows.to_string()];
+        let out = run.path("");
+        let end = support::run(&[&["--continue", out.to_str().unwrap()], &asked[..]].concat());
+        assert_eq!(end.code, Some(0), "{end:?}");
+        let whole = simulate(&[&args[..], &asked].concat());
+        for name in everything_in(&out) {
+            let [one, other] = [&run, &whole].map(|run| fs::read(run.path(name.to_str().unwrap())));
+            if name.extension().is_some_and(|extension| extension == "csv") {
+                assert!(one.unwrap() == other.unwrap(), "{} of {rows} rows", name.display());
+            }
+        }
+    }
+}
+
+#[test]
 fn a_quiet_run_with_a_step_that_fails_is_interrupted_with_code_130_and_no_word() {
     let hasty = ["--max-iter", "3", "--on-failure", "record", "--quiet"];
     let mut running = Running::start(&[IPOPT.as_slice(), &hasty].concat());
