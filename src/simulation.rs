@@ -18,3 +18,5 @@ pub use sheet::{MOST_ROW_BYTES, RowsError};
 pub use tumble_core::simulation::{
     Motion, Simulation, StepRecord, bounce, energy, random, record, scene, summary, wild,
 };
+#[cfg(feature = "save")]
+pub use tumble_core::simulation::{Saved, save};

@@ -56,7 +56,11 @@ fn every_shipped_scene_of_several_bodies_runs_and_verifies() {
         assert_eq!(verified.code, Some(0), "{name}: {verified:?}");
         let files = everything_in(&done.path(""));
         let files: Vec<_> = files.iter().map(|file| file.to_str().unwrap()).collect();
-        assert_eq!(files, ["contacts.csv", "run.json", "states.csv", "steps.csv"], "{name}");
+        assert_eq!(
+            files,
+            ["contacts.csv", "run.json", "state.bin", "states.csv", "steps.csv"],
+            "{name}"
+        );
     }
 }
 

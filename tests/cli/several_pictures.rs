@@ -38,7 +38,7 @@ capsule = { length = 0.4, radius = 0.05 }
 position = [-1.0, 0.0, 0.5]
 "#;
 
-const TABLES: [&str; 4] = ["contacts.csv", "run.json", "states.csv", "steps.csv"];
+const TABLES: [&str; 5] = ["contacts.csv", "run.json", "state.bin", "states.csv", "steps.csv"];
 const PICTURES: [&str; 6] =
     ["animation.gif", "plot-energy.png", "plot-energy.svg", "plot.png", "plot.svg", "view.html"];
 

@@ -256,6 +256,17 @@ impl Joint {
         if angular > 0.0 { (linear / angular).sqrt() } else { 1.0 }
     }
 
+    /// Whether it ties the body `body`.
+    pub(crate) fn ties(&self, body: usize) -> bool {
+        self.body == body || self.other == Some(body)
+    }
+
+    /// The same where the body `removed`, which it does not tie, is taken out of the world.
+    pub(crate) fn without(&self, removed: usize) -> Self {
+        let number = |body: usize| if body > removed { body - 1 } else { body };
+        Self { body: number(self.body), other: self.other.map(number), ..self.clone() }
+    }
+
     /// How its frames can turn.
     pub(crate) fn turning(&self) -> Turning {
         match self.angular {

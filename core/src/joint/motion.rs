@@ -8,6 +8,7 @@ use std::f64::consts::TAU;
 
 /// The force of a joint over a step, and how often it has turned around.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct JointForce {
     /// Along the axes of B's frame at the step's start, N, on A at its anchor; the opposite one acts on B.
     pub force: Vector3<f64>,

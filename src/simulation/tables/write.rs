@@ -20,17 +20,21 @@ impl<W: Write> TablesWriter<W> {
     /// # Errors
     /// The streams'.
     pub fn new(streams: Streams<W>, world: &World) -> csv::Result<Self> {
-        let begin = |stream, table: Table| {
-            let mut csv = csv::WriterBuilder::new().has_headers(false).from_writer(stream);
+        let mut writer = Self::after(streams, world);
+        let Streams { states, contacts, steps } = &mut writer.tables;
+        for (table, csv) in Table::ALL.into_iter().zip([states, contacts, steps]) {
             csv.write_record(table.columns())?;
-            Ok::<_, csv::Error>(csv)
-        };
-        let tables = Streams {
-            states: begin(streams.states, Table::States)?,
-            contacts: begin(streams.contacts, Table::Contacts)?,
-            steps: begin(streams.steps, Table::Steps)?,
-        };
-        Ok(Self { tables, world: world.clone() })
+        }
+        Ok(writer)
+    }
+
+    /// Goes on where the headers stand in the streams already, and maybe rows.
+    #[must_use]
+    pub fn after(streams: Streams<W>, world: &World) -> Self {
+        let csv = |stream| csv::WriterBuilder::new().has_headers(false).from_writer(stream);
+        let Streams { states, contacts, steps } = streams;
+        let tables = Streams { states: csv(states), contacts: csv(contacts), steps: csv(steps) };
+        Self { tables, world: world.clone() }
     }
 
     /// Writes the rows of one step.
