@@ -19,7 +19,8 @@ const STYLE: &str = r#"
 /// The page for rustdoc of the Markdown `source`.
 ///
 /// - `$…$` and `$$…$$` become MathML; code is left alone.
-/// - `[text](../src/plane.rs#Plane::new)` becomes a link to `crate::plane::Plane::new`.
+/// - `[text](../src/plane.rs#Plane::new)` becomes a link to `crate::plane::Plane::new`, and so does
+///   `[text](../core/src/plane.rs#Plane::new)`: the crate has the core's items under the same paths.
 /// - Of other links to files of the repository, which rustdoc's pages do not have beside
 ///   them, the text stays.
 ///
@@ -33,7 +34,8 @@ pub fn page(source: &str) -> Result<String, String> {
 /// links to other files than sources.
 fn item(link: &str) -> Option<String> {
     let (file, name) = link.split_once('#').unwrap_or((link, ""));
-    let module = file.strip_prefix("../src/")?.trim_end_matches(".rs");
+    let file = file.strip_prefix("../core/src/").or_else(|| file.strip_prefix("../src/"))?;
+    let module = file.trim_end_matches(".rs");
     let module = module.trim_end_matches("/mod").replace('/', "::");
     let separator = if name.is_empty() { "" } else { "::" };
     Some(format!("crate::{module}{separator}{name}"))

@@ -2,21 +2,13 @@
 #![cfg_attr(not(feature = "guide"), doc = include_str!("../docs/guide.md"))]
 #![deny(unsafe_code)]
 
-pub mod error;
-
-pub mod geometry;
-pub mod joint;
-pub mod mechanics;
-
-pub mod contact;
-pub mod world;
+pub use tumble_core::{contact, error, geometry, joint, mechanics, step, world};
 
 #[cfg(feature = "film")]
 pub mod film;
 pub mod solver;
 #[cfg(feature = "program")]
 pub mod sparsity;
-pub mod step;
 #[cfg(feature = "program")]
 pub mod step_nlp;
 

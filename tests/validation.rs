@@ -7,6 +7,7 @@ mod planted;
 use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestRunner};
 use std::cell::Cell;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use tumble::error::Error;
 use tumble::solver::ipopt::{
     Formulation, IpoptSolver, MOST_BODIES, MOST_ITERATIONS, TOLERANCE, ladder_for,
@@ -188,46 +189,57 @@ fn assert_converges(problem: &dyn Problem, inputs: &Inputs, h: f64, coarse: &Fin
 }
 
 /// Other masses, frictions, gravities, slopes and speeds. Inputs for which the closed form
-/// is another motion's are refused, but not most of them.
+/// is another motion's are refused, but not most of them. On all cores: it is the longest of all tests.
 #[test]
 fn other_numbers_have_their_answers_too() {
+    let (next, threads) = (AtomicUsize::new(0), std::thread::available_parallelism().unwrap());
+    std::thread::scope(|scope| {
+        for _ in 0..threads.get() {
+            scope.spawn(|| {
+                while let Some(problem) = PROBLEMS.get(next.fetch_add(1, Ordering::Relaxed)) {
+                    other_numbers_have_the_answers_of(*problem);
+                }
+            });
+        }
+    });
+}
+
+fn other_numbers_have_the_answers_of(problem: &dyn Problem) {
     let numbers =
         (0.01..1e3_f64, 0.05..1.2_f64, 1.0..25.0_f64, 0.0..50.0_f64, 0.2..12.0_f64, 1e-3..4e-3_f64);
-    for problem in PROBLEMS {
-        // Steps of several bodies take longer.
-        let cases = match problem.bodies() {
-            1 => 60,
-            2..=30 => 24,
-            _ => 3,
-        };
-        let config = ProptestConfig { rng_seed: RngSeed::Fixed(6), cases, ..Default::default() };
-        let solved = Cell::new(0);
-        TestRunner::new(config)
-            .run(&numbers, |(mass, friction, gravity, slope, speed, h)| {
-                let mut inputs = problem.inputs();
-                // What the problem can be posed with at all, for most of the draws.
-                let name = problem.name();
-                let speed = if name == "rocking" { 0.3 + speed / 18.0 } else { speed };
-                let mass = if name == "dragged-cube" { mass / 500.0 } else { mass };
-                inputs.set(Input::Mass, mass);
-                inputs.set(Input::Friction, friction);
-                inputs.set(Input::Gravity, gravity);
-                inputs.set(Input::Slope, slope);
-                inputs.set(Input::Speed, speed);
-                let h = h.min(inputs.time_step);
-                match problem.solve(&inputs, &mut Laboratory::new(&native, h)) {
-                    Ok(found) => {
-                        assert_converges(problem, &inputs, h, &found);
-                        solved.set(solved.get() + 1);
-                    }
-                    Err(Unsuitable::Motion(why)) => assert!(!why.is_empty()),
-                    Err(error) => panic!("{}: {error}", problem.name()),
+    // Steps of several bodies take longer.
+    let cases = match problem.bodies() {
+        1 => 60,
+        2..=30 => 24,
+        _ => 3,
+    };
+    let config = ProptestConfig { rng_seed: RngSeed::Fixed(6), cases, ..Default::default() };
+    let solved = Cell::new(0);
+    TestRunner::new(config)
+        .run(&numbers, |(mass, friction, gravity, slope, speed, h)| {
+            let mut inputs = problem.inputs();
+            // What the problem can be posed with at all, for most of the draws.
+            let name = problem.name();
+            let speed = if name == "rocking" { 0.3 + speed / 18.0 } else { speed };
+            let mass = if name == "dragged-cube" { mass / 500.0 } else { mass };
+            inputs.set(Input::Mass, mass);
+            inputs.set(Input::Friction, friction);
+            inputs.set(Input::Gravity, gravity);
+            inputs.set(Input::Slope, slope);
+            inputs.set(Input::Speed, speed);
+            let h = h.min(inputs.time_step);
+            match problem.solve(&inputs, &mut Laboratory::new(&native, h)) {
+                Ok(found) => {
+                    assert_converges(problem, &inputs, h, &found);
+                    solved.set(solved.get() + 1);
                 }
-                Ok(())
-            })
-            .unwrap();
-        assert!(solved.get() >= cases / 3, "{}: {} of {cases}", problem.name(), solved.get());
-    }
+                Err(Unsuitable::Motion(why)) => assert!(!why.is_empty()),
+                Err(error) => panic!("{}: {error}", problem.name()),
+            }
+            Ok(())
+        })
+        .unwrap();
+    assert!(solved.get() >= cases / 3, "{}: {} of {cases}", problem.name(), solved.get());
 }
 
 /// A planted defect, and a quantity that it must be seen in.

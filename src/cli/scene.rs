@@ -80,7 +80,7 @@ fn of_flags(args: &SimulateArgs) -> Result<Settings, Failure> {
 pub fn of_physics(physics: &PhysicsArgs) -> Result<Settings, Failure> {
     Ok(Settings {
         dt: physics.dt,
-        rotation: physics.rotation,
+        rotation: physics.rotation.map(Into::into),
         mu: physics.mu,
         restitution: physics.restitution,
         rebound_speed: physics.rebound_speed,

@@ -40,36 +40,18 @@ pub fn sought(name: &str) -> Result<Parameter, String> {
     Err(format!("{name:?} is no parameter; there are {names}{why}"))
 }
 
-impl Parameter {
-    /// Where it is looked for, if nothing else is said: `model` has the scene's own values.
-    #[must_use]
-    pub fn usual_bounds(self, model: &Model) -> [f64; 2] {
-        let least = model.extents().min();
-        match self {
-            Self::Friction => [0.02, 1.0],
-            Self::Restitution => [0.0, 0.6],
-            Self::Mass | Self::Inertia => [0.5, 2.0],
-            Self::Size => [0.9, 1.1],
-            Self::Radius => [0.0, 0.3 * least],
-            Self::Gravity => [0.9, 1.1].map(|factor| factor * model.gravity().norm()),
-            Self::Ground => [-0.1, 0.1].map(|factor| factor * least),
-            Self::TimeStep => [0.5, 1.0].map(|factor| factor * model.world.time_step()),
-        }
-    }
+/// How far around a found value of `parameter` the loss is looked at: as far as it is smooth. It is
+/// sharpest in the friction.
+pub(super) fn usual_reach(parameter: Parameter, value: f64, bounds: [f64; 2]) -> f64 {
+    let share = (bounds[1] - bounds[0]) / 6.0;
+    if parameter == Parameter::Friction { share.min(0.1 * value.max(0.05)) } else { share }
+}
 
-    /// How far around a found value the loss is looked at: as far as it is smooth. It is sharpest
-    /// in the friction.
-    pub(super) fn usual_reach(self, value: f64, bounds: [f64; 2]) -> f64 {
-        let share = (bounds[1] - bounds[0]) / 6.0;
-        if self == Self::Friction { share.min(0.1 * value.max(0.05)) } else { share }
-    }
-
-    /// The first step of a search for it, where nothing is known but the bounds: a sixth of
-    /// their distance, and no more than a fifth of the friction at the start.
-    pub(super) fn usual_step(self, start: f64, bounds: [f64; 2]) -> f64 {
-        let share = (bounds[1] - bounds[0]) / 6.0;
-        if self == Self::Friction { share.min(0.2 * start.max(0.05)) } else { share }
-    }
+/// The first step of a search for `parameter`, where nothing is known but the bounds: a sixth of
+/// their distance, and no more than a fifth of the friction at the start.
+pub(super) fn usual_step(parameter: Parameter, start: f64, bounds: [f64; 2]) -> f64 {
+    let share = (bounds[1] - bounds[0]) / 6.0;
+    if parameter == Parameter::Friction { share.min(0.2 * start.max(0.05)) } else { share }
 }
 
 /// A value for every constant of [`SOUGHT`], in that order.
@@ -153,6 +135,22 @@ impl Model {
     #[must_use]
     pub fn extents(&self) -> Vector3<f64> {
         constants::extents(self.body())
+    }
+
+    /// Where `parameter` is looked for, if nothing else is said.
+    #[must_use]
+    pub fn usual_bounds(&self, parameter: Parameter) -> [f64; 2] {
+        let least = self.extents().min();
+        match parameter {
+            Parameter::Friction => [0.02, 1.0],
+            Parameter::Restitution => [0.0, 0.6],
+            Parameter::Mass | Parameter::Inertia => [0.5, 2.0],
+            Parameter::Size => [0.9, 1.1],
+            Parameter::Radius => [0.0, 0.3 * least],
+            Parameter::Gravity => [0.9, 1.1].map(|factor| factor * self.gravity().norm()),
+            Parameter::Ground => [-0.1, 0.1].map(|factor| factor * least),
+            Parameter::TimeStep => [0.5, 1.0].map(|factor| factor * self.world.time_step()),
+        }
     }
 
     fn body(&self) -> &RigidBody {

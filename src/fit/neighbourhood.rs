@@ -15,7 +15,7 @@
 //! these is the interval.
 
 use super::error::FitError;
-use super::model::Values;
+use super::model::{Values, usual_reach};
 use super::rollout::{Evaluator, Query, TossScore};
 use super::search::{Plan, Sought};
 use nalgebra::{DMatrix, DVector};
@@ -148,7 +148,7 @@ fn unit(draws: &mut Mt) -> f64 {
 /// What is looked at around a value, within the bounds.
 fn around(sought: &Sought, centre: &Values) -> [f64; 2] {
     let value = centre.get(sought.parameter);
-    let half = sought.parameter.usual_reach(value, sought.bounds);
+    let half = usual_reach(sought.parameter, value, sought.bounds);
     [(value - half).max(sought.bounds[0]), (value + half).min(sought.bounds[1])]
 }
 

@@ -8,7 +8,7 @@
 
 use super::error::FitError;
 use super::loss::Loss;
-use super::model::{Parameter, Values};
+use super::model::{Parameter, Values, usual_step};
 use super::rollout::{Evaluator, Query};
 use cmaes::{CMAESOptions, DVector};
 use std::cell::RefCell;
@@ -104,7 +104,7 @@ impl Plan {
         let (mut values, mut outside) = (*start, 0.0);
         for (sought, coordinate) in self.sought.iter().zip(point) {
             let (from, [low, high]) = (start.get(sought.parameter), sought.bounds);
-            let step = sought.parameter.usual_step(from, sought.bounds);
+            let step = usual_step(sought.parameter, from, sought.bounds);
             let wanted = from + step * coordinate;
             let value = wanted.clamp(low, high);
             outside += (wanted - value).abs() / step;

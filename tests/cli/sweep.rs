@@ -154,7 +154,37 @@ fn what_is_no_sweep_is_refused() {
     let rows = fs::read_to_string(&part).unwrap();
     fs::write(&part, &rows[..rows.len() / 2]).unwrap();
     run(&["merge", path]).assert_refused(2, &["part-000004.csv", "tosses 8 to 9"]);
+    sweep(&out, &[]).assert_refused(2, &["part-000004.csv", "checksum"]);
     let end: super::support::End =
         tumble().args(["merge", path, "--steps", "3"]).output().unwrap().into();
     end.assert_refused(2, &["--steps"]);
+}
+
+/// One digit of a part, a part in the place of another, a part too many, or one number of the plan.
+#[test]
+fn what_was_changed_since_is_named() {
+    let (directory, whole) = whole();
+    let out = directory.path();
+    let merge = || run(&["merge", out.to_str().unwrap()]);
+    let (part, other) = (out.join("part-000003.csv"), out.join("part-000004.csv"));
+    let rows = fs::read_to_string(&part).unwrap();
+    let digit = rows.find("0.").unwrap() + 2;
+    let changed = if &rows[digit..=digit] == "1" { "2" } else { "1" };
+    fs::write(&part, [&rows[..digit], changed, &rows[digit + 1..]].concat()).unwrap();
+    merge().assert_refused(2, &["part-000003.csv", "tosses 6 to 7", "checksum"]);
+    fs::write(&part, fs::read(&other).unwrap()).unwrap();
+    merge().assert_refused(2, &["part-000003.csv", "checksum"]);
+    fs::write(&part, &rows).unwrap();
+
+    let stray = out.join("part-000150.csv");
+    fs::write(&stray, &rows).unwrap();
+    merge().assert_refused(2, &["part-000150.csv is no part", "part-000149.csv"]);
+    fs::remove_file(&stray).unwrap();
+    assert_eq!(merged(out), whole);
+
+    let plan = out.join("sweep.json");
+    let text = fs::read_to_string(&plan).unwrap();
+    fs::write(&plan, text.replace("\"tosses\": 300", "\"tosses\": 298")).unwrap();
+    merge().assert_refused(2, &["sweep.json", "was changed since"]);
+    sweep(out, &[]).assert_refused(2, &["sweep.json", "was changed since"]);
 }

@@ -13,7 +13,7 @@ use tumble::fit::{Evaluator, FitError, Loss, Model, Parameter, Protocol, Toss, V
 fn plan(model: &Model, parameters: &[Parameter], evaluations: usize) -> Plan {
     let sought = parameters
         .iter()
-        .map(|&parameter| Sought { parameter, bounds: parameter.usual_bounds(model) });
+        .map(|&parameter| Sought { parameter, bounds: model.usual_bounds(parameter) });
     let (sought, loss) = (sought.collect(), Loss::Robust);
     Plan { sought, loss, evaluations, rounds: 2, seed: 3 }
 }

@@ -2,11 +2,29 @@
 
 use crate::cli::choices::Inertia;
 use crate::cli::values::{self, LoadKnot};
-use clap::Args;
+use clap::{Args, ValueEnum};
 use nalgebra::Vector3;
 use tumble::mechanics::Rotation;
 use tumble::world::Plane;
 use tumble_pictures::animation::View;
+
+/// A [`Rotation`] as a flag names it.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum RotationName {
+    /// P⁺(ω⁺) = P⁻(ω) + h τ: keeps angular momentum to rounding and energy without a trend.
+    Momentum,
+    /// I (ω⁺ − ω) + h ω⁺ × I ω⁺ = h τ, the tutorial's: keeps both to first order in h.
+    Tutorial,
+}
+
+impl From<RotationName> for Rotation {
+    fn from(name: RotationName) -> Self {
+        match name {
+            RotationName::Momentum => Self::Momentum,
+            RotationName::Tutorial => Self::Tutorial,
+        }
+    }
+}
 
 /// What residuals depend on: the constants of the model, and the load.
 #[derive(Debug, Args)]
@@ -16,7 +34,7 @@ pub struct PhysicsArgs {
     pub dt: Option<f64>,
     /// By which equation a step turns its bodies [default: tutorial, in scenario files momentum].
     #[arg(long, value_enum)]
-    pub rotation: Option<Rotation>,
+    pub rotation: Option<RotationName>,
     /// Coefficient of friction, 0 to 10 [default: 0.3].
     #[arg(long, value_parser = values::number, allow_hyphen_values = true)]
     pub mu: Option<f64>,

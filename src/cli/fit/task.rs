@@ -44,7 +44,7 @@ impl Task {
                 .bounds
                 .iter()
                 .rfind(|(bounded, _)| *bounded == parameter)
-                .map_or_else(|| parameter.usual_bounds(&model), |(_, bounds)| *bounds),
+                .map_or_else(|| model.usual_bounds(parameter), |(_, bounds)| *bounds),
         });
         let plan = Plan {
             sought: sought.collect(),

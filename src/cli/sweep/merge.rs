@@ -1,18 +1,16 @@
 //! `tumble merge`: the parts of a sweep as one table.
 
-use super::plan::{Plan, part_file};
+use super::plan::{Plan, part_file, read_part};
 use super::toss::HEADER;
 use crate::cli::args::MergeArgs;
 use crate::cli::directory::OutputDirectory;
 use crate::cli::outcome::{Failure, Outcome};
 use crate::cli::output::{PendingFile, Voice};
-use crate::cli::{input, shown};
+use crate::cli::shown;
 use std::io::{self, Write};
 
 /// The table.
 const FILE: &str = "sweep.csv";
-/// More bytes than this are no part: of 1000 tosses of 2000 bodies.
-const LARGEST_PART: u64 = 2 << 30;
 
 /// `tumble merge`.
 pub fn run(args: &MergeArgs) -> Result<Outcome, Failure> {
@@ -23,6 +21,7 @@ pub fn run(args: &MergeArgs) -> Result<Outcome, Failure> {
             shown::path(directory)
         )));
     };
+    plan.refuse_strays(directory)?;
     let parts = plan.parts();
     let missing: Vec<_> =
         (0..parts).filter(|part| !directory.join(part_file(*part)).is_file()).collect();
@@ -42,21 +41,8 @@ pub fn run(args: &MergeArgs) -> Result<Outcome, Failure> {
     stream.write_all(HEADER.as_bytes()).map_err(failed)?;
     for part in 0..parts {
         let path = directory.join(part_file(part));
-        let rows = input::text(&path, LARGEST_PART).map_err(|error| {
-            Failure::Input(format!("{} cannot be read: {error}", shown::path(&path)))
-        })?;
-        let expected = plan.tosses_of(part);
-        let of = |row: Option<&str>| row?.split(',').next()?.parse::<u32>().ok();
-        let (first, last) = (of(rows.lines().next()), of(rows.lines().next_back()));
-        if (first, last) != (Some(expected.start), Some(expected.end - 1)) || !rows.ends_with('\n')
-        {
-            return Err(Failure::Input(format!(
-                "{} has not the tosses {} to {}; remove it, and run its shard again",
-                shown::path(&path),
-                expected.start,
-                expected.end - 1
-            )));
-        }
+        let text = read_part(&path)?;
+        let rows = plan.rows_of(part, &text, &path)?;
         stream.write_all(rows.as_bytes()).map_err(failed)?;
     }
     stream.flush().and_then(|()| stream.get_ref().sync_all()).map_err(failed)?;

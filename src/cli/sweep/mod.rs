@@ -38,14 +38,14 @@ pub fn run(args: &SweepArgs) -> Result<Outcome, Failure> {
     let (mut computed, mut known, mut unsolved) = (0, 0, 0);
     for part in &parts {
         let name = plan::part_file(*part);
-        if out.path().join(&name).is_file() {
+        if plan.knows(out.path(), *part)? {
             known += 1;
         } else {
             let Some(done) = toss::part(&plan, &args.scenario, *part, threads, &interrupt)? else {
                 break;
             };
             let pending = PendingFile::create(&out, &name)?;
-            pending.write(done.csv.as_bytes())?;
+            pending.write(plan.sealed(*part, &done.csv).as_bytes())?;
             pending.publish()?;
             computed += 1;
             unsolved += done.unsolved;

@@ -11,8 +11,7 @@
 //! the piece that it is of, and the plane must touch the piece that it is of.
 
 use super::ContactRow;
-use crate::contact::between::round;
-use crate::contact::{Contact, Features, Partner, Plane};
+use crate::contact::{Contact, Features, Partner, Plane, round};
 use crate::geometry::{Feature, Piece};
 use crate::mechanics::{Pose, State};
 use crate::world::World;

@@ -133,7 +133,8 @@ pub(super) fn piece(world: &World, owner: Owner, number: usize) -> Option<&Piece
 
 /// Two round features, the first one of A; `None` where the pieces do not have them, or no radius. Where
 /// their cores coincide the plane is across `normal` (unit, frame of B).
-pub(crate) fn round(
+#[must_use]
+pub fn round(
     pieces: (&Piece, &Piece),
     parts: (Part, Part),
     normal: &Vector3<f64>,

@@ -16,7 +16,7 @@
 //! the tangent one at k and the gap at k+1 that of the [features themselves](curved). Equation
 //! numbers are those of `docs/formulation.md`.
 
-pub(crate) mod between;
+mod between;
 mod candidates;
 pub mod certificate;
 pub mod curved;
@@ -32,6 +32,7 @@ pub mod rounding;
 mod seam;
 
 pub use crate::world::{ContactLaw, Partner, Plane};
+pub use between::round;
 pub use candidates::Candidates;
 pub use certificate::{Certificate, Certifier};
 pub use curved::Curved;
@@ -339,8 +340,9 @@ fn gap_between(features: &Features, normal: &Vector3<f64>, a: &Pose, b: Option<&
 
 /// `[y]× Aᵀ`: the torque (frame of the body) of an impulse (world) at y, m, frame of the body, which is turned
 /// by A.
+#[must_use]
 #[inline]
-pub(crate) fn torque_map_of(y: &Vector3<f64>, a: &Matrix3<f64>) -> Matrix3<f64> {
+pub fn torque_map_of(y: &Vector3<f64>, a: &Matrix3<f64>) -> Matrix3<f64> {
     y.cross_matrix() * a.transpose()
 }
 

@@ -3,8 +3,7 @@
 //! A step is free flight, [detection](crate::contact::detection) of the contacts, a
 //! [solver](crate::solver) for their forces, and the
 //! [certificate](crate::contact::certificate) that judges the answer. Around it: starts
-//! ([`scene`], [`random`]), what is kept of a step ([`record`]), of a run ([`summary`]) and in
-//! files (`trajectory` of one body, `tables` of any number, with the feature `csv`).
+//! ([`scene`], [`random`]), what is kept of a step ([`record`]) and of a run ([`summary`]).
 
 pub mod bounce;
 pub mod energy;
@@ -13,18 +12,10 @@ mod median;
 pub mod random;
 pub mod record;
 pub mod scene;
-#[cfg(feature = "csv")]
-mod sheet;
 pub mod summary;
-#[cfg(feature = "csv")]
-pub mod tables;
-#[cfg(feature = "csv")]
-pub mod trajectory;
 pub mod wild;
 
 pub use record::StepRecord;
-#[cfg(feature = "csv")]
-pub use sheet::{MOST_ROW_BYTES, RowsError};
 
 use crate::contact::certificate::{Certifier, Claim, certify_rk4_step};
 use crate::contact::detection::CONTACT_BAND;

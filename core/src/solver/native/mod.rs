@@ -138,11 +138,15 @@ impl NativeSolver {
         solution.contacts.extend(contacts[known..].iter().map(|c| ContactForce::none(c.key)));
         self.islands.find(step, (contacts, known, first), marked);
         self.parts.assign(&self.islands, step.states.len());
-        self.solve_changed(step, contacts)?;
+        let is_solved = self.solve_on_threads(step, contacts)?;
         // In the order of the islands, on whichever threads they were solved.
         let mut iterations = 0_u32;
         for (number, island) in self.islands.changed() {
-            let ended = self.parts.of(number).write(step, contacts, &island, solution);
+            let part = self.parts.of(number);
+            if !is_solved {
+                part.solve(step, contacts, &island, self.accepted)?;
+            }
+            let ended = part.write(step, contacts, &island, solution);
             let Outcome { solved, start } = ended.outcome;
             for &body in island.bodies {
                 let end = &mut self.ends[body];
@@ -198,19 +202,23 @@ impl NativeSolver {
         &self.reached
     }
 
-    /// Solves the problems of the islands that changed, each in the memory of its part.
-    fn solve_changed(&mut self, step: &Step<'_>, contacts: &[Contact]) -> Result<(), Error> {
-        let Self { accepted, islands, parts, .. } = self;
-        #[cfg(feature = "threads")]
-        if let Some(threads) = &self.threads
-            && threads.are_worth_it(islands)
-        {
-            return threads.solve(step, contacts, islands, parts, *accepted);
+    /// Solves the problems of the islands that changed at the same time, each in the memory of its part, where there are
+    /// threads and it is worth it. Returns whether it did.
+    #[cfg(feature = "threads")]
+    fn solve_on_threads(&mut self, step: &Step<'_>, contacts: &[Contact]) -> Result<bool, Error> {
+        let Self { accepted, islands, parts, threads, .. } = self;
+        match threads {
+            Some(threads) if threads.are_worth_it(islands) => {
+                threads.solve(step, contacts, islands, parts, *accepted).map(|()| true)
+            }
+            _ => Ok(false),
         }
-        for (number, island) in islands.changed() {
-            parts.of(number).solve(step, contacts, &island, *accepted)?;
-        }
-        Ok(())
+    }
+
+    /// There are no threads.
+    #[cfg(not(feature = "threads"))]
+    fn solve_on_threads(&mut self, _: &Step<'_>, _: &[Contact]) -> Result<bool, Error> {
+        Ok(false)
     }
 }
 

@@ -3,4 +3,5 @@
 
 #[cfg(feature = "ipopt")]
 pub mod ipopt;
-pub mod native;
+
+pub use tumble_core::solver::native;

@@ -246,7 +246,8 @@ fn radius(body: &RigidBody) -> f64 {
 }
 
 /// Half the extents of a body along its axes, m: half the sides of a box.
-pub(crate) fn extents(body: &RigidBody) -> Vector3<f64> {
+#[must_use]
+pub fn extents(body: &RigidBody) -> Vector3<f64> {
     let points = body.contact_points().iter();
     let reach = |point: &crate::mechanics::body::ContactPoint| {
         point.position.abs().add_scalar(point.radius)
@@ -262,7 +263,8 @@ pub(crate) fn extents(body: &RigidBody) -> Vector3<f64> {
 /// ```
 ///
 /// with the size s and the radius ρ, so that the outermost stay outermost and the extents are s a.
-pub(crate) fn corners(body: &RigidBody, size: f64, new_radius: f64) -> Vec<Vector3<f64>> {
+#[must_use]
+pub fn corners(body: &RigidBody, size: f64, new_radius: f64) -> Vec<Vector3<f64>> {
     let outer = size * extents(body);
     let inner = outer.add_scalar(-size * radius(body));
     let factor = outer.add_scalar(-new_radius).component_div(&inner) * size;

@@ -452,12 +452,12 @@ fn ordered(body: usize, partner: Partner) -> (usize, Partner) {
     }
 }
 
-#[cfg(feature = "ipopt")]
 impl World {
     /// The same world in other units of `mass` (kg), `length` (m) and `time` (s). Without
     /// pieces: bodies of points on a ground. The ranges of [`World::new`] are those of SI units and
     /// are not asked again.
-    pub(crate) fn in_units(&self, mass: f64, length: f64, time: f64) -> Self {
+    #[must_use]
+    pub fn in_units(&self, mass: f64, length: f64, time: f64) -> Self {
         let Parameters { bodies, ground, gravity, friction, time_step, rotation } =
             &self.parameters;
         let parameters = Parameters {

@@ -316,7 +316,6 @@ fn box_corners(half_sides: &Vector3<f64>) -> [Vector3<f64>; 8] {
     std::array::from_fn(|corner| Vector3::from_fn(|axis, _| sign(corner, axis) * half_sides[axis]))
 }
 
-#[cfg(feature = "ipopt")]
 impl RigidBody {
     /// The same body in other units of `mass` (kg) and `length` (m), without its pieces: what
     /// touches planes.

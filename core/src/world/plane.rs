@@ -88,7 +88,6 @@ impl Plane {
     }
 
     /// The same plane in another unit of `length` (m).
-    #[cfg(feature = "ipopt")]
     pub(crate) fn in_units(&self, length: f64) -> Self {
         Self { offset: self.offset / length, ..self.clone() }
     }

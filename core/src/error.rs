@@ -125,7 +125,10 @@ pub enum Error {
 }
 
 /// `Ok(value)` where `low ≤ value ≤ high`.
-pub(crate) fn in_range(
+///
+/// # Errors
+/// [`Error::OutOfRange`] of the `field`, which says what is `allowed`; also of a NaN.
+pub fn in_range(
     field: &'static str,
     value: f64,
     low: f64,

@@ -38,9 +38,8 @@ use nalgebra::{Matrix3, Vector3};
 
 /// Which equation turns a body in a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
-#[cfg_attr(feature = "scenario", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "scenario", serde(rename_all = "kebab-case"))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub enum Rotation {
     /// P⁺(ω⁺) = P⁻(ω) + h τ: keeps angular momentum to rounding and energy without a trend.
     Momentum,
