@@ -12,10 +12,7 @@ use std::ops::Range;
 /// # Errors
 /// What is wrong, with its line: a formula that cannot be converted, a formula in the text of
 /// a link, a dollar sign outside formulas and code.
-pub fn converted(
-    source: &str,
-    target: impl Fn(&str) -> Option<String>,
-) -> Result<String, String> {
+pub fn converted(source: &str, target: impl Fn(&str) -> Option<String>) -> Result<String, String> {
     let options = Options::ENABLE_MATH | Options::ENABLE_TABLES;
     let converter = LatexToMathML::new(MathCoreConfig::default())
         .map_err(|(error, ..)| format!("the converter of formulas: {error}"))?;

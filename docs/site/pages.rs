@@ -143,7 +143,8 @@ fn gallery(out: &Path, runs: &Path) -> Done<String> {
                     shows them. A click on an animation opens the run in the browser, with its numbers.\n"
         .to_owned();
     for row in fs::read_to_string("scenarios/README.md")?.lines() {
-        let Some((name, what)) = row.strip_prefix("| `").and_then(|row| row.split_once(".toml` | "))
+        let Some((name, what)) =
+            row.strip_prefix("| `").and_then(|row| row.split_once(".toml` | "))
         else {
             continue;
         };
