@@ -63,9 +63,14 @@ pub fn converted(source: &str, target: impl Fn(&str) -> Option<String>) -> Resul
         if link.is_some() {
             return Err(format!("line {}: a formula in a link", line(range.start)));
         }
-        let mathml = converter.convert_with_local_state(latex, display).map_err(|error| {
-            let dollars = (range.len() - latex.len()) / 2;
-            let line = line(range.start + dollars + error.0.start);
+        // An equation with a number has an environment, though documents need not say so.
+        let is_bare = latex.contains(r"\tag{") && !latex.contains(r"\begin{align}");
+        let [begin, end] =
+            if is_bare { [r"\begin{equation}", r"\end{equation}"] } else { ["", ""] };
+        let latex = format!("{begin}{latex}{end}");
+        let mathml = converter.convert_with_local_state(&latex, display).map_err(|error| {
+            let dollars = (range.len() + begin.len() + end.len() - latex.len()) / 2;
+            let line = line(range.start + dollars + error.0.start.saturating_sub(begin.len()));
             let text = source.lines().nth(line - 1).unwrap_or_default();
             format!("line {line}: {error} This is the line:\n{text}")
         })?;
