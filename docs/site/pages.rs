@@ -149,6 +149,7 @@ fn gallery(out: &Path, runs: &Path) -> Done<String> {
             continue;
         };
         let what = what.trim_end_matches(" |");
+        let (first, others) = what.split_at(what.chars().next().map_or(0, char::len_utf8));
         let folder = out.join("gallery").join(name);
         fs::create_dir_all(&folder)?;
         for file in ["animation.gif", "view.html"] {
@@ -158,10 +159,11 @@ fn gallery(out: &Path, runs: &Path) -> Done<String> {
         let text = fs::read_to_string(format!("scenarios/{name}.toml"))?;
         writeln!(
             page,
-            "\n## {name}\n\n{what}.\n\n\
+            "\n## {name}\n\n{}{others}.\n\n\
              <a href=\"{name}/view.html\"><img src=\"{name}/animation.gif\" alt=\"{name}, animated\" \
              loading=\"lazy\"></a>\n\n<details><summary><code>scenarios/{name}.toml</code></summary>\n\n\
-             ```toml\n{text}```\n\n</details>"
+             ```toml\n{text}```\n\n</details>",
+            first.to_uppercase()
         )?;
     }
     Ok(page)
