@@ -1,10 +1,13 @@
 //! What the search for contacts remembers from step to step.
 
 use super::meeting::Looked;
-use super::proxy::{Owner, Proxy, proxies_of};
+#[cfg(feature = "save")]
+use super::proxy::proxies_of;
+use super::proxy::{Owner, Proxy};
 use super::{Contact, ContactKey, Partner};
 use crate::geometry::{Aabb, Hint};
 use crate::mechanics::{Pose, State};
+#[cfg(feature = "save")]
 use crate::world::World;
 use nalgebra::{Matrix3, Vector3};
 use std::ops::Range;
