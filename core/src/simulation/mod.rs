@@ -6,6 +6,7 @@
 //! ([`scene`], [`random`]), what is kept of a step ([`record`]) and of a run ([`summary`]).
 
 pub mod bounce;
+mod driving;
 pub mod energy;
 mod islands;
 mod median;
@@ -65,6 +66,8 @@ pub struct Simulation<'a> {
     motion: Motion<'a>,
     /// What acts on each body from outside.
     outside: Vec<Outside>,
+    /// What drives the joints over time.
+    driving: driving::Driving,
     interrupt: Option<Arc<AtomicBool>>,
     index: u64,
     /// The solution that led to step k: X at k and the forces of the step before, the start
@@ -146,6 +149,7 @@ impl<'a> Simulation<'a> {
             outside: vec![nothing; bodies],
             world,
             motion,
+            driving: driving::Driving::default(),
             interrupt: None,
             index: 0,
             now: StepSolution::free(&states),
@@ -231,6 +235,7 @@ impl<'a> Simulation<'a> {
             return Err(Error::Interrupted);
         }
         self.set_wrenches();
+        self.driving.set(&mut self.world, &self.now.states, self.index);
         let Self { world, motion, interrupt, now, before, scratch, .. } = &mut *self;
         let (report, certificate, share) = match motion {
             Motion::Floating => {

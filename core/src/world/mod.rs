@@ -126,6 +126,11 @@ impl World {
         &self.joints
     }
 
+    /// The joints, for a simulation to set what drives them.
+    pub(crate) fn joints_mut(&mut self) -> &mut [Joint] {
+        &mut self.joints
+    }
+
     /// Whether two bodies may touch each other: whether no joint keeps them from it.
     #[must_use]
     pub fn may_touch(&self, a: usize, b: usize) -> bool {
