@@ -1,14 +1,14 @@
 //! What a program drives: motors and forces set from step to step or over time, and bodies whose way is
 //! given; against closed forms.
 
-use nalgebra::{Vector3, Vector4};
+use nalgebra::{Matrix3, Vector3, Vector4};
 use tumble::contact::Plane;
 use tumble::geometry::Piece;
 use tumble::joint::{Course, Drive, Joint, JointAxis, JointFrame, JointLoad, Knots, Motor};
 use tumble::mechanics::{Polyline, RigidBody, Rotation, State};
 use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::step::StepStatus;
-use tumble::world::{Parameters, Partner, World};
+use tumble::world::{Fixed, Parameters, Partner, World};
 
 const G: f64 = 9.81;
 const H: f64 = 1e-3;
@@ -329,4 +329,87 @@ fn a_pusher_pushes_with_what_friction_takes() {
     }
     let gap = record.solution.states[1].position[0] - record.solution.states[0].position[0];
     assert!((gap - 0.15).abs() < 1e-9, "{gap}");
+}
+
+/// A box on a conveyor slides with μ g until it has the speed of the belt, v/(μ g) long, and then goes along.
+/// Friction does the same whether the belt is fixed, on a body, or the box itself has tracks.
+#[test]
+fn a_conveyor_takes_a_box_along() {
+    let (speed, friction) = (1.2, 0.4);
+    let belt = Vector3::x() * speed;
+    let cube = || solid(1.0, Vector3::new(0.1, 0.1, 0.05));
+    let on_ground = || {
+        let mut parameters = parameters(vec![cube()], G);
+        parameters.ground = Some(Plane::level());
+        World::new(parameters).unwrap()
+    };
+    let fixed = {
+        let moved = Piece::cuboid(Vector3::new(3.0, 1.0, 0.1)).unwrap();
+        let down = Vector3::new(0.0, 0.0, -0.1);
+        let piece = moved.moved_by(&Matrix3::identity(), &down).unwrap();
+        let world = World::new(parameters(vec![cube()], G)).unwrap();
+        world.with_fixed(vec![Fixed { piece, friction: None }]).unwrap()
+    };
+    let (trayed, _) = tray_and_box(friction);
+    let worlds = [
+        (on_ground().with_surface(Partner::Ground, belt).unwrap(), 0),
+        (on_ground().with_surface(Partner::Body(0), -belt).unwrap(), 0),
+        (fixed.with_surface(Partner::Fixed(0), belt).unwrap(), 0),
+        (trayed.with_surface(Partner::Body(0), belt).unwrap(), 1),
+    ];
+    for (number, (world, carried)) in worlds.into_iter().enumerate() {
+        let height = if carried == 1 { 0.02 } else { 0.05 };
+        let mut states = vec![at(Vector3::new(0.0, 0.0, height))];
+        if carried == 1 {
+            states.insert(0, at(Vector3::new(0.0, 0.0, -0.05)));
+        }
+        let mut simulation =
+            Simulation::new(world.clone(), states, Motion::native(&world)).unwrap();
+        let mut record = StepRecord::new();
+        for k in 1..=400 {
+            step(&mut simulation, &mut record);
+            let found = record.solution.states[carried].velocity;
+            let expected = (friction * G * H * f64::from(k)).min(speed);
+            assert!((found[0] - expected).abs() < 1e-9, "{number} {k}: {found} {expected}");
+            assert!(found.yz().norm() < 1e-9, "{number} {k}: {found}");
+        }
+        // 0.306 s: what goes along does not slip.
+        let slip = record.solution.contacts.iter().map(|contact| contact.slip.norm());
+        assert!(slip.fold(0.0, f64::max) < 1e-9);
+    }
+    let refused = on_ground().with_surface(Partner::Fixed(0), belt).unwrap_err().to_string();
+    assert!(refused.contains("owner of a surface"), "{refused}");
+}
+
+/// A ball on a belt that moves: 2/7 of the belt's speed, with the spin of what rolls on it.
+#[test]
+fn a_ball_on_a_belt_rolls_at_two_sevenths_of_it() {
+    let radius = 0.1;
+    let ball = RigidBody::solid(1.0, &[Piece::sphere(radius).unwrap()]).unwrap().0;
+    let capsule = Piece::capsule(2.0, radius).unwrap();
+    let along = Matrix3::new(0.0, 0.0, 1.0, 0.0, 1.0, 0.0, -1.0, 0.0, 0.0);
+    let rail = capsule.moved_by(&along, &Vector3::new(0.0, 0.0, -radius)).unwrap();
+    let on_rail = World::new(parameters(vec![ball.clone()], G)).unwrap();
+    let on_rail = on_rail.with_fixed(vec![Fixed { piece: rail, friction: None }]).unwrap();
+    let mut on_ground = parameters(vec![ball], G);
+    on_ground.ground = Some(Plane::level());
+    let on_ground = World::new(on_ground).unwrap();
+    let belt = Vector3::x() * 0.7;
+    for world in [
+        on_ground.with_surface(Partner::Ground, belt).unwrap(),
+        on_rail.with_surface(Partner::Fixed(0), belt).unwrap(),
+    ] {
+        let start = at(Vector3::new(0.0, 0.0, radius));
+        let mut simulation =
+            Simulation::new(world.clone(), [start], Motion::native(&world)).unwrap();
+        let mut record = StepRecord::new();
+        for _ in 0..300 {
+            step(&mut simulation, &mut record);
+        }
+        let state = record.next();
+        assert!((state.velocity[0] - 0.2).abs() < 1e-3, "{}", state.velocity);
+        // v + ω × (−R z) = belt.
+        let touching = state.velocity[0] - state.spin[1] * radius;
+        assert!((touching - 0.7).abs() < 1e-3, "{} {}", state.velocity, state.spin);
+    }
 }

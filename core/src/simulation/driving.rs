@@ -4,7 +4,8 @@ use super::{JOINT_AT_THE_START, Simulation};
 use crate::error::Error;
 use crate::joint::{Axis, Course, Drive, Joint, JointAxis, JointLoad, Motor};
 use crate::mechanics::State;
-use crate::world::World;
+use crate::world::{Partner, World};
+use nalgebra::Vector3;
 
 /// What drives joints over time, by their indices.
 #[derive(Debug, Clone, Default)]
@@ -99,6 +100,15 @@ impl Simulation<'_> {
         }
         put(&mut self.driving.loads, joint, load);
         Ok(())
+    }
+
+    /// Sets the velocity of a surface in the steps to come, as
+    /// [`World::with_surface`](crate::world::World::with_surface) does.
+    ///
+    /// # Errors
+    /// As there. The velocity before it stays.
+    pub fn set_surface(&mut self, of: Partner, velocity: Vector3<f64>) -> Result<(), Error> {
+        self.world.set_surface(of, velocity)
     }
 
     /// Has the frame in the world of joint `joint` move, and with it the body that the joint holds there in all its axes:

@@ -51,6 +51,8 @@ pub struct World {
     joints: Vec<Joint>,
     /// Pairs of bodies that do not touch, in ascending order.
     apart: Vec<(usize, usize)>,
+    /// Velocities of surfaces, each of an owner.
+    surfaces: Vec<(Partner, Vector3<f64>)>,
     pair_frictions: Pairs,
     restitution: f64,
     pair_restitutions: Pairs,
@@ -80,6 +82,7 @@ impl World {
             fixed: Vec::new(),
             joints: Vec::new(),
             apart: Vec::new(),
+            surfaces: Vec::new(),
             pair_frictions: Pairs::new(),
             restitution: 0.0,
             pair_restitutions: Pairs::new(),
@@ -129,6 +132,50 @@ impl World {
     /// The joints, for a simulation to set what drives them.
     pub(crate) fn joints_mut(&mut self) -> &mut [Joint] {
         &mut self.joints
+    }
+
+    /// This world with a surface that moves over what it is of, as the belt of a conveyor does: what
+    /// lies on it is carried along with `velocity` (m/s; frame of the body, the world's for what is fixed), as
+    /// far as friction reaches. The part along the normal of a contact does nothing. The last word on an
+    /// owner counts.
+    ///
+    /// # Errors
+    /// A body or fixed piece that is not there, a ground where there is none; a component beyond ±1e5 m/s.
+    pub fn with_surface(mut self, of: Partner, velocity: Vector3<f64>) -> Result<Self, Error> {
+        self.set_surface(of, velocity)?;
+        Ok(self)
+    }
+
+    /// The same of this world.
+    pub(crate) fn set_surface(&mut self, of: Partner, velocity: Vector3<f64>) -> Result<(), Error> {
+        all_in_range("velocity of a surface (m/s)", &velocity, -1e5, 1e5, "-1e5 to 1e5")?;
+        let (known, count) = match of {
+            Partner::Ground => (self.ground().is_some(), 0),
+            Partner::Fixed(index) => (index < self.fixed.len(), index),
+            Partner::Body(index) => (index < self.bodies().len(), index),
+        };
+        if !known {
+            let allowed = "a body or a fixed thing of the world";
+            return Err(Error::Count { field: "owner of a surface", count, allowed });
+        }
+        match self.surfaces.iter_mut().find(|(owner, _)| *owner == of) {
+            Some((_, known)) => *known = velocity,
+            None => self.surfaces.push((of, velocity)),
+        }
+        Ok(())
+    }
+
+    /// The velocity of the surface of a body (its frame) or of what is fixed (world), m/s.
+    #[must_use]
+    pub fn surface_of(&self, owner: Partner) -> Vector3<f64> {
+        let known = self.surfaces.iter().find(|(of, _)| *of == owner);
+        known.map_or(Vector3::zeros(), |(_, velocity)| *velocity)
+    }
+
+    /// Whether any surface moves over what it is of.
+    #[must_use]
+    pub fn has_surfaces(&self) -> bool {
+        !self.surfaces.is_empty()
     }
 
     /// Whether two bodies may touch each other: whether no joint keeps them from it.
@@ -479,6 +526,7 @@ impl World {
             fixed: Vec::new(),
             joints: Vec::new(),
             apart: Vec::new(),
+            surfaces: Vec::new(),
             pair_frictions: self.pair_frictions.clone(),
             restitution: self.restitution,
             pair_restitutions: self.pair_restitutions.clone(),

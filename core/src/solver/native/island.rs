@@ -136,7 +136,8 @@ impl Island {
         let (h, level) = (self.time_step, self.setting.tolerances.level);
         let round = contact.features.curved.map(|curved| {
             let approach = approach(contact, h, level);
-            self.rounds.push(Round { curved, way: contact.way(), approach });
+            let (way, carried) = (contact.way(), contact.carried);
+            self.rounds.push(Round { curved, way, approach, carried });
             self.rounds.len() - 1
         });
         self.links.push(Link { a, round, turn: None, b });
