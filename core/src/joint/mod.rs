@@ -333,6 +333,11 @@ impl Joint {
         self.moves = true;
     }
 
+    /// Whether its frame in the world moves.
+    pub(crate) fn moves(&self) -> bool {
+        self.moves
+    }
+
     /// Has `push` along its axes in the steps to come, N and N m.
     pub(crate) fn set_push(&mut self, push: [Vector3<f64>; 2]) {
         self.push = push;

@@ -261,6 +261,8 @@ pub(super) trait Equations {
     /// what it came with: the discrete equations have such solutions for slender bodies, and they
     /// make energy from nothing.
     fn turns_too_far(&self, velocity: &Self::Velocity) -> bool;
+    /// Whether what joints tie makes energy: their equations have such solutions, also without a large turn.
+    fn makes_energy(&self, velocity: &Self::Velocity, impulses: &[Vector3<f64>]) -> bool;
     /// The residual of the equations of motion (N1), as speeds.
     fn motion_residual(
         &self,

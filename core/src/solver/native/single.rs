@@ -156,6 +156,10 @@ impl Equations for Single {
         self.body.turns_too_far(velocity)
     }
 
+    fn makes_energy(&self, _: &Velocity, _: &[Vector3<f64>]) -> bool {
+        false
+    }
+
     #[inline]
     fn motion_residual(
         &self,
