@@ -361,7 +361,7 @@ fn four_bar_windows_go_through_their_singular_position() {
     let mut record = StepRecord::new();
     let start = energy::total(&apart, &states);
     let mut passages = 0;
-    for k in 0..6000 {
+    for k in 0..10000 {
         simulation.step(&mut record).unwrap();
         let status = record.report.status;
         assert!(!matches!(status, StepStatus::Failed | StepStatus::Wild), "{k}: {status}");
@@ -381,49 +381,41 @@ fn four_bar_windows_go_through_their_singular_position() {
     assert!(passages >= 10);
 }
 
-/// A ring of six bars that falls flat on the ground: there is a solution that makes energy, which is
-/// refused as long as there are other starts.
+/// A ring of four bars folds flat on the ground: in one step of it a solution turns 3 J into 168 J. It is refused
+/// as long as there are other starts, and the step reported as retried.
 #[test]
-fn a_ring_that_falls_flat_makes_no_energy() {
-    let mut wild = 0;
-    let mut retried = 0;
-    for h in [2e-3, 5e-3] {
-        let corner = |k: usize| {
-            let angle = std::f64::consts::TAU / 6.0 * k as f64;
-            Vector3::new(angle.cos() * 0.5, 0.0, angle.sin() * 0.5 + 1.0)
-        };
-        let states: Vec<_> = (0..6).map(|k| laid(corner(k), corner(k + 1))).collect();
-        let bodies = (0..6).map(|_| rod(1.0, 0.46, 0.04)).collect();
-        let joints = (0..6).map(|k| {
-            let before = (k + 5) % 6;
-            let frames = frames(&states, k, Some(before), corner(k), Vector3::y());
-            Joint::revolute(k, Some(before), frames, Drive::NONE)
-        });
-        let joints = joints.collect();
-        let world = World::new(parameters(bodies, h)).unwrap().with_joints(joints).unwrap();
-        let mut simulation =
-            Simulation::new(world.clone(), states, Motion::native(&world)).unwrap();
-        let mut record = StepRecord::new();
-        for _ in 0..(1.5 / h) as u32 {
-            simulation.step(&mut record).unwrap();
-            let status = record.report.status;
-            if status == StepStatus::Wild || status == StepStatus::Failed {
-                println!(
-                    "{h}: step {} {status} {:?} {:?}",
-                    record.index,
-                    made(&world, &record),
-                    record.certificate.residual()
-                );
-            }
-            wild += u32::from(status == StepStatus::Wild);
-            retried += u32::from(status == StepStatus::Retried);
-            if status != StepStatus::Failed {
-                assert!(record.certificate.residual() < 1e-9, "{:?}", record.certificate);
-            }
-        }
+fn a_ring_that_folds_is_taken_where_it_makes_no_energy() {
+    let (bars, h, tilt, lean) = (4, 5e-3, 0.13_f64, 0.1_f64);
+    let round = std::f64::consts::TAU / bars as f64;
+    let radius = 0.25 / (0.5 * round).sin();
+    let across = Vector3::new(0.0, lean.cos(), lean.sin());
+    let up = Vector3::new(0.0, -lean.sin(), lean.cos());
+    let corner = |k: usize| {
+        let angle = round * (k % bars) as f64 + tilt;
+        (Vector3::x() * angle.cos() + up * angle.sin()) * radius + Vector3::z() * (radius + 0.3)
+    };
+    let states: Vec<_> = (0..bars).map(|k| laid(corner(k), corner(k + 1))).collect();
+    let bodies = (0..bars).map(|_| rod(1.0, 0.46, 0.04)).collect();
+    let joints = (0..bars).map(|k| {
+        let before = (k + bars - 1) % bars;
+        let frames = frames(&states, k, Some(before), corner(k), across);
+        Joint::revolute(k, Some(before), frames, Drive::NONE)
+    });
+    let joints = joints.collect();
+    let world = World::new(parameters(bodies, h)).unwrap().with_joints(joints).unwrap();
+    let mut simulation = Simulation::new(world.clone(), states, Motion::native(&world)).unwrap();
+    let (mut record, mut retried) = (StepRecord::new(), 0);
+    for _ in 0..240 {
+        simulation.step(&mut record).unwrap();
+        let status = record.report.status;
+        assert_ne!(status, StepStatus::Failed, "{}", record.index);
+        assert!(record.certificate.residual() < 1e-9, "{:?}", record.certificate);
+        assert!(error(&world, &record.solution.states) < 1e-12);
+        retried += u32::from(status == StepStatus::Retried);
+        let (gained, kinetic) = made(&world, &record);
+        assert!(gained < 0.01 * kinetic + 1e-6, "{}: {gained} of {kinetic}", record.index);
     }
-    println!("{wild} wild, {retried} retried");
-    assert_eq!(wild, 0);
+    assert!(retried > 0);
 }
 
 /// A mechanism whose bodies and joints come in another order moves the same.

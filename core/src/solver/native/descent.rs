@@ -44,8 +44,8 @@ struct Rank {
     /// A solution that turns a body further in one step than its motion explains. (Of points that
     /// are none, the residual alone counts.)
     turns_too_far: bool,
-    /// A solution that makes energy in what joints tie.
-    makes_energy: bool,
+    /// What a solution makes of energy in what joints tie, in parts of what it has; 0 where it is little.
+    made: f64,
     /// Without compliance, m/s.
     residual: f64,
 }
@@ -127,7 +127,7 @@ impl<E: Equations> Descent<E> {
         let nothing = Rank {
             unsolved: true,
             turns_too_far: true,
-            makes_energy: true,
+            made: f64::INFINITY,
             residual: f64::INFINITY,
         };
         let mut best = (nothing, Start::Previous);
@@ -157,11 +157,13 @@ impl<E: Equations> Descent<E> {
             let rank = Rank {
                 unsolved,
                 turns_too_far: !unsolved && equations.turns_too_far(&self.iterate.velocity),
-                makes_energy: !unsolved
-                    && equations.makes_energy(&self.iterate.velocity, &self.iterate.impulses),
+                made: match unsolved {
+                    true => 0.0,
+                    false => equations.energy_made(&self.iterate.velocity, &self.iterate.impulses),
+                },
                 residual: reached.residual,
             };
-            if !rank.unsolved && reached.selected && !rank.turns_too_far && !rank.makes_energy {
+            if !rank.unsolved && reached.selected && !rank.turns_too_far && rank.made == 0.0 {
                 if repeated.is_none() {
                     self.settle(equations, reached.residual);
                 }

@@ -401,8 +401,8 @@ impl Equations for Island {
         self.members.iter().zip(velocity).any(|(member, velocity)| member.turns_too_far(velocity))
     }
 
-    fn makes_energy(&self, velocity: &Vec<Velocity>, impulses: &[Vector3<f64>]) -> bool {
-        self.gains_energy(velocity, impulses)
+    fn energy_made(&self, velocity: &Vec<Velocity>, impulses: &[Vector3<f64>]) -> f64 {
+        if self.joints.is_empty() { 0.0 } else { self.made(velocity, impulses) }
     }
 
     fn motion_residual(

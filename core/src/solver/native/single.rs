@@ -156,8 +156,8 @@ impl Equations for Single {
         self.body.turns_too_far(velocity)
     }
 
-    fn makes_energy(&self, _: &Velocity, _: &[Vector3<f64>]) -> bool {
-        false
+    fn energy_made(&self, _: &Velocity, _: &[Vector3<f64>]) -> f64 {
+        0.0
     }
 
     #[inline]

@@ -30,13 +30,10 @@ impl Source {
 }
 
 impl Island {
-    /// Whether an island with joints ends with more energy than forces from outside, drives and surfaces
-    /// have put into it, by a large part of what it has: (32), with (J6), on the mean of the velocities before
-    /// and after, over the mass M.
-    pub(super) fn gains_energy(&self, velocity: &Vec<Velocity>, impulses: &[Vector3<f64>]) -> bool {
-        if self.joints.is_empty() {
-            return false;
-        }
+    /// How much more energy an island ends with than forces from outside, drives and surfaces
+    /// have put into it, in parts of what it has, where it is a large part: (32), with (J6), on the mean of the velocities
+    /// before and after, over the mass M.
+    pub(super) fn made(&self, velocity: &Vec<Velocity>, impulses: &[Vector3<f64>]) -> f64 {
         let (mut gained, mut kinetic, mut least) = (0.0, 0.0, 0.0);
         for (member, velocity) in self.members.iter().zip(velocity) {
             let [before, after] = [member.old(), velocity].map(|velocity| member.energy(velocity));
@@ -62,7 +59,7 @@ impl Island {
                 Source::Course => self.mean_rate(link, index, velocity).dot(impulse),
             };
         }
-        gained > LARGE_GAIN * kinetic + least
+        if gained > LARGE_GAIN * kinetic + least { gained / (kinetic + least) } else { 0.0 }
     }
 
     /// The rate at which the point of a coupling of A with the world moves, on the mean of the velocities before and
