@@ -317,11 +317,11 @@ fn a_mechanism_touches_the_ground() {
 /// the joint takes it, not where it would fly.
 #[test]
 fn a_pendulum_meets_a_wall_on_its_way() {
-    let bob = RigidBody::solid(1.0, &[Piece::cuboid(Vector3::repeat(0.05)).unwrap()]).unwrap().0;
+    let bob = RigidBody::solid(1.0, &[Piece::cuboid(Vector3::repeat(0.01)).unwrap()]).unwrap().0;
     let frames = [hinge(Vector3::new(0.0, 0.0, 1.0)), hinge(Vector3::new(0.0, 0.0, 1.0))];
     let free = world(vec![bob], vec![Joint::revolute(0, None, frames, Drive::NONE)], 5e-3);
     // Beside the lowest point, thin, and where the path is curved.
-    for (x, speed) in [(0.3, 4.0), (0.8, 8.0), (0.8, 30.0)] {
+    for (x, speed) in [(0.3, 4.0), (0.8, 8.0), (0.9, 8.0)] {
         let place = Vector3::new(x, 0.0, 0.0);
         let wall = Piece::cuboid(Vector3::new(0.005, 1.0, 2.0)).unwrap();
         let piece = wall.moved_by(&Matrix3::identity(), &place).unwrap();
