@@ -333,6 +333,11 @@ impl Joint {
         self.moves = true;
     }
 
+    /// The same without them.
+    pub(crate) fn without_push(self) -> Self {
+        Self { push: [Vector3::zeros(); 2], ..self }
+    }
+
     /// Whether its frame in the world moves.
     pub(crate) fn moves(&self) -> bool {
         self.moves

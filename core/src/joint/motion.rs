@@ -1,6 +1,6 @@
 //! Where a joint is, how it moves in a step, and how its forces and its motion miss its laws.
 
-use super::{Axis, AxisStart, Joint, JointFrame, Turning};
+use super::{Axis, AxisStart, Drive, Joint, JointFrame, Turning};
 use crate::mechanics::quaternion::{left, right, rotation};
 use crate::mechanics::{RigidBody, State, Wrench, largest};
 use nalgebra::{Matrix3, Matrix4x3, Vector3, Vector4};
@@ -92,6 +92,24 @@ impl Joint {
                 angular.map(|(_, e)| 2.0 * e.abs()).fold(0.0, f64::max)
             }
         };
+        Some((place, turn))
+    }
+
+    /// How far it is from where its locked axes want it and beyond its limits, m and rad. `None` where a body has no
+    /// state.
+    pub(crate) fn misfit(&self, states: &[State]) -> Option<(f64, f64)> {
+        let (mut place, mut turn) = self.error(states)?;
+        let at = self.coordinates(states)?;
+        let beyond = |axis: &Axis, x: f64| match axis {
+            Axis::Free(Drive { limits: Some([low, high]), .. }) => (low - x).max(x - high).max(0.0),
+            _ => 0.0,
+        };
+        for (axis, x) in self.linear.iter().zip(&at.place) {
+            place = place.max(beyond(axis, *x));
+        }
+        if self.turning() == Turning::Hinge {
+            turn = turn.max(beyond(&self.angular[2], self.angle(&at, 0.0)));
+        }
         Some((place, turn))
     }
 

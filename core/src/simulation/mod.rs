@@ -5,6 +5,7 @@
 //! [certificate](crate::contact::certificate) that judges the answer. Around it: starts
 //! ([`scene`], [`random`]), what is kept of a step ([`record`]) and of a run ([`summary`]).
 
+mod assembly;
 pub mod bounce;
 mod driving;
 pub mod energy;
@@ -16,6 +17,7 @@ pub mod scene;
 pub mod summary;
 pub mod wild;
 
+pub use assembly::Assembly;
 pub use record::StepRecord;
 
 use crate::contact::certificate::{Certifier, Claim, certify_rk4_step};
