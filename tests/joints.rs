@@ -2,11 +2,12 @@
 
 use nalgebra::{Matrix3, Vector3, Vector4};
 use tumble::contact::Plane;
+use tumble::geometry::Piece;
 use tumble::joint::{Drive, Joint, JointFrame, Motor};
 use tumble::mechanics::{RigidBody, Rotation, State};
 use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::step::StepStatus;
-use tumble::world::{Parameters, World};
+use tumble::world::{Fixed, Parameters, World};
 
 const G: f64 = 9.81;
 
@@ -310,6 +311,39 @@ fn a_mechanism_touches_the_ground() {
     let weight = G * record.states[0].position[0];
     assert!((moved - weight).abs() < 1e-6 * weight, "{moved} {weight}");
     assert!(error(&world, &record.solution.states) < 1e-13);
+}
+
+/// A bob on a rod that swings into a wall, fast and thin enough to be through it in a step: contacts are looked for where
+/// the joint takes it, not where it would fly.
+#[test]
+fn a_pendulum_meets_a_wall_on_its_way() {
+    let bob = RigidBody::solid(1.0, &[Piece::cuboid(Vector3::repeat(0.01)).unwrap()]).unwrap().0;
+    let frames = [hinge(Vector3::new(0.0, 0.0, 1.0)), hinge(Vector3::new(0.0, 0.0, 1.0))];
+    let free = world(vec![bob], vec![Joint::revolute(0, None, frames, Drive::NONE)], 5e-3);
+    // Beside the lowest point, thin, and where the path is curved.
+    for (x, speed) in [(0.3, 4.0), (0.8, 8.0), (0.9, 8.0)] {
+        let place = Vector3::new(x, 0.0, 0.0);
+        let wall = Piece::cuboid(Vector3::new(0.005, 1.0, 2.0)).unwrap();
+        let piece = wall.moved_by(&Matrix3::identity(), &place).unwrap();
+        let world = free.clone().with_fixed(vec![Fixed { piece, friction: None }]).unwrap();
+        let mut state = at(Vector3::zeros());
+        state.velocity = Vector3::x() * speed;
+        state.spin = Vector3::y() * -speed;
+        let mut simulation =
+            Simulation::new(world.clone(), [state], Motion::native(&world)).unwrap();
+        let mut record = StepRecord::new();
+        let mut met = false;
+        for _ in 0..200 {
+            simulation.step(&mut record).unwrap();
+            assert!(record.certificate.residual() < 1e-9, "{:?}", record.certificate);
+            assert_ne!(record.report.status, StepStatus::Wild);
+            let corner = record.next().position[0];
+            assert!(corner < x, "{x} {speed}: {corner}");
+            assert!(record.overlap < 1e-9, "{}", record.overlap);
+            met |= record.solution.contacts.iter().any(|contact| contact.normal_force > 0.0);
+        }
+        assert!(met);
+    }
 }
 
 /// Bodies that a joint ties do not touch each other, but where it says so.

@@ -79,6 +79,19 @@ pub enum Error {
         /// The index of the first joint that does.
         joint: usize,
     },
+    /// Joints that no small change of places brings together.
+    #[error(
+        "joint {joint} stays {place:.3e} m and {turn:.3e} rad apart; give states nearer to where it \
+         holds its bodies"
+    )]
+    NotAssembled {
+        /// The index of the worst one.
+        joint: usize,
+        /// m.
+        place: f64,
+        /// rad.
+        turn: f64,
+    },
     /// Principal moments of inertia that are too far from each other.
     #[error(
         "the least and the largest principal moment of inertia are {least:?} and {largest:?} kg m²; \

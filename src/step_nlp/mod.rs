@@ -161,6 +161,8 @@ impl StepNlp {
             Some("it knows no restitution; give a world without")
         } else if !world.joints().is_empty() {
             Some("it knows no joints; give a world without")
+        } else if world.has_surfaces() {
+            Some("it knows no surfaces that move; give a world without")
         } else {
             None
         }

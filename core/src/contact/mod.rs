@@ -44,10 +44,9 @@ pub(crate) use memory::{Memory, without};
 pub use neighbours::Overlap;
 
 use crate::geometry::Feature;
-use crate::mechanics::RigidBody;
-use crate::mechanics::quaternion::turning_rate;
+use crate::mechanics::quaternion::{rotation, turning_rate};
 use crate::mechanics::state::Pose;
-#[cfg(feature = "save")]
+use crate::mechanics::{RigidBody, State};
 use crate::world::World;
 use curved::Reach;
 use nalgebra::{Matrix3, Vector3};
@@ -161,6 +160,9 @@ pub struct Contact {
     /// Whether the impulse of another contact closes it in the step, so that it bounces although free
     /// flight would not close it.
     pub struck: bool,
+    /// How fast [surfaces](crate::world::World::with_surface) carry: that of A less that of B across the normal,
+    /// m/s, world.
+    pub carried: Vector3<f64>,
     /// Friction and restitution.
     pub law: ContactLaw,
     /// y = a − ρ A_Aᵀ n, m, frame of A: the point that touches, where forces act; of two round features
@@ -257,6 +259,7 @@ impl Contact {
             gap: if gap.abs() <= noise { 0.0 } else { gap },
             rebound: 0.0,
             struck: false,
+            carried: Vector3::zeros(),
             law,
             lever,
             arm,
@@ -308,11 +311,40 @@ impl Contact {
     /// ```
     ///
     /// `a` and `b` are the poses (start, end) of the two bodies; `None` is the ground.
+    ///
+    /// To it comes what [surfaces carry](Contact::carried), so that what a conveyor takes along does not
+    /// slip.
     #[must_use]
     pub fn motion(&self, a: (&Pose, &Pose), b: Option<(&Pose, &Pose)>, h: f64) -> Vector3<f64> {
-        if self.features.curved.is_some() {
-            return self.round_motion(a, b, h);
-        }
+        let u = match self.features.curved {
+            Some(_) => self.round_motion(a, b, h),
+            None => self.flat_motion(a, b, h),
+        };
+        if self.is_carried() { u + self.carried } else { u }
+    }
+
+    /// Whether a surface carries what touches.
+    #[must_use]
+    #[inline]
+    pub fn is_carried(&self) -> bool {
+        self.carried != Vector3::zeros()
+    }
+
+    /// Has the surfaces of `world` carry what touches at `states`, of which there is one a body.
+    pub fn carry(&mut self, world: &World, states: &[State]) {
+        let surface = |of: Partner| {
+            let velocity = world.surface_of(of);
+            let state = of.body().and_then(|body| states.get(body));
+            state.map_or(velocity, |state| rotation(&state.attitude) * velocity)
+        };
+        let apart = surface(Partner::Body(self.key.body)) - surface(self.key.partner);
+        let normal = self.normal();
+        self.carried = apart - normal * normal.dot(&apart);
+    }
+
+    /// u of a point against a plane (eq. 10a).
+    #[inline]
+    fn flat_motion(&self, a: (&Pose, &Pose), b: Option<(&Pose, &Pose)>, h: f64) -> Vector3<f64> {
         let (normal, radius) = (self.normal(), self.features.radius);
         let mut arm = self.arm;
         if radius > 0.0 {

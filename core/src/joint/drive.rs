@@ -5,6 +5,7 @@ use crate::error::{Error, in_range};
 
 /// One of the six axes of a joint.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub enum Axis {
     /// Its coordinate is zero.
     Locked,
@@ -15,6 +16,7 @@ pub enum Axis {
 /// What acts along a free axis, at any rate: the sum of all of these. Lengths in m and forces in N along
 /// an axis, rad and N m about one.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct Drive {
     /// The range of the coordinate. Its ends are hard stops without a bounce.
     pub limits: Option<[f64; 2]>,
@@ -28,12 +30,16 @@ pub struct Drive {
     pub damping: f64,
     /// A force in the direction of the axis, on A.
     pub force: f64,
+    /// The inertia of what turns with a motor, at the axis, kg or kg m²: it resists changes of the
+    /// axis' speed alone.
+    pub armature: f64,
     /// A motor.
     pub motor: Option<Motor>,
 }
 
 /// A motor on an axis, with all the force that it has.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub enum Motor {
     /// It holds a speed, m/s or rad/s, with up to this force.
     Speed {
@@ -64,6 +70,7 @@ impl Drive {
         rest: 0.0,
         damping: 0.0,
         force: 0.0,
+        armature: 0.0,
         motor: None,
     };
 
@@ -73,6 +80,7 @@ impl Drive {
             ("friction of a joint", self.friction),
             ("stiffness of a joint", self.stiffness),
             ("damping of a joint", self.damping),
+            ("armature of a joint", self.armature),
         ] {
             in_range(field, value, 0.0, MOST, "0 to 1e12")?;
         }
@@ -100,7 +108,23 @@ impl Drive {
     }
 }
 
+/// One axis of a joint at the start of a step.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct AxisStart {
+    /// x_k, m or rad.
+    pub(crate) coordinate: f64,
+    /// (x_k − x_{k−1})/h, m/s or rad/s, where an armature asks for it.
+    pub(crate) rate: f64,
+    /// The mean of what pushes over time, N or N m.
+    pub(crate) push: f64,
+}
+
 impl Axis {
+    /// Whether it has an armature.
+    pub(super) fn has_armature(&self) -> bool {
+        matches!(self, Self::Free(drive) if drive.armature > 0.0)
+    }
+
     /// Whether nothing is said of it.
     pub(crate) fn is_idle(&self) -> bool {
         *self == Self::Free(Drive::NONE)
@@ -113,20 +137,21 @@ impl Axis {
         }
     }
 
-    /// The law of the axis in a step of `time_step` (s) that begins at the `coordinate` (m or rad), in the
+    /// The law of the axis in a step of `time_step` (s) that begins at `start`, in the
     /// scaled row u = `length` × (change of the coordinate)/h and the impulse p = h f/(`unit` `length`):
     /// what is locked is to make its coordinate zero, which [`Axis::offset`] is for.
     pub(crate) fn graph(
         &self,
-        coordinate: f64,
+        start: &AxisStart,
         time_step: f64,
         (length, unit): (f64, f64),
     ) -> Graph {
         let Self::Free(drive) = self else { return Graph::locked() };
+        let coordinate = start.coordinate;
         // Of a torque, over the length.
         let to_impulse = time_step / (unit * length);
         let speed_at = |target: f64| length * (target - coordinate) / time_step;
-        let mut sum = Sum::constant(drive.force * to_impulse);
+        let mut sum = Sum::constant((drive.force + start.push) * to_impulse);
         // f = −k (x + h ẋ − rest) − d ẋ, with ẋ = u/length.
         let pull = |stiffness: f64, damping: f64, target: f64| {
             let slope = (stiffness * time_step + damping) * to_impulse / length;
@@ -134,6 +159,11 @@ impl Axis {
         };
         let (slope, at_zero) = pull(drive.stiffness, drive.damping, drive.rest);
         sum.add_line(at_zero, slope);
+        if drive.armature > 0.0 {
+            // f = −I ((x⁺ − x_k) − (x_k − x_{k−1}))/h²                            (J8)
+            let inertia = drive.armature / time_step * to_impulse;
+            sum.add_line(inertia * start.rate, inertia / length);
+        }
         if drive.friction > 0.0 {
             sum.add_jump(0.0, drive.friction * to_impulse);
         }

@@ -16,10 +16,13 @@
 //!
 //! Equation numbers J1, J2, … are those of `docs/joints.md`.
 
+mod course;
 mod drive;
 mod graph;
 mod motion;
 
+pub use course::{Course, JointLoad, Knots};
+pub(crate) use drive::AxisStart;
 pub use drive::{Axis, Drive, Motor};
 pub use graph::Graph;
 pub(crate) use motion::Turn;
@@ -31,6 +34,7 @@ use nalgebra::{Matrix3, Vector3, Vector4};
 
 /// The frame of a joint in a body, or in the world.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct JointFrame {
     /// The anchor, m, in the body's frame.
     pub anchor: Vector3<f64>,
@@ -63,7 +67,7 @@ impl JointFrame {
     }
 
     /// This frame of a body at `pose` as one of the world.
-    fn placed(&self, state: &State) -> Self {
+    pub(crate) fn placed(&self, state: &State) -> Self {
         let Pose { position, rotation } = state.pose();
         let attitude = crate::mechanics::quaternion::left(&state.attitude) * self.attitude;
         Self { anchor: position + rotation * self.anchor, attitude }
@@ -75,7 +79,7 @@ impl JointFrame {
         crate::mechanics::quaternion::rotation(&self.attitude)
     }
 
-    fn checked(self) -> Result<Self, Error> {
+    pub(crate) fn checked(self) -> Result<Self, Error> {
         for &length in &self.anchor {
             in_range("anchor of a joint (m)", length, -1e6, 1e6, "-1e6 to 1e6")?;
         }
@@ -85,8 +89,18 @@ impl JointFrame {
     }
 }
 
+/// One of the axes of a joint, x, y or z by 0, 1 or 2.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum JointAxis {
+    /// Of the anchor's place.
+    Linear(usize),
+    /// Of the turn.
+    Angular(usize),
+}
+
 /// A joint between body A and body B, or A and the world.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct Joint {
     body: usize,
     other: Option<usize>,
@@ -95,6 +109,10 @@ pub struct Joint {
     angular: [Axis; 3],
     length: Option<f64>,
     collides: bool,
+    /// What pushes along the axes of the place and of the turn in a step, N and N m.
+    push: [Vector3<f64>; 2],
+    /// Whether its frame in the world moves.
+    moves: bool,
 }
 
 /// How the frames of a joint can turn against each other.
@@ -115,7 +133,9 @@ impl Joint {
     pub fn between(body: usize, other: Option<usize>, frames: [JointFrame; 2]) -> Self {
         let free = [Axis::Free(Drive::NONE); 3];
         let (linear, angular) = (free, free);
-        Self { body, other, frames, linear, angular, length: None, collides: false }
+        let push = [Vector3::zeros(); 2];
+        let (collides, moves) = (false, false);
+        Self { body, other, frames, linear, angular, length: None, collides, push, moves }
     }
 
     /// Both anchors in one place; the bodies turn freely about it.
@@ -190,6 +210,31 @@ impl Joint {
         Self { length: Some(length), ..self }
     }
 
+    /// This joint with `drive` on the free axis `axis`.
+    ///
+    /// # Errors
+    /// An axis that is locked, or not 0, 1 or 2.
+    pub fn with_drive(mut self, axis: JointAxis, drive: Drive) -> Result<Self, Error> {
+        *self.drive_mut(axis)? = drive;
+        Ok(self)
+    }
+
+    /// The drive of a free axis.
+    fn drive_mut(&mut self, axis: JointAxis) -> Result<&mut Drive, Error> {
+        let (axes, k) = match axis {
+            JointAxis::Linear(k) => (&mut self.linear, k),
+            JointAxis::Angular(k) => (&mut self.angular, k),
+        };
+        let count = Error::Count { field: "axis of a joint", count: k, allowed: "0 to 2" };
+        match axes.get_mut(k).ok_or(count)? {
+            Axis::Free(drive) => Ok(drive),
+            Axis::Locked => Err(Error::Unsupported {
+                what: "a drive of an axis that is locked",
+                why: "it moves along its free axes alone",
+            }),
+        }
+    }
+
     /// This joint with bodies that touch each other all the same.
     #[must_use]
     pub fn colliding(self) -> Self {
@@ -256,6 +301,30 @@ impl Joint {
         if angular > 0.0 { (linear / angular).sqrt() } else { 1.0 }
     }
 
+    /// Whether every axis that `load` acts on is free.
+    pub(crate) fn takes(&self, load: &JointLoad) -> bool {
+        let (bears, acts) = (self.bears(), load.acts());
+        acts.iter().flatten().zip(bears.iter().flatten()).all(|(acts, bears)| !acts || *bears)
+    }
+
+    /// What of it no simulation changes: without its drives, and without its frame in the world where a
+    /// course may move that.
+    #[cfg(feature = "save")]
+    pub(crate) fn lasting(&self) -> Self {
+        let bare = |axis: &Axis| match axis {
+            Axis::Locked => Axis::Locked,
+            Axis::Free(_) => Axis::Free(Drive::NONE),
+        };
+        let mut frames = self.frames;
+        if self.holds_in_world() {
+            frames[1] = JointFrame::at(Vector3::zeros());
+        }
+        let (linear, angular) =
+            (self.linear.each_ref().map(bare), self.angular.each_ref().map(bare));
+        let push = [Vector3::zeros(); 2];
+        Self { frames, linear, angular, push, moves: false, ..self.clone() }
+    }
+
     /// Whether it ties the body `body`.
     pub(crate) fn ties(&self, body: usize) -> bool {
         self.body == body || self.other == Some(body)
@@ -279,6 +348,41 @@ impl Joint {
     /// Whether it says anything of the place of its anchor.
     pub(crate) fn holds_place(&self) -> bool {
         self.linear.iter().any(|axis| !axis.is_idle())
+    }
+
+    /// Along and about which of its axes a drive acts.
+    pub(crate) fn bears(&self) -> [[bool; 3]; 2] {
+        let is_free = |axis: &Axis| *axis != Axis::Locked;
+        let about = self.turning() == Turning::Hinge;
+        [self.linear.each_ref().map(is_free), self.angular.each_ref().map(|a| about && is_free(a))]
+    }
+
+    /// Whether it holds a body in the world in all its axes, so that its frame there can drive it.
+    #[must_use]
+    pub fn holds_in_world(&self) -> bool {
+        let locked = |axes: &[Axis; 3]| axes.iter().all(|axis| *axis == Axis::Locked);
+        self.other.is_none() && locked(&self.linear) && locked(&self.angular)
+    }
+
+    /// Has its frame in the world, which may move, at `frame` from here on.
+    pub(crate) fn move_to(&mut self, frame: JointFrame) {
+        self.frames[1] = frame;
+        self.moves = true;
+    }
+
+    /// The same without them.
+    pub(crate) fn without_push(self) -> Self {
+        Self { push: [Vector3::zeros(); 2], ..self }
+    }
+
+    /// Whether its frame in the world moves.
+    pub(crate) fn moves(&self) -> bool {
+        self.moves
+    }
+
+    /// Has `push` along its axes in the steps to come, N and N m.
+    pub(crate) fn set_push(&mut self, push: [Vector3<f64>; 2]) {
+        self.push = push;
     }
 
     /// The joint, checked against the bodies of its world.

@@ -1,6 +1,6 @@
 //! Where a joint is, how it moves in a step, and how its forces and its motion miss its laws.
 
-use super::{Axis, Joint, JointFrame, Turning};
+use super::{Axis, AxisStart, Drive, Joint, JointFrame, Turning};
 use crate::mechanics::quaternion::{left, right, rotation};
 use crate::mechanics::{RigidBody, State, Wrench, largest};
 use nalgebra::{Matrix3, Matrix4x3, Vector3, Vector4};
@@ -96,6 +96,57 @@ impl Joint {
         Some((place, turn))
     }
 
+    /// How far it is from where its locked axes want it and beyond its limits, m and rad. `None` where a body has no
+    /// state.
+    pub(crate) fn misfit(&self, states: &[State]) -> Option<(f64, f64)> {
+        let (mut place, mut turn) = self.error(states)?;
+        let at = self.coordinates(states)?;
+        let beyond = |axis: &Axis, x: f64| match axis {
+            Axis::Free(Drive { limits: Some([low, high]), .. }) => (low - x).max(x - high).max(0.0),
+            _ => 0.0,
+        };
+        for (axis, x) in self.linear.iter().zip(&at.place) {
+            place = place.max(beyond(axis, *x));
+        }
+        if self.turning() == Turning::Hinge {
+            turn = turn.max(beyond(&self.angular[2], self.angle(&at, 0.0)));
+        }
+        Some((place, turn))
+    }
+
+    /// Its axes at the start of a step of `time_step` (s) from `states`, where it is at `at` and at the `angle`
+    /// (rad): those of the place and those of the turn.
+    pub(crate) fn starts(
+        &self,
+        states: &[State],
+        (at, angle): (&Coordinates, f64),
+        time_step: f64,
+    ) -> [[AxisStart; 3]; 2] {
+        let (mut rates, mut turns) = (Vector3::zeros(), 0.0);
+        if self.linear.iter().chain(&self.angular).any(Axis::has_armature)
+            && let Some(before) = self.coasted(states, -time_step)
+        {
+            rates = (at.place - before.place) / time_step;
+            turns = (angle - self.angle(&before, angle)) / time_step;
+        }
+        let along =
+            |k: usize| AxisStart { coordinate: at.place[k], rate: rates[k], push: self.push[0][k] };
+        let about = |k: usize| AxisStart { coordinate: angle, rate: turns, push: self.push[1][k] };
+        [std::array::from_fn(along), std::array::from_fn(about)]
+    }
+
+    /// Where it is when both bodies have moved on with their velocities for `time` (s).
+    fn coasted(&self, states: &[State], time: f64) -> Option<Coordinates> {
+        let placed = |body: usize, frame: &JointFrame| {
+            states.get(body).map(|state| frame.placed(&state.coasted(time)))
+        };
+        let b = match self.other {
+            Some(other) => placed(other, &self.frames[1])?,
+            None => self.frames[1],
+        };
+        Some(between(&placed(self.body, &self.frames[0])?, &b))
+    }
+
     /// Adds to the `loads` on all bodies (force in N, world; torque in N m, body) those of the joint's
     /// `force` in a step from `states`: on A at its anchor and, opposite, on B at the same point of the
     /// world. Bodies without a load or a state get none.
@@ -106,9 +157,27 @@ impl Joint {
         force: &JointForce,
         loads: &mut [Wrench],
     ) {
-        let (Some(at), Some(frames)) = (self.coordinates(states), self.placed(states)) else {
-            return;
-        };
+        let Some((anchor, along, about)) = self.acting(states, force) else { return };
+        let sides = [(Some(self.body), 1.0), (self.other, -1.0)];
+        for (body, sign) in sides {
+            let Some(body) = body.filter(|body| *body < bodies.len()) else { continue };
+            let (Some(load), Some(state)) = (loads.get_mut(body), states.get(body)) else {
+                continue;
+            };
+            let arm = anchor - state.position;
+            load.force += along * sign;
+            let torque = (arm.cross(&along) + about) * sign;
+            load.torque += rotation(&state.attitude).tr_mul(&torque);
+        }
+    }
+
+    /// Where `force` acts on A, m, and the force (N) and the torque (N m) there, world.
+    fn acting(
+        &self,
+        states: &[State],
+        force: &JointForce,
+    ) -> Option<(Vector3<f64>, Vector3<f64>, Vector3<f64>)> {
+        let (at, frames) = (self.coordinates(states)?, self.placed(states)?);
         let along = rotation(&frames[1].attitude) * force.force;
         let turn = Turn::new(self, &at, 1.0, 1.0);
         // About the axes of A, and in the world's.
@@ -116,18 +185,7 @@ impl Joint {
             Turning::Free => Vector3::zeros(),
             _ => turn.torque_map() * force.torque,
         };
-        let about = rotation(&states[self.body].attitude) * about;
-        let sides = [(Some(self.body), 1.0), (self.other, -1.0)];
-        for (body, sign) in sides {
-            let Some(body) = body.filter(|body| *body < bodies.len()) else { continue };
-            let (Some(load), Some(state)) = (loads.get_mut(body), states.get(body)) else {
-                continue;
-            };
-            let arm = frames[0].anchor - state.position;
-            load.force += along * sign;
-            let torque = (arm.cross(&along) + about) * sign;
-            load.torque += rotation(&state.attitude).tr_mul(&torque);
-        }
+        Some((frames[0].anchor, along, rotation(&states[self.body].attitude) * about))
     }
 
     /// The work of the drives of the joint under `force` in the step `states` → `next` of `time_step` (s), J:
@@ -137,7 +195,9 @@ impl Joint {
     /// W = ½ Σ f ((x⁺ − x_k) + (x̃ − x_k)),                                     (J6)
     /// ```
     ///
-    /// x̃ being where the velocities of step k would lead. `None` where a body has no state.
+    /// x̃ being where the velocities of step k would lead; of a frame in the world that moves, that of the
+    /// force and the torque that it drives A with, on the mean velocities. `None` where a body has no
+    /// state.
     #[must_use]
     pub fn work(
         &self,
@@ -145,13 +205,17 @@ impl Joint {
         force: &JointForce,
         time_step: f64,
     ) -> Option<f64> {
+        if self.moves {
+            let (state, next) = (states.get(self.body)?, next.get(self.body)?);
+            let (anchor, along, about) = self.acting(states, force)?;
+            let torque = (anchor - state.position).cross(&along) + about;
+            let torque = rotation(&state.attitude).tr_mul(&torque);
+            let power = along.dot(&(state.velocity + next.velocity))
+                + torque.dot(&(state.spin + next.spin));
+            return Some(0.5 * time_step * power);
+        }
         let (at, after) = (self.coordinates(states)?, self.coordinates(next)?);
-        let coasting = |body: usize| states.get(body).map(|state| state.coasted(time_step));
-        let b = match self.other {
-            Some(other) => self.frames[1].placed(&coasting(other)?),
-            None => self.frames[1],
-        };
-        let coasted = between(&self.frames[0].placed(&coasting(self.body)?), &b);
+        let coasted = self.coasted(states, time_step)?;
         let free = |axis: &Axis| *axis != Axis::Locked;
         let mut work = 0.0;
         for k in (0..3).filter(|k| free(&self.linear[*k])) {
@@ -184,9 +248,9 @@ impl Joint {
         let mut residual = JointResidual::default();
         // Impulses over the mass of A; rows in their own scale, w = 1 of a body's centre.
         let unit = body.mass();
-        let mut add = |axis: &Axis, coordinate: f64, (u, f): (f64, f64), scale: (f64, f64)| {
-            let of = axis.graph(coordinate, h, (scale.0, unit));
-            let missed = of.residual(u, f * h / unit / scale.0, scale.1);
+        let mut add = |axis: &Axis, start: &AxisStart, (u, f): (f64, f64), length: f64| {
+            let of = axis.graph(start, h, (length, unit));
+            let missed = of.residual(u, f * h / unit / length, 1.0);
             let missed = if f.is_finite() && u.is_finite() { missed } else { f64::NAN };
             let part = match axis {
                 Axis::Locked => &mut residual.locked,
@@ -194,24 +258,25 @@ impl Joint {
             };
             *part = largest(*part, missed);
         };
+        let end = self.angle(&after, force.angle);
+        let angle = self.angle(&at, end);
+        let [places, turns] = self.starts(states, (&at, angle), h);
         for (k, axis) in self.linear.iter().enumerate() {
             let (before, after) = (at.place[k], after.place[k]);
             let u = match axis {
                 Axis::Locked => after / h,
                 Axis::Free(_) => (after - before) / h,
             };
-            add(axis, before, (u, force.force[k]), (1.0, 1.0));
+            add(axis, &places[k], (u, force.force[k]), 1.0);
         }
         if self.turning() != Turning::Free {
             let aside = aside(self.turning(), &after.turn);
-            let end = self.angle(&after, force.angle);
-            let angle = self.angle(&at, end);
             for (k, axis) in self.angular.iter().enumerate() {
                 let u = match axis {
                     Axis::Locked => length * 2.0 * aside[k] / h,
                     Axis::Free(_) => length * (end - angle) / h,
                 };
-                add(axis, angle, (u, force.torque[k]), (length, 1.0));
+                add(axis, &turns[k], (u, force.torque[k]), length);
             }
         }
         residual

@@ -233,6 +233,11 @@ impl RigidBody {
         Self::with_box_corners(mass, solid_box_inertia(mass, &half_sides), half_sides)
     }
 
+    /// The body without pieces, which meets no other.
+    pub(crate) fn without_shape(&self) -> Self {
+        Self { pieces: Vec::new(), ..self.clone() }
+    }
+
     /// m, kg.
     #[must_use]
     pub fn mass(&self) -> f64 {

@@ -75,14 +75,22 @@ impl Way {
     /// Where the body is at the part `share` of the way, 0 to 1.
     #[must_use]
     pub fn at(&self, share: f64) -> Pose {
+        let (position, attitude) = self.placed(share);
+        Pose { position, rotation: rotation(&attitude) }
+    }
+
+    /// The same with the attitude as a quaternion.
+    #[must_use]
+    #[inline]
+    pub fn placed(&self, share: f64) -> (Vector3<f64>, Vector4<f64>) {
         let position = self.position + share * self.shift;
         if self.angle == 0.0 {
-            return Pose { position, rotation: rotation(&self.attitude) };
+            return (position, self.attitude);
         }
         let (sine, cosine) = libm::sincos(0.5 * share * self.angle);
         let axis = self.turn * (sine / self.angle);
         let part = Vector4::new(cosine, axis[0], axis[1], axis[2]);
-        Pose { position, rotation: rotation(&(left(&part) * self.attitude)) }
+        (position, left(&part) * self.attitude)
     }
 }
 

@@ -74,6 +74,7 @@ impl Simulation<'_> {
             let mut stay = stays.iter();
             solution.joints.retain(|_| stay.next().copied().unwrap_or(true));
         }
+        self.driving.keep(&stays);
         // What the joints kept from touching each other may do so now.
         let bodies: Vec<_> = self.world.joints().iter().filter(|joint| joint.ties(index)).collect();
         let bodies: Vec<_> = bodies

@@ -5,8 +5,10 @@
 //! [certificate](crate::contact::certificate) that judges the answer. Around it: starts
 //! ([`scene`], [`random`]), what is kept of a step ([`record`]) and of a run ([`summary`]).
 
+mod assembly;
 mod bodies;
 pub mod bounce;
+mod driving;
 pub mod energy;
 mod islands;
 mod median;
@@ -19,6 +21,7 @@ mod start;
 pub mod summary;
 pub mod wild;
 
+pub use assembly::Assembly;
 pub use record::StepRecord;
 #[cfg(feature = "save")]
 pub use save::Saved;
@@ -95,6 +98,8 @@ pub struct Simulation<'a> {
     motion: Motion<'a>,
     /// What acts on each body from outside.
     outside: Vec<Outside>,
+    /// What drives the joints over time.
+    driving: driving::Driving,
     interrupt: Option<Arc<AtomicBool>>,
     index: u64,
     /// The solution that led to step k: X at k and the forces of the step before, the start
@@ -185,6 +190,7 @@ impl<'a> Simulation<'a> {
             outside: vec![Outside::nothing(); bodies],
             world,
             motion,
+            driving: driving::Driving::default(),
             interrupt: None,
             index: 0,
             now: StepSolution::free(&states),
@@ -335,6 +341,7 @@ impl<'a> Simulation<'a> {
             return Err(Error::Interrupted);
         }
         self.set_wrenches();
+        self.driving.set(&mut self.world, &self.now.states, self.index);
         let Self { world, motion, interrupt, now, before, scratch, .. } = &mut *self;
         let (report, certificate, share) = match motion {
             Motion::Floating => {

@@ -9,25 +9,32 @@
 //! The bytes are a magic word, the number of the format, the length, the numbers themselves, and a
 //! checksum of all of it. Numbers keep their bits.
 
+use super::driving::Driving;
 use super::{MOST_STEPS, Outside, Simulation};
 use crate::contact::Memory;
 use crate::error::Error;
+use crate::joint::Joint;
 use crate::mechanics::load::Polyline;
 use crate::mechanics::{Load, State};
 use crate::step::StepSolution;
-use crate::world::World;
+use crate::world::{Partner, World};
+use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use std::fmt::{self, Write as _};
 
 /// Where a simulation is: its index, states, forces and loads, and what it remembers.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Saved {
-    /// The digest of the world, whichever bodies it holds, and which it does.
+    /// The digest of what of the world no simulation changes, and what this one did: which bodies are held, how
+    /// the joints are set, which surfaces move.
     world: u64,
     held: Vec<bool>,
+    joints: Vec<Joint>,
+    surfaces: Vec<(Partner, Vector3<f64>)>,
     index: u64,
     taken_back: bool,
     outside: Vec<Outside>,
+    driving: Driving,
     now: StepSolution,
     before: Option<StepSolution>,
     long_before: Option<StepSolution>,
@@ -146,6 +153,8 @@ impl Saved {
             && self.outside.iter().all(Outside::is_possible)
             && pasts.into_iter().flatten().all(is_whole)
             && self.search.fits(world)
+            && self.joints.iter().map(Joint::lasting).eq(world.joints().iter().map(Joint::lasting))
+            && self.driving.fits(&self.joints)
             && (self.held.is_empty() || self.held.len() == bodies);
         match is_possible {
             true => Ok(()),
@@ -173,9 +182,12 @@ impl Simulation<'_> {
         Saved {
             world: self.digest(),
             held: self.world.held().to_vec(),
+            joints: self.world.joints().to_vec(),
+            surfaces: self.world.surfaces().to_vec(),
             index: self.index,
             taken_back: self.taken_back,
             outside: self.outside.clone(),
+            driving: self.driving.clone(),
             now: self.now.clone(),
             before: self.before.clone(),
             long_before: self.long_before.clone(),
@@ -195,13 +207,14 @@ impl Simulation<'_> {
     /// does not know. The simulation then stays where it was.
     pub fn restore(&mut self, saved: &Saved) -> Result<(), Error> {
         saved.check(&self.world, self.digest())?;
-        let world = self.world.clone().holding(&saved.held)?;
+        let world = self.world.with_changes(&saved.held, &saved.joints, &saved.surfaces)?;
         self.motion.recall(&world, &saved.solver)?;
         self.world = world;
         self.scratch.candidates.recall(&self.world, &saved.search);
         self.index = saved.index;
         self.taken_back = saved.taken_back;
         self.outside.clone_from(&saved.outside);
+        self.driving.clone_from(&saved.driving);
         self.now.copy_from(&saved.now);
         self.before.clone_from(&saved.before);
         self.long_before.clone_from(&saved.long_before);
@@ -212,7 +225,7 @@ impl Simulation<'_> {
         *self.digest.get_or_init(|| {
             let mut hash = Fnv::NONE;
             // What is written to takes everything.
-            let _ = write!(hash, "{:?}", self.world.released());
+            let _ = write!(hash, "{:?}", self.world.lasting());
             hash.0
         })
     }

@@ -27,7 +27,8 @@
 //! work on the way, and its part of the motion along is the work of the impulses (eq. 31), to rounding. An elastic
 //! bounce makes none of it; of the first line it would make 2 g h/|v| of what it has. What joints tie is
 //! counted so too: their reactions do no work on the mean of both velocities but of higher order, and what
-//! their drives do on it is allowed.
+//! their drives do on it is allowed, as is the work −h f·s of surfaces that carry with s
+//! ([`Contact::carried`](crate::contact::Contact::carried)).
 //!
 //! Marked are also steps in which something was passed or left out: where pieces go through each other
 //! all the same, overlap deep with no feature left to meet with, or turn by more than a radian in reach of
@@ -67,6 +68,8 @@ struct Budget {
     /// Whether one of those bounces, or joints tie it.
     bounces: bool,
     gained: f64,
+    /// The work of the surfaces of contacts whose A is the body, until the islands are known.
+    carried: f64,
     kinetic: f64,
     /// What the smallest motion that counts has.
     rest: f64,
@@ -108,6 +111,11 @@ impl Judge {
             return true;
         }
         self.join(world, claim, forces);
+        // What joins islands is known from here on; what surfaces did in them was counted by bodies.
+        for index in 0..self.budgets.len() {
+            let carried = std::mem::take(&mut self.budgets[index].carried);
+            self.budgets[self.islands.of(index)].gained -= carried;
+        }
         let (lift, slow) = (world.gravity().norm() * h * accepted, REST * world.speed_scale());
         for (index, body) in world.bodies().iter().enumerate() {
             let budget = &mut self.budgets[self.islands.of(index)];
@@ -139,12 +147,16 @@ impl Judge {
         self.budgets.clear();
         self.budgets.resize(bodies, Budget::default());
         // Marks the contacts' bodies, until the islands are known.
+        let h = world.time_step();
         let contacts = claim.contacts.iter().zip(forces).filter(|(_, force)| pressing(force));
         let budgets = &mut self.budgets;
-        let keys = contacts.map(|(contact, _)| {
+        let keys = contacts.map(|(contact, force)| {
             let budget = &mut budgets[contact.key.body];
             budget.touches = true;
             budget.bounces |= contact.bounces();
+            if contact.is_carried() {
+                budget.carried -= h * force.dot(&contact.carried);
+            }
             &contact.key
         });
         self.islands.find(bodies, keys, world.joints());

@@ -54,6 +54,8 @@ pub struct World {
     apart: Vec<(usize, usize)>,
     /// Whether each body is held; empty where none is.
     held: Vec<bool>,
+    /// Velocities of surfaces, each of an owner.
+    surfaces: Vec<(Partner, Vector3<f64>)>,
     pair_frictions: Pairs,
     restitution: f64,
     pair_restitutions: Pairs,
@@ -84,6 +86,7 @@ impl World {
             joints: Vec::new(),
             apart: Vec::new(),
             held: Vec::new(),
+            surfaces: Vec::new(),
             pair_frictions: Pairs::new(),
             restitution: 0.0,
             pair_restitutions: Pairs::new(),
@@ -164,6 +167,39 @@ impl World {
         Self { held: Vec::new(), ..self.clone() }
     }
 
+    /// What of it no simulation changes: without bodies that are held, surfaces that move, and drives.
+    #[cfg(feature = "save")]
+    pub(crate) fn lasting(&self) -> Self {
+        let joints = self.joints.iter().map(Joint::lasting).collect();
+        Self { held: Vec::new(), surfaces: Vec::new(), joints, ..self.clone() }
+    }
+
+    /// This world with what a simulation had changed of it: which bodies are held, the joints as they
+    /// were set, and the surfaces that moved.
+    #[cfg(feature = "save")]
+    pub(crate) fn with_changes(
+        &self,
+        held: &[bool],
+        joints: &[Joint],
+        surfaces: &[(Partner, Vector3<f64>)],
+    ) -> Result<Self, Error> {
+        let mut world = self.clone().holding(held)?;
+        world.surfaces.clear();
+        for &(of, velocity) in surfaces {
+            world.set_surface(of, velocity)?;
+        }
+        for (known, joint) in world.joints.iter_mut().zip(joints) {
+            *known = joint.clone().checked(world.parameters.bodies.len())?;
+        }
+        Ok(world)
+    }
+
+    /// The velocities of surfaces, each of an owner.
+    #[cfg(feature = "save")]
+    pub(crate) fn surfaces(&self) -> &[(Partner, Vector3<f64>)] {
+        &self.surfaces
+    }
+
     /// Whether each body is held; empty where none is.
     #[cfg(feature = "save")]
     pub(crate) fn held(&self) -> &[bool] {
@@ -212,11 +248,16 @@ impl World {
         let (pair_frictions, pair_restitutions) =
             (pairs(&self.pair_frictions), pairs(&self.pair_restitutions));
         let joints = self.joints.iter().map(|joint| joint.without(body)).collect();
+        let surface = |(of, velocity): &(Partner, Vector3<f64>)| match of {
+            Partner::Body(other) => Some((Partner::Body(number(*other)?), *velocity)),
+            fixed => Some((*fixed, *velocity)),
+        };
         let world = Self {
             parameters,
             reach,
             speed_scale,
             held,
+            surfaces: self.surfaces.iter().filter_map(surface).collect(),
             pair_frictions,
             pair_restitutions,
             ..self.clone()
@@ -251,6 +292,55 @@ impl World {
             Some(joint) => Err(Error::Tied { body, joint }),
             None => Ok(()),
         }
+    }
+
+    /// The joints, for a simulation to set what drives them.
+    pub(crate) fn joints_mut(&mut self) -> &mut [Joint] {
+        &mut self.joints
+    }
+
+    /// This world with a surface that moves over what it is of, as the belt of a conveyor does: what
+    /// lies on it is carried along with `velocity` (m/s; frame of the body, the world's for what is fixed), as
+    /// far as friction reaches. The part along the normal of a contact does nothing. The last word on an
+    /// owner counts.
+    ///
+    /// # Errors
+    /// A body or fixed piece that is not there, a ground where there is none; a component beyond ±1e5 m/s.
+    pub fn with_surface(mut self, of: Partner, velocity: Vector3<f64>) -> Result<Self, Error> {
+        self.set_surface(of, velocity)?;
+        Ok(self)
+    }
+
+    /// The same of this world.
+    pub(crate) fn set_surface(&mut self, of: Partner, velocity: Vector3<f64>) -> Result<(), Error> {
+        all_in_range("velocity of a surface (m/s)", &velocity, -1e5, 1e5, "-1e5 to 1e5")?;
+        let (known, count) = match of {
+            Partner::Ground => (self.ground().is_some(), 0),
+            Partner::Fixed(index) => (index < self.fixed.len(), index),
+            Partner::Body(index) => (index < self.bodies().len(), index),
+        };
+        if !known {
+            let allowed = "a body or a fixed thing of the world";
+            return Err(Error::Count { field: "owner of a surface", count, allowed });
+        }
+        match self.surfaces.iter_mut().find(|(owner, _)| *owner == of) {
+            Some((_, known)) => *known = velocity,
+            None => self.surfaces.push((of, velocity)),
+        }
+        Ok(())
+    }
+
+    /// The velocity of the surface of a body (its frame) or of what is fixed (world), m/s.
+    #[must_use]
+    pub fn surface_of(&self, owner: Partner) -> Vector3<f64> {
+        let known = self.surfaces.iter().find(|(of, _)| *of == owner);
+        known.map_or(Vector3::zeros(), |(_, velocity)| *velocity)
+    }
+
+    /// Whether any surface moves over what it is of.
+    #[must_use]
+    pub fn has_surfaces(&self) -> bool {
+        !self.surfaces.is_empty()
     }
 
     /// Whether two bodies may touch each other: whether neither is held, and no joint keeps them from it.
@@ -607,6 +697,7 @@ impl World {
             joints: Vec::new(),
             apart: Vec::new(),
             held: self.held.clone(),
+            surfaces: Vec::new(),
             pair_frictions: self.pair_frictions.clone(),
             restitution: self.restitution,
             pair_restitutions: self.pair_restitutions.clone(),

@@ -150,6 +150,10 @@ impl IpoptSolver {
             let why = "the world has joints, which its programs do not know; `native` takes them";
             return Err(Error::Solver { solver: "Ipopt", why: why.to_owned() });
         }
+        if world.has_surfaces() {
+            let why = "the world has surfaces that move, which its programs do not know; `native` takes them";
+            return Err(Error::Solver { solver: "Ipopt", why: why.to_owned() });
+        }
         Ok(Self {
             program: Program::new(world, formulation, options)?,
             accepted: ACCEPTED_RESIDUAL * world.speed_scale(),

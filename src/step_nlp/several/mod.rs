@@ -97,12 +97,16 @@ impl SeveralNlp {
     /// The program of `step` with the smoothing ε (N).
     ///
     /// # Errors
-    /// A smoothing outside 1e-12…1 N, a world with joints, a body or the partner of a contact that does not take part.
+    /// A smoothing outside 1e-12…1 N, a world with joints or with surfaces that move, a body or the partner of a contact that does not take part.
     pub fn new(step: &PosedStep<'_>, smoothing: f64) -> Result<Self, Error> {
         in_range("smoothing epsilon (N)", smoothing, 1e-12, 1.0, "1e-12 to 1")?;
         let (world, h) = (step.world, step.world.time_step());
         if !world.joints().is_empty() {
             let why = "it knows no joints; give a world without";
+            return Err(Error::Unsupported { what: "the program of several bodies", why });
+        }
+        if world.has_surfaces() {
+            let why = "it knows no surfaces that move; give a world without";
             return Err(Error::Unsupported { what: "the program of several bodies", why });
         }
         let place = |body: usize| {

@@ -13,7 +13,8 @@ use nalgebra::{Matrix3, Vector3};
 pub(super) struct Coupling {
     /// Where it acts.
     pub(super) lever: Lever,
-    /// What the rows are off by at step k over h, m/s: φ/h along the normal of a contact.
+    /// What the rows are off by at step k over h, m/s: of a contact φ/h along the normal, and across it
+    /// what surfaces carry.
     pub(super) offset: Vector3<f64>,
     /// e c_n⁻, m/s, where a contact bounces; 0 elsewhere.
     pub(super) rebound: f64,
@@ -84,6 +85,10 @@ impl Coupling {
         let (normal, radius) = (contact.normal(), contact.features.radius);
         let tangential = share * contact.response.tangential;
         let across = 1.0 / tangential;
+        let mut offset = normal * approach(contact, time_step, level);
+        if contact.is_carried() {
+            offset += contact.carried;
+        }
         Self {
             lever: Lever {
                 centre: contact.features.point,
@@ -91,7 +96,7 @@ impl Coupling {
                 radius,
                 torque_map: contact.torque_map,
             },
-            offset: normal * approach(contact, time_step, level),
+            offset,
             rebound: contact.rebound,
             rows: Rows {
                 frame: contact.frame,

@@ -17,6 +17,8 @@ pub(super) struct Round {
     pub(super) way: Vector3<f64>,
     /// φ/h at step k, m/s.
     pub(super) approach: f64,
+    /// What surfaces carry, m/s, world.
+    pub(super) carried: Vector3<f64>,
 }
 
 /// One of the two bodies.
@@ -104,7 +106,8 @@ impl<'a> RoundMotion<'a> {
         if let Some(b) = &self.b {
             rolling += b.turning.spin_world() * self.curved.radius;
         }
-        let slip = self.apart - normal * normal.dot(&self.apart) - rolling.cross(normal);
+        let slip = self.apart - normal * normal.dot(&self.apart) - rolling.cross(normal)
+            + self.round.carried;
         slip + normal * (self.opening + self.round.approach)
     }
 

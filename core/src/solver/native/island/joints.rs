@@ -4,9 +4,9 @@
 
 use super::super::coupling::{Coupling, Lever};
 use super::super::law::{Axes, Law};
-use super::{Island, Link, Other};
+use super::{Island, Link, Other, Source};
 use crate::contact::torque_map_of;
-use crate::joint::{Coordinates, Joint, JointForce, Turn, Turning};
+use crate::joint::{AxisStart, Coordinates, Joint, JointForce, Turn, Turning};
 use crate::step::{Step, StepSolution};
 use nalgebra::{Matrix3, Vector3};
 
@@ -38,9 +38,10 @@ impl Island {
         let before = step.previous.joints.get(index).map_or(0.0, |force| force.angle);
         let (angle, length) = (joint.angle(&at, before), joint.length(step.world.bodies()));
         let sides = (place(joint.body()), joint.other().map(place));
-        let place = joint.holds_place().then(|| self.admit_place(joint, &at, sides));
+        let [along, about] = joint.starts(step.states, (&at, angle), self.time_step);
+        let place = joint.holds_place().then(|| self.admit_place(joint, &along, sides));
         let turn = (joint.turning() != Turning::Free)
-            .then(|| self.admit_turn(joint, &at, (angle, length), sides));
+            .then(|| self.admit_turn(joint, &at, (&about, length), sides));
         self.joints.push(JointPlace { joint: index, place, turn, length, angle });
     }
 
@@ -48,7 +49,7 @@ impl Island {
     fn admit_place(
         &mut self,
         joint: &Joint,
-        at: &Coordinates,
+        starts: &[AxisStart; 3],
         (a, b): (usize, Option<usize>),
     ) -> usize {
         let [of_a, of_b] = joint.frames();
@@ -68,10 +69,11 @@ impl Island {
         });
         response += member.response(&torque_map, &frame, true);
         let (h, unit) = (self.time_step, self.mass);
-        let graph = |k: usize| joint.linear()[k].graph(at.place[k], h, (1.0, unit));
+        let graph = |k: usize| joint.linear()[k].graph(&starts[k], h, (1.0, unit));
         let axes = Axes::new(&mut self.setting.graphs, [graph(0), graph(1), graph(2)]);
-        let offset = Vector3::from_fn(|k, _| joint.linear()[k].offset(at.place[k], h));
-        self.links.push(Link { a, round: None, turn: None, b });
+        let offset = Vector3::from_fn(|k, _| joint.linear()[k].offset(starts[k].coordinate, h));
+        let source = Source::of(joint.linear(), joint.moves());
+        self.links.push(Link { a, round: None, turn: None, b, source });
         let law = Law::Axes(axes);
         self.setting.admit(Coupling::of_place(lever, (frame, offset), &response, law));
         self.links.len() - 1
@@ -82,7 +84,7 @@ impl Island {
         &mut self,
         joint: &Joint,
         at: &Coordinates,
-        (angle, length): (f64, f64),
+        (starts, length): (&[AxisStart; 3], f64),
         (a, b): (usize, Option<usize>),
     ) -> usize {
         let h = self.time_step;
@@ -96,11 +98,13 @@ impl Island {
             response += other.response(&torque_map, &unit, false);
             Other { index, torque_map, arm: Vector3::zeros() }
         });
-        let graph = |k: usize| joint.angular()[k].graph(angle, h, (length, self.mass));
+        let graph = |k: usize| joint.angular()[k].graph(&starts[k], h, (length, self.mass));
         let own = [graph(0), graph(1), graph(2)];
         let axes = Axes::new(&mut self.setting.graphs, own);
         self.turns.push(turn);
-        self.links.push(Link { a, round: None, turn: Some(self.turns.len() - 1), b });
+        let source = Source::of(joint.angular(), joint.moves());
+        let turn = Some(self.turns.len() - 1);
+        self.links.push(Link { a, round: None, turn, b, source });
         self.setting.admit(Coupling::of_turn(torque_map, &response, Law::Axes(axes)));
         self.links.len() - 1
     }

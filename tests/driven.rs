@@ -1,0 +1,415 @@
+//! What a program drives: motors and forces set from step to step or over time, and bodies whose way is
+//! given; against closed forms.
+
+use nalgebra::{Matrix3, Vector3, Vector4};
+use tumble::contact::Plane;
+use tumble::geometry::Piece;
+use tumble::joint::{Course, Drive, Joint, JointAxis, JointFrame, JointLoad, Knots, Motor};
+use tumble::mechanics::{Polyline, RigidBody, Rotation, State};
+use tumble::simulation::{Motion, Simulation, StepRecord};
+use tumble::step::StepStatus;
+use tumble::world::{Fixed, Parameters, Partner, World};
+
+const G: f64 = 9.81;
+const H: f64 = 1e-3;
+
+/// A solid box.
+fn solid(mass: f64, half: Vector3<f64>) -> RigidBody {
+    RigidBody::solid(mass, &[Piece::cuboid(half).unwrap()]).unwrap().0
+}
+
+fn parameters(bodies: Vec<RigidBody>, gravity: f64) -> Parameters {
+    Parameters {
+        bodies,
+        ground: None,
+        gravity: Vector3::new(0.0, 0.0, -gravity),
+        friction: 0.4,
+        time_step: H,
+        rotation: Rotation::Momentum,
+    }
+}
+
+fn at(position: Vector3<f64>) -> State {
+    State {
+        position,
+        attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
+        velocity: Vector3::zeros(),
+        spin: Vector3::zeros(),
+    }
+}
+
+/// One step, which must be solved and certified.
+fn step(simulation: &mut Simulation<'_>, record: &mut StepRecord) {
+    simulation.step(record).unwrap();
+    let status = record.report.status;
+    let solved = matches!(status, StepStatus::Converged | StepStatus::Retried | StepStatus::Free);
+    assert!(solved, "step {}: {status}, {:?}", record.index, record.certificate);
+    assert!(record.certificate.residual() < 1e-9, "{:?}", record.certificate);
+}
+
+/// A body that slides along x without weight under `drive`.
+fn slide(mass: f64, drive: Drive) -> World {
+    let along = JointFrame::along(Vector3::zeros(), Vector3::x()).unwrap();
+    let body = solid(mass, Vector3::repeat(0.1));
+    let joint = Joint::prismatic(0, None, [along; 2], drive);
+    World::new(parameters(vec![body], 0.0)).unwrap().with_joints(vec![joint]).unwrap()
+}
+
+const ALONG: JointAxis = JointAxis::Linear(2);
+
+/// v = Σ f h/m, with a force that changes from step to step, and with the same one over time.
+#[test]
+fn a_force_is_set_from_step_to_step_and_over_time() {
+    let force = |t: f64| 3.0 - 40.0 * t;
+    let world = slide(2.0, Drive::NONE);
+    let simulation =
+        || Simulation::new(world.clone(), [at(Vector3::zeros())], Motion::native(&world)).unwrap();
+    let (mut set, mut timed, mut record) = (simulation(), simulation(), StepRecord::new());
+    let knots = vec![(0.0, force(0.0)), (0.2, force(0.2))];
+    let knots = knots.into_iter().map(|(t, f)| (t, Vector3::z() * f)).collect();
+    let load = JointLoad { force: Polyline::new(knots).unwrap(), ..JointLoad::default() };
+    timed.set_joint_load(0, load).unwrap();
+    let mut expected = 0.0;
+    for k in 0..200 {
+        let mean = force((f64::from(k) + 0.5) * H);
+        set.set_drive(0, ALONG, Drive { force: mean, ..Drive::NONE }).unwrap();
+        step(&mut set, &mut record);
+        step(&mut timed, &mut record);
+        expected += mean * H / 2.0;
+        for simulation in [&set, &timed] {
+            let speed = simulation.state().velocity[0];
+            assert!((speed - expected).abs() < 1e-13, "{k}: {speed} {expected}");
+        }
+    }
+}
+
+/// A motor follows its target from step to step where it has the force, and takes what it has where not.
+#[test]
+fn a_motor_follows_a_target_that_changes() {
+    let world = slide(2.0, Drive { friction: 1.0, ..Drive::NONE });
+    let mut simulation =
+        Simulation::new(world.clone(), [at(Vector3::zeros())], Motion::native(&world)).unwrap();
+    let mut record = StepRecord::new();
+    for k in 0..300 {
+        let target = (0.02 * f64::from(k)).sin();
+        simulation.set_motor(0, ALONG, Some(Motor::Speed { target, most: 60.0 })).unwrap();
+        let before = simulation.state().velocity[0];
+        step(&mut simulation, &mut record);
+        let after = simulation.state().velocity[0];
+        assert!((after - target).abs() < 1e-12, "{k}: {after} {target}");
+        // The friction of the axis stays beside the motor; the joint's force is that of both.
+        let force = record.solution.joints[0].force[2];
+        assert!((force - 2.0 * (after - before) / H).abs() < 1e-9, "{force}");
+    }
+    // 61 N at most against 2 kg.
+    simulation.set_motor(0, ALONG, Some(Motor::Speed { target: -9.0, most: 60.0 })).unwrap();
+    let before = simulation.state().velocity[0];
+    step(&mut simulation, &mut record);
+    let lost = before - simulation.state().velocity[0];
+    let most = if before > 0.0 { 61.0 } else { 59.0 };
+    assert!((lost - most * H / 2.0).abs() < 1e-12, "{lost}");
+    // Without it the friction alone is left.
+    simulation.set_motor(0, ALONG, None).unwrap();
+    assert_eq!(simulation.world().joints()[0].linear()[2], world.joints()[0].linear()[2]);
+}
+
+/// a = f/(m + I): what turns with a motor counts as mass of the axis, and of it alone. As a flywheel it
+/// keeps what it has where nothing drives it.
+#[test]
+fn an_armature_is_inertia_of_its_axis() {
+    let world = slide(2.0, Drive { armature: 3.0, force: 10.0, ..Drive::NONE });
+    let mut simulation =
+        Simulation::new(world.clone(), [at(Vector3::zeros())], Motion::native(&world)).unwrap();
+    let mut record = StepRecord::new();
+    for k in 1..=500 {
+        step(&mut simulation, &mut record);
+        let speed = simulation.state().velocity[0];
+        assert!((speed - 10.0 / 5.0 * H * f64::from(k)).abs() < 1e-12, "{speed}");
+    }
+    simulation.set_drive(0, ALONG, Drive { armature: 3.0, ..Drive::NONE }).unwrap();
+    for _ in 0..100 {
+        step(&mut simulation, &mut record);
+        assert!((simulation.state().velocity[0] - 1.0).abs() < 1e-12);
+    }
+    // A hinge that turns around and around: I_y + armature.
+    let body = solid(1.0, Vector3::new(0.3, 0.1, 0.1));
+    let inertia = body.inertia()[(1, 1)];
+    let frame = JointFrame::along(Vector3::zeros(), Vector3::y()).unwrap();
+    let drive = Drive { armature: 0.5, force: 0.7, ..Drive::NONE };
+    let hinge = Joint::revolute(0, None, [frame; 2], drive);
+    let world = World::new(parameters(vec![body], 0.0)).unwrap().with_joints(vec![hinge]).unwrap();
+    let mut simulation =
+        Simulation::new(world.clone(), [at(Vector3::zeros())], Motion::native(&world)).unwrap();
+    for _ in 0..6000 {
+        step(&mut simulation, &mut record);
+    }
+    let turned = record.solution.joints[0].angle;
+    let expected = 0.5 * 0.7 / (inertia + 0.5) * (6000.0 * 6001.0) * H * H;
+    assert!((turned - expected).abs() < 1e-4 * expected, "{turned} {expected}");
+}
+
+/// What cannot be set is refused, and what was there stays.
+#[test]
+fn what_cannot_be_set_is_refused() {
+    let world = slide(2.0, Drive { force: 1.0, ..Drive::NONE });
+    let mut simulation =
+        Simulation::new(world.clone(), [at(Vector3::zeros())], Motion::native(&world)).unwrap();
+    let mut refused = |joint: usize, axis: JointAxis, drive: Drive| {
+        simulation.set_drive(joint, axis, drive).unwrap_err().to_string()
+    };
+    assert!(refused(1, ALONG, Drive::NONE).contains("joint: 1 given"));
+    assert!(refused(0, JointAxis::Linear(3), Drive::NONE).contains("axis of a joint: 3 given"));
+    assert!(refused(0, JointAxis::Linear(0), Drive::NONE).contains("locked"));
+    assert!(refused(0, ALONG, Drive { armature: -1.0, ..Drive::NONE }).contains("armature"));
+    assert_eq!(simulation.world(), &world);
+    let push = |axis: Vector3<f64>| JointLoad {
+        force: Polyline::constant(axis).unwrap(),
+        ..JointLoad::default()
+    };
+    assert!(simulation.set_joint_load(0, push(Vector3::x())).is_err());
+    assert!(simulation.set_joint_load(0, push(Vector3::z())).is_ok());
+    let course = Course::To(JointFrame::at(Vector3::zeros()));
+    let refused = simulation.set_course(0, course).unwrap_err().to_string();
+    assert!(refused.contains("not fixed to the world"), "{refused}");
+}
+
+/// A tray of 2 m by 2 m whose top is at z = 0, held in the world, and a box on it.
+fn tray_and_box(friction: f64) -> (World, [State; 2]) {
+    let tray = solid(5.0, Vector3::new(1.0, 1.0, 0.05));
+    let cube = solid(1.0, Vector3::new(0.1, 0.1, 0.02));
+    let place = Vector3::new(0.0, 0.0, -0.05);
+    let joint = Joint::fixed(0, None, [JointFrame::at(Vector3::zeros()), JointFrame::at(place)]);
+    let mut parameters = parameters(vec![tray, cube], G);
+    parameters.friction = friction;
+    let world = World::new(parameters).unwrap().with_joints(vec![joint]).unwrap();
+    (world, [at(place), at(Vector3::new(0.0, 0.0, 0.02))])
+}
+
+/// A box on an accelerating tray stays where a < μ g, and slips by ½ (a − μ g) t² where not.
+#[test]
+fn a_box_on_an_accelerating_tray_slips_where_it_should() {
+    for part in [0.999, 1.001, 2.0] {
+        let (world, states) = tray_and_box(0.4);
+        let acceleration = part * 0.4 * G;
+        let mut simulation =
+            Simulation::new(world.clone(), states, Motion::native(&world)).unwrap();
+        // At x = ½ a h² k (k + 1) the velocities of the steps are a h k, from the first on.
+        let x = |k: u32| 0.5 * acceleration * H * H * f64::from(k) * (f64::from(k) + 1.0);
+        let place = |k: u32| JointFrame::at(states[0].position + Vector3::x() * x(k));
+        let mut record = StepRecord::new();
+        for k in 1..=400 {
+            simulation.set_course(0, Course::To(place(k))).unwrap();
+            step(&mut simulation, &mut record);
+            let tray = &record.solution.states[0];
+            assert!((tray.position - place(k).anchor).norm() < 1e-14, "{k}");
+            // What drives it moves its mass, and the box as far as friction takes it.
+            let force = record.solution.joints[0].force[0];
+            let expected = acceleration * 5.0 + acceleration.min(0.4 * G);
+            assert!((force - expected).abs() < 1e-6 * expected, "{k}: {force} {expected}");
+            let slipped = tray.position[0] - record.solution.states[1].position[0];
+            let steps = f64::from(k);
+            let expected = 0.5 * (acceleration - 0.4 * G).max(0.0) * H * H * steps * (steps + 1.0);
+            assert!((slipped - expected).abs() < 1e-9, "{part} {k}: {slipped} {expected}");
+        }
+    }
+}
+
+/// A course through knots is where these say at the end of every step, in place and turn; one at steady
+/// velocities goes on from where the body is. A step that is taken back is taken again to the last bit.
+#[test]
+fn a_course_is_kept_to_rounding() {
+    let (world, states) = tray_and_box(0.4);
+    let mut simulation = Simulation::new(world.clone(), states, Motion::native(&world)).unwrap();
+    let turned = Vector4::new(0.3_f64.cos(), 0.0, 0.0, 0.3_f64.sin());
+    let up = states[0].position + Vector3::z() * 0.1;
+    let knots = vec![
+        (0.0, JointFrame::at(states[0].position)),
+        (0.1, JointFrame::at(up)),
+        (0.3, JointFrame { anchor: up, attitude: turned }),
+    ];
+    simulation.set_course(0, Course::Through(Knots::new(knots).unwrap())).unwrap();
+    let mut record = StepRecord::new();
+    for k in 1..=350 {
+        step(&mut simulation, &mut record);
+        let tray = &record.solution.states[0];
+        let t = f64::from(k) * H;
+        let height = (t / 0.1).min(1.0) * 0.1 - 0.05;
+        assert!((tray.position[2] - height).abs() < 1e-14, "{k}");
+        let half = 0.3 * ((t - 0.1) / 0.2).clamp(0.0, 1.0);
+        let expected = Vector4::new(half.cos(), 0.0, 0.0, half.sin());
+        assert!((tray.attitude - expected).norm() < 1e-13, "{k}");
+        if k == 200 {
+            let first = record.solution.states.clone();
+            simulation.take_back(&record);
+            step(&mut simulation, &mut record);
+            assert_eq!(record.solution.states, first);
+        }
+    }
+    let from = simulation.states()[0];
+    let (velocity, spin) = (Vector3::new(0.2, 0.0, 0.0), Vector3::new(0.0, 0.0, 0.5));
+    simulation.set_course(0, Course::Steady { velocity, spin }).unwrap();
+    for _ in 0..100 {
+        step(&mut simulation, &mut record);
+    }
+    let now = &simulation.states()[0];
+    assert!((now.position - from.position - velocity * 0.1).norm() < 1e-14);
+    let half: f64 = 0.3 + 0.025;
+    let expected = Vector4::new(half.cos(), 0.0, 0.0, half.sin());
+    assert!((now.attitude - expected).norm() < 1e-13);
+    // Knots that are elsewhere now are no course of it.
+    let far = Knots::new(vec![(0.0, JointFrame::at(Vector3::zeros()))]).unwrap();
+    let refused = simulation.set_course(0, Course::Through(far)).unwrap_err().to_string();
+    assert!(refused.contains("joint 0 is"), "{refused}");
+    assert!(Knots::new(vec![]).is_err());
+    let frame = JointFrame::at(Vector3::zeros());
+    assert!(Knots::new(vec![(0.0, frame), (0.0, frame)]).is_err());
+}
+
+/// A turntable carries a puck while ω² r < μ g, and no longer.
+#[test]
+fn a_turntable_carries_a_puck_as_far_as_friction_reaches() {
+    let radius = 0.5;
+    for (part, stays) in [(0.99, true), (1.01, false)] {
+        let (world, mut states) = tray_and_box(0.4);
+        let rate = (part * 0.4 * G / radius).sqrt();
+        // Both turn already. The mean velocity of a step is that of its chord, and the spin its Cayley vector.
+        let spin = Vector3::z() * ((0.5 * rate * H).tan() * 2.0 / H);
+        let half = 0.5 * rate * H;
+        let chord = radius * 2.0 * half.sin() / H;
+        states[0].spin = spin;
+        states[1].spin = spin;
+        states[1].position[0] = radius;
+        states[1].velocity = Vector3::new(half.sin(), half.cos(), 0.0) * chord;
+        let mut simulation =
+            Simulation::new(world.clone(), states, Motion::native(&world)).unwrap();
+        let course = Course::Steady { velocity: Vector3::zeros(), spin: Vector3::z() * rate };
+        simulation.set_course(0, course).unwrap();
+        let mut record = StepRecord::new();
+        for _ in 0..1000 {
+            step(&mut simulation, &mut record);
+        }
+        let puck = &record.solution.states[1];
+        let slipped = puck.position.xy().norm() - radius;
+        if stays {
+            assert!(slipped.abs() < 1e-6, "{slipped}");
+            let turned = puck.position[1].atan2(puck.position[0]);
+            let expected = (rate * 1.0 + std::f64::consts::PI).rem_euclid(std::f64::consts::TAU)
+                - std::f64::consts::PI;
+            assert!((turned - expected).abs() < 1e-6, "{turned} {expected}");
+        } else {
+            assert!(slipped > 1e-3, "{slipped}");
+        }
+    }
+}
+
+/// A pusher moves a box along the ground with μ m g, and no step of it makes energy.
+#[test]
+fn a_pusher_pushes_with_what_friction_takes() {
+    let pusher = solid(3.0, Vector3::new(0.05, 0.2, 0.1));
+    let cube = solid(2.0, Vector3::new(0.1, 0.1, 0.1));
+    let place = Vector3::new(-0.2, 0.0, 0.15);
+    let joint = Joint::fixed(0, None, [JointFrame::at(Vector3::zeros()), JointFrame::at(place)]);
+    let mut parameters = parameters(vec![pusher, cube], G);
+    parameters.ground = Some(Plane::level());
+    let world = World::new(parameters).unwrap().with_joints(vec![joint]).unwrap();
+    let world = world.with_friction_between(1, Partner::Body(0), 0.0).unwrap();
+    let states = [at(place), at(Vector3::new(0.0, 0.0, 0.1))];
+    let mut simulation = Simulation::new(world.clone(), states, Motion::native(&world)).unwrap();
+    let velocity = Vector3::x() * 0.5;
+    simulation.set_course(0, Course::Steady { velocity, spin: Vector3::zeros() }).unwrap();
+    let mut record = StepRecord::new();
+    for k in 0..500 {
+        step(&mut simulation, &mut record);
+        // The gap of 5 cm is closed after 0.1 s.
+        if k > 101 {
+            let force = record.solution.joints[0].force[0];
+            assert!((force - 0.4 * 2.0 * G).abs() < 1e-6, "{k}: {force}");
+            assert!((record.solution.states[1].velocity[0] - 0.5).abs() < 1e-9);
+        }
+    }
+    let gap = record.solution.states[1].position[0] - record.solution.states[0].position[0];
+    assert!((gap - 0.15).abs() < 1e-9, "{gap}");
+}
+
+/// A box on a conveyor slides with μ g until it has the speed of the belt, v/(μ g) long, and then goes along.
+/// Friction does the same whether the belt is fixed, on a body, or the box itself has tracks.
+#[test]
+fn a_conveyor_takes_a_box_along() {
+    let (speed, friction) = (1.2, 0.4);
+    let belt = Vector3::x() * speed;
+    let cube = || solid(1.0, Vector3::new(0.1, 0.1, 0.05));
+    let on_ground = || {
+        let mut parameters = parameters(vec![cube()], G);
+        parameters.ground = Some(Plane::level());
+        World::new(parameters).unwrap()
+    };
+    let fixed = {
+        let moved = Piece::cuboid(Vector3::new(3.0, 1.0, 0.1)).unwrap();
+        let down = Vector3::new(0.0, 0.0, -0.1);
+        let piece = moved.moved_by(&Matrix3::identity(), &down).unwrap();
+        let world = World::new(parameters(vec![cube()], G)).unwrap();
+        world.with_fixed(vec![Fixed { piece, friction: None }]).unwrap()
+    };
+    let (trayed, _) = tray_and_box(friction);
+    let worlds = [
+        (on_ground().with_surface(Partner::Ground, belt).unwrap(), 0),
+        (on_ground().with_surface(Partner::Body(0), -belt).unwrap(), 0),
+        (fixed.with_surface(Partner::Fixed(0), belt).unwrap(), 0),
+        (trayed.with_surface(Partner::Body(0), belt).unwrap(), 1),
+    ];
+    for (number, (world, carried)) in worlds.into_iter().enumerate() {
+        let height = if carried == 1 { 0.02 } else { 0.05 };
+        let mut states = vec![at(Vector3::new(0.0, 0.0, height))];
+        if carried == 1 {
+            states.insert(0, at(Vector3::new(0.0, 0.0, -0.05)));
+        }
+        let mut simulation =
+            Simulation::new(world.clone(), states, Motion::native(&world)).unwrap();
+        let mut record = StepRecord::new();
+        for k in 1..=400 {
+            step(&mut simulation, &mut record);
+            let found = record.solution.states[carried].velocity;
+            let expected = (friction * G * H * f64::from(k)).min(speed);
+            assert!((found[0] - expected).abs() < 1e-9, "{number} {k}: {found} {expected}");
+            assert!(found.yz().norm() < 1e-9, "{number} {k}: {found}");
+        }
+        // 0.306 s: what goes along does not slip.
+        let slip = record.solution.contacts.iter().map(|contact| contact.slip.norm());
+        assert!(slip.fold(0.0, f64::max) < 1e-9);
+    }
+    let refused = on_ground().with_surface(Partner::Fixed(0), belt).unwrap_err().to_string();
+    assert!(refused.contains("owner of a surface"), "{refused}");
+}
+
+/// A ball on a belt that moves: 2/7 of the belt's speed, with the spin of what rolls on it.
+#[test]
+fn a_ball_on_a_belt_rolls_at_two_sevenths_of_it() {
+    let radius = 0.1;
+    let ball = RigidBody::solid(1.0, &[Piece::sphere(radius).unwrap()]).unwrap().0;
+    let capsule = Piece::capsule(2.0, radius).unwrap();
+    let along = Matrix3::new(0.0, 0.0, 1.0, 0.0, 1.0, 0.0, -1.0, 0.0, 0.0);
+    let rail = capsule.moved_by(&along, &Vector3::new(0.0, 0.0, -radius)).unwrap();
+    let on_rail = World::new(parameters(vec![ball.clone()], G)).unwrap();
+    let on_rail = on_rail.with_fixed(vec![Fixed { piece: rail, friction: None }]).unwrap();
+    let mut on_ground = parameters(vec![ball], G);
+    on_ground.ground = Some(Plane::level());
+    let on_ground = World::new(on_ground).unwrap();
+    let belt = Vector3::x() * 0.7;
+    for world in [
+        on_ground.with_surface(Partner::Ground, belt).unwrap(),
+        on_rail.with_surface(Partner::Fixed(0), belt).unwrap(),
+    ] {
+        let start = at(Vector3::new(0.0, 0.0, radius));
+        let mut simulation =
+            Simulation::new(world.clone(), [start], Motion::native(&world)).unwrap();
+        let mut record = StepRecord::new();
+        for _ in 0..300 {
+            step(&mut simulation, &mut record);
+        }
+        let state = record.next();
+        assert!((state.velocity[0] - 0.2).abs() < 1e-3, "{}", state.velocity);
+        // v + ω × (−R z) = belt.
+        let touching = state.velocity[0] - state.spin[1] * radius;
+        assert!((touching - 0.7).abs() < 1e-3, "{} {}", state.velocity, state.spin);
+    }
+}
