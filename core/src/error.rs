@@ -72,7 +72,10 @@ pub enum Error {
         allowed: f64,
     },
     /// A body that cannot be taken out of the world, or held, because a joint ties it.
-    #[error("body {body} is tied by joint {joint}; take its joints out first")]
+    #[error(
+        "body {body} is tied by joint {joint}; only a body without joints can be held, or taken out \
+         without them"
+    )]
     Tied {
         /// Its index.
         body: usize,

@@ -332,8 +332,7 @@ pub trait StepSolver: Send {
     }
 
     /// What its next answers depend on besides the step itself, in a form of its own, for a
-    /// simulation that is [saved](crate::simulation::Simulation::save): nothing, unless the solver
-    /// has a method of its own.
+    /// simulation that is saved: nothing, unless the solver has a method of its own.
     fn memory(&self) -> Vec<u8> {
         Vec::new()
     }

@@ -156,8 +156,7 @@ impl Simulation {
     }
 
     /// Sets the states (N, 13) now.
-    #[setter]
-    fn set_states(&mut self, states: PyReadonlyArrayDyn<'_, f64>) -> PyResult<()> {
+    fn exchange_all(&mut self, states: PyReadonlyArrayDyn<'_, f64>) -> PyResult<()> {
         let states = to_states("states", &states)?;
         self.running().simulation.set_states(&states).map_err(refused)
     }

@@ -108,7 +108,7 @@ def test_states_are_set():
     simulation = stack().simulate()
     for _ in range(20):
         simulation.step()
-    away = simulation.states[3]
+    away = simulation.states[3].copy()
     away[:3] += [3, 0, 2]
     simulation.set_state("cube-3", away)
     np.testing.assert_array_equal(simulation.states[3], away)
@@ -148,7 +148,7 @@ def test_a_body_is_held_and_released():
     with pytest.raises(tumble.TumbleError, match="overlap"):
         simulation.release(1)
     for body in (2, 3):
-        state = simulation.states[body]
+        state = simulation.states[body].copy()
         state[:3] = [3 + body, 0, 1]
         simulation.set_state(body, state)
     simulation.release(1)

@@ -71,6 +71,11 @@ pub(crate) struct Memory {
 }
 
 impl Memory {
+    /// Whether nothing was searched yet.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.end.is_empty()
+    }
+
     /// Makes this the same as `other`, in the memory that it has.
     pub(crate) fn copy_from(&mut self, other: &Self) {
         let Self { boxes, searched, pairs, end, from, start, kept, joined } = other;

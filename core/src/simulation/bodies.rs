@@ -42,14 +42,31 @@ impl Simulation<'_> {
     /// it. The last step cannot be taken back any more.
     ///
     /// # Errors
-    /// A body that is not there, the only one, or one that a joint ties
-    /// ([`Simulation::remove_joints_of`]); a solver that is made for one world. Nothing has changed then.
+    /// A body that is not there, the only one, or one that a joint ties; a solver that is made for one
+    /// world. Nothing has changed then.
     pub fn remove_body(&mut self, index: usize) -> Result<(RigidBody, State), Error> {
         let world = self.world.without_body(index)?;
+        self.leave(world, index)
+    }
+
+    /// The same, with all joints that tie it; those after them move up.
+    ///
+    /// # Errors
+    /// As [`Simulation::remove_body`], but for the joints.
+    pub fn remove_body_and_joints(&mut self, index: usize) -> Result<(RigidBody, State), Error> {
+        let world = self.world.untied(index).without_body(index)?;
+        self.leave(world, index)
+    }
+
+    /// Goes on in `world`, in which the body `index` is no more, nor are joints that tie it.
+    fn leave(&mut self, world: World, index: usize) -> Result<(RigidBody, State), Error> {
         self.change_solver(&world)?;
-        let body = self.world.bodies()[index].clone();
+        let before = self.world.clone();
+        let body = before.bodies()[index].clone();
         self.scratch.candidates.remove(&world, index, body.pieces().len());
         self.outside.remove(index);
+        let stays: Vec<_> = before.joints().iter().map(|joint| !joint.ties(index)).collect();
+        self.driving.keep(&stays);
         let state = self.now.states[index];
         for solution in self.solutions() {
             solution.states.remove(index);
@@ -58,34 +75,11 @@ impl Simulation<'_> {
                 Some(ContactForce { key, ..*force })
             };
             solution.contacts = solution.contacts.iter().filter_map(renumbered).collect();
-        }
-        self.take_world(world);
-        Ok((body, state))
-    }
-
-    /// Takes all joints out that tie the body `index`; those after them move up. Returns how many there
-    /// were. The last step cannot be taken back any more.
-    ///
-    /// # Errors
-    /// None for the joints of a world; the type is [`World::with_joints`]'s.
-    pub fn remove_joints_of(&mut self, index: usize) -> Result<usize, Error> {
-        let (world, stays) = self.world.untied(index)?;
-        for solution in self.solutions() {
             let mut stay = stays.iter();
             solution.joints.retain(|_| stay.next().copied().unwrap_or(true));
         }
-        self.driving.keep(&stays);
-        // What the joints kept from touching each other may do so now.
-        let bodies: Vec<_> = self.world.joints().iter().filter(|joint| joint.ties(index)).collect();
-        let bodies: Vec<_> = bodies
-            .into_iter()
-            .flat_map(|joint| joint.other().into_iter().chain([joint.body()]))
-            .collect();
-        for body in bodies {
-            self.scratch.candidates.hold(&world, body);
-        }
         self.take_world(world);
-        Ok(stays.iter().filter(|stays| !**stays).count())
+        Ok((body, state))
     }
 
     /// Holds the body `index`, at rest where it is: it touches nothing and costs nothing, until it is

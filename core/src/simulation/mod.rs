@@ -351,11 +351,13 @@ impl<'a> Simulation<'a> {
             Motion::Contact { detection, solver } => {
                 let past = Past { now, before: before.as_ref() };
                 let (interrupt, solver) = (interrupt.as_deref(), solver.as_mut());
-                if interrupt.is_some() {
+                // Where no pieces can meet there is nothing to go back to.
+                let rewinds = interrupt.is_some() && !scratch.candidates.memory().is_empty();
+                if rewinds {
                     scratch.rewind.copy_from(scratch.candidates.memory());
                 }
                 let taken = contact_step(world, past, *detection, solver, interrupt, scratch);
-                if taken.is_err() && interrupt.is_some() {
+                if taken.is_err() && rewinds {
                     // What the search found in a part of a step is not to be found again.
                     scratch.candidates.recall(world, &scratch.rewind);
                 }

@@ -117,6 +117,11 @@ impl World {
         let bodies = self.bodies().len();
         let checked = joints.into_iter().map(|joint| joint.checked(bodies));
         let joints = checked.collect::<Result<Vec<_>, _>>()?;
+        Ok(self.tied_by(joints))
+    }
+
+    /// This world with `joints` that were checked.
+    fn tied_by(self, joints: Vec<Joint>) -> Self {
         let tied = joints.iter().filter(|joint| !joint.collides());
         let mut apart: Vec<_> = tied
             .filter_map(|joint| Some((joint.body(), joint.other()?)))
@@ -124,7 +129,7 @@ impl World {
             .collect();
         apart.sort_unstable();
         apart.dedup();
-        Ok(Self { joints, apart, ..self })
+        Self { joints, apart, ..self }
     }
 
     /// The joints.
@@ -262,7 +267,7 @@ impl World {
             pair_restitutions,
             ..self.clone()
         };
-        world.with_joints(joints)
+        Ok(world.tied_by(joints))
     }
 
     /// This world with one body more, the last.
@@ -280,11 +285,10 @@ impl World {
         Ok(Self { parameters, reach, speed_scale, held, ..self.clone() })
     }
 
-    /// This world without the joints that tie the body `body`, and which of all joints stay.
-    pub(crate) fn untied(&self, body: usize) -> Result<(Self, Vec<bool>), Error> {
-        let stays: Vec<_> = self.joints.iter().map(|joint| !joint.ties(body)).collect();
+    /// This world without the joints that tie the body `body`.
+    pub(crate) fn untied(&self, body: usize) -> Self {
         let joints = self.joints.iter().filter(|joint| !joint.ties(body)).cloned().collect();
-        Ok((self.clone().with_joints(joints)?, stays))
+        self.clone().tied_by(joints)
     }
 
     fn refuse_tied(&self, body: usize) -> Result<(), Error> {

@@ -130,11 +130,11 @@ class Simulation(CoreSimulation):
     @property
     def states(self) -> Any:
         """The states now: (N, 13)."""
-        return CoreSimulation.states.__get__(self)
+        return super().states
 
     @states.setter
     def states(self, states: Any) -> None:
-        CoreSimulation.states.__set__(self, _states(self.scene, states))
+        self.exchange_all(_states(self.scene, states))
 
     @property
     def scene(self) -> Scene:
