@@ -19,6 +19,15 @@ fn formulas_become_mathml_and_code_stays() {
     assert!(page.contains("<math display=\"block\"><mfrac><mn>1</mn><mi>h</mi></mfrac></math>"));
 }
 
+/// Documents write a number without the environment that LaTeX wants around it.
+#[test]
+fn an_equation_has_its_number() {
+    let page = guide::page("$$\na=b \\tag{7c}\n$$\n").unwrap();
+    assert!(page.contains("7c") && !page.contains("tag"), "{page}");
+    let error = guide::page("$$\na=\n\\nonsense b \\tag{7c}\n$$\n").unwrap_err();
+    assert!(error.starts_with("line 3: "), "{error}");
+}
+
 /// What Markdown would take for a link, emphasis or the end of a cell.
 #[test]
 fn the_punctuation_of_formulas_means_nothing_to_markdown() {
