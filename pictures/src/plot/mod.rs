@@ -1,5 +1,6 @@
 //! A trajectory as curves over time: two sheets of panels, as SVG and as PNG.
 
+pub(super) mod axes;
 pub(super) mod curve;
 mod energy;
 mod font;
