@@ -15,10 +15,14 @@ pub struct Canvas {
 impl Canvas {
     /// `None` if `size` is 0.
     pub fn new(size: u16, background: Colour) -> Option<Self> {
-        let mut pixmap = Pixmap::new(u32::from(size), u32::from(size))?;
-        let [red, green, blue] = background;
-        pixmap.fill(tiny_skia::Color::from_rgba8(red, green, blue, 255));
-        Some(Self { pixmap })
+        let mut canvas = Self { pixmap: Pixmap::new(u32::from(size), u32::from(size))? };
+        canvas.clear(background);
+        Some(canvas)
+    }
+
+    /// Makes it all of one colour.
+    pub fn clear(&mut self, [red, green, blue]: Colour) {
+        self.pixmap.fill(tiny_skia::Color::from_rgba8(red, green, blue, 255));
     }
 
     /// Pixels across.

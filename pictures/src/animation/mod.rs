@@ -15,6 +15,7 @@ mod camera;
 mod canvas;
 mod difference;
 mod floor;
+mod framing;
 mod lettering;
 mod outline;
 mod palette;
@@ -73,6 +74,7 @@ pub fn animate(
         if progress(k, frames).is_break() {
             return Err(AnimationError::Interrupted);
         }
+        stage.aim(k as usize);
         stage.paint(&mut canvas, moment);
         now.clear();
         now.extend(canvas.colours().map(|colour| palette.index(colour)));
