@@ -77,6 +77,12 @@ impl Canvas {
         }
     }
 
+    /// Fills an outline.
+    pub fn fill_path(&mut self, path: &Path, colour: Colour) {
+        let (paint, whole) = (paint(colour, 1.0), Transform::identity());
+        self.pixmap.fill_path(path, &paint, FillRule::Winding, whole, None);
+    }
+
     /// Draws a line through `points`, with round ends and corners.
     pub fn line(&mut self, points: &[Pixel], closed: bool, width: f32, colour: Colour) {
         if let Some(path) = path(points, closed) {

@@ -6,16 +6,20 @@ use super::canvas::Canvas;
 use super::floor::{Floor, Light};
 use super::framing::{Extent, Window, windows};
 use super::lettering;
-use super::palette::{self, BACKGROUND, INK};
+use super::palette::{self, BACKGROUND, Hue};
 use super::raster::Raster;
 use super::settings::Settings;
 use super::solids::Easel;
 use crate::film::Film;
+use crate::font::Font;
 use crate::shape::Look;
 use nalgebra::{Isometry3, Point3, Vector3};
 
 /// Of a body's size: what lies behind others by more is hidden.
 const BEHIND: f64 = 0.05;
+
+/// Height of a label's digits in a picture of 800 pixels.
+const LABEL: f32 = 13.0;
 
 /// Of a body's size: what moves less all the time stands still.
 const UNMOVED: f64 = 0.1;
@@ -34,8 +38,9 @@ struct Actor {
     looks: Vec<Look>,
     /// Points that span each of the looks.
     spans: Vec<Vec<Vector3<f64>>>,
-    hue: usize,
+    hue: Hue,
     reach: f64,
+    label: String,
 }
 
 /// Everything that stays the same from frame to frame.
@@ -54,6 +59,8 @@ pub struct Stage {
     /// Floor and grid alone, as they are in the camera's window.
     empty: Canvas,
     raster: Raster,
+    /// `None` if the built-in font cannot be read, which no input makes.
+    font: Option<Font>,
 }
 
 impl Stage {
@@ -83,8 +90,18 @@ impl Stage {
         let empty = Canvas::new(settings.size, BACKGROUND)?;
         let raster = Raster::new(usize::from(settings.size));
         let speed = settings.speed;
-        let mut stage =
-            Self { camera, floor, light, actors, to_ground, speed, windows, empty, raster };
+        let mut stage = Self {
+            camera,
+            floor,
+            light,
+            actors,
+            to_ground,
+            speed,
+            windows,
+            empty,
+            raster,
+            font: Font::bold(),
+        };
         stage.paint_floor();
         Some(stage)
     }
@@ -141,17 +158,34 @@ impl Stage {
         arrows::paint(canvas, &self.camera, &hidden);
         self.raster.compose(canvas);
         arrows::paint(canvas, &self.camera, &seen);
-        self.paint_clock(canvas, moment.time);
+        if let Some(font) = &self.font {
+            self.paint_labels(canvas, font, moment);
+            self.paint_clock(canvas, font, moment.time);
+        }
     }
 
-    fn paint_clock(&self, canvas: &mut Canvas, time: f64) {
+    /// The label of a body stands above it.
+    fn paint_labels(&self, canvas: &mut Canvas, font: &Font, moment: &Moment) {
+        let height = LABEL * canvas.size() / 800.0;
+        for (actor, pose) in self.actors.iter().zip(&moment.poses) {
+            if actor.label.is_empty() {
+                continue;
+            }
+            let [x, _] = self.camera.project(&pose.translation.vector);
+            let heights = actor.places(pose).map(|place| self.camera.project(&place)[1]);
+            let top = heights.fold(f32::INFINITY, f32::min);
+            lettering::label(canvas, font, &actor.label, [x, top - height / 2.0], height);
+        }
+    }
+
+    fn paint_clock(&self, canvas: &mut Canvas, font: &Font, time: f64) {
         let unit = canvas.size() / 800.0;
         let decimals = if self.speed < 0.5 { 3 } else { 2 };
         let text = format!("t = {time:.decimals$} s");
-        lettering::write(canvas, &text, [32.0 * unit, 30.0 * unit], 24.0 * unit, INK);
+        lettering::write(canvas, font, &text, [32.0 * unit, 54.0 * unit], 24.0 * unit);
         if self.speed != 1.0 {
             let text = format!("{} ×", self.speed);
-            lettering::write(canvas, &text, [32.0 * unit, 70.0 * unit], 15.0 * unit, INK);
+            lettering::write(canvas, font, &text, [32.0 * unit, 85.0 * unit], 15.0 * unit);
         }
     }
 }
@@ -205,12 +239,13 @@ fn framed(
 
 /// The bodies, and what stands still.
 fn actors(film: &Film) -> Vec<Actor> {
-    let actor = |looks: Vec<Look>, hue, reach| {
+    let actor = |looks: Vec<Look>, hue, reach, label: &str| {
         let spans = looks.iter().map(Look::span).collect();
-        Actor { looks, spans, hue, reach }
+        Actor { looks, spans, hue, reach, label: label.to_owned() }
     };
-    let bodies = film.bodies.iter().enumerate();
-    let bodies = bodies.map(|(b, body)| actor(Look::of(body), palette::hue_of(b), body.reach()));
+    let bodies = film.bodies.iter().enumerate().map(|(b, body)| {
+        actor(Look::of(body), palette::hue_of(body, b), body.reach(), &body.label)
+    });
     let still: Vec<Look> =
         film.fixed.iter().flat_map(|fixed| &fixed.pieces).cloned().map(Look::Solid).collect();
     let points: Vec<Vector3<f64>> = still.iter().flat_map(Look::span).collect();
@@ -218,5 +253,5 @@ fn actors(film: &Film) -> Vec<Actor> {
     let reach = points.iter().map(|point| (point - middle).norm()).fold(0.0, f64::max);
     // A body's lift is right for a piece of its size.
     let reach = film.bodies.iter().map(crate::film::Body::reach).fold(reach, f64::min);
-    bodies.chain([actor(still, palette::STILL, reach)]).collect()
+    bodies.chain([actor(still, palette::STILL, reach, "")]).collect()
 }

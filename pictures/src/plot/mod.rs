@@ -3,7 +3,6 @@
 pub(super) mod axes;
 pub(super) mod curve;
 mod energy;
-mod font;
 mod motion;
 pub(super) mod number;
 pub(super) mod panel;

@@ -2,11 +2,11 @@
 
 use super::axes::Axes;
 use super::curve::{dots, line, mark_path};
-use super::font::{Font, Heading};
 use super::number::back_to_line;
 use super::panel::{Panel, PanelMaker, Series};
 use super::scale::Axis;
 use crate::film::Film;
+use crate::font::{Font, Heading};
 use crate::markup::escape;
 use std::fmt::Write as _;
 
