@@ -63,9 +63,10 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     voice.say(&text);
     // What ended the run does not end the pictures of it, but what comes after does.
     interrupt.store(false, Ordering::Relaxed);
-    let gif = (args.gif && run.end != End::Interrupted).then_some((args, &out));
+    let animated = (args.gif || args.apng) && run.end != End::Interrupted;
+    let animated = animated.then_some((args, &out));
     let open = || Recording::of_run(&written[0], run_file);
-    let drawn = pictures.draw(open, gif, &mut voice, &interrupt)?;
+    let drawn = pictures.draw(open, animated, &mut voice, &interrupt)?;
     voice.end(match run.end {
         End::Interrupted => Outcome::Interrupted,
         _ if !drawn => Outcome::Interrupted,

@@ -117,7 +117,12 @@ class Recording:
     @staticmethod
     def png(svg: str) -> bytes: ...
     def gif(
-        self, speed: float, size: int, camera: Tuple[float, float], progress: Progress
+        self,
+        speed: float,
+        size: int,
+        camera: Tuple[float, float],
+        png: bool,
+        progress: Progress,
     ) -> bytes: ...
     def page(self, other: Optional[Recording] = None) -> str: ...
     def __len__(self) -> int: ...

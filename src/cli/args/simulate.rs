@@ -99,6 +99,9 @@ pub struct SimulateArgs {
     /// Also draw the motion: OUT/animation.gif.
     #[arg(long)]
     pub gif: bool,
+    /// Also draw the motion in full colour, as an animated PNG: OUT/animation.png.
+    #[arg(long)]
+    pub apng: bool,
     /// Also make a page that plays the motion in any browser: OUT/view.html.
     #[arg(long)]
     pub html: bool,
