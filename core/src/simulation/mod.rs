@@ -14,6 +14,7 @@ mod median;
 pub mod random;
 pub mod record;
 pub mod scene;
+mod stiffness;
 pub mod summary;
 pub mod wild;
 
@@ -108,6 +109,7 @@ struct Scratch {
     solution: StepSolution,
     certifier: Certifier,
     judge: wild::Judge,
+    stiffness: stiffness::Stiffness,
 }
 
 impl<'a> Simulation<'a> {
@@ -254,6 +256,8 @@ impl<'a> Simulation<'a> {
         record.report = report;
         record.certificate = certificate;
         record.restitution_share = share;
+        let Scratch { stiffness, solution, .. } = &mut self.scratch;
+        record.stiffness = stiffness.of_step(&self.world, &self.now.states, &solution.joints);
         let overlap =
             self.scratch.candidates.deepest_overlap(&self.world, &self.scratch.solution.states);
         record.overlap = overlap.map_or(0.0, |(depth, ..)| depth);
@@ -390,7 +394,7 @@ fn contact_step(
     interrupt: Option<&AtomicBool>,
     scratch: &mut Scratch,
 ) -> Result<(StepReport, Certificate, f64), Error> {
-    let Scratch { wrenches, free, candidates, bounce, solution, certifier, judge } = scratch;
+    let Scratch { wrenches, free, candidates, bounce, solution, certifier, judge, .. } = scratch;
     let Past { now: previous, before: earlier } = past;
     let states = &previous.states;
     free.clear();
