@@ -120,6 +120,11 @@ pub(crate) struct AxisStart {
 }
 
 impl Axis {
+    /// That of the swing of a ball joint which stays within `most` (rad).
+    pub(super) fn cone(most: f64) -> Self {
+        Self::Free(Drive { limits: Some([0.0, most]), ..Drive::NONE })
+    }
+
     /// Whether it has an armature.
     pub(super) fn has_armature(&self) -> bool {
         matches!(self, Self::Free(drive) if drive.armature > 0.0)

@@ -18,6 +18,7 @@ pub mod record;
 pub mod save;
 pub mod scene;
 mod start;
+mod stiffness;
 pub mod summary;
 pub mod wild;
 
@@ -150,6 +151,7 @@ struct Scratch {
     solution: StepSolution,
     certifier: Certifier,
     judge: wild::Judge,
+    stiffness: stiffness::Stiffness,
 }
 
 impl<'a> Simulation<'a> {
@@ -368,6 +370,8 @@ impl<'a> Simulation<'a> {
         record.report = report;
         record.certificate = certificate;
         record.restitution_share = share;
+        let Scratch { stiffness, solution, .. } = &mut self.scratch;
+        record.stiffness = stiffness.of_step(&self.world, &self.now.states, &solution.joints);
         let overlap =
             self.scratch.candidates.deepest_overlap(&self.world, &self.scratch.solution.states);
         record.overlap = overlap.map_or(0.0, |(depth, ..)| depth);

@@ -98,6 +98,10 @@ impl Island {
             response += other.response(&torque_map, &unit, false);
             Other { index, torque_map, arm: Vector3::zeros() }
         });
+        // Where nothing acts about an axis its row may turn nothing: its scale is that of z.
+        for k in (0..2).filter(|k| joint.angular()[*k].is_idle()) {
+            response[k] = response[2];
+        }
         let graph = |k: usize| joint.angular()[k].graph(&starts[k], h, (length, self.mass));
         let own = [graph(0), graph(1), graph(2)];
         let axes = Axes::new(&mut self.setting.graphs, own);
