@@ -6,7 +6,7 @@ use super::choices::{DetectionName, FormulationName, OnFailure, Preset, SolverNa
 use super::outcome::{Failure, refuse_flags};
 use super::recording::Recording;
 use super::run::{End, Run};
-use super::run_file::{RunFile, SolverSettings};
+use super::run_file::{self, RunFile, SolverSettings};
 use super::scene::{OutputFormat, Scene, on_threads};
 use super::writer::{RunWriter, Written};
 use super::{input, shown};
@@ -58,12 +58,13 @@ impl<'a> Continued<'a> {
         let flags: Vec<_> = given.iter().map(|flag| (*flag, *flag != "steps")).collect();
         refuse_flags("--continue, which takes it from the run.json of its run", &flags)?;
         let path = directory.join("run.json");
-        let run = RunFile::read(&path, || Ok(()))?.ok_or_else(|| {
-            let directory = shown::path(directory);
-            Failure::Input(format!(
-                "--continue: {directory} has no run.json; the directory of a run is needed"
-            ))
-        })?;
+        let run = RunFile::read(input::text(&path, run_file::LARGEST_FILE), &path, || Ok(()))?
+            .ok_or_else(|| {
+                let directory = shown::path(directory);
+                Failure::Input(format!(
+                    "--continue: {directory} has no run.json; the directory of a run is needed"
+                ))
+            })?;
         let in_run_file = |failure: Failure| match failure {
             Failure::Setting { name, why } => {
                 Failure::Input(format!("{}: {name}: {why}", shown::path(&path)))

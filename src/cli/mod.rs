@@ -4,7 +4,6 @@ mod args;
 mod continued;
 mod describe;
 mod directory;
-mod fields;
 mod film;
 mod fit;
 mod gif;
@@ -17,7 +16,6 @@ mod pictures;
 mod plot;
 mod recording;
 mod run;
-mod run_file;
 mod scenario;
 mod scene;
 mod signals;
@@ -36,7 +34,7 @@ use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser};
 use outcome::{Failure, Outcome};
 use std::ffi::OsStr;
-use tumble::scenario::{choices, names, shown};
+use tumble::scenario::{choices, fields, names, run_file, shown};
 
 /// Parses the arguments and runs the command they name.
 pub fn run() -> Result<Outcome, Failure> {

@@ -5,7 +5,7 @@ use super::choices::SceneName;
 use super::names::FileKind;
 use super::outcome::{Failure, refuse_flags};
 use super::output::directory_of;
-use super::run_file::{RunFile, RunParameters};
+use super::run_file::{self, RunFile, RunParameters, SolverSettings};
 use super::scene::of_physics;
 use super::{input, shown};
 use std::fs::File;
@@ -17,8 +17,10 @@ use tumble::scenario::physics;
 use tumble::scenario::settings::Settings;
 use tumble::simulation::tables::{Streams, Table, TableStep, TablesReader};
 use tumble::simulation::trajectory::{TrajectoryReader, TrajectoryRow};
-use tumble::solver::ipopt;
+use tumble::solver::ipopt::{self, LADDER_RESIDUAL};
+use tumble::solver::native;
 use tumble::step::StepStatus;
+use tumble::step_nlp::StepNlp;
 use tumble::world::World;
 
 /// More bytes than the header of a table has.
@@ -92,7 +94,9 @@ impl<'a> Recording<'a> {
     /// are. `flags` go before its parameters; of tables, none may be given.
     pub fn open(path: &'a Path, flags: &PhysicsArgs) -> Result<Self, Failure> {
         let run_path = path.with_file_name("run.json");
-        let run = RunFile::read(&run_path, || refuse_lonely_table(path, &run_path))?;
+        let run = RunFile::read(input::text(&run_path, run_file::LARGEST_FILE), &run_path, || {
+            refuse_lonely_table(path, &run_path)
+        })?;
         let given = flags.given();
         if run.as_ref().is_some_and(|run| run.model.is_some()) {
             let flags: Vec<_> = given.iter().map(|flag| (*flag, true)).collect();
@@ -235,7 +239,7 @@ impl<'a> Recording<'a> {
         let Some(run) = &self.run else {
             return Ok(ipopt::ACCEPTED_RESIDUAL * self.world.speed_scale());
         };
-        run.solver.accepted_residual(&self.world).map_err(|why| {
+        promised(&run.solver, &self.world).map_err(|why| {
             let run_path = self.path.with_file_name("run.json");
             Failure::Input(format!("{}: {why}", shown::path(&run_path)))
         })
@@ -334,4 +338,34 @@ fn refuse_another_file(file: &Path) -> Result<(), Failure> {
         shown::path(file),
         names.join(", ")
     )))
+}
+
+/// The residual that a contact step of `world` may have that counts as solved, m/s: what its
+/// solver holds its steps to. Where the file does not say it, the name must be known.
+fn promised(settings: &SolverSettings, world: &World) -> Result<f64, String> {
+    if let Some(accepted) = settings.accepted_residual_m_s {
+        return match accepted >= 0.0 {
+            true => Ok(accepted),
+            false => Err(format!(
+                "solver.accepted_residual_m_s is {}; a speed of 0 or more is needed",
+                shown::number(accepted)
+            )),
+        };
+    }
+    // The program of several bodies has the ladder's, with and without its other rungs.
+    let ladder = || settings.on_failure.as_deref() == Some("ladder");
+    let accepted = match settings.name.as_str() {
+        "native" => native::ACCEPTED_RESIDUAL,
+        "rk4" => 0.0,
+        "ipopt" if ladder() || StepNlp::unsuitable(world).is_some() => LADDER_RESIDUAL,
+        "ipopt" => ipopt::ACCEPTED_RESIDUAL,
+        other => {
+            return Err(format!(
+                "solver.name: {} is no solver of tumble; what it promises is needed in \
+                 solver.accepted_residual_m_s",
+                shown::line(other)
+            ));
+        }
+    };
+    Ok(accepted * world.speed_scale())
 }

@@ -3,6 +3,7 @@
 use super::choices::OnFailure;
 use super::outcome::Failure;
 use super::output::progress_bar;
+use super::run_file::Ended;
 use super::scene::Scene;
 use super::writer::RunWriter;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -52,6 +53,16 @@ impl Run {
     pub fn new() -> Self {
         let (summary, elapsed) = (RunSummary::default(), Duration::ZERO);
         Self { end: End::Complete, summary, elapsed, overlap: None }
+    }
+
+    /// What run.json says of it.
+    pub fn ended(&self) -> Ended<'_> {
+        Ended {
+            outcome: self.end.name(),
+            summary: &self.summary,
+            seconds: self.elapsed.as_secs_f64(),
+            largest_overlap: self.overlap.map_or(0.0, |(_, overlap)| overlap),
+        }
     }
 }
 

@@ -48,7 +48,7 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     let run = run::run(&scene, &mut simulation, run, &interrupt, &mut writer, args.quiet)?;
 
     let mut files = writer.finish()?;
-    let run_file = RunFile::of(&scene, &run)?;
+    let run_file = RunFile::of(&scene, &run.ended())?;
     run_json.write(run_file.text()?.as_bytes())?;
     state.write(&continued::state_of(&simulation, &run)?)?;
     files.extend([run_json, state]);

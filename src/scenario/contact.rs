@@ -41,6 +41,13 @@ pub type Program = (Formulation, Options);
 #[cfg(not(feature = "ipopt"))]
 pub type Program = std::convert::Infallible;
 
+/// The version of Ipopt that this build has; empty where it has none.
+#[cfg(feature = "ipopt")]
+pub const IPOPT_VERSION: &str = crate::ipopt::VERSION;
+/// The version of Ipopt that this build has; empty where it has none.
+#[cfg(not(feature = "ipopt"))]
+pub const IPOPT_VERSION: &str = "";
+
 impl Contact {
     /// What `settings` say, by `usual` where they name no solver.
     ///
@@ -134,6 +141,12 @@ impl Contact {
         self.is_ipopt() && self.on_failure == OnFailure::Ladder
     }
 
+    /// Ipopt's program, tolerance and most iterations, where it solves them.
+    #[must_use]
+    pub fn program(&self) -> Option<(&'static str, f64, u32)> {
+        self.ipopt.as_ref().map(ipopt::told)
+    }
+
     /// `native` or `ipopt`.
     #[must_use]
     pub fn solver_name(&self) -> &'static str {
@@ -168,6 +181,10 @@ mod ipopt {
         let on_failure = settings.on_failure.unwrap_or(OnFailure::Ladder);
         let formulation = settings.formulation.map(Formulation::from).unwrap_or_default();
         Ok(Contact::by(detection, on_failure, Some((formulation, options))))
+    }
+
+    pub fn told((formulation, options): &Program) -> (&'static str, f64, u32) {
+        (formulation.name(), options.tolerance, options.max_iterations)
     }
 
     /// The tutorial's program and settings to the letter.
@@ -212,6 +229,10 @@ mod ipopt {
 
     pub fn tutorial() -> Result<Contact, Failure> {
         Err(Failure::setting("preset", MISSING))
+    }
+
+    pub fn told(program: &Program) -> (&'static str, f64, u32) {
+        match *program {}
     }
 
     pub fn of(_: &Settings, _: Detection) -> Result<Contact, Failure> {

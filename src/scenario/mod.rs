@@ -19,6 +19,8 @@ pub mod model;
 pub mod names;
 pub mod parameters;
 pub mod physics;
+#[cfg(feature = "csv")]
+pub mod run_file;
 pub mod scene;
 pub mod settings;
 pub mod shape;

@@ -1,28 +1,39 @@
 //! `run.json`: what made the rows, and what came of it.
 
 use super::choices::{Inertia, Shape};
-use super::fields::{self, Exactly, Numbers};
-use super::outcome::Failure;
-use super::run::Run;
+use super::contact::{Contact, IPOPT_VERSION};
+use super::failure::Failure;
+use super::fields::{self, Exactly, Numbers, by_rows, matrix, numbers};
+use super::model::Model;
+use super::parameters::{LoadParameters, PlaneParameters, unnamed_rotation};
+use super::physics::plane;
 use super::scene::{OutputFormat, Scene};
-use super::{input, shown};
+use super::settings::Settings;
+use super::shown;
+use crate::mechanics::body::box_corners;
+use crate::mechanics::{Load, Rotation, State};
+use crate::simulation::scene as tutorial;
+use crate::simulation::summary::RunSummary;
+use crate::step_nlp::SMOOTHING;
+use crate::world::{Plane, World};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::io;
 use std::path::Path;
-use tumble::mechanics::body::box_corners;
-use tumble::mechanics::{Load, Rotation, State};
-use tumble::scenario::contact::Contact;
-use tumble::scenario::fields::{by_rows, matrix, numbers};
-use tumble::scenario::model::Model;
-use tumble::scenario::parameters::{LoadParameters, PlaneParameters, unnamed_rotation};
-use tumble::scenario::physics::plane;
-use tumble::scenario::settings::Settings;
-use tumble::simulation::scene as tutorial;
-use tumble::solver::ipopt::{self, LADDER_RESIDUAL};
-use tumble::solver::native;
-use tumble::step_nlp::{SMOOTHING, StepNlp};
-use tumble::world::{Plane, World};
+
+/// What a run came to, beside its rows.
+#[derive(Debug, Clone, Copy)]
+pub struct Ended<'a> {
+    /// See [`RunFile::outcome`].
+    pub outcome: &'a str,
+    /// Of its steps.
+    pub summary: &'a RunSummary,
+    /// Of the stepping alone, s; 0 where nobody looked at a clock.
+    pub seconds: f64,
+    /// The largest overlap of all steps, m.
+    pub largest_overlap: f64,
+}
 
 /// A run.json in either format: with `parameters` and `start` of one body, or with a `model`.
 #[derive(Debug, Serialize, Deserialize)]
@@ -31,14 +42,19 @@ pub struct RunFile {
     /// `complete`; `interrupted` (Ctrl-C) or `stopped` (a failed step under --on-failure
     /// stop) where there are fewer rows than asked for.
     pub outcome: String,
+    /// The version of tumble that made it.
     pub tumble_version: String,
+    /// That of Ipopt; empty where tumble was built without.
     #[serde(default)]
     pub ipopt_version: String,
+    /// What the scene is called.
     pub scene: String,
     /// The settings of the scene for which flags gave other values.
     #[serde(default)]
     pub changed: Vec<String>,
+    /// What the start was drawn from, where anything was.
     pub seed: u32,
+    /// The constants of a run of one body.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub parameters: Option<RunParameters>,
     /// Whether anything of the start is drawn from the seed.
@@ -47,11 +63,15 @@ pub struct RunFile {
     /// Rows asked for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub steps: Option<u64>,
+    /// Of a run of the three tables: bodies, what is fixed, constants and starts.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub model: Option<Model>,
+    /// Who solved the steps.
     pub solver: SolverSettings,
+    /// Where one body started.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub start: Option<StartState>,
+    /// What came of it.
     pub summary: SummaryFile,
     /// m, of all steps.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -68,22 +88,30 @@ struct Kind {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(expecting = "an object with the constants of the model")]
 pub struct RunParameters {
+    /// Rows asked for.
     pub steps: u64,
+    /// h, s.
     pub dt: f64,
+    /// By which equation the body turns.
     #[serde(default = "unnamed_rotation")]
     pub rotation: Rotation,
+    /// The coefficient of friction.
     pub mu: f64,
+    /// The coefficient of restitution.
     #[serde(default)]
     pub restitution: f64,
     /// m/s; null for the usual one.
     #[serde(default)]
     pub rebound_speed: Option<f64>,
+    /// kg.
     pub mass: f64,
     /// By rows.
     pub inertia: Exactly<Numbers<3>, 3>,
+    /// m/s², world.
     pub gravity: Numbers<3>,
     /// ε of the tutorial's program, N.
     pub epsilon: f64,
+    /// The ground.
     #[serde(default)]
     pub plane: PlaneParameters,
     /// Body frame.
@@ -96,9 +124,11 @@ pub struct RunParameters {
     pub load: Option<LoadParameters>,
 }
 
+/// Who solved the steps, and how.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(expecting = "an object with the solver's name and settings")]
 pub struct SolverSettings {
+    /// `native`, `ipopt` or `rk4`.
     pub name: String,
     /// What all of the others were said by, if a preset was.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -106,9 +136,13 @@ pub struct SolverSettings {
     /// Of Ipopt's program; null for others.
     #[serde(default)]
     pub formulation: Option<String>,
+    /// Which points were candidates; null without contact.
     pub detection: Option<String>,
+    /// What happened with a step that failed; null without contact.
     pub on_failure: Option<String>,
+    /// Ipopt's tolerance; null for others.
     pub tol: Option<f64>,
+    /// Ipopt's most iterations; null for others.
     pub max_iter: Option<u32>,
     /// The residual that a contact step may have that counts as solved, m/s: what the solver
     /// promises. A file of before it was written has none.
@@ -116,26 +150,39 @@ pub struct SolverSettings {
     pub accepted_residual_m_s: Option<f64>,
 }
 
+/// The state that one body started from.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(expecting = "an object with the state at the start")]
 pub struct StartState {
+    /// m, world.
     pub position: Numbers<3>,
     /// Whether the attitude is drawn from the seed.
     pub random: bool,
+    /// Unit quaternion w, x, y, z, body → world.
     pub attitude: Numbers<4>,
+    /// m/s, world.
     pub velocity: Numbers<3>,
+    /// rad/s, body.
     pub spin: Numbers<3>,
 }
 
+/// How the steps of a run ended.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(expecting = "an object with the counts of the run")]
 pub struct SummaryFile {
+    /// Rows of the file: steps, and one.
     pub rows: u64,
+    /// Steps in free flight.
     pub free_steps: u64,
+    /// Steps with contacts.
     pub contact_steps: u64,
+    /// Of the solver, of all steps.
     pub iterations: u64,
+    /// Steps solved from the first start.
     pub converged: u64,
+    /// From a later one.
     pub retried: u64,
+    /// By another solver.
     pub fallback: u64,
     /// Steps that turn too far or make energy; none in a file of before they were counted.
     #[serde(default)]
@@ -144,6 +191,7 @@ pub struct SummaryFile {
     /// file of before they were counted.
     #[serde(default)]
     pub tempered: Option<u64>,
+    /// Not solved.
     pub failed: u64,
     /// Contact steps by the rung of Ipopt's ladder that their solution came from; a failed step
     /// counts on that of the best point. Empty without the ladder.
@@ -152,6 +200,7 @@ pub struct SummaryFile {
     pub certificate_median_m_s: Option<f64>,
     /// Of all steps; null without steps.
     pub certificate_max_m_s: Option<f64>,
+    /// Of the stepping alone.
     pub solve_seconds: f64,
 }
 
@@ -168,6 +217,7 @@ impl StartState {
 
 impl RunParameters {
     /// Those of `world`, whose one body is pushed by `load`, and of so many `rows`.
+    #[must_use]
     pub fn of(world: &World, load: &Load, rows: u64) -> Self {
         let body = &world.bodies()[0];
         Self {
@@ -190,6 +240,9 @@ impl RunParameters {
     }
 
     /// As settings, under which flags may be laid.
+    ///
+    /// # Errors
+    /// A load or a plane that cannot be.
     pub fn settings(&self) -> Result<Settings, Failure> {
         let load = self.load.as_ref().map_or(Ok(Load::none()), LoadParameters::load)?;
         let points: Vec<Vector3<f64>> = self.contact_points.iter().map(|c| c.0.into()).collect();
@@ -221,53 +274,24 @@ impl RunParameters {
 impl SolverSettings {
     fn of(scene: &Scene) -> Result<Self, Failure> {
         let contact = scene.contact.as_ref();
-        let ipopt = contact.and_then(|contact| contact.ipopt.as_ref());
+        let program = contact.and_then(Contact::program);
         let solver = contact.map(|contact| contact.solver(&scene.world)).transpose()?;
         Ok(Self {
             name: scene.solver().to_owned(),
             preset: contact.and_then(|contact| Some(contact.preset?.name().to_owned())),
-            formulation: ipopt.map(|(formulation, _)| formulation.name().to_owned()),
+            formulation: program.map(|(name, ..)| name.to_owned()),
             detection: contact.map(|contact| contact.detection.name().to_owned()),
             on_failure: contact.map(|contact| contact.on_failure.name().to_owned()),
-            tol: ipopt.map(|(_, options)| options.tolerance),
-            max_iter: ipopt.map(|(_, options)| options.max_iterations),
+            tol: program.map(|(_, tolerance, _)| tolerance),
+            max_iter: program.map(|(.., iterations)| iterations),
             accepted_residual_m_s: Some(solver.map_or(0.0, |solver| solver.accepted_residual())),
         })
-    }
-
-    /// The residual that a contact step of `world` may have that counts as solved, m/s: what its
-    /// solver holds its steps to. Where the file does not say it, the name must be known.
-    pub fn accepted_residual(&self, world: &World) -> Result<f64, String> {
-        if let Some(accepted) = self.accepted_residual_m_s {
-            return match accepted >= 0.0 {
-                true => Ok(accepted),
-                false => Err(format!(
-                    "solver.accepted_residual_m_s is {}; a speed of 0 or more is needed",
-                    shown::number(accepted)
-                )),
-            };
-        }
-        // The program of several bodies has the ladder's, with and without its other rungs.
-        let ladder = || self.on_failure.as_deref() == Some("ladder");
-        let accepted = match self.name.as_str() {
-            "native" => native::ACCEPTED_RESIDUAL,
-            "rk4" => 0.0,
-            "ipopt" if ladder() || StepNlp::unsuitable(world).is_some() => LADDER_RESIDUAL,
-            "ipopt" => ipopt::ACCEPTED_RESIDUAL,
-            other => {
-                return Err(format!(
-                    "solver.name: {} is no solver of tumble; what it promises is needed in \
-                     solver.accepted_residual_m_s",
-                    shown::line(other)
-                ));
-            }
-        };
-        Ok(accepted * world.speed_scale())
     }
 }
 
 /// What is simulated, in words: the tutorial's scenes are called so, scenarios have names; and
 /// what was changed in it.
+#[must_use]
 pub fn heading(scene: &str, changed: &[String]) -> String {
     /// More names than this are only counted.
     const MOST_NAMED: usize = 4;
@@ -283,8 +307,8 @@ pub fn heading(scene: &str, changed: &[String]) -> String {
 
 impl SummaryFile {
     /// The summary of a run, with the starts of its steps where they are rungs of a ladder.
-    fn of(run: &Run, climbs: bool) -> Self {
-        let summary = &run.summary;
+    fn of(run: &Ended<'_>, climbs: bool) -> Self {
+        let summary = run.summary;
         let starts = summary.starts.iter().filter(|_| climbs);
         let rungs = starts.map(|(start, count)| (start.to_string(), *count)).collect();
         Self {
@@ -301,7 +325,7 @@ impl SummaryFile {
             rungs,
             certificate_median_m_s: summary.median_residual(),
             certificate_max_m_s: summary.largest_residual(),
-            solve_seconds: run.elapsed.as_secs_f64(),
+            solve_seconds: run.seconds,
         }
     }
 }
@@ -310,11 +334,14 @@ impl SummaryFile {
 const LONGEST_WORD: usize = 80;
 
 /// More bytes than this are no run file.
-const LARGEST_RUN_FILE: u64 = 16 << 20;
+pub const LARGEST_FILE: u64 = 16 << 20;
 
 impl RunFile {
     /// That of a run of `scene`.
-    pub fn of(scene: &Scene, run: &Run) -> Result<Self, Failure> {
+    ///
+    /// # Errors
+    /// A solver that is not made for the scene.
+    pub fn of(scene: &Scene, run: &Ended<'_>) -> Result<Self, Failure> {
         let climbs = scene.contact.as_ref().is_some_and(Contact::climbs);
         let (tables, one) = match &scene.format {
             OutputFormat::Tables(model) => (Some(model), None),
@@ -328,9 +355,9 @@ impl RunFile {
             spin: numbers(&start.spin),
         };
         Ok(Self {
-            outcome: run.end.name().to_owned(),
+            outcome: run.outcome.to_owned(),
             tumble_version: env!("CARGO_PKG_VERSION").to_owned(),
-            ipopt_version: tumble::ipopt::VERSION.to_owned(),
+            ipopt_version: IPOPT_VERSION.to_owned(),
             scene: scene.name.clone(),
             changed: scene.changed.clone(),
             seed: scene.seed,
@@ -341,28 +368,32 @@ impl RunFile {
             solver: SolverSettings::of(scene)?,
             start: one.map(|(state, _)| start(state)),
             summary: SummaryFile::of(run, climbs),
-            largest_overlap_m: tables.map(|_| run.overlap.map_or(0.0, |(_, overlap)| overlap)),
+            largest_overlap_m: tables.map(|_| run.largest_overlap),
         })
     }
 
     /// The seed, where anything of the start was drawn from it.
+    #[must_use]
     pub fn drawn_seed(&self) -> Option<u32> {
         let drawn = self.drawn.or(self.start.as_ref().map(|start| start.random));
         drawn.unwrap_or(false).then_some(self.seed)
     }
 
     /// Rows that were asked for; `None` in no file that was read.
+    #[must_use]
     pub fn rows_asked(&self) -> Option<u64> {
         self.steps.or(self.parameters.as_ref().map(|parameters| parameters.steps))
     }
 
     /// The states at the start, one a body.
+    #[must_use]
     pub fn starts(&self) -> Vec<State> {
         let of_one = self.start.iter().map(StartState::state);
         self.model.as_ref().map_or_else(|| of_one.collect(), Model::states)
     }
 
     /// The names of the bodies; one without a name where there is no model.
+    #[must_use]
     pub fn bodies(&self) -> Vec<&str> {
         match &self.model {
             Some(model) => model.bodies.iter().map(|body| body.name.as_str()).collect(),
@@ -371,27 +402,33 @@ impl RunFile {
     }
 
     /// The file's text.
+    ///
+    /// # Errors
+    /// None for what [`RunFile::of`] made.
     pub fn text(&self) -> Result<String, Failure> {
         json(self)
     }
 
-    /// `None` where there is no such file. Where there is none with a model, `lonely` may refuse
-    /// what it should stand beside.
+    /// What the `text` of the file `path` says; `None` where there is no such file. Where there is none with
+    /// a model, `lonely` may refuse what it should stand beside.
+    ///
+    /// # Errors
+    /// What is no run.json.
     pub fn read(
+        text: io::Result<String>,
         path: &Path,
         lonely: impl FnOnce() -> Result<(), Failure>,
     ) -> Result<Option<Self>, Failure> {
         let odd = |why: &dyn std::fmt::Display| {
             Failure::Input(format!("{} is not a run.json: {why}", shown::path(path)))
         };
-        let text = input::text(path, LARGEST_RUN_FILE);
         let kind = text.as_ref().ok().and_then(|text| serde_json::from_str(text).ok());
         if !matches!(kind, Some(Kind { model: Some(_) })) {
             lonely()?;
         }
         let text = match text {
             Ok(text) => text,
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
             Err(error) => return Err(odd(&error)),
         };
         let file: Self = fields::json(&text).map_err(|why| odd(&why))?;
@@ -447,15 +484,18 @@ fn json(value: &impl Serialize) -> Result<String, Failure> {
 }
 
 /// Refuses a model that makes a longer run.json than is read again.
+///
+/// # Errors
+/// Such a model.
 pub fn refuse_large(model: &Model) -> Result<(), Failure> {
     /// What besides the model stands in the file.
     const REST: u64 = 1 << 16;
     let length = json(model)?.len() as u64;
-    if length + REST <= LARGEST_RUN_FILE {
+    if length + REST <= LARGEST_FILE {
         return Ok(());
     }
     Err(Failure::Input(format!(
-        "shapes: the scene has {length} bytes in run.json, of which at most {LARGEST_RUN_FILE} are \
+        "shapes: the scene has {length} bytes in run.json, of which at most {LARGEST_FILE} are \
          read; fewer or coarser meshes and hulls are needed"
     )))
 }
