@@ -208,7 +208,7 @@ fn the_name_decides_what_the_file_is() {
     for (out, written, content) in [
         ("new/a.gif", "new/a.gif", &gif),
         ("new/a.png", "new/a.png", &png),
-        ("a.apng", "a.apng", &png),
+        ("a.apng", "./a.apng", &png),
         ("new", "new/animation.gif", &gif),
     ] {
         let args = ["gif", "out/trajectory.csv", "--gif-size", "120", "--out", out];
