@@ -113,6 +113,65 @@ fn a_step_that_seeks_a_share_allocates_nothing() {
     assert!(sought > 1, "{sought} steps sought a share");
 }
 
+/// A chain on a tray that is driven, with motors and forces set between the steps: neither these nor the steps
+/// allocate.
+#[test]
+fn driven_joints_allocate_nothing() {
+    use tumble::joint::{Course, Drive, Joint, JointAxis, JointFrame, JointLoad, Motor};
+    let frame = |x: f64| JointFrame::along(Vector3::x() * x, Vector3::y()).unwrap();
+    let link = RigidBody::solid_box(1.0, Vector3::new(0.14, 0.04, 0.02)).unwrap();
+    let tray = RigidBody::solid_box(5.0, Vector3::new(2.0, 1.0, 0.05)).unwrap();
+    let hold = JointFrame::at(Vector3::zeros());
+    let mut joints = vec![Joint::fixed(0, None, [hold; 2])];
+    let drive = Drive { friction: 0.1, armature: 0.01, ..Drive::NONE };
+    joints.extend(
+        (2..5).map(|k| Joint::revolute(k, Some(k - 1), [frame(-0.15), frame(0.15)], drive)),
+    );
+    let mut bodies = vec![tray];
+    bodies.extend((1..5).map(|_| link.clone()));
+    let parameters =
+        tumble::world::Parameters { bodies, ground: None, friction: 0.5, ..parameters(link) };
+    let world = World::new(parameters).unwrap().with_joints(joints).unwrap();
+    let at = |position: Vector3<f64>| State {
+        position,
+        velocity: Vector3::zeros(),
+        spin: Vector3::zeros(),
+        attitude: nalgebra::Vector4::new(1.0, 0.0, 0.0, 0.0),
+    };
+    let links = (0..4).map(|k| at(Vector3::new(0.3 * f64::from(k) - 0.5, 0.0, 0.07)));
+    let states = std::iter::once(at(Vector3::zeros())).chain(links);
+    let motion = tumble::simulation::Motion::native(&world);
+    let mut simulation =
+        tumble::simulation::Simulation::new(world.clone(), states, motion).unwrap();
+    let line =
+        tumble::mechanics::Polyline::new(vec![(0.0, Vector3::zeros()), (0.5, Vector3::z() * 0.3)]);
+    let load = JointLoad { torque: line.unwrap(), ..JointLoad::default() };
+    simulation.set_joint_load(2, load).unwrap();
+    let mut record = StepRecord::new();
+    let mut most = [None; KEPT];
+    let mut warm = 0;
+    for k in 0..600 {
+        let t = 1e-3 * k as f64;
+        let seen = measure(|| {
+            let velocity = Vector3::x() * (0.3 * (5.0 * t).sin());
+            let spin = Vector3::z() * 0.2;
+            simulation.set_course(0, Course::Steady { velocity, spin }).unwrap();
+            let motor = Motor::Speed { target: (9.0 * t).sin(), most: 1.0 };
+            simulation.set_motor(1, JointAxis::Angular(2), Some(motor)).unwrap();
+            simulation.step(&mut record).unwrap();
+        });
+        assert!(record.certificate.residual() < 1e-9, "{k}: {:?}", record.certificate);
+        // By then it has been around: the search for contacts has seen its pairs, too.
+        let (count, most) = (record.contacts.len(), &mut most[k % KEPT]);
+        if k >= 100 && Some(count) <= *most {
+            warm += 1;
+            assert_eq!(seen.count_total, 0, "step {k}");
+        }
+        *most = (*most).max(Some(count));
+    }
+    assert!(warm > 400, "{warm}");
+}
+
 /// A step that has no solution goes through every start there is. In a step whose wrench is
 /// not a number no iteration can converge.
 #[test]
