@@ -9,6 +9,7 @@ mod fit;
 mod gif;
 mod input;
 mod inspect;
+mod joints;
 mod outcome;
 mod output;
 mod picture_files;

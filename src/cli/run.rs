@@ -1,6 +1,7 @@
 //! A run: its steps one after another, and what they came to.
 
 use super::choices::OnFailure;
+use super::joints::JointsSummary;
 use super::outcome::Failure;
 use super::output::progress_bar;
 use super::scene::Scene;
@@ -45,6 +46,8 @@ pub struct Run {
     pub elapsed: Duration,
     /// The largest overlap, m, and after which step it was; `None` without steps.
     pub overlap: Option<(u64, f64)>,
+    /// What joints came to; `None` without them.
+    pub joints: Option<JointsSummary>,
 }
 
 /// Runs the simulation of `scene` and writes every row.
@@ -57,7 +60,8 @@ pub fn run(
 ) -> Result<Run, Failure> {
     let mut records = vec![StepRecord::new(); (CHUNK / scene.bodies.len()).max(1)];
     let (summary, elapsed) = (RunSummary::default(), Duration::ZERO);
-    let mut run = Run { end: End::Complete, summary, elapsed, overlap: None };
+    let joints = (!scene.joints.is_empty()).then(JointsSummary::default);
+    let mut run = Run { end: End::Complete, summary, elapsed, overlap: None, joints };
     let mut left = scene.rows - 1;
     let bar = progress_bar(left, "steps", quiet);
     while left > 0 && run.end == End::Complete {
@@ -73,6 +77,10 @@ pub fn run(
             run.summary.add(record);
             if run.overlap.is_none_or(|(_, largest)| record.overlap > largest) {
                 run.overlap = Some((record.index, record.overlap));
+            }
+            if let Some(joints) = &mut run.joints {
+                joints.add_errors(&scene.world, &record.solution.states);
+                joints.add_residual(record.certificate.joint, record.certificate.joint_law);
             }
             writer.write(record)?;
         }

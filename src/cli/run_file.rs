@@ -2,6 +2,7 @@
 
 use super::choices::{Inertia, Shape};
 use super::fields::{self, Exactly, Numbers};
+use super::joints::JointsSummary;
 use super::outcome::Failure;
 use super::run::Run;
 use super::scene::{OutputFormat, Scene};
@@ -54,6 +55,9 @@ pub struct RunFile {
     /// m, of all steps.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub largest_overlap_m: Option<f64>,
+    /// Of a model with joints.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub joints: Option<JointsSummary>,
 }
 
 /// The part of a run.json that says which format it is of.
@@ -325,6 +329,7 @@ impl RunFile {
             start: one.map(|(state, _)| start(state)),
             summary: SummaryFile::of(run, climbs),
             largest_overlap_m: tables.map(|_| run.overlap.map_or(0.0, |(_, overlap)| overlap)),
+            joints: run.joints,
         })
     }
 
@@ -389,12 +394,17 @@ impl RunFile {
         }
     }
 
+    fn has_joints(&self) -> bool {
+        self.model.as_ref().is_some_and(|model| !model.joints.is_empty())
+    }
+
     /// The first field that its format has, and it has not.
     fn missing(&self) -> Option<&'static str> {
         let of_model = [
             ("drawn", self.drawn.is_none()),
             ("steps", self.steps.is_none()),
             ("largest_overlap_m", self.largest_overlap_m.is_none()),
+            ("joints", self.joints.is_none() && self.has_joints()),
         ];
         let of_one = [("parameters", self.parameters.is_none()), ("start", self.start.is_none())];
         let fields = if self.model.is_some() { &of_model[..] } else { &of_one };

@@ -47,12 +47,23 @@ impl RunWriter {
                 (vec![trajectory], rows.map(|rows| Rows::Trajectory(Box::new(rows))))
             }
             OutputFormat::Tables(_) => {
-                let [states, contacts, steps] = Table::ALL.map(|table| file(table.name()));
+                let of = |table: Table| file(table.name());
+                let has_joints = !scene.joints.is_empty();
+                let joints = has_joints.then(|| of(Table::Joints)).transpose()?;
+                let [states, contacts, steps] = Table::ALWAYS.map(of);
                 let files = [states?, contacts?, steps?];
                 let [states, contacts, steps] = files.each_ref().map(PendingFile::stream);
-                let streams = Streams { states: states?, contacts: contacts?, steps: steps? };
+                let streams = Streams {
+                    states: states?,
+                    contacts: contacts?,
+                    steps: steps?,
+                    joints: joints.as_ref().map(PendingFile::stream).transpose()?,
+                };
                 let rows = TablesWriter::new(streams, &scene.world);
-                (files.into(), rows.map(|rows| Rows::Tables(Box::new(rows))))
+                (
+                    files.into_iter().chain(joints).collect(),
+                    rows.map(|rows| Rows::Tables(Box::new(rows))),
+                )
             }
         };
         let rows = rows.map_err(|error| failed(&files, error))?;
@@ -72,9 +83,11 @@ impl RunWriter {
     pub fn finish(self) -> Result<Vec<PendingFile>, Failure> {
         let streams = match self.rows {
             Rows::Trajectory(rows) => rows.finish().map(|stream| vec![stream]),
-            Rows::Tables(rows) => rows
-                .finish()
-                .map(|Streams { states, contacts, steps }| vec![states, contacts, steps]),
+            Rows::Tables(rows) => {
+                rows.finish().map(|Streams { states, contacts, steps, joints }| {
+                    [states, contacts, steps].into_iter().chain(joints).collect()
+                })
+            }
         };
         let written = streams.and_then(|streams| streams.into_iter().try_for_each(to_disk));
         written.map_err(|error| self.files[0].failed(&error))?;

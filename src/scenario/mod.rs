@@ -14,6 +14,7 @@ pub mod contact;
 pub mod failure;
 pub mod fields;
 mod file;
+pub mod joint;
 pub mod model;
 pub mod names;
 pub mod parameters;

@@ -22,6 +22,7 @@ use crate::contact::certificate::{Certifier, Claim, certify_rk4_step};
 use crate::contact::detection::CONTACT_BAND;
 use crate::contact::{Candidates, Certificate, Detection, Partner, rounding};
 use crate::error::Error;
+use crate::joint::JointForce;
 use crate::mechanics::dynamics::rk4_step;
 use crate::mechanics::{Load, State, Wrench};
 use crate::solver::native::NativeSolver;
@@ -298,12 +299,16 @@ impl<'a> Simulation<'a> {
         }
     }
 
-    /// Describes the current state as the last row of a trajectory: no step follows.
+    /// Describes the current state as the last row of a trajectory: no step follows. Joints have the angles
+    /// to which they have turned, and no forces.
     pub fn end(&self, record: &mut StepRecord) {
+        let joints = self.now.joints.iter().map(|joint| JointForce::none(joint.angle));
+        let solution =
+            StepSolution { joints: joints.collect(), ..StepSolution::free(&self.now.states) };
         *record = StepRecord {
             index: self.index,
             states: self.now.states.clone(),
-            solution: StepSolution::free(&self.now.states),
+            solution,
             ..StepRecord::new()
         };
     }
@@ -333,7 +338,7 @@ fn check_overlap(
 
 /// How far a joint may be off at the start, m and rad: one step brings it back, at the speed of that
 /// over h.
-const JOINT_AT_THE_START: f64 = 1e-6;
+pub const JOINT_AT_THE_START: f64 = 1e-6;
 
 fn check_joints(world: &World, states: &[State]) -> Result<(), Error> {
     for (joint, of) in world.joints().iter().enumerate() {
