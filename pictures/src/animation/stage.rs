@@ -6,6 +6,7 @@ use super::canvas::Canvas;
 use super::floor::{Floor, Light};
 use super::lettering;
 use super::palette::{self, BACKGROUND, INK};
+use super::pins::{self, Pin};
 use super::raster::Raster;
 use super::settings::Settings;
 use super::solids::Easel;
@@ -23,6 +24,7 @@ pub struct Moment {
     /// Of each body.
     pub poses: Vec<Isometry3<f64>>,
     pub arrows: Vec<Arrow>,
+    pub pins: Vec<Pin>,
 }
 
 /// What is drawn of a body.
@@ -112,6 +114,7 @@ impl Stage {
         });
         arrows::paint(canvas, &self.camera, &hidden);
         self.raster.compose(canvas);
+        pins::paint(canvas, &self.camera, &moment.pins);
         arrows::paint(canvas, &self.camera, &seen);
         self.paint_clock(canvas, moment.time);
     }
