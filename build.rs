@@ -33,7 +33,7 @@ fn hand_over_ipopt_version() {
 fn write_front_page() -> Result<(), Box<dyn Error>> {
     const GUIDE: &str = "docs/guide.md";
 
-    for file in ["build/guide.rs", GUIDE] {
+    for file in ["build/guide.rs", "build/formulas.rs", GUIDE] {
         println!("cargo:rerun-if-changed={file}");
     }
     let source = std::fs::read_to_string(GUIDE).map_err(|error| format!("{GUIDE}: {error}"))?;

@@ -21,8 +21,8 @@ use tumble_pictures::{
 pub struct Cast<'a> {
     /// The world.
     pub world: &'a World,
-    /// The names of its bodies.
-    pub bodies: &'a [&'a str],
+    /// What its bodies are called and look like.
+    pub bodies: &'a [Role<'a>],
     /// The names of its fixed pieces.
     pub fixed: &'a [&'a str],
     /// The names of its joints.
@@ -31,6 +31,17 @@ pub struct Cast<'a> {
     pub loads: &'a [Load],
     /// Whether nothing can touch, whatever ground the world has.
     pub floating: bool,
+}
+
+/// What a body is in a picture.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Role<'a> {
+    /// What it is called.
+    pub name: &'a str,
+    /// What is written at it; may be empty.
+    pub label: &'a str,
+    /// Red, green and blue; `None` for one of a few in turn.
+    pub colour: Option<[u8; 3]>,
 }
 
 /// The film of `frames`, without title and facts.
@@ -62,18 +73,19 @@ pub fn film(cast: Cast<'_>, frames: Vec<Frame>) -> Film {
 }
 
 fn bodies(cast: Cast<'_>) -> Vec<Body> {
-    let of = |((body, name), all): ((&RigidBody, &&str), &Load)| {
+    let of = |((body, role), all): ((&RigidBody, &Role<'_>), &Load)| {
         let pieces: Vec<_> = body.pieces().iter().map(piece).collect();
         let points = body.contact_points().iter().map(|point| point.position);
         Body {
-            name: (*name).to_owned(),
+            name: role.name.to_owned(),
             mass: body.mass(),
             inertia: *body.inertia(),
             // Of a body of pieces these are the corners of its pieces.
             points: if pieces.is_empty() { points.collect() } else { Vec::new() },
             pieces,
             load: load(all),
-            colour: None,
+            colour: role.colour,
+            label: role.label.to_owned(),
         }
     };
     cast.world.bodies().iter().zip(cast.bodies).zip(cast.loads).map(of).collect()

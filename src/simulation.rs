@@ -19,3 +19,5 @@ pub use tumble_core::simulation::{
     JOINT_AT_THE_START, Motion, Simulation, StepRecord, bounce, energy, random, record, scene,
     summary, wild,
 };
+#[cfg(feature = "save")]
+pub use tumble_core::simulation::{Saved, save};

@@ -2,6 +2,8 @@
 
 mod common;
 
+#[path = "cli/continued.rs"]
+mod continued;
 #[path = "cli/failure.rs"]
 mod failure;
 #[path = "cli/flags.rs"]

@@ -6,6 +6,7 @@ use tumble::contact::Plane;
 use tumble::geometry::Piece;
 use tumble::joint::{Course, Drive, Joint, JointAxis, JointFrame, JointLoad, Knots, Motor};
 use tumble::mechanics::{Polyline, RigidBody, Rotation, State};
+use tumble::simulation::save::Saved;
 use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::step::StepStatus;
 use tumble::world::{Fixed, Parameters, Partner, World};
@@ -411,5 +412,49 @@ fn a_ball_on_a_belt_rolls_at_two_sevenths_of_it() {
         // v + ω × (−R z) = belt.
         let touching = state.velocity[0] - state.spin[1] * radius;
         assert!((touching - 0.7).abs() < 1e-3, "{} {}", state.velocity, state.spin);
+    }
+}
+
+/// A motor set on the way, a load over time, a tray on its course and a belt: what is restored into a new
+/// simulation of the world as it was made goes on with the same bits.
+#[test]
+fn what_is_set_on_the_way_is_saved() {
+    let along = JointFrame::along(Vector3::zeros(), Vector3::x()).unwrap();
+    let place = |x: f64| JointFrame::at(Vector3::new(x, 0.0, 2.0));
+    let held = [JointFrame::at(Vector3::zeros()), place(0.0)];
+    let joints =
+        vec![Joint::prismatic(0, None, [along; 2], Drive::NONE), Joint::fixed(1, None, held)];
+    let bodies = [0.1, 0.2, 0.1].map(|half| solid(20.0 * half, Vector3::repeat(half))).to_vec();
+    let world = World::new(parameters(bodies, G)).unwrap().with_joints(joints).unwrap();
+    let made = || {
+        let starts = [0.0, 2.0, 2.3].map(|z| at(Vector3::new(0.0, 0.0, z)));
+        Simulation::new(world.clone(), starts, Motion::native(&world)).unwrap()
+    };
+    let run = |restored: Option<u32>| {
+        let (mut simulation, mut record) = (made(), StepRecord::new());
+        let knots = vec![(0.0, place(0.0)), (0.1, place(0.05)), (0.3, place(-0.1))];
+        simulation.set_course(1, Course::Through(Knots::new(knots).unwrap())).unwrap();
+        let force = Polyline::new(vec![(0.0, Vector3::zeros()), (0.2, Vector3::z())]).unwrap();
+        let load = JointLoad { force, ..JointLoad::default() };
+        simulation.set_joint_load(0, load).unwrap();
+        for k in 0..200 {
+            if k == 60 {
+                let motor = Motor::Speed { target: 0.3, most: 5.0 };
+                simulation.set_motor(0, ALONG, Some(motor)).unwrap();
+                simulation.set_surface(Partner::Body(1), Vector3::y() * 0.2).unwrap();
+            }
+            if restored == Some(k) {
+                let bytes = simulation.save().to_bytes().unwrap();
+                simulation = made();
+                simulation.restore(&Saved::from_bytes(&bytes).unwrap()).unwrap();
+            }
+            step(&mut simulation, &mut record);
+        }
+        (simulation.states().to_vec(), record)
+    };
+    let whole = run(None);
+    assert!(whole.0[2].velocity.y.abs() > 1e-3, "the belt carries it");
+    for k in [1, 60, 61, 130] {
+        assert_eq!(run(Some(k)), whole, "from {k}");
     }
 }

@@ -103,7 +103,7 @@ fn rows(run: &Simulated) -> Vec<TrajectoryRow> {
 /// Two whole files and no other, of as many rows as run.json counts, that `verify` finds to
 /// be what they say.
 fn assert_whole(run: &Simulated, outcome: &str, asked: u64) -> Vec<TrajectoryRow> {
-    let whole = ["out", "out/run.json", "out/trajectory.csv"].map(PathBuf::from);
+    let whole = ["out", "out/run.json", "out/state.bin", "out/trajectory.csv"].map(PathBuf::from);
     assert_eq!(everything_in(run.directory.path()), whole);
     let (rows, json) = (rows(run), run.run_json());
     let count = |status| rows.iter().filter(|row| row.status == status).count();
@@ -167,6 +167,32 @@ fn a_signal_ends_a_native_run_at_once_with_all_its_steps_written() {
         let found = assert_whole(&run, "interrupted", 5_000_000).len();
         assert!((1000..5_000_000).contains(&found), "{signal}: {found} rows");
         assert_eq!(lines(&run, 1000), lines(&undisturbed, 1000), "{signal}");
+    }
+}
+
+#[test]
+fn what_a_signal_ended_goes_on_as_if_it_had_never_come() {
+    let pile = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/pile.toml");
+    for (args, bytes) in
+        [(["--scene", "drop"], INTO_CONTACT), (["--scenario", pile], 20 * INTO_CONTACT)]
+    {
+        let mut running = Running::start(&[&args[..], &["--steps", "100000"]].concat());
+        running.wait_for(bytes);
+        running.send("INT");
+        let (run, _) = running.end();
+        assert_eq!(run.end.code, Some(130), "{:?}", run.end);
+        let rows = run.run_json()["summary"]["rows"].as_u64().unwrap() + 30;
+        let asked = ["--steps", &rows.to_string()];
+        let out = run.path("");
+        let end = support::run(&[&["--continue", out.to_str().unwrap()], &asked[..]].concat());
+        assert_eq!(end.code, Some(0), "{end:?}");
+        let whole = simulate(&[&args[..], &asked].concat());
+        for name in everything_in(&out) {
+            let [one, other] = [&run, &whole].map(|run| fs::read(run.path(name.to_str().unwrap())));
+            if name.extension().is_some_and(|extension| extension == "csv") {
+                assert!(one.unwrap() == other.unwrap(), "{} of {rows} rows", name.display());
+            }
+        }
     }
 }
 

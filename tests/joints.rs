@@ -2,11 +2,12 @@
 
 use nalgebra::{Matrix3, Vector3, Vector4};
 use tumble::contact::Plane;
+use tumble::geometry::Piece;
 use tumble::joint::{Drive, Joint, JointFrame, Motor};
 use tumble::mechanics::{RigidBody, Rotation, State};
 use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::step::StepStatus;
-use tumble::world::{Parameters, World};
+use tumble::world::{Fixed, Parameters, World};
 
 const G: f64 = 9.81;
 
@@ -312,6 +313,39 @@ fn a_mechanism_touches_the_ground() {
     assert!(error(&world, &record.solution.states) < 1e-13);
 }
 
+/// A bob on a rod that swings into a wall, fast and thin enough to be through it in a step: contacts are looked for where
+/// the joint takes it, not where it would fly.
+#[test]
+fn a_pendulum_meets_a_wall_on_its_way() {
+    let bob = RigidBody::solid(1.0, &[Piece::cuboid(Vector3::repeat(0.01)).unwrap()]).unwrap().0;
+    let frames = [hinge(Vector3::new(0.0, 0.0, 1.0)), hinge(Vector3::new(0.0, 0.0, 1.0))];
+    let free = world(vec![bob], vec![Joint::revolute(0, None, frames, Drive::NONE)], 5e-3);
+    // Beside the lowest point, thin, and where the path is curved.
+    for (x, speed) in [(0.3, 4.0), (0.8, 8.0), (0.9, 8.0)] {
+        let place = Vector3::new(x, 0.0, 0.0);
+        let wall = Piece::cuboid(Vector3::new(0.005, 1.0, 2.0)).unwrap();
+        let piece = wall.moved_by(&Matrix3::identity(), &place).unwrap();
+        let world = free.clone().with_fixed(vec![Fixed { piece, friction: None }]).unwrap();
+        let mut state = at(Vector3::zeros());
+        state.velocity = Vector3::x() * speed;
+        state.spin = Vector3::y() * -speed;
+        let mut simulation =
+            Simulation::new(world.clone(), [state], Motion::native(&world)).unwrap();
+        let mut record = StepRecord::new();
+        let mut met = false;
+        for _ in 0..200 {
+            simulation.step(&mut record).unwrap();
+            assert!(record.certificate.residual() < 1e-9, "{:?}", record.certificate);
+            assert_ne!(record.report.status, StepStatus::Wild);
+            let corner = record.next().position[0];
+            assert!(corner < x, "{x} {speed}: {corner}");
+            assert!(record.overlap < 1e-9, "{}", record.overlap);
+            met |= record.solution.contacts.iter().any(|contact| contact.normal_force > 0.0);
+        }
+        assert!(met);
+    }
+}
+
 /// Bodies that a joint ties do not touch each other, but where it says so.
 #[test]
 fn tied_bodies_do_not_touch() {
@@ -347,4 +381,138 @@ fn joints_that_cannot_be_are_refused() {
     let apart = apart.map(|_| ()).unwrap_err().to_string();
     assert!(apart.contains("1.000e-2 m"), "{apart}");
     assert!(JointFrame::along(Vector3::zeros(), Vector3::zeros()).is_err());
+}
+
+/// A cardan shaft bent by β turns its end by θ₂ with tan θ₂ = tan θ₁ cos β, around and around: θ₁ from where its x axis is in the
+/// plane of the bend.
+#[test]
+fn a_universal_joint_turns_as_a_cardan_shaft() {
+    let bend = 0.6_f64;
+    let shaft = || bar(1.0, Vector3::new(0.02, 0.02, 0.3));
+    let along = Vector3::new(bend.sin(), 0.0, bend.cos());
+    let second = Vector4::new((0.5 * bend).cos(), 0.0, (0.5 * bend).sin(), 0.0);
+    let turned = |q: &Vector4<f64>| tumble::mechanics::quaternion::rotation(q);
+    let tip = Vector3::new(0.0, 0.0, 0.3);
+    let states = [at(-tip), State { attitude: second, ..at(along * 0.3) }];
+    // Both shafts turn in bearings of the world about their own axes; the first one is driven.
+    let motor = Drive { motor: Some(Motor::Speed { target: 5.0, most: 1e3 }), ..Drive::NONE };
+    let first = Joint::revolute(0, None, [JointFrame::at(-tip), JointFrame::at(-2.0 * tip)], motor);
+    let end = JointFrame { anchor: along * 0.6, attitude: second };
+    // Along its axis the second shaft is free, so that nothing is held twice.
+    let bearing = Joint::cylindrical(1, None, [JointFrame::at(tip), end], [Drive::NONE; 2]);
+    // x of the second shaft crosses y of the first.
+    let cross = Joint::universal(1, Some(0), [JointFrame::at(-tip), JointFrame::at(tip)]);
+    // At the start x of the second is in the plane of the bend, so that it is at a right angle to y of the first.
+    let mut parameters = world(vec![shaft(), shaft()], Vec::new(), 1e-3).parameters().clone();
+    parameters.gravity = Vector3::zeros();
+    let world = World::new(parameters).unwrap().with_joints(vec![first, bearing, cross]).unwrap();
+    let mut simulation = Simulation::new(world.clone(), states, Motion::native(&world)).unwrap();
+    for _ in 0..40 {
+        let record = run(&mut simulation, 50);
+        let states = &record.solution.states;
+        assert!(error(&world, states) < 1e-12, "{}", error(&world, states));
+        let y = turned(&states[0].attitude) * Vector3::y();
+        let x = turned(&states[1].attitude) * Vector3::x();
+        assert!(x.dot(&y).abs() < 1e-12);
+        let (one, two) = (record.solution.joints[0].angle, record.solution.joints[1].angle);
+        let missed = two.sin() * one.cos() - one.sin() * two.cos() * bend.cos();
+        assert!(missed.abs() < 1e-12, "{one} {two}");
+    }
+}
+
+/// A rod that hangs by a ball joint swings as far as its cone lets it and stays there, in any direction; its twist stops at its
+/// own limits, and a motor about it turns it as a hinge does.
+#[test]
+fn a_ball_joint_keeps_its_cone_and_its_twist() {
+    let half = Vector3::new(0.02, 0.03, 0.5);
+    let top = Vector3::new(0.0, 0.0, 0.5);
+    let cone = 0.4;
+    for direction in [0.0_f64, 0.9, 2.5, 4.0] {
+        let limits = Drive { limits: Some([-0.3, 0.5]), force: 0.05, ..Drive::NONE };
+        let frames = [JointFrame::at(top), JointFrame::at(Vector3::zeros())];
+        let world =
+            world(vec![bar(2.0, half)], vec![Joint::ball(0, None, frames, cone, limits)], 1e-3);
+        let mut state = at(-top);
+        // Pushed towards the direction; friction of a weak spring is all that would end it.
+        let push = Vector3::new(direction.cos(), direction.sin(), 0.0);
+        let mut simulation =
+            Simulation::new(world.clone(), [state], Motion::native(&world)).unwrap();
+        let wrench = tumble::mechanics::Wrench { force: push * 30.0, torque: Vector3::zeros() };
+        simulation.set_wrench(0, wrench).unwrap();
+        for _ in 0..30 {
+            let record = run(&mut simulation, 100);
+            state = *record.next();
+            let z = tumble::mechanics::quaternion::rotation(&state.attitude) * Vector3::z();
+            let swing = z.xy().norm().atan2(z[2]);
+            assert!(swing < cone + 1e-12, "{swing}");
+            assert!(error(&world, &[state]) < 1e-13);
+        }
+        let record = run(&mut simulation, 1);
+        let joint = record.solution.joints[0];
+        let z = tumble::mechanics::quaternion::rotation(&record.next().attitude) * Vector3::z();
+        // What presses on the cone is the moment of push and weight there: the rod leans against the push's direction
+        // with its top, so that its lower end goes along.
+        let lean = -push.dot(&z);
+        assert!((lean - cone.sin()).abs() < 1e-6, "{direction}: {z}");
+        let moment = 30.0 * 0.5 * cone.cos() - 2.0 * G * 0.5 * cone.sin();
+        assert!((joint.torque[0] + moment).abs() < 1e-3 * moment, "{} {moment}", joint.torque[0]);
+        assert!((joint.angle - 0.5).abs() < 1e-9, "{}", joint.angle);
+    }
+    let frames = [JointFrame::at(top), JointFrame::at(Vector3::zeros())];
+    let plain = world(vec![bar(2.0, half)], Vec::new(), 1e-3);
+    let refused = |joint: Joint| plain.clone().with_joints(vec![joint]).unwrap_err().to_string();
+    assert!(
+        refused(Joint::ball(0, None, frames, 0.0, Drive::NONE)).contains("cone of a ball joint")
+    );
+}
+
+/// Light rods that a heavy bob holds taut stay together while h ω < 2 and fly apart above it; the record tells.
+#[test]
+fn a_taut_chain_is_as_stable_as_its_record_tells() {
+    let (count, half) = (6, 0.05);
+    let end = Vector3::z() * half;
+    let pulled = |h: f64| {
+        let mut bodies = vec![bar(0.01, Vector3::new(0.002, 0.002, half)); count];
+        bodies.push(bar(1.0, Vector3::repeat(0.05)));
+        let frame = |anchor: Vector3<f64>| JointFrame::at(anchor);
+        let mut joints = vec![Joint::spherical(0, None, [frame(end), frame(Vector3::zeros())])];
+        joints.extend(
+            (1..count).map(|k| Joint::spherical(k, Some(k - 1), [frame(end), frame(-end)])),
+        );
+        let bob = [frame(Vector3::zeros()), frame(-end)];
+        joints.push(Joint::spherical(count, Some(count - 1), bob));
+        let world = world(bodies, joints, h);
+        let mut states: Vec<_> = (0..count).map(|k| at(-end * (2 * k + 1) as f64)).collect();
+        states.push(at(-end * (2 * count) as f64));
+        // A little aside.
+        states[count].velocity = Vector3::x() * 1e-6;
+        let (states, _) = world.assemble(&states).unwrap();
+        let mut simulation =
+            Simulation::new(world.clone(), states, Motion::native(&world)).unwrap();
+        let (mut record, mut told, mut aside) = (StepRecord::new(), 0.0, 0.0_f64);
+        for _ in 0..1000 {
+            simulation.step(&mut record).unwrap();
+            if record.index == 5 {
+                told = record.stiffness;
+            }
+            let off = record.solution.states.iter().map(|state| state.position.xy().norm());
+            aside = off.fold(aside, f64::max);
+            if aside > 1e-4 {
+                break;
+            }
+        }
+        (told, aside)
+    };
+    // Six rods between two ends: ω² = 6 T (1 − cos κ)/(m L (2 + cos κ)) with κ = 5π/6, and 12 T/(m L) of any
+    // number of them; the tension is the weight of the bob and of the rods below.
+    let cosine = (5.0 / 6.0 * std::f64::consts::PI).cos();
+    let tension = G * 1.045;
+    let fastest = (6.0 * tension * (1.0 - cosine) / (0.01 * 0.1 * (2.0 + cosine))).sqrt();
+    let bound = (12.0 * tension / (0.01 * 0.1)).sqrt();
+    for (part, stays) in [(0.96, true), (1.05, false)] {
+        let h = 2.0 * part / fastest;
+        let (told, aside) = pulled(h);
+        assert!((told - h * bound).abs() < 0.02 * told, "{told} {}", h * bound);
+        assert_eq!(aside < 1e-4, stays, "{part}: {aside}");
+    }
 }

@@ -78,7 +78,8 @@ fn read(path: &Path) -> Document {
 
 /// The anchor that a heading gets where the documents are shown.
 fn anchor(heading: &str) -> String {
-    let kept = heading.to_lowercase().chars().filter_map(|c| match c {
+    let heading = heading.to_lowercase();
+    let kept = heading.chars().filter_map(|c| match c {
         ' ' => Some('-'),
         _ if c.is_alphanumeric() || c == '-' || c == '_' => Some(c),
         _ => None,

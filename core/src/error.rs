@@ -42,8 +42,11 @@ pub enum Error {
         /// What is wrong with it, and what would be right.
         why: String,
     },
-    /// Bodies that overlap at the start.
-    #[error("{first} and {second} overlap by {depth:.3e} m at the start; allowed is to touch")]
+    /// Bodies that overlap deep at the start.
+    #[error(
+        "{first} and {second} overlap by {depth:.3e} m at the start; allowed is to touch, and \
+         {allowed:.1e} m"
+    )]
     Overlap {
         /// One of them.
         first: String,
@@ -51,6 +54,8 @@ pub enum Error {
         second: String,
         /// m.
         depth: f64,
+        /// m.
+        allowed: f64,
     },
     /// A joint whose bodies are not where it holds them at the start.
     #[error(
@@ -65,6 +70,30 @@ pub enum Error {
         turn: f64,
         /// m and rad.
         allowed: f64,
+    },
+    /// A body that cannot be taken out of the world, or held, because a joint ties it.
+    #[error(
+        "body {body} is tied by joint {joint}; only a body without joints can be held, or taken out \
+         without them"
+    )]
+    Tied {
+        /// Its index.
+        body: usize,
+        /// The index of the first joint that does.
+        joint: usize,
+    },
+    /// Joints that no small change of places brings together.
+    #[error(
+        "joint {joint} stays {place:.3e} m and {turn:.3e} rad apart; give states nearer to where it \
+         holds its bodies"
+    )]
+    NotAssembled {
+        /// The index of the worst one.
+        joint: usize,
+        /// m.
+        place: f64,
+        /// rad.
+        turn: f64,
     },
     /// Principal moments of inertia that are too far from each other.
     #[error(
@@ -105,6 +134,9 @@ pub enum Error {
     /// The step was given up because its interrupt flag was raised.
     #[error("the step was interrupted")]
     Interrupted,
+    /// A saved state that a simulation cannot go on from.
+    #[error("the saved state {0}")]
+    Saved(String),
     /// A feature that a part of the library does not have.
     #[error("{what}: {why}")]
     Unsupported {

@@ -93,6 +93,7 @@ impl Step<'_> {
 
 /// The force of one contact over a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct ContactForce {
     /// Which features touch.
     pub key: ContactKey,
@@ -126,6 +127,7 @@ impl AsRef<ContactKey> for ContactForce {
 
 /// What a step came to.
 #[derive(Debug, Clone, PartialEq, Default)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct StepSolution {
     /// X at step k+1, one a body.
     pub states: Vec<State>,
@@ -314,6 +316,36 @@ pub trait StepSolver: Send {
         let _ = body;
         None
     }
+
+    /// Goes on with the steps of `world`, in which bodies were added or taken out. What it
+    /// knows of solutions with other bodies is forgotten.
+    ///
+    /// # Errors
+    /// A world that the solver is not for; a solver without a method of its own is for one world.
+    /// It then stays what it was.
+    fn change_world(&mut self, world: &World) -> Result<(), Error> {
+        let _ = world;
+        Err(Error::Unsupported {
+            what: "another number of bodies",
+            why: "the solver is made for one world; exchange the motion of a new simulation",
+        })
+    }
+
+    /// What its next answers depend on besides the step itself, in a form of its own, for a
+    /// simulation that is saved: nothing, unless the solver has a method of its own.
+    fn memory(&self) -> Vec<u8> {
+        Vec::new()
+    }
+
+    /// Goes on in `world` from what a solver of its kind [remembered](StepSolver::memory); forgets
+    /// everything where that is nothing. A solver without a method of its own remembers nothing.
+    ///
+    /// # Errors
+    /// Bytes of another form. The memory is then as before.
+    fn recall(&mut self, world: &World, memory: &[u8]) -> Result<(), Error> {
+        let _ = (world, memory);
+        Ok(())
+    }
 }
 
 impl<S: StepSolver + ?Sized> StepSolver for Box<S> {
@@ -346,5 +378,17 @@ impl<S: StepSolver + ?Sized> StepSolver for Box<S> {
 
     fn is_solved(&self, body: usize) -> Option<bool> {
         (**self).is_solved(body)
+    }
+
+    fn change_world(&mut self, world: &World) -> Result<(), Error> {
+        (**self).change_world(world)
+    }
+
+    fn memory(&self) -> Vec<u8> {
+        (**self).memory()
+    }
+
+    fn recall(&mut self, world: &World, memory: &[u8]) -> Result<(), Error> {
+        (**self).recall(world, memory)
     }
 }

@@ -1,80 +1,86 @@
 //! A chart of a page: axes, curves, a legend.
 
 use crate::markup::escape;
+use crate::plot::axes::Axes;
 use crate::plot::curve::line;
-use crate::plot::scale::Axis;
+use crate::plot::scale::{Axis, Kind};
 use crate::plot::thin::Point;
 use std::fmt::Write as _;
 
-/// The size of a chart and its margins. One unit is a pixel on a narrow screen.
+/// The size of a chart. One unit is a pixel on a narrow screen.
 const WIDTH: f64 = 440.0;
 const HEIGHT: f64 = 290.0;
-const LEFT: f64 = 64.0;
-const RIGHT: f64 = 16.0;
-const TOP: f64 = 30.0;
-const BOTTOM: f64 = 46.0;
+/// Columns that curves over time are thinned to.
+const COLUMNS: usize = 160;
+
 /// A chart in the making.
 pub struct Chart {
-    pub x: Axis,
-    pub y: Axis,
+    axes: Axes,
     body: String,
 }
 
 impl Chart {
     /// An empty chart with its axes and their names.
     pub fn new(x: Axis, y: Axis, (x_name, y_name): (&str, &str)) -> Self {
-        let mut chart = Self { x, y, body: String::new() };
-        let (right, bottom) = (WIDTH - RIGHT, HEIGHT - BOTTOM);
-        let (mut lines, mut labels) = (String::new(), String::new());
-        for (value, label) in &chart.x.ticks {
-            let (x, _) = chart.place((*value, 0.0));
-            let _ = write!(lines, "M{x:.2} {TOP}V{bottom}");
-            let y = bottom + 17.0;
+        let axes = Axes { x, y, left: 64.0, right: WIDTH - 16.0, top: 30.0, bottom: HEIGHT - 46.0 };
+        let mut body = format!(
+            "<path class=\"grid\" d=\"{}\"/>\n<path class=\"frame\" d=\"{}\"/>\n",
+            axes.grid(),
+            axes.outline()
+        );
+        for (x, y, anchor, label) in axes.labels_below(17.0).chain(axes.labels_beside(7.0)) {
             let _ = writeln!(
-                labels,
-                "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"middle\">{label}</text>"
+                body,
+                "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\">{label}</text>"
             );
         }
-        for (value, label) in &chart.y.ticks {
-            let (_, y) = chart.place((0.0, *value));
-            let _ = write!(lines, "M{LEFT} {y:.2}H{right}");
-            let (x, y) = (LEFT - 7.0, y + 4.2);
-            let _ = writeln!(
-                labels,
-                "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"end\">{label}</text>"
-            );
-        }
-        let middle = (LEFT + right) / 2.0;
         let _ = write!(
-            chart.body,
-            "<path class=\"grid\" d=\"{lines}\"/>\n\
-             <path class=\"frame\" d=\"M{LEFT} {TOP}H{right}V{bottom}H{LEFT}Z\"/>\n{labels}\
-             <text class=\"axis\" x=\"4\" y=\"16\">{}</text>\n\
-             <text class=\"axis\" x=\"{middle}\" y=\"{}\" text-anchor=\"middle\">{}</text>\n",
+            body,
+            "<text class=\"axis\" x=\"4\" y=\"16\">{}</text>\n\
+             <text class=\"axis\" x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text>\n",
             escape(y_name),
+            (axes.left + axes.right) / 2.0,
             HEIGHT - 8.0,
             escape(x_name)
         );
-        chart
+        Self { axes, body }
     }
 
-    /// Where a point is, in units of the chart.
-    pub fn place(&self, (x, y): (f64, f64)) -> (f64, f64) {
-        (
-            LEFT + self.x.fraction(x) * (WIDTH - LEFT - RIGHT),
-            HEIGHT - BOTTOM - self.y.fraction(y) * (HEIGHT - TOP - BOTTOM),
-        )
+    /// An empty chart of `values` over the time until `end`.
+    pub fn over_time(
+        name: &str,
+        end: f64,
+        kind: Kind,
+        values: impl Iterator<Item = f64> + Clone,
+    ) -> Self {
+        let (time, axis) = (Axis::linear(0.0, end, 0.0, 6), Axis::new(kind, values, 6));
+        Self::new(time, axis, ("time t (s)", name))
     }
 
-    /// A curve drawn as `class` says.
-    pub fn line(&mut self, class: &str, points: &[Point]) {
-        let placed: Vec<_> = points.iter().map(|p| p.map(|p| self.place(p))).collect();
-        let _ = writeln!(self.body, "<path class=\"{class}\" d=\"{}\"/>", line(&placed));
+    /// The values at the ends of the vertical axis.
+    pub fn heights(&self) -> (f64, f64) {
+        self.axes.y.ends()
     }
 
-    /// Adds what is drawn by hand.
-    pub fn draw(&mut self, markup: &str) {
-        self.body.push_str(markup);
+    /// A line through points, drawn as `class` says.
+    pub fn line(&mut self, class: &str, points: impl IntoIterator<Item = (f64, f64)>) {
+        let points = points.into_iter().map(|point| Some(self.axes.place(point)));
+        self.path(class, &points.collect::<Vec<_>>());
+    }
+
+    /// The curve of `values` over `times`, thinned, with a gap where there is no number.
+    pub fn curve(&mut self, class: &str, times: &[f64], values: &[f64]) {
+        self.path(class, &self.axes.curve(times, values, COLUMNS));
+    }
+
+    fn path(&mut self, class: &str, points: &[Point]) {
+        let _ = writeln!(self.body, "<path class=\"{class}\" d=\"{}\"/>", line(points));
+    }
+
+    /// A dot at a point.
+    pub fn dot(&mut self, class: &str, radius: f64, point: (f64, f64)) {
+        self.body += &dot(class, radius, self.axes.place(point));
+        self.body.push('\n');
     }
 
     /// The figure, with its caption, which is markup.
@@ -88,8 +94,21 @@ impl Chart {
     }
 }
 
-/// An entry of a legend: what is drawn like `drawn`.
-pub fn key(drawn: &str, name: &str) -> String {
+fn dot(class: &str, radius: f64, (x, y): (f64, f64)) -> String {
+    format!("<circle class=\"{class}\" cx=\"{x:.2}\" cy=\"{y:.2}\" r=\"{radius}\"/>")
+}
+
+/// An entry of a legend: a line.
+pub fn line_key(class: &str, name: &str) -> String {
+    key(&format!("<path class=\"{class}\" d=\"M0 5h26\"/>"), name)
+}
+
+/// An entry of a legend: a dot.
+pub fn dot_key(class: &str, radius: f64, name: &str) -> String {
+    key(&dot(class, radius, (13.0, 5.0)), name)
+}
+
+fn key(drawn: &str, name: &str) -> String {
     format!(
         "<span class=\"key\"><svg viewBox=\"0 0 26 10\" aria-hidden=\"true\">{drawn}</svg>{}</span> ",
         escape(name)

@@ -76,8 +76,10 @@ pub struct Body {
     pub pieces: Vec<Piece>,
     /// What pushes it besides gravity and contact.
     pub load: Load,
-    /// Red, green and blue on its page; `None` for one of a few in turn.
+    /// Red, green and blue; `None` for one of a few in turn.
     pub colour: Option<[u8; 3]>,
+    /// What is written at it, and in headings instead of its name; may be empty.
+    pub label: String,
 }
 
 /// What ties two bodies, or a body and the world.
@@ -246,11 +248,12 @@ impl Film {
             && contacts.all(|contact| contact.corner().is_some())
     }
 
-    /// What body `b` is called.
+    /// What body `b` is called: its label, or its name.
     pub(crate) fn name(&self, b: usize) -> String {
-        match self.bodies[b].name.as_str() {
-            "" => format!("body {b}"),
-            name => name.to_owned(),
+        let Body { name, label, .. } = &self.bodies[b];
+        match [label, name].into_iter().find(|word| !word.is_empty()) {
+            Some(word) => word.clone(),
+            None => format!("body {b}"),
         }
     }
 

@@ -1,7 +1,7 @@
 //! Motions of rigid bodies in contact as pictures: a film in, bytes out.
 //!
 //! A [`Film`] is plain data: bodies and their shapes, where they are in each frame, and the
-//! contact forces between two frames. [`animation`] makes a GIF of it, [`plot`] curves over time, [`view`] a
+//! contact forces between two frames. [`animation`] makes a GIF or an animated PNG of it, [`plot`] curves over time, [`view`] a
 //! page that plays one film or two. [`validation`] makes a page of comparisons with
 //! closed-form answers, [`fit`] one of recorded and simulated motions. Nothing here reads or writes a file, and the same input gives the
 //! same bytes.
@@ -12,6 +12,7 @@ pub mod animation;
 mod chart;
 mod film;
 pub mod fit;
+mod font;
 mod forces;
 mod markup;
 pub mod plot;

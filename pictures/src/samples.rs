@@ -87,6 +87,7 @@ pub fn floating_cube(steps: u64) -> Film {
             points: (0..8).map(corner).collect(),
             load: Load::default(),
             colour: None,
+            label: String::new(),
         }],
         joints: Vec::new(),
         frames: ended((0..=steps).map(frame)),

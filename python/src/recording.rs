@@ -12,16 +12,17 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use tumble::contact::Partner;
-use tumble::film::{self, Cast, Keys};
+use tumble::film::{self, Cast, Keys, Role};
 use tumble::joint::JointResidual;
 use tumble::mechanics::State;
-use tumble::scenario::scene::Scene as Content;
+use tumble::scenario::model::BodyModel;
+use tumble::scenario::scene::{OutputFormat, Scene as Content};
 use tumble::simulation::StepRecord;
 use tumble::simulation::tables::{
     ContactRow, JointRow, StepRow, Streams, TableStep, TablesReader, TablesWriter,
 };
 use tumble::step::StepStatus;
-use tumble_pictures::animation::{Settings, View, animate};
+use tumble_pictures::animation::{Format, Settings, View, animate};
 use tumble_pictures::plot::{self, Sheet};
 use tumble_pictures::view::page;
 use tumble_pictures::{Fact, Film};
@@ -234,17 +235,19 @@ impl Recording {
         Ok(PyBytes::new(py, &png))
     }
 
-    /// The motion as an animated GIF.
+    /// The motion as an animated PNG, or as a GIF.
     fn gif<'py>(
         &self,
         py: Python<'py>,
         speed: f64,
         size: u16,
         camera: (f64, f64),
+        png: bool,
         progress: Option<Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyBytes>> {
         let view = View { azimuth: camera.0, elevation: camera.1 };
-        let settings = Settings { speed, size, view };
+        let format = if png { Format::Png } else { Format::Gif };
+        let settings = Settings { speed, size, view, format };
         let film = self.film()?;
         let (flag, done) = (Arc::new(AtomicBool::new(false)), AtomicU64::new(0));
         let follow = |frame, _| {
@@ -285,9 +288,15 @@ impl Recording {
         let mut keys = Keys::new();
         let frame = |row| film::frame(&content.world, row, &mut keys);
         let frames = self.rows.iter().map(frame).collect();
+        let roles: Vec<_> = match &content.format {
+            OutputFormat::Tables(model) => model.bodies.iter().map(BodyModel::role).collect(),
+            OutputFormat::Trajectory => {
+                content.bodies.iter().map(|name| Role { name, ..Role::default() }).collect()
+            }
+        };
         let cast = Cast {
             world: &content.world,
-            bodies: &words(&content.bodies),
+            bodies: &roles,
             fixed: &words(&content.fixed),
             joints: &words(&content.joints),
             loads: &content.loads,

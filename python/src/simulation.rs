@@ -8,19 +8,28 @@ use crate::watch::Watched;
 use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
 use pyo3::exceptions::PyBaseException;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyBytes, PyDict};
 use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
+use tumble::contact::Contact;
 use tumble::error::Error;
 use tumble::joint::{Axis, Drive, JointAxis, Motor};
-use tumble::mechanics::Wrench;
+use tumble::mechanics::{State, Wrench};
 use tumble::scenario::scene::Scene as Content;
+use tumble::simulation::save::{Saved, from_bytes, to_bytes};
 use tumble::simulation::tables::{ContactRow, JointRow, TableStep};
 use tumble::simulation::{self, Motion, StepRecord};
+use tumble::step::StepSolution;
 
 /// More bodies than this may take long for a step, so that it must be possible to end it.
 const MANY_BODIES: usize = 4;
+
+/// What a saved state has besides: of the last step its start, its contacts and its solution.
+type Notes<'a> = (&'a str, Vec<State>, Vec<Contact>, StepSolution);
+
+/// What these begin with.
+const NOTES: &str = "python";
 
 /// A running simulation of a scene.
 #[pyclass(subclass, name = "CoreSimulation", module = "tumble._tumble")]
@@ -89,13 +98,15 @@ impl Running {
 
 #[pymethods]
 impl Simulation {
-    /// A simulation from the scene's start, or from states (N, 13), on up to `threads` threads.
+    /// A simulation from the scene's start, or from states (N, 13), at step `index`, on up to `threads`
+    /// threads.
     #[new]
-    #[pyo3(signature = (scene, states=None, threads=1))]
+    #[pyo3(signature = (scene, states=None, threads=1, index=0))]
     fn new(
         scene: PyRef<'_, Scene>,
         states: Option<PyReadonlyArrayDyn<'_, f64>>,
         threads: usize,
+        index: u64,
     ) -> PyResult<Self> {
         let content = Arc::clone(&scene.content);
         let starts = match &states {
@@ -112,11 +123,61 @@ impl Simulation {
         for (body, load) in content.loads.iter().enumerate() {
             simulation.set_load(body, load.clone()).map_err(refused)?;
         }
+        simulation.set_index(index).map_err(refused)?;
         let interrupt = Arc::new(AtomicBool::new(false));
         simulation.interrupt_by(Arc::clone(&interrupt));
         let running = Mutex::new(Running { simulation, record: StepRecord::new() });
         let (threads, process) = (threads.get() > 1, std::process::id());
         Ok(Self { content, running, interrupt, threads, process })
+    }
+
+    /// Where it is, as bytes.
+    fn saved<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        let Running { simulation, record } = self.running();
+        let notes = (NOTES, &record.states, &record.contacts, &record.solution);
+        let notes = to_bytes(&notes).map_err(refused)?;
+        let saved = simulation.save().with_notes(notes).to_bytes().map_err(refused)?;
+        Ok(PyBytes::new(py, &saved))
+    }
+
+    /// Goes on from where the bytes of `saved`, or of the command line's state.bin, are.
+    fn go_on(&mut self, bytes: &[u8]) -> PyResult<()> {
+        let saved = Saved::from_bytes(bytes).map_err(refused)?;
+        let Running { simulation, record } = self.running();
+        simulation.restore(&saved).map_err(refused)?;
+        *record = StepRecord::new();
+        // What the command line saves tells nothing of the last step.
+        if let Ok((NOTES, states, contacts, solution)) = from_bytes::<Notes<'_>>(saved.notes())
+            && states.len() == simulation.states().len()
+            && contacts.iter().all(|contact: &Contact| contact.key.body < states.len())
+        {
+            (record.states, record.contacts, record.solution) = (states, contacts, solution);
+        }
+        Ok(())
+    }
+
+    /// Sets the states (N, 13) now.
+    fn exchange_all(&mut self, states: PyReadonlyArrayDyn<'_, f64>) -> PyResult<()> {
+        let states = to_states("states", &states)?;
+        self.running().simulation.set_states(&states).map_err(refused)
+    }
+
+    /// Sets the state (13,) of a body now.
+    fn exchange(&mut self, body: usize, state: PyReadonlyArrayDyn<'_, f64>) -> PyResult<()> {
+        let states = to_states("state", &state)?;
+        let [state] = states[..] else { return Err(refused("state: 13 numbers are needed")) };
+        self.running().simulation.set_state(body, state).map_err(refused)
+    }
+
+    /// Holds a body where it is, or lets it go.
+    fn keep(&mut self, body: usize, held: bool) -> PyResult<()> {
+        self.running().simulation.hold_body(body, held).map_err(refused)
+    }
+
+    /// The indices of the bodies that are held.
+    fn kept(&mut self) -> Vec<usize> {
+        let world = self.running().simulation.world();
+        (0..world.bodies().len()).filter(|body| world.is_held(*body)).collect()
     }
 
     /// k: steps taken.
@@ -288,14 +349,14 @@ impl Simulation {
     fn leave_lost_threads(&mut self) -> PyResult<()> {
         if self.has_lost_threads() {
             let motion = self.content.motion(&self.content.world).map_err(refused)?;
-            self.exchange(motion);
+            self.move_by(motion);
             self.threads = false;
         }
         Ok(())
     }
 
     /// Takes another motion. The one before is not dropped: what is not there cannot be waited for.
-    fn exchange(&mut self, mut motion: Motion<'static>) {
+    fn move_by(&mut self, mut motion: Motion<'static>) {
         self.running().simulation.swap_motion(&mut motion);
         std::mem::forget(motion);
     }
@@ -308,7 +369,7 @@ fn joint_axis(axis: usize) -> JointAxis {
 impl Drop for Simulation {
     fn drop(&mut self) {
         if self.has_lost_threads() {
-            self.exchange(Motion::Floating);
+            self.move_by(Motion::Floating);
         }
     }
 }

@@ -110,7 +110,7 @@ fn contact_steps(solver: &str, summary: &RunSummary) -> String {
         );
     }
     for failure in &summary.first_failures {
-        let message = failure.message.unwrap_or("not solved");
+        let message = failure.message.as_deref().unwrap_or("not solved");
         let _ = writeln!(
             text,
             "    k = {:<6}   {message}, residual {:.1e} m/s ({})",
@@ -124,7 +124,7 @@ fn contact_steps(solver: &str, summary: &RunSummary) -> String {
 }
 
 fn certificates(summary: &RunSummary) -> String {
-    let Some((index, residual, part)) = summary.worst else {
+    let Some((index, residual, part)) = &summary.worst else {
         return String::new();
     };
     let median = summary

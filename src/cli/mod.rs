@@ -1,6 +1,7 @@
 //! Everything around the library: arguments, files, the terminal.
 
 mod args;
+mod continued;
 mod describe;
 mod directory;
 mod fields;

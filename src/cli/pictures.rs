@@ -14,6 +14,7 @@ use std::sync::atomic::AtomicBool;
 pub fn check(args: &SimulateArgs, rows: u64, time_step: f64) -> Result<(), Failure> {
     for (flag, asked, picture, most) in [
         ("--gif", args.gif, "an animation", gif::MOST_ROWS),
+        ("--apng", args.apng, "an animation", gif::MOST_ROWS),
         ("--plot", args.plot, "a plot", plot::MOST_ROWS),
         ("--html", args.html, "a page", view::MOST_ROWS),
     ] {
@@ -40,17 +41,17 @@ impl Pictures {
         })
     }
 
-    /// Draws them from the run's files, which `open` opens, and the animation too if `gif` says
+    /// Draws them from the run's files, which `open` opens, and the animations too if `animated` says
     /// so; `false` where `interrupt` was raised before the last.
     pub fn draw<'a>(
         self,
         open: impl FnOnce() -> Result<Recording<'a>, Failure>,
-        gif: Option<(&SimulateArgs, &OutputDirectory)>,
+        animated: Option<(&SimulateArgs, &OutputDirectory)>,
         voice: &mut Voice,
         interrupt: &AtomicBool,
     ) -> Result<bool, Failure> {
         let Self { plots, page } = self;
-        if plots.is_none() && page.is_none() && gif.is_none() {
+        if plots.is_none() && page.is_none() && animated.is_none() {
             return Ok(true);
         }
         // Each kind of picture has checked its own number of rows before the run.
@@ -63,9 +64,15 @@ impl Pictures {
             let Some(written) = view::write(page, &[&film], interrupt)? else { return Ok(false) };
             voice.say(&written);
         }
-        if let Some((args, out)) = gif {
-            let made = gif::write(&film, out, &args.animation, voice, interrupt)?;
-            return Ok(!matches!(made, Outcome::Interrupted));
+        if let Some((args, out)) = animated {
+            for format in gif::formats(args) {
+                let name = gif::name(format);
+                let made =
+                    gif::write(&film, (out, name), format, &args.animation, voice, interrupt)?;
+                if matches!(made, Outcome::Interrupted) {
+                    return Ok(false);
+                }
+            }
         }
         Ok(true)
     }

@@ -50,19 +50,29 @@ pub struct Run {
     pub joints: Option<JointsSummary>,
 }
 
-/// Runs the simulation of `scene` and writes every row.
+impl Run {
+    /// One that has not begun.
+    pub fn new() -> Self {
+        let (summary, elapsed) = (RunSummary::default(), Duration::ZERO);
+        Self { end: End::Complete, summary, elapsed, overlap: None, joints: None }
+    }
+}
+
+/// Runs the simulation of `scene` on to its last row and writes every row from where it is. What `run` came to
+/// before is in what it returns.
 pub fn run(
     scene: &Scene,
     simulation: &mut Simulation<'_>,
+    mut run: Run,
     interrupt: &AtomicBool,
     writer: &mut RunWriter,
     quiet: bool,
 ) -> Result<Run, Failure> {
     let mut records = vec![StepRecord::new(); (CHUNK / scene.bodies.len()).max(1)];
-    let (summary, elapsed) = (RunSummary::default(), Duration::ZERO);
-    let joints = (!scene.joints.is_empty()).then(JointsSummary::default);
-    let mut run = Run { end: End::Complete, summary, elapsed, overlap: None, joints };
-    let mut left = scene.rows - 1;
+    if !scene.joints.is_empty() {
+        run.joints.get_or_insert_default();
+    }
+    let mut left = (scene.rows - 1).saturating_sub(simulation.index());
     let bar = progress_bar(left, "steps", quiet);
     while left > 0 && run.end == End::Complete {
         let wanted = usize::try_from(left).map_or(records.len(), |left| left.min(records.len()));

@@ -7,9 +7,11 @@ use super::outcome::Failure;
 use super::run::Run;
 use super::scene::{OutputFormat, Scene};
 use super::{input, shown};
+use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
+use tumble::mechanics::body::box_corners;
 use tumble::mechanics::{Load, Rotation, State};
 use tumble::scenario::contact::Contact;
 use tumble::scenario::fields::{by_rows, matrix, numbers};
@@ -90,6 +92,9 @@ pub struct RunParameters {
     pub plane: PlaneParameters,
     /// Body frame.
     pub contact_points: Vec<Numbers<3>>,
+    /// Whether the body is the box whose corners they are, and not made of points.
+    #[serde(default)]
+    is_box: bool,
     /// Null without one.
     #[serde(default)]
     pub load: Option<LoadParameters>,
@@ -99,6 +104,9 @@ pub struct RunParameters {
 #[serde(expecting = "an object with the solver's name and settings")]
 pub struct SolverSettings {
     pub name: String,
+    /// What all of the others were said by, if a preset was.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub preset: Option<String>,
     /// Of Ipopt's program; null for others.
     #[serde(default)]
     pub formulation: Option<String>,
@@ -179,6 +187,8 @@ impl RunParameters {
             epsilon: SMOOTHING,
             plane: plane(&world.ground().cloned().unwrap_or_default()),
             contact_points: body.contact_points().iter().map(|c| numbers(&c.position)).collect(),
+            // A box is the only piece that a body of this notation may be.
+            is_box: !body.pieces().is_empty(),
             load: (!load.is_none()).then(|| LoadParameters::of(load)),
         }
     }
@@ -186,7 +196,13 @@ impl RunParameters {
     /// As settings, under which flags may be laid.
     pub fn settings(&self) -> Result<Settings, Failure> {
         let load = self.load.as_ref().map_or(Ok(Load::none()), LoadParameters::load)?;
-        let points = self.contact_points.iter().map(|point| point.0.into());
+        let points: Vec<Vector3<f64>> = self.contact_points.iter().map(|c| c.0.into()).collect();
+        let half = points.iter().fold(Vector3::zeros(), |half: Vector3<f64>, c| half.sup(&c.abs()));
+        // Whatever is said of them, points that are no corners are points.
+        let shape = match self.is_box && points == box_corners(&half) {
+            true => Shape::Box(2.0 * half),
+            false => Shape::Points(points),
+        };
         Ok(Settings {
             dt: Some(self.dt),
             rotation: Some(self.rotation),
@@ -196,7 +212,7 @@ impl RunParameters {
             mass: Some(self.mass),
             inertia: Some(Inertia::Matrix(matrix(&self.inertia))),
             gravity: Some(self.gravity.0.into()),
-            shape: Some(Shape::Points(points.collect())),
+            shape: Some(shape),
             plane: Some(Plane::new(self.plane.normal.0.into(), self.plane.offset)?),
             force: Some(load.force.clone()),
             torque: Some(load.torque.clone()),
@@ -213,6 +229,7 @@ impl SolverSettings {
         let solver = contact.map(|contact| contact.solver(&scene.world)).transpose()?;
         Ok(Self {
             name: scene.solver().to_owned(),
+            preset: contact.and_then(|contact| Some(contact.preset?.name().to_owned())),
             formulation: ipopt.map(|(formulation, _)| formulation.name().to_owned()),
             detection: contact.map(|contact| contact.detection.name().to_owned()),
             on_failure: contact.map(|contact| contact.on_failure.name().to_owned()),
@@ -273,7 +290,7 @@ impl SummaryFile {
     fn of(run: &Run, climbs: bool) -> Self {
         let summary = &run.summary;
         let starts = summary.starts.iter().filter(|_| climbs);
-        let rungs = starts.map(|(start, count)| ((*start).to_owned(), *count)).collect();
+        let rungs = starts.map(|(start, count)| (start.to_string(), *count)).collect();
         Self {
             rows: summary.steps() + 1,
             free_steps: summary.free,
@@ -420,6 +437,7 @@ impl RunFile {
             ("ipopt_version", Some(&self.ipopt_version)),
             ("scene", Some(&self.scene)),
             ("solver.name", Some(&solver.name)),
+            ("solver.preset", solver.preset.as_ref()),
             ("solver.detection", solver.detection.as_ref()),
             ("solver.on_failure", solver.on_failure.as_ref()),
         ];

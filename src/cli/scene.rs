@@ -16,7 +16,7 @@ const MANY_POINTS: usize = 100;
 /// The scene, checked.
 pub fn of_args(args: &SimulateArgs) -> Result<Scene, Failure> {
     let flags = of_flags(args)?;
-    let mut scene = match &args.scenario {
+    let scene = match &args.scenario {
         None => {
             let name = args.scene.unwrap_or(SceneName::Drop);
             Scene::of_tutorial(name, flags, SolverName::Ipopt)?
@@ -31,6 +31,11 @@ pub fn of_args(args: &SimulateArgs) -> Result<Scene, Failure> {
             scene
         }
     };
+    on_threads(args, scene)
+}
+
+/// The scene, to be solved on the threads that are asked for.
+pub fn on_threads(args: &SimulateArgs, mut scene: Scene) -> Result<Scene, Failure> {
     if let Some(threads) = args.threads {
         let place = "one body, whose steps are one problem each";
         refuse_flags(place, &[("--threads", scene.bodies.len() == 1)])?;

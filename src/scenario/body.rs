@@ -6,7 +6,7 @@ use super::failure::{Failure, refuse_flags};
 use super::scene::{OutputFormat, Scene, USUAL_SEED};
 use super::settings::Settings;
 use super::{physics, shown};
-use crate::contact::rounding;
+use crate::contact::detection::CONTACT_BAND;
 use crate::mechanics::State;
 use crate::world::World;
 
@@ -85,8 +85,7 @@ pub fn refuse_idle_settings(ground: bool, settings: &Settings) -> Result<(), Fai
     refuse_flags("a floating body, which has no contact", &flags)
 }
 
-/// A start inside the ground would be thrown out of it within one step. What rounding makes
-/// of a start that lies on a slope is none.
+/// A start deeper in the ground than the contact band would be thrown out of it within one step.
 fn refuse_start_below_ground(
     world: &World,
     start: &State,
@@ -94,8 +93,7 @@ fn refuse_start_below_ground(
 ) -> Result<(), Failure> {
     let lowest = world.lowest_height(&[*start]);
     let Some(ground) = world.ground() else { return Ok(()) };
-    let arm = ground.normal() * world.reach();
-    if lowest >= -rounding::gap(ground.normal(), &start.position, ground.offset(), &arm) {
+    if lowest >= -CONTACT_BAND * world.reach() {
         return Ok(());
     }
     let depth = -lowest;

@@ -147,6 +147,15 @@ pub enum Preset {
     Tutorial,
 }
 
+impl Preset {
+    /// The word of the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Tutorial => "tutorial",
+        }
+    }
+}
+
 /// What happens with a step that fails.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]

@@ -24,6 +24,8 @@ pub struct Contact {
     pub detection: Detection,
     /// What happens with a step that fails.
     pub on_failure: OnFailure,
+    /// What all of it was said by, if a preset was.
+    pub preset: Option<Preset>,
     /// Ipopt's program and options; `None` for the native solver.
     pub ipopt: Option<Program>,
     /// The most threads that the native solver works on; no setting of a file.
@@ -66,6 +68,7 @@ impl Contact {
         Self {
             detection,
             on_failure,
+            preset: None,
             ipopt,
             #[cfg(feature = "threads")]
             threads: NonZeroUsize::MIN,
@@ -171,7 +174,8 @@ mod ipopt {
     pub fn tutorial() -> Result<Contact, Failure> {
         let options = IpoptSolver::tutorial_options();
         let program = (Formulation::Clamped, options);
-        Ok(Contact::by(Detection::Height, OnFailure::Record, Some(program)))
+        let contact = Contact::by(Detection::Height, OnFailure::Record, Some(program));
+        Ok(Contact { preset: Some(Preset::Tutorial), ..contact })
     }
 
     pub fn solver(

@@ -18,6 +18,10 @@ pub enum JointKind {
     Planar,
     /// Turns about its anchor in any way.
     Spherical,
+    /// The same within a cone, and under a drive of the twist.
+    Ball,
+    /// Turns about x of the first body's frame and y of the second's.
+    Universal,
     /// Does not move.
     Fixed,
 }
@@ -35,11 +39,11 @@ impl JointKind {
     #[must_use]
     pub fn driven(self) -> &'static [DrivenAxis] {
         match self {
-            Self::Revolute => &[TURN],
+            Self::Revolute | Self::Ball => &[TURN],
             Self::Prismatic => &[SLIDE],
             Self::Cylindrical => &[SLIDE, TURN],
             Self::Planar => &[("x", 0), ("y", 1), TURN],
-            Self::Spherical | Self::Fixed => &[],
+            Self::Spherical | Self::Universal | Self::Fixed => &[],
         }
     }
 
@@ -52,15 +56,29 @@ impl JointKind {
             Self::Cylindrical => "cylindrical",
             Self::Planar => "planar",
             Self::Spherical => "spherical",
+            Self::Ball => "ball",
+            Self::Universal => "universal",
             Self::Fixed => "fixed",
         }
     }
 
-    /// The six axes under these drives.
-    fn axes(self, drives: &[Drive]) -> [Axis; 6] {
+    /// Whether it has an axis, or more: whether its frames are more than their anchors.
+    #[must_use]
+    pub fn has_axis(self) -> bool {
+        !matches!(self, Self::Spherical | Self::Fixed)
+    }
+
+    /// The six axes under these drives, of a ball joint within the cone (rad).
+    fn axes(self, drives: &[Drive], cone: Option<f64>) -> [Axis; 6] {
         let mut axes = [Axis::Locked; 6];
-        if self == Self::Spherical {
-            axes[3..].fill(Axis::Free(Drive::NONE));
+        let turns_freely = match self {
+            Self::Spherical | Self::Ball => 3..6,
+            Self::Universal => 3..5,
+            _ => 0..0,
+        };
+        axes[turns_freely].fill(Axis::Free(Drive::NONE));
+        if let (Self::Ball, Some(cone)) = (self, cone) {
+            axes[3] = Axis::Free(Drive { limits: Some([0.0, cone]), ..Drive::NONE });
         }
         for (index, (_, axis)) in self.driven().iter().enumerate() {
             axes[*axis] = Axis::Free(drives.get(index).copied().unwrap_or_default());
@@ -87,6 +105,9 @@ pub struct JointModel {
     pub length: Option<f64>,
     /// Whether its bodies touch each other.
     pub collide: bool,
+    /// rad, of a ball joint: how far its z axes may be from each other.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cone: Option<f64>,
     /// What acts on each axis that its type leaves to drives: m and N along, rad and N m about.
     pub drives: Vec<Drive>,
 }
@@ -99,7 +120,7 @@ impl JointModel {
             anchor: place.position.into(),
             attitude: place.attitude.into(),
         };
-        let [x, y, z, rx, ry, rz] = self.kind.axes(&self.drives);
+        let [x, y, z, rx, ry, rz] = self.kind.axes(&self.drives, self.cone);
         let joint = Joint::between(self.body, self.other, self.frames.each_ref().map(frame))
             .with_axes([x, y, z], [rx, ry, rz]);
         let joint = match self.length {

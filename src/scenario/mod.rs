@@ -10,6 +10,7 @@ mod bodies;
 mod body;
 mod changed;
 pub mod choices;
+pub mod colour;
 pub mod contact;
 pub mod failure;
 pub mod fields;

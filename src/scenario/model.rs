@@ -6,7 +6,10 @@ use super::joint::JointModel;
 use super::shape::{PlacedForm, Shape};
 use crate::contact::{Partner, Plane};
 use crate::error::Error;
+#[cfg(feature = "film")]
+use crate::film::Role;
 use crate::mechanics::{Load, RigidBody, Rotation, State};
+use crate::scenario::colour::{Colour, Label};
 use crate::scenario::failure::Failure;
 use crate::scenario::parameters::{LoadParameters, PlaneParameters, unnamed_rotation};
 use crate::scenario::physics::bouncing;
@@ -71,6 +74,12 @@ pub struct BodyModel {
     pub restitution: Option<f64>,
     /// Null without one.
     pub load: Option<LoadParameters>,
+    /// In pictures; none for one of a few in turn.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub colour: Option<Colour>,
+    /// In pictures, for its name.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub label: Option<Label>,
     /// Where it starts.
     pub start: Start,
 }
@@ -233,6 +242,14 @@ impl Start {
 }
 
 impl BodyModel {
+    /// What it is in a picture.
+    #[cfg(feature = "film")]
+    #[must_use]
+    pub fn role(&self) -> Role<'_> {
+        let label = self.label.as_ref().map_or("", |label| label.0.as_str());
+        Role { name: &self.name, label, colour: self.colour.map(|colour| colour.0) }
+    }
+
     /// The body of this model, of the shape that it names.
     ///
     /// # Errors

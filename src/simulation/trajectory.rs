@@ -77,15 +77,24 @@ impl<W: Write> TrajectoryWriter<W> {
     /// A world of several bodies, whose steps are
     /// [tables](crate::simulation::tables::TablesWriter); the stream's.
     pub fn new(stream: W, world: &World) -> csv::Result<Self> {
+        let mut writer = Self::after(stream, world)?;
+        let header = header(writer.carrying.len(), world.has_restitution());
+        writer.csv.write_record(header)?;
+        Ok(writer)
+    }
+
+    /// Goes on where the header stands in the stream already, and maybe rows.
+    ///
+    /// # Errors
+    /// A world of several bodies.
+    pub fn after(stream: W, world: &World) -> csv::Result<Self> {
         let [body] = world.bodies() else {
             return Err(refused("a trajectory is of one body, and the world has several"));
         };
         let points = body.contact_points().len();
         let layout = Layout::new(points);
-        let mut csv = csv::WriterBuilder::new().has_headers(false).from_writer(stream);
-        csv.write_record(header(points, world.has_restitution()))?;
         Ok(Self {
-            csv,
+            csv: csv::WriterBuilder::new().has_headers(false).from_writer(stream),
             world: world.clone(),
             layout,
             step: vec![0.0; layout.variables() - STATE.end],

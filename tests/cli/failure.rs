@@ -51,7 +51,10 @@ fn a_full_disk_ends_with_code_1_and_leaves_the_earlier_files() {
         .output()
         .unwrap();
     super::support::End::from(output).assert_refused(1, &["trajectory.csv"]);
-    assert_eq!(everything_in(&directory), ["run.json", "trajectory.csv"].map(PathBuf::from));
+    assert_eq!(
+        everything_in(&directory),
+        ["run.json", "state.bin", "trajectory.csv"].map(PathBuf::from)
+    );
     assert_eq!((earlier.csv(), earlier.run_json()), (csv, json));
 }
 

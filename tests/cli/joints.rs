@@ -82,7 +82,7 @@ fn files() -> &'static [String; 5] {
         assert!(end.stdout.contains("joints       4, off by at most"), "{end:?}");
         let out = directory.path().join("out");
         let found = everything_in(&out);
-        let mut names = FILES;
+        let mut names = [&FILES[..], &["state.bin"]].concat();
         names.sort_unstable();
         assert!(found.iter().map(|file| file.to_str().unwrap()).eq(names), "{found:?}");
         FILES.map(|name| fs::read_to_string(out.join(name)).unwrap())
@@ -263,6 +263,13 @@ const BROKEN: &[(&str, &str, &[&str])] = &[
     ("speed = -2.0", "speed = -2.0\nposition = 1.0", &["motors[0] (shoulder).speed", "either"]),
     ("speed = -2.0", "speed = -2.0\nstiffness = 1.0", &["(shoulder).stiffness", "no meaning"]),
     ("speed = -2.0", "position = 1.0", &["motors[0] (shoulder).stiffness", "needed"]),
+    ("type = \"spherical\"", "type = \"ball\"", &["(ball).cone", "needed"]),
+    ("type = \"spherical\"", "type = \"spherical\"\ncone = 0.5", &["(ball).cone", "no meaning"]),
+    (
+        "type = \"spherical\"",
+        "type = \"ball\"\naxis = [0, 0, 1]\ncone = 9.0",
+        &["joints[2] (ball)", "cone", "3.1"],
+    ),
     ("most = 600.0", "", &["most"]),
     ("most = 600.0", "most = -600.0", &["joints[0] (shoulder)", "most", "-600"]),
     ("[ground]\n", "[solver]\nname = \"ipopt\"\n[ground]\n", &["solver", "joints"]),
@@ -314,6 +321,111 @@ fn the_shipped_mechanisms_move_as_they_should() {
     assert!(low.iter().all(|z| *z > 0.0119), "a link is in the ground");
     let forces = table(&chain, "joints");
     assert_eq!(forces.rows.len(), 20 * 1501);
+}
+
+/// A shaft that is bent by a cardan joint, and a rod on a ball joint that leans on its cone and its twist's stop.
+const SHAFT: &str = r#"
+steps = 401
+time_step = 0.001
+[ground]
+none = true
+friction = 0.5
+[[bodies]]
+name = "drive"
+box = [0.3, 0.04, 0.04]
+mass = 1.0
+position = [-0.15, 0.0, 1.0]
+[[bodies]]
+name = "driven"
+box = [0.3, 0.03, 0.05]
+mass = 1.0
+position = [0.12990381, 0.075, 1.0]
+attitude = { axis = [0, 0, 1], degrees = 30 }
+[[bodies]]
+name = "rod"
+box = [0.05, 0.08, 0.4]
+mass = 1.0
+position = [0.0, 2.0, 0.8]
+[[joints]]
+name = "in"
+type = "revolute"
+bodies = "drive"
+anchor = [-0.3, 0.0, 1.0]
+axis = [1, 0, 0]
+[[joints]]
+name = "cardan"
+type = "universal"
+bodies = ["driven", "drive"]
+anchor = [0.0, 0.0, 1.0]
+attitude_a = [1, 0, 0, 1]
+attitude_b = { axis = [1, 0, 0], degrees = 90 }
+[[joints]]
+name = "out"
+type = "cylindrical"
+bodies = "driven"
+anchor = [0.25980762, 0.15, 1.0]
+axis = [0.866025403784438647, 0.5, 0]
+[[joints]]
+name = "neck"
+type = "ball"
+bodies = "rod"
+anchor_a = [0.0, 0.0, 0.2]
+axis = [0, 0, 1]
+cone = 0.4
+limits = [-0.2, 0.3]
+force = 0.5
+[[motors]]
+joint = "in"
+speed = 10.0
+most = 100.0
+"#;
+
+/// tan of the angles of both shafts: tan out = tan in · cos β or over it, by how the cross stands at the start.
+#[test]
+fn a_cardan_shaft_turns_as_it_should_and_a_ball_joint_stays_in_its_cone() {
+    let (end, directory) = run_scenario(SHAFT, &[]);
+    assert_eq!(end.code, Some(0), "{end:?}");
+    let out = directory.path().join("out");
+    let table = Table::parse(&fs::read_to_string(out.join("joints.csv")).unwrap());
+    let of = |joint: usize, column: &str| -> Vec<f64> {
+        table.numbers(column).into_iter().skip(joint).step_by(4).collect()
+    };
+    let (turned, followed) = (of(0, "angle_z_rad"), of(2, "angle_z_rad"));
+    assert!((turned[400] - 4.0).abs() < 1e-9, "{}", turned[400]);
+    let cosine = 30.0_f64.to_radians().cos();
+    let off = |power: i32| {
+        let pairs = turned.iter().zip(&followed);
+        let missed = pairs.map(|(a, b)| {
+            let expected = (a.sin() * cosine.powi(power)).atan2(a.cos());
+            (b - expected).sin().abs()
+        });
+        missed.fold(0.0, f64::max)
+    };
+    assert!(off(1).min(off(-1)) < 1e-6, "{} {}", off(1), off(-1));
+    let (swing, twist) = (of(3, "angle_x_rad"), of(3, "angle_z_rad"));
+    assert!(swing.iter().all(|angle| *angle < 0.4 + 1e-12));
+    assert!((twist.iter().copied().fold(0.0, f64::max) - 0.3).abs() < 1e-9);
+    let verified = run(&["verify", out.join("joints.csv").to_str().unwrap()]);
+    assert_eq!(verified.code, Some(0), "{verified:?}");
+}
+
+/// A run that is continued leaves the bytes of one that was not.
+#[test]
+fn a_run_with_joints_is_continued() {
+    let (whole, directory) = run_scenario(SCENE, &[]);
+    assert_eq!(whole.code, Some(0), "{whole:?}");
+    let (first, part) = run_scenario(SCENE, &["--steps", "15"]);
+    assert_eq!(first.code, Some(0), "{first:?}");
+    let out = part.path().join("out");
+    let end = run(&["--continue", out.to_str().unwrap(), "--steps", "40"]);
+    assert_eq!(end.code, Some(0), "{end:?}");
+    for file in ["states.csv", "joints.csv", "steps.csv"] {
+        let [a, b] =
+            [&out, &directory.path().join("out")].map(|at| fs::read(at.join(file)).unwrap());
+        assert!(a == b, "{file} differs");
+    }
+    let verified = run(&["verify", out.join("joints.csv").to_str().unwrap()]);
+    assert_eq!(verified.code, Some(0), "{verified:?}");
 }
 
 /// A name of copies twice is a chain of them, and each link hangs on the one before.

@@ -20,7 +20,7 @@ fn rows_of_the_other_format_are_removed_and_named() {
     let [out_text, file_text] = [&out, &file].map(|path| path.to_str().unwrap());
     let one = ["--steps", "3", "--out", out_text];
     let two = ["--scenario", file_text, "--out", out_text];
-    let tables = ["contacts.csv", "run.json", "states.csv", "steps.csv"];
+    let tables = ["contacts.csv", "run.json", "state.bin", "states.csv", "steps.csv"];
 
     assert_eq!(run(&one).code, Some(0));
     fs::write(out.join("notes.csv"), "mine").unwrap();
@@ -36,7 +36,7 @@ fn rows_of_the_other_format_are_removed_and_named() {
     assert_eq!(names(&out), with_notes(&tables));
     let end = run(&one);
     assert!(end.stdout.contains("removed states.csv, contacts.csv, steps.csv"), "{end:?}");
-    assert_eq!(names(&out), with_notes(&["run.json", "trajectory.csv"]));
+    assert_eq!(names(&out), with_notes(&["run.json", "state.bin", "trajectory.csv"]));
 }
 
 #[test]
@@ -51,7 +51,9 @@ fn temporary_files_of_a_killed_run_are_cleared_and_no_others() {
     let end = run(&["--steps", "3", "--out", out.to_str().unwrap()]);
     assert_eq!(end.code, Some(0), "{end:?}");
     let mut expected: Vec<_> = others.iter().map(|name| (*name).to_owned()).collect();
-    expected.extend([".tumble-folder.tmp", "run.json", "trajectory.csv"].map(str::to_owned));
+    expected.extend(
+        [".tumble-folder.tmp", "run.json", "state.bin", "trajectory.csv"].map(str::to_owned),
+    );
     expected.sort();
     assert_eq!(names(out), expected);
 }

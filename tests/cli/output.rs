@@ -11,8 +11,11 @@ const PICTURES: [&str; 6] =
     ["animation.gif", "plot-energy.png", "plot-energy.svg", "plot.png", "plot.svg", "view.html"];
 
 fn names(files: &[&str]) -> Vec<PathBuf> {
-    let mut names: Vec<_> =
-        files.iter().chain(&["run.json", "trajectory.csv"]).map(PathBuf::from).collect();
+    let mut names: Vec<_> = files
+        .iter()
+        .chain(&["run.json", "state.bin", "trajectory.csv"])
+        .map(PathBuf::from)
+        .collect();
     names.sort();
     names
 }

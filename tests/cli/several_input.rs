@@ -29,13 +29,17 @@ coefficient = 0.3
 "#;
 
 /// What is changed in `SCENE`, by what, and the words of the refusal.
-const BROKEN: [(&str, &str, &[&str]); 66] = [
+const BROKEN: [(&str, &str, &[&str]); 70] = [
     ("mass = 1.0", "mass = -1.0", &["bodies[0].mass", "-1", "1e-9 to 1e9"]),
     ("mass = 1.0", "mass = nan", &["bodies[0].mass", "NaN"]),
     ("mass = 1.0", "mass = \"heavy\"", &["line 8", "heavy", "number"]),
     ("mass = 1.0", "", &["bodies[0].mass", "density"]),
     ("mass = 1.0", "mass = 1.0\ndensity = 2.0", &["bodies[0].mass", "either"]),
-    ("mass = 1.0", "mass = 1.0\ncolour = 1", &["line 9", "colour"]),
+    ("mass = 1.0", "mass = 1.0\ntint = 1", &["line 9", "tint"]),
+    ("mass = 1.0", "mass = 1.0\ncolour = 1", &["line 9", "bodies[0].colour"]),
+    ("mass = 1.0", "mass = 1.0\ncolour = \"mauve\"", &["bodies[0].colour", "mauve", "#rrggbb"]),
+    ("mass = 1.0", "mass = 1.0\ncolour = \"#12345g\"", &["bodies[0].colour", "red, white"]),
+    ("mass = 1.0", "mass = 1.0\nlabel = \"\"", &["bodies[0].label", "1 to 40 characters"]),
     ("density = 500.0", "density = 0.0", &["bodies[1].density", "1e-6 to 1e9"]),
     ("density = 500.0", "mass = 1e8", &["upper-1", "lower", "1e6", "100000000"]),
     ("box = 0.2", "box = 0.0", &["bodies[1].box", "half side"]),

@@ -38,7 +38,7 @@ capsule = { length = 0.4, radius = 0.05 }
 position = [-1.0, 0.0, 0.5]
 "#;
 
-const TABLES: [&str; 4] = ["contacts.csv", "run.json", "states.csv", "steps.csv"];
+const TABLES: [&str; 5] = ["contacts.csv", "run.json", "state.bin", "states.csv", "steps.csv"];
 const PICTURES: [&str; 6] =
     ["animation.gif", "plot-energy.png", "plot-energy.svg", "plot.png", "plot.svg", "view.html"];
 
@@ -220,4 +220,34 @@ fn a_run_of_several_beside_one_of_one_on_a_page() {
     assert_eq!((end.code, end.stderr.as_str()), (Some(0), ""), "{end:?}");
     let end = run(&["plot", text(&files[1]), "--body", "0"]);
     end.assert_refused(2, &["--body", "one body"]);
+}
+
+/// From the scene through run.json into every picture, of the run and of its tables.
+#[test]
+fn colours_and_labels_are_in_every_picture() {
+    let told = SCENE
+        .replace("sphere = 0.1", "sphere = 0.1\ncolour = \"#e010f0\"\nlabel = \"Würfel & <b>\"");
+    let flags = ["--html", "--gif", "--plot", "--gif-size", "100"];
+    let (end, directory) = run_scenario(&told, &flags);
+    assert_eq!((end.code, end.stderr.as_str()), (Some(0), ""), "{end:?}");
+    let done = Done { end, directory };
+    let run_json = fs::read_to_string(done.path("run.json")).unwrap();
+    assert_eq!(run_json.matches("\"colour\": \"#e010f0\"").count(), 1);
+    assert_eq!(run_json.matches("\"label\"").count(), 1);
+    let page = fs::read_to_string(done.path("view.html")).unwrap();
+    assert!(page.contains("#e010f0") && page.contains("Würfel \\u0026 \\u003cb\\u003e"));
+    assert!(!page.contains("Würfel & <b>"));
+    let gif = fs::read(done.path("animation.gif")).unwrap();
+    assert!(gif != fs::read(Done::of(&flags).path("animation.gif")).unwrap());
+    let again = done.directory.path().join("again");
+    let end = done.draw("gif", &["--gif-size", "100", "--out", text(&again)]);
+    assert_eq!(end.code, Some(0), "{end:?}");
+    assert!(gif == fs::read(again.join("animation.gif")).unwrap());
+    let end = done.draw("plot", &["--body", "ball", "--out", text(&again)]);
+    assert_eq!(end.code, Some(0), "{end:?}");
+    let plot = fs::read_to_string(again.join("plot.svg")).unwrap();
+    assert!(plot.contains("contact of Würfel &amp; &lt;b&gt;"));
+    assert_eq!(done.draw("verify", &[]).code, Some(0));
+    done.change("run.json", "#e010f0", "purplish");
+    done.draw("gif", &[]).assert_refused(2, &["run.json", "colour", "purplish"]);
 }

@@ -29,7 +29,8 @@ fn assert_consistent(run: &Simulated, rows: usize, time_step: f64) {
     assert_eq!(run.end.stderr, "");
     assert_eq!(
         everything_in(run.directory.path()),
-        ["out", "out/run.json", "out/trajectory.csv"].map(std::path::PathBuf::from)
+        ["out", "out/run.json", "out/state.bin", "out/trajectory.csv"]
+            .map(std::path::PathBuf::from)
     );
     let table = run.table();
     assert_eq!(table.header, promised_header());
@@ -275,7 +276,8 @@ fn without_out_the_files_go_to_a_folder_out_in_the_working_directory() {
         command.args(["--steps", "5"]).current_dir(directory.path()).assert().success();
         assert_eq!(
             everything_in(directory.path()),
-            ["out", "out/run.json", "out/trajectory.csv"].map(std::path::PathBuf::from)
+            ["out", "out/run.json", "out/state.bin", "out/trajectory.csv"]
+                .map(std::path::PathBuf::from)
         );
     }
 }

@@ -148,7 +148,7 @@ fn the_page_is_one_file_that_loads_nothing() {
     let (simulated, page) = simulate_with_page(&RUN);
     assert_eq!((simulated.end.code, simulated.end.stderr.as_str()), (Some(0), ""));
     assert!(simulated.end.stdout.contains("view.html"), "{}", simulated.end.stdout);
-    assert_eq!(everything_in(&simulated.path("")).len(), 3);
+    assert_eq!(everything_in(&simulated.path("")).len(), 4);
     assert!(page.text.contains("default-src 'none'"));
     // The comment that names uPlot, and the names of SVG and XHTML, which are no addresses.
     let known = [
@@ -477,7 +477,7 @@ fn what_cannot_be_read_or_written_is_one_sentence() {
     view(&[&file], &["--out", occupied.to_str().unwrap()]).assert_refused(1, &["occupied"]);
     fs::create_dir(simulated.path("view.html")).unwrap();
     view(&[&file], &[]).assert_refused(1, &["view.html", "is a directory"]);
-    assert_eq!(everything_in(&simulated.path("")).len(), 4, "nothing is left behind");
+    assert_eq!(everything_in(&simulated.path("")).len(), 5, "nothing is left behind");
 
     // A simulation refuses before it begins.
     let other = simulated.path("other");

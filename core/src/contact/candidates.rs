@@ -1,6 +1,8 @@
 //! The candidates of a step: the contacts that its solver considers, and the search for more.
 
-use super::neighbours::{Neighbours, has_pairs};
+use super::memory::Memory;
+use super::neighbours::{Neighbours, Overlap, has_pairs};
+use super::proxy::Extent;
 use super::restitution::Rebound;
 use super::{Contact, Detection, KeyIndex, Partner, detection};
 use crate::mechanics::State;
@@ -32,6 +34,39 @@ impl Candidates {
     #[must_use]
     pub fn contacts(&self) -> &[Contact] {
         &self.contacts
+    }
+
+    /// What the search for the next step goes on from; nothing where no pieces can meet.
+    pub(crate) fn memory(&self) -> &Memory {
+        self.neighbours.memory()
+    }
+
+    /// Goes on from `memory`, which must fit `world`, whose contacts are not known any more.
+    pub(crate) fn recall(&mut self, world: &World, memory: &Memory) {
+        self.contacts.clear();
+        self.neighbours.recall(world, memory);
+    }
+
+    /// Goes on in `world`, from which the body `body` with so many `pieces` was taken.
+    pub(crate) fn remove(&mut self, world: &World, body: usize, pieces: usize) {
+        let first = first_piece(world, body);
+        self.neighbours.change(world, |memory| memory.remove(body, &(first..first + pieces)));
+    }
+
+    /// Goes on in `world`, to which its last body was added.
+    pub(crate) fn add(&mut self, world: &World) {
+        let bodies = world.bodies().len();
+        let pieces = first_piece(world, bodies - 1)..first_piece(world, bodies);
+        self.neighbours.change(world, |memory| memory.add(bodies - 1, &pieces));
+    }
+
+    /// Goes on in `world`, which holds the body `body` or does so no more.
+    pub(crate) fn hold(&mut self, world: &World, body: usize) {
+        let pieces = first_piece(world, body)..first_piece(world, body + 1);
+        self.neighbours.change(world, |memory| match world.is_held(body) {
+            true => memory.forget(body, &pieces),
+            false => memory.expect(body),
+        });
     }
 
     /// Gives the contacts away, for the memory of `contacts`.
@@ -127,8 +162,46 @@ impl Candidates {
         world: &World,
         states: &[State],
     ) -> Option<(f64, Partner, Partner)> {
-        if has_pairs(world) { self.neighbours.deepest(world, states) } else { None }
+        let deepest =
+            has_pairs(world).then(|| self.neighbours.deepest(world, states, |_| 0.0))??;
+        Some((deepest.depth, deepest.between.0, deepest.between.1))
     }
+
+    /// The deepest overlap of two pieces at `states` that is more than a start may have, of those of the bodies
+    /// that are `asked` about. Lists as in [`Candidates::deepest_overlap`].
+    ///
+    /// A start may have the [contact band](detection::CONTACT_BAND) of the smaller body, as between a
+    /// body and the ground, and of what is thin a tenth of what the largest balls inside both have of
+    /// radii; whatever the sizes, 10⁻⁶ of the world's reach is taken for rounding. A step takes
+    /// pieces out of each other, at the speed of the depth over h.
+    pub fn overlap_at_start(
+        &mut self,
+        world: &World,
+        states: &[State],
+        asked: impl Fn(usize) -> bool,
+    ) -> Option<Overlap> {
+        /// Of what is thin.
+        const PART: f64 = 0.1;
+        /// What rounding and the digits of an input may leave, in parts of the world's reach.
+        const ROUNDING: f64 = 1e-6;
+        let reach = |partner: Partner| match partner.body() {
+            Some(body) => world.bodies()[body].reach(),
+            None => f64::INFINITY,
+        };
+        let allowed = |[a, b]: [(Partner, Extent); 2]| {
+            if ![a.0, b.0].into_iter().filter_map(Partner::body).any(&asked) {
+                return f64::INFINITY;
+            }
+            let band = detection::CONTACT_BAND * reach(a.0).min(reach(b.0));
+            band.min(PART * (a.1.inner + b.1.inner)).max(ROUNDING * world.reach())
+        };
+        has_pairs(world).then(|| self.neighbours.deepest(world, states, allowed))?
+    }
+}
+
+/// The number of the first piece of body `body`, all pieces of bodies being counted.
+fn first_piece(world: &World, body: usize) -> usize {
+    world.bodies()[..body].iter().map(|body| body.pieces().len()).sum()
 }
 
 /// Has the surfaces of the world carry what touches.

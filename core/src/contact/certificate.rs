@@ -173,7 +173,10 @@ impl Certifier {
         }
         for (index, (body, (_, pose))) in world.bodies().iter().zip(&self.poses).enumerate() {
             let (state, next) = (&claim.states[index], &claim.next[index]);
-            let motion = momentum_residual(world, body, (state, next), &self.loads[index]);
+            let motion = match world.is_held(index) {
+                false => momentum_residual(world, body, (state, next), &self.loads[index]),
+                true => difference(body, (state, next), h),
+            };
             certificate.dynamics = largest(certificate.dynamics, motion);
             let depth = world.heights(index, pose).map(|height| -height).fold(0.0, largest);
             certificate.penetration = largest(certificate.penetration, depth / h);
@@ -219,19 +222,28 @@ pub fn certify_rk4_step(world: &World, claim: &Claim<'_>) -> Certificate {
         return Certificate::UNKNOWN;
     }
     for (index, body) in world.bodies().iter().enumerate() {
+        let (state, next) = (&claim.states[index], &claim.next[index]);
         let mut wrench = claim.wrenches[index];
         wrench.force += world.gravity() * body.mass();
-        let exact = rk4_step(body, &claim.states[index], &wrench, h);
-        let (next, reach) = (&claim.next[index], body.reach());
-        let parts = [
-            norm_inf(&(exact.position - next.position)) / h,
-            norm_inf(&(exact.attitude - next.attitude)) * reach / h,
-            norm_inf(&(exact.velocity - next.velocity)),
-            norm_inf(&(exact.spin - next.spin)) * reach,
-        ];
-        certificate.dynamics = parts.into_iter().fold(certificate.dynamics, largest);
+        let motion = match world.is_held(index) {
+            false => difference(body, (&rk4_step(body, state, &wrench, h), next), h),
+            true => difference(body, (state, next), h),
+        };
+        certificate.dynamics = largest(certificate.dynamics, motion);
     }
     certificate
+}
+
+/// How far two states of a body are apart, m/s: lengths over the time step.
+fn difference(body: &RigidBody, (exact, next): (&State, &State), h: f64) -> f64 {
+    let reach = body.reach();
+    let parts = [
+        norm_inf(&(exact.position - next.position)) / h,
+        norm_inf(&(exact.attitude - next.attitude)) * reach / h,
+        norm_inf(&(exact.velocity - next.velocity)),
+        norm_inf(&(exact.spin - next.spin)) * reach,
+    ];
+    parts.into_iter().fold(0.0, largest)
 }
 
 /// The largest residual of the four equations of motion of a body (eq. 8), m/s, under all that

@@ -31,6 +31,7 @@ const SMALLEST: f64 = 1e-100;
 
 /// A point, or a segment from `from` to `from + along`, m.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct Core {
     /// The point, or the segment's first end.
     pub from: Vector3<f64>,
@@ -60,6 +61,7 @@ impl Core {
 
 /// What a contact of two rounded features knows beyond its tangent plane at k.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct Curved {
     /// The core of A, frame of A.
     pub of_a: Core,

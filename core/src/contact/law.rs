@@ -19,6 +19,7 @@ use nalgebra::{Matrix3, Vector3};
 ///
 /// Without unit: 1 for a point in the centre of a body that touches the ground.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct Response {
     /// w_n.
     pub normal: f64,

@@ -127,6 +127,14 @@ pub(super) struct Meeting {
 }
 
 impl Look<'_> {
+    /// Whether a piece is where it was.
+    fn stays(&self, proxy: Proxy) -> bool {
+        match proxy.owner {
+            Owner::Body(index) => self.start[index] == self.end[index],
+            Owner::Fixed(_) => true,
+        }
+    }
+
     /// Where a pair meets whose contacts do not see to it. What nearly touches at the start meets there, and
     /// not where it would have gone: its contacts join at once, and it meets again only if there are none.
     pub fn meeting(
@@ -137,6 +145,9 @@ impl Look<'_> {
         contacts: &mut Vec<Contact>,
     ) -> Option<Meeting> {
         let (a, b) = pair.proxies;
+        if !*pair.is_bound && *pair.gap >= -self.depth && self.stays(a) && self.stays(b) {
+            return None;
+        }
         let ends = (placed(self.world, self.end, a), placed(self.world, self.end, b));
         *pair.gap = bound(ends.0, ends.1, pair.hint);
         *pair.is_bound = true;

@@ -24,6 +24,7 @@ pub mod detection;
 mod key_index;
 pub mod law;
 mod meeting;
+mod memory;
 mod neighbours;
 mod owner;
 mod proxy;
@@ -39,6 +40,8 @@ pub use curved::Curved;
 pub use detection::Detection;
 pub use key_index::KeyIndex;
 pub use law::Response;
+pub(crate) use memory::{Memory, without};
+pub use neighbours::Overlap;
 
 use crate::geometry::Feature;
 use crate::mechanics::quaternion::{rotation, turning_rate};
@@ -50,6 +53,7 @@ use nalgebra::{Matrix3, Vector3};
 
 /// Which features of two pieces touch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct PairFeatures {
     /// The piece of A and the piece of B, indices of their [pieces](RigidBody::pieces); 0 for a
     /// fixed piece.
@@ -62,6 +66,7 @@ pub struct PairFeatures {
 
 /// Which features touch: the same from step to step, so that forces find their contact again.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct ContactKey {
     /// A, an index of [`World::bodies`](crate::world::World::bodies).
     pub body: usize,
@@ -79,6 +84,22 @@ impl ContactKey {
     pub fn bodies(&self) -> impl Iterator<Item = usize> + use<> {
         std::iter::once(self.body).chain(self.partner.body())
     }
+
+    /// Whether `world` has all that it names: bodies, contact point, partner, pieces.
+    #[cfg(feature = "save")]
+    pub(crate) fn is_of(&self, world: &World) -> bool {
+        let bodies = world.bodies();
+        let Some(a) = bodies.get(self.body) else { return false };
+        let pieces = match self.partner {
+            Partner::Ground => world.ground().map(|_| 1),
+            Partner::Fixed(index) => world.fixed().get(index).map(|_| 1),
+            Partner::Body(index) => bodies.get(index).map(|body| body.pieces().len()),
+        };
+        let has = |pair: PairFeatures| {
+            pair.pieces.0 < a.pieces().len() && pieces.is_some_and(|count| pair.pieces.1 < count)
+        };
+        self.point < a.contact_points().len() && pieces.is_some() && self.pair.is_none_or(has)
+    }
 }
 
 impl AsRef<ContactKey> for Contact {
@@ -89,6 +110,7 @@ impl AsRef<ContactKey> for Contact {
 
 /// The features that make a contact: what [`Contact::new`] is made of.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct Features {
     /// a, m, frame of A.
     pub point: Vector3<f64>,
@@ -121,6 +143,7 @@ type Told = (ContactKey, Features, ContactLaw);
 /// from the configuration at its start. Vectors are in the world's axes where no frame is
 /// named.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct Contact {
     /// Which features touch.
     pub key: ContactKey,

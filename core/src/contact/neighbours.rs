@@ -10,7 +10,8 @@
 
 use super::between::Between;
 use super::key_index::{PieceIndex, ends_of};
-use super::meeting::{BAND, Look, Looked, Meeting};
+use super::meeting::{BAND, Look, Meeting};
+use super::memory::{Memory, NOWHERE, Neighbour};
 use super::owner::plane_of;
 use super::proxy::{Extent, Owner, Proxy, placed, proxies_of, size};
 use super::seam::shares_a_line_only;
@@ -18,7 +19,6 @@ use super::{Contact, Partner};
 use crate::geometry::{Aabb, Hint, Scratch, Side, Sweep, Touch, bound, bulge, manifold};
 use crate::mechanics::{Pose, State, Way};
 use crate::world::World;
-use std::ops::Range;
 
 /// Pieces touch where they are apart by no more than this part of the smaller one's reach:
 /// rounding of a state, and drifts that no motion makes.
@@ -31,64 +31,34 @@ const SAME_TIME: f64 = 1e-9;
 /// solution is: what solvers leave.
 const LOOKED_AGAIN: f64 = 1e-6;
 
-/// Two pieces that may touch.
-#[derive(Debug, Clone)]
-struct Neighbour {
-    /// Indices of the proxies, the first one of a body.
-    proxies: (usize, usize),
-    hint: Hint,
-    /// The separation where it was asked for last, m; a bound from below where they do not overlap,
-    /// or where nothing better was asked for.
-    gap: f64,
-    /// Whether it is a bound.
-    is_bound: bool,
-    /// The contacts of the last step's start, in the memory of all pairs.
-    kept: Range<usize>,
-}
-
-impl Neighbour {
-    fn owners(&self, proxies: &[Proxy]) -> [Owner; 2] {
-        [self.proxies.0, self.proxies.1].map(|at| proxies[at].owner)
-    }
-
-    fn looked(&mut self, proxies: &[Proxy]) -> Looked<'_> {
-        let proxies = (proxies[self.proxies.0], proxies[self.proxies.1]);
-        let Self { hint, gap, is_bound, .. } = self;
-        Looked { proxies, hint, gap, is_bound }
-    }
+/// Two pieces that overlap.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Overlap {
+    /// m.
+    pub depth: f64,
+    /// How much of that would not count, m.
+    pub allowed: f64,
+    /// Whose they are: the second is what is fixed, if one is.
+    pub between: (Partner, Partner),
 }
 
 /// The pieces of a world near each other, and memory of the search.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Neighbours {
+    memory: Memory,
     proxies: Vec<Proxy>,
     extents: Vec<Extent>,
-    /// Around the pieces of bodies, which are the first. Those around what is fixed are in the sweep.
-    boxes: Vec<Aabb>,
-    /// Whose these are.
+    /// Whose the boxes are.
     bodies: Vec<usize>,
-    pairs: Vec<Neighbour>,
-    /// The bodies where the gaps were asked for last, and where they are there.
-    end: Vec<State>,
+    /// Where the bodies are at `end` and at `from`, and their ways in between.
     poses: Vec<Pose>,
-    /// Where they were at the last step's start, and what touched there: of two bodies that have
-    /// not moved since nothing is computed again.
-    start: Vec<Pose>,
-    kept: Vec<Contact>,
-    /// What joined within the last step. It stays as long as neither body moves: without it both
-    /// would meet again.
-    joined: Vec<Contact>,
-    /// The memory of both, and of the pairs, to be exchanged with.
+    spare_poses: Vec<Pose>,
+    begin: Vec<Pose>,
+    ways: Vec<Way>,
+    /// Memory to be exchanged with that of the start, of what touched there, and of the pairs.
     spare_start: Vec<Pose>,
     spare_kept: Vec<Contact>,
     spare_pairs: Vec<Neighbour>,
-    /// The bodies at the start of the step whose end was looked at last, where they are there, and their
-    /// ways from there.
-    from: Vec<State>,
-    begin: Vec<Pose>,
-    ways: Vec<Way>,
-    /// Where the bodies ended when the boxes were made.
-    searched: Vec<Pose>,
     /// Where two of them are where they meet within the step.
     between: Vec<Pose>,
     /// The pairs that meet within the step, and where each body does first.
@@ -114,17 +84,17 @@ impl Neighbours {
         if !self.stand(world, states) {
             return;
         }
-        if self.start == self.poses {
+        let Self { memory, proxies, poses, scratch, touches, .. } = self;
+        let Memory { pairs, start, kept, joined, .. } = memory;
+        if start == poses {
             // Nothing has moved.
-            contacts.extend_from_slice(&self.kept);
-            contacts.extend_from_slice(&self.joined);
+            contacts.extend_from_slice(kept);
+            contacts.extend_from_slice(joined);
             return;
         }
-        let Self { proxies, pairs, poses, scratch, touches, .. } = self;
-        std::mem::swap(&mut self.start, &mut self.spare_start);
-        std::mem::swap(&mut self.kept, &mut self.spare_kept);
-        let (start, before, kept, was) =
-            (&mut self.start, &self.spare_start, &mut self.kept, &self.spare_kept);
+        std::mem::swap(start, &mut self.spare_start);
+        std::mem::swap(kept, &mut self.spare_kept);
+        let (before, was) = (&self.spare_start, &self.spare_kept);
         start.clone_from(poses);
         kept.clear();
         let still = |owner: Owner| match owner {
@@ -144,7 +114,8 @@ impl Neighbours {
             let plane_of = plane_of(world, states, poses, (a, b));
             let hint = &mut pair.hint;
             pair.gap = manifold(pieces.0, pieces.1, BAND * size, plane_of, hint, scratch, touches);
-            pair.is_bound = false;
+            // Seen from the plane's side, to a last bit of its own.
+            pair.is_bound = true;
             if pair.gap <= TOUCH * size && !shares_a_line_only(pieces, touches, size) {
                 let between = Between { world, proxies: (a, b), at: poses, start: poses };
                 kept.extend(touches.iter().filter_map(|touch| between.contact(touch, 0)));
@@ -152,8 +123,8 @@ impl Neighbours {
             pair.kept = first..kept.len();
         }
         contacts.extend_from_slice(kept);
-        self.joined.retain(|contact| contact.key.bodies().map(Owner::Body).all(still));
-        contacts.extend_from_slice(&self.joined);
+        joined.retain(|contact| contact.key.bodies().map(Owner::Body).all(still));
+        contacts.extend_from_slice(joined);
     }
 
     /// Adds the contacts of the pieces that overlap by more than `depth` (m) where the bodies are at
@@ -171,7 +142,7 @@ impl Neighbours {
         self.look(world, states, next, depth, contacts);
         // A step that is looked at again finds what it found before.
         if contacts.len() > known {
-            let Self { joined, index, .. } = self;
+            let Self { memory: Memory { joined, .. }, index, .. } = self;
             joined.retain(|before| {
                 let mut same = index.between(contacts, ends_of(&before.key));
                 !same.any(|place| place >= known && contacts[place].key == before.key)
@@ -190,7 +161,8 @@ impl Neighbours {
         next: &[State],
         contacts: &mut Vec<Contact>,
     ) -> bool {
-        if !(self.lists(world) && self.end == next && self.from == states) {
+        let Memory { end, from, .. } = &self.memory;
+        if !(self.lists(world) && end == next && from == states) {
             let known = contacts.len();
             self.look(world, states, next, LOOKED_AGAIN * world.reach(), contacts);
             contacts.truncate(known);
@@ -211,7 +183,8 @@ impl Neighbours {
         if !self.place(world, states, next) {
             return;
         }
-        let Self { proxies, pairs, poses, begin, between, meetings, met, .. } = self;
+        let Self { memory, proxies, poses, begin, between, meetings, met, .. } = self;
+        let pairs = &mut memory.pairs;
         between.clone_from(begin);
         self.index.clear();
         self.index.reserve(contacts.capacity());
@@ -254,20 +227,21 @@ impl Neighbours {
         self.passed = look.passed;
     }
 
-    /// The deepest overlap of any two pieces where the bodies are at `states`, m, with the owners of
-    /// both.
+    /// Of the overlaps of two pieces where the bodies are at `states` that are deeper than what is `allowed`
+    /// of theirs (m) the deepest.
     pub(super) fn deepest(
         &mut self,
         world: &World,
         states: &[State],
-    ) -> Option<(f64, Partner, Partner)> {
-        let known = self.end == states && self.lists(world);
+        allowed: impl Fn([(Partner, Extent); 2]) -> f64,
+    ) -> Option<Overlap> {
+        let known = self.memory.end == states && self.lists(world);
         if !known && !self.stand(world, states) {
             return None;
         }
-        let Self { proxies, pairs, poses, scratch, touches, .. } = self;
-        let mut deepest: Option<(f64, Partner, Partner)> = None;
-        for pair in pairs {
+        let Self { memory, proxies, extents, poses, scratch, touches, .. } = self;
+        let mut deepest: Option<Overlap> = None;
+        for pair in &mut memory.pairs {
             let [a, b] = [pair.proxies.0, pair.proxies.1].map(|at| proxies[at]);
             let pieces = (placed(world, poses, a), placed(world, poses, b));
             if !known {
@@ -280,11 +254,49 @@ impl Neighbours {
                 pair.is_bound = false;
             }
             let depth = -pair.gap;
-            if depth > 0.0 && deepest.is_none_or(|(known, ..)| depth > known) {
-                deepest = Some((depth, a.owner.partner(), b.owner.partner()));
+            if depth > deepest.map_or(0.0, |known| known.depth) {
+                let extents = (extents[pair.proxies.0], extents[pair.proxies.1]);
+                let between = (a.owner.partner(), b.owner.partner());
+                let allowed = allowed([(between.0, extents.0), (between.1, extents.1)]);
+                if depth > allowed {
+                    deepest = Some(Overlap { depth, allowed, between });
+                }
             }
         }
         deepest
+    }
+
+    /// Makes `change` of the memory, where bodies are added, removed or held: it is then one of `world`.
+    pub(super) fn change(&mut self, world: &World, change: impl FnOnce(&mut Memory)) {
+        change(&mut self.memory);
+        let bodies = world.bodies().len();
+        for (poses, states) in
+            [(&mut self.poses, &self.memory.end), (&mut self.begin, &self.memory.from)]
+        {
+            set_poses(poses, states);
+            poses.resize(bodies, NOWHERE);
+        }
+        self.list_pieces(world);
+    }
+
+    /// What the next search goes on from.
+    pub(super) fn memory(&self) -> &Memory {
+        &self.memory
+    }
+
+    /// Goes on from `memory`, which must fit `world` ([`Memory::fits`]).
+    pub(super) fn recall(&mut self, world: &World, memory: &Memory) {
+        self.memory.copy_from(memory);
+        if !is_of(world, &self.memory.end) {
+            // Nothing was searched.
+            self.proxies.clear();
+            return;
+        }
+        set_poses(&mut self.poses, &self.memory.end);
+        set_poses(&mut self.begin, &self.memory.from);
+        if !self.lists(world) {
+            self.list_pieces(world);
+        }
     }
 
     /// Places the pieces at `states`. `false` where nothing can touch but the ground, or where there is not
@@ -294,11 +306,11 @@ impl Neighbours {
             return false;
         }
         let listed = self.lists(world);
-        if listed && self.end == states {
+        if listed && self.memory.end == states {
             return true;
         }
         self.set_end(states);
-        self.from.clear();
+        self.memory.from.clear();
         if !listed {
             self.list(world);
         }
@@ -316,16 +328,16 @@ impl Neighbours {
         }
         let listed = self.lists(world);
         // What was looked at last is in its boxes.
-        let begun = listed && (self.from == states || self.end == states);
-        if self.from != states {
-            if self.end == states {
-                self.begin.clone_from(&self.poses);
+        let Self { memory: Memory { from, end, .. }, begin, poses, .. } = self;
+        let begun = listed && (*from == states || *end == states);
+        if *from != states {
+            if *end == states {
+                begin.clone_from(poses);
             } else {
-                self.begin.clear();
-                self.begin.extend(states.iter().map(State::pose));
+                set_poses(begin, states);
             }
-            self.from.clear();
-            self.from.extend_from_slice(states);
+            from.clear();
+            from.extend_from_slice(states);
         }
         self.set_end(next);
         self.ways.clear();
@@ -338,10 +350,21 @@ impl Neighbours {
     }
 
     fn set_end(&mut self, states: &[State]) {
-        self.end.clear();
-        self.end.extend_from_slice(states);
-        self.poses.clear();
-        self.poses.extend(states.iter().map(State::pose));
+        self.memory.end.clear();
+        self.memory.end.extend_from_slice(states);
+        std::mem::swap(&mut self.poses, &mut self.spare_poses);
+        set_poses(&mut self.poses, states);
+        // Separations were asked for where the bodies were.
+        let Self { memory: Memory { pairs, .. }, proxies, poses, spare_poses: before, .. } = self;
+        if poses != before {
+            let stays = |at: usize| match proxies[at].owner {
+                Owner::Body(index) => before.get(index) == Some(&poses[index]),
+                Owner::Fixed(_) => true,
+            };
+            for pair in pairs.iter_mut().filter(|pair| !pair.is_bound) {
+                pair.is_bound = !(stays(pair.proxies.0) && stays(pair.proxies.1));
+            }
+        }
     }
 
     /// Finds the boxes and pairs anew where a piece leaves its box. `begun` tells that the starts of the
@@ -349,11 +372,12 @@ impl Neighbours {
     fn fit_boxes(&mut self, world: &World, begun: bool) {
         let is_inside = |index: usize| {
             (begun && self.is_near(index)) || {
-                let around = self.around(world, index, begun);
-                self.boxes[index].joined(&around) == self.boxes[index]
+                let (known, around) = (&self.memory.boxes[index], self.around(world, index, begun));
+                known.joined(&around) == *known
             }
         };
-        if self.boxes.len() != self.bodies.len() || !(0..self.boxes.len()).all(is_inside) {
+        let boxes = self.memory.boxes.len();
+        if boxes != self.bodies.len() || !(0..boxes).all(is_inside) {
             self.search(world);
         }
     }
@@ -363,7 +387,7 @@ impl Neighbours {
     fn is_near(&self, index: usize) -> bool {
         let body = self.bodies[index];
         let (pose, before, extent) =
-            (&self.poses[body], &self.searched[body], &self.extents[index]);
+            (&self.poses[body], &self.memory.searched[body], &self.extents[index]);
         let moved = (pose.position - before.position).norm()
             + extent.arm * (pose.rotation - before.rotation).norm();
         moved + bulge(extent.arm, self.ways[body].angle()) <= MARGIN * extent.size
@@ -387,10 +411,15 @@ impl Neighbours {
 
     /// Lists the pieces of the world.
     fn list(&mut self, world: &World) {
+        self.memory.boxes.clear();
+        self.memory.pairs.clear();
+        self.memory.start.clear();
+        self.list_pieces(world);
+    }
+
+    /// Makes all that follows from the world alone.
+    fn list_pieces(&mut self, world: &World) {
         self.proxies.clear();
-        self.boxes.clear();
-        self.pairs.clear();
-        self.start.clear();
         self.proxies.extend(proxies_of(world));
         // Where the bodies are plays no part.
         let poses = &self.poses;
@@ -404,28 +433,31 @@ impl Neighbours {
         }));
         let fixed =
             self.proxies[self.bodies.len()..].iter().map(|proxy| placed(world, poses, *proxy));
-        self.boxes.extend(fixed.map(|(piece, pose)| Aabb::of(piece, pose)));
-        self.sweep.set_fixed(&self.boxes);
-        self.boxes.clear();
+        let fixed: Vec<_> = fixed.map(|(piece, pose)| Aabb::of(piece, pose)).collect();
+        self.sweep.set_fixed(&fixed);
     }
 
     /// The broad phase: boxes around where the pieces are and were, and in between, and the pairs that
     /// share some of them. Pairs that were known keep their hints.
     fn search(&mut self, world: &World) {
-        self.boxes.clear();
-        self.searched.clone_from(&self.poses);
+        self.memory.boxes.clear();
+        self.memory.searched.clone_from(&self.poses);
         for index in 0..self.bodies.len() {
             let around = self.around(world, index, false);
-            self.boxes.push(around.grown(MARGIN * self.extents[index].size));
+            self.memory.boxes.push(around.grown(MARGIN * self.extents[index].size));
         }
-        let Self { proxies, boxes, pairs, spare_pairs: spare, sweep, .. } = self;
+        let Self { memory, proxies, spare_pairs: spare, sweep, .. } = self;
+        let Memory { boxes, pairs, .. } = memory;
         std::mem::swap(pairs, spare);
         pairs.clear();
         sweep.pairs(boxes, |i, j| {
             let owners = (proxies[i].owner, proxies[j].owner);
             let kept_apart = match owners {
                 (Owner::Body(a), Owner::Body(b)) => !world.may_touch(a, b),
-                _ => false,
+                (Owner::Body(body), Owner::Fixed(_)) | (Owner::Fixed(_), Owner::Body(body)) => {
+                    world.is_held(body)
+                }
+                (Owner::Fixed(_), Owner::Fixed(_)) => true,
             };
             if owners.0 != owners.1 && !kept_apart {
                 let known = spare.binary_search_by(|pair| pair.proxies.cmp(&(i, j)));
@@ -456,6 +488,12 @@ fn is_of(world: &World, states: &[State]) -> bool {
     has_pairs(world)
         && states.len() == bodies.len()
         && bodies.iter().any(|body| !body.pieces().is_empty())
+}
+
+/// Makes `poses` those of `states`.
+fn set_poses(poses: &mut Vec<Pose>, states: &[State]) {
+    poses.clear();
+    poses.extend(states.iter().map(State::pose));
 }
 
 /// Notes that two owners met at the part `share` of the way.

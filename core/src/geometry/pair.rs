@@ -27,6 +27,7 @@ pub struct Scratch {
 /// What is remembered of one pair from step to step. It makes answers faster and does not
 /// change them.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct Hint {
     /// The last axis, unit, frame of A, from A to B.
     pub(super) axis: Option<Vector3<f64>>,

@@ -11,6 +11,7 @@ use std::cmp::Ordering;
 
 /// A box along the axes of the world, m.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct Aabb {
     /// The smallest coordinates.
     pub low: Vector3<f64>,

@@ -9,6 +9,7 @@ const NO_DIRECTION: f64 = 1e-8;
 
 /// One of the two pieces.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub enum Side {
     /// The first.
     A,
@@ -19,6 +20,7 @@ pub enum Side {
 /// What a touch is, between two pieces: the same as long as the same features touch, whatever
 /// the motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub enum Feature {
     /// A vertex of the piece on this side against the other piece.
     Vertex(Side, u32),
@@ -33,6 +35,7 @@ pub enum Feature {
 
 /// A part of a core that is no face.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub enum Part {
     /// The vertex of this number.
     Vertex(u32),

@@ -8,6 +8,7 @@ use nalgebra::{Vector3, Vector4};
 /// Forces along the axes of a joint's place and torques about those of its turn over time, besides those of its
 /// drives, for [`Simulation::set_joint_load`](crate::simulation::Simulation::set_joint_load).
 #[derive(Debug, Clone, PartialEq, Default)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct JointLoad {
     /// N, along x, y and z of B's frame, on A.
     pub force: Polyline,
@@ -19,6 +20,13 @@ impl JointLoad {
     /// The means over `from`…`to` (s).
     pub(crate) fn mean(&self, from: f64, to: f64) -> [Vector3<f64>; 2] {
         [self.force.mean(from, to), self.torque.mean(from, to)]
+    }
+
+    /// Whether it is one that [`Polyline::new`] makes.
+    #[cfg(feature = "save")]
+    pub(crate) fn is_possible(&self) -> bool {
+        let line = |line: &Polyline| Polyline::new(line.knots().to_vec()).is_ok();
+        line(&self.force) && line(&self.torque)
     }
 
     /// Which of the axes it acts on at some time: those of the place, and those of the turn.
@@ -33,6 +41,7 @@ impl JointLoad {
 /// How the frame in the world moves that holds a body in all its axes, for
 /// [`Simulation::set_course`](crate::simulation::Simulation::set_course).
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub enum Course {
     /// It is there at the end of the next step, and stays.
     To(JointFrame),
@@ -50,6 +59,7 @@ pub enum Course {
 /// A frame over time: between two knots its anchor goes straight and it turns evenly about one axis, the shorter
 /// way; before the first and after the last it stays.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct Knots(Vec<(f64, JointFrame)>);
 
 /// More knots than this are taken for a mistake.

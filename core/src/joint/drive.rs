@@ -5,6 +5,7 @@ use crate::error::{Error, in_range};
 
 /// One of the six axes of a joint.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub enum Axis {
     /// Its coordinate is zero.
     Locked,
@@ -15,8 +16,8 @@ pub enum Axis {
 /// What acts along a free axis, at any rate: the sum of all of these. Lengths in m and forces in N along
 /// an axis, rad and N m about one.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "serde", serde(default))]
+#[cfg_attr(any(feature = "save", feature = "serde"), derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(any(feature = "save", feature = "serde"), serde(default))]
 pub struct Drive {
     /// The range of the coordinate. Its ends are hard stops without a bounce.
     pub limits: Option<[f64; 2]>,
@@ -39,8 +40,8 @@ pub struct Drive {
 
 /// A motor on an axis, with all the force that it has.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
+#[cfg_attr(any(feature = "save", feature = "serde"), derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(any(feature = "save", feature = "serde"), serde(rename_all = "lowercase"))]
 pub enum Motor {
     /// It holds a speed, m/s or rad/s, with up to this force.
     Speed {
@@ -127,6 +128,11 @@ pub(crate) struct AxisStart {
 }
 
 impl Axis {
+    /// That of the swing of a ball joint which stays within `most` (rad).
+    pub(super) fn cone(most: f64) -> Self {
+        Self::Free(Drive { limits: Some([0.0, most]), ..Drive::NONE })
+    }
+
     /// Whether it has an armature.
     pub(super) fn has_armature(&self) -> bool {
         matches!(self, Self::Free(drive) if drive.armature > 0.0)

@@ -34,6 +34,7 @@ use nalgebra::{Matrix3, Vector3, Vector4};
 
 /// The frame of a joint in a body, or in the world.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct JointFrame {
     /// The anchor, m, in the body's frame.
     pub anchor: Vector3<f64>,
@@ -99,6 +100,7 @@ pub enum JointAxis {
 
 /// A joint between body A and body B, or A and the world.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct Joint {
     body: usize,
     other: Option<usize>,
@@ -120,8 +122,19 @@ pub(crate) enum Turning {
     Free,
     /// About z alone.
     Hinge,
+    /// About x of A's frame and y of B's.
+    Universal,
+    /// Any way, within a cone of the z axes or under a drive of the twist about z.
+    Ball,
     /// Not at all.
     Locked,
+}
+
+impl Turning {
+    /// Whether it has an angle about z that is counted on.
+    pub(crate) fn has_angle(self) -> bool {
+        matches!(self, Self::Hinge | Self::Ball)
+    }
 }
 
 impl Joint {
@@ -141,6 +154,29 @@ impl Joint {
     pub fn spherical(body: usize, other: Option<usize>, frames: [JointFrame; 2]) -> Self {
         let linear = [Axis::Locked; 3];
         Self { linear, ..Self::between(body, other, frames) }
+    }
+
+    /// A ball joint whose z axes stay within the angle `cone` (rad, 0.01 to 3.1) of each other, and which turns about
+    /// them under `twist` (rad, N m). The twist is the turn about z that is left when A's z axis is swung back to
+    /// B's the shortest way.
+    #[must_use]
+    pub fn ball(
+        body: usize,
+        other: Option<usize>,
+        frames: [JointFrame; 2],
+        cone: f64,
+        twist: Drive,
+    ) -> Self {
+        let angular = [Axis::cone(cone), Axis::Free(Drive::NONE), Axis::Free(twist)];
+        Self { angular, ..Self::spherical(body, other, frames) }
+    }
+
+    /// A universal joint, as of a cardan shaft: A turns about the x axis of its frame and the y axis of B's, which cross
+    /// at a right angle.
+    #[must_use]
+    pub fn universal(body: usize, other: Option<usize>, frames: [JointFrame; 2]) -> Self {
+        let free = Axis::Free(Drive::NONE);
+        Self { angular: [free, free, Axis::Locked], ..Self::spherical(body, other, frames) }
     }
 
     /// A hinge: they turn about the common z axis alone, under `drive` (rad, N m).
@@ -196,7 +232,8 @@ impl Joint {
     }
 
     /// This joint with other axes: x, y, z of the anchor's place, and of the turn. Of the turn either all
-    /// are locked, or x and y are, or all are free without a drive.
+    /// are locked, or x and y are, as of a [hinge](Joint::revolute), or z is, as of a
+    /// [universal joint](Joint::universal), or all are free, as of a [ball](Joint::ball).
     #[must_use]
     pub fn with_axes(self, linear: [Axis; 3], angular: [Axis; 3]) -> Self {
         Self { linear, angular, ..self }
@@ -299,11 +336,52 @@ impl Joint {
         if angular > 0.0 { (linear / angular).sqrt() } else { 1.0 }
     }
 
+    /// Whether every axis that `load` acts on is free.
+    pub(crate) fn takes(&self, load: &JointLoad) -> bool {
+        let (bears, acts) = (self.bears(), load.acts());
+        acts.iter().flatten().zip(bears.iter().flatten()).all(|(acts, bears)| !acts || *bears)
+    }
+
+    /// What of it no simulation changes: without its drives, and without its frame in the world where a
+    /// course may move that.
+    #[cfg(feature = "save")]
+    pub(crate) fn lasting(&self) -> Self {
+        let bare = |axis: &Axis| match axis {
+            Axis::Locked => Axis::Locked,
+            Axis::Free(_) => Axis::Free(Drive::NONE),
+        };
+        let mut frames = self.frames;
+        if self.holds_in_world() {
+            frames[1] = JointFrame::at(Vector3::zeros());
+        }
+        let (linear, angular) =
+            (self.linear.each_ref().map(bare), self.angular.each_ref().map(bare));
+        let push = [Vector3::zeros(); 2];
+        Self { frames, linear, angular, push, moves: false, ..self.clone() }
+    }
+
+    /// Whether it ties the body `body`.
+    pub(crate) fn ties(&self, body: usize) -> bool {
+        self.body == body || self.other == Some(body)
+    }
+
+    /// The same where the body `removed`, which it does not tie, is taken out of the world.
+    pub(crate) fn without(&self, removed: usize) -> Self {
+        let number = |body: usize| if body > removed { body - 1 } else { body };
+        Self { body: number(self.body), other: self.other.map(number), ..self.clone() }
+    }
+
     /// How its frames can turn.
     pub(crate) fn turning(&self) -> Turning {
         match self.angular {
             [Axis::Locked, Axis::Locked, Axis::Locked] => Turning::Locked,
             [Axis::Locked, Axis::Locked, Axis::Free(_)] => Turning::Hinge,
+            [Axis::Free(_), Axis::Free(_), Axis::Locked] => Turning::Universal,
+            [Axis::Free(_), Axis::Free(_), Axis::Free(_)]
+                if !self.angular.iter().all(Axis::is_idle) =>
+            {
+                Turning::Ball
+            }
             _ => Turning::Free,
         }
     }
@@ -316,8 +394,8 @@ impl Joint {
     /// Along and about which of its axes a drive acts.
     pub(crate) fn bears(&self) -> [[bool; 3]; 2] {
         let is_free = |axis: &Axis| *axis != Axis::Locked;
-        let about = self.turning() == Turning::Hinge;
-        [self.linear.each_ref().map(is_free), self.angular.each_ref().map(|a| about && is_free(a))]
+        let about = self.turning().has_angle();
+        [self.linear.each_ref().map(is_free), [false, false, about && is_free(&self.angular[2])]]
     }
 
     /// Whether it holds a body in the world in all its axes, so that its frame there can drive it.
@@ -333,9 +411,54 @@ impl Joint {
         self.moves = true;
     }
 
+    /// The same without them.
+    pub(crate) fn without_push(self) -> Self {
+        Self { push: [Vector3::zeros(); 2], ..self }
+    }
+
+    /// Whether its frame in the world moves.
+    pub(crate) fn moves(&self) -> bool {
+        self.moves
+    }
+
     /// Has `push` along its axes in the steps to come, N and N m.
     pub(crate) fn set_push(&mut self, push: [Vector3<f64>; 2]) {
         self.push = push;
+    }
+
+    /// Whether its turn is one of those that there are.
+    fn check_turn(&self) -> Result<(), Error> {
+        let [x, y, z] = &self.angular;
+        match self.turning() {
+            Turning::Locked | Turning::Hinge => Ok(()),
+            Turning::Universal if x.is_idle() && y.is_idle() => Ok(()),
+            Turning::Universal => Err(Error::Unsupported {
+                what: "a universal joint with a drive",
+                why: "its two angles have none; use two hinges with a small body between them",
+            }),
+            Turning::Ball => {
+                let allowed =
+                    "a ball joint takes a cone, the upper limit of its x axis, and a drive about z";
+                let Axis::Free(Drive { limits: Some([_, most]), .. }) = x else {
+                    let bare = x.is_idle() && y.is_idle();
+                    let (what, why) = ("a drive about x or y of a ball joint", allowed);
+                    return if bare { Ok(()) } else { Err(Error::Unsupported { what, why }) };
+                };
+                in_range("cone of a ball joint (rad)", *most, 0.01, 3.1, "0.01 to 3.1")?;
+                match *x == Axis::cone(*most) && y.is_idle() && *z != Axis::Locked {
+                    true => Ok(()),
+                    false => {
+                        let what = "a drive about x or y of a ball joint";
+                        Err(Error::Unsupported { what, why: allowed })
+                    }
+                }
+            }
+            Turning::Free if self.angular.iter().all(Axis::is_idle) => Ok(()),
+            Turning::Free => Err(Error::Unsupported {
+                what: "a joint whose turn is neither locked, nor about its z axis alone, nor free",
+                why: "lock x and y, z alone, or all of it, or leave all of it free",
+            }),
+        }
     }
 
     /// The joint, checked against the bodies of its world.
@@ -346,13 +469,7 @@ impl Joint {
             let allowed = "two different bodies, or a body and the world";
             return Err(Error::Count { field: "bodies of a joint", count: self.body, allowed });
         }
-        let idle = self.angular.iter().all(Axis::is_idle);
-        if self.turning() == Turning::Free && !idle {
-            return Err(Error::Unsupported {
-                what: "a joint whose turn is neither locked, nor about its z axis alone, nor free",
-                why: "lock x and y or all of it, or leave all of it free without a drive",
-            });
-        }
+        self.check_turn()?;
         for axis in self.linear.iter().chain(&self.angular) {
             axis.check()?;
         }

@@ -1,6 +1,6 @@
 //! Where a joint is, how it moves in a step, and how its forces and its motion miss its laws.
 
-use super::{Axis, AxisStart, Joint, JointFrame, Turning};
+use super::{Axis, AxisStart, Drive, Joint, JointFrame, Turning};
 use crate::mechanics::quaternion::{left, right, rotation};
 use crate::mechanics::{RigidBody, State, Wrench, largest};
 use nalgebra::{Matrix3, Matrix4x3, Vector3, Vector4};
@@ -8,12 +8,13 @@ use std::f64::consts::TAU;
 
 /// The force of a joint over a step, and how often it has turned around.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct JointForce {
     /// Along the axes of B's frame at the step's start, N, on A at its anchor; the opposite one acts on B.
     pub force: Vector3<f64>,
     /// About the axes of A's frame turned back by half of the joint's turn, N m, on A; the opposite one acts on B.
     pub torque: Vector3<f64>,
-    /// Of a hinge the angle at k+1, rad, with all its turns; 0 of others.
+    /// Of a hinge the angle at k+1, rad, with all its turns, of a driven ball joint the twist; 0 of others.
     pub angle: f64,
 }
 
@@ -66,10 +67,11 @@ impl Joint {
         Some(between(&a, &b))
     }
 
-    /// The angle of a hinge, rad, that is nearest to `near`: θ = 2 atan2(Q_z, Q_w) + 2πn; 0 of other joints.
+    /// The angle of a hinge, or the twist of a ball joint with a drive, rad, that is nearest to `near`:
+    /// θ = 2 atan2(Q_z, Q_w) + 2πn; 0 of other joints.
     #[must_use]
     pub fn angle(&self, at: &Coordinates, near: f64) -> f64 {
-        if self.turning() != Turning::Hinge {
+        if !self.turning().has_angle() {
             return 0.0;
         }
         let angle = 2.0 * libm::atan2(at.turn[3], at.turn[0]);
@@ -77,15 +79,22 @@ impl Joint {
     }
 
     /// The turns about the axes, rad: of what is locked, what it is off by; of a hinge about z, its angle that
-    /// is nearest to `near`; of what turns freely, the turn as a vector, of up to half a turn.
+    /// is nearest to `near`; of a universal joint its two angles, of up to half a turn; of a ball joint with a
+    /// cone its swing, 0, and its twist; of what turns freely, the turn as a vector, of up to half a turn.
     #[must_use]
     pub fn turns(&self, at: &Coordinates, near: f64) -> Vector3<f64> {
-        match self.turning() {
+        let turning = self.turning();
+        let off = || aside(turning, &at.turn) * 2.0;
+        match turning {
             Turning::Free => vector_of(&at.turn),
-            turning => {
-                let off = aside(turning, &at.turn) * 2.0;
-                let about = if turning == Turning::Hinge { self.angle(at, near) } else { off[2] };
-                Vector3::new(off[0], off[1], about)
+            Turning::Locked => off(),
+            Turning::Hinge => Vector3::new(off()[0], off()[1], self.angle(at, near)),
+            Turning::Ball => Vector3::new(swing(&at.turn), 0.0, self.angle(at, near)),
+            Turning::Universal => {
+                // Of q_y(β) ⊗ q_x(α), whichever sign it has.
+                let sign = if at.turn[0] < 0.0 { -1.0 } else { 1.0 };
+                let about = |k: usize| 2.0 * libm::atan2(sign * at.turn[k], sign * at.turn[0]);
+                Vector3::new(about(1), about(2), off()[2])
             }
         }
     }
@@ -103,7 +112,9 @@ impl Joint {
             Turning::Free => vector_of(&(left(&conjugated(&at.turn)) * after.turn)),
             _ => {
                 let start = self.turns(at, near);
-                self.turns(after, start[2]) - start
+                let turned = self.turns(after, start[2]) - start;
+                // Of what counts no turns, the shorter way.
+                turned.map(|angle| angle - TAU * libm::round(angle / TAU))
             }
         };
         ((after.place - at.place) / time_step, turned / time_step)
@@ -118,13 +129,32 @@ impl Joint {
         let linear = self.linear.iter().zip(&at.place).filter(|(axis, _)| locked(axis));
         let place = linear.map(|(_, l)| l.abs()).fold(0.0, f64::max);
         let turn = match self.turning() {
-            Turning::Free => 0.0,
+            Turning::Free | Turning::Ball => 0.0,
             turning => {
                 let aside = aside(turning, &at.turn);
                 let angular = self.angular.iter().zip(&aside).filter(|(axis, _)| locked(axis));
                 angular.map(|(_, e)| 2.0 * e.abs()).fold(0.0, f64::max)
             }
         };
+        Some((place, turn))
+    }
+
+    /// How far it is from where its locked axes want it and beyond its limits, m and rad. `None` where a body has no
+    /// state.
+    pub(crate) fn misfit(&self, states: &[State]) -> Option<(f64, f64)> {
+        let (mut place, mut turn) = self.error(states)?;
+        let at = self.coordinates(states)?;
+        let beyond = |axis: &Axis, x: f64| match axis {
+            Axis::Free(Drive { limits: Some([low, high]), .. }) => (low - x).max(x - high).max(0.0),
+            _ => 0.0,
+        };
+        for (axis, x) in self.linear.iter().zip(&at.place) {
+            place = place.max(beyond(axis, *x));
+        }
+        if self.turning().has_angle() {
+            turn = turn.max(beyond(&self.angular[2], self.angle(&at, 0.0)));
+            turn = turn.max(beyond(&self.angular[0], swing(&at.turn)));
+        }
         Some((place, turn))
     }
 
@@ -145,7 +175,10 @@ impl Joint {
         }
         let along =
             |k: usize| AxisStart { coordinate: at.place[k], rate: rates[k], push: self.push[0][k] };
-        let about = |k: usize| AxisStart { coordinate: angle, rate: turns, push: self.push[1][k] };
+        let about = |k: usize| match k {
+            0 => AxisStart { coordinate: swing(&at.turn), ..AxisStart::default() },
+            _ => AxisStart { coordinate: angle, rate: turns, push: self.push[1][k] },
+        };
         [std::array::from_fn(along), std::array::from_fn(about)]
     }
 
@@ -235,10 +268,14 @@ impl Joint {
         for k in (0..3).filter(|k| free(&self.linear[*k])) {
             work += force.force[k] * (after.place[k] + coasted.place[k] - 2.0 * at.place[k]);
         }
-        if self.turning() == Turning::Hinge {
+        if self.turning().has_angle() {
             let angle = self.angle(&at, force.angle);
             let ends = self.angle(&after, angle) + self.angle(&coasted, angle);
             work += force.torque[2] * (ends - 2.0 * angle);
+        }
+        if self.turning() == Turning::Ball {
+            let ends = swing(&after.turn) + swing(&coasted.turn);
+            work += force.torque[0] * (ends - 2.0 * swing(&at.turn));
         }
         Some(0.5 * work)
     }
@@ -286,9 +323,10 @@ impl Joint {
         if self.turning() != Turning::Free {
             let aside = aside(self.turning(), &after.turn);
             for (k, axis) in self.angular.iter().enumerate() {
-                let u = match axis {
-                    Axis::Locked => length * 2.0 * aside[k] / h,
-                    Axis::Free(_) => length * (end - angle) / h,
+                let u = match (axis, k) {
+                    (Axis::Locked, _) => length * 2.0 * aside[k] / h,
+                    (_, 0) => length * (swing(&after.turn) - swing(&at.turn)) / h,
+                    _ => length * (end - angle) / h,
                 };
                 add(axis, &turns[k], (u, force.torque[k]), length);
             }
@@ -317,13 +355,35 @@ fn vector_of(turn: &Vector4<f64>) -> Vector3<f64> {
 fn twist(turning: Turning, turn: &Vector4<f64>) -> Vector4<f64> {
     let about = Vector4::new(turn[0], 0.0, 0.0, turn[3]);
     match turning {
-        Turning::Hinge if about.norm() > 0.0 => about.normalize(),
+        Turning::Hinge | Turning::Ball if about.norm() > 0.0 => about.normalize(),
         _ => Vector4::new(if turn[0] < 0.0 { -1.0 } else { 1.0 }, 0.0, 0.0, 0.0),
     }
 }
 
+/// σ = 2 atan2(√(x² + y²), √(w² + z²)): the angle between the z axes.
+fn swing(turn: &Vector4<f64>) -> f64 {
+    2.0 * libm::atan2(turn[1].hypot(turn[2]), turn[0].hypot(turn[3]))
+}
+
+/// ½ ∂σ/∂(w, x, y, z); where the z axes are one, that in the direction of x.
+fn swinging(turn: &Vector4<f64>) -> Vector4<f64> {
+    let (aside, along) = (turn[1].hypot(turn[2]), turn[0].hypot(turn[3]));
+    let (x, y) = if aside > 0.0 { (turn[1] / aside, turn[2] / aside) } else { (1.0, 0.0) };
+    let size = aside * aside + along * along;
+    let back = if along > 0.0 { -aside / (along * size) } else { 0.0 };
+    Vector4::new(turn[0] * back, x * along / size, y * along / size, turn[3] * back)
+}
+
+/// xy + wz: half of the cosine of the angle between x of A's frame and y of B's.
+fn crossing(turn: &Vector4<f64>) -> f64 {
+    turn[1] * turn[2] + turn[0] * turn[3]
+}
+
 /// The imaginary part of R* ⊗ Q: what is turned about what is locked, half of the angle.
 fn aside(turning: Turning, turn: &Vector4<f64>) -> Vector3<f64> {
+    if turning == Turning::Universal {
+        return Vector3::new(0.0, 0.0, crossing(turn));
+    }
     let rest = left(&conjugated(&twist(turning, turn))) * turn;
     rest.fixed_rows::<3>(1).into_owned()
 }
@@ -335,6 +395,10 @@ fn aside(turning: Turning, turn: &Vector4<f64>) -> Vector3<f64> {
 /// E = R* ⊗ (1, −a_B) ⊗ Q_k ⊗ (1, a_A) / √((1 + a_A²)(1 + a_B²))
 /// u = ℓ 2 (E_x, E_y, E_z)/h;   of a hinge u_z = ℓ 2 atan2(E_z, E_w)/h             (J4)
 /// ```
+///
+/// With R = ±1 a universal joint has u_z = ℓ 2 (E_x E_y + E_w E_z)/h, the cosine of the angle between its axes, and
+/// with R as of a hinge a ball joint u_x = ℓ (σ⁺ − σ_k)/h (J11), of the angle
+/// σ = 2 atan2(√(E_x² + E_y²), √(E_w² + E_z²)) between its z axes.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Turn {
     turning: Turning,
@@ -344,6 +408,8 @@ pub(crate) struct Turn {
     start: Vector4<f64>,
     back: Vector4<f64>,
     rest: Vector4<f64>,
+    /// σ_k of a ball joint.
+    swing: f64,
     /// F of A and of B; `None` for the world.
     frames: (Matrix3<f64>, Option<Matrix3<f64>>),
 }
@@ -368,6 +434,7 @@ impl Turn {
             start: at.turn,
             back,
             rest: left(&back) * at.turn,
+            swing: swing(&at.turn),
             frames: (a.rotation(), joint.other.map(|_| b.rotation())),
         }
     }
@@ -396,10 +463,15 @@ impl Turn {
         let e = self.at(spin, other).e;
         let scale = 2.0 * self.length / self.time_step;
         let along = match self.turning {
-            Turning::Hinge => libm::atan2(e[3], e[0]),
-            _ => e[3],
+            Turning::Hinge | Turning::Ball => libm::atan2(e[3], e[0]),
+            Turning::Universal => crossing(&e),
+            Turning::Locked | Turning::Free => e[3],
         };
-        Vector3::new(e[1], e[2], along) * scale
+        let aside = match self.turning {
+            Turning::Ball => 0.5 * (swing(&e) - self.swing),
+            _ => e[1],
+        };
+        Vector3::new(aside, e[2], along) * scale
     }
 
     /// ∂u/∂ω_A and ∂u/∂ω_B:
@@ -429,14 +501,21 @@ impl Turn {
     /// The rows of u from those of E by a.
     fn rows(&self, e: &Vector4<f64>, by: &Matrix4x3<f64>) -> Matrix3<f64> {
         let along = match self.turning {
-            Turning::Hinge => {
+            Turning::Hinge | Turning::Ball => {
                 let size = e[0] * e[0] + e[3] * e[3];
                 (by.row(3) * e[0] - by.row(0) * e[3]) / size
             }
-            _ => by.row(3).into_owned(),
+            Turning::Universal => {
+                by.row(1) * e[2] + by.row(2) * e[1] + by.row(3) * e[0] + by.row(0) * e[3]
+            }
+            Turning::Locked | Turning::Free => by.row(3).into_owned(),
+        };
+        let aside = match self.turning {
+            Turning::Ball => by.tr_mul(&swinging(e)).transpose(),
+            _ => by.row(1).into_owned(),
         };
         // 2/h of E, ½ h of the spins.
-        Matrix3::from_rows(&[by.row(1).into_owned(), by.row(2).into_owned(), along]) * self.length
+        Matrix3::from_rows(&[aside, by.row(2).into_owned(), along]) * self.length
     }
 
     /// G: the torque on A (frame of A) of an impulse along the rows, ∂u/∂ω_A transposed where nothing turns.

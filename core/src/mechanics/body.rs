@@ -233,6 +233,11 @@ impl RigidBody {
         Self::with_box_corners(mass, solid_box_inertia(mass, &half_sides), half_sides)
     }
 
+    /// The body without pieces, which meets no other.
+    pub(crate) fn without_shape(&self) -> Self {
+        Self { pieces: Vec::new(), ..self.clone() }
+    }
+
     /// m, kg.
     #[must_use]
     pub fn mass(&self) -> f64 {
@@ -310,8 +315,9 @@ impl RigidBody {
     }
 }
 
-/// The corners of a box, x changing fastest.
-fn box_corners(half_sides: &Vector3<f64>) -> [Vector3<f64>; 8] {
+/// The corners of a box with these half sides, m, about its middle, x changing fastest.
+#[must_use]
+pub fn box_corners(half_sides: &Vector3<f64>) -> [Vector3<f64>; 8] {
     let sign = |corner: usize, axis: usize| if corner >> axis & 1 == 1 { 1.0 } else { -1.0 };
     std::array::from_fn(|corner| Vector3::from_fn(|axis, _| sign(corner, axis) * half_sides[axis]))
 }

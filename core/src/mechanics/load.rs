@@ -10,6 +10,7 @@ use nalgebra::{Vector3, Vector4};
 /// before it and the last one's after it. Two knots at one time, and no more, are a jump.
 /// Without knots it is zero.
 #[derive(Debug, Clone, PartialEq, Default)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct Polyline {
     /// t (s) and the value there, in order of time.
     knots: Vec<(f64, Vector3<f64>)>,
@@ -17,6 +18,7 @@ pub struct Polyline {
 
 /// A force and a torque over time.
 #[derive(Debug, Clone, PartialEq, Default)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct Load {
     /// N, world.
     pub force: Polyline,

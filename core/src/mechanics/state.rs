@@ -7,6 +7,7 @@ use nalgebra::{Matrix3, SVector, Vector3, Vector4};
 
 /// X = (r, q, v, ω): thirteen numbers in this order.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct State {
     /// r, m, world: the centre of mass.
     pub position: Vector3<f64>,
@@ -20,6 +21,7 @@ pub struct State {
 
 /// Where a body is: position and rotation of a [`State`], ready to place points.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct Pose {
     /// r, m, world.
     pub position: Vector3<f64>,
@@ -29,6 +31,7 @@ pub struct Pose {
 
 /// A force and a torque on a body.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct Wrench {
     /// N, world, at the centre of mass.
     pub force: Vector3<f64>,

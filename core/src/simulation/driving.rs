@@ -1,6 +1,7 @@
 //! What a program sets from step to step, or over time, at the joints of a simulation.
 
-use super::{JOINT_AT_THE_START, Simulation};
+use super::Simulation;
+use super::start::JOINT_AT_THE_START;
 use crate::error::Error;
 use crate::joint::{Axis, Course, Drive, Joint, JointAxis, JointLoad, Motor};
 use crate::mechanics::State;
@@ -8,7 +9,8 @@ use crate::world::{Partner, World};
 use nalgebra::Vector3;
 
 /// What drives joints over time, by their indices.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, PartialEq)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Driving {
     loads: Vec<(usize, JointLoad)>,
     courses: Vec<(usize, Course)>,
@@ -27,6 +29,32 @@ impl Driving {
             let now = joint.frames()[0].placed(&states[joint.body()]);
             joint.move_to(course.end(&now, to, h));
         }
+    }
+}
+
+impl Driving {
+    /// Makes this that of the joints that stay, where some are taken out.
+    pub(super) fn keep(&mut self, stays: &[bool]) {
+        let number = |joint: usize| stays[..joint].iter().filter(|stays| **stays).count();
+        self.loads.retain(|(joint, _)| stays[*joint]);
+        self.courses.retain(|(joint, _)| stays[*joint]);
+        let loads = self.loads.iter_mut().map(|(joint, _)| joint);
+        for joint in loads.chain(self.courses.iter_mut().map(|(joint, _)| joint)) {
+            *joint = number(*joint);
+        }
+    }
+
+    /// Whether it can drive these joints.
+    #[cfg(feature = "save")]
+    pub(super) fn fits(&self, joints: &[Joint]) -> bool {
+        let loads = self.loads.iter().all(|(joint, load)| {
+            joints.get(*joint).is_some_and(|joint| joint.takes(load)) && load.is_possible()
+        });
+        let courses = self.courses.iter().all(|(joint, course)| {
+            joints.get(*joint).is_some_and(Joint::holds_in_world)
+                && course.clone().checked().is_ok()
+        });
+        loads && courses
     }
 }
 
@@ -88,11 +116,7 @@ impl Simulation<'_> {
     /// A joint that is not there; a force along an axis that is locked, or a torque about one of a ball
     /// joint.
     pub fn set_joint_load(&mut self, joint: usize, load: JointLoad) -> Result<(), Error> {
-        let of = self.joint(joint)?;
-        let bears = of.bears();
-        let [along, about] = load.acts();
-        let acts = along.iter().chain(&about).zip(bears.iter().flatten());
-        if acts.into_iter().any(|(acts, bears)| *acts && !bears) {
+        if !self.joint(joint)?.takes(&load) {
             return Err(Error::Unsupported {
                 what: "a load of a joint along an axis that bears none",
                 why: "an axis that is locked, or of a ball joint's turn, takes up no force of a drive",

@@ -12,6 +12,7 @@ const MOST_CLASSES: usize = 1 << 16;
 
 /// Numbers, counted.
 #[derive(Debug, Clone, Default, PartialEq)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Median {
     /// Each number and how often it came, ascending.
     classes: Vec<(f64, u64)>,

@@ -5,6 +5,8 @@
 //! [certificate](crate::contact::certificate) that judges the answer. Around it: starts
 //! ([`scene`], [`random`]), what is kept of a step ([`record`]) and of a run ([`summary`]).
 
+mod assembly;
+mod bodies;
 pub mod bounce;
 mod driving;
 pub mod energy;
@@ -12,15 +14,24 @@ mod islands;
 mod median;
 pub mod random;
 pub mod record;
+#[cfg(feature = "save")]
+pub mod save;
 pub mod scene;
+mod start;
+mod stiffness;
 pub mod summary;
 pub mod wild;
 
+pub use assembly::Assembly;
 pub use record::StepRecord;
+#[cfg(feature = "save")]
+pub use save::Saved;
+pub use start::JOINT_AT_THE_START;
 
 use crate::contact::certificate::{Certifier, Claim, certify_rk4_step};
+#[cfg(doc)]
 use crate::contact::detection::CONTACT_BAND;
-use crate::contact::{Candidates, Certificate, Detection, Partner, rounding};
+use crate::contact::{Candidates, Certificate, Detection, Memory, rounding};
 use crate::error::Error;
 use crate::joint::JointForce;
 use crate::mechanics::dynamics::rk4_step;
@@ -29,6 +40,8 @@ use crate::solver::native::NativeSolver;
 use crate::step::{Step, StepReport, StepSolution, StepSolver, StepStatus};
 use crate::world::World;
 use bounce::Bounce;
+#[cfg(feature = "save")]
+use std::cell::OnceCell;
 use std::mem::swap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -59,7 +72,28 @@ impl<'a> Motion<'a> {
     pub fn native(world: &World) -> Self {
         Self::contact(NativeSolver::new(world))
     }
+
+    /// What its solver remembers.
+    #[cfg(feature = "save")]
+    fn memory(&self) -> Vec<u8> {
+        match self {
+            Self::Contact { solver, .. } => solver.memory(),
+            Self::Floating => Vec::new(),
+        }
+    }
+
+    /// Has its solver go on from what it remembered in `world`.
+    #[cfg(feature = "save")]
+    fn recall(&mut self, world: &World, memory: &[u8]) -> Result<(), Error> {
+        match self {
+            Self::Contact { solver, .. } => solver.recall(world, memory),
+            Self::Floating => Ok(()),
+        }
+    }
 }
+
+/// More steps than this are not counted: a time k h is one double.
+const MOST_STEPS: u64 = 1 << 53;
 
 /// A running simulation.
 pub struct Simulation<'a> {
@@ -81,13 +115,23 @@ pub struct Simulation<'a> {
     /// Whether the last step was taken back already.
     taken_back: bool,
     scratch: Scratch,
+    /// That of the world, once it was asked for.
+    #[cfg(feature = "save")]
+    digest: OnceCell<u64>,
 }
 
 /// The external wrench on a body, gravity apart.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 struct Outside {
     wrench: Wrench,
     load: Load,
+}
+
+impl Outside {
+    fn nothing() -> Self {
+        Self { wrench: Wrench::zero(), load: Load::none() }
+    }
 }
 
 /// The solutions that a step can see.
@@ -103,10 +147,13 @@ struct Scratch {
     wrenches: Vec<Wrench>,
     free: Vec<State>,
     candidates: Candidates,
+    /// What the search knew before the step, where that may be interrupted.
+    rewind: Memory,
     bounce: Bounce,
     solution: StepSolution,
     certifier: Certifier,
     judge: wild::Judge,
+    stiffness: stiffness::Stiffness,
 }
 
 impl<'a> Simulation<'a> {
@@ -114,11 +161,11 @@ impl<'a> Simulation<'a> {
     ///
     /// # Errors
     /// Another number of states than bodies; a state that [`State::checked`] refuses; pieces that
-    /// overlap, a body and the ground apart; with [`Motion::Contact`], a contact point deeper
-    /// below the ground than the [contact band](CONTACT_BAND), 5 mm for a reach of 1 m: a step
-    /// takes every point out of the ground, with the speed that this needs, a thousand metres a
-    /// second for three metres. Within the band lie the states of recorded runs, which a run may
-    /// be continued from.
+    /// overlap by more than [a start may](Candidates::overlap_at_start); with [`Motion::Contact`], a
+    /// contact point deeper below the ground than the [contact band](CONTACT_BAND). Both is 5 mm for a
+    /// reach of 1 m: a step takes every point out of what it is in, with the speed that this needs, a
+    /// thousand metres a second for three metres. Within the band lie the states of recorded runs,
+    /// which a run may start from again.
     pub fn new(
         world: World,
         states: impl IntoIterator<Item = State>,
@@ -135,19 +182,16 @@ impl<'a> Simulation<'a> {
             });
         }
         let mut candidates = Candidates::new();
-        check_overlap(&world, &states, &mut candidates)?;
-        if matches!(motion, Motion::Contact { .. }) {
-            refuse_start_below_ground(&world, &states)?;
-            check_joints(&world, &states)?;
-        } else if !world.joints().is_empty() {
+        let touches = matches!(motion, Motion::Contact { .. });
+        start::check(&world, &states, touches, &mut candidates, |_| true)?;
+        if !touches && !world.joints().is_empty() {
             return Err(Error::Unsupported {
                 what: "joints of a floating body",
                 why: "the Runge-Kutta method knows no forces; use the contact step",
             });
         }
-        let nothing = Outside { wrench: Wrench::zero(), load: Load::none() };
         Ok(Self {
-            outside: vec![nothing; bodies],
+            outside: vec![Outside::nothing(); bodies],
             world,
             motion,
             driving: driving::Driving::default(),
@@ -158,6 +202,8 @@ impl<'a> Simulation<'a> {
             long_before: None,
             taken_back: false,
             scratch: Scratch { candidates, ..Scratch::default() },
+            #[cfg(feature = "save")]
+            digest: OnceCell::new(),
         })
     }
 
@@ -183,6 +229,69 @@ impl<'a> Simulation<'a> {
     #[must_use]
     pub fn index(&self) -> u64 {
         self.index
+    }
+
+    /// Calls the state now that of step `index`, at the time index h: loads are those of the times from there
+    /// on. The last step cannot be taken back any more.
+    ///
+    /// # Errors
+    /// More steps than a time of k h can tell apart, 2⁵³.
+    pub fn set_index(&mut self, index: u64) -> Result<(), Error> {
+        if index >= MOST_STEPS {
+            let count = usize::try_from(index).unwrap_or(usize::MAX);
+            return Err(Error::Count { field: "index of the step", count, allowed: "below 2^53" });
+        }
+        self.index = index;
+        self.taken_back = true;
+        Ok(())
+    }
+
+    /// Sets the state of body `index` now, as if it had come to be there: with other velocities, or
+    /// somewhere else. The forces of the last step stay what the next one starts from, as far as their
+    /// contacts are still there; the last step cannot be taken back any more.
+    ///
+    /// # Errors
+    /// What [`Simulation::new`] refuses of a start, of this body alone; a body that is not there. The
+    /// state then stays what it was.
+    pub fn set_state(&mut self, index: usize, state: State) -> Result<(), Error> {
+        self.outside_mut(index)?;
+        let state = state.checked()?;
+        self.exchange_states(&[(index, state)])
+    }
+
+    /// Sets the states of all bodies now, as [`Simulation::set_state`]: those that a joint ties
+    /// can only be moved together.
+    ///
+    /// # Errors
+    /// Another number of states than bodies; as [`Simulation::set_state`].
+    pub fn set_states(&mut self, states: &[State]) -> Result<(), Error> {
+        let count = states.len();
+        if count != self.now.states.len() {
+            return Err(Error::Count { field: "states", count, allowed: "one a body" });
+        }
+        let checked = states.iter().enumerate().map(|(body, state)| Ok((body, state.checked()?)));
+        let checked = checked.collect::<Result<Vec<_>, Error>>()?;
+        self.exchange_states(&checked)
+    }
+
+    /// Sets these states, if the bodies that they move elsewhere may start there.
+    fn exchange_states(&mut self, states: &[(usize, State)]) -> Result<(), Error> {
+        let Self { world, motion, now, scratch, .. } = self;
+        let before = now.states.clone();
+        for (body, state) in states {
+            now.states[*body] = *state;
+        }
+        let Scratch { candidates, rewind, .. } = scratch;
+        rewind.copy_from(candidates.memory());
+        let is_moved = |body: usize| before[body].pose() != now.states[body].pose();
+        let touches = matches!(motion, Motion::Contact { .. });
+        if let Err(error) = start::check(world, &now.states, touches, candidates, is_moved) {
+            candidates.recall(world, rewind);
+            now.states = before;
+            return Err(error);
+        }
+        self.taken_back = true;
+        Ok(())
     }
 
     /// Exchanges what moves the bodies from here on with `motion`, which must be made for this
@@ -245,14 +354,26 @@ impl<'a> Simulation<'a> {
             }
             Motion::Contact { detection, solver } => {
                 let past = Past { now, before: before.as_ref() };
-                let interrupt = interrupt.as_deref();
-                contact_step(world, past, *detection, solver.as_mut(), interrupt, scratch)?
+                let (interrupt, solver) = (interrupt.as_deref(), solver.as_mut());
+                // Where no pieces can meet there is nothing to go back to.
+                let rewinds = interrupt.is_some() && !scratch.candidates.memory().is_empty();
+                if rewinds {
+                    scratch.rewind.copy_from(scratch.candidates.memory());
+                }
+                let taken = contact_step(world, past, *detection, solver, interrupt, scratch);
+                if taken.is_err() && rewinds {
+                    // What the search found in a part of a step is not to be found again.
+                    scratch.candidates.recall(world, &scratch.rewind);
+                }
+                taken?
             }
         };
         record.index = self.index;
         record.report = report;
         record.certificate = certificate;
         record.restitution_share = share;
+        let Scratch { stiffness, solution, .. } = &mut self.scratch;
+        record.stiffness = stiffness.of_step(&self.world, &self.now.states, &solution.joints);
         let overlap =
             self.scratch.candidates.deepest_overlap(&self.world, &self.scratch.solution.states);
         record.overlap = overlap.map_or(0.0, |(depth, ..)| depth);
@@ -314,55 +435,6 @@ impl<'a> Simulation<'a> {
     }
 }
 
-/// What rounding and the digits of an input may leave, in parts of the world's reach.
-const OVERLAP_AT_THE_START: f64 = 1e-6;
-
-/// Pieces that overlap would fly apart in the first step.
-fn check_overlap(
-    world: &World,
-    states: &[State],
-    candidates: &mut Candidates,
-) -> Result<(), Error> {
-    let name = |owner: Partner| match owner {
-        Partner::Ground => "the ground".to_owned(),
-        Partner::Fixed(index) => format!("fixed piece {index}"),
-        Partner::Body(index) => format!("body {index}"),
-    };
-    match candidates.deepest_overlap(world, states) {
-        Some((depth, first, second)) if depth > OVERLAP_AT_THE_START * world.reach() => {
-            Err(Error::Overlap { first: name(first), second: name(second), depth })
-        }
-        _ => Ok(()),
-    }
-}
-
-/// How far a joint may be off at the start, m and rad: one step brings it back, at the speed of that
-/// over h.
-pub const JOINT_AT_THE_START: f64 = 1e-6;
-
-fn check_joints(world: &World, states: &[State]) -> Result<(), Error> {
-    for (joint, of) in world.joints().iter().enumerate() {
-        let (place, turn) = of.error(states).unwrap_or((f64::NAN, f64::NAN));
-        // A NaN fits nowhere.
-        let fits = place.max(turn) <= JOINT_AT_THE_START;
-        if !fits {
-            return Err(Error::JointApart { joint, place, turn, allowed: JOINT_AT_THE_START });
-        }
-    }
-    Ok(())
-}
-
-fn refuse_start_below_ground(world: &World, states: &[State]) -> Result<(), Error> {
-    for (index, (body, state)) in world.bodies().iter().zip(states).enumerate() {
-        let allowed = CONTACT_BAND * body.reach();
-        let depth = -world.heights(index, &state.pose()).fold(f64::INFINITY, f64::min);
-        if depth > allowed {
-            return Err(Error::StartBelowGround { depth, allowed });
-        }
-    }
-    Ok(())
-}
-
 /// Each body by itself, by the Runge–Kutta method.
 fn floating_step(
     world: &World,
@@ -373,7 +445,10 @@ fn floating_step(
     candidates.clear();
     solution.set_free(&[]);
     let bodies = world.bodies().iter().zip(states).zip(&*wrenches);
-    solution.states.extend(bodies.map(|((body, state), wrench)| {
+    solution.states.extend(bodies.enumerate().map(|(index, ((body, state), wrench))| {
+        if world.is_held(index) {
+            return *state;
+        }
         let mut total = *wrench;
         total.force += world.gravity() * body.mass();
         rk4_step(body, state, &total, world.time_step())
@@ -393,7 +468,7 @@ fn contact_step(
     interrupt: Option<&AtomicBool>,
     scratch: &mut Scratch,
 ) -> Result<(StepReport, Certificate, f64), Error> {
-    let Scratch { wrenches, free, candidates, bounce, solution, certifier, judge } = scratch;
+    let Scratch { wrenches, free, candidates, bounce, solution, certifier, judge, .. } = scratch;
     let Past { now: previous, before: earlier } = past;
     let states = &previous.states;
     free.clear();

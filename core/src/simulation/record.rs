@@ -25,6 +25,10 @@ pub struct StepRecord {
     /// The smallest part of the coefficients of restitution that an island took: 1, but where the
     /// whole would make energy ([`bounce`](super::bounce)).
     pub restitution_share: f64,
+    /// h ω, ω (rad/s) being at least the fastest vibration across what joints hold taut: with more than 2 in one step
+    /// after another a taut chain shakes itself to pieces, which no certificate shows; an impact may have more
+    /// for a step. 0 without joints.
+    pub stiffness: f64,
 }
 
 impl Default for StepRecord {
@@ -46,6 +50,7 @@ impl StepRecord {
             certificate: Certificate::default(),
             overlap: 0.0,
             restitution_share: 1.0,
+            stiffness: 0.0,
         }
     }
 

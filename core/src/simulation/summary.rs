@@ -4,26 +4,32 @@
 use super::StepRecord;
 use super::median::Median;
 use crate::step::StepStatus;
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 /// How many failed steps are kept for the report.
 const MOST_FAILURES_KEPT: usize = 5;
 
+/// A word of the library, or one that was read.
+pub type Word = Cow<'static, str>;
+
 /// A step that did not converge.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct FailedStep {
     /// k.
     pub index: u64,
     /// What the solver's last try came to in its own words, where it has any.
-    pub message: Option<&'static str>,
+    pub message: Option<Word>,
     /// The residual, m/s.
     pub residual: f64,
     /// Which law is violated most.
-    pub part: &'static str,
+    pub part: Word,
 }
 
 /// The running summary of a simulation.
 #[derive(Debug, Clone, Default, PartialEq)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct RunSummary {
     /// Steps taken without a problem.
     pub free: u64,
@@ -42,11 +48,11 @@ pub struct RunSummary {
     /// Iterations of the solver over all steps.
     pub iterations: u64,
     /// How many contact steps each start of the solver ended.
-    pub starts: BTreeMap<&'static str, u64>,
+    pub starts: BTreeMap<Word, u64>,
     /// The first few failures.
     pub first_failures: Vec<FailedStep>,
     /// The step with the largest residual: k, m/s, the law.
-    pub worst: Option<(u64, f64, &'static str)>,
+    pub worst: Option<(u64, f64, Word)>,
     /// Of the residuals of the contact steps, m/s.
     contact_residuals: Median,
 }
@@ -78,11 +84,11 @@ impl RunSummary {
         let restitution_share = record.restitution_share;
         self.count(&Counted { index, status, iterations, residual, part, restitution_share });
         if status == StepStatus::Failed && self.first_failures.len() < MOST_FAILURES_KEPT {
-            let message = report.message;
+            let (message, part) = (report.message.map(Word::from), Word::from(part));
             self.first_failures.push(FailedStep { index, message, residual, part });
         }
         if let Some(start) = report.start.filter(|_| status != StepStatus::End) {
-            *self.starts.entry(start).or_default() += 1;
+            *self.starts.entry(Word::from(start)).or_default() += 1;
         }
     }
 
@@ -104,8 +110,8 @@ impl RunSummary {
             self.contact_residuals.add(step.residual);
         }
         let is_worse = |worst| step.residual > worst || step.residual.is_nan();
-        if self.worst.is_none_or(|(_, worst, _)| is_worse(worst)) {
-            self.worst = Some((step.index, step.residual, step.part));
+        if self.worst.as_ref().is_none_or(|(_, worst, _)| is_worse(*worst)) {
+            self.worst = Some((step.index, step.residual, Word::from(step.part)));
         }
     }
 
@@ -131,6 +137,6 @@ impl RunSummary {
     /// The largest residual of all steps, m/s; `None` without steps.
     #[must_use]
     pub fn largest_residual(&self) -> Option<f64> {
-        self.worst.map(|(_, residual, _)| residual)
+        self.worst.as_ref().map(|(_, residual, _)| *residual)
     }
 }

@@ -9,6 +9,7 @@ pub use constants::Constant;
 pub use partner::{ContactLaw, Partner};
 pub use plane::Plane;
 
+use crate::contact::without;
 use crate::error::{Error, all_in_range, in_range};
 use crate::geometry::Piece;
 use crate::joint::Joint;
@@ -51,6 +52,8 @@ pub struct World {
     joints: Vec<Joint>,
     /// Pairs of bodies that do not touch, in ascending order.
     apart: Vec<(usize, usize)>,
+    /// Whether each body is held; empty where none is.
+    held: Vec<bool>,
     /// Velocities of surfaces, each of an owner.
     surfaces: Vec<(Partner, Vector3<f64>)>,
     pair_frictions: Pairs,
@@ -82,6 +85,7 @@ impl World {
             fixed: Vec::new(),
             joints: Vec::new(),
             apart: Vec::new(),
+            held: Vec::new(),
             surfaces: Vec::new(),
             pair_frictions: Pairs::new(),
             restitution: 0.0,
@@ -113,6 +117,11 @@ impl World {
         let bodies = self.bodies().len();
         let checked = joints.into_iter().map(|joint| joint.checked(bodies));
         let joints = checked.collect::<Result<Vec<_>, _>>()?;
+        Ok(self.tied_by(joints))
+    }
+
+    /// This world with `joints` that were checked.
+    fn tied_by(self, joints: Vec<Joint>) -> Self {
         let tied = joints.iter().filter(|joint| !joint.collides());
         let mut apart: Vec<_> = tied
             .filter_map(|joint| Some((joint.body(), joint.other()?)))
@@ -120,13 +129,173 @@ impl World {
             .collect();
         apart.sort_unstable();
         apart.dedup();
-        Ok(Self { joints, apart, ..self })
+        Self { joints, apart, ..self }
     }
 
     /// The joints.
     #[must_use]
     pub fn joints(&self) -> &[Joint] {
         &self.joints
+    }
+
+    /// This world, in which the body `body` is held or moves: a body that is held stays where it is, whatever
+    /// pushes it, touches nothing, and is touched by nothing.
+    ///
+    /// # Errors
+    /// A body that is not there; one that a joint ties.
+    pub fn with_held(mut self, body: usize, held: bool) -> Result<Self, Error> {
+        let bodies = self.bodies().len();
+        if body >= bodies {
+            let allowed = "an index of a body";
+            return Err(Error::Count { field: "body", count: body, allowed });
+        }
+        self.refuse_tied(body)?;
+        self.held.resize(bodies, false);
+        self.held[body] = held;
+        if !self.held.contains(&true) {
+            self.held.clear();
+        }
+        Ok(self)
+    }
+
+    /// This world, in which these bodies are held and no others; none where the list is empty.
+    #[cfg(feature = "save")]
+    pub(crate) fn holding(self, held: &[bool]) -> Result<Self, Error> {
+        let held = held.iter().enumerate().filter(|(_, held)| **held);
+        held.map(|(body, _)| body)
+            .try_fold(self.released(), |world, body| world.with_held(body, true))
+    }
+
+    /// The same without a body that is held.
+    #[cfg(feature = "save")]
+    pub(crate) fn released(&self) -> Self {
+        Self { held: Vec::new(), ..self.clone() }
+    }
+
+    /// What of it no simulation changes: without bodies that are held, surfaces that move, and drives.
+    #[cfg(feature = "save")]
+    pub(crate) fn lasting(&self) -> Self {
+        let joints = self.joints.iter().map(Joint::lasting).collect();
+        Self { held: Vec::new(), surfaces: Vec::new(), joints, ..self.clone() }
+    }
+
+    /// This world with what a simulation had changed of it: which bodies are held, the joints as they
+    /// were set, and the surfaces that moved.
+    #[cfg(feature = "save")]
+    pub(crate) fn with_changes(
+        &self,
+        held: &[bool],
+        joints: &[Joint],
+        surfaces: &[(Partner, Vector3<f64>)],
+    ) -> Result<Self, Error> {
+        let mut world = self.clone().holding(held)?;
+        world.surfaces.clear();
+        for &(of, velocity) in surfaces {
+            world.set_surface(of, velocity)?;
+        }
+        for (known, joint) in world.joints.iter_mut().zip(joints) {
+            *known = joint.clone().checked(world.parameters.bodies.len())?;
+        }
+        Ok(world)
+    }
+
+    /// The velocities of surfaces, each of an owner.
+    #[cfg(feature = "save")]
+    pub(crate) fn surfaces(&self) -> &[(Partner, Vector3<f64>)] {
+        &self.surfaces
+    }
+
+    /// Whether each body is held; empty where none is.
+    #[cfg(feature = "save")]
+    pub(crate) fn held(&self) -> &[bool] {
+        &self.held
+    }
+
+    /// Whether the body `body` is [held](World::with_held).
+    #[must_use]
+    #[inline]
+    pub fn is_held(&self, body: usize) -> bool {
+        self.held.get(body).copied().unwrap_or(false)
+    }
+
+    /// This world without the body `body`: those after it move up by one.
+    ///
+    /// # Errors
+    /// A body that is not there, or is the last; one that a joint ties.
+    pub fn without_body(&self, body: usize) -> Result<Self, Error> {
+        let count = self.bodies().len();
+        if body >= count || count == 1 {
+            let allowed = "an index of a body, of two or more";
+            return Err(Error::Count { field: "body", count: body, allowed });
+        }
+        self.refuse_tied(body)?;
+        let mut parameters = self.parameters.clone();
+        parameters.bodies.remove(body);
+        let Self { parameters, reach, speed_scale, .. } = Self::new(parameters)?;
+        let mut held = self.held.clone();
+        if body < held.len() {
+            held.remove(body);
+        }
+        if !held.contains(&true) {
+            held.clear();
+        }
+        let number = |index: usize| without(index, body);
+        let pairs = |pairs: &Pairs| {
+            let pair = |((a, partner), value): &((usize, Partner), f64)| {
+                let partner = match partner {
+                    Partner::Body(other) => Partner::Body(number(*other)?),
+                    fixed => *fixed,
+                };
+                Some(((number(*a)?, partner), *value))
+            };
+            pairs.iter().filter_map(pair).collect()
+        };
+        let (pair_frictions, pair_restitutions) =
+            (pairs(&self.pair_frictions), pairs(&self.pair_restitutions));
+        let joints = self.joints.iter().map(|joint| joint.without(body)).collect();
+        let surface = |(of, velocity): &(Partner, Vector3<f64>)| match of {
+            Partner::Body(other) => Some((Partner::Body(number(*other)?), *velocity)),
+            fixed => Some((*fixed, *velocity)),
+        };
+        let world = Self {
+            parameters,
+            reach,
+            speed_scale,
+            held,
+            surfaces: self.surfaces.iter().filter_map(surface).collect(),
+            pair_frictions,
+            pair_restitutions,
+            ..self.clone()
+        };
+        Ok(world.tied_by(joints))
+    }
+
+    /// This world with one body more, the last.
+    ///
+    /// # Errors
+    /// None for a body; the type is [`World::new`]'s.
+    pub fn with_body(&self, body: RigidBody) -> Result<Self, Error> {
+        let mut parameters = self.parameters.clone();
+        parameters.bodies.push(body);
+        let Self { parameters, reach, speed_scale, .. } = Self::new(parameters)?;
+        let mut held = self.held.clone();
+        if !held.is_empty() {
+            held.push(false);
+        }
+        Ok(Self { parameters, reach, speed_scale, held, ..self.clone() })
+    }
+
+    /// This world without the joints that tie the body `body`.
+    pub(crate) fn untied(&self, body: usize) -> Self {
+        let joints = self.joints.iter().filter(|joint| !joint.ties(body)).cloned().collect();
+        self.clone().tied_by(joints)
+    }
+
+    fn refuse_tied(&self, body: usize) -> Result<(), Error> {
+        match self.joints.iter().position(|joint| joint.ties(body)) {
+            Some(joint) => Err(Error::Tied { body, joint }),
+            None => Ok(()),
+        }
     }
 
     /// The joints, for a simulation to set what drives them.
@@ -178,10 +347,11 @@ impl World {
         !self.surfaces.is_empty()
     }
 
-    /// Whether two bodies may touch each other: whether no joint keeps them from it.
+    /// Whether two bodies may touch each other: whether neither is held, and no joint keeps them from it.
     #[must_use]
     pub fn may_touch(&self, a: usize, b: usize) -> bool {
-        self.apart.binary_search(&(a.min(b), a.max(b))).is_err()
+        let is_apart = || self.apart.binary_search(&(a.min(b), a.max(b))).is_ok();
+        !self.is_held(a) && !self.is_held(b) && !is_apart()
     }
 
     /// This world, its fixed pieces, its restitution and what was said of pairs, with other
@@ -429,12 +599,16 @@ impl World {
         self.speed_scale
     }
 
-    /// The next state of body `index` if nothing touched it (eq. 8 with F = 0).
+    /// The next state of body `index` if nothing touched it (eq. 8 with F = 0); the same one of a body that
+    /// is held.
     ///
     /// # Panics
     /// If there is no such body.
     #[must_use]
     pub fn free_flight(&self, index: usize, state: &State, wrench: &Wrench) -> State {
+        if self.is_held(index) {
+            return *state;
+        }
         let body = &self.bodies()[index];
         let (h, rotation) = (self.time_step(), self.rotation());
         dynamics::free_flight(body, state, wrench, self.gravity(), h, rotation)
@@ -446,7 +620,7 @@ impl World {
     /// φ_i = n·r − d + (Aᵀ n)·c_i − ρ_i
     /// ```
     ///
-    /// Without a ground there are none.
+    /// Without a ground there are none, nor of a body that is held.
     ///
     /// # Panics
     /// If there is no such body.
@@ -457,11 +631,11 @@ impl World {
     ) -> impl ExactSizeIterator<Item = f64> + use<'a> {
         let points = self.bodies()[index].contact_points();
         let (centre, normal, points) = match self.ground() {
-            Some(ground) => {
+            Some(ground) if !self.is_held(index) => {
                 let centre = ground.normal().dot(&pose.position) - ground.offset();
                 (centre, pose.rotation.tr_mul(ground.normal()), points)
             }
-            None => (0.0, Vector3::zeros(), &points[..0]),
+            _ => (0.0, Vector3::zeros(), &points[..0]),
         };
         points.iter().map(move |point| centre + normal.dot(&point.position) - point.radius)
     }
@@ -526,6 +700,7 @@ impl World {
             fixed: Vec::new(),
             joints: Vec::new(),
             apart: Vec::new(),
+            held: self.held.clone(),
             surfaces: Vec::new(),
             pair_frictions: self.pair_frictions.clone(),
             restitution: self.restitution,

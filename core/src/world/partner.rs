@@ -2,6 +2,7 @@
 
 /// What a body touches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub enum Partner {
     /// The fixed ground.
     Ground,
@@ -22,6 +23,7 @@ impl Partner {
 
 /// The constants of the law at one contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct ContactLaw {
     /// μ, coefficient of friction.
     pub friction: f64,

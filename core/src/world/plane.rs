@@ -57,7 +57,9 @@ impl Plane {
     }
 
     /// The plane with `normal` (of any length, pointing to the free side) at `offset`, the
-    /// distance d of the plane from the world's origin along the unit normal, m.
+    /// distance d of the plane from the world's origin along the unit normal, m. A normal that is of
+    /// length 1 to rounding keeps its bits, so that a plane is the same again when it is read from a
+    /// file.
     ///
     /// # Errors
     /// A normal that is not finite or shorter than 1e-6, an offset beyond ±1e6 m.
@@ -65,7 +67,9 @@ impl Plane {
         all_in_range("normal of the plane", &normal, -1e6, 1e6, "-1e6 to 1e6")?;
         in_range("length of the plane's normal", normal.norm(), 1e-6, 2e6, "1e-6 to 2e6")?;
         in_range("offset of the plane (m)", offset, -1e6, 1e6, "-1e6 to 1e6")?;
-        let normal = normal.normalize();
+        // A norm of three squares is known to 4ε.
+        let is_unit = (normal.norm() - 1.0).abs() <= 4.0 * f64::EPSILON;
+        let normal = if is_unit { normal } else { normal.normalize() };
         if normal == Vector3::z() && offset == 0.0 {
             return Ok(Self::level());
         }
@@ -84,7 +88,7 @@ impl Plane {
     pub fn sloping(slope: f64) -> Result<Self, Error> {
         let (sin, cos) =
             in_range("slope (°)", slope, -180.0, 180.0, "-180 to 180")?.to_radians().sin_cos();
-        Self::new(Vector3::new(sin, 0.0, cos), 0.0)
+        Self::new(Vector3::new(sin, 0.0, cos).normalize(), 0.0)
     }
 
     /// The same plane in another unit of `length` (m).

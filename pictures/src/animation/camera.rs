@@ -1,18 +1,19 @@
 //! Where the camera stands, and where a point is in the picture. Points are in the ground's
 //! frame; the camera stands upright in the world, so that a slope is seen as one.
 
+use super::framing::Window;
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
 /// A place of the picture and its depth: x, y (pixels) and w = 1/z (1/m).
 pub type Spot = [f64; 3];
 
 /// Half the width of the picture over its distance: an angle of view of 28°.
-const HALF_VIEW: f64 = 0.249;
+pub const HALF_VIEW: f64 = 0.249;
 
 /// What of the half picture the motion may fill: at the sides and below, and above, where
 /// the clock stands.
-const FILL: f64 = 0.94;
-const FILL_ABOVE: f64 = 0.84;
+pub const FILL: f64 = 0.94;
+pub const FILL_ABOVE: f64 = 0.84;
 
 /// From where the scene is seen, in degrees.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,7 +31,7 @@ impl Default for View {
     }
 }
 
-/// A camera that stands still.
+/// A camera that stands still, and the window through which it looks.
 pub struct Camera {
     /// Ground → right, up, forward.
     axes: Matrix3<f64>,
@@ -38,6 +39,8 @@ pub struct Camera {
     eye: Vector3<f64>,
     /// Middle of the picture, pixels.
     middle: f64,
+    /// What of its view is in the picture.
+    pub window: Window,
 }
 
 impl Camera {
@@ -72,34 +75,45 @@ impl Camera {
             0.5 * ((low[k] + up * depth) + (high[k] - down * depth))
         };
         let eye = Vector3::new(across(0), across(1), depth);
-        Self { axes, eye, middle: f64::from(size) / 2.0 }
+        Self { axes, eye, middle: f64::from(size) / 2.0, window: Window::WHOLE }
     }
 
     /// The pixel of a point, x to the right and y down.
     pub fn project(&self, point: &Vector3<f64>) -> [f32; 2] {
-        let p = self.axes * point - self.eye;
-        let scale = self.middle / (HALF_VIEW * p[2]);
-        [(self.middle + scale * p[0]) as f32, (self.middle - scale * p[1]) as f32]
+        let [x, y, _] = self.spot(point);
+        [x as f32, y as f32]
     }
 
     /// The pixel of a point and its depth: x, y and 1/z, z along the view.
     pub fn spot(&self, point: &Vector3<f64>) -> Spot {
+        let ([x, y], w) = self.slopes(point);
+        let (middle, scale) = (self.window.middle, self.scale());
+        [self.middle + scale * (x - middle[0]), self.middle - scale * (y - middle[1]), w]
+    }
+
+    /// Where a point is in the view, in slopes to the right and up, and 1/z.
+    pub fn slopes(&self, point: &Vector3<f64>) -> ([f64; 2], f64) {
         let p = self.axes * point - self.eye;
-        let scale = self.middle / (HALF_VIEW * p[2]);
-        [self.middle + scale * p[0], self.middle - scale * p[1], 1.0 / p[2]]
+        let w = 1.0 / p[2];
+        ([p[0] * w, p[1] * w], w)
+    }
+
+    /// Pixels of a slope.
+    fn scale(&self) -> f64 {
+        self.middle / self.window.half
     }
 
     /// How many pixels a length across the view takes at a spot.
     pub fn pixels(&self, length: f64, spot: Spot) -> f64 {
-        self.middle / HALF_VIEW * length * spot[2]
+        self.scale() * length * spot[2]
     }
 
     /// The way from the eye through a place of the picture, ground's frame; its part along
     /// the view is 1.
     pub fn ray(&self, x: f64, y: f64) -> Vector3<f64> {
-        let slope = HALF_VIEW / self.middle;
-        let way = Vector3::new(slope * (x - self.middle), slope * (self.middle - y), 1.0);
-        self.axes.transpose() * way
+        let ([right, up], scale) = (self.window.middle, self.scale());
+        let way = [right + (x - self.middle) / scale, up + (self.middle - y) / scale];
+        self.axes.transpose() * Vector3::new(way[0], way[1], 1.0)
     }
 
     /// Along the view, of length 1, ground's frame.

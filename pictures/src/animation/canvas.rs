@@ -15,10 +15,14 @@ pub struct Canvas {
 impl Canvas {
     /// `None` if `size` is 0.
     pub fn new(size: u16, background: Colour) -> Option<Self> {
-        let mut pixmap = Pixmap::new(u32::from(size), u32::from(size))?;
-        let [red, green, blue] = background;
-        pixmap.fill(tiny_skia::Color::from_rgba8(red, green, blue, 255));
-        Some(Self { pixmap })
+        let mut canvas = Self { pixmap: Pixmap::new(u32::from(size), u32::from(size))? };
+        canvas.clear(background);
+        Some(canvas)
+    }
+
+    /// Makes it all of one colour.
+    pub fn clear(&mut self, [red, green, blue]: Colour) {
+        self.pixmap.fill(tiny_skia::Color::from_rgba8(red, green, blue, 255));
     }
 
     /// Pixels across.
@@ -71,6 +75,12 @@ impl Canvas {
         for (part, sum) in pixel.iter_mut().zip(sum) {
             *part = ((u16::from(*part) * (all - count) + sum + all / 2) / all) as u8;
         }
+    }
+
+    /// Fills an outline.
+    pub fn fill_path(&mut self, path: &Path, colour: Colour) {
+        let (paint, whole) = (paint(colour, 1.0), Transform::identity());
+        self.pixmap.fill_path(path, &paint, FillRule::Winding, whole, None);
     }
 
     /// Draws a line through `points`, with round ends and corners.

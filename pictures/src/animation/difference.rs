@@ -1,41 +1,48 @@
-//! What changed from one frame to the next.
+//! What changed from one picture to the next.
 
-use gif::{DisposalMethod, Frame};
-use std::borrow::Cow;
+use std::ops::Range;
 
-/// The smallest rectangle with all that differs between two pictures of `size` by `size`
-/// palette indices; pixels in it that do not differ are `transparent`. One pixel where
-/// nothing does: a frame has to have some.
-pub fn difference(before: &[u8], now: &[u8], size: usize, transparent: u8) -> Frame<'static> {
-    let differs = |y: usize| {
-        let row = y * size..(y + 1) * size;
-        before[row.clone()].iter().zip(&now[row]).map(|(a, b)| a != b)
-    };
-    let (mut left, mut right, mut top, mut bottom) = (size, 0, size, 0);
-    for y in 0..size {
-        let Some(first) = differs(y).position(|differs| differs) else { continue };
-        let last = differs(y).rposition(|differs| differs).unwrap_or(first);
-        (left, right) = (left.min(first), right.max(last + 1));
-        (top, bottom) = (top.min(y), y + 1);
+/// The smallest rectangle with all that differs between two pictures of `size` by `size` pixels.
+/// One pixel where nothing does: a frame has to have some.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Changed {
+    pub columns: Range<usize>,
+    pub rows: Range<usize>,
+    size: usize,
+}
+
+impl Changed {
+    /// Between `before` and `now`; all of the picture where there is none before.
+    pub fn between<T: PartialEq>(before: &[T], now: &[T], size: usize) -> Self {
+        if before.is_empty() {
+            return Self { columns: 0..size, rows: 0..size, size };
+        }
+        let differs = |y: usize| {
+            let row = y * size..(y + 1) * size;
+            before[row.clone()].iter().zip(&now[row]).map(|(a, b)| a != b)
+        };
+        let (mut left, mut right, mut top, mut bottom) = (size, 0, size, 0);
+        for y in 0..size {
+            let Some(first) = differs(y).position(|differs| differs) else { continue };
+            let last = differs(y).rposition(|differs| differs).unwrap_or(first);
+            (left, right) = (left.min(first), right.max(last + 1));
+            (top, bottom) = (top.min(y), y + 1);
+        }
+        if right == 0 {
+            (left, right, top, bottom) = (0, 1, 0, 1);
+        }
+        Self { columns: left..right, rows: top..bottom, size }
     }
-    if right == 0 {
-        (left, right, top, bottom) = (0, 1, 0, 1);
-    }
-    let mut buffer = Vec::with_capacity((right - left) * (bottom - top));
-    for y in top..bottom {
-        let row = y * size + left..y * size + right;
-        let pixels = before[row.clone()].iter().zip(&now[row]);
-        buffer.extend(pixels.map(|(a, b)| if a == b { transparent } else { *b }));
-    }
-    Frame {
-        left: left as u16,
-        top: top as u16,
-        width: (right - left) as u16,
-        height: (bottom - top) as u16,
-        dispose: DisposalMethod::Keep,
-        transparent: Some(transparent),
-        buffer: Cow::Owned(buffer),
-        ..Frame::default()
+
+    /// The pixels in it by rows, `None` for those that do not differ.
+    pub fn pixels<'a, T: PartialEq + Copy>(
+        &self,
+        before: &'a [T],
+        now: &'a [T],
+    ) -> impl Iterator<Item = Option<T>> + use<'a, T> {
+        let Self { columns, rows, size } = self.clone();
+        let places = rows.flat_map(move |y| columns.clone().map(move |x| y * size + x));
+        places.map(|place| (before.get(place) != Some(&now[place])).then(|| now[place]))
     }
 }
 
@@ -48,11 +55,13 @@ mod tests {
         let before = vec![5; 16];
         let mut now = before.clone();
         (now[4 + 1], now[8 + 3]) = (7, 8);
-        let frame = difference(&before, &now, 4, 63);
-        assert_eq!((frame.left, frame.top, frame.width, frame.height), (1, 1, 3, 2));
-        let t = 63;
-        assert_eq!(*frame.buffer, [7, t, t, t, t, 8]);
-        let same = difference(&now, &now, 4, 63);
-        assert_eq!((same.width, same.height, &*same.buffer), (1, 1, &[t][..]));
+        let changed = Changed::between(&before, &now, 4);
+        assert_eq!((&changed.columns, &changed.rows), (&(1..4), &(1..3)));
+        let pixels: Vec<_> = changed.pixels(&before, &now).collect();
+        assert_eq!(pixels, [Some(7), None, None, None, None, Some(8)]);
+        let same = Changed::between(&now, &now, 4);
+        assert_eq!((same.columns, same.rows), (0..1, 0..1));
+        let first = Changed::between(&[], &now, 4);
+        assert!(first.pixels(&[], &now).eq(now.iter().copied().map(Some)));
     }
 }

@@ -42,6 +42,12 @@ impl Light {
     }
 }
 
+/// Of an endless floor, as far away as this times what is seen on it.
+const FARTHEST: f64 = 4.0;
+
+/// Of an endless floor, most lines of the grid.
+const MOST_LINES: f64 = 400.0;
+
 /// A rectangle of ground with its grid.
 pub struct Floor {
     low: Vector2<f64>,
@@ -49,6 +55,8 @@ pub struct Floor {
     /// Of the grid, m: 1, 2 or 5 times a power of ten.
     spacing: f64,
     light: Light,
+    /// How far it is seen where it is endless, m along the view.
+    farthest: Option<f64>,
 }
 
 impl Floor {
@@ -67,7 +75,14 @@ impl Floor {
         let margin = Vector2::repeat(0.4 * spacing);
         let low = ((low - margin) / spacing).map(f64::floor) * spacing;
         let high = ((high + margin) / spacing).map(f64::ceil) * spacing;
-        Self { low, high, spacing, light }
+        Self { low, high, spacing, light, farthest: None }
+    }
+
+    /// The same ground without end, with a grid for a picture that shows `width` (m) of it,
+    /// `distance` (m) away.
+    pub fn endless(self, width: f64, distance: f64) -> Self {
+        let spacing = round_length(width / LINES);
+        Self { spacing, farthest: Some(FARTHEST * distance), ..self }
     }
 
     /// The four corners.
@@ -78,6 +93,9 @@ impl Floor {
 
     /// Paints ground and grid.
     pub fn paint(&self, canvas: &mut Canvas, camera: &Camera) {
+        if let Some(farthest) = self.farthest {
+            return self.paint_endless(canvas, camera, farthest);
+        }
         let outline = self.corners().map(|corner| camera.project(&corner));
         canvas.fill(&outline, GROUND, 1.0);
         let width = canvas.size() / 800.0;
@@ -93,6 +111,50 @@ impl Floor {
             }
         }
         canvas.line(&outline, true, 1.6 * width, LINE);
+    }
+
+    /// Paints what is in the picture of ground without end.
+    ///
+    /// A ray from the eye e through the place (x, y) of the picture, r, meets the ground after
+    /// −e_z/r_z. It does so before `farthest` where −r_z is at least e_z/`farthest`; r is linear
+    /// in x and y.
+    fn paint_endless(&self, canvas: &mut Canvas, camera: &Camera, farthest: f64) {
+        let (size, eye) = (f64::from(canvas.size()), camera.eye());
+        let below =
+            |[x, y]: [f64; 2]| -eye.z.signum() * camera.ray(x, y).z - eye.z.abs() / farthest;
+        let square = [[0.0, 0.0], [size, 0.0], [size, size], [0.0, size]];
+        let mut seen: Vec<[f64; 2]> = Vec::new();
+        for (k, &from) in square.iter().enumerate() {
+            let to = square[(k + 1) % 4];
+            let (a, b) = (below(from), below(to));
+            if a >= 0.0 {
+                seen.push(from);
+            }
+            if (a < 0.0) != (b < 0.0) {
+                seen.push([0, 1].map(|k| from[k] + a / (a - b) * (to[k] - from[k])));
+            }
+        }
+        let outline: Vec<_> = seen.iter().map(|place| place.map(|x| x as f32)).collect();
+        canvas.fill(&outline, GROUND, 1.0);
+        let on_ground = |[x, y]: &[f64; 2]| {
+            let ray = camera.ray(*x, *y);
+            (eye - ray * (eye.z / ray.z)).xy()
+        };
+        let ground: Vec<_> = seen.iter().map(on_ground).collect();
+        for axis in 0..2 {
+            let ends = ground.iter().map(|place| place[axis]);
+            let low = ends.clone().fold(f64::INFINITY, f64::min);
+            let high = ends.fold(f64::NEG_INFINITY, f64::max);
+            // In a view along the ground, coarser lines.
+            let crowd = ((high - low) / (self.spacing * MOST_LINES)).max(1.0);
+            let spacing = self.spacing * 10f64.powf(crowd.log10().ceil());
+            let (first, last) = ((low / spacing).ceil() as i64, (high / spacing).floor() as i64);
+            for k in first..=last {
+                let ends = chord(&ground, axis, k as f64 * spacing);
+                let ends = ends.map(|end| camera.project(&Vector3::new(end.x, end.y, 0.0)));
+                canvas.line(&ends.collect::<Vec<_>>(), false, canvas.size() / 800.0, LINE);
+            }
+        }
     }
 
     /// Paints the shadow of convex pieces, each given by points that span it, once for each
@@ -116,6 +178,19 @@ impl Floor {
             canvas.fill_union(&pieces.iter().map(cast).collect::<Vec<_>>(), SHADOW, cover);
         }
     }
+}
+
+/// The ends of the line in a convex polygon on which the coordinate `axis` is `at`.
+fn chord(
+    polygon: &[Vector2<f64>],
+    axis: usize,
+    at: f64,
+) -> impl Iterator<Item = Vector2<f64>> + '_ {
+    let edges = polygon.iter().zip(polygon.iter().cycle().skip(1));
+    edges.filter_map(move |(from, to)| {
+        let (a, b) = (from[axis] - at, to[axis] - at);
+        ((a < 0.0) != (b < 0.0)).then(|| from + (to - from) * (a / (a - b)))
+    })
 }
 
 /// The smallest of 1, 2, 5 times a power of ten that is at least `length`.

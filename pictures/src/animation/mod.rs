@@ -1,8 +1,9 @@
-//! A trajectory as an animated GIF.
+//! A trajectory as an animation: a GIF or an animated PNG.
 //!
-//! Thirty frames a second; a camera that stands still, as near as it can with the whole
-//! motion in view; the bodies, their shadows, the contact forces and the clock. The same film
-//! and settings give the same bytes.
+//! Thirty frames a second; the bodies, their shadows, the contact forces and the clock. The camera
+//! stands still, as near as it can with everything in view; what would be small there is shown
+//! larger, and followed where its way is long (`framing`). The same film and settings give the
+//! same bytes.
 //!
 //! Arrows show the mean force of the steps since the frame before, on a compressed scale
 //! (`forces::Scale`), between two bodies the force on each. Bodies cover those whose contact
@@ -14,7 +15,9 @@ mod arrows;
 mod camera;
 mod canvas;
 mod difference;
+mod encoder;
 mod floor;
+mod framing;
 mod lettering;
 mod outline;
 mod palette;
@@ -29,27 +32,21 @@ mod timing;
 mod tests;
 
 pub use camera::View;
-pub use settings::{AnimationError, Settings};
+pub use settings::{AnimationError, Format, Settings};
 pub use timing::frame_count;
 
 use crate::film::{Body, Film, Partner};
 use crate::forces::Scale;
 use arrows::Arrow;
-use difference::difference;
-use gif::{AnyExtension, Encoder, Frame, Repeat};
+use encoder::Encoder;
 use nalgebra::{Isometry3, Point3, Vector3};
-use palette::Palette;
 use pins::Pin;
 use settings::FARTHEST;
 use stage::{Moment, Stage};
-use std::borrow::Cow;
 use std::ops::ControlFlow;
 
 /// How long the axis of a joint is to each side, in parts of its body's reach.
 const AXIS: f64 = 0.3;
-
-/// The GIF's comment extension.
-const COMMENT: AnyExtension = AnyExtension(0xfe);
 
 /// Draws `film`. `progress` gets the frames done and the frames there will be, and can end
 /// the work.
@@ -62,38 +59,20 @@ pub fn animate(
     mut progress: impl FnMut(u64, u64) -> ControlFlow<()>,
 ) -> Result<Vec<u8>, AnimationError> {
     let moments = moments(film, settings)?;
-    let frames = moments.len() as u64;
-    let size = usize::from(settings.size);
-    let mut palette = Palette::of(film.bodies.len(), !film.fixed.is_empty());
+    let frames = moments.len() as u32;
     let mut bytes = Vec::new();
-    let mut encoder = Encoder::new(&mut bytes, settings.size, settings.size, &palette.bytes())?;
-    encoder.set_repeat(Repeat::Infinite)?;
-    let title: Vec<&[u8]> = film.title.as_bytes().chunks(255).collect();
-    encoder.write_raw_extension(COMMENT, &title)?;
-
+    let mut encoder = Encoder::new(&mut bytes, film, settings.format, settings.size, frames)?;
     let mut stage = Stage::new(film, settings, &moments).ok_or(AnimationError::TooFar)?;
     let mut canvas = stage.empty().clone();
-    let (mut before, mut now) = (Vec::new(), Vec::with_capacity(size * size));
-    for (k, moment) in (0..).zip(&moments) {
-        if progress(k, frames).is_break() {
+    for (k, moment) in moments.iter().enumerate() {
+        if progress(k as u64, frames.into()).is_break() {
             return Err(AnimationError::Interrupted);
         }
+        stage.aim(k);
         stage.paint(&mut canvas, moment);
-        now.clear();
-        now.extend(canvas.colours().map(|colour| palette.index(colour)));
-        let mut frame = if before.is_empty() {
-            let (width, height) = (settings.size, settings.size);
-            Frame { width, height, buffer: Cow::Borrowed(&now), ..Frame::default() }
-        } else {
-            difference(&before, &now, size, palette.transparent())
-        };
-        frame.delay = timing::delay(k);
-        encoder.write_frame(&frame)?;
-        drop(frame);
-        std::mem::swap(&mut before, &mut now);
+        encoder.add(k as u64, &canvas)?;
     }
-    // The trailer is written when the encoder goes.
-    drop(encoder);
+    encoder.finish()?;
     Ok(bytes)
 }
 

@@ -11,11 +11,23 @@ pub struct Settings {
     pub size: u16,
     /// Where the camera stands.
     pub view: View,
+    /// What the file is.
+    pub format: Format,
+}
+
+/// What an animation is encoded as.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Format {
+    /// With a palette of 255 colours at most; shown everywhere.
+    #[default]
+    Gif,
+    /// In full colour; what knows no animated PNG shows the first frame.
+    Png,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { speed: 1.0, size: 800, view: View::default() }
+        Self { speed: 1.0, size: 800, view: View::default(), format: Format::Gif }
     }
 }
 
@@ -36,9 +48,12 @@ pub enum AnimationError {
     /// The progress callback said so.
     #[error("interrupted")]
     Interrupted,
-    /// The encoder failed.
+    /// The encoder of GIFs failed.
     #[error("the animation cannot be encoded: {0}")]
-    Encoding(#[from] gif::EncodingError),
+    Gif(#[from] gif::EncodingError),
+    /// The encoder of PNGs failed.
+    #[error("the animation cannot be encoded: {0}")]
+    Png(#[from] png::EncodingError),
 }
 
 /// Coordinates beyond this are not drawn, m.

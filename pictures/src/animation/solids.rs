@@ -4,7 +4,7 @@ use super::camera::Camera;
 use super::camera::Spot;
 use super::floor::Light;
 use super::outline::hull;
-use super::palette::{self, EDGE};
+use super::palette::{self, EDGE, Hue};
 use super::raster::Raster;
 use crate::shape::{Hull, Look, Piece};
 use nalgebra::{Isometry3, Point3, Vector3};
@@ -23,8 +23,7 @@ pub struct Easel<'a> {
     pub light: Light,
     /// Pixels of a picture of 800 to those of this one.
     pub unit: f64,
-    /// Which of the palette's hues.
-    pub hue: usize,
+    pub hue: Hue,
     /// How far the body reaches, m.
     pub reach: f64,
 }

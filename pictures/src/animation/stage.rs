@@ -4,18 +4,26 @@ use super::arrows::{self, Arrow};
 use super::camera::Camera;
 use super::canvas::Canvas;
 use super::floor::{Floor, Light};
+use super::framing::{Extent, Window, windows};
 use super::lettering;
-use super::palette::{self, BACKGROUND, INK};
+use super::palette::{self, BACKGROUND, Hue};
 use super::pins::{self, Pin};
 use super::raster::Raster;
 use super::settings::Settings;
 use super::solids::Easel;
 use crate::film::Film;
+use crate::font::Font;
 use crate::shape::Look;
 use nalgebra::{Isometry3, Point3, Vector3};
 
 /// Of a body's size: what lies behind others by more is hidden.
 const BEHIND: f64 = 0.05;
+
+/// Height of a label's digits in a picture of 800 pixels.
+const LABEL: f32 = 13.0;
+
+/// Of a body's size: what moves less all the time stands still.
+const UNMOVED: f64 = 0.1;
 
 /// What one frame shows, in the ground's frame.
 pub struct Moment {
@@ -32,8 +40,9 @@ struct Actor {
     looks: Vec<Look>,
     /// Points that span each of the looks.
     spans: Vec<Vec<Vector3<f64>>>,
-    hue: usize,
+    hue: Hue,
     reach: f64,
+    label: String,
 }
 
 /// Everything that stays the same from frame to frame.
@@ -47,13 +56,18 @@ pub struct Stage {
     /// Of what stands still: world → ground.
     to_ground: Isometry3<f64>,
     speed: f64,
-    /// Floor and grid alone.
+    /// Of each frame; the last goes on.
+    windows: Vec<Window>,
+    /// Floor and grid alone, as they are in the camera's window.
     empty: Canvas,
     raster: Raster,
+    /// `None` if the built-in font cannot be read, which no input makes.
+    font: Option<Font>,
 }
 
 impl Stage {
-    /// A stage on which all `moments` are in view. `None` if the picture has no size.
+    /// A stage on which all `moments` are in view, aimed at the first. `None` if the picture has
+    /// no size.
     pub fn new(film: &Film, settings: &Settings, moments: &[Moment]) -> Option<Self> {
         let light = Light::for_azimuth(settings.view.azimuth);
         let to_ground = film.to_ground();
@@ -61,22 +75,53 @@ impl Stage {
         let mut points = Vec::new();
         for moment in moments {
             for (actor, pose) in actors.iter().zip(moment.poses.iter().chain([&to_ground])) {
-                let span = actor.spans.iter().flatten();
-                points.extend(span.map(|point| (pose * Point3::from(*point)).coords));
+                points.extend(actor.places(pose));
             }
         }
-        let floor = film.ground.map(|_| Floor::under(&points, light));
+        let mut floor = film.ground.map(|_| Floor::under(&points, light));
         let tips = moments.iter().flat_map(|moment| &moment.arrows).map(|arrow| arrow.to);
         points.extend(tips.chain(floor.iter().flat_map(Floor::corners)));
         let turn = to_ground.rotation.to_rotation_matrix();
-        let camera = Camera::fit(settings.view, &turn, settings.size, &points);
-        let mut empty = Canvas::new(settings.size, BACKGROUND)?;
-        if let Some(floor) = &floor {
-            floor.paint(&mut empty, &camera);
+        let mut camera = Camera::fit(settings.view, &turn, settings.size, &points);
+        let (windows, distance) = framed(&camera, &actors, moments, floor.is_some());
+        camera.window = windows[0];
+        if camera.window.half < Window::WHOLE.half {
+            let width = 2.0 * camera.window.half * distance;
+            floor = floor.map(|floor| floor.endless(width, distance));
         }
+        let empty = Canvas::new(settings.size, BACKGROUND)?;
         let raster = Raster::new(usize::from(settings.size));
         let speed = settings.speed;
-        Some(Self { camera, floor, light, actors, to_ground, speed, empty, raster })
+        let mut stage = Self {
+            camera,
+            floor,
+            light,
+            actors,
+            to_ground,
+            speed,
+            windows,
+            empty,
+            raster,
+            font: Font::bold(),
+        };
+        stage.paint_floor();
+        Some(stage)
+    }
+
+    /// Turns to what frame `k` shows.
+    pub fn aim(&mut self, k: usize) {
+        let window = self.windows[k.min(self.windows.len() - 1)];
+        if window != self.camera.window {
+            self.camera.window = window;
+            self.paint_floor();
+        }
+    }
+
+    fn paint_floor(&mut self) {
+        self.empty.clear(BACKGROUND);
+        if let Some(floor) = &self.floor {
+            floor.paint(&mut self.empty, &self.camera);
+        }
     }
 
     /// The picture without anything that moves.
@@ -116,29 +161,94 @@ impl Stage {
         self.raster.compose(canvas);
         pins::paint(canvas, &self.camera, &moment.pins);
         arrows::paint(canvas, &self.camera, &seen);
-        self.paint_clock(canvas, moment.time);
+        if let Some(font) = &self.font {
+            self.paint_labels(canvas, font, moment);
+            self.paint_clock(canvas, font, moment.time);
+        }
     }
 
-    fn paint_clock(&self, canvas: &mut Canvas, time: f64) {
+    /// The label of a body stands above it.
+    fn paint_labels(&self, canvas: &mut Canvas, font: &Font, moment: &Moment) {
+        let height = LABEL * canvas.size() / 800.0;
+        for (actor, pose) in self.actors.iter().zip(&moment.poses) {
+            if actor.label.is_empty() {
+                continue;
+            }
+            let [x, _] = self.camera.project(&pose.translation.vector);
+            let heights = actor.places(pose).map(|place| self.camera.project(&place)[1]);
+            let top = heights.fold(f32::INFINITY, f32::min);
+            lettering::label(canvas, font, &actor.label, [x, top - height / 2.0], height);
+        }
+    }
+
+    fn paint_clock(&self, canvas: &mut Canvas, font: &Font, time: f64) {
         let unit = canvas.size() / 800.0;
         let decimals = if self.speed < 0.5 { 3 } else { 2 };
         let text = format!("t = {time:.decimals$} s");
-        lettering::write(canvas, &text, [32.0 * unit, 30.0 * unit], 24.0 * unit, INK);
+        lettering::write(canvas, font, &text, [32.0 * unit, 54.0 * unit], 24.0 * unit);
         if self.speed != 1.0 {
             let text = format!("{} ×", self.speed);
-            lettering::write(canvas, &text, [32.0 * unit, 70.0 * unit], 15.0 * unit, INK);
+            lettering::write(canvas, font, &text, [32.0 * unit, 85.0 * unit], 15.0 * unit);
         }
     }
 }
 
+impl Actor {
+    /// Points that span it at a pose, ground's frame.
+    fn places(&self, pose: &Isometry3<f64>) -> impl Iterator<Item = Vector3<f64>> {
+        self.spans.iter().flatten().map(move |point| (pose * Point3::from(*point)).coords)
+    }
+}
+
+/// The window of each frame on the bodies that move, or on all where none does, and how far these
+/// are from the camera, m.
+fn framed(
+    camera: &Camera,
+    actors: &[Actor],
+    moments: &[Moment],
+    has_ground: bool,
+) -> (Vec<Window>, f64) {
+    let first = &moments[0].poses;
+    let moves = |b: &usize| {
+        let way = |moment: &Moment| {
+            let (from, to) = (&first[*b], &moment.poses[*b]);
+            let turn = 2.0 * (from.rotation.angle_to(&to.rotation) / 2.0).sin();
+            let way = (to.translation.vector - from.translation.vector).norm();
+            way + turn * actors[*b].reach
+        };
+        moments.iter().any(|moment| way(moment) > UNMOVED * actors[*b].reach)
+    };
+    let mut moving: Vec<usize> = (0..first.len()).filter(moves).collect();
+    if moving.is_empty() {
+        moving = (0..first.len()).collect();
+    }
+    let (mut reach, mut distance) = (0.0f64, 0.0);
+    let extents: Vec<_> = moments
+        .iter()
+        .map(|moment| {
+            moving.iter().fold(Extent::NONE, |extent, &b| {
+                let pose = &moment.poses[b];
+                let (_, w) = camera.slopes(&pose.translation.vector);
+                reach = reach.max(actors[b].reach * w);
+                distance += 1.0 / w;
+                let places = actors[b].places(pose).map(|place| camera.slopes(&place).0);
+                places.fold(extent, Extent::with)
+            })
+        })
+        .collect();
+    let distance = distance / (moments.len() * moving.len()) as f64;
+    (windows(&extents, reach, has_ground), distance)
+}
+
 /// The bodies, and what stands still.
 fn actors(film: &Film) -> Vec<Actor> {
-    let actor = |looks: Vec<Look>, hue, reach| {
+    let actor = |looks: Vec<Look>, hue, reach, label: &str| {
         let spans = looks.iter().map(Look::span).collect();
-        Actor { looks, spans, hue, reach }
+        Actor { looks, spans, hue, reach, label: label.to_owned() }
     };
-    let bodies = film.bodies.iter().enumerate();
-    let bodies = bodies.map(|(b, body)| actor(Look::of(body), palette::hue_of(b), body.reach()));
+    let bodies = film.bodies.iter().enumerate().map(|(b, body)| {
+        actor(Look::of(body), palette::hue_of(body, b), body.reach(), &body.label)
+    });
     let still: Vec<Look> =
         film.fixed.iter().flat_map(|fixed| &fixed.pieces).cloned().map(Look::Solid).collect();
     let points: Vec<Vector3<f64>> = still.iter().flat_map(Look::span).collect();
@@ -146,5 +256,5 @@ fn actors(film: &Film) -> Vec<Actor> {
     let reach = points.iter().map(|point| (point - middle).norm()).fold(0.0, f64::max);
     // A body's lift is right for a piece of its size.
     let reach = film.bodies.iter().map(crate::film::Body::reach).fold(reach, f64::min);
-    bodies.chain([actor(still, palette::STILL, reach)]).collect()
+    bodies.chain([actor(still, palette::STILL, reach, "")]).collect()
 }

@@ -1,11 +1,13 @@
 //! The animation as a viewer sees it: decoded, and looked at where things must be.
 
 use super::arrows::Arrow;
+use super::framing::Window;
 use super::palette::{BACKGROUND, Colour, FORCE, GROUND, INK, LINE};
 use super::stage::Stage;
-use super::{AnimationError, Settings, View, animate, moments};
-use crate::film::Film;
+use super::{AnimationError, Format, Settings, View, animate, moments};
+use crate::film::{Film, Fixed};
 use crate::samples::{falling_cube, floating_cube};
+use crate::shape::Piece;
 use nalgebra::{Isometry3, Vector3};
 use std::ops::ControlFlow;
 
@@ -124,7 +126,7 @@ fn other_views_and_other_bodies_are_drawn_too() {
     let views = [(200.0, 0.0), (0.0, 90.0), (-720.0, 45.0)];
     for (azimuth, elevation) in views {
         let view = View { azimuth, elevation };
-        let bytes = bytes(&film, &Settings { size: 120, view, speed: 10.0 });
+        let bytes = bytes(&film, &Settings { size: 120, view, speed: 10.0, ..Settings::default() });
         assert_eq!(pictures(&bytes, 120).len(), 3);
     }
     film.bodies[0].points = [Vector3::x(), Vector3::y(), Vector3::z()].into();
@@ -144,4 +146,134 @@ fn what_cannot_be_drawn_is_an_error() {
     assert!(matches!(animate(&film, &slow, go_on), Err(AnimationError::TooLong { .. })));
     let stop = |_, _| ControlFlow::Break(());
     assert!(matches!(animate(&film, &settings, stop), Err(AnimationError::Interrupted)));
+}
+
+/// A ball of 5 cm that falls between pegs on a slope, to and fro, for two seconds: 1.6 m.
+fn board() -> Film {
+    let mut film = falling_cube(1000);
+    let sphere = |centre, radius| Piece::Sphere { centre, radius };
+    film.bodies[0].pieces = vec![sphere(Vector3::zeros(), 0.025)];
+    film.bodies[0].points.clear();
+    for frame in &mut film.frames {
+        let (s, pose) = (frame.time / 2.0, &mut frame.poses[0]);
+        pose.position = Vector3::new(0.1 * (20.0 * s).sin(), 1.6 * s - 0.8, 0.025);
+        frame.contacts.clear();
+    }
+    let peg = |k: i32| {
+        let place =
+            Vector3::new(f64::from(k % 10) * 0.12 - 0.54, f64::from(k / 10) * 0.16 - 0.8, 0.0);
+        Fixed { name: String::new(), pieces: vec![sphere(place, 0.01)] }
+    };
+    film.fixed = (0..110).map(peg).collect();
+    film
+}
+
+/// What the body takes of the picture's width or height, the larger, in each frame: through the
+/// whole view, and through the windows of the frames. It must be in the picture.
+fn shares(film: &Film) -> Vec<[f64; 2]> {
+    let settings = Settings { size: 200, ..Settings::default() };
+    let moments = moments(film, &settings).unwrap();
+    let mut stage = Stage::new(film, &settings, &moments).unwrap();
+    let mut share = |k: usize, whole: bool| {
+        stage.aim(k);
+        if whole {
+            stage.camera.window = Window::WHOLE;
+        }
+        let middle = moments[k].poses[0].translation.vector;
+        let spot = stage.camera.spot(&middle);
+        let radius = stage.camera.pixels(film.bodies[0].reach(), spot);
+        if !whole {
+            for coordinate in &spot[..2] {
+                assert!((radius..200.0 - radius).contains(coordinate), "{k}: {spot:?}");
+            }
+        }
+        2.0 * radius / 200.0
+    };
+    (0..moments.len()).map(|k| [share(k, true), share(k, false)]).collect()
+}
+
+#[test]
+fn what_moves_among_much_that_stands_still_fills_a_tenth_of_the_picture_at_least() {
+    for [whole, shown] in shares(&board()) {
+        assert!(whole < 0.04, "{whole}");
+        assert!((0.1..0.25).contains(&shown), "{shown}");
+    }
+}
+
+#[test]
+fn a_long_throw_is_followed_over_a_grid_that_is_seen() {
+    let mut film = falling_cube(1500);
+    for frame in &mut film.frames {
+        let time = frame.time;
+        frame.poses[0].position = Vector3::new(
+            10.0 * time,
+            40.0 * time,
+            1.7 + (15.0 * time - 0.5 * 9.81 * time * time).max(0.0),
+        );
+        frame.contacts.clear();
+    }
+    for [whole, shown] in shares(&film) {
+        assert!(whole < 0.04 && (0.1..0.25).contains(&shown), "{whole} {shown}");
+    }
+    let pictures = pictures(&bytes(&film, &Settings { size: 200, ..Settings::default() }), 200);
+    for picture in pictures {
+        // Thinner than a pixel, they are blends.
+        let is_line = |pixel: &&Colour| {
+            let between = |k: usize| (LINE[k]..GROUND[k] - 4).contains(&pixel[k]);
+            (0..3).all(between)
+        };
+        let lines = picture.iter().filter(is_line).count();
+        let ground = picture.iter().filter(|&&pixel| near(pixel, GROUND)).count();
+        assert!(lines > 200 && ground > 20_000, "{lines} {ground}");
+    }
+}
+
+#[test]
+fn a_png_shows_every_frame_as_it_was_painted() {
+    let film = falling_cube(300);
+    let settings = Settings { size: 200, format: Format::Png, ..Settings::default() };
+    let moments = moments(&film, &settings).unwrap();
+    let mut stage = Stage::new(&film, &settings, &moments).unwrap();
+    let mut canvas = stage.empty().clone();
+    let bytes = bytes(&film, &settings);
+    let mut reader = png::Decoder::new(std::io::Cursor::new(&bytes)).read_info().unwrap();
+    let animation = reader.info().animation_control.unwrap();
+    assert_eq!((animation.num_frames as usize, animation.num_plays), (moments.len(), 0));
+    let mut screen = vec![[0; 3]; 200 * 200];
+    let mut part = vec![0; reader.output_buffer_size().unwrap()];
+    for moment in &moments {
+        let size = reader.next_frame(&mut part).unwrap().buffer_size();
+        let frame = *reader.info().frame_control().unwrap();
+        assert_eq!((frame.delay_num, frame.delay_den), (1, 30));
+        for (i, pixel) in part[..size].chunks_exact(4).enumerate() {
+            let (x, y) = (i as u32 % frame.width, i as u32 / frame.width);
+            if pixel[3] != 0 {
+                let place = (frame.y_offset + y) * 200 + frame.x_offset + x;
+                screen[place as usize] = [pixel[0], pixel[1], pixel[2]];
+            }
+        }
+        stage.paint(&mut canvas, moment);
+        assert!(canvas.colours().eq(screen.iter().copied()));
+    }
+}
+
+#[test]
+fn a_body_has_its_own_colour_and_its_label_above_it() {
+    let settings = Settings { size: 300, ..Settings::default() };
+    let mut film = falling_cube(0);
+    let red = |picture: &[Colour]| {
+        let is_red = |pixel: &&Colour| pixel[0] > 90 && pixel[0] / 2 > pixel[2];
+        picture.iter().filter(is_red).count()
+    };
+    let plain = pictures(&bytes(&film, &settings), 300).remove(0);
+    film.bodies[0].colour = Some([0xd0, 0x10, 0x10]);
+    let own = pictures(&bytes(&film, &settings), 300).remove(0);
+    assert!(red(&plain) == 0 && red(&own) > 1000, "{} {}", red(&plain), red(&own));
+    film.bodies[0].label = "Würfel 1".to_owned();
+    let labelled = pictures(&bytes(&film, &settings), 300).remove(0);
+    let first = |other: &[Colour]| (0..90_000).find(|&i| labelled[i] != other[i]).map(|i| i / 300);
+    let top =
+        (0..90_000).filter(|&i| own[i][0] > own[i][2].saturating_add(60)).min().unwrap() / 300;
+    let written = first(&own).unwrap();
+    assert!(written < top && written + 20 > top, "{written} {top}");
 }

@@ -4,7 +4,7 @@ use super::settings::AnimationError;
 use crate::film::Film;
 
 /// Frames of a second of the animation.
-const FRAMES_A_SECOND: u64 = 30;
+pub const FRAMES_A_SECOND: u64 = 30;
 
 /// More frames than this make a file that no viewer opens gladly.
 const MOST_FRAMES: u64 = 3000;

@@ -1,39 +1,24 @@
 //! The charts of the page.
 
 use super::report::{Motion, Report, Toss};
-use crate::chart::{Chart, key};
+use crate::chart::{Chart, dot_key, line_key};
 use crate::plot::scale::{Axis, Kind};
-use crate::plot::thin::thin;
-
-/// Columns that curves are thinned to.
-const COLUMNS: usize = 160;
 
 /// The classes of the style in which curves are drawn.
 const RECORDED: &str = "exact";
 const SIMULATED: &str = "native";
 const BEFORE: &str = "guide";
 
-fn legend(entries: &[(&str, &str)]) -> String {
-    let entry = |(class, name): &(&str, &str)| {
-        key(&format!("<path class=\"{class}\" d=\"M0 5h26\"/>"), name)
-    };
-    entries.iter().map(entry).collect()
-}
+/// Of a toss in the chart of both errors.
+const DOT: f64 = 2.6;
 
 /// Curves over time on one pair of axes.
-fn over_time(
-    name: &str,
-    times: &[f64],
-    curves: &[(&str, Vec<f64>)],
-    keys: &str,
-    kind: Kind,
-) -> String {
+fn over_time(name: &str, times: &[f64], curves: &[(&str, Vec<f64>)], keys: &str) -> String {
     let end = times.last().copied().unwrap_or(1.0);
     let values = curves.iter().flat_map(|(_, values)| values.iter().copied());
-    let axis = Axis::new(kind, values, 6);
-    let mut chart = Chart::new(Axis::linear(0.0, end, 0.0, 6), axis, ("time t (s)", name));
+    let mut chart = Chart::over_time(name, end, Kind::FromZero, values);
     for (class, values) in curves {
-        chart.line(class, &thin(times, values, (0.0, end), COLUMNS));
+        chart.curve(class, times, values);
     }
     chart.figure(&format!("{name} over time"), keys)
 }
@@ -53,16 +38,15 @@ fn from_above(motion: &Motion, keys: &str) -> String {
     };
     let mut chart = Chart::new(axis(x), axis(y), ("x (m)", "y (m), from above"));
     for (class, path) in [(RECORDED, &motion.recorded), (SIMULATED, &motion.simulated)] {
-        let points: Vec<_> =
-            path.iter().map(|p| (!p[0].is_nan()).then_some((p[0], p[1]))).collect();
-        chart.line(class, &points);
+        // What is no number is at the ends of a path.
+        chart.line(class, path.iter().filter(|p| !p[0].is_nan()).map(|p| (p[0], p[1])));
     }
     chart.figure("the path from above", keys)
 }
 
 /// The charts of one toss: height, path, distance and angle; `length` in m.
 pub fn motion(motion: &Motion) -> String {
-    let both = legend(&[(RECORDED, "recorded"), (SIMULATED, "simulated")]);
+    let both = line_key(RECORDED, "recorded") + &line_key(SIMULATED, "simulated");
     let height = |path: &[[f64; 3]]| path.iter().map(|p| p[2]).collect::<Vec<_>>();
     let heights = [(RECORDED, height(&motion.recorded)), (SIMULATED, height(&motion.simulated))];
     let distance = motion
@@ -74,10 +58,10 @@ pub fn motion(motion: &Motion) -> String {
     let angle = [(SIMULATED, motion.angle.clone())];
     let times = &motion.times;
     [
-        over_time("height of the centre (m)", times, &heights, &both, Kind::FromZero),
+        over_time("height of the centre (m)", times, &heights, &both),
         from_above(motion, &both),
-        over_time("distance of the centres (mm)", times, &distance, "", Kind::FromZero),
-        over_time("angle between the attitudes (°)", times, &angle, "", Kind::FromZero),
+        over_time("distance of the centres (mm)", times, &distance, ""),
+        over_time("angle between the attitudes (°)", times, &angle, ""),
     ]
     .concat()
 }
@@ -104,14 +88,14 @@ fn shares(
     let curve = |errors: &[f64]| {
         let step = 100.0 / errors.len() as f64;
         let points = errors.iter().enumerate();
-        points.map(|(k, error)| Some((*error, (k + 1) as f64 * step))).collect::<Vec<_>>()
+        points.map(|(k, error)| (*error, (k + 1) as f64 * step)).collect::<Vec<_>>()
     };
-    let mut keys = legend(&[(SIMULATED, "found")]);
+    let mut keys = line_key(SIMULATED, "found");
     if searched {
-        chart.line(BEFORE, &curve(&before));
-        keys = legend(&[(BEFORE, "start"), (SIMULATED, "found")]);
+        chart.line(BEFORE, curve(&before));
+        keys = line_key(BEFORE, "start") + &keys;
     }
-    chart.line(SIMULATED, &curve(&found));
+    chart.line(SIMULATED, curve(&found));
     chart.figure(&format!("{name}: share of tosses below"), &keys)
 }
 
@@ -127,12 +111,11 @@ pub fn errors(report: &Report) -> String {
         ("mean distance (% of the length)", "mean angle (°)"),
     );
     for toss in tosses {
-        let (x, y) = chart.place((toss.position[1], toss.rotation[1]));
         let class = if toss.other_face { "ipopt" } else { "native" };
-        chart.draw(&format!("<circle class=\"{class}\" cx=\"{x:.2}\" cy=\"{y:.2}\" r=\"2.6\"/>\n"));
+        chart.dot(class, DOT, (toss.position[1], toss.rotation[1]));
     }
-    let keys = key("<circle class=\"native\" cx=\"13\" cy=\"5\" r=\"2.6\"/>", "the same face")
-        + &key("<circle class=\"ipopt\" cx=\"13\" cy=\"5\" r=\"2.6\"/>", "another face at the end");
+    let keys =
+        dot_key("native", DOT, "the same face") + &dot_key("ipopt", DOT, "another face at the end");
     position + &rotation + &chart.figure("both errors of every toss", &keys)
 }
 
@@ -147,7 +130,6 @@ pub fn progress(losses: &[f64]) -> String {
         Axis::new(Kind::Linear, losses.iter().copied(), 6),
         ("evaluations with all substeps", "least loss so far"),
     );
-    let points: Vec<_> = losses.iter().enumerate().map(|(k, l)| Some((k as f64, *l))).collect();
-    chart.line(SIMULATED, &points);
+    chart.line(SIMULATED, losses.iter().enumerate().map(|(k, loss)| (k as f64, *loss)));
     chart.figure("the least loss over the evaluations", "")
 }

@@ -1,8 +1,8 @@
 //! A trajectory as curves over time: two sheets of panels, as SVG and as PNG.
 
+pub(super) mod axes;
 pub(super) mod curve;
 mod energy;
-mod font;
 mod joints;
 mod motion;
 pub(super) mod number;

@@ -1,12 +1,12 @@
 //! Drawing a sheet of panels as SVG.
 
+use super::axes::Axes;
 use super::curve::{dots, line, mark_path};
-use super::font::{Font, Heading};
 use super::number::back_to_line;
 use super::panel::{Panel, PanelMaker, Series};
 use super::scale::Axis;
-use super::thin::{Point, thin};
 use crate::film::Film;
+use crate::font::{Font, Heading};
 use crate::markup::escape;
 use std::fmt::Write as _;
 
@@ -41,8 +41,7 @@ const FRAME: &str = "#b8c0c9";
 struct Sheet<'a> {
     film: &'a Film,
     times: Vec<f64>,
-    range: (f64, f64),
-    axis: Axis,
+    time: Axis,
     body: String,
     y: f64,
 }
@@ -53,9 +52,8 @@ pub fn draw(film: &Film, body: usize, heading: &str, notes: &str, panels: &[Pane
     let start = times.first().copied().unwrap_or(0.0);
     // A single row still needs a range.
     let end = times.last().copied().unwrap_or(0.0).max(start + film.time_step);
-    let axis = Axis::linear(start, end, 0.0, 10);
-    let range = (start, end);
-    let mut sheet = Sheet { film, times, range, axis, body: String::new(), y: TOP };
+    let time = Axis::linear(start, end, 0.0, 10);
+    let mut sheet = Sheet { film, times, time, body: String::new(), y: TOP };
     let (written, notes) = written(heading, notes);
     let title = format!("font-weight=\"700\">{}", escape(&written));
     sheet.text(LEFT, 30.0, "start", HEADING_SIZE, INK, &title);
@@ -113,27 +111,24 @@ impl Sheet<'_> {
         );
     }
 
-    fn x(&self, time: f64) -> f64 {
-        LEFT + self.axis.fraction(time) * (WIDTH - LEFT - RIGHT)
-    }
-
     fn panel(&mut self, panel: &Panel, is_last: bool) {
         let blank = panel.blank();
         let height = if blank.is_some() { BLANK } else { panel.height };
         let top = self.y + HEADING;
-        let bottom = top + height;
-        let axis = Axis::new(panel.kind, panel.values(), (height / ROOM_OF_TICK).ceil() as usize);
+        let (left, right, bottom) = (LEFT, WIDTH - RIGHT, top + height);
+        let y = Axis::new(panel.kind, panel.values(), (height / ROOM_OF_TICK).ceil() as usize);
+        let axes = Axes { x: self.time.clone(), y, left, right, top, bottom };
 
         let _ = writeln!(self.body, "<g class=\"panel\" id=\"{}\">", panel.id);
-        self.heading(panel, axis.remark(panel.unit).filter(|_| blank.is_none()), top - 9.0);
-        self.grid(&axis, (top, bottom), blank.is_none(), is_last);
+        self.heading(panel, axes.y.remark(panel.unit).filter(|_| blank.is_none()), top - 9.0);
+        self.grid(&axes, blank.is_none(), is_last);
         if let Some(nothing) = blank {
             let words = if self.film.steps().is_empty() { "no step in this run" } else { nothing };
-            let (x, y) = ((LEFT + WIDTH - RIGHT) / 2.0, (top + bottom) / 2.0 + 4.5);
+            let (x, y) = ((left + right) / 2.0, (top + bottom) / 2.0 + 4.5);
             self.text(x, y, "middle", 13.0, FAINT, &format!("class=\"nothing\">{words}"));
         } else {
             self.legend(panel, top - 9.0);
-            self.curves(panel, &|value| bottom - axis.fraction(value) * height);
+            self.curves(panel, &axes);
         }
         self.body.push_str("</g>\n");
         self.y = bottom;
@@ -197,40 +192,22 @@ impl Sheet<'_> {
         }
     }
 
-    fn grid(&mut self, axis: &Axis, (top, bottom): (f64, f64), labelled: bool, is_last: bool) {
-        let right = WIDTH - RIGHT;
-        let mut lines = String::new();
-        let mut labels: Vec<(f64, f64, &str, String)> = Vec::new();
-        for (time, label) in &self.axis.ticks {
-            let x = self.x(*time);
-            if labelled {
-                let _ = write!(lines, "M{x:.2} {top:.2}V{bottom:.2}");
-            }
-            if is_last {
-                labels.push((x, bottom + 18.0, "middle", label.clone()));
-            }
-        }
-        for (value, label) in axis.ticks.iter().filter(|_| labelled) {
-            let y = bottom - axis.fraction(*value) * (bottom - top);
-            let _ = write!(lines, "M{LEFT} {y:.2}H{right}");
-            labels.push((LEFT - 8.0, y + 4.2, "end", label.clone()));
-        }
+    fn grid(&mut self, axes: &Axes, labelled: bool, is_last: bool) {
+        let lines = if labelled { axes.grid() } else { String::new() };
         let _ = writeln!(
             self.body,
             "<path class=\"grid\" d=\"{lines}\" stroke=\"{GRID}\" fill=\"none\"/>\n\
-             <path class=\"frame\" d=\"M{LEFT} {top:.2}H{right}V{bottom:.2}H{LEFT}Z\" \
-             stroke=\"{FRAME}\" fill=\"none\"/>"
+             <path class=\"frame\" d=\"{}\" stroke=\"{FRAME}\" fill=\"none\"/>",
+            axes.outline()
         );
-        for (x, y, anchor, label) in labels {
+        let below = axes.labels_below(18.0).filter(|_| is_last);
+        for (x, y, anchor, label) in below.chain(axes.labels_beside(8.0).filter(|_| labelled)) {
             self.text(x, y, anchor, 12.0, FAINT, &format!(">{label}"));
         }
     }
 
-    fn curves(&mut self, panel: &Panel, y: &dyn Fn(f64) -> f64) {
-        let place = |values: &[f64]| -> Vec<Point> {
-            let points = thin(&self.times, values, self.range, COLUMNS);
-            points.into_iter().map(|p| p.map(|(t, value)| (self.x(t), y(value)))).collect()
-        };
+    fn curves(&mut self, panel: &Panel, axes: &Axes) {
+        let place = |values: &[f64]| axes.curve(&self.times, values, COLUMNS);
         let few = self.times.len() <= FEW;
         let mut paths = String::new();
         for (series, width) in with_widths(&panel.series) {

@@ -2,48 +2,44 @@
 
 use super::number::{brief, html};
 use super::report::{Curve, Experiment, Series, Solver};
-use crate::chart::{Chart, key};
+use crate::chart::{Chart, dot_key, line_key};
 use crate::markup::escape;
 use crate::plot::panel::{LARGEST, shown};
 use crate::plot::scale::{Axis, Kind};
-use crate::plot::thin::thin;
 
-/// Columns that curves are thinned to.
-const COLUMNS: usize = 120;
 /// Marks along Ipopt's curve.
 const MARKS: usize = 24;
 /// An axis whose ends are nearer than this (SI units, or relative to the values) magnifies
 /// what no eye would see, and the caption says so.
 const MAGNIFIED: f64 = 1e-6;
 
-/// The mark of `solver` at each point: a disc within Ipopt's ring where they coincide.
-fn marks(chart: &mut Chart, solver: Solver, points: impl Iterator<Item = (f64, f64)>) {
-    for point in points {
-        let (x, y) = chart.place(point);
-        chart.draw(&mark(solver, x, y));
+/// The class and the radius of the mark of `solver`: a disc within Ipopt's ring where they
+/// coincide.
+fn mark(solver: Solver) -> (&'static str, f64) {
+    match solver {
+        Solver::Native => ("native", 1.8),
+        Solver::Ipopt => ("ipopt", 4.0),
     }
 }
 
-fn mark(solver: Solver, x: f64, y: f64) -> String {
-    let (name, radius) = match solver {
-        Solver::Native => ("native", 1.8),
-        Solver::Ipopt => ("ipopt", 4.0),
-    };
-    format!("<circle class=\"{name}\" cx=\"{x:.2}\" cy=\"{y:.2}\" r=\"{radius}\"/>\n")
+/// The mark of `solver` at each point.
+fn marks(chart: &mut Chart, solver: Solver, points: impl Iterator<Item = (f64, f64)>) {
+    let (class, radius) = mark(solver);
+    points.for_each(|point| chart.dot(class, radius, point));
 }
 
 /// The entries of the solvers; `lines` where their curves are drawn.
 fn solver_keys(experiment: &Experiment, lines: bool) -> String {
     let entry = |series: &Series| {
-        let solver = series.solver;
-        let line = match solver {
-            Solver::Native if lines => "<path class=\"native\" d=\"M0 5h26\"/>".to_owned(),
-            _ => mark(solver, 13.0, 5.0).trim_end().to_owned(),
-        };
-        let step = series.trials[0].time_step;
-        let name =
-            if lines { format!("{}, h = {step} s", solver.name()) } else { solver.name().into() };
-        key(&line, &name)
+        let (class, radius) = mark(series.solver);
+        let mut name = series.solver.name().to_owned();
+        if lines {
+            name = format!("{name}, h = {} s", series.trials[0].time_step);
+        }
+        match series.solver {
+            Solver::Native if lines => line_key(class, &name),
+            _ => dot_key(class, radius, &name),
+        }
     };
     experiment.series.iter().map(entry).collect()
 }
@@ -62,20 +58,15 @@ pub fn curves(experiment: &Experiment) -> String {
     let end = curves.iter().filter_map(|curve| curve.times.last()).fold(0.0, |a: f64, b| a.max(*b));
     let values = curves.iter().flat_map(|curve| curve.measured.iter().chain(&curve.exact).copied());
     let name = format!("{} ({})", first.name, first.unit);
-    let mut chart = Chart::new(
-        Axis::linear(0.0, end, 0.0, 6),
-        Axis::new(Kind::Linear, values, 6),
-        ("time t (s)", &name),
-    );
-    let drawn = |values: &[f64], times: &[f64]| thin(times, values, (0.0, end), COLUMNS);
+    let mut chart = Chart::over_time(&name, end, Kind::Linear, values);
     let mut keys = String::new();
     if first.exact.iter().any(|value| !value.is_nan()) {
-        chart.line("exact", &drawn(&first.exact, &first.times));
-        keys += &key("<path class=\"exact\" d=\"M0 5h26\"/>", "closed form");
+        chart.curve("exact", &first.times, &first.exact);
+        keys += &line_key("exact", "closed form");
     }
     for (series, curve) in experiment.series.iter().zip(&curves) {
         match series.solver {
-            Solver::Native => chart.line("native", &drawn(&curve.measured, &curve.times)),
+            Solver::Native => chart.curve("native", &curve.times, &curve.measured),
             Solver::Ipopt => {
                 let stride = curve.times.len().div_ceil(MARKS).max(1);
                 let points = curve.times.iter().copied().zip(curve.measured.iter().copied());
@@ -85,13 +76,12 @@ pub fn curves(experiment: &Experiment) -> String {
         }
     }
     keys += &solver_keys(experiment, true);
-    keys += &magnification(&chart.y, &first.unit);
+    keys += &magnification(chart.heights(), &first.unit);
     chart.figure(&format!("{name} over time"), &keys)
 }
 
 /// What is to be said of an axis that shows next to nothing as if it were much.
-fn magnification(axis: &Axis, unit: &str) -> String {
-    let (low, high) = axis.ends();
+fn magnification((low, high): (f64, f64), unit: &str) -> String {
     let span = high - low;
     if span >= MAGNIFIED * low.abs().max(high.abs()).max(1.0) {
         return String::new();
@@ -131,16 +121,15 @@ pub fn errors(experiment: &Experiment) -> String {
         Axis::new(Kind::Log, errors, 6),
         ("time step h (s)", &name),
     );
-    chart.line("guide", &guide.map(Some));
+    chart.line("guide", guide);
     for series in &experiment.series {
         let points = points(series);
         if series.solver == Solver::Native {
-            chart.line("native", &points.iter().copied().map(Some).collect::<Vec<_>>());
+            chart.line("native", points.iter().copied());
         }
         marks(&mut chart, series.solver, points.into_iter());
     }
-    let keys =
-        key("<path class=\"guide\" d=\"M0 5h26\"/>", "slope 1") + &solver_keys(experiment, false);
+    let keys = line_key("guide", "slope 1") + &solver_keys(experiment, false);
     chart.figure(&format!("{name} over the time step, log axes"), &keys)
 }
 

@@ -54,8 +54,16 @@ fn ramp() -> Piece {
 }
 
 fn body(name: String, pieces: Vec<Piece>) -> Body {
-    let (points, inertia) = (Vec::new(), Matrix3::identity() * 0.01);
-    Body { name, mass: 1.0, inertia, points, pieces, load: Load::default(), colour: None }
+    Body {
+        name,
+        mass: 1.0,
+        inertia: Matrix3::identity() * 0.01,
+        points: Vec::new(),
+        pieces,
+        load: Load::default(),
+        colour: None,
+        label: String::new(),
+    }
 }
 
 /// Of which kind body `b` is.

@@ -142,12 +142,14 @@ class Scene(CoreScene):
         Scene.from_text(text, path)
         return written(Path(path), text.encode())
 
-    def simulate(self, states: Any = None, *, threads: int = 1) -> "Simulation":
-        """A simulation from the scene's start, or from ``states`` (N, 13), on at most ``threads``
-        threads: see Simulation."""
+    def simulate(
+        self, states: Any = None, *, threads: int = 1, index: int = 0
+    ) -> "Simulation":
+        """A simulation from the scene's start, or from ``states`` (N, 13), at step ``index``, on at
+        most ``threads`` threads: see Simulation."""
         from ._simulation import Simulation
 
-        return Simulation(self, states, threads=threads)
+        return Simulation(self, states, threads=threads, index=index)
 
     def run(
         self, steps: Optional[int] = None, *, threads: int = 1, **keywords: Any

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Dict, NamedTuple, Optional, Tuple
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Dict, NamedTuple, Optional, Tuple, Type, Union
 
 from ._arrays import numbers
 from ._checks import room, whole
+from ._files import written
 from ._progress import Progress, callback
 from ._scene import Scene
 from ._trajectory import Trajectory, by_name, contacts_frame
@@ -13,6 +16,8 @@ from ._tumble import CoreSimulation, Recording, TumbleError
 
 if TYPE_CHECKING:
     import pandas as pd
+
+_MOST_STEPS = 2**53 - 1
 
 
 _AXES = {0: "x", 1: "y", 2: "slide", 5: "turn"}
@@ -38,24 +43,102 @@ class Step(NamedTuple):
 class Simulation(CoreSimulation):
     """A running simulation of a scene of N bodies, from its start or from ``states`` (N, 13).
 
+    It starts at step ``index``: its time is that many time steps, and loads are those of the times from
+    there on.
+
     A state is x, y, z (m, world), the quaternion w, x, y, z (body to world), the velocity (m/s,
     world) and the spin (rad/s, body). Of a single body (13,) will do.
 
     The native solver solves islands, bodies that touch each other, on at most ``threads`` threads at
     the same time; the numbers are the same on any number. Ipopt has one. A process that was forked
     has none of them, and goes on on one.
+
+    It can be pickled and copied: what comes of it goes on with the same numbers, to the last bit.
     """
 
     _scene: Scene
+    _threads: int
 
-    def __new__(cls, scene: Scene, states: Any = None, *, threads: int = 1) -> "Simulation":
-        bodies = len(scene.bodies)
+    def __new__(
+        cls, scene: Scene, states: Any = None, *, threads: int = 1, index: int = 0
+    ) -> "Simulation":
         threads = whole("threads", threads, 1)
+        index = whole("index", index, 0, _MOST_STEPS)
         if states is not None:
-            states = numbers("states", states, *_shapes((bodies, 13), bodies)).reshape(bodies, 13)
-        self = super().__new__(cls, scene, states, threads)
+            states = _states(scene, states)
+        self = super().__new__(cls, scene, states, threads, index)
         self._scene = scene
+        self._threads = threads
         return self
+
+    @classmethod
+    def restore(
+        cls, scene: Scene, path: Union[str, "os.PathLike[str]"], *, threads: int = 1
+    ) -> "Simulation":
+        """The simulation of ``scene`` that goes on from the file ``path``, which save wrote, or the
+        command line as state.bin.
+
+        Raises OSError where the file cannot be read, TumbleError where it is no state, is damaged, or
+        is one of another scene.
+        """
+        with open(path, "rb") as stream:
+            content = stream.read()
+        try:
+            return _restored(cls, scene, threads, content)
+        except TumbleError as error:
+            raise TumbleError(f"{os.fspath(path)}: {error}") from None
+
+    def save(self, path: Union[str, "os.PathLike[str]"]) -> Path:
+        """Writes where the simulation is: index, states, forces, wrenches, and what detection and
+        solver remember. The scene is not in it: see restore."""
+        return written(Path(path), self.saved())
+
+    def __reduce__(self) -> Any:
+        """A simulation goes to another process as its scene and its state."""
+        return _restored, (type(self), self._scene, self._threads, self.saved())
+
+    def __copy__(self) -> "Simulation":
+        return _restored(type(self), self._scene, self._threads, self.saved())
+
+    def __deepcopy__(self, memo: Any) -> "Simulation":
+        # A scene never changes.
+        return self.__copy__()
+
+    def set_state(self, body: Union[int, str], state: Any) -> None:
+        """Sets the state (13,) of a body, by its index or its name, as if it had come to be there.
+
+        Checked as a start is; the last step's forces stay what the next one starts from. Assign to
+        ``states`` to set those of all bodies at once.
+        """
+        self.exchange(self._index(body), numbers("state", state, (13,)))
+
+    def hold(self, body: Union[int, str]) -> None:
+        """Holds a body, by its index or its name, at rest where it is: nothing pushes it, it touches
+        nothing and costs nothing, until it is released."""
+        self.keep(self._index(body), True)
+
+    def release(self, body: Union[int, str]) -> None:
+        """Lets a body go that is held, from rest. Raises TumbleError where it is too deep in another one
+        by now."""
+        self.keep(self._index(body), False)
+
+    def _index(self, body: Union[int, str]) -> int:
+        bodies = self.scene.bodies
+        if isinstance(body, str):
+            if body not in bodies:
+                known = ", ".join(bodies[:4]) + (", …" if len(bodies) > 4 else "")
+                raise TumbleError(f"body is {body!r}; the name of one is needed: {known}")
+            return bodies.index(body)
+        return whole("body", body, 0, len(bodies) - 1)
+
+    @property
+    def states(self) -> Any:
+        """The states now: (N, 13)."""
+        return super().states
+
+    @states.setter
+    def states(self, states: Any) -> None:
+        self.exchange_all(_states(self.scene, states))
 
     @property
     def scene(self) -> Scene:
@@ -161,6 +244,17 @@ class Simulation(CoreSimulation):
 
     def __repr__(self) -> str:
         return f"<tumble.Simulation of {self.scene.name!r} at k = {self.index}, t = {self.time} s>"
+
+
+def _restored(kind: Type[Simulation], scene: Scene, threads: int, content: bytes) -> Simulation:
+    simulation = kind(scene, threads=threads)
+    simulation.go_on(content)
+    return simulation
+
+
+def _states(scene: Scene, states: Any) -> Any:
+    bodies = len(scene.bodies)
+    return numbers("states", states, *_shapes((bodies, 13), bodies)).reshape(bodies, 13)
 
 
 def _shapes(shape: Any, bodies: int) -> Any:

@@ -296,10 +296,12 @@ class Trajectory:
         progress: Progress = False,
     ) -> Any:
         """The motion as an animation: ``speed`` times real time, ``size`` pixels wide, seen from
-        ``camera`` (azimuth and elevation, degrees). Written to ``path``, or as an object that a
-        notebook shows."""
-        if path is not None and Path(path).suffix != ".gif":
-            raise TumbleError(f"{path}: a name that ends in .gif is needed")
+        ``camera`` (azimuth and elevation, degrees). Written to ``path``, a GIF or, where that
+        ends in .png or .apng, an animated PNG in full colour; without, an object comes back that
+        a notebook shows."""
+        ends = Path(path).suffix if path is not None else ".gif"
+        if ends not in (".gif", ".png", ".apng"):
+            raise TumbleError(f"{path}: a name that ends in .gif, .png or .apng is needed")
         if not 1e-4 <= speed <= 1e4:
             raise TumbleError(f"speed is {speed}; allowed is 0.0001 to 10000")
         if not 100 <= whole("size", size, 0) <= 2000:
@@ -310,7 +312,8 @@ class Trajectory:
                 f"camera is {camera}; an azimuth from -360 to 360 and an elevation from 0 to 90 "
                 "degrees are needed"
             )
-        content = self.recording.gif(speed, size, (azimuth, elevation), callback(progress))
+        png = ends != ".gif"
+        content = self.recording.gif(speed, size, (azimuth, elevation), png, callback(progress))
         return Picture("image/gif", content) if path is None else written(Path(path), content)
 
     def page(self, other: Optional["Trajectory"] = None) -> str:

@@ -1,3 +1,5 @@
+from __future__ import annotations
+
 from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple, Type, TypeVar
 
 import numpy as np
@@ -64,8 +66,18 @@ class CoreScene:
 
 class CoreSimulation:
     def __new__(
-        cls: Type[Self], scene: CoreScene, states: Optional[Floats] = None, threads: int = 1
+        cls: Type[Self],
+        scene: CoreScene,
+        states: Optional[Floats] = None,
+        threads: int = 1,
+        index: int = 0,
     ) -> Self: ...
+    def saved(self) -> bytes: ...
+    def go_on(self, bytes: bytes) -> None: ...
+    def exchange(self, body: int, state: Floats) -> None: ...
+    def exchange_all(self, states: Floats) -> None: ...
+    def keep(self, body: int, held: bool) -> None: ...
+    def kept(self) -> List[int]: ...
     @property
     def index(self) -> int: ...
     @property
@@ -124,7 +136,12 @@ class Recording:
     @staticmethod
     def png(svg: str) -> bytes: ...
     def gif(
-        self, speed: float, size: int, camera: Tuple[float, float], progress: Progress
+        self,
+        speed: float,
+        size: int,
+        camera: Tuple[float, float],
+        png: bool,
+        progress: Progress,
     ) -> bytes: ...
     def page(self, other: Optional[Recording] = None) -> str: ...
     def __len__(self) -> int: ...

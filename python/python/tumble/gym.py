@@ -130,11 +130,19 @@ class PushCube(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
     def reset(
         self, *, seed: Optional[int] = None, options: Optional[Info] = None
     ) -> Tuple[Observation, Info]:
+        """A new start and target, from the seed if there is one. The info has ``target``, (2,), m.
+
+        Of ``options`` there are none.
+        """
         super().reset(seed=seed)
         self._state, self._target = _drawn(self.np_random)
         return self._observation(), {"target": self._target.copy()}
 
     def step(self, action: Any) -> Tuple[Observation, float, bool, bool, Info]:
+        """Pushes for 50 ms: observation, reward, whether the episode has ended, and False, as
+        ``gymnasium.make`` cuts it off. The info has ``unsolved``, how many steps of the simulation
+        have no answer that counts, and ``is_success``.
+        """
         pushed = _pushed(self.scene, self._state[np.newaxis], np.asarray(action)[np.newaxis], 1)
         self._state = pushed.states[0, -1, 0].copy()
         reward, there, lost = _judged(self._state[np.newaxis], self._target[np.newaxis])
@@ -181,6 +189,7 @@ class PushCubeVector(VectorEnv):  # type: ignore[misc,type-arg,unused-ignore]
     def reset(
         self, *, seed: Any = None, options: Optional[Info] = None
     ) -> Tuple[Observation, Info]:
+        """New starts and targets, from a seed for all or one for each; there are no ``options``."""
         if seed is not None:
             one = isinstance(seed, (int, np.integer))
             seeds = [int(seed) + i for i in range(self.num_envs)] if one else list(seed)
@@ -192,6 +201,9 @@ class PushCubeVector(VectorEnv):  # type: ignore[misc,type-arg,unused-ignore]
     def step(
         self, actions: Any
     ) -> Tuple[Observation, Floats, Flags, Flags, Info]:
+        """Pushes each for 50 ms: observations (B, 15), rewards, which episodes have ended, which
+        were cut off. The info has ``unsolved`` and ``is_success`` of PushCube, each (B,).
+        """
         fresh = self._ended.copy()
         unsolved = np.zeros(self.num_envs, dtype=np.int64)
         pushed = np.flatnonzero(~fresh)

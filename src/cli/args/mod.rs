@@ -22,7 +22,8 @@ const VERSION: &str =
 /// Rigid bodies in hard frictional contact: every time step one optimisation problem,
 /// solved and certified.
 ///
-/// Without a verb: simulate a scene and write OUT/trajectory.csv and OUT/run.json.
+/// Without a verb: simulate a scene and write OUT/trajectory.csv, OUT/run.json, and OUT/state.bin to go on
+/// from with --continue.
 #[derive(Debug, Parser)]
 #[command(version = VERSION, args_conflicts_with_subcommands = true)]
 #[command(after_help = "Exit codes: 0 done; 2 bad input; 3 finished, but some step did not \

@@ -8,7 +8,7 @@ use crate::cli::values;
 use clap::Args;
 use nalgebra::Vector3;
 use std::num::NonZeroUsize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 #[derive(Debug, Args)]
 pub struct SimulateArgs {
@@ -19,6 +19,11 @@ pub struct SimulateArgs {
     /// given go before its values.
     #[arg(long, value_name = "FILE", conflicts_with = "scene")]
     pub scenario: Option<PathBuf>,
+    /// Goes on with the run in DIR from where it ended, by its state.bin: what is simulated, and how, stands
+    /// in its run.json. --steps counts all rows, also those that are there [default: as many as were asked
+    /// for], and the files, in OUT or else in DIR, become those that a run of all of them in one go leaves.
+    #[arg(long = "continue", value_name = "DIR", conflicts_with_all = ["scene", "scenario"])]
+    pub continued: Option<PathBuf>,
     /// Rows of the trajectory, k = 0 … N−1: N−1 steps; 1 to 10000000 [default: drop 1000, floating 1200].
     #[arg(long, value_name = "N", value_parser = values::rows, allow_hyphen_values = true)]
     pub steps: Option<u64>,
@@ -85,15 +90,18 @@ pub struct SimulateArgs {
     /// time; the result does not depend on them. Many runs are faster one a core [default: 1].
     #[arg(long, value_name = "N", value_parser = values::threads, allow_hyphen_values = true)]
     pub threads: Option<NonZeroUsize>,
-    /// Directory for the files, made if it is not there.
-    #[arg(long, value_name = "DIR", default_value = "out")]
-    pub out: PathBuf,
+    /// Directory for the files, made if it is not there [default: out, with --continue its own].
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
     /// Also draw the trajectory over time, as `tumble plot` does.
     #[arg(long)]
     pub plot: bool,
     /// Also draw the motion: OUT/animation.gif.
     #[arg(long)]
     pub gif: bool,
+    /// Also draw the motion in full colour, as an animated PNG: OUT/animation.png.
+    #[arg(long)]
+    pub apng: bool,
     /// Also make a page that plays the motion in any browser: OUT/view.html.
     #[arg(long)]
     pub html: bool,
@@ -105,6 +113,11 @@ pub struct SimulateArgs {
 }
 
 impl SimulateArgs {
+    /// The directory for the files.
+    pub fn out(&self) -> &Path {
+        self.out.as_deref().or(self.continued.as_deref()).unwrap_or(Path::new("out"))
+    }
+
     /// The names of the flags for settings that are given.
     pub fn given(&self) -> Vec<&'static str> {
         let flags = [

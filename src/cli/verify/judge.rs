@@ -14,7 +14,7 @@ use tumble::contact::certificate::{Certifier, Claim, certify_rk4_step};
 use tumble::contact::detection::all_contacts;
 use tumble::contact::restitution::set_rebounds;
 use tumble::contact::{Candidates, Certificate, Contact, Detection, Partner, rounding};
-use tumble::joint::{Axis, Joint, JointForce, JointResidual};
+use tumble::joint::{Axis, Drive, Joint, JointForce, JointResidual};
 use tumble::mechanics::{Load, State, Wrench};
 use tumble::simulation::energy;
 use tumble::simulation::tables::{JointRow, TableStep};
@@ -394,7 +394,7 @@ impl Judge {
             let turned = !is_near(angle, joint.angle(&at, row.turns[2]), lost);
             let (a, b) = (found.residual, row.residual);
             let parts = [(a.locked, b.locked, lost / h), (a.drive, b.drive, lost / h)];
-            let turns_freely = joint.angular().iter().all(|axis| *axis != Axis::Locked);
+            let turns_freely = *joint.angular() == [Axis::Free(Drive::NONE); 3];
             let what = if numbers.any(is_other) || turned {
                 "is where its bodies are not, or moves otherwise"
             } else if parts.into_iter().any(is_other) {

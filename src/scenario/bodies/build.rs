@@ -146,6 +146,8 @@ impl Builder<'_> {
             friction: entry.friction,
             restitution: entry.restitution,
             load,
+            colour: entry.colour,
+            label: entry.label.take(),
             start: Start::of(&State::from_vector(&SVector::zeros())),
         };
         template.rigid_body(&shape).map_err(|error| named(field_of(&error)))?;

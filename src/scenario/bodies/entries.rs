@@ -2,6 +2,7 @@
 
 use crate::geometry::mesh::{parse_obj, parse_stl};
 use crate::scenario::choices::Frame;
+use crate::scenario::colour::{Colour, Label};
 use crate::scenario::fields::{Exactly, Numbers};
 use crate::scenario::shape::{Form, Place};
 use crate::scenario::shown;
@@ -65,6 +66,8 @@ with_form!(BodyEntry, "a table [[bodies]] is needed" {
     copies: Option<CopiesTable>,
     ring: Option<RingTable>,
     load: Option<LoadTable>,
+    colour: Option<Colour>,
+    label: Option<Label>,
 });
 
 with_form!(FixedEntry, "a table [[fixed]] is needed" {

@@ -67,6 +67,7 @@ with_drive!(JointEntry, "a table [[joints]] is needed" {
     axis_b: Option<Numbers<3>>,
     attitude_b: Option<Turned>,
     length: Option<f64>,
+    cone: Option<f64>,
     collide: Option<bool>,
     slide: Option<DriveEntry>,
     turn: Option<DriveEntry>,
@@ -260,6 +261,7 @@ impl Joints {
                 other,
                 frames: entry.frames(&sides)?,
                 length: entry.length,
+                cone: entry.cone,
                 collide: entry.collide.unwrap_or(false),
                 drives: entry.drives().iter().map(DriveFields::drive).collect(),
             });
@@ -351,7 +353,7 @@ impl JointEntry {
     /// A field that would do nothing is refused.
     fn refuse_idle(&self) -> Result<(), String> {
         let (kind, driven) = (self.kind, self.kind.driven());
-        let has_axis = !driven.is_empty();
+        let has_axis = kind.has_axis();
         let idle = |field: &str| {
             Err(format!("{field} has no meaning of a {} joint; leave it out", kind.name()))
         };
@@ -360,6 +362,11 @@ impl JointEntry {
             ("axis_a", self.axis_a.is_some()),
             ("axis_b", self.axis_b.is_some()),
         ];
+        match (kind, self.cone) {
+            (JointKind::Ball, None) => return Err("cone: it is needed, rad".to_owned()),
+            (JointKind::Ball, Some(_)) | (_, None) => {}
+            (_, Some(_)) => return idle("cone"),
+        }
         if let Some((field, _)) = axes.into_iter().find(|(_, given)| *given && !has_axis) {
             return idle(field);
         }
@@ -440,7 +447,7 @@ impl JointEntry {
             (None, Some(anchor)) => a.placed(&anchor.0.into(), &still).anchor,
             (None, None) => return Err(needed()),
         };
-        let has_axis = !self.kind.driven().is_empty();
+        let has_axis = self.kind.has_axis();
         let attitude = match (in_world, in_a) {
             (Some(_), Some(_)) => {
                 return Err("axis: either that of the world or that of A can be given".to_owned());

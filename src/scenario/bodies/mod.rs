@@ -12,7 +12,8 @@ use super::failure::{Failure, refuse_flags};
 use super::physics::violent_load;
 use super::scene::{OutputFormat, Scene, USUAL_SEED};
 use super::settings::Settings;
-use crate::contact::Candidates;
+use crate::contact::detection::CONTACT_BAND;
+use crate::contact::{Candidates, Overlap};
 use crate::error::Error;
 use crate::scenario::choices::SolverName;
 use crate::simulation::JOINT_AT_THE_START;
@@ -99,17 +100,18 @@ fn refuse_joints_apart(scene: &Scene) -> Result<(), Failure> {
     Ok(())
 }
 
-/// What is inside the ground would be thrown out of it within one step.
+/// What is deeper in the ground than the contact band would be thrown out of it within one step.
 fn refuse_start_below_ground(scene: &Scene) -> Result<(), Failure> {
     for (index, state) in scene.starts.iter().enumerate() {
         let heights = scene.world.heights(index, &state.pose());
         let lowest = heights.fold(f64::INFINITY, f64::min);
-        let reach = scene.world.bodies()[index].reach();
+        let allowed = CONTACT_BAND * scene.world.bodies()[index].reach();
         // A NaN is above nothing.
-        let is_above = lowest >= -OVERLAP_AT_THE_START * reach;
+        let is_above = lowest >= -allowed;
         if !is_above {
             return Err(Failure::Input(format!(
-                "position: {} would start {:.3e} m below the ground; allowed is to touch",
+                "position: {} would start {:.3e} m below the ground; allowed is to touch, and \
+                 {allowed:.1e} m",
                 scene.bodies[index], -lowest
             )));
         }
@@ -117,19 +119,14 @@ fn refuse_start_below_ground(scene: &Scene) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Pieces that overlap would fly apart in the first step.
+/// Pieces that overlap deep would fly apart in the first step.
 fn refuse_overlap(scene: &Scene) -> Result<(), Failure> {
-    let deepest = Candidates::new().deepest_overlap(&scene.world, &scene.starts);
-    let Some((depth, first, second)) = deepest else { return Ok(()) };
-    if depth <= OVERLAP_AT_THE_START * scene.world.reach() {
-        return Ok(());
-    }
+    let deepest = Candidates::new().overlap_at_start(&scene.world, &scene.starts, |_| true);
+    let Some(Overlap { depth, allowed, between: (first, second) }) = deepest else { return Ok(()) };
     let [first, second] = [first, second].map(|partner| scene.partner(partner).to_owned());
-    Err(Failure::Input(format!("position: {}", Error::Overlap { first, second, depth })))
+    let overlap = Error::Overlap { first, second, depth, allowed };
+    Err(Failure::Input(format!("position: {overlap}")))
 }
-
-/// What rounding and the digits of a file may leave, in parts of the reach: the library's own rule.
-const OVERLAP_AT_THE_START: f64 = 1e-6;
 
 /// Refuses settings of the other notation: the scenario says what they would.
 pub fn refuse_idle_settings(settings: &Settings) -> Result<(), Failure> {

@@ -22,18 +22,27 @@ impl<W: Write> TablesWriter<W> {
     /// # Errors
     /// The streams'.
     pub fn new(streams: Streams<W>, world: &World) -> csv::Result<Self> {
-        let begin = |stream, table: Table| {
-            let mut csv = csv::WriterBuilder::new().has_headers(false).from_writer(stream);
+        let mut writer = Self::after(streams, world);
+        let Streams { states, contacts, steps, joints } = &mut writer.tables;
+        let streams = [states, contacts, steps].into_iter().chain(joints);
+        for (table, csv) in Table::ALL.into_iter().zip(streams) {
             csv.write_record(table.columns())?;
-            Ok::<_, csv::Error>(csv)
-        };
+        }
+        Ok(writer)
+    }
+
+    /// Goes on where the headers stand in the streams already, and maybe rows.
+    #[must_use]
+    pub fn after(streams: Streams<W>, world: &World) -> Self {
+        let csv = |stream| csv::WriterBuilder::new().has_headers(false).from_writer(stream);
+        let Streams { states, contacts, steps, joints } = streams;
         let tables = Streams {
-            states: begin(streams.states, Table::States)?,
-            contacts: begin(streams.contacts, Table::Contacts)?,
-            steps: begin(streams.steps, Table::Steps)?,
-            joints: streams.joints.map(|stream| begin(stream, Table::Joints)).transpose()?,
+            states: csv(states),
+            contacts: csv(contacts),
+            steps: csv(steps),
+            joints: joints.map(csv),
         };
-        Ok(Self { tables, world: world.clone() })
+        Self { tables, world: world.clone() }
     }
 
     /// Writes the rows of one step.

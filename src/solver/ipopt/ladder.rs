@@ -327,4 +327,20 @@ impl StepSolver for Ladder {
         self.ipopt.memory.keep(step.previous, solution, end, multipliers);
         Ok(report)
     }
+
+    fn change_world(&mut self, world: &World) -> Result<(), Error> {
+        self.ipopt.change_world(world)?;
+        self.accepted = LADDER_RESIDUAL * world.speed_scale();
+        self.native.change_world(world)
+    }
+
+    #[cfg(feature = "save")]
+    fn memory(&self) -> Vec<u8> {
+        self.ipopt.remembered()
+    }
+
+    #[cfg(feature = "save")]
+    fn recall(&mut self, world: &World, memory: &[u8]) -> Result<(), Error> {
+        self.ipopt.remember(world, memory)
+    }
 }

@@ -7,6 +7,7 @@ use crate::ipopt::Point;
 use crate::step::StepSolution;
 
 /// A solution with what the program knows of it.
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 struct Remembered {
     solution: StepSolution,
     point: Start,
@@ -16,6 +17,7 @@ struct Remembered {
 
 /// The multipliers of a point that Ipopt converged to, for the contacts it was posed with.
 #[derive(Clone)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Multipliers {
     pub(super) contacts: Vec<ContactKey>,
     pub(super) constraints: Vec<f64>,
@@ -37,7 +39,21 @@ impl Multipliers {
 /// The last solution and the one before it: a step that is taken back starts again from the
 /// earlier one.
 #[derive(Default)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Memory(Vec<Remembered>);
+
+#[cfg(feature = "save")]
+impl Memory {
+    /// Whether it can be what a solver kept: at most two solutions, each with the values of its contacts.
+    pub(super) fn is_whole(&self) -> bool {
+        let is_whole = |known: &Remembered| {
+            let values = known.point.values.len();
+            values == known.solution.contacts.len()
+                && known.point.states.len() == known.solution.states.len()
+        };
+        self.0.len() <= 2 && self.0.iter().all(is_whole)
+    }
+}
 
 impl Memory {
     /// Forgets all.

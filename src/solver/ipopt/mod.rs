@@ -21,6 +21,8 @@ pub use rung::Rung;
 use crate::contact::{Candidates, Contact};
 use crate::error::Error;
 use crate::ipopt::{BarrierStrategy, IpoptError, MultiplierStep, Options, Scaling};
+#[cfg(feature = "save")]
+use crate::simulation::save::{from_bytes, to_bytes};
 use crate::step::{Step, StepReport, StepSolution, StepSolver, StepStatus};
 use crate::step_nlp::{ProgramPoint, StepNlp};
 use crate::world::World;
@@ -28,6 +30,8 @@ use memory::Memory;
 use posing::{Posed, solve_posed};
 use program::{Effort, Hold, Program, StartMultipliers};
 use start::Start;
+#[cfg(feature = "save")]
+use units::Units;
 
 /// Ipopt's tolerance in the tutorial.
 pub const TOLERANCE: f64 = 1e-6;
@@ -238,6 +242,30 @@ impl IpoptSolver {
         Ok(())
     }
 
+    /// The memory and the units that it is in.
+    #[cfg(feature = "save")]
+    fn remembered(&self) -> Vec<u8> {
+        // Numbers, which always have bytes.
+        to_bytes(&(&self.program.units, &self.memory)).unwrap_or_default()
+    }
+
+    /// Goes on from what was [remembered](IpoptSolver::remembered) in `world`.
+    #[cfg(feature = "save")]
+    fn remember(&mut self, world: &World, remembered: &[u8]) -> Result<(), Error> {
+        if remembered.is_empty() {
+            self.memory.clear();
+            return Ok(());
+        }
+        let (units, memory): (Units, Memory) = from_bytes(remembered)?;
+        let are_mine = !self.program.is_tutorials() || units == Units::SI;
+        if !are_mine || !units.are_possible() || !memory.is_whole() {
+            return Err(Error::Saved("has a memory that is not Ipopt's".to_owned()));
+        }
+        self.program.take_units(world, units);
+        self.memory = memory;
+        Ok(())
+    }
+
     /// Solves `step` from the start that has been set.
     fn solve_from_start(
         &mut self,
@@ -283,5 +311,21 @@ impl StepSolver for IpoptSolver {
         let Self { program, memory, start, .. } = self;
         start.set_previous(step, candidates.contacts(), memory, &program.units);
         self.solve_from_start(step, candidates, solution)
+    }
+
+    fn change_world(&mut self, world: &World) -> Result<(), Error> {
+        let formulation = self.program.formulation();
+        *self = Self::new(world, formulation, self.program.options().clone())?;
+        Ok(())
+    }
+
+    #[cfg(feature = "save")]
+    fn memory(&self) -> Vec<u8> {
+        self.remembered()
+    }
+
+    #[cfg(feature = "save")]
+    fn recall(&mut self, world: &World, memory: &[u8]) -> Result<(), Error> {
+        self.remember(world, memory)
     }
 }

@@ -126,6 +126,15 @@ impl Program {
         Ok(Self { world, units, tutorial, options, prepared: None, scratch })
     }
 
+    /// Which of the two it is.
+    pub(super) fn formulation(&self) -> Formulation {
+        if self.is_tutorials() { Formulation::Clamped } else { Formulation::Reduced }
+    }
+
+    pub(super) fn options(&self) -> &Options {
+        &self.options
+    }
+
     /// The world that it is of, in the program's units.
     pub(super) fn world(&self) -> &World {
         &self.world
@@ -145,9 +154,14 @@ impl Program {
         if units == self.units {
             return false;
         }
-        self.world = units.world(step.world);
-        self.units = units;
+        self.take_units(step.world, units);
         true
+    }
+
+    /// Poses steps of `world` in `units`.
+    pub(super) fn take_units(&mut self, world: &World, units: Units) {
+        self.world = units.world(world);
+        self.units = units;
     }
 
     /// The most iterations of one solve.

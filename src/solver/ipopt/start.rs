@@ -14,6 +14,7 @@ use nalgebra::Vector3;
 
 /// What the program has of a contact, in its units.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Values {
     /// f along the contact's frame.
     pub(super) force: Vector3<f64>,
@@ -25,6 +26,7 @@ pub(super) struct Values {
 
 /// A point: X⁺ of every body (SI), and the values of every candidate (the program's units).
 #[derive(Debug, Clone, Default)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Start {
     pub(super) states: Vec<State>,
     pub(super) values: Vec<Values>,

@@ -23,6 +23,7 @@ const USUAL_MASS: f64 = 10.0;
 
 /// Units of mass (kg), length (m) and time (s).
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Units {
     mass: f64,
     length: f64,
@@ -52,6 +53,12 @@ impl Units {
             shorter *= 2.0;
         }
         Self { mass, length, time: time / shorter }
+    }
+
+    /// Whether there is something to measure with them.
+    #[cfg(feature = "save")]
+    pub(super) fn are_possible(&self) -> bool {
+        [self.mass, self.length, self.time].into_iter().all(|unit| unit.is_normal() && unit > 0.0)
     }
 
     /// `world`, its constants in these units.

@@ -44,6 +44,8 @@ struct Rank {
     /// A solution that turns a body further in one step than its motion explains. (Of points that
     /// are none, the residual alone counts.)
     turns_too_far: bool,
+    /// What a solution makes of energy in what joints tie, in parts of what it has; 0 where it is little.
+    made: f64,
     /// Without compliance, m/s.
     residual: f64,
 }
@@ -112,7 +114,7 @@ impl<E: Equations> Descent<E> {
     /// residual of a point that is no failure, m/s.
     ///
     /// A solution that the law with compliance did not select, or one that turns a body
-    /// too far in one step, is kept, and another one preferred to it, as long as there are
+    /// too far in one step or makes energy in what joints tie, is kept, and another one preferred to it, as long as there are
     /// starts other than the scattered ones.
     pub(super) fn solve(
         &mut self,
@@ -122,7 +124,12 @@ impl<E: Equations> Descent<E> {
         effort: &mut Effort<'_>,
     ) -> Outcome {
         let tolerances = *equations.tolerances();
-        let nothing = Rank { unsolved: true, turns_too_far: true, residual: f64::INFINITY };
+        let nothing = Rank {
+            unsolved: true,
+            turns_too_far: true,
+            made: f64::INFINITY,
+            residual: f64::INFINITY,
+        };
         let mut best = (nothing, Start::Previous);
         let rolls = !equations.setting().all_give_alike;
         let all = starts::all(equations.policy(), previous.len(), rolls);
@@ -150,9 +157,13 @@ impl<E: Equations> Descent<E> {
             let rank = Rank {
                 unsolved,
                 turns_too_far: !unsolved && equations.turns_too_far(&self.iterate.velocity),
+                made: match unsolved {
+                    true => 0.0,
+                    false => equations.energy_made(&self.iterate.velocity, &self.iterate.impulses),
+                },
                 residual: reached.residual,
             };
-            if !rank.unsolved && reached.selected && !rank.turns_too_far {
+            if !rank.unsolved && reached.selected && !rank.turns_too_far && rank.made == 0.0 {
                 if repeated.is_none() {
                     self.settle(equations, reached.residual);
                 }

@@ -261,6 +261,9 @@ pub(super) trait Equations {
     /// what it came with: the discrete equations have such solutions for slender bodies, and they
     /// make energy from nothing.
     fn turns_too_far(&self, velocity: &Self::Velocity) -> bool;
+    /// What is made of energy where joints tie bodies, in parts of what they have, where it is a
+    /// large part; 0 elsewhere. Their equations have such solutions, also without a large turn.
+    fn energy_made(&self, velocity: &Self::Velocity, impulses: &[Vector3<f64>]) -> f64;
     /// The residual of the equations of motion (N1), as speeds.
     fn motion_residual(
         &self,

@@ -5,6 +5,7 @@
 //! theirs, so that equal compliance in (N6) is equal for all contacts whatever they join.
 //! Equation numbers are those of `docs/native-solver.md`.
 
+mod energy;
 mod joints;
 mod slopes;
 
@@ -19,7 +20,7 @@ use super::pair_motion::{PairMotion, PairSlope, stacked};
 use super::pattern::Pattern;
 use super::policy::Policy;
 use super::round_motion::{Round, RoundMotion, Side};
-use super::tolerances::Tolerances;
+use super::tolerances::{SLOW, Tolerances};
 use super::turning::Turning;
 use crate::contact::{Contact, Partner, torque_map_of};
 use crate::joint::Turn;
@@ -27,6 +28,7 @@ use crate::step::Step;
 use crate::world::World;
 use nalgebra::{Matrix3, Matrix3x6, Matrix6, Vector3, Vector6};
 
+use energy::Source;
 pub(super) use joints::JointPlace;
 
 /// Which bodies of the island a coupling joins.
@@ -40,6 +42,8 @@ struct Link {
     turn: Option<usize>,
     /// B, where it is no fixed thing.
     b: Option<Other>,
+    /// What it has to do with energy.
+    source: Source,
 }
 
 impl Link {
@@ -74,6 +78,10 @@ pub(super) struct Island {
     turns: Vec<Turn>,
     /// The joints of the island, and where their couplings are.
     joints: Vec<JointPlace>,
+    /// V of all members at step k, where joints tie them.
+    old: Vec<Velocity>,
+    /// A motion slower than this has no energy to speak of, m/s.
+    slow: f64,
     /// Where the linear system has numbers.
     pattern: Pattern,
 }
@@ -90,6 +98,8 @@ impl Island {
             rounds: Vec::new(),
             turns: Vec::new(),
             joints: Vec::new(),
+            old: Vec::new(),
+            slow: SLOW * world.speed_scale(),
             pattern: Pattern::default(),
         }
     }
@@ -107,6 +117,8 @@ impl Island {
         self.rounds.clear();
         self.turns.clear();
         self.joints.clear();
+        self.old.clear();
+        self.slow = SLOW * step.world.speed_scale();
         self.setting.begin(Tolerances::together(step.world, self.speed()), unsettled);
     }
 
@@ -140,7 +152,7 @@ impl Island {
             self.rounds.push(Round { curved, way, approach, carried });
             self.rounds.len() - 1
         });
-        self.links.push(Link { a, round, turn: None, b });
+        self.links.push(Link { a, round, turn: None, b, source: Source::Contact });
         let share = self.members[a].share;
         self.setting.admit(Coupling::of_contact(contact, h, (share, level)));
     }
@@ -149,6 +161,9 @@ impl Island {
     pub(super) fn tie(&mut self) {
         let pair = |link: &Link| link.b.as_ref().map(|other| (link.a, other.index));
         self.pattern.set(self.members.len(), self.links.iter().filter_map(pair));
+        if !self.joints.is_empty() {
+            self.old.extend(self.members.iter().map(|member| *member.old()));
+        }
     }
 
     /// The residuals of the equations of motion (N1) of all bodies: linear and
@@ -384,6 +399,10 @@ impl Equations for Island {
 
     fn turns_too_far(&self, velocity: &Vec<Velocity>) -> bool {
         self.members.iter().zip(velocity).any(|(member, velocity)| member.turns_too_far(velocity))
+    }
+
+    fn energy_made(&self, velocity: &Vec<Velocity>, impulses: &[Vector3<f64>]) -> f64 {
+        if self.joints.is_empty() { 0.0 } else { self.made(velocity, impulses) }
     }
 
     fn motion_residual(

@@ -131,6 +131,20 @@ impl Member {
         Vector3::from_fn(|k, _| self.share * (along + torques.column(k).dot(&turned.column(k))))
     }
 
+    /// The kinetic energy over the mass (35), but for what is constant, m²/s².
+    pub(super) fn energy(&self, velocity: &Velocity) -> f64 {
+        let momentum = self.form.momentum(&self.inertia, &velocity.spin, self.time_step);
+        0.5 * (velocity.linear.norm_squared() + momentum.dot(&(self.inertia_inverse * momentum)))
+    }
+
+    /// The work of gravity and of the external wrench over the mass, on the mean of the velocities
+    /// before and after (32), m²/s².
+    pub(super) fn work_from_outside(&self, velocity: &Velocity) -> f64 {
+        let Self { free, old, torque_impulse, .. } = self;
+        let along = (free.linear - old.linear).dot(&(old.linear + velocity.linear));
+        0.5 * (along + torque_impulse.dot(&(old.spin + velocity.spin)))
+    }
+
     /// The velocities at step k.
     pub(super) fn old(&self) -> &Velocity {
         &self.old

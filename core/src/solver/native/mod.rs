@@ -313,4 +313,9 @@ impl StepSolver for NativeSolver {
     fn is_solved(&self, body: usize) -> Option<bool> {
         self.ends.get(body).map(|end| end.solved)
     }
+
+    /// Its memory is for the steps of any world.
+    fn change_world(&mut self, _: &World) -> Result<(), Error> {
+        Ok(())
+    }
 }

@@ -156,6 +156,10 @@ impl Equations for Single {
         self.body.turns_too_far(velocity)
     }
 
+    fn energy_made(&self, _: &Velocity, _: &[Vector3<f64>]) -> f64 {
+        0.0
+    }
+
     #[inline]
     fn motion_residual(
         &self,

@@ -50,6 +50,10 @@ pub(super) const SHARPNESSES: [f64; 7] = [1.0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6];
 pub(super) const STICK_MARGINS: [f64; 3] = [0.0, 1e-3, -1e-3];
 /// A turn by more than this in one step, rad, is large: a lever no longer resembles its velocity.
 pub(super) const LARGE_TURN: f64 = 1.0;
+/// A gain of energy in a step by more than this part of the kinetic energy is large.
+pub(super) const LARGE_GAIN: f64 = 1e-3;
+/// A motion slower than this, m/s in the world's scale, has no energy to speak of.
+pub(super) const SLOW: f64 = 1e-4;
 /// A large turn is explained by the motion if it is no more than this times what the body came with.
 pub(super) const TURN_GAIN: f64 = 2.0;
 /// Impulses that changed by less than this part of the largest one have settled: what Newton's

@@ -4,7 +4,7 @@
 
 use super::super::coupling::{Coupling, Lever};
 use super::super::law::{Axes, Law};
-use super::{Island, Link, Other};
+use super::{Island, Link, Other, Source};
 use crate::contact::torque_map_of;
 use crate::joint::{AxisStart, Coordinates, Joint, JointForce, Turn, Turning};
 use crate::step::{Step, StepSolution};
@@ -72,7 +72,8 @@ impl Island {
         let graph = |k: usize| joint.linear()[k].graph(&starts[k], h, (1.0, unit));
         let axes = Axes::new(&mut self.setting.graphs, [graph(0), graph(1), graph(2)]);
         let offset = Vector3::from_fn(|k, _| joint.linear()[k].offset(starts[k].coordinate, h));
-        self.links.push(Link { a, round: None, turn: None, b });
+        let source = Source::of(joint.linear(), joint.moves());
+        self.links.push(Link { a, round: None, turn: None, b, source });
         let law = Law::Axes(axes);
         self.setting.admit(Coupling::of_place(lever, (frame, offset), &response, law));
         self.links.len() - 1
@@ -97,11 +98,17 @@ impl Island {
             response += other.response(&torque_map, &unit, false);
             Other { index, torque_map, arm: Vector3::zeros() }
         });
+        // Where nothing acts about an axis its row may turn nothing: its scale is that of z.
+        for k in (0..2).filter(|k| joint.angular()[*k].is_idle()) {
+            response[k] = response[2];
+        }
         let graph = |k: usize| joint.angular()[k].graph(&starts[k], h, (length, self.mass));
         let own = [graph(0), graph(1), graph(2)];
         let axes = Axes::new(&mut self.setting.graphs, own);
         self.turns.push(turn);
-        self.links.push(Link { a, round: None, turn: Some(self.turns.len() - 1), b });
+        let source = Source::of(joint.angular(), joint.moves());
+        let turn = Some(self.turns.len() - 1);
+        self.links.push(Link { a, round: None, turn, b, source });
         self.setting.admit(Coupling::of_turn(torque_map, &response, Law::Axes(axes)));
         self.links.len() - 1
     }

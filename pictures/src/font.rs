@@ -1,9 +1,11 @@
 //! What the font of the pictures can write, and how wide it is.
 
 use skrifa::instance::{LocationRef, Size};
+use skrifa::outline::{DrawSettings, OutlinePen};
 use skrifa::{FontRef, MetadataProvider};
+use tiny_skia::{Path, PathBuilder};
 
-/// The bold font of headings.
+/// The bold font of headings, clocks and labels.
 pub struct Font {
     font: FontRef<'static>,
 }
@@ -26,11 +28,28 @@ impl Font {
     }
 
     /// The width of a text, `size` units high.
-    fn width(&self, text: &str, size: f64) -> f64 {
-        let metrics = self.font.glyph_metrics(Size::new(size as f32), LocationRef::default());
-        let charmap = self.font.charmap();
-        let advances = text.chars().filter_map(|c| metrics.advance_width(charmap.map(c)?));
-        advances.map(f64::from).sum()
+    pub fn width(&self, text: &str, size: f64) -> f64 {
+        text.chars().map(|c| f64::from(self.advance(c, size as f32))).sum()
+    }
+
+    /// From the beginning of a character to the next one's; of one that the font lacks, 0.
+    fn advance(&self, c: char, size: f32) -> f32 {
+        let metrics = self.font.glyph_metrics(Size::new(size), LocationRef::default());
+        self.font.charmap().map(c).and_then(|glyph| metrics.advance_width(glyph)).unwrap_or(0.0)
+    }
+
+    /// The outline of a text whose line begins at x, y. What the font lacks is left out.
+    pub fn path(&self, text: &str, size: f32, [x, y]: [f32; 2]) -> Option<Path> {
+        let outlines = self.font.outline_glyphs();
+        let mut pen = Pen { path: PathBuilder::new(), x, y };
+        for c in text.chars() {
+            let outline = self.font.charmap().map(c).and_then(|glyph| outlines.get(glyph));
+            let settings = DrawSettings::unhinted(Size::new(size), LocationRef::default());
+            // A glyph of the built-in font can be drawn.
+            let _ = outline.map(|outline| outline.draw(settings, &mut pen));
+            pen.x += self.advance(c, size);
+        }
+        pen.path.finish()
     }
 
     /// `text` with `?` for what the font lacks, and cut with an ellipsis in its middle where
@@ -63,6 +82,36 @@ impl Font {
     }
 }
 
+/// Draws glyphs, whose y goes up, at a place of a picture.
+struct Pen {
+    path: PathBuilder,
+    x: f32,
+    y: f32,
+}
+
+impl OutlinePen for Pen {
+    fn move_to(&mut self, x: f32, y: f32) {
+        self.path.move_to(self.x + x, self.y - y);
+    }
+
+    fn line_to(&mut self, x: f32, y: f32) {
+        self.path.line_to(self.x + x, self.y - y);
+    }
+
+    fn quad_to(&mut self, cx: f32, cy: f32, x: f32, y: f32) {
+        self.path.quad_to(self.x + cx, self.y - cy, self.x + x, self.y - y);
+    }
+
+    fn curve_to(&mut self, ax: f32, ay: f32, bx: f32, by: f32, x: f32, y: f32) {
+        let (left, base) = (self.x, self.y);
+        self.path.cubic_to(left + ax, base - ay, left + bx, base - by, left + x, base - y);
+    }
+
+    fn close(&mut self) {
+        self.path.close();
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -78,6 +127,18 @@ mod tests {
         assert!(cut.contains('…'));
         let width = font.width(&cut, 17.0);
         assert!((1050.0..=1080.0).contains(&width), "{width}");
+    }
+
+    #[test]
+    fn letters_are_drawn_where_they_are_measured() {
+        let font = Font::bold().unwrap();
+        let path = font.path("t = 0123456789.s ×", 20.0, [100.0, 50.0]).unwrap().bounds();
+        let width = font.width("t = 0123456789.s ×", 20.0) as f32;
+        assert!(path.left() >= 100.0 && path.right() <= 100.0 + width, "{path:?}");
+        assert!(path.right() > 95.0 + width && path.top() > 30.0 && path.bottom() < 52.0);
+        assert!(font.path(" ", 20.0, [0.0; 2]).is_none());
+        // So that a clock does not jitter.
+        assert!("0123456789".chars().all(|c| font.advance(c, 20.0) == font.advance('0', 20.0)));
     }
 
     #[test]

@@ -1,0 +1,83 @@
+//! Where bodies may start: not deep in each other or in the ground, and where their joints hold them.
+
+use crate::contact::detection::CONTACT_BAND;
+use crate::contact::{Candidates, Overlap, Partner};
+use crate::error::Error;
+use crate::mechanics::State;
+use crate::world::World;
+
+/// Refuses `states` at which one of the bodies `asked` about is too deep in another one or, where it
+/// `touches` anything at all, in the ground, or away from its joints.
+pub(super) fn check(
+    world: &World,
+    states: &[State],
+    touches: bool,
+    candidates: &mut Candidates,
+    asked: impl Fn(usize) -> bool,
+) -> Result<(), Error> {
+    check_overlap(world, states, candidates, &asked)?;
+    if touches {
+        check_ground(world, states, &asked)?;
+        check_joints(world, states, &asked)?;
+    }
+    Ok(())
+}
+
+/// Pieces that overlap deep would fly apart in the first step.
+fn check_overlap(
+    world: &World,
+    states: &[State],
+    candidates: &mut Candidates,
+    asked: impl Fn(usize) -> bool,
+) -> Result<(), Error> {
+    let name = |owner: Partner| match owner {
+        Partner::Ground => "the ground".to_owned(),
+        Partner::Fixed(index) => format!("fixed piece {index}"),
+        Partner::Body(index) => format!("body {index}"),
+    };
+    match candidates.overlap_at_start(world, states, asked) {
+        Some(Overlap { depth, allowed, between: (first, second) }) => {
+            Err(Error::Overlap { first: name(first), second: name(second), depth, allowed })
+        }
+        None => Ok(()),
+    }
+}
+
+/// How far a joint may be off at the start, m and rad: one step brings it back, at the speed of that
+/// over h.
+pub const JOINT_AT_THE_START: f64 = 1e-6;
+
+fn check_joints(
+    world: &World,
+    states: &[State],
+    asked: impl Fn(usize) -> bool,
+) -> Result<(), Error> {
+    for (joint, of) in world.joints().iter().enumerate() {
+        if !asked(of.body()) && !of.other().is_some_and(&asked) {
+            continue;
+        }
+        let (place, turn) = of.error(states).unwrap_or((f64::NAN, f64::NAN));
+        // A NaN fits nowhere.
+        let fits = place.max(turn) <= JOINT_AT_THE_START;
+        if !fits {
+            return Err(Error::JointApart { joint, place, turn, allowed: JOINT_AT_THE_START });
+        }
+    }
+    Ok(())
+}
+
+fn check_ground(
+    world: &World,
+    states: &[State],
+    asked: impl Fn(usize) -> bool,
+) -> Result<(), Error> {
+    let bodies = world.bodies().iter().zip(states).enumerate();
+    for (index, (body, state)) in bodies.filter(|(index, _)| asked(*index)) {
+        let allowed = CONTACT_BAND * body.reach();
+        let depth = -world.heights(index, &state.pose()).fold(f64::INFINITY, f64::min);
+        if depth > allowed {
+            return Err(Error::StartBelowGround { depth, allowed });
+        }
+    }
+    Ok(())
+}

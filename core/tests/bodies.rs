@@ -1,0 +1,275 @@
+//! Bodies that are added, taken out and held while a simulation runs: what remains goes on as the
+//! physics says, and where nothing touched them, as if they had never been.
+
+use nalgebra::{Vector3, Vector4};
+use tumble_core::contact::{Partner, Plane};
+use tumble_core::error::Error;
+use tumble_core::joint::{Joint, JointFrame};
+use tumble_core::mechanics::{Load, Polyline, RigidBody, Rotation, State};
+use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_core::step::StepStatus;
+use tumble_core::world::{Parameters, World};
+
+const SIDE: f64 = 0.2;
+
+fn cube() -> RigidBody {
+    RigidBody::solid_box(2.0, Vector3::repeat(0.5 * SIDE)).unwrap()
+}
+
+fn at(position: [f64; 3]) -> State {
+    State {
+        position: position.into(),
+        attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
+        velocity: Vector3::zeros(),
+        spin: Vector3::zeros(),
+    }
+}
+
+fn world(bodies: usize) -> World {
+    World::new(Parameters {
+        bodies: vec![cube(); bodies],
+        ground: Some(Plane::level()),
+        gravity: Vector3::new(0.0, 0.0, -9.81),
+        friction: 0.5,
+        time_step: 0.002,
+        rotation: Rotation::Momentum,
+    })
+    .unwrap()
+}
+
+fn simulation(states: &[State]) -> Simulation<'static> {
+    let world = world(states.len());
+    let motion = Motion::native(&world);
+    Simulation::new(world, states.to_vec(), motion).unwrap()
+}
+
+fn steps(simulation: &mut Simulation<'_>, count: usize) -> Vec<StepRecord> {
+    let mut record = StepRecord::new();
+    let step = |_| {
+        simulation.step(&mut record).unwrap();
+        assert!(
+            matches!(
+                record.report.status,
+                StepStatus::Free | StepStatus::Converged | StepStatus::Retried
+            ),
+            "{:?} in step {}",
+            record.report,
+            record.index
+        );
+        record.clone()
+    };
+    (0..count).map(step).collect()
+}
+
+/// Cubes on each other, a little beside each other.
+fn stack(height: usize) -> Vec<State> {
+    let cube = |level: usize| {
+        let aside = 0.01 * (level % 2) as f64;
+        at([aside, -0.5 * aside, SIDE * (level as f64 + 0.5)])
+    };
+    (0..height).map(cube).collect()
+}
+
+/// The bits of all bodies but `skipped`.
+fn motion(record: &StepRecord, skipped: Option<usize>) -> Vec<u64> {
+    let states = record.solution.states.iter().enumerate();
+    let states = states.filter(|(body, _)| Some(*body) != skipped);
+    states.flat_map(|(_, state)| state.to_vector().map(f64::to_bits).as_slice().to_vec()).collect()
+}
+
+#[test]
+fn a_body_far_away_goes_and_the_others_do_not_notice() {
+    for place in [0, 2, 5] {
+        let mut states = stack(5);
+        states.insert(place, at([7.0, 3.0, 0.5 * SIDE]));
+        let (mut with, mut without) = (simulation(&states), simulation(&states));
+        for run in [&mut with, &mut without] {
+            steps(run, 40);
+        }
+        let (_, state) = without.remove_body(place).unwrap();
+        assert_eq!(state, with.states()[place]);
+        assert_eq!(without.world().bodies().len(), 5);
+        for (with, without) in steps(&mut with, 60).iter().zip(&steps(&mut without, 60)) {
+            assert_eq!(motion(with, Some(place)), motion(without, None), "{}", with.index);
+            assert!(without.report.iterations <= with.report.iterations, "{}", with.index);
+            let forces = |record: &StepRecord, skipped: Option<usize>| -> Vec<_> {
+                let contacts = record.solution.contacts.iter();
+                contacts.filter(|c| Some(c.key.body) != skipped).map(|c| c.force).collect()
+            };
+            assert_eq!(forces(with, Some(place)), forces(without, None));
+        }
+    }
+}
+
+#[test]
+fn a_body_far_away_comes_and_the_others_do_not_notice() {
+    let states = stack(5);
+    let (mut with, mut without) = (simulation(&states), simulation(&states));
+    for run in [&mut with, &mut without] {
+        steps(run, 40);
+    }
+    let drop = at([7.0, 3.0, 1.0]);
+    assert_eq!(with.add_body(cube(), drop).unwrap(), 5);
+    for (with, without) in steps(&mut with, 60).iter().zip(&steps(&mut without, 60)) {
+        assert_eq!(motion(with, Some(5)), motion(without, None), "{}", with.index);
+    }
+    // h g Σ k of the scheme, from rest.
+    let fallen = 9.81 * 0.002 * 0.002 * (60.0 * 61.0 / 2.0);
+    assert!((with.states()[5].position[2] - (1.0 - fallen)).abs() < 1e-12);
+}
+
+#[test]
+fn a_body_that_is_put_on_a_stack_presses_on_it() {
+    let mut run = simulation(&stack(3));
+    steps(&mut run, 40);
+    let top = run.states()[2].position;
+    let new = run.add_body(cube(), at([top[0], top[1], top[2] + SIDE])).unwrap();
+    let record = steps(&mut run, 20).pop().unwrap();
+    let weight = 2.0 * 9.81;
+    assert!((record.solution.total_force(new)[2] - weight).abs() < 1e-6 * weight);
+    let ground = record.solution.contacts.iter().filter(|c| c.key.partner == Partner::Ground);
+    let carried: f64 = ground.map(|contact| contact.force[2]).sum();
+    assert!((carried - 4.0 * weight).abs() < 1e-6 * weight, "{carried}");
+}
+
+#[test]
+fn what_a_body_carried_falls_when_it_goes() {
+    let mut run = simulation(&stack(4));
+    steps(&mut run, 40);
+    run.remove_body(1).unwrap();
+    let record = steps(&mut run, 1).pop().unwrap();
+    for (body, falls) in [(0, false), (1, true), (2, true)] {
+        let speed = record.solution.states[body].velocity[2];
+        let expected = if falls { -9.81 * 0.002 } else { 0.0 };
+        assert!((speed - expected).abs() < 1e-9, "{body}: {speed}");
+    }
+    // They come to rest one lower.
+    let last = steps(&mut run, 400).pop().unwrap();
+    for (body, level) in [0.5, 1.5, 2.5].into_iter().enumerate() {
+        assert!((last.solution.states[body].position[2] - SIDE * level).abs() < 1e-3, "{body}");
+    }
+}
+
+#[test]
+fn loads_go_with_their_bodies() {
+    let apart: Vec<_> = (0..4).map(|body| at([f64::from(body), 0.0, 0.5 * SIDE])).collect();
+    let mut run = simulation(&apart);
+    let force = Polyline::constant([30.0, 0.0, 0.0].into()).unwrap();
+    run.set_load(2, Load::new(force, Polyline::default(), Vector3::zeros()).unwrap()).unwrap();
+    steps(&mut run, 3);
+    run.remove_body(0).unwrap();
+    let last = steps(&mut run, 10).pop().unwrap();
+    // (F/m − μ g) h of the 13 steps.
+    let speed = (15.0 - 0.5 * 9.81) * 0.002 * 13.0;
+    assert!((last.solution.states[1].velocity[0] - speed).abs() < 1e-9);
+    assert!(last.solution.states[2].velocity.norm() < 1e-12);
+}
+
+#[test]
+fn a_body_that_is_held_stays_and_touches_nothing_until_it_is_let_go() {
+    let mut run = simulation(&stack(4));
+    steps(&mut run, 40);
+    let (there, top) = (run.states()[1], run.states()[3].position[2]);
+    run.hold_body(1, true).unwrap();
+    let mut last = StepRecord::new();
+    for record in steps(&mut run, 60) {
+        let state = record.solution.states[1];
+        assert_eq!((state.position, state.attitude), (there.position, there.attitude));
+        assert!(record.contacts.iter().all(|contact| contact.key.bodies().all(|body| body != 1)));
+        assert_eq!(record.certificate.residual().max(1e-9), 1e-9);
+        last = record;
+    }
+    // What stood on it has begun to fall through it.
+    assert!(last.solution.states[3].position[2] < top - 0.01);
+    let Error::Overlap { .. } = run.hold_body(1, false).unwrap_err() else {
+        panic!("it would be let go inside another one");
+    };
+    assert!(run.world().is_held(1));
+    for body in [2, 3] {
+        let state = State { position: [5.0 + body as f64, 0.0, 3.0].into(), ..run.states()[body] };
+        run.set_state(body, state).unwrap();
+    }
+    run.hold_body(1, false).unwrap();
+    let record = steps(&mut run, 30).pop().unwrap();
+    assert!((record.solution.states[1].position - there.position).norm() < 1e-6);
+    let weight = 2.0 * 9.81;
+    assert!((record.solution.total_force(1)[2] - weight).abs() < 1e-6 * weight);
+}
+
+#[test]
+fn a_body_that_floats_is_held_too() {
+    let world = world(2);
+    let world = World::new(Parameters { ground: None, ..world.parameters().clone() }).unwrap();
+    let states = [at([0.0, 0.0, 1.0]), at([3.0, 0.0, 1.0])];
+    let mut run = Simulation::new(world, states, Motion::Floating).unwrap();
+    run.hold_body(0, true).unwrap();
+    let last = steps(&mut run, 20).pop().unwrap();
+    assert_eq!(last.solution.states[0], states[0]);
+    assert!(last.solution.states[1].position[2] < 1.0);
+    assert!(last.certificate.residual() < 1e-12);
+}
+
+#[test]
+fn what_a_joint_ties_stays_until_the_joint_goes() {
+    let frames = [
+        JointFrame::at([0.5 * SIDE, 0.0, 0.0].into()),
+        JointFrame::at([-0.5 * SIDE, 0.0, 0.0].into()),
+    ];
+    let tied = world(3).with_joints(vec![Joint::spherical(1, Some(2), frames)]).unwrap();
+    let states = [0.0, 1.0, 1.0 + SIDE].map(|x| at([x, 0.0, 0.5 * SIDE]));
+    let motion = Motion::native(&tied);
+    let mut run = Simulation::new(tied, states, motion).unwrap();
+    steps(&mut run, 5);
+    for refused in [run.remove_body(2).err(), run.hold_body(1, true).err()] {
+        assert!(matches!(refused, Some(Error::Tied { joint: 0, .. })), "{refused:?}");
+    }
+    // One before it goes, and the joint ties the same bodies under their new numbers.
+    run.remove_body(0).unwrap();
+    assert_eq!((run.world().joints()[0].body(), run.world().joints()[0].other()), (0, Some(1)));
+    steps(&mut run, 5);
+    assert!(matches!(run.remove_body(1), Err(Error::Tied { body: 1, joint: 0 })));
+    run.remove_body_and_joints(1).unwrap();
+    assert!(run.world().joints().is_empty());
+    steps(&mut run, 5);
+    assert!(run.remove_body(0).is_err(), "the last one");
+}
+
+#[test]
+fn what_cannot_be_is_refused_and_changes_nothing() {
+    let states = stack(4);
+    let (mut run, mut undisturbed) = (simulation(&states), simulation(&states));
+    for run in [&mut run, &mut undisturbed] {
+        steps(run, 20);
+    }
+    assert!(matches!(run.add_body(cube(), at([0.0, 0.0, 0.3])), Err(Error::Overlap { .. })));
+    assert!(matches!(
+        run.add_body(cube(), at([3.0, 0.0, -0.3])),
+        Err(Error::StartBelowGround { .. })
+    ));
+    assert!(run.remove_body(4).is_err());
+    assert!(run.hold_body(4, true).is_err());
+    assert_eq!(steps(&mut run, 30), steps(&mut undisturbed, 30));
+}
+
+#[cfg(feature = "save")]
+#[test]
+fn what_is_held_or_came_is_held_or_there_after_a_restore() {
+    let mut run = simulation(&stack(4));
+    steps(&mut run, 40);
+    run.remove_body(0).unwrap();
+    run.add_body(cube(), at([3.0, 0.0, 0.5 * SIDE])).unwrap();
+    run.hold_body(1, true).unwrap();
+    steps(&mut run, 5);
+    for held in [true, false] {
+        let saved = run.save();
+        let mut again = simulation(&stack(4));
+        again.restore(&saved).unwrap();
+        assert_eq!(again.world().is_held(1), held);
+        assert_eq!(steps(&mut again, 20), steps(&mut run, 20));
+        let away = State { position: [0.0, 8.0, 2.0].into(), ..run.states()[2] };
+        if held {
+            run.set_state(2, away).unwrap();
+            run.hold_body(1, false).unwrap();
+        }
+    }
+}

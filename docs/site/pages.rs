@@ -1,0 +1,170 @@
+//! The documents as sources of the book.
+
+#[path = "../../build/formulas.rs"]
+mod formulas;
+
+use crate::{Done, beside};
+use std::fmt::Write;
+use std::fs;
+use std::path::Path;
+
+/// The chapters: headings, and under each the title and the file of every page.
+const CHAPTERS: &[(&str, &[(&str, &str)])] = &[
+    ("", &[("Overview", "README.md"), ("Gallery", GALLERY), ("Reference", REFERENCE)]),
+    (
+        "Using it",
+        &[
+            ("Guide to the library", "docs/guide.md"),
+            ("Python", "docs/python.md"),
+            ("Scenario files", "scenarios/README.md"),
+        ],
+    ),
+    (
+        "How it works",
+        &[
+            ("Formulation", "docs/formulation.md"),
+            ("The native solver", "docs/native-solver.md"),
+            ("Joints", "docs/joints.md"),
+            ("The Ipopt path", "docs/ipopt-path.md"),
+        ],
+    ),
+    (
+        "What was measured",
+        &[
+            ("Against reality", "docs/reality.md"),
+            ("Beside other engines", "docs/comparison.md"),
+            ("Soak", "docs/soak.md"),
+            ("Pictures and their cost", "docs/pictures/README.md"),
+            ("Reference data", "data/README.md"),
+        ],
+    ),
+    (
+        "Taking part",
+        &[
+            ("Architecture", "ARCHITECTURE.md"),
+            ("Contributing", "CONTRIBUTING.md"),
+            ("Security", "SECURITY.md"),
+            ("Changes", "CHANGELOG.md"),
+        ],
+    ),
+];
+
+/// The pages that are no documents of the repository.
+const GALLERY: &str = "gallery/README.md";
+const REFERENCE: &str = "reference.md";
+
+const REFERENCE_TEXT: &str = "# Reference
+
+- [Rust](rust/tumble/index.html): the library, made by rustdoc
+- [Python](python/tumble.html): the package, made of its docstrings by pdoc
+- [Scenario files](scenarios/index.html): every field
+";
+
+/// Crates, by the folders of their sources.
+const CRATES: &[(&str, &[&str])] = &[
+    ("src/", &["tumble"]),
+    ("core/src/", &["tumble", "tumble_core"]),
+    ("pictures/src/", &["tumble_pictures"]),
+    ("ipopt-sys/src/", &["ipopt_sys"]),
+];
+
+pub fn write(out: &Path, rust: &Path, runs: &Path) -> Done {
+    let mut contents = "# Summary\n".to_owned();
+    for (heading, pages) in CHAPTERS {
+        if !heading.is_empty() {
+            writeln!(contents, "\n# {heading}\n")?;
+        }
+        for (title, file) in *pages {
+            writeln!(contents, "- [{title}]({file})")?;
+            let text = match *file {
+                GALLERY => gallery(out, runs)?,
+                REFERENCE => REFERENCE_TEXT.to_owned(),
+                file => fs::read_to_string(file).map_err(|error| format!("{file}: {error}"))?,
+            };
+            let page = formulas::converted(&text, |link| target(Path::new(file), link, rust))
+                .map_err(|error| format!("{file}, {error}"))?;
+            let path = out.join(file);
+            fs::create_dir_all(path.parent().ok_or("no folder")?)?;
+            fs::write(path, page)?;
+        }
+    }
+    fs::write(out.join("SUMMARY.md"), contents)?;
+    for entry in fs::read_dir("docs/pictures")? {
+        let file = entry?.path();
+        if file.extension().is_some_and(|kind| kind != "md") {
+            fs::copy(&file, out.join(&file))?;
+        }
+    }
+    Ok(())
+}
+
+/// Where a link of the page `from` leads on the site, from there; `None` where the site has nothing of it.
+fn target(from: &Path, link: &str, rust: &Path) -> Option<String> {
+    let (file, fragment) = link.split_once('#').unwrap_or((link, ""));
+    let path = beside(from, file)?;
+    let up = "../".repeat(from.components().count() - 1);
+    let mut chapters = CHAPTERS.iter().flat_map(|(_, pages)| *pages);
+    let source = path.to_str()?;
+    if from == Path::new(REFERENCE) {
+        return Some(link.to_owned());
+    }
+    if chapters.any(|(_, page)| *page == source) {
+        let page = source.replace("README.md", "index.md").replace(".md", ".html");
+        let hash = if fragment.is_empty() { "" } else { "#" };
+        return Some(format!("{up}{page}{hash}{fragment}"));
+    }
+    let (folder, crates) = CRATES.iter().find(|(folder, _)| source.starts_with(folder))?;
+    let module = source[folder.len()..].trim_end_matches(".rs").trim_end_matches("/mod");
+    let found = crates.iter().find_map(|name| item(rust, &format!("{name}/{module}"), fragment))?;
+    Some(format!("{up}rust/{found}"))
+}
+
+/// rustdoc's page of an item like `Plane::new` of a module like `tumble/world/plane`.
+fn item(rust: &Path, module: &str, name: &str) -> Option<String> {
+    let module = module.trim_end_matches("/lib");
+    if name.is_empty() {
+        let page = format!("{module}/index.html");
+        return rust.join(&page).exists().then_some(page);
+    }
+    let (name, member) = name.split_once("::").unwrap_or((name, ""));
+    let kinds = ["struct", "enum", "trait", "fn", "constant", "type"];
+    let mut pages = kinds.map(|kind| format!("{module}/{kind}.{name}.html")).into_iter();
+    let page = pages.find(|page| rust.join(page).exists())?;
+    let text = fs::read_to_string(rust.join(&page)).ok()?;
+    let members = ["method", "tymethod", "variant", "structfield", "associatedconstant"];
+    let anchor = members.map(|kind| format!("{kind}.{member}")).into_iter();
+    let anchor = anchor.into_iter().find(|anchor| text.contains(&format!("id=\"{anchor}\"")));
+    Some(anchor.map_or_else(|| page.clone(), |anchor| format!("{page}#{anchor}")))
+}
+
+/// The scenarios of the tables in their description; their pictures, from the folder `runs`, come beside it.
+fn gallery(out: &Path, runs: &Path) -> Done<String> {
+    let mut page = "# Gallery\n\nThe scenarios that come with tumble, as `tumble --scenario FILE --gif --html` \
+                    shows them. A click on an animation opens the run in the browser, with its numbers.\n"
+        .to_owned();
+    for row in fs::read_to_string("scenarios/README.md")?.lines() {
+        let Some((name, what)) =
+            row.strip_prefix("| `").and_then(|row| row.split_once(".toml` | "))
+        else {
+            continue;
+        };
+        let what = what.trim_end_matches(" |");
+        let (first, others) = what.split_at(what.chars().next().map_or(0, char::len_utf8));
+        let folder = out.join("gallery").join(name);
+        fs::create_dir_all(&folder)?;
+        for file in ["animation.gif", "view.html"] {
+            fs::copy(runs.join(name).join(file), folder.join(file))
+                .map_err(|error| format!("{file} of {name}: {error}"))?;
+        }
+        let text = fs::read_to_string(format!("scenarios/{name}.toml"))?;
+        writeln!(
+            page,
+            "\n## {name}\n\n{}{others}.\n\n\
+             <a href=\"{name}/view.html\"><img src=\"{name}/animation.gif\" alt=\"{name}, animated\" \
+             loading=\"lazy\"></a>\n\n<details><summary><code>scenarios/{name}.toml</code></summary>\n\n\
+             ```toml\n{text}```\n\n</details>",
+            first.to_uppercase()
+        )?;
+    }
+    Ok(page)
+}

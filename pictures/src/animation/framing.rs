@@ -1,0 +1,157 @@
+//! Which part of the view each frame shows: all of it, or what moves, from one place or followed.
+//!
+//! The camera stands where it has everything in view. What is small there is shown through a
+//! smaller window, of one size for all frames, so that sizes can be compared.
+
+use super::camera::{FILL, FILL_ABOVE, HALF_VIEW};
+
+/// A square part of the view, in slopes: lengths across the view over those along it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Window {
+    /// To the right and up.
+    pub middle: [f64; 2],
+    pub half: f64,
+}
+
+/// The rectangle of the view that something takes, in slopes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Extent {
+    low: [f64; 2],
+    high: [f64; 2],
+}
+
+/// A nearer window has to show things larger by this.
+const NEARER: f64 = 1.6;
+
+/// Half a window over the reach of the largest body in it: what is about it is seen as well.
+const CONTEXT: f64 = 5.0;
+
+/// A window that follows has the mean place of so many frames before and after, the nearest with
+/// the largest weights: half a second.
+const SMOOTH: usize = 15;
+
+impl Window {
+    /// The whole view.
+    pub const WHOLE: Self = Self { middle: [0.0; 2], half: HALF_VIEW };
+
+    /// That about `extent`, with half a side of at least `least`.
+    fn about(extent: &Extent, least: f64) -> Self {
+        let size = |k: usize| extent.high[k] - extent.low[k];
+        let half = (size(0) / (2.0 * FILL)).max(size(1) / (FILL + FILL_ABOVE)).max(least);
+        let [x, y] = extent.middle();
+        Self { middle: [x, y + (FILL - FILL_ABOVE) / 2.0 * half], half }
+    }
+
+    /// Half a side of the window about this one's middle that has `extent` in it.
+    fn needed(&self, extent: &Extent) -> f64 {
+        let to = |k: usize| [extent.high[k] - self.middle[k], self.middle[k] - extent.low[k]];
+        let ([right, left], [up, down]) = (to(0), to(1));
+        (right.max(left).max(down) / FILL).max(up / FILL_ABOVE)
+    }
+}
+
+impl Extent {
+    /// Of nothing.
+    pub const NONE: Self = Self { low: [f64::INFINITY; 2], high: [f64::NEG_INFINITY; 2] };
+
+    /// With another point.
+    pub fn with(self, point: [f64; 2]) -> Self {
+        self.and(&Self { low: point, high: point })
+    }
+
+    /// Of both.
+    fn and(self, other: &Self) -> Self {
+        Self {
+            low: std::array::from_fn(|k| self.low[k].min(other.low[k])),
+            high: std::array::from_fn(|k| self.high[k].max(other.high[k])),
+        }
+    }
+
+    fn middle(&self) -> [f64; 2] {
+        std::array::from_fn(|k| 0.5 * (self.low[k] + self.high[k]))
+    }
+}
+
+/// The window of each frame, or one for all: `moving` has what moves in each frame, of whose
+/// bodies the largest reaches `reach` (slopes). The stillest one is taken unless another shows what
+/// moves much larger; one that follows needs something that stands still to be seen against.
+pub fn windows(moving: &[Extent], reach: f64, has_ground: bool) -> Vec<Window> {
+    let least = CONTEXT * reach;
+    let all = moving.iter().fold(Extent::NONE, |all, one| all.and(one));
+    let mut still = Window::about(&all, least);
+    if still.half * NEARER > Window::WHOLE.half {
+        still = Window::WHOLE;
+    }
+    let followed = followed(moving, least);
+    // In this order what is no number stays still.
+    if has_ground && followed[0].half * NEARER <= still.half { followed } else { vec![still] }
+}
+
+fn followed(moving: &[Extent], least: f64) -> Vec<Window> {
+    let places: Vec<_> = moving.iter().map(|one| Window::about(one, least).middle).collect();
+    let smooth = |k: usize| {
+        let weight = |at: usize| (SMOOTH + 1 - at.abs_diff(SMOOTH)) as f64;
+        // Beyond its ends the film stands still.
+        let place = |at: usize| places[(k + at).saturating_sub(SMOOTH).min(places.len() - 1)];
+        let near = 0..=2 * SMOOTH;
+        let all: f64 = near.clone().map(weight).sum();
+        let mean = |axis: usize| near.clone().map(|at| weight(at) * place(at)[axis]).sum::<f64>();
+        Window { middle: [mean(0) / all, mean(1) / all], half: least }
+    };
+    let mut windows: Vec<_> = (0..places.len()).map(smooth).collect();
+    let needed = windows.iter().zip(moving).map(|(window, one)| window.needed(one));
+    let half = needed.fold(least, f64::max);
+    windows.iter_mut().for_each(|window| window.half = half);
+    windows
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Squares of the size 2 `half` about places.
+    fn squares(places: &[[f64; 2]], half: f64) -> Vec<Extent> {
+        let square = |place: &[f64; 2]| {
+            let corner = |sign: f64| place.map(|x| x + sign * half);
+            Extent::NONE.with(corner(-1.0)).with(corner(1.0))
+        };
+        places.iter().map(square).collect()
+    }
+
+    #[test]
+    fn a_long_way_is_followed_without_jerks_and_nothing_leaves_the_picture() {
+        // Along a line, then at once along another, as after an impact.
+        let place = |k: usize| [0.002 * k as f64 - 0.2, 0.003 * (k as f64 - 100.0).abs() - 0.1];
+        let moving = squares(&(0..200).map(place).collect::<Vec<_>>(), 0.004);
+        let windows = windows(&moving, 0.004, true);
+        assert_eq!(windows.len(), 200);
+        assert!(windows.iter().all(|window| window.half == windows[0].half));
+        for (window, one) in windows.iter().zip(&moving) {
+            assert!(window.needed(one) <= window.half * (1.0 + 1e-12));
+        }
+        // A fifth of the picture, from beginning to end.
+        assert!(0.004 / windows[0].half > 0.1, "{}", windows[0].half);
+        for three in windows.windows(3) {
+            for k in 0..2 {
+                let speed = |a: usize| three[a + 1].middle[k] - three[a].middle[k];
+                assert!((speed(1) - speed(0)).abs() < 0.006 / SMOOTH as f64);
+            }
+        }
+    }
+
+    #[test]
+    fn what_stays_in_a_corner_is_shown_through_a_smaller_window_that_stands_still() {
+        let places: Vec<_> = (0..60).map(|k| [0.1 + 0.0005 * f64::from(k), -0.1]).collect();
+        let moving = squares(&places, 0.01);
+        let near = windows(&moving, 0.01, true);
+        assert_eq!(near.len(), 1);
+        assert!(near[0].half < HALF_VIEW / 3.0 && near[0].needed(&moving[59]) <= near[0].half);
+    }
+
+    #[test]
+    fn without_need_or_without_ground_the_camera_stands_still() {
+        let places: Vec<_> = (0..60).map(|k| [0.007 * f64::from(k) - 0.2, 0.0]).collect();
+        assert_eq!(windows(&squares(&places, 0.06), 0.06, true), [Window::WHOLE]);
+        assert_eq!(windows(&squares(&places, 0.005), 0.005, false), [Window::WHOLE]);
+    }
+}

@@ -1,0 +1,217 @@
+//! A run that goes on from where an earlier one ended: by its `state.bin`, under its run.json, after its
+//! rows.
+
+use super::args::SimulateArgs;
+use super::choices::{DetectionName, FormulationName, OnFailure, Preset, SolverName};
+use super::joints::JointsSummary;
+use super::outcome::{Failure, refuse_flags};
+use super::recording::Recording;
+use super::run::{End, Run};
+use super::run_file::{RunFile, SolverSettings};
+use super::scene::{OutputFormat, Scene, on_threads};
+use super::writer::{RunWriter, Written};
+use super::{input, shown};
+use clap::ValueEnum;
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+use std::time::Duration;
+use tumble::mechanics::State;
+use tumble::scenario::contact::Contact;
+use tumble::scenario::physics;
+use tumble::scenario::settings::Settings;
+use tumble::simulation::Simulation;
+use tumble::simulation::save::{Saved, from_bytes, to_bytes};
+use tumble::simulation::summary::RunSummary;
+use tumble::step::StepStatus;
+
+/// The name of the file that a run leaves to be continued from.
+pub const FILE: &str = "state.bin";
+
+/// More bytes than this are no state: a thousand times those of the largest scenes.
+const LARGEST_STATE: u64 = 1 << 32;
+
+/// What the state of a run has besides that of its simulation: what the run came to.
+#[derive(Serialize, Deserialize)]
+struct Notes {
+    summary: RunSummary,
+    elapsed: Duration,
+    overlap: Option<(u64, f64)>,
+    joints: Option<JointsSummary>,
+}
+
+/// A run that goes on.
+pub struct Continued<'a> {
+    directory: &'a Path,
+    saved: Saved,
+    notes: Notes,
+}
+
+/// The state of a run that came to this, as bytes.
+pub fn state_of(simulation: &Simulation<'_>, run: &Run) -> Result<Vec<u8>, Failure> {
+    let Run { elapsed, overlap, joints, .. } = *run;
+    let notes = Notes { summary: run.summary.clone(), elapsed, overlap, joints };
+    Ok(simulation.save().with_notes(to_bytes(&notes)?).to_bytes()?)
+}
+
+impl<'a> Continued<'a> {
+    /// The scene of the run in `directory`, and where it is.
+    pub fn read(args: &SimulateArgs, directory: &'a Path) -> Result<(Scene, Self), Failure> {
+        let given = args.given();
+        let flags: Vec<_> = given.iter().map(|flag| (*flag, *flag != "steps")).collect();
+        refuse_flags("--continue, which takes it from the run.json of its run", &flags)?;
+        let path = directory.join("run.json");
+        let run = RunFile::read(&path, || Ok(()))?.ok_or_else(|| {
+            let directory = shown::path(directory);
+            Failure::Input(format!(
+                "--continue: {directory} has no run.json; the directory of a run is needed"
+            ))
+        })?;
+        let in_run_file = |failure: Failure| match failure {
+            Failure::Setting { name, why } => {
+                Failure::Input(format!("{}: {name}: {why}", shown::path(&path)))
+            }
+            Failure::Input(why) => Failure::Input(format!("{}: {why}", shown::path(&path))),
+            other => other,
+        };
+        let mut scene = scene_of(&run).map_err(in_run_file)?;
+        let (saved, notes) = read_state(&directory.join(FILE))?;
+        let rows = saved.index() + 1;
+        scene.rows = args.steps.unwrap_or(scene.rows);
+        if scene.rows < rows {
+            let why = format!(
+                "{} has {rows} rows already; --steps counts them too, and {rows} or more are needed",
+                shown::path(directory)
+            );
+            return Err(Failure::setting("steps", why));
+        }
+        check_rows(&RunWriter::first_file(&scene, directory), run, &saved)?;
+        Ok((on_threads(args, scene)?, Self { directory, saved, notes }))
+    }
+
+    /// Brings the simulation of the `scene` to where the run ended.
+    pub fn restore(&self, simulation: &mut Simulation<'_>) -> Result<(), Failure> {
+        let path = self.directory.join(FILE);
+        simulation.restore(&self.saved).map_err(|error| odd_state(&path, &error))
+    }
+
+    /// The rows that the run has left.
+    pub fn written(&self) -> Written<'a> {
+        Written { directory: self.directory, steps: self.saved.index() }
+    }
+
+    /// What the run came to so far.
+    pub fn into_run(self) -> Run {
+        let Notes { summary, elapsed, overlap, joints } = self.notes;
+        Run { end: End::Complete, summary, elapsed, overlap, joints }
+    }
+}
+
+fn odd_state(path: &Path, why: &dyn std::fmt::Display) -> Failure {
+    Failure::Input(format!("{} cannot be continued from: {why}", shown::path(path)))
+}
+
+/// The state in the file `path`, and what its run came to.
+fn read_state(path: &Path) -> Result<(Saved, Notes), Failure> {
+    let bytes = input::bytes(path, LARGEST_STATE).map_err(|error| odd_state(path, &error))?;
+    let saved = Saved::from_bytes(&bytes).map_err(|error| odd_state(path, &error))?;
+    let notes = from_bytes(saved.notes())
+        .map_err(|_| odd_state(path, &"it is the state of a simulation, but not of a run"))?;
+    Ok((saved, notes))
+}
+
+/// Refuses rows that do not end where the state is: those of another run, or tampered with.
+fn check_rows(path: &Path, run: RunFile, saved: &Saved) -> Result<(), Failure> {
+    let mut rows = Recording::of_run(path, run)?;
+    while let Some(step) = rows.next_step()? {
+        if step.status() != StepStatus::End {
+            continue;
+        }
+        let numbers = |state: &State| state.to_vector().map(f64::to_bits);
+        let is_same = step.index() == saved.index()
+            && step.states().iter().map(numbers).eq(saved.states().iter().map(numbers));
+        if !is_same {
+            let place = rows.place();
+            return Err(odd_state(
+                &path.with_file_name(FILE),
+                &format!(
+                    "it is at k = {}, and {place} does not end there with the same numbers; both \
+                     must be of one run",
+                    saved.index()
+                ),
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// The scene of a run, as far as it is to be continued.
+fn scene_of(run: &RunFile) -> Result<Scene, Failure> {
+    let (world, loads, bodies, fixed, format) = match &run.model {
+        Some(model) => (
+            model.world()?,
+            model.loads()?,
+            model.bodies.iter().map(|body| body.name.clone()).collect(),
+            model.fixed.iter().map(|fixed| fixed.name.clone()).collect(),
+            OutputFormat::Tables(Box::new(model.clone())),
+        ),
+        None => {
+            let parameters =
+                run.parameters.as_ref().ok_or_else(|| Failure::needed("parameters"))?;
+            let (world, load) = physics::of_settings(&parameters.settings()?)?;
+            let bodies = vec!["body".to_owned()];
+            (world, vec![load], bodies, Vec::new(), OutputFormat::Trajectory)
+        }
+    };
+    let joints = run.model.iter().flat_map(|model| &model.joints);
+    let joints = joints.map(|joint| joint.name.clone()).collect();
+    Ok(Scene {
+        name: run.scene.clone(),
+        changed: run.changed.clone(),
+        seed: run.seed,
+        drawn: run.drawn_seed().is_some(),
+        rows: run.rows_asked().ok_or_else(|| Failure::needed("steps"))?,
+        world,
+        starts: run.starts(),
+        loads,
+        bodies,
+        fixed,
+        joints,
+        contact: contact_of(&run.solver)?,
+        usual_solver: false,
+        format,
+    })
+}
+
+/// How the contact steps of a run are posed and solved; `None` without a ground.
+fn contact_of(solver: &SolverSettings) -> Result<Option<Contact>, Failure> {
+    if solver.name == "rk4" {
+        return Ok(None);
+    }
+    let preset = word::<Preset>("preset", solver.preset.as_ref())?;
+    let settings = match preset {
+        Some(_) => Settings { preset, ..Settings::default() },
+        None => Settings {
+            solver: word::<SolverName>("name", Some(&solver.name))?,
+            formulation: word::<FormulationName>("formulation", solver.formulation.as_ref())?,
+            detection: word::<DetectionName>("detection", solver.detection.as_ref())?,
+            on_failure: word::<OnFailure>("on_failure", solver.on_failure.as_ref())?,
+            tol: solver.tol,
+            max_iter: solver.max_iter,
+            ..Settings::default()
+        },
+    };
+    Contact::new(&settings, SolverName::Native).map(Some)
+}
+
+/// The choice that a field of the solver's settings names.
+fn word<T: ValueEnum>(field: &str, word: Option<&String>) -> Result<Option<T>, Failure> {
+    let choice = |word: &String| {
+        T::from_str(word, false).map_err(|_| {
+            let words = T::value_variants().iter().filter_map(ValueEnum::to_possible_value);
+            let words: Vec<_> = words.map(|word| word.get_name().to_owned()).collect();
+            let why = format!("{} is none of {}", shown::line(word), words.join(", "));
+            Failure::Input(format!("solver.{field}: {why}"))
+        })
+    };
+    word.map(choice).transpose()
+}

@@ -1,0 +1,280 @@
+//! Simulations that are saved and restored: they go on with the same bits as one that nothing
+//! interrupted, whoever solves the steps and whatever lies on what; and a state that is none, or one of
+//! something else, is refused.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use tumble::contact::Candidates;
+use tumble::error::Error;
+use tumble::mechanics::Wrench;
+use tumble::scenario::choices::SolverName;
+use tumble::scenario::scene::Scene;
+use tumble::scenario::settings::Settings;
+use tumble::simulation::save::{Saved, to_bytes};
+use tumble::simulation::{Motion, Simulation, StepRecord};
+use tumble::solver::native::NativeSolver;
+use tumble::step::{Step, StepReport, StepSolution, StepSolver};
+
+fn read(path: &Path, _: u64) -> std::io::Result<Vec<u8>> {
+    std::fs::read(path)
+}
+
+fn scenario(name: &str, flags: Settings) -> Scene {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios").join(name);
+    let text = std::fs::read_to_string(&path).unwrap();
+    Scene::of_text(&text, &path, flags, &read).unwrap()
+}
+
+fn scenarios() -> Vec<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios");
+    let files = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let mut files: Vec<_> =
+        files.filter(|path| path.extension().is_some_and(|e| e == "toml")).collect();
+    files.sort();
+    files
+}
+
+fn simulation(scene: &Scene) -> Simulation<'static> {
+    scene.simulation(&Arc::new(AtomicBool::new(false))).unwrap()
+}
+
+/// All that a step is, to the bit.
+fn bits(record: &StepRecord) -> Vec<u8> {
+    let report = &record.report;
+    let told = (record.index, report.status.name(), report.iterations, report.start);
+    let judged = (record.certificate.residual(), record.overlap, record.restitution_share);
+    to_bytes(&(&record.states, &record.contacts, &record.solution, told, judged)).unwrap()
+}
+
+fn steps(simulation: &mut Simulation<'_>, count: u64) -> Vec<Vec<u8>> {
+    let mut record = StepRecord::new();
+    let step = |_| {
+        simulation.step(&mut record).unwrap();
+        bits(&record)
+    };
+    (0..count).map(step).collect()
+}
+
+/// Runs `scene` for `count` steps, saves at the indices `cuts`, and holds `after` steps of what goes on
+/// from there, through bytes and in a simulation of its own, against those of the whole run.
+fn goes_on_alike(scene: &Scene, count: u64, cuts: &[u64], after: u64) {
+    let mut whole = simulation(scene);
+    let (mut saved, mut known) = (Vec::new(), Vec::new());
+    for index in 0..count {
+        if cuts.contains(&index) {
+            saved.push(whole.save());
+        }
+        known.extend(steps(&mut whole, 1));
+    }
+    assert_eq!(saved.len(), cuts.len());
+    for state in saved {
+        let read = Saved::from_bytes(&state.to_bytes().unwrap()).unwrap();
+        assert_eq!(to_bytes(&read).unwrap(), to_bytes(&state).unwrap());
+        let mut again = simulation(scene);
+        again.restore(&read).unwrap();
+        let from = usize::try_from(state.index()).unwrap();
+        let left = after.min(count - state.index());
+        for (place, step) in steps(&mut again, left).iter().enumerate() {
+            assert!(
+                *step == known[from + place],
+                "{}: step {} from {from}",
+                scene.name,
+                from + place
+            );
+        }
+    }
+}
+
+#[test]
+fn every_scenario_goes_on_from_anywhere_as_if_nothing_had_been() {
+    for path in scenarios() {
+        let scene = scenario(path.file_name().unwrap().to_str().unwrap(), Settings::default());
+        let count = (scene.rows - 1).min(240);
+        goes_on_alike(&scene, count, &[0, 1, 37, 110, 111, 190, count - 1], 60);
+    }
+}
+
+#[test]
+fn a_heap_that_bounces_and_falls_goes_on_to_its_end() {
+    let flags = Settings { restitution: Some(0.6), ..Settings::default() };
+    let scene = scenario("pile.toml", flags);
+    goes_on_alike(&scene, 420, &[60, 150, 300], 420);
+}
+
+#[test]
+fn ipopt_goes_on_with_its_multipliers() {
+    let scene = Scene::of_tutorial(
+        tumble::scenario::choices::SceneName::Drop,
+        Settings::default(),
+        SolverName::Ipopt,
+    )
+    .unwrap();
+    // The cube touches at 193.
+    goes_on_alike(&scene, 260, &[0, 192, 195, 201, 230], 60);
+}
+
+#[test]
+fn ipopt_goes_on_with_several_bodies_and_under_a_load() {
+    let flags = || Settings { solver: Some(SolverName::Ipopt), ..Settings::default() };
+    goes_on_alike(&scenario("block-on-block.toml", flags()), 40, &[3, 20], 40);
+    goes_on_alike(&scenario("dragged-cube.toml", flags()), 60, &[3, 30], 60);
+}
+
+#[test]
+fn a_state_goes_back_in_the_same_simulation() {
+    let scene = scenario("stack.toml", Settings::default());
+    let mut simulation = simulation(&scene);
+    steps(&mut simulation, 20);
+    let saved = simulation.save();
+    let first = steps(&mut simulation, 30);
+    simulation.restore(&saved).unwrap();
+    assert_eq!(simulation.index(), 20);
+    assert!(steps(&mut simulation, 30) == first);
+}
+
+#[test]
+fn wrenches_that_were_set_and_a_step_that_was_taken_back_are_of_the_state() {
+    let scene = scenario("stack.toml", Settings::default());
+    let mut whole = simulation(&scene);
+    let push = Wrench { force: [3.0, 0.5, 0.0].into(), torque: [0.0, 0.1, 0.0].into() };
+    whole.set_wrench(2, push).unwrap();
+    let mut record = StepRecord::new();
+    for _ in 0..10 {
+        whole.step(&mut record).unwrap();
+    }
+    whole.take_back(&record);
+    let mut again = simulation(&scene);
+    again.restore(&Saved::from_bytes(&whole.save().to_bytes().unwrap()).unwrap()).unwrap();
+    again.take_back(&record);
+    assert_eq!(again.index(), 9);
+    assert!(steps(&mut again, 20) == steps(&mut whole, 20));
+}
+
+/// The native solver, which gives up one step after it has solved it.
+struct GivesUp {
+    native: NativeSolver,
+    left: u32,
+}
+
+impl StepSolver for GivesUp {
+    fn accepted_residual(&self) -> f64 {
+        self.native.accepted_residual()
+    }
+
+    fn solve(
+        &mut self,
+        step: &Step<'_>,
+        candidates: &mut Candidates,
+        solution: &mut StepSolution,
+    ) -> Result<StepReport, Error> {
+        let report = self.native.solve(step, candidates, solution);
+        self.left = self.left.wrapping_sub(1);
+        if self.left == 0 { Err(Error::Interrupted) } else { report }
+    }
+}
+
+#[test]
+fn a_step_that_was_interrupted_is_taken_as_if_it_had_not_been() {
+    let scene = scenario("pile.toml", Settings::default());
+    let known = steps(&mut simulation(&scene), 260);
+    for interrupted in [90, 150, 200, 240] {
+        let native = NativeSolver::new(&scene.world);
+        let motion = Motion::contact(GivesUp { native, left: 0 });
+        let starts = scene.starts.clone();
+        let mut simulation = Simulation::new(scene.world.clone(), starts, motion).unwrap();
+        simulation.interrupt_by(Arc::new(AtomicBool::new(false)));
+        steps(&mut simulation, interrupted);
+        let saved = simulation.save();
+        let native = NativeSolver::new(&scene.world);
+        simulation.swap_motion(&mut Motion::contact(GivesUp { native, left: 1 }));
+        let error = simulation.step(&mut StepRecord::new()).unwrap_err();
+        assert_eq!(error, Error::Interrupted);
+        assert!(to_bytes(&simulation.save()).unwrap() == to_bytes(&saved).unwrap());
+        let after = steps(&mut simulation, 260 - interrupted);
+        assert!(after == known[interrupted as usize..], "{interrupted}");
+    }
+}
+
+fn refusal(result: Result<impl Sized, Error>) -> String {
+    result.err().expect("refused").to_string()
+}
+
+#[test]
+fn what_is_no_state_is_refused_by_what_is_wrong_with_it() {
+    let scene = scenario("stack.toml", Settings::default());
+    let mut run = simulation(&scene);
+    steps(&mut run, 3);
+    let bytes = run.save().to_bytes().unwrap();
+    assert!(refusal(Saved::from_bytes(b"")).contains("cut off after 0 bytes"));
+    assert!(refusal(Saved::from_bytes(b"k,t_s,x_m,y_m,z_m")).contains("does not begin as one"));
+    for length in [8, 11, 19, 20, 27, 28, 100, bytes.len() - 1] {
+        let sentence = refusal(Saved::from_bytes(&bytes[..length]));
+        assert!(sentence.contains(&format!("cut off after {length} bytes")), "{sentence}");
+    }
+    let mut longer = bytes.clone();
+    longer.extend(b"abc");
+    assert!(refusal(Saved::from_bytes(&longer)).contains("3 bytes after its end"));
+    let mut other = bytes.clone();
+    other[8] = 77;
+    assert!(refusal(Saved::from_bytes(&other)).contains("of format 77"));
+    for place in (20..bytes.len()).step_by(997) {
+        let mut changed = bytes.clone();
+        changed[place] ^= 1;
+        assert!(refusal(Saved::from_bytes(&changed)).contains("damaged"), "{place}");
+    }
+}
+
+#[test]
+fn a_state_of_another_world_is_refused_and_nothing_changes() {
+    let flags = |mu| Settings { mu, ..Settings::default() };
+    let scene = scenario("stack.toml", flags(None));
+    let mut run = simulation(&scene);
+    steps(&mut run, 3);
+    let saved = run.save();
+    let mut rougher = simulation(&scenario("stack.toml", flags(Some(0.4))));
+    let before = to_bytes(&rougher.save()).unwrap();
+    assert!(refusal(rougher.restore(&saved)).contains("of another world"));
+    assert!(to_bytes(&rougher.save()).unwrap() == before);
+    let sentence = refusal(simulation(&scenario("pyramid.toml", flags(None))).restore(&saved));
+    assert!(sentence.contains("bodies, and the world has"), "{sentence}");
+}
+
+/// Bytes with a checksum of their own are still no simulation: whatever stands in them, nothing
+/// panics, neither where they are read nor in the steps after.
+#[test]
+fn numbers_that_contradict_each_other_are_refused_or_harmless() {
+    let scene = scenario("stack.toml", Settings::default());
+    let mut run = simulation(&scene);
+    steps(&mut run, 12);
+    let bytes = run.save().to_bytes().unwrap();
+    let end = bytes.len() - 8;
+    let fnv = |bytes: &[u8]| {
+        bytes.iter().fold(0xCBF2_9CE4_8422_2325_u64, |hash, byte| {
+            (hash ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01B3)
+        })
+    };
+    let (mut refused, mut taken) = (0, 0);
+    for (round, place) in (20..end).step_by(41).enumerate() {
+        let mut changed = bytes.clone();
+        changed[place] = changed[place].wrapping_add([1, 127, 255][round % 3]);
+        let checksum = fnv(&changed[..end]).to_le_bytes();
+        changed[end..].copy_from_slice(&checksum);
+        let Ok(saved) = Saved::from_bytes(&changed) else {
+            refused += 1;
+            continue;
+        };
+        let mut simulation = simulation(&scene);
+        match simulation.restore(&saved) {
+            Ok(()) => {
+                taken += 1;
+                let mut record = StepRecord::new();
+                for _ in 0..2 {
+                    let _ = simulation.step(&mut record);
+                }
+            }
+            Err(_) => refused += 1,
+        }
+    }
+    assert!(refused > 10 && taken > 10, "{refused} {taken}");
+}
