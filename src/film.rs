@@ -2,9 +2,10 @@
 
 use crate::contact::{PairFeatures, Partner};
 use crate::geometry;
+use crate::joint::{Axis, Joint};
 use crate::mechanics::{Load, RigidBody, State};
 use crate::simulation::energy;
-use crate::simulation::tables::{ContactRow, TableStep};
+use crate::simulation::tables::{ContactRow, JointRow, TableStep};
 use crate::simulation::trajectory::TrajectoryRow;
 use crate::step::StepStatus;
 use crate::world::World;
@@ -12,6 +13,7 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use std::collections::BTreeMap;
 use tumble_pictures::{
     self as pictures, Body, Contact, Film, Fixed, Frame, Ground, Hull, Piece, Place, Pose, Status,
+    Tie,
 };
 
 /// What the bodies, the fixed pieces and the pushes of a world are called and are.
@@ -23,6 +25,8 @@ pub struct Cast<'a> {
     pub bodies: &'a [Role<'a>],
     /// The names of its fixed pieces.
     pub fixed: &'a [&'a str],
+    /// The names of its joints.
+    pub joints: &'a [&'a str],
     /// What pushes each body.
     pub loads: &'a [Load],
     /// Whether nothing can touch, whatever ground the world has.
@@ -59,6 +63,7 @@ pub fn film(cast: Cast<'_>, frames: Vec<Frame>) -> Film {
             })
             .collect(),
         bodies: bodies(cast),
+        joints: cast.world.joints().iter().zip(cast.joints).map(joint).collect(),
         frames,
     };
     let ground = world.ground().filter(|_| !cast.floating);
@@ -84,6 +89,30 @@ fn bodies(cast: Cast<'_>) -> Vec<Body> {
         }
     };
     cast.world.bodies().iter().zip(cast.bodies).zip(cast.loads).map(of).collect()
+}
+
+/// A joint, and what it is called.
+fn joint((joint, name): (&Joint, &&str)) -> pictures::Joint {
+    // Whether of three axes the last alone is free.
+    let is_last = |axes: &[Axis; 3]| {
+        axes[..2].iter().all(|axis| *axis == Axis::Locked) && axes[2] != Axis::Locked
+    };
+    let (slides, turns) = (is_last(joint.linear()), is_last(joint.angular()));
+    let frame = &joint.frames()[0];
+    pictures::Joint {
+        name: (*name).to_owned(),
+        body: joint.body(),
+        other: joint.other(),
+        anchor: frame.anchor,
+        axis: (slides || turns).then(|| frame.rotation().column(2).into_owned()),
+        turns,
+        slides,
+    }
+}
+
+/// What a joint is and carries in a step.
+fn tie(row: &JointRow) -> Tie {
+    Tie { place: row.place[2], angle: row.turns[2], force: row.force.norm(), torque: row.torque[2] }
 }
 
 /// A convex piece: its core is a point, a segment or a polyhedron.
@@ -128,6 +157,7 @@ pub fn frame(world: &World, step: &TableStep, keys: &mut Keys) -> Frame {
         iterations: row.iterations,
         residual: row.residual,
         contacts: step.contacts.iter().filter(is_felt).map(&mut contact).collect(),
+        ties: step.joints.iter().map(tie).collect(),
         ..moving(world, &step.states, (row.index, row.time, row.status))
     }
 }
@@ -172,6 +202,7 @@ fn moving(world: &World, states: &[State], (index, time, end): (u64, f64, StepSt
         kinetic: each(energy::kinetic),
         potential: each(energy::potential),
         contacts: Vec::new(),
+        ties: Vec::new(),
         status: status(end),
         iterations: 0,
         residual: 0.0,

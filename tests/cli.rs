@@ -16,6 +16,8 @@ mod input;
 mod inspect;
 #[path = "cli/inspect_several.rs"]
 mod inspect_several;
+#[path = "cli/joints.rs"]
+mod joints;
 #[path = "cli/leftovers.rs"]
 mod leftovers;
 #[path = "cli/output.rs"]

@@ -262,13 +262,14 @@ fn a_count_of_bodies_of_any_size_is_no_more_than_wrong() {
     let world = world_of(1);
     let (mut record, motion) = (StepRecord::new(), Motion::native(&world));
     Simulation::new(world.clone(), tower(1), motion).unwrap().step(&mut record).unwrap();
-    let streams = Streams { states: vec![], contacts: vec![], steps: vec![] };
+    let streams = Streams { states: vec![], contacts: vec![], steps: vec![], joints: None };
     let mut writer = TablesWriter::new(streams, &world).unwrap();
     writer.write(&record).unwrap();
-    let Streams { states, contacts, steps } = writer.finish().unwrap();
+    let Streams { states, contacts, steps, .. } = writer.finish().unwrap();
     let read = |bodies: usize| {
-        let streams = Streams { states: &*states, contacts: &*contacts, steps: &*steps };
-        TablesReader::new(streams, bodies).unwrap().next_step()
+        let streams =
+            Streams { states: &*states, contacts: &*contacts, steps: &*steps, joints: None };
+        TablesReader::new(streams, bodies, 0).unwrap().next_step()
     };
     assert!(read(1).is_ok());
     assert!(read(usize::MAX).is_err());
@@ -300,7 +301,8 @@ fn a_record_of_another_world_makes_no_writer_panic() {
                 }
                 panics.look("TableStep::of", || TableStep::of(&world, &record));
                 panics.look("TablesWriter::write", || {
-                    let streams = Streams { states: vec![], contacts: vec![], steps: vec![] };
+                    let streams =
+                        Streams { states: vec![], contacts: vec![], steps: vec![], joints: None };
                     TablesWriter::new(streams, &world).unwrap().write(&record)
                 });
             }

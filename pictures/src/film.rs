@@ -27,6 +27,8 @@ pub struct Film {
     pub fixed: Vec<Fixed>,
     /// At least one.
     pub bodies: Vec<Body>,
+    /// What ties them to each other and to the world.
+    pub joints: Vec<Joint>,
     /// At least one, a time step apart; the last has no step.
     pub frames: Vec<Frame>,
 }
@@ -80,6 +82,38 @@ pub struct Body {
     pub label: String,
 }
 
+/// What ties two bodies, or a body and the world.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Joint {
+    /// What it is called.
+    pub name: String,
+    /// Which of [`Film::bodies`].
+    pub body: usize,
+    /// The other one; `None` for the world.
+    pub other: Option<usize>,
+    /// Where it holds the body, m, body frame.
+    pub anchor: Vector3<f64>,
+    /// The direction of its axis, of length 1, body frame; `None` without one.
+    pub axis: Option<Vector3<f64>>,
+    /// Whether it turns about its axis alone.
+    pub turns: bool,
+    /// Whether it slides along its axis alone.
+    pub slides: bool,
+}
+
+/// Where a joint is in a frame, and what it carries in the step from there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tie {
+    /// Along its axis, m.
+    pub place: f64,
+    /// About its axis, rad.
+    pub angle: f64,
+    /// The force on the body, N.
+    pub force: f64,
+    /// The torque on the body about its axis, N m.
+    pub torque: f64,
+}
+
 /// A force and a torque over time, as knots: t (s) and the value there. No knots are no load.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Load {
@@ -106,6 +140,8 @@ pub struct Frame {
     pub potential: f64,
     /// What touches in the step; contacts without a force may be left out.
     pub contacts: Vec<Contact>,
+    /// Of each of [`Film::joints`].
+    pub ties: Vec<Tie>,
     /// How the step ended.
     pub status: Status,
     /// Iterations of the solver.
@@ -207,6 +243,7 @@ impl Film {
         let mut contacts = self.frames.iter().flat_map(|frame| &frame.contacts);
         self.bodies.len() == 1
             && self.fixed.is_empty()
+            && self.joints.is_empty()
             && self.bodies[0].pieces.is_empty()
             && contacts.all(|contact| contact.corner().is_some())
     }
@@ -259,6 +296,13 @@ impl Film {
     /// The ground where it is not the plane z = 0.
     pub(crate) fn inclined_ground(&self) -> Option<&Ground> {
         self.ground.as_ref().filter(|ground| !ground.is_level())
+    }
+}
+
+impl Joint {
+    /// Whether it holds body `b`, from either side.
+    pub(crate) fn is_of(&self, b: usize) -> bool {
+        self.body == b || self.other == Some(b)
     }
 }
 

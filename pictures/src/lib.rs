@@ -23,6 +23,6 @@ pub mod validation;
 pub mod view;
 
 pub use film::{
-    Body, Contact, Fact, Film, Fixed, Frame, Ground, Load, Partner, Place, Pose, Status,
+    Body, Contact, Fact, Film, Fixed, Frame, Ground, Joint, Load, Partner, Place, Pose, Status, Tie,
 };
 pub use shape::{Hull, Piece};

@@ -89,6 +89,7 @@ pub fn floating_cube(steps: u64) -> Film {
             colour: None,
             label: String::new(),
         }],
+        joints: Vec::new(),
         frames: ended((0..=steps).map(frame)),
     }
 }
@@ -101,6 +102,7 @@ fn moment(index: u64, time: f64) -> Frame {
         kinetic: 0.0,
         potential: 0.0,
         contacts: Vec::new(),
+        ties: Vec::new(),
         status: Status::Free,
         iterations: 0,
         residual: 0.0,

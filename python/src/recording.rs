@@ -13,12 +13,13 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use tumble::contact::Partner;
 use tumble::film::{self, Cast, Keys, Role};
+use tumble::joint::JointResidual;
 use tumble::mechanics::State;
 use tumble::scenario::model::BodyModel;
 use tumble::scenario::scene::{OutputFormat, Scene as Content};
 use tumble::simulation::StepRecord;
 use tumble::simulation::tables::{
-    ContactRow, StepRow, Streams, TableStep, TablesReader, TablesWriter,
+    ContactRow, JointRow, StepRow, Streams, TableStep, TablesReader, TablesWriter,
 };
 use tumble::step::StepStatus;
 use tumble_pictures::animation::{Format, Settings, View, animate};
@@ -56,20 +57,22 @@ type Array<'py, T> = Bound<'py, PyArrayDyn<T>>;
 
 #[pymethods]
 impl Recording {
-    /// The run, or a part of one, whose tables (bytes of states, contacts and steps) these are. The
-    /// forces (K - 1, N, 3) are those of a run without recorded contacts.
+    /// The run, or a part of one, whose tables (bytes of states, contacts, steps, and of scenes with joints
+    /// joints) these are. The forces (K - 1, N, 3) are those of a run without recorded contacts.
     #[staticmethod]
-    #[pyo3(signature = (scene, states, contacts, steps, forces=None))]
+    #[pyo3(signature = (scene, states, contacts, steps, joints=None, forces=None))]
     fn of_tables(
         scene: PyRef<'_, Scene>,
         states: &[u8],
         contacts: &[u8],
         steps: &[u8],
+        joints: Option<&[u8]>,
         forces: Option<PyReadonlyArrayDyn<'_, f64>>,
     ) -> PyResult<Self> {
         let content = Arc::clone(&scene.content);
-        let streams = Streams { states, contacts, steps };
-        let reader = TablesReader::new(streams, content.world.bodies().len());
+        let streams = Streams { states, contacts, steps, joints };
+        let (bodies, joints) = (content.world.bodies().len(), content.world.joints().len());
+        let reader = TablesReader::new(streams, bodies, joints);
         let mut reader = reader.map_err(refused)?.of_part();
         let (mut rows, mut sums) = (Vec::<TableStep>::new(), Vec::new());
         while let Some(row) = reader.next_step().map_err(refused)? {
@@ -94,11 +97,12 @@ impl Recording {
         Ok(Self { content, rows, forces: sums, has_contacts })
     }
 
-    /// The bytes that a step of so many bodies takes at least.
+    /// The bytes that a step of so many bodies and joints takes at least.
     #[staticmethod]
-    fn step_bytes(bodies: usize) -> usize {
+    fn step_bytes(bodies: usize, joints: usize) -> usize {
         let of_body = size_of::<State>() + size_of::<Vector3<f64>>();
-        bodies.saturating_mul(of_body).saturating_add(size_of::<TableStep>())
+        let of_all = joints.saturating_mul(size_of::<JointRow>());
+        bodies.saturating_mul(of_body).saturating_add(of_all).saturating_add(size_of::<TableStep>())
     }
 
     /// The rows from one to before another, the last of them as a state without a step.
@@ -112,6 +116,10 @@ impl Recording {
             let row = TableStep::of(&self.content.world, &record).row;
             last.row = StepRow { time: last.row.time, energy: last.row.energy, ..row };
             last.contacts = Vec::new();
+            for joint in &mut last.joints {
+                let JointRow { place, turns, .. } = *joint;
+                *joint = JointRow { place, turns, ..NO_STEP };
+            }
         }
         let bodies = self.content.world.bodies().len();
         let forces = self.forces[first * bodies..(end - 1) * bodies].to_vec();
@@ -125,16 +133,19 @@ impl Recording {
         self.has_contacts
     }
 
-    /// The tables states, contacts and steps as CSV.
-    fn tables<'py>(&self, py: Python<'py>) -> PyResult<[Bound<'py, PyBytes>; 3]> {
-        let streams = Streams { states: Vec::new(), contacts: Vec::new(), steps: Vec::new() };
+    /// The tables states, contacts and steps as CSV, and of a scene with joints joints.
+    fn tables<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyBytes>>> {
+        let has_joints = !self.content.joints.is_empty();
+        let (states, contacts, steps) = (Vec::new(), Vec::new(), Vec::new());
+        let streams = Streams { states, contacts, steps, joints: has_joints.then(Vec::new) };
         let tables: Result<_, Box<dyn std::error::Error + Send + Sync>> = py.detach(|| {
             let mut writer = TablesWriter::new(streams, &self.content.world)?;
             self.rows.iter().try_for_each(|row| writer.write_step(row))?;
             writer.finish().map_err(Into::into)
         });
-        let Streams { states, contacts, steps } = tables.map_err(refused)?;
-        Ok([states, contacts, steps].map(|bytes| PyBytes::new(py, &bytes)))
+        let Streams { states, contacts, steps, joints } = tables.map_err(refused)?;
+        let tables = [states, contacts, steps].into_iter().chain(joints);
+        Ok(tables.map(|bytes| PyBytes::new(py, &bytes)).collect())
     }
 
     /// The states: (K, N, 13).
@@ -187,6 +198,18 @@ impl Recording {
         columns.set_item("k", shaped(py, indices, &[count])?)?;
         let rows = || self.rows.iter().flat_map(|step| &step.contacts);
         set_contacts(&columns, &self.content, rows)?;
+        Ok(columns)
+    }
+
+    /// What the joints are and carry, by column: (K, J, 3) each.
+    fn joints<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let columns = PyDict::new(py);
+        let shape = [self.rows.len(), self.content.joints.len(), 3];
+        for (column, name) in JOINT_COLUMNS.into_iter().enumerate() {
+            let joints = self.rows.iter().flat_map(|step| &step.joints);
+            let numbers = vectors(joints.map(|joint| joint.vectors()[column]));
+            columns.set_item(name, shaped(py, numbers, &shape)?)?;
+        }
         Ok(columns)
     }
 
@@ -275,6 +298,7 @@ impl Recording {
             world: &content.world,
             bodies: &roles,
             fixed: &words(&content.fixed),
+            joints: &words(&content.joints),
             loads: &content.loads,
             floating: content.contact.is_none(),
         };
@@ -288,6 +312,24 @@ impl Recording {
         Ok(film)
     }
 }
+
+/// The vectors of [`JointRow::vectors`], in their order.
+pub const JOINT_COLUMNS: [&str; 6] = ["place", "angles", "velocity", "spin", "force", "torque"];
+
+/// A joint of a row without a step.
+pub const NO_STEP: JointRow = {
+    const ZERO: Vector3<f64> = Vector3::new(0.0, 0.0, 0.0);
+    let residual = JointResidual { locked: 0.0, drive: 0.0 };
+    JointRow {
+        place: ZERO,
+        turns: ZERO,
+        velocity: ZERO,
+        spin: ZERO,
+        force: ZERO,
+        torque: ZERO,
+        residual,
+    }
+};
 
 /// Whether a contact is between things of the scene.
 fn is_of(content: &Content, contact: &ContactRow) -> bool {

@@ -11,7 +11,8 @@ use std::sync::Arc;
 use tumble::mechanics::Rotation;
 use tumble::scenario::choices::SolverName;
 use tumble::scenario::failure::Failure;
-use tumble::scenario::scene::Scene as Content;
+use tumble::scenario::joint::JointModel;
+use tumble::scenario::scene::{OutputFormat, Scene as Content};
 use tumble::scenario::settings::Settings;
 
 /// The bytes of a regular file of at most `most`.
@@ -105,6 +106,20 @@ impl Scene {
     #[getter]
     fn fixed(&self) -> Vec<String> {
         self.content.fixed.clone()
+    }
+
+    /// The names of its J joints.
+    #[getter]
+    fn joints(&self) -> Vec<String> {
+        self.content.joints.clone()
+    }
+
+    /// Of each joint the axes that it leaves to drives: 0, 1, 2 along x, y, z and 3, 4, 5 about them.
+    #[getter]
+    fn joint_axes(&self) -> Vec<Vec<usize>> {
+        let OutputFormat::Tables(model) = &self.content.format else { return Vec::new() };
+        let axes = |joint: &JointModel| joint.kind.driven().iter().map(|(_, axis)| *axis).collect();
+        model.joints.iter().map(axes).collect()
     }
 
     /// The steps of a whole run.

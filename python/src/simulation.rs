@@ -2,7 +2,7 @@
 
 use crate::arrays::{numbers, of_states, to_states};
 use crate::errors::{of_step, refused};
-use crate::recording::{Recording, add_forces, set_contacts};
+use crate::recording::{JOINT_COLUMNS, NO_STEP, Recording, add_forces, set_contacts};
 use crate::scene::{Scene, in_python};
 use crate::watch::Watched;
 use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
@@ -14,10 +14,11 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use tumble::contact::Contact;
 use tumble::error::Error;
+use tumble::joint::{Axis, Drive, JointAxis, Motor};
 use tumble::mechanics::{State, Wrench};
 use tumble::scenario::scene::Scene as Content;
 use tumble::simulation::save::{Saved, from_bytes, to_bytes};
-use tumble::simulation::tables::{ContactRow, TableStep};
+use tumble::simulation::tables::{ContactRow, JointRow, TableStep};
 use tumble::simulation::{self, Motion, StepRecord};
 use tumble::step::StepSolution;
 
@@ -226,6 +227,41 @@ impl Simulation {
         Ok((record.report.status.name(), record.certificate.residual(), record.report.iterations))
     }
 
+    /// Sets the motor of an axis of a joint, 0, 1, 2 along x, y, z and 3, 4, 5 about them: one that holds a
+    /// speed or pulls to a position, or none.
+    #[allow(clippy::too_many_arguments)]
+    #[pyo3(signature = (joint, axis, speed, position, stiffness, damping, most))]
+    fn put_motor(
+        &mut self,
+        joint: usize,
+        axis: usize,
+        speed: Option<f64>,
+        position: Option<f64>,
+        stiffness: f64,
+        damping: f64,
+        most: f64,
+    ) -> PyResult<()> {
+        let motor = match (speed, position) {
+            (Some(target), _) => Some(Motor::Speed { target, most }),
+            (None, Some(target)) => Some(Motor::Position { target, stiffness, damping, most }),
+            (None, None) => None,
+        };
+        let simulation = &mut self.running().simulation;
+        simulation.set_motor(joint, joint_axis(axis), motor).map_err(refused)
+    }
+
+    /// Sets the constant force along an axis of a joint, N or N m.
+    fn put_force(&mut self, joint: usize, axis: usize, force: f64) -> PyResult<()> {
+        let simulation = &mut self.running().simulation;
+        let of = simulation.world().joints().get(joint);
+        let axes = of.map(|of| of.linear().iter().chain(of.angular()).copied());
+        let drive = match axes.and_then(|mut axes| axes.nth(axis)) {
+            Some(Axis::Free(drive)) => Drive { force, ..drive },
+            _ => Drive { force, ..Drive::NONE },
+        };
+        simulation.set_drive(joint, joint_axis(axis), drive).map_err(refused)
+    }
+
     /// The sum of the contact forces on each body over the last step, N, world: (N, 3).
     #[getter]
     fn forces<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
@@ -233,6 +269,30 @@ impl Simulation {
         let bodies = running.simulation.states().len();
         let force = |body| <[f64; 3]>::from(running.record.solution.total_force(body));
         crate::arrays::shaped(py, (0..bodies).flat_map(force).collect(), &[bodies, 3])
+    }
+
+    /// Where the joints are now, and how they moved and what they carried over the last step, by column: (J, 3)
+    /// each.
+    #[getter]
+    fn joint_columns<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let Running { simulation, record } = &*self.running();
+        let mut end = StepRecord::new();
+        simulation.end(&mut end);
+        let world = simulation.world();
+        let now = JointRow::of(world, &end);
+        // Before the first step there is none to tell of.
+        let mut last = JointRow::of(world, record).filter(|_| simulation.index() > 0);
+        let rows = now.map(|JointRow { place, turns, .. }| {
+            let last = last.next().unwrap_or(NO_STEP);
+            JointRow { place, turns, ..last }.vectors()
+        });
+        let rows: Vec<_> = rows.collect();
+        let columns = PyDict::new(py);
+        for (column, name) in JOINT_COLUMNS.into_iter().enumerate() {
+            let numbers = rows.iter().flat_map(|row| <[f64; 3]>::from(row[column])).collect();
+            columns.set_item(name, crate::arrays::shaped(py, numbers, &[rows.len(), 3])?)?;
+        }
+        Ok(columns)
     }
 
     /// The columns of the contacts of the last step, each (C,) or (C, 3).
@@ -300,6 +360,10 @@ impl Simulation {
         self.running().simulation.swap_motion(&mut motion);
         std::mem::forget(motion);
     }
+}
+
+fn joint_axis(axis: usize) -> JointAxis {
+    if axis < 3 { JointAxis::Linear(axis) } else { JointAxis::Angular(axis - 3) }
 }
 
 impl Drop for Simulation {

@@ -3,6 +3,7 @@
 
 use super::args::SimulateArgs;
 use super::choices::{DetectionName, FormulationName, OnFailure, Preset, SolverName};
+use super::joints_summary::JointsSummary;
 use super::outcome::{Failure, refuse_flags};
 use super::recording::Recording;
 use super::run::{End, Run};
@@ -35,6 +36,7 @@ struct Notes {
     summary: RunSummary,
     elapsed: Duration,
     overlap: Option<(u64, f64)>,
+    joints: Option<JointsSummary>,
 }
 
 /// A run that goes on.
@@ -46,8 +48,8 @@ pub struct Continued<'a> {
 
 /// The state of a run that came to this, as bytes.
 pub fn state_of(simulation: &Simulation<'_>, run: &Run) -> Result<Vec<u8>, Failure> {
-    let Run { summary, elapsed, overlap, .. } = run;
-    let notes = Notes { summary: summary.clone(), elapsed: *elapsed, overlap: *overlap };
+    let Run { elapsed, overlap, joints, .. } = *run;
+    let notes = Notes { summary: run.summary.clone(), elapsed, overlap, joints };
     Ok(simulation.save().with_notes(to_bytes(&notes)?).to_bytes()?)
 }
 
@@ -100,8 +102,8 @@ impl<'a> Continued<'a> {
 
     /// What the run came to so far.
     pub fn into_run(self) -> Run {
-        let Notes { summary, elapsed, overlap } = self.notes;
-        Run { end: End::Complete, summary, elapsed, overlap }
+        let Notes { summary, elapsed, overlap, joints } = self.notes;
+        Run { end: End::Complete, summary, elapsed, overlap, joints }
     }
 }
 
@@ -161,6 +163,8 @@ fn scene_of(run: &RunFile) -> Result<Scene, Failure> {
             (world, vec![load], bodies, Vec::new(), OutputFormat::Trajectory)
         }
     };
+    let joints = run.model.iter().flat_map(|model| &model.joints);
+    let joints = joints.map(|joint| joint.name.clone()).collect();
     Ok(Scene {
         name: run.scene.clone(),
         changed: run.changed.clone(),
@@ -172,6 +176,7 @@ fn scene_of(run: &RunFile) -> Result<Scene, Failure> {
         loads,
         bodies,
         fixed,
+        joints,
         contact: contact_of(&run.solver)?,
         usual_solver: false,
         format,

@@ -45,6 +45,9 @@ pub fn describe(scene: &Scene, run: &Run) -> String {
             _ => writeln!(text, "  overlap      largest {overlap:.1e} m after step k = {index}"),
         };
     }
+    if let Some(joints) = &run.joints {
+        let _ = writeln!(text, "  joints       {}, {joints}", scene.joints.len());
+    }
     let seconds = run.elapsed.as_secs_f64();
     let _ = write!(text, "  time         {seconds:.3} s stepping");
     if seconds > 0.0 {

@@ -45,7 +45,10 @@ pub fn film(
     let bodies = model.map_or_else(one, |model| model.bodies.iter().map(BodyModel::role).collect());
     let fixed = model.map_or(&[][..], |model| &model.fixed);
     let fixed: Vec<_> = fixed.iter().map(|fixed| fixed.name.as_str()).collect();
-    let cast = Cast { world: &world, bodies: &bodies, fixed: &fixed, loads: &loads, floating };
+    let joints = model.map_or(&[][..], |model| &model.joints);
+    let joints: Vec<_> = joints.iter().map(|joint| joint.name.as_str()).collect();
+    let (bodies, fixed, joints) = (&bodies, &fixed, &joints);
+    let cast = Cast { world: &world, bodies, fixed, joints, loads: &loads, floating };
     let mut film = film::film(cast, frames.all());
     if model.is_none() {
         // The rows are about points, whatever they are corners of.
@@ -124,6 +127,7 @@ fn memory(frame: &Frame) -> usize {
     size_of::<Frame>()
         + size_of_val(frame.poses.as_slice())
         + size_of_val(frame.contacts.as_slice())
+        + size_of_val(frame.ties.as_slice())
 }
 
 /// Scene, seed and solver.

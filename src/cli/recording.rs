@@ -130,8 +130,12 @@ impl<'a> Recording<'a> {
                 states: table(path, Table::States)?,
                 contacts: table(path, Table::Contacts)?,
                 steps: table(path, Table::Steps)?,
+                joints: match world.joints() {
+                    [] => None,
+                    _ => Some(table(path, Table::Joints)?),
+                },
             };
-            let reader = TablesReader::new(streams, world.bodies().len());
+            let reader = TablesReader::new(streams, world.bodies().len(), world.joints().len());
             let reader = reader.map_err(|error| odd_tables(path, &error))?;
             let rows = Rows::Tables(Box::new(reader));
             return Ok(Self { path, rows, run, world, loads });

@@ -1,6 +1,7 @@
 //! A run: its steps one after another, and what they came to.
 
 use super::choices::OnFailure;
+use super::joints_summary::JointsSummary;
 use super::outcome::Failure;
 use super::output::progress_bar;
 use super::run_file::Ended;
@@ -46,13 +47,15 @@ pub struct Run {
     pub elapsed: Duration,
     /// The largest overlap, m, and after which step it was; `None` without steps.
     pub overlap: Option<(u64, f64)>,
+    /// What joints came to; `None` without them.
+    pub joints: Option<JointsSummary>,
 }
 
 impl Run {
     /// One that has not begun.
     pub fn new() -> Self {
         let (summary, elapsed) = (RunSummary::default(), Duration::ZERO);
-        Self { end: End::Complete, summary, elapsed, overlap: None }
+        Self { end: End::Complete, summary, elapsed, overlap: None, joints: None }
     }
 
     /// What run.json says of it.
@@ -62,6 +65,7 @@ impl Run {
             summary: &self.summary,
             seconds: self.elapsed.as_secs_f64(),
             largest_overlap: self.overlap.map_or(0.0, |(_, overlap)| overlap),
+            joints: self.joints,
         }
     }
 }
@@ -77,6 +81,9 @@ pub fn run(
     quiet: bool,
 ) -> Result<Run, Failure> {
     let mut records = vec![StepRecord::new(); (CHUNK / scene.bodies.len()).max(1)];
+    if !scene.joints.is_empty() {
+        run.joints.get_or_insert_default();
+    }
     let mut left = (scene.rows - 1).saturating_sub(simulation.index());
     let bar = progress_bar(left, "steps", quiet);
     while left > 0 && run.end == End::Complete {
@@ -92,6 +99,10 @@ pub fn run(
             run.summary.add(record);
             if run.overlap.is_none_or(|(_, largest)| record.overlap > largest) {
                 run.overlap = Some((record.index, record.overlap));
+            }
+            if let Some(joints) = &mut run.joints {
+                joints.add_errors(&scene.world, &record.solution.states);
+                joints.add_residual(record.certificate.joint, record.certificate.joint_law);
             }
             writer.write(record)?;
         }

@@ -76,17 +76,29 @@ impl RunWriter {
                 (vec![trajectory], rows.map(|rows| Rows::Trajectory(Box::new(rows))))
             }
             OutputFormat::Tables(_) => {
-                let [states, contacts, steps] = Table::ALL.map(|table| file(table.name()));
+                let of = |table: Table| file(table.name());
+                let has_joints = !scene.joints.is_empty();
+                let joints = has_joints.then(|| of(Table::Joints)).transpose()?;
+                let [states, contacts, steps] = Table::ALWAYS.map(of);
                 let files = [states?, contacts?, steps?];
                 let rows = [Some(scene.bodies.len() as u64), None, Some(1)];
                 let [states, contacts, steps] =
-                    [0, 1, 2].map(|at| stream(&files[at], Table::ALL[at].name(), rows[at]));
-                let streams = Streams { states: states?, contacts: contacts?, steps: steps? };
+                    [0, 1, 2].map(|at| stream(&files[at], Table::ALWAYS[at].name(), rows[at]));
+                let joint_rows = Some(scene.joints.len() as u64);
+                let of_joints =
+                    joints.as_ref().map(|file| stream(file, Table::Joints.name(), joint_rows));
+                let streams = Streams {
+                    states: states?,
+                    contacts: contacts?,
+                    steps: steps?,
+                    joints: of_joints.transpose()?,
+                };
                 let rows = match goes_on {
                     true => Ok(TablesWriter::after(streams, &scene.world)),
                     false => TablesWriter::new(streams, &scene.world),
                 };
-                (files.into(), rows.map(|rows| Rows::Tables(Box::new(rows))))
+                let files = files.into_iter().chain(joints).collect();
+                (files, rows.map(|rows| Rows::Tables(Box::new(rows))))
             }
         };
         let rows = rows.map_err(|error| failed(&files, error))?;
@@ -114,9 +126,11 @@ impl RunWriter {
     pub fn finish(self) -> Result<Vec<PendingFile>, Failure> {
         let streams = match self.rows {
             Rows::Trajectory(rows) => rows.finish().map(|stream| vec![stream]),
-            Rows::Tables(rows) => rows
-                .finish()
-                .map(|Streams { states, contacts, steps }| vec![states, contacts, steps]),
+            Rows::Tables(rows) => {
+                rows.finish().map(|Streams { states, contacts, steps, joints }| {
+                    [states, contacts, steps].into_iter().chain(joints).collect()
+                })
+            }
         };
         let written = streams.and_then(|streams| streams.into_iter().try_for_each(to_disk));
         written.map_err(|error| self.files[0].failed(&error))?;

@@ -60,6 +60,7 @@ pub fn scene(
         loads: vec![load],
         bodies: vec!["body".to_owned()],
         fixed: Vec::new(),
+        joints: Vec::new(),
         contact,
         usual_solver: settings.solver.is_none(),
         format: OutputFormat::Trajectory,

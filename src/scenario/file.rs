@@ -2,6 +2,7 @@
 
 use super::bodies::Entries;
 use super::bodies::entries::{BodyEntry, FixedEntry, PairEntry};
+use super::bodies::joints::{JointEntry, MotorEntry};
 use super::fields::{Gravity, table_if_any};
 use super::settings::Settings;
 use super::tables::{BodyTable, GroundTable, LoadTable, SolverTable, StartTable};
@@ -35,6 +36,8 @@ pub struct ScenarioFile {
     fixed: Option<Vec<FixedEntry>>,
     friction: Option<Vec<PairEntry>>,
     restitution: Option<Vec<PairEntry>>,
+    joints: Option<Vec<JointEntry>>,
+    motors: Option<Vec<MotorEntry>>,
 }
 
 /// What a file says besides its name.
@@ -85,6 +88,8 @@ impl ScenarioFile {
             fixed: self.fixed.unwrap_or_default(),
             friction: self.friction.unwrap_or_default(),
             restitution: self.restitution.unwrap_or_default(),
+            joints: self.joints.unwrap_or_default(),
+            motors: self.motors.unwrap_or_default(),
         });
         Ok(Said { settings, ground, entries })
     }
@@ -103,6 +108,8 @@ impl ScenarioFile {
             ("fixed", "without [[bodies]]", of_body && self.fixed.is_some()),
             ("friction", "without [[bodies]]", of_body && self.friction.is_some()),
             ("restitution", "without [[bodies]]", of_body && self.restitution.is_some()),
+            ("joints", "without [[bodies]]", of_body && self.joints.is_some()),
+            ("motors", "without [[bodies]]", of_body && self.motors.is_some()),
             ("rotation", "without a [ground] table", floating && self.rotation.is_some()),
             ("solver", "without a [ground] table", floating && self.solver.is_some()),
             ("start.frame \"ground\"", "without a [ground] table", floating && in_ground),

@@ -15,6 +15,9 @@ pub mod contact;
 pub mod failure;
 pub mod fields;
 mod file;
+pub mod joint;
+#[cfg(feature = "csv")]
+pub mod joints_summary;
 pub mod model;
 pub mod names;
 pub mod parameters;

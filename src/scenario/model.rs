@@ -2,6 +2,7 @@
 //!
 //! A simulation and its verification make their worlds here, of the same numbers.
 
+use super::joint::JointModel;
 use super::shape::{PlacedForm, Shape};
 use crate::contact::{Partner, Plane};
 use crate::error::Error;
@@ -47,6 +48,9 @@ pub struct Model {
     /// Coefficients of restitution between two.
     #[serde(default)]
     pub restitutions: Vec<PairModel>,
+    /// What ties bodies.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub joints: Vec<JointModel>,
 }
 
 /// A body and its start.
@@ -160,9 +164,25 @@ impl Model {
         let world = self.frictions.iter().try_fold(world, |world, pair| {
             world.with_friction_between(pair.body, pair.partner.into(), pair.coefficient)
         })?;
-        Ok(self.restitutions.iter().try_fold(world, |world, pair| {
+        let world = self.restitutions.iter().try_fold(world, |world, pair| {
             world.with_restitution_between(pair.body, pair.partner.into(), pair.coefficient)
-        })?)
+        })?;
+        self.tied(world)
+    }
+
+    /// `world` with the joints.
+    fn tied(&self, world: World) -> Result<World, Failure> {
+        if self.joints.is_empty() {
+            return Ok(world);
+        }
+        let joints = || self.joints.iter().map(JointModel::joint);
+        world.clone().with_joints(joints().collect()).map_err(|error| {
+            // The library says what is wrong, and not of which.
+            let is_wrong = |joint| world.clone().with_joints(vec![joint]).is_err();
+            let index = joints().position(is_wrong).unwrap_or(0);
+            let name = self.joints.get(index).map_or("", |joint| &joint.name);
+            Failure::Input(format!("joints[{index}] ({name}): {error}"))
+        })
     }
 
     /// The bodies; equal ones are made once.

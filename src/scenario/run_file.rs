@@ -4,6 +4,7 @@ use super::choices::{Inertia, Shape};
 use super::contact::{Contact, IPOPT_VERSION};
 use super::failure::Failure;
 use super::fields::{self, Exactly, Numbers, by_rows, matrix, numbers};
+use super::joints_summary::JointsSummary;
 use super::model::Model;
 use super::parameters::{LoadParameters, PlaneParameters, unnamed_rotation};
 use super::physics::plane;
@@ -33,6 +34,8 @@ pub struct Ended<'a> {
     pub seconds: f64,
     /// The largest overlap of all steps, m.
     pub largest_overlap: f64,
+    /// Of a scene with joints.
+    pub joints: Option<JointsSummary>,
 }
 
 /// A run.json in either format: with `parameters` and `start` of one body, or with a `model`.
@@ -76,6 +79,9 @@ pub struct RunFile {
     /// m, of all steps.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub largest_overlap_m: Option<f64>,
+    /// Of a model with joints.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub joints: Option<JointsSummary>,
 }
 
 /// The part of a run.json that says which format it is of.
@@ -369,6 +375,7 @@ impl RunFile {
             start: one.map(|(state, _)| start(state)),
             summary: SummaryFile::of(run, climbs),
             largest_overlap_m: tables.map(|_| run.largest_overlap),
+            joints: run.joints,
         })
     }
 
@@ -443,12 +450,17 @@ impl RunFile {
         }
     }
 
+    fn has_joints(&self) -> bool {
+        self.model.as_ref().is_some_and(|model| !model.joints.is_empty())
+    }
+
     /// The first field that its format has, and it has not.
     fn missing(&self) -> Option<&'static str> {
         let of_model = [
             ("drawn", self.drawn.is_none()),
             ("steps", self.steps.is_none()),
             ("largest_overlap_m", self.largest_overlap_m.is_none()),
+            ("joints", self.joints.is_none() && self.has_joints()),
         ];
         let of_one = [("parameters", self.parameters.is_none()), ("start", self.start.is_none())];
         let fields = if self.model.is_some() { &of_model[..] } else { &of_one };

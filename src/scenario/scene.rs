@@ -42,6 +42,8 @@ pub struct Scene {
     pub bodies: Vec<String>,
     /// The names of the fixed pieces.
     pub fixed: Vec<String>,
+    /// The names of the joints.
+    pub joints: Vec<String>,
     /// `None` without a ground.
     pub contact: Option<Contact>,
     /// Whether the solver is the usual one, for want of another.

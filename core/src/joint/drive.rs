@@ -16,7 +16,8 @@ pub enum Axis {
 /// What acts along a free axis, at any rate: the sum of all of these. Lengths in m and forces in N along
 /// an axis, rad and N m about one.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(any(feature = "save", feature = "serde"), derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(any(feature = "save", feature = "serde"), serde(default))]
 pub struct Drive {
     /// The range of the coordinate. Its ends are hard stops without a bounce.
     pub limits: Option<[f64; 2]>,
@@ -39,7 +40,8 @@ pub struct Drive {
 
 /// A motor on an axis, with all the force that it has.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(any(feature = "save", feature = "serde"), derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(any(feature = "save", feature = "serde"), serde(rename_all = "lowercase"))]
 pub enum Motor {
     /// It holds a speed, m/s or rad/s, with up to this force.
     Speed {
@@ -59,6 +61,12 @@ pub enum Motor {
         /// N or N m.
         most: f64,
     },
+}
+
+impl Default for Drive {
+    fn default() -> Self {
+        Self::NONE
+    }
 }
 
 impl Drive {

@@ -78,6 +78,48 @@ impl Joint {
         angle + TAU * libm::round((near - angle) / TAU)
     }
 
+    /// The turns about the axes, rad: of what is locked, what it is off by; of a hinge about z, its angle that
+    /// is nearest to `near`; of a universal joint its two angles, of up to half a turn; of a ball joint with a
+    /// cone its swing, 0, and its twist; of what turns freely, the turn as a vector, of up to half a turn.
+    #[must_use]
+    pub fn turns(&self, at: &Coordinates, near: f64) -> Vector3<f64> {
+        let turning = self.turning();
+        let off = || aside(turning, &at.turn) * 2.0;
+        match turning {
+            Turning::Free => vector_of(&at.turn),
+            Turning::Locked => off(),
+            Turning::Hinge => Vector3::new(off()[0], off()[1], self.angle(at, near)),
+            Turning::Ball => Vector3::new(swing(&at.turn), 0.0, self.angle(at, near)),
+            Turning::Universal => {
+                // Of q_y(β) ⊗ q_x(α), whichever sign it has.
+                let sign = if at.turn[0] < 0.0 { -1.0 } else { 1.0 };
+                let about = |k: usize| 2.0 * libm::atan2(sign * at.turn[k], sign * at.turn[0]);
+                Vector3::new(about(1), about(2), off()[2])
+            }
+        }
+    }
+
+    /// The mean rates of all axes from `at` to `after` in `time_step` (s): of the place, m/s, and of the
+    /// [turns](Joint::turns), rad/s, where `near` is near the angle of a hinge at `at`.
+    #[must_use]
+    pub fn rates(
+        &self,
+        (at, after): (&Coordinates, &Coordinates),
+        near: f64,
+        time_step: f64,
+    ) -> (Vector3<f64>, Vector3<f64>) {
+        let turned = match self.turning() {
+            Turning::Free => vector_of(&(left(&conjugated(&at.turn)) * after.turn)),
+            _ => {
+                let start = self.turns(at, near);
+                let turned = self.turns(after, start[2]) - start;
+                // Of what counts no turns, the shorter way.
+                turned.map(|angle| angle - TAU * libm::round(angle / TAU))
+            }
+        };
+        ((after.place - at.place) / time_step, turned / time_step)
+    }
+
     /// How far it is from where its locked axes want it, m and rad: the largest of l, and of the
     /// angles about what is locked. `None` where a body has no state.
     #[must_use]
@@ -297,6 +339,16 @@ impl Joint {
 fn between(a: &JointFrame, b: &JointFrame) -> Coordinates {
     let place = rotation(&b.attitude).tr_mul(&(a.anchor - b.anchor));
     Coordinates { place, turn: left(&conjugated(&b.attitude)) * a.attitude }
+}
+
+/// The axis of a turn (w, x, y, z), times its angle of up to π, rad.
+fn vector_of(turn: &Vector4<f64>) -> Vector3<f64> {
+    let along = turn.fixed_rows::<3>(1).into_owned();
+    let (sine, sign) = (along.norm(), if turn[0] < 0.0 { -1.0 } else { 1.0 });
+    if sine == 0.0 {
+        return Vector3::zeros();
+    }
+    along * (sign * 2.0 * libm::atan2(sine, turn[0].abs()) / sine)
 }
 
 /// R: of a hinge the part of the turn Q about z, of what cannot turn ±1.

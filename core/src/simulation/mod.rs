@@ -26,12 +26,14 @@ pub use assembly::Assembly;
 pub use record::StepRecord;
 #[cfg(feature = "save")]
 pub use save::Saved;
+pub use start::JOINT_AT_THE_START;
 
 use crate::contact::certificate::{Certifier, Claim, certify_rk4_step};
 #[cfg(doc)]
 use crate::contact::detection::CONTACT_BAND;
 use crate::contact::{Candidates, Certificate, Detection, Memory, rounding};
 use crate::error::Error;
+use crate::joint::JointForce;
 use crate::mechanics::dynamics::rk4_step;
 use crate::mechanics::{Load, State, Wrench};
 use crate::solver::native::NativeSolver;
@@ -418,12 +420,16 @@ impl<'a> Simulation<'a> {
         }
     }
 
-    /// Describes the current state as the last row of a trajectory: no step follows.
+    /// Describes the current state as the last row of a trajectory: no step follows. Joints have the angles
+    /// to which they have turned, and no forces.
     pub fn end(&self, record: &mut StepRecord) {
+        let joints = self.now.joints.iter().map(|joint| JointForce::none(joint.angle));
+        let solution =
+            StepSolution { joints: joints.collect(), ..StepSolution::free(&self.now.states) };
         *record = StepRecord {
             index: self.index,
             states: self.now.states.clone(),
-            solution: StepSolution::free(&self.now.states),
+            solution,
             ..StepRecord::new()
         };
     }

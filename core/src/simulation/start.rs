@@ -45,7 +45,7 @@ fn check_overlap(
 
 /// How far a joint may be off at the start, m and rad: one step brings it back, at the speed of that
 /// over h.
-pub(super) const JOINT_AT_THE_START: f64 = 1e-6;
+pub const JOINT_AT_THE_START: f64 = 1e-6;
 
 fn check_joints(
     world: &World,

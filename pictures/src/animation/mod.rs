@@ -8,7 +8,7 @@
 //! Arrows show the mean force of the steps since the frame before, on a compressed scale
 //! (`forces::Scale`), between two bodies the force on each. Bodies cover those whose contact
 //! they hide. Pieces are drawn as they are, balls and capsules with two great circles that show
-//! how they turn. A body without pieces is drawn by its contact points: as a box where they are
+//! how they turn. Joints are rings at their anchors, over everything, with their axes. A body without pieces is drawn by its contact points: as a box where they are
 //! the eight corners of one, x fastest; else the points and their outline.
 
 mod arrows;
@@ -21,6 +21,7 @@ mod framing;
 mod lettering;
 mod outline;
 mod palette;
+mod pins;
 mod raster;
 mod settings;
 mod solids;
@@ -39,9 +40,13 @@ use crate::forces::Scale;
 use arrows::Arrow;
 use encoder::Encoder;
 use nalgebra::{Isometry3, Point3, Vector3};
+use pins::Pin;
 use settings::FARTHEST;
 use stage::{Moment, Stage};
 use std::ops::ControlFlow;
+
+/// How long the axis of a joint is to each side, in parts of its body's reach.
+const AXIS: f64 = 0.3;
 
 /// Draws `film`. `progress` gets the frames done and the frames there will be, and can end
 /// the work.
@@ -79,6 +84,7 @@ pub(crate) fn still(film: &Film, size: u16) -> Option<Vec<u8>> {
         facts: Vec::new(),
         fixed: film.fixed.clone(),
         bodies: film.bodies.clone(),
+        joints: film.joints.clone(),
         frames: vec![film.frames.first()?.clone()],
         ..*film
     };
@@ -129,7 +135,16 @@ fn moments(film: &Film, settings: &Settings) -> Result<Vec<Moment>, AnimationErr
                 add(other, -way);
             }
         }
-        moments.push(Moment { time: shown.time, poses, arrows });
+        let pins = film.joints.iter().filter_map(|joint| Some((joint, poses.get(joint.body)?)));
+        let pins = pins.map(|(joint, pose)| {
+            let reach = film.bodies.get(joint.body).map_or(0.0, Body::reach);
+            Pin {
+                at: (pose * Point3::from(joint.anchor)).coords,
+                axis: joint.axis.map(|axis| pose.rotation * axis * (AXIS * reach)),
+            }
+        });
+        let pins = pins.collect();
+        moments.push(Moment { time: shown.time, poses, arrows, pins });
         before = now;
     }
     Ok(moments)

@@ -7,6 +7,7 @@ use super::floor::{Floor, Light};
 use super::framing::{Extent, Window, windows};
 use super::lettering;
 use super::palette::{self, BACKGROUND, Hue};
+use super::pins::{self, Pin};
 use super::raster::Raster;
 use super::settings::Settings;
 use super::solids::Easel;
@@ -31,6 +32,7 @@ pub struct Moment {
     /// Of each body.
     pub poses: Vec<Isometry3<f64>>,
     pub arrows: Vec<Arrow>,
+    pub pins: Vec<Pin>,
 }
 
 /// What is drawn of a body.
@@ -157,6 +159,7 @@ impl Stage {
         });
         arrows::paint(canvas, &self.camera, &hidden);
         self.raster.compose(canvas);
+        pins::paint(canvas, &self.camera, &moment.pins);
         arrows::paint(canvas, &self.camera, &seen);
         if let Some(font) = &self.font {
             self.paint_labels(canvas, font, moment);

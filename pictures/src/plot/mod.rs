@@ -3,6 +3,7 @@
 pub(super) mod axes;
 pub(super) mod curve;
 mod energy;
+mod joints;
 mod motion;
 pub(super) mod number;
 pub(super) mod panel;
@@ -40,7 +41,8 @@ impl Sheet {
     pub(crate) fn panels(self, film: &Film) -> &'static [PanelMaker] {
         match (self, film.is_single()) {
             (Self::Motion, true) => &motion::PANELS,
-            (Self::Motion, false) => &motion::PANELS_OF_SEVERAL,
+            (Self::Motion, false) if film.joints.is_empty() => &motion::PANELS_OF_SEVERAL,
+            (Self::Motion, false) => &joints::PANELS,
             (Self::Energy, true) => &energy::PANELS,
             (Self::Energy, false) => &energy::PANELS_OF_SEVERAL,
         }

@@ -16,7 +16,8 @@ pub const MOST_MARKS: usize = 5000;
 /// Labels of an axis, about.
 const TICKS: usize = 6;
 /// The plots that are open when the page is: what tells most.
-const OPEN: [&str; 7] = ["distance", "z", "fz", "force", "energy", "residual", "height"];
+const OPEN: [&str; 10] =
+    ["distance", "z", "fz", "force", "angle", "slide", "torque", "energy", "residual", "height"];
 
 /// One pair of axes with the curves of all runs.
 #[derive(Serialize)]

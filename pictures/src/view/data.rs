@@ -3,7 +3,7 @@
 use super::curves::{Plot, plots};
 use super::facts;
 use super::poses::Poses;
-use crate::film::{Fact, Film, Fixed, Status};
+use crate::film::{Fact, Film, Fixed, Joint, Status};
 use crate::forces::Scale;
 use crate::plot::Sheet;
 use crate::shape::{Look, Piece, is_box};
@@ -30,6 +30,7 @@ struct RunData {
     worst: Option<Worst>,
     bodies: Vec<Body>,
     fixed: Vec<Body>,
+    joints: Vec<JointData>,
     arrows: Arrows,
     ground: Option<Ground>,
     frames: Poses,
@@ -71,6 +72,15 @@ struct FaceData {
     vertices: Vec<usize>,
     /// Outward, of length 1.
     normal: [f64; 3],
+}
+
+/// Where a joint holds a body, m, body frame, and its axis there.
+#[derive(Serialize)]
+struct JointData {
+    name: String,
+    body: usize,
+    anchor: [f64; 3],
+    axis: Option<[f64; 3]>,
 }
 
 /// How long arrows are; see [`Scale`].
@@ -184,6 +194,12 @@ impl RunData {
             let looks: Vec<_> = fixed.pieces.iter().cloned().map(Look::Solid).collect();
             Body::of(fixed.name.clone(), Vec::new(), &[], &looks)
         };
+        let joint = |joint: &Joint| JointData {
+            name: joint.name.clone(),
+            body: joint.body,
+            anchor: joint.anchor.into(),
+            axis: joint.axis.map(Into::into),
+        };
         let scale = Scale::of(film);
         let ground =
             film.ground.map(|plane| Ground { normal: plane.normal.into(), offset: plane.offset });
@@ -196,6 +212,7 @@ impl RunData {
             worst: worst(film),
             bodies: (0..film.bodies.len()).map(body).collect(),
             fixed: film.fixed.iter().map(fixed).collect(),
+            joints: film.joints.iter().map(joint).collect(),
             arrows: Arrows { weight: scale.weight, longest: scale.longest },
             ground,
             frames: Poses::of(film, &scale),

@@ -19,6 +19,9 @@ pub fn facts(film: &Film) -> Vec<Fact> {
         if !film.fixed.is_empty() {
             add("fixed", film.fixed.len().to_string());
         }
+        if !film.joints.is_empty() {
+            add("joints", film.joints.len().to_string());
+        }
         add("mass of all", format!("{} kg", number(mass)));
     }
     if film.may_touch() {

@@ -194,6 +194,7 @@ pub fn film(steps: u64) -> Film {
             kinetic,
             potential,
             contacts: contacts.filter(|_| !is_last).collect(),
+            ties: Vec::new(),
             status: if is_last { Status::End } else { Status::Converged },
             iterations: if is_last { 0 } else { 3 },
             residual: if is_last { 0.0 } else { 1e-12 },
@@ -208,6 +209,7 @@ pub fn film(steps: u64) -> Film {
         ground: Some(Ground { normal: Vector3::z(), offset: 0.0 }),
         fixed: vec![Fixed { name: "ramp".to_owned(), pieces: vec![ramp()] }],
         bodies: bodies.collect(),
+        joints: Vec::new(),
         frames: (0..=steps).map(frame).collect(),
     }
 }

@@ -55,6 +55,8 @@ class Scene(CoreScene):
         fixed: Iterable[Fields] = (),
         friction: Iterable[Fields] = (),
         restitution: Iterable[Fields] = (),
+        joints: Iterable[Fields] = (),
+        motors: Iterable[Fields] = (),
         *,
         gravity: Union[float, Iterable[float]] = 9.81,
         time_step: float = 0.002,
@@ -81,6 +83,8 @@ class Scene(CoreScene):
                 "restitution": tables(
                     "restitution", restitution, ours.replace("friction", "restitution")
                 ),
+                "joints": tables("joints", joints),
+                "motors": tables("motors", motors),
             }
         )
         return cls.from_text(text, Path(folder) / "scene", seed=seed)

@@ -4,20 +4,24 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, Type, Union
+from typing import TYPE_CHECKING, Any, Dict, NamedTuple, Optional, Tuple, Type, Union
 
 from ._arrays import numbers
 from ._checks import room, whole
 from ._files import written
 from ._progress import Progress, callback
 from ._scene import Scene
-from ._trajectory import Trajectory, contacts_frame
+from ._trajectory import Trajectory, by_name, contacts_frame
 from ._tumble import CoreSimulation, Recording, TumbleError
 
 if TYPE_CHECKING:
     import pandas as pd
 
 _MOST_STEPS = 2**53 - 1
+
+
+_AXES = {0: "x", 1: "y", 2: "slide", 5: "turn"}
+"""What the axes of joints are called that drives act on."""
 
 
 class Step(NamedTuple):
@@ -173,7 +177,8 @@ class Simulation(CoreSimulation):
         """
         steps = whole("steps", steps, 0)
         bodies = len(self.scene.bodies)
-        room(f"{steps} recorded steps of {bodies} bodies", steps * Recording.step_bytes(bodies))
+        of_step = Recording.step_bytes(bodies, len(self.scene.joints))
+        room(f"{steps} recorded steps of {bodies} bodies", steps * of_step)
         if wrenches is not None:
             shapes = _shapes((steps, bodies, 6), bodies)
             wrenches = numbers("wrenches", wrenches, *shapes).reshape(steps, bodies, 6)
@@ -185,6 +190,53 @@ class Simulation(CoreSimulation):
             raised.trajectory = trajectory  # type: ignore[attr-defined]
             raise raised
         return trajectory
+
+    def set_motor(
+        self,
+        joint: str,
+        *,
+        speed: Optional[float] = None,
+        position: Optional[float] = None,
+        stiffness: float = 0.0,
+        damping: float = 0.0,
+        most: Optional[float] = None,
+        axis: Optional[str] = None,
+    ) -> None:
+        """Gives a joint another motor in the steps to come: one that holds ``speed`` (m/s or rad/s), or
+        pulls to ``position`` (m or rad) with ``stiffness`` and ``damping``, with up to the force or torque
+        ``most``; without either, none. ``axis`` is "slide", "turn", "x" or "y", of a joint that has
+        several."""
+        if speed is not None and position is not None:
+            raise TumbleError("speed: either speed or position can be given")
+        if (speed is not None or position is not None) and most is None:
+            raise TumbleError("most: the force or torque of the motor, N or N m, is needed")
+        number, place = self._axis(joint, axis)
+        self.put_motor(number, place, speed, position, stiffness, damping, most or 0.0)
+
+    def set_force(self, joint: str, force: float, *, axis: Optional[str] = None) -> None:
+        """Sets the constant force (N) or torque (N m) of a joint along or about its axis in the steps to
+        come."""
+        self.put_force(*self._axis(joint, axis), force)
+
+    def _axis(self, joint: str, axis: Optional[str]) -> Tuple[int, int]:
+        names, axes = self.scene.joints, self.scene.joint_axes
+        if joint not in names:
+            raise TumbleError(f"joint is {joint!r}; one of {', '.join(names) or 'none'} is needed")
+        number = names.index(joint)
+        driven = {_AXES[place]: place for place in axes[number]}
+        if axis is None and len(driven) == 1:
+            return number, axes[number][0]
+        if axis not in driven:
+            raise TumbleError(
+                f"axis of {joint} is {axis!r}; one of {', '.join(driven) or 'none'} is needed"
+            )
+        return number, driven[axis]
+
+    @property
+    def joints(self) -> Dict[str, Dict[str, Any]]:
+        """Each joint by its name, as Trajectory.joints has it: where it is now, and the rates, force and
+        torque of the last step, 0 before the first."""
+        return by_name(self.scene, self.joint_columns, ...)
 
     def contacts_to_pandas(self) -> "pd.DataFrame":
         """The contacts of the last step, a row each: as Trajectory.contacts_to_pandas, without k."""

@@ -27,7 +27,17 @@ Location = Union[str, "os.PathLike[str]"]
 STATE_COLUMNS = "x_m y_m z_m qw qx qy qz vx_m_s vy_m_s vz_m_s wx_rad_s wy_rad_s wz_rad_s".split()
 """The 13 numbers of a state as columns of a table, in their order."""
 
-_TABLES = ("states", "contacts", "steps")
+_TABLES = ("states", "contacts", "steps", "joints")
+
+_JOINT_COLUMNS = {
+    "place": ("", "_m"),
+    "angles": ("angle_", "_rad"),
+    "velocity": ("v", "_m_s"),
+    "spin": ("w", "_rad_s"),
+    "force": ("f", "_N"),
+    "torque": ("t", "_N_m"),
+}
+"""The columns of joints, and how their components are called in joints.csv."""
 
 
 class Trajectory:
@@ -93,6 +103,18 @@ class Trajectory:
         """
         self._need_contacts("contacts")
         return self.recording.contacts()
+
+    @cached_property
+    def joints(self) -> Dict[str, Dict[str, Any]]:
+        """Each joint by its name, as columns.
+
+        ``coordinate`` (K,) is the angle of a hinge with all its turns, rad, or the place along a slide,
+        m; of a joint with several such axes (K, D), of a ball joint or a fixed one (K, 0). ``speed`` is
+        its mean rate over each step: (T,). ``place`` (m) and ``angles`` (rad), (K, 3) each, are all six
+        coordinates, those of what is locked how far it is off; ``velocity`` and ``spin``, (T, 3), their
+        rates. ``force`` (N, along the axes of the second body's frame of the joint) and ``torque`` (N m)
+        act on the first body over each step, their opposites on the second: (T, 3) each."""
+        return by_name(self.scene, self.recording.joints(), slice(None, -1))
 
     @cached_property
     def _steps(self) -> Dict[str, Any]:
@@ -213,8 +235,27 @@ class Trajectory:
         frame.insert(0, "k", self.contacts["k"])
         return frame
 
+    def joints_to_pandas(self) -> "pd.DataFrame":
+        """One row a state and joint: k, time_s, joint (its name), and the columns of joints.csv, rates,
+        forces and torques being 0 in the last state."""
+        import numpy as np
+        import pandas as pd
+
+        names = self.scene.joints
+        rows, columns = len(self), self.recording.joints()
+        table = {}
+        for name, (start, unit) in _JOINT_COLUMNS.items():
+            for place, axis in enumerate("xyz"):
+                table[f"{start}{axis}{unit}"] = columns[name][:, :, place].reshape(-1)
+        frame = pd.DataFrame(table)
+        frame.insert(0, "k", np.repeat(self._steps["k"], len(names)))
+        frame.insert(1, "time_s", np.repeat(self.time, len(names)))
+        frame.insert(2, "joint", names * rows)
+        return frame
+
     def to_csv(self, folder: Location) -> List[Path]:
-        """Writes states.csv, contacts.csv and steps.csv, which read back to the same doubles."""
+        """Writes states.csv, contacts.csv, steps.csv, and of a scene with joints joints.csv, which read
+        back to the same doubles."""
         self._need_contacts("to_csv")
         folder = Path(folder)
         folder.mkdir(parents=True, exist_ok=True)
@@ -225,10 +266,9 @@ class Trajectory:
     def from_csv(cls, scene: Scene, folder: Location) -> "Trajectory":
         """Reads the tables that to_csv or the command line has written of a run of ``scene``, or of a
         part of one."""
-        states, contacts, steps = (
-            (Path(folder) / f"{name}.csv").read_bytes() for name in _TABLES
-        )
-        return cls(scene, Recording.of_tables(scene, states, contacts, steps))
+        names = _TABLES if scene.joints else _TABLES[:3]
+        tables = ((Path(folder) / f"{name}.csv").read_bytes() for name in names)
+        return cls(scene, Recording.of_tables(scene, *tables))
 
     def plot(self, path: Optional[Location] = None, *, sheet: str = "motion", body: Any = 0) -> Any:
         """Plots of a body over time, as SVG: motion and contact forces, or the "energy" sheet.
@@ -338,8 +378,31 @@ def contacts_frame(scene: Scene, contacts: Dict[str, Any]) -> "pd.DataFrame":
 
 
 def _restored(scene: Scene, tables: List[bytes], forces: Any) -> Trajectory:
-    states, contacts, steps = tables
-    return Trajectory(scene, Recording.of_tables(scene, states, contacts, steps, forces))
+    return Trajectory(scene, Recording.of_tables(scene, *tables, forces=forces))
+
+
+def by_name(
+    scene: Scene, columns: Dict[str, "Floats"], steps: Any
+) -> Dict[str, Dict[str, "Floats"]]:
+    """Columns of all joints, (…, J, 3), as columns of each; what is of steps has those of ``steps``."""
+    import numpy as np
+
+    places = np.concatenate([columns["place"], columns["angles"]], axis=-1)
+    rates = np.concatenate([columns["velocity"], columns["spin"]], axis=-1)
+    places.flags.writeable = rates.flags.writeable = False
+    joints = {}
+    for number, (name, axes) in enumerate(zip(scene.joints, scene.joint_axes)):
+        one: Any = axes[0] if len(axes) == 1 else axes
+        of_steps = {"speed": rates[..., number, one]}
+        names = ("velocity", "spin", "force", "torque")
+        of_steps.update({column: columns[column][..., number, :] for column in names})
+        joints[name] = {
+            "coordinate": places[..., number, one],
+            "place": columns["place"][..., number, :],
+            "angles": columns["angles"][..., number, :],
+            **{column: numbers[steps] for column, numbers in of_steps.items()},
+        }
+    return joints
 
 
 class Page:

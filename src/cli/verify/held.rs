@@ -1,5 +1,6 @@
 //! What run.json says of a run, held against the run's rows.
 
+use crate::cli::joints_summary::JointsSummary;
 use crate::cli::recording::{Recording, Step};
 use crate::cli::run::End;
 use crate::cli::run_file::RunFile;
@@ -9,7 +10,7 @@ use tumble::mechanics::State;
 use tumble::simulation::random::random_attitude;
 use tumble::simulation::summary::{Counted, RunSummary};
 use tumble::step::StepStatus;
-use tumble::world::Plane;
+use tumble::world::{Plane, World};
 
 /// Numbers of run.json and of rows are the same doubles, but for their norms.
 const SAME: f64 = 1e-12;
@@ -27,13 +28,16 @@ pub struct Counts {
     /// Steps by the start that their solution came from; tables alone have it.
     rungs: BTreeMap<String, u64>,
     overlap: f64,
+    joints: JointsSummary,
 }
 
 impl Counts {
-    /// Counts a row, the last one too.
-    pub fn add(&mut self, step: &Step) {
+    /// Counts a row of a run in `world`, the last one too.
+    pub fn add(&mut self, world: &World, step: &Step) {
         if self.rows == 0 {
             self.starts = step.states().to_vec();
+        } else {
+            self.joints.add_errors(world, step.states());
         }
         self.rows += 1;
         let (iterations, restitution_share) = match step {
@@ -50,11 +54,19 @@ impl Counts {
         });
         let Step::Tables(step) = step else { return };
         self.overlap = self.overlap.max(step.row.overlap);
+        for joint in &step.joints {
+            self.joints.add_residual(joint.residual.locked, joint.residual.drive);
+        }
         let start = &step.row.start;
         let is_step = step.row.status != StepStatus::End && !start.is_empty();
         if is_step && (self.rungs.contains_key(start) || self.rungs.len() < MOST_STARTS) {
             *self.rungs.entry(start.clone()).or_default() += 1;
         }
+    }
+
+    /// What the joints came to.
+    pub fn joints(&self) -> &JointsSummary {
+        &self.joints
     }
 
     /// What the run.json of the recording says otherwise than the rows; nothing without one.
@@ -115,7 +127,12 @@ impl Counts {
             ("summary.certificate_max_m_s", said.certificate_max_m_s, counted.largest_residual()),
             ("largest_overlap_m", overlap, overlap.map(|_| self.overlap)),
         ];
-        let numbers = numbers.into_iter().filter(|(_, said, found)| !is_same_number(*said, *found));
+        let of_joints = run.joints.iter().flat_map(|said| {
+            let pairs = said.numbers().into_iter().zip(self.joints.numbers());
+            pairs.map(|((name, said), (_, found))| (name, Some(said), Some(found)))
+        });
+        let numbers = numbers.into_iter().chain(of_joints);
+        let numbers = numbers.filter(|(_, said, found)| !is_same_number(*said, *found));
         let shown = |number: Option<f64>| number.map_or("null".to_owned(), shown::number);
         found.extend(numbers.map(|(name, said, found)| {
             format!("{name} is {}; the rows have {}", shown(said), shown(found))

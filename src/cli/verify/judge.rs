@@ -3,8 +3,8 @@
 //! The world comes from run.json. A row of the tutorial's table has the forces of all points, whose
 //! contacts follow from the state; tables have contacts, which are rebuilt from their rows and held
 //! against the shapes ([`tumble::simulation::tables`]). What the step then comes to must be what the
-//! files say: the residual, and of tables its parts, the slips, the overlap of all pairs after the
-//! step and the energy; of the tutorial's table what its program has of each point. The status is
+//! files say: the residual, and of tables its parts, the slips, all of the joints but their forces, which
+//! the residual is of, the overlap of all pairs after the step and the energy; of the tutorial's table what its program has of each point. The status is
 //! what such a step can have.
 
 use crate::cli::outcome::Failure;
@@ -14,9 +14,10 @@ use tumble::contact::certificate::{Certifier, Claim, certify_rk4_step};
 use tumble::contact::detection::all_contacts;
 use tumble::contact::restitution::set_rebounds;
 use tumble::contact::{Candidates, Certificate, Contact, Detection, Partner, rounding};
+use tumble::joint::{Axis, Drive, Joint, JointForce, JointResidual};
 use tumble::mechanics::{Load, State, Wrench};
 use tumble::simulation::energy;
-use tumble::simulation::tables::TableStep;
+use tumble::simulation::tables::{JointRow, TableStep};
 use tumble::simulation::trajectory::{TrajectoryRow, program_columns};
 use tumble::step::StepStatus;
 use tumble::world::World;
@@ -61,6 +62,8 @@ pub struct Judge {
     pub accepted: f64,
     /// By which points become candidates, where the files say it.
     detection: Option<Detection>,
+    /// The angles of hinges at the step's start, as the steps before have turned them, rad.
+    angles: Vec<f64>,
 }
 
 /// The contacts of a step and their forces.
@@ -68,6 +71,7 @@ pub struct Judge {
 struct Touching {
     contacts: Vec<Contact>,
     forces: Vec<Vector3<f64>>,
+    joints: Vec<JointForce>,
     /// What is wrong with a row of which no contact could be made.
     wrong: Option<String>,
 }
@@ -92,6 +96,7 @@ impl Judge {
             candidates: Candidates::new(),
             accepted: recording.accepted()?,
             detection: recording.detection(),
+            angles: vec![0.0; recording.world.joints().len()],
         })
     }
 
@@ -101,20 +106,20 @@ impl Judge {
         let wrenches = self.wrenches(step.index(), states);
         let touching = match step {
             Step::Trajectory(row) => self.of_points(row, next, &wrenches),
-            Step::Tables(step) => self.of_rows(step),
+            Step::Tables(step) => self.of_rows(step, next),
         };
-        let Touching { contacts, forces, wrong } = &touching;
-        let claim = Claim { states, next, wrenches: &wrenches, contacts, joints: &[] };
+        let Touching { contacts, forces, joints, wrong } = &touching;
+        let claim = Claim { states, next, wrenches: &wrenches, contacts, joints };
         let certificate = match self.floating {
             true => certify_rk4_step(&self.world, &claim),
             false => self.certifier.contact_step(&self.world, &claim, forces.iter().copied()),
         };
         let residual = if wrong.is_none() { certificate.residual() } else { f64::NAN };
         let lost = self.lost(step, contacts, next);
-        let status = self.another_status(step, &wrenches, forces, lost);
+        let status = self.another_status(step, &wrenches, &touching, lost);
         let (differs, overlap) = match step {
             Step::Trajectory(row) => {
-                let of_forces = self.lost_of_forces(contacts, forces, states);
+                let of_forces = self.lost_of_forces(&touching, states);
                 let is_same = is_near(residual, row.residual, lost + of_forces);
                 let other = (!is_same).then(|| "its residual is another".to_owned());
                 (other.or(status).or_else(|| self.another_column(row, next, contacts)), 0.0)
@@ -125,6 +130,7 @@ impl Judge {
                 (differs.or(status), overlap)
             }
         };
+        self.angles = joints.iter().map(|joint| joint.angle).collect();
         // Free flight is exact, whoever solves the contacts.
         let flies = step.status() == StepStatus::Free && forces.iter().all(|f| f.amax() == 0.0);
         let accepted = if flies { 0.0 } else { self.accepted };
@@ -149,7 +155,13 @@ impl Judge {
             Step::Tables(step) => {
                 let row = &step.row;
                 let numbers = row.parts.iter().chain([&row.residual, &row.overlap]);
+                let of_joint = |joint: &JointRow| {
+                    let JointRow { velocity, spin, force, torque, residual, .. } = joint;
+                    let still = [velocity, spin, force, torque].map(Vector3::amax);
+                    still == [0.0; 4] && *residual == JointResidual::default()
+                };
                 row.contacts == 0
+                    && step.joints.iter().all(of_joint)
                     && row.iterations == 0
                     && row.start.is_empty()
                     && numbers.copied().all(|number| number == 0.0)
@@ -159,10 +171,15 @@ impl Judge {
             Step::Trajectory(_) => true,
             Step::Tables(step) => self.has_its_energy(step),
         };
-        let differs = match (is_bare, has_energy) {
-            (true, true) => return None,
-            (false, _) => "no step begins at its state, and its row has one",
-            (true, false) => OTHER_ENERGY,
+        let joint = match end {
+            Step::Trajectory(_) => None,
+            Step::Tables(step) => self.another_joint(step, None),
+        };
+        let differs = match (is_bare, has_energy, joint) {
+            (true, true, None) => return None,
+            (false, ..) => "no step begins at its state, and its row has one".to_owned(),
+            (true, _, Some(joint)) => joint,
+            (true, false, None) => OTHER_ENERGY.to_owned(),
         };
         Some(Verified {
             index: end.index(),
@@ -170,7 +187,7 @@ impl Judge {
             residual: 0.0,
             part: "dynamics",
             column: end.residual(),
-            differs: Some(differs.to_owned()),
+            differs: Some(differs),
             inexact: false,
             overlap: 0.0,
         })
@@ -181,7 +198,7 @@ impl Judge {
         &mut self,
         step: &Step,
         wrenches: &[Wrench],
-        forces: &[Vector3<f64>],
+        touching: &Touching,
         lost: f64,
     ) -> Option<String> {
         let status = step.status();
@@ -198,9 +215,9 @@ impl Judge {
                 let free = self.free_flight(states, wrenches);
                 Some(self.candidates.find(rule, &self.world, states, &free))
             }),
-            Step::Tables(step) => Some(step.row.contacts > 0),
+            Step::Tables(step) => Some(step.row.contacts > 0 || !step.joints.is_empty()),
         };
-        let pushed = forces.iter().any(|force| force.amax() > 0.0);
+        let pushed = touching.forces.iter().any(|force| force.amax() > 0.0);
         let why = if status == StepStatus::Free && pushed {
             "it has forces"
         } else if status == StepStatus::Free && (iterations > 0 || started == Some(true)) {
@@ -278,12 +295,17 @@ impl Judge {
                 set_rebounds(world, &states, &free, &share, &mut contacts);
             }
         }
-        Touching { contacts, forces: row.forces().collect(), wrong: None }
+        Touching { contacts, forces: row.forces().collect(), joints: Vec::new(), wrong: None }
     }
 
-    /// The contacts that the tables have.
-    fn of_rows(&self, step: &TableStep) -> Touching {
-        let mut touching = Touching::default();
+    /// The contacts and the forces of joints that the tables have.
+    fn of_rows(&self, step: &TableStep, next: &[State]) -> Touching {
+        let joints = self.world.joints().iter().zip(&step.joints).map(|(joint, row)| {
+            let at = joint.coordinates(next);
+            let angle = at.map_or(f64::NAN, |at| joint.angle(&at, row.turns[2]));
+            JointForce { force: row.force, torque: row.torque, angle }
+        });
+        let mut touching = Touching { joints: joints.collect(), ..Touching::default() };
         for (number, row) in step.contacts.iter().enumerate() {
             match row.contact(&self.world, &step.states) {
                 Ok(contact) => touching.contacts.push(contact),
@@ -312,7 +334,10 @@ impl Judge {
             differ("a contact of it bounces as none of the world does".to_owned());
         }
         let slip_lost = self.lost_in(contacts, states, next);
-        let lost = slip_lost + self.lost_of_forces(contacts, &touching.forces, states);
+        let lost = slip_lost + self.lost_of_forces(touching, states);
+        if let Some(other) = self.another_joint(step, Some((next, &touching.joints))) {
+            differ(other);
+        }
         if complete && !is_near(certificate.residual(), row.residual, lost) {
             differ(format!("its residual in the table is {:.3e} m/s", row.residual));
         }
@@ -336,6 +361,51 @@ impl Judge {
             differ(OTHER_ENERGY.to_owned());
         }
         (differs, overlap)
+    }
+
+    /// Which joint's row is not what states and forces make it, in a step that leads to `next` under the
+    /// forces, or at the end. Numbers of it are computed of the same doubles: what differs is of another
+    /// machine's rounding.
+    fn another_joint(
+        &self,
+        step: &TableStep,
+        next: Option<(&[State], &[JointForce])>,
+    ) -> Option<String> {
+        let joints = self.world.joints().iter().zip(&step.joints).enumerate();
+        joints.into_iter().find_map(|(number, (joint, row))| {
+            let at = joint.coordinates(&step.states)?;
+            let angle = joint.angle(&at, self.angles[number]);
+            let force = match next {
+                Some((_, forces)) => forces[number],
+                None => JointForce::none(angle),
+            };
+            let next = next.map(|(next, _)| next);
+            let found = JointRow::between(&self.world, joint, (&step.states, next), &force);
+            let h = self.world.time_step();
+            let reach = self.world.reach() + step.states[joint.body()].position.amax();
+            let lost = ROUNDED * reach.max(1.0);
+            let scales = [lost, lost, lost / h, lost / h];
+            let vectors = found.vectors().into_iter().zip(row.vectors()).zip(scales);
+            let mut numbers = vectors.flat_map(|((found, row), lost)| {
+                let pairs = [0, 1, 2].map(|k| (found[k], row[k], lost));
+                pairs.into_iter()
+            });
+            let is_other = |(found, row, lost): (f64, f64, f64)| !is_near(found, row, lost);
+            let turned = !is_near(angle, joint.angle(&at, row.turns[2]), lost);
+            let (a, b) = (found.residual, row.residual);
+            let parts = [(a.locked, b.locked, lost / h), (a.drive, b.drive, lost / h)];
+            let turns_freely = *joint.angular() == [Axis::Free(Drive::NONE); 3];
+            let what = if numbers.any(is_other) || turned {
+                "is where its bodies are not, or moves otherwise"
+            } else if parts.into_iter().any(is_other) {
+                "has another residual"
+            } else if turns_freely && row.torque.amax() > 0.0 {
+                "has a torque, and turns freely"
+            } else {
+                return None;
+            };
+            Some(format!("its joint {number} {what}"))
+        })
     }
 
     /// What rounding may make of a residual, m/s: of the step's own (eq. 22) where contacts follow
@@ -367,14 +437,10 @@ impl Judge {
     /// δu ≤ 16 ε h Σ |f| (1/m + ‖I⁻¹‖ (|r| + ℓ) ℓ)
     /// ```
     ///
-    /// of both bodies of each contact. It is what two computations of one residual may differ by; no
+    /// of both bodies of each contact and joint, a torque as a force at the joint's length. It is what two computations of one residual may differ by; no
     /// step is called exact for it.
-    fn lost_of_forces(
-        &self,
-        contacts: &[Contact],
-        forces: &[Vector3<f64>],
-        states: &[State],
-    ) -> f64 {
+    fn lost_of_forces(&self, touching: &Touching, states: &[State]) -> f64 {
+        let Touching { contacts, forces, joints, .. } = touching;
         let give = |index: usize| {
             let (body, state) = (&self.world.bodies()[index], &states[index]);
             let reach = body.reach();
@@ -384,8 +450,14 @@ impl Judge {
         let of_one = |(contact, force): (&Contact, &Vector3<f64>)| {
             force.norm() * contact.key.bodies().map(give).sum::<f64>()
         };
-        let sum: f64 = contacts.iter().zip(forces).map(of_one).sum();
-        ROUNDED * self.world.time_step() * sum
+        let of_joint = |(joint, force): (&Joint, &JointForce)| {
+            let length = joint.length(self.world.bodies());
+            let size = force.force.norm() + force.torque.norm() / length;
+            size * [Some(joint.body()), joint.other()].into_iter().flatten().map(give).sum::<f64>()
+        };
+        let of_contacts = contacts.iter().zip(forces).map(of_one).sum::<f64>();
+        let of_joints = self.world.joints().iter().zip(joints).map(of_joint).sum::<f64>();
+        ROUNDED * self.world.time_step() * (of_contacts + of_joints)
     }
 
     /// Whether a contact must part more slowly than the step's share of the restitution says, or

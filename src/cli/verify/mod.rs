@@ -56,7 +56,7 @@ pub fn run(args: &VerifyArgs) -> Result<Outcome, Failure> {
     let (mut findings, mut previous) = (Findings::default(), None::<Step>);
     let mut counts = Counts::default();
     while let Some(step) = recording.next_step()? {
-        counts.add(&step);
+        counts.add(&recording.world, &step);
         if let Some(previous) = previous {
             findings.add(judge.step(&previous, step.states()), args.worst);
         }
@@ -66,15 +66,16 @@ pub fn run(args: &VerifyArgs) -> Result<Outcome, Failure> {
         findings.differing += 1;
         findings.keep(end, args.worst);
     }
-    report(&recording, &judge, &findings, &counts.differences(&recording))
+    report(&recording, &judge, &findings, &counts)
 }
 
 fn report(
     recording: &Recording<'_>,
     judge: &Judge,
     findings: &Findings,
-    differences: &[String],
+    counts: &Counts,
 ) -> Result<Outcome, Failure> {
+    let differences = counts.differences(recording);
     let model = recording.run.as_ref().and_then(|run| run.model.as_ref());
     let mut text = format!("{}: {} steps", recording.place(), findings.steps);
     if let Some(model) = model {
@@ -95,10 +96,13 @@ fn report(
     if model.is_some() {
         let _ = writeln!(text, "  largest overlap: {:.1e} m", findings.largest_overlap);
     }
+    if model.is_some_and(|model| !model.joints.is_empty()) {
+        let _ = writeln!(text, "  joints: {}", counts.joints());
+    }
     if !differences.is_empty() {
         let _ = writeln!(text, "  run.json is not of these rows:");
     }
-    for difference in differences {
+    for difference in &differences {
         let _ = writeln!(text, "    {difference}");
     }
     if !findings.worst.is_empty() {

@@ -3,6 +3,7 @@
 use super::Entries;
 use super::copies::{Copied, MOST_BODIES, MOST_FIXED, copies};
 use super::entries::{BodyEntry, Files, FixedEntry, Jitter, PairEntry, PieceEntry, Turned, plain};
+use super::joints::Joints;
 use super::masses::mass_properties;
 use super::refused::field_of;
 use crate::contact::Plane;
@@ -53,6 +54,7 @@ pub fn build(file: Entries, settings: &Settings, files: Files<'_>) -> Result<Bui
             fixed: Vec::new(),
             frictions: Vec::new(),
             restitutions: Vec::new(),
+            joints: Vec::new(),
         },
     };
     if file.bodies.is_empty() {
@@ -76,6 +78,19 @@ pub fn build(file: Entries, settings: &Settings, files: Files<'_>) -> Result<Bui
         let pairs = pairs.map_err(|why| format!("restitution[{index}].{why}"))?;
         builder.model.restitutions.extend(pairs);
     }
+    let mut joints = Joints::default();
+    for (index, entry) in file.joints.iter().enumerate() {
+        let named = |why: String| format!("joints[{index}]{}.{why}", entry.called());
+        if let Some(name) = entry.name() {
+            checked_name(name).map_err(named)?;
+        }
+        joints.add(entry, &builder.model.bodies, |name| builder.bodies(name)).map_err(named)?;
+    }
+    for (index, entry) in file.motors.iter().enumerate() {
+        let named = |why: String| format!("motors[{index}]{}.{why}", entry.called());
+        joints.add_motor(entry).map_err(named)?;
+    }
+    builder.model.joints = joints.models;
     builder.refuse_mass_ratio()?;
     Ok(Built { model: builder.model, drawn: builder.drawn })
 }
@@ -276,13 +291,7 @@ impl Builder<'_> {
         partners: Vec<PartnerModel>,
     ) -> Result<(), String> {
         let Some(name) = name else { return Ok(()) };
-        let fits = |c: char| c.is_ascii_alphanumeric() || "_-.".contains(c);
-        if !(1..=40).contains(&name.len()) || !name.chars().all(fits) || name == "ground" {
-            return Err(format!(
-                "name: {name:?} is none; 1 to 40 letters, digits, `-`, `_` or `.` are needed, and \
-                 not `ground`"
-            ));
-        }
+        checked_name(&name)?;
         self.names.push(Named { name, partners });
         Ok(())
     }
@@ -327,7 +336,8 @@ impl Builder<'_> {
         if !(0.0..=largest).contains(&coefficient) {
             return Err(format!("coefficient is {coefficient:?}; allowed is 0 to {largest}"));
         }
-        let [first, second] = entry.between.0.each_ref().map(|name| self.find(name));
+        let find = |name: &String| self.find(name).map_err(|why| format!("between: {why}"));
+        let [first, second] = entry.between.0.each_ref().map(find);
         let (first, second) = (first?, second?);
         let mut pairs = Vec::new();
         for &a in &first {
@@ -350,7 +360,7 @@ impl Builder<'_> {
     fn find(&self, name: &str) -> Result<Vec<PartnerModel>, String> {
         if name == "ground" {
             if self.plane.is_none() {
-                return Err("between: there is no ground".to_owned());
+                return Err("there is no ground".to_owned());
             }
             return Ok(vec![PartnerModel::Ground]);
         }
@@ -367,11 +377,22 @@ impl Builder<'_> {
             .collect();
         if found.is_empty() {
             return Err(format!(
-                "between: nothing has the name {name:?}; the name of a body or fixed thing, or \
+                "nothing has the name {name:?}; the name of a body or fixed thing, or \
                  \"ground\", is needed"
             ));
         }
         Ok(found)
+    }
+
+    /// The bodies of a name.
+    fn bodies(&self, name: &str) -> Result<Vec<usize>, String> {
+        let body = |partner: PartnerModel| match partner {
+            PartnerModel::Body(index) => Ok(index),
+            PartnerModel::Ground | PartnerModel::Fixed(_) => Err(format!(
+                "{name:?} never moves; a joint with it is one with the world, of one name"
+            )),
+        };
+        self.find(name)?.into_iter().map(body).collect()
     }
 
     fn refuse_mass_ratio(&self) -> Result<(), String> {
@@ -393,9 +414,19 @@ impl Builder<'_> {
     }
 }
 
+fn checked_name(name: &str) -> Result<(), String> {
+    let fits = |c: char| c.is_ascii_alphanumeric() || "_-.".contains(c);
+    if (1..=40).contains(&name.len()) && name.chars().all(fits) && name != "ground" {
+        return Ok(());
+    }
+    Err(format!(
+        "name: {name:?} is none; 1 to 40 letters, digits, `-`, `_` or `.` are needed, and not `ground`"
+    ))
+}
+
 /// The name of a copy, the `number`-th of `count`: the entry's, or else of what kind it is and its
 /// index.
-fn name_of(
+pub fn name_of(
     given: Option<&str>,
     (kind, index): (&str, usize),
     (number, count): (usize, usize),

@@ -3,6 +3,7 @@
 mod build;
 mod copies;
 pub mod entries;
+pub mod joints;
 mod masses;
 mod refused;
 
@@ -15,8 +16,10 @@ use crate::contact::detection::CONTACT_BAND;
 use crate::contact::{Candidates, Overlap};
 use crate::error::Error;
 use crate::scenario::choices::SolverName;
+use crate::simulation::JOINT_AT_THE_START;
 use build::Built;
 use entries::{BodyEntry, Files, FixedEntry, PairEntry};
+use joints::{JointEntry, MotorEntry};
 
 /// The tables of the notation.
 pub struct Entries {
@@ -28,6 +31,10 @@ pub struct Entries {
     pub friction: Vec<PairEntry>,
     /// `[[restitution]]`.
     pub restitution: Vec<PairEntry>,
+    /// `[[joints]]`.
+    pub joints: Vec<JointEntry>,
+    /// `[[motors]]`.
+    pub motors: Vec<MotorEntry>,
 }
 
 /// The solver of these scenes where none is named.
@@ -61,6 +68,7 @@ pub fn scene(
         loads: model.loads()?,
         bodies: model.bodies.iter().map(|body| body.name.clone()).collect(),
         fixed: model.fixed.iter().map(|fixed| fixed.name.clone()).collect(),
+        joints: model.joints.iter().map(|joint| joint.name.clone()).collect(),
         contact: Some(contact),
         usual_solver: settings.solver.is_none(),
         format: OutputFormat::Tables(Box::new(model)),
@@ -72,7 +80,24 @@ pub fn scene(
     }
     refuse_start_below_ground(&scene)?;
     refuse_overlap(&scene)?;
+    refuse_joints_apart(&scene)?;
     Ok(scene)
+}
+
+/// What joints hold together must be there at the start: one step would bring it there.
+fn refuse_joints_apart(scene: &Scene) -> Result<(), Failure> {
+    for (joint, name) in scene.world.joints().iter().zip(&scene.joints) {
+        let (place, turn) = joint.error(&scene.starts).unwrap_or((f64::NAN, f64::NAN));
+        // A NaN fits nowhere.
+        let fits = place.max(turn) <= JOINT_AT_THE_START;
+        if !fits {
+            return Err(Failure::Input(format!(
+                "joints: {name} is {place:.3e} m and {turn:.3e} rad off at the start; allowed is \
+                 {JOINT_AT_THE_START:.0e} of each"
+            )));
+        }
+    }
+    Ok(())
 }
 
 /// What is deeper in the ground than the contact band would be thrown out of it within one step.

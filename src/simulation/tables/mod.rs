@@ -1,5 +1,5 @@
 //! A run of any number of bodies as three tables, in and out of any streams: `states`, `contacts`
-//! and `steps`, each in CSV with one header line.
+//! and `steps`, each in CSV with one header line; and where joints tie bodies, a fourth: `joints`.
 //!
 //! - `states`: one row a body and step: `k,t_s,body`, then the 13 numbers of the state at step k.
 //!   `body` is the index in [`World::bodies`](crate::world::World::bodies).
@@ -12,6 +12,12 @@
 //!   overlap at k+1, the smallest part of the restitution that an island took, and the
 //!   [energy](super::energy) at k: kinetic, and potential in gravity from the world's origin.
 //!
+//! - `joints`: one row a joint and step: `k,t_s,joint`, `joint` being the index in
+//!   [`World::joints`](crate::world::World::joints); its coordinates at step k, the place of A's anchor along
+//!   the axes of B's frame and the [turns](crate::joint::Joint::turns) about them, the angle of a hinge with
+//!   all its turns; their mean rates over the step k → k+1; the [force and torque](crate::joint::JointForce)
+//!   on A; and the two parts of the residual that are the joint's own.
+//!
 //! All rows are in the order of k; states within a step in that of the bodies, contacts in that of
 //! the solution. The last step is a state alone, of status `end`. Numbers have the fewest digits
 //! that read back to the same double.
@@ -22,13 +28,13 @@ mod rebuild;
 mod write;
 
 pub use key::KeyText;
-pub use read::{ContactRow, StepRow, TableStep, TablesReader};
+pub use read::{ContactRow, JointRow, StepRow, TableStep, TablesReader};
 pub use rebuild::Misplaced;
 pub use write::TablesWriter;
 
 use std::fmt;
 
-/// One of the three tables.
+/// One of the tables.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Table {
     /// Where the bodies are.
@@ -37,11 +43,16 @@ pub enum Table {
     Contacts,
     /// How a step ended.
     Steps,
+    /// What ties bodies.
+    Joints,
 }
 
 impl Table {
     /// All of them, in the order of the [`Streams`].
-    pub const ALL: [Self; 3] = [Self::States, Self::Contacts, Self::Steps];
+    pub const ALL: [Self; 4] = [Self::States, Self::Contacts, Self::Steps, Self::Joints];
+
+    /// Those that every run has.
+    pub const ALWAYS: [Self; 3] = [Self::States, Self::Contacts, Self::Steps];
 
     /// The name, a file's without `.csv`.
     #[must_use]
@@ -50,6 +61,7 @@ impl Table {
             Self::States => "states",
             Self::Contacts => "contacts",
             Self::Steps => "steps",
+            Self::Joints => "joints",
         }
     }
 
@@ -60,6 +72,7 @@ impl Table {
             Self::States => &STATE_COLUMNS,
             Self::Contacts => &CONTACT_COLUMNS,
             Self::Steps => &STEP_COLUMNS,
+            Self::Joints => &JOINT_COLUMNS,
         }
     }
 }
@@ -79,6 +92,8 @@ pub struct Streams<S> {
     pub contacts: S,
     /// [`Table::Steps`].
     pub steps: S,
+    /// [`Table::Joints`], of a world with joints.
+    pub joints: Option<S>,
 }
 
 const STATE_COLUMNS: [&str; 16] = [
@@ -108,6 +123,32 @@ const CONTACT_COLUMNS: [&str; 21] = [
     "radius_m",
     "rebound_m_s",
     "key",
+];
+
+const JOINT_COLUMNS: [&str; 23] = [
+    "k",
+    "t_s",
+    "joint",
+    "x_m",
+    "y_m",
+    "z_m",
+    "angle_x_rad",
+    "angle_y_rad",
+    "angle_z_rad",
+    "vx_m_s",
+    "vy_m_s",
+    "vz_m_s",
+    "wx_rad_s",
+    "wy_rad_s",
+    "wz_rad_s",
+    "fx_N",
+    "fy_N",
+    "fz_N",
+    "tx_N_m",
+    "ty_N_m",
+    "tz_N_m",
+    "joint_m_s",
+    "joint_law_m_s",
 ];
 
 const STEP_COLUMNS: [&str; 15] = [

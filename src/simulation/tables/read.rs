@@ -2,6 +2,7 @@
 
 use super::{KeyText, Streams, Table};
 use crate::contact::Partner;
+use crate::joint::JointResidual;
 use crate::mechanics::State;
 use crate::simulation::sheet::{RowsError, Sheet};
 use crate::step::StepStatus;
@@ -17,6 +18,8 @@ pub struct TableStep {
     pub states: Vec<State>,
     /// The contacts of the step k → k+1.
     pub contacts: Vec<ContactRow>,
+    /// The joints, one a joint of the world.
+    pub joints: Vec<JointRow>,
 }
 
 /// A row of the table `steps`.
@@ -71,6 +74,25 @@ pub struct ContactRow {
     pub key: KeyText,
 }
 
+/// A row of the table `joints`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct JointRow {
+    /// The place of A's anchor at k along the axes of B's frame, m.
+    pub place: Vector3<f64>,
+    /// The [turns](crate::joint::Joint::turns) at k, rad.
+    pub turns: Vector3<f64>,
+    /// The mean rates of the place over the step, m/s.
+    pub velocity: Vector3<f64>,
+    /// Those of the turns, rad/s.
+    pub spin: Vector3<f64>,
+    /// See [`JointForce::force`](crate::joint::JointForce::force), N.
+    pub force: Vector3<f64>,
+    /// See [`JointForce::torque`](crate::joint::JointForce::torque), N m.
+    pub torque: Vector3<f64>,
+    /// Its part of the step's residual, m/s.
+    pub residual: JointResidual,
+}
+
 const CUT_OFF: &str = "it ends before the row of status `end`: it is cut off, or of another run";
 const TOO_LONG: &str = "there are rows after the step of status `end`";
 
@@ -79,7 +101,8 @@ pub struct TablesReader<R: Read> {
     states: Sheet<R>,
     contacts: Sheet<R>,
     steps: Sheet<R>,
-    bodies: usize,
+    joints: Option<Sheet<R>>,
+    counts: (usize, usize),
     next_index: u64,
     /// Whether the first step may have any k.
     any_start: bool,
@@ -87,16 +110,23 @@ pub struct TablesReader<R: Read> {
 }
 
 impl<R: Read> TablesReader<R> {
-    /// Reads and checks the headers of tables of so many `bodies`.
+    /// Reads and checks the headers of tables of so many `bodies` and `joints`.
     ///
     /// # Errors
-    /// [`RowsError::Header`], or a stream's.
-    pub fn new(streams: Streams<R>, bodies: usize) -> Result<Self, RowsError> {
+    /// [`RowsError::Header`], or a stream's; joints without a table of them.
+    pub fn new(streams: Streams<R>, bodies: usize, joints: usize) -> Result<Self, RowsError> {
+        let counts = (bodies, joints);
+        let joints = streams.joints.map(|stream| sheet(Table::Joints, stream)).transpose()?;
+        if joints.is_none() && counts.1 > 0 {
+            let why = "it is not given, and the run has joints";
+            return Err(RowsError::End { table: Table::Joints.name(), why });
+        }
         Ok(Self {
             states: sheet(Table::States, streams.states)?,
             contacts: sheet(Table::Contacts, streams.contacts)?,
             steps: sheet(Table::Steps, streams.steps)?,
-            bodies,
+            joints,
+            counts,
             next_index: 0,
             any_start: false,
             ended: false,
@@ -116,15 +146,17 @@ impl<R: Read> TablesReader<R> {
     /// The first thing wrong, by table, line and column.
     pub fn next_step(&mut self) -> Result<Option<TableStep>, RowsError> {
         if self.ended {
-            for sheet in [&mut self.states, &mut self.contacts, &mut self.steps] {
+            let always = [&mut self.states, &mut self.contacts, &mut self.steps];
+            for sheet in always.into_iter().chain(&mut self.joints) {
                 sheet.need_end(TOO_LONG)?;
             }
             return Ok(None);
         }
         let row = self.step_row()?;
         // As many as the table has: the number that was asked for may be any.
-        let mut states = Vec::with_capacity(self.bodies.min(1 << 12));
-        for body in 0..self.bodies {
+        let (bodies, count) = self.counts;
+        let mut states = Vec::with_capacity(bodies.min(1 << 12));
+        for body in 0..bodies {
             let sheet = &mut self.states;
             sheet.need_row(CUT_OFF)?;
             sheet.expect(0, self.next_index)?;
@@ -139,9 +171,13 @@ impl<R: Read> TablesReader<R> {
         for index in 0..row.contacts {
             contacts.push(self.contact_row(index)?);
         }
+        let mut joints = Vec::with_capacity(count.min(1 << 12));
+        for index in 0..count {
+            joints.extend(self.joint_row(index, row.time)?);
+        }
         self.next_index += 1;
         self.ended = row.status == StepStatus::End;
-        Ok(Some(TableStep { row, states, contacts }))
+        Ok(Some(TableStep { row, states, contacts, joints }))
     }
 
     fn step_row(&mut self) -> Result<StepRow, RowsError> {
@@ -164,6 +200,27 @@ impl<R: Read> TablesReader<R> {
             restitution_share: sheet.number(13)?,
             energy: sheet.number(14)?,
         })
+    }
+
+    fn joint_row(&mut self, index: usize, time: f64) -> Result<Option<JointRow>, RowsError> {
+        let Some(sheet) = &mut self.joints else { return Ok(None) };
+        sheet.need_row(CUT_OFF)?;
+        sheet.expect(0, self.next_index)?;
+        sheet.expect(2, index as u64)?;
+        if sheet.number(1)? != time {
+            return Err(sheet.odd(1, "the time of the same step in the table steps"));
+        }
+        let vector = |first| sheet.numbers::<3>(first).map(Vector3::from);
+        let [locked, drive] = sheet.numbers(21)?;
+        Ok(Some(JointRow {
+            place: vector(3)?,
+            turns: vector(6)?,
+            velocity: vector(9)?,
+            spin: vector(12)?,
+            force: vector(15)?,
+            torque: vector(18)?,
+            residual: JointResidual { locked, drive },
+        }))
     }
 
     fn contact_row(&mut self, index: usize) -> Result<ContactRow, RowsError> {

@@ -1,7 +1,9 @@
 //! Records become rows.
 
-use super::{ContactRow, KeyText, StepRow, Streams, Table, TableStep};
+use super::{ContactRow, JointRow, KeyText, StepRow, Streams, Table, TableStep};
 use crate::contact::{Contact, Partner};
+use crate::joint::{Joint, JointForce, JointResidual};
+use crate::mechanics::State;
 use crate::simulation::{StepRecord, energy};
 use crate::step::StepStatus;
 use crate::world::World;
@@ -21,8 +23,9 @@ impl<W: Write> TablesWriter<W> {
     /// The streams'.
     pub fn new(streams: Streams<W>, world: &World) -> csv::Result<Self> {
         let mut writer = Self::after(streams, world);
-        let Streams { states, contacts, steps } = &mut writer.tables;
-        for (table, csv) in Table::ALL.into_iter().zip([states, contacts, steps]) {
+        let Streams { states, contacts, steps, joints } = &mut writer.tables;
+        let streams = [states, contacts, steps].into_iter().chain(joints);
+        for (table, csv) in Table::ALL.into_iter().zip(streams) {
             csv.write_record(table.columns())?;
         }
         Ok(writer)
@@ -32,8 +35,13 @@ impl<W: Write> TablesWriter<W> {
     #[must_use]
     pub fn after(streams: Streams<W>, world: &World) -> Self {
         let csv = |stream| csv::WriterBuilder::new().has_headers(false).from_writer(stream);
-        let Streams { states, contacts, steps } = streams;
-        let tables = Streams { states: csv(states), contacts: csv(contacts), steps: csv(steps) };
+        let Streams { states, contacts, steps, joints } = streams;
+        let tables = Streams {
+            states: csv(states),
+            contacts: csv(contacts),
+            steps: csv(steps),
+            joints: joints.map(csv),
+        };
         Self { tables, world: world.clone() }
     }
 
@@ -87,6 +95,14 @@ impl<W: Write> TablesWriter<W> {
                 contact.key.to_string(),
             ))?;
         }
+        let Some(table) = &mut tables.joints else { return Ok(()) };
+        for (index, joint) in step.joints.iter().enumerate() {
+            table.serialize((
+                (row.index, row.time, index),
+                joint.vectors().map(<[f64; 3]>::from),
+                (joint.residual.locked, joint.residual.drive),
+            ))?;
+        }
         Ok(())
     }
 
@@ -96,14 +112,19 @@ impl<W: Write> TablesWriter<W> {
     /// The streams'.
     pub fn finish(self) -> io::Result<Streams<W>> {
         let end = |csv: csv::Writer<W>| csv.into_inner().map_err(csv::IntoInnerError::into_error);
-        let Streams { states, contacts, steps } = self.tables;
-        Ok(Streams { states: end(states)?, contacts: end(contacts)?, steps: end(steps)? })
+        let Streams { states, contacts, steps, joints } = self.tables;
+        Ok(Streams {
+            states: end(states)?,
+            contacts: end(contacts)?,
+            steps: end(steps)?,
+            joints: joints.map(end).transpose()?,
+        })
     }
 }
 
 impl TableStep {
-    /// The rows of a step of a simulation of `world`. The point of a contact is NaN whose body has
-    /// no state in the record, which no simulation makes.
+    /// The rows of a step of a simulation of `world`. The point of a contact and the place of a joint are NaN
+    /// whose body has no state in the record, which no simulation makes.
     #[must_use]
     pub fn of(world: &World, record: &StepRecord) -> Self {
         let is_end = record.report.status == StepStatus::End;
@@ -123,7 +144,56 @@ impl TableStep {
             energy: energy::total(world, &record.states),
         };
         let contacts = ContactRow::of(record).collect();
-        Self { row, states: record.states.clone(), contacts }
+        let joints = JointRow::of(world, record).collect();
+        Self { row, states: record.states.clone(), contacts, joints }
+    }
+}
+
+impl JointRow {
+    /// The rows of the joints of `world` in a step; see [`TableStep::of`].
+    pub fn of<'a>(world: &'a World, record: &'a StepRecord) -> impl Iterator<Item = Self> + 'a {
+        let is_end = record.report.status == StepStatus::End;
+        world.joints().iter().enumerate().map(move |(index, joint)| {
+            let force = record.solution.joints.get(index);
+            let force = force.copied().unwrap_or(JointForce::none(0.0));
+            let next = (!is_end).then_some(&record.solution.states[..]);
+            Self::between(world, joint, (&record.states, next), &force)
+        })
+    }
+
+    /// The row of `joint` at `states`, from which a step leads to `next` under `force`, or none does.
+    #[must_use]
+    pub fn between(
+        world: &World,
+        joint: &Joint,
+        (states, next): (&[State], Option<&[State]>),
+        force: &JointForce,
+    ) -> Self {
+        let unknown = Vector3::repeat(f64::NAN);
+        let at = joint.coordinates(states);
+        let turns = at.map_or(unknown, |at| joint.turns(&at, force.angle));
+        let mut row = Self {
+            place: at.map_or(unknown, |at| at.place),
+            turns,
+            velocity: Vector3::zeros(),
+            spin: Vector3::zeros(),
+            force: force.force,
+            torque: force.torque,
+            residual: JointResidual::default(),
+        };
+        if let (Some(at), Some(next)) = (at, next) {
+            let (h, after) = (world.time_step(), joint.coordinates(next));
+            let rates = after.map(|after| joint.rates((&at, &after), turns[2], h));
+            (row.velocity, row.spin) = rates.unwrap_or((unknown, unknown));
+            row.residual = joint.residual(world.bodies(), (states, next), force, h);
+        }
+        row
+    }
+
+    /// Place, turns, their rates, force and torque.
+    #[must_use]
+    pub fn vectors(&self) -> [Vector3<f64>; 6] {
+        [self.place, self.turns, self.velocity, self.spin, self.force, self.torque]
     }
 }
 

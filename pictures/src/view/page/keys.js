@@ -28,6 +28,9 @@ const KEYS = [
   { keys: ["c"], name: "c", words: "follow the body", act: () => toggle("follow") },
   { keys: ["b"], name: "b", words: "frames of the bodies", act: () => toggle("frames") },
   { keys: ["m"], name: "m", words: "places of the contacts", act: () => toggle("contacts") },
+  ...(hasJoints
+    ? [{ keys: ["j"], name: "j", words: "anchors and axes of joints", act: () => toggle("joints") }]
+    : []),
   ...(isPair
     ? [{ keys: ["o"], name: "o", words: "overlay both bodies", act: () => toggle("overlay") }]
     : []),

@@ -23,6 +23,7 @@ const show = {
   names: false,
   frames: false,
   contacts: false,
+  joints: true,
   anchor: [0, 0, 0],
   // Forces at least as large, in weights; of the chosen bodies alone.
   least: 0,
@@ -35,7 +36,7 @@ const show = {
   several: false,
 };
 const camera = new Camera();
-const TOGGLES = ["forces", "trail", "follow", "overlay", "names", "frames", "contacts", "only", "several"];
+const TOGGLES = ["forces", "trail", "follow", "overlay", "names", "frames", "contacts", "joints", "only", "several"];
 const lastChosen = () => show.chosen.at(-1);
 
 const LABEL = hasGraphics
@@ -262,6 +263,7 @@ for (const what of TOGGLES) {
   $(what).addEventListener("click", () => toggle(what));
 }
 for (const id of ["names", "only", "several"]) $(id).hidden = !isCrowd;
+$("joints").hidden = !hasJoints;
 $("least").addEventListener("change", () => {
   show.least = Number($("least").value);
   repaint();

@@ -219,6 +219,7 @@ const runs = page.runs.map((data, index) => new Run(data, index));
 const isPair = runs.length > 1;
 // Bodies that can be chosen: those that all runs have.
 const bodyCount = Math.min(...runs.map((run) => run.bodies.length));
+const hasJoints = runs.some((run) => run.data.joints.length > 0);
 const isCrowd = runs.some((run) => run.bodies.length > 1);
 const duration = Math.max(...runs.map((run) => run.duration));
 

@@ -69,6 +69,17 @@ function addArrows(run, { partner, force }, at, arrows) {
   if (partner >= 0) arrows.push(...at, ...times(arrow, -1));
 }
 
+// Adds the joints that hold a body: their anchors, and their axes to both sides.
+function addJoints({ anchors, axes }, joints, { place, attitude }, arm) {
+  for (const { anchor, axis } of joints) {
+    const at = add(place, rotate(attitude, anchor));
+    anchors.push(...at);
+    if (axis === null) continue;
+    const way = times(rotate(attitude, axis), arm);
+    axes.push(...subtract(at, way), ...add(at, way));
+  }
+}
+
 // Adds the three arms of a body's frame.
 function addFrame(framed, { place, attitude }, arm) {
   framed.forEach((numbers, axis) => {

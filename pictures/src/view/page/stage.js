@@ -8,6 +8,8 @@ const LIFT = 0.08;
 const FRAME_COLOURS = ["#e0433a", "#2f9e44", "#2f6fe0"];
 // Lengths of the arms of a body's frame, times its size.
 const ARM = 1.15;
+// The same of the axis of a joint, to each side.
+const JOINT_ARM = 0.3;
 // Names that are shown at once.
 const MOST_NAMES = 150;
 
@@ -109,8 +111,10 @@ class Stage {
     this.arrows = { hidden: [new Arrows()], seen: [new Arrows(), new Arrows()] };
     this.contacts = { hidden: new Dots().through(), seen: new Dots().through() };
     this.frames = FRAME_COLOURS.map(() => new Lines().through());
+    this.joints = { axes: new Lines().through(), anchors: new Dots().through() };
     const { arrows, contacts, frames } = this;
-    const overlays = [arrows.hidden, contacts.hidden, arrows.seen, contacts.seen, frames].flat();
+    const { axes, anchors } = this.joints;
+    const overlays = [arrows.hidden, contacts.hidden, axes, anchors, arrows.seen, contacts.seen, frames].flat();
     overlays.forEach((overlay, i) => {
       overlay.renderOrder = 10 + i;
       this.scene.add(overlay);
@@ -138,6 +142,8 @@ class Stage {
     const ring = { colour: colours.sky, rim: colours.force, width: 8 };
     this.contacts.hidden.look({ ...ring, alpha: 0.3 });
     this.contacts.seen.look(ring);
+    this.joints.axes.look({ colour: colours.edge, width: 2.4 });
+    this.joints.anchors.look({ colour: colours.sky, rim: colours.edge, width: 9 });
     this.frames.forEach((lines, axis) => lines.look({ colour: FRAME_COLOURS[axis], width: 2.2 }));
     this.isStale = false;
   }
@@ -159,6 +165,7 @@ class Stage {
     const framed = FRAME_COLOURS.map(() => []);
     const drawn = [];
     const cloud = { dots: [], arms: [] };
+    const tied = { anchors: [], axes: [] };
     for (const actor of this.actors) {
       const { run } = actor;
       const frame = run.frame(time);
@@ -174,6 +181,8 @@ class Stage {
         occluders.add(run.bodies[body].pieces, pose);
         if (run.bodies[body].pieces.length === 0) addCloud(cloud, run.bodies[body].points, pose);
         if (show.frames) addFrame(framed, pose, ARM * run.reaches[body]);
+        const joints = show.joints ? run.data.joints.filter((joint) => joint.body === body) : [];
+        addJoints(tied, joints, pose, JOINT_ARM * run.reaches[body]);
       });
       this.placeFixed(actor, show, occluders);
       const [behind, ahead] = [[], []];
@@ -206,6 +215,8 @@ class Stage {
       this.contacts[among].set(show.contacts ? touched[among] : []);
     }
     this.frames.forEach((lines, axis) => lines.set(framed[axis]));
+    this.joints.anchors.set(tied.anchors);
+    this.joints.axes.set(tied.axes);
     this.castShadows(drawn);
     const isAbove = this.floor?.look(eye) ?? true;
     this.sun.castShadow = isAbove;

@@ -1,0 +1,564 @@
+//! The tables `[[joints]]` and `[[motors]]`: as they are written, and what they amount to.
+
+use super::build::name_of;
+use super::entries::Turned;
+use crate::joint::{Drive, JointFrame, Motor};
+use crate::mechanics::State;
+use crate::mechanics::quaternion::{left, rotation};
+use crate::scenario::fields::Numbers;
+use crate::scenario::joint::{JointKind, JointModel};
+use crate::scenario::model::BodyModel;
+use crate::scenario::shape::Place;
+use nalgebra::{Vector3, Vector4};
+use serde::Deserialize;
+use std::f64::consts::PI;
+
+/// The most joints of a scene.
+const MOST_JOINTS: usize = 10_000;
+
+/// A table with the fields of a drive, and others.
+macro_rules! with_drive {
+    ($name:ident, $expected:literal { $($(#[$attribute:meta])* $field:ident: $type:ty,)* }) => {
+        #[derive(Deserialize)]
+        #[serde(deny_unknown_fields, expecting = $expected)]
+        pub struct $name {
+            start: Option<f64>,
+            limits: Option<Numbers<2>>,
+            friction: Option<f64>,
+            stiffness: Option<f64>,
+            rest: Option<f64>,
+            damping: Option<f64>,
+            force: Option<f64>,
+            armature: Option<f64>,
+            $($(#[$attribute])* $field: $type,)*
+        }
+
+        impl $name {
+            fn drive(&self) -> DriveFields {
+                DriveFields {
+                    start: self.start,
+                    limits: self.limits.map(|limits| limits.0),
+                    friction: self.friction,
+                    stiffness: self.stiffness,
+                    rest: self.rest,
+                    damping: self.damping,
+                    force: self.force,
+                    armature: self.armature,
+                }
+            }
+        }
+    };
+}
+
+with_drive!(DriveEntry, "{ limits = [low, high], friction = …, … } is needed" {});
+
+with_drive!(JointEntry, "a table [[joints]] is needed" {
+    name: Option<String>,
+    #[serde(rename = "type")]
+    kind: JointKind,
+    bodies: Names,
+    anchor: Option<Numbers<3>>,
+    axis: Option<Numbers<3>>,
+    attitude: Option<Turned>,
+    anchor_a: Option<Numbers<3>>,
+    axis_a: Option<Numbers<3>>,
+    attitude_a: Option<Turned>,
+    anchor_b: Option<Numbers<3>>,
+    axis_b: Option<Numbers<3>>,
+    attitude_b: Option<Turned>,
+    length: Option<f64>,
+    cone: Option<f64>,
+    collide: Option<bool>,
+    slide: Option<DriveEntry>,
+    turn: Option<DriveEntry>,
+    x: Option<DriveEntry>,
+    y: Option<DriveEntry>,
+});
+
+/// The fields of a drive.
+struct DriveFields {
+    start: Option<f64>,
+    limits: Option<[f64; 2]>,
+    friction: Option<f64>,
+    stiffness: Option<f64>,
+    rest: Option<f64>,
+    damping: Option<f64>,
+    force: Option<f64>,
+    armature: Option<f64>,
+}
+
+#[derive(Deserialize)]
+#[serde(untagged, expecting = "the name of a body or two are needed, [\"…\", \"…\"]")]
+enum Names {
+    One(String),
+    List(Vec<String>),
+}
+
+#[derive(Deserialize)]
+#[serde(
+    deny_unknown_fields,
+    expecting = "{ joint = \"…\", speed = …, most = … } or { joint = \"…\", position = …, stiffness = …, … } is needed"
+)]
+pub struct MotorEntry {
+    joint: String,
+    axis: Option<String>,
+    speed: Option<f64>,
+    position: Option<f64>,
+    stiffness: Option<f64>,
+    damping: Option<f64>,
+    most: f64,
+}
+
+impl DriveFields {
+    /// The first field that is given.
+    fn first(&self) -> Option<&'static str> {
+        let given = [
+            ("start", self.start.is_some()),
+            ("limits", self.limits.is_some()),
+            ("friction", self.friction.is_some()),
+            ("stiffness", self.stiffness.is_some()),
+            ("rest", self.rest.is_some()),
+            ("damping", self.damping.is_some()),
+            ("force", self.force.is_some()),
+            ("armature", self.armature.is_some()),
+        ];
+        given.into_iter().find(|(_, given)| *given).map(|(field, _)| field)
+    }
+
+    fn drive(&self) -> Drive {
+        let or_none = |value: Option<f64>| value.unwrap_or(0.0);
+        Drive {
+            limits: self.limits,
+            friction: or_none(self.friction),
+            stiffness: or_none(self.stiffness),
+            rest: or_none(self.rest),
+            damping: or_none(self.damping),
+            force: or_none(self.force),
+            armature: or_none(self.armature),
+            motor: None,
+        }
+    }
+}
+
+/// The frame of a joint in the world at the start.
+#[derive(Clone, Copy)]
+struct Placed {
+    anchor: Vector3<f64>,
+    attitude: Vector4<f64>,
+}
+
+/// Where what a joint's side is in stands at the start: a body, or the world.
+struct Side<'a> {
+    /// The centre of mass in the frame of the shape.
+    centre: Vector3<f64>,
+    start: State,
+    /// The name in sentences.
+    name: &'a str,
+}
+
+impl<'a> Side<'a> {
+    fn of(body: Option<&'a BodyModel>) -> Self {
+        match body {
+            Some(body) => {
+                let start = body.start.state();
+                Self { centre: body.centre.into(), start, name: &body.name }
+            }
+            None => {
+                let [position, velocity, spin] = [Vector3::zeros(); 3];
+                let attitude = Place::ORIGIN.attitude.into();
+                let start = State { position, attitude, velocity, spin };
+                Self { centre: Vector3::zeros(), start, name: "the world" }
+            }
+        }
+    }
+
+    /// A frame of the shape, in the world.
+    fn placed(&self, anchor: &Vector3<f64>, attitude: &Vector4<f64>) -> Placed {
+        let arm = rotation(&self.start.attitude) * (anchor - self.centre);
+        let anchor = self.start.position + arm;
+        Placed { anchor, attitude: left(&self.start.attitude) * attitude }
+    }
+
+    /// A frame of the world, in the body's.
+    fn seen(&self, placed: &Placed) -> Place {
+        let position =
+            rotation(&self.start.attitude).tr_mul(&(placed.anchor - self.start.position));
+        let attitude = left(&conjugated(&self.start.attitude)) * placed.attitude;
+        Place { position: position.into(), attitude: attitude.into() }
+    }
+}
+
+fn conjugated(q: &Vector4<f64>) -> Vector4<f64> {
+    Vector4::new(q[0], -q[1], -q[2], -q[3])
+}
+
+/// The attitude that `axis` or `attitude` give, of the field's ending (`_a`, …).
+fn turned(
+    ending: &str,
+    axis: Option<&Numbers<3>>,
+    attitude: Option<&Turned>,
+) -> Result<Option<Vector4<f64>>, String> {
+    match (axis, attitude) {
+        (None, None) => Ok(None),
+        (Some(_), Some(_)) => {
+            Err(format!("axis{ending}: either `axis{ending}` or `attitude{ending}` can be given"))
+        }
+        (Some(axis), None) => {
+            let along = JointFrame::along(Vector3::zeros(), axis.0.into());
+            let along = along.map_err(|error| format!("axis{ending}: {error}"))?;
+            Ok(Some(along.attitude))
+        }
+        (None, Some(turned)) => match turned.quaternion() {
+            Ok(Some(quaternion)) => Ok(Some(quaternion.into())),
+            Ok(None) => Err(format!("attitude{ending}: only that of bodies can be random")),
+            Err(why) => Err(format!("attitude{ending}: {why}")),
+        },
+    }
+}
+
+fn anchor_in_range(field: &str, anchor: Option<&Numbers<3>>) -> Result<(), String> {
+    let fits = anchor.is_none_or(|anchor| anchor.0.iter().all(|x| x.abs() <= 1e4));
+    if fits { Ok(()) } else { Err(format!("{field}: coordinates from -1e4 to 1e4 m are needed")) }
+}
+
+/// The joints of a file that are made so far.
+#[derive(Default)]
+pub struct Joints {
+    pub models: Vec<JointModel>,
+    /// What entries are called that have joints of other names.
+    entries: Vec<(String, Vec<usize>)>,
+}
+
+impl Joints {
+    /// Adds those of an entry. `find` has the bodies of a name.
+    pub fn add(
+        &mut self,
+        entry: &JointEntry,
+        bodies: &[BodyModel],
+        find: impl Fn(&str) -> Result<Vec<usize>, String>,
+    ) -> Result<(), String> {
+        let pairs = entry.pairs(find)?;
+        let count = pairs.len();
+        if count > MOST_JOINTS - self.models.len() {
+            return Err(format!(
+                "bodies: with these {count} there are more than {MOST_JOINTS} joints"
+            ));
+        }
+        entry.refuse_idle()?;
+        let mut made = Vec::with_capacity(count);
+        for (number, (body, other)) in pairs.into_iter().enumerate() {
+            let index = self.models.len();
+            let usual = ("joint", index);
+            let name = name_of(entry.name.as_deref(), usual, (number, count));
+            if self.models.iter().any(|known| known.name == name) {
+                return Err(format!("name: {name:?} is given twice; each joint needs its own"));
+            }
+            let sides = [Some(&bodies[body]), other.map(|other| &bodies[other])].map(Side::of);
+            self.models.push(JointModel {
+                name,
+                kind: entry.kind,
+                body,
+                other,
+                frames: entry.frames(&sides)?,
+                length: entry.length,
+                cone: entry.cone,
+                collide: entry.collide.unwrap_or(false),
+                drives: entry.drives().iter().map(DriveFields::drive).collect(),
+            });
+            made.push(index);
+        }
+        self.entries.extend(entry.name.clone().map(|name| (name, made)));
+        Ok(())
+    }
+
+    /// Puts the motor of an entry on its axis.
+    pub fn add_motor(&mut self, entry: &MotorEntry) -> Result<(), String> {
+        let named = |(name, _): &&(String, Vec<usize>)| *name == entry.joint;
+        let of_entry = self.entries.iter().find(named).map(|(_, joints)| joints.clone());
+        let own = || self.models.iter().position(|joint| joint.name == entry.joint);
+        let joints = of_entry.or_else(|| own().map(|joint| vec![joint])).ok_or_else(|| {
+            format!("joint: no joint has the name {:?}; the name of one is needed", entry.joint)
+        })?;
+        let motor = entry.motor()?;
+        for joint in joints {
+            let joint = &mut self.models[joint];
+            let place = entry.place(joint)?;
+            let drive = &mut joint.drives[place];
+            if drive.motor.replace(motor).is_some() {
+                return Err(format!("joint: {:?} has a motor there already", joint.name));
+            }
+        }
+        Ok(())
+    }
+}
+
+impl JointEntry {
+    /// What it is called, as an ending of what is wrong with it.
+    pub fn called(&self) -> String {
+        self.name.as_ref().map_or(String::new(), |name| format!(" ({name})"))
+    }
+
+    /// Refuses a name that no word of a table can be.
+    pub fn name(&self) -> Option<&str> {
+        self.name.as_deref()
+    }
+
+    /// A and B of its joints: of two names of as many bodies each with each, of one name twice each with
+    /// the one before.
+    fn pairs(
+        &self,
+        find: impl Fn(&str) -> Result<Vec<usize>, String>,
+    ) -> Result<Vec<(usize, Option<usize>)>, String> {
+        let names = match &self.bodies {
+            Names::One(name) => std::slice::from_ref(name),
+            Names::List(names) => &names[..],
+        };
+        let find = |name: &str| find(name).map_err(|why| format!("bodies: {why}"));
+        match names {
+            [one] => Ok(find(one)?.into_iter().map(|body| (body, None)).collect()),
+            [first, second] if first == second => {
+                let copies = find(first)?;
+                if copies.len() < 2 {
+                    return Err(format!(
+                        "bodies: {first:?} is one body; two different ones are needed, or the name of \
+                         copies for a chain of them"
+                    ));
+                }
+                Ok(copies.windows(2).map(|two| (two[1], Some(two[0]))).collect())
+            }
+            [first, second] => {
+                let (first, second) = (find(first)?, find(second)?);
+                if first.len() != second.len() && first.len() != 1 && second.len() != 1 {
+                    return Err(format!(
+                        "bodies: {} and {} of them; as many of both, or one of either, are needed",
+                        first.len(),
+                        second.len()
+                    ));
+                }
+                let count = first.len().max(second.len());
+                let at = |of: &[usize], number: usize| of[number.min(of.len() - 1)];
+                let pairs = (0..count).map(|k| (at(&first, k), Some(at(&second, k))));
+                let pairs: Vec<_> = pairs.collect();
+                match pairs.iter().any(|(a, b)| Some(*a) == *b) {
+                    true => Err("bodies: two different bodies are needed".to_owned()),
+                    false => Ok(pairs),
+                }
+            }
+            _ => {
+                Err("bodies: one name, of what is held by the world, or two are needed".to_owned())
+            }
+        }
+    }
+
+    /// A field that would do nothing is refused.
+    fn refuse_idle(&self) -> Result<(), String> {
+        let (kind, driven) = (self.kind, self.kind.driven());
+        let has_axis = kind.has_axis();
+        let idle = |field: &str| {
+            Err(format!("{field} has no meaning of a {} joint; leave it out", kind.name()))
+        };
+        let axes = [
+            ("axis", self.axis.is_some()),
+            ("axis_a", self.axis_a.is_some()),
+            ("axis_b", self.axis_b.is_some()),
+        ];
+        match (kind, self.cone) {
+            (JointKind::Ball, None) => return Err("cone: it is needed, rad".to_owned()),
+            (JointKind::Ball, Some(_)) | (_, None) => {}
+            (_, Some(_)) => return idle("cone"),
+        }
+        if let Some((field, _)) = axes.into_iter().find(|(_, given)| *given && !has_axis) {
+            return idle(field);
+        }
+        let tables = [("slide", &self.slide), ("turn", &self.turn), ("x", &self.x), ("y", &self.y)];
+        for (field, _) in tables.into_iter().filter(|(_, table)| table.is_some()) {
+            if driven.len() == 1 && driven[0].0 == field {
+                return Err(format!("{field}: a {} joint has its fields itself", kind.name()));
+            }
+            if driven.iter().all(|(name, _)| *name != field) {
+                return idle(field);
+            }
+        }
+        if let Some(field) = self.drive().first()
+            && driven.len() != 1
+        {
+            if driven.is_empty() {
+                return idle(field);
+            }
+            let names: Vec<_> = driven.iter().map(|(name, _)| format!("`{name}`")).collect();
+            return Err(format!(
+                "{field}: a {} joint has several axes; {field} belongs in one of {}",
+                kind.name(),
+                names.join(", ")
+            ));
+        }
+        Ok(())
+    }
+
+    /// The drives of its axes, in their order.
+    fn drives(&self) -> Vec<DriveFields> {
+        let driven = self.kind.driven();
+        if driven.len() == 1 {
+            return vec![self.drive()];
+        }
+        let of = |name: &str| match name {
+            "slide" => &self.slide,
+            "turn" => &self.turn,
+            "x" => &self.x,
+            _ => &self.y,
+        };
+        let none = DriveEntry {
+            start: None,
+            limits: None,
+            friction: None,
+            stiffness: None,
+            rest: None,
+            damping: None,
+            force: None,
+            armature: None,
+        };
+        driven.iter().map(|(name, _)| of(name).as_ref().unwrap_or(&none).drive()).collect()
+    }
+
+    /// The frames in both sides: that of A as it is given, and that of B where it is at the start, unless
+    /// it is given too.
+    fn frames(&self, sides: &[Side<'_>; 2]) -> Result<[Place; 2], String> {
+        for (field, anchor) in
+            [("anchor", &self.anchor), ("anchor_a", &self.anchor_a), ("anchor_b", &self.anchor_b)]
+        {
+            anchor_in_range(field, anchor.as_ref())?;
+        }
+        let [a, b] = sides;
+        let needed = || {
+            format!(
+                "anchor: a place in the world at the start, or `anchor_a` in the frame of {}, is needed",
+                a.name
+            )
+        };
+        let still = Vector4::from(Place::ORIGIN.attitude);
+        let in_world = turned("", self.axis.as_ref(), self.attitude.as_ref())?;
+        let in_a = turned("_a", self.axis_a.as_ref(), self.attitude_a.as_ref())?;
+        let in_b = turned("_b", self.axis_b.as_ref(), self.attitude_b.as_ref())?;
+        let anchor = match (&self.anchor, &self.anchor_a) {
+            (Some(_), Some(_)) => {
+                return Err("anchor: either `anchor` or `anchor_a` can be given".to_owned());
+            }
+            (Some(anchor), None) => anchor.0.into(),
+            (None, Some(anchor)) => a.placed(&anchor.0.into(), &still).anchor,
+            (None, None) => return Err(needed()),
+        };
+        let has_axis = self.kind.has_axis();
+        let attitude = match (in_world, in_a) {
+            (Some(_), Some(_)) => {
+                return Err("axis: either that of the world or that of A can be given".to_owned());
+            }
+            (Some(attitude), None) => attitude,
+            (None, Some(attitude)) => a.placed(&Vector3::zeros(), &attitude).attitude,
+            (None, None) if has_axis => {
+                return Err(format!(
+                    "axis: a direction in the world at the start, or `axis_a` in the frame of {}, is \
+                     needed",
+                    a.name
+                ));
+            }
+            (None, None) => still,
+        };
+        let of_a = Placed { anchor, attitude };
+        let mut of_b = self.at_its_start(of_a)?;
+        if let Some(attitude) = in_b {
+            of_b.attitude = b.placed(&Vector3::zeros(), &attitude).attitude;
+        }
+        if let Some(anchor) = &self.anchor_b {
+            of_b.anchor = b.placed(&anchor.0.into(), &still).anchor;
+        }
+        Ok([a.seen(&of_a), b.seen(&of_b)])
+    }
+
+    /// The frame of B at the start, against which that of A has its coordinates `start`.
+    fn at_its_start(&self, of_a: Placed) -> Result<Placed, String> {
+        let mut at = [0.0; 6];
+        let several = self.kind.driven().len() > 1;
+        for ((name, axis), drive) in self.kind.driven().iter().zip(self.drives()) {
+            let Some(start) = drive.start else { continue };
+            let field = if several { format!("{name}.start") } else { "start".to_owned() };
+            let most = if *axis < 3 { 1e4 } else { PI };
+            if start.is_nan() || start.abs() > most {
+                let unit = if *axis < 3 { "m" } else { "rad" };
+                return Err(format!("{field} is {start:?}; allowed is -{most} to {most} {unit}"));
+            }
+            if self.anchor_b.is_some() || self.axis_b.is_some() || self.attitude_b.is_some() {
+                return Err(format!("{field}: it follows from where both sides are; leave it out"));
+            }
+            at[*axis] = start;
+        }
+        let (sine, cosine) = (-0.5 * at[5]).sin_cos();
+        let attitude = match at[5] {
+            0.0 => of_a.attitude,
+            _ => left(&of_a.attitude) * Vector4::new(cosine, 0.0, 0.0, sine),
+        };
+        let off = rotation(&attitude) * Vector3::new(at[0], at[1], at[2]);
+        Ok(Placed { anchor: of_a.anchor - off, attitude })
+    }
+}
+
+impl MotorEntry {
+    /// The name of its joint.
+    pub fn called(&self) -> String {
+        format!(" ({})", self.joint)
+    }
+
+    fn motor(&self) -> Result<Motor, String> {
+        let most = self.most;
+        match (self.speed, self.position) {
+            (Some(_), Some(_)) => {
+                Err("speed: either `speed` or `position` can be given".to_owned())
+            }
+            (None, None) => Err("speed: `speed` or `position` is needed".to_owned()),
+            (Some(target), None) => {
+                let idle =
+                    [("stiffness", self.stiffness.is_some()), ("damping", self.damping.is_some())];
+                match idle.into_iter().find(|(_, given)| *given) {
+                    Some((field, _)) => {
+                        Err(format!("{field} has no meaning with `speed`; leave it out"))
+                    }
+                    None => Ok(Motor::Speed { target, most }),
+                }
+            }
+            (None, Some(target)) => {
+                let Some(stiffness) = self.stiffness else {
+                    return Err("stiffness: it is needed with `position`".to_owned());
+                };
+                let damping = self.damping.unwrap_or(0.0);
+                Ok(Motor::Position { target, stiffness, damping, most })
+            }
+        }
+    }
+
+    /// Which drive of a joint it is on.
+    fn place(&self, joint: &JointModel) -> Result<usize, String> {
+        let driven = joint.kind.driven();
+        let names: Vec<_> = driven.iter().map(|(name, _)| format!("`{name}`")).collect();
+        match (&self.axis, driven.len()) {
+            (_, 0) => Err(format!(
+                "joint: {:?} is {}; a motor needs a joint that turns about an axis or slides",
+                joint.name,
+                joint.kind.name()
+            )),
+            (None, 1) => Ok(0),
+            (None, _) => Err(format!(
+                "axis: {:?} has several; one of {} is needed",
+                joint.name,
+                names.join(", ")
+            )),
+            (Some(wanted), _) => {
+                driven.iter().position(|(name, _)| name == wanted).ok_or_else(|| {
+                    format!(
+                        "axis: {wanted:?} is none of {:?}; it has {}",
+                        joint.name,
+                        names.join(", ")
+                    )
+                })
+            }
+        }
+    }
+}

@@ -1,0 +1,132 @@
+//! Joints as run.json has them: complete, and the joint that they make.
+
+use super::shape::Place;
+use crate::joint::{Axis, Drive, Joint, JointFrame};
+use serde::{Deserialize, Serialize};
+
+/// Which of its axes a joint leaves free.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum JointKind {
+    /// Turns about its axis.
+    Revolute,
+    /// Slides along its axis.
+    Prismatic,
+    /// Slides along its axis and turns about it.
+    Cylindrical,
+    /// Slides across its axis and turns about it.
+    Planar,
+    /// Turns about its anchor in any way.
+    Spherical,
+    /// The same within a cone, and under a drive of the twist.
+    Ball,
+    /// Turns about x of the first body's frame and y of the second's.
+    Universal,
+    /// Does not move.
+    Fixed,
+}
+
+/// An axis that a drive can act on: its name, and which of the six it is, x, y, z of the place and of
+/// the turn.
+pub type DrivenAxis = (&'static str, usize);
+
+/// The axis of a slide, and that of a turn.
+const SLIDE: DrivenAxis = ("slide", 2);
+const TURN: DrivenAxis = ("turn", 5);
+
+impl JointKind {
+    /// The axes that drives can act on, in the order of their drives.
+    #[must_use]
+    pub fn driven(self) -> &'static [DrivenAxis] {
+        match self {
+            Self::Revolute | Self::Ball => &[TURN],
+            Self::Prismatic => &[SLIDE],
+            Self::Cylindrical => &[SLIDE, TURN],
+            Self::Planar => &[("x", 0), ("y", 1), TURN],
+            Self::Spherical | Self::Universal | Self::Fixed => &[],
+        }
+    }
+
+    /// The word of a file.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Revolute => "revolute",
+            Self::Prismatic => "prismatic",
+            Self::Cylindrical => "cylindrical",
+            Self::Planar => "planar",
+            Self::Spherical => "spherical",
+            Self::Ball => "ball",
+            Self::Universal => "universal",
+            Self::Fixed => "fixed",
+        }
+    }
+
+    /// Whether it has an axis, or more: whether its frames are more than their anchors.
+    #[must_use]
+    pub fn has_axis(self) -> bool {
+        !matches!(self, Self::Spherical | Self::Fixed)
+    }
+
+    /// The six axes under these drives, of a ball joint within the cone (rad).
+    fn axes(self, drives: &[Drive], cone: Option<f64>) -> [Axis; 6] {
+        let mut axes = [Axis::Locked; 6];
+        let turns_freely = match self {
+            Self::Spherical | Self::Ball => 3..6,
+            Self::Universal => 3..5,
+            _ => 0..0,
+        };
+        axes[turns_freely].fill(Axis::Free(Drive::NONE));
+        if let (Self::Ball, Some(cone)) = (self, cone) {
+            axes[3] = Axis::Free(Drive { limits: Some([0.0, cone]), ..Drive::NONE });
+        }
+        for (index, (_, axis)) in self.driven().iter().enumerate() {
+            axes[*axis] = Axis::Free(drives.get(index).copied().unwrap_or_default());
+        }
+        axes
+    }
+}
+
+/// A joint of the model.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct JointModel {
+    /// What it is called.
+    pub name: String,
+    /// Its type.
+    #[serde(rename = "type")]
+    pub kind: JointKind,
+    /// A: an index of `bodies`.
+    pub body: usize,
+    /// B: another one; null for the world.
+    pub other: Option<usize>,
+    /// Its frame in A and in B or the world: m, from the centre of mass, and joint → body. Its z is the axis.
+    pub frames: [Place; 2],
+    /// m; null for that of its bodies.
+    pub length: Option<f64>,
+    /// Whether its bodies touch each other.
+    pub collide: bool,
+    /// rad, of a ball joint: how far its z axes may be from each other.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cone: Option<f64>,
+    /// What acts on each axis that its type leaves to drives: m and N along, rad and N m about.
+    pub drives: Vec<Drive>,
+}
+
+impl JointModel {
+    /// The joint.
+    #[must_use]
+    pub fn joint(&self) -> Joint {
+        let frame = |place: &Place| JointFrame {
+            anchor: place.position.into(),
+            attitude: place.attitude.into(),
+        };
+        let [x, y, z, rx, ry, rz] = self.kind.axes(&self.drives, self.cone);
+        let joint = Joint::between(self.body, self.other, self.frames.each_ref().map(frame))
+            .with_axes([x, y, z], [rx, ry, rz]);
+        let joint = match self.length {
+            Some(length) => joint.with_length(length),
+            None => joint,
+        };
+        if self.collide { joint.colliding() } else { joint }
+    }
+}

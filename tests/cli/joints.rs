@@ -1,0 +1,471 @@
+//! Scenes with joints from the command line: their tables, what verifies, and what is refused.
+
+use super::scenario::run_scenario;
+use super::several::{scene, table};
+use super::support::{End, Table, everything_in, run};
+use std::fs;
+use std::path::Path;
+use std::sync::OnceLock;
+
+/// A hinge with a motor, a slide with a spring, a ball joint and a fixed one, and a box on the ground.
+const SCENE: &str = r#"
+steps = 40
+time_step = 0.002
+[ground]
+friction = 0.5
+[[bodies]]
+name = "arm"
+box = [0.36, 0.04, 0.04]
+mass = 1.0
+position = [0.18, 0.0, 1.0]
+[[bodies]]
+name = "tip"
+box = 0.05
+mass = 0.5
+position = [0.4, 0.0, 1.0]
+[[bodies]]
+name = "link"
+box = [0.02, 0.02, 0.2]
+mass = 0.3
+position = [0.4, 0.0, 0.86]
+[[bodies]]
+name = "cart"
+box = [0.2, 0.1, 0.1]
+mass = 2.0
+position = [0.0, 1.0, 0.5]
+velocity = [0.5, 0.0, 0.0]
+[[bodies]]
+name = "box"
+box = 0.2
+mass = 1.0
+position = [0.0, 3.0, 0.1]
+[[joints]]
+name = "shoulder"
+type = "revolute"
+bodies = ["arm"]
+anchor = [0.0, 0.0, 1.0]
+axis = [0.0, 1.0, 0.0]
+friction = 0.1
+[[joints]]
+name = "weld"
+type = "fixed"
+bodies = ["tip", "arm"]
+anchor = [0.4, 0.0, 1.0]
+[[joints]]
+name = "ball"
+type = "spherical"
+bodies = ["link", "tip"]
+anchor_a = [0.0, 0.0, 0.12]
+[[joints]]
+name = "rail"
+type = "prismatic"
+bodies = "cart"
+anchor_a = [0.0, 0.0, 0.0]
+axis = [1.0, 0.0, 0.0]
+start = 0.25
+stiffness = 40.0
+damping = 0.5
+limits = [-0.1, 0.4]
+[[motors]]
+joint = "shoulder"
+speed = -2.0
+most = 600.0
+"#;
+
+const FILES: [&str; 5] = ["states.csv", "contacts.csv", "steps.csv", "joints.csv", "run.json"];
+
+fn files() -> &'static [String; 5] {
+    static RUN: OnceLock<[String; 5]> = OnceLock::new();
+    RUN.get_or_init(|| {
+        let (end, directory) = run_scenario(SCENE, &[]);
+        assert_eq!(end.code, Some(0), "{end:?}");
+        assert!(end.stdout.contains("joints       4, off by at most"), "{end:?}");
+        let out = directory.path().join("out");
+        let found = everything_in(&out);
+        let mut names = [&FILES[..], &["state.bin"]].concat();
+        names.sort_unstable();
+        assert!(found.iter().map(|file| file.to_str().unwrap()).eq(names), "{found:?}");
+        FILES.map(|name| fs::read_to_string(out.join(name)).unwrap())
+    })
+}
+
+fn verify_changed(name: &str, change: impl FnOnce(&mut Table)) -> End {
+    let directory = tempfile::tempdir().unwrap();
+    for (file, text) in FILES.iter().zip(files()) {
+        fs::write(directory.path().join(file), text).unwrap();
+    }
+    let path = directory.path().join(name);
+    let mut table = Table::parse(&fs::read_to_string(&path).unwrap());
+    change(&mut table);
+    fs::write(path, table.text()).unwrap();
+    run(&["verify", directory.path().join("joints.csv").to_str().unwrap()])
+}
+
+#[test]
+fn tables_of_joints_verify() {
+    let end = verify_changed("joints.csv", |_| ());
+    assert_eq!((end.code, end.stderr.as_str()), (Some(0), ""), "{end:?}");
+    assert!(end.stdout.contains("joints: off by at most"), "{end:?}");
+}
+
+/// The rows say where joints are, how fast they go and what they carry, from the start to the end.
+#[test]
+fn the_table_says_where_joints_are_and_what_they_carry() {
+    let joints = Table::parse(&files()[3]);
+    let (k, h) = (joints.numbers("k"), 0.002);
+    assert_eq!(k.len(), 4 * 40);
+    let of = |joint: usize, column: &str| -> Vec<f64> {
+        joints.numbers(column).into_iter().skip(joint).step_by(4).collect()
+    };
+    // A motor with the torque for it holds its speed.
+    let (angle, rate) = (of(0, "angle_z_rad"), of(0, "wz_rad_s"));
+    assert_eq!(angle[0], 0.0);
+    assert!(rate[1..39].iter().all(|rate| (rate + 2.0).abs() < 1e-9), "{rate:?}");
+    assert!((angle[39] + 2.0 * 39.0 * h).abs() < 1e-9, "{angle:?}");
+    // The cart is where its start and its speed have brought it.
+    let (place, speed, force) = (of(3, "z_m"), of(3, "vz_m_s"), of(3, "fz_N"));
+    assert!((place[0] - 0.25).abs() < 1e-12, "{place:?}");
+    for step in 0..39 {
+        assert!((place[step + 1] - place[step] - h * speed[step]).abs() < 1e-14);
+        let spring = -40.0 * place[step + 1] - 0.5 * speed[step];
+        assert!((force[step] - spring).abs() < 1e-9, "{} {spring}", force[step]);
+    }
+    // The last row is a place without a step.
+    for joint in 0..4 {
+        assert_eq!(of(joint, "fz_N")[39], 0.0);
+        assert_eq!(of(joint, "joint_m_s")[39], 0.0);
+    }
+    // What is locked stays.
+    for (joint, columns) in [(1, &["x_m", "angle_x_rad", "angle_z_rad"][..]), (2, &["x_m", "z_m"])]
+    {
+        for column in columns {
+            assert!(of(joint, column).iter().all(|x| x.abs() < 1e-14), "{joint} {column}");
+        }
+    }
+}
+
+/// A thousandth of any number of a joint is found, and the step named.
+#[test]
+fn a_changed_number_of_a_joint_is_found() {
+    let columns: Vec<_> = Table::parse(&files()[3]).header[3..].to_vec();
+    for column in columns {
+        for joint in 0..4 {
+            let end = verify_changed("joints.csv", |table| {
+                let column = table.column(&column);
+                let cell = &mut table.rows[4 * 12 + joint][column];
+                *cell = (cell.parse::<f64>().unwrap() * 1.001 + 1e-5).to_string();
+            });
+            assert_eq!(end.code, Some(1), "{joint} {column}: {end:?}");
+            assert!(end.stdout.contains("k = 12 "), "{joint} {column}: {end:?}");
+        }
+    }
+    // A turn too many, and what the last row cannot have.
+    for (row, column, change) in
+        [(4 * 12, "angle_z_rad", std::f64::consts::TAU), (4 * 39, "fz_N", 1.0)]
+    {
+        let end = verify_changed("joints.csv", |table| {
+            let column = table.column(column);
+            let cell = &mut table.rows[row][column];
+            *cell = (cell.parse::<f64>().unwrap() + change).to_string();
+        });
+        assert_eq!(end.code, Some(1), "{column}: {end:?}");
+    }
+}
+
+/// The summary's numbers, the joints of the model and the rows are held against each other.
+#[test]
+fn a_changed_run_json_is_found() {
+    let changed = |old: &str, new: &str| {
+        let directory = tempfile::tempdir().unwrap();
+        for (file, text) in FILES.iter().zip(files()) {
+            let text = if *file == "run.json" {
+                assert!(text.contains(old), "{old}");
+                text.replacen(old, new, 1)
+            } else {
+                text.clone()
+            };
+            fs::write(directory.path().join(file), text).unwrap();
+        }
+        run(&["verify", directory.path().join("states.csv").to_str().unwrap()])
+    };
+    let end = changed("\"largest_error_m\": ", "\"largest_error_m\": 1");
+    assert_eq!(end.code, Some(1), "{end:?}");
+    let end = changed("\"stiffness\": 40.0", "\"stiffness\": 41.0");
+    assert_eq!(end.code, Some(1), "{end:?}");
+    let end = changed("\"stiffness\": 40.0", "\"stiffness\": -41.0");
+    assert_eq!(end.code, Some(2), "{end:?}");
+    assert!(end.stderr.contains("joints[3] (rail): stiffness"), "{end:?}");
+}
+
+/// A table of joints that is not there, or cut off.
+#[test]
+fn a_table_of_joints_is_needed() {
+    let directory = tempfile::tempdir().unwrap();
+    for (file, text) in FILES.iter().zip(files()) {
+        fs::write(directory.path().join(file), text).unwrap();
+    }
+    let verify = || run(&["verify", directory.path().join("states.csv").to_str().unwrap()]);
+    let path = directory.path().join("joints.csv");
+    let half: String = files()[3].lines().take(100).map(|line| format!("{line}\n")).collect();
+    fs::write(&path, half).unwrap();
+    verify().assert_refused(2, &["joints", "cut off"]);
+    fs::remove_file(path).unwrap();
+    verify().assert_refused(2, &["joints.csv"]);
+}
+
+/// What a run without joints leaves has no table of them, and one of a former run goes.
+#[test]
+fn a_run_without_joints_removes_their_table() {
+    let directory = tempfile::tempdir().unwrap();
+    let out = directory.path().join("out");
+    fs::create_dir(&out).unwrap();
+    fs::write(out.join("joints.csv"), "old").unwrap();
+    let scene = directory.path().join("scene.toml");
+    fs::write(&scene, SCENE.split("[[joints]]").next().unwrap()).unwrap();
+    let [scene, out_text] = [&scene, &out].map(|path| path.to_str().unwrap());
+    let end = run(&["--scenario", scene, "--out", out_text, "--steps", "3"]);
+    assert_eq!(end.code, Some(0), "{end:?}");
+    assert!(end.stdout.contains("removed joints.csv"), "{end:?}");
+    assert!(!end.stdout.contains("joints   "), "{end:?}");
+    assert!(!Path::new(&out).join("joints.csv").exists());
+}
+
+/// What is changed in `SCENE`, by what, and the words of the refusal.
+const BROKEN: &[(&str, &str, &[&str])] = &[
+    ("type = \"revolute\"", "type = \"hinge\"", &["hinge", "revolute"]),
+    ("bodies = [\"arm\"]", "bodies = [\"leg\"]", &["joints[0] (shoulder).bodies", "leg"]),
+    ("bodies = [\"arm\"]", "bodies = []", &["joints[0] (shoulder).bodies", "two"]),
+    ("bodies = [\"arm\"]", "bodies = [\"arm\", \"arm\"]", &["joints[0] (shoulder).bodies", "two"]),
+    ("bodies = [\"arm\"]", "bodies = [\"arm\", \"ground\"]", &["(shoulder).bodies", "never moves"]),
+    ("name = \"weld\"", "name = \"shoulder\"", &["joints[1] (shoulder).name", "twice"]),
+    ("name = \"weld\"", "name = \"we ld\"", &["joints[1] (we ld).name", "letters"]),
+    ("axis = [0.0, 1.0, 0.0]", "", &["joints[0] (shoulder).axis", "needed"]),
+    ("axis = [0.0, 1.0, 0.0]", "axis = [0.0, 0.0, 0.0]", &["(shoulder).axis", "length"]),
+    ("anchor = [0.0, 0.0, 1.0]", "", &["joints[0] (shoulder).anchor", "anchor_a"]),
+    ("anchor = [0.0, 0.0, 1.0]", "anchor = [0.0, 1e9, 1.0]", &["(shoulder).anchor", "1e4"]),
+    ("friction = 0.1", "friction = -0.1", &["joints[0] (shoulder)", "friction", "-0.1", "0 to"]),
+    ("friction = 0.1", "length = 0.0", &["joints[0] (shoulder)", "length"]),
+    ("friction = 0.1", "turn = { friction = 0.1 }", &["(shoulder).turn", "itself"]),
+    ("friction = 0.1", "slide = { friction = 0.1 }", &["(shoulder).slide", "no meaning"]),
+    ("friction = 0.1", "start = 4.0", &["joints[0] (shoulder).start", "4", "rad"]),
+    ("friction = 0.1", "anchor_b = [0.0, 0.0, 1.01]", &["shoulder is 1.000e-2 m", "1e-6"]),
+    ("friction = 0.1", "axis_b = [0.0, 1.0, 0.1]", &["shoulder is", "9.963e-2 rad", "1e-6"]),
+    ("limits = [-0.1, 0.4]", "limits = [0.4, -0.1]", &["joints[3] (rail)", "upper limit"]),
+    ("limits = [-0.1, 0.4]", "limits = [0.4]", &["limits", "2"]),
+    ("type = \"fixed\"", "type = \"fixed\"\naxis = [0, 0, 1]", &["(weld).axis", "no meaning"]),
+    ("type = \"fixed\"", "type = \"fixed\"\nfriction = 1.0", &["(weld).friction", "no meaning"]),
+    ("type = \"fixed\"", "type = \"fixed\"\ncolour = 1.0", &["colour"]),
+    ("type = \"prismatic\"", "type = \"cylindrical\"", &["(rail).start", "`slide`, `turn`"]),
+    ("joint = \"shoulder\"", "joint = \"elbow\"", &["motors[0] (elbow).joint", "elbow"]),
+    ("joint = \"shoulder\"", "joint = \"ball\"", &["motors[0] (ball).joint", "spherical"]),
+    ("speed = -2.0", "speed = -2.0\naxis = \"slide\"", &["motors[0] (shoulder).axis", "`turn`"]),
+    ("speed = -2.0", "", &["motors[0] (shoulder).speed", "position"]),
+    ("speed = -2.0", "speed = -2.0\nposition = 1.0", &["motors[0] (shoulder).speed", "either"]),
+    ("speed = -2.0", "speed = -2.0\nstiffness = 1.0", &["(shoulder).stiffness", "no meaning"]),
+    ("speed = -2.0", "position = 1.0", &["motors[0] (shoulder).stiffness", "needed"]),
+    ("type = \"spherical\"", "type = \"ball\"", &["(ball).cone", "needed"]),
+    ("type = \"spherical\"", "type = \"spherical\"\ncone = 0.5", &["(ball).cone", "no meaning"]),
+    (
+        "type = \"spherical\"",
+        "type = \"ball\"\naxis = [0, 0, 1]\ncone = 9.0",
+        &["joints[2] (ball)", "cone", "3.1"],
+    ),
+    ("most = 600.0", "", &["most"]),
+    ("most = 600.0", "most = -600.0", &["joints[0] (shoulder)", "most", "-600"]),
+    ("[ground]\n", "[solver]\nname = \"ipopt\"\n[ground]\n", &["solver", "joints"]),
+];
+
+#[test]
+fn what_is_wrong_with_a_joint_is_said_in_one_sentence() {
+    for (old, new, words) in BROKEN {
+        assert!(SCENE.contains(old), "{old}");
+        let (end, directory) = run_scenario(&SCENE.replacen(old, new, 1), &[]);
+        end.assert_refused(2, words);
+        let left = everything_in(directory.path());
+        assert!(left.len() == 1, "{old} -> {new}: {left:?}");
+    }
+    let body = "[body]\nbox = 1.0\nmass = 1.0\n[start]\nposition = [0, 0, 1]\n\
+                [[joints]]\ntype = \"fixed\"\nbodies = \"body\"\n";
+    run_scenario(body, &[]).0.assert_refused(2, &["joints", "without [[bodies]]"]);
+}
+
+/// What nothing drives keeps its energy, and the mechanism that a motor drives its speed.
+#[test]
+fn the_shipped_mechanisms_move_as_they_should() {
+    for name in ["double-pendulum", "four-bar"] {
+        let energy = table(&scene(name, &[]), "steps").numbers("energy_J");
+        let off = energy.iter().map(|e| (e - energy[0]).abs()).fold(0.0, f64::max);
+        // Of second order in the step, and without a trend.
+        assert!(
+            off < 1e-3 * energy[0] && (energy.last().unwrap() - energy[0]).abs() < 1e-4,
+            "{off}"
+        );
+    }
+    let crank = table(&scene("slider-crank", &[]), "joints");
+    let of = |joint: usize, column: &str| -> Vec<f64> {
+        crank.numbers(column).into_iter().skip(joint).step_by(4).collect()
+    };
+    let turned = of(0, "angle_z_rad");
+    let turn = turned[2000] - turned[1000];
+    assert!((turn - std::f64::consts::TAU).abs() < 1e-9, "{turn}");
+    // x = r cos θ + √(l² − r² sin² θ), from 0.7 m on.
+    for (angle, place) in turned.iter().zip(of(3, "z_m")) {
+        let x = 0.2 * angle.cos() + (0.25 - (0.2 * angle.sin()).powi(2)).sqrt();
+        assert!((x - 0.7 - place).abs() < 1e-12, "{angle}: {place} {x}");
+    }
+    let door = table(&scene("door", &[]), "joints").numbers("angle_z_rad");
+    let (most, least) = (door.iter().copied().fold(0.0, f64::max), door.last().unwrap().abs());
+    assert!((most - 1.4).abs() < 1e-12 && least < 1e-12, "{most} {least}");
+    let chain = scene("chain", &[]);
+    let low = table(&chain, "states").numbers("z_m");
+    assert!(low.iter().all(|z| *z > 0.0119), "a link is in the ground");
+    let forces = table(&chain, "joints");
+    assert_eq!(forces.rows.len(), 20 * 1501);
+}
+
+/// A shaft that is bent by a cardan joint, and a rod on a ball joint that leans on its cone and its twist's stop.
+const SHAFT: &str = r#"
+steps = 401
+time_step = 0.001
+[ground]
+none = true
+friction = 0.5
+[[bodies]]
+name = "drive"
+box = [0.3, 0.04, 0.04]
+mass = 1.0
+position = [-0.15, 0.0, 1.0]
+[[bodies]]
+name = "driven"
+box = [0.3, 0.03, 0.05]
+mass = 1.0
+position = [0.12990381, 0.075, 1.0]
+attitude = { axis = [0, 0, 1], degrees = 30 }
+[[bodies]]
+name = "rod"
+box = [0.05, 0.08, 0.4]
+mass = 1.0
+position = [0.0, 2.0, 0.8]
+[[joints]]
+name = "in"
+type = "revolute"
+bodies = "drive"
+anchor = [-0.3, 0.0, 1.0]
+axis = [1, 0, 0]
+[[joints]]
+name = "cardan"
+type = "universal"
+bodies = ["driven", "drive"]
+anchor = [0.0, 0.0, 1.0]
+attitude_a = [1, 0, 0, 1]
+attitude_b = { axis = [1, 0, 0], degrees = 90 }
+[[joints]]
+name = "out"
+type = "cylindrical"
+bodies = "driven"
+anchor = [0.25980762, 0.15, 1.0]
+axis = [0.866025403784438647, 0.5, 0]
+[[joints]]
+name = "neck"
+type = "ball"
+bodies = "rod"
+anchor_a = [0.0, 0.0, 0.2]
+axis = [0, 0, 1]
+cone = 0.4
+limits = [-0.2, 0.3]
+force = 0.5
+[[motors]]
+joint = "in"
+speed = 10.0
+most = 100.0
+"#;
+
+/// tan of the angles of both shafts: tan out = tan in · cos β or over it, by how the cross stands at the start.
+#[test]
+fn a_cardan_shaft_turns_as_it_should_and_a_ball_joint_stays_in_its_cone() {
+    let (end, directory) = run_scenario(SHAFT, &[]);
+    assert_eq!(end.code, Some(0), "{end:?}");
+    let out = directory.path().join("out");
+    let table = Table::parse(&fs::read_to_string(out.join("joints.csv")).unwrap());
+    let of = |joint: usize, column: &str| -> Vec<f64> {
+        table.numbers(column).into_iter().skip(joint).step_by(4).collect()
+    };
+    let (turned, followed) = (of(0, "angle_z_rad"), of(2, "angle_z_rad"));
+    assert!((turned[400] - 4.0).abs() < 1e-9, "{}", turned[400]);
+    let cosine = 30.0_f64.to_radians().cos();
+    let off = |power: i32| {
+        let pairs = turned.iter().zip(&followed);
+        let missed = pairs.map(|(a, b)| {
+            let expected = (a.sin() * cosine.powi(power)).atan2(a.cos());
+            (b - expected).sin().abs()
+        });
+        missed.fold(0.0, f64::max)
+    };
+    assert!(off(1).min(off(-1)) < 1e-6, "{} {}", off(1), off(-1));
+    let (swing, twist) = (of(3, "angle_x_rad"), of(3, "angle_z_rad"));
+    assert!(swing.iter().all(|angle| *angle < 0.4 + 1e-12));
+    assert!((twist.iter().copied().fold(0.0, f64::max) - 0.3).abs() < 1e-9);
+    let verified = run(&["verify", out.join("joints.csv").to_str().unwrap()]);
+    assert_eq!(verified.code, Some(0), "{verified:?}");
+}
+
+/// A run that is continued leaves the bytes of one that was not.
+#[test]
+fn a_run_with_joints_is_continued() {
+    let (whole, directory) = run_scenario(SCENE, &[]);
+    assert_eq!(whole.code, Some(0), "{whole:?}");
+    let (first, part) = run_scenario(SCENE, &["--steps", "15"]);
+    assert_eq!(first.code, Some(0), "{first:?}");
+    let out = part.path().join("out");
+    let end = run(&["--continue", out.to_str().unwrap(), "--steps", "40"]);
+    assert_eq!(end.code, Some(0), "{end:?}");
+    for file in ["states.csv", "joints.csv", "steps.csv"] {
+        let [a, b] =
+            [&out, &directory.path().join("out")].map(|at| fs::read(at.join(file)).unwrap());
+        assert!(a == b, "{file} differs");
+    }
+    let verified = run(&["verify", out.join("joints.csv").to_str().unwrap()]);
+    assert_eq!(verified.code, Some(0), "{verified:?}");
+}
+
+/// A name of copies twice is a chain of them, and each link hangs on the one before.
+#[test]
+fn copies_make_a_chain() {
+    const CHAIN: &str = r#"
+steps = 3
+[ground]
+none = true
+friction = 0.5
+[[bodies]]
+name = "link"
+box = [0.02, 0.02, 0.1]
+mass = 0.1
+position = [0.0, 0.0, -0.05]
+copies = { count = [1, 1, 5], step = [0.0, 0.0, -0.1] }
+[[joints]]
+name = "hook"
+type = "spherical"
+bodies = "link-0"
+anchor = [0.0, 0.0, 0.0]
+[[joints]]
+name = "pin"
+type = "spherical"
+bodies = ["link", "link"]
+anchor_a = [0.0, 0.0, 0.05]
+"#;
+    let (end, directory) = run_scenario(CHAIN, &[]);
+    assert_eq!(end.code, Some(0), "{end:?}");
+    let out = directory.path().join("out");
+    let json: serde_json::Value =
+        serde_json::from_str(&fs::read_to_string(out.join("run.json")).unwrap()).unwrap();
+    let joints = json["model"]["joints"].as_array().unwrap();
+    let names: Vec<_> = joints.iter().map(|joint| joint["name"].as_str().unwrap()).collect();
+    assert_eq!(names, ["hook", "pin-0", "pin-1", "pin-2", "pin-3"]);
+    let table = Table::parse(&fs::read_to_string(out.join("joints.csv")).unwrap());
+    // Each holds the weight of all below it.
+    let force: Vec<_> = ["fx_N", "fy_N", "fz_N"].map(|f| table.numbers(f)).into();
+    for (joint, below) in (0..5).zip([5.0, 4.0, 3.0, 2.0, 1.0]) {
+        let size = force.iter().map(|f| f[5 + joint].powi(2)).sum::<f64>().sqrt();
+        assert!((size - 0.981 * below).abs() < 1e-9, "{joint}: {size}");
+    }
+}
