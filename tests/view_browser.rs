@@ -10,7 +10,6 @@ mod choices;
 mod driver;
 #[path = "view_browser/pages.rs"]
 mod pages;
-#[path = "../pictures/tests/pile/mod.rs"]
 mod pile;
 #[path = "view_browser/runs.rs"]
 mod runs;
