@@ -69,7 +69,6 @@ impl Candidates {
                 && self.neighbours.overlapping(world, states, free, 0.0, &mut self.contacts);
         self.rebound.begin(world, free);
         self.rebound.set(world, states, &mut self.contacts);
-        carry(world, states, &mut self.contacts);
         needs_contact
     }
 
@@ -107,7 +106,6 @@ impl Candidates {
         let pieces = has_pairs(world)
             && self.neighbours.overlapping(world, states, next, depth, &mut self.contacts);
         self.rebound.set(world, states, &mut self.contacts[known..]);
-        carry(world, states, &mut self.contacts[known..]);
         ground || pieces
     }
 
@@ -128,13 +126,6 @@ impl Candidates {
         states: &[State],
     ) -> Option<(f64, Partner, Partner)> {
         if has_pairs(world) { self.neighbours.deepest(world, states) } else { None }
-    }
-}
-
-/// Has the surfaces of the world carry what touches.
-fn carry(world: &World, states: &[State], contacts: &mut [Contact]) {
-    if world.has_surfaces() {
-        contacts.iter_mut().for_each(|contact| contact.carry(world, states));
     }
 }
 

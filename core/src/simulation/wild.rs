@@ -154,8 +154,8 @@ impl Judge {
             let budget = &mut budgets[contact.key.body];
             budget.touches = true;
             budget.bounces |= contact.bounces();
-            if contact.is_carried() {
-                budget.carried -= h * force.dot(&contact.carried);
+            if world.has_surfaces() {
+                budget.carried -= h * force.dot(&contact.carried(world, claim.states));
             }
             &contact.key
         });
