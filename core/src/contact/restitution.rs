@@ -161,6 +161,20 @@ impl Contact {
         states: &[State],
         next: &[State],
     ) -> Vector3<f64> {
+        match self.bounces() || world.has_surfaces() {
+            true => self.changed_motion(u, world, states, next),
+            false => u,
+        }
+    }
+
+    /// The same of a contact that bounces or where surfaces move.
+    fn changed_motion(
+        &self,
+        u: Vector3<f64>,
+        world: &World,
+        states: &[State],
+        next: &[State],
+    ) -> Vector3<f64> {
         let u = if world.has_surfaces() { u + self.carried(world, states) } else { u };
         if self.bounces() { self.bounded_motion(u, world, states, next) } else { u }
     }
