@@ -104,7 +104,6 @@ impl Candidates {
                 && self.neighbours.overlapping(world, states, free, 0.0, &mut self.contacts);
         self.rebound.begin(world, free);
         self.rebound.set(world, states, &mut self.contacts);
-        carry(world, states, &mut self.contacts);
         needs_contact
     }
 
@@ -142,7 +141,6 @@ impl Candidates {
         let pieces = has_pairs(world)
             && self.neighbours.overlapping(world, states, next, depth, &mut self.contacts);
         self.rebound.set(world, states, &mut self.contacts[known..]);
-        carry(world, states, &mut self.contacts[known..]);
         ground || pieces
     }
 
@@ -202,13 +200,6 @@ impl Candidates {
 /// The number of the first piece of body `body`, all pieces of bodies being counted.
 fn first_piece(world: &World, body: usize) -> usize {
     world.bodies()[..body].iter().map(|body| body.pieces().len()).sum()
-}
-
-/// Has the surfaces of the world carry what touches.
-fn carry(world: &World, states: &[State], contacts: &mut [Contact]) {
-    if world.has_surfaces() {
-        contacts.iter_mut().for_each(|contact| contact.carry(world, states));
-    }
 }
 
 /// Contacts that were found otherwise.

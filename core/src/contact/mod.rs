@@ -160,9 +160,6 @@ pub struct Contact {
     /// Whether the impulse of another contact closes it in the step, so that it bounces although free
     /// flight would not close it.
     pub struck: bool,
-    /// How fast [surfaces](crate::world::World::with_surface) carry: that of A less that of B across the normal,
-    /// m/s, world.
-    pub carried: Vector3<f64>,
     /// Friction and restitution.
     pub law: ContactLaw,
     /// y = a − ρ A_Aᵀ n, m, frame of A: the point that touches, where forces act; of two round features
@@ -259,7 +256,6 @@ impl Contact {
             gap: if gap.abs() <= noise { 0.0 } else { gap },
             rebound: 0.0,
             struck: false,
-            carried: Vector3::zeros(),
             law,
             lever,
             arm,
@@ -311,40 +307,11 @@ impl Contact {
     /// ```
     ///
     /// `a` and `b` are the poses (start, end) of the two bodies; `None` is the ground.
-    ///
-    /// To it comes what [surfaces carry](Contact::carried), so that what a conveyor takes along does not
-    /// slip.
     #[must_use]
     pub fn motion(&self, a: (&Pose, &Pose), b: Option<(&Pose, &Pose)>, h: f64) -> Vector3<f64> {
-        let u = match self.features.curved {
-            Some(_) => self.round_motion(a, b, h),
-            None => self.flat_motion(a, b, h),
-        };
-        if self.is_carried() { u + self.carried } else { u }
-    }
-
-    /// Whether a surface carries what touches.
-    #[must_use]
-    #[inline]
-    pub fn is_carried(&self) -> bool {
-        self.carried != Vector3::zeros()
-    }
-
-    /// Has the surfaces of `world` carry what touches at `states`, of which there is one a body.
-    pub fn carry(&mut self, world: &World, states: &[State]) {
-        let surface = |of: Partner| {
-            let velocity = world.surface_of(of);
-            let state = of.body().and_then(|body| states.get(body));
-            state.map_or(velocity, |state| rotation(&state.attitude) * velocity)
-        };
-        let apart = surface(Partner::Body(self.key.body)) - surface(self.key.partner);
-        let normal = self.normal();
-        self.carried = apart - normal * normal.dot(&apart);
-    }
-
-    /// u of a point against a plane (eq. 10a).
-    #[inline]
-    fn flat_motion(&self, a: (&Pose, &Pose), b: Option<(&Pose, &Pose)>, h: f64) -> Vector3<f64> {
+        if self.features.curved.is_some() {
+            return self.round_motion(a, b, h);
+        }
         let (normal, radius) = (self.normal(), self.features.radius);
         let mut arm = self.arm;
         if radius > 0.0 {
@@ -362,6 +329,21 @@ impl Contact {
         }
         let gap = self.features.frame.column(2).dot(&after) - self.features.offset - radius;
         slip_and_gap(&normal, &moved, gap) / h
+    }
+
+    /// How fast the [surfaces](World::with_surface) of `world` carry what touches in a step from `states`: that of A less that of B across
+    /// the normal, m/s, world. It comes to the slip of the law, so that what a conveyor takes along does
+    /// not slip.
+    #[must_use]
+    pub fn carried(&self, world: &World, states: &[State]) -> Vector3<f64> {
+        let surface = |of: Partner| {
+            let velocity = world.surface_of(of);
+            let state = of.body().and_then(|body| states.get(body));
+            state.map_or(velocity, |state| rotation(&state.attitude) * velocity)
+        };
+        let apart = surface(Partner::Body(self.key.body)) - surface(self.key.partner);
+        let normal = self.normal();
+        apart - normal * normal.dot(&apart)
     }
 
     /// u of two round features (eq. 10b).

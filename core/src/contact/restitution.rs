@@ -149,7 +149,8 @@ impl Contact {
     }
 
     /// The motion that the law of the contact speaks of, m/s, world, where `u` is its
-    /// [motion](Contact::motion) over the step `states` → `next` of `world`: along the normal the smaller
+    /// [motion](Contact::motion) over the step `states` → `next` of `world`: with what surfaces
+    /// [carry](Contact::carried), and along the normal the smaller
     /// one of the gap speed and what is left of the rebound (eq. 29).
     #[must_use]
     #[inline]
@@ -160,6 +161,21 @@ impl Contact {
         states: &[State],
         next: &[State],
     ) -> Vector3<f64> {
+        match self.bounces() || world.has_surfaces() {
+            true => self.changed_motion(u, world, states, next),
+            false => u,
+        }
+    }
+
+    /// The same of a contact that bounces or where surfaces move.
+    fn changed_motion(
+        &self,
+        u: Vector3<f64>,
+        world: &World,
+        states: &[State],
+        next: &[State],
+    ) -> Vector3<f64> {
+        let u = if world.has_surfaces() { u + self.carried(world, states) } else { u };
         if self.bounces() { self.bounded_motion(u, world, states, next) } else { u }
     }
 

@@ -18,7 +18,15 @@ pub(super) struct Driving {
 
 impl Driving {
     /// Sets the joints of `world` for the step `index` from `states`.
+    #[inline]
     pub(super) fn set(&self, world: &mut World, states: &[State], index: u64) {
+        if !(self.loads.is_empty() && self.courses.is_empty()) {
+            self.set_some(world, states, index);
+        }
+    }
+
+    #[inline(never)]
+    fn set_some(&self, world: &mut World, states: &[State], index: u64) {
         let h = world.time_step();
         let (from, to) = (index as f64 * h, (index + 1) as f64 * h);
         for (joint, load) in &self.loads {

@@ -28,15 +28,18 @@ pub(super) struct Stiffness {
 
 impl Stiffness {
     /// h ω (J12) of a step from `states` in which the joints of `world` have the forces `joints`; 0 without joints.
+    #[inline]
     pub(super) fn of_step(
         &mut self,
         world: &World,
         states: &[State],
         joints: &[JointForce],
     ) -> f64 {
-        if world.joints().is_empty() {
-            return 0.0;
-        }
+        if world.joints().is_empty() { 0.0 } else { self.of_joints(world, states, joints) }
+    }
+
+    #[inline(never)]
+    fn of_joints(&mut self, world: &World, states: &[State], joints: &[JointForce]) -> f64 {
         let bodies = world.bodies();
         self.of.clear();
         self.of.resize(bodies.len(), Matrix3::zeros());

@@ -112,9 +112,11 @@ impl Judge {
         }
         self.join(world, claim, forces);
         // What joins islands is known from here on; what surfaces did in them was counted by bodies.
-        for index in 0..self.budgets.len() {
-            let carried = std::mem::take(&mut self.budgets[index].carried);
-            self.budgets[self.islands.of(index)].gained -= carried;
+        if world.has_surfaces() {
+            for index in 0..self.budgets.len() {
+                let carried = std::mem::take(&mut self.budgets[index].carried);
+                self.budgets[self.islands.of(index)].gained -= carried;
+            }
         }
         let (lift, slow) = (world.gravity().norm() * h * accepted, REST * world.speed_scale());
         for (index, body) in world.bodies().iter().enumerate() {
@@ -154,8 +156,8 @@ impl Judge {
             let budget = &mut budgets[contact.key.body];
             budget.touches = true;
             budget.bounces |= contact.bounces();
-            if contact.is_carried() {
-                budget.carried -= h * force.dot(&contact.carried);
+            if world.has_surfaces() {
+                budget.carried -= h * force.dot(&contact.carried(world, claim.states));
             }
             &contact.key
         });

@@ -62,7 +62,6 @@ impl ContactRow {
         let placed = other.as_ref().map(|(body, pose)| (*body, pose));
         let mut contact = Contact::new(key, features, law, (body, &pose), placed);
         contact.rebound = self.rebound;
-        contact.carry(world, states);
         let size = body.reach() + pose.position.amax();
         if (pose.position + contact.arm - self.point).amax() > UNIT * size
             || (contact.normal() - self.normal).amax() > UNIT

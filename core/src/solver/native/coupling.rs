@@ -85,10 +85,6 @@ impl Coupling {
         let (normal, radius) = (contact.normal(), contact.features.radius);
         let tangential = share * contact.response.tangential;
         let across = 1.0 / tangential;
-        let mut offset = normal * approach(contact, time_step, level);
-        if contact.is_carried() {
-            offset += contact.carried;
-        }
         Self {
             lever: Lever {
                 centre: contact.features.point,
@@ -96,7 +92,7 @@ impl Coupling {
                 radius,
                 torque_map: contact.torque_map,
             },
-            offset,
+            offset: normal * approach(contact, time_step, level),
             rebound: contact.rebound,
             rows: Rows {
                 frame: contact.frame,

@@ -218,6 +218,13 @@ impl Setting {
         self.couplings.push(coupling);
     }
 
+    /// Adds what surfaces carry to the motion of the coupling that was admitted last, m/s.
+    pub(super) fn carry(&mut self, carried: &Vector3<f64>) {
+        if let Some(coupling) = self.couplings.last_mut() {
+            coupling.offset += carried;
+        }
+    }
+
     /// Makes all couplings give in all directions alike.
     pub(super) fn give_alike(&mut self) {
         self.all_give_alike = true;

@@ -148,13 +148,21 @@ impl Island {
         let (h, level) = (self.time_step, self.setting.tolerances.level);
         let round = contact.features.curved.map(|curved| {
             let approach = approach(contact, h, level);
-            let (way, carried) = (contact.way(), contact.carried);
+            let (way, carried) = (contact.way(), Vector3::zeros());
             self.rounds.push(Round { curved, way, approach, carried });
             self.rounds.len() - 1
         });
         self.links.push(Link { a, round, turn: None, b, source: Source::Contact });
         let share = self.members[a].share;
         self.setting.admit(Coupling::of_contact(contact, h, (share, level)));
+    }
+
+    /// Has surfaces carry what touches at the contact that was admitted last with `carried` (m/s, world).
+    pub(super) fn carry(&mut self, carried: Vector3<f64>) {
+        self.setting.carry(&carried);
+        if let Some(round) = self.links.last().and_then(|link| link.round) {
+            self.rounds[round].carried = carried;
+        }
     }
 
     /// Ties the bodies by the couplings that were admitted: no more are to come.

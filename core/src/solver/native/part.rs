@@ -142,11 +142,16 @@ impl Part {
     ) -> Result<(), Error> {
         let mut effort = Effort::new(step, island.bodies.len(), island.contacts.len());
         self.only = only(contacts, island);
+        let carries = step.world.has_surfaces();
         let outcome = if let Some(body) = self.only {
             let problem = alone(&mut self.alone, step.world);
             problem.equations.begin(step, body, island.unsettled);
             for &place in island.contacts {
                 problem.equations.admit(&contacts[place]);
+                if carries {
+                    let carried = contacts[place].carried(step.world, step.states);
+                    problem.equations.setting_mut().carry(&carried);
+                }
             }
             let mass = step.world.bodies()[body].mass();
             problem.solve(step, island, (mass, accepted), &mut effort)
@@ -155,6 +160,9 @@ impl Part {
             problem.equations.begin(step, island.bodies, island.unsettled);
             for &place in island.contacts {
                 problem.equations.admit(&contacts[place], |body| island.places[body]);
+                if carries {
+                    problem.equations.carry(contacts[place].carried(step.world, step.states));
+                }
             }
             for &joint in island.joints {
                 problem.equations.admit_joint(step, joint, |body| island.places[body]);
