@@ -230,6 +230,25 @@ fn a_run_without_joints_removes_their_table() {
     assert!(!Path::new(&out).join("joints.csv").exists());
 }
 
+/// The page has the joints with their places, the plots of a body the curves of its joints by name.
+#[test]
+fn pictures_show_joints() {
+    let (end, directory) = run_scenario(SCENE, &["--html", "--gif"]);
+    assert_eq!(end.code, Some(0), "{end:?}");
+    let out = directory.path().join("out");
+    let page = fs::read_to_string(out.join("view.html")).unwrap();
+    assert!(page.contains(r#""joints":[{"name":"shoulder","body":0,"anchor":[-0.18,0.0,0.0]"#));
+    assert!(out.join("animation.gif").exists());
+    let states = out.join("states.csv");
+    let drawn = run(&["plot", states.to_str().unwrap(), "--body", "tip"]);
+    assert_eq!(drawn.code, Some(0), "{drawn:?}");
+    let plot = fs::read_to_string(out.join("plot.svg")).unwrap();
+    for joint in ["weld", "ball"] {
+        assert!(plot.contains(&format!(">{joint}</text>")), "{joint}");
+    }
+    assert!(!plot.contains(">rail</text>") && plot.contains("no slide on this body"));
+}
+
 /// What is changed in `SCENE`, by what, and the words of the refusal.
 const BROKEN: &[(&str, &str, &[&str])] = &[
     ("type = \"revolute\"", "type = \"hinge\"", &["hinge", "revolute"]),
