@@ -267,8 +267,8 @@ class Trajectory:
         """Reads the tables that to_csv or the command line has written of a run of ``scene``, or of a
         part of one."""
         names = _TABLES if scene.joints else _TABLES[:3]
-        tables = ((Path(folder) / f"{name}.csv").read_bytes() for name in names)
-        return cls(scene, Recording.of_tables(scene, *tables))
+        tables = [(Path(folder) / f"{name}.csv").read_bytes() for name in names]
+        return cls(scene, _recording(scene, tables))
 
     def plot(self, path: Optional[Location] = None, *, sheet: str = "motion", body: Any = 0) -> Any:
         """Plots of a body over time, as SVG: motion and contact forces, or the "energy" sheet.
@@ -378,7 +378,13 @@ def contacts_frame(scene: Scene, contacts: Dict[str, Any]) -> "pd.DataFrame":
 
 
 def _restored(scene: Scene, tables: List[bytes], forces: Any) -> Trajectory:
-    return Trajectory(scene, Recording.of_tables(scene, *tables, forces=forces))
+    return Trajectory(scene, _recording(scene, tables, forces))
+
+
+def _recording(scene: Scene, tables: List[bytes], forces: Any = None) -> Recording:
+    states, contacts, steps, *others = tables
+    joints = others[0] if others else None
+    return Recording.of_tables(scene, states, contacts, steps, joints, forces)
 
 
 def by_name(

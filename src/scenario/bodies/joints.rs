@@ -293,12 +293,12 @@ impl Joints {
 }
 
 impl JointEntry {
-    /// What it is called, as an ending of what is wrong with it.
+    /// What it is called, as sentences about it say it.
     pub fn called(&self) -> String {
         self.name.as_ref().map_or(String::new(), |name| format!(" ({name})"))
     }
 
-    /// Refuses a name that no word of a table can be.
+    /// Its name, if it is given.
     pub fn name(&self) -> Option<&str> {
         self.name.as_deref()
     }
