@@ -1,6 +1,7 @@
 """Batches: the numbers of a loop, whatever the threads, and the caller's memory."""
 
 import os
+import pickle
 import signal
 import threading
 import time
@@ -210,3 +211,27 @@ def test_arrays_that_overlap_or_are_not_aligned_are_named(scene):
     starts[:] = starts_of(2)
     one, other = (tumble.rollout(scene, states, steps=4) for states in (starts, starts_of(2)))
     np.testing.assert_array_equal(one.states, other.states)
+
+
+def test_a_rollout_is_a_trajectory_with_the_same_numbers():
+    scene = tumble.drop(seed=3)
+    starts = np.repeat(scene.states[None], 3, axis=0)
+    starts[:, 0, 2] = [1.8, 2.0, 2.2]
+    pushes = np.zeros((1, 400, 1, 6))
+    pushes[..., 0] = 20.0
+    friction = np.array([0.1, 0.3, 0.6])
+    batch = tumble.rollout(scene, starts, pushes, parameters={"friction": friction})
+    for index in range(3):
+        run = batch.trajectory(index)
+        assert run.scene.friction == friction[index]
+        assert np.array_equal(run.states[1:], batch.states[index])
+        assert np.array_equal(run.forces, batch.forces[index])
+        assert np.array_equal(run.residuals, batch.residuals[index])
+        assert len(run.contacts["k"]) > 0
+    again = pickle.loads(pickle.dumps(batch))
+    assert np.array_equal(again.trajectory(1).states, batch.trajectory(1).states)
+    with pytest.raises(tumble.TumbleError, match="index is 3; a whole number from 0 to 2"):
+        batch.trajectory(3)
+    heavy = tumble.rollout(scene, starts, steps=5, parameters={"mass": np.full((3, 1), 20.0)})
+    with pytest.raises(tumble.TumbleError, match="each its own mass"):
+        heavy.trajectory(0)

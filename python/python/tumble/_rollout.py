@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from math import prod
-from typing import TYPE_CHECKING, Any, Dict, List, Mapping, NamedTuple, Optional
+from typing import TYPE_CHECKING, Any, Dict, List, Mapping, NamedTuple, Optional, Tuple
 
 from ._arrays import apart, numbers, output
 from ._checks import room, whole
@@ -16,6 +16,8 @@ from ._tumble import rollout as _roll_out
 if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
+
+    from ._trajectory import Trajectory
 
     Floats = npt.NDArray[np.float64]
 
@@ -29,10 +31,16 @@ class Unsolved(NamedTuple):
     residual: float
 
 
-class Rollouts(NamedTuple):
-    """What came of B rollouts of T steps of N bodies. Arrays are numpy's, in C order: torch and jax
-    take them without a copy (``torch.from_dlpack``, ``jax.dlpack.from_dlpack``)."""
+class _Inputs(NamedTuple):
+    """What a batch was made of: arrays of as many rollouts as there are, or of one."""
 
+    scene: Scene
+    starts: "Floats"
+    pushes: Optional["Floats"]
+    values: List[Tuple[str, "Floats"]]
+
+
+class _Outputs(NamedTuple):
     states: "Floats"
     """The states after each step: (B, T, N, 13), each as in Trajectory.states."""
     forces: "Floats"
@@ -48,6 +56,37 @@ class Rollouts(NamedTuple):
     would have made energy."""
     counts: Dict[str, int]
     """How many steps ended in each way."""
+
+
+class Rollouts(_Outputs):
+    """What came of B rollouts of T steps of N bodies. Arrays are numpy's, in C order: torch and jax
+    take them without a copy (``torch.from_dlpack``, ``jax.dlpack.from_dlpack``)."""
+
+    _inputs: _Inputs
+
+    def trajectory(self, index: int) -> "Trajectory":
+        """Rollout ``index`` as a trajectory, with its contacts: it is simulated again, to the same
+        bits.
+
+        :raises TumbleError: for an index that is not there, and where the rollouts had each its own
+            mass, inertia, gravity or another constant that no keyword of a scene sets.
+        """
+        rollouts, steps = self.status.shape
+        index = whole("index", index, 0, rollouts - 1)
+        scene, starts, pushes, values = self._inputs
+        text, path, settings = scene._source
+        settings = dict(settings)
+        for name, array in values:
+            if name not in ("friction", "restitution", "time_step"):
+                raise TumbleError(
+                    f"trajectory: the rollouts had each its own {name}, which is no setting of a scene; "
+                    "states and forces have their numbers"
+                )
+            settings[name] = float(array[index])
+        scene = Scene.from_text(text, path, **settings)
+        start = starts[index if len(starts) > 1 else 0]
+        push = None if pushes is None else pushes[index if len(pushes) > 1 else 0]
+        return scene.simulate(start).run(steps, push)
 
 
 def rollout(
@@ -151,7 +190,8 @@ def rollout(
         arrays["status"],
         callback(progress),
     )
-    return Rollouts(
+    made_of = _Inputs(scene, starts, pushes, values)
+    done = Rollouts(
         arrays["states"],
         arrays["forces"],
         arrays["residuals"],
@@ -160,6 +200,8 @@ def rollout(
         tempered,
         dict(zip(STATUSES, counts)),
     )
+    done._inputs = made_of
+    return done
 
 
 def _starts(scene: Scene, states: Any, bodies: int) -> "Floats":
