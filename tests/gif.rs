@@ -259,5 +259,6 @@ fn bad_options_and_files_end_with_code_2_and_leave_no_file() {
     refused(&["--out", "other", "--steps", "60000", "--gif"], here, "--gif-speed");
     refused(&["--out", "other", "--steps", "600000", "--gif", "--gif-speed", "99"], here, "rows");
     assert!(!here.join("other").exists());
-    assert_eq!(fs::read_dir(here.join("out")).unwrap().count(), 2);
+    // trajectory.csv, run.json and state.bin.
+    assert_eq!(fs::read_dir(here.join("out")).unwrap().count(), 3);
 }
