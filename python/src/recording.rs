@@ -2,7 +2,7 @@
 
 use crate::arrays::{numbers, shaped};
 use crate::errors::refused;
-use crate::scene::Scene;
+use crate::scene::{Scene, in_python};
 use crate::watch::Watched;
 use nalgebra::Vector3;
 use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
@@ -16,6 +16,7 @@ use tumble::film::{self, Cast, Keys, Role};
 use tumble::joint::JointResidual;
 use tumble::mechanics::State;
 use tumble::scenario::model::BodyModel;
+use tumble::scenario::run_file::RunFile;
 use tumble::scenario::scene::{OutputFormat, Scene as Content};
 use tumble::simulation::StepRecord;
 use tumble::simulation::tables::{
@@ -39,6 +40,8 @@ pub struct Recording {
     pub forces: Vec<Vector3<f64>>,
     /// Whether the rows have their contacts.
     pub has_contacts: bool,
+    /// Whether nothing moved it but what the scene says.
+    pub is_of_scene: bool,
 }
 
 /// Adds to `sums` those of the forces on each body in a step.
@@ -94,7 +97,8 @@ impl Recording {
             }
             sums = given;
         }
-        Ok(Self { content, rows, forces: sums, has_contacts })
+        // What moved it is not in the tables.
+        Ok(Self { content, rows, forces: sums, has_contacts, is_of_scene: false })
     }
 
     /// The bytes that a step of so many bodies and joints takes at least.
@@ -124,7 +128,21 @@ impl Recording {
         let bodies = self.content.world.bodies().len();
         let forces = self.forces[first * bodies..(end - 1) * bodies].to_vec();
         let content = Arc::clone(&self.content);
-        Ok(Self { content, rows, forces, has_contacts: self.has_contacts })
+        let Self { has_contacts, is_of_scene, .. } = *self;
+        Ok(Self { content, rows, forces, has_contacts, is_of_scene })
+    }
+
+    /// The run.json beside the tables; None where it could not say what was simulated: of a run that
+    /// begins later, or that something moved which the scene does not know, and of a scene of `[body]`.
+    fn run_json<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyBytes>>> {
+        let is_told = self.is_of_scene && self.has_contacts;
+        if !is_told || self.rows.first().is_none_or(|first| first.row.index != 0) {
+            return Ok(None);
+        }
+        let Some(file) = RunFile::of_rows(&self.content, &self.rows).map_err(in_python)? else {
+            return Ok(None);
+        };
+        Ok(Some(PyBytes::new(py, file.text().map_err(in_python)?.as_bytes())))
     }
 
     /// Whether the contacts were recorded.

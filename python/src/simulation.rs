@@ -47,10 +47,13 @@ pub struct Simulation {
 struct Running {
     simulation: simulation::Simulation<'static>,
     record: StepRecord,
+    /// Whether nothing moved it so far but what the scene says.
+    is_of_scene: bool,
 }
 
 impl Running {
     fn set_wrenches(&mut self, numbers: &[f64]) -> Result<(), Error> {
+        self.is_of_scene &= numbers.iter().all(|number| *number == 0.0);
         numbers.chunks_exact(6).enumerate().try_for_each(|(body, six)| {
             let (force, torque) = six.split_at(3);
             let wrench = Wrench {
@@ -126,14 +129,15 @@ impl Simulation {
         simulation.set_index(index).map_err(refused)?;
         let interrupt = Arc::new(AtomicBool::new(false));
         simulation.interrupt_by(Arc::clone(&interrupt));
-        let running = Mutex::new(Running { simulation, record: StepRecord::new() });
+        let running =
+            Mutex::new(Running { simulation, record: StepRecord::new(), is_of_scene: true });
         let (threads, process) = (threads.get() > 1, std::process::id());
         Ok(Self { content, running, interrupt, threads, process })
     }
 
     /// Where it is, as bytes.
     fn saved<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
-        let Running { simulation, record } = self.running();
+        let Running { simulation, record, .. } = self.running();
         let notes = (NOTES, &record.states, &record.contacts, &record.solution);
         let notes = to_bytes(&notes).map_err(refused)?;
         let saved = simulation.save().with_notes(notes).to_bytes().map_err(refused)?;
@@ -143,7 +147,8 @@ impl Simulation {
     /// Goes on from where the bytes of `saved`, or of the command line's state.bin, are.
     fn go_on(&mut self, bytes: &[u8]) -> PyResult<()> {
         let saved = Saved::from_bytes(bytes).map_err(refused)?;
-        let Running { simulation, record } = self.running();
+        let Running { simulation, record, is_of_scene } = self.running();
+        *is_of_scene = false;
         simulation.restore(&saved).map_err(refused)?;
         *record = StepRecord::new();
         // What the command line saves tells nothing of the last step.
@@ -159,19 +164,19 @@ impl Simulation {
     /// Sets the states (N, 13) now.
     fn exchange_all(&mut self, states: PyReadonlyArrayDyn<'_, f64>) -> PyResult<()> {
         let states = to_states("states", &states)?;
-        self.running().simulation.set_states(&states).map_err(refused)
+        self.moved().simulation.set_states(&states).map_err(refused)
     }
 
     /// Sets the state (13,) of a body now.
     fn exchange(&mut self, body: usize, state: PyReadonlyArrayDyn<'_, f64>) -> PyResult<()> {
         let states = to_states("state", &state)?;
         let [state] = states[..] else { return Err(refused("state: 13 numbers are needed")) };
-        self.running().simulation.set_state(body, state).map_err(refused)
+        self.moved().simulation.set_state(body, state).map_err(refused)
     }
 
     /// Holds a body where it is, or lets it go.
     fn keep(&mut self, body: usize, held: bool) -> PyResult<()> {
-        self.running().simulation.hold_body(body, held).map_err(refused)
+        self.moved().simulation.hold_body(body, held).map_err(refused)
     }
 
     /// The indices of the bodies that are held.
@@ -246,13 +251,13 @@ impl Simulation {
             (None, Some(target)) => Some(Motor::Position { target, stiffness, damping, most }),
             (None, None) => None,
         };
-        let simulation = &mut self.running().simulation;
+        let simulation = &mut self.moved().simulation;
         simulation.set_motor(joint, joint_axis(axis), motor).map_err(refused)
     }
 
     /// Sets the constant force along an axis of a joint, N or N m.
     fn put_force(&mut self, joint: usize, axis: usize, force: f64) -> PyResult<()> {
-        let simulation = &mut self.running().simulation;
+        let simulation = &mut self.moved().simulation;
         let of = simulation.world().joints().get(joint);
         let axes = of.map(|of| of.linear().iter().chain(of.angular()).copied());
         let drive = match axes.and_then(|mut axes| axes.nth(axis)) {
@@ -275,7 +280,7 @@ impl Simulation {
     /// each.
     #[getter]
     fn joint_columns<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let Running { simulation, record } = &*self.running();
+        let Running { simulation, record, .. } = &*self.running();
         let mut end = StepRecord::new();
         simulation.end(&mut end);
         let world = simulation.world();
@@ -327,10 +332,12 @@ impl Simulation {
             rows: Vec::new(),
             forces: Vec::new(),
             has_contacts: contacts,
+            is_of_scene: true,
         };
         let ended = watched.run(py, || running.run(steps, pushes, &mut recording, &done));
         let ended = ended.and_then(|ended| ended.map_err(|error| of_step(&error)));
         recording.rows.push(running.end());
+        recording.is_of_scene = running.is_of_scene;
         Ok((recording, ended.err().map(|raised| raised.into_value(py))))
     }
 }
@@ -338,6 +345,13 @@ impl Simulation {
 impl Simulation {
     fn running(&mut self) -> &mut Running {
         self.running.get_mut().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The same, moved by more than the scene says.
+    fn moved(&mut self) -> &mut Running {
+        let running = self.running();
+        running.is_of_scene = false;
+        running
     }
 
     /// Whether the threads are those of the process that this one was forked from.

@@ -65,6 +65,42 @@ def test_dask_makes_the_bytes_of_one_process_though_a_worker_is_lost(monkeypatch
     assert ends.tobytes() == alone.tobytes()
 
 
+def test_the_command_line_verifies_and_shows_the_tables_of_a_run(root, tmp_path):
+    program = os.environ.get("TUMBLE") or shutil.which("tumble")
+    if program is None:
+        pytest.skip("TUMBLE does not name the program of the command line")
+
+    def tumbled(*arguments):
+        return subprocess.run([program, *arguments], capture_output=True, text=True, timeout=120)
+
+    def files(name):
+        return sorted(file.name for file in (tmp_path / name).iterdir())
+
+    for name in ("pushed-tower", "four-bar", "card-house"):
+        scene = tumble.load(root / "scenarios" / f"{name}.toml")
+        scene.run(60).to_csv(tmp_path / name)
+        states = str(tmp_path / name / "states.csv")
+        done = tumbled("verify", states)
+        assert done.returncode == 0, done.stdout + done.stderr
+        assert tumbled("view", states, "--quiet").returncode == 0
+        assert "view.html" in files(name)
+    # From other states than the file's.
+    scene = tumble.load(root / "scenarios" / "stack.toml")
+    starts = scene.states.copy()
+    starts[:, 7] = np.linspace(0.0, 0.1, len(starts))
+    scene.simulate(starts).run(40).to_csv(tmp_path / "stack")
+    assert tumbled("verify", str(tmp_path / "stack" / "states.csv")).returncode == 0
+    # What the scene does not know moves it: no run.json says otherwise.
+    simulation = scene.simulate()
+    pushes = np.zeros((len(starts), 6))
+    pushes[-1, 0] = 1.0
+    simulation.step(pushes)
+    scene.simulate().run(5, np.broadcast_to(pushes, (5, *pushes.shape))).to_csv(tmp_path / "stack")
+    assert files("stack") == ["contacts.csv", "states.csv", "steps.csv"]
+    simulation.run(5).to_csv(tmp_path / "later")
+    assert "run.json" not in files("later")
+
+
 def test_the_slurm_script_makes_the_bytes_of_one_run(root, tmp_path):
     program = os.environ.get("TUMBLE") or shutil.which("tumble")
     if program is None:

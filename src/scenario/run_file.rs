@@ -5,7 +5,7 @@ use super::contact::{Contact, IPOPT_VERSION};
 use super::failure::Failure;
 use super::fields::{self, Exactly, Numbers, by_rows, matrix, numbers};
 use super::joints_summary::JointsSummary;
-use super::model::Model;
+use super::model::{Model, Start};
 use super::parameters::{LoadParameters, PlaneParameters, unnamed_rotation};
 use super::physics::plane;
 use super::scene::{OutputFormat, Scene};
@@ -14,7 +14,8 @@ use super::shown;
 use crate::mechanics::body::box_corners;
 use crate::mechanics::{Load, Rotation, State};
 use crate::simulation::scene as tutorial;
-use crate::simulation::summary::RunSummary;
+use crate::simulation::summary::{Counted, RunSummary};
+use crate::simulation::tables::{StepRow, TableStep};
 use crate::step_nlp::SMOOTHING;
 use crate::world::{Plane, World};
 use nalgebra::Vector3;
@@ -377,6 +378,48 @@ impl RunFile {
             largest_overlap_m: tables.map(|_| run.largest_overlap),
             joints: run.joints,
         })
+    }
+
+    /// That of a run of `scene` from its step 0 whose rows these are, a state without a step at last: it is
+    /// complete, whatever was asked for. None of a scene of `[body]`, whose run.json stands beside another
+    /// table, nor without rows.
+    ///
+    /// # Errors
+    /// As [`RunFile::of`].
+    pub fn of_rows(scene: &Scene, rows: &[TableStep]) -> Result<Option<Self>, Failure> {
+        let (OutputFormat::Tables(_), Some(first)) = (&scene.format, rows.first()) else {
+            return Ok(None);
+        };
+        let (mut summary, mut joints) = (RunSummary::default(), JointsSummary::default());
+        let mut largest_overlap = 0.0_f64;
+        for (place, step) in rows.iter().enumerate() {
+            let StepRow { index, status, iterations, residual, restitution_share, .. } = step.row;
+            let part = "";
+            summary.count(&Counted {
+                index,
+                status,
+                iterations,
+                residual,
+                part,
+                restitution_share,
+            });
+            largest_overlap = largest_overlap.max(step.row.overlap);
+            if place > 0 {
+                joints.add_errors(&scene.world, &step.states);
+            }
+            for joint in &step.joints {
+                joints.add_residual(joint.residual.locked, joint.residual.drive);
+            }
+        }
+        let joints = (!scene.joints.is_empty()).then_some(joints);
+        let (outcome, summary, seconds) = ("complete", &summary, 0.0);
+        let mut file =
+            Self::of(scene, &Ended { outcome, summary, seconds, largest_overlap, joints })?;
+        file.steps = Some(rows.len() as u64);
+        for (body, state) in file.model.iter_mut().flat_map(|m| &mut m.bodies).zip(&first.states) {
+            body.start = Start::of(state);
+        }
+        Ok(Some(file))
     }
 
     /// The seed, where anything of the start was drawn from it.

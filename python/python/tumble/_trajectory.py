@@ -255,12 +255,21 @@ class Trajectory:
 
     def to_csv(self, folder: Location) -> List[Path]:
         """Writes states.csv, contacts.csv, steps.csv, and of a scene with joints joints.csv, which read
-        back to the same doubles."""
+        back to the same doubles; and run.json, with which the command line verifies and shows them.
+
+        A run.json says what was simulated: there is none, and one of before is removed, where the run
+        does not begin at step 0, where more moved it than the scene says (wrenches, motors or states
+        set on the way), and of scenes written with ``[body]``."""
         self._need_contacts("to_csv")
         folder = Path(folder)
         folder.mkdir(parents=True, exist_ok=True)
         tables = zip(_TABLES, self.recording.tables())
-        return [written(folder / f"{name}.csv", table) for name, table in tables]
+        files = [written(folder / f"{name}.csv", table) for name, table in tables]
+        run = self.recording.run_json()
+        if run is None:
+            (folder / "run.json").unlink(missing_ok=True)
+            return files
+        return [*files, written(folder / "run.json", run)]
 
     @classmethod
     def from_csv(cls, scene: Scene, folder: Location) -> "Trajectory":
