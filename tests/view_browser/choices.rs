@@ -165,8 +165,10 @@ fn a_link_leads_to_a_time_and_a_picture_is_saved() {
                  .reduce((sum, canvas) => sum + canvas.width, 0)";
     assert_eq!(browser.run(views), wide);
     assert!(bytes.len() > 10_000, "{} bytes", bytes.len());
-    let shots = PathBuf::from(env!("CARGO_TARGET_TMPDIR"));
-    fs::copy(&picture, shots.parent().unwrap().join("view-screenshots/saved.png")).unwrap();
+    let target = PathBuf::from(env!("CARGO_TARGET_TMPDIR"));
+    let shots = target.parent().unwrap().join("view-screenshots");
+    fs::create_dir_all(&shots).unwrap();
+    fs::copy(&picture, shots.join("saved.png")).unwrap();
     browser.assert_quiet();
 }
 
