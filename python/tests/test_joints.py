@@ -37,7 +37,7 @@ def test_a_scene_has_its_joints():
 def test_tables_and_copies_keep_joints(tmp_path):
     run = pendulum().run(20)
     files = [file.name for file in run.to_csv(tmp_path)]
-    assert files == ["states.csv", "contacts.csv", "steps.csv", "joints.csv"]
+    assert files == ["states.csv", "contacts.csv", "steps.csv", "joints.csv", "run.json"]
     for other in (tumble.Trajectory.from_csv(run.scene, tmp_path), pickle.loads(pickle.dumps(run))):
         for name, column in run.joints["pin"].items():
             np.testing.assert_array_equal(other.joints["pin"][name], column)

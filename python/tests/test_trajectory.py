@@ -52,7 +52,7 @@ def test_inner_forces_are_opposite(stack):
 
 def test_tables_read_back_to_the_same_doubles(stack, tmp_path):
     files = stack.to_csv(tmp_path / "out")
-    assert [file.name for file in files] == ["states.csv", "contacts.csv", "steps.csv"]
+    assert [file.name for file in files] == ["states.csv", "contacts.csv", "steps.csv", "run.json"]
     read = tumble.Trajectory.from_csv(stack.scene, tmp_path / "out")
     np.testing.assert_array_equal(read.states, stack.states)
     np.testing.assert_array_equal(read.forces, stack.forces)

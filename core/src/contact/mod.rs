@@ -1,7 +1,7 @@
 //! Contact as a value: a point of one body against a plane of another, for one step.
 //!
 //! A [`Contact`] is made anew in every step by [`detection`] and holds all that the contact
-//! [`law`] needs to know of the two bodies. The [solvers](crate::solver) find its force, the
+//! [`law`] needs to know of the two bodies. The solvers find its force, the
 //! [`certificate`] judges it.
 //!
 //! With body A's point a (rounded by a radius ρ) and the plane n·x = d of B,

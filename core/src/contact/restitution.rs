@@ -30,7 +30,7 @@
 //!
 //! With friction, Newton's law can make energy (Kane's paradox): each contact's speeds are
 //! prescribed one by one, whatever the others do. [`Contact::impact_work`] adds W up; the
-//! [simulation](crate::simulation) takes a part of e, the largest at which W ≤ 0, where it would be
+//! simulation takes a part of e, the largest at which W ≤ 0, where it would be
 //! positive.
 
 use super::{Contact, Partner};

@@ -1,7 +1,7 @@
 //! The simulation loop: one step after another, each with its report and certificate.
 //!
 //! A step is free flight, [detection](crate::contact::detection) of the contacts, a
-//! [solver](crate::solver) for their forces, and the
+//! solver for their forces, and the
 //! [certificate](crate::contact::certificate) that judges the answer. Around it: starts
 //! ([`scene`], [`random`]), what is kept of a step ([`record`]) and of a run ([`summary`]).
 
@@ -29,8 +29,6 @@ pub use save::Saved;
 pub use start::JOINT_AT_THE_START;
 
 use crate::contact::certificate::{Certifier, Claim, certify_rk4_step};
-#[cfg(doc)]
-use crate::contact::detection::CONTACT_BAND;
 use crate::contact::{Candidates, Certificate, Detection, Memory, rounding};
 use crate::error::Error;
 use crate::joint::JointForce;
@@ -162,7 +160,7 @@ impl<'a> Simulation<'a> {
     /// # Errors
     /// Another number of states than bodies; a state that [`State::checked`] refuses; pieces that
     /// overlap by more than [a start may](Candidates::overlap_at_start); with [`Motion::Contact`], a
-    /// contact point deeper below the ground than the [contact band](CONTACT_BAND). Both is 5 mm for a
+    /// contact point deeper below the ground than the [contact band](crate::contact::detection::CONTACT_BAND). Both is 5 mm for a
     /// reach of 1 m: a step takes every point out of what it is in, with the speed that this needs, a
     /// thousand metres a second for three metres. Within the band lie the states of recorded runs,
     /// which a run may start from again.

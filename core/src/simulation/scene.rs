@@ -1,5 +1,5 @@
 //! The two scenes of the tutorial: constants for a [world](crate::world) and starts for a
-//! [simulation](crate::simulation).
+//! simulation.
 
 use super::random::random_attitude;
 use crate::contact::Plane;

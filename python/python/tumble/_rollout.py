@@ -65,10 +65,9 @@ class Rollouts(_Outputs):
     _inputs: _Inputs
 
     def trajectory(self, index: int) -> "Trajectory":
-        """Rollout ``index`` as a trajectory, with its contacts: it is simulated again, to the same
-        bits.
+        """One rollout as a trajectory, with its contacts: it is simulated again, to the same bits.
 
-        :raises TumbleError: for an index that is not there, and where the rollouts had each its own
+        :raises TumbleError: for a rollout that is not there, and where the rollouts had each its own
             mass, inertia, gravity or another constant that no keyword of a scene sets.
         """
         rollouts, steps = self.status.shape
