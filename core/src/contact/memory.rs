@@ -9,6 +9,7 @@ use crate::geometry::{Aabb, Hint};
 use crate::mechanics::{Pose, State};
 #[cfg(feature = "save")]
 use crate::world::World;
+use crate::world::without;
 use nalgebra::{Matrix3, Vector3};
 use std::ops::Range;
 
@@ -180,15 +181,6 @@ impl Memory {
             true
         });
         *joined = joined.iter().filter_map(renumbered).collect();
-    }
-}
-
-/// The number of body `index` when `removed` is taken out.
-pub(crate) fn without(index: usize, removed: usize) -> Option<usize> {
-    match index.cmp(&removed) {
-        std::cmp::Ordering::Less => Some(index),
-        std::cmp::Ordering::Equal => None,
-        std::cmp::Ordering::Greater => Some(index - 1),
     }
 }
 

@@ -40,7 +40,7 @@ pub use curved::Curved;
 pub use detection::Detection;
 pub use key_index::KeyIndex;
 pub use law::Response;
-pub(crate) use memory::{Memory, without};
+pub(crate) use memory::Memory;
 pub use neighbours::Overlap;
 
 use crate::geometry::Feature;

@@ -4,12 +4,12 @@
 //! what did not touch a body that went goes on as if it had never been there.
 
 use super::{Outside, Simulation, start};
-use crate::contact::without;
 use crate::error::Error;
 use crate::mechanics::{RigidBody, State};
 use crate::simulation::Motion;
 use crate::step::{ContactForce, StepSolution};
 use crate::world::World;
+use crate::world::without;
 use nalgebra::Vector3;
 
 impl Simulation<'_> {
