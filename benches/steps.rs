@@ -9,7 +9,7 @@ use std::hint::black_box;
 use tumble::contact::{Candidates, Contact, Detection};
 use tumble::error::Error;
 use tumble::mechanics::{State, Wrench};
-use tumble::simulation::scene::{self, Scene};
+use tumble::simulation::scene::{self, TutorialScene};
 use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, MOST_ITERATIONS, Rung, TOLERANCE};
 use tumble::solver::native::NativeSolver;
@@ -34,7 +34,7 @@ fn simulation<'a>(
     world: &World,
     solver: Box<dyn StepSolver + 'a>,
 ) -> Result<Simulation<'a>, Error> {
-    let scene = Scene::drop();
+    let scene = TutorialScene::drop();
     let motion = Motion::Contact { detection: Detection::default(), solver };
     Simulation::new(world.clone(), [scene.start(scene.attitude(42))], motion)
 }

@@ -8,7 +8,7 @@ use std::time::Instant;
 use tumble::contact::detection::Detection;
 use tumble::error::Error;
 use tumble::ipopt::{BarrierStrategy, Options};
-use tumble::simulation::scene::{self, Scene};
+use tumble::simulation::scene::{self, TutorialScene};
 use tumble::simulation::summary::RunSummary;
 use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, MOST_ITERATIONS, Rung, TOLERANCE};
@@ -53,7 +53,7 @@ fn settings() -> Vec<Setting> {
 }
 
 fn run(world: &World, setting: &Setting, seed: u32) -> Result<RunSummary, Error> {
-    let scene = Scene::drop();
+    let scene = TutorialScene::drop();
     let ipopt = IpoptSolver::new(world, setting.formulation, setting.options.clone())?;
     let solver: Box<dyn StepSolver> = if setting.rungs.is_empty() {
         Box::new(ipopt)

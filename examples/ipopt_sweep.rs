@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Vector3};
 use std::process::ExitCode;
 use tumble::error::Error;
 use tumble::mechanics::{RigidBody, State, Wrench};
-use tumble::simulation::scene::{self, Scene};
+use tumble::simulation::scene::{self, TutorialScene};
 use tumble::simulation::summary::RunSummary;
 use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, MOST_ITERATIONS, Rung, TOLERANCE};
@@ -58,7 +58,7 @@ fn variants() -> Vec<(String, Variant)> {
 
 fn run(variant: &Variant, seed: u32) -> Result<RunSummary, Error> {
     let Variant { friction, mass, inertia, force, size } = *variant;
-    let (scene, time) = (Scene::drop(), size.sqrt());
+    let (scene, time) = (TutorialScene::drop(), size.sqrt());
     let half_sides = Vector3::repeat(scene::CUBE_HALF_SIDE * size);
     let body = match inertia {
         None => RigidBody::solid_box(mass, half_sides)?,

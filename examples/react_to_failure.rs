@@ -10,7 +10,7 @@
 use std::collections::BTreeMap;
 use std::process::ExitCode;
 use tumble::error::Error;
-use tumble::simulation::scene::{Scene, tutorial_parameters};
+use tumble::simulation::scene::{TutorialScene, tutorial_parameters};
 use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::solver::ipopt::{Formulation, IpoptSolver, TOLERANCE};
 use tumble::step::StepStatus;
@@ -25,7 +25,7 @@ fn main() -> Result<ExitCode, Error> {
         eprintln!("a limit of iterations from 0 to 1000000 is needed, for example: 20");
         return Ok(ExitCode::from(2));
     };
-    let scene = Scene::drop();
+    let scene = TutorialScene::drop();
     let world = World::new(tutorial_parameters()?)?;
     let options = IpoptSolver::options(TOLERANCE, limit);
     let ipopt = Motion::contact(IpoptSolver::new(&world, Formulation::default(), options)?);

@@ -12,7 +12,7 @@ use std::process::ExitCode;
 use std::time::Instant;
 use tumble::mechanics::State;
 use tumble::rollout::{Batch, Outputs, Report, Watch, roll_out};
-use tumble::simulation::scene::{Scene, tutorial_parameters};
+use tumble::simulation::scene::{TutorialScene, tutorial_parameters};
 use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::world::World;
 
@@ -20,7 +20,7 @@ use tumble::world::World;
 const ROUNDS: usize = 9;
 
 fn start(seed: usize) -> State {
-    let scene = Scene::drop();
+    let scene = TutorialScene::drop();
     let mut start = scene.start(scene.attitude(seed as u32));
     // Near the ground, so that most steps are in contact.
     start.position[2] = 1.8;

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use std::time::Instant;
 use tumble::contact::detection::Detection;
 use tumble::error::Error;
-use tumble::simulation::scene::{self, Scene};
+use tumble::simulation::scene::{self, TutorialScene};
 use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, MOST_ITERATIONS, Rung, TOLERANCE};
 use tumble::solver::native::NativeSolver;
@@ -86,7 +86,7 @@ fn solver(world: &World, who: Who) -> Result<Box<dyn StepSolver>, Error> {
 
 /// At most `most` steps of the throw with `seed`.
 fn throw(who: Who, seed: u32, most: u64, counts: &mut Counts) -> Result<u64, Error> {
-    let (world, scene) = (world()?, Scene::drop());
+    let (world, scene) = (world()?, TutorialScene::drop());
     let start = scene.start(scene.attitude(seed));
     let mut record = StepRecord::new();
     let solver = solver(&world, who)?;

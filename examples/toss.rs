@@ -4,13 +4,13 @@
 //! `cargo run --release --example toss`
 
 use tumble::error::Error;
-use tumble::simulation::scene::{Scene, tutorial_parameters};
+use tumble::simulation::scene::{TutorialScene, tutorial_parameters};
 use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::step::StepStatus;
 use tumble::world::World;
 
 fn main() -> Result<(), Error> {
-    let scene = Scene::drop();
+    let scene = TutorialScene::drop();
     let world = World::new(tutorial_parameters()?)?;
     let motion = Motion::native(&world);
     let start = scene.start(scene.attitude(42));

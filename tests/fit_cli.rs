@@ -10,7 +10,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use synthetic::model;
 use tempfile::TempDir;
-use tumble::fit::{Parameter, Toss};
+use tumble::fit::{Constant, Toss};
 
 const SCENE: &str = "
 [ground]
@@ -36,7 +36,7 @@ impl Bench {
         fs::write(folder.path().join("cube.toml"), SCENE).unwrap();
         fs::create_dir(folder.path().join("tosses")).unwrap();
         let values = model().values();
-        let values = values.with(Parameter::Friction, 0.25).with(Parameter::Restitution, 0.2);
+        let values = values.with(Constant::Friction, 0.25).with(Constant::Restitution, 0.2);
         let tosses = synthetic::tosses(&values, 6, 1e-4, 1);
         fs::write(folder.path().join("tosses/some.csv"), table(&tosses)).unwrap();
         Self { folder }
@@ -167,8 +167,8 @@ fn the_found_scenario_simulates_what_was_scored() {
         .map(|row| row.map(|row| at.map(|column| row[column].parse().unwrap())).unwrap())
         .collect();
     let model = model();
-    let values = model.values().with(Parameter::Radius, 0.004);
-    let values = values.with(Parameter::Friction, 0.25).with(Parameter::Restitution, 0.2);
+    let values = model.values().with(Constant::Radius, 0.004);
+    let values = values.with(Constant::Friction, 0.25).with(Constant::Restitution, 0.2);
     let bytes = fs::read(bench.path("tosses/some.csv")).unwrap();
     let toss = tumble::fit::recording::read_csv(&bytes).unwrap().remove(0);
     let protocol = tumble::fit::Protocol::new(&model, 4);

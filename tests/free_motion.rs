@@ -14,7 +14,7 @@ use tumble::ipopt::Options;
 use tumble::mechanics::dynamics::{free_flight, rk4_step};
 use tumble::mechanics::quaternion::rotation;
 use tumble::mechanics::{RigidBody, Rotation, State, Wrench};
-use tumble::simulation::scene::Scene;
+use tumble::simulation::scene::TutorialScene;
 use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::solver::ipopt::{Formulation, IpoptSolver};
 use tumble::step::{StepSolution, StepStatus};
@@ -37,7 +37,7 @@ fn flight(start: State) -> Simulation<'static> {
 fn the_flight_to_the_ground_is_the_tutorials() {
     for seed in SEEDS {
         let rows = tutorial_rows(seed);
-        let scene = Scene::drop();
+        let scene = TutorialScene::drop();
         let start = scene.start(scene.attitude(seed));
         assert!((start.to_vector() - rows[0].state().to_vector()).amax() < 3e-16, "seed {seed}");
         let mut whole = flight(start);
@@ -83,7 +83,7 @@ fn ipopt_in_the_air_finds_free_flight_and_no_force() {
         let options = Options { tolerance: 1e-8, ..Options::default() };
         let mut solver = IpoptSolver::new(&world, formulation, options).unwrap();
         for seed in SEEDS {
-            let state = Scene::drop().start(Scene::drop().attitude(seed));
+            let state = TutorialScene::drop().start(TutorialScene::drop().attitude(seed));
             let (step, start) = ((&state, &wrench), StepSolution::free(&[state]));
             let (report, solution) = solve(&mut solver, &world, step, &[], &start);
             assert_eq!(report.status, StepStatus::Converged, "{formulation:?} {seed}");

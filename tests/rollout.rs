@@ -12,7 +12,7 @@ use toss::*;
 use tumble::error::Error;
 use tumble::geometry::Piece;
 use tumble::mechanics::{RigidBody, State, Wrench};
-use tumble::rollout::{Batch, Outputs, Parameter, Report, RolloutError, Values, Watch, roll_out};
+use tumble::rollout::{Batch, Constant, Outputs, Report, RolloutError, Varied, Watch, roll_out};
 use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::step::{Step, StepReport, StepSolution, StepSolver, StepStatus};
 use tumble::world::{Parameters, Partner, Plane, World};
@@ -126,11 +126,11 @@ fn a_batch_has_the_numbers_of_a_loop_on_any_number_of_threads() {
     let gravity: Vec<f64> = (0..B).flat_map(|b| [0.1 * b as f64, 0.0, -9.0]).collect();
     let time_step: Vec<f64> = (0..B).map(|b| 0.001 * (b + 1) as f64).collect();
     let parameters = [
-        Values { parameter: Parameter::Friction, values: &friction },
-        Values { parameter: Parameter::Restitution, values: &restitution },
-        Values { parameter: Parameter::Mass, values: &mass },
-        Values { parameter: Parameter::Gravity, values: &gravity },
-        Values { parameter: Parameter::TimeStep, values: &time_step },
+        Varied { constant: Constant::Friction, values: &friction },
+        Varied { constant: Constant::Restitution, values: &restitution },
+        Varied { constant: Constant::Mass, values: &mass },
+        Varied { constant: Constant::Gravity, values: &gravity },
+        Varied { constant: Constant::TimeStep, values: &time_step },
     ];
     let start_numbers = numbers(&starts);
     let batch =
@@ -241,7 +241,7 @@ fn arrays_of_other_lengths_and_odd_rollouts_are_refused_by_name() {
     assert!(refused(&Batch { steps: 0, ..good }).starts_with("steps of a rollout: 0"));
     assert!(refused(&Batch { rollouts: 0, ..good }).starts_with("rollouts: 0"));
     let values = [0.1, 0.2, -0.3, 11.0, 0.5];
-    let with = |values| [Values { parameter: Parameter::Friction, values }];
+    let with = |values| [Varied { constant: Constant::Friction, values }];
     let parameters = with(&values[..4]);
     assert!(refused(&Batch { parameters: &parameters, ..good }).starts_with("friction: 4 given"));
     // The first of two, on any number of threads.
@@ -270,9 +270,9 @@ fn size_radius_and_ground_are_those_of_worlds_of_their_own() {
     };
     let (size, radius, ground) = ([1.0, 0.5, 0.8], [0.0, 0.05, 0.1], [0.0, 0.1, -0.2]);
     let parameters = [
-        Values { parameter: Parameter::Size, values: &size },
-        Values { parameter: Parameter::Radius, values: &radius },
-        Values { parameter: Parameter::Ground, values: &ground },
+        Varied { constant: Constant::Size, values: &size },
+        Varied { constant: Constant::Radius, values: &radius },
+        Varied { constant: Constant::Ground, values: &ground },
     ];
     let numbers = numbers(&[start]);
     let batch = Batch { parameters: &parameters, ..batch(&world, &numbers, 3) };
@@ -302,10 +302,10 @@ fn size_radius_and_ground_are_those_of_worlds_of_their_own() {
 #[test]
 fn constants_are_read_as_they_are_set() {
     let world = cube_world(SOLID);
-    for constant in Parameter::ALL {
+    for constant in Constant::ALL {
         let own = constant.of(&world);
         assert_eq!(own.len(), constant.width(1), "{constant:?}");
-        assert_eq!(Parameter::of_name(constant.name()), Some(constant));
+        assert_eq!(Constant::of_name(constant.name()), Some(constant));
         let set = world.with_constants(&[(constant, &own)]).unwrap();
         assert_eq!(constant.of(&set), own, "{constant:?}");
         let number = constant.one_number(&world);
@@ -313,22 +313,22 @@ fn constants_are_read_as_they_are_set() {
             assert!((a - b).abs() <= 1e-15 * b.abs(), "{constant:?}: {a}, {b}");
         }
     }
-    let refused = |world: &World, constant: Parameter| {
+    let refused = |world: &World, constant: Constant| {
         world.with_constants(&[(constant, &[0.5])]).unwrap_err().to_string()
     };
     let paired = world.clone().with_friction_between(0, Partner::Ground, 0.7).unwrap();
-    assert!(refused(&paired, Parameter::Friction).starts_with("friction: pairs of the world"));
-    assert!(paired.with_constants(&[(Parameter::Restitution, &[0.5])]).is_ok());
+    assert!(refused(&paired, Constant::Friction).starts_with("friction: pairs of the world"));
+    assert!(paired.with_constants(&[(Constant::Restitution, &[0.5])]).is_ok());
     let paired = world.clone().with_restitution_between(0, Partner::Ground, 0.7).unwrap();
-    assert!(refused(&paired, Parameter::Restitution).starts_with("restitution: pairs"));
+    assert!(refused(&paired, Constant::Restitution).starts_with("restitution: pairs"));
     let afloat = Parameters { ground: None, ..world.parameters().clone() };
     let afloat = World::new(afloat).unwrap();
-    assert!(refused(&afloat, Parameter::Ground).starts_with("ground: "));
-    let wide = world.with_constants(&[(Parameter::Radius, &[1.5])]).unwrap_err().to_string();
+    assert!(refused(&afloat, Constant::Ground).starts_with("ground: "));
+    let wide = world.with_constants(&[(Constant::Radius, &[1.5])]).unwrap_err().to_string();
     assert!(wide.starts_with("radius (m) is 1.5"), "{wide}");
     let ball = RigidBody::solid(1.0, &[Piece::sphere(0.1).unwrap()]).unwrap().0;
     let ball = World::new(Parameters { bodies: vec![ball], ..world.parameters().clone() }).unwrap();
-    assert!(refused(&ball, Parameter::Size).starts_with("size and radius: a body"));
+    assert!(refused(&ball, Constant::Size).starts_with("size and radius: a body"));
 }
 
 #[test]

@@ -9,7 +9,7 @@ use tumble::contact::certificate::{Claim, certify_rk4_step};
 use tumble::mechanics::dynamics::rk4_step;
 use tumble::mechanics::quaternion::{left, rotation};
 use tumble::mechanics::{RigidBody, State, Wrench};
-use tumble::simulation::scene::Scene;
+use tumble::simulation::scene::TutorialScene;
 use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::world::{Parameters, World};
 
@@ -25,7 +25,7 @@ fn turn(axis: &Vector3<f64>, angle: f64) -> Vector4<f64> {
 /// steps. The rest is rounding.
 #[test]
 fn the_floating_cube_follows_its_closed_form() {
-    let scene = Scene::floating();
+    let scene = TutorialScene::floating();
     let parameters =
         Parameters { gravity: scene.gravity, time_step: scene.time_step, ..tutorial_parameters() };
     let start = scene.start(scene.attitude(0));
@@ -151,7 +151,7 @@ fn the_certificate_of_a_floating_step_is_the_distance_from_the_truth() {
 /// y = ½ h |ω|, 2e-5 in a step of 0.1 s.
 #[test]
 fn a_long_step_keeps_the_quaternion_a_rotation() {
-    let scene = Scene::floating();
+    let scene = TutorialScene::floating();
     let start = scene.start(scene.attitude(0));
     let cube = &tutorial_parameters().bodies[0];
     let long = rk4_step(cube, &start, &Wrench::zero(), 0.1);

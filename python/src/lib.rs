@@ -19,7 +19,7 @@ fn tumble_module(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("has_ipopt", cfg!(feature = "ipopt"))?;
     let statuses = tumble::step::StepStatus::ALL.map(|status| status.name());
     module.add("STATUSES", statuses)?;
-    let parameters = tumble::rollout::Parameter::ALL.map(|parameter| parameter.name());
+    let parameters = tumble::rollout::Constant::ALL.map(|parameter| parameter.name());
     module.add("PARAMETERS", parameters)?;
     module.add("TumbleError", module.py().get_type::<errors::TumbleError>())?;
     module.add_class::<scene::Scene>()?;

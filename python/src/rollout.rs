@@ -11,7 +11,7 @@ use std::num::NonZeroUsize;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64};
 use tumble::error::Error;
-use tumble::rollout::{Batch, Outputs, Parameter, RolloutError, Values, Watch, roll_out};
+use tumble::rollout::{Batch, Constant, Outputs, RolloutError, Varied, Watch, roll_out};
 use tumble::world::World;
 
 /// Fewer steps than this, times bodies, are done by the calling thread, which is faster.
@@ -48,7 +48,7 @@ pub fn rollout(
     let threads = NonZeroUsize::new(threads).ok_or_else(|| refused("threads: 1 or more"))?;
     let mut varied = Vec::new();
     for (name, values) in &parameters {
-        varied.push(Values { parameter: parameter(name)?, values: numbers(name, values)? });
+        varied.push(Varied { constant: parameter(name)?, values: numbers(name, values)? });
     }
     let motion = |world: &World| content.motion(world);
     let batch = Batch {
@@ -97,10 +97,10 @@ pub fn parameter_shape(name: &str, bodies: usize) -> PyResult<Vec<usize>> {
     Ok(parameter(name)?.shape(bodies))
 }
 
-fn parameter(name: &str) -> PyResult<Parameter> {
-    let found = Parameter::ALL.into_iter().find(|parameter| parameter.name() == name);
+fn parameter(name: &str) -> PyResult<Constant> {
+    let found = Constant::ALL.into_iter().find(|parameter| parameter.name() == name);
     found.ok_or_else(|| {
-        let names = Parameter::ALL.map(Parameter::name).join(", ");
+        let names = Constant::ALL.map(Constant::name).join(", ");
         refused(format!("parameters: {name:?} is none; there are {names}"))
     })
 }

@@ -16,9 +16,9 @@ use serde::{Deserialize, Serialize};
 use std::path::Path;
 use std::time::Duration;
 use tumble::mechanics::State;
-use tumble::scenario::contact::Contact;
 use tumble::scenario::physics;
 use tumble::scenario::settings::Settings;
+use tumble::scenario::solver_choice::SolverChoice;
 use tumble::simulation::Simulation;
 use tumble::simulation::save::{Saved, from_bytes, to_bytes};
 use tumble::simulation::summary::RunSummary;
@@ -184,7 +184,7 @@ fn scene_of(run: &RunFile) -> Result<Scene, Failure> {
 }
 
 /// How the contact steps of a run are posed and solved; `None` without a ground.
-fn contact_of(solver: &SolverSettings) -> Result<Option<Contact>, Failure> {
+fn contact_of(solver: &SolverSettings) -> Result<Option<SolverChoice>, Failure> {
     if solver.name == "rk4" {
         return Ok(None);
     }
@@ -201,7 +201,7 @@ fn contact_of(solver: &SolverSettings) -> Result<Option<Contact>, Failure> {
             ..Settings::default()
         },
     };
-    Contact::new(&settings, SolverName::Native).map(Some)
+    SolverChoice::new(&settings, SolverName::Native).map(Some)
 }
 
 /// The choice that a field of the solver's settings names.

@@ -5,9 +5,9 @@ use super::choices::{SceneName, Shape, SolverName};
 use super::names::FileKind;
 use super::outcome::{Failure, refuse_flags};
 use super::{input, run_file, scenario};
-use tumble::scenario::contact::Contact;
 pub use tumble::scenario::scene::{OutputFormat, Scene};
 use tumble::scenario::settings::{Settings, polyline};
+use tumble::scenario::solver_choice::SolverChoice;
 
 /// With more contact points than this Ipopt takes more than 10 ms an iteration
 /// (docs/ipopt-path.md).
@@ -48,7 +48,7 @@ pub fn on_threads(args: &SimulateArgs, mut scene: Scene) -> Result<Scene, Failur
 
 /// What must be said before a run that takes long.
 pub fn note(scene: &Scene) -> Option<String> {
-    let ipopt = scene.contact.as_ref().is_some_and(Contact::is_ipopt);
+    let ipopt = scene.contact.as_ref().is_some_and(SolverChoice::is_ipopt);
     let points = scene.world.bodies().iter().map(|body| body.contact_points().len());
     let points = points.max().unwrap_or(0);
     (ipopt && points > MANY_POINTS).then(|| {

@@ -13,7 +13,7 @@
 
 use super::error::FitError;
 use super::loss::Loss;
-use super::model::{Model, Values};
+use super::model::{Model, ParameterValues};
 use super::protocol::Protocol;
 use super::recording::Toss;
 use super::rollout::{TossScore, rollout_from};
@@ -58,7 +58,7 @@ const OTHER_FACE: f64 = std::f64::consts::FRAC_PI_4;
 pub fn ensembles(
     model: &Model,
     protocol: &Protocol,
-    values: &Values,
+    values: &ParameterValues,
     tosses: &[Toss],
     members: usize,
     noise: Noise,

@@ -1,7 +1,7 @@
 //! Cross-validation: a fit on some tosses, judged by the others.
 
 use super::error::FitError;
-use super::model::Values;
+use super::model::ParameterValues;
 use super::recording::Toss;
 use super::rollout::{Evaluator, Query, TossScore};
 use super::search::{Found, Plan};
@@ -71,7 +71,7 @@ pub fn parts(tosses: &[Toss], folds: usize, seed: u32) -> Result<Vec<Vec<usize>>
 /// As [`Plan::search`].
 pub fn fold(
     plan: &Plan,
-    start: &Values,
+    start: &ParameterValues,
     evaluator: &mut Evaluator<'_>,
     kept: &[usize],
 ) -> Result<Fold, FitError> {
@@ -79,7 +79,8 @@ pub fn fold(
     let others: Vec<usize> = others.collect();
     let found = plan.search(start, evaluator, &others)?;
     let substeps = evaluator.protocol().substeps;
-    let mut score = |values: &Values| evaluator.evaluate(&Query { values, substeps, tosses: kept });
+    let mut score =
+        |values: &ParameterValues| evaluator.evaluate(&Query { values, substeps, tosses: kept });
     let (scores, scores_at_start) = (score(&found.values)?, score(start)?);
     Ok(Fold { kept: kept.to_vec(), found, scores, scores_at_start })
 }

@@ -3,7 +3,7 @@
 //!
 //! ```text
 //! bytes ─ recording ─ Toss ─┐
-//! World ─ model ── Values ──┴─ rollout ─ TossScore ─ loss ─ search ─ neighbourhood
+//! World ─ model ── ParameterValues ──┴─ rollout ─ TossScore ─ loss ─ search ─ neighbourhood
 //! ```
 //!
 //! [`recording`] reads tosses and refuses what cannot be one. [`protocol`] says where a simulation
@@ -32,7 +32,7 @@ pub mod search;
 
 pub use error::FitError;
 pub use loss::Loss;
-pub use model::{Model, Parameter, SOUGHT, Values, sought};
+pub use model::{Constant, Model, ParameterValues, SOUGHT, sought};
 pub use protocol::Protocol;
 pub use recording::Toss;
-pub use rollout::{Evaluator, Memory, Query, TossScore};
+pub use rollout::{Evaluator, Query, ScoreMemory, TossScore};

@@ -4,37 +4,37 @@ use super::error::FitError;
 use crate::contact::Partner;
 use crate::geometry::Piece;
 use crate::mechanics::RigidBody;
-pub use crate::world::Constant as Parameter;
+pub use crate::world::Constant;
 use crate::world::{Parameters, Plane, World, constants};
 use nalgebra::{Matrix3, Vector3};
 
-/// The constants that a fit may look for, each by its [one number](Parameter::one_number), in the
-/// order of [`Values`].
-pub const SOUGHT: [Parameter; 7] = [
-    Parameter::Friction,
-    Parameter::Restitution,
-    Parameter::Inertia,
-    Parameter::Size,
-    Parameter::Radius,
-    Parameter::Gravity,
-    Parameter::Ground,
+/// The constants that a fit may look for, each by its [one number](Constant::one_number), in the
+/// order of [`ParameterValues`].
+pub const SOUGHT: [Constant; 7] = [
+    Constant::Friction,
+    Constant::Restitution,
+    Constant::Inertia,
+    Constant::Size,
+    Constant::Radius,
+    Constant::Gravity,
+    Constant::Ground,
 ];
 
 /// The constant of a name that a fit may look for.
 ///
 /// # Errors
 /// A sentence: what there is, or why a constant is not looked for.
-pub fn sought(name: &str) -> Result<Parameter, String> {
-    let known = Parameter::of_name(name);
+pub fn sought(name: &str) -> Result<Constant, String> {
+    let known = Constant::of_name(name);
     if let Some(parameter) = known.filter(|parameter| place(*parameter).is_some()) {
         return Ok(parameter);
     }
-    let names = SOUGHT.map(Parameter::name).join(", ");
+    let names = SOUGHT.map(Constant::name).join(", ");
     let why = match known {
-        Some(Parameter::Mass) => {
+        Some(Constant::Mass) => {
             "; mass and inertia count as their ratio alone, so look for inertia"
         }
-        Some(Parameter::TimeStep) => "; the time step is that of the recordings and --substeps",
+        Some(Constant::TimeStep) => "; the time step is that of the recordings and --substeps",
         _ => "",
     };
     Err(format!("{name:?} is no parameter; there are {names}{why}"))
@@ -42,32 +42,32 @@ pub fn sought(name: &str) -> Result<Parameter, String> {
 
 /// How far around a found value of `parameter` the loss is looked at: as far as it is smooth. It is
 /// sharpest in the friction.
-pub(super) fn usual_reach(parameter: Parameter, value: f64, bounds: [f64; 2]) -> f64 {
+pub(super) fn usual_reach(parameter: Constant, value: f64, bounds: [f64; 2]) -> f64 {
     let share = (bounds[1] - bounds[0]) / 6.0;
-    if parameter == Parameter::Friction { share.min(0.1 * value.max(0.05)) } else { share }
+    if parameter == Constant::Friction { share.min(0.1 * value.max(0.05)) } else { share }
 }
 
 /// The first step of a search for `parameter`, where nothing is known but the bounds: a sixth of
 /// their distance, and no more than a fifth of the friction at the start.
-pub(super) fn usual_step(parameter: Parameter, start: f64, bounds: [f64; 2]) -> f64 {
+pub(super) fn usual_step(parameter: Constant, start: f64, bounds: [f64; 2]) -> f64 {
     let share = (bounds[1] - bounds[0]) / 6.0;
-    if parameter == Parameter::Friction { share.min(0.2 * start.max(0.05)) } else { share }
+    if parameter == Constant::Friction { share.min(0.2 * start.max(0.05)) } else { share }
 }
 
 /// A value for every constant of [`SOUGHT`], in that order.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Values(pub [f64; SOUGHT.len()]);
+pub struct ParameterValues(pub [f64; SOUGHT.len()]);
 
-impl Values {
+impl ParameterValues {
     /// The value of a parameter; NaN of one that no fit looks for.
     #[must_use]
-    pub fn get(&self, parameter: Parameter) -> f64 {
+    pub fn get(&self, parameter: Constant) -> f64 {
         place(parameter).map_or(f64::NAN, |place| self.0[place])
     }
 
     /// These, but for one parameter. One that no fit looks for changes nothing.
     #[must_use]
-    pub fn with(mut self, parameter: Parameter, value: f64) -> Self {
+    pub fn with(mut self, parameter: Constant, value: f64) -> Self {
         if let Some(place) = place(parameter) {
             self.0[place] = value;
         }
@@ -76,7 +76,7 @@ impl Values {
 }
 
 /// Where a parameter stands among [`SOUGHT`].
-pub(super) fn place(parameter: Parameter) -> Option<usize> {
+pub(super) fn place(parameter: Constant) -> Option<usize> {
     SOUGHT.iter().position(|sought| *sought == parameter)
 }
 
@@ -139,17 +139,17 @@ impl Model {
 
     /// Where `parameter` is looked for, if nothing else is said.
     #[must_use]
-    pub fn usual_bounds(&self, parameter: Parameter) -> [f64; 2] {
+    pub fn usual_bounds(&self, parameter: Constant) -> [f64; 2] {
         let least = self.extents().min();
         match parameter {
-            Parameter::Friction => [0.02, 1.0],
-            Parameter::Restitution => [0.0, 0.6],
-            Parameter::Mass | Parameter::Inertia => [0.5, 2.0],
-            Parameter::Size => [0.9, 1.1],
-            Parameter::Radius => [0.0, 0.3 * least],
-            Parameter::Gravity => [0.9, 1.1].map(|factor| factor * self.gravity().norm()),
-            Parameter::Ground => [-0.1, 0.1].map(|factor| factor * least),
-            Parameter::TimeStep => [0.5, 1.0].map(|factor| factor * self.world.time_step()),
+            Constant::Friction => [0.02, 1.0],
+            Constant::Restitution => [0.0, 0.6],
+            Constant::Mass | Constant::Inertia => [0.5, 2.0],
+            Constant::Size => [0.9, 1.1],
+            Constant::Radius => [0.0, 0.3 * least],
+            Constant::Gravity => [0.9, 1.1].map(|factor| factor * self.gravity().norm()),
+            Constant::Ground => [-0.1, 0.1].map(|factor| factor * least),
+            Constant::TimeStep => [0.5, 1.0].map(|factor| factor * self.world.time_step()),
         }
     }
 
@@ -159,8 +159,8 @@ impl Model {
 
     /// The scene's own values.
     #[must_use]
-    pub fn values(&self) -> Values {
-        Values(SOUGHT.map(|parameter| parameter.one_number(&self.world)))
+    pub fn values(&self) -> ParameterValues {
+        ParameterValues(SOUGHT.map(|parameter| parameter.one_number(&self.world)))
     }
 
     /// g of the scene, m/s², world.
@@ -177,15 +177,15 @@ impl Model {
 
     /// Centres of the corners with these values, m, body frame.
     #[must_use]
-    pub fn corners(&self, values: &Values) -> Vec<Vector3<f64>> {
-        let (size, radius) = (values.get(Parameter::Size), values.get(Parameter::Radius));
+    pub fn corners(&self, values: &ParameterValues) -> Vec<Vector3<f64>> {
+        let (size, radius) = (values.get(Constant::Size), values.get(Constant::Radius));
         constants::corners(self.body(), size, radius)
     }
 
     /// The inertia with these values, kg m².
     #[must_use]
-    pub fn inertia(&self, values: &Values) -> Matrix3<f64> {
-        self.body().inertia() * values.get(Parameter::Inertia)
+    pub fn inertia(&self, values: &ParameterValues) -> Matrix3<f64> {
+        self.body().inertia() * values.get(Constant::Inertia)
     }
 
     /// m, kg.
@@ -198,14 +198,18 @@ impl Model {
     ///
     /// # Errors
     /// As [`World::with_constants`].
-    pub fn world(&self, values: &Values, time_step: f64) -> Result<World, crate::error::Error> {
+    pub fn world(
+        &self,
+        values: &ParameterValues,
+        time_step: f64,
+    ) -> Result<World, crate::error::Error> {
         let numbers = SOUGHT.map(|parameter| {
             (parameter, parameter.from_one_number(&self.world, values.get(parameter)))
         });
         let mut given: Vec<_> =
             numbers.iter().map(|(parameter, numbers)| (*parameter, numbers.as_slice())).collect();
         let step = [time_step];
-        given.push((Parameter::TimeStep, &step));
+        given.push((Constant::TimeStep, &step));
         self.world.with_constants(&given)
     }
 }

@@ -1,7 +1,7 @@
 //! How well the values are known: the loss around them, and the bootstrap over tosses.
 //!
 //! The scores of one set of values hang on chance: a toss that lands on an edge goes one way or the
-//! other. Values are drawn around the found ones, u_j uniform in ±1, the friction a tenth of itself
+//! other. ParameterValues are drawn around the found ones, u_j uniform in ±1, the friction a tenth of itself
 //! and every other parameter a sixth of its bounds' distance to both sides, and a quadratic surface
 //! is laid through the losses by least squares:
 //!
@@ -15,7 +15,7 @@
 //! these is the interval.
 
 use super::error::FitError;
-use super::model::{Values, usual_reach};
+use super::model::{ParameterValues, usual_reach};
 use super::rollout::{Evaluator, Query, TossScore};
 use super::search::{Plan, Sought};
 use nalgebra::{DMatrix, DVector};
@@ -82,7 +82,7 @@ impl Neighbourhood {
     /// As [`Neighbourhood::check`] and [`Evaluator::evaluate`].
     pub fn look(
         plan: &Plan,
-        centre: &Values,
+        centre: &ParameterValues,
         points: usize,
         evaluator: &mut Evaluator<'_>,
     ) -> Result<Self, FitError> {
@@ -146,7 +146,7 @@ fn unit(draws: &mut Mt) -> f64 {
 }
 
 /// What is looked at around a value, within the bounds.
-fn around(sought: &Sought, centre: &Values) -> [f64; 2] {
+fn around(sought: &Sought, centre: &ParameterValues) -> [f64; 2] {
     let value = centre.get(sought.parameter);
     let half = usual_reach(sought.parameter, value, sought.bounds);
     [(value - half).max(sought.bounds[0]), (value + half).min(sought.bounds[1])]
@@ -196,7 +196,7 @@ fn bootstrap(
 struct Surface {
     n: usize,
     places: DMatrix<f64>,
-    /// Values → coefficients: (AᵀA)⁻¹ Aᵀ.
+    /// ParameterValues → coefficients: (AᵀA)⁻¹ Aᵀ.
     operator: DMatrix<f64>,
 }
 

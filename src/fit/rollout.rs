@@ -1,7 +1,7 @@
 //! Simulated tosses beside recorded ones.
 
 use super::error::FitError;
-use super::model::{Model, Values};
+use super::model::{Model, ParameterValues};
 use super::protocol::{Protocol, turn_between};
 use super::recording::Toss;
 use crate::error::Error;
@@ -33,7 +33,7 @@ pub struct TossScore {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Query<'a> {
     /// The values.
-    pub values: &'a Values,
+    pub values: &'a ParameterValues,
     /// Substeps of a frame.
     pub substeps: usize,
     /// Which tosses, by their place in the list.
@@ -42,7 +42,7 @@ pub struct Query<'a> {
 
 /// Remembers evaluations, so that a fit can be taken up again. A fit asks the same things in the
 /// same order each time.
-pub trait Memory: Send {
+pub trait ScoreMemory: Send {
     /// The scores of a query that was made before, one a toss; others count as none.
     fn recall(&mut self, query: &Query<'_>) -> Option<Vec<TossScore>>;
 
@@ -57,7 +57,7 @@ pub trait Memory: Send {
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Forgetful;
 
-impl Memory for Forgetful {
+impl ScoreMemory for Forgetful {
     fn recall(&mut self, _: &Query<'_>) -> Option<Vec<TossScore>> {
         None
     }
@@ -72,7 +72,7 @@ pub struct Evaluator<'a> {
     model: &'a Model,
     protocol: &'a Protocol,
     tosses: &'a [Toss],
-    memory: &'a mut dyn Memory,
+    memory: &'a mut dyn ScoreMemory,
     interrupt: Arc<AtomicBool>,
     /// Steps that failed in all evaluations.
     pub failed: u64,
@@ -86,7 +86,7 @@ impl<'a> Evaluator<'a> {
         model: &'a Model,
         protocol: &'a Protocol,
         tosses: &'a [Toss],
-        memory: &'a mut dyn Memory,
+        memory: &'a mut dyn ScoreMemory,
         interrupt: Arc<AtomicBool>,
     ) -> Self {
         Self { model, protocol, tosses, memory, interrupt, failed: 0, steps: 0 }
@@ -157,7 +157,7 @@ impl<'a> Evaluator<'a> {
 pub fn rollout(
     model: &Model,
     protocol: &Protocol,
-    values: &Values,
+    values: &ParameterValues,
     toss: &Toss,
     interrupt: &Arc<AtomicBool>,
     each: impl FnMut(&State),
@@ -173,7 +173,7 @@ pub fn rollout_from(
     start: &State,
     model: &Model,
     protocol: &Protocol,
-    values: &Values,
+    values: &ParameterValues,
     toss: &Toss,
     interrupt: &Arc<AtomicBool>,
     mut each: impl FnMut(&State),

@@ -8,7 +8,7 @@
 
 use super::error::FitError;
 use super::loss::Loss;
-use super::model::{Parameter, Values, usual_step};
+use super::model::{Constant, ParameterValues, usual_step};
 use super::rollout::{Evaluator, Query};
 use cmaes::{CMAESOptions, DVector};
 use std::cell::RefCell;
@@ -17,7 +17,7 @@ use std::cell::RefCell;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sought {
     /// Which.
-    pub parameter: Parameter,
+    pub parameter: Constant,
     /// Where it may lie.
     pub bounds: [f64; 2],
 }
@@ -41,7 +41,7 @@ pub struct Plan {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Found {
     /// The values of least loss with all substeps.
-    pub values: Values,
+    pub values: ParameterValues,
     /// Their loss.
     pub loss: f64,
     /// That of the start.
@@ -65,7 +65,7 @@ impl Plan {
     /// # Errors
     /// Nothing to look for, or twice the same; bounds that are none, or do not hold the start; no
     /// rounds, or fewer evaluations than three generations a round.
-    pub fn check(&self, start: &Values) -> Result<(), FitError> {
+    pub fn check(&self, start: &ParameterValues) -> Result<(), FitError> {
         let refused = |why: String| Err(FitError::Request(why));
         if self.sought.is_empty() {
             return refused("no parameter to look for is named".to_owned());
@@ -99,8 +99,8 @@ impl Plan {
         Ok(())
     }
 
-    /// Values from a point: coordinates in steps from the start.
-    fn values(&self, start: &Values, point: &[f64]) -> (Values, f64) {
+    /// ParameterValues from a point: coordinates in steps from the start.
+    fn values(&self, start: &ParameterValues, point: &[f64]) -> (ParameterValues, f64) {
         let (mut values, mut outside) = (*start, 0.0);
         for (sought, coordinate) in self.sought.iter().zip(point) {
             let (from, [low, high]) = (start.get(sought.parameter), sought.bounds);
@@ -119,7 +119,7 @@ impl Plan {
     /// As [`Plan::check`]; an interrupt; a start that cannot be simulated; a memory that fails.
     pub fn search(
         &self,
-        start: &Values,
+        start: &ParameterValues,
         evaluator: &mut Evaluator<'_>,
         tosses: &[usize],
     ) -> Result<Found, FitError> {
@@ -205,7 +205,7 @@ const WORST: f64 = 1e9;
 /// What the populations ask.
 struct Task<'a, 'b> {
     plan: &'a Plan,
-    start: &'a Values,
+    start: &'a ParameterValues,
     evaluator: &'a mut Evaluator<'b>,
     tosses: &'a [usize],
     substeps: usize,

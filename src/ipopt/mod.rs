@@ -25,7 +25,7 @@ mod raw;
 mod status;
 
 pub use options::{BarrierStrategy, MultiplierStep, Options, Scaling};
-pub use problem::{Bounds, NonlinearProgram, Progress, Start};
+pub use problem::{Bounds, NonlinearProgram, Progress, StartPoint};
 pub use raw::{Outcome, Point, Solver};
 pub use status::ReturnStatus;
 

@@ -106,7 +106,7 @@ impl Bounds {
 
 /// Where a solve starts.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Start<'a> {
+pub enum StartPoint<'a> {
     /// A point alone; Ipopt finds multipliers itself.
     Cold {
         /// n numbers.
@@ -125,7 +125,7 @@ pub enum Start<'a> {
     },
 }
 
-impl Start<'_> {
+impl StartPoint<'_> {
     pub(super) fn is_warm(&self) -> bool {
         matches!(self, Self::Warm { .. })
     }

@@ -1,6 +1,6 @@
 //! What goes into a batch of rollouts and what comes out, and whether it fits.
 
-use super::parameter::Values;
+use super::varied::Varied;
 use crate::error::Error;
 use crate::mechanics::{Load, State, Wrench};
 use crate::simulation::Motion;
@@ -29,7 +29,7 @@ pub struct Batch<'a> {
     /// (N m, body); empty for none.
     pub controls: &'a [f64],
     /// What differs between the rollouts' worlds.
-    pub parameters: &'a [Values<'a>],
+    pub parameters: &'a [Varied<'a>],
 }
 
 /// Memory for what comes out, the caller's. What is empty is not wanted.
@@ -73,9 +73,9 @@ impl Batch<'_> {
         count("numbers in the controls", controls, "(B or 1, T, N, 6), or none", fits)?;
         let loads = self.loads.len();
         count("loads", loads, "one a body, or none", loads == 0 || loads == n)?;
-        for Values { parameter, values } in self.parameters {
-            let fits = Some(values.len()) == size(&[b, parameter.width(n)]);
-            count(parameter.name(), values.len(), "B times the numbers of one world", fits)?;
+        for Varied { constant, values } in self.parameters {
+            let fits = Some(values.len()) == size(&[b, constant.width(n)]);
+            count(constant.name(), values.len(), "B times the numbers of one world", fits)?;
         }
         for (field, length, factors, allowed) in [
             ("numbers for states", outputs.states.len(), &[b, t, n, 13][..], "(B, T, N, 13)"),

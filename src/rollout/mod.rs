@@ -8,11 +8,11 @@
 //!
 //! ```
 //! use std::num::NonZeroUsize;
-//! use tumble::rollout::{Batch, Outputs, Parameter, Values, Watch, roll_out};
+//! use tumble::rollout::{Batch, Outputs, Constant, Varied, Watch, roll_out};
 //! use tumble::simulation::{Motion, scene};
 //! use tumble::world::World;
 //!
-//! let scene = scene::Scene::drop();
+//! let scene = scene::TutorialScene::drop();
 //! let world = World::new(scene::tutorial_parameters()?)?;
 //! let start = scene.start(scene.attitude(42)).to_vector();
 //! let frictions = [0.1, 0.2, 0.3, 0.4];
@@ -24,7 +24,7 @@
 //!     steps: 300,
 //!     starts: start.as_slice(), // one for all
 //!     controls: &[],
-//!     parameters: &[Values { parameter: Parameter::Friction, values: &frictions }],
+//!     parameters: &[Varied { constant: Constant::Friction, values: &frictions }],
 //! };
 //! let mut ends = [0.0; 4 * 13];
 //! let outputs = Outputs { ends: &mut ends, ..Outputs::default() };
@@ -45,9 +45,9 @@
 //! B rollouts of T steps of N bodies, the last index fastest.
 
 mod batch;
-mod parameter;
 mod run;
+mod varied;
 
 pub use batch::{Batch, Outputs};
-pub use parameter::{Parameter, Values};
 pub use run::{Report, RolloutError, Unsolved, Watch, roll_out};
+pub use varied::{Constant, Varied};

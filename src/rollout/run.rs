@@ -1,7 +1,7 @@
 //! The rollouts themselves, on as many threads as are given.
 
 use super::batch::{Batch, Outputs};
-use super::parameter::varied;
+use super::varied::varied;
 use crate::error::Error;
 use crate::simulation::{Simulation, StepRecord};
 use crate::step::StepStatus;

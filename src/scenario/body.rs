@@ -1,10 +1,10 @@
 //! The notation `[body]`: one body, whose tables are settings that flags have too.
 
 use super::choices::{Attitude, Frame, SolverName};
-use super::contact::{self, Contact};
 use super::failure::{Failure, refuse_flags};
 use super::scene::{OutputFormat, Scene, USUAL_SEED};
 use super::settings::Settings;
+use super::solver_choice::{self, SolverChoice};
 use super::{physics, shown};
 use crate::contact::detection::CONTACT_BAND;
 use crate::mechanics::State;
@@ -45,7 +45,7 @@ pub fn scene(
 
     let contact = if ground {
         refuse_start_below_ground(&world, &start, settings)?;
-        Some(Contact::new(settings, usual)?)
+        Some(SolverChoice::new(settings, usual)?)
     } else {
         None
     };
@@ -81,7 +81,7 @@ pub fn refuse_idle_settings(ground: bool, settings: &Settings) -> Result<(), Fai
         ("--frame ground", settings.frame == Some(Frame::Ground)),
         ("--preset", settings.preset.is_some()),
     ];
-    flags.extend(contact::solver_flags(settings));
+    flags.extend(solver_choice::solver_flags(settings));
     refuse_flags("a floating body, which has no contact", &flags)
 }
 

@@ -2,7 +2,7 @@
 
 use crate::contact::detection::Detection;
 use crate::simulation::random::random_attitude;
-use crate::simulation::scene::Scene;
+use crate::simulation::scene::TutorialScene;
 #[cfg(feature = "ipopt")]
 use crate::solver::ipopt::Formulation;
 use nalgebra::{Matrix3, Vector3, Vector4};
@@ -20,10 +20,10 @@ pub enum SceneName {
 
 impl SceneName {
     /// The scene.
-    pub fn scene(self) -> Scene {
+    pub fn scene(self) -> TutorialScene {
         match self {
-            Self::Drop => Scene::drop(),
-            Self::Floating => Scene::floating(),
+            Self::Drop => TutorialScene::drop(),
+            Self::Floating => TutorialScene::floating(),
         }
     }
 }

@@ -11,7 +11,6 @@ mod body;
 mod changed;
 pub mod choices;
 pub mod colour;
-pub mod contact;
 pub mod failure;
 pub mod fields;
 mod file;
@@ -28,6 +27,7 @@ pub mod scene;
 pub mod settings;
 pub mod shape;
 pub mod shown;
+pub mod solver_choice;
 mod tables;
 
 pub use bodies::entries::ReadFile;

@@ -81,12 +81,12 @@ pub struct BodyModel {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub label: Option<Label>,
     /// Where it starts.
-    pub start: Start,
+    pub start: BodyStart,
 }
 
 /// Of the centre of mass, world; the spin in the body's frame.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub struct Start {
+pub struct BodyStart {
     /// m.
     pub position: [f64; 3],
     /// Unit quaternion w, x, y, z, body → world.
@@ -219,7 +219,7 @@ impl Model {
     }
 }
 
-impl Start {
+impl BodyStart {
     /// That at a state.
     pub fn of(state: &State) -> Self {
         Self {

@@ -1,16 +1,16 @@
 //! `run.json`: what made the rows, and what came of it.
 
 use super::choices::{Inertia, Shape};
-use super::contact::{Contact, IPOPT_VERSION};
 use super::failure::Failure;
 use super::fields::{self, Exactly, Numbers, by_rows, matrix, numbers};
 use super::joints_summary::JointsSummary;
-use super::model::{Model, Start};
+use super::model::{BodyStart, Model};
 use super::parameters::{LoadParameters, PlaneParameters, unnamed_rotation};
 use super::physics::plane;
 use super::scene::{OutputFormat, Scene};
 use super::settings::Settings;
 use super::shown;
+use super::solver_choice::{IPOPT_VERSION, SolverChoice};
 use crate::mechanics::body::box_corners;
 use crate::mechanics::{Load, Rotation, State};
 use crate::simulation::scene as tutorial;
@@ -281,7 +281,7 @@ impl RunParameters {
 impl SolverSettings {
     fn of(scene: &Scene) -> Result<Self, Failure> {
         let contact = scene.contact.as_ref();
-        let program = contact.and_then(Contact::program);
+        let program = contact.and_then(SolverChoice::program);
         let solver = contact.map(|contact| contact.solver(&scene.world)).transpose()?;
         Ok(Self {
             name: scene.solver().to_owned(),
@@ -303,7 +303,8 @@ pub fn heading(scene: &str, changed: &[String]) -> String {
     /// More names than this are only counted.
     const MOST_NAMED: usize = 4;
     let of_tutorial =
-        [tutorial::Scene::drop().name, tutorial::Scene::floating().name].contains(&scene);
+        [tutorial::TutorialScene::drop().name, tutorial::TutorialScene::floating().name]
+            .contains(&scene);
     let name = if of_tutorial { format!("{scene} scene") } else { scene.to_owned() };
     match changed {
         [] => name,
@@ -349,7 +350,7 @@ impl RunFile {
     /// # Errors
     /// A solver that is not made for the scene.
     pub fn of(scene: &Scene, run: &Ended<'_>) -> Result<Self, Failure> {
-        let climbs = scene.contact.as_ref().is_some_and(Contact::climbs);
+        let climbs = scene.contact.as_ref().is_some_and(SolverChoice::climbs);
         let (tables, one) = match &scene.format {
             OutputFormat::Tables(model) => (Some(model), None),
             OutputFormat::Trajectory => (None, Some((&scene.starts[0], &scene.loads[0]))),
@@ -417,7 +418,7 @@ impl RunFile {
             Self::of(scene, &Ended { outcome, summary, seconds, largest_overlap, joints })?;
         file.steps = Some(rows.len() as u64);
         for (body, state) in file.model.iter_mut().flat_map(|m| &mut m.bodies).zip(&first.states) {
-            body.start = Start::of(state);
+            body.start = BodyStart::of(state);
         }
         Ok(Some(file))
     }

@@ -2,12 +2,12 @@
 
 use super::bodies::entries::{Files, ReadFile};
 use super::choices::{SceneName, SolverName};
-use super::contact::Contact;
 use super::failure::{Failure, refuse_flags};
 use super::file::Said;
 use super::model::Model;
 use super::names::FileKind;
 use super::settings::Settings;
+use super::solver_choice::SolverChoice;
 use super::{bodies, body};
 use crate::contact::Partner;
 use crate::error::Error;
@@ -45,7 +45,7 @@ pub struct Scene {
     /// The names of the joints.
     pub joints: Vec<String>,
     /// `None` without a ground.
-    pub contact: Option<Contact>,
+    pub contact: Option<SolverChoice>,
     /// Whether the solver is the usual one, for want of another.
     pub usual_solver: bool,
     /// What files a run of it leaves.
@@ -171,7 +171,7 @@ impl Scene {
     /// Who solves contact steps: `native`, `ipopt`, or `rk4` without a ground.
     #[must_use]
     pub fn solver(&self) -> &'static str {
-        self.contact.as_ref().map_or("rk4", Contact::solver_name)
+        self.contact.as_ref().map_or("rk4", SolverChoice::solver_name)
     }
 
     /// The seed, where anything of the start was drawn from it.

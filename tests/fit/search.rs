@@ -8,9 +8,9 @@ use tumble::fit::folds::parts;
 use tumble::fit::neighbourhood::Neighbourhood;
 use tumble::fit::rollout::{Forgetful, Query, rollout};
 use tumble::fit::search::{Found, Plan, Sought};
-use tumble::fit::{Evaluator, FitError, Loss, Model, Parameter, Protocol, Toss, Values};
+use tumble::fit::{Constant, Evaluator, FitError, Loss, Model, ParameterValues, Protocol, Toss};
 
-fn plan(model: &Model, parameters: &[Parameter], evaluations: usize) -> Plan {
+fn plan(model: &Model, parameters: &[Constant], evaluations: usize) -> Plan {
     let sought = parameters
         .iter()
         .map(|&parameter| Sought { parameter, bounds: model.usual_bounds(parameter) });
@@ -29,9 +29,9 @@ fn search(plan: &Plan, tosses: &[Toss], threads: usize) -> Result<Found, FitErro
     pool.install(|| plan.search(&model.values(), &mut evaluator, &all))
 }
 
-fn hidden() -> Values {
-    let values = model().values().with(Parameter::Friction, 0.25);
-    values.with(Parameter::Restitution, 0.2)
+fn hidden() -> ParameterValues {
+    let values = model().values().with(Constant::Friction, 0.25);
+    values.with(Constant::Restitution, 0.2)
 }
 
 /// A simulation with the hidden values is the recording itself: the start is the recorded state,
@@ -58,10 +58,10 @@ fn the_hidden_values_have_no_error() {
 fn hidden_parameters_come_back_through_noise_and_outliers() {
     let tosses = tosses(&hidden(), 12, 1e-4, 2);
     let model = model();
-    let plan = plan(&model, &[Parameter::Friction, Parameter::Restitution], 120);
+    let plan = plan(&model, &[Constant::Friction, Constant::Restitution], 120);
     let found = search(&plan, &tosses, 2).unwrap();
     let [friction, restitution] =
-        [Parameter::Friction, Parameter::Restitution].map(|parameter| found.values.get(parameter));
+        [Constant::Friction, Constant::Restitution].map(|parameter| found.values.get(parameter));
     assert!((friction - 0.25).abs() < 0.0125, "friction {friction}, {found:?}");
     assert!((restitution - 0.2).abs() < 0.06, "restitution {restitution}");
     assert!(found.loss < 0.5 * found.loss_at_start);
@@ -71,7 +71,7 @@ fn hidden_parameters_come_back_through_noise_and_outliers() {
 #[test]
 fn threads_change_nothing() {
     let tosses = tosses(&hidden(), 6, 1e-4, 1);
-    let plan = plan(&model(), &[Parameter::Friction, Parameter::Radius], 40);
+    let plan = plan(&model(), &[Constant::Friction, Constant::Radius], 40);
     assert_eq!(search(&plan, &tosses, 1), search(&plan, &tosses, 2));
 }
 
@@ -84,9 +84,9 @@ fn the_bootstrap_holds_the_hidden_friction() {
     let mut memory = Forgetful;
     let flag = Arc::new(AtomicBool::new(false));
     let mut evaluator = Evaluator::new(&model, &protocol, &tosses, &mut memory, flag);
-    let plan = plan(&model, &[Parameter::Friction], 40);
+    let plan = plan(&model, &[Constant::Friction], 40);
     // From beside the hidden value, so that it must be found, not just named.
-    let centre = hidden().with(Parameter::Friction, 0.255);
+    let centre = hidden().with(Constant::Friction, 0.255);
     let around = Neighbourhood::look(&plan, &centre, 40, &mut evaluator).unwrap();
     let interval = around.intervals[0];
     let [low, .., high] = interval.quantiles;
@@ -122,7 +122,7 @@ fn requests_without_meaning_are_refused_by_name() {
     let tosses = tosses(&hidden(), 4, 0.0, 0);
     let model = model();
     let refused = |plan: Plan| search(&plan, &tosses, 1).unwrap_err().to_string();
-    let friction = [Parameter::Friction];
+    let friction = [Constant::Friction];
     assert!(refused(plan(&model, &[], 40)).contains("no parameter"));
     assert!(refused(plan(&model, &[friction[0]; 2], 40)).contains("friction is named twice"));
     assert!(refused(plan(&model, &friction, 5)).contains("too few"));
@@ -143,7 +143,7 @@ fn a_raised_flag_ends_a_fit() {
     let mut memory = Forgetful;
     let flag = Arc::new(AtomicBool::new(true));
     let mut evaluator = Evaluator::new(&model, &protocol, &tosses, &mut memory, flag);
-    let plan = plan(&model, &[Parameter::Friction], 40);
+    let plan = plan(&model, &[Constant::Friction], 40);
     let found = plan.search(&model.values(), &mut evaluator, &[0, 1]);
     assert_eq!(found.unwrap_err(), FitError::Interrupted);
 }

@@ -5,7 +5,7 @@ use rand_mt::Mt;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use tumble::contact::Plane;
-use tumble::fit::{Model, Toss, Values};
+use tumble::fit::{Model, ParameterValues, Toss};
 use tumble::mechanics::quaternion::left;
 use tumble::mechanics::{RigidBody, Rotation, State};
 use tumble::simulation::random::random_attitude;
@@ -42,7 +42,7 @@ fn draw(draws: &mut Mt) -> f64 {
 /// may touch it, where the protocol takes the recorded velocities. `noise` goes to positions (m)
 /// and attitudes (half of it, rad for m/10 mm); of the first `outliers` the second half slides
 /// away.
-pub fn tosses(values: &Values, count: usize, noise: f64, outliers: usize) -> Vec<Toss> {
+pub fn tosses(values: &ParameterValues, count: usize, noise: f64, outliers: usize) -> Vec<Toss> {
     let model = model();
     let mut draws = Mt::new(5);
     (0..count)

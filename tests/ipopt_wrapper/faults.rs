@@ -7,7 +7,7 @@ use super::process::in_child;
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::thread;
-use tumble::ipopt::{IpoptError, Options, Outcome, ReturnStatus, Solver, Start};
+use tumble::ipopt::{IpoptError, Options, Outcome, ReturnStatus, Solver, StartPoint};
 
 /// Callbacks that return numbers.
 const EVALUATIONS: [Callback; 5] = [
@@ -27,7 +27,7 @@ fn undisturbed_counts(problem: &Problem) -> [usize; 6] {
         counts[call.callback as usize] += usize::from(disturbable);
         true
     });
-    let start = Start::Cold { x: &problem.start };
+    let start = StartPoint::Cold { x: &problem.start };
     solver(problem).solve(&mut probe, &problem.bounds, &start).unwrap();
     counts
 }
@@ -57,7 +57,7 @@ fn disturbed<'s>(
         }
         true
     });
-    let start = Start::Cold { x: &problem.start };
+    let start = StartPoint::Cold { x: &problem.start };
     solver.solve(&mut probe, &problem.bounds, &start).unwrap()
 }
 
@@ -150,13 +150,13 @@ fn hostile_starts_and_multipliers_crash_nothing() {
                 let (mut start, y) = (problem.start.clone(), vec![multiplier; m]);
                 start[n - 1] = x;
                 let (low, high) = (vec![multiplier.abs(); n], vec![multiplier; n]);
-                let warm = Start::Warm {
+                let warm = StartPoint::Warm {
                     x: &start,
                     constraint_multipliers: &y,
                     lower_multipliers: &low,
                     upper_multipliers: &high,
                 };
-                for start in [Start::Cold { x: &start }, warm] {
+                for start in [StartPoint::Cold { x: &start }, warm] {
                     let mut program = problem.clone();
                     let outcome = solver.solve(&mut program, &problem.bounds, &start).unwrap();
                     assert_finite(&outcome, problem.name);
@@ -215,7 +215,7 @@ fn panic_in(
         }
         true
     });
-    let start = Start::Cold { x: &problem.start };
+    let start = StartPoint::Cold { x: &problem.start };
     catch_unwind(AssertUnwindSafe(|| {
         solver.solve(&mut probe, &problem.bounds, &start).map(|outcome| outcome.status)
     }))
@@ -234,7 +234,7 @@ fn a_solve_inside_any_callback_is_refused_and_the_outer_one_ends_as_ever() {
                 let mut refused = 0;
                 let mut probe = Probe::new(&outer, |call: Call<'_>| {
                     if call.callback == callback {
-                        let start = Start::Cold { x: &inner.start };
+                        let start = StartPoint::Cold { x: &inner.start };
                         let result = inner_solver.solve(&mut inner.clone(), &inner.bounds, &start);
                         assert_eq!(result.unwrap_err(), IpoptError::Reentrant);
                         refused += 1;
@@ -242,7 +242,7 @@ fn a_solve_inside_any_callback_is_refused_and_the_outer_one_ends_as_ever() {
                     true
                 });
                 let mut outer_solver = solver(&outer);
-                let start = Start::Cold { x: &outer.start };
+                let start = StartPoint::Cold { x: &outer.start };
                 let outcome = outer_solver.solve(&mut probe, &outer.bounds, &start).unwrap();
                 assert_eq!(outcome.status, ReturnStatus::SolveSucceeded);
                 assert_eq!(outcome.point.unwrap().x, alone.arrays[0], "{callback:?}");

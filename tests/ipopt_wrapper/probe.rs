@@ -1,7 +1,9 @@
 //! Solving a problem, and a probe that shows and disturbs its callbacks.
 
 use super::problems::Problem;
-use tumble::ipopt::{NonlinearProgram, Options, Outcome, Progress, ReturnStatus, Solver, Start};
+use tumble::ipopt::{
+    NonlinearProgram, Options, Outcome, Progress, ReturnStatus, Solver, StartPoint,
+};
 use tumble::sparsity::SparsityPattern;
 
 /// The end of a solve, copied out of the solver.
@@ -39,9 +41,9 @@ impl Answer {
     }
 
     /// A warm start from here.
-    pub fn as_start(&self) -> Start<'_> {
+    pub fn as_start(&self) -> StartPoint<'_> {
         let [x, _, constraint_multipliers, lower_multipliers, upper_multipliers] = &self.arrays;
-        Start::Warm { x, constraint_multipliers, lower_multipliers, upper_multipliers }
+        StartPoint::Warm { x, constraint_multipliers, lower_multipliers, upper_multipliers }
     }
 }
 
@@ -52,7 +54,7 @@ pub fn solver(problem: &Problem) -> Solver {
 /// Solves with `solver` from the problem's own start.
 pub fn solve_with(solver: &mut Solver, problem: &Problem) -> Answer {
     let mut program = problem.clone();
-    let start = Start::Cold { x: &problem.start };
+    let start = StartPoint::Cold { x: &problem.start };
     Answer::of(&solver.solve(&mut program, &problem.bounds, &start).unwrap())
 }
 

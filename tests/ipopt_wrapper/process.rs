@@ -9,7 +9,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
-use tumble::ipopt::Start;
+use tumble::ipopt::StartPoint;
 
 /// Set in a child; the value is for the job.
 const CHILD: &str = "TUMBLE_WRAPPER_TEST_CHILD";
@@ -84,7 +84,7 @@ fn nothing_is_printed_by_solves_that_succeed_or_fail() {
                 }
                 true
             });
-            let start = Start::Cold { x: &problem.start };
+            let start = StartPoint::Cold { x: &problem.start };
             let mut solver = solver(&problem);
             let outcome = solver.solve(&mut probe, &problem.bounds, &start).unwrap();
             assert!(!outcome.status.is_success());
@@ -151,7 +151,7 @@ fn memory_stays_flat_over_two_thousand_create_solve_free_cycles() {
                 }
                 _ => true,
             });
-            let start = Start::Cold { x: &problem.start };
+            let start = StartPoint::Cold { x: &problem.start };
             let _ = catch_unwind(AssertUnwindSafe(|| {
                 solver.solve(&mut probe, &problem.bounds, &start).unwrap();
             }));

@@ -2,7 +2,7 @@
 
 use super::probe::{solve, solve_with, solver};
 use super::problems::{Problem, hs006, hs035, hs071, pattern};
-use tumble::ipopt::{Bounds, IpoptError, Options, Solver, Start};
+use tumble::ipopt::{Bounds, IpoptError, Options, Solver, StartPoint};
 use tumble::sparsity::SparsityPattern;
 
 const NAN: f64 = f64::NAN;
@@ -82,7 +82,7 @@ fn assert_bounds_refused(
     expected: &str,
     at: usize,
 ) {
-    let start = Start::Cold { x: &problem.start };
+    let start = StartPoint::Cold { x: &problem.start };
     let refusal = solver.solve(&mut problem.clone(), bounds, &start).unwrap_err();
     assert!(
         matches!(&refusal, IpoptError::Bounds { what, index, .. } if *what == expected && *index == at),
@@ -95,10 +95,10 @@ fn assert_bounds_refused(
 fn arrays_of_the_wrong_length_are_refused_by_name() {
     let problem = hs071();
     let mut solver = solver(&problem);
-    let mut refusal_of = |bounds: &Bounds, start: &Start<'_>| {
+    let mut refusal_of = |bounds: &Bounds, start: &StartPoint<'_>| {
         solver.solve(&mut problem.clone(), bounds, start).unwrap_err()
     };
-    let good = Start::Cold { x: &problem.start };
+    let good = StartPoint::Cold { x: &problem.start };
     type Field = fn(&mut Bounds) -> &mut Vec<f64>;
     let fields: [(&'static str, usize, Field); 4] = [
         ("variable bounds", 4, |bounds| &mut bounds.lower),
@@ -116,7 +116,7 @@ fn arrays_of_the_wrong_length_are_refused_by_name() {
     }
     for found in [0, 3, 5] {
         let x = vec![1.0; found];
-        let refusal = refusal_of(&problem.bounds, &Start::Cold { x: &x });
+        let refusal = refusal_of(&problem.bounds, &StartPoint::Cold { x: &x });
         assert_eq!(refusal, IpoptError::Length { what: "start point", expected: 4, found });
     }
     let names = ["start point", "constraint multipliers", "lower bound multipliers"];
@@ -131,9 +131,9 @@ fn arrays_of_the_wrong_length_are_refused_by_name() {
     }
 }
 
-fn warm(arrays: &[Vec<f64>; 4]) -> Start<'_> {
+fn warm(arrays: &[Vec<f64>; 4]) -> StartPoint<'_> {
     let [x, constraint_multipliers, lower_multipliers, upper_multipliers] = arrays;
-    Start::Warm { x, constraint_multipliers, lower_multipliers, upper_multipliers }
+    StartPoint::Warm { x, constraint_multipliers, lower_multipliers, upper_multipliers }
 }
 
 #[test]
@@ -152,7 +152,7 @@ fn starts_that_are_not_finite_are_refused_with_their_index() {
             arrays[which][1] = value;
             let mut starts = vec![warm(&arrays)];
             if which == 0 {
-                starts.push(Start::Cold { x: &arrays[0] });
+                starts.push(StartPoint::Cold { x: &arrays[0] });
             }
             for start in starts {
                 let result = solver.solve(&mut problem.clone(), &problem.bounds, &start);
@@ -218,13 +218,13 @@ fn a_problem_without_variables_is_refused() {
 fn a_solver_refuses_a_problem_of_another_structure() {
     let mut solver = solver(&hs071());
     let other = hs035();
-    let start = Start::Cold { x: &other.start };
+    let start = StartPoint::Cold { x: &other.start };
     let refusal = solver.solve(&mut other.clone(), &other.bounds, &start).unwrap_err();
     assert_eq!(refusal, IpoptError::Length { what: "variables", expected: 4, found: 3 });
 
     let mut sparser = hs071();
     sparser.jacobian = pattern(&[(0, 0)]);
-    let start = Start::Cold { x: &sparser.start };
+    let start = StartPoint::Cold { x: &sparser.start };
     let refusal = solver.solve(&mut sparser.clone(), &sparser.bounds, &start).unwrap_err();
     assert_eq!(refusal, IpoptError::Length { what: "Jacobian entries", expected: 8, found: 1 });
 

@@ -3,7 +3,7 @@
 use super::probe::{Answer, Call, Callback, Probe, solve, solve_with, solver};
 use super::problems::{Problem, all, hs006, hs035, hs071, linear, rosenbrock};
 use std::thread;
-use tumble::ipopt::{BarrierStrategy, Options, ReturnStatus, Scaling, Solver, Start};
+use tumble::ipopt::{BarrierStrategy, Options, ReturnStatus, Scaling, Solver, StartPoint};
 
 /// With the tolerance 1e-8 each bound leaves about 1e-8 in the objective, and Ipopt
 /// relaxes bounds by 1e-8 of their size, which a multiplier of at most 20 turns into
@@ -133,7 +133,7 @@ fn keep_going_can_stop_the_solve_at_every_iteration() {
             call.progress.is_none_or(|progress| progress.iteration < last)
         });
         let mut solver = solver(&problem);
-        let start = Start::Cold { x: &problem.start };
+        let start = StartPoint::Cold { x: &problem.start };
         let outcome = solver.solve(&mut probe, &problem.bounds, &start).unwrap();
         assert_eq!(outcome.status, ReturnStatus::UserRequestedStop);
         assert!(!outcome.status.is_success());
@@ -152,7 +152,7 @@ fn progress_counts_iterations_and_shows_the_convergence() {
         seen.extend(call.progress.copied());
         true
     });
-    let start = Start::Cold { x: &problem.start };
+    let start = StartPoint::Cold { x: &problem.start };
     let iterations =
         solver(&problem).solve(&mut probe, &problem.bounds, &start).unwrap().iterations;
     let counts: Vec<_> = seen.iter().map(|progress| progress.iteration).collect();
@@ -194,7 +194,7 @@ fn hopeless_problems_end_with_a_status_and_leave_the_solver_usable() {
     for (problem, healthy) in [(no_root, hs006()), (too_tight, hs071()), (unbounded, linear())] {
         let mut solver = solver(&problem);
         let mut program = problem.clone();
-        let start = Start::Cold { x: &problem.start };
+        let start = StartPoint::Cold { x: &problem.start };
         let outcome = solver.solve(&mut program, &problem.bounds, &start).unwrap();
         assert!(!outcome.status.is_success(), "{}: {}", problem.name, outcome.status);
         assert!(!outcome.status.name().contains("Unknown"), "{}", outcome.status);
@@ -252,7 +252,7 @@ fn every_setting_that_is_accepted_solves_or_says_why_not() {
         for problem in all() {
             let mut solver = Solver::new(&problem, options.clone()).unwrap();
             let mut program = problem.clone();
-            let start = Start::Cold { x: &problem.start };
+            let start = StartPoint::Cold { x: &problem.start };
             let outcome = solver.solve(&mut program, &problem.bounds, &start).unwrap();
             assert_eq!(ReturnStatus::from_code(outcome.status.code()), outcome.status);
         }

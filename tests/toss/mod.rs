@@ -10,7 +10,7 @@ use rand_mt::Mt;
 use tumble::contact::{Certificate, Detection};
 use tumble::mechanics::quaternion::left;
 use tumble::mechanics::{RigidBody, State, Wrench};
-use tumble::simulation::scene::Scene;
+use tumble::simulation::scene::TutorialScene;
 use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::solver::native::NativeSolver;
 use tumble::step::{ContactForce, StepReport, StepSolution, StepSolver, StepStatus};
@@ -51,7 +51,7 @@ pub fn cubes() -> Vec<RigidBody> {
 
 /// The thrown cube's start.
 pub fn thrown(seed: u32) -> State {
-    Scene::drop().start(Scene::drop().attitude(seed))
+    TutorialScene::drop().start(TutorialScene::drop().attitude(seed))
 }
 
 /// A simulation by the native solver.

@@ -10,7 +10,7 @@ use nalgebra::{Matrix3, Vector3, Vector4};
 
 /// Defaults of a scene; every one can be changed on the command line.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Scene {
+pub struct TutorialScene {
     /// The word of the command line.
     pub name: &'static str,
     /// Rows of the trajectory.
@@ -36,7 +36,7 @@ pub const CUBE_HALF_SIDE: f64 = 1.0;
 /// μ of the tutorial.
 pub const FRICTION: f64 = 0.3;
 
-impl Scene {
+impl TutorialScene {
     /// The cube thrown on the ground.
     #[must_use]
     pub fn drop() -> Self {
@@ -93,7 +93,7 @@ impl Scene {
 /// # Errors
 /// None for these numbers; the type is [`RigidBody::new`]'s.
 pub fn tutorial_parameters() -> Result<Parameters, Error> {
-    let scene = Scene::drop();
+    let scene = TutorialScene::drop();
     Ok(Parameters {
         bodies: vec![tutorial_cube()?],
         ground: Some(Plane::level()),

@@ -4,7 +4,7 @@ use crate::cli::values;
 use clap::{Args, ValueEnum};
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
-use tumble::fit::{Loss, Parameter};
+use tumble::fit::{Constant, Loss};
 
 #[derive(Debug, Args)]
 #[command(allow_negative_numbers = true)]
@@ -28,12 +28,12 @@ pub struct FitArgs {
     /// A value in place of the scene's: where the search starts, or, of a parameter that is not
     /// looked for, what it stays at. May be given several times.
     #[arg(long, value_name = "NAME=VALUE", value_parser = setting)]
-    pub set: Vec<(Parameter, f64)>,
+    pub set: Vec<(Constant, f64)>,
     /// Where a parameter is looked for [default: friction 0.02:1, restitution 0:0.6, inertia 0.5:2,
     /// size 0.9:1.1, radius 0 to 0.3 times the least half extent, gravity and ground 10 % to both
     /// sides]. May be given several times.
     #[arg(long, value_name = "NAME=LOW:HIGH", value_parser = bounds)]
-    pub bounds: Vec<(Parameter, [f64; 2])>,
+    pub bounds: Vec<(Constant, [f64; 2])>,
     /// Steps of the simulation for each frame of the recordings, 1 to 1000.
     #[arg(long, value_name = "N", default_value = "10",
         value_parser = clap::value_parser!(u16).range(1..=1000))]
@@ -78,7 +78,7 @@ pub struct FitArgs {
 
 /// What is looked for.
 #[derive(Debug, Clone)]
-pub struct Parameters(pub Vec<Parameter>);
+pub struct Parameters(pub Vec<Constant>);
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum LossName {
@@ -95,7 +95,7 @@ impl From<LossName> for Loss {
     }
 }
 
-fn parameter(name: &str) -> Result<Parameter, String> {
+fn parameter(name: &str) -> Result<Constant, String> {
     tumble::fit::sought(name.trim())
 }
 
@@ -106,12 +106,12 @@ fn parameters(text: &str) -> Result<Parameters, String> {
     text.split(',').map(parameter).collect::<Result<_, _>>().map(Parameters)
 }
 
-fn setting(text: &str) -> Result<(Parameter, f64), String> {
+fn setting(text: &str) -> Result<(Constant, f64), String> {
     let (name, value) = text.split_once('=').ok_or("NAME=VALUE is needed")?;
     Ok((parameter(name)?, values::number(value)?))
 }
 
-fn bounds(text: &str) -> Result<(Parameter, [f64; 2]), String> {
+fn bounds(text: &str) -> Result<(Constant, [f64; 2]), String> {
     let needed = "NAME=LOW:HIGH is needed";
     let (name, range) = text.split_once('=').ok_or(needed)?;
     let (low, high) = range.split_once(':').ok_or(needed)?;

@@ -8,7 +8,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 use tumble::fit::neighbourhood::Smoothed;
-use tumble::fit::{Parameter, SOUGHT, Values};
+use tumble::fit::{Constant, ParameterValues, SOUGHT};
 
 /// fit.json.
 pub fn json(task: &Task, results: &Results) -> Result<String, Failure> {
@@ -93,12 +93,12 @@ fn mean(mean: Mean) -> Value {
     })
 }
 
-fn values(task: &Task, values: &Values) -> Value {
+fn values(task: &Task, values: &ParameterValues) -> Value {
     let sought = task.plan.sought.iter().map(|sought| sought.parameter);
     sought.map(|parameter| (parameter.name().to_owned(), json!(values.get(parameter)))).collect()
 }
 
-fn parameter(task: &Task, results: &Results, parameter: Parameter) -> Value {
+fn parameter(task: &Task, results: &Results, parameter: Constant) -> Value {
     let place = task.plan.sought.iter().position(|sought| sought.parameter == parameter);
     let value = results.values.get(parameter);
     let mut object = json!({
@@ -181,12 +181,12 @@ pub fn scenario(task: &Task, results: &Results) -> String {
     let substeps = task.protocol.substeps;
     let frames = toss.frames.len() - task.protocol.start_frame(toss);
     let start = task.protocol.start(toss);
-    let gravity = model.gravity() * (values.get(Parameter::Gravity) / model.gravity().norm());
+    let gravity = model.gravity() * (values.get(Constant::Gravity) / model.gravity().norm());
     let ground = model.ground();
     let corners: Vec<_> = model.corners(values).iter().map(list).collect();
     let inertia = model.inertia(values);
     let rows: Vec<_> = (0..3).map(|row| list(&inertia.row(row).transpose())).collect();
-    let radius = values.get(Parameter::Radius);
+    let radius = values.get(Constant::Radius);
     let shape = match radius {
         0.0 => format!("points = [\n  {},\n]\n", corners.join(",\n  ")),
         _ => format!("hull = [\n  {},\n]\nradius = {radius:?}\n", corners.join(",\n  ")),
@@ -203,10 +203,10 @@ pub fn scenario(task: &Task, results: &Results) -> String {
         steps = (frames - 1) * substeps + 1,
         h = 1.0 / (toss.rate * substeps as f64),
         gravity = list(&gravity),
-        friction = values.get(Parameter::Friction),
-        restitution = values.get(Parameter::Restitution),
+        friction = values.get(Constant::Friction),
+        restitution = values.get(Constant::Restitution),
         normal = list(ground.normal()),
-        offset = ground.offset() + values.get(Parameter::Ground),
+        offset = ground.offset() + values.get(Constant::Ground),
         mass = model.mass(),
         rows = rows.join(", "),
         position = list(&start.position),

@@ -10,7 +10,7 @@ use std::collections::VecDeque;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-use tumble::fit::{FitError, Memory, Query, SOUGHT, TossScore};
+use tumble::fit::{FitError, Query, SOUGHT, ScoreMemory, TossScore};
 
 /// The name of the file.
 const NAME: &str = "fit-state.jsonl";
@@ -125,7 +125,7 @@ impl FileMemory {
     }
 }
 
-impl Memory for FileMemory {
+impl ScoreMemory for FileMemory {
     fn recall(&mut self, query: &Query<'_>) -> Option<Vec<TossScore>> {
         let entry = self.known.pop_front()?;
         let same = entry.values.map(f64::to_bits) == query.values.0.map(f64::to_bits)

@@ -8,7 +8,7 @@ use tumble::fit::ensemble::{Ensemble, Noise, ensembles};
 use tumble::fit::folds::{self, Fold};
 use tumble::fit::neighbourhood::Neighbourhood;
 use tumble::fit::search::Found;
-use tumble::fit::{Evaluator, FitError, Query, TossScore, Values};
+use tumble::fit::{Evaluator, FitError, ParameterValues, Query, TossScore};
 use tumble::mechanics::State;
 
 /// A toss is on another face where its attitude ends farther off than this, rad.
@@ -31,7 +31,7 @@ pub struct EnsembleMeans {
 
 pub struct Results {
     /// The found values, or those of the start where nothing was sought.
-    pub values: Values,
+    pub values: ParameterValues,
     pub scores_at_start: Vec<TossScore>,
     pub scores: Vec<TossScore>,
     pub found: Option<Found>,
@@ -83,7 +83,7 @@ impl Results {
         let mut evaluator = Evaluator::new(&task.model, &task.protocol, tosses, memory, flag);
         let all: Vec<usize> = (0..tosses.len()).collect();
         let substeps = task.protocol.substeps;
-        let score = |values: &Values, evaluator: &mut Evaluator<'_>| {
+        let score = |values: &ParameterValues, evaluator: &mut Evaluator<'_>| {
             evaluator.evaluate(&Query { values, substeps, tosses: &all })
         };
         let (mut values, mut found, mut neighbourhood) = (task.start, None, None);

@@ -8,7 +8,7 @@ use crate::cli::{input, scenario, shown};
 use std::path::Path;
 use tumble::fit::neighbourhood::Neighbourhood;
 use tumble::fit::search::{Plan, Sought};
-use tumble::fit::{Model, Parameter, Protocol, Values};
+use tumble::fit::{Constant, Model, ParameterValues, Protocol};
 use tumble::scenario::scene::Scene;
 use tumble::scenario::settings::Settings;
 use tumble::world::World;
@@ -20,7 +20,7 @@ pub struct Task {
     pub model: Model,
     pub protocol: Protocol,
     pub data: Data,
-    pub start: Values,
+    pub start: ParameterValues,
     /// Nothing is sought where the values are only scored.
     pub plan: Plan,
     pub neighbours: usize,
@@ -69,7 +69,7 @@ impl Task {
         let data = data::read(&args.data, args.rate)?;
         let corners = model.corners(&start);
         for toss in &data.tosses {
-            let checked = toss.check_against(&corners, start.get(Parameter::Radius));
+            let checked = toss.check_against(&corners, start.get(Constant::Radius));
             checked.map_err(|error| data.named(toss, error))?;
         }
         if args.folds > 0 && !plan.sought.is_empty() {

@@ -11,7 +11,7 @@
 mod callbacks;
 
 use super::options::Setting;
-use super::{Bounds, IpoptError, NonlinearProgram, Options, ReturnStatus, Start};
+use super::{Bounds, IpoptError, NonlinearProgram, Options, ReturnStatus, StartPoint};
 use crate::sparsity::SparsityPattern;
 use ipopt_sys as sys;
 use std::any::Any;
@@ -138,7 +138,7 @@ impl Solver {
         &mut self,
         program: &mut dyn NonlinearProgram,
         bounds: &Bounds,
-        start: &Start<'_>,
+        start: &StartPoint<'_>,
     ) -> Result<Outcome<'_>, IpoptError> {
         let sizes = [
             ("variables", self.n, program.variable_count()),
@@ -250,15 +250,20 @@ impl Solver {
         }
     }
 
-    fn load_start(&mut self, start: &Start<'_>) {
+    fn load_start(&mut self, start: &StartPoint<'_>) {
         match *start {
-            Start::Cold { x } => {
+            StartPoint::Cold { x } => {
                 self.x.copy_from_slice(x);
                 self.constraint_multipliers.fill(0.0);
                 self.lower_multipliers.fill(0.0);
                 self.upper_multipliers.fill(0.0);
             }
-            Start::Warm { x, constraint_multipliers, lower_multipliers, upper_multipliers } => {
+            StartPoint::Warm {
+                x,
+                constraint_multipliers,
+                lower_multipliers,
+                upper_multipliers,
+            } => {
                 self.x.copy_from_slice(x);
                 self.constraint_multipliers.copy_from_slice(constraint_multipliers);
                 self.lower_multipliers.copy_from_slice(lower_multipliers);

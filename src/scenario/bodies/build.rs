@@ -10,7 +10,7 @@ use crate::contact::Plane;
 use crate::mechanics::{Load, Rotation, State};
 use crate::scenario::choices::Frame;
 use crate::scenario::fields::Numbers;
-use crate::scenario::model::{BodyModel, FixedModel, Model, PairModel, PartnerModel, Start};
+use crate::scenario::model::{BodyModel, BodyStart, FixedModel, Model, PairModel, PartnerModel};
 use crate::scenario::parameters::LoadParameters;
 use crate::scenario::physics::plane as plane_parameters;
 use crate::scenario::scene::USUAL_SEED;
@@ -148,7 +148,7 @@ impl Builder<'_> {
             load,
             colour: entry.colour,
             label: entry.label.take(),
-            start: Start::of(&State::from_vector(&SVector::zeros())),
+            start: BodyStart::of(&State::from_vector(&SVector::zeros())),
         };
         template.rigid_body(&shape).map_err(|error| named(field_of(&error)))?;
         if index == self.model.shapes.len() {
@@ -174,7 +174,7 @@ impl Builder<'_> {
             let start =
                 self.start(entry.frame, &place, (velocity, spin), &centre).map_err(named)?;
             start.checked().map_err(|error| named(field_of(&error)))?;
-            let start = Start::of(&start);
+            let start = BodyStart::of(&start);
             let usual = ("body", self.model.bodies.len());
             let name = name_of(entry.name.as_deref(), usual, (number, count));
             partners.push(PartnerModel::Body(self.model.bodies.len()));

@@ -7,11 +7,11 @@ pub mod joints;
 mod masses;
 mod refused;
 
-use super::contact::Contact;
 use super::failure::{Failure, refuse_flags};
 use super::physics::violent_load;
 use super::scene::{OutputFormat, Scene, USUAL_SEED};
 use super::settings::Settings;
+use super::solver_choice::SolverChoice;
 use crate::contact::detection::CONTACT_BAND;
 use crate::contact::{Candidates, Overlap};
 use crate::error::Error;
@@ -54,7 +54,7 @@ pub fn scene(
     let world = model.world()?;
     let place = "several bodies: the tutorial's program is of one";
     refuse_flags(place, &[("--preset", settings.preset.is_some())])?;
-    let contact = Contact::new(settings, USUAL_SOLVER)?;
+    let contact = SolverChoice::new(settings, USUAL_SOLVER)?;
     // Whether there is one for this world, before anything is written.
     contact.solver(&world)?;
     let scene = Scene {

@@ -4,7 +4,7 @@
 use super::memory::Multipliers;
 use super::posing::{Posed, solve_posed};
 use super::program::{Attempted, Effort, Hold, StartMultipliers};
-use super::start::Start;
+use super::start::ProgramStart;
 use super::{IpoptSolver, Rung, missed_depth};
 use crate::contact::certificate::{Certifier, Claim};
 use crate::contact::{Candidates, Contact, Partner, rounding};
@@ -91,7 +91,7 @@ pub struct Ladder {
     tried: StepSolution,
     /// The best end of the step: as a solution, as a point, and what Ipopt ended there with.
     best: StepSolution,
-    best_end: Start,
+    best_end: ProgramStart,
     multipliers: Option<Multipliers>,
 }
 
@@ -109,7 +109,7 @@ impl Ladder {
             is_asked: false,
             tried: StepSolution::default(),
             best: StepSolution::default(),
-            best_end: Start::default(),
+            best_end: ProgramStart::default(),
             multipliers: None,
         }
     }

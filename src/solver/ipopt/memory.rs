@@ -1,7 +1,7 @@
 //! What Ipopt's next step can start from: the last solutions with all that the program knows of
 //! them, slacks and multipliers included.
 
-use super::start::Start;
+use super::start::ProgramStart;
 use crate::contact::ContactKey;
 use crate::ipopt::Point;
 use crate::step::StepSolution;
@@ -10,7 +10,7 @@ use crate::step::StepSolution;
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 struct Remembered {
     solution: StepSolution,
-    point: Start,
+    point: ProgramStart,
     /// Where Ipopt converged to the point itself.
     multipliers: Option<Multipliers>,
 }
@@ -40,10 +40,10 @@ impl Multipliers {
 /// earlier one.
 #[derive(Default)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
-pub(super) struct Memory(Vec<Remembered>);
+pub(super) struct IpoptMemory(Vec<Remembered>);
 
 #[cfg(feature = "save")]
-impl Memory {
+impl IpoptMemory {
     /// Whether it can be what a solver kept: at most two solutions, each with the values of its contacts.
     pub(super) fn is_whole(&self) -> bool {
         let is_whole = |known: &Remembered| {
@@ -55,7 +55,7 @@ impl Memory {
     }
 }
 
-impl Memory {
+impl IpoptMemory {
     /// Forgets all.
     pub(super) fn clear(&mut self) {
         self.0.clear();
@@ -66,7 +66,7 @@ impl Memory {
     }
 
     /// `solution` as a point, if it is one of the last two.
-    pub(super) fn point(&self, solution: &StepSolution) -> Option<&Start> {
+    pub(super) fn point(&self, solution: &StepSolution) -> Option<&ProgramStart> {
         self.find(solution).map(|known| &known.point)
     }
 
@@ -80,7 +80,7 @@ impl Memory {
         &mut self,
         previous: &StepSolution,
         solution: &StepSolution,
-        point: &Start,
+        point: &ProgramStart,
         multipliers: Option<Multipliers>,
     ) {
         self.0.retain(|known| known.solution == *previous);

@@ -26,10 +26,10 @@ use crate::simulation::save::{from_bytes, to_bytes};
 use crate::step::{Step, StepReport, StepSolution, StepSolver, StepStatus};
 use crate::step_nlp::{ProgramPoint, StepNlp};
 use crate::world::World;
-use memory::Memory;
+use memory::IpoptMemory;
 use posing::{Posed, solve_posed};
 use program::{Effort, Hold, Program, StartMultipliers};
-use start::Start;
+use start::ProgramStart;
 #[cfg(feature = "save")]
 use units::Units;
 
@@ -74,12 +74,12 @@ impl Formulation {
 pub struct IpoptSolver {
     program: Program,
     accepted: f64,
-    memory: Memory,
+    memory: IpoptMemory,
     /// What was posed last.
     posed: Posed,
     /// The start and the end of the last solve.
-    start: Start,
-    end: Start,
+    start: ProgramStart,
+    end: ProgramStart,
 }
 
 /// What the objective is multiplied with: 10⁷/(m g ℓ)² in the [scene's units](units), the middle
@@ -157,10 +157,10 @@ impl IpoptSolver {
         Ok(Self {
             program: Program::new(world, formulation, options)?,
             accepted: ACCEPTED_RESIDUAL * world.speed_scale(),
-            memory: Memory::default(),
+            memory: IpoptMemory::default(),
             posed: Posed::default(),
-            start: Start::default(),
-            end: Start::default(),
+            start: ProgramStart::default(),
+            end: ProgramStart::default(),
         })
     }
 
@@ -256,7 +256,7 @@ impl IpoptSolver {
             self.memory.clear();
             return Ok(());
         }
-        let (units, memory): (Units, Memory) = from_bytes(remembered)?;
+        let (units, memory): (Units, IpoptMemory) = from_bytes(remembered)?;
         let are_mine = !self.program.is_tutorials() || units == Units::SI;
         if !are_mine || !units.are_possible() || !memory.is_whole() {
             return Err(Error::Saved("has a memory that is not Ipopt's".to_owned()));

@@ -10,7 +10,7 @@
 //! The tutorial's program is posed with all candidates.
 
 use super::program::{Attempted, Effort, Hold, Program, StartMultipliers};
-use super::start::{Poses, Start};
+use super::start::{Poses, ProgramStart};
 use crate::contact::{Candidates, Contact, ContactKey, KeyIndex, Partner};
 use crate::error::Error;
 use crate::step::{ContactForce, Step};
@@ -72,10 +72,10 @@ impl Posed {
 pub(super) fn solve_posed(
     program: &mut Program,
     step: &Step<'_>,
-    (start, multipliers): (&mut Start, StartMultipliers<'_>),
+    (start, multipliers): (&mut ProgramStart, StartMultipliers<'_>),
     effort: Effort,
     (candidates, posed): (&mut Candidates, &mut Posed),
-    end: &mut Start,
+    end: &mut ProgramStart,
 ) -> Result<Attempted, Error> {
     let Effort { limit, depth, hold, .. } = effort;
     let contacts = candidates.contacts();

@@ -2,7 +2,7 @@
 
 use super::memory::Multipliers;
 use super::posing::Posed;
-use super::start::{Start, Values};
+use super::start::{ContactValues, ProgramStart};
 use super::units::Units;
 use super::{BODY, Formulation, clamped};
 use crate::contact::Contact;
@@ -175,9 +175,9 @@ impl Program {
         &mut self,
         step: &Step<'_>,
         (candidates, posed): (&[Contact], &Posed),
-        (start, multipliers): (&Start, StartMultipliers<'_>),
+        (start, multipliers): (&ProgramStart, StartMultipliers<'_>),
         effort: Effort,
-        end: &mut Start,
+        end: &mut ProgramStart,
     ) -> Result<Attempted, Error> {
         let Self { world, units, tutorial, options, prepared, scratch } = self;
         scratch.take(step, (candidates, posed), units);
@@ -215,14 +215,14 @@ impl Program {
         zeros.clear();
         zeros.resize(variables.max(rows), 0.0);
         let start = match multipliers {
-            StartMultipliers::Estimated => ipopt::Start::Cold { x },
-            StartMultipliers::Zero => ipopt::Start::Warm {
+            StartMultipliers::Estimated => ipopt::StartPoint::Cold { x },
+            StartMultipliers::Zero => ipopt::StartPoint::Warm {
                 x,
                 constraint_multipliers: &zeros[..rows],
                 lower_multipliers: &zeros[..variables],
                 upper_multipliers: &zeros[..variables],
             },
-            StartMultipliers::Known(known) => ipopt::Start::Warm {
+            StartMultipliers::Known(known) => ipopt::StartPoint::Warm {
                 x,
                 constraint_multipliers: &known.constraints,
                 lower_multipliers: &known.lower,
@@ -294,7 +294,7 @@ fn state_at(place: usize) -> std::ops::Range<usize> {
 /// `variables` those of the tutorial's start, or zero.
 fn gather(
     Part { bodies, contacts, places }: Part<'_>,
-    start: &Start,
+    start: &ProgramStart,
     units: &Units,
     variables: usize,
     x: &mut Vec<f64>,
@@ -317,16 +317,21 @@ fn gather(
 }
 
 /// The other way round; what takes no part stays as it is.
-fn scatter(Part { bodies, contacts, places }: Part<'_>, x: &[f64], units: &Units, end: &mut Start) {
+fn scatter(
+    Part { bodies, contacts, places }: Part<'_>,
+    x: &[f64],
+    units: &Units,
+    end: &mut ProgramStart,
+) {
     for (place, &body) in bodies.iter().enumerate() {
         let state = State::from_vector(&SVector::from_column_slice(&x[state_at(place)]));
         end.states[body] = units.si_state(&state);
     }
     for (of, &index) in places.iter().zip(contacts) {
-        let mut values = Values {
+        let mut values = ContactValues {
             force: Vector3::new(0.0, 0.0, x[of.normal.first]),
             normal_slack: x[of.normal.second],
-            ..Values::default()
+            ..ContactValues::default()
         };
         if let Some(of) = of.friction {
             (values.force[0], values.force[1]) = (x[of.force[0]], x[of.force[1]]);
@@ -338,7 +343,7 @@ fn scatter(Part { bodies, contacts, places }: Part<'_>, x: &[f64], units: &Units
 
 /// Makes attitudes turns, which those of an iterate are to its tolerance only, and those of one that is
 /// no solution not at all: then they are those of `free`.
-fn normalise(free: &[State], end: &mut Start) {
+fn normalise(free: &[State], end: &mut ProgramStart) {
     for (state, free) in end.states.iter_mut().zip(free) {
         let norm = state.attitude.norm();
         let is_near = (0.5..2.0).contains(&norm);

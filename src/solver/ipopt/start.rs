@@ -1,7 +1,7 @@
 //! Points of the program, told by bodies and candidates, so that they outlive it: where Ipopt starts
 //! and where it ends.
 
-use super::memory::Memory;
+use super::memory::IpoptMemory;
 use super::posing::Posed;
 use super::units::Units;
 use crate::contact::{Contact, KeyIndex, Partner};
@@ -15,7 +15,7 @@ use nalgebra::Vector3;
 /// What the program has of a contact, in its units.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
-pub(super) struct Values {
+pub(super) struct ContactValues {
     /// f along the contact's frame.
     pub(super) force: Vector3<f64>,
     /// s1, s2, λ.
@@ -27,21 +27,21 @@ pub(super) struct Values {
 /// A point: X⁺ of every body (SI), and the values of every candidate (the program's units).
 #[derive(Debug, Clone, Default)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
-pub(super) struct Start {
+pub(super) struct ProgramStart {
     pub(super) states: Vec<State>,
-    pub(super) values: Vec<Values>,
+    pub(super) values: Vec<ContactValues>,
     /// All variables of the tutorial's program, also those of points that are no candidates: where few
     /// are free, Ipopt relaxes the bounds that clamp them, and the next start has what it leaves.
     pub(super) whole: Vec<f64>,
 }
 
-impl Start {
+impl ProgramStart {
     /// Makes this `states` without any force.
     pub(super) fn reset(&mut self, states: &[State], candidates: usize) {
         self.states.clear();
         self.states.extend_from_slice(states);
         self.values.clear();
-        self.values.resize(candidates, Values::default());
+        self.values.resize(candidates, ContactValues::default());
         self.whole.clear();
     }
 
@@ -50,7 +50,7 @@ impl Start {
         &mut self,
         step: &Step<'_>,
         candidates: &[Contact],
-        memory: &Memory,
+        memory: &IpoptMemory,
         units: &Units,
     ) {
         self.reset(step.states, candidates.len());
@@ -79,7 +79,7 @@ impl Start {
         for (contact, slot) in candidates.iter().zip(&mut self.values) {
             let i = contact.key.point;
             let [.., s1, s2, slip_speed] = point.layout().contact_variables(i);
-            *slot = Values {
+            *slot = ContactValues {
                 force: point.force(i),
                 normal_slack: x[s1],
                 friction_slack: x[s2],
@@ -159,11 +159,11 @@ impl Start {
 }
 
 /// The values of a contact with `force` that ends with the gap `gap` (m).
-fn values_of(contact: &Contact, force: &ContactForce, gap: f64, units: &Units) -> Values {
+fn values_of(contact: &Contact, force: &ContactForce, gap: f64, units: &Units) -> ContactValues {
     let local = contact.frame.tr_mul(&force.force);
     let (friction, smoothing) = (contact.law.friction, SMOOTHING * units.force());
     let products = products(&local, force.slip.norm(), gap, friction, smoothing);
-    let mut values = Values {
+    let mut values = ContactValues {
         force: local,
         normal_slack: products.normal,
         friction_slack: products.friction,
@@ -173,7 +173,7 @@ fn values_of(contact: &Contact, force: &ContactForce, gap: f64, units: &Units) -
     values
 }
 
-impl Values {
+impl ContactValues {
     /// Brings these from SI units to `units`.
     fn convert(&mut self, units: &Units) {
         self.force /= units.force();

@@ -19,7 +19,7 @@ use std::num::NonZeroUsize;
 
 /// How contact steps are posed and solved.
 #[derive(Clone)]
-pub struct Contact {
+pub struct SolverChoice {
     /// Which points may touch.
     pub detection: Detection,
     /// What happens with a step that fails.
@@ -48,7 +48,7 @@ pub const IPOPT_VERSION: &str = crate::ipopt::VERSION;
 #[cfg(not(feature = "ipopt"))]
 pub const IPOPT_VERSION: &str = "";
 
-impl Contact {
+impl SolverChoice {
     /// What `settings` say, by `usual` where they name no solver.
     ///
     /// # Errors
@@ -124,7 +124,7 @@ impl Contact {
     /// What moves the bodies of `world`.
     ///
     /// # Errors
-    /// As [`Contact::solver`].
+    /// As [`SolverChoice::solver`].
     pub fn motion(&self, world: &World) -> Result<Motion<'static>, Failure> {
         Ok(Motion::Contact { detection: self.detection, solver: self.solver(world)? })
     }
@@ -164,7 +164,7 @@ mod ipopt {
     /// Below this, Ipopt's steps take five to a hundred times the iterations and are no better.
     const LEAST_TOLERANCE: f64 = 1e-12;
 
-    pub fn of(settings: &Settings, detection: Detection) -> Result<Contact, Failure> {
+    pub fn of(settings: &Settings, detection: Detection) -> Result<SolverChoice, Failure> {
         let tolerance = settings.tol.unwrap_or(TOLERANCE);
         if tolerance > 0.0 && tolerance < LEAST_TOLERANCE {
             return Err(Failure::setting(
@@ -180,7 +180,7 @@ mod ipopt {
         options.validate().map_err(Failure::of_ipopt)?;
         let on_failure = settings.on_failure.unwrap_or(OnFailure::Ladder);
         let formulation = settings.formulation.map(Formulation::from).unwrap_or_default();
-        Ok(Contact::by(detection, on_failure, Some((formulation, options))))
+        Ok(SolverChoice::by(detection, on_failure, Some((formulation, options))))
     }
 
     pub fn told((formulation, options): &Program) -> (&'static str, f64, u32) {
@@ -188,15 +188,15 @@ mod ipopt {
     }
 
     /// The tutorial's program and settings to the letter.
-    pub fn tutorial() -> Result<Contact, Failure> {
+    pub fn tutorial() -> Result<SolverChoice, Failure> {
         let options = IpoptSolver::tutorial_options();
         let program = (Formulation::Clamped, options);
-        let contact = Contact::by(Detection::Height, OnFailure::Record, Some(program));
-        Ok(Contact { preset: Some(Preset::Tutorial), ..contact })
+        let contact = SolverChoice::by(Detection::Height, OnFailure::Record, Some(program));
+        Ok(SolverChoice { preset: Some(Preset::Tutorial), ..contact })
     }
 
     pub fn solver(
-        contact: &Contact,
+        contact: &SolverChoice,
         (formulation, options): &Program,
         world: &World,
     ) -> Result<Box<dyn StepSolver>, Failure> {
@@ -227,7 +227,7 @@ mod ipopt {
 mod ipopt {
     use super::*;
 
-    pub fn tutorial() -> Result<Contact, Failure> {
+    pub fn tutorial() -> Result<SolverChoice, Failure> {
         Err(Failure::setting("preset", MISSING))
     }
 
@@ -235,12 +235,12 @@ mod ipopt {
         match *program {}
     }
 
-    pub fn of(_: &Settings, _: Detection) -> Result<Contact, Failure> {
+    pub fn of(_: &Settings, _: Detection) -> Result<SolverChoice, Failure> {
         Err(Failure::setting("solver", MISSING))
     }
 
     pub fn solver(
-        _: &Contact,
+        _: &SolverChoice,
         program: &Program,
         _: &World,
     ) -> Result<Box<dyn StepSolver>, Failure> {

@@ -1,0 +1,27 @@
+//! The constants that differ from rollout to rollout.
+
+use crate::error::Error;
+pub use crate::world::Constant;
+use crate::world::World;
+use crate::world::constants::Given;
+
+/// A constant and its numbers, for B rollouts.
+#[derive(Debug, Clone, Copy)]
+pub struct Varied<'a> {
+    /// Which constant.
+    pub constant: Constant,
+    /// B times as many numbers as [`Constant::width`] says.
+    pub values: &'a [f64],
+}
+
+/// `world` with the constants that `values` has for `rollout`.
+pub(super) fn varied(world: &World, values: &[Varied<'_>], rollout: usize) -> Result<World, Error> {
+    let bodies = world.bodies().len();
+    let of_rollout = |values: &Varied<'_>| {
+        let width = values.constant.width(bodies);
+        rollout * width..(rollout + 1) * width
+    };
+    let given = values.iter().map(|given| (given.constant, &given.values[of_rollout(given)]));
+    let given: Vec<Given<'_>> = given.collect();
+    world.with_constants(&given)
+}
