@@ -2,7 +2,7 @@
 #![cfg_attr(not(feature = "guide"), doc = include_str!("../docs/guide.md"))]
 #![deny(unsafe_code)]
 
-pub use tumble_core::{contact, error, geometry, joint, mechanics, step, world};
+pub use tumble_core::{contact, derivative, error, geometry, joint, mechanics, step, world};
 
 #[cfg(feature = "film")]
 pub mod film;

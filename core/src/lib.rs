@@ -14,6 +14,7 @@ pub mod joint;
 pub mod mechanics;
 
 pub mod contact;
+pub mod derivative;
 pub mod world;
 
 pub mod simulation;

@@ -125,6 +125,48 @@ impl Rotation {
         }
     }
 
+    /// ∂/∂ω of that: of the momentum form
+    ///
+    /// ```text
+    /// I − ½ h ([ω]× I − [I ω]×) + ¼ h² ((ω·I ω) E + 2 ω (I ω)ᵀ)
+    /// ```
+    #[must_use]
+    pub fn momentum_slope(
+        self,
+        inertia: &Matrix3<f64>,
+        spin: &Vector3<f64>,
+        time_step: f64,
+    ) -> Matrix3<f64> {
+        let (momentum, half) = (inertia * spin, 0.5 * time_step);
+        match self {
+            Self::Tutorial => *inertia,
+            Self::Momentum => {
+                let turning = spin.cross_matrix() * inertia - momentum.cross_matrix();
+                inertia - turning * half + quadratic_slope(&momentum, spin) * (half * half)
+            }
+        }
+    }
+
+    /// ∂/∂h of P^±(ω) (eq. 34), N m, body, `sign` being 1 of P⁺ and −1 of P⁻; of the tutorial's form that of
+    /// I ω + h ω × I ω and of I ω.
+    #[must_use]
+    pub fn momentum_rate(
+        self,
+        inertia: &Matrix3<f64>,
+        spin: &Vector3<f64>,
+        time_step: f64,
+        sign: f64,
+    ) -> Vector3<f64> {
+        let momentum = inertia * spin;
+        let turning = spin.cross(&momentum);
+        match self {
+            Self::Tutorial => turning * (0.5 + 0.5 * sign),
+            Self::Momentum => {
+                turning * (0.5 * sign) + spin * (0.5 * time_step * spin.dot(&momentum))
+            }
+        }
+    }
+
     /// The spin at the time of a state, rad/s, body: I⁻¹ P⁻(ω), with which what touches arrives; ω of
     /// the tutorial's form. `inertia` and its inverse of one scale.
     #[must_use]

@@ -8,6 +8,7 @@
 mod energy;
 mod joints;
 mod slopes;
+mod tangent;
 
 use super::blocks::BlockSystem;
 use super::coupling::{Coupling, approach};
@@ -30,6 +31,7 @@ use nalgebra::{Matrix3, Matrix3x6, Matrix6, Vector3, Vector6};
 
 use energy::Source;
 pub(super) use joints::JointPlace;
+pub(super) use tangent::{CouplingChange, gain_of};
 
 /// Which bodies of the island a coupling joins.
 #[derive(Debug, Clone, Copy)]
@@ -120,6 +122,11 @@ impl Island {
         self.old.clear();
         self.slow = SLOW * step.world.speed_scale();
         self.setting.begin(Tolerances::together(step.world, self.speed()), unsettled);
+    }
+
+    /// Its bodies, in their order.
+    pub(super) fn members(&self) -> &[Member] {
+        &self.members
     }
 
     /// M, kg: the mass that impulses are divided by.

@@ -5,10 +5,42 @@
 use super::equations::Velocity;
 use super::tolerances::{LARGE_TURN, TURN_GAIN};
 use super::turning::Turning;
-use crate::mechanics::Rotation;
 use crate::mechanics::quaternion::rotation;
+use crate::mechanics::{Rotation, Wrench};
 use crate::step::Step;
-use nalgebra::{Matrix3, RowVector3, Vector3};
+use nalgebra::{Matrix3, RowVector3, Vector3, Vector6};
+
+/// What may change of a body by itself.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct BodyGiven {
+    /// δv, m/s, world, and δω, rad/s, body, at k.
+    pub(super) velocity: Vector3<f64>,
+    pub(super) spin: Vector3<f64>,
+    pub(super) wrench: Wrench,
+    /// δg, m/s².
+    pub(super) gravity: Vector3<f64>,
+    /// δm, kg.
+    pub(super) mass: f64,
+    /// δI, kg m².
+    pub(super) inertia: Matrix3<f64>,
+    /// δh, s.
+    pub(super) time_step: f64,
+}
+
+impl BodyGiven {
+    pub(super) fn nothing() -> Self {
+        let zero = Vector3::zeros();
+        Self {
+            velocity: zero,
+            spin: zero,
+            wrench: Wrench::zero(),
+            gravity: zero,
+            mass: 0.0,
+            inertia: Matrix3::zeros(),
+            time_step: 0.0,
+        }
+    }
+}
 
 /// One body of an island.
 #[derive(Debug, Clone)]
@@ -36,6 +68,8 @@ pub(super) struct Member {
     pub(super) torque_impulse: Vector3<f64>,
     /// M/m, M being the mass that impulses are divided by.
     pub(super) share: f64,
+    /// m, kg.
+    mass: f64,
 }
 
 impl Member {
@@ -56,6 +90,7 @@ impl Member {
             inertia_inverse: unit,
             torque_impulse: zero,
             share: 1.0,
+            mass: 1.0,
         }
     }
 
@@ -78,6 +113,7 @@ impl Member {
             inertia_inverse: *body.specific_inertia_inverse(),
             torque_impulse: step.wrenches[index].torque * (time_step / body.mass()),
             share: mass / body.mass(),
+            mass: body.mass(),
         }
     }
 
@@ -111,6 +147,60 @@ impl Member {
         }
         let h = self.time_step;
         self.inertia + h * self.form.gyroscopic_slope(&self.inertia, spin, h)
+    }
+
+    /// What changes of the body, of its state at k and of what acts on it from outside make of the right-hand
+    /// sides of its equations of motion (N1), each over its mass:
+    ///
+    /// ```text
+    /// rhs_v = δv + h/m δF + h δg + (F/m + g) δh − (v⁺ − v − h g) δm/m
+    /// rhs_ω = (∂P⁻/∂ω δω + h δτ + (τ + ∂P⁻/∂h − ∂P⁺/∂h) δh − P⁺(δI, ω⁺) + P⁻(δI, ω))/m      (G6)
+    /// ```
+    pub(super) fn change(
+        &self,
+        velocity: &Velocity,
+        given: &BodyGiven,
+        gravity: &Vector3<f64>,
+    ) -> Vector6<f64> {
+        let (h, old, new) = (self.time_step, &self.old, &velocity.spin);
+        let BodyGiven {
+            velocity: faster,
+            spin,
+            wrench,
+            gravity: heavier,
+            mass,
+            inertia,
+            time_step,
+        } = given;
+        let pushed = velocity.linear - old.linear - h * gravity;
+        let outside = (self.free.linear - old.linear) / h;
+        let linear = faster + wrench.force * (h / self.mass) + heavier * h + outside * *time_step
+            - pushed * (mass / self.mass);
+        let slope = self.form.momentum_slope(&self.inertia, &old.spin, h) * spin;
+        let longer = self.torque_impulse / h
+            + self.form.momentum_rate(&self.inertia, &old.spin, h, -1.0)
+            - self.form.momentum_rate(&self.inertia, new, h, 1.0);
+        let zero = Vector3::zeros();
+        let after = inertia * new + self.form.gyroscopic(inertia, &zero, new, h) * h;
+        let before = self.form.momentum(inertia, &old.spin, h);
+        let angular = slope
+            + wrench.torque * (h / self.mass)
+            + longer * *time_step
+            + (before - after) / self.mass;
+        let mut both = Vector6::zeros();
+        both.fixed_rows_mut::<3>(0).copy_from(&linear);
+        both.fixed_rows_mut::<3>(3).copy_from(&angular);
+        both
+    }
+
+    /// The transpose, as far as the state at k and the wrench go: derivatives by v, ω, F and τ, of those by the
+    /// right-hand sides.
+    pub(super) fn change_pulled(&self, rhs: &Vector6<f64>) -> (Vector3<f64>, Vector3<f64>, Wrench) {
+        let (linear, angular) = (rhs.fixed_rows::<3>(0), rhs.fixed_rows::<3>(3).into_owned());
+        let slope = self.form.momentum_slope(&self.inertia, &self.old.spin, self.time_step);
+        let per_mass = self.time_step / self.mass;
+        let wrench = Wrench { force: linear * per_mass, torque: angular * per_mass };
+        (linear.into(), slope.tr_mul(&angular), wrench)
     }
 
     /// What a unit impulse along the rows of a joint makes of their speed by this body, each by itself: the

@@ -139,17 +139,33 @@ impl<E: Equations> Newton<E> {
         effort: &mut Effort<'_>,
     ) -> bool {
         let compliance = map.compliance;
-        for shifts in [&mut iterate.shifts, &mut self.trial.shifts] {
-            shifts.clear();
-        }
-        let contacts = iterate.impulses.iter().zip(equations.couplings());
-        let shifts = contacts.map(|(impulse, contact)| compliance * contact.rows.given(impulse));
-        self.trial.shifts.extend(shifts);
-        iterate.shifts.extend_from_slice(&self.trial.shifts);
-        let converged = self.solve(equations, map, (compliance, until), iterate, effort);
-        iterate.shifts.clear();
+        iterate.keep_impulses(equations, map);
         self.trial.shifts.clear();
+        self.trial.shifts.extend_from_slice(&iterate.shifts);
+        let converged = self.solve(equations, map, (compliance, until), iterate, effort);
+        iterate.forget_impulses();
+        self.trial.forget_impulses();
         converged
+    }
+
+    /// Linearises `law`, which must be the one evaluated last, at `iterate` with the compliance `matrix`, and
+    /// factorises the system of the velocities: what every coupling answers, and the piece that it is on. `None`
+    /// where the system is singular.
+    pub(super) fn linearise(
+        &mut self,
+        equations: &E,
+        map: &NaturalMap,
+        matrix: f64,
+        iterate: &Iterate<E>,
+    ) -> Option<(&[Elimination<E::Slope>], &[Piece])> {
+        self.find_pieces(equations, map, iterate);
+        let is_regular = self.set_direction(equations, matrix, iterate);
+        is_regular.then_some((&self.eliminations, &self.pieces))
+    }
+
+    /// The system that was factorised last.
+    pub(super) fn system(&mut self) -> &mut E::System {
+        &mut self.system
     }
 
     /// Moves a solution of `law` to the limit of vanishing compliance (N9): the law without
@@ -267,6 +283,11 @@ impl<E: Equations> Iterate<E> {
         self.pulls.iter().map(|pull| pull.held_speed(equations.graphs())).fold(0.0, f64::max)
     }
 
+    /// How far every coupling is from the next piece of its law, m/s; of the last evaluation.
+    pub(super) fn margins(&self, equations: &E) -> impl Iterator<Item = f64> {
+        self.pulls.iter().map(|pull| pull.margin(equations.graphs()))
+    }
+
     /// u of every coupling, m/s, of the last evaluation.
     pub(super) fn points(&self) -> &[Vector3<f64>] {
         &self.points
@@ -275,6 +296,20 @@ impl<E: Equations> Iterate<E> {
     /// Evaluates u of every coupling.
     pub(super) fn evaluate_points(&mut self, equations: &E) {
         equations.set_points(&self.velocity, &mut self.scratch, &mut self.points);
+    }
+
+    /// Has the compliance of `map` act on changes from the impulses alone (N13), from here on.
+    pub(super) fn keep_impulses(&mut self, equations: &E, map: &NaturalMap) {
+        let contacts = self.impulses.iter().zip(equations.couplings());
+        self.shifts.clear();
+        self.shifts.extend(
+            contacts.map(|(impulse, contact)| map.compliance * contact.rows.given(impulse)),
+        );
+    }
+
+    /// Has it act on the impulses again, in what is evaluated from here on.
+    pub(super) fn forget_impulses(&mut self) {
+        self.shifts.clear();
     }
 
     pub(super) fn is_finite(&self) -> bool {
@@ -308,7 +343,11 @@ pub(super) fn exact_residual<E: Equations>(equations: &E, iterate: &mut Iterate<
 }
 
 /// The equations of motion (N1) and the natural map (N4) at a point, all as velocities.
-fn evaluate<E: Equations>(equations: &E, map: &NaturalMap, iterate: &mut Iterate<E>) -> Residual {
+pub(super) fn evaluate<E: Equations>(
+    equations: &E,
+    map: &NaturalMap,
+    iterate: &mut Iterate<E>,
+) -> Residual {
     let Iterate { velocity, impulses, points, scratch, motion, shifts, .. } = &mut *iterate;
     *motion = equations.motion_residual(velocity, impulses, scratch);
     equations.set_points(velocity, scratch, points);

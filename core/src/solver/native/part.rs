@@ -311,7 +311,7 @@ fn together<'a>(
 }
 
 /// X⁺ of a body (eq. 8).
-fn next_state(step: &Step<'_>, body: usize, velocity: &Velocity) -> State {
+pub(super) fn next_state(step: &Step<'_>, body: usize, velocity: &Velocity) -> State {
     let (state, h) = (&step.states[body], step.world.time_step());
     State {
         position: state.position + h * velocity.linear,

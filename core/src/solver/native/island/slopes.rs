@@ -94,7 +94,7 @@ impl Island {
     }
 
     /// The bodies that a coupling's impulse acts on: which, M/m with its sign, and the torque map.
-    fn sides<'a>(
+    pub(super) fn sides<'a>(
         &self,
         (link, coupling): (&'a Link, &'a Coupling),
     ) -> impl Iterator<Item = (usize, f64, &'a Matrix3<f64>)> {

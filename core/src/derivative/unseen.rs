@@ -1,0 +1,71 @@
+//! What a step passed by: the nearest things that were no contacts.
+
+use crate::contact::{Contact, ContactKey, Partner};
+use crate::geometry::{Hint, Piece, Scratch, separation};
+use crate::mechanics::{Pose, State};
+use crate::world::World;
+use nalgebra::{Matrix3, Vector3};
+
+/// How far the nearest points and pieces that may touch and are no `contacts` are apart where the bodies are at
+/// `states`, m; at most `beyond`.
+pub(crate) fn nearest_unseen(
+    world: &World,
+    states: &[State],
+    contacts: &[Contact],
+    beyond: f64,
+) -> f64 {
+    let poses: Vec<Pose> = states.iter().map(State::pose).collect();
+    let is_seen = |key: &dyn Fn(&ContactKey) -> bool| contacts.iter().any(|c| key(&c.key));
+    let mut nearest = beyond;
+    for (body, pose) in poses.iter().enumerate() {
+        for (point, height) in world.heights(body, pose).enumerate() {
+            let is = |key: &ContactKey| {
+                (key.body, key.point, key.partner) == (body, point, Partner::Ground)
+            };
+            if height.abs() < nearest && !is_seen(&is) {
+                nearest = height.abs();
+            }
+        }
+    }
+    let still = Pose { position: Vector3::zeros(), rotation: Matrix3::identity() };
+    let of_body = |body: usize| {
+        let pieces = world.bodies()[body].pieces().iter().enumerate();
+        pieces.map(move |(number, piece)| (Partner::Body(body), number, piece))
+    };
+    let fixed = world.fixed().iter().enumerate();
+    let all: Vec<(Partner, usize, &Piece)> = (0..poses.len())
+        .flat_map(of_body)
+        .chain(fixed.map(|(index, fixed)| (Partner::Fixed(index), 0, &fixed.piece)))
+        .collect();
+    let at = |of: &Partner| of.body().map_or(&still, |body| &poses[body]);
+    let middle = |(of, _, piece): &(Partner, usize, &Piece)| {
+        let pose = at(of);
+        pose.position + pose.rotation * piece.core().centre()
+    };
+    let size = |piece: &Piece| piece.core().reach() + piece.radius();
+    let (mut hint, mut scratch) = (Hint::default(), Scratch::default());
+    for (place, a) in all.iter().enumerate() {
+        let Some(body) = a.0.body() else { break };
+        for b in &all[place + 1..] {
+            let may_touch = match b.0 {
+                Partner::Body(other) => other != body && world.may_touch(body, other),
+                _ => !world.is_held(body),
+            };
+            let apart = (middle(a) - middle(b)).norm() - size(a.2) - size(b.2);
+            if !may_touch || apart >= nearest {
+                continue;
+            }
+            let is = |key: &ContactKey| {
+                let pieces = key.pair.map(|pair| pair.pieces);
+                let own = (Partner::Body(key.body), key.partner, pieces);
+                own == (a.0, b.0, Some((a.1, b.1))) || own == (b.0, a.0, Some((b.1, a.1)))
+            };
+            if is_seen(&is) {
+                continue;
+            }
+            let found = separation((a.2, at(&a.0)), (b.2, at(&b.0)), &mut hint, &mut scratch);
+            nearest = nearest.min(found.distance.abs());
+        }
+    }
+    nearest
+}

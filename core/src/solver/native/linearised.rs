@@ -1,0 +1,292 @@
+//! The derivative of a step: by the states at its start, by the wrenches, and by the constants of the world.
+//!
+//! At a solution every contact is on a piece of its law, where the step's equations are smooth. With V⁺ and
+//! the impulses p̂ as unknowns, R(V⁺, p̂; x) = 0 gives
+//!
+//! ```text
+//! R_V δV⁺ + R_p δp̂ + R_x δx = 0                                           (G4)
+//! ```
+//!
+//! of which the matrix is that of Newton's method (N8), and every coupling is eliminated by its gain (N5):
+//! one factorisation, and a solution of a triangular system for each change. The transposed
+//! system gives products with the transposed derivative. The compliance of the selection rule (N6) stays in
+//! the equations, at the solution that *it* has, because the limit's forces alone do not say how the undetermined
+//! part turns; from ε and 2ε the limit of the derivative is extrapolated.
+//!
+//! Equation numbers G1, G2, … are those of `docs/gradients.md`.
+
+mod constants;
+mod coupling;
+mod island;
+
+use super::islands::{IslandView, Islands, Marked};
+use crate::contact::Contact;
+use crate::derivative::{EndMap, StateChange, nearest_unseen};
+use crate::error::Error;
+use crate::mechanics::Wrench;
+use crate::step::{Step, StepSolution};
+use crate::world::Constant;
+use constants::{Constants, Shape};
+use island::LinearIsland;
+use nalgebra::Vector3;
+
+/// A change of a step's data, lists over the bodies of the world; an empty list is no change.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct StepChange<'a> {
+    /// Of the states at k.
+    pub states: &'a [StateChange],
+    /// Of the wrenches (N, world; N m, body).
+    pub wrenches: &'a [Wrench],
+    /// Of constants of the world: of each as many numbers as it [has](Constant::shape).
+    pub constants: &'a [(Constant, &'a [f64])],
+}
+
+/// Derivatives of one number by a step's data, lists over the bodies of the world.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct StepGradient {
+    /// By the states at k.
+    pub states: Vec<StateChange>,
+    /// By the wrenches (per N, per N m).
+    pub wrenches: Vec<Wrench>,
+    /// By the constants that were asked for, in their order.
+    pub constants: Vec<Vec<f64>>,
+}
+
+/// The derivative of the last step that it was [made](StepDerivative::linearise) for. Keeps its memory.
+#[derive(Debug, Clone, Default)]
+pub struct StepDerivative {
+    islands: Vec<LinearIsland>,
+    /// How many of them are of this step.
+    count: usize,
+    /// X⁺ by X, V⁺ and h of every body; `None` of one that is held.
+    ends: Vec<Option<EndMap>>,
+    shapes: Vec<Shape>,
+    gravity: Vector3<f64>,
+    margin: f64,
+    room: f64,
+    unknown: usize,
+    kept: bool,
+}
+
+/// Things that are farther apart than this part of the world's reach are no matter.
+const FARTHEST: f64 = 0.1;
+
+impl StepDerivative {
+    /// Of no step yet.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Makes this the derivative of `step`, whose `solution` was found, by whichever solver, with these
+    /// `contacts`: those of the record of the step.
+    ///
+    /// # Errors
+    /// Lists that do not belong together; an island whose linear system is singular; joints, whose rows have no
+    /// derivative yet; an interrupt.
+    pub fn linearise(
+        &mut self,
+        step: &Step<'_>,
+        contacts: &[Contact],
+        solution: &StepSolution,
+    ) -> Result<(), Error> {
+        step.check(contacts)?;
+        let (world, bodies) = (step.world, step.states.len());
+        let sizes = [solution.states.len(), solution.contacts.len()];
+        if sizes != [bodies, contacts.len()] {
+            let (field, allowed) = ("entries of a solution", "one a body, one a contact");
+            return Err(Error::Count { field, count: sizes[1], allowed });
+        }
+        if !world.joints().is_empty() {
+            let (what, why) = ("the derivative of a step with joints", "their rows have none yet");
+            return Err(Error::Unsupported { what, why });
+        }
+        self.gravity = *world.gravity();
+        self.ends.clear();
+        self.ends.extend(solution.states.iter().enumerate().map(|(body, end)| {
+            let map = EndMap::new(&end.velocity, &end.spin, world.time_step());
+            (!world.is_held(body)).then_some(map)
+        }));
+        self.shapes.clear();
+        self.shapes.extend(world.bodies().iter().map(Shape::of));
+        (self.count, self.unknown, self.kept) = (0, 0, false);
+        (self.margin, self.room) = (f64::INFINITY, f64::INFINITY);
+        // Where iterations start: at the solution.
+        let at = Step { previous: solution, earlier: None, ..*step };
+        let mut islands = Islands::default();
+        islands.find(&at, (contacts, 0, true), Marked::NONE);
+        let mut alone = vec![true; bodies];
+        for (_, view) in islands.all() {
+            view.bodies.iter().for_each(|&body| alone[body] = false);
+            self.add(&at, contacts, &view)?;
+        }
+        let places = vec![0; bodies];
+        for body in (0..bodies).filter(|&body| alone[body] && !world.is_held(body)) {
+            let view = IslandView {
+                bodies: &[body],
+                contacts: &[],
+                joints: &[],
+                places: &places,
+                before: &[],
+                unsettled: 0.0,
+            };
+            self.add(&at, contacts, &view)?;
+        }
+        let h = world.time_step();
+        let beyond = (self.margin * h).min(FARTHEST * world.reach());
+        let unseen = nearest_unseen(world, &solution.states, contacts, beyond);
+        if unseen < beyond {
+            self.margin = unseen / h;
+        }
+        Ok(())
+    }
+
+    /// Linearises one island.
+    fn add(
+        &mut self,
+        step: &Step<'_>,
+        contacts: &[Contact],
+        view: &IslandView<'_>,
+    ) -> Result<(), Error> {
+        if self.count == self.islands.len() {
+            self.islands.push(LinearIsland::new(step.world));
+        }
+        let linear = &mut self.islands[self.count];
+        self.count += 1;
+        let kept = linear.linearise(step, contacts, view)?;
+        self.kept |= kept;
+        let (point, h) = (&linear.points[0], step.world.time_step());
+        self.margin = point.iterate.margins(&linear.island).fold(self.margin, f64::min);
+        let pressing = point.couplings.iter().filter(|coupling| coupling.presses());
+        self.room = pressing.map(|c| c.tangent.room() / h).fold(self.room, f64::min);
+        self.unknown +=
+            point.couplings.iter().filter(|c| c.presses() && !c.tangent.is_known()).count();
+        Ok(())
+    }
+
+    /// How far the step is from its next kink, m/s: of every contact how far the next piece of its law is, in the
+    /// contact's own scale, and of what was no contact how far it is apart at the end, over h. Infinite where
+    /// nothing is near. Where it is small against what a change of the data moves, the derivative
+    /// is that of one side.
+    #[must_use]
+    pub fn margin(&self) -> f64 {
+        self.margin
+    }
+
+    /// The same of the features of the contacts that press, m/s: how far the points are inside their faces, and from
+    /// the ends of their edges, over h. A kink of what moves or stretches the bodies at the start of the step; 0
+    /// where boxes of the same width stand flush on each other.
+    #[must_use]
+    pub fn feature_margin(&self) -> f64 {
+        self.room
+    }
+
+    /// How many contacts press of which it is not known how their points and planes follow the bodies: they are taken
+    /// for fixed in them.
+    #[must_use]
+    pub fn unknown(&self) -> usize {
+        self.unknown
+    }
+
+    /// Whether somewhere the shares of forces are not those of the selection rule, but were kept from the steps
+    /// before: they then depend on the history, and the derivative has them change as little as it takes.
+    #[must_use]
+    pub fn keeps_shares(&self) -> bool {
+        self.kept
+    }
+
+    /// δX⁺ of every body for a change of the step's data: the product with the derivative.
+    ///
+    /// # Errors
+    /// Lists of other lengths than the world's.
+    pub fn push(
+        &mut self,
+        change: &StepChange<'_>,
+        end: &mut Vec<StateChange>,
+    ) -> Result<(), Error> {
+        let bodies = self.ends.len();
+        self.check(change)?;
+        let numbers = |constant: Constant, place: usize| -> f64 {
+            let given = change.constants.iter().filter(|(given, _)| *given == constant);
+            given.map(|(_, numbers)| numbers[place]).sum()
+        };
+        let time_step = numbers(Constant::TimeStep, 0);
+        end.clear();
+        let state = |body: usize| change.states.get(body).copied().unwrap_or(StateChange::zero());
+        end.resize(bodies, StateChange::zero());
+        for (body, (end, map)) in end.iter_mut().zip(&self.ends).enumerate() {
+            let zero = Vector3::zeros();
+            *end = match map {
+                Some(map) => map.push(&state(body), (&zero, &zero), time_step),
+                None => state(body),
+            };
+        }
+        for linear in &mut self.islands[..self.count] {
+            let constants = (!change.constants.is_empty()).then_some(&numbers);
+            let constants = constants.map(|numbers| Constants { shapes: &self.shapes, numbers });
+            linear.push(change, constants, (&self.gravity, &self.ends), end);
+        }
+        Ok(())
+    }
+
+    /// The derivatives of a number by the step's data where `end` are those by X⁺: the product with the
+    /// transposed derivative. `constants` are those asked for.
+    ///
+    /// # Errors
+    /// A list of another length than the world's.
+    pub fn pull(
+        &mut self,
+        end: &[StateChange],
+        constants: &[Constant],
+        gradient: &mut StepGradient,
+    ) -> Result<(), Error> {
+        let bodies = self.ends.len();
+        count("derivatives by the states at the end", end.len(), bodies)?;
+        gradient.states.clear();
+        gradient.wrenches.clear();
+        gradient.wrenches.resize(bodies, Wrench::zero());
+        let widths = constants.iter().map(|constant| vec![0.0; constant.width(bodies)]);
+        gradient.constants.clear();
+        gradient.constants.extend(widths);
+        let mut by_velocity = Vec::with_capacity(bodies);
+        let mut by_time_step = 0.0;
+        for (end, map) in end.iter().zip(&self.ends) {
+            let zero = (Vector3::zeros(), Vector3::zeros());
+            let (start, velocity, longer) =
+                map.as_ref().map_or((*end, zero, 0.0), |map| map.pull(end));
+            gradient.states.push(start);
+            by_velocity.push(velocity);
+            by_time_step += longer;
+        }
+        for (constant, numbers) in constants.iter().zip(&mut gradient.constants) {
+            if *constant == Constant::TimeStep {
+                numbers[0] += by_time_step;
+            }
+        }
+        for linear in &mut self.islands[..self.count] {
+            linear.pull(&by_velocity, (&self.gravity, &self.shapes), constants, gradient);
+        }
+        Ok(())
+    }
+
+    fn check(&self, change: &StepChange<'_>) -> Result<(), Error> {
+        let bodies = self.ends.len();
+        for (what, found) in [
+            ("changes of states", change.states.len()),
+            ("changes of wrenches", change.wrenches.len()),
+        ] {
+            if found != 0 {
+                count(what, found, bodies)?;
+            }
+        }
+        for (constant, numbers) in change.constants {
+            count(constant.name(), numbers.len(), constant.width(bodies))?;
+        }
+        Ok(())
+    }
+}
+
+fn count(field: &'static str, found: usize, wanted: usize) -> Result<(), Error> {
+    let allowed = "as many as the world of the step has";
+    if found == wanted { Ok(()) } else { Err(Error::Count { field, count: found, allowed }) }
+}

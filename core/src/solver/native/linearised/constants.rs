@@ -1,0 +1,88 @@
+//! Changes of constants of the world, as what they change of bodies and of the sides of contacts.
+
+use super::super::member::BodyGiven;
+use crate::derivative::Given;
+use crate::mechanics::RigidBody;
+use crate::world::Constant;
+use crate::world::constants::extents;
+use nalgebra::{Matrix3, Vector3};
+use std::ops::Range;
+
+/// What constants of a body are counted from.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Shape {
+    pub(super) mass: f64,
+    pub(super) inertia: Matrix3<f64>,
+    /// Half the extents, m, and the radius.
+    pub(super) extents: Vector3<f64>,
+    pub(super) radius: f64,
+}
+
+impl Shape {
+    pub(super) fn of(body: &RigidBody) -> Self {
+        let radius = body.contact_points().iter().map(|point| point.radius).fold(0.0, f64::max);
+        let (mass, inertia) = (body.mass(), *body.inertia());
+        Self { mass, inertia, extents: extents(body), radius }
+    }
+}
+
+/// Changes of constants, by their places among the numbers of each.
+pub(super) struct Constants<'a, F: Fn(Constant, usize) -> f64> {
+    pub(super) shapes: &'a [Shape],
+    pub(super) numbers: &'a F,
+}
+
+impl<F: Fn(Constant, usize) -> f64> Constants<'_, F> {
+    /// δm and δI: inertia goes with the mass.
+    pub(super) fn mass(&self, body: usize) -> (f64, Matrix3<f64>) {
+        let (shape, of) = (&self.shapes[body], self.numbers);
+        let mass = of(Constant::Mass, body);
+        let own = Matrix3::from_fn(|i, j| of(Constant::Inertia, 9 * body + 3 * i + j));
+        (mass, shape.inertia * (mass / shape.mass) + own)
+    }
+
+    /// Of a body by itself.
+    pub(super) fn body(&self, body: usize) -> BodyGiven {
+        let of = self.numbers;
+        let (mass, inertia) = self.mass(body);
+        BodyGiven {
+            gravity: Vector3::from_fn(|k, _| of(Constant::Gravity, k)),
+            mass,
+            inertia,
+            time_step: of(Constant::TimeStep, 0),
+            ..BodyGiven::nothing()
+        }
+    }
+
+    /// Of the side of a contact: with half the extents a and the radius ρ, a size s and a radius stretch by
+    /// (see [`corners`](crate::world::constants::corners))
+    ///
+    /// ```text
+    /// σ = (a δs − δρ)/(a − ρ)
+    /// ```
+    pub(super) fn side(&self, body: usize) -> Given {
+        let (shape, of) = (&self.shapes[body], self.numbers);
+        let (size, radius) = (of(Constant::Size, body), of(Constant::Radius, body));
+        let stretch = if size == 0.0 && radius == 0.0 {
+            Vector3::zeros()
+        } else {
+            shape.extents.map(|a| (a * size - radius) / (a - shape.radius))
+        };
+        Given { stretch, radius, inertia: self.mass(body).1, ..Given::nothing() }
+    }
+}
+
+/// The places among a constant's numbers that a body has a part in.
+pub(super) fn places(constant: Constant, body: usize) -> Range<usize> {
+    match constant {
+        Constant::Mass | Constant::Size | Constant::Radius => body..body + 1,
+        Constant::Inertia => 9 * body..9 * body + 9,
+        Constant::Gravity => 0..3,
+        Constant::Friction | Constant::Restitution | Constant::Ground | Constant::TimeStep => 0..1,
+    }
+}
+
+/// One number of one constant changes by 1.
+pub(super) fn unit(constant: Constant, place: usize) -> impl Fn(Constant, usize) -> f64 {
+    move |of, at| if of == constant && at == place { 1.0 } else { 0.0 }
+}

@@ -1,0 +1,291 @@
+//! An island, linearised at its solutions with two compliances.
+//!
+//! Equation numbers are those of `docs/gradients.md`.
+
+use super::super::effort::Effort;
+use super::super::equations::{Equations, Velocity};
+use super::super::island::{CouplingChange, Island, gain_of};
+use super::super::islands::IslandView;
+use super::super::law::NaturalMap;
+use super::super::member::BodyGiven;
+use super::super::newton::{Iterate, Newton, Until, evaluate};
+use super::super::part::next_state;
+use super::super::tolerances::COMPLIANCE;
+use super::constants::{Constants, Shape, places, unit};
+use super::coupling::LinearCoupling;
+use super::{StepChange, StepGradient};
+use crate::contact::Contact;
+use crate::derivative::{EndMap, StateChange};
+use crate::error::Error;
+use crate::step::Step;
+use crate::world::{Constant, World};
+use nalgebra::{SVector, Vector3, Vector6};
+
+/// One island at the solutions with the compliances ε and 2ε.
+#[derive(Debug, Clone)]
+pub(super) struct LinearIsland {
+    pub(super) bodies: Vec<usize>,
+    pub(super) island: Island,
+    pub(super) points: [LinearPoint; 2],
+}
+
+/// What the results at the two compliances are multiplied with: what is linear in ε vanishes.
+pub(super) const WEIGHTS: [f64; 2] = [2.0, -1.0];
+
+/// One island at a solution with compliance.
+#[derive(Debug, Clone)]
+pub(super) struct LinearPoint {
+    pub(super) newton: Newton<Island>,
+    pub(super) iterate: Iterate<Island>,
+    pub(super) couplings: Vec<LinearCoupling>,
+    pub(super) rhs: Vec<Vector6<f64>>,
+}
+
+impl LinearIsland {
+    pub(super) fn new(world: &World) -> Self {
+        let point = || LinearPoint {
+            newton: Newton::new(),
+            iterate: Iterate::new(),
+            couplings: Vec::new(),
+            rhs: Vec::new(),
+        };
+        Self { bodies: Vec::new(), island: Island::new(world), points: [point(), point()] }
+    }
+
+    /// Linearises it; whether it keeps its shares.
+    pub(super) fn linearise(
+        &mut self,
+        step: &Step<'_>,
+        contacts: &[Contact],
+        view: &IslandView<'_>,
+    ) -> Result<bool, Error> {
+        self.bodies.clear();
+        self.bodies.extend_from_slice(view.bodies);
+        self.island.begin(step, view.bodies, 0.0);
+        let carries = step.world.has_surfaces();
+        for &place in view.contacts {
+            self.island.admit(&contacts[place], |body| view.places[body]);
+            if carries {
+                self.island.carry(contacts[place].carried(step.world, step.states));
+            }
+        }
+        self.island.tie();
+        // What rolls is selected by the law's own limit, in which one solution is left of each share.
+        let rolls = !self.island.setting().all_give_alike;
+        self.island.setting_mut().give_alike();
+        let mut kept = rolls;
+        for (place, point) in self.points.iter_mut().enumerate() {
+            let compliance = COMPLIANCE * (place + 1) as f64;
+            let selected = !kept && point.select(&self.island, step, view, compliance)?;
+            if !selected && place == 0 {
+                kept = true;
+            }
+            if kept {
+                point.keep(&self.island, step, view, compliance);
+            }
+            let singular = || Error::Unsupported {
+                what: "the derivative of a step whose linear system is singular",
+                why: "contacts hold each other in a way that compliance does not resolve",
+            };
+            point.linearise(&self.island, step, contacts, view, compliance).ok_or_else(singular)?;
+        }
+        Ok(kept && !rolls)
+    }
+
+    pub(super) fn push<F: Fn(Constant, usize) -> f64>(
+        &mut self,
+        change: &StepChange<'_>,
+        constants: Option<Constants<'_, F>>,
+        (gravity, ends): (&Vector3<f64>, &[Option<EndMap>]),
+        end: &mut [StateChange],
+    ) {
+        for (point, weight) in self.points.iter_mut().zip(WEIGHTS) {
+            point.rhs.clear();
+            for (place, &body) in self.bodies.iter().enumerate() {
+                let mut given = constants
+                    .as_ref()
+                    .map_or(BodyGiven::nothing(), |constants| constants.body(body));
+                if let Some(state) = change.states.get(body) {
+                    (given.velocity, given.spin) = (state.velocity, state.spin);
+                }
+                if let Some(wrench) = change.wrenches.get(body) {
+                    given.wrench = *wrench;
+                }
+                let velocity = &point.iterate.velocity[place];
+                point.rhs.push(self.island.members()[place].change(velocity, &given, gravity));
+            }
+            for (index, coupling) in point.couplings.iter().enumerate() {
+                let mut found = SVector::<f64, 9>::zeros();
+                if !change.states.is_empty() {
+                    found += coupling.pushed(change.states);
+                }
+                if let Some(constants) = &constants {
+                    found += coupling.by_constants(constants);
+                }
+                let change = coupling_change(&found);
+                self.island.add_change(index, &change, &mut point.rhs);
+            }
+            self.island.solve::<false>(point.newton.system(), &mut point.rhs);
+            for (&body, solved) in self.bodies.iter().zip(&point.rhs) {
+                let (linear, spin) =
+                    (solved.fixed_rows::<3>(0).into(), solved.fixed_rows::<3>(3).into());
+                if let Some(map) = &ends[body] {
+                    let moved = map.push(&StateChange::zero(), (&linear, &spin), 0.0);
+                    end[body] = end[body].plus(weight, &moved);
+                }
+            }
+        }
+    }
+
+    pub(super) fn pull(
+        &mut self,
+        by_velocity: &[(Vector3<f64>, Vector3<f64>)],
+        (gravity, shapes): (&Vector3<f64>, &[Shape]),
+        constants: &[Constant],
+        gradient: &mut StepGradient,
+    ) {
+        for (point, weight) in self.points.iter_mut().zip(WEIGHTS) {
+            point.rhs.clear();
+            point.rhs.extend(self.bodies.iter().map(|&body| {
+                let (linear, spin) = by_velocity[body];
+                let mut rhs = Vector6::zeros();
+                rhs.fixed_rows_mut::<3>(0).copy_from(&(linear * weight));
+                rhs.fixed_rows_mut::<3>(3).copy_from(&(spin * weight));
+                rhs
+            }));
+            self.island.solve::<true>(point.newton.system(), &mut point.rhs);
+            for (place, &body) in self.bodies.iter().enumerate() {
+                let (member, rhs) = (&self.island.members()[place], &point.rhs[place]);
+                let (velocity, spin, wrench) = member.change_pulled(rhs);
+                let state = &mut gradient.states[body];
+                state.velocity += velocity;
+                state.spin += spin;
+                gradient.wrenches[body] = gradient.wrenches[body].plus(&wrench);
+                let new = &point.iterate.velocity[place];
+                for (&constant, sums) in constants.iter().zip(&mut gradient.constants) {
+                    for place in places(constant, body) {
+                        let numbers = unit(constant, place);
+                        let given = Constants { shapes, numbers: &numbers }.body(body);
+                        sums[place] += rhs.dot(&member.change(new, &given, gravity));
+                    }
+                }
+            }
+            for (index, coupling) in point.couplings.iter().enumerate() {
+                let pulled = self.island.change_pulled(index, &point.rhs);
+                let [of_a, of_b] = &pulled.torques;
+                let mut by = SVector::<f64, 9>::zeros();
+                by.fixed_rows_mut::<3>(0).copy_from(&pulled.impulse);
+                by.fixed_rows_mut::<3>(3).copy_from(of_a);
+                by.fixed_rows_mut::<3>(6).copy_from(of_b);
+                coupling.pull_states(&by, &mut gradient.states);
+                for (&constant, sums) in constants.iter().zip(&mut gradient.constants) {
+                    let mut done = 0..0;
+                    for body in coupling.bodies.into_iter().flatten() {
+                        let own = places(constant, body);
+                        if own == done {
+                            continue;
+                        }
+                        for place in own.clone() {
+                            let numbers = unit(constant, place);
+                            let constants = Constants { shapes, numbers: &numbers };
+                            sums[place] += by.dot(&coupling.by_constants(&constants));
+                        }
+                        done = own;
+                    }
+                }
+            }
+        }
+    }
+}
+
+pub(super) fn coupling_change(numbers: &SVector<f64, 9>) -> CouplingChange {
+    let part = |k: usize| Vector3::from_column_slice(&numbers.as_slice()[k..k + 3]);
+    CouplingChange { impulse: part(0), torques: [part(3), part(6)] }
+}
+
+impl LinearPoint {
+    /// Starts at the solution.
+    pub(super) fn begin(&mut self, island: &Island, step: &Step<'_>, view: &IslandView<'_>) {
+        let to_impulse = step.world.time_step() / island.mass();
+        let states = &step.previous.states;
+        let velocities = view
+            .bodies
+            .iter()
+            .map(|&body| Velocity { linear: states[body].velocity, spin: states[body].spin });
+        let Iterate { velocity, impulses, .. } = &mut self.iterate;
+        velocity.clear();
+        velocity.extend(velocities);
+        impulses.clear();
+        impulses.extend(view.contacts.iter().map(|&place| view.before[place] * to_impulse));
+    }
+
+    /// Finds the solution with `compliance`; whether it is that of the selection rule, near the one that was
+    /// found.
+    pub(super) fn select(
+        &mut self,
+        island: &Island,
+        step: &Step<'_>,
+        view: &IslandView<'_>,
+        compliance: f64,
+    ) -> Result<bool, Error> {
+        /// Iterations: as the start is as near as the compliance, two or three are enough.
+        const ITERATIONS: u32 = 20;
+        /// Impulses that differ by more than this part of the largest are other ones.
+        const OTHER: f64 = 1e-3;
+        self.begin(island, step, view);
+        let before = self.iterate.impulses.clone();
+        let map = NaturalMap::with_compliance(compliance);
+        let mut effort = Effort::new(step, view.bodies.len(), view.contacts.len());
+        effort.begin_start();
+        let tolerances = island.tolerances();
+        let until = Until { iterations: ITERATIONS, residual: tolerances.rounding };
+        let Self { newton, iterate, .. } = self;
+        newton.solve(island, &map, (compliance, until), iterate, &mut effort);
+        effort.check()?;
+        let residual = evaluate(island, &map, iterate).largest;
+        let largest = before.iter().map(|impulse| impulse.amax()).fold(0.0, f64::max);
+        let moved = before.iter().zip(&iterate.impulses).map(|(before, now)| (now - before).amax());
+        let is_near = moved.fold(0.0, f64::max) <= OTHER * largest;
+        Ok(residual <= tolerances.newton && (is_near || before.is_empty()))
+    }
+
+    /// Stays at the solution that was found: compliance acts on changes alone (N13).
+    pub(super) fn keep(
+        &mut self,
+        island: &Island,
+        step: &Step<'_>,
+        view: &IslandView<'_>,
+        compliance: f64,
+    ) {
+        self.begin(island, step, view);
+        let map = NaturalMap::with_compliance(compliance);
+        self.iterate.keep_impulses(island, &map);
+        let _ = evaluate(island, &map, &mut self.iterate);
+        self.iterate.forget_impulses();
+    }
+
+    /// Linearises the equations here, and all contacts by what they depend on.
+    pub(super) fn linearise(
+        &mut self,
+        island: &Island,
+        step: &Step<'_>,
+        contacts: &[Contact],
+        view: &IslandView<'_>,
+        compliance: f64,
+    ) -> Option<()> {
+        let map = NaturalMap::with_compliance(compliance);
+        let Self { newton, iterate, couplings, .. } = self;
+        let (eliminations, pieces) = newton.linearise(island, &map, compliance, iterate)?;
+        let mut next = step.previous.states.clone();
+        for (&body, velocity) in view.bodies.iter().zip(&iterate.velocity) {
+            next[body] = next_state(step, body, velocity);
+        }
+        couplings.clear();
+        for (place, &index) in view.contacts.iter().enumerate() {
+            let impulse = iterate.impulses[place];
+            let on = (pieces[place], gain_of(&eliminations[place]), impulse);
+            couplings.push(LinearCoupling::new(step, &contacts[index], &next, on));
+        }
+        Some(())
+    }
+}
