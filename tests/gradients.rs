@@ -139,11 +139,16 @@ fn apart(a: &[StateChange], b: &[StateChange]) -> f64 {
 #[derive(Default)]
 struct Tally {
     compared: usize,
+    /// Too near to a kink.
     left_out: usize,
+    /// Where the differences do not agree with each other.
+    jumps: usize,
     worst: f64,
+    missed: Vec<String>,
 }
 
-/// Compares the derivative of one step by every argument with central differences of three sizes.
+/// Compares the derivative of one step by every argument with central differences of three sizes, of which the best
+/// one counts: a larger one bends, a smaller one has the last digits of the solutions.
 fn compare(
     world: &World,
     states: &[State],
@@ -151,19 +156,22 @@ fn compare(
     at: &str,
     tally: &mut Tally,
 ) {
-    /// Solutions are exact to some 1e-12 of the scale of speeds; rolling ones to ten times that.
-    const EXACT: f64 = 1e-11;
+    // Solutions are exact to this part of the scale of speeds.
+    let exact = if world.bodies().len() > 1 { 3e-10 } else { 1e-11 };
     let Some((simulation, base)) = step(world, states, &[]) else { return };
     let mut derivative = StepDerivative::new();
     simulation.linearise(&base, &mut derivative).unwrap();
     let h = world.time_step();
     for along in directions(world, draw) {
         let constants: Vec<_> = along.constants.iter().map(|(c, n)| (*c, &n[..])).collect();
-        let (states_change, wrenches) = (&along.states, &along.wrenches);
-        let change = StepChange { states: states_change, wrenches, constants: &constants };
+        let (changes, wrenches) = (&along.states, &along.wrenches);
+        let change = StepChange { states: changes, wrenches, constants: &constants };
         let mut found = Vec::new();
         derivative.push(&change, &mut found).unwrap();
-        for by in [1e-5, 1e-6, 1e-7] {
+        let given = size(changes)
+            + wrenches.iter().map(|w| w.force.norm() + w.torque.norm()).sum::<f64>() * h;
+        let (mut best, mut differences) = (f64::INFINITY, Vec::new());
+        for by in [1e-4, 1e-5, 1e-6, 1e-7] {
             let Some(expected) = difference(world, states, &along, by) else { continue };
             // What a motion of the bodies at the start opens, it opens within one step.
             let moves =
@@ -173,25 +181,31 @@ fn compare(
             let margin = derivative.margin();
             let margin = if moves { margin.min(derivative.feature_margin()) } else { margin };
             if margin < moved || derivative.unknown() > 0 || derivative.keeps_shares() {
-                tally.left_out += 1;
                 continue;
             }
-            let change = size(&along.states)
-                + along.wrenches.iter().map(|w| w.force.norm() + w.torque.norm()).sum::<f64>() * h;
-            let rounding = EXACT * world.speed_scale() / (by * world.reach().min(1.0));
-            let scale = size(&expected).max(change);
-            let error = (apart(&found, &expected) - rounding).max(0.0) / scale;
-            tally.compared += 1;
-            tally.worst = tally.worst.max(error);
-            // Of third order in the size: at 1e-5 some of it is left where little turns much.
-            let third_order = if by > 1e-6 { 1e-4 } else { 0.0 };
-            assert!(
-                error <= 1e-6 + third_order,
-                "{at}, {} by {by}: {error:.1e}, margins {:.1e} and {:.1e}",
-                along.name,
-                derivative.margin(),
-                derivative.feature_margin()
-            );
+            let scale = size(&expected).max(given).max(1e-9);
+            let rounding = exact * world.speed_scale() / (by * world.reach().min(1.0)) / scale;
+            if rounding > 1e-3 {
+                continue;
+            }
+            best = best.min((apart(&found, &expected) / scale - rounding).max(0.0));
+            differences.push((expected, scale));
+        }
+        if differences.is_empty() {
+            tally.left_out += 1;
+            continue;
+        }
+        let jumps =
+            |pair: &[(Vec<StateChange>, f64)]| apart(&pair[0].0, &pair[1].0) > 0.1 * pair[0].1;
+        if differences.windows(2).all(jumps) && (differences.len() > 1 || best > 0.1) {
+            tally.jumps += 1;
+            continue;
+        }
+        tally.compared += 1;
+        tally.worst = tally.worst.max(best);
+        if best > 1e-6 {
+            let margins = [derivative.margin(), derivative.feature_margin()];
+            tally.missed.push(format!("{at}, {}: {best:.1e}, margins {margins:?}", along.name));
         }
     }
 }
@@ -241,12 +255,14 @@ fn every_argument_in_every_regime() {
             }
         }
         println!(
-            "{name}: {} compared, {} left out, worst {:.1e}",
-            tally.compared, tally.left_out, tally.worst
+            "{name}: {} compared, {} left out, {} jumps, worst {:.1e}",
+            tally.compared, tally.left_out, tally.jumps, tally.worst
         );
         all.compared += tally.compared;
         all.left_out += tally.left_out;
+        all.missed.extend(tally.missed);
     }
     println!("{} compared, {} left out", all.compared, all.left_out);
+    assert!(all.missed.is_empty(), "{}", all.missed.join("\n"));
     assert!(all.compared > 3000);
 }
