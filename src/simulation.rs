@@ -20,4 +20,4 @@ pub use tumble_core::simulation::{
     summary, wild,
 };
 #[cfg(feature = "save")]
-pub use tumble_core::simulation::{Saved, save};
+pub use tumble_core::simulation::{Checkpoints, Run, RunGradient, Saved, gradient, save};

@@ -1,17 +1,18 @@
 //! The derivative of a step against central differences of steps solved anew, in every regime and by every
 //! argument.
 
-use nalgebra::Vector3;
+use nalgebra::{Vector3, Vector4};
 use rand_mt::Mt;
 use std::path::Path;
+use tumble::contact::Plane;
 use tumble::derivative::StateChange;
-use tumble::mechanics::{State, Wrench};
+use tumble::mechanics::{RigidBody, Rotation, State, Wrench};
 use tumble::scenario::scene::Scene;
 use tumble::scenario::settings::Settings;
-use tumble::simulation::{Motion, Simulation, StepRecord};
-use tumble::solver::native::{StepChange, StepDerivative};
+use tumble::simulation::{Checkpoints, Motion, Run, Simulation, StepRecord};
+use tumble::solver::native::{StepChange, StepDerivative, StepGradient};
 use tumble::step::StepStatus;
-use tumble::world::{Constant, World};
+use tumble::world::{Constant, Parameters, World};
 
 fn scenario(name: &str) -> Scene {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios").join(name);
@@ -92,13 +93,14 @@ fn moved(own: &[f64], by: f64, numbers: &[f64]) -> Vec<f64> {
     own.iter().zip(numbers).map(|(own, number)| own + by * number).collect()
 }
 
-/// Central differences of X⁺ of all bodies along a direction; `None` where a step fails.
+/// Central differences of fifth order of X⁺ of all bodies along a direction, and how far those of both sides are apart;
+/// `None` where a step fails. `base` is X⁺ itself.
 fn difference(
     world: &World,
-    states: &[State],
+    (states, base): (&[State], &[State]),
     along: &Direction,
     by: f64,
-) -> Option<Vec<StateChange>> {
+) -> Option<(Vec<StateChange>, f64)> {
     let end = |by: f64| {
         let given: Vec<(Constant, Vec<f64>)> = along
             .constants
@@ -120,10 +122,26 @@ fn difference(
             .collect();
         Some(step(&world, &states, &wrenches)?.1.solution.states)
     };
-    let (plus, minus) = (end(by)?, end(-by)?);
+    // (8 (f(δ) − f(−δ)) − (f(2δ) − f(−2δ)))/12δ, of fifth order.
+    let apart = |by: f64| {
+        let (plus, minus) = (end(by)?, end(-by)?);
+        let each = minus.iter().zip(&plus).map(|(a, b)| StateChange::between(a, b));
+        Some(each.collect::<Vec<_>>())
+    };
+    let (near, far) = (apart(by)?, apart(2.0 * by)?);
     let zero = StateChange::zero();
-    let each = minus.iter().zip(&plus);
-    Some(each.map(|(a, b)| zero.plus(0.5 / by, &StateChange::between(a, b))).collect())
+    let each = near.iter().zip(&far);
+    let central = each.map(|(a, b)| zero.plus(8.0 / (12.0 * by), a).plus(-1.0 / (12.0 * by), b));
+    let side = |by: f64| {
+        let each = base.iter().zip(end(by)?);
+        Some(
+            each.map(|(a, b)| zero.plus(1.0 / by, &StateChange::between(a, &b)))
+                .collect::<Vec<_>>(),
+        )
+    };
+    let (before, after) = (side(-by)?, side(by)?);
+    let sides: Vec<_> = before.iter().zip(&after).map(|(a, b)| b.plus(-1.0, a)).collect();
+    Some((central.collect(), size(&sides)))
 }
 
 fn size(changes: &[StateChange]) -> f64 {
@@ -141,8 +159,8 @@ struct Tally {
     compared: usize,
     /// Too near to a kink.
     left_out: usize,
-    /// Where the differences do not agree with each other.
-    jumps: usize,
+    /// Where the differences of both sides are not the same although the margins allow it.
+    kinks: usize,
     worst: f64,
     missed: Vec<String>,
 }
@@ -157,7 +175,7 @@ fn compare(
     tally: &mut Tally,
 ) {
     // Solutions are exact to this part of the scale of speeds.
-    let exact = if world.bodies().len() > 1 { 3e-10 } else { 1e-11 };
+    let exact: f64 = if world.bodies().len() > 1 { 3e-10 } else { 3e-11 };
     let Some((simulation, base)) = step(world, states, &[]) else { return };
     let mut derivative = StepDerivative::new();
     simulation.linearise(&base, &mut derivative).unwrap();
@@ -170,9 +188,10 @@ fn compare(
         derivative.push(&change, &mut found).unwrap();
         let given = size(changes)
             + wrenches.iter().map(|w| w.force.norm() + w.torque.norm()).sum::<f64>() * h;
-        let (mut best, mut differences) = (f64::INFINITY, Vec::new());
+        let (mut best, mut compared, mut kinked) = (f64::INFINITY, 0, false);
         for by in [1e-4, 1e-5, 1e-6, 1e-7] {
-            let Some(expected) = difference(world, states, &along, by) else { continue };
+            let ends = (states, &base.solution.states[..]);
+            let Some((expected, sides)) = difference(world, ends, &along, by) else { continue };
             // What a motion of the bodies at the start opens, it opens within one step.
             let moves =
                 matches!(&along.name[..], "position" | "turn" | "size" | "radius" | "ground");
@@ -184,21 +203,25 @@ fn compare(
                 continue;
             }
             let scale = size(&expected).max(given).max(1e-9);
+            // Gaps are rounded to 2e-16 of the reach, which moves the shares of a face by that over h and the
+            // compliance of the selection rule.
+            let shares = f64::EPSILON * world.reach() / (h * 1e-6);
+            let exact = if moves { exact.max(shares) } else { exact };
             let rounding = exact * world.speed_scale() / (by * world.reach().min(1.0)) / scale;
             if rounding > 1e-3 {
                 continue;
             }
             best = best.min((apart(&found, &expected) / scale - rounding).max(0.0));
-            differences.push((expected, scale));
+            kinked = sides / scale > rounding.max(1e-3);
+            compared += 1;
         }
-        if differences.is_empty() {
+        if compared == 0 {
             tally.left_out += 1;
             continue;
         }
-        let jumps =
-            |pair: &[(Vec<StateChange>, f64)]| apart(&pair[0].0, &pair[1].0) > 0.1 * pair[0].1;
-        if differences.windows(2).all(jumps) && (differences.len() > 1 || best > 0.1) {
-            tally.jumps += 1;
+        // Where the sides have different slopes there is none: a kink that no margin tells.
+        if kinked && best > 1e-6 {
+            tally.kinks += 1;
             continue;
         }
         tally.compared += 1;
@@ -210,38 +233,154 @@ fn compare(
     }
 }
 
+/// A cube of mass 2 kg and half a side of 0.1 m on a slope of `angle` (rad), sliding with `velocity` down it.
+fn on_a_slope(angle: f64, friction: f64, velocity: f64) -> (World, Vec<State>) {
+    let body = RigidBody::solid_box(2.0, Vector3::repeat(0.1)).unwrap();
+    let (sin, cos) = angle.sin_cos();
+    let ground = Plane::new(Vector3::new(sin, 0.0, cos), 0.0).unwrap();
+    let parameters = Parameters {
+        bodies: vec![body],
+        ground: Some(ground),
+        gravity: Vector3::new(0.0, 0.0, -9.81),
+        friction,
+        time_step: 0.002,
+        rotation: Rotation::Momentum,
+    };
+    let state = State {
+        position: Vector3::new(sin, 0.0, cos) * 0.1,
+        attitude: Vector4::new((0.5 * angle).cos(), 0.0, (0.5 * angle).sin(), 0.0),
+        velocity: Vector3::new(cos, 0.0, -sin) * velocity,
+        spin: Vector3::zeros(),
+    };
+    (World::new(parameters).unwrap(), vec![state])
+}
+
+/// δv along the slope for changes of the constants of the world.
+fn along_the_slope(
+    scene: &(World, Vec<State>),
+    angle: f64,
+    constants: &[(Constant, &[f64])],
+) -> f64 {
+    let (simulation, base) = step(&scene.0, &scene.1, &[]).unwrap();
+    let mut derivative = StepDerivative::new();
+    simulation.linearise(&base, &mut derivative).unwrap();
+    let mut end = Vec::new();
+    derivative.push(&StepChange { constants, ..StepChange::default() }, &mut end).unwrap();
+    Vector3::new(angle.cos(), 0.0, -angle.sin()).dot(&end[0].velocity)
+}
+
+/// v⁺ = v + h g (sin α − μ cos α) of four corners that slide, of which two carry what they like.
+#[test]
+fn a_slide_by_friction_gravity_mass_and_inertia() {
+    let (angle, friction, h, g) = (0.5, 0.3, 0.002, 9.81);
+    let scene = on_a_slope(angle, friction, 1.0);
+    let by = |constants: &[(Constant, &[f64])]| along_the_slope(&scene, angle, constants);
+    // Of the velocity 1 m/s, and of some 1e-16/1e-6 where what is undetermined enters.
+    let close =
+        |found: f64, expected: f64| assert!((found - expected).abs() < 1e-11, "{found} {expected}");
+    close(by(&[(Constant::Friction, &[1.0])]), -h * g * angle.cos());
+    close(
+        by(&[(Constant::Gravity, &[0.0, 0.0, -1.0])]),
+        h * (angle.sin() - friction * angle.cos()),
+    );
+    close(by(&[(Constant::Mass, &[1.0])]), 0.0);
+    close(by(&[(Constant::Inertia, &[1e-2, 0.0, 0.0, 0.0, 2e-2, 0.0, 0.0, 0.0, 3e-2])]), 0.0);
+    close(by(&[(Constant::TimeStep, &[1.0])]), g * (angle.sin() - friction * angle.cos()));
+}
+
+/// Sticking it does not move at all, whatever pushes it: a plateau.
+#[test]
+fn what_sticks_has_no_derivative_by_a_push() {
+    let angle = 0.2;
+    let scene = on_a_slope(angle, 0.5, 0.0);
+    let found = along_the_slope(&scene, angle, &[(Constant::Gravity, &[1.0, 0.5, -2.0])]);
+    assert!(found.abs() < 1e-11, "{found}");
+    assert!(along_the_slope(&scene, angle, &[(Constant::Friction, &[1.0])]).abs() < 1e-11);
+}
+
+/// ⟨w, J v⟩ = ⟨Jᵀ w, v⟩ in every scene, by every argument at once.
+#[test]
+fn the_transposed_product_is_that_of_the_same_matrix() {
+    let mut twister = Mt::new(3);
+    let mut draw = || f64::from(twister.next_u32()) / f64::from(u32::MAX) * 2.0 - 1.0;
+    for name in ["drop", "slope", "block-on-block", "bricks", "marbles", "billiard"] {
+        let scene = scenario(&format!("{name}.toml"));
+        let mut run = scene.simulation(&Default::default()).unwrap();
+        let mut record = StepRecord::new();
+        let (mut derivative, mut gradient) = (StepDerivative::new(), StepGradient::default());
+        for k in 0..scene.rows.min(300) - 1 {
+            run.step(&mut record).unwrap();
+            if k % 60 != 30 {
+                continue;
+            }
+            run.linearise(&record, &mut derivative).unwrap();
+            let w: Vec<StateChange> = record
+                .states
+                .iter()
+                .map(|_| StateChange::from_array(&std::array::from_fn(|_| draw())))
+                .collect();
+            derivative.pull(&w, &Constant::ALL, &mut gradient).unwrap();
+            for along in directions(&scene.world, &mut draw) {
+                let constants: Vec<_> = along.constants.iter().map(|(c, n)| (*c, &n[..])).collect();
+                let (states, wrenches) = (&along.states, &along.wrenches);
+                let mut end = Vec::new();
+                derivative
+                    .push(&StepChange { states, wrenches, constants: &constants }, &mut end)
+                    .unwrap();
+                let there: f64 = w.iter().zip(&end).map(|(w, end)| w.dot(end)).sum();
+                let by_states = gradient.states.iter().zip(states).map(|(g, s)| g.dot(s));
+                let by_wrenches = gradient.wrenches.iter().zip(wrenches);
+                let by_wrenches =
+                    by_wrenches.map(|(g, w)| g.force.dot(&w.force) + g.torque.dot(&w.torque));
+                let by_constants = constants.iter().map(|(constant, numbers)| {
+                    let place = Constant::ALL.iter().position(|c| c == constant).unwrap();
+                    gradient.constants[place].iter().zip(*numbers).map(|(g, n)| g * n).sum::<f64>()
+                });
+                let here = by_states.chain(by_wrenches).chain(by_constants).sum::<f64>();
+                // Of sums of numbers up to the size of the products.
+                let scale = size(&w) * (size(&end) + 1e-6);
+                assert!(
+                    (there - here).abs() <= 1e-7 * scale,
+                    "{name} {k} {}: {there} {here}",
+                    along.name
+                );
+            }
+        }
+    }
+}
+
 #[test]
 fn every_argument_in_every_regime() {
+    // And how many steps of each.
     let names = [
-        "drop",
-        "slope",
-        "real-cube",
-        "plate",
-        "point-mass",
-        "block-on-block",
-        "stack",
-        "mass-ratio",
-        "pyramid",
-        "bricks",
-        "card-house",
-        "dominoes",
-        "arch",
-        "marbles",
-        "galton",
-        "billiard",
-        "pushed-tower",
-        "dragged-cube",
-        "pile",
+        ("drop", 5),
+        ("slope", 5),
+        ("real-cube", 5),
+        ("plate", 5),
+        ("point-mass", 5),
+        ("block-on-block", 5),
+        ("stack", 5),
+        ("mass-ratio", 5),
+        ("pyramid", 5),
+        ("bricks", 14),
+        ("card-house", 5),
+        ("arch", 5),
+        ("marbles", 12),
+        ("galton", 5),
+        ("billiard", 5),
+        ("pushed-tower", 5),
+        ("dragged-cube", 5),
+        ("pile", 10),
     ];
     let mut twister = Mt::new(1);
     let mut draw = || f64::from(twister.next_u32()) / f64::from(u32::MAX) * 2.0 - 1.0;
     let mut all = Tally::default();
-    for name in names {
+    for (name, samples) in names {
         let scene = scenario(&format!("{name}.toml"));
         let mut run = scene.simulation(&Default::default()).unwrap();
         let mut record = StepRecord::new();
         let mut tally = Tally::default();
-        let every = ((scene.rows - 1) / 12).max(1);
+        let every = ((scene.rows - 1) / samples).max(1);
         for k in 0..scene.rows - 1 {
             run.step(&mut record).unwrap();
             if k % every == every / 2 {
@@ -255,14 +394,64 @@ fn every_argument_in_every_regime() {
             }
         }
         println!(
-            "{name}: {} compared, {} left out, {} jumps, worst {:.1e}",
-            tally.compared, tally.left_out, tally.jumps, tally.worst
+            "{name}: {} compared, {} left out, {} kinks, worst {:.1e}",
+            tally.compared, tally.left_out, tally.kinks, tally.worst
         );
         all.compared += tally.compared;
         all.left_out += tally.left_out;
+        all.kinks += tally.kinks;
         all.missed.extend(tally.missed);
     }
-    println!("{} compared, {} left out", all.compared, all.left_out);
+    println!("{} compared, {} left out, {} kinks", all.compared, all.left_out, all.kinks);
     assert!(all.missed.is_empty(), "{}", all.missed.join("\n"));
-    assert!(all.compared > 3000);
+    assert!(all.compared > 400 && 20 * all.kinks < all.compared);
+}
+
+/// The derivative of where the tutorial's cube ends, backwards over a run that slides, tips and lands, against forward
+/// products and central differences; the same with little memory, and the run the same without.
+#[test]
+fn a_run_backwards() {
+    let scene = scenario("real-cube.toml");
+    let steps = 420;
+    let running = || scene.simulation(&Default::default()).unwrap();
+    let along = Vector3::new(0.6, -0.5, 0.3);
+    let gradient = |checkpoints: Checkpoints| {
+        let mut simulation = running();
+        let mut before = |_: &mut Simulation<'_>| Ok(());
+        let mut by_states = |k: u64, _: &[State]| {
+            let end = StateChange { position: along, ..StateChange::zero() };
+            (k == steps).then(|| vec![end])
+        };
+        let mut run = Run {
+            steps,
+            before: &mut before,
+            by_states: &mut by_states,
+            constants: &[Constant::Friction, Constant::Gravity],
+            checkpoints,
+        };
+        let found = simulation.gradient(&mut run).unwrap();
+        assert_eq!(simulation.index(), steps);
+        (found, simulation.states().to_vec())
+    };
+    let (found, end) = gradient(Checkpoints::default());
+    assert_eq!(gradient(Checkpoints { steps: 7, saved: 3 }), (found.clone(), end.clone()));
+    assert_eq!(found.unsolved + found.unknown + found.kept, 0);
+    assert_eq!(found.wrenches.len() as u64, steps);
+    // Forwards, from a change of the state at the start and of friction.
+    let change = StateChange::from_array(&std::array::from_fn(|k| (k as f64 + 1.0).sin()));
+    let (mut simulation, mut record) = (running(), StepRecord::new());
+    let (mut derivative, mut moving, mut next) = (StepDerivative::new(), vec![change], Vec::new());
+    let friction = [(Constant::Friction, &[0.3][..])];
+    for _ in 0..steps {
+        simulation.step(&mut record).unwrap();
+        simulation.linearise(&record, &mut derivative).unwrap();
+        let step = StepChange { states: &moving, wrenches: &[], constants: &friction };
+        derivative.push(&step, &mut next).unwrap();
+        std::mem::swap(&mut moving, &mut next);
+    }
+    assert_eq!(simulation.states(), end);
+    let forwards = along.dot(&moving[0].position);
+    let backwards = found.states[0].dot(&change) + 0.3 * found.constants[0][0];
+    // Rounding, of 420 systems whose condition is 1/ε = 1e6.
+    assert!((forwards - backwards).abs() <= 1e-6 * forwards.abs(), "{forwards} {backwards}");
 }

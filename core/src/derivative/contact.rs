@@ -281,10 +281,15 @@ impl ContactTangent {
         let radius = self.contact.features.radius;
         let opened = distance - radius - curved.radius;
         let wider = n.dot(&way_change) - of_a.radius - of_b.radius;
-        let half = if opened > 0.0 { 0.5 } else { 0.0 };
+        // What touches exactly is between opening and closing: the mean of both.
+        let half = match self.contact.gap {
+            0.0 => 0.25,
+            gap if gap > 0.0 => 0.5,
+            _ => 0.0,
+        };
         let arm_change = by_a * (x - a.origin) + u * slid_a
             - n * (of_a.radius + half * wider)
-            - turned * (radius + half * opened);
+            - turned * (radius + 0.5 * opened.max(0.0));
         // The middles at k, moved on.
         let (turn_a, turn_b) = (of_a.turn + a.rate * time_step, of_b.turn + b.rate * time_step);
         let end_change =

@@ -6,7 +6,7 @@
 
 use super::side::SideChange;
 use crate::contact::{Contact, Features, PairFeatures, Partner};
-use crate::geometry::{Feature, Piece};
+use crate::geometry::{Feature, Piece, edges_across};
 use crate::mechanics::Pose;
 use crate::world::World;
 use nalgebra::{Matrix2, Vector2, Vector3};
@@ -41,8 +41,9 @@ pub(super) struct Line {
 pub(super) enum Placement {
     /// A vertex of A and a face of B, or the ground.
     Fixed,
-    /// The point at which an edge of A, seen along the normal, crosses one of B, against a face of B.
-    Crossing { of_a: Line, of_b: Line },
+    /// The point at which an edge of A, seen along the normal of a face of B, crosses one of B, against that face.
+    /// Where it is not the normal, what it is seen along is spanned by two edges.
+    Crossing { of_a: Line, of_b: Line, axis: Option<(Line, Line)> },
     /// The nearest points of two edges, and the plane that they span.
     Edges { of_a: Line, of_b: Line },
     /// A vertex of the fixed B against a face of A, as the foot of that vertex against a plane about the other way; with
@@ -108,18 +109,20 @@ impl Placement {
                 let (normal, offset) = face();
                 FeatureChange { point: own_point, radius: a.radius, normal, offset }
             }
-            Self::Crossing { of_a, of_b } => {
+            Self::Crossing { of_a, of_b, axis } => {
                 let (normal, offset) = face();
-                let turned = b.rotation * normal + b.turn.cross(&n);
-                let slid = slide((of_a, a), (of_b, b), (&n, &turned));
+                let (along, turned) = match axis {
+                    Some((u, v)) => spanned((u, a), (v, b), &n),
+                    None => (n, b.rotation * normal + b.turn.cross(&n)),
+                };
+                let slid = slide((of_a, a), (of_b, b), (&along, &turned));
                 let point = own_point + a.rotation.tr_mul(&slid);
                 FeatureChange { point, radius: a.radius, normal, offset }
             }
             Self::Edges { of_a, of_b } => {
                 let (u, v, y) = (of_a.along, of_b.along, of_b.from);
                 let (by_a, by_b) = (a.linear(), b.linear());
-                let turned = (by_a * u).cross(&v) + u.cross(&(by_b * v));
-                let turned = across(&n, &turned) / n.dot(&u.cross(&v));
+                let turned = spanned((of_a, a), (of_b, b), &n).1;
                 // The nearest points stay across both edges.
                 let (apart, moved) = (x - y, a.carried(&x) - b.carried(&y));
                 let matrix = Matrix2::new(u.dot(&u), -u.dot(&v), u.dot(&v), -v.dot(&v));
@@ -161,6 +164,20 @@ impl Placement {
             }
         }
     }
+}
+
+/// The unit vector across a line of A and one of B, on the side of `n`, and what it changes by.
+fn spanned(
+    (of_a, a): (&Line, &SideChange),
+    (of_b, b): (&Line, &SideChange),
+    n: &Vector3<f64>,
+) -> (Vector3<f64>, Vector3<f64>) {
+    let (u, v) = (of_a.along, of_b.along);
+    let cross = u.cross(&v);
+    let size = cross.norm().copysign(n.dot(&cross));
+    let along = cross / size;
+    let turned = (a.linear() * u).cross(&v) + u.cross(&(b.linear() * v));
+    (along, across(&along, &turned) / size)
 }
 
 /// How the point where a line of P, seen along `normal`, crosses one of Q slides along the former, m, world:
@@ -222,7 +239,7 @@ impl Seen<'_> {
             Placement::Turned { slides: None } => {
                 inside(self.pieces.0, &-a.rotation.tr_mul(&n), &self.contact.features.point)
             }
-            Placement::Crossing { of_a, of_b } | Placement::Edges { of_a, of_b } => {
+            Placement::Crossing { of_a, of_b, .. } | Placement::Edges { of_a, of_b } => {
                 let on_b = of_b.from
                     + of_b.along * of_b.along.dot(&(x - of_b.from)) / of_b.along.norm_squared();
                 self.left_of(of_a, &x).min(self.left_of(of_b, &on_b))
@@ -255,6 +272,12 @@ impl Seen<'_> {
             Feature::Edges(first, second) => Some((first, second)),
             _ => None,
         };
+        let orders = numbers.map_or([None, None], |(i, j)| [Some((i, j)), Some((j, i))]);
+        orders.into_iter().flatten().filter_map(|(i, j)| self.pair_of_lines(i, j))
+    }
+
+    /// Edge `i` of A and edge `j` of B.
+    fn pair_of_lines(&self, i: u32, j: u32) -> Option<(Line, Line)> {
         let (a, b) = self.poses;
         let line = |piece: &Piece, number: u32, pose: Option<&Pose>| {
             let core = piece.core();
@@ -265,10 +288,15 @@ impl Seen<'_> {
             });
             Some(Line { from, along: to - from, start: from })
         };
-        let orders = numbers.map_or([None, None], |(i, j)| [Some((i, j)), Some((j, i))]);
-        orders.into_iter().flatten().filter_map(move |(i, j)| {
-            Some((line(self.pieces.0, i, Some(a))?, line(self.pieces.1, j, b)?))
-        })
+        Some((line(self.pieces.0, i, Some(a))?, line(self.pieces.1, j, b)?))
+    }
+
+    /// The edges that span what two faces were seen along, if it is edges that do.
+    fn axis(&self) -> Option<(Line, Line)> {
+        let still = Pose { position: Vector3::zeros(), rotation: nalgebra::Matrix3::identity() };
+        let (a, b) = (self.poses.0, self.poses.1.unwrap_or(&still));
+        let (i, j) = edges_across((self.pieces.0, a), (self.pieces.1, b))?;
+        self.pair_of_lines(i as u32, j as u32)
     }
 
     fn on_face_of_b(&self) -> Placement {
@@ -279,8 +307,11 @@ impl Seen<'_> {
         let (a, _) = self.poses;
         let x = a.position + a.rotation * point;
         let n = self.contact.normal();
-        self.crossing(&x, &n)
-            .map_or(Placement::Unknown, |(of_a, of_b)| Placement::Crossing { of_a, of_b })
+        self.crossing(&x, &n).map_or(Placement::Unknown, |(of_a, of_b)| Placement::Crossing {
+            of_a,
+            of_b,
+            axis: self.axis(),
+        })
     }
 
     /// The lines that x is the crossing of, seen along n: x on that of A.

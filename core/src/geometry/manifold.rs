@@ -78,6 +78,18 @@ pub fn manifold(
     gap - radii
 }
 
+/// The edges of both pieces that span the axis of largest separation, if it is edges that do: the axis along
+/// which [`manifold`] sees two faces overlap, where it is not the normal of one of them.
+pub(crate) fn edges_across(a: Placed<'_>, b: Placed<'_>) -> Option<(usize, usize)> {
+    let (pair, mut scratch) = (Pair::new(a, b), Scratch::default());
+    pair.place(&mut scratch);
+    let tie = Tie { within: MERGE * pair.size(), to: Side::A };
+    match best_axis(&pair, &mut scratch, f64::INFINITY, tie)?.kind {
+        Kind::Edges(first, second) => Some((first, second)),
+        Kind::FaceA(_) | Kind::FaceB(_) => None,
+    }
+}
+
 /// Two pieces whose touches are looked for.
 struct Meeting<'a, 's> {
     pair: Pair<'a>,

@@ -29,6 +29,7 @@ pub use advance::{Advance, Moving, bulge, first_overlap, stays_clear, travel};
 pub use bound::bound;
 pub use closest::nearest_shares;
 pub use hull::Hull;
+pub(crate) use manifold::edges_across;
 pub use manifold::manifold;
 pub use mass::MassProperties;
 pub use pair::{Hint, Placed, Scratch};

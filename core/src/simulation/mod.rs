@@ -10,6 +10,8 @@ mod bodies;
 pub mod bounce;
 mod driving;
 pub mod energy;
+#[cfg(feature = "save")]
+pub mod gradient;
 mod islands;
 mod median;
 pub mod random;
@@ -23,6 +25,8 @@ pub mod summary;
 pub mod wild;
 
 pub use assembly::Assembly;
+#[cfg(feature = "save")]
+pub use gradient::{Checkpoints, Run, RunGradient};
 pub use record::StepRecord;
 #[cfg(feature = "save")]
 pub use save::Saved;

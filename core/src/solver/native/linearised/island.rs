@@ -29,6 +29,9 @@ pub(super) struct LinearIsland {
     pub(super) points: [LinearPoint; 2],
 }
 
+/// ε and 2ε.
+const COMPLIANCES: [f64; 2] = [COMPLIANCE, 2.0 * COMPLIANCE];
+
 /// What the results at the two compliances are multiplied with: what is linear in ε vanishes.
 pub(super) const WEIGHTS: [f64; 2] = [2.0, -1.0];
 
@@ -73,13 +76,8 @@ impl LinearIsland {
         // What rolls is selected by the law's own limit, in which one solution is left of each share.
         let rolls = !self.island.setting().all_give_alike;
         self.island.setting_mut().give_alike();
-        let mut kept = rolls;
-        for (place, point) in self.points.iter_mut().enumerate() {
-            let compliance = COMPLIANCE * (place + 1) as f64;
-            let selected = !kept && point.select(&self.island, step, view, compliance)?;
-            if !selected && place == 0 {
-                kept = true;
-            }
+        let kept = rolls || !self.selects(step, view)?;
+        for (point, compliance) in self.points.iter_mut().zip(COMPLIANCES) {
             if kept {
                 point.keep(&self.island, step, view, compliance);
             }
@@ -90,6 +88,27 @@ impl LinearIsland {
             point.linearise(&self.island, step, contacts, view, compliance).ok_or_else(singular)?;
         }
         Ok(kept && !rolls)
+    }
+
+    /// Moves both points to the solutions with compliance; whether the solution that was found is their limit, and so
+    /// that of the selection rule: then they leave it as the compliance grows.
+    fn selects(&mut self, step: &Step<'_>, view: &IslandView<'_>) -> Result<bool, Error> {
+        /// Impulses that differ by less than this part of the largest are the same.
+        const SAME: f64 = 1e-8;
+        let mut found = Vec::new();
+        for (point, compliance) in self.points.iter_mut().zip(COMPLIANCES) {
+            point.begin(&self.island, step, view);
+            found.clone_from(&point.iterate.impulses);
+            if !point.solve(&self.island, step, view, compliance)? {
+                return Ok(false);
+            }
+        }
+        let [near, far] = self.points.each_ref().map(|point| &point.iterate.impulses);
+        let apart = |a: &[Vector3<f64>], b: &[Vector3<f64>]| {
+            a.iter().zip(b).map(|(a, b)| (a - b).amax()).fold(0.0, f64::max)
+        };
+        let largest = found.iter().map(|impulse| impulse.amax()).fold(0.0, f64::max);
+        Ok(apart(&found, near) <= 2.0 * apart(near, far) + SAME * largest)
     }
 
     pub(super) fn push<F: Fn(Constant, usize) -> f64>(
@@ -205,7 +224,7 @@ pub(super) fn coupling_change(numbers: &SVector<f64, 9>) -> CouplingChange {
 
 impl LinearPoint {
     /// Starts at the solution.
-    pub(super) fn begin(&mut self, island: &Island, step: &Step<'_>, view: &IslandView<'_>) {
+    fn begin(&mut self, island: &Island, step: &Step<'_>, view: &IslandView<'_>) {
         let to_impulse = step.world.time_step() / island.mass();
         let states = &step.previous.states;
         let velocities = view
@@ -219,9 +238,8 @@ impl LinearPoint {
         impulses.extend(view.contacts.iter().map(|&place| view.before[place] * to_impulse));
     }
 
-    /// Finds the solution with `compliance`; whether it is that of the selection rule, near the one that was
-    /// found.
-    pub(super) fn select(
+    /// Finds the solution with `compliance` from here; whether it did.
+    fn solve(
         &mut self,
         island: &Island,
         step: &Step<'_>,
@@ -230,10 +248,6 @@ impl LinearPoint {
     ) -> Result<bool, Error> {
         /// Iterations: as the start is as near as the compliance, two or three are enough.
         const ITERATIONS: u32 = 20;
-        /// Impulses that differ by more than this part of the largest are other ones.
-        const OTHER: f64 = 1e-3;
-        self.begin(island, step, view);
-        let before = self.iterate.impulses.clone();
         let map = NaturalMap::with_compliance(compliance);
         let mut effort = Effort::new(step, view.bodies.len(), view.contacts.len());
         effort.begin_start();
@@ -242,21 +256,11 @@ impl LinearPoint {
         let Self { newton, iterate, .. } = self;
         newton.solve(island, &map, (compliance, until), iterate, &mut effort);
         effort.check()?;
-        let residual = evaluate(island, &map, iterate).largest;
-        let largest = before.iter().map(|impulse| impulse.amax()).fold(0.0, f64::max);
-        let moved = before.iter().zip(&iterate.impulses).map(|(before, now)| (now - before).amax());
-        let is_near = moved.fold(0.0, f64::max) <= OTHER * largest;
-        Ok(residual <= tolerances.newton && (is_near || before.is_empty()))
+        Ok(evaluate(island, &map, iterate).largest <= tolerances.newton)
     }
 
     /// Stays at the solution that was found: compliance acts on changes alone (N13).
-    pub(super) fn keep(
-        &mut self,
-        island: &Island,
-        step: &Step<'_>,
-        view: &IslandView<'_>,
-        compliance: f64,
-    ) {
+    fn keep(&mut self, island: &Island, step: &Step<'_>, view: &IslandView<'_>, compliance: f64) {
         self.begin(island, step, view);
         let map = NaturalMap::with_compliance(compliance);
         self.iterate.keep_impulses(island, &map);

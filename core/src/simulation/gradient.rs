@@ -1,0 +1,239 @@
+//! The derivative of a whole run: of a number that its states decide, by the state that it started from, by
+//! what acted on it in every step, and by the constants of the world.
+//!
+//! The run goes forward once and is then gone through backwards, with products of the transposed
+//! derivative of each step ([`StepDerivative::pull`]): one pass, however many arguments there are.
+//! What the backward pass needs of a step is made again from states that were saved on the way, as many
+//! as a [budget](Checkpoints) of memory allows; where it does not hold a stretch of steps at a time, stretches are
+//! divided again. What was run is the same to the last bit with derivatives and without.
+
+use super::{Saved, Simulation, StepRecord};
+use crate::derivative::StateChange;
+use crate::error::Error;
+use crate::mechanics::{State, Wrench};
+use crate::solver::native::{StepDerivative, StepGradient};
+use crate::step::StepStatus;
+use crate::world::Constant;
+
+/// How much the backward pass may keep at a time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Checkpoints {
+    /// Derivatives of steps, at least one.
+    pub steps: usize,
+    /// Saved simulations, at least two.
+    pub saved: usize,
+}
+
+impl Default for Checkpoints {
+    /// 300 of each: with one body some megabytes, and one more run for up to 90 000 steps.
+    fn default() -> Self {
+        Self { steps: 300, saved: 300 }
+    }
+}
+
+/// A run to be differentiated.
+pub struct Run<'f> {
+    /// How many steps.
+    pub steps: u64,
+    /// Before each step: sets what acts in it, as a program does from step to step. It is called again for the same
+    /// step, with the simulation in the same state, and must do the same.
+    pub before: &'f mut dyn FnMut(&mut Simulation<'_>) -> Result<(), Error>,
+    /// Of the states after so many steps (0 are those at the start), the derivatives of the number by them;
+    /// nothing where it does not depend on them.
+    pub by_states: &'f mut dyn FnMut(u64, &[State]) -> Option<Vec<StateChange>>,
+    /// The constants to differentiate by.
+    pub constants: &'f [Constant],
+    /// What may be kept.
+    pub checkpoints: Checkpoints,
+}
+
+/// The derivatives of a number by what a run started from.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct RunGradient {
+    /// By the states at the start.
+    pub states: Vec<StateChange>,
+    /// By the wrenches of every step, one list a step.
+    pub wrenches: Vec<Vec<Wrench>>,
+    /// By the constants that were asked for, in their order.
+    pub constants: Vec<Vec<f64>>,
+    /// The smallest [margin](StepDerivative::margin) of a step, m/s, and its index.
+    pub margin: (f64, u64),
+    /// The same of [features](StepDerivative::feature_margin).
+    pub feature_margin: (f64, u64),
+    /// Steps that failed or are wild: nothing that follows is a derivative of the equations.
+    pub unsolved: u64,
+    /// Steps in which contacts pressed whose features are [not known](StepDerivative::unknown) as functions of the
+    /// poses.
+    pub unknown: u64,
+    /// Steps in which shares of forces were [kept](StepDerivative::keeps_shares).
+    pub kept: u64,
+}
+
+impl RunGradient {
+    /// Notes what is to be said of a step.
+    fn note(&mut self, record: &StepRecord, derivative: &StepDerivative) {
+        let smaller = |most: &mut (f64, u64), margin: f64| {
+            if margin < most.0 {
+                *most = (margin, record.index);
+            }
+        };
+        smaller(&mut self.margin, derivative.margin());
+        smaller(&mut self.feature_margin, derivative.feature_margin());
+        let is_solved = !matches!(record.report.status, StepStatus::Failed | StepStatus::Wild);
+        self.unsolved += u64::from(!is_solved);
+        self.unknown += u64::from(derivative.unknown() > 0);
+        self.kept += u64::from(derivative.keeps_shares());
+    }
+}
+
+impl Simulation<'_> {
+    /// Runs `run` from where the simulation is and finds the derivatives of the number that it decides. The simulation
+    /// is left at the end of the run.
+    ///
+    /// # Errors
+    /// A step that cannot be posed, is interrupted, or [has no derivative](Simulation::linearise); what `run` itself
+    /// refuses; derivatives by other states than one a body.
+    pub fn gradient(&mut self, run: &mut Run<'_>) -> Result<RunGradient, Error> {
+        let start = self.save();
+        let first = self.index();
+        let bodies = self.world().bodies().len();
+        let infinite = (f64::INFINITY, first);
+        let mut backward = Backward {
+            first,
+            stretch: run.checkpoints.steps.max(1) as u64,
+            saved: run.checkpoints.saved.max(2) as u64,
+            dual: vec![StateChange::zero(); bodies],
+            found: RunGradient {
+                constants: run.constants.iter().map(|c| vec![0.0; c.width(bodies)]).collect(),
+                margin: infinite,
+                feature_margin: infinite,
+                ..RunGradient::default()
+            },
+            step: StepGradient::default(),
+            tape: Vec::new(),
+            end: None,
+        };
+        backward.go(self, run, (0, run.steps), &start)?;
+        backward.add(run, 0, start.states())?;
+        if let Some(end) = &backward.end {
+            self.restore(end)?;
+        }
+        let mut found = backward.found;
+        found.states = backward.dual;
+        found.wrenches.reverse();
+        Ok(found)
+    }
+
+    /// One step of `run`.
+    fn advance(&mut self, run: &mut Run<'_>, record: &mut StepRecord) -> Result<(), Error> {
+        (run.before)(self)?;
+        self.step(record)
+    }
+}
+
+/// The backward pass.
+struct Backward {
+    first: u64,
+    /// How many steps are linearised at a time, and how many simulations may be saved.
+    stretch: u64,
+    saved: u64,
+    /// The derivatives by the states that the pass is at.
+    dual: Vec<StateChange>,
+    found: RunGradient,
+    step: StepGradient,
+    /// Derivatives of steps, to be used again.
+    tape: Vec<(StepDerivative, StepRecord)>,
+    end: Option<Saved>,
+}
+
+impl Backward {
+    /// Adds the derivatives by the `states` after so many steps.
+    fn add(&mut self, run: &mut Run<'_>, steps: u64, states: &[State]) -> Result<(), Error> {
+        let Some(by_states) = (run.by_states)(steps, states) else { return Ok(()) };
+        let (field, count) = ("derivatives by states", by_states.len());
+        if count != self.dual.len() {
+            return Err(Error::Count { field, count, allowed: "one a body" });
+        }
+        for (dual, more) in self.dual.iter_mut().zip(&by_states) {
+            *dual = dual.plus(1.0, more);
+        }
+        Ok(())
+    }
+
+    /// Goes through the steps `from`…`to` backwards; `start` is where the first of them begins.
+    fn go(
+        &mut self,
+        simulation: &mut Simulation<'_>,
+        run: &mut Run<'_>,
+        (from, to): (u64, u64),
+        start: &Saved,
+    ) -> Result<(), Error> {
+        let count = to - from;
+        if count <= self.stretch {
+            return self.leaf(simulation, run, (from, to), start);
+        }
+        // As few stretches as fill the memory, or all that there are.
+        let parts = count.div_ceil(self.stretch).min(self.saved);
+        let length = count.div_ceil(parts);
+        let mut record = StepRecord::new();
+        let mut starts = vec![(from, start.clone())];
+        simulation.restore(start)?;
+        for k in from..to {
+            if k > from && (k - from).is_multiple_of(length) {
+                starts.push((k, simulation.save()));
+            }
+            // The last part runs when it is differentiated.
+            if k >= from + (parts - 1) * length {
+                break;
+            }
+            simulation.advance(run, &mut record)?;
+        }
+        let saved = self.saved;
+        self.saved = (saved.saturating_sub(parts)).max(2);
+        let mut end = to;
+        while let Some((k, start)) = starts.pop() {
+            if k < end {
+                self.go(simulation, run, (k, end), &start)?;
+            }
+            end = k;
+        }
+        self.saved = saved;
+        Ok(())
+    }
+
+    /// The steps of one stretch: forwards with their derivatives, then backwards.
+    fn leaf(
+        &mut self,
+        simulation: &mut Simulation<'_>,
+        run: &mut Run<'_>,
+        (from, to): (u64, u64),
+        start: &Saved,
+    ) -> Result<(), Error> {
+        simulation.restore(start)?;
+        let count = (to - from) as usize;
+        if self.tape.len() < count {
+            self.tape.resize_with(count, Default::default);
+        }
+        let mut tape = std::mem::take(&mut self.tape);
+        for (derivative, record) in &mut tape[..count] {
+            simulation.advance(run, record)?;
+            simulation.linearise(record, derivative)?;
+        }
+        if self.end.is_none() {
+            self.end = Some(simulation.save());
+        }
+        for (derivative, record) in tape[..count].iter_mut().rev() {
+            self.add(run, record.index + 1 - self.first, &record.solution.states)?;
+            derivative.pull(&self.dual, run.constants, &mut self.step)?;
+            self.dual.clone_from(&self.step.states);
+            self.found.wrenches.push(self.step.wrenches.clone());
+            let sums = self.found.constants.iter_mut().zip(&self.step.constants);
+            for (sum, more) in sums.flat_map(|(sums, more)| sums.iter_mut().zip(more)) {
+                *sum += more;
+            }
+            self.found.note(record, derivative);
+        }
+        self.tape = tape;
+        Ok(())
+    }
+}
