@@ -18,6 +18,7 @@
 
 mod course;
 mod drive;
+mod gear;
 mod gimbal;
 mod graph;
 mod motion;
@@ -25,6 +26,8 @@ mod motion;
 pub use course::{Course, JointLoad, Knots};
 pub(crate) use drive::AxisStart;
 pub use drive::{Axis, Drive, Motor};
+pub(crate) use gear::angles_near;
+pub use gear::{GEAR_AT_THE_START, Gear, GearAxis};
 pub use gimbal::{Hinges, Middle};
 pub use graph::Graph;
 pub(crate) use motion::Turn;

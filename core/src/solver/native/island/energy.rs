@@ -4,7 +4,7 @@
 
 use super::super::equations::{Equations, Velocity};
 use super::super::tolerances::LARGE_GAIN;
-use super::{Island, Link};
+use super::{Island, Kind, Link};
 use crate::joint::Axis;
 use nalgebra::Vector3;
 
@@ -57,8 +57,9 @@ impl Island {
                     let on = |u: &Vector3<f64>| -> f64 {
                         (0..3).filter(|k| rows[*k]).map(|k| 0.5 * u[k] * p[k]).sum()
                     };
-                    match link.turn.map(|turn| &self.turns[turn]) {
-                        Some(turn) if turn.is_curved() => {
+                    match link.kind {
+                        Kind::Turn(turn) if self.turns[turn].is_curved() => {
+                            let turn = &self.turns[turn];
                             let spins = |k: usize| velocity[k].spin - self.back[k].spin;
                             let other = link.b.as_ref().map(|other| spins(other.index));
                             on(&u).max(on(&turn.rates(&spins(link.a), other.as_ref())))
