@@ -228,6 +228,18 @@ impl Recording {
         Ok(columns)
     }
 
+    /// The coordinates (K, G, 2) of the gears, and their forces (K, G).
+    fn gears<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let columns = PyDict::new(py);
+        let [rows, gears] = [self.rows.len(), self.content.world.gears().len()];
+        let of = || self.rows.iter().flat_map(|step| &step.gears);
+        let coordinates = of().flat_map(|gear| gear.coordinates).collect();
+        columns.set_item("coordinates", shaped(py, coordinates, &[rows, gears, 2])?)?;
+        let forces = of().map(|gear| gear.force).collect();
+        columns.set_item("force", shaped(py, forces, &[rows, gears])?)?;
+        Ok(columns)
+    }
+
     /// What the joints are and carry, by column: (K, J, 3) each.
     fn joints<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let columns = PyDict::new(py);

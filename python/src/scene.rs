@@ -8,6 +8,7 @@ use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use tumble::joint::GearAxis;
 use tumble::mechanics::Rotation;
 use tumble::scenario::choices::SolverName;
 use tumble::scenario::failure::Failure;
@@ -112,6 +113,14 @@ impl Scene {
     #[getter]
     fn joints(&self) -> Vec<String> {
         self.content.joints.clone()
+    }
+
+    /// Of each gear the joint that follows and the one that it follows, by their names.
+    #[getter]
+    fn gears(&self) -> Vec<(String, String)> {
+        let name = |axis: &GearAxis| self.content.joints[axis.joint].clone();
+        let gears = self.content.world.gears().iter();
+        gears.map(|gear| (name(&gear.axes()[0]), name(&gear.axes()[1]))).collect()
     }
 
     /// Of each joint the axes that it leaves to drives: 0, 1, 2 along x, y, z and 3, 4, 5 about them.

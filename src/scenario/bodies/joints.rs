@@ -277,12 +277,7 @@ impl Joints {
 
     /// Puts the motor of an entry on its axis.
     pub fn add_motor(&mut self, entry: &MotorEntry) -> Result<(), String> {
-        let named = |(name, _): &&(String, Vec<usize>)| *name == entry.joint;
-        let of_entry = self.entries.iter().find(named).map(|(_, joints)| joints.clone());
-        let own = || self.models.iter().position(|joint| joint.name == entry.joint);
-        let joints = of_entry.or_else(|| own().map(|joint| vec![joint])).ok_or_else(|| {
-            format!("joint: no joint has the name {:?}; the name of one is needed", entry.joint)
-        })?;
+        let joints = self.named(&entry.joint).map_err(|why| format!("joint: {why}"))?;
         let motor = entry.motor()?;
         for joint in joints {
             let joint = &mut self.models[joint];
@@ -293,6 +288,24 @@ impl Joints {
             }
         }
         Ok(())
+    }
+
+    /// The joints of a name: those of an entry, or one.
+    fn named(&self, name: &str) -> Result<Vec<usize>, String> {
+        let of_entry = self.entries.iter().find(|(known, _)| known == name);
+        let own = || self.models.iter().position(|joint| joint.name == name);
+        let joints = of_entry.map(|(_, joints)| joints.clone());
+        joints
+            .or_else(|| own().map(|joint| vec![joint]))
+            .ok_or_else(|| format!("no joint has the name {name:?}; the name of one is needed"))
+    }
+
+    /// The one joint of a name.
+    pub fn one(&self, name: &str) -> Result<usize, String> {
+        match self.named(name)?[..] {
+            [joint] => Ok(joint),
+            _ => Err(format!("{name:?} are several joints; the name of one is needed")),
+        }
     }
 }
 
@@ -553,29 +566,39 @@ impl MotorEntry {
 
     /// Which drive of a joint it is on.
     fn place(&self, joint: &JointModel) -> Result<usize, String> {
-        let driven = joint.kind.driven();
-        let names: Vec<_> = driven.iter().map(|(name, _)| format!("`{name}`")).collect();
-        match (&self.axis, driven.len()) {
-            (_, 0) => Err(format!(
+        if joint.kind.driven().is_empty() {
+            return Err(format!(
                 "joint: {:?} is {}; a motor needs a joint that turns about an axis or slides",
                 joint.name,
                 joint.kind.name()
-            )),
-            (None, 1) => Ok(0),
-            (None, _) => Err(format!(
-                "axis: {:?} has several; one of {} is needed",
-                joint.name,
-                names.join(", ")
-            )),
-            (Some(wanted), _) => {
-                driven.iter().position(|(name, _)| name == wanted).ok_or_else(|| {
-                    format!(
-                        "axis: {wanted:?} is none of {:?}; it has {}",
-                        joint.name,
-                        names.join(", ")
-                    )
-                })
-            }
+            ));
         }
+        joint.driven_place(self.axis.as_deref()).map_err(|why| format!("axis: {why}"))
+    }
+}
+
+impl JointModel {
+    /// Which of the axes that drives act on is that of the name; the only one without.
+    fn driven_place(&self, wanted: Option<&str>) -> Result<usize, String> {
+        let driven = self.kind.driven();
+        let names: Vec<_> = driven.iter().map(|(name, _)| format!("`{name}`")).collect();
+        match wanted {
+            None if driven.len() == 1 => Ok(0),
+            None => {
+                Err(format!("{:?} has several; one of {} is needed", self.name, names.join(", ")))
+            }
+            Some(wanted) => driven.iter().position(|(name, _)| *name == wanted).ok_or_else(|| {
+                format!("{wanted:?} is none of {:?}; it has {}", self.name, names.join(", "))
+            }),
+        }
+    }
+
+    /// The axis of that name, of all six.
+    pub fn driven_axis(&self, wanted: Option<&str>) -> Result<usize, String> {
+        let driven = self.kind.driven();
+        if driven.is_empty() {
+            return Err(format!("{:?} is {}", self.name, self.kind.name()));
+        }
+        self.driven_place(wanted).map(|place| driven[place].1)
     }
 }
