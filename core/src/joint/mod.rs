@@ -280,7 +280,7 @@ impl Joint {
     }
 
     /// The drive of a free axis.
-    fn drive_mut(&mut self, axis: JointAxis) -> Result<&mut Drive, Error> {
+    pub(crate) fn drive_mut(&mut self, axis: JointAxis) -> Result<&mut Drive, Error> {
         let (axes, k) = match axis {
             JointAxis::Linear(k) => (&mut self.linear, k),
             JointAxis::Angular(k) => (&mut self.angular, k),
@@ -440,6 +440,11 @@ impl Joint {
     pub fn holds_in_world(&self) -> bool {
         let locked = |axes: &[Axis; 3]| axes.iter().all(|axis| *axis == Axis::Locked);
         self.other.is_none() && locked(&self.linear) && locked(&self.angular)
+    }
+
+    /// The frames, for constants of the world to set.
+    pub(crate) fn frames_mut(&mut self) -> &mut [JointFrame; 2] {
+        &mut self.frames
     }
 
     /// Has its frame in the world, which may move, at `frame` from here on.

@@ -3,6 +3,7 @@
 
 mod changes;
 pub mod constants;
+mod joint_constants;
 mod partner;
 pub mod plane;
 
