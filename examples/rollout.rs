@@ -69,6 +69,8 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
         steps,
         starts: &starts,
         controls: &[],
+        motors: &[],
+        joint_forces: &[],
         parameters: &[],
     };
     let mut states = vec![0.0; rollouts * steps * 13];

@@ -111,7 +111,7 @@ impl Scene {
         let (states, wrenches, contacts) = (&self.states, &wrenches, &contacts);
         Certifier::new().contact_step(
             world,
-            &Claim { states, next, wrenches, contacts, joints: &[] },
+            &Claim { states, next, wrenches, contacts, joints: &[], gears: &[] },
             [self.force],
         )
     }

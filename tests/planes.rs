@@ -128,7 +128,8 @@ fn a_records_certificate_comes_out_again_from_what_is_in_it() {
     let mut touched = 0;
     for record in records(&world, start, Polyline::default(), motion, 600) {
         let StepRecord { states, solution, contacts, certificate, .. } = &record;
-        let claim = Claim { states, next: &solution.states, wrenches, contacts, joints: &[] };
+        let claim =
+            Claim { states, next: &solution.states, wrenches, contacts, joints: &[], gears: &[] };
         let again = Certifier::new().contact_step(&world, &claim, solution.forces());
         assert_eq!(again, *certificate, "k = {}", record.index);
         // The free side is where the normal points: no corner below, no force that pulls.

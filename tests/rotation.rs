@@ -198,7 +198,7 @@ fn the_certificate_tells_the_forms_apart() {
         let next = worlds[own].free_flight(0, &start, &none);
         let judge = |world: &World| {
             let (states, next, wrenches) = (&[start], &[next], &[none]);
-            let claim = Claim { states, next, wrenches, contacts: &[], joints: &[] };
+            let claim = Claim { states, next, wrenches, contacts: &[], joints: &[], gears: &[] };
             Certifier::new().contact_step(world, &claim, []).dynamics
         };
         let (right, wrong) = (judge(&worlds[own]), judge(&worlds[other]));

@@ -98,7 +98,7 @@ fn the_native_solver_solves_rounded_points_exactly() {
         prop_assert_ne!(report.status, StepStatus::Failed);
         prop_assert_eq!(solution.contacts.len(), contacts.len());
         let (states, next, wrenches) = (&[state], &solution.states, &[wrench]);
-        let claim = Claim { states, next, wrenches, contacts: &contacts, joints: &[] };
+        let claim = Claim { states, next, wrenches, contacts: &contacts, joints: &[], gears: &[] };
         let certificate = Certifier::new().contact_step(&world, &claim, solution.forces());
         prop_assert!(certificate.residual() <= 1e-9, "{certificate:?}");
         // Written down a second time: no ball ends in the ground, and one that presses touches.

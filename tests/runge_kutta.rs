@@ -125,7 +125,7 @@ fn the_certificate_of_a_floating_step_is_the_distance_from_the_truth() {
         let mut next = top_after(&world, &thrown_top(), h);
         change(&mut next);
         let (states, next, wrenches) = (&[thrown_top()], &[next], &[Wrench::zero()]);
-        let claim = Claim { states, next, wrenches, contacts: &[], joints: &[] };
+        let claim = Claim { states, next, wrenches, contacts: &[], joints: &[], gears: &[] };
         let certificate = certify_rk4_step(&world, &claim);
         assert_eq!(certificate.residual(), certificate.dynamics);
         certificate.dynamics

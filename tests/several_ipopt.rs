@@ -128,7 +128,8 @@ fn solve(
     let report = solver.solve(&step, &mut candidates, &mut solution)?;
     assert_eq!(solution.contacts.len(), candidates.contacts().len());
     let contacts = candidates.contacts();
-    let claim = Claim { states, next: &solution.states, wrenches, contacts, joints: &[] };
+    let claim =
+        Claim { states, next: &solution.states, wrenches, contacts, joints: &[], gears: &[] };
     let residual = Certifier::new().contact_step(world, &claim, solution.forces()).residual();
     Ok((report, solution, residual))
 }

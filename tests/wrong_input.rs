@@ -137,6 +137,7 @@ fn lists_of_any_length_make_no_search_panic() {
                         wrenches: &wrenches,
                         contacts: &contacts,
                         joints: &[],
+                        gears: &[],
                     };
                     panics.look("certify_rk4_step", || certify_rk4_step(&world, &claim));
                     for forces in [0, contacts.len(), contacts.len() + 1] {
@@ -165,8 +166,14 @@ fn a_step_without_a_state_of_every_body_is_not_taken_for_one() {
         let forces = vec![Vector3::zeros(); claim.contacts.len()];
         Certifier::new().contact_step(&world, claim, forces).residual()
     };
-    let whole =
-        Claim { states: &good, next: &good, wrenches: &wrenches, contacts: found, joints: &[] };
+    let whole = Claim {
+        states: &good,
+        next: &good,
+        wrenches: &wrenches,
+        contacts: found,
+        joints: &[],
+        gears: &[],
+    };
     assert!(
         residual(&whole).is_finite() && certify_rk4_step(&world, &whole).residual().is_finite()
     );
@@ -262,14 +269,20 @@ fn a_count_of_bodies_of_any_size_is_no_more_than_wrong() {
     let world = world_of(1);
     let (mut record, motion) = (StepRecord::new(), Motion::native(&world));
     Simulation::new(world.clone(), tower(1), motion).unwrap().step(&mut record).unwrap();
-    let streams = Streams { states: vec![], contacts: vec![], steps: vec![], joints: None };
+    let streams =
+        Streams { states: vec![], contacts: vec![], steps: vec![], joints: None, gears: None };
     let mut writer = TablesWriter::new(streams, &world).unwrap();
     writer.write(&record).unwrap();
     let Streams { states, contacts, steps, .. } = writer.finish().unwrap();
     let read = |bodies: usize| {
-        let streams =
-            Streams { states: &*states, contacts: &*contacts, steps: &*steps, joints: None };
-        TablesReader::new(streams, bodies, 0).unwrap().next_step()
+        let streams = Streams {
+            states: &*states,
+            contacts: &*contacts,
+            steps: &*steps,
+            joints: None,
+            gears: None,
+        };
+        TablesReader::new(streams, bodies, (0, 0)).unwrap().next_step()
     };
     assert!(read(1).is_ok());
     assert!(read(usize::MAX).is_err());
@@ -301,8 +314,13 @@ fn a_record_of_another_world_makes_no_writer_panic() {
                 }
                 panics.look("TableStep::of", || TableStep::of(&world, &record));
                 panics.look("TablesWriter::write", || {
-                    let streams =
-                        Streams { states: vec![], contacts: vec![], steps: vec![], joints: None };
+                    let streams = Streams {
+                        states: vec![],
+                        contacts: vec![],
+                        steps: vec![],
+                        joints: None,
+                        gears: None,
+                    };
                     TablesWriter::new(streams, &world).unwrap().write(&record)
                 });
             }

@@ -71,6 +71,16 @@ pub enum Error {
         /// m and rad.
         allowed: f64,
     },
+    /// A gear whose coordinates are not where it holds them at the start.
+    #[error("gear {gear} is {off:.3e} m or rad off at the start; allowed is {allowed:.0e}")]
+    GearApart {
+        /// The index of the gear.
+        gear: usize,
+        /// How far its first coordinate is off, m or rad.
+        off: f64,
+        /// What is allowed.
+        allowed: f64,
+    },
     /// A body that cannot be taken out of the world, or held, because a joint ties it.
     #[error(
         "body {body} is tied by joint {joint}; only a body without joints can be held, or taken out \

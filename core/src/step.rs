@@ -136,13 +136,15 @@ pub struct StepSolution {
     pub contacts: Vec<ContactForce>,
     /// One a joint of the world, in their order.
     pub joints: Vec<JointForce>,
+    /// The force of each gear along the first of its coordinates, N or N m.
+    pub gears: Vec<f64>,
 }
 
 impl StepSolution {
     /// Free flight to `states`, no contact.
     #[must_use]
     pub fn free(states: &[State]) -> Self {
-        Self { states: states.to_vec(), contacts: Vec::new(), joints: Vec::new() }
+        Self { states: states.to_vec(), ..Self::default() }
     }
 
     /// Makes this free flight to `states`: no contact.
@@ -151,6 +153,7 @@ impl StepSolution {
         self.states.extend_from_slice(states);
         self.contacts.clear();
         self.joints.clear();
+        self.gears.clear();
     }
 
     /// Makes this the same as `other`, in the memory that it has.
@@ -160,6 +163,7 @@ impl StepSolution {
         self.contacts.clear();
         self.contacts.extend_from_slice(&other.contacts);
         self.joints.clone_from(&other.joints);
+        self.gears.clone_from(&other.gears);
     }
 
     /// The forces of all candidates, N, world.

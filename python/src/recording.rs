@@ -20,7 +20,7 @@ use tumble::scenario::run_file::RunFile;
 use tumble::scenario::scene::{OutputFormat, Scene as Content};
 use tumble::simulation::StepRecord;
 use tumble::simulation::tables::{
-    ContactRow, JointRow, StepRow, Streams, TableStep, TablesReader, TablesWriter,
+    ContactRow, GearRow, JointRow, StepRow, Streams, TableStep, TablesReader, TablesWriter,
 };
 use tumble::step::StepStatus;
 use tumble_pictures::animation::{Format, Settings, View, animate};
@@ -60,22 +60,24 @@ type Array<'py, T> = Bound<'py, PyArrayDyn<T>>;
 
 #[pymethods]
 impl Recording {
-    /// The run, or a part of one, whose tables (bytes of states, contacts, steps, and of scenes with joints
-    /// joints) these are. The forces (K - 1, N, 3) are those of a run without recorded contacts.
+    /// The run, or a part of one, whose tables (bytes of states, contacts, steps, of scenes with joints
+    /// joints, and of scenes with gears gears) these are. The forces (K - 1, N, 3) are those of a run without recorded contacts.
     #[staticmethod]
-    #[pyo3(signature = (scene, states, contacts, steps, joints=None, forces=None))]
+    #[pyo3(signature = (scene, states, contacts, steps, joints=None, gears=None, forces=None))]
     fn of_tables(
         scene: PyRef<'_, Scene>,
         states: &[u8],
         contacts: &[u8],
         steps: &[u8],
         joints: Option<&[u8]>,
+        gears: Option<&[u8]>,
         forces: Option<PyReadonlyArrayDyn<'_, f64>>,
     ) -> PyResult<Self> {
         let content = Arc::clone(&scene.content);
-        let streams = Streams { states, contacts, steps, joints };
-        let (bodies, joints) = (content.world.bodies().len(), content.world.joints().len());
-        let reader = TablesReader::new(streams, bodies, joints);
+        let streams = Streams { states, contacts, steps, joints, gears };
+        let world = &content.world;
+        let tied = (world.joints().len(), world.gears().len());
+        let reader = TablesReader::new(streams, world.bodies().len(), tied);
         let mut reader = reader.map_err(refused)?.of_part();
         let (mut rows, mut sums) = (Vec::<TableStep>::new(), Vec::new());
         while let Some(row) = reader.next_step().map_err(refused)? {
@@ -124,6 +126,9 @@ impl Recording {
                 let JointRow { place, turns, .. } = *joint;
                 *joint = JointRow { place, turns, ..NO_STEP };
             }
+            for gear in &mut last.gears {
+                *gear = GearRow { force: 0.0, residual: 0.0, ..*gear };
+            }
         }
         let bodies = self.content.world.bodies().len();
         let forces = self.forces[first * bodies..(end - 1) * bodies].to_vec();
@@ -151,18 +156,22 @@ impl Recording {
         self.has_contacts
     }
 
-    /// The tables states, contacts and steps as CSV, and of a scene with joints joints.
+    /// The tables states, contacts and steps as CSV, of a scene with joints joints, and of one
+    /// with gears gears.
     fn tables<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyBytes>>> {
         let has_joints = !self.content.joints.is_empty();
         let (states, contacts, steps) = (Vec::new(), Vec::new(), Vec::new());
-        let streams = Streams { states, contacts, steps, joints: has_joints.then(Vec::new) };
+        let has_gears = !self.content.world.gears().is_empty();
+        let joints = has_joints.then(Vec::new);
+        let gears = has_gears.then(Vec::new);
+        let streams = Streams { states, contacts, steps, joints, gears };
         let tables: Result<_, Box<dyn std::error::Error + Send + Sync>> = py.detach(|| {
             let mut writer = TablesWriter::new(streams, &self.content.world)?;
             self.rows.iter().try_for_each(|row| writer.write_step(row))?;
             writer.finish().map_err(Into::into)
         });
-        let Streams { states, contacts, steps, joints } = tables.map_err(refused)?;
-        let tables = [states, contacts, steps].into_iter().chain(joints);
+        let Streams { states, contacts, steps, joints, gears } = tables.map_err(refused)?;
+        let tables = [states, contacts, steps].into_iter().chain(joints).chain(gears);
         Ok(tables.map(|bytes| PyBytes::new(py, &bytes)).collect())
     }
 
@@ -216,6 +225,18 @@ impl Recording {
         columns.set_item("k", shaped(py, indices, &[count])?)?;
         let rows = || self.rows.iter().flat_map(|step| &step.contacts);
         set_contacts(&columns, &self.content, rows)?;
+        Ok(columns)
+    }
+
+    /// The coordinates (K, G, 2) of the gears, and their forces (K, G).
+    fn gears<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let columns = PyDict::new(py);
+        let [rows, gears] = [self.rows.len(), self.content.world.gears().len()];
+        let of = || self.rows.iter().flat_map(|step| &step.gears);
+        let coordinates = of().flat_map(|gear| gear.coordinates).collect();
+        columns.set_item("coordinates", shaped(py, coordinates, &[rows, gears, 2])?)?;
+        let forces = of().map(|gear| gear.force).collect();
+        columns.set_item("force", shaped(py, forces, &[rows, gears])?)?;
         Ok(columns)
     }
 

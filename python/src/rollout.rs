@@ -24,7 +24,7 @@ type Report = (Vec<u64>, Vec<u64>, Vec<(usize, usize, &'static str, f64)>);
 /// Simulates `rollouts` rollouts of `steps` steps and fills the arrays that are given.
 #[pyfunction]
 #[pyo3(signature = (
-    scene, rollouts, steps, starts, controls, parameters, threads, states, ends, forces,
+    scene, rollouts, steps, starts, controls, motors, joint_forces, parameters, threads, states, ends, forces,
     residuals, statuses, progress
 ))]
 #[allow(clippy::too_many_arguments)]
@@ -35,6 +35,8 @@ pub fn rollout(
     steps: usize,
     starts: PyReadonlyArrayDyn<'_, f64>,
     controls: Option<PyReadonlyArrayDyn<'_, f64>>,
+    motors: Option<PyReadonlyArrayDyn<'_, f64>>,
+    joint_forces: Option<PyReadonlyArrayDyn<'_, f64>>,
     parameters: Vec<(String, PyReadonlyArrayDyn<'_, f64>)>,
     threads: usize,
     mut states: Option<PyReadwriteArrayDyn<'_, f64>>,
@@ -59,6 +61,10 @@ pub fn rollout(
         steps,
         starts: numbers("initial_states", &starts)?,
         controls: controls.as_ref().map_or(Ok(&[][..]), |array| numbers("controls", array))?,
+        motors: motors.as_ref().map_or(Ok(&[][..]), |array| numbers("motors", array))?,
+        joint_forces: joint_forces
+            .as_ref()
+            .map_or(Ok(&[][..]), |array| numbers("joint_forces", array))?,
         parameters: &varied,
     };
     let outputs = Outputs {
@@ -90,11 +96,11 @@ pub fn rollout(
     Ok((report.statuses.to_vec(), report.tempered, unsolved))
 }
 
-/// The shape of a parameter's values for one rollout of `bodies` bodies.
+/// The shape of a parameter's values for one rollout of a scene.
 #[pyfunction]
-#[pyo3(signature = (name, bodies))]
-pub fn parameter_shape(name: &str, bodies: usize) -> PyResult<Vec<usize>> {
-    Ok(parameter(name)?.shape(bodies))
+#[pyo3(signature = (name, scene))]
+pub fn parameter_shape(name: &str, scene: PyRef<'_, Scene>) -> PyResult<Vec<usize>> {
+    Ok(parameter(name)?.shape(&scene.content.world))
 }
 
 fn parameter(name: &str) -> PyResult<Constant> {

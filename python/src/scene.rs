@@ -8,6 +8,7 @@ use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use tumble::joint::{GearAxis, JointAxis};
 use tumble::mechanics::Rotation;
 use tumble::scenario::choices::SolverName;
 use tumble::scenario::failure::Failure;
@@ -114,6 +115,27 @@ impl Scene {
         self.content.joints.clone()
     }
 
+    /// The axes that `joint_forces` and the constants of joints are of, each with the name of its joint: 0, 1, 2 along x, y, z and 3, 4,
+    /// 5 about them.
+    #[getter]
+    fn driven_axes(&self) -> Vec<(String, usize)> {
+        self.axes(self.content.world.driven_axes())
+    }
+
+    /// Those of them that have motors, which `motors` and the constants of motors are of.
+    #[getter]
+    fn motor_axes(&self) -> Vec<(String, usize)> {
+        self.axes(self.content.world.motors())
+    }
+
+    /// Of each gear the joint that follows and the one that it follows, by their names.
+    #[getter]
+    fn gears(&self) -> Vec<(String, String)> {
+        let name = |axis: &GearAxis| self.content.joints[axis.joint].clone();
+        let gears = self.content.world.gears().iter();
+        gears.map(|gear| (name(&gear.axes()[0]), name(&gear.axes()[1]))).collect()
+    }
+
     /// Of each joint the axes that it leaves to drives: 0, 1, 2 along x, y, z and 3, 4, 5 about them.
     #[getter]
     fn joint_axes(&self) -> Vec<Vec<usize>> {
@@ -212,5 +234,17 @@ fn solver_name(name: &str) -> PyResult<SolverName> {
              has Ipopt, or take native",
         )),
         _ => Err(refused(format!("solver: {name:?} is none; native or ipopt is needed"))),
+    }
+}
+
+impl Scene {
+    /// Axes of joints by the names of these and their numbers.
+    fn axes(&self, axes: Vec<(usize, JointAxis)>) -> Vec<(String, usize)> {
+        let number = |axis| match axis {
+            JointAxis::Linear(k) => k,
+            JointAxis::Angular(k) => 3 + k,
+        };
+        let name = |joint: usize| self.content.joints[joint].clone();
+        axes.into_iter().map(|(joint, axis)| (name(joint), number(axis))).collect()
     }
 }

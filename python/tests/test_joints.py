@@ -109,3 +109,60 @@ def test_what_is_wrong_is_named(scenarios):
     with pytest.raises(tumble.TumbleError, match="joints"):
         tumble.Scene([ROD], NO_GROUND, joints=PIN)
     assert len(tumble.load(scenarios / "chain.toml").joints) == 20
+
+
+def test_gears_follow(tmp_path):
+    wheels = [
+        {"name": name, "box": [0.2, 0.2, 0.1], "mass": 1.0, "position": [x, 0, 0]}
+        for name, x in (("one", 0.0), ("two", 1.0))
+    ]
+    shafts = [
+        {"name": f"shaft-{wheel['name']}", "type": "revolute", "bodies": wheel["name"],
+         "anchor": wheel["position"], "axis": [0, 0, 1], "force": force}
+        for wheel, force in zip(wheels, (0.1, 0.0))
+    ]
+    gear = {"joints": ["shaft-two", "shaft-one"], "ratio": -2.0}
+    scene = tumble.Scene(wheels, NO_GROUND, joints=shafts, gears=[gear], time_step=0.001)
+    assert scene.gears == [("shaft-two", "shaft-one")]
+    run = scene.run(100)
+    two, one = (run.joints[name]["coordinate"] for name in scene.gears[0])
+    np.testing.assert_allclose(two, -2.0 * one, atol=1e-13)
+    np.testing.assert_array_equal(run.gears["coordinates"][:, 0], np.stack([two, one], axis=-1))
+    # I = m a²/6 about the axes: α = τ/(5 I) of the first, and -2 of it by the gear.
+    assert one[-1] == pytest.approx(0.5 * 0.1 / (5 * 0.04 / 6) * 0.1 * 0.101, rel=1e-4)
+    np.testing.assert_allclose(run.gears["force"][:, 0], -2 * 0.1 / 5, rtol=1e-3)
+    files = [file.name for file in run.to_csv(tmp_path)]
+    assert files[3:] == ["joints.csv", "gears.csv", "run.json"]
+    for other in (tumble.Trajectory.from_csv(scene, tmp_path), pickle.loads(pickle.dumps(run))):
+        np.testing.assert_array_equal(other.gears["force"], run.gears["force"])
+
+
+def test_rollouts_drive_motors_and_vary_joints():
+    motor = {"joint": "pin", "position": 0.0, "stiffness": 200.0, "damping": 20.0, "most": 500.0}
+    scene = tumble.Scene([ROD], NO_GROUND, joints=[PIN], motors=[motor], time_step=0.001)
+    assert scene.motor_axes == scene.driven_axes == [("pin", 5)]
+    targets = np.linspace(0, [[0.2], [0.4]], 50, axis=1)
+    pushes = np.full((1, 50, 1), 0.3)
+    friction = np.array([[0.0], [0.5]])
+    out = tumble.rollout(
+        scene, motors=targets, joint_forces=pushes, parameters={"joint_friction": friction}
+    )
+    assert out.states.shape == (2, 50, 1, 13)
+    # The same by hand.
+    for rollout in range(2):
+        own = tumble.Scene(
+            [ROD], NO_GROUND, joints=[{**PIN, "friction": friction[rollout, 0]}], motors=[motor], time_step=0.001
+        )
+        simulation = own.simulate()
+        gains = {"stiffness": 200.0, "damping": 20.0, "most": 500.0}
+        for step in range(50):
+            simulation.set_motor("pin", position=targets[rollout, step, 0], **gains)
+            simulation.set_force("pin", 0.3)
+            simulation.step()
+            np.testing.assert_array_equal(simulation.states, out.states[rollout, step])
+    with pytest.raises(tumble.TumbleError, match="no scene says"):
+        out.trajectory(0)
+    with pytest.raises(tumble.TumbleError, match="motors"):
+        tumble.rollout(scene, motors=targets[:, :, [0, 0]])
+    with pytest.raises(tumble.TumbleError, match="joint_forces has 49 steps; the motors have 50"):
+        tumble.rollout(scene, motors=targets, joint_forces=pushes[:, 1:])

@@ -134,8 +134,13 @@ impl<'a> Recording<'a> {
                     [] => None,
                     _ => Some(table(path, Table::Joints)?),
                 },
+                gears: match world.gears() {
+                    [] => None,
+                    _ => Some(table(path, Table::Gears)?),
+                },
             };
-            let reader = TablesReader::new(streams, world.bodies().len(), world.joints().len());
+            let tied = (world.joints().len(), world.gears().len());
+            let reader = TablesReader::new(streams, world.bodies().len(), tied);
             let reader = reader.map_err(|error| odd_tables(path, &error))?;
             let rows = Rows::Tables(Box::new(reader));
             return Ok(Self { path, rows, run, world, loads });

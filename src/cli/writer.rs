@@ -87,17 +87,22 @@ impl RunWriter {
                 let joint_rows = Some(scene.joints.len() as u64);
                 let of_joints =
                     joints.as_ref().map(|file| stream(file, Table::Joints.name(), joint_rows));
+                let count = scene.world.gears().len() as u64;
+                let gears = (count > 0).then(|| of(Table::Gears)).transpose()?;
+                let of_gears =
+                    gears.as_ref().map(|file| stream(file, Table::Gears.name(), Some(count)));
                 let streams = Streams {
                     states: states?,
                     contacts: contacts?,
                     steps: steps?,
                     joints: of_joints.transpose()?,
+                    gears: of_gears.transpose()?,
                 };
                 let rows = match goes_on {
                     true => Ok(TablesWriter::after(streams, &scene.world)),
                     false => TablesWriter::new(streams, &scene.world),
                 };
-                let files = files.into_iter().chain(joints).collect();
+                let files = files.into_iter().chain(joints).chain(gears).collect();
                 (files, rows.map(|rows| Rows::Tables(Box::new(rows))))
             }
         };
@@ -127,8 +132,8 @@ impl RunWriter {
         let streams = match self.rows {
             Rows::Trajectory(rows) => rows.finish().map(|stream| vec![stream]),
             Rows::Tables(rows) => {
-                rows.finish().map(|Streams { states, contacts, steps, joints }| {
-                    [states, contacts, steps].into_iter().chain(joints).collect()
+                rows.finish().map(|Streams { states, contacts, steps, joints, gears }| {
+                    [states, contacts, steps].into_iter().chain(joints).chain(gears).collect()
                 })
             }
         };

@@ -144,12 +144,12 @@ impl Model {
         match parameter {
             Constant::Friction => [0.02, 1.0],
             Constant::Restitution => [0.0, 0.6],
-            Constant::Mass | Constant::Inertia => [0.5, 2.0],
             Constant::Size => [0.9, 1.1],
             Constant::Radius => [0.0, 0.3 * least],
             Constant::Gravity => [0.9, 1.1].map(|factor| factor * self.gravity().norm()),
             Constant::Ground => [-0.1, 0.1].map(|factor| factor * least),
             Constant::TimeStep => [0.5, 1.0].map(|factor| factor * self.world.time_step()),
+            _ => [0.5, 2.0],
         }
     }
 

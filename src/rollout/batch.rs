@@ -2,8 +2,9 @@
 
 use super::varied::Varied;
 use crate::error::Error;
+use crate::joint::{Drive, JointAxis};
 use crate::mechanics::{Load, State, Wrench};
-use crate::simulation::Motion;
+use crate::simulation::{Motion, Simulation};
 use crate::world::World;
 use nalgebra::{SVector, Vector3};
 
@@ -28,6 +29,12 @@ pub struct Batch<'a> {
     /// What pushes each body in every step, (B or 1, T, N, 6): a force (N, world) and a torque
     /// (N m, body); empty for none.
     pub controls: &'a [f64],
+    /// What each [motor](World::motors) holds or pulls to in every step, in place of its target: (B or 1, T, M), m/s, rad/s, m or
+    /// rad; empty for the world's own.
+    pub motors: &'a [f64],
+    /// Forces along each [axis](World::driven_axes) that a drive can act on in every step, besides its drive: (B or 1, T, D), N
+    /// or N m; empty for none.
+    pub joint_forces: &'a [f64],
     /// What differs between the rollouts' worlds.
     pub parameters: &'a [Varied<'a>],
 }
@@ -71,10 +78,17 @@ impl Batch<'_> {
         let controls = self.controls.len();
         let fits = controls == 0 || shared(size(&[t, n, 6]), controls);
         count("numbers in the controls", controls, "(B or 1, T, N, 6), or none", fits)?;
+        let [axes, motors] = [self.world.driven_axes().len(), self.world.motors().len()];
+        let length = self.motors.len();
+        let fits = length == 0 || shared(size(&[t, motors]), length);
+        count("numbers for motors", length, "(B or 1, T, M), or none", fits)?;
+        let length = self.joint_forces.len();
+        let fits = length == 0 || shared(size(&[t, axes]), length);
+        count("numbers for forces of joints", length, "(B or 1, T, D), or none", fits)?;
         let loads = self.loads.len();
         count("loads", loads, "one a body, or none", loads == 0 || loads == n)?;
         for Varied { constant, values } in self.parameters {
-            let fits = Some(values.len()) == size(&[b, constant.width(n)]);
+            let fits = Some(values.len()) == size(&[b, constant.width(self.world)]);
             count(constant.name(), values.len(), "B times the numbers of one world", fits)?;
         }
         for (field, length, factors, allowed) in [
@@ -108,6 +122,53 @@ impl Batch<'_> {
             force: Vector3::from_column_slice(&numbers[..3]),
             torque: Vector3::from_column_slice(&numbers[3..]),
         })
+    }
+}
+
+/// What drives the joints of a rollout in every step: their axes, and which of them have motors.
+pub(super) struct Driven {
+    axes: Vec<(usize, JointAxis)>,
+    motors: Vec<(usize, JointAxis)>,
+}
+
+impl Driven {
+    /// Those of `batch` that differ from step to step.
+    pub(super) fn of(batch: &Batch<'_>) -> Self {
+        let or_none = |of: &[f64], axes: Vec<_>| if of.is_empty() { Vec::new() } else { axes };
+        Self {
+            axes: or_none(batch.joint_forces, batch.world.driven_axes()),
+            motors: or_none(batch.motors, batch.world.motors()),
+        }
+    }
+
+    /// Sets them for `step` of `rollout`, whose world is `own`.
+    pub(super) fn set(
+        &self,
+        (batch, own): (&Batch<'_>, &World),
+        (rollout, step): (usize, usize),
+        simulation: &mut Simulation<'_>,
+    ) -> Result<(), Error> {
+        let now = |numbers, width: usize| {
+            let all: &[f64] = of(numbers, batch.steps * width, rollout);
+            if all.is_empty() { all } else { &all[step * width..][..width] }
+        };
+        let drive = |world: &World, (joint, axis): (usize, JointAxis)| {
+            world.joints()[joint].drive(axis).copied().unwrap_or_default()
+        };
+        for (&(joint, axis), force) in
+            self.axes.iter().zip(now(batch.joint_forces, self.axes.len()))
+        {
+            let force = drive(own, (joint, axis)).force + force;
+            let set = Drive { force, ..drive(simulation.world(), (joint, axis)) };
+            simulation.set_drive(joint, axis, set)?;
+        }
+        for (&(joint, axis), target) in self.motors.iter().zip(now(batch.motors, self.motors.len()))
+        {
+            let set = drive(simulation.world(), (joint, axis));
+            let motor = set.motor.map(|motor| motor.to(*target));
+            simulation.set_drive(joint, axis, Drive { motor, ..set })?;
+        }
+        Ok(())
     }
 }
 

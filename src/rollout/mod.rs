@@ -24,6 +24,8 @@
 //!     steps: 300,
 //!     starts: start.as_slice(), // one for all
 //!     controls: &[],
+//!     motors: &[],
+//!     joint_forces: &[],
 //!     parameters: &[Varied { constant: Constant::Friction, values: &frictions }],
 //! };
 //! let mut ends = [0.0; 4 * 13];
@@ -39,10 +41,13 @@
 //! |---|---|---|
 //! | starts | (B or 1, N, 13) | m, unit quaternion w x y z, m/s (world), rad/s (body) |
 //! | controls | (B or 1, T, N, 6) | force, N, world; torque, N m, body |
+//! | motors | (B or 1, T, M) | targets: m/s, rad/s, m or rad |
+//! | joint_forces | (B or 1, T, D) | N or N m, along the axes |
 //! | states | (B, T, N, 13) | as the starts: after each step |
 //! | ends | (B, N, 13) | as the starts: after the last step |
 //!
-//! B rollouts of T steps of N bodies, the last index fastest.
+//! B rollouts of T steps of N bodies, of which M axes of joints have [motors](crate::world::World::motors) and D can be
+//! [driven](crate::world::World::driven_axes), the last index fastest.
 
 mod batch;
 mod run;

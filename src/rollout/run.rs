@@ -1,6 +1,6 @@
 //! The rollouts themselves, on as many threads as are given.
 
-use super::batch::{Batch, Outputs};
+use super::batch::{Batch, Driven, Outputs};
 use super::varied::varied;
 use crate::error::Error;
 use crate::simulation::{Simulation, StepRecord};
@@ -138,6 +138,7 @@ fn one(
         varied(batch.world, batch.parameters, rollout)?
     };
     let motion = (batch.motion)(&world)?;
+    let (driven, own) = (Driven::of(batch), world.clone());
     let mut simulation = Simulation::new(world, batch.start(rollout), motion)?;
     for (body, load) in batch.loads.iter().enumerate() {
         simulation.set_load(body, load.clone())?;
@@ -153,6 +154,7 @@ fn one(
         for (body, wrench) in batch.wrenches(rollout, step).enumerate() {
             simulation.set_wrench(body, wrench)?;
         }
+        driven.set((batch, &own), (rollout, step), &mut simulation)?;
         simulation.step(record)?;
         report.count(rollout, step, record);
         if !states.is_empty() {

@@ -16,9 +16,8 @@ pub struct Varied<'a> {
 
 /// `world` with the constants that `values` has for `rollout`.
 pub(super) fn varied(world: &World, values: &[Varied<'_>], rollout: usize) -> Result<World, Error> {
-    let bodies = world.bodies().len();
     let of_rollout = |values: &Varied<'_>| {
-        let width = values.constant.width(bodies);
+        let width = values.constant.width(world);
         rollout * width..(rollout + 1) * width
     };
     let given = values.iter().map(|given| (given.constant, &given.values[of_rollout(given)]));

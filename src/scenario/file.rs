@@ -2,6 +2,7 @@
 
 use super::bodies::Entries;
 use super::bodies::entries::{BodyEntry, FixedEntry, PairEntry};
+use super::bodies::gears::GearEntry;
 use super::bodies::joints::{JointEntry, MotorEntry};
 use super::fields::{Gravity, table_if_any};
 use super::settings::Settings;
@@ -38,6 +39,7 @@ pub struct ScenarioFile {
     restitution: Option<Vec<PairEntry>>,
     joints: Option<Vec<JointEntry>>,
     motors: Option<Vec<MotorEntry>>,
+    gears: Option<Vec<GearEntry>>,
 }
 
 /// What a file says besides its name.
@@ -90,6 +92,7 @@ impl ScenarioFile {
             restitution: self.restitution.unwrap_or_default(),
             joints: self.joints.unwrap_or_default(),
             motors: self.motors.unwrap_or_default(),
+            gears: self.gears.unwrap_or_default(),
         });
         Ok(Said { settings, ground, entries })
     }
@@ -110,6 +113,7 @@ impl ScenarioFile {
             ("restitution", "without [[bodies]]", of_body && self.restitution.is_some()),
             ("joints", "without [[bodies]]", of_body && self.joints.is_some()),
             ("motors", "without [[bodies]]", of_body && self.motors.is_some()),
+            ("gears", "without [[bodies]]", of_body && self.gears.is_some()),
             ("rotation", "without a [ground] table", floating && self.rotation.is_some()),
             ("solver", "without a [ground] table", floating && self.solver.is_some()),
             ("start.frame \"ground\"", "without a [ground] table", floating && in_ground),

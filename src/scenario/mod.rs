@@ -14,6 +14,7 @@ pub mod colour;
 pub mod failure;
 pub mod fields;
 mod file;
+pub mod gear;
 pub mod joint;
 #[cfg(feature = "csv")]
 pub mod joints_summary;

@@ -2,6 +2,7 @@
 //!
 //! A simulation and its verification make their worlds here, of the same numbers.
 
+use super::gear::GearModel;
 use super::joint::JointModel;
 use super::shape::{PlacedForm, Shape};
 use crate::contact::{Partner, Plane};
@@ -51,6 +52,9 @@ pub struct Model {
     /// What ties bodies.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub joints: Vec<JointModel>,
+    /// What ties joints.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub gears: Vec<GearModel>,
 }
 
 /// A body and its start.
@@ -170,18 +174,28 @@ impl Model {
         self.tied(world)
     }
 
-    /// `world` with the joints.
+    /// `world` with the joints and gears.
     fn tied(&self, world: World) -> Result<World, Failure> {
         if self.joints.is_empty() {
             return Ok(world);
         }
         let joints = || self.joints.iter().map(JointModel::joint);
-        world.clone().with_joints(joints().collect()).map_err(|error| {
+        let world = world.clone().with_joints(joints().collect()).map_err(|error| {
             // The library says what is wrong, and not of which.
             let is_wrong = |joint| world.clone().with_joints(vec![joint]).is_err();
             let index = joints().position(is_wrong).unwrap_or(0);
             let name = self.joints.get(index).map_or("", |joint| &joint.name);
             Failure::Input(format!("joints[{index}] ({name}): {error}"))
+        })?;
+        let gears = || self.gears.iter().map(GearModel::gear);
+        world.clone().with_gears(gears().collect()).map_err(|error| {
+            let is_wrong = |gear| world.clone().with_gears(vec![gear]).is_err();
+            let index = gears().position(is_wrong).unwrap_or(0);
+            let name = |k: usize| {
+                let joint = self.gears.get(index).and_then(|gear| self.joints.get(gear.joints[k]));
+                joint.map_or("", |joint| &joint.name)
+            };
+            Failure::Input(format!("gears[{index}] ({}, {}): {error}", name(0), name(1)))
         })
     }
 

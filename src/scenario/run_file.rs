@@ -411,6 +411,9 @@ impl RunFile {
             for joint in &step.joints {
                 joints.add_residual(joint.residual.locked, joint.residual.drive);
             }
+            for gear in &step.gears {
+                joints.add_residual(gear.residual, 0.0);
+            }
         }
         let joints = (!scene.joints.is_empty()).then_some(joints);
         let (outcome, summary, seconds) = ("complete", &summary, 0.0);

@@ -144,6 +144,187 @@ fn the_table_says_where_joints_are_and_what_they_carry() {
     }
 }
 
+/// Universal joints and gimbals from a file: their angles at the start, drives and motors of each, and what verifies.
+#[test]
+fn angles_of_gimbals_are_driven_from_files() {
+    let text = r#"
+steps = 300
+time_step = 0.002
+gravity = 0.0
+[ground]
+none = true
+friction = 0.5
+[[bodies]]
+name = "camera"
+box = [0.1, 0.2, 0.3]
+mass = 2.0
+position = [0.0, 0.0, 0.0]
+[[bodies]]
+name = "shaft"
+box = [0.1, 0.1, 0.4]
+mass = 1.0
+position = [2.0, 0.0, 0.0]
+[[joints]]
+name = "mount"
+type = "gimbal"
+bodies = "camera"
+anchor = [0.0, 0.0, 0.0]
+attitude = { axis = [1.0, 1.0, 0.0], degrees = 40.0 }
+turn_x = { start = 0.5, damping = 0.01 }
+turn_y = { start = -2.5, limits = [-3.0, 0.5] }
+turn_z = { start = 0.3 }
+[[joints]]
+name = "cardan"
+type = "universal"
+bodies = "shaft"
+anchor = [2.0, 0.0, 0.2]
+attitude = { axis = [0.0, 0.0, 1.0], degrees = 10.0 }
+turn_x = { start = 0.4, stiffness = 10.0, damping = 1.0 }
+turn_y = { start = -0.2, stiffness = 10.0, damping = 1.0 }
+[[motors]]
+joint = "mount"
+axis = "turn_x"
+speed = 3.0
+most = 100.0
+[[motors]]
+joint = "mount"
+axis = "turn_z"
+position = 0.8
+stiffness = 40.0
+damping = 2.0
+most = 100.0
+[[motors]]
+joint = "mount"
+axis = "turn_y"
+speed = -2.0
+most = 50.0
+"#;
+    let (end, directory) = run_scenario(text, &[]);
+    assert_eq!(end.code, Some(0), "{end:?}");
+    let path = directory.path().join("out").join("joints.csv");
+    let joints = Table::parse(&fs::read_to_string(&path).unwrap());
+    let of = |joint: usize, column: &str| -> Vec<f64> {
+        joints.numbers(column).into_iter().skip(joint).step_by(2).collect()
+    };
+    for (joint, angles) in [(0, [0.5, -2.5, 0.3]), (1, [0.4, -0.2, 0.0])] {
+        for (column, start) in ["angle_x_rad", "angle_y_rad", "angle_z_rad"].iter().zip(angles) {
+            assert!((of(joint, column)[0] - start).abs() < 1e-12, "{joint} {column}");
+        }
+    }
+    let last = of(0, "k").len() - 1;
+    let turned = of(0, "angle_x_rad")[last] - 0.5;
+    assert!((turned - 3.0 * 0.002 * last as f64).abs() < 1e-9, "{turned}");
+    assert!((of(0, "angle_y_rad")[last] + 3.0).abs() < 1e-12);
+    assert!(of(1, "angle_x_rad")[last].abs() < 0.4);
+    let verify = || run(&["verify", path.to_str().unwrap()]);
+    assert_eq!(verify().code, Some(0), "{:?}", verify());
+    let mut table = joints;
+    let column = table.column("angle_y_rad");
+    table.rows[2 * 7][column] = "-2.6".to_owned();
+    fs::write(&path, table.text()).unwrap();
+    let end = verify();
+    assert!(end.code == Some(1) && end.stdout.contains("k = 7 "), "{end:?}");
+}
+
+/// Gears from a file: what follows, the table of them, what verifies, and what is refused.
+const GEARED: &str = r#"
+steps = 100
+time_step = 0.002
+[ground]
+none = true
+friction = 0.5
+[[bodies]]
+name = "rack"
+box = [0.1, 0.1, 0.4]
+mass = 2.0
+position = [0.0, 0.0, 0.0]
+[[bodies]]
+name = "pinion"
+box = [0.2, 0.1, 0.2]
+mass = 1.0
+position = [1.0, 0.0, 0.0]
+[[joints]]
+name = "rail"
+type = "cylindrical"
+bodies = "rack"
+anchor = [0.0, 0.0, 0.0]
+axis = [0.0, 0.0, 1.0]
+slide = { start = 0.05 }
+[[joints]]
+name = "shaft"
+type = "revolute"
+bodies = "pinion"
+anchor = [1.0, 0.0, 0.0]
+axis = [0.0, 1.0, 0.0]
+[[gears]]
+joints = ["rail", "shaft"]
+axes = ["slide", "turn"]
+ratio = 0.1
+offset = 0.05
+[[gears]]
+joints = ["rail", "rail"]
+axes = ["turn", "slide"]
+ratio = 3.0
+offset = -0.15
+"#;
+
+#[test]
+fn gears_of_files_follow_and_verify() {
+    let (end, directory) = run_scenario(GEARED, &[]);
+    assert_eq!(end.code, Some(0), "{end:?}");
+    let path = directory.path().join("out").join("gears.csv");
+    let mut gears = Table::parse(&fs::read_to_string(&path).unwrap());
+    let (first, second) = (gears.numbers("first"), gears.numbers("second"));
+    assert_eq!(first.len(), 2 * 100);
+    for k in 0..100 {
+        assert!((first[2 * k] - 0.1 * second[2 * k] - 0.05).abs() < 1e-13);
+        assert!((first[2 * k + 1] - 3.0 * second[2 * k + 1] + 0.15).abs() < 1e-13);
+    }
+    // a = g m/(m + I/R² + 9 J), with the inertias of solid boxes about their axes.
+    let (about_shaft, about_rail) = (0.08 / 12.0, 2.0 * 0.02 / 12.0);
+    let rate = 9.81 * 2.0 / (2.0 + about_shaft / 0.01 + 9.0 * about_rail);
+    let fallen = 0.05 - first[2 * 99];
+    let expected = 0.5 * rate * 99.0 * 100.0 * 0.002_f64.powi(2);
+    assert!((fallen - expected).abs() < 1e-4 * expected, "{fallen} {expected}");
+    let verify = || run(&["verify", path.to_str().unwrap()]);
+    assert_eq!(verify().code, Some(0), "{:?}", verify());
+    for column in ["first", "second", "force", "gear_m_s"] {
+        let at = gears.column(column);
+        let cell = gears.rows[2 * 12][at].clone();
+        gears.rows[2 * 12][at] = (cell.parse::<f64>().unwrap() * 1.001 + 1e-5).to_string();
+        fs::write(&path, gears.text()).unwrap();
+        let end = verify();
+        assert!(end.code == Some(1) && end.stdout.contains("k = 12 "), "{column}: {end:?}");
+        gears.rows[2 * 12][at] = cell;
+    }
+    fs::remove_file(&path).unwrap();
+    verify().assert_refused(2, &["gears.csv"]);
+}
+
+#[test]
+fn what_is_wrong_with_a_gear_is_said_in_one_sentence() {
+    let broken: &[(&str, &str, &[&str])] = &[
+        ("\"rail\", \"shaft\"]", "\"rail\", \"leg\"]", &["gears[0] (rail, leg).joints", "leg"]),
+        ("\"rail\", \"shaft\"]", "\"rail\"]", &["gears[0] (rail).joints", "two"]),
+        (
+            "[\"slide\", \"turn\"]",
+            "[\"slide\", \"slide\"]",
+            &["gears[0] (rail, shaft).axes", "`turn`"],
+        ),
+        ("[\"slide\", \"turn\"]", "[\"slide\"]", &["gears[0] (rail, shaft).axes", "each"]),
+        ("axes = [\"slide\", \"turn\"]", "", &["gears[0] (rail, shaft).axes", "several"]),
+        ("[\"turn\", \"slide\"]", "[\"turn\", \"turn\"]", &["gears[1]", "itself"]),
+        ("ratio = 0.1", "ratio = 1e9", &["gears[0]", "ratio", "1000000000", "-1e6 to 1e6"]),
+        ("offset = 0.05", "", &["gears[0] (rail, shaft)", "5.000e-2", "start"]),
+        ("type = \"revolute\"", "type = \"spherical\"", &["shaft", "axis"]),
+    ];
+    for (old, new, words) in broken {
+        assert!(GEARED.contains(old), "{old}");
+        let (end, _) = run_scenario(&GEARED.replacen(old, new, 1), &[]);
+        end.assert_refused(2, words);
+    }
+}
+
 /// A thousandth of any number of a joint is found, and the step named.
 #[test]
 fn a_changed_number_of_a_joint_is_found() {
@@ -288,6 +469,11 @@ const BROKEN: &[(&str, &str, &[&str])] = &[
         "type = \"spherical\"",
         "type = \"ball\"\naxis = [0, 0, 1]\ncone = 9.0",
         &["joints[2] (ball)", "cone", "3.1"],
+    ),
+    (
+        "type = \"prismatic\"",
+        "type = \"gimbal\"",
+        &["(rail).start", "`turn_x`, `turn_y`, `turn_z`"],
     ),
     ("most = 600.0", "", &["most"]),
     ("most = 600.0", "most = -600.0", &["joints[0] (shoulder)", "most", "-600"]),

@@ -283,8 +283,11 @@ fn a_failed_step_of_huge_forces_verifies_as_failed() {
     let mut simulation = scene.simulation(&Arc::default()).unwrap_or_else(|_| panic!("as before"));
     let create = |table: RunTable| fs::File::create(done.path(&format!("{table}.csv"))).unwrap();
     let [states, contacts, steps] = RunTable::ALWAYS.map(create);
-    let mut writer =
-        TablesWriter::new(Streams { states, contacts, steps, joints: None }, &scene.world).unwrap();
+    let mut writer = TablesWriter::new(
+        Streams { states, contacts, steps, joints: None, gears: None },
+        &scene.world,
+    )
+    .unwrap();
     let (mut record, mut worst) = (StepRecord::new(), 0.0_f64);
     for _ in 0..2 {
         simulation.step(&mut record).unwrap();
@@ -297,6 +300,7 @@ fn a_failed_step_of_huge_forces_verifies_as_failed() {
             wrenches: &[Wrench::zero()],
             contacts: &record.contacts,
             joints: &[],
+            gears: &[],
         };
         let forces = record.solution.forces();
         record.certificate = Certifier::new().contact_step(&scene.world, &claim, forces);

@@ -185,7 +185,7 @@ pub fn certify(
 ) -> Certificate {
     let contacts = contacts(world, old);
     let (states, next, wrenches) = (&[*old], &[*new], &[*wrench]);
-    let claim = Claim { states, next, wrenches, contacts: &contacts, joints: &[] };
+    let claim = Claim { states, next, wrenches, contacts: &contacts, joints: &[], gears: &[] };
     Certifier::new().contact_step(world, &claim, forces.iter().copied())
 }
 

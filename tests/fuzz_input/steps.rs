@@ -88,7 +88,8 @@ fn check_step(world: &World, record: &StepRecord, accepted: f64) -> Result<(), T
         prop_assert!(numbers.into_iter().all(|number| number.is_finite()), "{record:?}");
     }
     let wrenches = &[Wrench::zero()];
-    let claim = Claim { states, next: &solution.states, wrenches, contacts, joints: &[] };
+    let claim =
+        Claim { states, next: &solution.states, wrenches, contacts, joints: &[], gears: &[] };
     let again = Certifier::new().contact_step(world, &claim, solution.forces());
     prop_assert_eq!(again, *certificate);
     prop_assert!(certificate.residual().is_finite(), "{record:?}");

@@ -53,11 +53,13 @@ pub struct Claim<'a> {
     pub contacts: &'a [Contact],
     /// The forces of the joints, one a joint of the world.
     pub joints: &'a [JointForce],
+    /// The forces of the gears, N or N m, one a gear of the world.
+    pub gears: &'a [f64],
 }
 
 impl Claim<'_> {
     /// Whether it is one of a step of `world`: with as many states and wrenches as there are
-    /// bodies, with contacts of those alone, and with a force for each joint.
+    /// bodies, with contacts of those alone, and with a force for each joint and gear.
     pub(crate) fn is_of(&self, world: &World) -> bool {
         let bodies = world.bodies().len();
         let lengths = [self.states.len(), self.next.len(), self.wrenches.len()];
@@ -65,6 +67,7 @@ impl Claim<'_> {
         lengths == [bodies; 3]
             && named.all(|body| body < bodies)
             && self.joints.len() == world.joints().len()
+            && self.gears.len() == world.gears().len()
     }
 }
 
@@ -170,6 +173,14 @@ impl Certifier {
             let parts = joint.residual(world.bodies(), (claim.states, claim.next), force, h);
             certificate.joint = largest(certificate.joint, parts.locked);
             certificate.joint_law = largest(certificate.joint_law, parts.drive);
+        }
+        for (gear, force) in world.gears().iter().zip(claim.gears) {
+            let joints = world.joints();
+            for (joint, load) in gear.loads(*force, claim.joints) {
+                joints[joint].add_loads(world.bodies(), claim.states, &load, &mut self.loads);
+            }
+            let missed = gear.residual(world, claim.next, claim.joints);
+            certificate.joint = largest(certificate.joint, missed);
         }
         for (index, (body, (_, pose))) in world.bodies().iter().zip(&self.poses).enumerate() {
             let (state, next) = (&claim.states[index], &claim.next[index]);

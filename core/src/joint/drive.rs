@@ -63,6 +63,19 @@ pub enum Motor {
     },
 }
 
+impl Motor {
+    /// The same with another target, m/s and rad/s, or m and rad.
+    #[must_use]
+    pub fn to(self, target: f64) -> Self {
+        match self {
+            Self::Speed { most, .. } => Self::Speed { target, most },
+            Self::Position { stiffness, damping, most, .. } => {
+                Self::Position { target, stiffness, damping, most }
+            }
+        }
+    }
+}
+
 impl Default for Drive {
     fn default() -> Self {
         Self::NONE

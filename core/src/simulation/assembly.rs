@@ -16,7 +16,7 @@
 
 use crate::contact::Candidates;
 use crate::error::Error;
-use crate::joint::{Axis, Drive, Joint};
+use crate::joint::{Axis, Drive, Joint, JointAxis};
 use crate::mechanics::way::{LARGEST_TURN, Way};
 use crate::mechanics::{RigidBody, Rotation, State, Wrench, largest};
 use crate::solver::native::NativeSolver;
@@ -143,7 +143,16 @@ impl World {
             let (place, turn) = of.misfit(states).unwrap_or((f64::NAN, f64::NAN));
             (joint, place, turn)
         });
-        errors.max_by(|a, b| a.1.max(a.2).total_cmp(&b.1.max(b.2)))
+        // Of a gear, as its first joint's.
+        let angles = self.angles_near(states, &[]);
+        let of_gears = self.gears().iter().map(|gear| {
+            let (of, off) = (gear.axes()[0], gear.error(self.joints(), states, &angles).abs());
+            match of.axis {
+                JointAxis::Linear(_) => (of.joint, off, 0.0),
+                JointAxis::Angular(_) => (of.joint, 0.0, off),
+            }
+        });
+        errors.chain(of_gears).max_by(|a, b| a.1.max(a.2).total_cmp(&b.1.max(b.2)))
     }
 
     /// The bodies and joints of this world alone, with steps of `time_step` (s) and what `kept` leaves of the drives.
@@ -165,7 +174,9 @@ impl World {
         let joints = self.joints().iter();
         let joints = joints
             .map(|joint| joint.clone().with_axes(kept(joint.linear()), kept(joint.angular())));
-        Self::new(parameters)?.with_joints(joints.map(Joint::without_push).collect())
+        Self::new(parameters)?
+            .with_joints(joints.map(Joint::without_push).collect())?
+            .with_gears(self.gears().to_vec())
     }
 }
 

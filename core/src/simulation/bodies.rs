@@ -67,6 +67,8 @@ impl Simulation<'_> {
         self.outside.remove(index);
         let stays: Vec<_> = before.joints().iter().map(|joint| !joint.ties(index)).collect();
         self.driving.keep(&stays);
+        let kept = before.gears().iter().map(|gear| gear.keeping(&stays).is_some());
+        let gears: Vec<_> = kept.collect();
         let state = self.now.states[index];
         for solution in self.solutions() {
             solution.states.remove(index);
@@ -77,6 +79,8 @@ impl Simulation<'_> {
             solution.contacts = solution.contacts.iter().filter_map(renumbered).collect();
             let mut stay = stays.iter();
             solution.joints.retain(|_| stay.next().copied().unwrap_or(true));
+            let mut stay = gears.iter();
+            solution.gears.retain(|_| stay.next().copied().unwrap_or(true));
         }
         self.take_world(world);
         Ok((body, state))

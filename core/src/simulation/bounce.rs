@@ -211,7 +211,7 @@ impl Bounce {
     fn judge(&mut self, step: &Step<'_>, contacts: &[Contact], solution: &StepSolution) {
         let bodies = step.states.len();
         let keys = contacts.iter().map(|contact| &contact.key);
-        self.islands.find(bodies, keys, step.world.joints());
+        self.islands.find(bodies, keys, step.world);
         self.impacts.clear();
         self.impacts.resize(bodies, Impact::default());
         let h = step.world.time_step();

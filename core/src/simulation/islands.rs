@@ -1,7 +1,7 @@
 //! Which bodies of a step are joined: the islands by which it is judged.
 
 use crate::contact::{ContactKey, Partner};
-use crate::joint::Joint;
+use crate::world::World;
 
 /// Of each body, the label of its island: the smallest index in it. Memory that steps use again.
 #[derive(Debug, Clone, Default)]
@@ -10,12 +10,12 @@ pub(super) struct Islands {
 }
 
 impl Islands {
-    /// Joins `bodies` bodies by the contacts `keys` and by `joints`. What is fixed joins nothing.
+    /// Joins `bodies` bodies by the contacts `keys` and by the joints and gears of `world`. What is fixed joins nothing.
     pub(super) fn find<'a>(
         &mut self,
         bodies: usize,
         keys: impl Iterator<Item = &'a ContactKey>,
-        joints: &[Joint],
+        world: &World,
     ) {
         self.labels.clear();
         self.labels.extend(0..bodies);
@@ -24,10 +24,15 @@ impl Islands {
                 self.join(key.body, other);
             }
         }
+        let joints = world.joints();
         for joint in joints {
             if let Some(other) = joint.other() {
                 self.join(joint.body(), other);
             }
+        }
+        for gear in world.gears() {
+            let [a, b] = gear.axes().map(|axis| joints[axis.joint].body());
+            self.join(a, b);
         }
         // A label is not above its body's index, so that the labels of smaller ones are final.
         for body in 0..bodies {

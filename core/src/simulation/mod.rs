@@ -192,6 +192,10 @@ impl<'a> Simulation<'a> {
                 why: "the Runge-Kutta method knows no forces; use the contact step",
             });
         }
+        let angles = world.angles_near(&states, &[]).into_iter();
+        let joints = angles.map(JointForce::none).collect();
+        let gears = vec![0.0; world.gears().len()];
+        let now = StepSolution { joints, gears, ..StepSolution::free(&states) };
         Ok(Self {
             outside: vec![Outside::nothing(); bodies],
             world,
@@ -199,7 +203,7 @@ impl<'a> Simulation<'a> {
             driving: driving::Driving::default(),
             interrupt: None,
             index: 0,
-            now: StepSolution::free(&states),
+            now,
             before: None,
             long_before: None,
             taken_back: false,
@@ -292,6 +296,9 @@ impl<'a> Simulation<'a> {
             now.states = before;
             return Err(error);
         }
+        let near: Vec<_> = now.joints.iter().map(|joint| joint.angles).collect();
+        let angles = world.angles_near(&now.states, &near);
+        now.joints.iter_mut().zip(angles).for_each(|(joint, angles)| joint.angles = angles);
         self.taken_back = true;
         Ok(())
     }
@@ -375,7 +382,7 @@ impl<'a> Simulation<'a> {
         record.certificate = certificate;
         record.restitution_share = share;
         let Scratch { stiffness, solution, .. } = &mut self.scratch;
-        record.stiffness = stiffness.of_step(&self.world, &self.now.states, &solution.joints);
+        record.stiffness = stiffness.of_step(&self.world, &self.now.states, solution);
         let overlap =
             self.scratch.candidates.deepest_overlap(&self.world, &self.scratch.solution.states);
         record.overlap = overlap.map_or(0.0, |(depth, ..)| depth);
@@ -462,9 +469,13 @@ impl<'a> Simulation<'a> {
     /// Describes the current state as the last row of a trajectory: no step follows. Joints have the angles
     /// to which they have turned, and no forces.
     pub fn end(&self, record: &mut StepRecord) {
-        let joints = self.now.joints.iter().map(|joint| JointForce::none(joint.angle));
-        let solution =
-            StepSolution { joints: joints.collect(), ..StepSolution::free(&self.now.states) };
+        let joints = self.now.joints.iter().map(|joint| JointForce::none(joint.angles));
+        let gears = vec![0.0; self.world.gears().len()];
+        let solution = StepSolution {
+            joints: joints.collect(),
+            gears,
+            ..StepSolution::free(&self.now.states)
+        };
         *record = StepRecord {
             index: self.index,
             states: self.now.states.clone(),
@@ -493,7 +504,8 @@ fn floating_step(
         rk4_step(body, state, &total, world.time_step())
     }));
     let contacts = candidates.contacts();
-    let claim = Claim { states, next: &solution.states, wrenches, contacts, joints: &[] };
+    let claim =
+        Claim { states, next: &solution.states, wrenches, contacts, joints: &[], gears: &[] };
     (StepReport::without_problem(StepStatus::Free), certify_rk4_step(world, &claim))
 }
 
@@ -526,8 +538,8 @@ fn contact_step(
     };
     let passes = candidates.passes(world, states, &solution.states);
     let contacts = candidates.contacts();
-    let joints = &solution.joints;
-    let claim = Claim { states, next: &solution.states, wrenches, contacts, joints };
+    let (joints, gears) = (&solution.joints, &solution.gears);
+    let claim = Claim { states, next: &solution.states, wrenches, contacts, joints, gears };
     let certificate = certifier.contact_step(world, &claim, solution.forces());
     // A solver may think better of a point than it is. A NaN is within nothing.
     let residual = certificate.residual();
@@ -589,15 +601,16 @@ impl StepSolver for Checked<'_> {
 fn check_sizes(solution: &StepSolution, step: &Step<'_>, contacts: usize) -> Result<(), Error> {
     let (bodies, joints) = (step.states.len(), step.world.joints().len());
     let found = (solution.states.len(), solution.contacts.len(), solution.joints.len());
-    if found == (bodies, contacts, joints) {
+    let gears = (solution.gears.len(), step.world.gears().len());
+    if found == (bodies, contacts, joints) && gears.0 == gears.1 {
         return Ok(());
     }
     Err(Error::Solver {
         solver: "the step's solver",
         why: format!(
-            "its solution has {} states, {} contact forces and {} joint forces where the step has \
-             {bodies}, {contacts} and {joints}",
-            found.0, found.1, found.2
+            "its solution has {} states, {} contact forces and the forces of {} joints and {} gears where the \
+             step has {bodies}, {contacts}, {joints} and {}",
+            found.0, found.1, found.2, gears.0, gears.1
         ),
     })
 }

@@ -3,6 +3,7 @@
 use crate::contact::detection::CONTACT_BAND;
 use crate::contact::{Candidates, Overlap, Partner};
 use crate::error::Error;
+use crate::joint::GEAR_AT_THE_START;
 use crate::mechanics::State;
 use crate::world::World;
 
@@ -19,6 +20,7 @@ pub(super) fn check(
     if touches {
         check_ground(world, states, &asked)?;
         check_joints(world, states, &asked)?;
+        check_gears(world, states, &asked)?;
     }
     Ok(())
 }
@@ -61,6 +63,35 @@ fn check_joints(
         let fits = place.max(turn) <= JOINT_AT_THE_START;
         if !fits {
             return Err(Error::JointApart { joint, place, turn, allowed: JOINT_AT_THE_START });
+        }
+        if of.is_folded(states) {
+            return Err(Error::Unsupported {
+                what: "a gimbal that starts with its first and its last axis in one",
+                why: "its first and its last angle are not told apart there; turn its middle axis away from it",
+            });
+        }
+    }
+    Ok(())
+}
+
+fn check_gears(
+    world: &World,
+    states: &[State],
+    asked: impl Fn(usize) -> bool,
+) -> Result<(), Error> {
+    if world.gears().is_empty() {
+        return Ok(());
+    }
+    let angles = world.angles_near(states, &[]);
+    for (gear, of) in world.gears().iter().enumerate() {
+        let tied = of.axes().map(|axis| &world.joints()[axis.joint]);
+        if !tied.iter().any(|joint| asked(joint.body()) || joint.other().is_some_and(&asked)) {
+            continue;
+        }
+        let (off, allowed) = (of.error(world.joints(), states, &angles).abs(), GEAR_AT_THE_START);
+        let fits = off <= allowed;
+        if !fits {
+            return Err(Error::GearApart { gear, off, allowed });
         }
     }
     Ok(())

@@ -14,6 +14,7 @@
 use crate::joint::{Axis, Joint, JointForce};
 use crate::mechanics::State;
 use crate::mechanics::quaternion::rotation;
+use crate::step::StepSolution;
 use crate::world::World;
 use nalgebra::{Matrix3, Vector3};
 
@@ -27,26 +28,31 @@ pub(super) struct Stiffness {
 }
 
 impl Stiffness {
-    /// h ω (J12) of a step from `states` in which the joints of `world` have the forces `joints`; 0 without joints.
+    /// h ω (J12) of a step from `states` in which the joints and gears of `world` have the forces of `solution`; 0 without joints.
     #[inline]
     pub(super) fn of_step(
         &mut self,
         world: &World,
         states: &[State],
-        joints: &[JointForce],
+        solution: &StepSolution,
     ) -> f64 {
-        if world.joints().is_empty() { 0.0 } else { self.of_joints(world, states, joints) }
+        if world.joints().is_empty() { 0.0 } else { self.of_joints(world, states, solution) }
     }
 
     #[inline(never)]
-    fn of_joints(&mut self, world: &World, states: &[State], joints: &[JointForce]) -> f64 {
+    fn of_joints(&mut self, world: &World, states: &[State], solution: &StepSolution) -> f64 {
         let bodies = world.bodies();
         self.of.clear();
         self.of.resize(bodies.len(), Matrix3::zeros());
         self.held.clear();
         self.held.resize(bodies.len(), None);
-        for (joint, force) in world.joints().iter().zip(joints) {
+        for (joint, force) in world.joints().iter().zip(&solution.joints) {
             self.add(joint, force, states);
+        }
+        for (gear, force) in world.gears().iter().zip(&solution.gears) {
+            for (joint, load) in gear.loads(*force, &solution.joints) {
+                self.add(&world.joints()[joint], &load, states);
+            }
         }
         let mut largest = 0.0_f64;
         for ((body, stiffness), held) in bodies.iter().zip(&self.of).zip(&self.held) {

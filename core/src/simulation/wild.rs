@@ -161,7 +161,7 @@ impl Judge {
             }
             &contact.key
         });
-        self.islands.find(bodies, keys, world.joints());
+        self.islands.find(bodies, keys, world);
         for joint in world.joints() {
             let budget = &mut self.budgets[joint.body()];
             (budget.touches, budget.bounces) = (true, true);

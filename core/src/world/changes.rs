@@ -156,8 +156,10 @@ impl World {
 
     /// This world without the joints that tie the body `body`.
     pub(crate) fn untied(&self, body: usize) -> Self {
+        let stays: Vec<_> = self.joints.iter().map(|joint| !joint.ties(body)).collect();
+        let gears = self.gears.iter().filter_map(|gear| gear.keeping(&stays)).collect();
         let joints = self.joints.iter().filter(|joint| !joint.ties(body)).cloned().collect();
-        self.clone().tied_by(joints)
+        Self { gears, ..self.clone() }.tied_by(joints)
     }
 
     fn refuse_tied(&self, body: usize) -> Result<(), Error> {

@@ -19,6 +19,9 @@ use nalgebra::{Matrix3, Vector3};
 /// | `Gravity` | g, m/s², world, three | \|g\| |
 /// | `Ground` | how far the ground is moved along its normal, m | the same |
 /// | `TimeStep` | h, s | h |
+/// | `JointFriction`, `JointStiffness`, `JointDamping`, `Armature` | of each [axis](World::driven_axes) that a drive can act on | times the world's own |
+/// | `MotorTarget`, `MotorStiffness`, `MotorDamping`, `MotorMost` | of each [motor](World::motors) | times the world's own |
+/// | `Anchor` | of each joint in A and in B, m, (J, 2, 3) | times the world's own |
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Constant {
     /// μ of the world. A body or piece that has a coefficient of its own keeps it.
@@ -39,11 +42,29 @@ pub enum Constant {
     Ground,
     /// h, s.
     TimeStep,
+    /// Dry friction of each [axis](World::driven_axes) that a drive can act on, N or N m.
+    JointFriction,
+    /// The stiffness of the spring of each of these, N/m or N m/rad.
+    JointStiffness,
+    /// The damping of each, N s/m or N m s/rad.
+    JointDamping,
+    /// The armature of each, kg or kg m².
+    Armature,
+    /// What each [motor](World::motors) holds or pulls to: m/s, rad/s, m or rad.
+    MotorTarget,
+    /// The stiffness of each, 0 of one that holds a speed.
+    MotorStiffness,
+    /// The damping of each, 0 of one that holds a speed.
+    MotorDamping,
+    /// The most force of each, N or N m.
+    MotorMost,
+    /// The anchors of each joint in the frames of A and of B, or of the world, m.
+    Anchor,
 }
 
 impl Constant {
     /// All of them.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 18] = [
         Self::Friction,
         Self::Restitution,
         Self::Mass,
@@ -53,6 +74,15 @@ impl Constant {
         Self::Gravity,
         Self::Ground,
         Self::TimeStep,
+        Self::JointFriction,
+        Self::JointStiffness,
+        Self::JointDamping,
+        Self::Armature,
+        Self::MotorTarget,
+        Self::MotorStiffness,
+        Self::MotorDamping,
+        Self::MotorMost,
+        Self::Anchor,
     ];
 
     /// The word of the command line, of files and of arrays.
@@ -68,6 +98,15 @@ impl Constant {
             Self::Gravity => "gravity",
             Self::Ground => "ground",
             Self::TimeStep => "time_step",
+            Self::JointFriction => "joint_friction",
+            Self::JointStiffness => "joint_stiffness",
+            Self::JointDamping => "joint_damping",
+            Self::Armature => "armature",
+            Self::MotorTarget => "motor_target",
+            Self::MotorStiffness => "motor_stiffness",
+            Self::MotorDamping => "motor_damping",
+            Self::MotorMost => "motor_most",
+            Self::Anchor => "anchor",
         }
     }
 
@@ -82,28 +121,30 @@ impl Constant {
     pub fn unit(self) -> &'static str {
         match self {
             Self::Friction | Self::Restitution => "",
-            Self::Mass | Self::Inertia | Self::Size => "times the scene's",
             Self::Radius | Self::Ground => "m",
             Self::Gravity => "m/s²",
             Self::TimeStep => "s",
+            _ => "times the scene's",
         }
     }
 
-    /// The shape of its numbers in a world of `bodies` bodies; empty of a single number.
+    /// The shape of its numbers in `world`; empty of a single number.
     #[must_use]
-    pub fn shape(self, bodies: usize) -> Vec<usize> {
+    pub fn shape(self, world: &World) -> Vec<usize> {
+        let bodies = world.bodies().len();
         match self {
             Self::Friction | Self::Restitution | Self::Ground | Self::TimeStep => vec![],
             Self::Mass | Self::Size | Self::Radius => vec![bodies],
             Self::Inertia => vec![bodies, 3, 3],
             Self::Gravity => vec![3],
+            of_joints => of_joints.joint_shape(world),
         }
     }
 
-    /// How many numbers it has in a world of `bodies` bodies.
+    /// How many numbers it has in `world`.
     #[must_use]
-    pub fn width(self, bodies: usize) -> usize {
-        self.shape(bodies).iter().product()
+    pub fn width(self, world: &World) -> usize {
+        self.shape(world).iter().product()
     }
 
     /// Its numbers in `world`: those with which [`World::with_constants`] changes nothing. Of points
@@ -124,6 +165,7 @@ impl Constant {
             Self::Gravity => world.gravity().as_slice().to_vec(),
             Self::Ground => vec![0.0],
             Self::TimeStep => vec![world.time_step()],
+            of_joints => of_joints.of_joints(world),
         }
     }
 
@@ -131,10 +173,10 @@ impl Constant {
     #[must_use]
     pub fn one_number(self, world: &World) -> f64 {
         match self {
-            Self::Mass | Self::Inertia | Self::Size => 1.0,
             Self::Radius => world.bodies().iter().map(radius).fold(0.0, f64::max),
             Self::Gravity => world.gravity().norm(),
             Self::Friction | Self::Restitution | Self::Ground | Self::TimeStep => self.of(world)[0],
+            _ => 1.0,
         }
     }
 
@@ -144,6 +186,7 @@ impl Constant {
         let own = self.of(world);
         match self {
             Self::Mass | Self::Inertia => own.iter().map(|value| value * number).collect(),
+            of if of.is_of_joints() => own.iter().map(|value| value * number).collect(),
             Self::Gravity => {
                 let norm = world.gravity().norm();
                 let strength = if norm > 0.0 { number / norm } else { 0.0 };
@@ -167,9 +210,8 @@ impl World {
     /// points, with one radius and an extent between its corners along each of its axes; a ground that
     /// is not there.
     pub fn with_constants(&self, given: &[Given<'_>]) -> Result<Self, Error> {
-        let count = self.bodies().len();
         for (constant, numbers) in given {
-            if numbers.len() != constant.width(count) {
+            if numbers.len() != constant.width(self) {
                 let (field, count) = (constant.name(), numbers.len());
                 return Err(Error::Count { field, count, allowed: "the numbers of one world" });
             }
@@ -198,6 +240,8 @@ impl World {
         }
         self.set_bodies(of, &mut parameters)?;
         let world = self.with_parameters(parameters)?;
+        let of_joints = given.iter().any(|(constant, _)| constant.is_of_joints());
+        let world = if of_joints { world.with_joint_constants(of)? } else { world };
         match of(Constant::Restitution) {
             Some(restitution) => {
                 refuse_pairs("restitution", self.pair_restitutions().is_empty())?;

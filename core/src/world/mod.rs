@@ -3,6 +3,7 @@
 
 mod changes;
 pub mod constants;
+mod joint_constants;
 mod partner;
 pub mod plane;
 
@@ -13,7 +14,7 @@ pub use plane::Plane;
 
 use crate::error::{Error, all_in_range, in_range};
 use crate::geometry::Piece;
-use crate::joint::Joint;
+use crate::joint::{Gear, Joint, angles_near};
 use crate::mechanics::dynamics;
 use crate::mechanics::{Pose, RigidBody, Rotation, State, Wrench};
 use nalgebra::Vector3;
@@ -51,6 +52,7 @@ pub struct World {
     parameters: Parameters,
     fixed: Vec<Fixed>,
     joints: Vec<Joint>,
+    gears: Vec<Gear>,
     /// Pairs of bodies that do not touch, in ascending order.
     apart: Vec<(usize, usize)>,
     /// Whether each body is held; empty where none is.
@@ -85,6 +87,7 @@ impl World {
             parameters,
             fixed: Vec::new(),
             joints: Vec::new(),
+            gears: Vec::new(),
             apart: Vec::new(),
             held: Vec::new(),
             surfaces: Vec::new(),
@@ -108,7 +111,7 @@ impl World {
         Ok(Self { fixed, ..self })
     }
 
-    /// This world with `joints`. Bodies that a joint ties do not touch each other, unless it
+    /// This world with `joints`, and without gears. Bodies that a joint ties do not touch each other, unless it
     /// [collides](Joint::colliding).
     ///
     /// # Errors
@@ -118,7 +121,17 @@ impl World {
         let bodies = self.bodies().len();
         let checked = joints.into_iter().map(|joint| joint.checked(bodies));
         let joints = checked.collect::<Result<Vec<_>, _>>()?;
-        Ok(self.tied_by(joints))
+        Ok(Self { gears: Vec::new(), ..self }.tied_by(joints))
+    }
+
+    /// This world, whose joints follow each other by these `gears`.
+    ///
+    /// # Errors
+    /// A joint that is not there; an axis that is locked, or whose turns are not counted; numbers out of range.
+    pub fn with_gears(self, gears: Vec<Gear>) -> Result<Self, Error> {
+        let checked = gears.into_iter().map(|gear| gear.checked(&self.joints));
+        let gears = checked.collect::<Result<Vec<_>, _>>()?;
+        Ok(Self { gears, ..self })
     }
 
     /// This world with `joints` that were checked.
@@ -137,6 +150,19 @@ impl World {
     #[must_use]
     pub fn joints(&self) -> &[Joint] {
         &self.joints
+    }
+
+    /// The gears between joints.
+    #[must_use]
+    pub fn gears(&self) -> &[Gear] {
+        &self.gears
+    }
+
+    /// The angles of the joints where the bodies are put to `states`, from which turns are counted: those that are
+    /// nearest to `near`, or to zero, but where a gear says how often one has turned, as often as that.
+    #[must_use]
+    pub fn angles_near(&self, states: &[State], near: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
+        angles_near((&self.joints, &self.gears), states, near)
     }
 
     /// Whether two bodies may touch each other: whether neither is held, and no joint keeps them from it.
@@ -527,6 +553,7 @@ impl World {
             parameters,
             fixed: Vec::new(),
             joints: Vec::new(),
+            gears: Vec::new(),
             apart: Vec::new(),
             held: self.held.clone(),
             surfaces: Vec::new(),

@@ -38,6 +38,8 @@ class _Inputs(NamedTuple):
     starts: "Floats"
     pushes: Optional["Floats"]
     values: List[Tuple[str, "Floats"]]
+    is_driven: bool
+    """Whether motors or forces of joints were given for each step."""
 
 
 class _Outputs(NamedTuple):
@@ -72,7 +74,12 @@ class Rollouts(_Outputs):
         """
         rollouts, steps = self.status.shape
         index = whole("index", index, 0, rollouts - 1)
-        scene, starts, pushes, values = self._inputs
+        scene, starts, pushes, values, is_driven = self._inputs
+        if is_driven:
+            raise TumbleError(
+                "trajectory: motors or joint_forces drove the rollouts from step to step, which no scene says; "
+                "states and forces have their numbers"
+            )
         text, path, settings = scene._source
         settings = dict(settings)
         for name, array in values:
@@ -93,6 +100,8 @@ def rollout(
     initial_states: Any = None,
     controls: Any = None,
     *,
+    motors: Any = None,
+    joint_forces: Any = None,
     steps: Optional[int] = None,
     parameters: Optional[Mapping[str, Any]] = None,
     threads: Optional[int] = None,
@@ -108,10 +117,16 @@ def rollout(
         (body).
     :param controls: (B, T, N, 6) or (1, T, N, 6); of one body also (B, T, 6) or (1, T, 6): force
         (N, world) and torque (N m, body) in each step, besides gravity and the scene's loads.
-    :param steps: T, where no controls say it.
+    :param motors: (B, T, M) or (1, T, M): what each motor of ``scene.motor_axes`` holds or pulls to in each
+        step, in place of its target.
+    :param joint_forces: (B, T, D) or (1, T, D): a force (N or N m) along each axis of
+        ``scene.driven_axes`` in each step, besides its drive.
+    :param steps: T, where nothing of each step says it.
     :param parameters: constants that the rollouts have each its own of: ``friction`` (B,),
         ``restitution`` (B,), ``mass`` (B, N) in kg (the inertia goes with it unless it is given), ``inertia``
-        (B, N, 3, 3) in kg m², ``gravity`` (B, 3) in m/s², ``time_step`` (B,) in s.
+        (B, N, 3, 3) in kg m², ``gravity`` (B, 3) in m/s², ``time_step`` (B,) in s; of joints ``joint_friction``,
+        ``joint_stiffness``, ``joint_damping`` and ``armature`` (B, D), ``motor_target``, ``motor_stiffness``,
+        ``motor_damping`` and ``motor_most`` (B, M), ``anchor`` (B, J, 2, 3).
     :param threads: at most so many; all cores without.
     :param out: arrays to write to, by name: ``states``, ``forces``, ``residuals``, ``status``.
     :param progress: called with steps done and all steps; True writes them to stderr.
@@ -130,12 +145,16 @@ def rollout(
     starts = _starts(scene, initial_states, bodies)
     pushes = None if controls is None else _controls(controls, bodies)
     values = [
-        (name, _parameter(name, value, bodies)) for name, value in (parameters or {}).items()
+        (name, _parameter(name, value, scene)) for name, value in (parameters or {}).items()
     ]
-    length = _steps(steps, pushes)
-    sizes = {"initial_states": len(starts)}
-    if pushes is not None:
-        sizes["controls"] = len(pushes)
+    given = {
+        "controls": pushes,
+        "motors": _of_steps("motors", motors, len(scene.motor_axes)),
+        "joint_forces": _of_steps("joint_forces", joint_forces, len(scene.driven_axes)),
+    }
+    timed = {name: array for name, array in given.items() if array is not None}
+    length = _steps(steps, timed)
+    sizes = {"initial_states": len(starts), **{name: len(array) for name, array in timed.items()}}
     rollouts = max([*sizes.values(), *(len(value) for _, value in values)])
     for name, size in sizes.items():
         if size not in (1, rollouts):
@@ -159,8 +178,7 @@ def rollout(
         wanted[name] = output(name, array, *shapes[name])
     inputs = {f"parameters[{name!r}]": value for name, value in values}
     inputs["initial_states"] = starts
-    if pushes is not None:
-        inputs["controls"] = pushes
+    inputs.update(timed)
     apart(wanted, inputs)
     missing = {name: sizes for name, sizes in shapes.items() if name not in wanted}
     room(
@@ -180,6 +198,8 @@ def rollout(
         length,
         starts,
         pushes,
+        given["motors"],
+        given["joint_forces"],
         values,
         threads,
         arrays["states"],
@@ -189,7 +209,7 @@ def rollout(
         arrays["status"],
         callback(progress),
     )
-    made_of = _Inputs(scene, starts, pushes, values)
+    made_of = _Inputs(scene, starts, pushes, values, len(timed) > (pushes is not None))
     done = Rollouts(
         arrays["states"],
         arrays["forces"],
@@ -221,16 +241,24 @@ def _controls(controls: Any, bodies: int) -> "Floats":
     return array.reshape(array.shape[0], array.shape[1], bodies, 6)
 
 
-def _parameter(name: str, value: Any, bodies: int) -> "Floats":
-    shape = parameter_shape(name, bodies)
+def _of_steps(name: str, given: Any, count: int) -> Optional["Floats"]:
+    return None if given is None else numbers(name, given, ("B", "T", count))
+
+
+def _parameter(name: str, value: Any, scene: Scene) -> "Floats":
+    shape = parameter_shape(name, scene)
     return numbers(f"parameters[{name!r}]", value, ("B", *shape))
 
 
-def _steps(steps: Optional[int], controls: Optional["Floats"]) -> int:
-    if controls is None:
+def _steps(steps: Optional[int], timed: Dict[str, "Floats"]) -> int:
+    if not timed:
         name = "without controls, steps" if steps is None else "steps"
         return whole(name, steps, 1)
-    length = int(controls.shape[1])
+    (first, array), *others = timed.items()
+    length = int(array.shape[1])
+    for name, other in others:
+        if other.shape[1] != length:
+            raise TumbleError(f"{name} has {other.shape[1]} steps; the {first} have {length}")
     if steps is not None and steps != length:
-        raise TumbleError(f"steps is {steps}; the controls have {length}")
+        raise TumbleError(f"steps is {steps}; the {first} have {length}")
     return length

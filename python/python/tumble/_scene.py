@@ -57,6 +57,7 @@ class Scene(CoreScene):
         restitution: Iterable[Fields] = (),
         joints: Iterable[Fields] = (),
         motors: Iterable[Fields] = (),
+        gears: Iterable[Fields] = (),
         *,
         gravity: Union[float, Iterable[float]] = 9.81,
         time_step: float = 0.002,
@@ -85,6 +86,7 @@ class Scene(CoreScene):
                 ),
                 "joints": tables("joints", joints),
                 "motors": tables("motors", motors),
+                "gears": tables("gears", gears),
             }
         )
         return cls.from_text(text, Path(folder) / "scene", seed=seed)

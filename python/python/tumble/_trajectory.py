@@ -27,7 +27,7 @@ Location = Union[str, "os.PathLike[str]"]
 STATE_COLUMNS = "x_m y_m z_m qw qx qy qz vx_m_s vy_m_s vz_m_s wx_rad_s wy_rad_s wz_rad_s".split()
 """The 13 numbers of a state as columns of a table, in their order."""
 
-_TABLES = ("states", "contacts", "steps", "joints")
+_TABLES = ("states", "contacts", "steps", "joints", "gears")
 
 _JOINT_COLUMNS = {
     "place": ("", "_m"),
@@ -115,6 +115,13 @@ class Trajectory:
         rates. ``force`` (N, along the axes of the second body's frame of the joint) and ``torque`` (N m)
         act on the first body over each step, their opposites on the second: (T, 3) each."""
         return by_name(self.scene, self.recording.joints(), slice(None, -1))
+
+    @cached_property
+    def gears(self) -> Dict[str, "Floats"]:
+        """The gears of the scene: ``coordinates`` (K, G, 2), of the joint that follows and of the one that it
+        follows, m or rad with all turns, and ``force`` (T, G) along the first over each step, N or N m."""
+        columns = self.recording.gears()
+        return {"coordinates": columns["coordinates"], "force": columns["force"][:-1]}
 
     @cached_property
     def _steps(self) -> Dict[str, Any]:
@@ -254,8 +261,8 @@ class Trajectory:
         return frame
 
     def to_csv(self, folder: Location) -> List[Path]:
-        """Writes states.csv, contacts.csv, steps.csv, and of a scene with joints joints.csv, which read
-        back to the same doubles; and run.json, with which the command line verifies and shows them.
+        """Writes states.csv, contacts.csv, steps.csv, of a scene with joints joints.csv, and of one with
+        gears gears.csv, which read back to the same doubles; and run.json, with which the command line verifies and shows them.
 
         A run.json says what was simulated: there is none, and one of before is removed, where the run
         does not begin at step 0, where more moved it than the scene says (wrenches, motors or states
@@ -275,7 +282,7 @@ class Trajectory:
     def from_csv(cls, scene: Scene, folder: Location) -> "Trajectory":
         """Reads the tables that to_csv or the command line has written of a run of ``scene``, or of a
         part of one."""
-        names = _TABLES if scene.joints else _TABLES[:3]
+        names = _TABLES[: 5 if scene.gears else 4 if scene.joints else 3]
         tables = [(Path(folder) / f"{name}.csv").read_bytes() for name in names]
         return cls(scene, _recording(scene, tables))
 
@@ -393,7 +400,8 @@ def _restored(scene: Scene, tables: List[bytes], forces: Any) -> Trajectory:
 def _recording(scene: Scene, tables: List[bytes], forces: Any = None) -> Recording:
     states, contacts, steps, *others = tables
     joints = others[0] if others else None
-    return Recording.of_tables(scene, states, contacts, steps, joints, forces)
+    gears = others[1] if len(others) > 1 else None
+    return Recording.of_tables(scene, states, contacts, steps, joints, gears, forces)
 
 
 def by_name(

@@ -81,6 +81,8 @@ pub fn part(
         .map_err(|_| Failure::setting("steps", "more than this machine can count"))?;
     // The seed draws starts alone: the world is that of the first.
     let batch = Batch {
+        motors: &[],
+        joint_forces: &[],
         world: &first.world,
         motion: &motion,
         loads: &first.loads,

@@ -57,6 +57,9 @@ impl Counts {
         for joint in &step.joints {
             self.joints.add_residual(joint.residual.locked, joint.residual.drive);
         }
+        for gear in &step.gears {
+            self.joints.add_residual(gear.residual, 0.0);
+        }
         let start = &step.row.start;
         let is_step = step.row.status != StepStatus::End && !start.is_empty();
         if is_step && (self.rungs.contains_key(start) || self.rungs.len() < MOST_STARTS) {

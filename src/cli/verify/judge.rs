@@ -14,10 +14,10 @@ use tumble::contact::certificate::{Certifier, Claim, certify_rk4_step};
 use tumble::contact::detection::all_contacts;
 use tumble::contact::restitution::set_rebounds;
 use tumble::contact::{Candidates, Certificate, Contact, Detection, Partner, rounding};
-use tumble::joint::{Axis, Drive, Joint, JointForce, JointResidual};
+use tumble::joint::{Axis, Drive, Gear, GearAxis, Joint, JointForce, JointResidual};
 use tumble::mechanics::{Load, State, Wrench};
 use tumble::simulation::energy;
-use tumble::simulation::tables::{JointRow, TableStep};
+use tumble::simulation::tables::{GearRow, JointRow, TableStep};
 use tumble::simulation::trajectory::{TrajectoryRow, program_columns};
 use tumble::step::StepStatus;
 use tumble::world::World;
@@ -62,8 +62,8 @@ pub struct Judge {
     pub accepted: f64,
     /// By which points become candidates, where the files say it.
     detection: Option<Detection>,
-    /// The angles of hinges at the step's start, as the steps before have turned them, rad.
-    angles: Vec<f64>,
+    /// The angles of joints at the step's start, as the steps before have turned them, rad; none before the first.
+    angles: Vec<Vector3<f64>>,
 }
 
 /// The contacts of a step and their forces.
@@ -72,6 +72,7 @@ struct Touching {
     contacts: Vec<Contact>,
     forces: Vec<Vector3<f64>>,
     joints: Vec<JointForce>,
+    gears: Vec<f64>,
     /// What is wrong with a row of which no contact could be made.
     wrong: Option<String>,
 }
@@ -96,20 +97,28 @@ impl Judge {
             candidates: Candidates::new(),
             accepted: recording.accepted()?,
             detection: recording.detection(),
-            angles: vec![0.0; recording.world.joints().len()],
+            angles: Vec::new(),
         })
+    }
+
+    /// Counts the turns of joints from `states` on, where the rows begin.
+    fn count(&mut self, states: &[State]) {
+        if self.angles.is_empty() {
+            self.angles = self.world.angles_near(states, &[]);
+        }
     }
 
     /// The step that ends at `next`.
     pub fn step(&mut self, step: &Step, next: &[State]) -> Verified {
         let states = step.states();
+        self.count(states);
         let wrenches = self.wrenches(step.index(), states);
         let touching = match step {
             Step::Trajectory(row) => self.of_points(row, next, &wrenches),
             Step::Tables(step) => self.of_rows(step, next),
         };
-        let Touching { contacts, forces, joints, wrong } = &touching;
-        let claim = Claim { states, next, wrenches: &wrenches, contacts, joints };
+        let Touching { contacts, forces, joints, gears, wrong } = &touching;
+        let claim = Claim { states, next, wrenches: &wrenches, contacts, joints, gears };
         let certificate = match self.floating {
             true => certify_rk4_step(&self.world, &claim),
             false => self.certifier.contact_step(&self.world, &claim, forces.iter().copied()),
@@ -130,7 +139,7 @@ impl Judge {
                 (differs.or(status), overlap)
             }
         };
-        self.angles = joints.iter().map(|joint| joint.angle).collect();
+        self.angles = joints.iter().map(|joint| joint.angles).collect();
         // Free flight is exact, whoever solves the contacts.
         let flies = step.status() == StepStatus::Free && forces.iter().all(|f| f.amax() == 0.0);
         let accepted = if flies { 0.0 } else { self.accepted };
@@ -149,7 +158,7 @@ impl Judge {
     }
 
     /// The last state, if it has another energy than its row says, or anything of a step.
-    pub fn end(&self, end: &Step) -> Option<Verified> {
+    pub fn end(&mut self, end: &Step) -> Option<Verified> {
         let is_bare = match end {
             Step::Trajectory(row) => is_blank(row) && row.iterations == 0 && row.residual == 0.0,
             Step::Tables(step) => {
@@ -173,7 +182,10 @@ impl Judge {
         };
         let joint = match end {
             Step::Trajectory(_) => None,
-            Step::Tables(step) => self.another_joint(step, None),
+            Step::Tables(step) => {
+                self.count(&step.states);
+                self.another_joint(step, None).or_else(|| self.another_gear(step, None))
+            }
         };
         let differs = match (is_bare, has_energy, joint) {
             (true, true, None) => return None,
@@ -295,17 +307,20 @@ impl Judge {
                 set_rebounds(world, &states, &free, &share, &mut contacts);
             }
         }
-        Touching { contacts, forces: row.forces().collect(), joints: Vec::new(), wrong: None }
+        let forces = row.forces().collect();
+        Touching { contacts, forces, ..Touching::default() }
     }
 
     /// The contacts and the forces of joints that the tables have.
     fn of_rows(&self, step: &TableStep, next: &[State]) -> Touching {
         let joints = self.world.joints().iter().zip(&step.joints).map(|(joint, row)| {
             let at = joint.coordinates(next);
-            let angle = at.map_or(f64::NAN, |at| joint.angle(&at, row.turns[2]));
-            JointForce { force: row.force, torque: row.torque, angle }
+            let unknown = Vector3::repeat(f64::NAN);
+            let angles = at.map_or(unknown, |at| joint.counted(&at, &row.turns));
+            JointForce { force: row.force, torque: row.torque, angles }
         });
-        let mut touching = Touching { joints: joints.collect(), ..Touching::default() };
+        let gears = step.gears.iter().map(|gear| gear.force).collect();
+        let mut touching = Touching { joints: joints.collect(), gears, ..Touching::default() };
         for (number, row) in step.contacts.iter().enumerate() {
             match row.contact(&self.world, &step.states) {
                 Ok(contact) => touching.contacts.push(contact),
@@ -336,6 +351,9 @@ impl Judge {
         let slip_lost = self.lost_in(contacts, states, next);
         let lost = slip_lost + self.lost_of_forces(touching, states);
         if let Some(other) = self.another_joint(step, Some((next, &touching.joints))) {
+            differ(other);
+        }
+        if let Some(other) = self.another_gear(step, Some((next, &touching.joints))) {
             differ(other);
         }
         if complete && !is_near(certificate.residual(), row.residual, lost) {
@@ -374,10 +392,10 @@ impl Judge {
         let joints = self.world.joints().iter().zip(&step.joints).enumerate();
         joints.into_iter().find_map(|(number, (joint, row))| {
             let at = joint.coordinates(&step.states)?;
-            let angle = joint.angle(&at, self.angles[number]);
+            let angles = joint.counted(&at, &self.angles[number]);
             let force = match next {
                 Some((_, forces)) => forces[number],
-                None => JointForce::none(angle),
+                None => JointForce::none(angles),
             };
             let next = next.map(|(next, _)| next);
             let found = JointRow::between(&self.world, joint, (&step.states, next), &force);
@@ -391,7 +409,8 @@ impl Judge {
                 pairs.into_iter()
             });
             let is_other = |(found, row, lost): (f64, f64, f64)| !is_near(found, row, lost);
-            let turned = !is_near(angle, joint.angle(&at, row.turns[2]), lost);
+            let other = joint.counted(&at, &row.turns);
+            let turned = (0..3).any(|k| !is_near(angles[k], other[k], lost));
             let (a, b) = (found.residual, row.residual);
             let parts = [(a.locked, b.locked, lost / h), (a.drive, b.drive, lost / h)];
             let turns_freely = *joint.angular() == [Axis::Free(Drive::NONE); 3];
@@ -405,6 +424,33 @@ impl Judge {
                 return None;
             };
             Some(format!("its joint {number} {what}"))
+        })
+    }
+
+    /// The same of a gear.
+    fn another_gear(
+        &self,
+        step: &TableStep,
+        next: Option<(&[State], &[JointForce])>,
+    ) -> Option<String> {
+        let gears = self.world.gears().iter().zip(&step.gears).enumerate();
+        let at_end: Vec<_> = self.angles.iter().map(|angles| JointForce::none(*angles)).collect();
+        gears.into_iter().find_map(|(number, (gear, row))| {
+            let (next, joints) = match next {
+                Some((next, joints)) => (Some(next), joints),
+                None => (None, &at_end[..]),
+            };
+            let found =
+                GearRow::between(&self.world, gear, (&step.states, next), (joints, row.force));
+            let h = self.world.time_step();
+            let reach = gear
+                .axes()
+                .map(|axis| step.states[self.world.joints()[axis.joint].body()].position.amax());
+            let lost = ROUNDED * (self.world.reach() + reach[0].max(reach[1])).max(1.0);
+            let is_other = (0..2).any(|k| !is_near(found.coordinates[k], row.coordinates[k], lost))
+                || !is_near(found.residual, row.residual, lost * (1.0 + gear.ratio().abs()) / h)
+                || next.is_none() && row.force != 0.0;
+            is_other.then(|| format!("its gear {number} is where its joints are not"))
         })
     }
 
@@ -440,7 +486,7 @@ impl Judge {
     /// of both bodies of each contact and joint, a torque as a force at the joint's length. It is what two computations of one residual may differ by; no
     /// step is called exact for it.
     fn lost_of_forces(&self, touching: &Touching, states: &[State]) -> f64 {
-        let Touching { contacts, forces, joints, .. } = touching;
+        let Touching { contacts, forces, joints, gears, .. } = touching;
         let give = |index: usize| {
             let (body, state) = (&self.world.bodies()[index], &states[index]);
             let reach = body.reach();
@@ -455,9 +501,20 @@ impl Judge {
             let size = force.force.norm() + force.torque.norm() / length;
             size * [Some(joint.body()), joint.other()].into_iter().flatten().map(give).sum::<f64>()
         };
+        let of_gear = |(gear, force): (&Gear, &f64)| {
+            let length = gear.length(self.world.joints(), self.world.bodies());
+            let sizes = [force.abs() / length, (gear.ratio() * force).abs() / length];
+            let of = |(at, size): (&GearAxis, f64)| {
+                let joint = &self.world.joints()[at.joint];
+                let bodies = [Some(joint.body()), joint.other()].into_iter().flatten();
+                size * bodies.map(give).sum::<f64>()
+            };
+            gear.axes().iter().zip(sizes).map(of).sum::<f64>()
+        };
         let of_contacts = contacts.iter().zip(forces).map(of_one).sum::<f64>();
         let of_joints = self.world.joints().iter().zip(joints).map(of_joint).sum::<f64>();
-        ROUNDED * self.world.time_step() * (of_contacts + of_joints)
+        let of_gears = self.world.gears().iter().zip(gears).map(of_gear).sum::<f64>();
+        ROUNDED * self.world.time_step() * (of_contacts + of_joints + of_gears)
     }
 
     /// Whether a contact must part more slowly than the step's share of the restitution says, or

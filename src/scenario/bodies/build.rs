@@ -55,6 +55,7 @@ pub fn build(file: Entries, settings: &Settings, files: Files<'_>) -> Result<Bui
             frictions: Vec::new(),
             restitutions: Vec::new(),
             joints: Vec::new(),
+            gears: Vec::new(),
         },
     };
     if file.bodies.is_empty() {
@@ -89,6 +90,11 @@ pub fn build(file: Entries, settings: &Settings, files: Files<'_>) -> Result<Bui
     for (index, entry) in file.motors.iter().enumerate() {
         let named = |why: String| format!("motors[{index}]{}.{why}", entry.called());
         joints.add_motor(entry).map_err(named)?;
+    }
+    for (index, entry) in file.gears.iter().enumerate() {
+        let named = |why: String| format!("gears[{index}]{}.{why}", entry.called());
+        let gear = entry.model(&joints, index).map_err(named)?;
+        builder.model.gears.push(gear);
     }
     builder.model.joints = joints.models;
     builder.refuse_mass_ratio()?;

@@ -73,6 +73,9 @@ with_drive!(JointEntry, "a table [[joints]] is needed" {
     turn: Option<DriveEntry>,
     x: Option<DriveEntry>,
     y: Option<DriveEntry>,
+    turn_x: Option<DriveEntry>,
+    turn_y: Option<DriveEntry>,
+    turn_z: Option<DriveEntry>,
 });
 
 /// The fields of a drive.
@@ -262,6 +265,7 @@ impl Joints {
                 frames: entry.frames(&sides)?,
                 length: entry.length,
                 cone: entry.cone,
+                middle: None,
                 collide: entry.collide.unwrap_or(false),
                 drives: entry.drives().iter().map(DriveFields::drive).collect(),
             });
@@ -273,12 +277,7 @@ impl Joints {
 
     /// Puts the motor of an entry on its axis.
     pub fn add_motor(&mut self, entry: &MotorEntry) -> Result<(), String> {
-        let named = |(name, _): &&(String, Vec<usize>)| *name == entry.joint;
-        let of_entry = self.entries.iter().find(named).map(|(_, joints)| joints.clone());
-        let own = || self.models.iter().position(|joint| joint.name == entry.joint);
-        let joints = of_entry.or_else(|| own().map(|joint| vec![joint])).ok_or_else(|| {
-            format!("joint: no joint has the name {:?}; the name of one is needed", entry.joint)
-        })?;
+        let joints = self.named(&entry.joint).map_err(|why| format!("joint: {why}"))?;
         let motor = entry.motor()?;
         for joint in joints {
             let joint = &mut self.models[joint];
@@ -289,6 +288,24 @@ impl Joints {
             }
         }
         Ok(())
+    }
+
+    /// The joints of a name: those of an entry, or one.
+    fn named(&self, name: &str) -> Result<Vec<usize>, String> {
+        let of_entry = self.entries.iter().find(|(known, _)| known == name);
+        let own = || self.models.iter().position(|joint| joint.name == name);
+        let joints = of_entry.map(|(_, joints)| joints.clone());
+        joints
+            .or_else(|| own().map(|joint| vec![joint]))
+            .ok_or_else(|| format!("no joint has the name {name:?}; the name of one is needed"))
+    }
+
+    /// The one joint of a name.
+    pub fn one(&self, name: &str) -> Result<usize, String> {
+        match self.named(name)?[..] {
+            [joint] => Ok(joint),
+            _ => Err(format!("{name:?} are several joints; the name of one is needed")),
+        }
     }
 }
 
@@ -370,8 +387,7 @@ impl JointEntry {
         if let Some((field, _)) = axes.into_iter().find(|(_, given)| *given && !has_axis) {
             return idle(field);
         }
-        let tables = [("slide", &self.slide), ("turn", &self.turn), ("x", &self.x), ("y", &self.y)];
-        for (field, _) in tables.into_iter().filter(|(_, table)| table.is_some()) {
+        for (field, _) in self.tables().into_iter().filter(|(_, table)| table.is_some()) {
             if driven.len() == 1 && driven[0].0 == field {
                 return Err(format!("{field}: a {} joint has its fields itself", kind.name()));
             }
@@ -401,11 +417,9 @@ impl JointEntry {
         if driven.len() == 1 {
             return vec![self.drive()];
         }
-        let of = |name: &str| match name {
-            "slide" => &self.slide,
-            "turn" => &self.turn,
-            "x" => &self.x,
-            _ => &self.y,
+        let tables = self.tables();
+        let of = |wanted: &str| {
+            tables.iter().find(|(name, _)| *name == wanted).and_then(|(_, table)| table.as_ref())
         };
         let none = DriveEntry {
             start: None,
@@ -417,7 +431,20 @@ impl JointEntry {
             force: None,
             armature: None,
         };
-        driven.iter().map(|(name, _)| of(name).as_ref().unwrap_or(&none).drive()).collect()
+        driven.iter().map(|(name, _)| of(name).unwrap_or(&none).drive()).collect()
+    }
+
+    /// The tables of drives, by their names.
+    fn tables(&self) -> [(&'static str, &Option<DriveEntry>); 7] {
+        [
+            ("slide", &self.slide),
+            ("turn", &self.turn),
+            ("x", &self.x),
+            ("y", &self.y),
+            ("turn_x", &self.turn_x),
+            ("turn_y", &self.turn_y),
+            ("turn_z", &self.turn_z),
+        ]
     }
 
     /// The frames in both sides: that of A as it is given, and that of B where it is at the start, unless
@@ -491,11 +518,14 @@ impl JointEntry {
             }
             at[*axis] = start;
         }
-        let (sine, cosine) = (-0.5 * at[5]).sin_cos();
-        let attitude = match at[5] {
-            0.0 => of_a.attitude,
-            _ => left(&of_a.attitude) * Vector4::new(cosine, 0.0, 0.0, sine),
-        };
+        // Back from A: about x, z and y, of which a hinge has z alone.
+        let mut attitude = of_a.attitude;
+        for axis in [3, 5, 4].into_iter().filter(|axis| at[*axis] != 0.0) {
+            let (sine, cosine) = (-0.5 * at[axis]).sin_cos();
+            let mut back = Vector4::new(cosine, 0.0, 0.0, 0.0);
+            back[axis - 2] = sine;
+            attitude = left(&attitude) * back;
+        }
         let off = rotation(&attitude) * Vector3::new(at[0], at[1], at[2]);
         Ok(Placed { anchor: of_a.anchor - off, attitude })
     }
@@ -536,29 +566,39 @@ impl MotorEntry {
 
     /// Which drive of a joint it is on.
     fn place(&self, joint: &JointModel) -> Result<usize, String> {
-        let driven = joint.kind.driven();
-        let names: Vec<_> = driven.iter().map(|(name, _)| format!("`{name}`")).collect();
-        match (&self.axis, driven.len()) {
-            (_, 0) => Err(format!(
+        if joint.kind.driven().is_empty() {
+            return Err(format!(
                 "joint: {:?} is {}; a motor needs a joint that turns about an axis or slides",
                 joint.name,
                 joint.kind.name()
-            )),
-            (None, 1) => Ok(0),
-            (None, _) => Err(format!(
-                "axis: {:?} has several; one of {} is needed",
-                joint.name,
-                names.join(", ")
-            )),
-            (Some(wanted), _) => {
-                driven.iter().position(|(name, _)| name == wanted).ok_or_else(|| {
-                    format!(
-                        "axis: {wanted:?} is none of {:?}; it has {}",
-                        joint.name,
-                        names.join(", ")
-                    )
-                })
-            }
+            ));
         }
+        joint.driven_place(self.axis.as_deref()).map_err(|why| format!("axis: {why}"))
+    }
+}
+
+impl JointModel {
+    /// Which of the axes that drives act on is that of the name; the only one without.
+    fn driven_place(&self, wanted: Option<&str>) -> Result<usize, String> {
+        let driven = self.kind.driven();
+        let names: Vec<_> = driven.iter().map(|(name, _)| format!("`{name}`")).collect();
+        match wanted {
+            None if driven.len() == 1 => Ok(0),
+            None => {
+                Err(format!("{:?} has several; one of {} is needed", self.name, names.join(", ")))
+            }
+            Some(wanted) => driven.iter().position(|(name, _)| *name == wanted).ok_or_else(|| {
+                format!("{wanted:?} is none of {:?}; it has {}", self.name, names.join(", "))
+            }),
+        }
+    }
+
+    /// The axis of that name, of all six.
+    pub fn driven_axis(&self, wanted: Option<&str>) -> Result<usize, String> {
+        let driven = self.kind.driven();
+        if driven.is_empty() {
+            return Err(format!("{:?} is {}", self.name, self.kind.name()));
+        }
+        self.driven_place(wanted).map(|place| driven[place].1)
     }
 }

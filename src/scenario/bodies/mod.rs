@@ -3,6 +3,7 @@
 mod build;
 mod copies;
 pub mod entries;
+pub mod gears;
 pub mod joints;
 mod masses;
 mod refused;
@@ -15,10 +16,12 @@ use super::solver_choice::SolverChoice;
 use crate::contact::detection::CONTACT_BAND;
 use crate::contact::{Candidates, Overlap};
 use crate::error::Error;
+use crate::joint::GEAR_AT_THE_START;
 use crate::scenario::choices::SolverName;
 use crate::simulation::JOINT_AT_THE_START;
 use build::Built;
 use entries::{BodyEntry, Files, FixedEntry, PairEntry};
+use gears::GearEntry;
 use joints::{JointEntry, MotorEntry};
 
 /// The tables of the notation.
@@ -35,6 +38,8 @@ pub struct Entries {
     pub joints: Vec<JointEntry>,
     /// `[[motors]]`.
     pub motors: Vec<MotorEntry>,
+    /// `[[gears]]`.
+    pub gears: Vec<GearEntry>,
 }
 
 /// The solver of these scenes where none is named.
@@ -94,6 +99,18 @@ fn refuse_joints_apart(scene: &Scene) -> Result<(), Failure> {
             return Err(Failure::Input(format!(
                 "joints: {name} is {place:.3e} m and {turn:.3e} rad off at the start; allowed is \
                  {JOINT_AT_THE_START:.0e} of each"
+            )));
+        }
+    }
+    let angles = scene.world.angles_near(&scene.starts, &[]);
+    for (index, gear) in scene.world.gears().iter().enumerate() {
+        let off = gear.error(scene.world.joints(), &scene.starts, &angles).abs();
+        let fits = off <= GEAR_AT_THE_START;
+        if !fits {
+            let [first, second] = gear.axes().map(|axis| &scene.joints[axis.joint]);
+            return Err(Failure::Input(format!(
+                "gears[{index}] ({first}, {second}): {first} is {off:.3e} m or rad off at the start; allowed is \
+                 {GEAR_AT_THE_START:.0e}"
             )));
         }
     }

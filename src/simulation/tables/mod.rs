@@ -1,5 +1,6 @@
 //! A run of any number of bodies as three tables, in and out of any streams: `states`, `contacts`
-//! and `steps`, each in CSV with one header line; and where joints tie bodies, a fourth: `joints`.
+//! and `steps`, each in CSV with one header line; and where joints tie bodies, a fourth: `joints`,
+//! and where gears tie joints, a fifth: `gears`.
 //!
 //! - `states`: one row a body and step: `k,t_s,body`, then the 13 numbers of the state at step k.
 //!   `body` is the index in [`World::bodies`](crate::world::World::bodies).
@@ -17,6 +18,9 @@
 //!   the axes of B's frame and the [turns](crate::joint::Joint::turns) about them, the angle of a hinge with
 //!   all its turns; their mean rates over the step k → k+1; the [force and torque](crate::joint::JointForce)
 //!   on A; and the two parts of the residual that are the joint's own.
+//! - `gears`: one row a gear and step: `k,t_s,gear`, the index in
+//!   [`World::gears`](crate::world::World::gears); its two coordinates at step k, m or rad with all turns; its force over the step
+//!   along the first one, N or N m; and its part of the residual.
 //!
 //! All rows are in the order of k; states within a step in that of the bodies, contacts in that of
 //! the solution. The last step is a state alone, of status `end`. Numbers have the fewest digits
@@ -28,7 +32,7 @@ mod rebuild;
 mod write;
 
 pub use key::KeyText;
-pub use read::{ContactRow, JointRow, StepRow, TableStep, TablesReader};
+pub use read::{ContactRow, GearRow, JointRow, StepRow, TableStep, TablesReader};
 pub use rebuild::Misplaced;
 pub use write::TablesWriter;
 
@@ -45,11 +49,14 @@ pub enum Table {
     Steps,
     /// What ties bodies.
     Joints,
+    /// What ties joints.
+    Gears,
 }
 
 impl Table {
     /// All of them, in the order of the [`Streams`].
-    pub const ALL: [Self; 4] = [Self::States, Self::Contacts, Self::Steps, Self::Joints];
+    pub const ALL: [Self; 5] =
+        [Self::States, Self::Contacts, Self::Steps, Self::Joints, Self::Gears];
 
     /// Those that every run has.
     pub const ALWAYS: [Self; 3] = [Self::States, Self::Contacts, Self::Steps];
@@ -62,6 +69,7 @@ impl Table {
             Self::Contacts => "contacts",
             Self::Steps => "steps",
             Self::Joints => "joints",
+            Self::Gears => "gears",
         }
     }
 
@@ -73,6 +81,7 @@ impl Table {
             Self::Contacts => &CONTACT_COLUMNS,
             Self::Steps => &STEP_COLUMNS,
             Self::Joints => &JOINT_COLUMNS,
+            Self::Gears => &GEAR_COLUMNS,
         }
     }
 }
@@ -94,6 +103,8 @@ pub struct Streams<S> {
     pub steps: S,
     /// [`Table::Joints`], of a world with joints.
     pub joints: Option<S>,
+    /// [`Table::Gears`], of a world with gears.
+    pub gears: Option<S>,
 }
 
 const STATE_COLUMNS: [&str; 16] = [
@@ -150,6 +161,8 @@ const JOINT_COLUMNS: [&str; 23] = [
     "joint_m_s",
     "joint_law_m_s",
 ];
+
+const GEAR_COLUMNS: [&str; 7] = ["k", "t_s", "gear", "first", "second", "force", "gear_m_s"];
 
 const STEP_COLUMNS: [&str; 15] = [
     "k",

@@ -20,6 +20,8 @@ pub struct TableStep {
     pub contacts: Vec<ContactRow>,
     /// The joints, one a joint of the world.
     pub joints: Vec<JointRow>,
+    /// The gears, one a gear of the world.
+    pub gears: Vec<GearRow>,
 }
 
 /// A row of the table `steps`.
@@ -93,6 +95,17 @@ pub struct JointRow {
     pub residual: JointResidual,
 }
 
+/// A row of the table `gears`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GearRow {
+    /// Its two coordinates at k, m or rad.
+    pub coordinates: [f64; 2],
+    /// Its force along the first one over the step, N or N m.
+    pub force: f64,
+    /// Its part of the step's residual, m/s.
+    pub residual: f64,
+}
+
 const CUT_OFF: &str = "it ends before the row of status `end`: it is cut off, or of another run";
 const TOO_LONG: &str = "there are rows after the step of status `end`";
 
@@ -102,7 +115,8 @@ pub struct TablesReader<R: Read> {
     contacts: Sheet<R>,
     steps: Sheet<R>,
     joints: Option<Sheet<R>>,
-    counts: (usize, usize),
+    gears: Option<Sheet<R>>,
+    counts: [usize; 3],
     next_index: u64,
     /// Whether the first step may have any k.
     any_start: bool,
@@ -110,22 +124,33 @@ pub struct TablesReader<R: Read> {
 }
 
 impl<R: Read> TablesReader<R> {
-    /// Reads and checks the headers of tables of so many `bodies` and `joints`.
+    /// Reads and checks the headers of the tables of so many `bodies`, `joints` and `gears`.
     ///
     /// # Errors
-    /// [`RowsError::Header`], or a stream's; joints without a table of them.
-    pub fn new(streams: Streams<R>, bodies: usize, joints: usize) -> Result<Self, RowsError> {
-        let counts = (bodies, joints);
+    /// [`RowsError::Header`], or a stream's; joints or gears without a table of them.
+    pub fn new(
+        streams: Streams<R>,
+        bodies: usize,
+        (joints, gears): (usize, usize),
+    ) -> Result<Self, RowsError> {
+        let counts = [bodies, joints, gears];
         let joints = streams.joints.map(|stream| sheet(Table::Joints, stream)).transpose()?;
-        if joints.is_none() && counts.1 > 0 {
-            let why = "it is not given, and the run has joints";
-            return Err(RowsError::End { table: Table::Joints.name(), why });
+        let gears = streams.gears.map(|stream| sheet(Table::Gears, stream)).transpose()?;
+        for (table, is_missing, why) in [
+            (Table::Joints, joints.is_none(), "it is not given, and the run has joints"),
+            (Table::Gears, gears.is_none(), "it is not given, and the run has gears"),
+        ] {
+            let count = if table == Table::Joints { counts[1] } else { counts[2] };
+            if is_missing && count > 0 {
+                return Err(RowsError::End { table: table.name(), why });
+            }
         }
         Ok(Self {
             states: sheet(Table::States, streams.states)?,
             contacts: sheet(Table::Contacts, streams.contacts)?,
             steps: sheet(Table::Steps, streams.steps)?,
             joints,
+            gears,
             counts,
             next_index: 0,
             any_start: false,
@@ -147,14 +172,14 @@ impl<R: Read> TablesReader<R> {
     pub fn next_step(&mut self) -> Result<Option<TableStep>, RowsError> {
         if self.ended {
             let always = [&mut self.states, &mut self.contacts, &mut self.steps];
-            for sheet in always.into_iter().chain(&mut self.joints) {
+            for sheet in always.into_iter().chain(&mut self.joints).chain(&mut self.gears) {
                 sheet.need_end(TOO_LONG)?;
             }
             return Ok(None);
         }
         let row = self.step_row()?;
         // As many as the table has: the number that was asked for may be any.
-        let (bodies, count) = self.counts;
+        let [bodies, joints_in_all, gears_in_all] = self.counts;
         let mut states = Vec::with_capacity(bodies.min(1 << 12));
         for body in 0..bodies {
             let sheet = &mut self.states;
@@ -171,13 +196,17 @@ impl<R: Read> TablesReader<R> {
         for index in 0..row.contacts {
             contacts.push(self.contact_row(index)?);
         }
-        let mut joints = Vec::with_capacity(count.min(1 << 12));
-        for index in 0..count {
+        let mut joints = Vec::with_capacity(joints_in_all.min(1 << 12));
+        for index in 0..joints_in_all {
             joints.extend(self.joint_row(index, row.time)?);
+        }
+        let mut gears = Vec::with_capacity(gears_in_all.min(1 << 12));
+        for index in 0..gears_in_all {
+            gears.extend(self.gear_row(index, row.time)?);
         }
         self.next_index += 1;
         self.ended = row.status == StepStatus::End;
-        Ok(Some(TableStep { row, states, contacts, joints }))
+        Ok(Some(TableStep { row, states, contacts, joints, gears }))
     }
 
     fn step_row(&mut self) -> Result<StepRow, RowsError> {
@@ -220,6 +249,21 @@ impl<R: Read> TablesReader<R> {
             force: vector(15)?,
             torque: vector(18)?,
             residual: JointResidual { locked, drive },
+        }))
+    }
+
+    fn gear_row(&mut self, index: usize, time: f64) -> Result<Option<GearRow>, RowsError> {
+        let Some(sheet) = &mut self.gears else { return Ok(None) };
+        sheet.need_row(CUT_OFF)?;
+        sheet.expect(0, self.next_index)?;
+        sheet.expect(2, index as u64)?;
+        if sheet.number(1)? != time {
+            return Err(sheet.odd(1, "the time of the same step in the table steps"));
+        }
+        Ok(Some(GearRow {
+            coordinates: sheet.numbers(3)?,
+            force: sheet.number(5)?,
+            residual: sheet.number(6)?,
         }))
     }
 

@@ -1,8 +1,8 @@
 //! Records become rows.
 
-use super::{ContactRow, JointRow, KeyText, StepRow, Streams, Table, TableStep};
+use super::{ContactRow, GearRow, JointRow, KeyText, StepRow, Streams, Table, TableStep};
 use crate::contact::{Contact, Partner};
-use crate::joint::{Joint, JointForce, JointResidual};
+use crate::joint::{Gear, Joint, JointForce, JointResidual};
 use crate::mechanics::State;
 use crate::simulation::{StepRecord, energy};
 use crate::step::StepStatus;
@@ -23,10 +23,10 @@ impl<W: Write> TablesWriter<W> {
     /// The streams'.
     pub fn new(streams: Streams<W>, world: &World) -> csv::Result<Self> {
         let mut writer = Self::after(streams, world);
-        let Streams { states, contacts, steps, joints } = &mut writer.tables;
-        let streams = [states, contacts, steps].into_iter().chain(joints);
+        let Streams { states, contacts, steps, joints, gears } = &mut writer.tables;
+        let streams = [Some(states), Some(contacts), Some(steps), joints.as_mut(), gears.as_mut()];
         for (table, csv) in Table::ALL.into_iter().zip(streams) {
-            csv.write_record(table.columns())?;
+            csv.map_or(Ok(()), |csv| csv.write_record(table.columns()))?;
         }
         Ok(writer)
     }
@@ -35,12 +35,13 @@ impl<W: Write> TablesWriter<W> {
     #[must_use]
     pub fn after(streams: Streams<W>, world: &World) -> Self {
         let csv = |stream| csv::WriterBuilder::new().has_headers(false).from_writer(stream);
-        let Streams { states, contacts, steps, joints } = streams;
+        let Streams { states, contacts, steps, joints, gears } = streams;
         let tables = Streams {
             states: csv(states),
             contacts: csv(contacts),
             steps: csv(steps),
             joints: joints.map(csv),
+            gears: gears.map(csv),
         };
         Self { tables, world: world.clone() }
     }
@@ -95,13 +96,20 @@ impl<W: Write> TablesWriter<W> {
                 contact.key.to_string(),
             ))?;
         }
-        let Some(table) = &mut tables.joints else { return Ok(()) };
-        for (index, joint) in step.joints.iter().enumerate() {
-            table.serialize((
-                (row.index, row.time, index),
-                joint.vectors().map(<[f64; 3]>::from),
-                (joint.residual.locked, joint.residual.drive),
-            ))?;
+        if let Some(table) = &mut tables.joints {
+            for (index, joint) in step.joints.iter().enumerate() {
+                table.serialize((
+                    (row.index, row.time, index),
+                    joint.vectors().map(<[f64; 3]>::from),
+                    (joint.residual.locked, joint.residual.drive),
+                ))?;
+            }
+        }
+        if let Some(table) = &mut tables.gears {
+            for (index, gear) in step.gears.iter().enumerate() {
+                let GearRow { coordinates, force, residual } = gear;
+                table.serialize((row.index, row.time, index, coordinates, force, residual))?;
+            }
         }
         Ok(())
     }
@@ -112,12 +120,13 @@ impl<W: Write> TablesWriter<W> {
     /// The streams'.
     pub fn finish(self) -> io::Result<Streams<W>> {
         let end = |csv: csv::Writer<W>| csv.into_inner().map_err(csv::IntoInnerError::into_error);
-        let Streams { states, contacts, steps, joints } = self.tables;
+        let Streams { states, contacts, steps, joints, gears } = self.tables;
         Ok(Streams {
             states: end(states)?,
             contacts: end(contacts)?,
             steps: end(steps)?,
             joints: joints.map(end).transpose()?,
+            gears: gears.map(end).transpose()?,
         })
     }
 }
@@ -145,7 +154,8 @@ impl TableStep {
         };
         let contacts = ContactRow::of(record).collect();
         let joints = JointRow::of(world, record).collect();
-        Self { row, states: record.states.clone(), contacts, joints }
+        let gears = GearRow::of(world, record).collect();
+        Self { row, states: record.states.clone(), contacts, joints, gears }
     }
 }
 
@@ -155,7 +165,7 @@ impl JointRow {
         let is_end = record.report.status == StepStatus::End;
         world.joints().iter().enumerate().map(move |(index, joint)| {
             let force = record.solution.joints.get(index);
-            let force = force.copied().unwrap_or(JointForce::none(0.0));
+            let force = force.copied().unwrap_or(JointForce::none(Vector3::zeros()));
             let next = (!is_end).then_some(&record.solution.states[..]);
             Self::between(world, joint, (&record.states, next), &force)
         })
@@ -171,7 +181,7 @@ impl JointRow {
     ) -> Self {
         let unknown = Vector3::repeat(f64::NAN);
         let at = joint.coordinates(states);
-        let turns = at.map_or(unknown, |at| joint.turns(&at, force.angle));
+        let turns = at.map_or(unknown, |at| joint.turns(&at, &force.angles));
         let mut row = Self {
             place: at.map_or(unknown, |at| at.place),
             turns,
@@ -183,7 +193,7 @@ impl JointRow {
         };
         if let (Some(at), Some(next)) = (at, next) {
             let (h, after) = (world.time_step(), joint.coordinates(next));
-            let rates = after.map(|after| joint.rates((&at, &after), turns[2], h));
+            let rates = after.map(|after| joint.rates((&at, &after), &turns, h));
             (row.velocity, row.spin) = rates.unwrap_or((unknown, unknown));
             row.residual = joint.residual(world.bodies(), (states, next), force, h);
         }
@@ -194,6 +204,36 @@ impl JointRow {
     #[must_use]
     pub fn vectors(&self) -> [Vector3<f64>; 6] {
         [self.place, self.turns, self.velocity, self.spin, self.force, self.torque]
+    }
+}
+
+impl GearRow {
+    /// The rows of the gears of `world` in a step; see [`TableStep::of`].
+    pub fn of<'a>(world: &'a World, record: &'a StepRecord) -> impl Iterator<Item = Self> + 'a {
+        let (solution, is_end) = (&record.solution, record.report.status == StepStatus::End);
+        world.gears().iter().enumerate().map(move |(index, gear)| {
+            let force = solution.gears.get(index).copied().unwrap_or(0.0);
+            let next = (!is_end).then_some(&solution.states[..]);
+            Self::between(world, gear, (&record.states, next), (&solution.joints, force))
+        })
+    }
+
+    /// The row of `gear` at `states`, from which a step leads to `next` under its `force` and with the forces and angles
+    /// `joints`, or none does.
+    #[must_use]
+    pub fn between(
+        world: &World,
+        gear: &Gear,
+        (states, next): (&[State], Option<&[State]>),
+        (joints, force): (&[JointForce], f64),
+    ) -> Self {
+        let near: Vec<_> = gear.axes().map(|of| joints.get(of.joint).map(|of| of.angles)).into();
+        let coordinate = |k: usize| {
+            let near = near[k].unwrap_or_default();
+            gear.axes()[k].coordinate(world.joints(), states, &near)
+        };
+        let residual = next.map_or(0.0, |next| gear.residual(world, next, joints));
+        Self { coordinates: [coordinate(0), coordinate(1)], force, residual }
     }
 }
 

@@ -259,7 +259,8 @@ impl Ladder {
     /// The residual of the rung tried last, m/s.
     fn residual(&mut self, step: &Step<'_>, contacts: &[Contact]) -> f64 {
         let (states, next) = (step.states, &self.tried.states);
-        let claim = Claim { states, next, wrenches: step.wrenches, contacts, joints: &[] };
+        let claim =
+            Claim { states, next, wrenches: step.wrenches, contacts, joints: &[], gears: &[] };
         self.certifier.contact_step(step.world, &claim, self.tried.forces()).residual()
     }
 }

@@ -143,6 +143,17 @@ impl Answer {
     }
 }
 
+impl Gain {
+    /// That of the first row by itself.
+    pub(super) fn first(&self) -> f64 {
+        match self {
+            Self::Zero => 0.0,
+            Self::Spring(stiffness) => -stiffness,
+            Self::Full(gain) => gain[(0, 0)],
+        }
+    }
+}
+
 /// ∂u/∂V of one coupling.
 pub(super) trait Slope: Copy + std::fmt::Debug {
     type Velocity: Velocities;

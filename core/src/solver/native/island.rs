@@ -6,6 +6,7 @@
 //! Equation numbers are those of `docs/native-solver.md`.
 
 mod energy;
+mod gears;
 mod joints;
 mod slopes;
 mod tangent;
@@ -30,28 +31,40 @@ use crate::world::World;
 use nalgebra::{Matrix3, Matrix3x6, Matrix6, Vector3, Vector6};
 
 use energy::Source;
+pub(super) use gears::IslandSlope;
+use gears::Train;
 pub(super) use joints::JointPlace;
 pub(super) use tangent::{CouplingChange, gain_of};
 
 /// Which bodies of the island a coupling joins.
 #[derive(Debug, Clone, Copy)]
 struct Link {
-    /// A.
+    /// A; of a gear one of its bodies.
     a: usize,
-    /// Where both features are round, its place among those.
-    round: Option<usize>,
-    /// Where it is the turn of a joint, its place among those.
-    turn: Option<usize>,
+    kind: Kind,
     /// B, where it is no fixed thing.
     b: Option<Other>,
     /// What it has to do with energy.
     source: Source,
 }
 
+/// What a coupling is of, with its place among those of its kind.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    /// A point.
+    Point,
+    /// Two round features.
+    Round(usize),
+    /// The turn of a joint.
+    Turn(usize),
+    /// A gear.
+    Gear(usize),
+}
+
 impl Link {
     /// Whether the impulse is one of forces; that of a turn is one of torques alone.
     fn pushes(&self) -> bool {
-        self.turn.is_none()
+        !matches!(self.kind, Kind::Turn(_))
     }
 }
 
@@ -80,8 +93,9 @@ pub(super) struct Island {
     turns: Vec<Turn>,
     /// The joints of the island, and where their couplings are.
     joints: Vec<JointPlace>,
-    /// V of all members at step k, where joints tie them.
-    old: Vec<Velocity>,
+    gears: Vec<Train>,
+    /// −V of all members at step k, where joints tie them.
+    back: Vec<Velocity>,
     /// A motion slower than this has no energy to speak of, m/s.
     slow: f64,
     /// Where the linear system has numbers.
@@ -100,7 +114,8 @@ impl Island {
             rounds: Vec::new(),
             turns: Vec::new(),
             joints: Vec::new(),
-            old: Vec::new(),
+            gears: Vec::new(),
+            back: Vec::new(),
             slow: SLOW * world.speed_scale(),
             pattern: Pattern::default(),
         }
@@ -119,7 +134,8 @@ impl Island {
         self.rounds.clear();
         self.turns.clear();
         self.joints.clear();
-        self.old.clear();
+        self.gears.clear();
+        self.back.clear();
         self.slow = SLOW * step.world.speed_scale();
         self.setting.begin(Tolerances::together(step.world, self.speed()), unsettled);
     }
@@ -153,13 +169,13 @@ impl Island {
             Partner::Ground | Partner::Fixed(_) => None,
         };
         let (h, level) = (self.time_step, self.setting.tolerances.level);
-        let round = contact.features.curved.map(|curved| {
+        let kind = contact.features.curved.map_or(Kind::Point, |curved| {
             let approach = approach(contact, h, level);
             let (way, carried) = (contact.way(), Vector3::zeros());
             self.rounds.push(Round { curved, way, approach, carried });
-            self.rounds.len() - 1
+            Kind::Round(self.rounds.len() - 1)
         });
-        self.links.push(Link { a, round, turn: None, b, source: Source::Contact });
+        self.links.push(Link { a, kind, b, source: Source::Contact });
         let share = self.members[a].share;
         self.setting.admit(Coupling::of_contact(contact, h, (share, level)));
     }
@@ -167,7 +183,7 @@ impl Island {
     /// Has surfaces carry what touches at the contact that was admitted last with `carried` (m/s, world).
     pub(super) fn carry(&mut self, carried: Vector3<f64>) {
         self.setting.carry(&carried);
-        if let Some(round) = self.links.last().and_then(|link| link.round) {
+        if let Some(Kind::Round(round)) = self.links.last().map(|link| link.kind) {
             self.rounds[round].carried = carried;
         }
     }
@@ -175,9 +191,12 @@ impl Island {
     /// Ties the bodies by the couplings that were admitted: no more are to come.
     pub(super) fn tie(&mut self) {
         let pair = |link: &Link| link.b.as_ref().map(|other| (link.a, other.index));
-        self.pattern.set(self.members.len(), self.links.iter().filter_map(pair));
+        let of_gears = self.gears.iter().flat_map(Train::pairs);
+        let pairs = self.links.iter().filter_map(pair).chain(of_gears);
+        self.pattern.set(self.members.len(), pairs);
         if !self.joints.is_empty() {
-            self.old.extend(self.members.iter().map(|member| *member.old()));
+            let still = Velocity::zero();
+            self.back.extend(self.members.iter().map(|member| still.moved(-1.0, member.old())));
         }
     }
 
@@ -203,6 +222,13 @@ impl Island {
         }));
         let couplings = self.links.iter().zip(&self.setting.couplings);
         for ((link, coupling), impulse) in couplings.zip(impulses) {
+            if let Kind::Gear(gear) = link.kind {
+                for (body, wrench) in self.gears[gear].sides() {
+                    residuals[body].linear -= wrench.fixed_rows::<3>(0) * impulse[0];
+                    residuals[body].spin -= wrench.fixed_rows::<3>(3) * impulse[0];
+                }
+                continue;
+            }
             let share = self.members[link.a].share;
             if link.pushes() {
                 residuals[link.a].linear -= share * impulse;
@@ -257,7 +283,15 @@ impl Island {
         RoundMotion::new(coupling, round, side(link.a, a), of_b, self.time_step)
     }
 
-    /// u of a coupling (N2), where the bodies that it joins turn as told.
+    /// u of coupling `index` (N2).
+    fn point_at(&self, index: usize, velocity: &[Velocity]) -> Vector3<f64> {
+        let link = &self.links[index];
+        let turnings = |body: usize| Both::of(&self.members[body], &velocity[body]);
+        let (a, b) = (turnings(link.a), link.b.as_ref().map(|other| turnings(other.index)));
+        self.point_velocity((link, &self.setting.couplings[index]), velocity, (&a, b.as_ref()))
+    }
+
+    /// The same, where the bodies that it joins turn as told.
     fn point_velocity(
         &self,
         (link, coupling): (&Link, &Coupling),
@@ -278,12 +312,19 @@ impl Island {
         velocity: &[Velocity],
         turnings: (&Both, Option<&Both>),
     ) -> Vector3<f64> {
-        if let Some(round) = link.round {
-            return self.round_motion((coupling, round), link, velocity, turnings).u();
-        }
-        if let Some(turn) = link.turn {
-            let other = link.b.as_ref().map(|other| &velocity[other.index].spin);
-            return self.turns[turn].u(&velocity[link.a].spin, other);
+        match link.kind {
+            Kind::Round(round) => {
+                return self.round_motion((coupling, round), link, velocity, turnings).u();
+            }
+            Kind::Turn(turn) => {
+                let other = link.b.as_ref().map(|other| &velocity[other.index].spin);
+                return self.turns[turn].u(&velocity[link.a].spin, other);
+            }
+            Kind::Gear(gear) => {
+                let point = |index: usize| self.point_at(index, velocity);
+                return self.gears[gear].u(&self.setting.couplings, point);
+            }
+            Kind::Point => {}
         }
         match (&link.b, turnings.1) {
             (Some(other), Some(b)) => {
@@ -337,7 +378,7 @@ pub(super) struct IslandSystem {
 
 impl Equations for Island {
     type Velocity = Vec<Velocity>;
-    type Slope = PairSlope;
+    type Slope = IslandSlope;
     type System = IslandSystem;
     type Scratch = IslandScratch;
 
@@ -359,6 +400,7 @@ impl Equations for Island {
 
     fn extend_previous(&self, step: &Step<'_>, previous: &mut Vec<Vector3<f64>>) {
         previous.extend(self.joint_impulses(step));
+        previous.extend(self.gear_impulses(step));
     }
 
     fn set_first_velocity(&self, impulses: &[Vector3<f64>], velocity: &mut Vec<Velocity>) {
@@ -379,6 +421,14 @@ impl Equations for Island {
 
     fn push(&self, index: usize, impulse: &Vector3<f64>, velocity: &mut Vec<Velocity>) {
         let link = &self.links[index];
+        if let Kind::Gear(gear) = link.kind {
+            for (body, wrench) in self.gears[gear].sides() {
+                let turned = wrench.fixed_rows::<3>(3) * impulse[0];
+                velocity[body].linear += wrench.fixed_rows::<3>(0) * impulse[0];
+                velocity[body].spin += self.members[body].inertia_inverse * turned;
+            }
+            return;
+        }
         let pushes = link.pushes();
         let mut push = |index: usize, impulse: &Vector3<f64>, torque_map: &Matrix3<f64>| {
             let member = &self.members[index];
@@ -437,10 +487,7 @@ impl Equations for Island {
     }
 
     fn point(&self, index: usize, velocity: &Vec<Velocity>) -> Vector3<f64> {
-        let link = &self.links[index];
-        let turnings = |body: usize| Both::of(&self.members[body], &velocity[body]);
-        let (a, b) = (turnings(link.a), link.b.as_ref().map(|other| turnings(other.index)));
-        self.point_velocity((link, &self.setting.couplings[index]), velocity, (&a, b.as_ref()))
+        self.point_at(index, velocity)
     }
 
     fn set_points(
@@ -452,17 +499,23 @@ impl Equations for Island {
         let turnings = &mut scratch.turnings;
         self.set_turnings(velocity, turnings);
         points.clear();
-        points.extend(self.links.iter().zip(&self.setting.couplings).map(|(link, coupling)| {
+        let count = self.links.len() - self.gears.len();
+        let couplings = self.links.iter().zip(&self.setting.couplings).take(count);
+        points.extend(couplings.map(|(link, coupling)| {
             let b = link.b.as_ref().map(|other| &turnings[other.index]);
             self.point_velocity((link, coupling), velocity, (&turnings[link.a], b))
         }));
+        // Gears come last: what they tie is known.
+        for gear in &self.gears {
+            points.push(gear.u(&self.setting.couplings, |index| points[index]));
+        }
     }
 
     fn linearise(
         &self,
         at: Point<'_, Self>,
         mut answer: impl FnMut(usize, &Coupling, &Vector3<f64>) -> Option<Answer>,
-        eliminations: &mut Vec<Elimination<PairSlope>>,
+        eliminations: &mut Vec<Elimination<IslandSlope>>,
         system: &mut IslandSystem,
     ) -> bool {
         let (blocks, turnings) = (&mut system.blocks, &at.scratch.turnings);
@@ -478,8 +531,10 @@ impl Equations for Island {
         for (index, ((coupling, u), link)) in couplings.zip(&self.links).enumerate() {
             let Some(answer) = answer(index, coupling, u) else { return false };
             let slope = match answer.gain {
-                Gain::Zero => PairSlope { a: (link.a, Matrix3x6::zeros()), b: None },
-                _ => self.pair_slope(link, coupling, at.velocity, turnings),
+                Gain::Zero => {
+                    IslandSlope::Pair(PairSlope { a: (link.a, Matrix3x6::zeros()), b: None })
+                }
+                _ => self.slope((link, coupling), at.velocity, turnings),
             };
             let elimination = Elimination { answer, slope };
             self.add_gain((link, coupling), &elimination, blocks);
@@ -491,7 +546,7 @@ impl Equations for Island {
     fn direction(
         &self,
         scratch: &IslandScratch,
-        eliminations: &[Elimination<PairSlope>],
+        eliminations: &[Elimination<IslandSlope>],
         system: &mut IslandSystem,
         step: &mut Vec<Velocity>,
     ) -> bool {

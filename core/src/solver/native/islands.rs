@@ -2,8 +2,9 @@
 //! is fixed joins nothing. Islands are independent problems.
 
 use crate::contact::{Contact, KeyIndex, Partner};
-use crate::joint::Joint;
+use crate::joint::{Gear, Joint};
 use crate::step::Step;
+use crate::world::World;
 use nalgebra::Vector3;
 
 /// The islands of a step, in the order of their first bodies, and what each consists of.
@@ -18,6 +19,7 @@ pub(super) struct Islands {
     bodies: Groups,
     contacts: Groups,
     joints: Groups,
+    gears: Groups,
     /// Whether an island is to be solved: it has a contact that the last call did not know, or a
     /// body that was marked.
     changed: Vec<bool>,
@@ -107,6 +109,8 @@ pub(super) struct IslandView<'a> {
     pub(super) contacts: &'a [usize],
     /// Its joints, indices of the world.
     pub(super) joints: &'a [usize],
+    /// Its gears, indices of the world.
+    pub(super) gears: &'a [usize],
     /// For every body of the world, its place among `bodies`.
     pub(super) places: &'a [usize],
     /// For every candidate, its force in the step before, N.
@@ -130,7 +134,7 @@ impl Islands {
         if count == 1 && joints.is_empty() {
             self.set_only_one(contacts.len());
         } else {
-            self.set_many(count, contacts, joints);
+            self.set_many(count, contacts, step.world);
         }
         let islands = self.bodies.len();
         self.changed.clear();
@@ -157,10 +161,13 @@ impl Islands {
             self.bodies.set_only_one(1);
             self.contacts.set_only_one(contacts);
             self.joints.set_only_one(0);
+            self.gears.set_only_one(0);
         }
     }
 
-    fn set_many(&mut self, count: usize, contacts: &[Contact], joints: &[Joint]) {
+    fn set_many(&mut self, count: usize, contacts: &[Contact], world: &World) {
+        let (joints, gears) = (world.joints(), world.gears());
+        let tied = |gear: &Gear| gear.axes().map(|axis| joints[axis.joint].body());
         self.parents.clear();
         self.parents.extend(0..count);
         self.islands.clear();
@@ -174,6 +181,9 @@ impl Islands {
             if let Some(other) = joint.other() {
                 self.join(joint.body(), other);
             }
+        }
+        for [a, b] in gears.iter().map(tied) {
+            self.join(a, b);
         }
         // Marks the roots: something holds them.
         let held = contacts.iter().map(|contact| contact.key.body);
@@ -200,6 +210,8 @@ impl Islands {
         self.contacts.sort(islands, of);
         let of = joints.iter().map(|joint| self.islands[joint.body()]);
         self.joints.sort(islands, of);
+        let of = gears.iter().map(|gear| self.islands[tied(gear)[0]]);
+        self.gears.sort(islands, of);
         self.places.clear();
         self.places.resize(count, 0);
         for island in 0..islands {
@@ -276,6 +288,16 @@ impl Islands {
             *apart = apart.max(force.amax()).max(torque.amax());
             *largest = largest.max(now.force.amax()).max(now.torque.amax());
         }
+        let gears = step.world.gears().iter().zip(&step.previous.gears);
+        for ((gear, now), before) in gears.zip(&earlier.gears) {
+            let island = self.islands.get(step.world.joints()[gear.axes()[0].joint].body());
+            let Some((apart, largest)) = island.and_then(|island| self.changes.get_mut(*island))
+            else {
+                continue;
+            };
+            *apart = apart.max((now - before).abs());
+            *largest = largest.max(now.abs());
+        }
         for (unsettled, (apart, largest)) in self.unsettled.iter_mut().zip(&self.changes) {
             if *largest > 0.0 {
                 *unsettled = apart / largest;
@@ -302,6 +324,7 @@ impl Islands {
             bodies: self.bodies.get(number),
             contacts: self.contacts.get(number),
             joints: self.joints.get(number),
+            gears: self.gears.get(number),
             places: &self.places,
             before: &self.before,
             unsettled: self.unsettled[number],

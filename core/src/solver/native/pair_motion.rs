@@ -3,7 +3,7 @@
 //! Equation numbers are those of `docs/native-solver.md`.
 
 use super::coupling::{Coupling, Lever};
-use super::equations::{Slope, Velocity};
+use super::equations::Velocity;
 use super::fixed_motion::rolling;
 use super::turning::Turning;
 use nalgebra::{Matrix3, Matrix3x6, Vector3, Vector6};
@@ -91,18 +91,16 @@ pub(super) fn beside(left: &Matrix3<f64>, right: &Matrix3<f64>) -> Matrix3x6<f64
     both
 }
 
-/// ∂u/∂V of a contact of an island, for each body that it joins: its place, and the slope.
+/// ∂u/∂V of a coupling of two bodies of an island at most, for each of them: its place, and the slope.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct PairSlope {
     pub(super) a: (usize, Matrix3x6<f64>),
     pub(super) b: Option<(usize, Matrix3x6<f64>)>,
 }
 
-impl Slope for PairSlope {
-    type Velocity = Vec<Velocity>;
-
+impl PairSlope {
     #[inline]
-    fn point_step(&self, change: &Vec<Velocity>) -> Vector3<f64> {
+    pub(super) fn point_step(&self, change: &[Velocity]) -> Vector3<f64> {
         let by = |(index, slope): &(usize, Matrix3x6<f64>)| slope * stacked(&change[*index]);
         by(&self.a) + self.b.as_ref().map_or(Vector3::zeros(), by)
     }

@@ -77,7 +77,7 @@ impl<E: Equations> Problem<E> {
         effort: &mut Effort<'_>,
     ) -> Outcome {
         let to_impulse = step.world.time_step() / mass;
-        self.reserve(island.contacts.len() + 2 * island.joints.len());
+        self.reserve(island.contacts.len() + 2 * island.joints.len() + island.gears.len());
         self.previous.clear();
         let before = island.contacts.iter().map(|&place| island.before[place] * to_impulse);
         self.previous.extend(before);
@@ -167,6 +167,9 @@ impl Part {
             for &joint in island.joints {
                 problem.equations.admit_joint(step, joint, |body| island.places[body]);
             }
+            for &gear in island.gears {
+                problem.equations.admit_gear(step, gear);
+            }
             problem.equations.tie();
             let mass = problem.equations.mass();
             problem.solve(step, island, (mass, accepted), &mut effort)
@@ -198,6 +201,7 @@ impl Part {
             problem.write_forces(step, view, mass, solution);
             let impulses = problem.descent.impulses();
             problem.equations.write_joints(step, impulses, solution);
+            problem.equations.write_gears(impulses, solution);
         }
         self.ended
     }

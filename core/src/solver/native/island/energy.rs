@@ -4,7 +4,7 @@
 
 use super::super::equations::{Equations, Velocity};
 use super::super::tolerances::LARGE_GAIN;
-use super::{Island, Link};
+use super::{Island, Kind, Link};
 use crate::joint::Axis;
 use nalgebra::Vector3;
 
@@ -51,10 +51,21 @@ impl Island {
                 }
                 Source::Drives([false, false, false]) => 0.0,
                 Source::Drives(rows) => {
-                    let u = self.point(index, velocity) + self.point(index, &self.old);
+                    let u = self.point(index, velocity) - self.point(index, &self.back);
                     let (u, p) =
                         (coupling.rows.frame.tr_mul(&u), coupling.rows.frame.tr_mul(impulse));
-                    (0..3).filter(|k| rows[*k]).map(|k| 0.5 * u[k] * p[k]).sum()
+                    let on = |u: &Vector3<f64>| -> f64 {
+                        (0..3).filter(|k| rows[*k]).map(|k| 0.5 * u[k] * p[k]).sum()
+                    };
+                    match link.kind {
+                        Kind::Turn(turn) if self.turns[turn].is_curved() => {
+                            let turn = &self.turns[turn];
+                            let spins = |k: usize| velocity[k].spin - self.back[k].spin;
+                            let other = link.b.as_ref().map(|other| spins(other.index));
+                            on(&u).max(on(&turn.rates(&spins(link.a), other.as_ref())))
+                        }
+                        _ => on(&u),
+                    }
                 }
                 Source::Course => self.mean_rate(link, index, velocity).dot(impulse),
             };

@@ -4,7 +4,7 @@
 
 use super::super::coupling::{Coupling, Lever};
 use super::super::law::{Axes, Law};
-use super::{Island, Link, Other, Source};
+use super::{Island, Kind, Link, Other, Source};
 use crate::contact::torque_map_of;
 use crate::joint::{AxisStart, Coordinates, Joint, JointForce, Turn, Turning};
 use crate::step::{Step, StepSolution};
@@ -14,15 +14,16 @@ use nalgebra::{Matrix3, Vector3};
 #[derive(Debug, Clone, Copy)]
 pub(in super::super) struct JointPlace {
     /// Its index in the world.
-    joint: usize,
+    pub(super) joint: usize,
     /// The coupling of its anchor, where it holds that.
-    place: Option<usize>,
+    pub(super) place: Option<usize>,
     /// The coupling of its turn, where it holds that.
-    turn: Option<usize>,
+    pub(super) turn: Option<usize>,
     /// ℓ, m.
-    length: f64,
-    /// Its angle at the step's start, rad.
-    angle: f64,
+    pub(super) length: f64,
+    /// Its coordinates at the step's start: the place, m, and the angles, rad.
+    pub(super) along: Vector3<f64>,
+    pub(super) angles: Vector3<f64>,
 }
 
 impl Island {
@@ -35,14 +36,14 @@ impl Island {
     ) {
         let joint = &step.world.joints()[index];
         let Some(at) = joint.coordinates(step.states) else { return };
-        let before = step.previous.joints.get(index).map_or(0.0, |force| force.angle);
-        let (angle, length) = (joint.angle(&at, before), joint.length(step.world.bodies()));
+        let before = step.previous.joints.get(index).map_or(Vector3::zeros(), |last| last.angles);
+        let (angles, length) = (joint.counted(&at, &before), joint.length(step.world.bodies()));
         let sides = (place(joint.body()), joint.other().map(place));
-        let [along, about] = joint.starts(step.states, (&at, angle), self.time_step);
+        let [along, about] = joint.starts(step.states, (&at, &angles), self.time_step);
         let place = joint.holds_place().then(|| self.admit_place(joint, &along, sides));
         let turn = (joint.turning() != Turning::Free)
-            .then(|| self.admit_turn(joint, &at, (&about, length), sides));
-        self.joints.push(JointPlace { joint: index, place, turn, length, angle });
+            .then(|| self.admit_turn(joint, (&at, &angles), (&about, length), sides));
+        self.joints.push(JointPlace { joint: index, place, turn, length, along: at.place, angles });
     }
 
     /// Adds the coupling of its anchor.
@@ -73,7 +74,7 @@ impl Island {
         let axes = Axes::new(&mut self.setting.graphs, [graph(0), graph(1), graph(2)]);
         let offset = Vector3::from_fn(|k, _| joint.linear()[k].offset(starts[k].coordinate, h));
         let source = Source::of(joint.linear(), joint.moves());
-        self.links.push(Link { a, round: None, turn: None, b, source });
+        self.links.push(Link { a, kind: Kind::Point, b, source });
         let law = Law::Axes(axes);
         self.setting.admit(Coupling::of_place(lever, (frame, offset), &response, law));
         self.links.len() - 1
@@ -83,7 +84,7 @@ impl Island {
     fn admit_turn(
         &mut self,
         joint: &Joint,
-        at: &Coordinates,
+        at: (&Coordinates, &Vector3<f64>),
         (starts, length): (&[AxisStart; 3], f64),
         (a, b): (usize, Option<usize>),
     ) -> usize {
@@ -107,8 +108,8 @@ impl Island {
         let axes = Axes::new(&mut self.setting.graphs, own);
         self.turns.push(turn);
         let source = Source::of(joint.angular(), joint.moves());
-        let turn = Some(self.turns.len() - 1);
-        self.links.push(Link { a, round: None, turn, b, source });
+        let kind = Kind::Turn(self.turns.len() - 1);
+        self.links.push(Link { a, kind, b, source });
         self.setting.admit(Coupling::of_turn(torque_map, &response, Law::Axes(axes)));
         self.links.len() - 1
     }
@@ -140,8 +141,8 @@ impl Island {
         let to_force = self.mass / self.time_step;
         for at in &self.joints {
             let of = &step.world.joints()[at.joint];
-            let end =
-                of.coordinates(&solution.states).map_or(at.angle, |end| of.angle(&end, at.angle));
+            let end = of.coordinates(&solution.states);
+            let end = end.map_or(at.angles, |end| of.counted(&end, &at.angles));
             let mut force = JointForce::none(end);
             if let Some(k) = at.place {
                 let frame = &self.setting.couplings[k].rows.frame;

@@ -8,11 +8,24 @@ use super::super::coupling::Coupling;
 use super::super::equations::{Elimination, Gain, Velocity};
 use super::super::fixed_motion::slope;
 use super::super::pair_motion::{PairSlope, beside};
-use super::{Both, Island, Link};
+use super::{Both, Island, IslandSlope, Kind, Link};
 use nalgebra::{Matrix3, Matrix3x6, Matrix6, RowVector6, Vector3, Vector6};
 
 impl Island {
     /// ∂u/∂V of a coupling.
+    pub(super) fn slope(
+        &self,
+        (link, coupling): (&Link, &Coupling),
+        velocity: &[Velocity],
+        turnings: &[Both],
+    ) -> IslandSlope {
+        if let Kind::Gear(gear) = link.kind {
+            return IslandSlope::Gear(self.gear_slope(gear, velocity, turnings));
+        }
+        IslandSlope::Pair(self.pair_slope(link, coupling, velocity, turnings))
+    }
+
+    /// The same of one that ties two bodies at most.
     pub(super) fn pair_slope(
         &self,
         link: &Link,
@@ -63,7 +76,7 @@ impl Island {
         turnings: &[Both],
     ) -> PairSlope {
         let of_a = &turnings[link.a];
-        if let Some(turn) = link.turn {
+        if let Kind::Turn(turn) = link.kind {
             let other = link.b.as_ref().map(|other| (other.index, &velocity[other.index].spin));
             let (by_a, by_b) =
                 self.turns[turn].slopes(&velocity[link.a].spin, other.map(|(_, spin)| spin));
@@ -71,7 +84,7 @@ impl Island {
             let b = other.map(|(index, _)| (index, of(&by_b)));
             return PairSlope { a: (link.a, of(&by_a)), b };
         }
-        if let Some(round) = link.round {
+        if let Kind::Round(round) = link.kind {
             let both = (of_a, link.b.as_ref().map(|other| &turnings[other.index]));
             let (by_a, by_b) = self.round_motion((coupling, round), link, velocity, both).slopes();
             let b = link.b.as_ref().zip(by_b).map(|(other, by_b)| (other.index, by_b));
@@ -116,6 +129,12 @@ impl Island {
         offset: &Vector3<f64>,
         values: &mut [Vector6<f64>],
     ) {
+        if let Kind::Gear(gear) = of.0.kind {
+            for (body, wrench) in self.gears[gear].sides() {
+                values[self.pattern.place(body)] += wrench * offset[0];
+            }
+            return;
+        }
         for (row, share, torque_map) in self.sides(of) {
             let mut rhs = Vector6::zeros();
             if of.0.pushes() {
@@ -130,10 +149,23 @@ impl Island {
     pub(super) fn add_gain(
         &self,
         of: (&Link, &Coupling),
-        coupling: &Elimination<PairSlope>,
+        coupling: &Elimination<IslandSlope>,
         blocks: &mut BlockSystem,
     ) {
         let Elimination { answer, slope } = coupling;
+        let slope = match (slope, of.0.kind) {
+            (IslandSlope::Pair(slope), _) => slope,
+            (IslandSlope::Gear(slope), Kind::Gear(gear)) => {
+                let gain = answer.gain.first();
+                for (row, wrench) in self.gears[gear].sides() {
+                    for (column, slope) in slope.bodies() {
+                        blocks.add(&self.pattern, (row, column), &(wrench * (slope * -gain)));
+                    }
+                }
+                return;
+            }
+            (IslandSlope::Gear(_), _) => return,
+        };
         for (row, share, torque_map) in self.sides(of) {
             for (column, slope) in std::iter::once(&slope.a).chain(slope.b.as_ref()) {
                 let gained = match &answer.gain {

@@ -1,0 +1,165 @@
+//! The constants of joints: numbers of what drives them, and where they are.
+
+use super::{Constant, World};
+use crate::error::Error;
+use crate::joint::{Axis, Drive, Joint, JointAxis, Motor};
+use nalgebra::Vector3;
+
+impl World {
+    /// The D axes of joints that drives can act on, each with the index of its joint: by joints, those of the place before those of
+    /// the turn.
+    #[must_use]
+    pub fn driven_axes(&self) -> Vec<(usize, JointAxis)> {
+        let joints = self.joints().iter().enumerate();
+        joints.flat_map(|(joint, of)| of.driven_axes().map(move |axis| (joint, axis))).collect()
+    }
+
+    /// Those M of them that have a motor.
+    #[must_use]
+    pub fn motors(&self) -> Vec<(usize, JointAxis)> {
+        let has_motor = |(joint, axis): &(usize, JointAxis)| {
+            self.joints()[*joint].drive(*axis).is_some_and(|drive| drive.motor.is_some())
+        };
+        self.driven_axes().into_iter().filter(has_motor).collect()
+    }
+
+    /// This world with what is `given` of its joints.
+    pub(super) fn with_joint_constants<'a>(
+        mut self,
+        given: impl Fn(Constant) -> Option<&'a [f64]>,
+    ) -> Result<Self, Error> {
+        let (axes, motors, bodies) = (self.driven_axes(), self.motors(), self.bodies().len());
+        for constant in Constant::ALL.into_iter().filter(|constant| constant.is_of_joints()) {
+            let Some(numbers) = given(constant) else { continue };
+            if constant == Constant::Anchor {
+                let anchors = self.joints.iter_mut().flat_map(Joint::frames_mut);
+                for (frame, anchor) in anchors.zip(numbers.chunks_exact(3)) {
+                    frame.anchor = Vector3::from_column_slice(anchor);
+                }
+                continue;
+            }
+            let slots = if constant.is_of_motors() { &motors } else { &axes };
+            for (&(joint, axis), number) in slots.iter().zip(numbers) {
+                let drive = self.joints[joint].drive_mut(axis)?;
+                constant.set(drive, *number)?;
+            }
+        }
+        self.joints =
+            self.joints.into_iter().map(|joint| joint.checked(bodies)).collect::<Result<_, _>>()?;
+        Ok(self)
+    }
+}
+
+impl Constant {
+    /// Whether it is one of joints.
+    #[must_use]
+    pub fn is_of_joints(self) -> bool {
+        self.is_of_motors()
+            || matches!(
+                self,
+                Self::JointFriction
+                    | Self::JointStiffness
+                    | Self::JointDamping
+                    | Self::Armature
+                    | Self::Anchor
+            )
+    }
+
+    fn is_of_motors(self) -> bool {
+        matches!(
+            self,
+            Self::MotorTarget | Self::MotorStiffness | Self::MotorDamping | Self::MotorMost
+        )
+    }
+
+    /// The shape of the numbers of a constant of joints.
+    pub(super) fn joint_shape(self, world: &World) -> Vec<usize> {
+        match self {
+            Self::Anchor => vec![world.joints().len(), 2, 3],
+            of if of.is_of_motors() => vec![world.motors().len()],
+            _ => vec![world.driven_axes().len()],
+        }
+    }
+
+    /// The numbers of a constant of joints.
+    pub(super) fn of_joints(self, world: &World) -> Vec<f64> {
+        if self == Self::Anchor {
+            let frames = world.joints().iter().flat_map(Joint::frames);
+            return frames.flat_map(|frame| <[f64; 3]>::from(frame.anchor)).collect();
+        }
+        let slots = if self.is_of_motors() { world.motors() } else { world.driven_axes() };
+        let drive = |(joint, axis): (usize, JointAxis)| world.joints()[joint].drive(axis);
+        slots.into_iter().filter_map(drive).map(|drive| self.get(drive)).collect()
+    }
+
+    fn get(self, drive: &Drive) -> f64 {
+        let (target, stiffness, damping, most) = match drive.motor {
+            Some(Motor::Speed { target, most }) => (target, 0.0, 0.0, most),
+            Some(Motor::Position { target, stiffness, damping, most }) => {
+                (target, stiffness, damping, most)
+            }
+            None => (0.0, 0.0, 0.0, 0.0),
+        };
+        match self {
+            Self::JointFriction => drive.friction,
+            Self::JointStiffness => drive.stiffness,
+            Self::JointDamping => drive.damping,
+            Self::Armature => drive.armature,
+            Self::MotorTarget => target,
+            Self::MotorStiffness => stiffness,
+            Self::MotorDamping => damping,
+            Self::MotorMost => most,
+            _ => 0.0,
+        }
+    }
+
+    fn set(self, drive: &mut Drive, number: f64) -> Result<(), Error> {
+        match (self, &mut drive.motor) {
+            (Self::JointFriction, _) => drive.friction = number,
+            (Self::JointStiffness, _) => drive.stiffness = number,
+            (Self::JointDamping, _) => drive.damping = number,
+            (Self::Armature, _) => drive.armature = number,
+            (
+                Self::MotorTarget,
+                Some(Motor::Speed { target, .. } | Motor::Position { target, .. }),
+            ) => *target = number,
+            (Self::MotorMost, Some(Motor::Speed { most, .. } | Motor::Position { most, .. })) => {
+                *most = number;
+            }
+            (Self::MotorStiffness, Some(Motor::Position { stiffness, .. })) => *stiffness = number,
+            (Self::MotorDamping, Some(Motor::Position { damping, .. })) => *damping = number,
+            (Self::MotorStiffness | Self::MotorDamping, Some(Motor::Speed { .. }))
+                if number != 0.0 =>
+            {
+                return Err(Error::Unsupported {
+                    what: "a stiffness or damping of a motor that holds a speed",
+                    why: "motors that pull to a position have them; give 0 for others",
+                });
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+}
+
+impl Joint {
+    /// Its axes that drives can act on.
+    fn driven_axes(&self) -> impl Iterator<Item = JointAxis> {
+        let [along, about] = self.bears();
+        let along = (0..3).filter(move |k| along[*k]).map(JointAxis::Linear);
+        along.chain((0..3).filter(move |k| about[*k]).map(JointAxis::Angular))
+    }
+
+    /// The drive of a free axis.
+    #[must_use]
+    pub fn drive(&self, axis: JointAxis) -> Option<&Drive> {
+        let of = match axis {
+            JointAxis::Linear(k) => self.linear().get(k),
+            JointAxis::Angular(k) => self.angular().get(k),
+        };
+        match of {
+            Some(Axis::Free(drive)) => Some(drive),
+            _ => None,
+        }
+    }
+}

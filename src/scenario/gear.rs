@@ -1,0 +1,32 @@
+//! Gears as run.json has them.
+
+use crate::joint::{Gear, GearAxis, JointAxis};
+use serde::{Deserialize, Serialize};
+
+/// A gear of the model: the coordinate of the first joint is `ratio` times that of the second and `offset`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct GearModel {
+    /// Indices of `joints`.
+    pub joints: [usize; 2],
+    /// Of each the axis: 0, 1, 2 along x, y, z and 3, 4, 5 about them.
+    pub axes: [usize; 2],
+    /// In the unit of the first coordinate over that of the second.
+    pub ratio: f64,
+    /// m or rad.
+    pub offset: f64,
+}
+
+impl GearModel {
+    /// The gear.
+    #[must_use]
+    pub fn gear(&self) -> Gear {
+        let axis = |k: usize| GearAxis {
+            joint: self.joints[k],
+            axis: match self.axes[k] {
+                axis @ 0..3 => JointAxis::Linear(axis),
+                axis => JointAxis::Angular(axis - 3),
+            },
+        };
+        Gear::new(axis(0), axis(1), self.ratio, self.offset)
+    }
+}

@@ -1,0 +1,330 @@
+//! Gears: coordinates of two joints that follow each other to rounding, and move as closed forms say.
+
+use nalgebra::{Matrix3, Vector3, Vector4};
+use tumble::contact::certificate::{Certifier, Claim};
+use tumble::geometry::Piece;
+use tumble::joint::{Drive, Gear, GearAxis, Joint, JointAxis, JointFrame, Motor};
+use tumble::mechanics::{RigidBody, Rotation, State, Wrench};
+use tumble::simulation::{Motion, Simulation, StepRecord, energy};
+use tumble::step::StepStatus;
+use tumble::world::{Parameters, World};
+
+const G: f64 = 9.81;
+const H: f64 = 1e-3;
+
+fn body(mass: f64, moments: [f64; 3]) -> RigidBody {
+    let inertia = Matrix3::from_diagonal(&moments.into());
+    RigidBody::new(mass, inertia, &[Vector3::repeat(0.05)]).unwrap()
+}
+
+fn world(bodies: Vec<RigidBody>, joints: Vec<Joint>, gravity: f64) -> World {
+    let parameters = Parameters {
+        bodies,
+        ground: None,
+        gravity: Vector3::new(0.0, 0.0, -gravity),
+        friction: 0.5,
+        time_step: H,
+        rotation: Rotation::Momentum,
+    };
+    World::new(parameters).unwrap().with_joints(joints).unwrap()
+}
+
+fn at(x: f64) -> State {
+    let (velocity, spin) = (Vector3::zeros(), Vector3::zeros());
+    let attitude = Vector4::new(1.0, 0.0, 0.0, 0.0);
+    State { position: Vector3::new(x, 0.0, 0.0), attitude, velocity, spin }
+}
+
+fn frames(x: f64) -> [JointFrame; 2] {
+    [JointFrame::at(Vector3::zeros()), JointFrame::at(Vector3::new(x, 0.0, 0.0))]
+}
+
+fn turn(joint: usize) -> GearAxis {
+    GearAxis { joint, axis: JointAxis::Angular(2) }
+}
+
+fn slide(joint: usize) -> GearAxis {
+    GearAxis { joint, axis: JointAxis::Linear(2) }
+}
+
+fn started(world: &World, states: &[State]) -> Simulation<'static> {
+    Simulation::new(world.clone(), states.to_vec(), Motion::native(world)).unwrap()
+}
+
+/// Runs `steps`; every step must be solved from its first start, certified and sane.
+fn run(simulation: &mut Simulation<'_>, steps: u32) -> StepRecord {
+    let mut record = StepRecord::new();
+    for k in 0..steps {
+        simulation.step(&mut record).unwrap();
+        let status = record.report.status;
+        assert!(status == StepStatus::Converged, "step {k}: {status}, {:?}", record.certificate);
+        assert!(record.certificate.residual() < 1e-10, "step {k}: {:?}", record.certificate);
+    }
+    record
+}
+
+fn gear_error(world: &World, record: &StepRecord) -> f64 {
+    let angles: Vec<_> = record.solution.joints.iter().map(|joint| joint.angles).collect();
+    let states = &record.solution.states;
+    let errors = world.gears().iter().map(|gear| gear.error(world.joints(), states, &angles));
+    errors.map(f64::abs).fold(0.0, f64::max)
+}
+
+/// Two wheels, of which one turns r times as fast: α = τ/(I₁ + I₂/r²) of the first, over many turns.
+#[test]
+fn wheels_turn_as_their_inertias_ask() {
+    for ratio in [-3.0, 0.25, 40.0] {
+        let drive = Drive { force: 0.8, ..Drive::NONE };
+        let bodies = vec![body(1.0, [0.2, 0.2, 0.1]), body(3.0, [0.2, 0.2, 0.3])];
+        let joints = vec![
+            Joint::revolute(0, None, frames(0.0), drive),
+            Joint::revolute(1, None, frames(1.0), Drive::NONE),
+        ];
+        let gear = Gear::new(turn(0), turn(1), ratio, 0.0);
+        let world = world(bodies, joints, G).with_gears(vec![gear]).unwrap();
+        let mut simulation = started(&world, &[at(0.0), at(1.0)]);
+        let rate = 0.8 / (0.1 + 0.3 / (ratio * ratio));
+        let record = run(&mut simulation, 4000);
+        // A step moves with its end's velocity.
+        let expected = 0.5 * rate * 4.0 * (4.0 + H);
+        let found = record.solution.joints[0].angles[2];
+        // A step of the momentum p turns by p h/I less a part of (h ω)²/3.
+        let fastest = rate * 4.0 * f64::max(1.0, 1.0 / f64::abs(ratio));
+        let off = (H * fastest).powi(2) / 3.0;
+        assert!((found - expected).abs() < (1e-9 + off) * expected, "{ratio}: {found} {expected}");
+        assert!(gear_error(&world, &record) < 1e-10 * (1.0 + ratio.abs()), "{ratio}");
+        // What turns the second comes through the gear: −r f = I₂ α/r.
+        let force = record.solution.gears[0];
+        let asked = -0.3 * rate / (ratio * ratio);
+        // Of what is of second order in the time three times as much is of its rate.
+        let off = 1e-9 + 3.05 * off;
+        assert!((force - asked).abs() < off * asked.abs(), "{ratio}: {force} {asked}");
+    }
+}
+
+/// A rack that falls and turns its pinion: a = g m/(m + I/R²).
+#[test]
+fn a_rack_falls_as_slowly_as_its_pinion_lets_it() {
+    let (mass, inertia, radius) = (2.0, 0.03, 0.1);
+    let bodies = vec![body(mass, [0.1; 3]), body(1.0, [0.1, inertia, 0.1])];
+    let axis = JointFrame::along(Vector3::new(1.0, 0.0, 0.0), Vector3::y()).unwrap();
+    let own = JointFrame::along(Vector3::zeros(), Vector3::y()).unwrap();
+    let joints = vec![
+        Joint::prismatic(0, None, frames(0.0), Drive::NONE),
+        Joint::revolute(1, None, [own, axis], Drive::NONE),
+    ];
+    let gear = Gear::new(slide(0), turn(1), radius, 0.0);
+    let world = world(bodies, joints, G).with_gears(vec![gear]).unwrap();
+    let mut simulation = started(&world, &[at(0.0), at(1.0)]);
+    let record = run(&mut simulation, 1000);
+    let rate = G * mass / (mass + inertia / (radius * radius));
+    let expected = -0.5 * rate * (1.0 + H);
+    let found = record.next().position[2];
+    assert!((found - expected).abs() < 1e-4 * rate, "{found} {expected}");
+    assert!(gear_error(&world, &record) < 1e-13);
+    assert!((record.solution.joints[1].angles[2] - found / radius).abs() < 1e-11);
+}
+
+/// A nut on a screw is one joint whose slide follows its turn: a = g m/(m + I/p²).
+#[test]
+fn a_nut_falls_down_its_screw() {
+    let (mass, inertia, pitch) = (1.0, 1e-3, 0.02);
+    let joint = Joint::cylindrical(0, None, frames(0.0), [Drive::NONE; 2]);
+    let gear = Gear::new(slide(0), turn(0), pitch, 0.0);
+    let bodies = vec![body(mass, [0.01, 0.01, inertia])];
+    let world = world(bodies, vec![joint], G).with_gears(vec![gear]).unwrap();
+    let mut simulation = started(&world, &[at(0.0)]);
+    let record = run(&mut simulation, 1000);
+    let rate = G * mass / (mass + inertia / (pitch * pitch));
+    let expected = -0.5 * rate * (1.0 + H);
+    let found = record.next().position[2];
+    assert!((found - expected).abs() < 3e-3 * expected.abs(), "{found} {expected}");
+    assert!(gear_error(&world, &record) < 1e-14);
+}
+
+/// Four bodies in free flight, two hinges and a gear: the momenta of each pair stay, and the energy of all.
+#[test]
+fn a_gear_of_four_bodies_keeps_momenta_and_energy() {
+    let bodies: Vec<_> =
+        [1.0, 2.0, 0.5, 3.0].map(|mass| body(mass, [0.1 * mass, 0.2 * mass, 0.15 * mass])).into();
+    let half = Vector3::new(0.3, 0.1, 0.0);
+    let skew = Vector3::new(0.2, 0.3, 1.0);
+    let hinge = |a, b| {
+        let frames = [half, -half].map(|anchor| JointFrame::along(anchor, skew).unwrap());
+        Joint::revolute(a, Some(b), frames, Drive::NONE)
+    };
+    let gear = Gear::new(turn(0), turn(1), -1.7, 0.0);
+    let world = world(bodies, vec![hinge(0, 1), hinge(2, 3)], 0.0).with_gears(vec![gear]).unwrap();
+    // B is where its anchor meets that of A.
+    let mut states: Vec<_> = [0.0, 0.6, 5.0, 5.6].map(at).into();
+    for (body, state) in states.iter_mut().enumerate() {
+        state.position[1] = if body % 2 == 1 { 0.2 } else { 0.0 };
+        state.spin = Vector3::new(0.5, -1.0, 2.0) * f64::from(body as u32 + 1);
+    }
+    let (states, _) = world.assemble(&states).unwrap();
+    let mut simulation = started(&world, &states);
+    let momenta = |states: &[State], pair: usize| {
+        let (mut linear, mut angular) = (Vector3::zeros(), Vector3::zeros());
+        for body in [2 * pair, 2 * pair + 1] {
+            let (of, state) = (&world.bodies()[body], &states[body]);
+            linear += state.velocity * of.mass();
+            angular += state.position.cross(&state.velocity) * of.mass();
+            let own = world.rotation().momentum(of.inertia(), &state.spin, H);
+            angular += state.pose().rotation * own;
+        }
+        (linear, angular)
+    };
+    let before = [0, 1].map(|pair| momenta(&states, pair));
+    let start = energy::total(&world, &states);
+    let mut largest = 0.0_f64;
+    for _ in 0..20 {
+        let record = run(&mut simulation, 100);
+        for (pair, (linear, angular)) in before.iter().enumerate() {
+            let now = momenta(&record.solution.states, pair);
+            assert!((now.0 - linear).norm() < 1e-12 * (1.0 + linear.norm()), "{pair}: {linear}");
+            assert!((now.1 - angular).norm() < 1e-12 * angular.norm(), "{pair}: {angular}");
+        }
+        assert!(gear_error(&world, &record) < 1e-12);
+        assert!(record.solution.gears[0].abs() > 1e-3);
+        let off = energy::total(&world, &record.solution.states) - start;
+        largest = largest.max(off.abs());
+    }
+    assert!(largest < 1e-3 * start, "{largest} of {start}");
+}
+
+/// Two fingers of which one follows the other press alike: N = F/2 each by virtual work.
+#[test]
+fn fingers_that_follow_each_other_share_the_force() {
+    let finger = RigidBody::solid(0.2, &[Piece::cuboid(Vector3::new(0.01, 0.02, 0.05)).unwrap()]);
+    let held = RigidBody::solid(0.5, &[Piece::cuboid(Vector3::repeat(0.03)).unwrap()]);
+    let (finger, held) = (finger.unwrap().0, held.unwrap().0);
+    let along = |x: f64, direction: f64| {
+        let axis = Vector3::x() * direction;
+        let own = JointFrame::along(Vector3::zeros(), axis).unwrap();
+        [own, JointFrame::along(Vector3::new(x, 0.0, 0.0), axis).unwrap()]
+    };
+    let push = Drive { force: 40.0, ..Drive::NONE };
+    let joints = vec![
+        Joint::prismatic(0, None, along(-0.06, 1.0), push),
+        Joint::prismatic(1, None, along(0.06, -1.0), Drive::NONE),
+    ];
+    let gear = Gear::new(slide(1), slide(0), 1.0, 0.0);
+    let world =
+        world(vec![finger.clone(), finger, held], joints, G).with_gears(vec![gear]).unwrap();
+    let mut simulation = started(&world, &[at(-0.06), at(0.06), at(0.0)]);
+    let record = {
+        let mut record = StepRecord::new();
+        for _ in 0..600 {
+            simulation.step(&mut record).unwrap();
+            assert!(record.certificate.residual() < 1e-9, "{:?}", record.certificate);
+        }
+        record
+    };
+    let pressed = |finger: usize| record.solution.total_force(finger)[0];
+    assert!((pressed(0) + 20.0).abs() < 1e-6 && (pressed(1) - 20.0).abs() < 1e-6, "{}", pressed(0));
+    assert!((record.solution.gears[0] - 20.0).abs() < 1e-6, "{:?}", record.solution.gears);
+    // Friction of 0.5 at two faces holds 20 N: the held body fell for a step or two before.
+    assert!(record.next().velocity.norm() < 1e-9 && gear_error(&world, &record) < 1e-13);
+    assert!(record.solution.states[2].position[2] > -0.2);
+}
+
+/// A motor turns two hinges that follow each other, whose turns are counted from where the gear says.
+#[test]
+fn turns_are_counted_from_where_the_gear_says() {
+    let motor = Some(Motor::Speed { target: 3.0, most: 1e4 });
+    let bodies = vec![body(1.0, [0.1; 3]), body(1.0, [0.1; 3])];
+    let joints = vec![
+        Joint::revolute(0, None, frames(0.0), Drive::NONE),
+        Joint::revolute(1, None, frames(1.0), Drive { motor, ..Drive::NONE }),
+    ];
+    let gear = Gear::new(turn(0), turn(1), 5.0, 0.5);
+    let world = world(bodies, joints, 0.0).with_gears(vec![gear]).unwrap();
+    let turned = |x: f64, angle: f64| {
+        let attitude = Vector4::new((0.5 * angle).cos(), 0.0, 0.0, (0.5 * angle).sin());
+        State { attitude, ..at(x) }
+    };
+    let states = [turned(0.0, 10.5), turned(1.0, 2.0)];
+    let mut simulation = started(&world, &states);
+    let record = run(&mut simulation, 1000);
+    let [one, two] = [0, 1].map(|joint| record.solution.joints[joint].angles[2]);
+    assert!((two - 5.0).abs() < 1e-10 && (one - 25.5).abs() < 1e-10, "{one} {two}");
+    // Set to somewhere else, with its turns.
+    simulation.set_states(&[turned(0.0, -24.5), turned(1.0, -5.0)]).unwrap();
+    assert!(simulation.set_states(&[turned(0.0, 0.0), turned(1.0, 1.0)]).is_err());
+    let record = run(&mut simulation, 10);
+    assert!(gear_error(&world, &record) < 1e-12);
+}
+
+/// The certificate is of states and forces alone: another force of the gear, or another turn, is told.
+#[test]
+fn the_certificate_knows_gears() {
+    let drive = Drive { force: 0.8, ..Drive::NONE };
+    let bodies = vec![body(1.0, [0.1; 3]), body(1.0, [0.1; 3])];
+    let joints = vec![
+        Joint::revolute(0, None, frames(0.0), drive),
+        Joint::revolute(1, None, frames(1.0), Drive::NONE),
+    ];
+    let gear = Gear::new(turn(0), turn(1), 2.0, 0.0);
+    let world = world(bodies, joints, 0.0).with_gears(vec![gear]).unwrap();
+    let mut simulation = started(&world, &[at(0.0), at(1.0)]);
+    let record = run(&mut simulation, 10);
+    let residual = |force: f64, turned: f64| {
+        let mut next = record.solution.states.clone();
+        next[1].spin[2] += turned;
+        let mut joints = record.solution.joints.clone();
+        next[1].attitude =
+            tumble::mechanics::quaternion::advance(&record.states[1].attitude, &next[1].spin, H);
+        joints[1].angles[2] += H * turned;
+        let claim = Claim {
+            states: &record.states,
+            next: &next,
+            wrenches: &[Wrench::zero(); 2],
+            contacts: &[],
+            joints: &joints,
+            gears: &[force],
+        };
+        Certifier::new().contact_step(&world, &claim, [])
+    };
+    let force = record.solution.gears[0];
+    assert!(residual(force, 0.0).residual() < 1e-13);
+    assert!(residual(force * 1.01, 0.0).dynamics > 1e-7);
+    assert!(residual(force, 1e-3).joint > 1e-4);
+}
+
+#[test]
+fn what_is_no_gear_is_refused() {
+    let bodies = vec![body(1.0, [0.1; 3]), body(1.0, [0.1; 3])];
+    let joints = vec![
+        Joint::revolute(0, None, frames(0.0), Drive::NONE),
+        Joint::spherical(1, None, frames(1.0)),
+    ];
+    let plain = world(bodies, joints, 0.0);
+    let refused = |gear: Gear, why: &str| {
+        let error = plain.clone().with_gears(vec![gear]).unwrap_err().to_string();
+        assert!(error.contains(why), "{error}");
+    };
+    refused(Gear::new(turn(0), turn(5), 1.0, 0.0), "joint of a gear");
+    refused(Gear::new(turn(0), slide(0), 1.0, 0.0), "no coordinate of its own");
+    refused(Gear::new(turn(0), turn(1), 1.0, 0.0), "no coordinate of its own");
+    refused(Gear::new(turn(0), turn(0), 1.0, 0.0), "itself");
+    refused(Gear::new(turn(0), turn(1), f64::NAN, 0.0), "no coordinate of its own");
+    let joints = vec![
+        Joint::revolute(0, None, frames(0.0), Drive::NONE),
+        Joint::revolute(1, None, frames(1.0), Drive::NONE),
+    ];
+    let two = plain.clone().with_joints(joints).unwrap();
+    let nan = two.clone().with_gears(vec![Gear::new(turn(0), turn(1), f64::NAN, 0.0)]);
+    assert!(nan.unwrap_err().to_string().contains("ratio of a gear"));
+    // Off at the start, and brought together.
+    let geared = two.with_gears(vec![Gear::new(turn(0), turn(1), 1.0, 0.1)]).unwrap();
+    let states = [at(0.0), at(1.0)];
+    let error = Simulation::new(geared.clone(), states.to_vec(), Motion::native(&geared));
+    assert!(error.err().unwrap().to_string().contains("gear 0 is 1.000e-1"));
+    let (found, _) = geared.assemble(&states).unwrap();
+    let mut simulation = started(&geared, &found);
+    run(&mut simulation, 3);
+    // The body of a gear goes with it.
+    simulation.remove_body_and_joints(1).unwrap();
+    assert!(simulation.world().gears().is_empty());
+    run(&mut simulation, 3);
+}
