@@ -15,9 +15,9 @@ pub mod trajectory;
 
 #[cfg(feature = "csv")]
 pub use sheet::{MOST_ROW_BYTES, RowsError};
+#[cfg(feature = "save")]
+pub use tumble_core::simulation::{Checkpoints, Run, RunGradient, Saved, gradient, save};
 pub use tumble_core::simulation::{
     JOINT_AT_THE_START, Motion, Simulation, StepRecord, bounce, energy, random, record, scene,
     summary, wild,
 };
-#[cfg(feature = "save")]
-pub use tumble_core::simulation::{Checkpoints, Run, RunGradient, Saved, gradient, save};

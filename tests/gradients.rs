@@ -37,6 +37,19 @@ fn step<'a>(
     (record.report.status != StepStatus::Failed).then_some((simulation, record))
 }
 
+/// The constants that a step is differentiated by.
+const OF_CONTACTS: [Constant; 9] = [
+    Constant::Friction,
+    Constant::Restitution,
+    Constant::Mass,
+    Constant::Inertia,
+    Constant::Size,
+    Constant::Radius,
+    Constant::Gravity,
+    Constant::Ground,
+    Constant::TimeStep,
+];
+
 /// An argument of a step, and a direction in it.
 struct Direction {
     name: String,
@@ -67,7 +80,7 @@ fn directions(world: &World, draw: &mut impl FnMut() -> f64) -> Vec<Direction> {
     let wrenches = (0..bodies).map(|_| Wrench { force: vector() * 10.0, torque: vector() * 10.0 });
     let wrenches = wrenches.collect();
     all.push(Direction { name: "wrench".into(), states: still(), wrenches, constants: vec![] });
-    for constant in Constant::ALL {
+    for constant in OF_CONTACTS {
         let own = constant.of(world);
         let numbers: Vec<f64> = match constant {
             Constant::TimeStep => vec![own[0] * 0.1],
@@ -303,7 +316,17 @@ fn what_sticks_has_no_derivative_by_a_push() {
 fn the_transposed_product_is_that_of_the_same_matrix() {
     let mut twister = Mt::new(3);
     let mut draw = || f64::from(twister.next_u32()) / f64::from(u32::MAX) * 2.0 - 1.0;
-    for name in ["drop", "slope", "block-on-block", "bricks", "marbles", "billiard"] {
+    for name in [
+        "drop",
+        "slope",
+        "block-on-block",
+        "bricks",
+        "marbles",
+        "billiard",
+        "double-pendulum",
+        "four-bar",
+        "chain",
+    ] {
         let scene = scenario(&format!("{name}.toml"));
         let mut run = scene.simulation(&Default::default()).unwrap();
         let mut record = StepRecord::new();
@@ -319,7 +342,7 @@ fn the_transposed_product_is_that_of_the_same_matrix() {
                 .iter()
                 .map(|_| StateChange::from_array(&std::array::from_fn(|_| draw())))
                 .collect();
-            derivative.pull(&w, &Constant::ALL, &mut gradient).unwrap();
+            derivative.pull(&w, &OF_CONTACTS, &mut gradient).unwrap();
             for along in directions(&scene.world, &mut draw) {
                 let constants: Vec<_> = along.constants.iter().map(|(c, n)| (*c, &n[..])).collect();
                 let (states, wrenches) = (&along.states, &along.wrenches);
@@ -333,12 +356,12 @@ fn the_transposed_product_is_that_of_the_same_matrix() {
                 let by_wrenches =
                     by_wrenches.map(|(g, w)| g.force.dot(&w.force) + g.torque.dot(&w.torque));
                 let by_constants = constants.iter().map(|(constant, numbers)| {
-                    let place = Constant::ALL.iter().position(|c| c == constant).unwrap();
+                    let place = OF_CONTACTS.iter().position(|c| c == constant).unwrap();
                     gradient.constants[place].iter().zip(*numbers).map(|(g, n)| g * n).sum::<f64>()
                 });
                 let here = by_states.chain(by_wrenches).chain(by_constants).sum::<f64>();
                 // Of sums of numbers up to the size of the products.
-                let scale = size(&w) * (size(&end) + 1e-6);
+                let scale = size(&w) * (size(&end) + 1e-3);
                 assert!(
                     (there - here).abs() <= 1e-7 * scale,
                     "{name} {k} {}: {there} {here}",
@@ -371,6 +394,11 @@ fn every_argument_in_every_regime() {
         ("pushed-tower", 5),
         ("dragged-cube", 5),
         ("pile", 10),
+        ("double-pendulum", 5),
+        ("slider-crank", 5),
+        ("four-bar", 5),
+        ("chain", 5),
+        ("door", 5),
     ];
     let mut twister = Mt::new(1);
     let mut draw = || f64::from(twister.next_u32()) / f64::from(u32::MAX) * 2.0 - 1.0;

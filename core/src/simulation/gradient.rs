@@ -104,7 +104,7 @@ impl Simulation<'_> {
             saved: run.checkpoints.saved.max(2) as u64,
             dual: vec![StateChange::zero(); bodies],
             found: RunGradient {
-                constants: run.constants.iter().map(|c| vec![0.0; c.width(bodies)]).collect(),
+                constants: run.constants.iter().map(|c| vec![0.0; c.width(self.world())]).collect(),
                 margin: infinite,
                 feature_margin: infinite,
                 ..RunGradient::default()

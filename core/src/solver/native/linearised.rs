@@ -18,6 +18,7 @@
 mod constants;
 mod coupling;
 mod island;
+mod tied;
 
 use super::islands::{IslandView, Islands, Marked};
 use crate::contact::Contact;
@@ -61,6 +62,8 @@ pub struct StepDerivative {
     /// X⁺ by X, V⁺ and h of every body; `None` of one that is held.
     ends: Vec<Option<EndMap>>,
     shapes: Vec<Shape>,
+    /// How many numbers each constant has, in the order of [`Constant::ALL`].
+    widths: Vec<usize>,
     gravity: Vector3<f64>,
     margin: f64,
     room: f64,
@@ -82,8 +85,7 @@ impl StepDerivative {
     /// `contacts`: those of the record of the step.
     ///
     /// # Errors
-    /// Lists that do not belong together; an island whose linear system is singular; joints, whose rows have no
-    /// derivative yet; an interrupt.
+    /// Lists that do not belong together; an island whose linear system is singular; an interrupt.
     pub fn linearise(
         &mut self,
         step: &Step<'_>,
@@ -97,16 +99,14 @@ impl StepDerivative {
             let (field, allowed) = ("entries of a solution", "one a body, one a contact");
             return Err(Error::Count { field, count: sizes[1], allowed });
         }
-        if !world.joints().is_empty() {
-            let (what, why) = ("the derivative of a step with joints", "their rows have none yet");
-            return Err(Error::Unsupported { what, why });
-        }
         self.gravity = *world.gravity();
         self.ends.clear();
         self.ends.extend(solution.states.iter().enumerate().map(|(body, end)| {
             let map = EndMap::new(&end.velocity, &end.spin, world.time_step());
             (!world.is_held(body)).then_some(map)
         }));
+        self.widths.clear();
+        self.widths.extend(Constant::ALL.iter().map(|constant| constant.width(world)));
         self.shapes.clear();
         self.shapes.extend(world.bodies().iter().map(Shape::of));
         (self.count, self.unknown, self.kept) = (0, 0, false);
@@ -126,6 +126,7 @@ impl StepDerivative {
                 bodies: &[body],
                 contacts: &[],
                 joints: &[],
+                gears: &[],
                 places: &places,
                 before: &[],
                 unsettled: 0.0,
@@ -245,7 +246,7 @@ impl StepDerivative {
         gradient.states.clear();
         gradient.wrenches.clear();
         gradient.wrenches.resize(bodies, Wrench::zero());
-        let widths = constants.iter().map(|constant| vec![0.0; constant.width(bodies)]);
+        let widths = constants.iter().map(|constant| vec![0.0; self.width(*constant)]);
         gradient.constants.clear();
         gradient.constants.extend(widths);
         let mut by_velocity = Vec::with_capacity(bodies);
@@ -269,6 +270,11 @@ impl StepDerivative {
         Ok(())
     }
 
+    fn width(&self, constant: Constant) -> usize {
+        let mut known = Constant::ALL.iter().zip(&self.widths);
+        known.find(|(known, _)| **known == constant).map_or(0, |(_, width)| *width)
+    }
+
     fn check(&self, change: &StepChange<'_>) -> Result<(), Error> {
         let bodies = self.ends.len();
         for (what, found) in [
@@ -280,7 +286,7 @@ impl StepDerivative {
             }
         }
         for (constant, numbers) in change.constants {
-            count(constant.name(), numbers.len(), constant.width(bodies))?;
+            count(constant.name(), numbers.len(), self.width(*constant))?;
         }
         Ok(())
     }

@@ -59,6 +59,11 @@ pub(super) struct Train {
 }
 
 impl Train {
+    /// Its index in the world.
+    pub(super) fn of_world(&self) -> usize {
+        self.gear
+    }
+
     /// The bodies that it acts on, and what an impulse of one is there: M/m times force and torque.
     pub(super) fn sides(&self) -> impl Iterator<Item = (usize, Vector6<f64>)> + '_ {
         self.sides.iter()

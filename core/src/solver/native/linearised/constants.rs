@@ -79,6 +79,7 @@ pub(super) fn places(constant: Constant, body: usize) -> Range<usize> {
         Constant::Inertia => 9 * body..9 * body + 9,
         Constant::Gravity => 0..3,
         Constant::Friction | Constant::Restitution | Constant::Ground | Constant::TimeStep => 0..1,
+        _ => 0..0,
     }
 }
 

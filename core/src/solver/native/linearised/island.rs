@@ -4,7 +4,7 @@
 
 use super::super::effort::Effort;
 use super::super::equations::{Equations, Velocity};
-use super::super::island::{CouplingChange, Island, gain_of};
+use super::super::island::{CouplingChange, Held, Island, gain_of};
 use super::super::islands::IslandView;
 use super::super::law::NaturalMap;
 use super::super::member::BodyGiven;
@@ -13,6 +13,7 @@ use super::super::part::next_state;
 use super::super::tolerances::COMPLIANCE;
 use super::constants::{Constants, Shape, places, unit};
 use super::coupling::LinearCoupling;
+use super::tied::{LinearTie, Steps};
 use super::{StepChange, StepGradient};
 use crate::contact::Contact;
 use crate::derivative::{EndMap, StateChange};
@@ -41,6 +42,7 @@ pub(super) struct LinearPoint {
     pub(super) newton: Newton<Island>,
     pub(super) iterate: Iterate<Island>,
     pub(super) couplings: Vec<LinearCoupling>,
+    ties: Vec<LinearTie>,
     pub(super) rhs: Vec<Vector6<f64>>,
 }
 
@@ -50,6 +52,7 @@ impl LinearIsland {
             newton: Newton::new(),
             iterate: Iterate::new(),
             couplings: Vec::new(),
+            ties: Vec::new(),
             rhs: Vec::new(),
         };
         Self { bodies: Vec::new(), island: Island::new(world), points: [point(), point()] }
@@ -72,6 +75,12 @@ impl LinearIsland {
                 self.island.carry(contacts[place].carried(step.world, step.states));
             }
         }
+        for &joint in view.joints {
+            self.island.admit_joint(step, joint, |body| view.places[body]);
+        }
+        for &gear in view.gears {
+            self.island.admit_gear(step, gear);
+        }
         self.island.tie();
         // What rolls is selected by the law's own limit, in which one solution is left of each share.
         let rolls = !self.island.setting().all_give_alike;
@@ -85,7 +94,10 @@ impl LinearIsland {
                 what: "the derivative of a step whose linear system is singular",
                 why: "contacts hold each other in a way that compliance does not resolve",
             };
-            point.linearise(&self.island, step, contacts, view, compliance).ok_or_else(singular)?;
+            let law = if kept { 0.0 } else { compliance };
+            let compliances = (law, compliance);
+            let found = point.linearise(&self.island, (step, contacts, view), compliances);
+            found.ok_or_else(singular)?;
         }
         Ok(kept && !rolls)
     }
@@ -144,6 +156,13 @@ impl LinearIsland {
                 let change = coupling_change(&found);
                 self.island.add_change(index, &change, &mut point.rhs);
             }
+            if !change.states.is_empty() {
+                point.ties.iter().for_each(|tie| tie.push(change.states, &mut point.rhs));
+            }
+            if let Some(constants) = &constants {
+                let longer = (constants.numbers)(Constant::TimeStep, 0);
+                point.ties.iter().for_each(|tie| tie.push_time_step(longer, &mut point.rhs));
+            }
             self.island.solve::<false>(point.newton.system(), &mut point.rhs);
             for (&body, solved) in self.bodies.iter().zip(&point.rhs) {
                 let (linear, spin) =
@@ -187,6 +206,16 @@ impl LinearIsland {
                         let given = Constants { shapes, numbers: &numbers }.body(body);
                         sums[place] += rhs.dot(&member.change(new, &given, gravity));
                     }
+                }
+            }
+            for tie in &point.ties {
+                tie.pull(&point.rhs, &mut gradient.states);
+                for (_, sums) in constants
+                    .iter()
+                    .zip(&mut gradient.constants)
+                    .filter(|(constant, _)| **constant == Constant::TimeStep)
+                {
+                    sums[0] += tie.pull_time_step(&point.rhs);
                 }
             }
             for (index, coupling) in point.couplings.iter().enumerate() {
@@ -236,6 +265,7 @@ impl LinearPoint {
         velocity.extend(velocities);
         impulses.clear();
         impulses.extend(view.contacts.iter().map(|&place| view.before[place] * to_impulse));
+        island.extend_previous(step, impulses);
     }
 
     /// Finds the solution with `compliance` from here; whether it did.
@@ -272,13 +302,11 @@ impl LinearPoint {
     pub(super) fn linearise(
         &mut self,
         island: &Island,
-        step: &Step<'_>,
-        contacts: &[Contact],
-        view: &IslandView<'_>,
-        compliance: f64,
+        (step, contacts, view): (&Step<'_>, &[Contact], &IslandView<'_>),
+        (of_law, compliance): (f64, f64),
     ) -> Option<()> {
         let map = NaturalMap::with_compliance(compliance);
-        let Self { newton, iterate, couplings, .. } = self;
+        let Self { newton, iterate, couplings, ties, .. } = self;
         let (eliminations, pieces) = newton.linearise(island, &map, compliance, iterate)?;
         let mut next = step.previous.states.clone();
         for (&body, velocity) in view.bodies.iter().zip(&iterate.velocity) {
@@ -287,8 +315,28 @@ impl LinearPoint {
         couplings.clear();
         for (place, &index) in view.contacts.iter().enumerate() {
             let impulse = iterate.impulses[place];
-            let on = (pieces[place], gain_of(&eliminations[place]), impulse);
+            let on = (pieces[place], gain_of(&eliminations[place].answer), impulse);
             couplings.push(LinearCoupling::new(step, &contacts[index], &next, on));
+        }
+        ties.clear();
+        if !view.joints.is_empty() {
+            let mut memory = Island::new(step.world);
+            let steps = Steps::of(step.world);
+            for tie in island.ties(step) {
+                let row = |&coupling: &usize| {
+                    let along = island.rows(coupling).tr_mul(&iterate.impulses[coupling]);
+                    (pieces[coupling], along * island.mass())
+                };
+                let of_body = |body: &usize| iterate.velocity[view.places[*body]];
+                let held = Held {
+                    velocity: tie.bodies.iter().map(of_body).collect(),
+                    rows: tie.couplings.iter().map(row).collect(),
+                    mass: island.mass(),
+                    compliances: (of_law, compliance),
+                };
+                let at = (view.places, steps.as_ref());
+                ties.push(LinearTie::new(step, (&tie, &held), at, &mut memory));
+            }
         }
         Some(())
     }
