@@ -188,7 +188,8 @@ fn compare(
     tally: &mut Tally,
 ) {
     // Solutions are exact to this part of the scale of speeds.
-    let exact: f64 = if world.bodies().len() > 1 { 3e-10 } else { 3e-11 };
+    let count = world.bodies().len() as f64;
+    let exact = if count > 1.0 { 3e-10 * count.sqrt() } else { 3e-11 };
     let Some((simulation, base)) = step(world, states, &[]) else { return };
     let mut derivative = StepDerivative::new();
     simulation.linearise(&base, &mut derivative).unwrap();

@@ -25,6 +25,7 @@ const CHAPTERS: &[(&str, &[(&str, &str)])] = &[
             ("Formulation", "docs/formulation.md"),
             ("The native solver", "docs/native-solver.md"),
             ("Joints", "docs/joints.md"),
+            ("Derivatives", "docs/gradients.md"),
             ("The Ipopt path", "docs/ipopt-path.md"),
         ],
     ),
