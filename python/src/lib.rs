@@ -3,6 +3,7 @@
 
 mod arrays;
 mod errors;
+mod gradient;
 mod recording;
 mod rollout;
 mod scene;
@@ -25,6 +26,8 @@ fn tumble_module(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<scene::Scene>()?;
     module.add_class::<simulation::Simulation>()?;
     module.add_class::<recording::Recording>()?;
+    module.add_function(wrap_pyfunction!(gradient::jacobian, module)?)?;
+    module.add_function(wrap_pyfunction!(gradient::vjp, module)?)?;
     module.add_function(wrap_pyfunction!(rollout::rollout, module)?)?;
     module.add_function(wrap_pyfunction!(rollout::parameter_shape, module)?)
 }

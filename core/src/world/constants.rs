@@ -116,6 +116,24 @@ impl Constant {
         Self::ALL.into_iter().find(|constant| constant.name() == name)
     }
 
+    /// Whether the [derivative of a step](crate::solver::native::StepDerivative) knows it: those of joints it
+    /// does not.
+    #[must_use]
+    pub fn has_derivative(self) -> bool {
+        matches!(
+            self,
+            Self::Friction
+                | Self::Restitution
+                | Self::Mass
+                | Self::Inertia
+                | Self::Size
+                | Self::Radius
+                | Self::Gravity
+                | Self::Ground
+                | Self::TimeStep
+        )
+    }
+
     /// What its one number is in: empty for a pure number.
     #[must_use]
     pub fn unit(self) -> &'static str {

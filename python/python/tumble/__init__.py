@@ -11,6 +11,7 @@ simulated raises ``TumbleError``, a ValueError; a step that was not solved is ta
 is named in ``unsolved``.
 """
 
+from ._gradients import Derivatives
 from ._rollout import Rollouts, Unsolved, rollout
 from ._scene import Scene, drop, floating, load
 from ._simulation import Simulation, Step
@@ -21,6 +22,7 @@ __all__ = [
     "PARAMETERS",
     "STATE_COLUMNS",
     "STATUSES",
+    "Derivatives",
     "Page",
     "Picture",
     "Rollouts",

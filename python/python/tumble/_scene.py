@@ -13,6 +13,7 @@ from ._toml import document
 from ._tumble import CoreScene, TumbleError
 
 if TYPE_CHECKING:
+    from ._gradients import Derivatives
     from ._simulation import Simulation
     from ._trajectory import Trajectory
 
@@ -42,7 +43,7 @@ class Scene(CoreScene):
     body to world. ``rotation`` is the equation by which a step turns its bodies, "momentum" or
     "tutorial" (scenarios/README.md). Raises TumbleError for what cannot be simulated.
 
-    Without gradients: ``jacobian`` and ``vjp`` are names kept for them.
+    ``jacobian`` and ``vjp`` are its derivatives.
     """
 
     _source: Tuple[str, str, Dict[str, Any]]
@@ -159,6 +160,32 @@ class Scene(CoreScene):
         """A whole run of the scene, or its first ``steps``: see Simulation and Simulation.run."""
         simulation = self.simulate(threads=threads)
         return simulation.run(self.steps if steps is None else steps, **keywords)
+
+    def jacobian(
+        self, states: Any = None, wrenches: Any = None, *, by: Iterable[str] = ()
+    ) -> "Derivatives":
+        """The derivative of one step from ``states`` (N, 13; the scene's start without) under ``wrenches`` (N, 6):
+        ``["states"]`` (N, 12, N, 12), ``["wrenches"]`` (N, 12, N, 6), and those by the constants named in
+        ``by``, such as "friction" or "mass". See Derivatives."""
+        from ._gradients import jacobian
+
+        return jacobian(self, states, wrenches, by=by)
+
+    def vjp(
+        self,
+        cotangents: Any,
+        states: Any = None,
+        controls: Any = None,
+        *,
+        steps: Optional[int] = None,
+        by: Iterable[str] = (),
+    ) -> "Derivatives":
+        """The derivatives of one number by what a run of ``steps`` began with, where ``cotangents`` (N, 12) are its
+        derivatives by the states at the end: ``["states"]`` (N, 12), ``["controls"]`` (T, N, 6), and those by
+        the constants named in ``by``. See Derivatives."""
+        from ._gradients import vjp
+
+        return vjp(self, cotangents, states, controls, steps=steps, by=by)
 
     def __repr__(self) -> str:
         bodies = len(self.bodies)

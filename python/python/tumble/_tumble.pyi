@@ -171,3 +171,17 @@ def rollout(
     progress: Progress,
 ) -> Tuple[List[int], List[int], List[Tuple[int, int, str, float]]]: ...
 def parameter_shape(name: str, scene: Scene) -> List[int]: ...
+
+_Derivatives = Tuple[Floats, List[Floats], List[float], List[int], List[int]]
+
+def jacobian(
+    scene: CoreScene, states: Floats, pushes: Optional[Floats], by: List[str]
+) -> _Derivatives: ...
+def vjp(
+    scene: CoreScene,
+    states: Floats,
+    controls: Optional[Floats],
+    steps: int,
+    by_end: Floats,
+    by: List[str],
+) -> _Derivatives: ...

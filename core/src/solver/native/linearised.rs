@@ -199,7 +199,7 @@ impl StepDerivative {
     /// δX⁺ of every body for a change of the step's data: the product with the derivative.
     ///
     /// # Errors
-    /// Lists of other lengths than the world's.
+    /// Lists of other lengths than the world's; a constant without a [derivative](Constant::has_derivative).
     pub fn push(
         &mut self,
         change: &StepChange<'_>,
@@ -234,7 +234,7 @@ impl StepDerivative {
     /// transposed derivative. `constants` are those asked for.
     ///
     /// # Errors
-    /// A list of another length than the world's.
+    /// A list of another length than the world's; a constant without a [derivative](Constant::has_derivative).
     pub fn pull(
         &mut self,
         end: &[StateChange],
@@ -243,6 +243,7 @@ impl StepDerivative {
     ) -> Result<(), Error> {
         let bodies = self.ends.len();
         count("derivatives by the states at the end", end.len(), bodies)?;
+        constants.iter().try_for_each(|constant| is_known(*constant))?;
         gradient.states.clear();
         gradient.wrenches.clear();
         gradient.wrenches.resize(bodies, Wrench::zero());
@@ -286,10 +287,18 @@ impl StepDerivative {
             }
         }
         for (constant, numbers) in change.constants {
+            is_known(*constant)?;
             count(constant.name(), numbers.len(), self.width(*constant))?;
         }
         Ok(())
     }
+}
+
+/// Refuses a constant that there is no derivative by.
+fn is_known(constant: Constant) -> Result<(), Error> {
+    let why = "constants of joints have none yet; leave them out";
+    let refused = Error::Unsupported { what: "the derivative by a constant of joints", why };
+    if constant.has_derivative() { Ok(()) } else { Err(refused) }
 }
 
 fn count(field: &'static str, found: usize, wanted: usize) -> Result<(), Error> {

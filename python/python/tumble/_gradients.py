@@ -1,0 +1,113 @@
+"""Derivatives of a step and of a run: docs/gradients.md."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Dict, Iterable, Optional, Tuple
+
+from . import _tumble
+from ._arrays import numbers
+from ._checks import whole
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
+    from ._scene import Scene
+
+    Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Derivatives:
+    """Derivatives, where they are taken, and what is to be known of them.
+
+    A state changes by twelve numbers: position (m, world), a turn as a rotation vector (rad, body),
+    velocity (m/s, world), spin (rad/s, body).
+    """
+
+    ends: "Floats"
+    """The states at the end, (N, 13)."""
+    by: Dict[str, "Floats"]
+    """By name: ``states``, ``wrenches`` (of a run ``controls``), and the constants asked for."""
+    margin: float
+    """How far the nearest kink is, m/s: the next piece of a contact's law, or a touch."""
+    feature_margin: float
+    """The same of the faces and edges that touch, which matters for what moves the bodies at the start."""
+    at: Tuple[int, int]
+    """The steps of a run that these margins are of."""
+    unsolved: int
+    """Steps that failed or are wild: what follows them is no derivative of the equations."""
+    unknown: int
+    """Contacts of a step, or steps of a run, that press although their features are not known as functions of the
+    poses: they are taken for fixed in their bodies."""
+    kept: int
+    """Steps in which shares of forces follow the history."""
+
+    def __getitem__(self, name: str) -> "Floats":
+        return self.by[name]
+
+
+def jacobian(
+    scene: "Scene", states: Any = None, wrenches: Any = None, *, by: Iterable[str] = ()
+) -> Derivatives:
+    """The derivative of one step of ``scene`` from ``states`` (N, 13), by them (N, 12, N, 12), by wrenches
+    (N, 12, N, 6) and by the constants named in ``by``, (N, 12) and the constant's own shape."""
+    names = _names(by)
+    count = len(scene.bodies)
+    pushes = None if wrenches is None else _of_bodies("wrenches", wrenches, (count, 6))
+    found = _tumble.jacobian(scene, _states(scene, states), pushes, names)
+    return _derivatives(found, ["states", "wrenches", *names])
+
+
+def vjp(
+    scene: "Scene",
+    cotangents: Any,
+    states: Any = None,
+    controls: Any = None,
+    *,
+    steps: Optional[int] = None,
+    by: Iterable[str] = (),
+) -> Derivatives:
+    """The derivatives of one number by what a run of ``steps`` began with, where ``cotangents`` (N, 12) are
+    its derivatives by the states at the end: by ``states`` (N, 12), by ``controls`` (T, N, 6) and by the constants
+    named in ``by``. One pass backwards, however many there are. Without ``steps`` those of the controls, or one."""
+    names = _names(by)
+    count = len(scene.bodies)
+    pushes = None
+    if controls is not None:
+        pushes = numbers("controls", controls, *_shapes(("T", count, 6)))
+        if len(pushes) == 0 or (steps is not None and steps != len(pushes)):
+            raise _tumble.TumbleError(
+                f"controls are of {len(pushes)} steps; {1 if steps is None else steps} are needed"
+            )
+        pushes = pushes.reshape(len(pushes), count, 6)
+    length = whole("steps", steps if steps is not None else 1 if pushes is None else len(pushes), 1, 9_999_999)
+    duals = _of_bodies("cotangents", cotangents, (count, 12))
+    found = _tumble.vjp(scene, _states(scene, states), pushes, length, duals, names)
+    return _derivatives(found, ["states", "controls", *names])
+
+
+def _shapes(shape: Any) -> Any:
+    """``shape``, and of one body also the one without it."""
+    return (shape, (*shape[:-2], shape[-1])) if shape[-2] == 1 else (shape,)
+
+
+def _of_bodies(name: str, value: Any, shape: Tuple[int, int]) -> "Floats":
+    return numbers(name, value, *_shapes(shape)).reshape(shape)
+
+
+def _states(scene: "Scene", states: Any) -> "Floats":
+    count = len(scene.bodies)
+    return scene.states if states is None else _of_bodies("states", states, (count, 13))
+
+
+def _names(by: Iterable[str]) -> Any:
+    if isinstance(by, str):
+        raise TypeError(f"by is a word, {by!r}; a list of words is needed")
+    return [str(name) for name in by]
+
+
+def _derivatives(found: Any, names: Any) -> Derivatives:
+    ends, arrays, margins, counts, at = found
+    return Derivatives(ends, dict(zip(names, arrays)), *margins, tuple(at), *counts)

@@ -1,0 +1,193 @@
+//! Derivatives of a step and of a run.
+
+use crate::arrays::{numbers, of_states, shaped, to_states};
+use crate::errors::{of_step, refused};
+use crate::scene::Scene;
+use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
+use pyo3::prelude::*;
+use tumble::derivative::StateChange;
+use tumble::error::Error;
+use tumble::mechanics::{State, Wrench};
+use tumble::scenario::scene::Scene as Content;
+use tumble::simulation::{Checkpoints, Run, Simulation, StepRecord};
+use tumble::solver::native::{StepChange, StepDerivative};
+use tumble::world::Constant;
+
+type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
+
+/// The ends (N, 13); derivatives by states, by wrenches and by each constant; both margins, m/s; steps that were not
+/// solved, whose features are not known, whose shares were kept; of a run the steps of both margins.
+type Found<'py> = (Array<'py>, Vec<Array<'py>>, [f64; 2], [u64; 3], [u64; 2]);
+
+/// A simulation of the scene from `states`.
+fn begin(content: &Content, states: Vec<State>) -> Result<Simulation<'static>, Error> {
+    let motion = content.motion(&content.world)?;
+    let mut simulation = Simulation::new(content.world.clone(), states, motion)?;
+    for (body, load) in content.loads.iter().enumerate() {
+        simulation.set_load(body, load.clone())?;
+    }
+    Ok(simulation)
+}
+
+/// The wrenches of numbers, six a body.
+fn wrenches(numbers: &[f64]) -> impl Iterator<Item = Wrench> + '_ {
+    let part = |numbers: &[f64]| nalgebra::Vector3::from_column_slice(numbers);
+    let each = numbers.chunks_exact(6);
+    each.map(move |six| Wrench { force: part(&six[..3]), torque: part(&six[3..]) })
+}
+
+fn constants_of(names: &[String]) -> PyResult<Vec<Constant>> {
+    let of_name = |name: &String| {
+        let known = Constant::of_name(name).filter(|constant| constant.has_derivative());
+        known.ok_or_else(|| {
+            let all = Constant::ALL.into_iter().filter(|constant| constant.has_derivative());
+            let all: Vec<_> = all.map(Constant::name).collect();
+            refused(format!("by: {name:?} is none; there are states, wrenches, {}", all.join(", ")))
+        })
+    };
+    names.iter().map(of_name).collect()
+}
+
+/// The Jacobian of one step.
+#[pyfunction]
+#[pyo3(signature = (scene, states, pushes, by))]
+pub fn jacobian<'py>(
+    py: Python<'py>,
+    scene: PyRef<'_, Scene>,
+    states: PyReadonlyArrayDyn<'_, f64>,
+    pushes: Option<PyReadonlyArrayDyn<'_, f64>>,
+    by: Vec<String>,
+) -> PyResult<Found<'py>> {
+    let (content, constants) = (&scene.content, constants_of(&by)?);
+    let (world, bodies) = (&content.world, content.world.bodies().len());
+    let mut simulation =
+        begin(content, to_states("states", &states)?).map_err(|error| of_step(&error))?;
+    if let Some(pushes) = &pushes {
+        for (body, wrench) in wrenches(numbers("wrenches", pushes)?).enumerate() {
+            simulation.set_wrench(body, wrench).map_err(|error| of_step(&error))?;
+        }
+    }
+    let (mut record, mut derivative) = (StepRecord::new(), StepDerivative::new());
+    simulation.step(&mut record).map_err(|error| of_step(&error))?;
+    simulation.linearise(&record, &mut derivative).map_err(|error| of_step(&error))?;
+    let mut end = Vec::new();
+    // Column by column, as rows of the array.
+    let mut columns = |count: usize, change: &dyn Fn(usize) -> Change| -> PyResult<Vec<f64>> {
+        let rows = StateChange::LEN * bodies;
+        let mut all = vec![0.0; rows * count];
+        for column in 0..count {
+            let Change { states, wrenches, numbers } = change(column);
+            let constants: Vec<_> =
+                numbers.iter().map(|(constant, numbers)| (*constant, &numbers[..])).collect();
+            let change = StepChange { states: &states, wrenches: &wrenches, constants: &constants };
+            derivative.push(&change, &mut end).map_err(|error| of_step(&error))?;
+            let numbers = end.iter().flat_map(StateChange::to_array);
+            for (row, number) in numbers.enumerate() {
+                all[row * count + column] = number;
+            }
+        }
+        Ok(all)
+    };
+    let unit = |length: usize, place: usize| {
+        let mut numbers = vec![0.0; length];
+        numbers[place] = 1.0;
+        numbers
+    };
+    let by_states = columns(12 * bodies, &|place| {
+        let numbers = unit(12 * bodies, place);
+        let each = numbers.chunks_exact(12);
+        let states =
+            each.map(|twelve| StateChange::from_array(&std::array::from_fn(|k| twelve[k])));
+        Change { states: states.collect(), ..Change::default() }
+    })?;
+    let by_wrenches = columns(6 * bodies, &|place| {
+        let wrenches = wrenches(&unit(6 * bodies, place)).collect();
+        Change { wrenches, ..Change::default() }
+    })?;
+    let mut arrays = vec![
+        shaped(py, by_states, &[bodies, 12, bodies, 12])?,
+        shaped(py, by_wrenches, &[bodies, 12, bodies, 6])?,
+    ];
+    for constant in constants {
+        let width = constant.width(world);
+        let found = columns(width, &|place| Change {
+            numbers: vec![(constant, unit(width, place))],
+            ..Change::default()
+        })?;
+        let shape: Vec<_> = [bodies, 12].into_iter().chain(constant.shape(world)).collect();
+        arrays.push(shaped(py, found, &shape)?);
+    }
+    let unsolved = matches!(record.report.status.name(), "failed" | "wild");
+    let counts =
+        [u64::from(unsolved), derivative.unknown() as u64, u64::from(derivative.keeps_shares())];
+    let margins = [derivative.margin(), derivative.feature_margin()];
+    Ok((of_states(py, &record.solution.states)?, arrays, margins, counts, [0, 0]))
+}
+
+/// A change of a step's data.
+#[derive(Default)]
+struct Change {
+    states: Vec<StateChange>,
+    wrenches: Vec<Wrench>,
+    numbers: Vec<(Constant, Vec<f64>)>,
+}
+
+/// The product of the transposed derivative of a run with derivatives by its end.
+#[pyfunction]
+#[pyo3(signature = (scene, states, controls, steps, by_end, by))]
+pub fn vjp<'py>(
+    py: Python<'py>,
+    scene: PyRef<'_, Scene>,
+    states: PyReadonlyArrayDyn<'_, f64>,
+    controls: Option<PyReadonlyArrayDyn<'_, f64>>,
+    steps: u64,
+    by_end: PyReadonlyArrayDyn<'_, f64>,
+    by: Vec<String>,
+) -> PyResult<Found<'py>> {
+    let (content, constants) = (&scene.content, constants_of(&by)?);
+    let (world, bodies) = (&content.world, content.world.bodies().len());
+    let start = to_states("states", &states)?;
+    let pushes = controls.as_ref().map(|controls| numbers("controls", controls)).transpose()?;
+    let by_end: Vec<StateChange> = numbers("cotangents", &by_end)?
+        .chunks_exact(12)
+        .map(|twelve| StateChange::from_array(&std::array::from_fn(|k| twelve[k])))
+        .collect();
+    let work = || {
+        let mut simulation = begin(content, start)?;
+        let mut before = |simulation: &mut Simulation<'_>| {
+            let Some(pushes) = pushes else { return Ok(()) };
+            let step = simulation.index() as usize;
+            let now = &pushes[6 * bodies * step..][..6 * bodies];
+            wrenches(now).enumerate().try_for_each(|(body, w)| simulation.set_wrench(body, w))
+        };
+        let mut by_states = |k: u64, _: &[State]| (k == steps).then(|| by_end.clone());
+        let mut run = Run {
+            steps,
+            before: &mut before,
+            by_states: &mut by_states,
+            constants: &constants,
+            checkpoints: Checkpoints::default(),
+        };
+        let found = simulation.gradient(&mut run)?;
+        Ok((found, simulation.states().to_vec()))
+    };
+    let (found, ends) = py.detach(work).map_err(|error: Error| of_step(&error))?;
+    let by_states = found.states.iter().flat_map(StateChange::to_array).collect();
+    let by_wrenches = found.wrenches.iter().flatten();
+    let six = |w: &Wrench| {
+        let (f, t) = (w.force, w.torque);
+        [f[0], f[1], f[2], t[0], t[1], t[2]]
+    };
+    let by_wrenches = by_wrenches.flat_map(six).collect();
+    let mut arrays = vec![
+        shaped(py, by_states, &[bodies, 12])?,
+        shaped(py, by_wrenches, &[steps as usize, bodies, 6])?,
+    ];
+    for (constant, numbers) in constants.iter().zip(found.constants) {
+        arrays.push(shaped(py, numbers, &constant.shape(world))?);
+    }
+    let margins = [found.margin.0, found.feature_margin.0];
+    let counts = [found.unsolved, found.unknown, found.kept];
+    let at = [found.margin.1, found.feature_margin.1];
+    Ok((of_states(py, &ends)?, arrays, margins, counts, at))
+}

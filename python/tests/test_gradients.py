@@ -1,0 +1,81 @@
+"""Derivatives: against differences of steps, and of a run against those of its steps."""
+
+import numpy as np
+import pytest
+
+import tumble
+
+
+def sliding(friction=0.3):
+    box = {"box": 0.2, "mass": 2.0, "position": [0, 0, 0.1], "velocity": [1, 0.2, 0]}
+    return tumble.Scene(bodies=[box], ground={"friction": friction})
+
+
+def test_a_slide_in_closed_form():
+    scene = sliding()
+    found = scene.jacobian(by=["friction", "mass"])
+    along = np.array([1, 0.2, 0]) / np.hypot(1, 0.2)
+    h, g = scene.time_step, 9.81
+    # v+ = v - mu g h along, and r+ = r + h v+.
+    assert np.allclose(found["friction"][0, 6:9], -g * h * along, rtol=1e-9, atol=1e-12)
+    assert np.allclose(found["friction"][0, :3], -g * h * h * along, rtol=1e-9, atol=1e-14)
+    assert np.abs(found["mass"]).max() < 1e-12
+    # A push acts as without the ground, but for the turn of the friction and what it carries.
+    by_push = found["wrenches"][0, 6:9, 0, :3] @ along
+    assert np.allclose(by_push, h / 2.0 * along, rtol=1e-6, atol=1e-12)
+    assert found.margin > 0 and found.unsolved == found.unknown == found.kept == 0
+    assert found.ends.shape == (1, 13)
+
+
+def test_the_jacobian_by_velocity_is_that_of_differences():
+    scene = sliding()
+    found = scene.jacobian()
+    for k in range(3):
+        ends = []
+        for by in (1e-5, -1e-5):
+            states = scene.states.copy()
+            states[0, 7 + k] += by
+            simulation = scene.simulate(states)
+            simulation.step()
+            ends.append(simulation.states.copy())
+        slope = (ends[0] - ends[1]) / 2e-5
+        if k < 2:
+            assert np.allclose(found["states"][0, 6:9, 0, 6 + k], slope[0, 7:10], atol=2e-6)
+
+
+def test_a_run_backwards_is_that_of_its_steps():
+    scene, steps = sliding(), 40
+    cotangents = np.zeros((1, 12))
+    cotangents[0, 0] = 1.0
+    controls = np.zeros((steps, 1, 6))
+    controls[:, 0, 0] = 0.5
+    found = scene.vjp(cotangents, controls=controls, by=["friction"])
+    simulation, states = scene.simulate(), scene.states
+    by_friction = 0.0
+    forwards = np.zeros((12, 1))
+    for k in range(steps):
+        step = scene.jacobian(states, controls[k], by=["friction"])
+        forwards = step["states"].reshape(12, 12) @ forwards + step["friction"].reshape(12, 1)
+        simulation.step(controls[k])
+        states = simulation.states
+    assert np.array_equal(found.ends, states)
+    assert np.isclose(found["friction"], forwards[0, 0], rtol=1e-7)
+    assert found["controls"].shape == (steps, 1, 6)
+    # The last push moves the end by h^2/m, the first by as much as all steps after it.
+    h = scene.time_step
+    assert np.isclose(found["controls"][-1, 0, 0], h * h / 2, rtol=1e-6)
+    assert found["controls"][0, 0, 0] > 30 * found["controls"][-1, 0, 0]
+
+
+def test_what_is_refused():
+    scene = sliding()
+    with pytest.raises(tumble.TumbleError, match="by: \"colour\" is none; there are states, wrenches, friction"):
+        scene.jacobian(by=["colour"])
+    with pytest.raises(TypeError, match="by is a word"):
+        scene.jacobian(by="friction")
+    with pytest.raises(tumble.TumbleError, match="cotangents has shape"):
+        scene.vjp(np.zeros(3))
+    with pytest.raises(tumble.TumbleError, match="controls are of 3 steps; 4 are needed"):
+        scene.vjp(np.zeros((1, 12)), controls=np.zeros((3, 1, 6)), steps=4)
+    with pytest.raises(tumble.TumbleError, match="Runge-Kutta"):
+        tumble.floating().jacobian()
