@@ -200,7 +200,7 @@ impl ContactTangent {
     /// Of a point against a plane: with s = r_A + A_A a − r_B at k and s⁺ at k+1,
     ///
     /// ```text
-    /// u = (A_B (A_B⁺ᵀ s⁺ − A_Bᵀ s) + n φ)/h − ρ (A_A ω_A − A_B ω_B) × n            (G2)
+    /// u = (A_B (A_B⁺ᵀ s⁺ − A_Bᵀ s) + n φ)/h − ρ (A_A ω_A − A_B ω_B) × n            (G4)
     /// ```
     fn plane_change(&self, (of_a, of_b): (&Given, &Given), time_step: f64) -> RowChange {
         let (a, b, h) = (&self.a, &self.b, self.time_step);
@@ -243,7 +243,7 @@ impl ContactTangent {
     ///
     /// ```text
     /// u_t = (E − n nᵀ) (s⁺ − s)/h − (ρ_A A_A ω_A + ρ_B A_B ω_B) × n
-    /// u_n = (|D| − ρ_A − ρ_B)/h,   δ|D| = m·δD at the same shares                   (G3)
+    /// u_n = (|D| − ρ_A − ρ_B)/h,   δ|D| = m·δD at the same shares                   (G5)
     /// ```
     fn round_change(
         &self,

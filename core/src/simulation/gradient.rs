@@ -31,6 +31,9 @@ impl Default for Checkpoints {
     }
 }
 
+/// Derivatives of a number by the states after so many steps.
+pub type ByStates<'f> = dyn FnMut(u64, &[State]) -> Option<Vec<StateChange>> + 'f;
+
 /// A run to be differentiated.
 pub struct Run<'f> {
     /// How many steps.
@@ -40,7 +43,7 @@ pub struct Run<'f> {
     pub before: &'f mut dyn FnMut(&mut Simulation<'_>) -> Result<(), Error>,
     /// Of the states after so many steps (0 are those at the start), the derivatives of the number by them;
     /// nothing where it does not depend on them.
-    pub by_states: &'f mut dyn FnMut(u64, &[State]) -> Option<Vec<StateChange>>,
+    pub by_states: &'f mut ByStates<'f>,
     /// The constants to differentiate by.
     pub constants: &'f [Constant],
     /// What may be kept.

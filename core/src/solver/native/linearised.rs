@@ -4,7 +4,7 @@
 //! the impulses p̂ as unknowns, R(V⁺, p̂; x) = 0 gives
 //!
 //! ```text
-//! R_V δV⁺ + R_p δp̂ + R_x δx = 0                                           (G4)
+//! R_V δV⁺ + R_p δp̂ + R_x δx = 0                                           (G2)
 //! ```
 //!
 //! of which the matrix is that of Newton's method (N8), and every coupling is eliminated by its gain (N5):

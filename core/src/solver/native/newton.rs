@@ -12,6 +12,9 @@ use super::tolerances::{
 };
 use nalgebra::Vector3;
 
+/// Every coupling eliminated, and the piece that it is on.
+pub(super) type Linearised<'a, E> = (&'a [Elimination<<E as Equations>::Slope>], &'a [Piece]);
+
 /// A point of the iteration.
 #[derive(Debug, Clone)]
 pub(super) struct Iterate<E: Equations> {
@@ -157,7 +160,7 @@ impl<E: Equations> Newton<E> {
         map: &NaturalMap,
         matrix: f64,
         iterate: &Iterate<E>,
-    ) -> Option<(&[Elimination<E::Slope>], &[Piece])> {
+    ) -> Option<Linearised<'_, E>> {
         self.find_pieces(equations, map, iterate);
         let is_regular = self.set_direction(equations, matrix, iterate);
         is_regular.then_some((&self.eliminations, &self.pieces))

@@ -54,7 +54,7 @@ impl Island {
     /// body's mass: with H of (N12) and M/m,
     ///
     /// ```text
-    /// rhs_A += H_A δp̂ + M/m (0, δτ_A),   rhs_B += H_B δp̂ − M/m (0, δτ_B)             (G5)
+    /// rhs_A += H_A δp̂ + M/m (0, δτ_A),   rhs_B += H_B δp̂ − M/m (0, δτ_B)             (G6)
     /// ```
     pub(in super::super) fn add_change(
         &self,

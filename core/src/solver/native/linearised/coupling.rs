@@ -119,7 +119,7 @@ impl LinearCoupling {
     /// it is: in the frame that turns with the normal, δn = φ × n,
     ///
     /// ```text
-    /// δp̂ = D (δu − φ × u) + φ × p̂,   δτ = A_Bᵀ (δarm × p̂ − δθ × (arm × p̂))           (G5)
+    /// δp̂ = D (δu − φ × u) + φ × p̂,   δτ = A_Bᵀ (δarm × p̂ − δθ × (arm × p̂))           (G6)
     /// ```
     pub(super) fn change(
         &self,
