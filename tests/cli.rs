@@ -8,6 +8,8 @@ mod continued;
 mod failure;
 #[path = "cli/flags.rs"]
 mod flags;
+#[path = "cli/gradient.rs"]
+mod gradient;
 #[path = "cli/held.rs"]
 mod held;
 #[path = "cli/input.rs"]

@@ -7,6 +7,7 @@ mod directory;
 mod film;
 mod fit;
 mod gif;
+mod gradient;
 mod input;
 mod inspect;
 mod outcome;
@@ -50,6 +51,7 @@ pub fn run() -> Result<Outcome, Failure> {
         Some(Command::View(args)) => view::run(&args),
         Some(Command::Inspect(args)) => inspect::run(&args),
         Some(Command::Fit(args)) => fit::run(&args),
+        Some(Command::Gradient(args)) => gradient::run(&args),
         Some(Command::Validate(args)) => validate::run(&args),
         Some(Command::Sweep(args)) => sweep::run(&args),
         Some(Command::Merge(args)) => sweep::merge(&args),

@@ -21,6 +21,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 /// What is simulated: bodies, what they can touch, where they start and who solves the steps.
+#[derive(Clone)]
 pub struct Scene {
     /// What it is called.
     pub name: String,
@@ -53,6 +54,7 @@ pub struct Scene {
 }
 
 /// What files a run leaves. The notation of the scene decides it, not the number of bodies.
+#[derive(Clone)]
 pub enum OutputFormat {
     /// The tutorial's table of one body, of `[body]` and of the tutorial's scenes.
     Trajectory,

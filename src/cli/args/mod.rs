@@ -2,6 +2,7 @@
 
 mod files;
 mod fit;
+mod gradient;
 mod shared;
 mod simulate;
 mod sweep;
@@ -9,6 +10,7 @@ mod validate;
 
 pub use files::{GifArgs, InspectArgs, PlotArgs, VerifyArgs, ViewArgs};
 pub use fit::FitArgs;
+pub use gradient::{GradientArgs, Quantity};
 pub use shared::{AnimationArgs, PhysicsArgs};
 pub use simulate::SimulateArgs;
 pub use sweep::{MergeArgs, SweepArgs};
@@ -51,6 +53,9 @@ pub enum Command {
     /// Find parameters with which simulated tosses go like recorded ones: OUT/fit.json, tosses.csv,
     /// fitted.toml and fit.html.
     Fit(FitArgs),
+    /// Differentiate a number of a body at the end of a run, by the start, pushes and constants: OUT/gradient.csv and
+    /// gradient.json.
+    Gradient(GradientArgs),
     /// Compare simulations with the closed-form answers of textbook problems: a table, and
     /// OUT/validation.html.
     Validate(ValidateArgs),
