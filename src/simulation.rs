@@ -7,6 +7,8 @@
 //! files (`trajectory` of one body, `tables` of any number, with the feature `csv`).
 
 #[cfg(feature = "csv")]
+mod points;
+#[cfg(feature = "csv")]
 mod sheet;
 #[cfg(feature = "csv")]
 pub mod tables;

@@ -22,6 +22,7 @@ use tumble::simulation::StepRecord;
 use tumble::simulation::tables::{
     ContactRow, JointRow, StepRow, Streams, TableStep, TablesReader, TablesWriter,
 };
+use tumble::simulation::trajectory::{TrajectoryReader, TrajectoryRow};
 use tumble::step::StepStatus;
 use tumble_pictures::animation::{Format, Settings, View, animate};
 use tumble_pictures::plot::{self, Sheet};
@@ -99,6 +100,60 @@ impl Recording {
         }
         // What moved it is not in the tables.
         Ok(Self { content, rows, forces: sums, has_contacts, is_of_scene: false })
+    }
+
+    /// The run whose table trajectory.csv (bytes) this is, of a scene of one body and the ground.
+    #[staticmethod]
+    fn of_trajectory(scene: PyRef<'_, Scene>, table: &[u8]) -> PyResult<Self> {
+        let content = Arc::clone(&scene.content);
+        let odd = |why: &dyn std::fmt::Display| refused(format!("trajectory: {why}"));
+        let world = &content.world;
+        let [body] = world.bodies() else {
+            let count = world.bodies().len();
+            return Err(odd(&format!("it is of one body, and the scene has {count}")));
+        };
+        if !(world.fixed().is_empty() && world.joints().is_empty()) {
+            return Err(odd(&"it is of one body and the ground, and the scene has more"));
+        }
+        let mut reader = TrajectoryReader::new(table).map_err(|error| odd(&error))?;
+        let (found, points) = (reader.contacts(), body.contact_points().len());
+        if found != points {
+            return Err(odd(&format!(
+                "it has {found} contact points, and the scene's body {points}"
+            )));
+        }
+        let (mut rows, mut forces) = (Vec::<TableStep>::new(), Vec::new());
+        let h = world.time_step();
+        let detection = content.contact.as_ref().map(|contact| contact.detection);
+        let mut last = None::<TrajectoryRow>;
+        loop {
+            let row = reader.next_row().map_err(|error| odd(&error))?;
+            if let Some(row) = &row {
+                let (k, time) = (row.index, row.index as f64 * h);
+                row.state.checked().map_err(|error| odd(&format!("step {k}: {error}")))?;
+                if (row.time - time).abs() > 1e-9 * time.max(h) {
+                    let found = row.time;
+                    let why = format!("step {k} has t_s = {found}, and the scene's step is {h} s");
+                    return Err(odd(&why));
+                }
+            }
+            if let Some(last) = &last {
+                let load = &content.loads[0];
+                let to = row
+                    .as_ref()
+                    .map(|next| (&next.state, load.wrench(last.index, h, &last.state.attitude)));
+                let step = last.as_table_step(world, to, detection);
+                if to.is_some() {
+                    add_forces(&step, &mut forces);
+                }
+                rows.push(step);
+            }
+            match row {
+                Some(row) => last = Some(row),
+                None => break,
+            }
+        }
+        Ok(Self { content, rows, forces, has_contacts: true, is_of_scene: false })
     }
 
     /// The bytes that a step of so many bodies and joints takes at least.

@@ -29,6 +29,8 @@ STATE_COLUMNS = "x_m y_m z_m qw qx qy qz vx_m_s vy_m_s vz_m_s wx_rad_s wy_rad_s 
 
 _TABLES = ("states", "contacts", "steps", "joints")
 
+_OF_ONE = "trajectory.csv"
+
 _JOINT_COLUMNS = {
     "place": ("", "_m"),
     "angles": ("angle_", "_rad"),
@@ -274,9 +276,19 @@ class Trajectory:
     @classmethod
     def from_csv(cls, scene: Scene, folder: Location) -> "Trajectory":
         """Reads the tables that to_csv or the command line has written of a run of ``scene``, or of a
-        part of one."""
+        part of one; or trajectory.csv, the one table that the command line writes of a run of ``[body]``,
+        in its folder or by its own name."""
+        folder = Path(folder)
+        of_one = folder if folder.is_file() else folder / _OF_ONE
+        if of_one.is_file():
+            if of_one != folder and (folder / "states.csv").exists():
+                raise TumbleError(
+                    f"{folder}: states.csv and {_OF_ONE} are of two runs; {of_one} names the second, "
+                    "and the first needs a folder of its own"
+                )
+            return cls(scene, Recording.of_trajectory(scene, of_one.read_bytes()))
         names = _TABLES if scene.joints else _TABLES[:3]
-        tables = [(Path(folder) / f"{name}.csv").read_bytes() for name in names]
+        tables = [(folder / f"{name}.csv").read_bytes() for name in names]
         return cls(scene, _recording(scene, tables))
 
     def plot(self, path: Optional[Location] = None, *, sheet: str = "motion", body: Any = 0) -> Any:

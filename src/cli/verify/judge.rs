@@ -11,8 +11,6 @@ use crate::cli::outcome::Failure;
 use crate::cli::recording::{Recording, Step};
 use nalgebra::Vector3;
 use tumble::contact::certificate::{Certifier, Claim, certify_rk4_step};
-use tumble::contact::detection::all_contacts;
-use tumble::contact::restitution::set_rebounds;
 use tumble::contact::{Candidates, Certificate, Contact, Detection, Partner, rounding};
 use tumble::joint::{Axis, Drive, Joint, JointForce, JointResidual};
 use tumble::mechanics::{Load, State, Wrench};
@@ -277,24 +275,10 @@ impl Judge {
 
     /// Every point of the one body, at the forces of the row.
     fn of_points(&self, row: &TrajectoryRow, next: &[State], wrenches: &[Wrench]) -> Touching {
-        let (world, states) = (&self.world, [row.state]);
-        let mut contacts = Vec::new();
-        if !self.floating {
-            all_contacts(world, &states, &mut contacts);
-        }
-        if world.has_restitution() {
-            let free = self.free_flight(&states, wrenches);
-            let share = [row.restitution_share];
-            set_rebounds(world, &states, &free, &share, &mut contacts);
-            if contacts.iter().any(Contact::bounces) {
-                for (contact, force) in contacts.iter_mut().zip(row.forces()) {
-                    let presses = contact.normal().dot(&force) > 0.0;
-                    let closes = contact.could_close(world, &states, next);
-                    contact.struck = presses && closes && contact.may_be_struck();
-                }
-                set_rebounds(world, &states, &free, &share, &mut contacts);
-            }
-        }
+        let contacts = match self.floating {
+            true => Vec::new(),
+            false => row.contacts(&self.world, next, &wrenches[0]),
+        };
         Touching { contacts, forces: row.forces().collect(), joints: Vec::new(), wrong: None }
     }
 
