@@ -12,11 +12,12 @@ use tumble::mechanics::Rotation;
 use tumble::scenario::choices::SolverName;
 use tumble::scenario::failure::Failure;
 use tumble::scenario::joint::JointModel;
+use tumble::scenario::model::Model;
 use tumble::scenario::scene::{OutputFormat, Scene as Content};
 use tumble::scenario::settings::Settings;
 
 /// The bytes of a regular file of at most `most`.
-fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
+pub fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     let odd = |why: String| io::Error::new(io::ErrorKind::InvalidData, why);
     if !fs::metadata(path)?.is_file() {
         return Err(odd("it is no file".to_owned()));
@@ -52,12 +53,13 @@ pub struct Scene {
 
 #[pymethods]
 impl Scene {
-    /// The scene of a scenario's text. `path` names it in errors, and meshes are beside it.
+    /// The scene of a scenario's text. `path` names it in errors, and meshes are beside it. A `model` that a
+    /// simulation tells has other bodies in place of those of the text.
     #[new]
     #[allow(clippy::too_many_arguments)]
     #[pyo3(signature = (
         text, path, *, seed=None, steps=None, time_step=None, rotation=None, friction=None,
-        restitution=None, solver=None
+        restitution=None, solver=None, model=None
     ))]
     fn new(
         text: &str,
@@ -69,6 +71,7 @@ impl Scene {
         friction: Option<f64>,
         restitution: Option<f64>,
         solver: Option<&str>,
+        model: Option<&str>,
     ) -> PyResult<Self> {
         let flags = Settings {
             seed,
@@ -80,7 +83,11 @@ impl Scene {
             solver: solver.map(solver_name).transpose()?,
             ..Settings::default()
         };
-        let content = Content::of_text(text, &path, flags, &read).map_err(in_python)?;
+        let mut content = Content::of_text(text, &path, flags, &read).map_err(in_python)?;
+        if let Some(model) = model {
+            let model = Model::of_text(model).map_err(|why| refused(format!("model: {why}")))?;
+            content = content.with_model(model).map_err(in_python)?;
+        }
         Ok(Self { content: Arc::new(content) })
     }
 

@@ -3,19 +3,22 @@
 use crate::arrays::{numbers, of_states, to_states};
 use crate::errors::{of_step, refused};
 use crate::recording::{JOINT_COLUMNS, NO_STEP, Recording, add_forces, set_contacts};
-use crate::scene::{Scene, in_python};
+use crate::scene::{Scene, in_python, read};
 use crate::watch::Watched;
 use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
 use pyo3::exceptions::PyBaseException;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use std::num::NonZeroUsize;
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use tumble::contact::Contact;
 use tumble::error::Error;
 use tumble::joint::{Axis, Drive, JointAxis, Motor};
 use tumble::mechanics::{State, Wrench};
+use tumble::scenario::joint::JointModel;
+use tumble::scenario::model::BodyStart;
 use tumble::scenario::scene::Scene as Content;
 use tumble::simulation::save::{Saved, from_bytes, to_bytes};
 use tumble::simulation::tables::{ContactRow, JointRow, TableStep};
@@ -172,6 +175,61 @@ impl Simulation {
         let states = to_states("state", &state)?;
         let [state] = states[..] else { return Err(refused("state: 13 numbers are needed")) };
         self.moved().simulation.set_state(body, state).map_err(refused)
+    }
+
+    /// The names of its bodies.
+    #[getter]
+    fn bodies(&self) -> Vec<String> {
+        self.content.bodies.clone()
+    }
+
+    /// Adds a body, which the text of a table [[bodies]] describes, whose meshes are beside `path`: its name.
+    fn join(&mut self, text: &str, path: PathBuf) -> PyResult<String> {
+        let content = self.content.with_body(text, &path, &read).map_err(in_python)?;
+        let Running { simulation, record, .. } = self.moved();
+        let last = content.bodies.len() - 1;
+        let (body, start) = (content.world.bodies()[last].clone(), content.starts[last]);
+        simulation.add_body(body, start).map_err(refused)?;
+        simulation.set_load(last, content.loads[last].clone()).map_err(refused)?;
+        if !record.states.is_empty() {
+            record.states.push(start);
+            record.solution.states.push(start);
+        }
+        let name = content.bodies[last].clone();
+        self.content = Arc::new(content);
+        Ok(name)
+    }
+
+    /// Takes a body out; and where `joints` says so, the joints that tie it.
+    fn leave(&mut self, body: usize, joints: bool) -> PyResult<()> {
+        let tying = |joint: &JointModel| joint.body == body || joint.other == Some(body);
+        let model = self.content.model();
+        let joint = model.and_then(|model| model.joints.iter().find(|joint| tying(joint)));
+        if let Some(joint) = joint.filter(|_| !joints) {
+            let (name, joint) = (&self.content.bodies[body], &joint.name);
+            let why = format!("{name} is tied by {joint}; joints=True takes its joints out too");
+            return Err(refused(why));
+        }
+        let content = self.content.without_body(body).map_err(in_python)?;
+        let Running { simulation, record, .. } = self.moved();
+        let stays: Vec<_> =
+            simulation.world().joints().iter().map(|joint| !joint.ties(body)).collect();
+        simulation.remove_body_and_joints(body).map_err(refused)?;
+        record.leave_out(body, &stays);
+        self.content = Arc::new(content);
+        Ok(())
+    }
+
+    /// The model of its bodies as they are now, where one may have come or gone, as text.
+    fn told(&mut self) -> PyResult<String> {
+        let states = self.running().simulation.states().to_vec();
+        let model =
+            self.content.model().ok_or_else(|| refused("a scene of [body] has no model"))?;
+        let mut model = model.clone();
+        for (body, state) in model.bodies.iter_mut().zip(&states) {
+            body.start = BodyStart::of(state);
+        }
+        model.text().map_err(in_python)
     }
 
     /// Holds a body where it is, or lets it go.

@@ -11,11 +11,13 @@ use crate::film::Role;
 use crate::mechanics::{Load, RigidBody, Rotation, State};
 use crate::scenario::colour::{Colour, Label};
 use crate::scenario::failure::Failure;
+use crate::scenario::fields;
 use crate::scenario::parameters::{LoadParameters, PlaneParameters, unnamed_rotation};
 use crate::scenario::physics::bouncing;
 use crate::world::{Fixed, Parameters, World};
 use nalgebra::Matrix3;
 use serde::{Deserialize, Serialize};
+use std::cmp::Ordering;
 
 /// The constants of a run and its start, SI units.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -205,6 +207,51 @@ impl Model {
             made.push((model, body));
         }
         Ok(bodies)
+    }
+
+    /// The model that [`Model::text`] has written.
+    ///
+    /// # Errors
+    /// What is no model.
+    pub fn of_text(text: &str) -> Result<Self, String> {
+        fields::json(text)
+    }
+
+    /// The model as run.json has it, in JSON.
+    ///
+    /// # Errors
+    /// A number that JSON has not.
+    pub fn text(&self) -> Result<String, Failure> {
+        let why = |error| Failure::Other(format!("the model cannot be written: {error}"));
+        serde_json::to_string(self).map_err(why)
+    }
+
+    /// Takes the body `index` out, with the coefficients of its pairs and the joints that tie it; those after it
+    /// move up by one.
+    pub fn leave_out(&mut self, index: usize) {
+        let number = |body: usize| match body.cmp(&index) {
+            Ordering::Less => Some(body),
+            Ordering::Equal => None,
+            Ordering::Greater => Some(body - 1),
+        };
+        if index < self.bodies.len() {
+            self.bodies.remove(index);
+        }
+        for pairs in [&mut self.frictions, &mut self.restitutions] {
+            let pair = |pair: &PairModel| {
+                let partner = match pair.partner {
+                    PartnerModel::Body(other) => PartnerModel::Body(number(other)?),
+                    still => still,
+                };
+                Some(PairModel { body: number(pair.body)?, partner, ..*pair })
+            };
+            *pairs = pairs.iter().filter_map(pair).collect();
+        }
+        let joint = |joint: &JointModel| {
+            let other = joint.other.map(|other| number(other).ok_or(())).transpose().ok()?;
+            Some(JointModel { body: number(joint.body)?, other, ..joint.clone() })
+        };
+        self.joints = self.joints.iter().filter_map(joint).collect();
     }
 
     /// The states at step 0.

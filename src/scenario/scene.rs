@@ -21,6 +21,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 /// What is simulated: bodies, what they can touch, where they start and who solves the steps.
+#[derive(Clone)]
 pub struct Scene {
     /// What it is called.
     pub name: String,
@@ -53,6 +54,7 @@ pub struct Scene {
 }
 
 /// What files a run leaves. The notation of the scene decides it, not the number of bodies.
+#[derive(Clone)]
 pub enum OutputFormat {
     /// The tutorial's table of one body, of `[body]` and of the tutorial's scenes.
     Trajectory,
@@ -125,6 +127,51 @@ impl Scene {
         let changed = flags.changed(&below);
         let scene = body::scene(name.scene().name.to_owned(), ground, &flags.over(below), usual)?;
         Ok(Self { changed, ..scene })
+    }
+
+    /// The model of a scene of `[[bodies]]`.
+    #[must_use]
+    pub fn model(&self) -> Option<&Model> {
+        match &self.format {
+            OutputFormat::Tables(model) => Some(model),
+            OutputFormat::Trajectory => None,
+        }
+    }
+
+    /// This scene with the bodies, the fixed things and the joints of `model`, where it says that they start.
+    ///
+    /// # Errors
+    /// What the library refuses.
+    pub fn with_model(self, model: Model) -> Result<Self, Failure> {
+        Ok(Self {
+            world: model.world()?,
+            starts: model.states(),
+            loads: model.loads()?,
+            bodies: model.bodies.iter().map(|body| body.name.clone()).collect(),
+            fixed: model.fixed.iter().map(|fixed| fixed.name.clone()).collect(),
+            joints: model.joints.iter().map(|joint| joint.name.clone()).collect(),
+            format: OutputFormat::Tables(Box::new(model)),
+            ..self
+        })
+    }
+
+    /// This scene with one body more, the last: `text` is that of a table `[[bodies]]`, whose meshes are beside
+    /// `path`, and are read by `read`. Where it starts is not held against the other bodies.
+    ///
+    /// # Errors
+    /// The first thing that cannot be; a scene of `[body]`.
+    pub fn with_body(&self, text: &str, path: &Path, read: ReadFile<'_>) -> Result<Self, Failure> {
+        let entry = super::parse(text).map_err(Failure::Input)?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        bodies::with_body(self, entry, Files { folder, read })
+    }
+
+    /// This scene without the body `index`, and without the joints that tie it; those after it move up by one.
+    ///
+    /// # Errors
+    /// The only body; a scene of `[body]`.
+    pub fn without_body(&self, index: usize) -> Result<Self, Failure> {
+        bodies::without_body(self, index)
     }
 
     /// A simulation from the start, which ends when `interrupt` is raised.

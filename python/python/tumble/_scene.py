@@ -102,8 +102,12 @@ class Scene(CoreScene):
         friction: Optional[float] = None,
         restitution: Optional[float] = None,
         solver: Optional[str] = None,
+        model: Optional[str] = None,
     ) -> "Scene":
-        """The scene of a scenario's text; ``path`` names it, and its meshes are beside it."""
+        """The scene of a scenario's text; ``path`` names it, and its meshes are beside it.
+
+        ``model`` is of scenes that are told by a simulation whose bodies have changed: see
+        Simulation.scene."""
         settings: Dict[str, Any] = {
             "seed": None if seed is None else whole("seed", seed, 0, _LARGEST_SEED),
             "steps": None if steps is None else whole("steps", steps, 1, _MOST_STEPS),
@@ -112,6 +116,7 @@ class Scene(CoreScene):
             "friction": friction,
             "restitution": restitution,
             "solver": solver,
+            "model": model,
         }
         scene = super().__new__(cls, text, os.fspath(path), **settings)
         scene._source = (text, os.fspath(path), settings)
@@ -129,6 +134,11 @@ class Scene(CoreScene):
         """
         text, _, settings = self._source
         given = {name: value for name, value in settings.items() if value is not None}
+        if "model" in given:
+            raise TumbleError(
+                "the scene is of a simulation to which bodies came or from which they went, and no file "
+                "says it; pickle keeps it"
+            )
         seed = given.pop("seed", None)
         if seed is not None:
             # A text that has a seed already would have two.
@@ -141,6 +151,11 @@ class Scene(CoreScene):
             )
         Scene.from_text(text, path)
         return written(Path(path), text.encode())
+
+    def _with_model(self, model: str) -> "Scene":
+        """The scene with the bodies of the model of a simulation."""
+        text, path, settings = self._source
+        return Scene.from_text(text, path, **{**settings, "model": model})
 
     def simulate(
         self, states: Any = None, *, threads: int = 1, index: int = 0

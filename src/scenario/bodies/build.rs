@@ -95,6 +95,30 @@ pub fn build(file: Entries, settings: &Settings, files: Files<'_>) -> Result<Bui
     Ok(Built { model: builder.model, drawn: builder.drawn })
 }
 
+/// `model` with one body more, the last, which a table of bodies describes. A body without a name gets the first
+/// that is free.
+pub fn with_body(model: Model, mut entry: BodyEntry, files: Files<'_>) -> Result<Model, String> {
+    let plane = model.plane.as_ref().map(|plane| Plane::new(plane.normal.0.into(), plane.offset));
+    let plane = plane.transpose().map_err(|error| error.to_string())?;
+    let number = model.bodies.len();
+    if entry.copies.is_some() || entry.ring.is_some() {
+        return Err("copies: one body at a time is added".to_owned());
+    }
+    let is_free = |name: &String| model.bodies.iter().all(|body| body.name != *name);
+    let free = (number..).map(|number| format!("body-{number}")).find(is_free);
+    entry.name = entry.name.or(free);
+    let (draws, names) = (Draws::new(USUAL_SEED), Vec::new());
+    let mut builder = Builder { files, plane, draws, drawn: false, names, model };
+    builder.add_bodies("body", entry)?;
+    if builder.drawn {
+        return Err("body: nothing of one that is added is drawn; numbers are needed".to_owned());
+    }
+    builder.names.clear();
+    builder.refuse_equal_names()?;
+    builder.refuse_mass_ratio()?;
+    Ok(builder.model)
+}
+
 /// A name of the file, and what has it.
 struct Named {
     name: String,
