@@ -48,6 +48,8 @@ mod several_tampering;
 mod simulate;
 #[path = "derivatives/sizes.rs"]
 mod sizes;
+#[path = "cli/start_index.rs"]
+mod start_index;
 #[path = "cli/streams.rs"]
 mod streams;
 #[path = "cli/support.rs"]

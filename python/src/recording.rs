@@ -115,7 +115,7 @@ impl Recording {
         if !(world.fixed().is_empty() && world.joints().is_empty()) {
             return Err(odd(&"it is of one body and the ground, and the scene has more"));
         }
-        let mut reader = TrajectoryReader::new(table).map_err(|error| odd(&error))?;
+        let mut reader = TrajectoryReader::new(table).map_err(|error| odd(&error))?.of_part();
         let (found, points) = (reader.contacts(), body.contact_points().len());
         if found != points {
             return Err(odd(&format!(
@@ -187,11 +187,10 @@ impl Recording {
         Ok(Self { content, rows, forces, has_contacts, is_of_scene })
     }
 
-    /// The run.json beside the tables; None where it could not say what was simulated: of a run that
-    /// begins later, or that something moved which the scene does not know, and of a scene of `[body]`.
+    /// The run.json beside the tables; None where it could not say what was simulated: of a run that something
+    /// moved which the scene does not know, and of a scene of `[body]`.
     fn run_json<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyBytes>>> {
-        let is_told = self.is_of_scene && self.has_contacts;
-        if !is_told || self.rows.first().is_none_or(|first| first.row.index != 0) {
+        if !(self.is_of_scene && self.has_contacts) {
             return Ok(None);
         }
         let Some(file) = RunFile::of_rows(&self.content, &self.rows).map_err(in_python)? else {

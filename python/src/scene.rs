@@ -9,6 +9,7 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use tumble::mechanics::Rotation;
+use tumble::scenario::LARGEST_START;
 use tumble::scenario::choices::SolverName;
 use tumble::scenario::failure::Failure;
 use tumble::scenario::joint::JointModel;
@@ -58,7 +59,7 @@ impl Scene {
     #[new]
     #[allow(clippy::too_many_arguments)]
     #[pyo3(signature = (
-        text, path, *, seed=None, steps=None, time_step=None, rotation=None, friction=None,
+        text, path, *, seed=None, steps=None, start_index=None, time_step=None, rotation=None, friction=None,
         restitution=None, solver=None, model=None
     ))]
     fn new(
@@ -66,6 +67,7 @@ impl Scene {
         path: PathBuf,
         seed: Option<u32>,
         steps: Option<u64>,
+        start_index: Option<u64>,
         time_step: Option<f64>,
         rotation: Option<&str>,
         friction: Option<f64>,
@@ -76,6 +78,7 @@ impl Scene {
         let flags = Settings {
             seed,
             steps: steps.map(rows).transpose()?,
+            start_index: start_index.map(first_index).transpose()?,
             dt: time_step,
             rotation: rotation.map(rotation_of).transpose()?,
             mu: friction,
@@ -127,6 +130,12 @@ impl Scene {
         let OutputFormat::Tables(model) = &self.content.format else { return Vec::new() };
         let axes = |joint: &JointModel| joint.kind.driven().iter().map(|(_, axis)| *axis).collect();
         model.joints.iter().map(axes).collect()
+    }
+
+    /// k of its start.
+    #[getter]
+    fn start_index(&self) -> u64 {
+        self.content.start_index
     }
 
     /// The steps of a whole run.
@@ -200,6 +209,13 @@ fn rows(steps: u64) -> PyResult<u64> {
         Ok(steps + 1)
     } else {
         Err(refused(format!("steps is {steps}; allowed is 1 to 9999999")))
+    }
+}
+
+fn first_index(index: u64) -> PyResult<u64> {
+    match index <= LARGEST_START {
+        true => Ok(index),
+        false => Err(refused(format!("start_index is {index}; allowed is 0 to {LARGEST_START}"))),
     }
 }
 

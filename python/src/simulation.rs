@@ -104,15 +104,15 @@ impl Running {
 
 #[pymethods]
 impl Simulation {
-    /// A simulation from the scene's start, or from states (N, 13), at step `index`, on up to `threads`
-    /// threads.
+    /// A simulation from the scene's start, or from states (N, 13), at step `index` or the
+    /// scene's, on up to `threads` threads.
     #[new]
-    #[pyo3(signature = (scene, states=None, threads=1, index=0))]
+    #[pyo3(signature = (scene, states=None, threads=1, index=None))]
     fn new(
         scene: PyRef<'_, Scene>,
         states: Option<PyReadonlyArrayDyn<'_, f64>>,
         threads: usize,
-        index: u64,
+        index: Option<u64>,
     ) -> PyResult<Self> {
         let content = Arc::clone(&scene.content);
         let starts = match &states {
@@ -126,10 +126,10 @@ impl Simulation {
         };
         let simulation = simulation::Simulation::new(content.world.clone(), starts, motion);
         let mut simulation = simulation.map_err(refused)?;
-        for (body, load) in content.loads.iter().enumerate() {
-            simulation.set_load(body, load.clone()).map_err(refused)?;
+        content.prepare(&mut simulation).map_err(refused)?;
+        if let Some(index) = index {
+            simulation.set_index(index).map_err(refused)?;
         }
-        simulation.set_index(index).map_err(refused)?;
         let interrupt = Arc::new(AtomicBool::new(false));
         simulation.interrupt_by(Arc::clone(&interrupt));
         let running =

@@ -117,6 +117,7 @@ impl<'a> Recording<'a> {
         (flags, given): (Settings, &[&str]),
     ) -> Result<Self, Failure> {
         let run_path = path.with_file_name("run.json");
+        let first = run.as_ref().map_or(0, |run| run.start_index);
         if let Some(model) = run.as_ref().and_then(|run| run.model.as_ref()) {
             let wrong = |failure: Failure| match failure {
                 Failure::Setting { name, why } => {
@@ -137,7 +138,7 @@ impl<'a> Recording<'a> {
             };
             let reader = TablesReader::new(streams, world.bodies().len(), world.joints().len());
             let reader = reader.map_err(|error| odd_tables(path, &error))?;
-            let rows = Rows::Tables(Box::new(reader));
+            let rows = Rows::Tables(Box::new(reader.from_index(first)));
             return Ok(Self { path, rows, run, world, loads });
         }
         let file = input::open(path).map_err(|error| odd_trajectory(path, &error))?;
@@ -161,7 +162,13 @@ impl<'a> Recording<'a> {
                 if run.is_some() { "run.json names" } else { "without a run.json there are" },
             )));
         }
-        Ok(Self { path, rows: Rows::Trajectory(Box::new(reader)), run, world, loads: vec![load] })
+        Ok(Self {
+            path,
+            rows: Rows::Trajectory(Box::new(reader.from_index(first))),
+            run,
+            world,
+            loads: vec![load],
+        })
     }
 
     /// The next step, its time checked, and of tables its states; `None` after the last.

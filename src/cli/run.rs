@@ -84,7 +84,8 @@ pub fn run(
     if !scene.joints.is_empty() {
         run.joints.get_or_insert_default();
     }
-    let mut left = (scene.rows - 1).saturating_sub(simulation.index());
+    let taken = simulation.index().saturating_sub(scene.start_index);
+    let mut left = (scene.rows - 1).saturating_sub(taken);
     let bar = progress_bar(left, "steps", quiet);
     while left > 0 && run.end == End::Complete {
         let wanted = usize::try_from(left).map_or(records.len(), |left| left.min(records.len()));

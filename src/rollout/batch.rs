@@ -19,6 +19,8 @@ pub struct Batch<'a> {
     pub motion: MotionOf<'a>,
     /// What pushes each body in all rollouts, besides the controls: one a body, or none at all.
     pub loads: &'a [Load],
+    /// k of the starts: loads are those of the times from there on.
+    pub index: u64,
     /// B.
     pub rollouts: usize,
     /// T.

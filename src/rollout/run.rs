@@ -142,6 +142,7 @@ fn one(
     for (body, load) in batch.loads.iter().enumerate() {
         simulation.set_load(body, load.clone())?;
     }
+    simulation.set_index(batch.index)?;
     if let Some(flag) = watch.interrupt {
         simulation.interrupt_by(Arc::clone(flag));
     }

@@ -54,6 +54,7 @@ pub fn scene(
         changed: Vec::new(),
         seed,
         drawn: *attitude == Attitude::Random,
+        start_index: settings.start_index.unwrap_or(0),
         rows: settings.steps.ok_or_else(|| Failure::needed("steps"))?,
         world,
         starts: vec![start],

@@ -18,6 +18,7 @@ use serde::Deserialize;
 pub struct ScenarioFile {
     pub name: Option<String>,
     steps: Option<u64>,
+    start_index: Option<u64>,
     time_step: Option<f64>,
     rotation: Option<Rotation>,
     seed: Option<u32>,
@@ -40,6 +41,9 @@ pub struct ScenarioFile {
     motors: Option<Vec<MotorEntry>>,
 }
 
+/// The largest k of a start: times k h of all steps after it are doubles that can be told apart.
+pub const LARGEST_START: u64 = 9_000_000_000_000_000;
+
 /// What a file says besides its name.
 pub struct Said {
     /// All that flags can say too.
@@ -59,8 +63,12 @@ impl ScenarioFile {
         if !(1..=10_000_000).contains(&steps) {
             return Err(format!("steps is {steps}; allowed is 1 to 10000000"));
         }
+        if let Some(index) = self.start_index.filter(|index| *index > LARGEST_START) {
+            return Err(format!("start_index is {index}; allowed is 0 to {LARGEST_START}"));
+        }
         let mut settings = Settings {
             steps: Some(steps),
+            start_index: self.start_index,
             seed: self.seed,
             dt: Some(self.time_step.unwrap_or(0.002)),
             gravity: Some(self.gravity.map_or(Vector3::new(0.0, 0.0, -9.81), Gravity::vector)),

@@ -33,6 +33,7 @@ mod tables;
 pub use bodies::entries::ReadFile;
 
 use failure::Failure;
+pub use file::LARGEST_START;
 use file::{Said, ScenarioFile};
 use serde::de::DeserializeOwned;
 use std::path::Path;

@@ -67,6 +67,9 @@ pub struct RunFile {
     /// Rows asked for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub steps: Option<u64>,
+    /// k of the first row; not written where it is 0.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub start_index: u64,
     /// Of a run of the three tables: bodies, what is fixed, constants and starts.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub model: Option<Model>,
@@ -372,6 +375,7 @@ impl RunFile {
             parameters: one.map(|(_, load)| RunParameters::of(&scene.world, load, scene.rows)),
             drawn: tables.map(|_| scene.drawn),
             steps: tables.map(|_| scene.rows),
+            start_index: scene.start_index,
             model: tables.map(|model| Model::clone(model)),
             solver: SolverSettings::of(scene)?,
             start: one.map(|(state, _)| start(state)),
@@ -381,8 +385,8 @@ impl RunFile {
         })
     }
 
-    /// That of a run of `scene` from its step 0 whose rows these are, a state without a step at last: it is
-    /// complete, whatever was asked for. None of a scene of `[body]`, whose run.json stands beside another
+    /// That of a run of `scene`, or of a part of one, whose rows these are, a state without a step at last: it
+    /// begins with the first of them and is complete, whatever was asked for. None of a scene of `[body]`, whose run.json stands beside another
     /// table, nor without rows.
     ///
     /// # Errors
@@ -417,6 +421,7 @@ impl RunFile {
         let mut file =
             Self::of(scene, &Ended { outcome, summary, seconds, largest_overlap, joints })?;
         file.steps = Some(rows.len() as u64);
+        file.start_index = first.row.index;
         for (body, state) in file.model.iter_mut().flat_map(|m| &mut m.bodies).zip(&first.states) {
             body.start = BodyStart::of(state);
         }
@@ -531,6 +536,10 @@ impl RunFile {
             .find(|(_, word)| word.chars().count() > LONGEST_WORD)
             .map(|(field, _)| field)
     }
+}
+
+fn is_zero(index: &u64) -> bool {
+    *index == 0
 }
 
 fn json(value: &impl Serialize) -> Result<String, Failure> {

@@ -31,11 +31,13 @@ pub struct Scene {
     pub seed: u32,
     /// Whether anything of the start is drawn from the seed.
     pub drawn: bool,
+    /// k of the start: its time is k h, and loads are those of the times from there on.
+    pub start_index: u64,
     /// Rows of the trajectory: one more than there are steps.
     pub rows: u64,
     /// The world.
     pub world: World,
-    /// The states at step 0, one a body.
+    /// The states at the start, one a body.
     pub starts: Vec<State>,
     /// What pushes each body.
     pub loads: Vec<Load>,
@@ -184,11 +186,21 @@ impl Scene {
             Some(contact) => contact.motion(&self.world)?,
         };
         let mut simulation = Simulation::new(self.world.clone(), self.starts.clone(), motion)?;
+        self.prepare(&mut simulation)?;
+        simulation.interrupt_by(Arc::clone(interrupt));
+        Ok(simulation)
+    }
+
+    /// Sets in a `simulation` of the scene what of it changes with time: the index of the start, and the loads.
+    ///
+    /// # Errors
+    /// What the library refuses: none of a simulation of the scene's world.
+    pub fn prepare(&self, simulation: &mut Simulation<'_>) -> Result<(), Error> {
+        simulation.set_index(self.start_index)?;
         for (body, load) in self.loads.iter().enumerate() {
             simulation.set_load(body, load.clone())?;
         }
-        simulation.interrupt_by(Arc::clone(interrupt));
-        Ok(simulation)
+        Ok(())
     }
 
     /// What moves the bodies of `world`, the scene's or one with other constants.

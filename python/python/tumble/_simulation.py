@@ -44,8 +44,8 @@ class Step(NamedTuple):
 class Simulation(CoreSimulation):
     """A running simulation of a scene of N bodies, from its start or from ``states`` (N, 13).
 
-    It starts at step ``index``: its time is that many time steps, and loads are those of the times from
-    there on.
+    It starts at step ``index``, without one at the scene's ``start_index``: its time is that many time steps, and
+    loads are those of the times from there on.
 
     A state is x, y, z (m, world), the quaternion w, x, y, z (body to world), the velocity (m/s,
     world) and the spin (rad/s, body). Of a single body (13,) will do.
@@ -63,10 +63,11 @@ class Simulation(CoreSimulation):
     """Whether bodies came or went since the scene was told."""
 
     def __new__(
-        cls, scene: Scene, states: Any = None, *, threads: int = 1, index: int = 0
+        cls, scene: Scene, states: Any = None, *, threads: int = 1, index: Optional[int] = None
     ) -> "Simulation":
         threads = whole("threads", threads, 1)
-        index = whole("index", index, 0, _MOST_STEPS)
+        if index is not None:
+            index = whole("index", index, 0, _MOST_STEPS)
         if states is not None:
             states = _states(scene, states)
         self = super().__new__(cls, scene, states, threads, index)

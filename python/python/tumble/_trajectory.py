@@ -259,9 +259,9 @@ class Trajectory:
         """Writes states.csv, contacts.csv, steps.csv, and of a scene with joints joints.csv, which read
         back to the same doubles; and run.json, with which the command line verifies and shows them.
 
-        A run.json says what was simulated: there is none, and one of before is removed, where the run
-        does not begin at step 0, where more moved it than the scene says (wrenches, motors or states
-        set on the way), and of scenes written with ``[body]``."""
+        A run.json says what was simulated: there is none, and one of before is removed, where more moved it
+        than the scene says (wrenches, motors or states set on the way, bodies that came or went), and of
+        scenes written with ``[body]``."""
         self._need_contacts("to_csv")
         folder = Path(folder)
         folder.mkdir(parents=True, exist_ok=True)

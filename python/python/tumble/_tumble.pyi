@@ -25,6 +25,7 @@ class CoreScene:
         *,
         seed: Optional[int] = None,
         steps: Optional[int] = None,
+        start_index: Optional[int] = None,
         time_step: Optional[float] = None,
         rotation: Optional[str] = None,
         friction: Optional[float] = None,
@@ -44,6 +45,8 @@ class CoreScene:
     def joints(self) -> List[str]: ...
     @property
     def joint_axes(self) -> List[List[int]]: ...
+    @property
+    def start_index(self) -> int: ...
     @property
     def steps(self) -> int: ...
     @property
@@ -71,7 +74,7 @@ class CoreSimulation:
         scene: CoreScene,
         states: Optional[Floats] = None,
         threads: int = 1,
-        index: int = 0,
+        index: Optional[int] = None,
     ) -> Self: ...
     def saved(self) -> bytes: ...
     def go_on(self, bytes: bytes) -> None: ...

@@ -60,7 +60,8 @@ pub struct Judge {
     pub accepted: f64,
     /// By which points become candidates, where the files say it.
     detection: Option<Detection>,
-    /// The angles of hinges at the step's start, as the steps before have turned them, rad.
+    /// The angles of hinges at the step's start, as the steps before have turned them, rad; empty before the first
+    /// step of a run that begins later than its joints did.
     angles: Vec<f64>,
 }
 
@@ -94,7 +95,10 @@ impl Judge {
             candidates: Candidates::new(),
             accepted: recording.accepted()?,
             detection: recording.detection(),
-            angles: vec![0.0; recording.world.joints().len()],
+            angles: match recording.run.as_ref().map_or(0, |run| run.start_index) {
+                0 => vec![0.0; recording.world.joints().len()],
+                _ => Vec::new(),
+            },
         })
     }
 
@@ -358,7 +362,8 @@ impl Judge {
         let joints = self.world.joints().iter().zip(&step.joints).enumerate();
         joints.into_iter().find_map(|(number, (joint, row))| {
             let at = joint.coordinates(&step.states)?;
-            let angle = joint.angle(&at, self.angles[number]);
+            let before = self.angles.get(number).copied().unwrap_or(row.turns[2]);
+            let angle = joint.angle(&at, before);
             let force = match next {
                 Some((_, forces)) => forces[number],
                 None => JointForce::none(angle),

@@ -62,6 +62,7 @@ pub fn scene(
         changed: Vec::new(),
         seed: settings.seed.unwrap_or(USUAL_SEED),
         drawn,
+        start_index: settings.start_index.unwrap_or(0),
         rows: settings.steps.ok_or_else(|| Failure::needed("steps"))?,
         world,
         starts: model.states(),

@@ -133,6 +133,13 @@ impl<R: Read> TablesReader<R> {
         })
     }
 
+    /// The same of a run whose first k is `index`.
+    #[must_use]
+    pub fn from_index(mut self, index: u64) -> Self {
+        self.next_index = index;
+        self
+    }
+
     /// The same of a part of a run, whose first step may have any k.
     #[must_use]
     pub fn of_part(mut self) -> Self {
