@@ -1,6 +1,7 @@
 //! A run that was recorded: as arrays, as tables, as pictures.
 
 use crate::arrays::{numbers, shaped};
+use crate::contacts::{Contacts, Names, column_of};
 use crate::errors::refused;
 use crate::scene::{Scene, in_python};
 use crate::watch::Watched;
@@ -268,8 +269,11 @@ impl Recording {
         let indices: Vec<_> = self.rows.iter().flat_map(of).collect();
         let count = indices.len();
         columns.set_item("k", shaped(py, indices, &[count])?)?;
-        let rows = || self.rows.iter().flat_map(|step| &step.contacts);
-        set_contacts(&columns, &self.content, rows)?;
+        let names = Names::of(py, &self.content);
+        for name in Contacts::COLUMNS {
+            let rows = self.rows.iter().flat_map(|step| &step.contacts);
+            columns.set_item(name, column_of(py, name, &names, rows)?)?;
+        }
         Ok(columns)
     }
 
@@ -414,48 +418,11 @@ fn is_of(content: &Content, contact: &ContactRow) -> bool {
     contact.body < bodies && known
 }
 
-/// Sets the columns of contacts, each (C,) or (C, 3).
-pub fn set_contacts<'a, I: Iterator<Item = &'a ContactRow>>(
-    columns: &Bound<'_, PyDict>,
-    content: &Content,
-    rows: impl Fn() -> I,
-) -> PyResult<()> {
-    let py = columns.py();
-    let count = rows().count();
-    let bodies = rows().map(|row| row.body as u64).collect();
-    columns.set_item("body", shaped(py, bodies, &[count])?)?;
-    let partners: Vec<_> = rows().map(|row| partner(content, row.partner)).collect();
-    columns.set_item("partner", partners)?;
-    type Column = fn(&ContactRow) -> Vector3<f64>;
-    let three: [(&str, Column); 4] = [
-        ("point", |row| row.point),
-        ("normal", |row| row.normal),
-        ("force", |row| row.force),
-        ("slip", |row| row.slip),
-    ];
-    for (name, of) in three {
-        columns.set_item(name, shaped(py, vectors(rows().map(of)), &[count, 3])?)?;
-    }
-    let pressing = rows().map(|row| row.normal.dot(&row.force)).collect();
-    columns.set_item("normal_force", shaped(py, pressing, &[count])?)?;
-    columns.set_item("gap", shaped(py, rows().map(|row| row.gap).collect(), &[count])?)
-}
-
-/// The name of whom a contact is with; empty of what is not there.
-fn partner(content: &Content, partner: Partner) -> String {
-    let named = match partner {
-        Partner::Ground => return "ground".to_owned(),
-        Partner::Fixed(index) => content.fixed.get(index),
-        Partner::Body(index) => content.bodies.get(index),
-    };
-    named.cloned().unwrap_or_default()
-}
-
 fn words(names: &[String]) -> Vec<&str> {
     names.iter().map(String::as_str).collect()
 }
 
 /// The components of vectors, one after the other.
-fn vectors(vectors: impl Iterator<Item = Vector3<f64>>) -> Vec<f64> {
+pub fn vectors(vectors: impl Iterator<Item = Vector3<f64>>) -> Vec<f64> {
     vectors.flat_map(<[f64; 3]>::from).collect()
 }

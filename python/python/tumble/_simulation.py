@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Dict, Mapping, NamedTuple, Optional, Tuple, Type, Union
+from typing import TYPE_CHECKING, Any, Dict, NamedTuple, Optional, Tuple, Type, Union
 
 from ._arrays import numbers
 from ._checks import room, whole
@@ -13,13 +14,15 @@ from ._progress import Progress, callback
 from ._scene import Scene
 from ._toml import document
 from ._trajectory import Trajectory, by_name, contacts_frame
-from ._tumble import CoreSimulation, Recording, TumbleError
+from ._tumble import Contacts, CoreSimulation, Recording, TumbleError
 
 if TYPE_CHECKING:
     import pandas as pd
 
 _MOST_STEPS = 2**53 - 1
 
+
+Mapping.register(Contacts)
 
 _AXES = {0: "x", 1: "y", 2: "slide", 5: "turn"}
 """What the axes of joints are called that drives act on."""

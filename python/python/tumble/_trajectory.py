@@ -7,7 +7,7 @@ import html
 import os
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Dict, Iterator, List, Optional, Tuple, Union
+from typing import TYPE_CHECKING, Any, Dict, Iterator, List, Mapping, Optional, Tuple, Union
 
 from ._checks import whole
 from ._files import written
@@ -381,7 +381,7 @@ class Trajectory:
         return Page(self.page())._repr_html_() if self.recording.has_contacts else None
 
 
-def contacts_frame(scene: Scene, contacts: Dict[str, Any]) -> "pd.DataFrame":
+def contacts_frame(scene: Scene, contacts: Mapping[str, Any]) -> "pd.DataFrame":
     """Columns of contacts as a table with a row each."""
     import pandas as pd
 

@@ -199,6 +199,7 @@ impl JointRow {
 
 impl ContactRow {
     /// The rows of the contacts of a step, in the order of its solution; see [`TableStep::of`].
+    #[inline]
     pub fn of(record: &StepRecord) -> impl Iterator<Item = Self> + '_ {
         let point = |contact: &Contact| {
             let state = record.states.get(contact.key.body);
