@@ -14,7 +14,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use tumble::contact::Partner;
 use tumble::film::{self, Cast, Keys, Role};
-use tumble::joint::JointResidual;
+use tumble::joint::{JointForce, JointResidual};
 use tumble::mechanics::State;
 use tumble::scenario::model::BodyModel;
 use tumble::scenario::run_file::RunFile;
@@ -176,9 +176,10 @@ impl Recording {
             let row = TableStep::of(&self.content.world, &record).row;
             last.row = StepRow { time: last.row.time, energy: last.row.energy, ..row };
             last.contacts = Vec::new();
-            for joint in &mut last.joints {
-                let JointRow { place, turns, .. } = *joint;
-                *joint = JointRow { place, turns, ..NO_STEP };
+            let world = self.content.world_at(last.row.index);
+            for (joint, row) in world.joints().iter().zip(&mut last.joints) {
+                let force = JointForce::none(row.turns[2]);
+                *row = JointRow::between(&world, joint, (&last.states, None), &force);
             }
         }
         let bodies = self.content.world.bodies().len();

@@ -55,6 +55,7 @@ pub fn rollout(
         world: &content.world,
         motion: &motion,
         loads: &content.loads,
+        courses: &content.courses,
         index: content.start_index,
         rollouts,
         steps,

@@ -20,7 +20,6 @@ use tumble::error::Error;
 use tumble::joint::{Axis, Drive, JointAxis, Motor};
 use tumble::mechanics::{State, Wrench};
 use tumble::scenario::joint::JointModel;
-use tumble::scenario::model::BodyStart;
 use tumble::scenario::scene::Scene as Content;
 use tumble::simulation::save::{Saved, from_bytes, to_bytes};
 use tumble::simulation::tables::{JointRow, TableStep};
@@ -240,13 +239,11 @@ impl Simulation {
 
     /// The model of its bodies as they are now, where one may have come or gone, as text.
     fn told(&mut self) -> PyResult<String> {
-        let states = self.running().simulation.states().to_vec();
+        let (time, states) = (self.time(), self.running().simulation.states().to_vec());
         let model =
             self.content.model().ok_or_else(|| refused("a scene of [body] has no model"))?;
         let mut model = model.clone();
-        for (body, state) in model.bodies.iter_mut().zip(&states) {
-            body.start = BodyStart::of(state);
-        }
+        model.start_at(&states, time).map_err(in_python)?;
         model.text().map_err(in_python)
     }
 

@@ -154,10 +154,11 @@ fn check_rows(path: &Path, run: RunFile, saved: &Saved) -> Result<(), Failure> {
 
 /// The scene of a run, as far as it is to be continued.
 fn scene_of(run: &RunFile) -> Result<Scene, Failure> {
-    let (world, loads, bodies, fixed, format) = match &run.model {
+    let (world, loads, courses, bodies, fixed, format) = match &run.model {
         Some(model) => (
             model.world()?,
             model.loads()?,
+            model.courses()?,
             model.bodies.iter().map(|body| body.name.clone()).collect(),
             model.fixed.iter().map(|fixed| fixed.name.clone()).collect(),
             OutputFormat::Tables(Box::new(model.clone())),
@@ -167,7 +168,7 @@ fn scene_of(run: &RunFile) -> Result<Scene, Failure> {
                 run.parameters.as_ref().ok_or_else(|| Failure::needed("parameters"))?;
             let (world, load) = physics::of_settings(&parameters.settings()?)?;
             let bodies = vec!["body".to_owned()];
-            (world, vec![load], bodies, Vec::new(), OutputFormat::Trajectory)
+            (world, vec![load], Vec::new(), bodies, Vec::new(), OutputFormat::Trajectory)
         }
     };
     let joints = run.model.iter().flat_map(|model| &model.joints);
@@ -182,6 +183,7 @@ fn scene_of(run: &RunFile) -> Result<Scene, Failure> {
         world,
         starts: run.starts(),
         loads,
+        courses,
         bodies,
         fixed,
         joints,

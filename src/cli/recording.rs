@@ -12,6 +12,7 @@ use std::fs::File;
 use std::io::{BufRead as _, BufReader, Read as _};
 use std::path::{Path, PathBuf};
 use tumble::contact::Detection;
+use tumble::joint::Knots;
 use tumble::mechanics::{Load, State};
 use tumble::scenario::physics;
 use tumble::scenario::settings::Settings;
@@ -35,6 +36,8 @@ pub struct Recording<'a> {
     pub world: World,
     /// One a body.
     pub loads: Vec<Load>,
+    /// How joints' frames in the world move.
+    pub courses: Vec<(usize, Knots)>,
 }
 
 /// What reads the rows of one format.
@@ -127,6 +130,7 @@ impl<'a> Recording<'a> {
             };
             let world = model.world().map_err(wrong)?;
             let loads = model.loads().map_err(wrong)?;
+            let courses = model.courses().map_err(wrong)?;
             let streams = Streams {
                 states: table(path, Table::States)?,
                 contacts: table(path, Table::Contacts)?,
@@ -139,7 +143,7 @@ impl<'a> Recording<'a> {
             let reader = TablesReader::new(streams, world.bodies().len(), world.joints().len());
             let reader = reader.map_err(|error| odd_tables(path, &error))?;
             let rows = Rows::Tables(Box::new(reader.from_index(first)));
-            return Ok(Self { path, rows, run, world, loads });
+            return Ok(Self { path, rows, run, world, loads, courses });
         }
         let file = input::open(path).map_err(|error| odd_trajectory(path, &error))?;
         let reader = TrajectoryReader::new(file).map_err(|error| odd_trajectory(path, &error))?;
@@ -168,6 +172,7 @@ impl<'a> Recording<'a> {
             run,
             world,
             loads: vec![load],
+            courses: Vec::new(),
         })
     }
 
@@ -188,6 +193,11 @@ impl<'a> Recording<'a> {
             self.check_states(step)?;
         }
         Ok(step)
+    }
+
+    /// Has what moves in the world be where it is at the step.
+    pub fn follow(&mut self, step: &Step) {
+        self.world.follow(&self.courses, step.index() as f64 * self.world.time_step());
     }
 
     /// Times that do not fit the time step show that the parameters are another run's.

@@ -2,6 +2,7 @@
 
 use super::varied::Varied;
 use crate::error::Error;
+use crate::joint::Knots;
 use crate::mechanics::{Load, State, Wrench};
 use crate::simulation::Motion;
 use crate::world::World;
@@ -19,6 +20,8 @@ pub struct Batch<'a> {
     pub motion: MotionOf<'a>,
     /// What pushes each body in all rollouts, besides the controls: one a body, or none at all.
     pub loads: &'a [Load],
+    /// How joints' frames in the world move in all rollouts, by the joints' indices.
+    pub courses: &'a [(usize, Knots)],
     /// k of the starts: loads are those of the times from there on.
     pub index: u64,
     /// B.

@@ -20,6 +20,7 @@
 //!     world: &world,
 //!     motion: &|world| Ok(Motion::native(world)),
 //!     loads: &[],
+//!     courses: &[],
 //!     index: 0,
 //!     rollouts: 4,
 //!     steps: 300,

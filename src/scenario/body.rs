@@ -59,6 +59,7 @@ pub fn scene(
         world,
         starts: vec![start],
         loads: vec![load],
+        courses: Vec::new(),
         bodies: vec!["body".to_owned()],
         fixed: Vec::new(),
         joints: Vec::new(),

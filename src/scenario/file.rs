@@ -1,6 +1,7 @@
 //! A scenario file as it is written, and what it says.
 
 use super::bodies::Entries;
+use super::bodies::driven::{DrivenEntry, SurfaceEntry};
 use super::bodies::entries::{BodyEntry, FixedEntry, PairEntry};
 use super::bodies::joints::{JointEntry, MotorEntry};
 use super::fields::{Gravity, table_if_any};
@@ -39,6 +40,8 @@ pub struct ScenarioFile {
     restitution: Option<Vec<PairEntry>>,
     joints: Option<Vec<JointEntry>>,
     motors: Option<Vec<MotorEntry>>,
+    driven: Option<Vec<DrivenEntry>>,
+    surfaces: Option<Vec<SurfaceEntry>>,
 }
 
 /// The largest k of a start: times k h of all steps after it are doubles that can be told apart.
@@ -98,6 +101,8 @@ impl ScenarioFile {
             restitution: self.restitution.unwrap_or_default(),
             joints: self.joints.unwrap_or_default(),
             motors: self.motors.unwrap_or_default(),
+            driven: self.driven.unwrap_or_default(),
+            surfaces: self.surfaces.unwrap_or_default(),
         });
         Ok(Said { settings, ground, entries })
     }
@@ -118,6 +123,8 @@ impl ScenarioFile {
             ("restitution", "without [[bodies]]", of_body && self.restitution.is_some()),
             ("joints", "without [[bodies]]", of_body && self.joints.is_some()),
             ("motors", "without [[bodies]]", of_body && self.motors.is_some()),
+            ("driven", "without [[bodies]]", of_body && self.driven.is_some()),
+            ("surfaces", "without [[bodies]]", of_body && self.surfaces.is_some()),
             ("rotation", "without a [ground] table", floating && self.rotation.is_some()),
             ("solver", "without a [ground] table", floating && self.solver.is_some()),
             ("start.frame \"ground\"", "without a [ground] table", floating && in_ground),

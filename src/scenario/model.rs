@@ -3,11 +3,12 @@
 //! A simulation and its verification make their worlds here, of the same numbers.
 
 use super::joint::JointModel;
-use super::shape::{PlacedForm, Shape};
+use super::shape::{Place, PlacedForm, Shape};
 use crate::contact::{Partner, Plane};
 use crate::error::Error;
 #[cfg(feature = "film")]
 use crate::film::Role;
+use crate::joint::Knots;
 use crate::mechanics::{Load, RigidBody, Rotation, State};
 use crate::scenario::colour::{Colour, Label};
 use crate::scenario::failure::Failure;
@@ -53,6 +54,18 @@ pub struct Model {
     /// What ties bodies.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub joints: Vec<JointModel>,
+    /// What moves over what it is of.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub surfaces: Vec<SurfaceModel>,
+}
+
+/// A surface that moves over what it is of, as a belt does.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct SurfaceModel {
+    /// Whose it is.
+    pub of: PartnerModel,
+    /// m/s; in the frame of the body, in the world's of what is fixed.
+    pub velocity: [f64; 3],
 }
 
 /// A body and its start.
@@ -169,7 +182,33 @@ impl Model {
         let world = self.restitutions.iter().try_fold(world, |world, pair| {
             world.with_restitution_between(pair.body, pair.partner.into(), pair.coefficient)
         })?;
+        let world = self.surfaces.iter().try_fold(world, |world, surface| {
+            world.with_surface(surface.of.into(), surface.velocity.into())
+        })?;
         self.tied(world)
+    }
+
+    /// How the frames in the world of joints move, by the joints' indices.
+    pub fn courses(&self) -> Result<Vec<(usize, Knots)>, Failure> {
+        let joints = self.joints.iter().enumerate();
+        let courses =
+            joints.filter_map(|(index, joint)| Some((index, joint, joint.course.as_ref()?)));
+        let knots = courses.map(|(index, joint, course)| {
+            let odd = |why| Failure::Input(format!("joints[{index}] ({}): {why}", joint.name));
+            Ok((index, course.knots().map_err(odd)?))
+        });
+        knots.collect()
+    }
+
+    /// Has it start at these `states`, one a body, at the time `time` (s).
+    pub fn start_at(&mut self, states: &[State], time: f64) -> Result<(), Failure> {
+        for (body, state) in self.bodies.iter_mut().zip(states) {
+            body.start = BodyStart::of(state);
+        }
+        for (joint, knots) in self.courses()? {
+            self.joints[joint].frames[1] = Place::of(&knots.at(time));
+        }
+        Ok(())
     }
 
     /// `world` with the joints.
@@ -252,6 +291,14 @@ impl Model {
             Some(JointModel { body: number(joint.body)?, other, ..joint.clone() })
         };
         self.joints = self.joints.iter().filter_map(joint).collect();
+        let surface = |surface: &SurfaceModel| {
+            let of = match surface.of {
+                PartnerModel::Body(other) => PartnerModel::Body(number(other)?),
+                still => still,
+            };
+            Some(SurfaceModel { of, ..*surface })
+        };
+        self.surfaces = self.surfaces.iter().filter_map(surface).collect();
     }
 
     /// The states at step 0.

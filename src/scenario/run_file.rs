@@ -4,7 +4,7 @@ use super::choices::{Inertia, Shape};
 use super::failure::Failure;
 use super::fields::{self, Exactly, Numbers, by_rows, matrix, numbers};
 use super::joints_summary::JointsSummary;
-use super::model::{BodyStart, Model};
+use super::model::Model;
 use super::parameters::{LoadParameters, PlaneParameters, unnamed_rotation};
 use super::physics::plane;
 use super::scene::{OutputFormat, Scene};
@@ -396,7 +396,7 @@ impl RunFile {
             return Ok(None);
         };
         let (mut summary, mut joints) = (RunSummary::default(), JointsSummary::default());
-        let mut largest_overlap = 0.0_f64;
+        let (mut largest_overlap, mut world) = (0.0_f64, scene.world.clone());
         for (place, step) in rows.iter().enumerate() {
             let StepRow { index, status, iterations, residual, restitution_share, .. } = step.row;
             let part = "";
@@ -410,7 +410,8 @@ impl RunFile {
             });
             largest_overlap = largest_overlap.max(step.row.overlap);
             if place > 0 {
-                joints.add_errors(&scene.world, &step.states);
+                world.follow(&scene.courses, index as f64 * world.time_step());
+                joints.add_errors(&world, &step.states);
             }
             for joint in &step.joints {
                 joints.add_residual(joint.residual.locked, joint.residual.drive);
@@ -422,8 +423,8 @@ impl RunFile {
             Self::of(scene, &Ended { outcome, summary, seconds, largest_overlap, joints })?;
         file.steps = Some(rows.len() as u64);
         file.start_index = first.row.index;
-        for (body, state) in file.model.iter_mut().flat_map(|m| &mut m.bodies).zip(&first.states) {
-            body.start = BodyStart::of(state);
+        if let Some(model) = &mut file.model {
+            model.start_at(&first.states, first.row.index as f64 * scene.world.time_step())?;
         }
         Ok(Some(file))
     }

@@ -11,6 +11,7 @@ use super::solver_choice::SolverChoice;
 use super::{bodies, body};
 use crate::contact::Partner;
 use crate::error::Error;
+use crate::joint::{Course, Knots};
 use crate::mechanics::{Load, State};
 use crate::simulation::{Motion, Simulation};
 use crate::world::World;
@@ -41,6 +42,8 @@ pub struct Scene {
     pub starts: Vec<State>,
     /// What pushes each body.
     pub loads: Vec<Load>,
+    /// How joints' frames in the world move, by the joints' indices.
+    pub courses: Vec<(usize, Knots)>,
     /// The names of the bodies.
     pub bodies: Vec<String>,
     /// The names of the fixed pieces.
@@ -140,6 +143,14 @@ impl Scene {
         }
     }
 
+    /// Its world as it is at the time of step `index`, joints' frames being where their courses have them.
+    #[must_use]
+    pub fn world_at(&self, index: u64) -> World {
+        let mut world = self.world.clone();
+        world.follow(&self.courses, index as f64 * world.time_step());
+        world
+    }
+
     /// This scene with the bodies, the fixed things and the joints of `model`, where it says that they start.
     ///
     /// # Errors
@@ -149,6 +160,7 @@ impl Scene {
             world: model.world()?,
             starts: model.states(),
             loads: model.loads()?,
+            courses: model.courses()?,
             bodies: model.bodies.iter().map(|body| body.name.clone()).collect(),
             fixed: model.fixed.iter().map(|fixed| fixed.name.clone()).collect(),
             joints: model.joints.iter().map(|joint| joint.name.clone()).collect(),
@@ -191,7 +203,7 @@ impl Scene {
         Ok(simulation)
     }
 
-    /// Sets in a `simulation` of the scene what of it changes with time: the index of the start, and the loads.
+    /// Sets in a `simulation` of the scene what of it changes with time: the index of the start, loads and courses.
     ///
     /// # Errors
     /// What the library refuses: none of a simulation of the scene's world.
@@ -199,6 +211,9 @@ impl Scene {
         simulation.set_index(self.start_index)?;
         for (body, load) in self.loads.iter().enumerate() {
             simulation.set_load(body, load.clone())?;
+        }
+        for (joint, knots) in &self.courses {
+            simulation.set_course(*joint, Course::Through(knots.clone()))?;
         }
         Ok(())
     }

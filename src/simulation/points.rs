@@ -94,16 +94,13 @@ impl TrajectoryRow {
     }
 
     fn contact_row(&self, world: &World, contact: &Contact, next: &[State]) -> ContactRow {
-        let (now, then) = (self.state.pose(), next[0].pose());
-        let (normal, motion) =
-            (contact.normal(), contact.motion((&now, &then), None, world.time_step()));
         ContactRow {
             body: contact.key.body,
             partner: contact.key.partner,
             point: self.state.position + contact.arm,
-            normal,
+            normal: contact.normal(),
             force: self.force(contact.key.point),
-            slip: motion - normal * normal.dot(&motion),
+            slip: contact.slip(world, &[self.state], next),
             gap: contact.gap,
             radius: contact.features.radius,
             rebound: contact.rebound,

@@ -58,6 +58,8 @@ class Scene(CoreScene):
         restitution: Iterable[Fields] = (),
         joints: Iterable[Fields] = (),
         motors: Iterable[Fields] = (),
+        driven: Iterable[Fields] = (),
+        surfaces: Iterable[Fields] = (),
         *,
         gravity: Union[float, Iterable[float]] = 9.81,
         time_step: float = 0.002,
@@ -88,6 +90,8 @@ class Scene(CoreScene):
                 ),
                 "joints": tables("joints", joints),
                 "motors": tables("motors", motors),
+                "driven": tables("driven", driven),
+                "surfaces": tables("surfaces", surfaces),
             }
         )
         return cls.from_text(text, Path(folder) / "scene", seed=seed)
@@ -158,10 +162,10 @@ class Scene(CoreScene):
         Scene.from_text(text, path)
         return written(Path(path), text.encode())
 
-    def _with_model(self, model: str) -> "Scene":
-        """The scene with the bodies of the model of a simulation."""
+    def _with_model(self, model: str, index: int) -> "Scene":
+        """The scene with the bodies of the model of a simulation at step ``index``."""
         text, path, settings = self._source
-        return Scene.from_text(text, path, **{**settings, "model": model})
+        return Scene.from_text(text, path, **{**settings, "start_index": index, "model": model})
 
     def simulate(
         self, states: Any = None, *, threads: int = 1, index: Optional[int] = None

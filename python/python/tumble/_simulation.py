@@ -175,7 +175,7 @@ class Simulation(CoreSimulation):
         After bodies came or went it is a scene of those that there are, which start where they were when it
         was first asked for."""
         if self._changed:
-            self._scene = self._scene._with_model(self.told())
+            self._scene = self._scene._with_model(self.told(), self.index)
             self._changed = False
         return self._scene
 

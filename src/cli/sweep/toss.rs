@@ -84,6 +84,7 @@ pub fn part(
         world: &first.world,
         motion: &motion,
         loads: &first.loads,
+        courses: &first.courses,
         index: first.start_index,
         rollouts,
         steps,

@@ -11,8 +11,8 @@ use crate::cli::outcome::Failure;
 use crate::cli::recording::{Recording, Step};
 use nalgebra::Vector3;
 use tumble::contact::certificate::{Certifier, Claim, certify_rk4_step};
-use tumble::contact::{Candidates, Certificate, Contact, Detection, Partner, rounding};
-use tumble::joint::{Axis, Drive, Joint, JointForce, JointResidual};
+use tumble::contact::{Candidates, Certificate, Contact, Detection, rounding};
+use tumble::joint::{Axis, Drive, Joint, JointForce, JointResidual, Knots};
 use tumble::mechanics::{Load, State, Wrench};
 use tumble::simulation::energy;
 use tumble::simulation::tables::{JointRow, TableStep};
@@ -53,6 +53,7 @@ pub struct Verified {
 pub struct Judge {
     world: World,
     loads: Vec<Load>,
+    courses: Vec<(usize, Knots)>,
     floating: bool,
     certifier: Certifier,
     candidates: Candidates,
@@ -90,6 +91,7 @@ impl Judge {
         Ok(Self {
             world: recording.world.clone(),
             loads: recording.loads.clone(),
+            courses: recording.courses.clone(),
             floating: recording.floating(),
             certifier: Certifier::new(),
             candidates: Candidates::new(),
@@ -105,6 +107,7 @@ impl Judge {
     /// The step that ends at `next`.
     pub fn step(&mut self, step: &Step, next: &[State]) -> Verified {
         let states = step.states();
+        self.world.follow(&self.courses, (step.index() + 1) as f64 * self.world.time_step());
         let wrenches = self.wrenches(step.index(), states);
         let touching = match step {
             Step::Trajectory(row) => self.of_points(row, next, &wrenches),
@@ -151,7 +154,8 @@ impl Judge {
     }
 
     /// The last state, if it has another energy than its row says, or anything of a step.
-    pub fn end(&self, end: &Step) -> Option<Verified> {
+    pub fn end(&mut self, end: &Step) -> Option<Verified> {
+        self.world.follow(&self.courses, end.index() as f64 * self.world.time_step());
         let is_bare = match end {
             Step::Trajectory(row) => is_blank(row) && row.iterations == 0 && row.residual == 0.0,
             Step::Tables(step) => {
@@ -251,7 +255,7 @@ impl Judge {
         let speed_lost = self.lost_in(contacts, states, next);
         contacts.iter().find_map(|contact| {
             let (point, normal) = (contact.key.point, contact.normal());
-            let (force, slip) = (row.force(point), self.slip(contact, states, next).norm());
+            let (force, slip) = (row.force(point), contact.slip(&self.world, states, next).norm());
             let found = program_columns(&self.world, contact, (states, next), &pose, (force, slip));
             let has = row.products(point);
             // What is lost of a gap and of a speed, times the forces that they are multiplied by;
@@ -336,7 +340,7 @@ impl Judge {
         }
         let pairs = contacts.iter().zip(&step.contacts).filter(|_| complete).enumerate();
         for (number, (contact, row)) in pairs {
-            if (self.slip(contact, states, next) - row.slip).amax() > slip_lost {
+            if (contact.slip(&self.world, states, next) - row.slip).amax() > slip_lost {
                 differ(format!("its contact {number} has another slip"));
             }
         }
@@ -489,19 +493,6 @@ impl Judge {
     fn free_flight(&self, states: &[State], wrenches: &[Wrench]) -> Vec<State> {
         let flights = states.iter().zip(wrenches).enumerate();
         flights.map(|(i, (state, wrench))| self.world.free_flight(i, state, wrench)).collect()
-    }
-
-    /// The mean slip of a contact over the step, m/s, world.
-    fn slip(&self, contact: &Contact, states: &[State], next: &[State]) -> Vector3<f64> {
-        let poses = |body: usize| (states[body].pose(), next[body].pose());
-        let a = poses(contact.key.body);
-        let b = match contact.key.partner {
-            Partner::Body(index) => Some(poses(index)),
-            Partner::Ground | Partner::Fixed(_) => None,
-        };
-        let b = b.as_ref().map(|b| (&b.0, &b.1));
-        let u = contact.motion((&a.0, &a.1), b, self.world.time_step());
-        u - contact.normal() * contact.normal().dot(&u)
     }
 
     /// The energy is a sum of large parts of both signs; rounding is of the largest of them.

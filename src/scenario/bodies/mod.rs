@@ -2,6 +2,7 @@
 
 mod build;
 mod copies;
+pub mod driven;
 pub mod entries;
 pub mod joints;
 mod masses;
@@ -18,6 +19,7 @@ use crate::error::Error;
 use crate::scenario::choices::SolverName;
 use crate::simulation::JOINT_AT_THE_START;
 use build::Built;
+use driven::{DrivenEntry, SurfaceEntry};
 use entries::{BodyEntry, Files, FixedEntry, PairEntry};
 use joints::{JointEntry, MotorEntry};
 
@@ -35,6 +37,10 @@ pub struct Entries {
     pub joints: Vec<JointEntry>,
     /// `[[motors]]`.
     pub motors: Vec<MotorEntry>,
+    /// `[[driven]]`.
+    pub driven: Vec<DrivenEntry>,
+    /// `[[surfaces]]`.
+    pub surfaces: Vec<SurfaceEntry>,
 }
 
 /// The solver of these scenes where none is named.
@@ -65,6 +71,7 @@ pub fn scene(
         start_index: settings.start_index.unwrap_or(0),
         rows: settings.steps.ok_or_else(|| Failure::needed("steps"))?,
         world,
+        courses: model.courses()?,
         starts: model.states(),
         loads: model.loads()?,
         bodies: model.bodies.iter().map(|body| body.name.clone()).collect(),

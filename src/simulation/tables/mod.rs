@@ -16,7 +16,8 @@
 //!   [`World::joints`](crate::world::World::joints); its coordinates at step k, the place of A's anchor along
 //!   the axes of B's frame and the [turns](crate::joint::Joint::turns) about them, the angle of a hinge with
 //!   all its turns; their mean rates over the step k → k+1; the [force and torque](crate::joint::JointForce)
-//!   on A; and the two parts of the residual that are the joint's own.
+//!   on A; and the two parts of the residual that are the joint's own. A frame in the world that moves is where it is
+//!   when the step ends: the coordinates at k are what is left of its way.
 //!
 //! All rows are in the order of k; states within a step in that of the bodies, contacts in that of
 //! the solution. The last step is a state alone, of status `end`. Numbers have the fewest digits

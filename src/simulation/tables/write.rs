@@ -2,7 +2,7 @@
 
 use super::{ContactRow, JointRow, KeyText, StepRow, Streams, Table, TableStep};
 use crate::contact::{Contact, Partner};
-use crate::joint::{Joint, JointForce, JointResidual};
+use crate::joint::{Joint, JointForce, JointResidual, Knots};
 use crate::mechanics::State;
 use crate::simulation::{StepRecord, energy};
 use crate::step::StepStatus;
@@ -14,6 +14,8 @@ use std::io::{self, Write};
 pub struct TablesWriter<W: Write> {
     tables: Streams<csv::Writer<W>>,
     world: World,
+    /// How joints' frames in the world move.
+    courses: Vec<(usize, Knots)>,
 }
 
 impl<W: Write> TablesWriter<W> {
@@ -42,7 +44,14 @@ impl<W: Write> TablesWriter<W> {
             steps: csv(steps),
             joints: joints.map(csv),
         };
-        Self { tables, world: world.clone() }
+        Self { tables, world: world.clone(), courses: Vec::new() }
+    }
+
+    /// The same of a run in which the frames in the world of these joints move.
+    #[must_use]
+    pub fn driven(mut self, courses: Vec<(usize, Knots)>) -> Self {
+        self.courses = courses;
+        self
     }
 
     /// Writes the rows of one step.
@@ -50,6 +59,8 @@ impl<W: Write> TablesWriter<W> {
     /// # Errors
     /// The streams'.
     pub fn write(&mut self, record: &StepRecord) -> csv::Result<()> {
+        let ends = record.index + u64::from(record.report.status != StepStatus::End);
+        self.world.follow(&self.courses, ends as f64 * self.world.time_step());
         self.write_step(&TableStep::of(&self.world, record))
     }
 
@@ -123,7 +134,7 @@ impl<W: Write> TablesWriter<W> {
 }
 
 impl TableStep {
-    /// The rows of a step of a simulation of `world`. The point of a contact and the place of a joint are NaN
+    /// The rows of a step of a simulation of `world`, in which a joint's frame that moves is where the step ends. The point of a contact and the place of a joint are NaN
     /// whose body has no state in the record, which no simulation makes.
     #[must_use]
     pub fn of(world: &World, record: &StepRecord) -> Self {
