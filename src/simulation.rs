@@ -18,8 +18,8 @@ pub mod trajectory;
 #[cfg(feature = "csv")]
 pub use sheet::{MOST_ROW_BYTES, RowsError};
 pub use tumble_core::simulation::{
-    JOINT_AT_THE_START, Motion, Simulation, StepRecord, bounce, energy, random, record, scene,
-    summary, wild,
+    JOINT_AT_THE_START, Motion, Simulation, StepRecord, Stiffness, bounce, energy, random, record,
+    scene, summary, wild,
 };
 #[cfg(feature = "save")]
 pub use tumble_core::simulation::{Saved, save};

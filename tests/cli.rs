@@ -4,6 +4,8 @@ mod common;
 
 #[path = "cli/continued.rs"]
 mod continued;
+#[path = "cli/driven.rs"]
+mod driven;
 #[path = "cli/failure.rs"]
 mod failure;
 #[path = "cli/flags.rs"]

@@ -259,6 +259,8 @@ impl Recording {
             .set_item("overlap", shaped(py, rows().map(|row| row.overlap).collect(), &count)?)?;
         let shares = rows().map(|row| row.restitution_share).collect();
         columns.set_item("restitution_share", shaped(py, shares, &count)?)?;
+        let stiffnesses = rows().map(|row| row.stiffness).collect();
+        columns.set_item("stiffness", shaped(py, stiffnesses, &count)?)?;
         columns.set_item("energy", shaped(py, rows().map(|row| row.energy).collect(), &count)?)?;
         Ok(columns)
     }

@@ -331,12 +331,13 @@ fn table(beside: &Path, table: Table) -> Result<File, Failure> {
 
 /// A table of several bodies says nothing without the model in its run.json.
 fn refuse_lonely_table(file: &Path, run_path: &Path) -> Result<(), Failure> {
-    let headers = Table::ALL.map(|table| table.columns().join(","));
+    let headers =
+        [false, true].map(|joints| Table::ALL.map(|table| table.columns(joints).join(",")));
     let mut first = String::new();
     // What cannot be read is no table, and is refused where it is read.
     let start = input::open(file).map(|file| file.take(LONGEST_HEADER));
     let _ = start.and_then(|start| BufReader::new(start).read_line(&mut first));
-    if !headers.iter().any(|header| header == first.trim_end()) {
+    if !headers.iter().flatten().any(|header| header == first.trim_end()) {
         return Ok(());
     }
     Err(Failure::Input(format!(

@@ -107,6 +107,7 @@ pub fn run(
                 world.follow(&scene.courses, (record.index + 1) as f64 * world.time_step());
                 joints.add_errors(&world, &record.solution.states);
                 joints.add_residual(record.certificate.joint, record.certificate.joint_law);
+                joints.add_stiffness(record.stiffness);
             }
             writer.write(record)?;
         }

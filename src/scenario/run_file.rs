@@ -413,6 +413,7 @@ impl RunFile {
                 world.follow(&scene.courses, index as f64 * world.time_step());
                 joints.add_errors(&world, &step.states);
             }
+            joints.add_stiffness(step.row.stiffness);
             for joint in &step.joints {
                 joints.add_residual(joint.residual.locked, joint.residual.drive);
             }

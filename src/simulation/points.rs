@@ -58,6 +58,7 @@ impl TrajectoryRow {
             overlap: 0.0,
             restitution_share: self.restitution_share,
             energy: energy::total(world, &states),
+            stiffness: 0.0,
         };
         let Some((next, wrench)) = step else {
             return TableStep { row, states, contacts: Vec::new(), joints: Vec::new() };

@@ -27,6 +27,7 @@ pub use record::StepRecord;
 #[cfg(feature = "save")]
 pub use save::Saved;
 pub use start::JOINT_AT_THE_START;
+pub use stiffness::Stiffness;
 
 use crate::contact::certificate::{Certifier, Claim, certify_rk4_step};
 use crate::contact::{Candidates, Certificate, Detection, Memory, rounding};
@@ -151,7 +152,7 @@ struct Scratch {
     solution: StepSolution,
     certifier: Certifier,
     judge: wild::Judge,
-    stiffness: stiffness::Stiffness,
+    stiffness: Stiffness,
 }
 
 impl<'a> Simulation<'a> {

@@ -17,9 +17,9 @@ use crate::mechanics::quaternion::rotation;
 use crate::world::World;
 use nalgebra::{Matrix3, Vector3};
 
-/// Memory that steps use again.
+/// Finds it; owns its scratch memory, so that a step allocates nothing for it.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Stiffness {
+pub struct Stiffness {
     /// K of each body, N m, its frame.
     of: Vec<Matrix3<f64>>,
     /// Where a joint holds it in the world, m, its frame.
@@ -27,15 +27,15 @@ pub(super) struct Stiffness {
 }
 
 impl Stiffness {
-    /// h ω (J12) of a step from `states` in which the joints of `world` have the forces `joints`; 0 without joints.
+    /// h ω (J12) of a step from `states` in which the joints of `world` have the forces `joints`; 0 without joints. A
+    /// frame in the world that moves is where the step ends.
     #[inline]
-    pub(super) fn of_step(
-        &mut self,
-        world: &World,
-        states: &[State],
-        joints: &[JointForce],
-    ) -> f64 {
-        if world.joints().is_empty() { 0.0 } else { self.of_joints(world, states, joints) }
+    pub fn of_step(&mut self, world: &World, states: &[State], joints: &[JointForce]) -> f64 {
+        let is_whole = states.len() == world.bodies().len();
+        if world.joints().is_empty() || !is_whole {
+            return 0.0;
+        }
+        self.of_joints(world, states, joints)
     }
 
     #[inline(never)]

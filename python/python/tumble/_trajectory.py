@@ -156,6 +156,12 @@ class Trajectory:
         return self._steps["restitution_share"][:-1]  # type: ignore[no-any-return]
 
     @property
+    def stiffness(self) -> "Floats":
+        """h ω of each step, (T,): how fast what joints hold taut can vibrate, against the time step. With more than 2
+        in one step after another a taut chain shakes itself to pieces. 0 without joints."""
+        return self._steps["stiffness"][:-1]  # type: ignore[no-any-return]
+
+    @property
     def status(self) -> "npt.NDArray[np.uint8]":
         """How each step ended, an index of tumble.STATUSES: (T,)."""
         return self._steps["status"][:-1]  # type: ignore[no-any-return]
@@ -213,10 +219,12 @@ class Trajectory:
         return frame
 
     def steps_to_pandas(self) -> "pd.DataFrame":
-        """One row a step: k, time_s, status, iterations, residual_m_s, overlap_m, energy_J."""
+        """One row a step: k, time_s, status, iterations, residual_m_s, overlap_m, energy_J, and of a scene with
+        joints stiffness."""
         import pandas as pd
 
         steps = {name: column[:-1] for name, column in self._steps.items()}
+        tied = {"stiffness": steps["stiffness"]} if self.scene.joints else {}
         return pd.DataFrame(
             {
                 "k": steps["k"],
@@ -226,6 +234,7 @@ class Trajectory:
                 "residual_m_s": steps["residual"],
                 "overlap_m": steps["overlap"],
                 "energy_J": steps["energy"],
+                **tied,
             }
         )
 

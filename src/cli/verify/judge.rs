@@ -14,9 +14,9 @@ use tumble::contact::certificate::{Certifier, Claim, certify_rk4_step};
 use tumble::contact::{Candidates, Certificate, Contact, Detection, rounding};
 use tumble::joint::{Axis, Drive, Joint, JointForce, JointResidual, Knots};
 use tumble::mechanics::{Load, State, Wrench};
-use tumble::simulation::energy;
 use tumble::simulation::tables::{JointRow, TableStep};
 use tumble::simulation::trajectory::{TrajectoryRow, program_columns};
+use tumble::simulation::{Stiffness, energy};
 use tumble::step::StepStatus;
 use tumble::world::World;
 
@@ -56,6 +56,7 @@ pub struct Judge {
     courses: Vec<(usize, Knots)>,
     floating: bool,
     certifier: Certifier,
+    stiffness: Stiffness,
     candidates: Candidates,
     /// What a contact step that counts as solved may have, m/s.
     pub accepted: f64,
@@ -94,6 +95,7 @@ impl Judge {
             courses: recording.courses.clone(),
             floating: recording.floating(),
             certifier: Certifier::new(),
+            stiffness: Stiffness::default(),
             candidates: Candidates::new(),
             accepted: recording.accepted()?,
             detection: recording.detection(),
@@ -160,7 +162,7 @@ impl Judge {
             Step::Trajectory(row) => is_blank(row) && row.iterations == 0 && row.residual == 0.0,
             Step::Tables(step) => {
                 let row = &step.row;
-                let numbers = row.parts.iter().chain([&row.residual, &row.overlap]);
+                let numbers = row.parts.iter().chain([&row.residual, &row.overlap, &row.stiffness]);
                 let of_joint = |joint: &JointRow| {
                     let JointRow { velocity, spin, force, torque, residual, .. } = joint;
                     let still = [velocity, spin, force, torque].map(Vector3::amax);
@@ -348,6 +350,13 @@ impl Judge {
         let overlap = overlap.map_or(0.0, |(depth, ..)| depth);
         if !is_near(overlap, row.overlap, OVERLAP_FOUND_TO * self.world.reach()) {
             differ(format!("its overlap in the table is {:.3e} m, not {overlap:.3e}", row.overlap));
+        }
+        let stiffness = self.stiffness.of_step(&self.world, states, &touching.joints);
+        if !is_near(stiffness, row.stiffness, ROUNDED.sqrt()) {
+            differ(format!(
+                "its stiffness in the table is {:.3e}, not {stiffness:.3e}",
+                row.stiffness
+            ));
         }
         if !self.has_its_energy(step) {
             differ(OTHER_ENERGY.to_owned());

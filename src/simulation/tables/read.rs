@@ -47,6 +47,8 @@ pub struct StepRow {
     pub restitution_share: f64,
     /// The [energy](crate::simulation::energy) at k, J.
     pub energy: f64,
+    /// See [`StepRecord::stiffness`](crate::simulation::StepRecord::stiffness); 0 without joints.
+    pub stiffness: f64,
 }
 
 /// A row of the table `contacts`; vectors in the world.
@@ -116,6 +118,8 @@ impl<R: Read> TablesReader<R> {
     /// [`RowsError::Header`], or a stream's; joints without a table of them.
     pub fn new(streams: Streams<R>, bodies: usize, joints: usize) -> Result<Self, RowsError> {
         let counts = (bodies, joints);
+        let tied = streams.joints.is_some();
+        let sheet = |table, stream| sheet(table, stream, tied);
         let joints = streams.joints.map(|stream| sheet(Table::Joints, stream)).transpose()?;
         if joints.is_none() && counts.1 > 0 {
             let why = "it is not given, and the run has joints";
@@ -206,6 +210,7 @@ impl<R: Read> TablesReader<R> {
             overlap: sheet.number(12)?,
             restitution_share: sheet.number(13)?,
             energy: sheet.number(14)?,
+            stiffness: if self.joints.is_some() { sheet.number(15)? } else { 0.0 },
         })
     }
 
@@ -258,8 +263,8 @@ impl<R: Read> TablesReader<R> {
     }
 }
 
-/// The sheet of a table.
-fn sheet<R: Read>(table: Table, stream: R) -> Result<Sheet<R>, RowsError> {
-    let columns = table.columns().iter().map(|&name| name.to_owned());
+/// The sheet of a table, of a run with joints or without.
+fn sheet<R: Read>(table: Table, stream: R, joints: bool) -> Result<Sheet<R>, RowsError> {
+    let columns = table.columns(joints).iter().map(|&name| name.to_owned());
     Sheet::new(table.name(), stream, |_| columns.collect())
 }

@@ -26,9 +26,10 @@ impl<W: Write> TablesWriter<W> {
     pub fn new(streams: Streams<W>, world: &World) -> csv::Result<Self> {
         let mut writer = Self::after(streams, world);
         let Streams { states, contacts, steps, joints } = &mut writer.tables;
+        let tied = joints.is_some();
         let streams = [states, contacts, steps].into_iter().chain(joints);
         for (table, csv) in Table::ALL.into_iter().zip(streams) {
-            csv.write_record(table.columns())?;
+            csv.write_record(table.columns(tied))?;
         }
         Ok(writer)
     }
@@ -86,6 +87,7 @@ impl<W: Write> TablesWriter<W> {
             row.overlap,
             row.restitution_share,
             row.energy,
+            tables.joints.is_some().then_some(row.stiffness).as_slice(),
         ))?;
         for (index, contact) in step.contacts.iter().enumerate() {
             let (partner, partner_index) = match contact.partner {
@@ -153,6 +155,7 @@ impl TableStep {
             overlap: record.overlap,
             restitution_share: record.restitution_share,
             energy: energy::total(world, &record.states),
+            stiffness: if is_end { 0.0 } else { record.stiffness },
         };
         let contacts = ContactRow::of(record).collect();
         let joints = JointRow::of(world, record).collect();
