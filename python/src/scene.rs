@@ -75,10 +75,12 @@ impl Scene {
         solver: Option<&str>,
         model: Option<&str>,
     ) -> PyResult<Self> {
+        let start_index = start_index.map(first_index).transpose()?;
         let flags = Settings {
             seed,
             steps: steps.map(rows).transpose()?,
-            start_index: start_index.map(first_index).transpose()?,
+            // Bodies of a model are where they are then, and not those of the text.
+            start_index: start_index.filter(|_| model.is_none()),
             dt: time_step,
             rotation: rotation.map(rotation_of).transpose()?,
             mu: friction,
@@ -90,6 +92,7 @@ impl Scene {
         if let Some(model) = model {
             let model = Model::of_text(model).map_err(|why| refused(format!("model: {why}")))?;
             content = content.with_model(model).map_err(in_python)?;
+            content.start_index = start_index.unwrap_or(content.start_index);
         }
         Ok(Self { content: Arc::new(content) })
     }
