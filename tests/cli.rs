@@ -4,6 +4,8 @@ mod common;
 
 #[path = "cli/continued.rs"]
 mod continued;
+#[path = "cli/driven.rs"]
+mod driven;
 #[path = "cli/failure.rs"]
 mod failure;
 #[path = "cli/flags.rs"]
@@ -48,6 +50,8 @@ mod several_tampering;
 mod simulate;
 #[path = "derivatives/sizes.rs"]
 mod sizes;
+#[path = "cli/start_index.rs"]
+mod start_index;
 #[path = "cli/streams.rs"]
 mod streams;
 #[path = "cli/support.rs"]

@@ -2,6 +2,7 @@
 //! with numpy arrays in and out. What is only sugar stands in Python, in `python/python/tumble`.
 
 mod arrays;
+mod contacts;
 mod errors;
 mod recording;
 mod rollout;
@@ -25,6 +26,7 @@ fn tumble_module(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<scene::Scene>()?;
     module.add_class::<simulation::Simulation>()?;
     module.add_class::<recording::Recording>()?;
+    module.add_class::<contacts::Contacts>()?;
     module.add_function(wrap_pyfunction!(rollout::rollout, module)?)?;
     module.add_function(wrap_pyfunction!(rollout::parameter_shape, module)?)
 }

@@ -98,8 +98,17 @@ def test_the_command_line_verifies_and_shows_the_tables_of_a_run(root, tmp_path)
     simulation.step(pushes)
     scene.simulate().run(5, np.broadcast_to(pushes, (5, *pushes.shape))).to_csv(tmp_path / "stack")
     assert files("stack") == ["contacts.csv", "states.csv", "steps.csv"]
-    simulation.run(5).to_csv(tmp_path / "later")
-    assert "run.json" not in files("later")
+    simulation.run(5).to_csv(tmp_path / "moved")
+    assert "run.json" not in files("moved")
+    # What begins later is told by the index of its first row, also of hinges that have turned more than once.
+    simulation = tumble.load(root / "scenarios" / "slider-crank.toml", start_index=70).simulate()
+    first, later = simulation.run(1200), simulation.run(300)
+    assert np.abs(first.joints["main"]["coordinate"]).max() > 7
+    pile = tumble.load(root / "scenarios" / "pile.toml").run(120)[60:]
+    for number, run in enumerate([first, later, later[100:200], pile]):
+        run.to_csv(tmp_path / f"part-{number}")
+        done = tumbled("verify", str(tmp_path / f"part-{number}" / "states.csv"))
+        assert done.returncode == 0, done.stdout + done.stderr
 
 
 def test_the_slurm_script_makes_the_bytes_of_one_run(root, tmp_path):

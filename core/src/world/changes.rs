@@ -2,7 +2,7 @@
 
 use super::{Pairs, Partner, World};
 use crate::error::{Error, all_in_range};
-use crate::joint::Joint;
+use crate::joint::{Joint, Knots};
 use crate::mechanics::RigidBody;
 use nalgebra::Vector3;
 
@@ -172,6 +172,18 @@ impl World {
     /// The joints, for a simulation to set what drives them.
     pub(crate) fn joints_mut(&mut self) -> &mut [Joint] {
         &mut self.joints
+    }
+
+    /// Has the frames in the world of these joints, which hold a body there in all their axes, be where their
+    /// courses are at `time` (s): what a [course through knots](crate::simulation::Simulation::set_course) does to the
+    /// world of a step that ends then, for what reads recorded steps. Others are passed over.
+    pub fn follow(&mut self, courses: &[(usize, Knots)], time: f64) {
+        for (joint, knots) in courses {
+            if let Some(joint) = self.joints.get_mut(*joint).filter(|joint| joint.holds_in_world())
+            {
+                joint.move_to(knots.at(time));
+            }
+        }
     }
 
     /// This world with a surface that moves over what it is of, as the belt of a conveyor does: what

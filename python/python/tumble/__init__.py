@@ -15,12 +15,13 @@ from ._rollout import Rollouts, Unsolved, rollout
 from ._scene import Scene, drop, floating, load
 from ._simulation import Simulation, Step
 from ._trajectory import STATE_COLUMNS, Page, Picture, Trajectory
-from ._tumble import PARAMETERS, STATUSES, TumbleError, __version__, has_ipopt
+from ._tumble import PARAMETERS, STATUSES, Contacts, TumbleError, __version__, has_ipopt
 
 __all__ = [
     "PARAMETERS",
     "STATE_COLUMNS",
     "STATUSES",
+    "Contacts",
     "Page",
     "Picture",
     "Rollouts",

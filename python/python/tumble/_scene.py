@@ -22,6 +22,7 @@ Fields = Mapping[str, Any]
 _LARGEST_FILE = 1 << 20
 _LARGEST_SEED = 2**32 - 1
 _MOST_STEPS = 9_999_999
+_LARGEST_START = 9_000_000_000_000_000
 _GROUND = '{"friction": 0.3}'
 _SEED = re.compile(r"^\s*\"?seed\"?\s*=", re.MULTILINE)
 
@@ -37,7 +38,7 @@ class Scene(CoreScene):
         )
 
     Lengths in m, masses in kg, times in s, gravity in m/s² (a number downwards, or three in the
-    world's frame). Positions and velocities are in the world's frame, spins (rad/s) and inertias
+    world's frame). ``start_index`` is k of the start, whose time is k time steps. Positions and velocities are in the world's frame, spins (rad/s) and inertias
     (kg m², about the centre of mass) in the body's; attitudes are unit quaternions w, x, y, z, from
     body to world. ``rotation`` is the equation by which a step turns its bodies, "momentum" or
     "tutorial" (scenarios/README.md). Raises TumbleError for what cannot be simulated.
@@ -58,11 +59,14 @@ class Scene(CoreScene):
         joints: Iterable[Fields] = (),
         motors: Iterable[Fields] = (),
         gears: Iterable[Fields] = (),
+        driven: Iterable[Fields] = (),
+        surfaces: Iterable[Fields] = (),
         *,
         gravity: Union[float, Iterable[float]] = 9.81,
         time_step: float = 0.002,
         rotation: str = "momentum",
         steps: int = 1000,
+        start_index: int = 0,
         name: str = "scene",
         seed: Optional[int] = None,
         folder: Union[str, "os.PathLike[str]"] = ".",
@@ -74,6 +78,7 @@ class Scene(CoreScene):
             {
                 "name": name,
                 "steps": whole("steps", steps, 1, _MOST_STEPS) + 1,
+                "start_index": whole("start_index", start_index, 0, _LARGEST_START) or None,
                 "time_step": time_step,
                 "rotation": rotation,
                 "gravity": gravity,
@@ -87,6 +92,8 @@ class Scene(CoreScene):
                 "joints": tables("joints", joints),
                 "motors": tables("motors", motors),
                 "gears": tables("gears", gears),
+                "driven": tables("driven", driven),
+                "surfaces": tables("surfaces", surfaces),
             }
         )
         return cls.from_text(text, Path(folder) / "scene", seed=seed)
@@ -99,21 +106,29 @@ class Scene(CoreScene):
         *,
         seed: Optional[int] = None,
         steps: Optional[int] = None,
+        start_index: Optional[int] = None,
         time_step: Optional[float] = None,
         rotation: Optional[str] = None,
         friction: Optional[float] = None,
         restitution: Optional[float] = None,
         solver: Optional[str] = None,
+        model: Optional[str] = None,
     ) -> "Scene":
-        """The scene of a scenario's text; ``path`` names it, and its meshes are beside it."""
+        """The scene of a scenario's text; ``path`` names it, and its meshes are beside it.
+
+        ``model`` is of scenes that are told by a simulation whose bodies have changed: see
+        Simulation.scene."""
+        first = None if start_index is None else whole("start_index", start_index, 0, _LARGEST_START)
         settings: Dict[str, Any] = {
             "seed": None if seed is None else whole("seed", seed, 0, _LARGEST_SEED),
             "steps": None if steps is None else whole("steps", steps, 1, _MOST_STEPS),
+            "start_index": first,
             "time_step": time_step,
             "rotation": rotation,
             "friction": friction,
             "restitution": restitution,
             "solver": solver,
+            "model": model,
         }
         scene = super().__new__(cls, text, os.fspath(path), **settings)
         scene._source = (text, os.fspath(path), settings)
@@ -131,6 +146,11 @@ class Scene(CoreScene):
         """
         text, _, settings = self._source
         given = {name: value for name, value in settings.items() if value is not None}
+        if "model" in given:
+            raise TumbleError(
+                "the scene is of a simulation to which bodies came or from which they went, and no file "
+                "says it; pickle keeps it"
+            )
         seed = given.pop("seed", None)
         if seed is not None:
             # A text that has a seed already would have two.
@@ -144,11 +164,16 @@ class Scene(CoreScene):
         Scene.from_text(text, path)
         return written(Path(path), text.encode())
 
+    def _with_model(self, model: str, index: int) -> "Scene":
+        """The scene with the bodies of the model of a simulation at step ``index``."""
+        text, path, settings = self._source
+        return Scene.from_text(text, path, **{**settings, "start_index": index, "model": model})
+
     def simulate(
-        self, states: Any = None, *, threads: int = 1, index: int = 0
+        self, states: Any = None, *, threads: int = 1, index: Optional[int] = None
     ) -> "Simulation":
-        """A simulation from the scene's start, or from ``states`` (N, 13), at step ``index``, on at
-        most ``threads`` threads: see Simulation."""
+        """A simulation from the scene's start, or from ``states`` (N, 13), at step ``index`` or else the
+        scene's ``start_index``, on at most ``threads`` threads: see Simulation."""
         from ._simulation import Simulation
 
         return Simulation(self, states, threads=threads, index=index)
@@ -171,6 +196,7 @@ def load(
     *,
     seed: Optional[int] = None,
     steps: Optional[int] = None,
+    start_index: Optional[int] = None,
     time_step: Optional[float] = None,
     rotation: Optional[str] = None,
     friction: Optional[float] = None,
@@ -179,7 +205,7 @@ def load(
 ) -> Scene:
     """Reads a scenario file (TOML; scenarios/README.md has every field).
 
-    ``seed``, ``steps``, ``time_step`` (s), ``rotation`` ("momentum" or "tutorial", by which equation
+    ``seed``, ``steps``, ``start_index`` (k of the start), ``time_step`` (s), ``rotation`` ("momentum" or "tutorial", by which equation
     bodies turn), ``friction``, ``restitution`` and ``solver`` ("native", or "ipopt" where
     tumble.has_ipopt) go before what the file says. Of the two, "native" is taken
     where nothing is said. Raises OSError where the file cannot be read, TumbleError where it is no scene.
@@ -197,6 +223,7 @@ def load(
         path,
         seed=seed,
         steps=steps,
+        start_index=start_index,
         time_step=time_step,
         rotation=rotation,
         friction=friction,

@@ -2,6 +2,7 @@
 
 use super::Entries;
 use super::copies::{Copied, MOST_BODIES, MOST_FIXED, copies};
+use super::driven::SurfaceEntry;
 use super::entries::{BodyEntry, Files, FixedEntry, Jitter, PairEntry, PieceEntry, Turned, plain};
 use super::joints::Joints;
 use super::masses::mass_properties;
@@ -10,7 +11,9 @@ use crate::contact::Plane;
 use crate::mechanics::{Load, Rotation, State};
 use crate::scenario::choices::Frame;
 use crate::scenario::fields::Numbers;
-use crate::scenario::model::{BodyModel, BodyStart, FixedModel, Model, PairModel, PartnerModel};
+use crate::scenario::model::{
+    BodyModel, BodyStart, FixedModel, Model, PairModel, PartnerModel, SurfaceModel,
+};
 use crate::scenario::parameters::LoadParameters;
 use crate::scenario::physics::plane as plane_parameters;
 use crate::scenario::scene::USUAL_SEED;
@@ -56,6 +59,7 @@ pub fn build(file: Entries, settings: &Settings, files: Files<'_>) -> Result<Bui
             restitutions: Vec::new(),
             joints: Vec::new(),
             gears: Vec::new(),
+            surfaces: Vec::new(),
         },
     };
     if file.bodies.is_empty() {
@@ -96,9 +100,46 @@ pub fn build(file: Entries, settings: &Settings, files: Files<'_>) -> Result<Bui
         let gear = entry.model(&joints, index).map_err(named)?;
         builder.model.gears.push(gear);
     }
+    let start = settings.start_index.unwrap_or(0) as f64 * builder.model.dt;
+    for (index, entry) in file.driven.iter().enumerate() {
+        let named = |why: String| format!("driven[{index}]{}.{why}", entry.called());
+        if let Some(name) = entry.name() {
+            checked_name(name).map_err(named)?;
+        }
+        let bodies = &builder.model.bodies;
+        entry.add(&mut joints, bodies, |name| builder.bodies(name), start).map_err(named)?;
+    }
+    for (index, entry) in file.surfaces.iter().enumerate() {
+        let named = |why: String| format!("surfaces[{index}].{why}");
+        builder.add_surface(entry).map_err(named)?;
+    }
     builder.model.joints = joints.models;
     builder.refuse_mass_ratio()?;
     Ok(Built { model: builder.model, drawn: builder.drawn })
+}
+
+/// `model` with one body more, the last, which a table of bodies describes. A body without a name gets the first
+/// that is free.
+pub fn with_body(model: Model, mut entry: BodyEntry, files: Files<'_>) -> Result<Model, String> {
+    let plane = model.plane.as_ref().map(|plane| Plane::new(plane.normal.0.into(), plane.offset));
+    let plane = plane.transpose().map_err(|error| error.to_string())?;
+    let number = model.bodies.len();
+    if entry.copies.is_some() || entry.ring.is_some() {
+        return Err("copies: one body at a time is added".to_owned());
+    }
+    let is_free = |name: &String| model.bodies.iter().all(|body| body.name != *name);
+    let free = (number..).map(|number| format!("body-{number}")).find(is_free);
+    entry.name = entry.name.or(free);
+    let (draws, names) = (Draws::new(USUAL_SEED), Vec::new());
+    let mut builder = Builder { files, plane, draws, drawn: false, names, model };
+    builder.add_bodies("body", entry)?;
+    if builder.drawn {
+        return Err("body: nothing of one that is added is drawn; numbers are needed".to_owned());
+    }
+    builder.names.clear();
+    builder.refuse_equal_names()?;
+    builder.refuse_mass_ratio()?;
+    Ok(builder.model)
 }
 
 /// A name of the file, and what has it.
@@ -390,12 +431,27 @@ impl Builder<'_> {
         Ok(found)
     }
 
+    /// Has the surfaces of a name move.
+    fn add_surface(&mut self, entry: &SurfaceEntry) -> Result<(), String> {
+        let velocity = entry.velocity.0;
+        if !velocity.iter().all(|part| part.abs() <= 1e5) {
+            return Err("velocity: components from -1e5 to 1e5 m/s are needed".to_owned());
+        }
+        for of in self.find(&entry.of).map_err(|why| format!("of: {why}"))? {
+            if self.model.surfaces.iter().any(|known| known.of == of) {
+                return Err(format!("of: the surface of {:?} moves already", entry.of));
+            }
+            self.model.surfaces.push(SurfaceModel { of, velocity });
+        }
+        Ok(())
+    }
+
     /// The bodies of a name.
     fn bodies(&self, name: &str) -> Result<Vec<usize>, String> {
         let body = |partner: PartnerModel| match partner {
             PartnerModel::Body(index) => Ok(index),
             PartnerModel::Ground | PartnerModel::Fixed(_) => Err(format!(
-                "{name:?} never moves; a joint with it is one with the world, of one name"
+                "{name:?} never moves; a body is needed, and a joint with it is one with the world, of one name"
             )),
         };
         self.find(name)?.into_iter().map(body).collect()

@@ -2,6 +2,7 @@
 
 mod build;
 mod copies;
+pub mod driven;
 pub mod entries;
 pub mod gears;
 pub mod joints;
@@ -20,6 +21,7 @@ use crate::joint::GEAR_AT_THE_START;
 use crate::scenario::choices::SolverName;
 use crate::simulation::JOINT_AT_THE_START;
 use build::Built;
+use driven::{DrivenEntry, SurfaceEntry};
 use entries::{BodyEntry, Files, FixedEntry, PairEntry};
 use gears::GearEntry;
 use joints::{JointEntry, MotorEntry};
@@ -40,6 +42,10 @@ pub struct Entries {
     pub motors: Vec<MotorEntry>,
     /// `[[gears]]`.
     pub gears: Vec<GearEntry>,
+    /// `[[driven]]`.
+    pub driven: Vec<DrivenEntry>,
+    /// `[[surfaces]]`.
+    pub surfaces: Vec<SurfaceEntry>,
 }
 
 /// The solver of these scenes where none is named.
@@ -67,8 +73,10 @@ pub fn scene(
         changed: Vec::new(),
         seed: settings.seed.unwrap_or(USUAL_SEED),
         drawn,
+        start_index: settings.start_index.unwrap_or(0),
         rows: settings.steps.ok_or_else(|| Failure::needed("steps"))?,
         world,
+        courses: model.courses()?,
         starts: model.states(),
         loads: model.loads()?,
         bodies: model.bodies.iter().map(|body| body.name.clone()).collect(),
@@ -78,15 +86,45 @@ pub fn scene(
         usual_solver: settings.solver.is_none(),
         format: OutputFormat::Tables(Box::new(model)),
     };
-    for ((body, load), name) in scene.world.bodies().iter().zip(&scene.loads).zip(&scene.bodies) {
-        if let Some(why) = violent_load(body, load, scene.world.time_step()) {
-            return Err(Failure::Input(format!("load of {name}: {why}")));
-        }
-    }
+    (0..scene.bodies.len()).try_for_each(|index| refuse_violent_load(&scene, index))?;
     refuse_start_below_ground(&scene)?;
     refuse_overlap(&scene)?;
     refuse_joints_apart(&scene)?;
     Ok(scene)
+}
+
+/// `scene` with one body more, the last, which `entry` describes, and which starts wherever it does.
+///
+/// # Errors
+/// The first thing that cannot be; a scene of `[body]`.
+pub fn with_body(scene: &Scene, entry: BodyEntry, files: Files<'_>) -> Result<Scene, Failure> {
+    let model = scene.model().ok_or_else(|| Failure::Input(ONE_FOR_GOOD.to_owned()))?;
+    let model = build::with_body(model.clone(), entry, files).map_err(Failure::Input)?;
+    let scene = scene.clone().with_model(model)?;
+    let last = scene.bodies.len() - 1;
+    refuse_violent_load(&scene, last)?;
+    Ok(scene)
+}
+
+/// `scene` without the body `index`, and without the joints that tie it.
+///
+/// # Errors
+/// The only body; a scene of `[body]`.
+pub fn without_body(scene: &Scene, index: usize) -> Result<Scene, Failure> {
+    let mut model = scene.model().ok_or_else(|| Failure::Input(ONE_FOR_GOOD.to_owned()))?.clone();
+    model.leave_out(index);
+    scene.clone().with_model(model)
+}
+
+const ONE_FOR_GOOD: &str =
+    "a scene of [body] has one body for good; written with [[bodies]] it may have others";
+
+fn refuse_violent_load(scene: &Scene, index: usize) -> Result<(), Failure> {
+    let (body, load) = (&scene.world.bodies()[index], &scene.loads[index]);
+    match violent_load(body, load, scene.world.time_step()) {
+        Some(why) => Err(Failure::Input(format!("load of {}: {why}", scene.bodies[index]))),
+        None => Ok(()),
+    }
 }
 
 /// What joints hold together must be there at the start: one step would bring it there.
