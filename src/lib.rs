@@ -14,6 +14,8 @@ pub mod step_nlp;
 
 #[cfg(feature = "fit")]
 pub mod fit;
+#[cfg(feature = "robot")]
+pub mod robot;
 #[cfg(feature = "rollout")]
 pub mod rollout;
 #[cfg(feature = "scenario")]
