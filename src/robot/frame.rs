@@ -65,12 +65,6 @@ pub fn about(axis: &Vector3<f64>, angle: f64) -> Vector4<f64> {
     Vector4::new(cosine, axis[0] * sine, axis[1] * sine, axis[2] * sine)
 }
 
-/// The turn of a rotation vector (rad).
-pub fn of_vector(vector: &Vector3<f64>) -> Vector4<f64> {
-    let angle = vector.norm();
-    if angle == 0.0 { Vector4::new(1.0, 0.0, 0.0, 0.0) } else { about(&(vector / angle), angle) }
-}
-
 /// The shortest turn of z to the unit vector `to`.
 pub fn from_z(to: &Vector3<f64>) -> Vector4<f64> {
     let turn = Vector4::new(1.0 + to[2], -to[1], to[0], 0.0);

@@ -15,7 +15,9 @@
 //!
 //! An error is one sentence with the line and the element that it is about.
 
+mod assembly;
 mod frame;
+mod joining;
 mod mass;
 mod meshes;
 mod mjcf;
@@ -25,6 +27,7 @@ mod notes;
 mod urdf;
 mod xml;
 
+pub use assembly::{Assembled, Placing, USUAL_SIDES};
 pub use frame::Frame;
 pub use xml::LARGEST_FILE;
 

@@ -263,7 +263,7 @@ pub struct Options {
     pub contacts: bool,
     /// Whether links touch those that they are jointed to.
     pub neighbours_touch: bool,
-    /// Whether the links that have no parent fly.
+    /// Whether the file has a world of its own, as MJCF: a ground, a gravity, and what is fixed.
     pub has_world: bool,
 }
 

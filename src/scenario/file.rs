@@ -1,8 +1,10 @@
 //! A scenario file as it is written, and what it says.
 
 use super::bodies::Entries;
-use super::bodies::entries::{BodyEntry, FixedEntry, PairEntry};
+use super::bodies::entries::{ApartEntry, BodyEntry, FixedEntry, PairEntry};
 use super::bodies::joints::{JointEntry, MotorEntry};
+#[cfg(feature = "robot")]
+use super::bodies::robots::RobotEntry;
 use super::fields::{Gravity, table_if_any};
 use super::settings::Settings;
 use super::tables::{BodyTable, GroundTable, LoadTable, SolverTable, StartTable};
@@ -38,6 +40,9 @@ pub struct ScenarioFile {
     restitution: Option<Vec<PairEntry>>,
     joints: Option<Vec<JointEntry>>,
     motors: Option<Vec<MotorEntry>>,
+    apart: Option<Vec<ApartEntry>>,
+    #[cfg(feature = "robot")]
+    robots: Option<Vec<RobotEntry>>,
 }
 
 /// What a file says besides its name.
@@ -53,7 +58,12 @@ pub struct Said {
 impl ScenarioFile {
     /// What the fields say. Those of a ground are open where there is none.
     pub fn said(mut self) -> Result<Said, String> {
-        let is_of_bodies = self.bodies.is_some() || (self.fixed.is_some() && self.body.is_none());
+        #[cfg(feature = "robot")]
+        let has_robots = self.robots.is_some();
+        #[cfg(not(feature = "robot"))]
+        let has_robots = false;
+        let is_of_bodies =
+            self.bodies.is_some() || has_robots || (self.fixed.is_some() && self.body.is_none());
         self.refuse_idle_and_missing(is_of_bodies)?;
         let steps = self.steps.unwrap_or(1000);
         if !(1..=10_000_000).contains(&steps) {
@@ -90,6 +100,9 @@ impl ScenarioFile {
             restitution: self.restitution.unwrap_or_default(),
             joints: self.joints.unwrap_or_default(),
             motors: self.motors.unwrap_or_default(),
+            apart: self.apart.unwrap_or_default(),
+            #[cfg(feature = "robot")]
+            robots: self.robots.unwrap_or_default(),
         });
         Ok(Said { settings, ground, entries })
     }
@@ -110,6 +123,7 @@ impl ScenarioFile {
             ("restitution", "without [[bodies]]", of_body && self.restitution.is_some()),
             ("joints", "without [[bodies]]", of_body && self.joints.is_some()),
             ("motors", "without [[bodies]]", of_body && self.motors.is_some()),
+            ("apart", "without [[bodies]]", of_body && self.apart.is_some()),
             ("rotation", "without a [ground] table", floating && self.rotation.is_some()),
             ("solver", "without a [ground] table", floating && self.solver.is_some()),
             ("start.frame \"ground\"", "without a [ground] table", floating && in_ground),

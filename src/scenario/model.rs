@@ -51,6 +51,9 @@ pub struct Model {
     /// What ties bodies.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub joints: Vec<JointModel>,
+    /// Pairs that do not touch, besides those that joints tie.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub apart: Vec<ApartModel>,
 }
 
 /// A body and its start.
@@ -72,6 +75,9 @@ pub struct BodyModel {
     /// The same of restitution.
     #[serde(default)]
     pub restitution: Option<f64>,
+    /// Whether it touches anything.
+    #[serde(default = "touches", skip_serializing_if = "touches_as_usual")]
+    pub touches: bool,
     /// Null without one.
     pub load: Option<LoadParameters>,
     /// In pictures; none for one of a few in turn.
@@ -117,6 +123,24 @@ pub struct PairModel {
     pub partner: PartnerModel,
     /// μ or e.
     pub coefficient: f64,
+}
+
+/// Two that do not touch.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ApartModel {
+    /// An index of `bodies`.
+    pub body: usize,
+    /// Whom it does not touch.
+    pub partner: PartnerModel,
+}
+
+/// What a body does of which nothing is said.
+fn touches() -> bool {
+    true
+}
+
+fn touches_as_usual(touches: &bool) -> bool {
+    *touches
 }
 
 /// Whom a contact is with.
@@ -167,6 +191,12 @@ impl Model {
         let world = self.restitutions.iter().try_fold(world, |world, pair| {
             world.with_restitution_between(pair.body, pair.partner.into(), pair.coefficient)
         })?;
+        let world = self
+            .apart
+            .iter()
+            .try_fold(world, |world, pair| world.with_apart(pair.body, pair.partner.into()))?;
+        let untouched = self.bodies.iter().enumerate().filter(|(_, body)| !body.touches);
+        let world = untouched.map(|(index, _)| index).try_fold(world, World::with_untouched)?;
         self.tied(world)
     }
 

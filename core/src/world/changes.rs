@@ -120,6 +120,7 @@ impl World {
             let pair = |(pair, value): &((usize, Partner), f64)| Some((renumbered(pair)?, *value));
             pairs.iter().filter_map(pair).collect()
         };
+        let untouched = self.untouched.iter().filter_map(|body| number(*body)).collect();
         let kept_apart = self.kept_apart.iter().filter_map(renumbered).collect();
         let (pair_frictions, pair_restitutions) =
             (pairs(&self.pair_frictions), pairs(&self.pair_restitutions));
@@ -137,6 +138,7 @@ impl World {
             pair_frictions,
             pair_restitutions,
             kept_apart,
+            untouched,
             ..self.clone()
         };
         Ok(world.tied_by(joints))

@@ -55,6 +55,8 @@ pub struct World {
     apart: Vec<(usize, Partner)>,
     /// Those of which it was said.
     kept_apart: Vec<(usize, Partner)>,
+    /// Bodies that touch nothing, in ascending order.
+    untouched: Vec<usize>,
     /// Whether each body is held; empty where none is.
     held: Vec<bool>,
     /// Velocities of surfaces, each of an owner.
@@ -89,6 +91,7 @@ impl World {
             joints: Vec::new(),
             apart: Vec::new(),
             kept_apart: Vec::new(),
+            untouched: Vec::new(),
             held: Vec::new(),
             surfaces: Vec::new(),
             pair_frictions: Pairs::new(),
@@ -135,6 +138,21 @@ impl World {
         Ok(self.tied_by(joints))
     }
 
+    /// This world, in which the body `body` touches nothing.
+    ///
+    /// # Errors
+    /// A body that is not there.
+    pub fn with_untouched(mut self, body: usize) -> Result<Self, Error> {
+        if body >= self.bodies().len() {
+            let allowed = "an index of a body";
+            return Err(Error::Count { field: "body", count: body, allowed });
+        }
+        self.untouched.push(body);
+        self.untouched.sort_unstable();
+        self.untouched.dedup();
+        Ok(self)
+    }
+
     /// This world with `joints` that were checked.
     fn tied_by(mut self, joints: Vec<Joint>) -> Self {
         let tied = joints.iter().filter(|joint| !joint.collides());
@@ -160,14 +178,14 @@ impl World {
         &self.joints
     }
 
-    /// Whether the body `body` and `partner` may touch each other: whether no body of them is held, and neither a
-    /// joint nor [`World::with_apart`] keeps them from it.
+    /// Whether the body `body` and `partner` may touch each other: whether both touch anything, no body of them is
+    /// held, and neither a joint nor [`World::with_apart`] keeps them from it.
     #[must_use]
     pub fn may_touch(&self, body: usize, partner: Partner) -> bool {
         let is_apart =
             || !self.apart.is_empty() && self.apart.binary_search(&ordered(body, partner)).is_ok();
-        let is_held = self.is_held(body) || partner.body().is_some_and(|other| self.is_held(other));
-        !is_held && !is_apart()
+        let is_open = |body: usize| !self.is_held(body) && !self.untouched.contains(&body);
+        is_open(body) && partner.body().is_none_or(is_open) && !is_apart()
     }
 
     /// This world, its fixed pieces, its restitution and what was said of pairs, with other
@@ -517,6 +535,7 @@ impl World {
             joints: Vec::new(),
             apart: Vec::new(),
             kept_apart: Vec::new(),
+            untouched: Vec::new(),
             held: self.held.clone(),
             surfaces: Vec::new(),
             pair_frictions: self.pair_frictions.clone(),

@@ -116,11 +116,6 @@ impl Defaulted<'_> {
     pub fn defaults(&self) -> Element {
         Element { attributes: self.defaults.clone(), children: Vec::new(), ..self.element.clone() }
     }
-
-    /// The same without defaults.
-    pub fn own(&self, name: &str) -> Option<&str> {
-        self.element.own(name)
-    }
 }
 
 impl Attributes for Defaulted<'_> {

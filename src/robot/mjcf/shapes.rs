@@ -266,7 +266,9 @@ impl Reader<'_> {
                 (element.needed("name")?.to_owned(), found)
             }
             _ => {
-                return Err(element.wrong("either file or vertex, of three numbers each, is needed"));
+                return Err(
+                    element.wrong("either file or vertex, of three numbers each, is needed")
+                );
             }
         };
         self.meshes.insert(name, found.map_err(|why| element.wrong(why))?);

@@ -222,7 +222,6 @@ fn anchor_in_range(field: &str, anchor: Option<&Numbers<3>>) -> Result<(), Strin
 }
 
 /// The joints of a file that are made so far.
-#[derive(Default)]
 pub struct Joints {
     pub models: Vec<JointModel>,
     /// What entries are called that have joints of other names.
@@ -230,6 +229,11 @@ pub struct Joints {
 }
 
 impl Joints {
+    /// Those that are there already.
+    pub fn of(models: Vec<JointModel>) -> Self {
+        Self { models, entries: Vec::new() }
+    }
+
     /// Adds those of an entry. `find` has the bodies of a name.
     pub fn add(
         &mut self,

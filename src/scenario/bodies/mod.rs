@@ -6,6 +6,8 @@ pub mod entries;
 pub mod joints;
 mod masses;
 mod refused;
+#[cfg(feature = "robot")]
+pub mod robots;
 
 use super::failure::{Failure, refuse_flags};
 use super::physics::violent_load;
@@ -18,7 +20,7 @@ use crate::error::Error;
 use crate::scenario::choices::SolverName;
 use crate::simulation::JOINT_AT_THE_START;
 use build::Built;
-use entries::{BodyEntry, Files, FixedEntry, PairEntry};
+use entries::{ApartEntry, BodyEntry, Files, FixedEntry, PairEntry};
 use joints::{JointEntry, MotorEntry};
 
 /// The tables of the notation.
@@ -35,6 +37,21 @@ pub struct Entries {
     pub joints: Vec<JointEntry>,
     /// `[[motors]]`.
     pub motors: Vec<MotorEntry>,
+    /// `[[apart]]`.
+    pub apart: Vec<ApartEntry>,
+    /// `[[robots]]`.
+    #[cfg(feature = "robot")]
+    pub robots: Vec<robots::RobotEntry>,
+}
+
+impl Entries {
+    /// Whether there are robots.
+    fn has_robots(&self) -> bool {
+        #[cfg(feature = "robot")]
+        return !self.robots.is_empty();
+        #[cfg(not(feature = "robot"))]
+        false
+    }
 }
 
 /// The solver of these scenes where none is named.
@@ -50,7 +67,26 @@ pub fn scene(
     entries: Entries,
     files: Files<'_>,
 ) -> Result<Scene, Failure> {
-    let Built { model, drawn } = build::build(entries, settings, files).map_err(Failure::Input)?;
+    let built = build::build(entries, settings, files).map_err(Failure::Input)?;
+    of_built(name, settings, built)
+}
+
+/// The scene of a robot's file alone.
+///
+/// # Errors
+/// The first thing that cannot be.
+#[cfg(feature = "robot")]
+pub fn scene_of_robot(
+    name: String,
+    settings: &Settings,
+    robot: &crate::robot::model::Robot,
+) -> Result<Scene, Failure> {
+    let built = robots::alone(robot, settings).map_err(Failure::Input)?;
+    of_built(name, settings, built)
+}
+
+fn of_built(name: String, settings: &Settings, built: Built) -> Result<Scene, Failure> {
+    let Built { model, drawn, .. } = built;
     let world = model.world()?;
     let place = "several bodies: the tutorial's program is of one";
     refuse_flags(place, &[("--preset", settings.preset.is_some())])?;
@@ -71,6 +107,8 @@ pub fn scene(
         joints: model.joints.iter().map(|joint| joint.name.clone()).collect(),
         contact: Some(contact),
         usual_solver: settings.solver.is_none(),
+        #[cfg(feature = "robot")]
+        robots: built.robots,
         format: OutputFormat::Tables(Box::new(model)),
     };
     for ((body, load), name) in scene.world.bodies().iter().zip(&scene.loads).zip(&scene.bodies) {

@@ -1,0 +1,193 @@
+//! Which joint of a scene the joints of a link are, and what drives its axes.
+
+use super::frame::{from_z, of_matrix};
+use super::model::{Actuator, Joint, Moves, Robot};
+use crate::joint::{Drive, Motor};
+use crate::scenario::joint::JointKind;
+use nalgebra::{Matrix3, Vector3, Vector4};
+
+/// Directions that differ by less are parallel, or at a right angle.
+const ALIGNED: f64 = 1e-9;
+/// A motor of which no bound is said has this force.
+const UNBOUNDED: f64 = 1e12;
+
+/// A joint of a scene for all the joints of a link.
+#[derive(Debug, Clone)]
+pub struct Joined {
+    /// What it is.
+    pub kind: JointKind,
+    /// Its anchor, m, in the frame of the link; none where any will do.
+    pub anchor: Option<Vector3<f64>>,
+    /// Joint → link.
+    pub attitude: Vector4<f64>,
+    /// For each axis that takes a drive, which joint of the link it is.
+    pub axes: Vec<usize>,
+}
+
+/// The joint that `joints` are; `None` of a link that flies.
+///
+/// # Errors
+/// Joints that are none; what resists a free joint or a ball.
+pub fn joined(joints: &[Joint]) -> Result<Option<Joined>, String> {
+    let along = |axis: &Vector3<f64>| from_z(axis);
+    let one = |kind, anchor, attitude| Joined { kind, anchor, attitude, axes: vec![0] };
+    Ok(Some(match joints {
+        [joint] => match joint.moves {
+            Moves::Free => {
+                refuse_resisted(joint)?;
+                return Ok(None);
+            }
+            Moves::Ball => {
+                refuse_resisted(joint)?;
+                let attitude = Vector4::new(1.0, 0.0, 0.0, 0.0);
+                let kind = JointKind::Spherical;
+                Joined { kind, anchor: Some(joint.anchor), attitude, axes: Vec::new() }
+            }
+            Moves::Hinge => one(JointKind::Revolute, Some(joint.anchor), along(&joint.axis)),
+            Moves::Slide => one(JointKind::Prismatic, None, along(&joint.axis)),
+        },
+        [slide, hinge]
+            if (slide.moves, hinge.moves) == (Moves::Slide, Moves::Hinge)
+                && slide.axis.dot(&hinge.axis) > 1.0 - ALIGNED =>
+        {
+            let (anchor, attitude) = (Some(hinge.anchor), along(&hinge.axis));
+            Joined { kind: JointKind::Cylindrical, anchor, attitude, axes: vec![0, 1] }
+        }
+        [first, second] if crossed(first, second) => {
+            let attitude = of_axes(&first.axis, &second.axis);
+            Joined { kind: JointKind::Sliding, anchor: None, attitude, axes: vec![0, 1] }
+        }
+        [first, second, hinge]
+            if crossed(first, second)
+                && hinge.moves == Moves::Hinge
+                && [first, second]
+                    .iter()
+                    .all(|slide| slide.axis.dot(&hinge.axis).abs() < ALIGNED) =>
+        {
+            // Of the two orders the one whose z is along the hinge.
+            let is_right = first.axis.cross(&second.axis).dot(&hinge.axis) > 0.0;
+            let (x, y, axes) = if is_right {
+                (first, second, vec![0, 1, 2])
+            } else {
+                (second, first, vec![1, 0, 2])
+            };
+            let attitude = of_axes(&x.axis, &y.axis);
+            Joined { kind: JointKind::Planar, anchor: Some(hinge.anchor), attitude, axes }
+        }
+        [first, ..] => {
+            let names: Vec<_> = joints.iter().map(|joint| joint.name.as_str()).collect();
+            return Err(format!(
+                "{}: {} act on one body, and make no joint that there is; put a body of some mass between them",
+                first.at,
+                names.join(", ")
+            ));
+        }
+        [] => {
+            let attitude = Vector4::new(1.0, 0.0, 0.0, 0.0);
+            Joined { kind: JointKind::Fixed, anchor: None, attitude, axes: Vec::new() }
+        }
+    }))
+}
+
+fn crossed(first: &Joint, second: &Joint) -> bool {
+    let slide = |joint: &Joint| joint.moves == Moves::Slide;
+    slide(first) && slide(second) && first.axis.dot(&second.axis).abs() < ALIGNED
+}
+
+/// The turn of a frame with these x and y, which cross at a right angle.
+fn of_axes(x: &Vector3<f64>, y: &Vector3<f64>) -> Vector4<f64> {
+    let y = (y - x * x.dot(y)).normalize();
+    of_matrix(&Matrix3::from_columns(&[*x, y, x.cross(&y)]))
+}
+
+fn refuse_resisted(joint: &Joint) -> Result<(), String> {
+    let resists = [joint.damping, joint.friction, joint.armature, joint.stiffness];
+    if resists.iter().all(|one| *one == 0.0) && joint.range.is_none() {
+        return Ok(());
+    }
+    let kind = if joint.moves == Moves::Free { "free joint" } else { "ball" };
+    Err(format!(
+        "{}: a {kind} with a range, stiffness, damping, friction or armature is not supported",
+        joint.at
+    ))
+}
+
+/// What acts on the axis of a slide or a hinge under the `controls` of all actuators: coordinates are those of a
+/// scene, from the reference.
+///
+/// # Errors
+/// Motors that no one axis can have, or that push the farther it goes.
+pub fn drive(robot: &Robot, index: usize, controls: &[f64]) -> Result<Drive, String> {
+    let joint = &robot.joints[index];
+    let from_reference = |coordinate: f64| coordinate - joint.reference;
+    let mut drive = Drive {
+        limits: joint.range.map(|range| range.map(from_reference)),
+        friction: joint.friction,
+        stiffness: joint.stiffness,
+        rest: from_reference(joint.rest),
+        damping: joint.damping,
+        armature: joint.armature,
+        ..Drive::NONE
+    };
+    let own = |(_, actuator): &(usize, &Actuator)| actuator.joint == index;
+    for (number, actuator) in robot.actuators.iter().enumerate().filter(own) {
+        let control = controls.get(number).copied().unwrap_or(0.0);
+        add_actuator(actuator, control, joint, &mut drive)?;
+    }
+    if let (Some([low, high]), None) = (joint.effort, &drive.motor) {
+        drive.force = drive.force.clamp(low, high);
+    }
+    Ok(drive)
+}
+
+fn add_actuator(
+    actuator: &Actuator,
+    control: f64,
+    joint: &Joint,
+    drive: &mut Drive,
+) -> Result<(), String> {
+    let wrong = |why: &str| Err(format!("{}: {why}", actuator.at));
+    let control = match actuator.control_range {
+        Some([low, high]) => control.clamp(low, high),
+        None => control,
+    };
+    let gear = actuator.gear;
+    let constant = gear * (actuator.gain * control + actuator.bias[0]);
+    let [stiffness, damping] = [1, 2].map(|k| -actuator.bias[k] * gear * gear);
+    let bounds = actuator.force_range.map(|[low, high]| {
+        let (a, b) = (gear * low, gear * high);
+        [a.min(b), a.max(b)]
+    });
+    if stiffness < 0.0 || damping < 0.0 {
+        return wrong(
+            "biasprm: a motor that pushes the more the farther or faster it goes is not supported",
+        );
+    }
+    if stiffness == 0.0 && damping == 0.0 {
+        drive.force += bounds.map_or(constant, |[low, high]| constant.clamp(low, high));
+        return Ok(());
+    }
+    if stiffness == 0.0 {
+        if bounds.is_some() || joint.effort.is_some() {
+            return wrong("forcerange: a motor that holds a speed with bounds is not supported");
+        }
+        drive.damping += damping;
+        drive.force += constant;
+        return Ok(());
+    }
+    if drive.motor.is_some() {
+        return wrong("joint: it has a motor that holds a position already, and one is supported");
+    }
+    let within = |[low, high]: [f64; 2], [a, b]: [f64; 2]| [low.max(a), high.min(b)];
+    let bounds = match (bounds, joint.effort) {
+        (Some(own), Some(all)) => Some(within(own, all)),
+        (own, all) => own.or(all),
+    };
+    // Between bounds that are not each other's opposites: around their middle.
+    let (middle, most) =
+        bounds.map_or((0.0, UNBOUNDED), |[low, high]| (0.5 * (low + high), 0.5 * (high - low)));
+    let target = (constant - middle) / stiffness - joint.reference;
+    drive.force += middle;
+    drive.motor = Some(Motor::Position { target, stiffness, damping, most: most.max(0.0) });
+    Ok(())
+}
