@@ -154,7 +154,7 @@ fn what_cannot_be_assembled_is_refused() {
     state.position = rotation(&state.attitude) * Vector3::new(0.5, 0.0, 0.0);
     let (found, _) = hung.assemble(&[state]).unwrap();
     let joint = &hung.joints()[0];
-    let angle = joint.angle(&joint.coordinates(&found).unwrap(), 0.0);
+    let angle = joint.turns(&joint.coordinates(&found).unwrap(), &Vector3::zeros())[2];
     assert!((angle - 0.1).abs() < 1e-12, "{angle}");
     let torn = world(vec![rod], vec![pin(0.0, -0.5), pin(1.5, 0.5)]);
     let state = at(Vector3::new(0.75, 0.0, 0.0), Vector3::zeros());

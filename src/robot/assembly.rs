@@ -379,16 +379,18 @@ impl Assembled {
         for place in 0..self.bodies.len() {
             let (link, body, centre) = self.bodies[place];
             let (first, count) = self.robot.links[link].joints;
-            let Some(Joined { kind, anchor, attitude, axes }) = joined(self.robot.joints_of(link))?
+            let Some(Joined { kind, anchor, attitudes, middle, axes }) =
+                joined(self.robot.joints_of(link))?
             else {
                 continue;
             };
             let anchor = anchor.unwrap_or(centre);
             let (other, frame) = self.links[self.robot.links[link].parent];
             let outer = frame.then(&self.robot.links[link].frame);
+            let [attitude, of_above] = attitudes;
             let above = Frame {
                 position: outer.point(&anchor),
-                attitude: outer.then(&turned(attitude)).attitude,
+                attitude: outer.then(&turned(of_above)).attitude,
             };
             let (other, above) = match other {
                 Some(other) => {
@@ -429,6 +431,7 @@ impl Assembled {
                 length: None,
                 collide: false,
                 cone: None,
+                middle,
                 drives,
             });
         }
@@ -499,6 +502,7 @@ impl Assembled {
                 length: None,
                 collide: true,
                 cone: None,
+                middle: None,
                 drives: Vec::new(),
             });
         }

@@ -2,7 +2,7 @@
 
 use super::frame::{from_z, of_matrix};
 use super::model::{Actuator, Joint, Moves, Robot};
-use crate::joint::{Drive, Motor};
+use crate::joint::{Drive, Hinges, JointFrame, Middle, Motor};
 use crate::scenario::joint::JointKind;
 use nalgebra::{Matrix3, Vector3, Vector4};
 
@@ -18,8 +18,10 @@ pub struct Joined {
     pub kind: JointKind,
     /// Its anchor, m, in the frame of the link; none where any will do.
     pub anchor: Option<Vector3<f64>>,
-    /// Joint → link.
-    pub attitude: Vector4<f64>,
+    /// Joint → link, and the joint's frame above → link where all angles are zero.
+    pub attitudes: [Vector4<f64>; 2],
+    /// Of a gimbal.
+    pub middle: Option<Middle>,
     /// For each axis that takes a drive, which joint of the link it is.
     pub axes: Vec<usize>,
 }
@@ -30,7 +32,14 @@ pub struct Joined {
 /// Joints that are none; what resists a free joint or a ball.
 pub fn joined(joints: &[Joint]) -> Result<Option<Joined>, String> {
     let along = |axis: &Vector3<f64>| from_z(axis);
-    let one = |kind, anchor, attitude| Joined { kind, anchor, attitude, axes: vec![0] };
+    let made = |kind, anchor, attitude, axes: &[usize]| Joined {
+        kind,
+        anchor,
+        attitudes: [attitude; 2],
+        middle: None,
+        axes: axes.to_vec(),
+    };
+    let still = Vector4::new(1.0, 0.0, 0.0, 0.0);
     Ok(Some(match joints {
         [joint] => match joint.moves {
             Moves::Free => {
@@ -39,23 +48,19 @@ pub fn joined(joints: &[Joint]) -> Result<Option<Joined>, String> {
             }
             Moves::Ball => {
                 refuse_resisted(joint)?;
-                let attitude = Vector4::new(1.0, 0.0, 0.0, 0.0);
-                let kind = JointKind::Spherical;
-                Joined { kind, anchor: Some(joint.anchor), attitude, axes: Vec::new() }
+                made(JointKind::Spherical, Some(joint.anchor), still, &[])
             }
-            Moves::Hinge => one(JointKind::Revolute, Some(joint.anchor), along(&joint.axis)),
-            Moves::Slide => one(JointKind::Prismatic, None, along(&joint.axis)),
+            Moves::Hinge => made(JointKind::Revolute, Some(joint.anchor), along(&joint.axis), &[0]),
+            Moves::Slide => made(JointKind::Prismatic, None, along(&joint.axis), &[0]),
         },
         [slide, hinge]
             if (slide.moves, hinge.moves) == (Moves::Slide, Moves::Hinge)
                 && slide.axis.dot(&hinge.axis) > 1.0 - ALIGNED =>
         {
-            let (anchor, attitude) = (Some(hinge.anchor), along(&hinge.axis));
-            Joined { kind: JointKind::Cylindrical, anchor, attitude, axes: vec![0, 1] }
+            made(JointKind::Cylindrical, Some(hinge.anchor), along(&hinge.axis), &[0, 1])
         }
         [first, second] if crossed(first, second) => {
-            let attitude = of_axes(&first.axis, &second.axis);
-            Joined { kind: JointKind::Sliding, anchor: None, attitude, axes: vec![0, 1] }
+            made(JointKind::Sliding, None, of_axes(&first.axis, &second.axis), &[0, 1])
         }
         [first, second, hinge]
             if crossed(first, second)
@@ -66,13 +71,27 @@ pub fn joined(joints: &[Joint]) -> Result<Option<Joined>, String> {
         {
             // Of the two orders the one whose z is along the hinge.
             let is_right = first.axis.cross(&second.axis).dot(&hinge.axis) > 0.0;
-            let (x, y, axes) = if is_right {
-                (first, second, vec![0, 1, 2])
-            } else {
-                (second, first, vec![1, 0, 2])
-            };
-            let attitude = of_axes(&x.axis, &y.axis);
-            Joined { kind: JointKind::Planar, anchor: Some(hinge.anchor), attitude, axes }
+            let (x, y, axes) =
+                if is_right { (first, second, [0, 1, 2]) } else { (second, first, [1, 0, 2]) };
+            made(JointKind::Planar, Some(hinge.anchor), of_axes(&x.axis, &y.axis), &axes)
+        }
+        [first, second] if turn_in_one_place(joints).is_some() && is_square(first, second) => {
+            // The first turns about y of the parent's side, the second about x of the link's.
+            let attitude = of_axes(&second.axis, &first.axis);
+            made(JointKind::Universal, turn_in_one_place(joints), attitude, &[1, 0])
+        }
+        [first, second, third]
+            if turn_in_one_place(joints).is_some()
+                && is_square(first, second)
+                && is_square(second, third) =>
+        {
+            let frames = [JointFrame::at(Vector3::zeros()); 2];
+            let hinges = Hinges::new(frames, [first.axis, second.axis, third.axis]);
+            let hinges = hinges.map_err(|error| format!("{}: {error}", first.at))?;
+            let attitudes = hinges.frames.map(|frame| frame.attitude);
+            // About x turns the third, about y the first, about z the second.
+            let joined = made(JointKind::Gimbal, turn_in_one_place(joints), still, &[2, 0, 1]);
+            Joined { attitudes, middle: Some(hinges.middle), ..joined }
         }
         [first, ..] => {
             let names: Vec<_> = joints.iter().map(|joint| joint.name.as_str()).collect();
@@ -82,11 +101,28 @@ pub fn joined(joints: &[Joint]) -> Result<Option<Joined>, String> {
                 names.join(", ")
             ));
         }
-        [] => {
-            let attitude = Vector4::new(1.0, 0.0, 0.0, 0.0);
-            Joined { kind: JointKind::Fixed, anchor: None, attitude, axes: Vec::new() }
-        }
+        [] => made(JointKind::Fixed, None, still, &[]),
     }))
+}
+
+/// Where the axes of hinges meet; none where they do not, or where one is no hinge.
+fn turn_in_one_place(joints: &[Joint]) -> Option<Vector3<f64>> {
+    let [first, second, rest @ ..] = joints else { return None };
+    if joints.iter().any(|joint| joint.moves != Moves::Hinge) {
+        return None;
+    }
+    // The point of the first axis that is next to the second.
+    let (u, v, between) = (first.axis, second.axis, second.anchor - first.anchor);
+    let across = u.cross(&v);
+    let along = between.cross(&v).dot(&across) / across.norm_squared();
+    let place = first.anchor + u * along;
+    let off = |joint: &Joint| (place - joint.anchor).cross(&joint.axis).norm();
+    let meets = |joint: &Joint| off(joint) <= ALIGNED * (1.0 + joint.anchor.norm());
+    (along.is_finite() && meets(second) && rest.iter().all(meets)).then_some(place)
+}
+
+fn is_square(first: &Joint, second: &Joint) -> bool {
+    first.axis.dot(&second.axis).abs() < ALIGNED
 }
 
 fn crossed(first: &Joint, second: &Joint) -> bool {

@@ -1,7 +1,7 @@
 //! Joints as run.json has them: complete, and the joint that they make.
 
 use super::shape::Place;
-use crate::joint::{Axis, Drive, Joint, JointFrame};
+use crate::joint::{Axis, Drive, Joint, JointFrame, Middle};
 use serde::{Deserialize, Serialize};
 
 /// Which of its axes a joint leaves free.
@@ -24,6 +24,8 @@ pub enum JointKind {
     Ball,
     /// Turns about x of the first body's frame and y of the second's.
     Universal,
+    /// Turns about these, and about a third axis that is square to both.
+    Gimbal,
     /// Does not move.
     Fixed,
 }
@@ -35,6 +37,10 @@ pub type DrivenAxis = (&'static str, usize);
 /// The axis of a slide, and that of a turn.
 const SLIDE: DrivenAxis = ("slide", 2);
 const TURN: DrivenAxis = ("turn", 5);
+/// The axes of a gimbal.
+const TURN_X: DrivenAxis = ("turn_x", 3);
+const TURN_Y: DrivenAxis = ("turn_y", 4);
+const TURN_Z: DrivenAxis = ("turn_z", 5);
 
 impl JointKind {
     /// The axes that drives can act on, in the order of their drives.
@@ -46,7 +52,9 @@ impl JointKind {
             Self::Cylindrical => &[SLIDE, TURN],
             Self::Planar => &[("x", 0), ("y", 1), TURN],
             Self::Sliding => &[("x", 0), ("y", 1)],
-            Self::Spherical | Self::Universal | Self::Fixed => &[],
+            Self::Universal => &[TURN_X, TURN_Y],
+            Self::Gimbal => &[TURN_X, TURN_Y, TURN_Z],
+            Self::Spherical | Self::Fixed => &[],
         }
     }
 
@@ -62,6 +70,7 @@ impl JointKind {
             Self::Spherical => "spherical",
             Self::Ball => "ball",
             Self::Universal => "universal",
+            Self::Gimbal => "gimbal",
             Self::Fixed => "fixed",
         }
     }
@@ -77,7 +86,6 @@ impl JointKind {
         let mut axes = [Axis::Locked; 6];
         let turns_freely = match self {
             Self::Spherical | Self::Ball => 3..6,
-            Self::Universal => 3..5,
             _ => 0..0,
         };
         axes[turns_freely].fill(Axis::Free(Drive::NONE));
@@ -112,6 +120,9 @@ pub struct JointModel {
     /// rad, of a ball joint: how far its z axes may be from each other.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cone: Option<f64>,
+    /// Of a gimbal: its middle axis; null for one square to the others, counted from where it is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub middle: Option<Middle>,
     /// What acts on each axis that its type leaves to drives: m and N along, rad and N m about.
     pub drives: Vec<Drive>,
 }
@@ -127,6 +138,10 @@ impl JointModel {
         let [x, y, z, rx, ry, rz] = self.kind.axes(&self.drives, self.cone);
         let joint = Joint::between(self.body, self.other, self.frames.each_ref().map(frame))
             .with_axes([x, y, z], [rx, ry, rz]);
+        let joint = match self.kind {
+            JointKind::Gimbal => joint.with_middle(self.middle.unwrap_or(Middle::STRAIGHT)),
+            _ => joint,
+        };
         let joint = match self.length {
             Some(length) => joint.with_length(length),
             None => joint,

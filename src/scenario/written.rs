@@ -5,7 +5,7 @@ use super::joint::JointModel;
 use super::model::{BodyModel, Model, PartnerModel};
 use super::scene::{OutputFormat, Scene};
 use super::shape::{Form, Place, PlacedForm, Shape};
-use crate::joint::{Drive, Motor};
+use crate::joint::{Drive, Middle, Motor};
 use nalgebra::Vector3;
 use std::fmt::Write as _;
 
@@ -214,6 +214,10 @@ fn joint_table(out: &mut String, joint: &JointModel, model: &Model) {
     }
     lines.extend(joint.length.map(|length| format!("length = {length:?}")));
     lines.extend(joint.cone.map(|cone| format!("cone = {cone:?}")));
+    if let Some(middle) = &joint.middle {
+        let Middle { backwards, zero } = middle;
+        lines.push(format!("middle = {{ backwards = {backwards}, zero = {zero:?} }}"));
+    }
     if joint.collide {
         lines.push("collide = true".to_owned());
     }

@@ -144,6 +144,88 @@ fn the_table_says_where_joints_are_and_what_they_carry() {
     }
 }
 
+/// Universal joints and gimbals from a file: their angles at the start, drives and motors of each, and what verifies.
+#[test]
+fn angles_of_gimbals_are_driven_from_files() {
+    let text = r#"
+steps = 300
+time_step = 0.002
+gravity = 0.0
+[ground]
+none = true
+friction = 0.5
+[[bodies]]
+name = "camera"
+box = [0.1, 0.2, 0.3]
+mass = 2.0
+position = [0.0, 0.0, 0.0]
+[[bodies]]
+name = "shaft"
+box = [0.1, 0.1, 0.4]
+mass = 1.0
+position = [2.0, 0.0, 0.0]
+[[joints]]
+name = "mount"
+type = "gimbal"
+bodies = "camera"
+anchor = [0.0, 0.0, 0.0]
+attitude = { axis = [1.0, 1.0, 0.0], degrees = 40.0 }
+turn_x = { start = 0.5, damping = 0.01 }
+turn_y = { start = -2.5, limits = [-3.0, 0.5] }
+turn_z = { start = 0.3 }
+[[joints]]
+name = "cardan"
+type = "universal"
+bodies = "shaft"
+anchor = [2.0, 0.0, 0.2]
+attitude = { axis = [0.0, 0.0, 1.0], degrees = 10.0 }
+turn_x = { start = 0.4, stiffness = 10.0, damping = 1.0 }
+turn_y = { start = -0.2, stiffness = 10.0, damping = 1.0 }
+[[motors]]
+joint = "mount"
+axis = "turn_x"
+speed = 3.0
+most = 100.0
+[[motors]]
+joint = "mount"
+axis = "turn_z"
+position = 0.8
+stiffness = 40.0
+damping = 2.0
+most = 100.0
+[[motors]]
+joint = "mount"
+axis = "turn_y"
+speed = -2.0
+most = 50.0
+"#;
+    let (end, directory) = run_scenario(text, &[]);
+    assert_eq!(end.code, Some(0), "{end:?}");
+    let path = directory.path().join("out").join("joints.csv");
+    let joints = Table::parse(&fs::read_to_string(&path).unwrap());
+    let of = |joint: usize, column: &str| -> Vec<f64> {
+        joints.numbers(column).into_iter().skip(joint).step_by(2).collect()
+    };
+    for (joint, angles) in [(0, [0.5, -2.5, 0.3]), (1, [0.4, -0.2, 0.0])] {
+        for (column, start) in ["angle_x_rad", "angle_y_rad", "angle_z_rad"].iter().zip(angles) {
+            assert!((of(joint, column)[0] - start).abs() < 1e-12, "{joint} {column}");
+        }
+    }
+    let last = of(0, "k").len() - 1;
+    let turned = of(0, "angle_x_rad")[last] - 0.5;
+    assert!((turned - 3.0 * 0.002 * last as f64).abs() < 1e-9, "{turned}");
+    assert!((of(0, "angle_y_rad")[last] + 3.0).abs() < 1e-12);
+    assert!(of(1, "angle_x_rad")[last].abs() < 0.4);
+    let verify = || run(&["verify", path.to_str().unwrap()]);
+    assert_eq!(verify().code, Some(0), "{:?}", verify());
+    let mut table = joints;
+    let column = table.column("angle_y_rad");
+    table.rows[2 * 7][column] = "-2.6".to_owned();
+    fs::write(&path, table.text()).unwrap();
+    let end = verify();
+    assert!(end.code == Some(1) && end.stdout.contains("k = 7 "), "{end:?}");
+}
+
 /// A thousandth of any number of a joint is found, and the step named.
 #[test]
 fn a_changed_number_of_a_joint_is_found() {
@@ -288,6 +370,11 @@ const BROKEN: &[(&str, &str, &[&str])] = &[
         "type = \"spherical\"",
         "type = \"ball\"\naxis = [0, 0, 1]\ncone = 9.0",
         &["joints[2] (ball)", "cone", "3.1"],
+    ),
+    (
+        "type = \"prismatic\"",
+        "type = \"gimbal\"",
+        &["(rail).start", "`turn_x`, `turn_y`, `turn_z`"],
     ),
     ("most = 600.0", "", &["most"]),
     ("most = 600.0", "most = -600.0", &["joints[0] (shoulder)", "most", "-600"]),

@@ -18,12 +18,14 @@
 
 mod course;
 mod drive;
+mod gimbal;
 mod graph;
 mod motion;
 
 pub use course::{Course, JointLoad, Knots};
 pub(crate) use drive::AxisStart;
 pub use drive::{Axis, Drive, Motor};
+pub use gimbal::{Hinges, Middle};
 pub use graph::Graph;
 pub(crate) use motion::Turn;
 pub use motion::{Coordinates, JointForce, JointResidual};
@@ -107,6 +109,8 @@ pub struct Joint {
     frames: [JointFrame; 2],
     linear: [Axis; 3],
     angular: [Axis; 3],
+    /// The middle axis of a gimbal; none of others.
+    middle: Option<Middle>,
     length: Option<f64>,
     collides: bool,
     /// What pushes along the axes of the place and of the turn in a step, N and N m.
@@ -124,17 +128,12 @@ pub(crate) enum Turning {
     Hinge,
     /// About x of A's frame and y of B's.
     Universal,
+    /// About these and a third axis that is square to both.
+    Gimbal,
     /// Any way, within a cone of the z axes or under a drive of the twist about z.
     Ball,
     /// Not at all.
     Locked,
-}
-
-impl Turning {
-    /// Whether it has an angle about z that is counted on.
-    pub(crate) fn has_angle(self) -> bool {
-        matches!(self, Self::Hinge | Self::Ball)
-    }
 }
 
 impl Joint {
@@ -145,8 +144,8 @@ impl Joint {
         let free = [Axis::Free(Drive::NONE); 3];
         let (linear, angular) = (free, free);
         let push = [Vector3::zeros(); 2];
-        let (collides, moves) = (false, false);
-        Self { body, other, frames, linear, angular, length: None, collides, push, moves }
+        let (middle, length, collides, moves) = (None, None, false, false);
+        Self { body, other, frames, linear, angular, middle, length, collides, push, moves }
     }
 
     /// Both anchors in one place; the bodies turn freely about it.
@@ -172,11 +171,33 @@ impl Joint {
     }
 
     /// A universal joint, as of a cardan shaft: A turns about the x axis of its frame and the y axis of B's, which cross
-    /// at a right angle.
+    /// at a right angle. [`Joint::with_drive`] drives its angles, [`JointAxis::Angular`] 0 and 1.
     #[must_use]
     pub fn universal(body: usize, other: Option<usize>, frames: [JointFrame; 2]) -> Self {
         let free = Axis::Free(Drive::NONE);
         Self { angular: [free, free, Axis::Locked], ..Self::spherical(body, other, frames) }
+    }
+
+    /// A gimbal: three hinges in one place, of which the first is about y of B's frame, the last about x of A's, and
+    /// the middle one about an axis z that the first carries and that is square to both. Of the angles α, β, γ about x, y
+    /// and z, under the `drives` in this order (rad, N m), A's frame is turned by
+    /// `q_y(β) ⊗ q_z(γ) ⊗ q_x(α)` against B's. Where γ is a quarter turn the first and the last axis
+    /// are one, and α and β are not told apart: a simulation cannot start there, and drives should keep it away.
+    #[must_use]
+    pub fn gimbal(
+        body: usize,
+        other: Option<usize>,
+        frames: [JointFrame; 2],
+        drives: [Drive; 3],
+    ) -> Self {
+        let angular = drives.map(Axis::Free);
+        Self { angular, middle: Some(Middle::STRAIGHT), ..Self::spherical(body, other, frames) }
+    }
+
+    /// This joint, whose turn is free about all three axes, as a [gimbal](Joint::gimbal) with this middle axis.
+    #[must_use]
+    pub fn with_middle(self, middle: Middle) -> Self {
+        Self { middle: Some(middle), ..self }
     }
 
     /// A hinge: they turn about the common z axis alone, under `drive` (rad, N m).
@@ -233,7 +254,8 @@ impl Joint {
 
     /// This joint with other axes: x, y, z of the anchor's place, and of the turn. Of the turn either all
     /// are locked, or x and y are, as of a [hinge](Joint::revolute), or z is, as of a
-    /// [universal joint](Joint::universal), or all are free, as of a [ball](Joint::ball).
+    /// [universal joint](Joint::universal), or all are free, as of a [ball](Joint::ball) or a
+    /// [gimbal](Joint::gimbal).
     #[must_use]
     pub fn with_axes(self, linear: [Axis; 3], angular: [Axis; 3]) -> Self {
         Self { linear, angular, ..self }
@@ -377,6 +399,9 @@ impl Joint {
             [Axis::Locked, Axis::Locked, Axis::Locked] => Turning::Locked,
             [Axis::Locked, Axis::Locked, Axis::Free(_)] => Turning::Hinge,
             [Axis::Free(_), Axis::Free(_), Axis::Locked] => Turning::Universal,
+            [Axis::Free(_), Axis::Free(_), Axis::Free(_)] if self.middle.is_some() => {
+                Turning::Gimbal
+            }
             [Axis::Free(_), Axis::Free(_), Axis::Free(_)]
                 if !self.angular.iter().all(Axis::is_idle) =>
             {
@@ -384,6 +409,11 @@ impl Joint {
             }
             _ => Turning::Free,
         }
+    }
+
+    /// The middle axis of a gimbal or a universal joint.
+    fn middle(&self) -> Middle {
+        self.middle.unwrap_or(Middle::STRAIGHT)
     }
 
     /// Whether it says anything of the place of its anchor.
@@ -394,8 +424,12 @@ impl Joint {
     /// Along and about which of its axes a drive acts.
     pub(crate) fn bears(&self) -> [[bool; 3]; 2] {
         let is_free = |axis: &Axis| *axis != Axis::Locked;
-        let about = self.turning().has_angle();
-        [self.linear.each_ref().map(is_free), [false, false, about && is_free(&self.angular[2])]]
+        let about = match self.turning() {
+            Turning::Free => [false; 3],
+            Turning::Ball => [false, false, true],
+            _ => self.angular.each_ref().map(is_free),
+        };
+        [self.linear.each_ref().map(is_free), about]
     }
 
     /// Whether it holds a body in the world in all its axes, so that its frame there can drive it.
@@ -430,12 +464,12 @@ impl Joint {
     fn check_turn(&self) -> Result<(), Error> {
         let [x, y, z] = &self.angular;
         match self.turning() {
-            Turning::Locked | Turning::Hinge => Ok(()),
-            Turning::Universal if x.is_idle() && y.is_idle() => Ok(()),
-            Turning::Universal => Err(Error::Unsupported {
-                what: "a universal joint with a drive",
-                why: "its two angles have none; use two hinges with a small body between them",
+            Turning::Gimbal => self.middle().check(),
+            _ if self.middle.is_some() => Err(Error::Unsupported {
+                what: "a middle axis of a joint that is no gimbal",
+                why: "a gimbal turns about three axes, all of them free",
             }),
+            Turning::Locked | Turning::Hinge | Turning::Universal => Ok(()),
             Turning::Ball => {
                 let allowed =
                     "a ball joint takes a cone, the upper limit of its x axis, and a drive about z";

@@ -1,10 +1,10 @@
 //! Where a joint is, how it moves in a step, and how its forces and its motion miss its laws.
 
-use super::{Axis, AxisStart, Drive, Joint, JointFrame, Turning};
+use super::gimbal::{self, nearest};
+use super::{Axis, AxisStart, Drive, Joint, JointFrame, Middle, Turning};
 use crate::mechanics::quaternion::{left, right, rotation};
 use crate::mechanics::{RigidBody, State, Wrench, largest};
 use nalgebra::{Matrix3, Matrix4x3, Vector3, Vector4};
-use std::f64::consts::TAU;
 
 /// The force of a joint over a step, and how often it has turned around.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -14,15 +14,16 @@ pub struct JointForce {
     pub force: Vector3<f64>,
     /// About the axes of A's frame turned back by half of the joint's turn, N m, on A; the opposite one acts on B.
     pub torque: Vector3<f64>,
-    /// Of a hinge the angle at k+1, rad, with all its turns, of a driven ball joint the twist; 0 of others.
-    pub angle: f64,
+    /// The [turns](Joint::turns) at k+1, rad, of a hinge, a gimbal, a universal joint and a twist with all the times that
+    /// they went around; 0 of what turns freely.
+    pub angles: Vector3<f64>,
 }
 
 impl JointForce {
-    /// None, at an `angle` (rad).
+    /// None, at `angles` (rad).
     #[must_use]
-    pub fn none(angle: f64) -> Self {
-        Self { force: Vector3::zeros(), torque: Vector3::zeros(), angle }
+    pub fn none(angles: Vector3<f64>) -> Self {
+        Self { force: Vector3::zeros(), torque: Vector3::zeros(), angles }
     }
 }
 
@@ -67,54 +68,49 @@ impl Joint {
         Some(between(&a, &b))
     }
 
-    /// The angle of a hinge, or the twist of a ball joint with a drive, rad, that is nearest to `near`:
-    /// θ = 2 atan2(Q_z, Q_w) + 2πn; 0 of other joints.
+    /// The turns about the axes, rad: of what is locked, what it is off by; of a hinge its angle about z; of a
+    /// gimbal and a universal joint the angles (J13); of a ball joint with a cone its swing, 0, and its twist; of what
+    /// turns freely, the turn as a vector, of up to half a turn. Angles are those nearest to `near`: of a hinge
+    /// θ = 2 atan2(Q_z, Q_w) + 2πn.
     #[must_use]
-    pub fn angle(&self, at: &Coordinates, near: f64) -> f64 {
-        if !self.turning().has_angle() {
-            return 0.0;
-        }
-        let angle = 2.0 * libm::atan2(at.turn[3], at.turn[0]);
-        angle + TAU * libm::round((near - angle) / TAU)
-    }
-
-    /// The turns about the axes, rad: of what is locked, what it is off by; of a hinge about z, its angle that
-    /// is nearest to `near`; of a universal joint its two angles, of up to half a turn; of a ball joint with a
-    /// cone its swing, 0, and its twist; of what turns freely, the turn as a vector, of up to half a turn.
-    #[must_use]
-    pub fn turns(&self, at: &Coordinates, near: f64) -> Vector3<f64> {
+    pub fn turns(&self, at: &Coordinates, near: &Vector3<f64>) -> Vector3<f64> {
         let turning = self.turning();
         let off = || aside(turning, &at.turn) * 2.0;
+        let about_z = || nearest(2.0 * libm::atan2(at.turn[3], at.turn[0]), near[2]);
+        let angles = || gimbal::angles(&at.turn, near, &self.middle());
         match turning {
             Turning::Free => vector_of(&at.turn),
             Turning::Locked => off(),
-            Turning::Hinge => Vector3::new(off()[0], off()[1], self.angle(at, near)),
-            Turning::Ball => Vector3::new(swing(&at.turn), 0.0, self.angle(at, near)),
-            Turning::Universal => {
-                // Of q_y(β) ⊗ q_x(α), whichever sign it has.
-                let sign = if at.turn[0] < 0.0 { -1.0 } else { 1.0 };
-                let about = |k: usize| 2.0 * libm::atan2(sign * at.turn[k], sign * at.turn[0]);
-                Vector3::new(about(1), about(2), off()[2])
-            }
+            Turning::Hinge => Vector3::new(off()[0], off()[1], about_z()),
+            Turning::Ball => Vector3::new(swing(&at.turn), 0.0, about_z()),
+            Turning::Gimbal => angles(),
+            Turning::Universal => Vector3::new(angles()[0], angles()[1], off()[2]),
+        }
+    }
+
+    /// The same to count on from: 0 of what turns freely, which counts nothing.
+    #[must_use]
+    pub fn counted(&self, at: &Coordinates, near: &Vector3<f64>) -> Vector3<f64> {
+        match self.turning() {
+            Turning::Free => Vector3::zeros(),
+            _ => self.turns(at, near),
         }
     }
 
     /// The mean rates of all axes from `at` to `after` in `time_step` (s): of the place, m/s, and of the
-    /// [turns](Joint::turns), rad/s, where `near` is near the angle of a hinge at `at`.
+    /// [turns](Joint::turns), rad/s, where `near` is near those at `at`.
     #[must_use]
     pub fn rates(
         &self,
         (at, after): (&Coordinates, &Coordinates),
-        near: f64,
+        near: &Vector3<f64>,
         time_step: f64,
     ) -> (Vector3<f64>, Vector3<f64>) {
         let turned = match self.turning() {
             Turning::Free => vector_of(&(left(&conjugated(&at.turn)) * after.turn)),
             _ => {
                 let start = self.turns(at, near);
-                let turned = self.turns(after, start[2]) - start;
-                // Of what counts no turns, the shorter way.
-                turned.map(|angle| angle - TAU * libm::round(angle / TAU))
+                self.turns(after, &start) - start
             }
         };
         ((after.place - at.place) / time_step, turned / time_step)
@@ -129,7 +125,7 @@ impl Joint {
         let linear = self.linear.iter().zip(&at.place).filter(|(axis, _)| locked(axis));
         let place = linear.map(|(_, l)| l.abs()).fold(0.0, f64::max);
         let turn = match self.turning() {
-            Turning::Free | Turning::Ball => 0.0,
+            Turning::Free | Turning::Ball | Turning::Gimbal => 0.0,
             turning => {
                 let aside = aside(turning, &at.turn);
                 let angular = self.angular.iter().zip(&aside).filter(|(axis, _)| locked(axis));
@@ -151,34 +147,31 @@ impl Joint {
         for (axis, x) in self.linear.iter().zip(&at.place) {
             place = place.max(beyond(axis, *x));
         }
-        if self.turning().has_angle() {
-            turn = turn.max(beyond(&self.angular[2], self.angle(&at, 0.0)));
-            turn = turn.max(beyond(&self.angular[0], swing(&at.turn)));
+        for (axis, angle) in self.angular.iter().zip(&self.counted(&at, &Vector3::zeros())) {
+            turn = turn.max(beyond(axis, *angle));
         }
         Some((place, turn))
     }
 
-    /// Its axes at the start of a step of `time_step` (s) from `states`, where it is at `at` and at the `angle`
+    /// Its axes at the start of a step of `time_step` (s) from `states`, where it is at `at` and at the `angles`
     /// (rad): those of the place and those of the turn.
     pub(crate) fn starts(
         &self,
         states: &[State],
-        (at, angle): (&Coordinates, f64),
+        (at, angles): (&Coordinates, &Vector3<f64>),
         time_step: f64,
     ) -> [[AxisStart; 3]; 2] {
-        let (mut rates, mut turns) = (Vector3::zeros(), 0.0);
+        let (mut rates, mut turns) = (Vector3::zeros(), Vector3::zeros());
         if self.linear.iter().chain(&self.angular).any(Axis::has_armature)
             && let Some(before) = self.coasted(states, -time_step)
         {
             rates = (at.place - before.place) / time_step;
-            turns = (angle - self.angle(&before, angle)) / time_step;
+            turns = (angles - self.counted(&before, angles)) / time_step;
         }
         let along =
             |k: usize| AxisStart { coordinate: at.place[k], rate: rates[k], push: self.push[0][k] };
-        let about = |k: usize| match k {
-            0 => AxisStart { coordinate: swing(&at.turn), ..AxisStart::default() },
-            _ => AxisStart { coordinate: angle, rate: turns, push: self.push[1][k] },
-        };
+        let about =
+            |k: usize| AxisStart { coordinate: angles[k], rate: turns[k], push: self.push[1][k] };
         [std::array::from_fn(along), std::array::from_fn(about)]
     }
 
@@ -226,7 +219,7 @@ impl Joint {
     ) -> Option<(Vector3<f64>, Vector3<f64>, Vector3<f64>)> {
         let (at, frames) = (self.coordinates(states)?, self.placed(states)?);
         let along = rotation(&frames[1].attitude) * force.force;
-        let turn = Turn::new(self, &at, 1.0, 1.0);
+        let turn = Turn::new(self, (&at, &force.angles), 1.0, 1.0);
         // About the axes of A, and in the world's.
         let about = match self.turning() {
             Turning::Free => Vector3::zeros(),
@@ -236,13 +229,14 @@ impl Joint {
     }
 
     /// The work of the drives of the joint under `force` in the step `states` → `next` of `time_step` (s), J:
-    /// on the mean of the rates with which it came and with which it goes,
+    /// on the mean of the ways on which it came and on which it goes,
     ///
     /// ```text
-    /// W = ½ Σ f ((x⁺ − x_k) + (x̃ − x_k)),                                     (J6)
+    /// W = ½ Σ f ((x⁺ − x_k) + (x_k − x̃)),                                     (J6)
     /// ```
     ///
-    /// x̃ being where the velocities of step k would lead; of a frame in the world that moves, that of the
+    /// x̃ being where it came from with the velocities of step k; of a gimbal, whose angles are no linear ways, the larger
+    /// one of this and of the work along the directions at the step's start; of a frame in the world that moves, that of the
     /// force and the torque that it drives A with, on the mean velocities. `None` where a body has no
     /// state.
     #[must_use]
@@ -262,22 +256,27 @@ impl Joint {
             return Some(0.5 * time_step * power);
         }
         let (at, after) = (self.coordinates(states)?, self.coordinates(next)?);
-        let coasted = self.coasted(states, time_step)?;
+        let before = self.coasted(states, -time_step)?;
         let free = |axis: &Axis| *axis != Axis::Locked;
         let mut work = 0.0;
         for k in (0..3).filter(|k| free(&self.linear[*k])) {
-            work += force.force[k] * (after.place[k] + coasted.place[k] - 2.0 * at.place[k]);
+            work += force.force[k] * (after.place[k] - before.place[k]);
         }
-        if self.turning().has_angle() {
-            let angle = self.angle(&at, force.angle);
-            let ends = self.angle(&after, angle) + self.angle(&coasted, angle);
-            work += force.torque[2] * (ends - 2.0 * angle);
+        let angles = self.counted(&at, &force.angles);
+        let turned = self.counted(&after, &angles) - self.counted(&before, &angles);
+        let torque = Vector3::from_fn(|k, _| match self.angular[k] {
+            Axis::Locked => 0.0,
+            Axis::Free(_) => force.torque[k],
+        });
+        let mut about = torque.dot(&turned);
+        let turn = Turn::new(self, (&at, &angles), time_step, 1.0);
+        if turn.is_curved() {
+            let spins = |body: usize| Some(states.get(body)?.spin + next.get(body)?.spin);
+            let other = self.other.and_then(spins);
+            about =
+                about.max(torque.dot(&turn.rates(&spins(self.body)?, other.as_ref())) * time_step);
         }
-        if self.turning() == Turning::Ball {
-            let ends = swing(&after.turn) + swing(&coasted.turn);
-            work += force.torque[0] * (ends - 2.0 * swing(&at.turn));
-        }
-        Some(0.5 * work)
+        Some(0.5 * (work + about))
     }
 
     /// How far the step `states` → `next` of `time_step` (s) with the force `force` is from the laws of the
@@ -309,9 +308,9 @@ impl Joint {
             };
             *part = largest(*part, missed);
         };
-        let end = self.angle(&after, force.angle);
-        let angle = self.angle(&at, end);
-        let [places, turns] = self.starts(states, (&at, angle), h);
+        let end = self.counted(&after, &force.angles);
+        let angles = self.counted(&at, &end);
+        let [places, turns] = self.starts(states, (&at, &angles), h);
         for (k, axis) in self.linear.iter().enumerate() {
             let (before, after) = (at.place[k], after.place[k]);
             let u = match axis {
@@ -323,10 +322,9 @@ impl Joint {
         if self.turning() != Turning::Free {
             let aside = aside(self.turning(), &after.turn);
             for (k, axis) in self.angular.iter().enumerate() {
-                let u = match (axis, k) {
-                    (Axis::Locked, _) => length * 2.0 * aside[k] / h,
-                    (_, 0) => length * (swing(&after.turn) - swing(&at.turn)) / h,
-                    _ => length * (end - angle) / h,
+                let u = match axis {
+                    Axis::Locked => length * 2.0 * aside[k] / h,
+                    Axis::Free(_) => length * (end[k] - angles[k]) / h,
                 };
                 add(axis, &turns[k], (u, force.torque[k]), length);
             }
@@ -396,7 +394,8 @@ fn aside(turning: Turning, turn: &Vector4<f64>) -> Vector3<f64> {
 /// u = ℓ 2 (E_x, E_y, E_z)/h;   of a hinge u_z = ℓ 2 atan2(E_z, E_w)/h             (J4)
 /// ```
 ///
-/// With R = ±1 a universal joint has u_z = ℓ 2 (E_x E_y + E_w E_z)/h, the cosine of the angle between its axes, and
+/// With R = ±1 a gimbal has u = ℓ (α⁺ − α_k, β⁺ − β_k, γ⁺ − γ_k)/h of the angles (J13) of E, a universal joint the same of
+/// α and β, and u_z = ℓ 2 (E_x E_y + E_w E_z)/h, the cosine of the angle between its axes, and
 /// with R as of a hinge a ball joint u_x = ℓ (σ⁺ − σ_k)/h (J11), of the angle
 /// σ = 2 atan2(√(E_x² + E_y²), √(E_w² + E_z²)) between its z axes.
 #[derive(Debug, Clone, Copy)]
@@ -410,6 +409,9 @@ pub(crate) struct Turn {
     rest: Vector4<f64>,
     /// σ_k of a ball joint.
     swing: f64,
+    /// The angles of a gimbal at k, but for whole turns, and its middle axis.
+    angles: Vector3<f64>,
+    middle: Middle,
     /// F of A and of B; `None` for the world.
     frames: (Matrix3<f64>, Option<Matrix3<f64>>),
 }
@@ -423,9 +425,21 @@ struct At {
 }
 
 impl Turn {
-    /// Those of a joint that is at `at` in a step of `time_step` (s), with rows scaled by `length` (m).
-    pub(crate) fn new(joint: &Joint, at: &Coordinates, time_step: f64, length: f64) -> Self {
-        let [a, b] = &joint.frames;
+    /// Those of a joint that is at `at` and the `angles` (rad) in a step of `time_step` (s), with rows scaled by
+    /// `length` (m).
+    pub(crate) fn new(
+        joint: &Joint,
+        (at, angles): (&Coordinates, &Vector3<f64>),
+        time_step: f64,
+        length: f64,
+    ) -> Self {
+        let ([a, b], middle) = (&joint.frames, joint.middle());
+        let angles = match joint.turning() {
+            Turning::Gimbal | Turning::Universal => {
+                gimbal::angles(&at.turn, &angles.map(|angle| nearest(angle, 0.0)), &middle)
+            }
+            _ => Vector3::zeros(),
+        };
         let back = conjugated(&twist(joint.turning(), &at.turn));
         Self {
             turning: joint.turning(),
@@ -435,6 +449,8 @@ impl Turn {
             back,
             rest: left(&back) * at.turn,
             swing: swing(&at.turn),
+            angles,
+            middle,
             frames: (a.rotation(), joint.other.map(|_| b.rotation())),
         }
     }
@@ -461,17 +477,23 @@ impl Turn {
     /// u (J4), m/s.
     pub(crate) fn u(&self, spin: &Vector3<f64>, other: Option<&Vector3<f64>>) -> Vector3<f64> {
         let e = self.at(spin, other).e;
-        let scale = 2.0 * self.length / self.time_step;
-        let along = match self.turning {
-            Turning::Hinge | Turning::Ball => libm::atan2(e[3], e[0]),
-            Turning::Universal => crossing(&e),
-            Turning::Locked | Turning::Free => e[3],
+        let turned = || libm::atan2(e[3], e[0]);
+        let half = match self.turning {
+            Turning::Locked | Turning::Free => Vector3::new(e[1], e[2], e[3]),
+            Turning::Hinge => Vector3::new(e[1], e[2], turned()),
+            Turning::Ball => Vector3::new(0.5 * (swing(&e) - self.swing), e[2], turned()),
+            Turning::Gimbal => 0.5 * (self.angles_at(&e) - self.angles),
+            Turning::Universal => {
+                let half = 0.5 * (self.angles_at(&e) - self.angles);
+                Vector3::new(half[0], half[1], crossing(&e))
+            }
         };
-        let aside = match self.turning {
-            Turning::Ball => 0.5 * (swing(&e) - self.swing),
-            _ => e[1],
-        };
-        Vector3::new(aside, e[2], along) * scale
+        half * (2.0 * self.length / self.time_step)
+    }
+
+    /// The angles of a gimbal at E.
+    fn angles_at(&self, e: &Vector4<f64>) -> Vector3<f64> {
+        gimbal::angles(e, &self.angles, &self.middle)
     }
 
     /// ∂u/∂ω_A and ∂u/∂ω_B:
@@ -500,22 +522,36 @@ impl Turn {
 
     /// The rows of u from those of E by a.
     fn rows(&self, e: &Vector4<f64>, by: &Matrix4x3<f64>) -> Matrix3<f64> {
-        let along = match self.turning {
-            Turning::Hinge | Turning::Ball => {
-                let size = e[0] * e[0] + e[3] * e[3];
-                (by.row(3) * e[0] - by.row(0) * e[3]) / size
-            }
-            Turning::Universal => {
-                by.row(1) * e[2] + by.row(2) * e[1] + by.row(3) * e[0] + by.row(0) * e[3]
-            }
-            Turning::Locked | Turning::Free => by.row(3).into_owned(),
+        let row = |k: usize| by.row(k).into_owned();
+        let turned = || {
+            let size = e[0] * e[0] + e[3] * e[3];
+            (row(3) * e[0] - row(0) * e[3]) / size
         };
-        let aside = match self.turning {
-            Turning::Ball => by.tr_mul(&swinging(e)).transpose(),
-            _ => by.row(1).into_owned(),
+        let angles = || gimbal::slopes(e, self.angles_at(e)[2], &self.middle, by);
+        let rows = match self.turning {
+            Turning::Locked | Turning::Free => [row(1), row(2), row(3)],
+            Turning::Hinge => [row(1), row(2), turned()],
+            Turning::Ball => [by.tr_mul(&swinging(e)).transpose(), row(2), turned()],
+            Turning::Gimbal => angles(),
+            Turning::Universal => {
+                let [alpha, beta, _] = angles();
+                [alpha, beta, row(1) * e[2] + row(2) * e[1] + row(3) * e[0] + row(0) * e[3]]
+            }
         };
         // 2/h of E, ½ h of the spins.
-        Matrix3::from_rows(&[aside, by.row(2).into_owned(), along]) * self.length
+        Matrix3::from_rows(&rows) * self.length
+    }
+
+    /// Whether an axis of it is carried by another one, so that its angles turn what they act along.
+    pub(crate) fn is_curved(&self) -> bool {
+        matches!(self.turning, Turning::Gimbal | Turning::Universal)
+    }
+
+    /// u as the spins make it along the directions at the step's start.
+    pub(crate) fn rates(&self, spin: &Vector3<f64>, other: Option<&Vector3<f64>>) -> Vector3<f64> {
+        let still = Vector3::zeros();
+        let (by_a, by_b) = self.slopes(&still, Some(&still));
+        by_a * spin + other.map_or(still, |spin| by_b * spin)
     }
 
     /// G: the torque on A (frame of A) of an impulse along the rows, ∂u/∂ω_A transposed where nothing turns.

@@ -421,7 +421,7 @@ impl<'a> Simulation<'a> {
     /// Describes the current state as the last row of a trajectory: no step follows. Joints have the angles
     /// to which they have turned, and no forces.
     pub fn end(&self, record: &mut StepRecord) {
-        let joints = self.now.joints.iter().map(|joint| JointForce::none(joint.angle));
+        let joints = self.now.joints.iter().map(|joint| JointForce::none(joint.angles));
         let solution =
             StepSolution { joints: joints.collect(), ..StepSolution::free(&self.now.states) };
         *record = StepRecord {

@@ -62,6 +62,12 @@ fn check_joints(
         if !fits {
             return Err(Error::JointApart { joint, place, turn, allowed: JOINT_AT_THE_START });
         }
+        if of.is_folded(states) {
+            return Err(Error::Unsupported {
+                what: "a gimbal that starts with its first and its last axis in one",
+                why: "its first and its last angle are not told apart there; turn its middle axis away from it",
+            });
+        }
     }
     Ok(())
 }

@@ -62,8 +62,8 @@ pub struct Judge {
     pub accepted: f64,
     /// By which points become candidates, where the files say it.
     detection: Option<Detection>,
-    /// The angles of hinges at the step's start, as the steps before have turned them, rad.
-    angles: Vec<f64>,
+    /// The angles of joints at the step's start, as the steps before have turned them, rad.
+    angles: Vec<Vector3<f64>>,
 }
 
 /// The contacts of a step and their forces.
@@ -96,7 +96,7 @@ impl Judge {
             candidates: Candidates::new(),
             accepted: recording.accepted()?,
             detection: recording.detection(),
-            angles: vec![0.0; recording.world.joints().len()],
+            angles: vec![Vector3::zeros(); recording.world.joints().len()],
         })
     }
 
@@ -130,7 +130,7 @@ impl Judge {
                 (differs.or(status), overlap)
             }
         };
-        self.angles = joints.iter().map(|joint| joint.angle).collect();
+        self.angles = joints.iter().map(|joint| joint.angles).collect();
         // Free flight is exact, whoever solves the contacts.
         let flies = step.status() == StepStatus::Free && forces.iter().all(|f| f.amax() == 0.0);
         let accepted = if flies { 0.0 } else { self.accepted };
@@ -302,8 +302,9 @@ impl Judge {
     fn of_rows(&self, step: &TableStep, next: &[State]) -> Touching {
         let joints = self.world.joints().iter().zip(&step.joints).map(|(joint, row)| {
             let at = joint.coordinates(next);
-            let angle = at.map_or(f64::NAN, |at| joint.angle(&at, row.turns[2]));
-            JointForce { force: row.force, torque: row.torque, angle }
+            let unknown = Vector3::repeat(f64::NAN);
+            let angles = at.map_or(unknown, |at| joint.counted(&at, &row.turns));
+            JointForce { force: row.force, torque: row.torque, angles }
         });
         let mut touching = Touching { joints: joints.collect(), ..Touching::default() };
         for (number, row) in step.contacts.iter().enumerate() {
@@ -374,10 +375,10 @@ impl Judge {
         let joints = self.world.joints().iter().zip(&step.joints).enumerate();
         joints.into_iter().find_map(|(number, (joint, row))| {
             let at = joint.coordinates(&step.states)?;
-            let angle = joint.angle(&at, self.angles[number]);
+            let angles = joint.counted(&at, &self.angles[number]);
             let force = match next {
                 Some((_, forces)) => forces[number],
-                None => JointForce::none(angle),
+                None => JointForce::none(angles),
             };
             let next = next.map(|(next, _)| next);
             let found = JointRow::between(&self.world, joint, (&step.states, next), &force);
@@ -391,7 +392,8 @@ impl Judge {
                 pairs.into_iter()
             });
             let is_other = |(found, row, lost): (f64, f64, f64)| !is_near(found, row, lost);
-            let turned = !is_near(angle, joint.angle(&at, row.turns[2]), lost);
+            let other = joint.counted(&at, &row.turns);
+            let turned = (0..3).any(|k| !is_near(angles[k], other[k], lost));
             let (a, b) = (found.residual, row.residual);
             let parts = [(a.locked, b.locked, lost / h), (a.drive, b.drive, lost / h)];
             let turns_freely = *joint.angular() == [Axis::Free(Drive::NONE); 3];

@@ -2,7 +2,7 @@
 
 use super::build::name_of;
 use super::entries::Turned;
-use crate::joint::{Drive, JointFrame, Motor};
+use crate::joint::{Drive, JointFrame, Middle, Motor};
 use crate::mechanics::State;
 use crate::mechanics::quaternion::{left, rotation};
 use crate::scenario::fields::Numbers;
@@ -68,11 +68,15 @@ with_drive!(JointEntry, "a table [[joints]] is needed" {
     attitude_b: Option<Turned>,
     length: Option<f64>,
     cone: Option<f64>,
+    middle: Option<Middle>,
     collide: Option<bool>,
     slide: Option<DriveEntry>,
     turn: Option<DriveEntry>,
     x: Option<DriveEntry>,
     y: Option<DriveEntry>,
+    turn_x: Option<DriveEntry>,
+    turn_y: Option<DriveEntry>,
+    turn_z: Option<DriveEntry>,
 });
 
 /// The fields of a drive.
@@ -266,6 +270,7 @@ impl Joints {
                 frames: entry.frames(&sides)?,
                 length: entry.length,
                 cone: entry.cone,
+                middle: entry.middle,
                 collide: entry.collide.unwrap_or(false),
                 drives: entry.drives().iter().map(DriveFields::drive).collect(),
             });
@@ -371,11 +376,13 @@ impl JointEntry {
             (JointKind::Ball, Some(_)) | (_, None) => {}
             (_, Some(_)) => return idle("cone"),
         }
+        if self.middle.is_some() && kind != JointKind::Gimbal {
+            return idle("middle");
+        }
         if let Some((field, _)) = axes.into_iter().find(|(_, given)| *given && !has_axis) {
             return idle(field);
         }
-        let tables = [("slide", &self.slide), ("turn", &self.turn), ("x", &self.x), ("y", &self.y)];
-        for (field, _) in tables.into_iter().filter(|(_, table)| table.is_some()) {
+        for (field, _) in self.tables().into_iter().filter(|(_, table)| table.is_some()) {
             if driven.len() == 1 && driven[0].0 == field {
                 return Err(format!("{field}: a {} joint has its fields itself", kind.name()));
             }
@@ -405,11 +412,9 @@ impl JointEntry {
         if driven.len() == 1 {
             return vec![self.drive()];
         }
-        let of = |name: &str| match name {
-            "slide" => &self.slide,
-            "turn" => &self.turn,
-            "x" => &self.x,
-            _ => &self.y,
+        let tables = self.tables();
+        let of = |wanted: &str| {
+            tables.iter().find(|(name, _)| *name == wanted).and_then(|(_, table)| table.as_ref())
         };
         let none = DriveEntry {
             start: None,
@@ -421,7 +426,20 @@ impl JointEntry {
             force: None,
             armature: None,
         };
-        driven.iter().map(|(name, _)| of(name).as_ref().unwrap_or(&none).drive()).collect()
+        driven.iter().map(|(name, _)| of(name).unwrap_or(&none).drive()).collect()
+    }
+
+    /// The tables of drives, by their names.
+    fn tables(&self) -> [(&'static str, &Option<DriveEntry>); 7] {
+        [
+            ("slide", &self.slide),
+            ("turn", &self.turn),
+            ("x", &self.x),
+            ("y", &self.y),
+            ("turn_x", &self.turn_x),
+            ("turn_y", &self.turn_y),
+            ("turn_z", &self.turn_z),
+        ]
     }
 
     /// The frames in both sides: that of A as it is given, and that of B where it is at the start, unless
@@ -495,11 +513,14 @@ impl JointEntry {
             }
             at[*axis] = start;
         }
-        let (sine, cosine) = (-0.5 * at[5]).sin_cos();
-        let attitude = match at[5] {
-            0.0 => of_a.attitude,
-            _ => left(&of_a.attitude) * Vector4::new(cosine, 0.0, 0.0, sine),
-        };
+        // Back from A: about x, z and y, of which a hinge has z alone.
+        let mut attitude = of_a.attitude;
+        for axis in [3, 5, 4].into_iter().filter(|axis| at[*axis] != 0.0) {
+            let (sine, cosine) = (-0.5 * at[axis]).sin_cos();
+            let mut back = Vector4::new(cosine, 0.0, 0.0, 0.0);
+            back[axis - 2] = sine;
+            attitude = left(&attitude) * back;
+        }
         let off = rotation(&attitude) * Vector3::new(at[0], at[1], at[2]);
         Ok(Placed { anchor: of_a.anchor - off, attitude })
     }

@@ -155,7 +155,7 @@ impl JointRow {
         let is_end = record.report.status == StepStatus::End;
         world.joints().iter().enumerate().map(move |(index, joint)| {
             let force = record.solution.joints.get(index);
-            let force = force.copied().unwrap_or(JointForce::none(0.0));
+            let force = force.copied().unwrap_or(JointForce::none(Vector3::zeros()));
             let next = (!is_end).then_some(&record.solution.states[..]);
             Self::between(world, joint, (&record.states, next), &force)
         })
@@ -171,7 +171,7 @@ impl JointRow {
     ) -> Self {
         let unknown = Vector3::repeat(f64::NAN);
         let at = joint.coordinates(states);
-        let turns = at.map_or(unknown, |at| joint.turns(&at, force.angle));
+        let turns = at.map_or(unknown, |at| joint.turns(&at, &force.angles));
         let mut row = Self {
             place: at.map_or(unknown, |at| at.place),
             turns,
@@ -183,7 +183,7 @@ impl JointRow {
         };
         if let (Some(at), Some(next)) = (at, next) {
             let (h, after) = (world.time_step(), joint.coordinates(next));
-            let rates = after.map(|after| joint.rates((&at, &after), turns[2], h));
+            let rates = after.map(|after| joint.rates((&at, &after), &turns, h));
             (row.velocity, row.spin) = rates.unwrap_or((unknown, unknown));
             row.residual = joint.residual(world.bodies(), (states, next), force, h);
         }

@@ -78,8 +78,8 @@ pub(super) struct Island {
     turns: Vec<Turn>,
     /// The joints of the island, and where their couplings are.
     joints: Vec<JointPlace>,
-    /// V of all members at step k, where joints tie them.
-    old: Vec<Velocity>,
+    /// −V of all members at step k, where joints tie them.
+    back: Vec<Velocity>,
     /// A motion slower than this has no energy to speak of, m/s.
     slow: f64,
     /// Where the linear system has numbers.
@@ -98,7 +98,7 @@ impl Island {
             rounds: Vec::new(),
             turns: Vec::new(),
             joints: Vec::new(),
-            old: Vec::new(),
+            back: Vec::new(),
             slow: SLOW * world.speed_scale(),
             pattern: Pattern::default(),
         }
@@ -117,7 +117,7 @@ impl Island {
         self.rounds.clear();
         self.turns.clear();
         self.joints.clear();
-        self.old.clear();
+        self.back.clear();
         self.slow = SLOW * step.world.speed_scale();
         self.setting.begin(Tolerances::together(step.world, self.speed()), unsettled);
     }
@@ -170,7 +170,8 @@ impl Island {
         let pair = |link: &Link| link.b.as_ref().map(|other| (link.a, other.index));
         self.pattern.set(self.members.len(), self.links.iter().filter_map(pair));
         if !self.joints.is_empty() {
-            self.old.extend(self.members.iter().map(|member| *member.old()));
+            let still = Velocity::zero();
+            self.back.extend(self.members.iter().map(|member| still.moved(-1.0, member.old())));
         }
     }
 

@@ -134,7 +134,7 @@ impl NativeSolver {
     ) -> Result<u32, Error> {
         let (known, joints) = (solution.contacts.len(), step.world.joints().len());
         let first = solution.joints.len() != joints;
-        solution.joints.resize(joints, JointForce::none(0.0));
+        solution.joints.resize(joints, JointForce::none(Vector3::zeros()));
         solution.contacts.extend(contacts[known..].iter().map(|c| ContactForce::none(c.key)));
         self.islands.find(step, (contacts, known, first), marked);
         self.parts.assign(&self.islands, step.states.len());

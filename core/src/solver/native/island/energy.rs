@@ -51,10 +51,20 @@ impl Island {
                 }
                 Source::Drives([false, false, false]) => 0.0,
                 Source::Drives(rows) => {
-                    let u = self.point(index, velocity) + self.point(index, &self.old);
+                    let u = self.point(index, velocity) - self.point(index, &self.back);
                     let (u, p) =
                         (coupling.rows.frame.tr_mul(&u), coupling.rows.frame.tr_mul(impulse));
-                    (0..3).filter(|k| rows[*k]).map(|k| 0.5 * u[k] * p[k]).sum()
+                    let on = |u: &Vector3<f64>| -> f64 {
+                        (0..3).filter(|k| rows[*k]).map(|k| 0.5 * u[k] * p[k]).sum()
+                    };
+                    match link.turn.map(|turn| &self.turns[turn]) {
+                        Some(turn) if turn.is_curved() => {
+                            let spins = |k: usize| velocity[k].spin - self.back[k].spin;
+                            let other = link.b.as_ref().map(|other| spins(other.index));
+                            on(&u).max(on(&turn.rates(&spins(link.a), other.as_ref())))
+                        }
+                        _ => on(&u),
+                    }
                 }
                 Source::Course => self.mean_rate(link, index, velocity).dot(impulse),
             };

@@ -21,8 +21,8 @@ pub(in super::super) struct JointPlace {
     turn: Option<usize>,
     /// ℓ, m.
     length: f64,
-    /// Its angle at the step's start, rad.
-    angle: f64,
+    /// Its angles at the step's start, rad.
+    angles: Vector3<f64>,
 }
 
 impl Island {
@@ -35,14 +35,14 @@ impl Island {
     ) {
         let joint = &step.world.joints()[index];
         let Some(at) = joint.coordinates(step.states) else { return };
-        let before = step.previous.joints.get(index).map_or(0.0, |force| force.angle);
-        let (angle, length) = (joint.angle(&at, before), joint.length(step.world.bodies()));
+        let before = step.previous.joints.get(index).map_or(Vector3::zeros(), |last| last.angles);
+        let (angles, length) = (joint.counted(&at, &before), joint.length(step.world.bodies()));
         let sides = (place(joint.body()), joint.other().map(place));
-        let [along, about] = joint.starts(step.states, (&at, angle), self.time_step);
+        let [along, about] = joint.starts(step.states, (&at, &angles), self.time_step);
         let place = joint.holds_place().then(|| self.admit_place(joint, &along, sides));
         let turn = (joint.turning() != Turning::Free)
-            .then(|| self.admit_turn(joint, &at, (&about, length), sides));
-        self.joints.push(JointPlace { joint: index, place, turn, length, angle });
+            .then(|| self.admit_turn(joint, (&at, &angles), (&about, length), sides));
+        self.joints.push(JointPlace { joint: index, place, turn, length, angles });
     }
 
     /// Adds the coupling of its anchor.
@@ -83,7 +83,7 @@ impl Island {
     fn admit_turn(
         &mut self,
         joint: &Joint,
-        at: &Coordinates,
+        at: (&Coordinates, &Vector3<f64>),
         (starts, length): (&[AxisStart; 3], f64),
         (a, b): (usize, Option<usize>),
     ) -> usize {
@@ -140,8 +140,8 @@ impl Island {
         let to_force = self.mass / self.time_step;
         for at in &self.joints {
             let of = &step.world.joints()[at.joint];
-            let end =
-                of.coordinates(&solution.states).map_or(at.angle, |end| of.angle(&end, at.angle));
+            let end = of.coordinates(&solution.states);
+            let end = end.map_or(at.angles, |end| of.counted(&end, &at.angles));
             let mut force = JointForce::none(end);
             if let Some(k) = at.place {
                 let frame = &self.setting.couplings[k].rows.frame;

@@ -1,0 +1,360 @@
+//! Universal joints and gimbals: every angle is held, driven and stopped as that of a hinge.
+
+use nalgebra::{Matrix3, Vector3, Vector4};
+use tumble::joint::{Axis, Drive, Hinges, Joint, JointAxis, JointForce, JointFrame, Middle, Motor};
+use tumble::mechanics::quaternion::{left, rotation};
+use tumble::mechanics::{RigidBody, Rotation, State};
+use tumble::simulation::{Motion, Simulation, StepRecord, energy};
+use tumble::step::StepStatus;
+use tumble::world::{Parameters, World};
+
+const G: f64 = 9.81;
+
+fn brick(mass: f64, half: Vector3<f64>) -> RigidBody {
+    let side = |k: usize| half[(k + 1) % 3].powi(2) + half[(k + 2) % 3].powi(2);
+    let moments = Vector3::from_fn(|k, _| mass / 3.0 * side(k));
+    RigidBody::with_box_corners(mass, Matrix3::from_diagonal(&moments), half).unwrap()
+}
+
+fn world(bodies: Vec<RigidBody>, joints: Vec<Joint>, gravity: f64, time_step: f64) -> World {
+    let parameters = Parameters {
+        bodies,
+        ground: None,
+        gravity: Vector3::new(0.0, 0.0, -gravity),
+        friction: 0.5,
+        time_step,
+        rotation: Rotation::Momentum,
+    };
+    World::new(parameters).unwrap().with_joints(joints).unwrap()
+}
+
+fn about(axis: usize, angle: f64) -> Vector4<f64> {
+    let mut turn = Vector4::new((0.5 * angle).cos(), 0.0, 0.0, 0.0);
+    turn[axis + 1] = (0.5 * angle).sin();
+    turn
+}
+
+/// q_y(β) ⊗ q_z(γ) ⊗ q_x(α) of (α, β, γ).
+fn turn(angles: &Vector3<f64>) -> Vector4<f64> {
+    left(&(left(&about(1, angles[1])) * about(2, angles[2]))) * about(0, angles[0])
+}
+
+/// The axes that α, β and γ are about, in B's frame.
+fn axes(angles: &Vector3<f64>) -> [Vector3<f64>; 3] {
+    let carried = rotation(&about(1, angles[1]));
+    [
+        carried * (rotation(&about(2, angles[2])) * Vector3::x()),
+        Vector3::y(),
+        carried * Vector3::z(),
+    ]
+}
+
+const ARM: Vector3<f64> = Vector3::new(0.1, -0.2, 0.3);
+
+/// A brick that hangs from `ARM` at these angles in the world's frame, under the drives.
+fn hung(angles: &Vector3<f64>, drives: [Drive; 3], gravity: f64, h: f64) -> (World, State) {
+    let frames = [JointFrame::at(ARM), JointFrame::at(Vector3::zeros())];
+    let joint = Joint::gimbal(0, None, frames, drives);
+    let body = brick(2.0, Vector3::new(0.1, 0.15, 0.3));
+    (world(vec![body], vec![joint], gravity, h), placed(angles))
+}
+
+fn placed(angles: &Vector3<f64>) -> State {
+    let attitude = turn(angles);
+    let (velocity, spin) = (Vector3::zeros(), Vector3::zeros());
+    State { position: -(rotation(&attitude) * ARM), attitude, velocity, spin }
+}
+
+fn started(world: &World, states: &[State]) -> Simulation<'static> {
+    Simulation::new(world.clone(), states.to_vec(), Motion::native(world)).unwrap()
+}
+
+/// Runs `steps`; every step must be solved, certified and sane.
+fn run(simulation: &mut Simulation<'_>, steps: u32) -> StepRecord {
+    let mut record = StepRecord::new();
+    for k in 0..steps {
+        simulation.step(&mut record).unwrap();
+        let status = record.report.status;
+        let solved = matches!(status, StepStatus::Converged | StepStatus::Retried);
+        assert!(solved, "step {k}: {status}, {:?}", record.certificate);
+        assert!(record.certificate.residual() < 1e-9, "step {k}: {:?}", record.certificate);
+    }
+    record
+}
+
+fn joint_error(world: &World, states: &[State]) -> f64 {
+    let errors = world.joints().iter().map(|joint| joint.error(states).unwrap());
+    errors.map(|(place, turn)| place.max(turn)).fold(0.0, f64::max)
+}
+
+/// Virtual work: what friction holds about each axis is the moment of the weight about it, less what the others do not.
+#[test]
+fn friction_of_the_angles_holds_the_weight() {
+    for angles in [[0.3, -0.5, 0.8], [-1.1, 2.0, -1.3], [0.4, 0.2, 2.2]] {
+        let angles = Vector3::from(angles);
+        let drive = Drive { friction: 50.0, ..Drive::NONE };
+        let (world, state) = hung(&angles, [drive; 3], G, 1e-3);
+        let mut simulation = started(&world, &[state]);
+        let record = run(&mut simulation, 50);
+        assert!((record.next().position - state.position).amax() < 1e-13);
+        let (torque, at) = (record.solution.joints[0].torque, record.solution.joints[0].angles);
+        // About each axis, with the other angles held: τ = −a · (r × m g).
+        let weight = Vector3::new(0.0, 0.0, -2.0 * G);
+        let moment = state.position.cross(&weight);
+        // What was let go at an angle of more than a quarter turn is told by the other triple.
+        let same = turn(&at);
+        assert!((same - turn(&angles)).amax().min((same + turn(&angles)).amax()) < 1e-12);
+        for (k, axis) in axes(&at).iter().enumerate() {
+            let held = -axis.dot(&moment);
+            assert!((torque[k] - held).abs() < 1e-9, "{angles} {k}: {} {held}", torque[k]);
+        }
+    }
+}
+
+/// Each angle stops where its limit is, whatever the others do.
+#[test]
+fn limits_of_the_angles_hold() {
+    let limit =
+        |low, high, force| Drive { limits: Some([low, high]), force, damping: 0.3, ..Drive::NONE };
+    let drives = [limit(-0.5, 0.7, 4.0), limit(-1.0, 0.2, -15.0), limit(-1.2, 0.6, 14.0)];
+    let (world, state) = hung(&Vector3::new(0.1, 0.1, 0.2), drives, 0.0, 1e-3);
+    let mut simulation = started(&world, &[state]);
+    let mut at = Vector3::zeros();
+    for _ in 0..3000 {
+        let record = run(&mut simulation, 1);
+        at = record.solution.joints[0].angles;
+        for (k, drive) in drives.iter().enumerate() {
+            let [low, high] = drive.limits.unwrap();
+            assert!(at[k] > low - 1e-11 && at[k] < high + 1e-11, "{at}");
+        }
+        assert!(joint_error(&world, &record.solution.states) < 1e-13);
+    }
+    for (k, stop) in [0.7, -1.0, 0.6].into_iter().enumerate() {
+        assert!((at[k] - stop).abs() < 1e-11, "{at}");
+    }
+}
+
+/// Motors turn every axis at its speed, and turns are counted; those that have no force left give what they have.
+#[test]
+fn motors_hold_the_speeds_of_all_angles() {
+    let motor = |target| Some(Motor::Speed { target, most: 1e4 });
+    let drive = |target| Drive { motor: motor(target), ..Drive::NONE };
+    let drives = [drive(5.0), drive(-7.0), drive(0.3)];
+    let (world, state) = hung(&Vector3::new(0.2, 0.0, -1.0), drives, G, 1e-3);
+    let mut simulation = started(&world, &[state]);
+    let before = run(&mut simulation, 1).solution.joints[0].angles;
+    let after = run(&mut simulation, 4000).solution.joints[0].angles;
+    for (k, rate) in [5.0, -7.0, 0.3].into_iter().enumerate() {
+        let turned = after[k] - before[k];
+        assert!((turned - 4.0 * rate).abs() < 1e-9, "{k}: {turned}");
+    }
+}
+
+/// An implicit spring takes ½ k (h u)² a step: what energy is lost is of first order in h, and nothing else is.
+#[test]
+fn springs_of_the_angles_lose_what_implicit_springs_do() {
+    let stiffness = Vector3::new(3.0, 4.0, 5.0);
+    let drives = [0, 1, 2].map(|k| Drive { stiffness: stiffness[k], ..Drive::NONE });
+    let angles = Vector3::new(0.3, -0.4, 0.5);
+    let spring = |x: Vector3<f64>| 0.5 * stiffness.dot(&x.component_mul(&x));
+    let (start, duration) = (spring(angles), 1.0);
+    let lost = |h: f64| {
+        let (world, state) = hung(&angles, drives, 0.0, h);
+        let mut simulation = started(&world, &[state]);
+        let record = run(&mut simulation, (duration / h).round() as u32);
+        let joint = &world.joints()[0];
+        let at =
+            |states: &[State]| joint.turns(&joint.coordinates(states).unwrap(), &Vector3::zeros());
+        // Velocities are those of half a step before, places of the end.
+        let halfway = 0.5 * (at(&record.states) + at(&record.solution.states));
+        let end = &record.solution.states[0];
+        start - energy::kinetic(&world, &world.bodies()[0], end) - spring(halfway)
+    };
+    let (coarse, fine) = (lost(4e-4), lost(2e-4));
+    assert!(coarse > 0.0 && (coarse / fine - 2.0).abs() < 0.1, "{coarse} {fine}");
+    let left = 2.0 * fine - coarse;
+    assert!(left.abs() < 1e-2 * start, "{left} of {start}");
+}
+
+/// Without drives a gimbal is a ball joint: the same motion.
+#[test]
+fn a_gimbal_without_drives_is_a_ball_joint() {
+    let (world, mut state) = hung(&Vector3::new(0.4, 0.3, -0.2), [Drive::NONE; 3], G, 1e-3);
+    state.spin = Vector3::new(0.5, 1.0, 2.0);
+    let arm = rotation(&state.attitude) * ARM;
+    state.velocity = -(rotation(&state.attitude) * state.spin).cross(&arm);
+    let frames = *world.joints()[0].frames();
+    let free = world.clone().with_joints(vec![Joint::spherical(0, None, frames)]).unwrap();
+    let [mut one, mut other] = [&world, &free].map(|world| started(world, &[state]));
+    for _ in 0..20 {
+        let (a, b) = (run(&mut one, 50), run(&mut other, 50));
+        assert!((a.next().position - b.next().position).amax() < 1e-9);
+    }
+}
+
+/// Two bodies in free flight that drive each other's angles: momenta stay, to rounding.
+#[test]
+fn drives_of_angles_keep_momenta() {
+    let frames = [
+        JointFrame { anchor: ARM, attitude: turn(&Vector3::new(0.3, 0.2, -0.1)) },
+        JointFrame { anchor: -ARM, attitude: turn(&Vector3::new(-0.2, 0.5, 0.4)) },
+    ];
+    let drive = |k: f64| Drive {
+        limits: Some([-1.1, 1.2]),
+        friction: 0.01,
+        stiffness: 2.0 + k,
+        damping: 0.01,
+        armature: 0.001,
+        motor: Some(Motor::Position { target: 0.5, stiffness: 10.0, damping: 0.1, most: 0.5 * k }),
+        ..Drive::NONE
+    };
+    for universal in [false, true] {
+        let joint = match universal {
+            false => Joint::gimbal(0, Some(1), frames, [drive(1.0), drive(2.0), drive(3.0)]),
+            true => Joint::universal(0, Some(1), frames)
+                .with_drive(JointAxis::Angular(0), drive(1.0))
+                .and_then(|joint| joint.with_drive(JointAxis::Angular(1), drive(2.0)))
+                .unwrap(),
+        };
+        let half = Vector3::new(0.1, 0.05, 0.2);
+        let world = world(vec![brick(1.0, half), brick(2.0, half)], vec![joint], 0.0, 2e-3);
+        let states = [0.0, 0.3].map(|x| State {
+            position: (ARM + rotation(&about(0, 0.3)) * ARM) * (x / 0.3),
+            attitude: about(0, x),
+            velocity: Vector3::new(0.1, x, 0.0),
+            spin: Vector3::new(1.0, 2.0, -1.5),
+        });
+        let (states, _) = world.assemble(&states).unwrap();
+        let mut simulation = started(&world, &states);
+        let momenta = |states: &[State]| {
+            let (mut linear, mut angular) = (Vector3::zeros(), Vector3::zeros());
+            for (body, state) in world.bodies().iter().zip(states) {
+                linear += state.velocity * body.mass();
+                angular += state.position.cross(&state.velocity) * body.mass();
+                let own = world.rotation().momentum(body.inertia(), &state.spin, world.time_step());
+                angular += state.pose().rotation * own;
+            }
+            (linear, angular)
+        };
+        let (linear, angular) = momenta(simulation.states());
+        for _ in 0..10 {
+            let record = run(&mut simulation, 100);
+            let now = momenta(&record.solution.states);
+            assert!((now.0 - linear).norm() < 1e-12 * linear.norm(), "{} {linear}", now.0);
+            assert!((now.1 - angular).norm() < 1e-12 * angular.norm(), "{} {angular}", now.1);
+            assert!(joint_error(&world, &record.solution.states) < 1e-13);
+        }
+    }
+}
+
+/// A gimbal is the limit of three hinges with small bodies between them, under the same drives.
+#[test]
+fn a_gimbal_is_three_hinges_with_nothing_between() {
+    let drive = |k: f64| Drive { stiffness: 3.0 * k, damping: 0.1, force: 0.4, ..Drive::NONE };
+    let drives = [drive(1.0), drive(2.0), drive(3.0)];
+    let start = Vector3::zeros();
+    let (gimbal, state) = hung(&start, drives, G, 1e-3);
+    let mut one = started(&gimbal, &[state]);
+    let end = run(&mut one, 500);
+    let apart = |small: f64| {
+        let inertia = Matrix3::identity() * small * 0.01;
+        let ring = RigidBody::new(small, inertia, &[Vector3::x() * 0.1]).unwrap();
+        let bodies = vec![gimbal.bodies()[0].clone(), ring.clone(), ring];
+        let frame = |anchor, axis| JointFrame::along(anchor, axis).unwrap();
+        let zero = Vector3::zeros();
+        let hinge = |a, b, at, axis, drive| {
+            Joint::revolute(a, b, [frame(at, axis), frame(zero, axis)], drive)
+        };
+        let joints = vec![
+            hinge(1, None, zero, Vector3::y(), drives[1]),
+            hinge(2, Some(1), zero, Vector3::z(), drives[2]),
+            hinge(0, Some(2), ARM, Vector3::x(), drives[0]),
+        ];
+        let world = world(bodies, joints, G, 1e-3);
+        let at = State { position: zero, ..state };
+        let mut other = started(&world, &[state, at, at]);
+        let last = run(&mut other, 500);
+        let angles = &last.solution.joints;
+        let found = Vector3::new(angles[2].angles[2], angles[0].angles[2], angles[1].angles[2]);
+        (found - end.solution.joints[0].angles).norm()
+    };
+    let (coarse, fine) = (apart(2e-3), apart(1e-3));
+    assert!(fine < 5e-3 && (coarse / fine - 2.0).abs() < 0.1, "{coarse} {fine}");
+}
+
+/// Through the position in which the first and the last axis are one, as far as nothing drives these; and no start there.
+#[test]
+fn the_middle_angle_goes_on_beyond_a_quarter_turn() {
+    let motor = Some(Motor::Speed { target: 2.0, most: 1e4 });
+    let drives = [Drive::NONE, Drive::NONE, Drive { motor, ..Drive::NONE }];
+    let frames = [JointFrame::at(Vector3::zeros()); 2];
+    let joint = Joint::gimbal(0, None, frames, drives);
+    let world = world(vec![brick(2.0, Vector3::new(0.1, 0.15, 0.3))], vec![joint], 0.0, 1e-3);
+    let state = State { attitude: about(2, 1.0), position: Vector3::zeros(), ..placed(&ARM) };
+    let mut simulation = started(&world, &[state]);
+    let before = run(&mut simulation, 1).solution.joints[0].angles;
+    let after = run(&mut simulation, 700).solution.joints[0].angles;
+    assert!((after[2] - before[2] - 1.4).abs() < 1e-9, "{after}");
+    let quarter = Vector3::new(0.3, 0.1, std::f64::consts::FRAC_PI_2);
+    let folded = State { position: Vector3::zeros(), ..placed(&quarter) };
+    let refused = Simulation::new(world.clone(), vec![folded], Motion::native(&world));
+    assert!(refused.err().unwrap().to_string().contains("first and its last axis in one"));
+}
+
+/// Hinges as files of robots have them, about x, z and y: each angle is the one that its motor was told.
+#[test]
+fn hinges_about_axes_of_the_left_hand_are_driven_one_by_one() {
+    let frames = [JointFrame::at(ARM), JointFrame::at(Vector3::zeros())];
+    let of = Hinges::new(frames, [Vector3::x(), Vector3::z(), Vector3::y()]).unwrap();
+    let targets = [0.7, -0.4, 1.9];
+    let mut joint = Joint::gimbal(0, None, of.frames, [Drive::NONE; 3]).with_middle(of.middle);
+    for (axis, target) in Hinges::AXES.into_iter().zip(targets) {
+        let motor = Motor::Position { target, stiffness: 50.0, damping: 5.0, most: 1e3 };
+        joint = joint.with_drive(axis, Drive { motor: Some(motor), ..Drive::NONE }).unwrap();
+    }
+    let world = world(vec![brick(2.0, Vector3::new(0.1, 0.15, 0.3))], vec![joint], 0.0, 1e-3);
+    let state = placed(&Vector3::zeros());
+    let at = world.joints()[0].coordinates(&[state]).unwrap();
+    assert!(world.joints()[0].turns(&at, &Vector3::zeros()).amax() < 1e-12);
+    let mut simulation = started(&world, &[state]);
+    let record = run(&mut simulation, 4000);
+    let [a, b, c] = [about(0, targets[0]), about(2, targets[1]), about(1, targets[2])];
+    let turned = left(&(left(&a) * b)) * c;
+    let off =
+        (record.next().attitude - turned).amax().min((record.next().attitude + turned).amax());
+    assert!(off < 1e-5, "{off}");
+}
+
+/// Slides across the plane and a hinge, each under a drive: a planar root as robots have it.
+#[test]
+fn a_planar_root_is_driven_along_all_its_axes() {
+    let frame = JointFrame::along(Vector3::zeros(), Vector3::y()).unwrap();
+    let motor = |target| Drive { motor: Some(Motor::Speed { target, most: 1e3 }), ..Drive::NONE };
+    let mut joint = Joint::planar(0, None, [frame, frame]);
+    let axes = [JointAxis::Linear(0), JointAxis::Linear(1), JointAxis::Angular(2)];
+    for (axis, target) in axes.into_iter().zip([0.5, -0.25, 4.0]) {
+        joint = joint.with_drive(axis, motor(target)).unwrap();
+    }
+    let world = world(vec![brick(1.0, Vector3::repeat(0.1))], vec![joint], G, 1e-3);
+    let state = State { position: Vector3::zeros(), ..placed(&Vector3::zeros()) };
+    let mut simulation = started(&world, &[state]);
+    let record = run(&mut simulation, 2000);
+    let joint = &world.joints()[0];
+    let place = joint.coordinates(&record.solution.states).unwrap().place;
+    assert!((place - Vector3::new(1.0, -0.5, 0.0)).amax() < 1e-11, "{place}");
+    assert!((record.solution.joints[0].angles[2] - 8.0).abs() < 1e-11);
+}
+
+#[test]
+fn what_a_gimbal_cannot_be_is_refused() {
+    let frames = [JointFrame::at(ARM), JointFrame::at(Vector3::zeros())];
+    let plain = hung(&Vector3::zeros(), [Drive::NONE; 3], G, 1e-3).0;
+    let ball = Joint::spherical(0, None, frames);
+    let bare = Joint::fixed(0, None, frames).with_middle(Middle::STRAIGHT);
+    assert!(plain.clone().with_joints(vec![bare]).is_err());
+    let locked = Joint::gimbal(0, None, frames, [Drive::NONE; 3])
+        .with_axes(*ball.linear(), [Axis::Free(Drive::NONE), Axis::Locked, Axis::Locked]);
+    assert!(plain.clone().with_joints(vec![locked]).is_err());
+    let none = JointForce::none(Vector3::zeros());
+    assert_eq!(none.angles, Vector3::zeros());
+}
