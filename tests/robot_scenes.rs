@@ -9,6 +9,7 @@ use tumble::scenario::scene::Scene;
 use tumble::scenario::settings::Settings;
 use tumble::scenario::written;
 use tumble::simulation::{Simulation, StepRecord};
+use tumble::step::StepStatus;
 
 fn data() -> &'static Path {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/data/robots"))
@@ -73,7 +74,7 @@ fn a_quadruped_lands_and_stands() {
     let mut still = None;
     for step in 0..2500 {
         simulation.step(&mut record).unwrap();
-        assert!(!record.report.status.is_failed(), "step {step}: {:?}", record.report.status);
+        assert!(record.report.status != StepStatus::Failed, "step {step}");
         assert!(
             record.certificate.residual() <= 1e-9,
             "step {step}: {:e}",
@@ -264,9 +265,8 @@ fn spoilt_files_never_panic() {
                         spoilt[at] = letters[draw(letters.len())];
                     }
                     1 => {
-                        spoilt.drain(
-                            at..(at + 1 + draw(60)).min(text.chars().count()).min(spoilt.len()),
-                        );
+                        let end = (at + 1 + draw(60)).min(spoilt.len());
+                        spoilt.drain(at..end);
                     }
                     2 => {
                         let piece: Vec<_> = spoilt[at..(at + 80).min(spoilt.len())].to_vec();
