@@ -27,6 +27,11 @@ pub mod validation;
 #[cfg(feature = "ipopt")]
 pub mod ipopt;
 
+/// The programs of the document of robots, compiled.
+#[cfg(all(doctest, feature = "robot"))]
+#[doc = include_str!("../docs/robots.md")]
+struct Robots;
+
 /// The README's programs, compiled and run.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

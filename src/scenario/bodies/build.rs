@@ -78,8 +78,16 @@ pub fn build(file: Entries, settings: &Settings, files: Files<'_>) -> Result<Bui
     let mut robots = Vec::new();
     #[cfg(feature = "robot")]
     for (index, entry) in file.robots.iter().enumerate() {
-        let added = entry.add(&files, &mut builder.model);
-        robots.push(added.map_err(|why| format!("robots[{index}].{why}"))?);
+        let named = |why: String| format!("robots[{index}].{why}");
+        let added = entry.add(&files, &mut builder.model).map_err(named)?;
+        let is_taken = |robot: &crate::robot::Assembled| robot.prefix() == added.prefix();
+        if robots.iter().any(is_taken) {
+            let prefix = added.prefix();
+            return Err(named(format!(
+                "prefix: {prefix:?} is given twice; each robot needs its own"
+            )));
+        }
+        robots.push(added);
     }
     builder.refuse_equal_names()?;
     for (index, entry) in file.friction.iter().enumerate() {
