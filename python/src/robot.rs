@@ -7,16 +7,12 @@ use nalgebra::{DMatrix, Vector3};
 use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 use std::sync::Arc;
-use tumble::joint::Motor;
 use tumble::robot::Assembled;
 use tumble::robot::model::Moves;
 use tumble::robot::motion::{LinkMotion, Motion};
 use tumble::scenario::scene::Scene as Content;
 
 type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
-
-/// What drives an axis: joint, axis, force, position, stiffness, damping, most.
-type Driven = (usize, usize, f64, Option<f64>, f64, f64, f64);
 
 /// One robot of a scene. Nothing of it changes; a simulation's states are given to it.
 #[pyclass(frozen, subclass, name = "CoreRobot", module = "tumble._tumble")]
@@ -26,7 +22,8 @@ pub struct Robot {
 }
 
 impl Robot {
-    fn own(&self) -> &Assembled {
+    /// What it is in the scene.
+    pub fn own(&self) -> &Assembled {
         &self.content.robots[self.index]
     }
 
@@ -42,7 +39,7 @@ fn by_rows<'py>(py: Python<'py>, matrix: &DMatrix<f64>) -> PyResult<Array<'py>> 
     shaped(py, matrix.transpose().as_slice().to_vec(), &[matrix.nrows(), matrix.ncols()])
 }
 
-/// Places (L, 3), attitudes (L, 4), velocities (L, 3) and spins (L, 3), in the world of the file.
+/// Places (L, 3), attitudes (L, 4), velocities (L, 3) and spins (L, 3).
 fn of_links<'py>(py: Python<'py>, links: &[LinkMotion]) -> PyResult<Vec<Array<'py>>> {
     let column = |of: &dyn Fn(&LinkMotion) -> Vec<f64>, width: usize| {
         shaped(py, links.iter().flat_map(of).collect(), &[links.len(), width])
@@ -187,7 +184,7 @@ impl Robot {
         of_states(py, &states)
     }
 
-    /// How its links move where the bodies are at states (N, 13), in the world of the file.
+    /// How its links move where the bodies are at states (N, 13).
     fn moving<'py>(
         &self,
         py: Python<'py>,
@@ -224,8 +221,8 @@ impl Robot {
         v: PyReadonlyArrayDyn<'py, f64>,
     ) -> PyResult<Array<'py>> {
         let motion = self.at(&q, Some(numbers("v", &v)?))?;
-        let gravity = self.own().frame().rotation().tr_mul(self.content.world.gravity());
-        let bias = motion.bias(self.own().robot(), &gravity).as_slice().to_vec();
+        let bias = motion.bias(self.own().robot(), self.content.world.gravity());
+        let bias = bias.as_slice().to_vec();
         let count = bias.len();
         shaped(py, bias, &[count])
     }
@@ -243,29 +240,5 @@ impl Robot {
         }
         let [place, turn] = self.at(&q, None)?.jacobian(link, &Vector3::from(point));
         Ok((by_rows(py, &place)?, by_rows(py, &turn)?))
-    }
-
-    /// What drives the axes that actuators act on, under these controls (A,).
-    fn driven(&self, controls: PyReadonlyArrayDyn<'_, f64>) -> PyResult<Vec<Driven>> {
-        let controls = numbers("controls", &controls)?;
-        let own = self.own();
-        let mut joints: Vec<_> =
-            own.robot().actuators.iter().map(|actuator| actuator.joint).collect();
-        joints.sort_unstable();
-        joints.dedup();
-        let drive = |joint: usize| {
-            let (number, axis) = own.axis(joint)?;
-            let drive = match own.drive(joint, controls) {
-                Ok(drive) => drive,
-                Err(why) => return Some(Err(refused(why))),
-            };
-            Some(Ok(match drive.motor {
-                Some(Motor::Position { target, stiffness, damping, most }) => {
-                    (number, axis, drive.force, Some(target), stiffness, damping, most)
-                }
-                _ => (number, axis, drive.force, None, 0.0, 0.0, 0.0),
-            }))
-        };
-        joints.into_iter().filter_map(drive).collect()
     }
 }

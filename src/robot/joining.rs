@@ -8,8 +8,6 @@ use nalgebra::{Matrix3, Vector3, Vector4};
 
 /// Directions that differ by less are parallel, or at a right angle.
 const ALIGNED: f64 = 1e-9;
-/// A motor of which no bound is said has this force.
-const UNBOUNDED: f64 = 1e12;
 
 /// A joint of a scene for all the joints of a link.
 #[derive(Debug, Clone)]
@@ -211,19 +209,27 @@ fn add_actuator(
         drive.force += constant;
         return Ok(());
     }
-    if drive.motor.is_some() {
-        return wrong("joint: it has a motor that holds a position already, and one is supported");
-    }
     let within = |[low, high]: [f64; 2], [a, b]: [f64; 2]| [low.max(a), high.min(b)];
     let bounds = match (bounds, joint.effort) {
         (Some(own), Some(all)) => Some(within(own, all)),
         (own, all) => own.or(all),
     };
+    let target = constant / stiffness - joint.reference;
+    if bounds.is_some() && drive.motor.is_some() {
+        return wrong("joint: it has a motor with bounds already, and one is supported");
+    }
+    let Some([low, high]) = bounds else {
+        // A spring more: k (x − a) + l (x − b) = (k + l) (x − (k a + l b)/(k + l)).
+        let both = drive.stiffness + stiffness;
+        drive.rest = (drive.stiffness * drive.rest + stiffness * target) / both;
+        drive.stiffness = both;
+        drive.damping += damping;
+        return Ok(());
+    };
     // Between bounds that are not each other's opposites: around their middle.
-    let (middle, most) =
-        bounds.map_or((0.0, UNBOUNDED), |[low, high]| (0.5 * (low + high), 0.5 * (high - low)));
-    let target = (constant - middle) / stiffness - joint.reference;
+    let (middle, most) = (0.5 * (low + high), (0.5 * (high - low)).max(0.0));
+    let target = target - middle / stiffness;
     drive.force += middle;
-    drive.motor = Some(Motor::Position { target, stiffness, damping, most: most.max(0.0) });
+    drive.motor = Some(Motor::Position { target, stiffness, damping, most });
     Ok(())
 }

@@ -35,7 +35,7 @@ pub struct Link {
     pub name: String,
     /// An index of the links before it; the world's is its own.
     pub parent: usize,
-    /// In the parent, where all joints are at their reference.
+    /// In the parent, where all joints are at their reference; of the world, where the world of the file is.
     pub frame: Frame,
     /// What it weighs, and where.
     pub mass: Mass,

@@ -31,7 +31,7 @@ impl Screw {
 /// How a link moves.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LinkMotion {
-    /// Where it is in the world of the file.
+    /// Where it is in the world.
     pub frame: Frame,
     /// rad/s, world.
     pub spin: Vector3<f64>,
@@ -58,7 +58,8 @@ impl Robot {
         for joint in &self.joints {
             match joint.moves {
                 Moves::Free => {
-                    let Frame { position, attitude } = self.links[joint.link].frame;
+                    let placed = self.links[0].frame.then(&self.links[joint.link].frame);
+                    let Frame { position, attitude } = placed;
                     all.extend(position.iter().chain(&attitude));
                 }
                 Moves::Ball => all.extend([1.0, 0.0, 0.0, 0.0]),
@@ -97,7 +98,7 @@ impl Robot {
         }
         let places = self.places();
         let still = LinkMotion {
-            frame: Frame::identity(),
+            frame: self.links[0].frame,
             spin: Vector3::zeros(),
             velocity: Vector3::zeros(),
         };
@@ -128,7 +129,7 @@ impl Robot {
         Ok(motion)
     }
 
-    /// The coordinates of links that are at `frames` (world of the file), one a link: angles nearest to those of `near`.
+    /// The coordinates of links that are at `frames` (world), one a link: angles nearest to those of `near`.
     ///
     /// # Errors
     /// Another number of frames or of coordinates.

@@ -12,19 +12,16 @@ if TYPE_CHECKING:
     from ._arrays import Floats
     from ._simulation import Simulation
 
-_UNBOUNDED = 1e12
-"""The force of a motor of which no file and no call says any, N or N m."""
-
 
 class Links(NamedTuple):
-    """How the L links of a robot move, the world first, in the world of its file."""
+    """How the L links of a robot move, the world first."""
 
     positions: "Floats"
-    """(L, 3), m."""
+    """(L, 3), of the links' origins, m, world."""
     attitudes: "Floats"
     """(L, 4), w, x, y, z, link to world."""
     velocities: "Floats"
-    """(L, 3), of the links' origins, m/s."""
+    """(L, 3), of the same, m/s, world."""
     spins: "Floats"
     """(L, 3), rad/s, world."""
 
@@ -44,8 +41,8 @@ class RobotJoint:
     """With which its motor pulls to ``target``, from the next target on."""
     damping: float
     """Of that motor."""
-    most: float
-    """The force of that motor: what the file says, or 1e12."""
+    most: Optional[float]
+    """The force of its motors: what the file says, or None where it says nothing."""
 
     def __init__(self, robot: "Robot", index: int) -> None:
         name, _, at, rate, reference = robot.joint_list[index]
@@ -56,7 +53,7 @@ class RobotJoint:
         self.name = name
         self.range = None if limits is None else (limits[0], limits[1])
         self.stiffness, self.damping = 0.0, 0.0
-        self.most = _UNBOUNDED if effort is None else min(-effort[0], effort[1])
+        self.most = None if effort is None else min(-effort[0], effort[1])
         self._robot, self._axis = robot, axis
         self._at, self._rate, self._reference = at, rate, reference
         self._target: Optional[float] = None
@@ -84,15 +81,20 @@ class RobotJoint:
         elif not self.stiffness > 0.0:
             raise TumbleError(f"stiffness of {self.name} is needed for a target: set it before")
         else:
-            place = float(target) - self._reference
-            put(*self._axis, None, place, self.stiffness, self.damping, self.most)
+            place, most = float(target) - self._reference, self._most(self.most)
+            put(*self._axis, None, place, self.stiffness, self.damping, most)
         self._target = None if target is None else float(target)
 
     def hold_speed(self, speed: float, most: Optional[float] = None) -> None:
         """Has its motor hold a speed with up to the force ``most``, that of the file if none is given."""
-        most = self.most if most is None else most
+        most = self._most(self.most if most is None else most)
         self._robot.simulation.put_motor(*self._axis, speed, None, 0.0, 0.0, most)
         self._target = None
+
+    def _most(self, most: Optional[float]) -> float:
+        if most is None:
+            raise TumbleError(f"most of {self.name}: the force of its motor is needed: set it before")
+        return most
 
     def set_force(self, force: float) -> None:
         """Sets the constant force (N) or torque (N m) along it in the steps to come."""
@@ -108,7 +110,7 @@ class Robot(CoreRobot):
     Coordinates q and rates v come joint by joint as MuJoCo has them: of a free joint the place (m) and
     the attitude (w, x, y, z) of its link, and of the rates the velocity of the link's origin (m/s,
     world) and the spin (rad/s, link); of a ball the attitude and the spin; of a slide m and m/s; of a
-    hinge rad and rad/s. They are of the world of the file, which is where the scene puts it.
+    hinge rad and rad/s.
 
     ``robot["knee"]`` is a joint, by the name that the file has::
 
@@ -232,16 +234,15 @@ class Robot(CoreRobot):
 
     @property
     def controls(self) -> "Floats":
-        """The controls of its actuators, (A,), in the order of the file."""
+        """The controls of its actuators, (A,), in the order of the file. Set, they drive their joints as the
+        file says, and as nothing that was set before."""
         return self._controls
 
     @controls.setter
     def controls(self, controls: Any) -> None:
-        self._controls = numbers("controls", controls, (len(self.actuators),))
-        for joint, axis, force, place, stiffness, damping, most in self.driven(self._controls):
-            self.simulation.put_force(joint, axis, force)
-            if place is not None:
-                self.simulation.put_motor(joint, axis, None, place, stiffness, damping, most)
+        controls = numbers("controls", controls, (len(self.actuators),))
+        self.simulation.put_controls(self, controls)
+        self._controls = controls
 
     @property
     def contact_forces(self) -> Dict[Tuple[str, str], "Floats"]:

@@ -34,7 +34,7 @@ impl Assembled {
                     let Carried { body: other, centre, .. } = self.bodies[other];
                     (Some(other), Frame { position: above.position - centre, ..above })
                 }
-                None => (None, self.frame.then(&above)),
+                None => (None, self.world().then(&above)),
             };
             let joints = first..first + count;
             let drives = axes.iter().map(|axis| drive(&self.robot, first + axis, &self.controls));
@@ -148,7 +148,7 @@ impl Assembled {
                     let (body, frame) = from_centre(other, b.1);
                     (Some(body), frame)
                 }
-                None => (None, self.frame.then(&b.1)),
+                None => (None, self.world().then(&b.1)),
             };
             model.joints.push(JointModel {
                 name: self.named(&format!("tie-{number}")),

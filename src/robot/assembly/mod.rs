@@ -7,11 +7,11 @@ mod touching;
 
 use super::frame::Frame;
 use super::joining::drive;
-use super::model::{Moves, Robot, Shape as RobotShape};
+use super::model::{Key, Moves, Robot, Shape as RobotShape};
 use crate::joint::Drive;
 use crate::scenario::model::Model;
 use crate::scenario::shape::Place;
-use nalgebra::Vector3;
+use nalgebra::{Vector3, Vector4};
 
 /// How a robot is put into a scene.
 #[derive(Debug, Clone)]
@@ -57,7 +57,6 @@ pub const USUAL_SIDES: usize = 24;
 pub struct Assembled {
     robot: Robot,
     prefix: String,
-    frame: Frame,
     bodies: Vec<Carried>,
     /// Of each link its place in `bodies`, none of what is fixed, and where it is in that link.
     links: Vec<(Option<usize>, Frame)>,
@@ -88,15 +87,15 @@ impl Assembled {
     ///
     /// # Errors
     /// What cannot be there, with the line of the file that it is about.
-    pub fn new(robot: Robot, placing: &Placing, model: &mut Model) -> Result<Self, String> {
+    pub fn new(mut robot: Robot, placing: &Placing, model: &mut Model) -> Result<Self, String> {
         if !(3..=200).contains(&placing.sides) {
             return Err(format!("sides is {}; allowed is 3 to 200", placing.sides));
         }
+        robot.links[0].frame = placing.frame;
         let (coordinates, rates, controls) = starts(&robot, placing)?;
         let (bodies, links) = bodies::carried(&robot, placing.merges);
         let mut own = Self {
             prefix: placing.prefix.clone(),
-            frame: placing.frame,
             bodies,
             links,
             carriers: robot.carriers(),
@@ -127,6 +126,11 @@ impl Assembled {
         if number == 0 { name } else { format!("{name}.{}", number + 1) }
     }
 
+    /// The world of the file in that of the scene.
+    fn world(&self) -> &Frame {
+        &self.robot.links[0].frame
+    }
+
     /// Where a shape is in the frame of its body's first link.
     fn in_body(&self, shape: &RobotShape) -> Frame {
         self.links[shape.link].1.then(&shape.frame)
@@ -142,12 +146,6 @@ impl Assembled {
     #[must_use]
     pub fn prefix(&self) -> &str {
         &self.prefix
-    }
-
-    /// The world of the file in that of the scene.
-    #[must_use]
-    pub fn frame(&self) -> &Frame {
-        &self.frame
     }
 
     /// The joint of the scene that a slide or a hinge is, and which of its six axes: x, y, z of the place and of the
@@ -203,6 +201,23 @@ fn starts(robot: &Robot, placing: &Placing) -> Result<(Vec<f64>, Vec<f64>, Vec<f
         }
     }
     let places = robot.places();
+    // Poses are of the world of the file.
+    let key = placing.key.as_ref().and_then(|name| robot.keys.iter().find(|key| key.name == *name));
+    let is_said = |said: fn(&Key) -> bool| key.is_some_and(said);
+    let free = robot.joints.iter().zip(&places).filter(|(joint, _)| joint.moves == Moves::Free);
+    for (_, &(at, rate)) in free {
+        if is_said(|key| key.positions.is_some()) {
+            let position = Vector3::from_column_slice(&q[at..at + 3]);
+            let attitude = Vector4::from_column_slice(&q[at + 3..at + 7]);
+            let placed = placing.frame.then(&Frame { position, attitude });
+            q[at..at + 3].copy_from_slice(placed.position.as_slice());
+            q[at + 3..at + 7].copy_from_slice(placed.attitude.as_slice());
+        }
+        if is_said(|key| key.rates.is_some()) {
+            let turned = placing.frame.rotation() * Vector3::from_column_slice(&v[rate..rate + 3]);
+            v[rate..rate + 3].copy_from_slice(turned.as_slice());
+        }
+    }
     for (name, coordinate) in &placing.coordinates {
         let joint = robot.joint(name);
         let joint =

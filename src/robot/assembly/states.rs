@@ -12,12 +12,10 @@ impl Assembled {
         let Carried { link, centre, .. } = self.bodies[place];
         let LinkMotion { frame, spin, velocity } = links[link];
         let arm = frame.rotation() * centre;
-        let placed = self.frame.then(&frame);
-        let turn = self.frame.rotation();
         State {
-            position: placed.point(&centre),
-            attitude: placed.attitude,
-            velocity: turn * (velocity + spin.cross(&arm)),
+            position: frame.point(&centre),
+            attitude: frame.attitude,
+            velocity: velocity + spin.cross(&arm),
             spin: frame.rotation().tr_mul(&spin),
         }
     }
@@ -53,7 +51,7 @@ impl Assembled {
         Ok((q, rates))
     }
 
-    /// All links where its bodies are at `states`, in the world of the file.
+    /// All links where its bodies are at `states`.
     ///
     /// # Errors
     /// States that are too few.
@@ -61,17 +59,15 @@ impl Assembled {
         let still =
             |frame: Frame| LinkMotion { frame, spin: Vector3::zeros(), velocity: Vector3::zeros() };
         let link = |(place, offset): &(Option<usize>, Frame)| {
-            let Some(place) = place else { return Ok(still(*offset)) };
+            let Some(place) = place else { return Ok(still(self.world().then(offset))) };
             let Carried { body: index, centre, .. } = self.bodies[*place];
-            let state = states.get(index).ok_or_else(missing)?;
-            let placed = Frame { position: state.position, attitude: state.attitude };
-            let placed =
-                Frame { position: placed.point(&-centre), ..placed }.seen_from(&self.frame);
-            let back = self.frame.rotation();
-            let spin = placed.rotation() * state.spin;
+            let State { position, attitude, velocity, spin } =
+                *states.get(index).ok_or_else(missing)?;
+            let placed = Frame { position, attitude };
+            let placed = Frame { position: placed.point(&-centre), attitude };
             let frame = placed.then(offset);
-            let centre = placed.point(&centre);
-            let velocity = back.tr_mul(&state.velocity) + spin.cross(&(frame.position - centre));
+            let spin = placed.rotation() * spin;
+            let velocity = velocity + spin.cross(&(frame.position - position));
             Ok(LinkMotion { frame, spin, velocity })
         };
         self.links.iter().map(link).collect()

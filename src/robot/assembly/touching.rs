@@ -47,7 +47,7 @@ impl Assembled {
                     if model.plane.is_some() {
                         return Err(format!("{}: one plane is supported; give a box", shape.at));
                     }
-                    let frame = self.frame.then(&self.in_body(shape));
+                    let frame = self.world().then(&self.in_body(shape));
                     let normal = frame.rotation().column(2).into_owned();
                     let plane = Plane::new(normal, normal.dot(&frame.position));
                     let plane = plane.map_err(|error| format!("{}: {error}", shape.at))?;
@@ -57,7 +57,7 @@ impl Assembled {
                 }
                 None => {
                     let Some(form) = form_of(shape, placing.sides)? else { continue };
-                    let frame = self.frame.then(&self.in_body(shape));
+                    let frame = self.world().then(&self.in_body(shape));
                     let piece = PlacedForm { form, place: place_of(&frame) };
                     piece.piece().map_err(|error| format!("{}: {error}", shape.at))?;
                     let name = self.named(&shape.name);

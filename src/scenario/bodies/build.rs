@@ -79,14 +79,14 @@ pub fn build(file: Entries, settings: &Settings, files: Files<'_>) -> Result<Bui
     #[cfg(feature = "robot")]
     for (index, entry) in file.robots.iter().enumerate() {
         let named = |why: String| format!("robots[{index}].{why}");
-        let added = entry.add(&files, &mut builder.model).map_err(named)?;
-        let is_taken = |robot: &crate::robot::Assembled| robot.prefix() == added.prefix();
+        let is_taken = |robot: &crate::robot::Assembled| robot.prefix() == entry.prefix();
         if robots.iter().any(is_taken) {
-            let prefix = added.prefix();
+            let prefix = entry.prefix();
             return Err(named(format!(
                 "prefix: {prefix:?} is given twice; each robot needs its own"
             )));
         }
+        let added = entry.add(&files, &mut builder.model).map_err(named)?;
         robots.push(added);
     }
     builder.refuse_equal_names()?;

@@ -38,6 +38,11 @@ pub struct RobotEntry {
 }
 
 impl RobotEntry {
+    /// What stands before its names.
+    pub fn prefix(&self) -> &str {
+        self.prefix.as_deref().unwrap_or("")
+    }
+
     /// Puts the robot into the model.
     pub fn add(&self, files: &Files<'_>, model: &mut Model) -> Result<Assembled, String> {
         let path = files.folder.join(&self.file);
@@ -60,7 +65,7 @@ impl RobotEntry {
         let place = super::build::placed(self.position, self.attitude.as_ref())?;
         let placing = Placing {
             frame: Frame { position: place.position.into(), attitude: place.attitude.into() },
-            prefix: self.prefix.clone().unwrap_or_default(),
+            prefix: self.prefix().to_owned(),
             key: self.pose.clone(),
             coordinates: self
                 .coordinates
