@@ -122,12 +122,15 @@ class Robot(CoreRobot):
 
     simulation: "Simulation"
     """What it is in."""
+    _near: "Floats"
+    _controls: "Floats"
+    _handles: Dict[str, RobotJoint]
 
     def __new__(cls, simulation: "Simulation", index: int) -> "Robot":
         self = super().__new__(cls, simulation.scene, index)
         self.simulation = simulation
         self._near = self.start
-        self._handles: Dict[str, RobotJoint] = {}
+        self._handles = {}
         self._controls = self.first_controls
         return self
 
