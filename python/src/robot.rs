@@ -128,6 +128,12 @@ impl Robot {
         self.own().robot().actuators.iter().map(|actuator| actuator.name.clone()).collect()
     }
 
+    /// The ranges of the controls of its actuators; None of what has none.
+    #[getter]
+    fn control_ranges(&self) -> Vec<Option<[f64; 2]>> {
+        self.own().robot().actuators.iter().map(|actuator| actuator.control_range).collect()
+    }
+
     /// How many coordinates and rates it has.
     #[getter]
     fn counts(&self) -> (usize, usize) {

@@ -5,6 +5,7 @@ use nalgebra::{Matrix3, Vector3};
 
 /// A robot as its file has it. The world is link 0.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct Robot {
     /// What it is called.
     pub name: String,

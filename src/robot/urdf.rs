@@ -18,9 +18,6 @@ const MOST_LINKS: usize = 2000;
 /// # Errors
 /// The first thing that is wrong, with its line.
 pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
-    if let Some(xacro) = root.attributes.iter().find(|(_, value)| value.contains("${")) {
-        return Err(root.wrong(format!("{}: {XACRO}", shown::line(&xacro.0))));
-    }
     let mut notes = Notes::default();
     for child in root.children.iter().filter(|child| !["link", "joint"].contains(&&*child.tag)) {
         notes.idle(&child.tag);
@@ -56,9 +53,6 @@ pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
     reader.robot.notes = reader.notes.sentences();
     Ok(reader.robot)
 }
-
-const XACRO: &str =
-    "`${…}` is Xacro, which makes URDF and is none; run `xacro FILE > robot.urdf` first";
 
 /// Links and joints by their names, and who hangs on whom.
 struct Tree<'e> {

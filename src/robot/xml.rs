@@ -10,8 +10,12 @@ pub const LARGEST_FILE: u64 = 16 << 20;
 const MOST_ELEMENTS: u32 = 200_000;
 /// Elements within elements are followed so far.
 const DEEPEST: usize = 200;
-/// More numbers than this stand in no attribute that is read.
-const MOST_NUMBERS: usize = 10_000;
+/// More numbers than this stand in no attribute.
+const MOST_NUMBERS: usize = 1_000_000;
+
+/// What a file is that is no URDF yet.
+const XACRO: &str =
+    "this is Xacro, which makes URDF and is none; run `xacro FILE > robot.urdf` first";
 
 /// An element: its name, attributes and children, and where it is.
 #[derive(Debug, Clone)]
@@ -34,7 +38,8 @@ impl Element {
         let options = ParsingOptions { nodes_limit: MOST_ELEMENTS, ..ParsingOptions::default() };
         let document = Document::parse_with_options(text, options).map_err(|error| {
             let line = error.pos().row;
-            format!("{}line {line}: it is no XML: {error}", within(file))
+            let hint = if text.contains("xacro:") { XACRO } else { "it is no XML" };
+            format!("{}line {line}: {hint}: {error}", within(file))
         })?;
         let file: Option<Rc<str>> = file.map(Rc::from);
         Self::of(&document, document.root_element(), file.as_ref(), 0)
@@ -49,12 +54,8 @@ impl Element {
         let line = document.text_pos_at(node.range().start).row;
         let name = node.tag_name();
         if name.namespace().is_some_and(|space| space.contains("xacro")) {
-            return Err(format!(
-                "{}line {line}: <{}> is Xacro, which makes URDF and is none; run `xacro FILE > \
-                 robot.urdf` first",
-                within(file.map(|file| &**file)),
-                name.name()
-            ));
+            let file = within(file.map(|file| &**file));
+            return Err(format!("{file}line {line}, <{}>: {XACRO}", name.name()));
         }
         if depth > DEEPEST {
             return Err(format!(
@@ -117,15 +118,15 @@ impl Element {
     pub fn numbers_of(&self, name: &str, value: &str) -> Result<Vec<f64>, String> {
         let number = |word: &str| match word.parse::<f64>() {
             Ok(number) if number.is_finite() => Ok(number),
+            _ if word.contains("${") => Err(self.wrong(format!("{name}: {XACRO}"))),
             _ => Err(self.wrong(format!("{name}: {:?} is no number", shown::line(word)))),
         };
         let words = value.split(|c: char| c.is_ascii_whitespace() || c == ',');
-        let numbers: Vec<f64> = words
-            .filter(|w| !w.is_empty())
-            .take(MOST_NUMBERS)
-            .map(number)
-            .collect::<Result<_, _>>()?;
-        Ok(numbers)
+        let words: Vec<_> = words.filter(|word| !word.is_empty()).collect();
+        if words.len() > MOST_NUMBERS {
+            return Err(self.wrong(format!("{name}: more than {MOST_NUMBERS} numbers")));
+        }
+        words.into_iter().map(number).collect()
     }
 }
 

@@ -97,14 +97,12 @@ impl Reader<'_> {
         let within = Within { link: index, frame: Frame::identity(), class };
         let mut below = Vec::new();
         self.read_contents(body, &within, &mut below)?;
-        if let Some(inertial) = body.one("inertial")?
-            && self.compiler.inertia_from_shapes != Some(true)
-        {
-            self.robot.links[index].mass = self.inertial(inertial)?;
-            self.matter[index].clear();
-        } else if self.compiler.inertia_from_shapes == Some(false) {
+        // Shapes count where they are asked for, or where nothing is given.
+        let given = body.one("inertial")?.map(|inertial| self.inertial(inertial)).transpose()?;
+        if !self.compiler.inertia_from_shapes.unwrap_or(given.is_none()) {
             self.matter[index].clear();
         }
+        self.robot.links[index].mass = given.unwrap_or(Mass::NONE);
         self.read_bodies(below)
     }
 

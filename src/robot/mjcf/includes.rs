@@ -37,7 +37,7 @@ impl Included<'_> {
     }
 
     fn file(&mut self, include: &Element) -> Result<Vec<Element>, String> {
-        include.refuse_others(&["file"], &["prefix"])?;
+        include.refuse_others(&["file"], &[])?;
         let name = include.needed("file")?;
         if self.files.iter().any(|known| known == name) {
             return Err(include.wrong("this file is included already; once is allowed"));

@@ -25,6 +25,39 @@ pub struct Flags {
 /// `enable` and `disable`.
 const ABLE: [(&str, bool); 2] = [("enable", true), ("disable", false)];
 
+/// What is read of `<option>`.
+const READ: [&str; 5] = ["timestep", "gravity", "density", "viscosity", "actuatorgroupdisable"];
+
+/// What is about another solver, or without a medium.
+const IDLE: [&str; 26] = [
+    "apirate",
+    "impratio",
+    "tolerance",
+    "ls_tolerance",
+    "noslip_tolerance",
+    "ccd_tolerance",
+    "mpr_tolerance",
+    "sleep_tolerance",
+    "wind",
+    "magnetic",
+    "o_margin",
+    "o_solref",
+    "o_solimp",
+    "o_friction",
+    "integrator",
+    "collision",
+    "cone",
+    "jacobian",
+    "solver",
+    "iterations",
+    "ls_iterations",
+    "noslip_iterations",
+    "ccd_iterations",
+    "mpr_iterations",
+    "sdf_iterations",
+    "sdf_initpoints",
+];
+
 /// `<option>` and the flags in it.
 pub fn options(root: &Element, notes: &mut Notes) -> Result<(Options, Flags), String> {
     let mut options = usual_options();
@@ -54,8 +87,8 @@ pub fn options(root: &Element, notes: &mut Notes) -> Result<(Options, Flags), St
                 element.wrong("actuatorgroupdisable is not supported; remove the actuators")
             );
         }
-        let read = ["timestep", "gravity", "density", "viscosity", "actuatorgroupdisable"];
-        if element.attributes.iter().any(|(name, _)| !read.contains(&&**name)) {
+        element.refuse_others(&READ, &IDLE)?;
+        if element.attributes.iter().any(|(name, _)| IDLE.contains(&&**name)) {
             notes.say("integrator, solver and cone of <option> have no meaning here".to_owned());
         }
         for flag in &element.children {
@@ -66,12 +99,8 @@ pub fn options(root: &Element, notes: &mut Notes) -> Result<(Options, Flags), St
 }
 
 fn set_flags(element: &Element, options: &mut Options, flags: &mut Flags) -> Result<(), String> {
-    // What is not known otherwise disables nothing that moves, in any version of the format.
-    if element.tag != "flag" && element.tag != "flags" {
+    if element.tag != "flag" {
         return Err(element.wrong("this element is not known in <option>"));
-    }
-    if element.tag == "flags" {
-        return Ok(());
     }
     for (name, _) in &element.attributes {
         let on = element.word(name, &ABLE)?.unwrap_or(true);

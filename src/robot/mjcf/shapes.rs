@@ -99,9 +99,6 @@ impl Reader<'_> {
             };
         }
         let (form, own, is_whole) = self.form(&read, kind)?;
-        if form == Form::Plane && link != 0 {
-            return Err(element.wrong("a plane belongs to the world"));
-        }
         let placed = frame.then(&own);
         let condim = read.whole("condim")?.unwrap_or(3);
         if ![1, 3, 4, 6].contains(&condim) {
