@@ -6,12 +6,13 @@ certified at 1e-9 m/s, how many are wild, and how far joints are off.
 
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import tumble
 
 
-def start(robot, rng):
+def start(robot: tumble.Robot, rng: np.random.Generator) -> Any:
     """Coordinates near those of the file."""
     q = np.array(robot.start)
     for index, (name, kind, at, _, _) in enumerate(robot.joint_list):
@@ -30,7 +31,7 @@ def start(robot, rng):
     return q
 
 
-def off(simulation):
+def off(simulation: tumble.Simulation) -> float:
     """What the places of joints, and the axes of hinges, are off by, m and rad."""
     worst = 0.0
     for joint, axes in zip(simulation.joints.values(), simulation.scene.joint_axes):
@@ -40,7 +41,7 @@ def off(simulation):
     return worst
 
 
-def fall(path, rng):
+def fall(path: Path, rng: np.random.Generator) -> str:
     """A line about the robot of a file."""
     simulation = tumble.load(path).simulate()
     simulation.robot.set(start(simulation.robot, rng))
@@ -60,7 +61,7 @@ def fall(path, rng):
     )
 
 
-def main():
+def main() -> None:
     folder = Path(sys.argv[1])
     for path in sorted([*folder.rglob("*.xml"), *folder.rglob("*.urdf")]):
         try:

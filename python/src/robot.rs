@@ -190,6 +190,11 @@ impl Robot {
         of_states(py, &states)
     }
 
+    /// The least height of any body above the ground where the bodies are at states (N, 13), m; infinite without one.
+    fn lowest(&self, states: PyReadonlyArrayDyn<'_, f64>) -> PyResult<f64> {
+        Ok(self.content.world.lowest_height(&to_states("states", &states)?))
+    }
+
     /// How its links move where the bodies are at states (N, 13).
     fn moving<'py>(
         &self,

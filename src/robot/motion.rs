@@ -115,11 +115,10 @@ impl Robot {
             stage.motion.frame.attitude = above.frame.then(&link.frame).attitude;
             let mut movers = motion.movers[link.parent].clone();
             let (first, count) = link.joints;
-            for index in first..first + count {
-                let (at, rate) = places[index];
+            let joints = self.joints[first..].iter().zip(&places[first..]).take(count);
+            for (joint, &(at, rate)) in joints {
                 let before = motion.screws.len();
-                let (q, v) = (&q[at..], &v[rate..]);
-                stage.add(&self.joints[index], q, v, &mut motion.screws)?;
+                stage.add(joint, &q[at..], &v[rate..], &mut motion.screws)?;
                 movers.extend(before..motion.screws.len());
             }
             motion.links.push(stage.motion);

@@ -45,6 +45,8 @@ class RobotEnv(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
     """
 
     metadata: Dict[str, Any] = {"render_modes": []}
+    up: Optional[int] = None
+    """Which coordinate lifts the robot: what would start below the ground is put upon it."""
 
     def __init__(
         self, file: Union[str, "os.PathLike[str]", Scene], frame_skip: int, noise: float
@@ -95,7 +97,10 @@ class RobotEnv(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
         for index, (_, kind, at, _, _) in enumerate(self.robot.joint_list):
             limits = self.robot.bounds(index)[0]
             if kind in ("slide", "hinge") and limits is not None:
-                q[at] = np.clip(q[at], *limits)
+                q[at] = min(max(q[at], limits[0]), limits[1])
+        lowest = self.robot.lowest(self.robot.placed(q, v, self.simulation.states))
+        if self.up is not None and lowest < 0.0:
+            q[self.up] -= lowest
         self.robot.set(q, v)
         return self.observe(), {}
 
@@ -118,6 +123,7 @@ class Runner(RobotEnv):
     """Which coordinate goes along x."""
     hidden = 1
     """How many coordinates are not observed: those along the ground."""
+    up = 1
     control_cost = 1e-3
     healthy_reward = 0.0
     ends_unwell = True
@@ -206,6 +212,7 @@ class Ant(Runner):
     """An ant of four legs, that is over when its torso is too low or too high."""
 
     hidden = 2
+    up = 2
     control_cost = 0.5
     healthy_reward = 1.0
 
@@ -221,7 +228,9 @@ class Ant(Runner):
         return bool(0.2 <= self.robot.q[2] <= 1.0)
 
 
-for _class in (Hopper, HalfCheetah, Walker2d, Ant):
+for _name in ("Hopper", "HalfCheetah", "Walker2d", "Ant"):
     gymnasium.register(
-        id=f"tumble/{_class.__name__}-v0", entry_point=_class, max_episode_steps=EPISODE
+        id=f"tumble/{_name}-v0",
+        entry_point=f"tumble.locomotion:{_name}",
+        max_episode_steps=EPISODE,
     )

@@ -92,7 +92,7 @@ impl Assembled {
             return Err(format!("sides is {}; allowed is 3 to 200", placing.sides));
         }
         robot.links[0].frame = placing.frame;
-        let (coordinates, rates, controls) = starts(&robot, placing)?;
+        let Start { coordinates, rates, controls } = starts(&robot, placing)?;
         let (bodies, links) = bodies::carried(&robot, placing.merges);
         let mut own = Self {
             prefix: placing.prefix.clone(),
@@ -184,8 +184,15 @@ impl Assembled {
     }
 }
 
+/// Where a robot starts, and how it moves.
+struct Start {
+    coordinates: Vec<f64>,
+    rates: Vec<f64>,
+    controls: Vec<f64>,
+}
+
 /// Coordinates, rates and controls at the start: those of the pose, then those that are given, within their ranges.
-fn starts(robot: &Robot, placing: &Placing) -> Result<(Vec<f64>, Vec<f64>, Vec<f64>), String> {
+fn starts(robot: &Robot, placing: &Placing) -> Result<Start, String> {
     let mut q = robot.reference();
     let mut v = vec![0.0; robot.counts().1];
     let mut controls = vec![0.0; robot.actuators.len()];
@@ -235,7 +242,7 @@ fn starts(robot: &Robot, placing: &Placing) -> Result<(Vec<f64>, Vec<f64>, Vec<f
             q[*place] = q[*place].clamp(low, high);
         }
     }
-    Ok((q, v, controls))
+    Ok(Start { coordinates: q, rates: v, controls })
 }
 
 fn place_of(frame: &Frame) -> Place {
