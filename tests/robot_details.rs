@@ -316,3 +316,32 @@ fn hinges_that_meet_are_one_joint() {
     let why = scene_with(&world(&apart, ""), "").err().unwrap_or_default();
     assert!(why.contains("make no joint"), "{why}");
 }
+
+/// A mesh is its convex hull, or the pieces that are named for it, in a package's folder or beside the file.
+#[test]
+fn meshes_are_hulls_or_pieces() {
+    let text = "<robot name='m'><link name='a'><inertial><mass value='1'/>\
+        <inertia ixx='0.4' iyy='0.4' izz='0.4' ixy='0' ixz='0' iyz='0'/></inertial>\
+        <collision><geometry><mesh filename='package://parts/wedge.obj' scale='0.5 0.5 0.5'/></geometry></collision></link></robot>";
+    let with = |fields: &str| {
+        scene_with(
+            &format!(
+                "[ground]\nfriction = 0.5\n[[robots]]\nfile = \"given.file\"\nposition = [0, 0, 2]\n{fields}"
+            ),
+            text,
+        )
+    };
+    let why = with("").err().unwrap_or_default();
+    assert!(why.contains("packages") && why.contains("<mesh>"), "{why}");
+    let hull = with("packages = \".\"").unwrap();
+    let body = &hull.world.bodies()[0];
+    assert_eq!((body.pieces().len(), body.contact_points().len()), (1, 6));
+    assert!(body.contact_points().iter().all(|point| point.position.amax() == 0.5));
+    let pieces =
+        "meshes = { \"package://parts/wedge.obj\" = [\"parts/wedge.obj\", \"parts/wedge.obj\"] }";
+    assert_eq!(with(pieces).unwrap().world.bodies()[0].pieces().len(), 2);
+    let why = with("meshes = { \"package://parts/wedge.obj\" = [\"parts/no.obj\"] }")
+        .err()
+        .unwrap_or_default();
+    assert!(why.contains("no.obj"), "{why}");
+}

@@ -20,7 +20,7 @@ fn robot_of(path: &Path, is_fixed: bool) -> Result<Robot, String> {
     let text = std::fs::read_to_string(path).map_err(|error| error.to_string())?;
     let folder = path.parent().unwrap_or(Path::new(""));
     let read_file = |path: &Path, _: u64| std::fs::read(path);
-    read(&text, &Reading { folder, read: &read_file, packages: None, is_fixed })
+    read(&text, &Reading { folder, read: &read_file, is_fixed, ..Reading::none() })
 }
 
 fn numbers(value: &Value) -> Vec<f64> {

@@ -34,9 +34,15 @@ pub use xml::LARGEST_FILE;
 use crate::scenario::ReadFile;
 use crate::scenario::shown;
 use model::Robot;
+use std::collections::BTreeMap;
 use std::io;
 use std::path::{Path, PathBuf};
 use xml::Element;
+
+/// Files of convex pieces, by the name of the mesh that they are in the place of.
+pub type Pieces = BTreeMap<String, Vec<String>>;
+
+static NO_PIECES: Pieces = BTreeMap::new();
 
 /// How the files are read that a robot's file names, and what it does not say.
 #[derive(Clone, Copy)]
@@ -47,6 +53,8 @@ pub struct Reading<'a> {
     pub read: ReadFile<'a>,
     /// Where the packages of `package://` are: `package://name/rest` is `name/rest` in it.
     pub packages: Option<&'a Path>,
+    /// Of a mesh of a URDF, by the name that it has there, the files of its convex pieces; the convex hull of others counts.
+    pub pieces: &'a Pieces,
     /// Whether the root of a URDF is fixed to the world. It flies otherwise, unless it is called `world`.
     pub is_fixed: bool,
 }
@@ -55,7 +63,13 @@ impl Reading<'_> {
     /// Of a file that names no others.
     #[must_use]
     pub fn none() -> Self {
-        Reading { folder: Path::new(""), read: &no_files, packages: None, is_fixed: false }
+        Reading {
+            folder: Path::new(""),
+            read: &no_files,
+            packages: None,
+            pieces: &NO_PIECES,
+            is_fixed: false,
+        }
     }
 
     /// The bytes of a file.

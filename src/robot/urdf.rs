@@ -293,20 +293,39 @@ impl<'a> Reader<'a> {
                     geometry.wrong("one of box, sphere, cylinder, capsule and mesh is needed")
                 );
             };
-            let index = self.robot.shapes.len();
-            self.robot.shapes.push(Shape {
-                name: collision.own("name").map_or(format!("shape-{index}"), str::to_owned),
-                link,
-                form: self.form(form)?,
-                frame: origin(collision)?,
-                groups: [1, 1],
-                friction: None,
-                rubs: true,
-                priority: 0,
-                at: format!("{} of {}", collision.at(), element.at()),
-            });
+            let frame = origin(collision)?;
+            for form in self.forms(form)? {
+                let index = self.robot.shapes.len();
+                self.robot.shapes.push(Shape {
+                    name: collision.own("name").map_or(format!("shape-{index}"), str::to_owned),
+                    link,
+                    form,
+                    frame,
+                    groups: [1, 1],
+                    friction: None,
+                    rubs: true,
+                    priority: 0,
+                    at: format!("{} of {}", collision.at(), element.at()),
+                });
+            }
         }
         Ok(())
+    }
+
+    /// What a shape is made of: one form, or the pieces of a mesh.
+    fn forms(&self, element: &Element) -> Result<Vec<Form>, String> {
+        if element.tag != "mesh" {
+            return Ok(vec![self.form(element)?]);
+        }
+        let name = element.needed("filename")?;
+        let scale = element.exactly::<3>("scale")?.unwrap_or([1.0; 3]);
+        let one = [name.to_owned()];
+        let names = self.reading.pieces.get(name).map_or(&one[..], Vec::as_slice);
+        let hull = |name: &String| {
+            let hulled = meshes::read(self.reading, name, scale);
+            Ok(Form::Hull(hulled.map_err(|why| element.wrong(why))?.corners))
+        };
+        names.iter().map(hull).collect()
     }
 
     fn form(&self, element: &Element) -> Result<Form, String> {
@@ -326,11 +345,6 @@ impl<'a> Reader<'a> {
             "sphere" => Ok(Form::Sphere(length("radius")?)),
             "cylinder" => Ok(Form::Cylinder(0.5 * length("length")?, length("radius")?)),
             "capsule" => Ok(Form::Capsule(0.5 * length("length")?, length("radius")?)),
-            "mesh" => {
-                let scale = element.exactly::<3>("scale")?.unwrap_or([1.0; 3]);
-                let hulled = meshes::read(self.reading, element.needed("filename")?, scale);
-                Ok(Form::Hull(hulled.map_err(|why| element.wrong(why))?.corners))
-            }
             _ => Err(element.wrong("one of box, sphere, cylinder, capsule and mesh is needed")),
         }
     }

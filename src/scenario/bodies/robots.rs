@@ -5,7 +5,7 @@ use super::copies::MOST_BODIES;
 use super::entries::{Files, Turned};
 use crate::mechanics::Rotation;
 use crate::robot::model::Robot;
-use crate::robot::{Assembled, Frame, LARGEST_FILE, Placing, Reading, USUAL_SIDES, read};
+use crate::robot::{Assembled, Frame, LARGEST_FILE, Pieces, Placing, Reading, USUAL_SIDES, read};
 use crate::scenario::failure::Failure;
 use crate::scenario::fields::Numbers;
 use crate::scenario::model::Model;
@@ -35,6 +35,7 @@ pub struct RobotEntry {
     fixed: Option<bool>,
     sides: Option<usize>,
     packages: Option<String>,
+    meshes: Option<Pieces>,
 }
 
 impl RobotEntry {
@@ -54,6 +55,7 @@ impl RobotEntry {
             folder: path.parent().unwrap_or(Path::new("")),
             read: files.read,
             packages: packages.as_deref(),
+            pieces: self.meshes.as_ref().unwrap_or(Reading::none().pieces),
             is_fixed: self.fixed.unwrap_or(false),
         };
         let robot = read(&text, &reading).map_err(|why| odd(&why))?;
@@ -108,7 +110,7 @@ pub fn read_alone(
 ) -> Result<(Robot, String), Failure> {
     let odd = |why: String| Failure::Input(format!("{}: {why}", shown::path(path)));
     let folder = path.parent().unwrap_or(Path::new(""));
-    let reading = Reading { folder, read: read_file, packages: None, is_fixed: false };
+    let reading = Reading { folder, read: read_file, ..Reading::none() };
     let robot = read(text, &reading).map_err(odd)?;
     let stem =
         || path.file_stem().map_or(String::new(), |stem| stem.to_string_lossy().into_owned());
