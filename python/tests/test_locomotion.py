@@ -47,7 +47,9 @@ def test_an_episode_of_each_is_solved():
             taken += 1
             if over or cut:
                 env.reset()
-        assert unsolved <= 0.01 * taken * env.unwrapped.frame_skip, (name, unsolved, taken)
+        # The ant's light feet are thrown about by 150 N m.
+        most = 0.02 if name == "Ant" else 0.0
+        assert unsolved <= most * taken * env.unwrapped.frame_skip, (name, unsolved, taken)
 
 
 def test_a_hopper_that_falls_is_over():

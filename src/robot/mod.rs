@@ -1,8 +1,8 @@
 //! Robots from the files that people have: URDF and MJCF.
 //!
 //! A file is text here: who reads it, and how those that it names are read, is the caller's business
-//! ([`Reading`]). What it says becomes a [`Robot`](model::Robot): links in a tree, joints, shapes and motors, which is
-//! what a scene is made of ([`assembly`]), and whose coordinates are those of the file ([`motion`]).
+//! ([`Reading`]). What it says becomes a [`Robot`]: links in a tree, joints, shapes and motors, which is what a scene is
+//! made of ([`Assembled`]), and whose coordinates are those of the file ([`motion`]).
 //!
 //! ```
 //! use tumble::robot::{Reading, read};

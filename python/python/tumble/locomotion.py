@@ -38,7 +38,8 @@ def model(name: str) -> Path:
 
 
 class RobotEnv(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
-    """A robot whose actuators get the action, and then ``frame_skip`` steps are taken.
+    """A robot whose actuators get the action, and then ``frame_skip`` times as many ``substeps`` are taken, of
+    which as many make a time step of the file.
 
     A subclass says what is observed, what is rewarded and when it is over: ``observe``, ``judge``. Coordinates
     at the start are those of the file with what ``draw`` adds, within their ranges.
@@ -49,10 +50,15 @@ class RobotEnv(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
     """Which coordinate lifts the robot: what would start below the ground is put upon it."""
 
     def __init__(
-        self, file: Union[str, "os.PathLike[str]", Scene], frame_skip: int, noise: float
+        self,
+        file: Union[str, "os.PathLike[str]"],
+        frame_skip: int,
+        noise: float,
+        substeps: int = 1,
     ) -> None:
-        self.scene = file if isinstance(file, Scene) else load(file)
-        self.frame_skip = frame_skip
+        step = load(file).time_step
+        self.scene: Scene = load(file, time_step=step / substeps)
+        self.frame_skip = frame_skip * substeps
         self.noise = noise
         self.simulation: Simulation = self.scene.simulate()
         ranges = self.robot.control_ranges
@@ -167,8 +173,11 @@ class Hopper(Runner):
     healthy_reward = 1.0
     fastest = 10.0
 
-    def __init__(self, file: Any = None, frame_skip: int = 4, noise: float = 5e-3) -> None:
-        super().__init__(model("hopper.xml") if file is None else file, frame_skip, noise)
+    def __init__(
+        self, file: Any = None, frame_skip: int = 4, noise: float = 5e-3, substeps: int = 1
+    ) -> None:
+        file = model("hopper.xml") if file is None else file
+        super().__init__(file, frame_skip, noise, substeps)
 
     def draw(self, rng: np.random.Generator) -> Tuple[Floats, Floats]:
         """Even noise on coordinates and rates."""
@@ -185,8 +194,11 @@ class Hopper(Runner):
 class Walker2d(Hopper):
     """A walker of two legs in a plane, that is over when it falls."""
 
-    def __init__(self, file: Any = None, frame_skip: int = 4, noise: float = 5e-3) -> None:
-        super().__init__(model("walker2d_v5.xml") if file is None else file, frame_skip, noise)
+    def __init__(
+        self, file: Any = None, frame_skip: int = 4, noise: float = 5e-3, substeps: int = 1
+    ) -> None:
+        file = model("walker2d_v5.xml") if file is None else file
+        super().__init__(file, frame_skip, noise, substeps)
 
     def is_healthy(self) -> bool:
         """Upright."""
@@ -195,13 +207,16 @@ class Walker2d(Hopper):
 
 
 class HalfCheetah(Runner):
-    """A half-cheetah in a plane, that is never over."""
+    """A half-cheetah in a plane, that is never over. Its motors turn its feet too far for steps of 10 ms."""
 
     control_cost = 0.1
     ends_unwell = False
 
-    def __init__(self, file: Any = None, frame_skip: int = 5, noise: float = 0.1) -> None:
-        super().__init__(model("half_cheetah.xml") if file is None else file, frame_skip, noise)
+    def __init__(
+        self, file: Any = None, frame_skip: int = 5, noise: float = 0.1, substeps: int = 4
+    ) -> None:
+        file = model("half_cheetah.xml") if file is None else file
+        super().__init__(file, frame_skip, noise, substeps)
 
     def draw(self, rng: np.random.Generator) -> Tuple[Floats, Floats]:
         """Even noise on the coordinates, normal noise on the rates."""
@@ -216,8 +231,11 @@ class Ant(Runner):
     control_cost = 0.5
     healthy_reward = 1.0
 
-    def __init__(self, file: Any = None, frame_skip: int = 5, noise: float = 0.1) -> None:
-        super().__init__(model("ant.xml") if file is None else file, frame_skip, noise)
+    def __init__(
+        self, file: Any = None, frame_skip: int = 5, noise: float = 0.1, substeps: int = 1
+    ) -> None:
+        file = model("ant.xml") if file is None else file
+        super().__init__(file, frame_skip, noise, substeps)
 
     def draw(self, rng: np.random.Generator) -> Tuple[Floats, Floats]:
         """Even noise on the coordinates, normal noise on the rates."""
