@@ -345,3 +345,26 @@ fn meshes_are_hulls_or_pieces() {
         .unwrap_or_default();
     assert!(why.contains("no.obj"), "{why}");
 }
+
+/// What a user leaves out is not there, nor what refers to it.
+#[test]
+fn what_is_left_out_is_not_there() {
+    let text = "<mujoco><worldbody><body name='a' pos='0 0 1'><joint name='swing'/><geom name='ball' size='0.1' condim='6'/></body>\
+        <body name='goal' pos='1 0 1'><joint name='slide' type='slide'/><geom size='0.01' density='1e-9'/></body></worldbody>\
+        <tendon><fixed name='cord' range='0 1'><joint joint='swing' coef='1'/></fixed></tendon>\
+        <actuator><motor name='pull' tendon='cord'/><motor name='turn' joint='swing'/><motor name='go' joint='slide'/></actuator>\
+        <keyframe><key qpos='0.1 0.2'/></keyframe></mujoco>";
+    let with = |fields: &str| {
+        scene_with(
+            &format!("[ground]\nfriction = 0.5\n[[robots]]\nfile = \"given.file\"\n{fields}"),
+            text,
+        )
+    };
+    assert!(with("").is_err());
+    let scene = with("leave_out = [\"tendon\", \"body:goal\", \"@condim\"]").unwrap();
+    let robot = scene.robots[0].robot();
+    let names: Vec<_> = robot.actuators.iter().map(|actuator| actuator.name.as_str()).collect();
+    assert_eq!((names, robot.keys.len(), scene.bodies.len()), (vec!["turn"], 0, 1));
+    let why = with("leave_out = [\"tendon\", \"gaol\"]").err().unwrap_or_default();
+    assert!(why.contains("\"gaol\""), "{why}");
+}

@@ -18,6 +18,7 @@
 mod assembly;
 mod frame;
 mod joining;
+mod left_out;
 mod mass;
 mod meshes;
 mod mjcf;
@@ -55,6 +56,8 @@ pub struct Reading<'a> {
     pub packages: Option<&'a Path>,
     /// Of a mesh of a URDF, by the name that it has there, the files of its convex pieces; the convex hull of others counts.
     pub pieces: &'a Pieces,
+    /// What of the file is as if it were not there: `tag` or `name` of elements, `tag:name` of one, `@attribute` of all.
+    pub left_out: &'a [String],
     /// Whether the root of a URDF is fixed to the world. It flies otherwise, unless it is called `world`.
     pub is_fixed: bool,
 }
@@ -68,6 +71,7 @@ impl Reading<'_> {
             read: &no_files,
             packages: None,
             pieces: &NO_PIECES,
+            left_out: &[],
             is_fixed: false,
         }
     }

@@ -2,6 +2,7 @@
 
 use super::Reading;
 use super::frame::{Frame, about, left_times};
+use super::left_out::pruned;
 use super::meshes;
 use super::model::{Form, Joint, Link, Mass, Moves, Options, Robot, Shape};
 use super::notes::Notes;
@@ -18,6 +19,7 @@ const MOST_LINKS: usize = 2000;
 /// # Errors
 /// The first thing that is wrong, with its line.
 pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
+    let root = &pruned(root, reading.left_out)?;
     let mut notes = Notes::default();
     for child in root.children.iter().filter(|child| !["link", "joint"].contains(&&*child.tag)) {
         notes.idle(&child.tag);

@@ -11,6 +11,7 @@ mod rest;
 mod shapes;
 
 use super::Reading;
+use super::left_out::pruned;
 use super::meshes::Hulled;
 use super::model::{Mass, Options, Robot};
 use super::notes::Notes;
@@ -60,7 +61,7 @@ struct Reader<'a> {
 /// # Errors
 /// The first thing that is wrong, or that it would not move without, with its line.
 pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
-    let root = includes::spliced(root, reading)?;
+    let root = pruned(&includes::spliced(root, reading)?, reading.left_out)?;
     if let Some(odd) = root.children.iter().find(|section| !SECTIONS.contains(&&*section.tag)) {
         return Err(
             odd.wrong("this element is not known, or changes what moves, and is not supported")

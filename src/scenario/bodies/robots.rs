@@ -36,6 +36,7 @@ pub struct RobotEntry {
     sides: Option<usize>,
     packages: Option<String>,
     meshes: Option<Pieces>,
+    leave_out: Option<Vec<String>>,
 }
 
 impl RobotEntry {
@@ -55,6 +56,7 @@ impl RobotEntry {
             folder: path.parent().unwrap_or(Path::new("")),
             read: files.read,
             packages: packages.as_deref(),
+            left_out: self.leave_out.as_deref().unwrap_or(&[]),
             pieces: self.meshes.as_ref().unwrap_or(Reading::none().pieces),
             is_fixed: self.fixed.unwrap_or(false),
         };
