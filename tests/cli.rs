@@ -32,6 +32,8 @@ mod plot;
 mod points;
 #[path = "cli/restitution.rs"]
 mod restitution;
+#[path = "cli/robots.rs"]
+mod robots;
 #[path = "cli/rotation.rs"]
 mod rotation;
 #[path = "cli/scenario.rs"]

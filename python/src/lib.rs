@@ -5,6 +5,7 @@ mod arrays;
 mod contacts;
 mod errors;
 mod recording;
+mod robot;
 mod rollout;
 mod scene;
 mod simulation;
@@ -25,6 +26,7 @@ fn tumble_module(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("TumbleError", module.py().get_type::<errors::TumbleError>())?;
     module.add_class::<scene::Scene>()?;
     module.add_class::<simulation::Simulation>()?;
+    module.add_class::<robot::Robot>()?;
     module.add_class::<recording::Recording>()?;
     module.add_class::<contacts::Contacts>()?;
     module.add_function(wrap_pyfunction!(rollout::rollout, module)?)?;

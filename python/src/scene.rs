@@ -163,6 +163,12 @@ impl Scene {
         self.content.start_index
     }
 
+    /// The prefixes of its robots.
+    #[getter]
+    fn robots(&self) -> Vec<String> {
+        self.content.robots.iter().map(|robot| robot.prefix().to_owned()).collect()
+    }
+
     /// The steps of a whole run.
     #[getter]
     fn steps(&self) -> u64 {

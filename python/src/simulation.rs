@@ -4,6 +4,7 @@ use crate::arrays::{numbers, of_states, to_states};
 use crate::contacts::{Contacts, Names};
 use crate::errors::{of_step, refused};
 use crate::recording::{JOINT_COLUMNS, NO_STEP, Recording, add_forces};
+use crate::robot::Robot;
 use crate::scene::{Scene, in_python, read};
 use crate::watch::Watched;
 use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
@@ -331,6 +332,22 @@ impl Simulation {
         };
         let simulation = &mut self.moved().simulation;
         simulation.set_motor(joint, joint_axis(axis), motor).map_err(refused)
+    }
+
+    /// Has a robot's actuators drive its joints under these controls (A,), as its file says.
+    fn put_controls(
+        &mut self,
+        robot: PyRef<'_, Robot>,
+        controls: PyReadonlyArrayDyn<'_, f64>,
+    ) -> PyResult<()> {
+        let controls = numbers("controls", &controls)?;
+        let (own, simulation) = (robot.own(), &mut self.moved().simulation);
+        for joint in own.robot().actuators.iter().map(|actuator| actuator.joint) {
+            let Some((number, axis)) = own.axis(joint) else { continue };
+            let drive = own.drive(joint, controls).map_err(refused)?;
+            simulation.set_drive(number, joint_axis(axis), drive).map_err(refused)?;
+        }
+        Ok(())
     }
 
     /// Sets the constant force along an axis of a joint, N or N m.

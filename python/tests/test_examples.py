@@ -42,6 +42,19 @@ def test_the_friction_is_found():
     assert fit["fit"](fit["measured"]()) == pytest.approx(true, abs=4 * spread + 1e-5)
 
 
+def test_robots_fall_certified():
+    folder = EXAMPLES.parents[1] / "data" / "robots"
+    end = subprocess.run(
+        [sys.executable, str(EXAMPLES / "fall.py"), str(folder)],
+        capture_output=True,
+        text=True,
+        timeout=300,
+    )
+    assert end.returncode == 0, end.stderr
+    fallen = [line for line in end.stdout.splitlines() if "steps of" in line]
+    assert len(fallen) == 4 and all("100 % certified" in line for line in fallen), end.stdout
+
+
 def test_the_cubes_are_pushed_to_their_targets():
     ended, reached = (int(word) for word in run("push_cube").split() if word.isdigit())
     assert ended >= 64 and reached >= 0.95 * ended

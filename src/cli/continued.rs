@@ -189,6 +189,7 @@ fn scene_of(run: &RunFile) -> Result<Scene, Failure> {
         joints,
         contact: contact_of(&run.solver)?,
         usual_solver: false,
+        robots: Vec::new(),
         format,
     })
 }

@@ -65,6 +65,8 @@ pub fn scene(
         joints: Vec::new(),
         contact,
         usual_solver: settings.solver.is_none(),
+        #[cfg(feature = "robot")]
+        robots: Vec::new(),
         format: OutputFormat::Trajectory,
     })
 }

@@ -2,9 +2,11 @@
 
 use super::bodies::Entries;
 use super::bodies::driven::{DrivenEntry, SurfaceEntry};
-use super::bodies::entries::{BodyEntry, FixedEntry, PairEntry};
+use super::bodies::entries::{ApartEntry, BodyEntry, FixedEntry, PairEntry};
 use super::bodies::gears::GearEntry;
 use super::bodies::joints::{JointEntry, MotorEntry};
+#[cfg(feature = "robot")]
+use super::bodies::robots::RobotEntry;
 use super::fields::{Gravity, table_if_any};
 use super::settings::Settings;
 use super::tables::{BodyTable, GroundTable, LoadTable, SolverTable, StartTable};
@@ -44,6 +46,9 @@ pub struct ScenarioFile {
     gears: Option<Vec<GearEntry>>,
     driven: Option<Vec<DrivenEntry>>,
     surfaces: Option<Vec<SurfaceEntry>>,
+    apart: Option<Vec<ApartEntry>>,
+    #[cfg(feature = "robot")]
+    robots: Option<Vec<RobotEntry>>,
 }
 
 /// The largest k of a start: times k h of all steps after it are doubles that can be told apart.
@@ -62,7 +67,12 @@ pub struct Said {
 impl ScenarioFile {
     /// What the fields say. Those of a ground are open where there is none.
     pub fn said(mut self) -> Result<Said, String> {
-        let is_of_bodies = self.bodies.is_some() || (self.fixed.is_some() && self.body.is_none());
+        #[cfg(feature = "robot")]
+        let has_robots = self.robots.is_some();
+        #[cfg(not(feature = "robot"))]
+        let has_robots = false;
+        let is_of_bodies =
+            self.bodies.is_some() || has_robots || (self.fixed.is_some() && self.body.is_none());
         self.refuse_idle_and_missing(is_of_bodies)?;
         let steps = self.steps.unwrap_or(1000);
         if !(1..=10_000_000).contains(&steps) {
@@ -106,6 +116,9 @@ impl ScenarioFile {
             gears: self.gears.unwrap_or_default(),
             driven: self.driven.unwrap_or_default(),
             surfaces: self.surfaces.unwrap_or_default(),
+            apart: self.apart.unwrap_or_default(),
+            #[cfg(feature = "robot")]
+            robots: self.robots.unwrap_or_default(),
         });
         Ok(Said { settings, ground, entries })
     }
@@ -129,6 +142,7 @@ impl ScenarioFile {
             ("gears", "without [[bodies]]", of_body && self.gears.is_some()),
             ("driven", "without [[bodies]]", of_body && self.driven.is_some()),
             ("surfaces", "without [[bodies]]", of_body && self.surfaces.is_some()),
+            ("apart", "without [[bodies]]", of_body && self.apart.is_some()),
             ("rotation", "without a [ground] table", floating && self.rotation.is_some()),
             ("solver", "without a [ground] table", floating && self.solver.is_some()),
             ("start.frame \"ground\"", "without a [ground] table", floating && in_ground),

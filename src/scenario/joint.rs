@@ -17,6 +17,8 @@ pub enum JointKind {
     Cylindrical,
     /// Slides across its axis and turns about it.
     Planar,
+    /// Slides across its axis, without a turn.
+    Sliding,
     /// Turns about its anchor in any way.
     Spherical,
     /// The same within a cone, and under a drive of the twist.
@@ -50,6 +52,7 @@ impl JointKind {
             Self::Prismatic => &[SLIDE],
             Self::Cylindrical => &[SLIDE, TURN],
             Self::Planar => &[("x", 0), ("y", 1), TURN],
+            Self::Sliding => &[("x", 0), ("y", 1)],
             Self::Universal => &[TURN_X, TURN_Y],
             Self::Gimbal => &[TURN_X, TURN_Y, TURN_Z],
             Self::Spherical | Self::Fixed => &[],
@@ -64,6 +67,7 @@ impl JointKind {
             Self::Prismatic => "prismatic",
             Self::Cylindrical => "cylindrical",
             Self::Planar => "planar",
+            Self::Sliding => "sliding",
             Self::Spherical => "spherical",
             Self::Ball => "ball",
             Self::Universal => "universal",

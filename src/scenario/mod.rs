@@ -30,6 +30,7 @@ pub mod shape;
 pub mod shown;
 pub mod solver_choice;
 mod tables;
+pub mod written;
 
 pub use bodies::entries::ReadFile;
 
@@ -56,6 +57,12 @@ fn read(text: &str, path: &Path) -> Result<(String, Said), Failure> {
         return Err(odd("name: 1 to 80 characters in one line are needed".to_owned()));
     }
     Ok((name, file.said().map_err(odd)?))
+}
+
+/// Whether a text is that of a robot's file: XML, which no scenario begins as.
+#[cfg(feature = "robot")]
+fn is_robot(text: &str) -> bool {
+    text.trim_start_matches('\u{feff}').trim_start().starts_with('<')
 }
 
 fn parse<T: DeserializeOwned>(text: &str) -> Result<T, String> {

@@ -61,6 +61,9 @@ pub struct Model {
     /// What moves over what it is of.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub surfaces: Vec<SurfaceModel>,
+    /// Pairs that do not touch, besides those that joints tie.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub apart: Vec<ApartModel>,
 }
 
 /// A surface that moves over what it is of, as a belt does.
@@ -91,6 +94,9 @@ pub struct BodyModel {
     /// The same of restitution.
     #[serde(default)]
     pub restitution: Option<f64>,
+    /// Whether it touches anything.
+    #[serde(default = "touches", skip_serializing_if = "touches_as_usual")]
+    pub touches: bool,
     /// Null without one.
     pub load: Option<LoadParameters>,
     /// In pictures; none for one of a few in turn.
@@ -136,6 +142,24 @@ pub struct PairModel {
     pub partner: PartnerModel,
     /// μ or e.
     pub coefficient: f64,
+}
+
+/// Two that do not touch.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ApartModel {
+    /// An index of `bodies`.
+    pub body: usize,
+    /// Whom it does not touch.
+    pub partner: PartnerModel,
+}
+
+/// What a body does of which nothing is said.
+fn touches() -> bool {
+    true
+}
+
+fn touches_as_usual(touches: &bool) -> bool {
+    *touches
 }
 
 /// Whom a contact is with.
@@ -189,6 +213,12 @@ impl Model {
         let world = self.surfaces.iter().try_fold(world, |world, surface| {
             world.with_surface(surface.of.into(), surface.velocity.into())
         })?;
+        let world = self
+            .apart
+            .iter()
+            .try_fold(world, |world, pair| world.with_apart(pair.body, pair.partner.into()))?;
+        let untouched = self.bodies.iter().enumerate().filter(|(_, body)| !body.touches);
+        let world = untouched.map(|(index, _)| index).try_fold(world, World::with_untouched)?;
         self.tied(world)
     }
 
@@ -290,16 +320,21 @@ impl Model {
         if index < self.bodies.len() {
             self.bodies.remove(index);
         }
+        let partner = |partner: PartnerModel| match partner {
+            PartnerModel::Body(other) => number(other).map(PartnerModel::Body),
+            still => Some(still),
+        };
         for pairs in [&mut self.frictions, &mut self.restitutions] {
             let pair = |pair: &PairModel| {
-                let partner = match pair.partner {
-                    PartnerModel::Body(other) => PartnerModel::Body(number(other)?),
-                    still => still,
-                };
-                Some(PairModel { body: number(pair.body)?, partner, ..*pair })
+                let (body, partner) = (number(pair.body)?, partner(pair.partner)?);
+                Some(PairModel { body, partner, ..*pair })
             };
             *pairs = pairs.iter().filter_map(pair).collect();
         }
+        let pair = |pair: &ApartModel| {
+            Some(ApartModel { body: number(pair.body)?, partner: partner(pair.partner)? })
+        };
+        self.apart = self.apart.iter().filter_map(pair).collect();
         let ties = |joint: &JointModel| joint.body == index || joint.other == Some(index);
         let stays: Vec<_> = self.joints.iter().map(|joint| !ties(joint)).collect();
         let joint_number = |joint: usize| {
@@ -317,13 +352,8 @@ impl Model {
             Some(JointModel { body: number(joint.body)?, other, ..joint.clone() })
         };
         self.joints = self.joints.iter().filter_map(joint).collect();
-        let surface = |surface: &SurfaceModel| {
-            let of = match surface.of {
-                PartnerModel::Body(other) => PartnerModel::Body(number(other)?),
-                still => still,
-            };
-            Some(SurfaceModel { of, ..*surface })
-        };
+        let surface =
+            |surface: &SurfaceModel| Some(SurfaceModel { of: partner(surface.of)?, ..*surface });
         self.surfaces = self.surfaces.iter().filter_map(surface).collect();
     }
 

@@ -54,6 +54,9 @@ pub struct Scene {
     pub contact: Option<SolverChoice>,
     /// Whether the solver is the usual one, for want of another.
     pub usual_solver: bool,
+    /// The robots from files, and which bodies and joints of the scene they are.
+    #[cfg(feature = "robot")]
+    pub robots: Vec<crate::robot::Assembled>,
     /// What files a run of it leaves.
     pub format: OutputFormat,
 }
@@ -97,6 +100,10 @@ impl Scene {
         usual: SolverName,
         read: ReadFile<'_>,
     ) -> Result<Self, Failure> {
+        #[cfg(feature = "robot")]
+        if super::is_robot(text) {
+            return Self::of_robot(text, path, (flags, given), read);
+        }
         let (name, Said { settings: below, ground, entries }) = super::read(text, path)?;
         match entries {
             None => body::refuse_idle_settings(ground, &flags)?,
@@ -115,6 +122,35 @@ impl Scene {
         let idle_seed = seed_given && !scene.drawn;
         refuse_flags("a scene of which nothing is random", &[("--seed", idle_seed)])?;
         Ok(Self { changed, ..scene })
+    }
+
+    /// The scene of a robot's file alone: its own world, or level ground under one that has none.
+    #[cfg(feature = "robot")]
+    fn of_robot(
+        text: &str,
+        path: &Path,
+        (flags, given): (Settings, &[&str]),
+        read: ReadFile<'_>,
+    ) -> Result<Self, Failure> {
+        bodies::refuse_idle_settings(&flags)?;
+        let (robot, name) = bodies::robots::read_alone(text, path, read)?;
+        let place = "MJCF, which has the friction of everything";
+        refuse_flags(place, &[("--mu", flags.mu.is_some() && robot.options.has_world)])?;
+        refuse_flags("a scene of which nothing is random", &[("--seed", flags.seed.is_some())])?;
+        let below = bodies::robots::settings_of(&robot);
+        let changed = flags.changed(&below);
+        let scene = bodies::scene_of_robot(name, &flags.over(below), &robot);
+        let scene = scene.map_err(|failure| failure.in_file(path, FileKind::Scenario, given))?;
+        Ok(Self { changed, ..scene })
+    }
+
+    /// What stands in the files of its robots and has no meaning, a sentence each.
+    #[must_use]
+    pub fn notes(&self) -> Vec<String> {
+        #[cfg(feature = "robot")]
+        return self.robots.iter().flat_map(|robot| robot.robot().notes.clone()).collect();
+        #[cfg(not(feature = "robot"))]
+        Vec::new()
     }
 
     /// A scene of the tutorial under `flags`, solved by `usual` where they name no solver.

@@ -109,16 +109,19 @@ impl World {
             held.clear();
         }
         let number = |index: usize| without(index, body);
-        let pairs = |pairs: &Pairs| {
-            let pair = |((a, partner), value): &((usize, Partner), f64)| {
-                let partner = match partner {
-                    Partner::Body(other) => Partner::Body(number(*other)?),
-                    fixed => *fixed,
-                };
-                Some(((number(*a)?, partner), *value))
+        let renumbered = |&(a, partner): &(usize, Partner)| {
+            let partner = match partner {
+                Partner::Body(other) => Partner::Body(number(other)?),
+                fixed => fixed,
             };
+            Some((number(a)?, partner))
+        };
+        let pairs = |pairs: &Pairs| {
+            let pair = |(pair, value): &((usize, Partner), f64)| Some((renumbered(pair)?, *value));
             pairs.iter().filter_map(pair).collect()
         };
+        let untouched = self.untouched.iter().filter_map(|body| number(*body)).collect();
+        let kept_apart = self.kept_apart.iter().filter_map(renumbered).collect();
         let (pair_frictions, pair_restitutions) =
             (pairs(&self.pair_frictions), pairs(&self.pair_restitutions));
         let joints = self.joints.iter().map(|joint| joint.without(body)).collect();
@@ -134,6 +137,8 @@ impl World {
             surfaces: self.surfaces.iter().filter_map(surface).collect(),
             pair_frictions,
             pair_restitutions,
+            kept_apart,
+            untouched,
             ..self.clone()
         };
         Ok(world.tied_by(joints))

@@ -11,6 +11,7 @@ simulated raises ``TumbleError``, a ValueError; a step that was not solved is ta
 is named in ``unsolved``.
 """
 
+from ._robot import Links, Robot, RobotJoint
 from ._rollout import Rollouts, Unsolved, rollout
 from ._scene import Scene, drop, floating, load
 from ._simulation import Simulation, Step
@@ -22,8 +23,11 @@ __all__ = [
     "STATE_COLUMNS",
     "STATUSES",
     "Contacts",
+    "Links",
     "Page",
     "Picture",
+    "Robot",
+    "RobotJoint",
     "Rollouts",
     "Scene",
     "Simulation",

@@ -20,6 +20,7 @@ Fields = Mapping[str, Any]
 """A table of a scenario file: its fields are those of scenarios/README.md."""
 
 _LARGEST_FILE = 1 << 20
+_LARGEST_ROBOT = 16 << 20
 _LARGEST_SEED = 2**32 - 1
 _MOST_STEPS = 9_999_999
 _LARGEST_START = 9_000_000_000_000_000
@@ -61,6 +62,8 @@ class Scene(CoreScene):
         gears: Iterable[Fields] = (),
         driven: Iterable[Fields] = (),
         surfaces: Iterable[Fields] = (),
+        robots: Iterable[Fields] = (),
+        apart: Iterable[Fields] = (),
         *,
         gravity: Union[float, Iterable[float]] = 9.81,
         time_step: float = 0.002,
@@ -94,6 +97,8 @@ class Scene(CoreScene):
                 "gears": tables("gears", gears),
                 "driven": tables("driven", driven),
                 "surfaces": tables("surfaces", surfaces),
+                "robots": tables("robots", robots),
+                "apart": tables("apart", apart),
             }
         )
         return cls.from_text(text, Path(folder) / "scene", seed=seed)
@@ -203,17 +208,19 @@ def load(
     restitution: Optional[float] = None,
     solver: Optional[str] = None,
 ) -> Scene:
-    """Reads a scenario file (TOML; scenarios/README.md has every field).
+    """Reads a scenario file (TOML; scenarios/README.md has every field), or a robot's, URDF or MJCF: a
+    scene of its own, upon level ground where the file has none.
 
     ``seed``, ``steps``, ``start_index`` (k of the start), ``time_step`` (s), ``rotation`` ("momentum" or "tutorial", by which equation
     bodies turn), ``friction``, ``restitution`` and ``solver`` ("native", or "ipopt" where
     tumble.has_ipopt) go before what the file says. Of the two, "native" is taken
     where nothing is said. Raises OSError where the file cannot be read, TumbleError where it is no scene.
     """
+    most = _LARGEST_ROBOT if os.fspath(path).endswith((".urdf", ".xml")) else _LARGEST_FILE
     with open(path, "rb") as stream:
-        content = stream.read(_LARGEST_FILE + 1)
-    if len(content) > _LARGEST_FILE:
-        raise TumbleError(f"{path}: it is longer than {_LARGEST_FILE} bytes")
+        content = stream.read(most + 1)
+    if len(content) > most:
+        raise TumbleError(f"{path}: it is longer than {most} bytes")
     try:
         text = content.decode()
     except UnicodeDecodeError:

@@ -11,6 +11,7 @@ from ._arrays import numbers
 from ._checks import room, whole
 from ._files import written
 from ._progress import Progress, callback
+from ._robot import Robot
 from ._scene import Scene
 from ._toml import document
 from ._trajectory import Trajectory, by_name, contacts_frame
@@ -24,7 +25,7 @@ _MOST_STEPS = 2**53 - 1
 
 Mapping.register(Contacts)
 
-_AXES = {0: "x", 1: "y", 2: "slide", 5: "turn"}
+_AXES = {0: "x", 1: "y", 2: "slide", 3: "turn_x", 4: "turn_y", 5: "turn"}
 """What the axes of joints are called that drives act on."""
 
 
@@ -64,6 +65,7 @@ class Simulation(CoreSimulation):
     _threads: int
     _changed: bool
     """Whether bodies came or went since the scene was told."""
+    _robots: Dict[str, Robot]
 
     def __new__(
         cls, scene: Scene, states: Any = None, *, threads: int = 1, index: Optional[int] = None
@@ -77,6 +79,8 @@ class Simulation(CoreSimulation):
         self._scene = scene
         self._threads = threads
         self._changed = False
+        prefixes = enumerate(scene.robots)
+        self._robots = {prefix: Robot(self, index) for index, prefix in prefixes}
         return self
 
     @classmethod
@@ -238,8 +242,8 @@ class Simulation(CoreSimulation):
     ) -> None:
         """Gives a joint another motor in the steps to come: one that holds ``speed`` (m/s or rad/s), or
         pulls to ``position`` (m or rad) with ``stiffness`` and ``damping``, with up to the force or torque
-        ``most``; without either, none. ``axis`` is "slide", "turn", "x" or "y", of a joint that has
-        several."""
+        ``most``; without either, none. ``axis`` is "slide", "turn", "x", "y", "turn_x", "turn_y" or "turn_z", of a
+        joint that has several."""
         if speed is not None and position is not None:
             raise TumbleError("speed: either speed or position can be given")
         if (speed is not None or position is not None) and most is None:
@@ -257,7 +261,9 @@ class Simulation(CoreSimulation):
         if joint not in names:
             raise TumbleError(f"joint is {joint!r}; one of {', '.join(names) or 'none'} is needed")
         number = names.index(joint)
-        driven = {_AXES[place]: place for place in axes[number]}
+        # The third axis of three is called as the other two.
+        third = "turn_z" if 3 in axes[number] else "turn"
+        driven = {third if place == 5 else _AXES[place]: place for place in axes[number]}
         if axis is None and len(driven) == 1:
             return number, axes[number][0]
         if axis not in driven:
@@ -265,6 +271,18 @@ class Simulation(CoreSimulation):
                 f"axis of {joint} is {axis!r}; one of {', '.join(driven) or 'none'} is needed"
             )
         return number, driven[axis]
+
+    @property
+    def robots(self) -> Dict[str, Robot]:
+        """The robots from files, by what stands before their names in the scene."""
+        return self._robots
+
+    @property
+    def robot(self) -> Robot:
+        """The one robot of the scene."""
+        if len(self._robots) != 1:
+            raise TumbleError(f"robot: the scene has {len(self._robots)}; see robots")
+        return next(iter(self._robots.values()))
 
     @property
     def joints(self) -> Dict[str, Dict[str, Any]]:

@@ -2,7 +2,7 @@
 
 use super::build::name_of;
 use super::entries::Turned;
-use crate::joint::{Drive, JointFrame, Motor};
+use crate::joint::{Drive, JointFrame, Middle, Motor};
 use crate::mechanics::State;
 use crate::mechanics::quaternion::{left, rotation};
 use crate::scenario::fields::Numbers;
@@ -68,6 +68,7 @@ with_drive!(JointEntry, "a table [[joints]] is needed" {
     attitude_b: Option<Turned>,
     length: Option<f64>,
     cone: Option<f64>,
+    middle: Option<Middle>,
     collide: Option<bool>,
     slide: Option<DriveEntry>,
     turn: Option<DriveEntry>,
@@ -225,7 +226,6 @@ pub fn anchor_in_range(field: &str, anchor: Option<&Numbers<3>>) -> Result<(), S
 }
 
 /// The joints of a file that are made so far.
-#[derive(Default)]
 pub struct Joints {
     pub models: Vec<JointModel>,
     /// What entries are called that have joints of other names.
@@ -233,6 +233,11 @@ pub struct Joints {
 }
 
 impl Joints {
+    /// Those that are there already.
+    pub fn of(models: Vec<JointModel>) -> Self {
+        Self { models, entries: Vec::new() }
+    }
+
     /// Adds those of an entry. `find` has the bodies of a name.
     pub fn add(
         &mut self,
@@ -262,7 +267,7 @@ impl Joints {
                 frames: entry.frames(&sides)?,
                 length: entry.length,
                 cone: entry.cone,
-                middle: None,
+                middle: entry.middle,
                 collide: entry.collide.unwrap_or(false),
                 drives: entry.drives().iter().map(DriveFields::drive).collect(),
                 course: None,
@@ -391,6 +396,9 @@ impl JointEntry {
             (JointKind::Ball, None) => return Err("cone: it is needed, rad".to_owned()),
             (JointKind::Ball, Some(_)) | (_, None) => {}
             (_, Some(_)) => return idle("cone"),
+        }
+        if self.middle.is_some() && kind != JointKind::Gimbal {
+            return idle("middle");
         }
         if let Some((field, _)) = axes.into_iter().find(|(_, given)| *given && !has_axis) {
             return idle(field);

@@ -8,6 +8,8 @@ pub mod gears;
 pub mod joints;
 mod masses;
 mod refused;
+#[cfg(feature = "robot")]
+pub mod robots;
 
 use super::failure::{Failure, refuse_flags};
 use super::physics::violent_load;
@@ -22,7 +24,7 @@ use crate::scenario::choices::SolverName;
 use crate::simulation::JOINT_AT_THE_START;
 use build::Built;
 use driven::{DrivenEntry, SurfaceEntry};
-use entries::{BodyEntry, Files, FixedEntry, PairEntry};
+use entries::{ApartEntry, BodyEntry, Files, FixedEntry, PairEntry};
 use gears::GearEntry;
 use joints::{JointEntry, MotorEntry};
 
@@ -46,6 +48,21 @@ pub struct Entries {
     pub driven: Vec<DrivenEntry>,
     /// `[[surfaces]]`.
     pub surfaces: Vec<SurfaceEntry>,
+    /// `[[apart]]`.
+    pub apart: Vec<ApartEntry>,
+    /// `[[robots]]`.
+    #[cfg(feature = "robot")]
+    pub robots: Vec<robots::RobotEntry>,
+}
+
+impl Entries {
+    /// Whether there are robots.
+    fn has_robots(&self) -> bool {
+        #[cfg(feature = "robot")]
+        return !self.robots.is_empty();
+        #[cfg(not(feature = "robot"))]
+        false
+    }
 }
 
 /// The solver of these scenes where none is named.
@@ -61,7 +78,26 @@ pub fn scene(
     entries: Entries,
     files: Files<'_>,
 ) -> Result<Scene, Failure> {
-    let Built { model, drawn } = build::build(entries, settings, files).map_err(Failure::Input)?;
+    let built = build::build(entries, settings, files).map_err(Failure::Input)?;
+    of_built(name, settings, built)
+}
+
+/// The scene of a robot's file alone.
+///
+/// # Errors
+/// The first thing that cannot be.
+#[cfg(feature = "robot")]
+pub fn scene_of_robot(
+    name: String,
+    settings: &Settings,
+    robot: &crate::robot::model::Robot,
+) -> Result<Scene, Failure> {
+    let built = robots::alone(robot, settings).map_err(Failure::Input)?;
+    of_built(name, settings, built)
+}
+
+fn of_built(name: String, settings: &Settings, built: Built) -> Result<Scene, Failure> {
+    let Built { model, drawn, .. } = built;
     let world = model.world()?;
     let place = "several bodies: the tutorial's program is of one";
     refuse_flags(place, &[("--preset", settings.preset.is_some())])?;
@@ -84,6 +120,8 @@ pub fn scene(
         joints: model.joints.iter().map(|joint| joint.name.clone()).collect(),
         contact: Some(contact),
         usual_solver: settings.solver.is_none(),
+        #[cfg(feature = "robot")]
+        robots: built.robots,
         format: OutputFormat::Tables(Box::new(model)),
     };
     (0..scene.bodies.len()).try_for_each(|index| refuse_violent_load(&scene, index))?;
@@ -109,8 +147,15 @@ pub fn with_body(scene: &Scene, entry: BodyEntry, files: Files<'_>) -> Result<Sc
 /// `scene` without the body `index`, and without the joints that tie it.
 ///
 /// # Errors
-/// The only body; a scene of `[body]`.
+/// The only body; a scene of `[body]`; a body of a robot, or one before it.
 pub fn without_body(scene: &Scene, index: usize) -> Result<Scene, Failure> {
+    #[cfg(feature = "robot")]
+    if scene.robots.iter().any(|robot| index < robot.bodies_end()) {
+        let name = scene.bodies.get(index).map_or("body", String::as_str);
+        return Err(Failure::Input(format!(
+            "{name} stays: of a scene with robots only bodies can go that were added later"
+        )));
+    }
     let mut model = scene.model().ok_or_else(|| Failure::Input(ONE_FOR_GOOD.to_owned()))?.clone();
     model.leave_out(index);
     scene.clone().with_model(model)
