@@ -65,6 +65,8 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
         world: &world,
         motion: &|world| Ok(Motion::native(world)),
         loads: &[],
+        courses: &[],
+        index: 0,
         rollouts,
         steps,
         starts: &starts,

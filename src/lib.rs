@@ -14,6 +14,8 @@ pub mod step_nlp;
 
 #[cfg(feature = "fit")]
 pub mod fit;
+#[cfg(feature = "robot")]
+pub mod robot;
 #[cfg(feature = "rollout")]
 pub mod rollout;
 #[cfg(feature = "scenario")]
@@ -24,6 +26,11 @@ pub mod validation;
 
 #[cfg(feature = "ipopt")]
 pub mod ipopt;
+
+/// The programs of the document of robots, compiled.
+#[cfg(all(doctest, feature = "robot"))]
+#[doc = include_str!("../docs/robots.md")]
+struct Robots;
 
 /// The README's programs, compiled and run.
 #[cfg(doctest)]

@@ -7,6 +7,8 @@
 //! files (`trajectory` of one body, `tables` of any number, with the feature `csv`).
 
 #[cfg(feature = "csv")]
+mod points;
+#[cfg(feature = "csv")]
 mod sheet;
 #[cfg(feature = "csv")]
 pub mod tables;
@@ -18,6 +20,6 @@ pub use sheet::{MOST_ROW_BYTES, RowsError};
 #[cfg(feature = "save")]
 pub use tumble_core::simulation::{Checkpoints, Run, RunGradient, Saved, gradient, save};
 pub use tumble_core::simulation::{
-    JOINT_AT_THE_START, Motion, Simulation, StepRecord, bounce, energy, random, record, scene,
-    summary, wild,
+    JOINT_AT_THE_START, Motion, Simulation, StepRecord, Stiffness, bounce, energy, random, record,
+    scene, summary, wild,
 };

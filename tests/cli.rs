@@ -4,6 +4,8 @@ mod common;
 
 #[path = "cli/continued.rs"]
 mod continued;
+#[path = "cli/driven.rs"]
+mod driven;
 #[path = "cli/failure.rs"]
 mod failure;
 #[path = "cli/flags.rs"]
@@ -32,6 +34,8 @@ mod plot;
 mod points;
 #[path = "cli/restitution.rs"]
 mod restitution;
+#[path = "cli/robots.rs"]
+mod robots;
 #[path = "cli/rotation.rs"]
 mod rotation;
 #[path = "cli/scenario.rs"]
@@ -50,6 +54,8 @@ mod several_tampering;
 mod simulate;
 #[path = "derivatives/sizes.rs"]
 mod sizes;
+#[path = "cli/start_index.rs"]
+mod start_index;
 #[path = "cli/streams.rs"]
 mod streams;
 #[path = "cli/support.rs"]

@@ -266,6 +266,36 @@ fn a_course_is_kept_to_rounding() {
     assert!(Knots::new(vec![(0.0, frame), (0.0, frame)]).is_err());
 }
 
+/// After their last knot they go on: of one knot the place at t is r + v t, the turn about ω by |ω| t, whenever a
+/// simulation begins; and a world that follows them has the frame there.
+#[test]
+fn knots_go_on_after_the_last() {
+    let (world, states) = tray_and_box(0.4);
+    let (velocity, spin) = (Vector3::new(0.1, 0.0, 0.05), Vector3::new(0.0, 0.0, 2.0));
+    let from = JointFrame::at(states[0].position);
+    let knots = || Knots::new(vec![(0.5, from)]).unwrap();
+    let steady = knots().going_on(velocity, spin).unwrap();
+    let mut simulation = Simulation::new(world.clone(), states, Motion::native(&world)).unwrap();
+    simulation.set_index(400).unwrap();
+    simulation.set_course(0, Course::Through(steady.clone())).unwrap();
+    let mut record = StepRecord::new();
+    for k in 401..=1200 {
+        step(&mut simulation, &mut record);
+        let tray = &record.solution.states[0];
+        let t = (f64::from(k) * H - 0.5).max(0.0);
+        assert!((tray.position - states[0].position - velocity * t).norm() < 1e-14, "{k}");
+        let expected = Vector4::new(t.cos(), 0.0, 0.0, t.sin());
+        let off = (tray.attitude - expected).norm().min((tray.attitude + expected).norm());
+        assert!(off < 1e-13, "{k}: {off}");
+    }
+    let mut there = world.clone();
+    there.follow(&[(0, steady)], 1.2);
+    let (place, turn) = there.joints()[0].error(&record.solution.states).unwrap();
+    assert!(place < 1e-14 && turn < 1e-13, "{place} {turn}");
+    assert!(knots().going_on(velocity * 1e7, spin).is_err());
+    assert!(knots().going_on(velocity, spin * f64::NAN).is_err());
+}
+
 /// A turntable carries a puck while ω² r < μ g, and no longer.
 #[test]
 fn a_turntable_carries_a_puck_as_far_as_friction_reaches() {

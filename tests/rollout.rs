@@ -28,6 +28,8 @@ fn batch<'a>(world: &'a World, starts: &'a [f64], rollouts: usize) -> Batch<'a> 
         world,
         motion: &native_motion,
         loads: &[],
+        courses: &[],
+        index: 0,
         rollouts,
         steps: T,
         starts,

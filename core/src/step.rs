@@ -9,7 +9,7 @@ use crate::contact::{Candidates, Contact, ContactKey, Partner};
 use crate::error::Error;
 use crate::joint::JointForce;
 use crate::mechanics::{RigidBody, State, Wrench};
-use crate::world::World;
+use crate::world::{World, without};
 use nalgebra::Vector3;
 use std::fmt;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -169,6 +169,23 @@ impl StepSolution {
     /// The forces of all candidates, N, world.
     pub fn forces(&self) -> impl Iterator<Item = Vector3<f64>> + '_ {
         self.contacts.iter().map(|contact| contact.force)
+    }
+
+    /// Takes out the body `index` with the forces of its contacts, and the joints and gears that do not stay; bodies
+    /// after it move up by one.
+    pub(crate) fn leave_out(&mut self, index: usize, (joints, gears): (&[bool], &[bool])) {
+        if index < self.states.len() {
+            self.states.remove(index);
+        }
+        let renumbered = |force: &ContactForce| {
+            let key = force.key.renumbered(|body| without(body, index))?;
+            Some(ContactForce { key, ..*force })
+        };
+        self.contacts = self.contacts.iter().filter_map(renumbered).collect();
+        let mut stay = joints.iter();
+        self.joints.retain(|_| stay.next().copied().unwrap_or(true));
+        let mut stay = gears.iter();
+        self.gears.retain(|_| stay.next().copied().unwrap_or(true));
     }
 
     /// The sum of all contact forces on body `index`, N, world.

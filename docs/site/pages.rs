@@ -17,6 +17,7 @@ const CHAPTERS: &[(&str, &[(&str, &str)])] = &[
             ("Guide to the library", "docs/guide.md"),
             ("Python", "docs/python.md"),
             ("Scenario files", "scenarios/README.md"),
+            ("Robots from files", "docs/robots.md"),
         ],
     ),
     (

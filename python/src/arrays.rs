@@ -2,7 +2,8 @@
 
 use crate::errors::refused;
 use nalgebra::SVector;
-use numpy::{Element, PyArray1, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn};
+use numpy::ndarray::ArrayD;
+use numpy::{Element, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 use tumble::mechanics::State;
 
@@ -13,7 +14,10 @@ pub fn shaped<'py, T: Element>(
     numbers: Vec<T>,
     shape: &[usize],
 ) -> PyResult<Bound<'py, PyArrayDyn<T>>> {
-    let array = PyArray1::from_vec(py, numbers).reshape(shape)?;
+    let length = numbers.len();
+    let array = ArrayD::from_shape_vec(shape, numbers)
+        .map_err(|_| refused(format!("{length} numbers are no array of the shape {shape:?}")))?;
+    let array = PyArrayDyn::from_owned_array(py, array);
     array.readwrite().make_nonwriteable();
     Ok(array)
 }

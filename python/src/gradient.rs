@@ -23,9 +23,7 @@ type Found<'py> = (Array<'py>, Vec<Array<'py>>, [f64; 2], [u64; 3], [u64; 2]);
 fn begin(content: &Content, states: Vec<State>) -> Result<Simulation<'static>, Error> {
     let motion = content.motion(&content.world)?;
     let mut simulation = Simulation::new(content.world.clone(), states, motion)?;
-    for (body, load) in content.loads.iter().enumerate() {
-        simulation.set_load(body, load.clone())?;
-    }
+    content.prepare(&mut simulation)?;
     Ok(simulation)
 }
 
@@ -156,7 +154,7 @@ pub fn vjp<'py>(
         let mut simulation = begin(content, start)?;
         let mut before = |simulation: &mut Simulation<'_>| {
             let Some(pushes) = pushes else { return Ok(()) };
-            let step = simulation.index() as usize;
+            let step = (simulation.index() - content.start_index) as usize;
             let now = &pushes[6 * bodies * step..][..6 * bodies];
             wrenches(now).enumerate().try_for_each(|(body, w)| simulation.set_wrench(body, w))
         };

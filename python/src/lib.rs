@@ -2,9 +2,11 @@
 //! with numpy arrays in and out. What is only sugar stands in Python, in `python/python/tumble`.
 
 mod arrays;
+mod contacts;
 mod errors;
 mod gradient;
 mod recording;
+mod robot;
 mod rollout;
 mod scene;
 mod simulation;
@@ -25,9 +27,11 @@ fn tumble_module(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("TumbleError", module.py().get_type::<errors::TumbleError>())?;
     module.add_class::<scene::Scene>()?;
     module.add_class::<simulation::Simulation>()?;
+    module.add_class::<robot::Robot>()?;
     module.add_class::<recording::Recording>()?;
     module.add_function(wrap_pyfunction!(gradient::jacobian, module)?)?;
     module.add_function(wrap_pyfunction!(gradient::vjp, module)?)?;
+    module.add_class::<contacts::Contacts>()?;
     module.add_function(wrap_pyfunction!(rollout::rollout, module)?)?;
     module.add_function(wrap_pyfunction!(rollout::parameter_shape, module)?)
 }

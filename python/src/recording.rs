@@ -1,6 +1,7 @@
 //! A run that was recorded: as arrays, as tables, as pictures.
 
 use crate::arrays::{numbers, shaped};
+use crate::contacts::{Contacts, Names, column_of};
 use crate::errors::refused;
 use crate::scene::{Scene, in_python};
 use crate::watch::Watched;
@@ -13,7 +14,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use tumble::contact::Partner;
 use tumble::film::{self, Cast, Keys, Role};
-use tumble::joint::JointResidual;
+use tumble::joint::{JointForce, JointResidual};
 use tumble::mechanics::State;
 use tumble::scenario::model::BodyModel;
 use tumble::scenario::run_file::RunFile;
@@ -22,6 +23,7 @@ use tumble::simulation::StepRecord;
 use tumble::simulation::tables::{
     ContactRow, GearRow, JointRow, StepRow, Streams, TableStep, TablesReader, TablesWriter,
 };
+use tumble::simulation::trajectory::{TrajectoryReader, TrajectoryRow};
 use tumble::step::StepStatus;
 use tumble_pictures::animation::{Format, Settings, View, animate};
 use tumble_pictures::plot::{self, Sheet};
@@ -103,6 +105,60 @@ impl Recording {
         Ok(Self { content, rows, forces: sums, has_contacts, is_of_scene: false })
     }
 
+    /// The run whose table trajectory.csv (bytes) this is, of a scene of one body and the ground.
+    #[staticmethod]
+    fn of_trajectory(scene: PyRef<'_, Scene>, table: &[u8]) -> PyResult<Self> {
+        let content = Arc::clone(&scene.content);
+        let odd = |why: &dyn std::fmt::Display| refused(format!("trajectory: {why}"));
+        let world = &content.world;
+        let [body] = world.bodies() else {
+            let count = world.bodies().len();
+            return Err(odd(&format!("it is of one body, and the scene has {count}")));
+        };
+        if !(world.fixed().is_empty() && world.joints().is_empty()) {
+            return Err(odd(&"it is of one body and the ground, and the scene has more"));
+        }
+        let mut reader = TrajectoryReader::new(table).map_err(|error| odd(&error))?.of_part();
+        let (found, points) = (reader.contacts(), body.contact_points().len());
+        if found != points {
+            return Err(odd(&format!(
+                "it has {found} contact points, and the scene's body {points}"
+            )));
+        }
+        let (mut rows, mut forces) = (Vec::<TableStep>::new(), Vec::new());
+        let h = world.time_step();
+        let detection = content.contact.as_ref().map(|contact| contact.detection);
+        let mut last = None::<TrajectoryRow>;
+        loop {
+            let row = reader.next_row().map_err(|error| odd(&error))?;
+            if let Some(row) = &row {
+                let (k, time) = (row.index, row.index as f64 * h);
+                row.state.checked().map_err(|error| odd(&format!("step {k}: {error}")))?;
+                if (row.time - time).abs() > 1e-9 * time.max(h) {
+                    let found = row.time;
+                    let why = format!("step {k} has t_s = {found}, and the scene's step is {h} s");
+                    return Err(odd(&why));
+                }
+            }
+            if let Some(last) = &last {
+                let load = &content.loads[0];
+                let to = row
+                    .as_ref()
+                    .map(|next| (&next.state, load.wrench(last.index, h, &last.state.attitude)));
+                let step = last.as_table_step(world, to, detection);
+                if to.is_some() {
+                    add_forces(&step, &mut forces);
+                }
+                rows.push(step);
+            }
+            match row {
+                Some(row) => last = Some(row),
+                None => break,
+            }
+        }
+        Ok(Self { content, rows, forces, has_contacts: true, is_of_scene: false })
+    }
+
     /// The bytes that a step of so many bodies and joints takes at least.
     #[staticmethod]
     fn step_bytes(bodies: usize, joints: usize) -> usize {
@@ -122,9 +178,10 @@ impl Recording {
             let row = TableStep::of(&self.content.world, &record).row;
             last.row = StepRow { time: last.row.time, energy: last.row.energy, ..row };
             last.contacts = Vec::new();
-            for joint in &mut last.joints {
-                let JointRow { place, turns, .. } = *joint;
-                *joint = JointRow { place, turns, ..NO_STEP };
+            let world = self.content.world_at(last.row.index);
+            for (joint, row) in world.joints().iter().zip(&mut last.joints) {
+                let force = JointForce::none(row.turns);
+                *row = JointRow::between(&world, joint, (&last.states, None), &force);
             }
             for gear in &mut last.gears {
                 *gear = GearRow { force: 0.0, residual: 0.0, ..*gear };
@@ -137,11 +194,10 @@ impl Recording {
         Ok(Self { content, rows, forces, has_contacts, is_of_scene })
     }
 
-    /// The run.json beside the tables; None where it could not say what was simulated: of a run that
-    /// begins later, or that something moved which the scene does not know, and of a scene of `[body]`.
+    /// The run.json beside the tables; None where it could not say what was simulated: of a run that something
+    /// moved which the scene does not know, and of a scene of `[body]`.
     fn run_json<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyBytes>>> {
-        let is_told = self.is_of_scene && self.has_contacts;
-        if !is_told || self.rows.first().is_none_or(|first| first.row.index != 0) {
+        if !(self.is_of_scene && self.has_contacts) {
             return Ok(None);
         }
         let Some(file) = RunFile::of_rows(&self.content, &self.rows).map_err(in_python)? else {
@@ -212,6 +268,8 @@ impl Recording {
             .set_item("overlap", shaped(py, rows().map(|row| row.overlap).collect(), &count)?)?;
         let shares = rows().map(|row| row.restitution_share).collect();
         columns.set_item("restitution_share", shaped(py, shares, &count)?)?;
+        let stiffnesses = rows().map(|row| row.stiffness).collect();
+        columns.set_item("stiffness", shaped(py, stiffnesses, &count)?)?;
         columns.set_item("energy", shaped(py, rows().map(|row| row.energy).collect(), &count)?)?;
         Ok(columns)
     }
@@ -223,8 +281,11 @@ impl Recording {
         let indices: Vec<_> = self.rows.iter().flat_map(of).collect();
         let count = indices.len();
         columns.set_item("k", shaped(py, indices, &[count])?)?;
-        let rows = || self.rows.iter().flat_map(|step| &step.contacts);
-        set_contacts(&columns, &self.content, rows)?;
+        let names = Names::of(py, &self.content);
+        for name in Contacts::COLUMNS {
+            let rows = self.rows.iter().flat_map(|step| &step.contacts);
+            columns.set_item(name, column_of(py, name, &names, rows)?)?;
+        }
         Ok(columns)
     }
 
@@ -381,48 +442,11 @@ fn is_of(content: &Content, contact: &ContactRow) -> bool {
     contact.body < bodies && known
 }
 
-/// Sets the columns of contacts, each (C,) or (C, 3).
-pub fn set_contacts<'a, I: Iterator<Item = &'a ContactRow>>(
-    columns: &Bound<'_, PyDict>,
-    content: &Content,
-    rows: impl Fn() -> I,
-) -> PyResult<()> {
-    let py = columns.py();
-    let count = rows().count();
-    let bodies = rows().map(|row| row.body as u64).collect();
-    columns.set_item("body", shaped(py, bodies, &[count])?)?;
-    let partners: Vec<_> = rows().map(|row| partner(content, row.partner)).collect();
-    columns.set_item("partner", partners)?;
-    type Column = fn(&ContactRow) -> Vector3<f64>;
-    let three: [(&str, Column); 4] = [
-        ("point", |row| row.point),
-        ("normal", |row| row.normal),
-        ("force", |row| row.force),
-        ("slip", |row| row.slip),
-    ];
-    for (name, of) in three {
-        columns.set_item(name, shaped(py, vectors(rows().map(of)), &[count, 3])?)?;
-    }
-    let pressing = rows().map(|row| row.normal.dot(&row.force)).collect();
-    columns.set_item("normal_force", shaped(py, pressing, &[count])?)?;
-    columns.set_item("gap", shaped(py, rows().map(|row| row.gap).collect(), &[count])?)
-}
-
-/// The name of whom a contact is with; empty of what is not there.
-fn partner(content: &Content, partner: Partner) -> String {
-    let named = match partner {
-        Partner::Ground => return "ground".to_owned(),
-        Partner::Fixed(index) => content.fixed.get(index),
-        Partner::Body(index) => content.bodies.get(index),
-    };
-    named.cloned().unwrap_or_default()
-}
-
 fn words(names: &[String]) -> Vec<&str> {
     names.iter().map(String::as_str).collect()
 }
 
 /// The components of vectors, one after the other.
-fn vectors(vectors: impl Iterator<Item = Vector3<f64>>) -> Vec<f64> {
+pub fn vectors(vectors: impl Iterator<Item = Vector3<f64>>) -> Vec<f64> {
     vectors.flat_map(<[f64; 3]>::from).collect()
 }

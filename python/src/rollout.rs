@@ -57,6 +57,8 @@ pub fn rollout(
         world: &content.world,
         motion: &motion,
         loads: &content.loads,
+        courses: &content.courses,
+        index: content.start_index,
         rollouts,
         steps,
         starts: numbers("initial_states", &starts)?,

@@ -10,14 +10,16 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use tumble::joint::{GearAxis, JointAxis};
 use tumble::mechanics::Rotation;
+use tumble::scenario::LARGEST_START;
 use tumble::scenario::choices::SolverName;
 use tumble::scenario::failure::Failure;
 use tumble::scenario::joint::JointModel;
+use tumble::scenario::model::Model;
 use tumble::scenario::scene::{OutputFormat, Scene as Content};
 use tumble::scenario::settings::Settings;
 
 /// The bytes of a regular file of at most `most`.
-fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
+pub fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     let odd = |why: String| io::Error::new(io::ErrorKind::InvalidData, why);
     if !fs::metadata(path)?.is_file() {
         return Err(odd("it is no file".to_owned()));
@@ -53,27 +55,33 @@ pub struct Scene {
 
 #[pymethods]
 impl Scene {
-    /// The scene of a scenario's text. `path` names it in errors, and meshes are beside it.
+    /// The scene of a scenario's text. `path` names it in errors, and meshes are beside it. A `model` that a
+    /// simulation tells has other bodies in place of those of the text.
     #[new]
     #[allow(clippy::too_many_arguments)]
     #[pyo3(signature = (
-        text, path, *, seed=None, steps=None, time_step=None, rotation=None, friction=None,
-        restitution=None, solver=None
+        text, path, *, seed=None, steps=None, start_index=None, time_step=None, rotation=None, friction=None,
+        restitution=None, solver=None, model=None
     ))]
     fn new(
         text: &str,
         path: PathBuf,
         seed: Option<u32>,
         steps: Option<u64>,
+        start_index: Option<u64>,
         time_step: Option<f64>,
         rotation: Option<&str>,
         friction: Option<f64>,
         restitution: Option<f64>,
         solver: Option<&str>,
+        model: Option<&str>,
     ) -> PyResult<Self> {
+        let start_index = start_index.map(first_index).transpose()?;
         let flags = Settings {
             seed,
             steps: steps.map(rows).transpose()?,
+            // Bodies of a model are where they are then, and not those of the text.
+            start_index: start_index.filter(|_| model.is_none()),
             dt: time_step,
             rotation: rotation.map(rotation_of).transpose()?,
             mu: friction,
@@ -81,7 +89,12 @@ impl Scene {
             solver: solver.map(solver_name).transpose()?,
             ..Settings::default()
         };
-        let content = Content::of_text(text, &path, flags, &read).map_err(in_python)?;
+        let mut content = Content::of_text(text, &path, flags, &read).map_err(in_python)?;
+        if let Some(model) = model {
+            let model = Model::of_text(model).map_err(|why| refused(format!("model: {why}")))?;
+            content = content.with_model(model).map_err(in_python)?;
+            content.start_index = start_index.unwrap_or(content.start_index);
+        }
         Ok(Self { content: Arc::new(content) })
     }
 
@@ -142,6 +155,18 @@ impl Scene {
         let OutputFormat::Tables(model) = &self.content.format else { return Vec::new() };
         let axes = |joint: &JointModel| joint.kind.driven().iter().map(|(_, axis)| *axis).collect();
         model.joints.iter().map(axes).collect()
+    }
+
+    /// k of its start.
+    #[getter]
+    fn start_index(&self) -> u64 {
+        self.content.start_index
+    }
+
+    /// The prefixes of its robots.
+    #[getter]
+    fn robots(&self) -> Vec<String> {
+        self.content.robots.iter().map(|robot| robot.prefix().to_owned()).collect()
     }
 
     /// The steps of a whole run.
@@ -215,6 +240,13 @@ fn rows(steps: u64) -> PyResult<u64> {
         Ok(steps + 1)
     } else {
         Err(refused(format!("steps is {steps}; allowed is 1 to 9999999")))
+    }
+}
+
+fn first_index(index: u64) -> PyResult<u64> {
+    match index <= LARGEST_START {
+        true => Ok(index),
+        false => Err(refused(format!("start_index is {index}; allowed is 0 to {LARGEST_START}"))),
     }
 }
 

@@ -1,29 +1,38 @@
 //! A running simulation.
 
 use crate::arrays::{numbers, of_states, to_states};
+use crate::contacts::{Contacts, Names};
 use crate::errors::{of_step, refused};
-use crate::recording::{JOINT_COLUMNS, NO_STEP, Recording, add_forces, set_contacts};
-use crate::scene::{Scene, in_python};
+use crate::recording::{JOINT_COLUMNS, NO_STEP, Recording, add_forces};
+use crate::robot::Robot;
+use crate::scene::{Scene, in_python, read};
 use crate::watch::Watched;
 use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
 use pyo3::exceptions::PyBaseException;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use std::num::NonZeroUsize;
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
 use tumble::contact::Contact;
 use tumble::error::Error;
-use tumble::joint::{Axis, Drive, JointAxis, Motor};
+use tumble::joint::{Axis, Drive, Gear, JointAxis, Motor};
 use tumble::mechanics::{State, Wrench};
+use tumble::scenario::joint::JointModel;
 use tumble::scenario::scene::Scene as Content;
 use tumble::simulation::save::{Saved, from_bytes, to_bytes};
-use tumble::simulation::tables::{ContactRow, JointRow, TableStep};
+use tumble::simulation::tables::{JointRow, TableStep};
 use tumble::simulation::{self, Motion, StepRecord};
 use tumble::step::StepSolution;
 
-/// More bodies than this may take long for a step, so that it must be possible to end it.
+/// More bodies than this may take long for a first step, so that it must be possible to end it.
 const MANY_BODIES: usize = 4;
+
+/// After a step that took no longer the next one is taken on the caller's own thread: another one costs more than
+/// a small step, and nobody waits to end it.
+const SHORT: Duration = Duration::from_millis(1);
 
 /// What a saved state has besides: of the last step its start, its contacts and its solution.
 type Notes<'a> = (&'a str, Vec<State>, Vec<Contact>, StepSolution);
@@ -35,6 +44,8 @@ const NOTES: &str = "python";
 #[pyclass(subclass, name = "CoreSimulation", module = "tumble._tumble")]
 pub struct Simulation {
     content: Arc<Content>,
+    /// The names of its contacts, once they were asked for.
+    names: Option<Arc<Names>>,
     /// Of one thread at a time; a lock for the compiler alone.
     running: Mutex<Running>,
     interrupt: Arc<AtomicBool>,
@@ -46,7 +57,10 @@ pub struct Simulation {
 
 struct Running {
     simulation: simulation::Simulation<'static>,
-    record: StepRecord,
+    /// The last step. Who reads its contacts may hold it while the simulation goes on.
+    record: Arc<StepRecord>,
+    /// How long the last single step took.
+    last: Option<Duration>,
     /// Whether nothing moved it so far but what the scene says.
     is_of_scene: bool,
 }
@@ -78,7 +92,7 @@ impl Running {
             if let Some(wrenches) = wrenches {
                 self.set_wrenches(&wrenches[step * width..][..width])?;
             }
-            self.simulation.step(&mut self.record)?;
+            self.simulation.step(own(&mut self.record))?;
             let mut row = TableStep::of(self.simulation.world(), &self.record);
             add_forces(&row, &mut recording.forces);
             if !recording.has_contacts {
@@ -101,15 +115,15 @@ impl Running {
 
 #[pymethods]
 impl Simulation {
-    /// A simulation from the scene's start, or from states (N, 13), at step `index`, on up to `threads`
-    /// threads.
+    /// A simulation from the scene's start, or from states (N, 13), at step `index` or the
+    /// scene's, on up to `threads` threads.
     #[new]
-    #[pyo3(signature = (scene, states=None, threads=1, index=0))]
+    #[pyo3(signature = (scene, states=None, threads=1, index=None))]
     fn new(
         scene: PyRef<'_, Scene>,
         states: Option<PyReadonlyArrayDyn<'_, f64>>,
         threads: usize,
-        index: u64,
+        index: Option<u64>,
     ) -> PyResult<Self> {
         let content = Arc::clone(&scene.content);
         let starts = match &states {
@@ -123,16 +137,20 @@ impl Simulation {
         };
         let simulation = simulation::Simulation::new(content.world.clone(), starts, motion);
         let mut simulation = simulation.map_err(refused)?;
-        for (body, load) in content.loads.iter().enumerate() {
-            simulation.set_load(body, load.clone()).map_err(refused)?;
+        content.prepare(&mut simulation).map_err(refused)?;
+        if let Some(index) = index {
+            simulation.set_index(index).map_err(refused)?;
         }
-        simulation.set_index(index).map_err(refused)?;
         let interrupt = Arc::new(AtomicBool::new(false));
         simulation.interrupt_by(Arc::clone(&interrupt));
-        let running =
-            Mutex::new(Running { simulation, record: StepRecord::new(), is_of_scene: true });
+        let running = Mutex::new(Running {
+            simulation,
+            record: Arc::new(StepRecord::new()),
+            last: None,
+            is_of_scene: true,
+        });
         let (threads, process) = (threads.get() > 1, std::process::id());
-        Ok(Self { content, running, interrupt, threads, process })
+        Ok(Self { content, names: None, running, interrupt, threads, process })
     }
 
     /// Where it is, as bytes.
@@ -147,16 +165,16 @@ impl Simulation {
     /// Goes on from where the bytes of `saved`, or of the command line's state.bin, are.
     fn go_on(&mut self, bytes: &[u8]) -> PyResult<()> {
         let saved = Saved::from_bytes(bytes).map_err(refused)?;
-        let Running { simulation, record, is_of_scene } = self.running();
+        let Running { simulation, record, is_of_scene, .. } = self.running();
         *is_of_scene = false;
         simulation.restore(&saved).map_err(refused)?;
-        *record = StepRecord::new();
+        *record = Arc::new(StepRecord::new());
         // What the command line saves tells nothing of the last step.
         if let Ok((NOTES, states, contacts, solution)) = from_bytes::<Notes<'_>>(saved.notes())
             && states.len() == simulation.states().len()
             && contacts.iter().all(|contact: &Contact| contact.key.body < states.len())
         {
-            (record.states, record.contacts, record.solution) = (states, contacts, solution);
+            *record = Arc::new(StepRecord { states, contacts, solution, ..StepRecord::new() });
         }
         Ok(())
     }
@@ -172,6 +190,64 @@ impl Simulation {
         let states = to_states("state", &state)?;
         let [state] = states[..] else { return Err(refused("state: 13 numbers are needed")) };
         self.moved().simulation.set_state(body, state).map_err(refused)
+    }
+
+    /// The names of its bodies.
+    #[getter]
+    fn bodies(&self) -> Vec<String> {
+        self.content.bodies.clone()
+    }
+
+    /// Adds a body, which the text of a table [[bodies]] describes, whose meshes are beside `path`: its name.
+    fn join(&mut self, text: &str, path: PathBuf) -> PyResult<String> {
+        let content = self.content.with_body(text, &path, &read).map_err(in_python)?;
+        let Running { simulation, record, .. } = self.moved();
+        let last = content.bodies.len() - 1;
+        let (body, start) = (content.world.bodies()[last].clone(), content.starts[last]);
+        simulation.add_body(body, start).map_err(refused)?;
+        simulation.set_load(last, content.loads[last].clone()).map_err(refused)?;
+        if !record.states.is_empty() {
+            let record = Arc::make_mut(record);
+            record.states.push(start);
+            record.solution.states.push(start);
+        }
+        let name = content.bodies[last].clone();
+        self.content = Arc::new(content);
+        self.names = None;
+        Ok(name)
+    }
+
+    /// Takes a body out; and where `joints` says so, the joints that tie it.
+    fn leave(&mut self, body: usize, joints: bool) -> PyResult<()> {
+        let tying = |joint: &JointModel| joint.body == body || joint.other == Some(body);
+        let model = self.content.model();
+        let joint = model.and_then(|model| model.joints.iter().find(|joint| tying(joint)));
+        if let Some(joint) = joint.filter(|_| !joints) {
+            let (name, joint) = (&self.content.bodies[body], &joint.name);
+            let why = format!("{name} is tied by {joint}; joints=True takes its joints out too");
+            return Err(refused(why));
+        }
+        let content = self.content.without_body(body).map_err(in_python)?;
+        let Running { simulation, record, .. } = self.moved();
+        let world = simulation.world();
+        let joints: Vec<_> = world.joints().iter().map(|joint| !joint.ties(body)).collect();
+        let stays = |gear: &Gear| gear.axes().iter().all(|axis| joints[axis.joint]);
+        let gears: Vec<_> = world.gears().iter().map(stays).collect();
+        simulation.remove_body_and_joints(body).map_err(refused)?;
+        Arc::make_mut(record).leave_out(body, (&joints, &gears));
+        self.content = Arc::new(content);
+        self.names = None;
+        Ok(())
+    }
+
+    /// The model of its bodies as they are now, where one may have come or gone, as text.
+    fn told(&mut self) -> PyResult<String> {
+        let (time, states) = (self.time(), self.running().simulation.states().to_vec());
+        let model =
+            self.content.model().ok_or_else(|| refused("a scene of [body] has no model"))?;
+        let mut model = model.clone();
+        model.start_at(&states, time).map_err(in_python)?;
+        model.text().map_err(in_python)
     }
 
     /// Holds a body where it is, or lets it go.
@@ -218,15 +294,18 @@ impl Simulation {
         if let Some(wrenches) = &wrenches {
             running.set_wrenches(numbers("wrenches", wrenches)?).map_err(|e| refused(&e))?;
         }
-        let many = *threads || running.simulation.states().len() > MANY_BODIES;
-        let mut step = || running.simulation.step(&mut running.record);
-        let taken = if many {
+        let of_few = running.simulation.states().len() <= MANY_BODIES;
+        let is_short = running.last.map_or(of_few, |last| last < SHORT);
+        let clock = Instant::now();
+        let mut step = || running.simulation.step(own(&mut running.record));
+        let taken = if *threads || !is_short {
             let done = AtomicU64::new(0);
             let watched = Watched { interrupt, done: &done, total: 1, progress: None };
             watched.run(py, step)?
         } else {
             step()
         };
+        running.last = Some(clock.elapsed());
         taken.map_err(|error| of_step(&error))?;
         let record = &running.record;
         Ok((record.report.status.name(), record.certificate.residual(), record.report.iterations))
@@ -253,6 +332,22 @@ impl Simulation {
         };
         let simulation = &mut self.moved().simulation;
         simulation.set_motor(joint, joint_axis(axis), motor).map_err(refused)
+    }
+
+    /// Has a robot's actuators drive its joints under these controls (A,), as its file says.
+    fn put_controls(
+        &mut self,
+        robot: PyRef<'_, Robot>,
+        controls: PyReadonlyArrayDyn<'_, f64>,
+    ) -> PyResult<()> {
+        let controls = numbers("controls", &controls)?;
+        let (own, simulation) = (robot.own(), &mut self.moved().simulation);
+        for joint in own.robot().actuators.iter().map(|actuator| actuator.joint) {
+            let Some((number, axis)) = own.axis(joint) else { continue };
+            let drive = own.drive(joint, controls).map_err(refused)?;
+            simulation.set_drive(number, joint_axis(axis), drive).map_err(refused)?;
+        }
+        Ok(())
     }
 
     /// Sets the constant force along an axis of a joint, N or N m.
@@ -300,13 +395,13 @@ impl Simulation {
         Ok(columns)
     }
 
-    /// The columns of the contacts of the last step, each (C,) or (C, 3).
+    /// The contacts of the last step by column, as Trajectory.contacts has them, without k. They stay those of
+    /// that step; each column is made when it is first read.
     #[getter]
-    fn contacts<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let rows: Vec<_> = ContactRow::of(&self.running().record).collect();
-        let columns = PyDict::new(py);
-        set_contacts(&columns, &self.content, || rows.iter())?;
-        Ok(columns)
+    fn contacts(&mut self, py: Python<'_>) -> Contacts {
+        let names = self.names.get_or_insert_with(|| Arc::new(Names::of(py, &self.content)));
+        let names = Arc::clone(names);
+        Contacts::of(py, Arc::clone(&self.running().record), names)
     }
 
     /// Takes `steps` steps, pushed by wrenches (T, N, 6) where they are given, and records them: up
@@ -374,6 +469,14 @@ impl Simulation {
         self.running().simulation.swap_motion(&mut motion);
         std::mem::forget(motion);
     }
+}
+
+/// The record to be written to: another one where somebody holds it.
+fn own(record: &mut Arc<StepRecord>) -> &mut StepRecord {
+    if Arc::get_mut(record).is_none() {
+        *record = Arc::new(StepRecord::new());
+    }
+    Arc::make_mut(record)
 }
 
 fn joint_axis(axis: usize) -> JointAxis {

@@ -7,7 +7,7 @@ import pytest
 FENCE = re.compile(r"^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
-@pytest.mark.parametrize("name", ["README.md", "docs/python.md", "python/README.md"])
+@pytest.mark.parametrize("name", ["README.md", "docs/python.md", "docs/robots.md", "python/README.md"])
 def test_the_code_of_the_documents_runs(name, root, tmp_path, monkeypatch, capsys):
     pytest.importorskip("pandas")
     pytest.importorskip("scipy")
@@ -16,6 +16,7 @@ def test_the_code_of_the_documents_runs(name, root, tmp_path, monkeypatch, capsy
     blocks = list(FENCE.finditer(text))
     assert blocks, f"{name} has no Python"
     (tmp_path / "scenarios").symlink_to(root / "scenarios")
+    (tmp_path / "data").symlink_to(root / "data")
     monkeypatch.chdir(tmp_path)
     names = {"__name__": "__main__"}
     for block in blocks:

@@ -42,6 +42,19 @@ def test_the_friction_is_found():
     assert fit["fit"](fit["measured"]()) == pytest.approx(true, abs=4 * spread + 1e-5)
 
 
+def test_robots_fall_certified():
+    folder = EXAMPLES.parents[1] / "data" / "robots"
+    end = subprocess.run(
+        [sys.executable, str(EXAMPLES / "fall.py"), str(folder)],
+        capture_output=True,
+        text=True,
+        timeout=300,
+    )
+    assert end.returncode == 0, end.stderr
+    fallen = [line for line in end.stdout.splitlines() if "steps of" in line]
+    assert len(fallen) == 4 and all("100 % certified" in line for line in fallen), end.stdout
+
+
 def test_the_cubes_are_pushed_to_their_targets():
     ended, reached = (int(word) for word in run("push_cube").split() if word.isdigit())
     assert ended >= 64 and reached >= 0.95 * ended
@@ -98,8 +111,17 @@ def test_the_command_line_verifies_and_shows_the_tables_of_a_run(root, tmp_path)
     simulation.step(pushes)
     scene.simulate().run(5, np.broadcast_to(pushes, (5, *pushes.shape))).to_csv(tmp_path / "stack")
     assert files("stack") == ["contacts.csv", "states.csv", "steps.csv"]
-    simulation.run(5).to_csv(tmp_path / "later")
-    assert "run.json" not in files("later")
+    simulation.run(5).to_csv(tmp_path / "moved")
+    assert "run.json" not in files("moved")
+    # What begins later is told by the index of its first row, also of hinges that have turned more than once.
+    simulation = tumble.load(root / "scenarios" / "slider-crank.toml", start_index=70).simulate()
+    first, later = simulation.run(1200), simulation.run(300)
+    assert np.abs(first.joints["main"]["coordinate"]).max() > 7
+    pile = tumble.load(root / "scenarios" / "pile.toml").run(120)[60:]
+    for number, run in enumerate([first, later, later[100:200], pile]):
+        run.to_csv(tmp_path / f"part-{number}")
+        done = tumbled("verify", str(tmp_path / f"part-{number}" / "states.csv"))
+        assert done.returncode == 0, done.stdout + done.stderr
 
 
 def test_the_slurm_script_makes_the_bytes_of_one_run(root, tmp_path):

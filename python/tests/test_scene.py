@@ -9,6 +9,31 @@ import tumble
 CUBE = {"box": 0.2, "mass": 1.0, "position": [0, 0, 0.1]}
 
 
+def test_a_scene_begins_at_an_index_of_its_own(tmp_path):
+    load = {"force": [[0, 0, 0, 0], [1, 0, 0, 0], [2, 5, 0, 0]]}
+    cube = {"box": 0.2, "mass": 1.0, "position": [0, 0, 0.1], "load": load}
+    scene = tumble.Scene([cube], {"friction": 0.1}, start_index=500)
+    assert scene.start_index == 500 and "start_index" in scene._source[0]
+    run = scene.run(300)
+    assert run.time[0] == 1.0 and run.contacts["k"][0] == 500
+    other = tumble.Scene([cube], {"friction": 0.1})
+    assert other.start_index == 0
+    np.testing.assert_array_equal(other.simulate(index=500).run(300).states, run.states)
+    assert not np.array_equal(other.run(300).states, run.states)
+    # Files, processes, rollouts and what is told beside them begin there, too.
+    kept = [tumble.load(scene.save(tmp_path / "later.toml")), pickle.loads(pickle.dumps(scene))]
+    kept.append(tumble.Scene.from_text(other._source[0], start_index=500))
+    for one in kept:
+        assert one.start_index == 500
+        np.testing.assert_array_equal(one.run(300).states, run.states)
+    rolled = tumble.rollout(scene, steps=300)
+    np.testing.assert_array_equal(rolled.states[0], run.states[1:])
+    np.testing.assert_array_equal(rolled.trajectory(0).time, run.time)
+    for odd in (-1, 1.5, 10**16):
+        with pytest.raises(tumble.TumbleError, match="start_index is .*a whole number from 0"):
+            tumble.Scene([cube], {"friction": 0.1}, start_index=odd)
+
+
 def test_a_file_and_code_make_the_same_scene(tmp_path):
     text = """
 gravity = 9.81

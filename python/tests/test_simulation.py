@@ -281,6 +281,23 @@ def test_a_fork_goes_on_without_the_threads():
     np.testing.assert_array_equal(found, simulation.states)
 
 
+def test_contacts_are_a_mapping_of_columns_that_stay_those_of_their_step():
+    place = {"position": [0, 0, 0.1], "velocity": [1, 0, 0]}
+    simulation = tumble.Scene([{"box": 0.2, "mass": 1.0, **place}], {"friction": 0.3}).simulate()
+    simulation.step()
+    before, same = simulation.contacts, dict(simulation.contacts)
+    simulation.run(50)
+    assert list(before) == list(same) and len(before) == 8 and "force" in before
+    for name in reversed(list(before)):
+        np.testing.assert_array_equal(before[name], same[name])
+        assert before[name] is before[name]
+    assert not np.array_equal(before["point"], simulation.contacts["point"])
+    assert before["force"].flags.c_contiguous and not before["force"].flags.writeable
+    assert before.get("gap") is before["gap"] and before.get("speed", 7) == 7 and 3 not in before
+    with pytest.raises(KeyError, match="speed"):
+        before["speed"]
+
+
 def test_the_contacts_of_the_last_step_are_there():
     simulation = block([1, 0, 0]).simulate()
     assert len(simulation.contacts["gap"]) == 0

@@ -1,7 +1,10 @@
 """Trajectories: arrays, tables in and out, pictures."""
 
 import copy
+import os
 import pickle
+import shutil
+import subprocess
 
 import numpy as np
 import pytest
@@ -184,3 +187,81 @@ def test_a_gif_is_not_written_under_another_name(stack, tmp_path):
             stack.gif(tmp_path / name, size=100, speed=10)
     assert list(tmp_path.iterdir()) == []
     assert stack.gif(str(tmp_path / "a.gif"), size=np.int64(100), speed=10).is_file()
+
+
+@pytest.fixture
+def tumbled(tmp_path):
+    """A run of the command line, and its folder."""
+    program = os.environ.get("TUMBLE") or shutil.which("tumble")
+    if program is None:
+        pytest.skip("TUMBLE does not name the program of the command line")
+
+    def run(name, *arguments):
+        folder = tmp_path / name
+        command = [program, *arguments, "--out", str(folder)]
+        end = subprocess.run(command, capture_output=True, text=True, timeout=120)
+        assert end.returncode == 0, end.stderr
+        return folder
+
+    return run
+
+
+def test_the_tutorial_s_table_reads_as_the_run_that_it_is_of(tumbled, run, tmp_path):
+    folder = tumbled("drop", "--steps", "301", "--seed", "42", "--solver", "native")
+    for path in (folder, folder / "trajectory.csv"):
+        read = tumble.Trajectory.from_csv(run.scene, path)
+        for name in ("states", "forces", "residuals", "status", "iterations", "time", "energy"):
+            np.testing.assert_array_equal(getattr(read, name), getattr(run, name))
+    assert len(read) == 301
+    # Its contacts are those of the run, of which the table has the sizes of the slips alone.
+    mine, its = run.contacts, read.contacts
+    assert its["partner"] == mine["partner"] and len(its["k"]) > 100
+    for name in ("k", "body", "point", "normal", "force", "normal_force", "gap"):
+        np.testing.assert_array_equal(its[name], mine[name])
+    np.testing.assert_allclose(its["slip"], mine["slip"], atol=1e-11)
+    # And it does what any other does.
+    part = read[100:201]
+    np.testing.assert_array_equal(part.forces, run.forces[100:200])
+    files = part.to_csv(tmp_path / "part")
+    assert [file.name for file in files] == ["states.csv", "contacts.csv", "steps.csv"]
+    again = tumble.Trajectory.from_csv(run.scene, tmp_path / "part")
+    np.testing.assert_array_equal(again.states, part.states)
+    assert read.page().startswith(("<!DOCTYPE", "<!doctype")) and len(read.contacts_to_pandas())
+
+
+def test_a_floating_body_s_table_is_read(tumbled):
+    scene = tumble.floating()
+    read = tumble.Trajectory.from_csv(scene, tumbled("floating", "--scene", "floating"))
+    np.testing.assert_array_equal(read.states, scene.run(len(read) - 1).states)
+    assert len(read.contacts["k"]) == 0
+
+
+def test_tables_of_one_body_that_are_not_the_scene_s_are_refused(tumbled, run, stack, tmp_path):
+    folder = tumbled("drop", "--steps", "60", "--solver", "native")
+    text = (folder / "trajectory.csv").read_text()
+    points = {"points": [[1, 1, 1], [-1, -1, 1], [1, -1, -1]], "mass": 1, "inertia": 1}
+    tetrapod = tumble.Scene([{**points, "position": [0, 0, 3]}], {"friction": 0.3})
+    slow = tumble.Scene.from_text(
+        'time_step = 0.01\n[body]\nbox = 2\nmass = 10\n[ground]\nfriction = 0.3\n'
+        "[start]\nposition = [0, 0, 2]\n"
+    )
+    for scene, words in [
+        (stack.scene, "of one body, and the scene has 3"),
+        (tetrapod, "8 contact points, and the scene's body 3"),
+        (slow, "step 1 has t_s = 0.002, and the scene's step is 0.01 s"),
+    ]:
+        with pytest.raises(tumble.TumbleError, match=f"^trajectory: .*{words}"):
+            tumble.Trajectory.from_csv(scene, folder)
+    cut = tmp_path / "cut.csv"
+    for odd, words in [
+        ("\n".join(text.splitlines()[:20]) + "\n", "no row of status `end`"),
+        (text.replace("0.3", "x", 1), "trajectory: "),
+        ("k,t_s\n", "column 3 of the header"),
+    ]:
+        cut.write_text(odd)
+        with pytest.raises(tumble.TumbleError, match=words):
+            tumble.Trajectory.from_csv(run.scene, cut)
+    run[:10].to_csv(folder)
+    with pytest.raises(tumble.TumbleError, match="states.csv and trajectory.csv are of two runs"):
+        tumble.Trajectory.from_csv(run.scene, folder)
+    assert len(tumble.Trajectory.from_csv(run.scene, folder / "trajectory.csv")) == 60

@@ -44,6 +44,8 @@ pub struct Continued<'a> {
     directory: &'a Path,
     saved: Saved,
     notes: Notes,
+    /// Taken so far.
+    steps: u64,
 }
 
 /// The state of a run that came to this, as bytes.
@@ -75,8 +77,13 @@ impl<'a> Continued<'a> {
             other => other,
         };
         let mut scene = scene_of(&run).map_err(in_run_file)?;
-        let (saved, notes) = read_state(&directory.join(FILE))?;
-        let rows = saved.index() + 1;
+        let state = directory.join(FILE);
+        let (saved, notes) = read_state(&state)?;
+        let steps = saved.index().checked_sub(scene.start_index).ok_or_else(|| {
+            let (k, start) = (saved.index(), scene.start_index);
+            odd_state(&state, &format!("it is at k = {k}, and its run begins at {start}"))
+        })?;
+        let rows = steps + 1;
         scene.rows = args.steps.unwrap_or(scene.rows);
         if scene.rows < rows {
             let why = format!(
@@ -86,7 +93,7 @@ impl<'a> Continued<'a> {
             return Err(Failure::setting("steps", why));
         }
         check_rows(&RunWriter::first_file(&scene, directory), run, &saved)?;
-        Ok((on_threads(args, scene)?, Self { directory, saved, notes }))
+        Ok((on_threads(args, scene)?, Self { directory, saved, notes, steps }))
     }
 
     /// Brings the simulation of the `scene` to where the run ended.
@@ -97,7 +104,7 @@ impl<'a> Continued<'a> {
 
     /// The rows that the run has left.
     pub fn written(&self) -> Written<'a> {
-        Written { directory: self.directory, steps: self.saved.index() }
+        Written { directory: self.directory, steps: self.steps }
     }
 
     /// What the run came to so far.
@@ -147,10 +154,11 @@ fn check_rows(path: &Path, run: RunFile, saved: &Saved) -> Result<(), Failure> {
 
 /// The scene of a run, as far as it is to be continued.
 fn scene_of(run: &RunFile) -> Result<Scene, Failure> {
-    let (world, loads, bodies, fixed, format) = match &run.model {
+    let (world, loads, courses, bodies, fixed, format) = match &run.model {
         Some(model) => (
             model.world()?,
             model.loads()?,
+            model.courses()?,
             model.bodies.iter().map(|body| body.name.clone()).collect(),
             model.fixed.iter().map(|fixed| fixed.name.clone()).collect(),
             OutputFormat::Tables(Box::new(model.clone())),
@@ -160,7 +168,7 @@ fn scene_of(run: &RunFile) -> Result<Scene, Failure> {
                 run.parameters.as_ref().ok_or_else(|| Failure::needed("parameters"))?;
             let (world, load) = physics::of_settings(&parameters.settings()?)?;
             let bodies = vec!["body".to_owned()];
-            (world, vec![load], bodies, Vec::new(), OutputFormat::Trajectory)
+            (world, vec![load], Vec::new(), bodies, Vec::new(), OutputFormat::Trajectory)
         }
     };
     let joints = run.model.iter().flat_map(|model| &model.joints);
@@ -170,15 +178,18 @@ fn scene_of(run: &RunFile) -> Result<Scene, Failure> {
         changed: run.changed.clone(),
         seed: run.seed,
         drawn: run.drawn_seed().is_some(),
+        start_index: run.start_index,
         rows: run.rows_asked().ok_or_else(|| Failure::needed("steps"))?,
         world,
         starts: run.starts(),
         loads,
+        courses,
         bodies,
         fixed,
         joints,
         contact: contact_of(&run.solver)?,
         usual_solver: false,
+        robots: Vec::new(),
         format,
     })
 }

@@ -2,6 +2,7 @@
 
 mod args;
 mod continued;
+mod convert;
 mod describe;
 mod directory;
 mod film;
@@ -46,6 +47,7 @@ pub fn run() -> Result<Outcome, Failure> {
     match cli.command {
         None => simulate::run(&cli.simulate),
         Some(Command::Verify(args)) => verify::run(&args),
+        Some(Command::Convert(args)) => convert::run(&args),
         Some(Command::Gif(args)) => gif::run(&args),
         Some(Command::Plot(args)) => plot::run(&args),
         Some(Command::View(args)) => view::run(&args),

@@ -12,6 +12,7 @@ use std::fs::File;
 use std::io::{BufRead as _, BufReader, Read as _};
 use std::path::{Path, PathBuf};
 use tumble::contact::Detection;
+use tumble::joint::Knots;
 use tumble::mechanics::{Load, State};
 use tumble::scenario::physics;
 use tumble::scenario::settings::Settings;
@@ -35,6 +36,8 @@ pub struct Recording<'a> {
     pub world: World,
     /// One a body.
     pub loads: Vec<Load>,
+    /// How joints' frames in the world move.
+    pub courses: Vec<(usize, Knots)>,
 }
 
 /// What reads the rows of one format.
@@ -117,6 +120,7 @@ impl<'a> Recording<'a> {
         (flags, given): (Settings, &[&str]),
     ) -> Result<Self, Failure> {
         let run_path = path.with_file_name("run.json");
+        let first = run.as_ref().map_or(0, |run| run.start_index);
         if let Some(model) = run.as_ref().and_then(|run| run.model.as_ref()) {
             let wrong = |failure: Failure| match failure {
                 Failure::Setting { name, why } => {
@@ -126,6 +130,7 @@ impl<'a> Recording<'a> {
             };
             let world = model.world().map_err(wrong)?;
             let loads = model.loads().map_err(wrong)?;
+            let courses = model.courses().map_err(wrong)?;
             let streams = Streams {
                 states: table(path, Table::States)?,
                 contacts: table(path, Table::Contacts)?,
@@ -142,8 +147,8 @@ impl<'a> Recording<'a> {
             let tied = (world.joints().len(), world.gears().len());
             let reader = TablesReader::new(streams, world.bodies().len(), tied);
             let reader = reader.map_err(|error| odd_tables(path, &error))?;
-            let rows = Rows::Tables(Box::new(reader));
-            return Ok(Self { path, rows, run, world, loads });
+            let rows = Rows::Tables(Box::new(reader.from_index(first)));
+            return Ok(Self { path, rows, run, world, loads, courses });
         }
         let file = input::open(path).map_err(|error| odd_trajectory(path, &error))?;
         let reader = TrajectoryReader::new(file).map_err(|error| odd_trajectory(path, &error))?;
@@ -166,7 +171,14 @@ impl<'a> Recording<'a> {
                 if run.is_some() { "run.json names" } else { "without a run.json there are" },
             )));
         }
-        Ok(Self { path, rows: Rows::Trajectory(Box::new(reader)), run, world, loads: vec![load] })
+        Ok(Self {
+            path,
+            rows: Rows::Trajectory(Box::new(reader.from_index(first))),
+            run,
+            world,
+            loads: vec![load],
+            courses: Vec::new(),
+        })
     }
 
     /// The next step, its time checked, and of tables its states; `None` after the last.
@@ -186,6 +198,11 @@ impl<'a> Recording<'a> {
             self.check_states(step)?;
         }
         Ok(step)
+    }
+
+    /// Has what moves in the world be where it is at the step.
+    pub fn follow(&mut self, step: &Step) {
+        self.world.follow(&self.courses, step.index() as f64 * self.world.time_step());
     }
 
     /// Times that do not fit the time step show that the parameters are another run's.
@@ -319,12 +336,13 @@ fn table(beside: &Path, table: Table) -> Result<File, Failure> {
 
 /// A table of several bodies says nothing without the model in its run.json.
 fn refuse_lonely_table(file: &Path, run_path: &Path) -> Result<(), Failure> {
-    let headers = Table::ALL.map(|table| table.columns().join(","));
+    let headers =
+        [false, true].map(|joints| Table::ALL.map(|table| table.columns(joints).join(",")));
     let mut first = String::new();
     // What cannot be read is no table, and is refused where it is read.
     let start = input::open(file).map(|file| file.take(LONGEST_HEADER));
     let _ = start.and_then(|start| BufReader::new(start).read_line(&mut first));
-    if !headers.iter().any(|header| header == first.trim_end()) {
+    if !headers.iter().flatten().any(|header| header == first.trim_end()) {
         return Ok(());
     }
     Err(Failure::Input(format!(

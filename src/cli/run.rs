@@ -84,7 +84,10 @@ pub fn run(
     if !scene.joints.is_empty() {
         run.joints.get_or_insert_default();
     }
-    let mut left = (scene.rows - 1).saturating_sub(simulation.index());
+    // As it is where a step ends.
+    let mut world = scene.world.clone();
+    let taken = simulation.index().saturating_sub(scene.start_index);
+    let mut left = (scene.rows - 1).saturating_sub(taken);
     let bar = progress_bar(left, "steps", quiet);
     while left > 0 && run.end == End::Complete {
         let wanted = usize::try_from(left).map_or(records.len(), |left| left.min(records.len()));
@@ -101,8 +104,10 @@ pub fn run(
                 run.overlap = Some((record.index, record.overlap));
             }
             if let Some(joints) = &mut run.joints {
-                joints.add_errors(&scene.world, &record.solution.states);
+                world.follow(&scene.courses, (record.index + 1) as f64 * world.time_step());
+                joints.add_errors(&world, &record.solution.states);
                 joints.add_residual(record.certificate.joint, record.certificate.joint_law);
+                joints.add_stiffness(record.stiffness);
             }
             writer.write(record)?;
         }

@@ -3,11 +3,14 @@
 use super::outcome::Failure;
 use super::{input, shown};
 use std::path::Path;
+use tumble::robot;
 use tumble::scenario::LARGEST_FILE;
 
-/// The text of a file that may be a scenario.
+/// The text of a file that may be a scenario, or a robot.
 pub fn read_text(path: &Path) -> Result<String, Failure> {
-    input::text(path, LARGEST_FILE).map_err(|error| {
+    let is_robot = path.extension().is_some_and(|end| end == "urdf" || end == "xml");
+    let most = if is_robot { robot::LARGEST_FILE } else { LARGEST_FILE };
+    input::text(path, most).map_err(|error| {
         let file = shown::path(path);
         Failure::Input(format!("{file}: cannot be read as a scenario: {error}"))
     })

@@ -63,6 +63,7 @@ pub fn note(scene: &Scene) -> Option<String> {
 fn of_flags(args: &SimulateArgs) -> Result<Settings, Failure> {
     Ok(Settings {
         steps: args.steps,
+        start_index: args.start_index,
         seed: args.seed,
         position: args.position,
         height: args.height,

@@ -39,6 +39,9 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     if let Some(note) = scene::note(&scene) {
         voice.say(&note);
     }
+    for note in scene.notes() {
+        voice.say(&format!("{}\n", shown::line(&note)));
+    }
     let mut writer = RunWriter::create(&scene, &out, before.as_ref().map(Continued::written))?;
     let [run_json, state] =
         ["run.json", continued::FILE].map(|name| PendingFile::create(&out, name));

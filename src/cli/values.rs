@@ -3,6 +3,7 @@
 use super::choices::{Attitude, Inertia};
 use nalgebra::{Matrix3, Vector3, Vector4};
 use std::num::NonZeroUsize;
+use tumble::scenario::LARGEST_START;
 use tumble::world::Plane;
 use tumble_pictures::animation::View;
 
@@ -43,6 +44,10 @@ fn integer<T: std::str::FromStr + PartialOrd>(
 
 pub fn rows(text: &str) -> Result<u64, String> {
     integer(text, 1, 10_000_000, "1 to 10000000")
+}
+
+pub fn start_index(text: &str) -> Result<u64, String> {
+    integer(text, 0, LARGEST_START, "0 to 9000000000000000")
 }
 
 pub fn count(text: &str) -> Result<usize, String> {

@@ -103,6 +103,7 @@ impl RunWriter {
                     false => TablesWriter::new(streams, &scene.world),
                 };
                 let files = files.into_iter().chain(joints).chain(gears).collect();
+                let rows = rows.map(|rows| rows.driven(scene.courses.clone()));
                 (files, rows.map(|rows| Rows::Tables(Box::new(rows))))
             }
         };

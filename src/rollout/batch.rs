@@ -2,7 +2,7 @@
 
 use super::varied::Varied;
 use crate::error::Error;
-use crate::joint::{Drive, JointAxis};
+use crate::joint::{Drive, JointAxis, Knots};
 use crate::mechanics::{Load, State, Wrench};
 use crate::simulation::{Motion, Simulation};
 use crate::world::World;
@@ -20,6 +20,10 @@ pub struct Batch<'a> {
     pub motion: MotionOf<'a>,
     /// What pushes each body in all rollouts, besides the controls: one a body, or none at all.
     pub loads: &'a [Load],
+    /// How joints' frames in the world move in all rollouts, by the joints' indices.
+    pub courses: &'a [(usize, Knots)],
+    /// k of the starts: loads are those of the times from there on.
+    pub index: u64,
     /// B.
     pub rollouts: usize,
     /// T.

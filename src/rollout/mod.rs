@@ -20,6 +20,8 @@
 //!     world: &world,
 //!     motion: &|world| Ok(Motion::native(world)),
 //!     loads: &[],
+//!     courses: &[],
+//!     index: 0,
 //!     rollouts: 4,
 //!     steps: 300,
 //!     starts: start.as_slice(), // one for all

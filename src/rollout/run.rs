@@ -3,6 +3,7 @@
 use super::batch::{Batch, Driven, Outputs};
 use super::varied::varied;
 use crate::error::Error;
+use crate::joint::Course;
 use crate::simulation::{Simulation, StepRecord};
 use crate::step::StepStatus;
 use std::num::NonZeroUsize;
@@ -142,6 +143,10 @@ fn one(
     let mut simulation = Simulation::new(world, batch.start(rollout), motion)?;
     for (body, load) in batch.loads.iter().enumerate() {
         simulation.set_load(body, load.clone())?;
+    }
+    simulation.set_index(batch.index)?;
+    for (joint, knots) in batch.courses {
+        simulation.set_course(*joint, Course::Through(knots.clone()))?;
     }
     if let Some(flag) = watch.interrupt {
         simulation.interrupt_by(Arc::clone(flag));

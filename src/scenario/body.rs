@@ -54,15 +54,19 @@ pub fn scene(
         changed: Vec::new(),
         seed,
         drawn: *attitude == Attitude::Random,
+        start_index: settings.start_index.unwrap_or(0),
         rows: settings.steps.ok_or_else(|| Failure::needed("steps"))?,
         world,
         starts: vec![start],
         loads: vec![load],
+        courses: Vec::new(),
         bodies: vec!["body".to_owned()],
         fixed: Vec::new(),
         joints: Vec::new(),
         contact,
         usual_solver: settings.solver.is_none(),
+        #[cfg(feature = "robot")]
+        robots: Vec::new(),
         format: OutputFormat::Trajectory,
     })
 }

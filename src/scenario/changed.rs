@@ -14,6 +14,7 @@ impl Settings {
         // The height is the position's z.
         let usual = self.position.or(below.position).map(|position| position[2]);
         let changes = [
+            ("start-index", other(&self.start_index, &Some(below.start_index.unwrap_or(0)))),
             ("dt", other(&self.dt, &below.dt)),
             ("rotation", other(&self.rotation, &below.rotation)),
             ("mu", other(&self.mu, &below.mu)),

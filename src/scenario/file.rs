@@ -1,9 +1,12 @@
 //! A scenario file as it is written, and what it says.
 
 use super::bodies::Entries;
-use super::bodies::entries::{BodyEntry, FixedEntry, PairEntry};
+use super::bodies::driven::{DrivenEntry, SurfaceEntry};
+use super::bodies::entries::{ApartEntry, BodyEntry, FixedEntry, PairEntry};
 use super::bodies::gears::GearEntry;
 use super::bodies::joints::{JointEntry, MotorEntry};
+#[cfg(feature = "robot")]
+use super::bodies::robots::RobotEntry;
 use super::fields::{Gravity, table_if_any};
 use super::settings::Settings;
 use super::tables::{BodyTable, GroundTable, LoadTable, SolverTable, StartTable};
@@ -19,6 +22,7 @@ use serde::Deserialize;
 pub struct ScenarioFile {
     pub name: Option<String>,
     steps: Option<u64>,
+    start_index: Option<u64>,
     time_step: Option<f64>,
     rotation: Option<Rotation>,
     seed: Option<u32>,
@@ -40,7 +44,15 @@ pub struct ScenarioFile {
     joints: Option<Vec<JointEntry>>,
     motors: Option<Vec<MotorEntry>>,
     gears: Option<Vec<GearEntry>>,
+    driven: Option<Vec<DrivenEntry>>,
+    surfaces: Option<Vec<SurfaceEntry>>,
+    apart: Option<Vec<ApartEntry>>,
+    #[cfg(feature = "robot")]
+    robots: Option<Vec<RobotEntry>>,
 }
+
+/// The largest k of a start: times k h of all steps after it are doubles that can be told apart.
+pub const LARGEST_START: u64 = 9_000_000_000_000_000;
 
 /// What a file says besides its name.
 pub struct Said {
@@ -55,14 +67,23 @@ pub struct Said {
 impl ScenarioFile {
     /// What the fields say. Those of a ground are open where there is none.
     pub fn said(mut self) -> Result<Said, String> {
-        let is_of_bodies = self.bodies.is_some() || (self.fixed.is_some() && self.body.is_none());
+        #[cfg(feature = "robot")]
+        let has_robots = self.robots.is_some();
+        #[cfg(not(feature = "robot"))]
+        let has_robots = false;
+        let is_of_bodies =
+            self.bodies.is_some() || has_robots || (self.fixed.is_some() && self.body.is_none());
         self.refuse_idle_and_missing(is_of_bodies)?;
         let steps = self.steps.unwrap_or(1000);
         if !(1..=10_000_000).contains(&steps) {
             return Err(format!("steps is {steps}; allowed is 1 to 10000000"));
         }
+        if let Some(index) = self.start_index.filter(|index| *index > LARGEST_START) {
+            return Err(format!("start_index is {index}; allowed is 0 to {LARGEST_START}"));
+        }
         let mut settings = Settings {
             steps: Some(steps),
+            start_index: self.start_index,
             seed: self.seed,
             dt: Some(self.time_step.unwrap_or(0.002)),
             gravity: Some(self.gravity.map_or(Vector3::new(0.0, 0.0, -9.81), Gravity::vector)),
@@ -93,6 +114,11 @@ impl ScenarioFile {
             joints: self.joints.unwrap_or_default(),
             motors: self.motors.unwrap_or_default(),
             gears: self.gears.unwrap_or_default(),
+            driven: self.driven.unwrap_or_default(),
+            surfaces: self.surfaces.unwrap_or_default(),
+            apart: self.apart.unwrap_or_default(),
+            #[cfg(feature = "robot")]
+            robots: self.robots.unwrap_or_default(),
         });
         Ok(Said { settings, ground, entries })
     }
@@ -114,6 +140,9 @@ impl ScenarioFile {
             ("joints", "without [[bodies]]", of_body && self.joints.is_some()),
             ("motors", "without [[bodies]]", of_body && self.motors.is_some()),
             ("gears", "without [[bodies]]", of_body && self.gears.is_some()),
+            ("driven", "without [[bodies]]", of_body && self.driven.is_some()),
+            ("surfaces", "without [[bodies]]", of_body && self.surfaces.is_some()),
+            ("apart", "without [[bodies]]", of_body && self.apart.is_some()),
             ("rotation", "without a [ground] table", floating && self.rotation.is_some()),
             ("solver", "without a [ground] table", floating && self.solver.is_some()),
             ("start.frame \"ground\"", "without a [ground] table", floating && in_ground),

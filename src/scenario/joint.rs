@@ -1,7 +1,8 @@
 //! Joints as run.json has them: complete, and the joint that they make.
 
 use super::shape::Place;
-use crate::joint::{Axis, Drive, Joint, JointFrame, Middle};
+use crate::error::Error;
+use crate::joint::{Axis, Drive, Joint, Knots, Middle};
 use serde::{Deserialize, Serialize};
 
 /// Which of its axes a joint leaves free.
@@ -16,6 +17,8 @@ pub enum JointKind {
     Cylindrical,
     /// Slides across its axis and turns about it.
     Planar,
+    /// Slides across its axis, without a turn.
+    Sliding,
     /// Turns about its anchor in any way.
     Spherical,
     /// The same within a cone, and under a drive of the twist.
@@ -49,6 +52,7 @@ impl JointKind {
             Self::Prismatic => &[SLIDE],
             Self::Cylindrical => &[SLIDE, TURN],
             Self::Planar => &[("x", 0), ("y", 1), TURN],
+            Self::Sliding => &[("x", 0), ("y", 1)],
             Self::Universal => &[TURN_X, TURN_Y],
             Self::Gimbal => &[TURN_X, TURN_Y, TURN_Z],
             Self::Spherical | Self::Fixed => &[],
@@ -63,6 +67,7 @@ impl JointKind {
             Self::Prismatic => "prismatic",
             Self::Cylindrical => "cylindrical",
             Self::Planar => "planar",
+            Self::Sliding => "sliding",
             Self::Spherical => "spherical",
             Self::Ball => "ball",
             Self::Universal => "universal",
@@ -121,18 +126,55 @@ pub struct JointModel {
     pub middle: Option<Middle>,
     /// What acts on each axis that its type leaves to drives: m and N along, rad and N m about.
     pub drives: Vec<Drive>,
+    /// How its frame in the world moves, of one that is fixed there.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub course: Option<CourseModel>,
+}
+
+/// The way of a frame in the world: straight and evenly from place to place, and steadily on from the last.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct CourseModel {
+    /// s.
+    pub times: Vec<f64>,
+    /// One a time.
+    pub places: Vec<Place>,
+    /// After the last time, m/s.
+    #[serde(default)]
+    pub velocity: [f64; 3],
+    /// rad/s, world.
+    #[serde(default)]
+    pub spin: [f64; 3],
+}
+
+impl CourseModel {
+    /// The knots.
+    ///
+    /// # Errors
+    /// What is wrong with them, beginning with the field's name.
+    pub fn knots(&self) -> Result<Knots, String> {
+        if self.times.len() != self.places.len() {
+            let (times, places) = (self.times.len(), self.places.len());
+            return Err(format!("times: there are {times}, and {places} places"));
+        }
+        let frames = self.places.iter().map(Place::frame);
+        let knots = Knots::new(self.times.iter().copied().zip(frames).collect());
+        let knots = knots.map_err(|error| format!("times: {error}"))?;
+        let steady = knots.going_on(self.velocity.into(), self.spin.into());
+        steady.map_err(|error| match error {
+            Error::OutOfRange { field, .. } if field.starts_with("spin") => {
+                format!("spin: {error}")
+            }
+            other => format!("velocity: {other}"),
+        })
+    }
 }
 
 impl JointModel {
     /// The joint.
     #[must_use]
     pub fn joint(&self) -> Joint {
-        let frame = |place: &Place| JointFrame {
-            anchor: place.position.into(),
-            attitude: place.attitude.into(),
-        };
         let [x, y, z, rx, ry, rz] = self.kind.axes(&self.drives, self.cone);
-        let joint = Joint::between(self.body, self.other, self.frames.each_ref().map(frame))
+        let joint = Joint::between(self.body, self.other, self.frames.each_ref().map(Place::frame))
             .with_axes([x, y, z], [rx, ry, rz]);
         let joint = match self.kind {
             JointKind::Gimbal => joint.with_middle(self.middle.unwrap_or(Middle::STRAIGHT)),

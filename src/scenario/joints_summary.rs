@@ -16,6 +16,8 @@ pub struct JointsSummary {
     pub largest_residual_m_s: f64,
     /// The same of what drives act on.
     pub largest_law_residual_m_s: f64,
+    /// h ω, see [`StepRecord::stiffness`](crate::simulation::StepRecord::stiffness).
+    pub largest_stiffness: f64,
 }
 
 /// The larger one; NaN where either is.
@@ -39,14 +41,20 @@ impl JointsSummary {
         self.largest_law_residual_m_s = larger(self.largest_law_residual_m_s, drive);
     }
 
+    /// Adds the stiffness of a step.
+    pub fn add_stiffness(&mut self, stiffness: f64) {
+        self.largest_stiffness = larger(self.largest_stiffness, stiffness);
+    }
+
     /// Its numbers, by name.
     #[must_use]
-    pub fn numbers(&self) -> [(&'static str, f64); 4] {
+    pub fn numbers(&self) -> [(&'static str, f64); 5] {
         [
             ("largest_error_m", self.largest_error_m),
             ("largest_error_rad", self.largest_error_rad),
             ("largest_residual_m_s", self.largest_residual_m_s),
             ("largest_law_residual_m_s", self.largest_law_residual_m_s),
+            ("largest_stiffness", self.largest_stiffness),
         ]
     }
 }
@@ -55,11 +63,12 @@ impl fmt::Display for JointsSummary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "off by at most {:.1e} m and {:.1e} rad; residual {:.1e} m/s, of drives {:.1e} m/s",
+            "off by at most {:.1e} m and {:.1e} rad; residual {:.1e} m/s, of drives {:.1e} m/s; h ω up to {:.1e}",
             self.largest_error_m,
             self.largest_error_rad,
             self.largest_residual_m_s,
-            self.largest_law_residual_m_s
+            self.largest_law_residual_m_s,
+            self.largest_stiffness
         )
     }
 }

@@ -30,11 +30,14 @@ pub mod shape;
 pub mod shown;
 pub mod solver_choice;
 mod tables;
+pub mod written;
 
 pub use bodies::entries::ReadFile;
 
 use failure::Failure;
+pub use file::LARGEST_START;
 use file::{Said, ScenarioFile};
+use serde::de::DeserializeOwned;
 use std::path::Path;
 
 /// More bytes than this are no scenario.
@@ -47,7 +50,7 @@ pub const LARGEST_FILE: u64 = 1 << 20;
 /// The first thing wrong with the text, with the file.
 fn read(text: &str, path: &Path) -> Result<(String, Said), Failure> {
     let odd = |why: String| Failure::Input(format!("{}: {why}", shown::path(path)));
-    let mut file = parse(text).map_err(odd)?;
+    let mut file: ScenarioFile = parse(text).map_err(odd)?;
     let stem = || path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
     let name = file.name.take().or_else(stem).unwrap_or_default();
     if !shown::is_name(&name) {
@@ -56,7 +59,13 @@ fn read(text: &str, path: &Path) -> Result<(String, Said), Failure> {
     Ok((name, file.said().map_err(odd)?))
 }
 
-fn parse(text: &str) -> Result<ScenarioFile, String> {
+/// Whether a text is that of a robot's file: XML, which no scenario begins as.
+#[cfg(feature = "robot")]
+fn is_robot(text: &str) -> bool {
+    text.trim_start_matches('\u{feff}').trim_start().starts_with('<')
+}
+
+fn parse<T: DeserializeOwned>(text: &str) -> Result<T, String> {
     let deserializer =
         toml::Deserializer::parse(text).map_err(|error| sentence(text, ".", &error))?;
     serde_path_to_error::deserialize(deserializer)

@@ -4,19 +4,22 @@
 
 use super::gear::GearModel;
 use super::joint::JointModel;
-use super::shape::{PlacedForm, Shape};
+use super::shape::{Place, PlacedForm, Shape};
 use crate::contact::{Partner, Plane};
 use crate::error::Error;
 #[cfg(feature = "film")]
 use crate::film::Role;
+use crate::joint::Knots;
 use crate::mechanics::{Load, RigidBody, Rotation, State};
 use crate::scenario::colour::{Colour, Label};
 use crate::scenario::failure::Failure;
+use crate::scenario::fields;
 use crate::scenario::parameters::{LoadParameters, PlaneParameters, unnamed_rotation};
 use crate::scenario::physics::bouncing;
 use crate::world::{Fixed, Parameters, World};
 use nalgebra::Matrix3;
 use serde::{Deserialize, Serialize};
+use std::cmp::Ordering;
 
 /// The constants of a run and its start, SI units.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -55,6 +58,21 @@ pub struct Model {
     /// What ties joints.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub gears: Vec<GearModel>,
+    /// What moves over what it is of.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub surfaces: Vec<SurfaceModel>,
+    /// Pairs that do not touch, besides those that joints tie.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub apart: Vec<ApartModel>,
+}
+
+/// A surface that moves over what it is of, as a belt does.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct SurfaceModel {
+    /// Whose it is.
+    pub of: PartnerModel,
+    /// m/s; in the frame of the body, in the world's of what is fixed.
+    pub velocity: [f64; 3],
 }
 
 /// A body and its start.
@@ -76,6 +94,9 @@ pub struct BodyModel {
     /// The same of restitution.
     #[serde(default)]
     pub restitution: Option<f64>,
+    /// Whether it touches anything.
+    #[serde(default = "touches", skip_serializing_if = "touches_as_usual")]
+    pub touches: bool,
     /// Null without one.
     pub load: Option<LoadParameters>,
     /// In pictures; none for one of a few in turn.
@@ -121,6 +142,24 @@ pub struct PairModel {
     pub partner: PartnerModel,
     /// μ or e.
     pub coefficient: f64,
+}
+
+/// Two that do not touch.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ApartModel {
+    /// An index of `bodies`.
+    pub body: usize,
+    /// Whom it does not touch.
+    pub partner: PartnerModel,
+}
+
+/// What a body does of which nothing is said.
+fn touches() -> bool {
+    true
+}
+
+fn touches_as_usual(touches: &bool) -> bool {
+    *touches
 }
 
 /// Whom a contact is with.
@@ -171,7 +210,39 @@ impl Model {
         let world = self.restitutions.iter().try_fold(world, |world, pair| {
             world.with_restitution_between(pair.body, pair.partner.into(), pair.coefficient)
         })?;
+        let world = self.surfaces.iter().try_fold(world, |world, surface| {
+            world.with_surface(surface.of.into(), surface.velocity.into())
+        })?;
+        let world = self
+            .apart
+            .iter()
+            .try_fold(world, |world, pair| world.with_apart(pair.body, pair.partner.into()))?;
+        let untouched = self.bodies.iter().enumerate().filter(|(_, body)| !body.touches);
+        let world = untouched.map(|(index, _)| index).try_fold(world, World::with_untouched)?;
         self.tied(world)
+    }
+
+    /// How the frames in the world of joints move, by the joints' indices.
+    pub fn courses(&self) -> Result<Vec<(usize, Knots)>, Failure> {
+        let joints = self.joints.iter().enumerate();
+        let courses =
+            joints.filter_map(|(index, joint)| Some((index, joint, joint.course.as_ref()?)));
+        let knots = courses.map(|(index, joint, course)| {
+            let odd = |why| Failure::Input(format!("joints[{index}] ({}): {why}", joint.name));
+            Ok((index, course.knots().map_err(odd)?))
+        });
+        knots.collect()
+    }
+
+    /// Has it start at these `states`, one a body, at the time `time` (s).
+    pub fn start_at(&mut self, states: &[State], time: f64) -> Result<(), Failure> {
+        for (body, state) in self.bodies.iter_mut().zip(states) {
+            body.start = BodyStart::of(state);
+        }
+        for (joint, knots) in self.courses()? {
+            self.joints[joint].frames[1] = Place::of(&knots.at(time));
+        }
+        Ok(())
     }
 
     /// `world` with the joints and gears.
@@ -219,6 +290,71 @@ impl Model {
             made.push((model, body));
         }
         Ok(bodies)
+    }
+
+    /// The model that [`Model::text`] has written.
+    ///
+    /// # Errors
+    /// What is no model.
+    pub fn of_text(text: &str) -> Result<Self, String> {
+        fields::json(text)
+    }
+
+    /// The model as run.json has it, in JSON.
+    ///
+    /// # Errors
+    /// A number that JSON has not.
+    pub fn text(&self) -> Result<String, Failure> {
+        let why = |error| Failure::Other(format!("the model cannot be written: {error}"));
+        serde_json::to_string(self).map_err(why)
+    }
+
+    /// Takes the body `index` out, with the coefficients of its pairs, the joints that tie it and their gears; those
+    /// after it move up by one.
+    pub fn leave_out(&mut self, index: usize) {
+        let number = |body: usize| match body.cmp(&index) {
+            Ordering::Less => Some(body),
+            Ordering::Equal => None,
+            Ordering::Greater => Some(body - 1),
+        };
+        if index < self.bodies.len() {
+            self.bodies.remove(index);
+        }
+        let partner = |partner: PartnerModel| match partner {
+            PartnerModel::Body(other) => number(other).map(PartnerModel::Body),
+            still => Some(still),
+        };
+        for pairs in [&mut self.frictions, &mut self.restitutions] {
+            let pair = |pair: &PairModel| {
+                let (body, partner) = (number(pair.body)?, partner(pair.partner)?);
+                Some(PairModel { body, partner, ..*pair })
+            };
+            *pairs = pairs.iter().filter_map(pair).collect();
+        }
+        let pair = |pair: &ApartModel| {
+            Some(ApartModel { body: number(pair.body)?, partner: partner(pair.partner)? })
+        };
+        self.apart = self.apart.iter().filter_map(pair).collect();
+        let ties = |joint: &JointModel| joint.body == index || joint.other == Some(index);
+        let stays: Vec<_> = self.joints.iter().map(|joint| !ties(joint)).collect();
+        let joint_number = |joint: usize| {
+            let is_left = stays.get(joint).copied().unwrap_or(false);
+            is_left.then(|| stays[..joint].iter().filter(|stays| **stays).count())
+        };
+        let gear = |gear: &GearModel| {
+            let [first, second] = gear.joints;
+            let joints = [joint_number(first)?, joint_number(second)?];
+            Some(GearModel { joints, ..gear.clone() })
+        };
+        self.gears = self.gears.iter().filter_map(gear).collect();
+        let joint = |joint: &JointModel| {
+            let other = joint.other.map(|other| number(other).ok_or(())).transpose().ok()?;
+            Some(JointModel { body: number(joint.body)?, other, ..joint.clone() })
+        };
+        self.joints = self.joints.iter().filter_map(joint).collect();
+        let surface =
+            |surface: &SurfaceModel| Some(SurfaceModel { of: partner(surface.of)?, ..*surface });
+        self.surfaces = self.surfaces.iter().filter_map(surface).collect();
     }
 
     /// The states at step 0.

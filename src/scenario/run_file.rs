@@ -4,7 +4,7 @@ use super::choices::{Inertia, Shape};
 use super::failure::Failure;
 use super::fields::{self, Exactly, Numbers, by_rows, matrix, numbers};
 use super::joints_summary::JointsSummary;
-use super::model::{BodyStart, Model};
+use super::model::Model;
 use super::parameters::{LoadParameters, PlaneParameters, unnamed_rotation};
 use super::physics::plane;
 use super::scene::{OutputFormat, Scene};
@@ -67,6 +67,9 @@ pub struct RunFile {
     /// Rows asked for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub steps: Option<u64>,
+    /// k of the first row; not written where it is 0.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub start_index: u64,
     /// Of a run of the three tables: bodies, what is fixed, constants and starts.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub model: Option<Model>,
@@ -372,6 +375,7 @@ impl RunFile {
             parameters: one.map(|(_, load)| RunParameters::of(&scene.world, load, scene.rows)),
             drawn: tables.map(|_| scene.drawn),
             steps: tables.map(|_| scene.rows),
+            start_index: scene.start_index,
             model: tables.map(|model| Model::clone(model)),
             solver: SolverSettings::of(scene)?,
             start: one.map(|(state, _)| start(state)),
@@ -381,8 +385,8 @@ impl RunFile {
         })
     }
 
-    /// That of a run of `scene` from its step 0 whose rows these are, a state without a step at last: it is
-    /// complete, whatever was asked for. None of a scene of `[body]`, whose run.json stands beside another
+    /// That of a run of `scene`, or of a part of one, whose rows these are, a state without a step at last: it
+    /// begins with the first of them and is complete, whatever was asked for. None of a scene of `[body]`, whose run.json stands beside another
     /// table, nor without rows.
     ///
     /// # Errors
@@ -392,7 +396,7 @@ impl RunFile {
             return Ok(None);
         };
         let (mut summary, mut joints) = (RunSummary::default(), JointsSummary::default());
-        let mut largest_overlap = 0.0_f64;
+        let (mut largest_overlap, mut world) = (0.0_f64, scene.world.clone());
         for (place, step) in rows.iter().enumerate() {
             let StepRow { index, status, iterations, residual, restitution_share, .. } = step.row;
             let part = "";
@@ -406,8 +410,10 @@ impl RunFile {
             });
             largest_overlap = largest_overlap.max(step.row.overlap);
             if place > 0 {
-                joints.add_errors(&scene.world, &step.states);
+                world.follow(&scene.courses, index as f64 * world.time_step());
+                joints.add_errors(&world, &step.states);
             }
+            joints.add_stiffness(step.row.stiffness);
             for joint in &step.joints {
                 joints.add_residual(joint.residual.locked, joint.residual.drive);
             }
@@ -420,8 +426,9 @@ impl RunFile {
         let mut file =
             Self::of(scene, &Ended { outcome, summary, seconds, largest_overlap, joints })?;
         file.steps = Some(rows.len() as u64);
-        for (body, state) in file.model.iter_mut().flat_map(|m| &mut m.bodies).zip(&first.states) {
-            body.start = BodyStart::of(state);
+        file.start_index = first.row.index;
+        if let Some(model) = &mut file.model {
+            model.start_at(&first.states, first.row.index as f64 * scene.world.time_step())?;
         }
         Ok(Some(file))
     }
@@ -534,6 +541,10 @@ impl RunFile {
             .find(|(_, word)| word.chars().count() > LONGEST_WORD)
             .map(|(field, _)| field)
     }
+}
+
+fn is_zero(index: &u64) -> bool {
+    *index == 0
 }
 
 fn json(value: &impl Serialize) -> Result<String, Failure> {

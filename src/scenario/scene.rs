@@ -11,6 +11,7 @@ use super::solver_choice::SolverChoice;
 use super::{bodies, body};
 use crate::contact::Partner;
 use crate::error::Error;
+use crate::joint::{Course, Knots};
 use crate::mechanics::{Load, State};
 use crate::simulation::{Motion, Simulation};
 use crate::world::World;
@@ -31,14 +32,18 @@ pub struct Scene {
     pub seed: u32,
     /// Whether anything of the start is drawn from the seed.
     pub drawn: bool,
+    /// k of the start: its time is k h, and loads are those of the times from there on.
+    pub start_index: u64,
     /// Rows of the trajectory: one more than there are steps.
     pub rows: u64,
     /// The world.
     pub world: World,
-    /// The states at step 0, one a body.
+    /// The states at the start, one a body.
     pub starts: Vec<State>,
     /// What pushes each body.
     pub loads: Vec<Load>,
+    /// How joints' frames in the world move, by the joints' indices.
+    pub courses: Vec<(usize, Knots)>,
     /// The names of the bodies.
     pub bodies: Vec<String>,
     /// The names of the fixed pieces.
@@ -49,6 +54,9 @@ pub struct Scene {
     pub contact: Option<SolverChoice>,
     /// Whether the solver is the usual one, for want of another.
     pub usual_solver: bool,
+    /// The robots from files, and which bodies and joints of the scene they are.
+    #[cfg(feature = "robot")]
+    pub robots: Vec<crate::robot::Assembled>,
     /// What files a run of it leaves.
     pub format: OutputFormat,
 }
@@ -92,6 +100,10 @@ impl Scene {
         usual: SolverName,
         read: ReadFile<'_>,
     ) -> Result<Self, Failure> {
+        #[cfg(feature = "robot")]
+        if super::is_robot(text) {
+            return Self::of_robot(text, path, (flags, given), read);
+        }
         let (name, Said { settings: below, ground, entries }) = super::read(text, path)?;
         match entries {
             None => body::refuse_idle_settings(ground, &flags)?,
@@ -112,6 +124,35 @@ impl Scene {
         Ok(Self { changed, ..scene })
     }
 
+    /// The scene of a robot's file alone: its own world, or level ground under one that has none.
+    #[cfg(feature = "robot")]
+    fn of_robot(
+        text: &str,
+        path: &Path,
+        (flags, given): (Settings, &[&str]),
+        read: ReadFile<'_>,
+    ) -> Result<Self, Failure> {
+        bodies::refuse_idle_settings(&flags)?;
+        let (robot, name) = bodies::robots::read_alone(text, path, read)?;
+        let place = "MJCF, which has the friction of everything";
+        refuse_flags(place, &[("--mu", flags.mu.is_some() && robot.options.has_world)])?;
+        refuse_flags("a scene of which nothing is random", &[("--seed", flags.seed.is_some())])?;
+        let below = bodies::robots::settings_of(&robot);
+        let changed = flags.changed(&below);
+        let scene = bodies::scene_of_robot(name, &flags.over(below), &robot);
+        let scene = scene.map_err(|failure| failure.in_file(path, FileKind::Scenario, given))?;
+        Ok(Self { changed, ..scene })
+    }
+
+    /// What stands in the files of its robots and has no meaning, a sentence each.
+    #[must_use]
+    pub fn notes(&self) -> Vec<String> {
+        #[cfg(feature = "robot")]
+        return self.robots.iter().flat_map(|robot| robot.robot().notes.clone()).collect();
+        #[cfg(not(feature = "robot"))]
+        Vec::new()
+    }
+
     /// A scene of the tutorial under `flags`, solved by `usual` where they name no solver.
     ///
     /// # Errors
@@ -129,6 +170,60 @@ impl Scene {
         Ok(Self { changed, ..scene })
     }
 
+    /// The model of a scene of `[[bodies]]`.
+    #[must_use]
+    pub fn model(&self) -> Option<&Model> {
+        match &self.format {
+            OutputFormat::Tables(model) => Some(model),
+            OutputFormat::Trajectory => None,
+        }
+    }
+
+    /// Its world as it is at the time of step `index`, joints' frames being where their courses have them.
+    #[must_use]
+    pub fn world_at(&self, index: u64) -> World {
+        let mut world = self.world.clone();
+        world.follow(&self.courses, index as f64 * world.time_step());
+        world
+    }
+
+    /// This scene with the bodies, the fixed things and the joints of `model`, where it says that they start.
+    ///
+    /// # Errors
+    /// What the library refuses.
+    pub fn with_model(self, model: Model) -> Result<Self, Failure> {
+        Ok(Self {
+            world: model.world()?,
+            starts: model.states(),
+            loads: model.loads()?,
+            courses: model.courses()?,
+            bodies: model.bodies.iter().map(|body| body.name.clone()).collect(),
+            fixed: model.fixed.iter().map(|fixed| fixed.name.clone()).collect(),
+            joints: model.joints.iter().map(|joint| joint.name.clone()).collect(),
+            format: OutputFormat::Tables(Box::new(model)),
+            ..self
+        })
+    }
+
+    /// This scene with one body more, the last: `text` is that of a table `[[bodies]]`, whose meshes are beside
+    /// `path`, and are read by `read`. Where it starts is not held against the other bodies.
+    ///
+    /// # Errors
+    /// The first thing that cannot be; a scene of `[body]`.
+    pub fn with_body(&self, text: &str, path: &Path, read: ReadFile<'_>) -> Result<Self, Failure> {
+        let entry = super::parse(text).map_err(Failure::Input)?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        bodies::with_body(self, entry, Files { folder, read })
+    }
+
+    /// This scene without the body `index`, and without the joints that tie it; those after it move up by one.
+    ///
+    /// # Errors
+    /// The only body; a scene of `[body]`.
+    pub fn without_body(&self, index: usize) -> Result<Self, Failure> {
+        bodies::without_body(self, index)
+    }
+
     /// A simulation from the start, which ends when `interrupt` is raised.
     ///
     /// # Errors
@@ -139,11 +234,24 @@ impl Scene {
             Some(contact) => contact.motion(&self.world)?,
         };
         let mut simulation = Simulation::new(self.world.clone(), self.starts.clone(), motion)?;
+        self.prepare(&mut simulation)?;
+        simulation.interrupt_by(Arc::clone(interrupt));
+        Ok(simulation)
+    }
+
+    /// Sets in a `simulation` of the scene what of it changes with time: the index of the start, loads and courses.
+    ///
+    /// # Errors
+    /// What the library refuses: none of a simulation of the scene's world.
+    pub fn prepare(&self, simulation: &mut Simulation<'_>) -> Result<(), Error> {
+        simulation.set_index(self.start_index)?;
         for (body, load) in self.loads.iter().enumerate() {
             simulation.set_load(body, load.clone())?;
         }
-        simulation.interrupt_by(Arc::clone(interrupt));
-        Ok(simulation)
+        for (joint, knots) in &self.courses {
+            simulation.set_course(*joint, Course::Through(knots.clone()))?;
+        }
+        Ok(())
     }
 
     /// What moves the bodies of `world`, the scene's or one with other constants.

@@ -18,6 +18,8 @@ use nalgebra::{Matrix3, Vector3};
 pub struct Settings {
     /// Rows of the trajectory.
     pub steps: Option<u64>,
+    /// k of the start.
+    pub start_index: Option<u64>,
     /// The seed of what is drawn.
     pub seed: Option<u32>,
     /// h, s.
@@ -105,6 +107,7 @@ impl Settings {
         let below = if self.preset.is_some() { below.without_solver() } else { below };
         Self {
             steps: self.steps.or(below.steps),
+            start_index: self.start_index.or(below.start_index),
             seed: self.seed.or(below.seed),
             dt: self.dt.or(below.dt),
             rotation: self.rotation.or(below.rotation),

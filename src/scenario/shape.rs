@@ -3,6 +3,7 @@
 use crate::error::Error;
 use crate::geometry::mesh::Mesh;
 use crate::geometry::{MassProperties, Piece};
+use crate::joint::JointFrame;
 use crate::mechanics::RigidBody;
 use crate::mechanics::body::solid_box_inertia;
 use crate::mechanics::quaternion::rotation;
@@ -112,6 +113,18 @@ impl Form {
 }
 
 impl Place {
+    /// As the frame of a joint.
+    #[must_use]
+    pub fn frame(&self) -> JointFrame {
+        JointFrame { anchor: self.position.into(), attitude: self.attitude.into() }
+    }
+
+    /// That of a frame of a joint.
+    #[must_use]
+    pub fn of(frame: &JointFrame) -> Self {
+        Self { position: frame.anchor.into(), attitude: frame.attitude.into() }
+    }
+
     /// Where frame and own frame are the same.
     pub const ORIGIN: Self = Self { position: [0.0; 3], attitude: [1.0, 0.0, 0.0, 0.0] };
 

@@ -48,6 +48,20 @@ pub fn is_name(text: &str) -> bool {
     !text.is_empty() && text.chars().count() <= 80 && !text.chars().any(char::is_control)
 }
 
+/// Whether this can be the name of a body, a fixed thing or a joint.
+///
+/// # Errors
+/// A sentence that begins with the field.
+pub fn checked_name(name: &str) -> Result<(), String> {
+    let fits = |c: char| c.is_ascii_alphanumeric() || "_-.".contains(c);
+    if (1..=40).contains(&name.len()) && name.chars().all(fits) && name != "ground" {
+        return Ok(());
+    }
+    Err(format!(
+        "name: {name:?} is none; 1 to 40 letters, digits, `-`, `_` or `.` are needed, and not `ground`"
+    ))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

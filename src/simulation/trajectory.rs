@@ -247,6 +247,8 @@ pub struct TrajectoryReader<R: Read> {
     contacts: usize,
     bounce: bool,
     next_index: u64,
+    /// Whether the first row may have any k.
+    any_start: bool,
     ended: bool,
 }
 
@@ -266,7 +268,21 @@ impl<R: Read> TrajectoryReader<R> {
             contacts = (found / per_contact).max(1);
             header(contacts, bounce)
         })?;
-        Ok(Self { sheet, contacts, bounce, next_index: 0, ended: false })
+        Ok(Self { sheet, contacts, bounce, next_index: 0, any_start: false, ended: false })
+    }
+
+    /// The same of rows whose first k is `index`.
+    #[must_use]
+    pub fn from_index(mut self, index: u64) -> Self {
+        self.next_index = index;
+        self
+    }
+
+    /// The same of rows whose first k may be any.
+    #[must_use]
+    pub fn of_part(mut self) -> Self {
+        self.any_start = true;
+        self
     }
 
     /// n.
@@ -286,6 +302,9 @@ impl<R: Read> TrajectoryReader<R> {
             return Ok(None);
         }
         sheet.need_row("the file has no row of status `end`: it is cut off, or no trajectory")?;
+        if std::mem::take(&mut self.any_start) {
+            self.next_index = sheet.whole(0)?;
+        }
         sheet.expect(0, self.next_index)?;
         let n = self.contacts;
         let first_step = STATE_COLUMNS.len();

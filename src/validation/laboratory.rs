@@ -9,6 +9,7 @@ use crate::contact::detection::Detection;
 use crate::contact::{Partner, Plane};
 use crate::error::Error;
 use crate::geometry::Piece;
+use crate::joint::{Joint, JointForce};
 use crate::mechanics::quaternion::{advance, rotation};
 use crate::mechanics::{Load, Polyline, RigidBody, Rotation, State};
 use crate::simulation::{Motion, Simulation, StepRecord};
@@ -40,6 +41,8 @@ pub struct Setup {
     pub bodies: Vec<Subject>,
     /// Pieces that never move, relative to the slope.
     pub fixed: Vec<Fixed>,
+    /// What ties the bodies, on level ground.
+    pub joints: Vec<Joint>,
     /// Coefficients of friction between a body and a partner, where they are not `friction`.
     pub frictions: Vec<(usize, Partner, f64)>,
     /// Of the ground, which falls towards +x, degrees.
@@ -90,9 +93,9 @@ impl Setup {
     /// These bodies on level ground, and nothing else.
     #[must_use]
     pub fn new(bodies: Vec<Subject>, gravity: f64, friction: f64, duration: f64) -> Self {
-        let (fixed, frictions) = (Vec::new(), Vec::new());
+        let (fixed, joints, frictions) = (Vec::new(), Vec::new(), Vec::new());
         let (slope, restitution) = (0.0, 0.0);
-        Self { bodies, fixed, frictions, slope, gravity, friction, restitution, duration }
+        Self { bodies, fixed, joints, frictions, slope, gravity, friction, restitution, duration }
     }
 }
 
@@ -105,6 +108,8 @@ pub struct Taken<'a> {
     pub after: &'a [State],
     /// The forces of its contacts.
     pub contacts: &'a [ContactForce],
+    /// The forces of its joints.
+    pub joints: &'a [JointForce],
     /// What it lacks.
     pub residual: Residual,
 }
@@ -235,8 +240,8 @@ impl<'a> Laboratory<'a> {
                 track.states.push(solution.states[index]);
                 track.forces.push(solution.total_force(index));
             }
-            let StepSolution { states: after, contacts, .. } = &solution;
-            if until(&Taken { before: &before, after, contacts, residual }) {
+            let StepSolution { states: after, contacts, joints, .. } = &solution;
+            if until(&Taken { before: &before, after, contacts, joints, residual }) {
                 break;
             }
             before.copy_from_slice(after);
@@ -284,6 +289,9 @@ impl<'a> Laboratory<'a> {
         for &(body, partner, friction) in &setup.frictions {
             world = world.with_friction_between(body, partner, friction)?;
         }
+        if !setup.joints.is_empty() {
+            world = world.with_joints(setup.joints.clone())?;
+        }
         let solver = (self.make_solver)(&world)?;
         let selects = solver.selects();
         let motion = Motion::Contact { detection: Detection::default(), solver };
@@ -318,6 +326,11 @@ impl<'a> Laboratory<'a> {
             let (kinematics, momentum) = self.motion_residual(setup, record, index);
             residual.kinematics = residual.kinematics.max(kinematics);
             residual.momentum = residual.momentum.max(momentum);
+        }
+        if !setup.joints.is_empty() {
+            // Forces of joints are those of the certificate.
+            residual.momentum = certificate.dynamics;
+            residual.joint = certificate.joint.max(certificate.joint_law);
         }
         let lightest = setup.bodies.iter().map(|subject| subject.body.mass());
         let lightest = lightest.fold(f64::INFINITY, f64::min);

@@ -17,9 +17,11 @@ mod arch;
 mod axis;
 mod blocks;
 mod bouncing;
+mod chain;
 mod collision;
 mod compass;
 mod cradle;
+mod crank;
 mod dominoes;
 mod dragging;
 mod edge;
@@ -32,6 +34,7 @@ mod inputs;
 mod laboratory;
 mod leaning;
 mod pair;
+mod pendulum;
 mod prelude;
 mod quantity;
 mod residual;
@@ -158,7 +161,7 @@ impl Problem for Posed {
 }
 
 /// All problems, in the order of a first reading.
-pub static PROBLEMS: [&dyn Problem; 33] = [
+pub static PROBLEMS: [&dyn Problem; 38] = [
     &falling::FREE_FALL,
     &stopping::SLIDING_STOP,
     &slope::STICK,
@@ -192,6 +195,11 @@ pub static PROBLEMS: [&dyn Problem; 33] = [
     &grid::BALL_GRID,
     &heap::BALLS_666,
     &heap::ELASTIC_666,
+    &pendulum::PENDULUM,
+    &pendulum::STIFF_HINGE,
+    &pendulum::SERVO,
+    &crank::SLIDER_CRANK,
+    &chain::FREE_CHAIN,
 ];
 
 /// The problem of that name.

@@ -13,14 +13,16 @@ pub struct Residual {
     pub normal: f64,
     /// Of the friction law (18d).
     pub friction: f64,
+    /// Of what joints hold and drive.
+    pub joint: f64,
 }
 
 /// The most that is excused, m/s. Of all steps that Ipopt solves in the problems with their
 /// usual inputs the largest residuals are 9e-7 of momentum, 3e-6 of friction, 1e-6 of
 /// kinematics (and 9e-5 in a box that stands on the brink), and 1e-4 of the normal law, which
-/// is as much as its path accepts. The native solver's are 1e-10 and less.
+/// is as much as its path accepts. The native solver's are 1e-10 and less, of joints too.
 const EXCUSED: Residual =
-    Residual { kinematics: 1e-5, momentum: 2e-6, normal: 1e-4, friction: 1e-5 };
+    Residual { kinematics: 1e-5, momentum: 2e-6, normal: 1e-4, friction: 1e-5, joint: 1e-10 };
 
 impl Residual {
     /// As far as it is excused. Ipopt's program smooths the norm of friction, which costs
@@ -31,6 +33,7 @@ impl Residual {
             momentum: self.momentum.min(EXCUSED.momentum),
             normal: self.normal.min(EXCUSED.normal),
             friction: self.friction.min(EXCUSED.friction + 2.0 * smoothing),
+            joint: self.joint.min(EXCUSED.joint),
         }
     }
 }

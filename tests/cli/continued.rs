@@ -113,6 +113,13 @@ fn loads_slopes_and_bounces_go_on() {
         "250",
     );
     goes_on(&["--scene", "floating"], &["1", "7"], "40");
+    goes_on(
+        &with(&["--start-index", "700", "--force", "1.5:0,0,0", "--force", "2:90,0,0"]),
+        &["60"],
+        "250",
+    );
+    let pile = scenario("door");
+    goes_on(&["--scenario", &pile, "--start-index", "123456"], &["60"], "150");
 }
 
 #[test]

@@ -346,6 +346,21 @@ impl Contact {
         apart - normal * normal.dot(&apart)
     }
 
+    /// The mean slip over the step `states` → `next` of `world`, m/s, world, with what surfaces carry; NaN where a
+    /// list has no state of one of the bodies.
+    #[must_use]
+    pub fn slip(&self, world: &World, states: &[State], next: &[State]) -> Vector3<f64> {
+        let poses = |body: usize| Some((states.get(body)?.pose(), next.get(body)?.pose()));
+        let b = self.key.partner.body().map(poses);
+        let (Some(a), None | Some(Some(_))) = (poses(self.key.body), &b) else {
+            return Vector3::repeat(f64::NAN);
+        };
+        let b = b.flatten();
+        let u = self.motion((&a.0, &a.1), b.as_ref().map(|b| (&b.0, &b.1)), world.time_step());
+        let slip = u - self.normal() * self.normal().dot(&u);
+        if world.has_surfaces() { slip + self.carried(world, states) } else { slip }
+    }
+
     /// u of two round features (eq. 10b).
     #[inline(never)]
     fn round_motion(&self, a: (&Pose, &Pose), b: Option<(&Pose, &Pose)>, h: f64) -> Vector3<f64> {

@@ -453,9 +453,10 @@ impl Neighbours {
         sweep.pairs(boxes, |i, j| {
             let owners = (proxies[i].owner, proxies[j].owner);
             let kept_apart = match owners {
-                (Owner::Body(a), Owner::Body(b)) => !world.may_touch(a, b),
-                (Owner::Body(body), Owner::Fixed(_)) | (Owner::Fixed(_), Owner::Body(body)) => {
-                    world.is_held(body)
+                (Owner::Body(a), Owner::Body(b)) => !world.may_touch(a, Partner::Body(b)),
+                (Owner::Body(body), Owner::Fixed(fixed))
+                | (Owner::Fixed(fixed), Owner::Body(body)) => {
+                    !world.may_touch(body, Partner::Fixed(fixed))
                 }
                 (Owner::Fixed(_), Owner::Fixed(_)) => true,
             };

@@ -47,10 +47,7 @@ pub(crate) fn nearest_unseen(
     for (place, a) in all.iter().enumerate() {
         let Some(body) = a.0.body() else { break };
         for b in &all[place + 1..] {
-            let may_touch = match b.0 {
-                Partner::Body(other) => other != body && world.may_touch(body, other),
-                _ => !world.is_held(body),
-            };
+            let may_touch = b.0 != Partner::Body(body) && world.may_touch(body, b.0);
             let apart = (middle(a) - middle(b)).norm() - size(a.2) - size(b.2);
             if !may_touch || apart >= nearest {
                 continue;

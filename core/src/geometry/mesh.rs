@@ -4,7 +4,7 @@
 mod files;
 
 #[cfg(feature = "mesh")]
-pub use files::{parse_obj, parse_stl};
+pub use files::{facets_of_obj, facets_of_stl, parse_obj, parse_stl};
 
 use super::hull::{Hull, extent};
 use crate::error::{Error, all_in_range, in_range};

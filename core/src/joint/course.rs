@@ -57,10 +57,16 @@ pub enum Course {
 }
 
 /// A frame over time: between two knots its anchor goes straight and it turns evenly about one axis, the shorter
-/// way; before the first and after the last it stays.
+/// way; before the first it stays, and after the last, too, unless it [goes on](Knots::going_on) from there.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
-pub struct Knots(Vec<(f64, JointFrame)>);
+pub struct Knots {
+    knots: Vec<(f64, JointFrame)>,
+    /// After the last knot: of the anchor, m/s, world.
+    velocity: Vector3<f64>,
+    /// rad/s, world.
+    spin: Vector3<f64>,
+}
 
 /// More knots than this are taken for a mistake.
 const MOST_KNOTS: usize = 1_000_000;
@@ -82,17 +88,29 @@ impl Knots {
             latest = in_range("time of a course (s)", time, first, 1e6, allowed)?;
             Ok((time, frame.checked()?))
         });
-        Ok(Self(checked.collect::<Result<_, Error>>()?))
+        let knots = checked.collect::<Result<_, Error>>()?;
+        Ok(Self { knots, velocity: Vector3::zeros(), spin: Vector3::zeros() })
+    }
+
+    /// The same, which go on after the last knot at a steady `velocity` of the anchor (m/s, world) and `spin`
+    /// (rad/s, world): with one knot, a turntable.
+    ///
+    /// # Errors
+    /// A component beyond ±1e5.
+    pub fn going_on(self, velocity: Vector3<f64>, spin: Vector3<f64>) -> Result<Self, Error> {
+        check_velocities(&velocity, &spin)?;
+        Ok(Self { velocity, spin, ..self })
     }
 
     /// The frame at `time` (s).
     #[must_use]
     pub fn at(&self, time: f64) -> JointFrame {
-        let next = self.0.partition_point(|(knot, _)| *knot <= time);
-        let before = next.checked_sub(1).and_then(|last| self.0.get(last));
-        match (before, self.0.get(next)) {
+        let next = self.knots.partition_point(|(knot, _)| *knot <= time);
+        let before = next.checked_sub(1).and_then(|last| self.knots.get(last));
+        match (before, self.knots.get(next)) {
             (Some((from, a)), Some((to, b))) => a.towards(b, (time - from) / (to - from)),
-            (Some((_, frame)), None) | (None, Some((_, frame))) => *frame,
+            (Some((last, frame)), None) => frame.after((&self.velocity, &self.spin), time - last),
+            (None, Some((_, frame))) => *frame,
             (None, None) => JointFrame::at(Vector3::zeros()),
         }
     }
@@ -126,15 +144,17 @@ impl JointFrame {
     }
 }
 
+fn check_velocities(velocity: &Vector3<f64>, spin: &Vector3<f64>) -> Result<(), Error> {
+    all_in_range("velocity of a course (m/s)", velocity, -1e5, 1e5, "-1e5 to 1e5")?;
+    all_in_range("spin of a course (rad/s)", spin, -1e5, 1e5, "-1e5 to 1e5")
+}
+
 impl Course {
     /// The course, checked.
     pub(crate) fn checked(self) -> Result<Self, Error> {
         match &self {
             Self::To(frame) => return Ok(Self::To(frame.checked()?)),
-            Self::Steady { velocity, spin } => {
-                all_in_range("velocity of a course (m/s)", velocity, -1e5, 1e5, "-1e5 to 1e5")?;
-                all_in_range("spin of a course (rad/s)", spin, -1e5, 1e5, "-1e5 to 1e5")?;
-            }
+            Self::Steady { velocity, spin } => check_velocities(velocity, spin)?,
             Self::Through(_) => {}
         }
         Ok(self)

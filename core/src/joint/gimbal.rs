@@ -24,8 +24,10 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(any(feature = "save", feature = "serde"), derive(serde::Serialize, serde::Deserialize))]
 pub struct Middle {
-    backwards: bool,
-    zero: f64,
+    /// Whether it is −γ that is counted.
+    pub backwards: bool,
+    /// γ at its zero, rad, −π to π.
+    pub zero: f64,
 }
 
 impl Middle {

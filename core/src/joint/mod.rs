@@ -386,7 +386,8 @@ impl Joint {
     }
 
     /// Whether it ties the body `body`.
-    pub(crate) fn ties(&self, body: usize) -> bool {
+    #[must_use]
+    pub fn ties(&self, body: usize) -> bool {
         self.body == body || self.other == Some(body)
     }
 

@@ -9,7 +9,6 @@ use crate::mechanics::{RigidBody, State};
 use crate::simulation::Motion;
 use crate::step::{ContactForce, StepSolution};
 use crate::world::World;
-use crate::world::without;
 use nalgebra::Vector3;
 
 impl Simulation<'_> {
@@ -71,16 +70,7 @@ impl Simulation<'_> {
         let gears: Vec<_> = kept.collect();
         let state = self.now.states[index];
         for solution in self.solutions() {
-            solution.states.remove(index);
-            let renumbered = |force: &ContactForce| {
-                let key = force.key.renumbered(|body| without(body, index))?;
-                Some(ContactForce { key, ..*force })
-            };
-            solution.contacts = solution.contacts.iter().filter_map(renumbered).collect();
-            let mut stay = stays.iter();
-            solution.joints.retain(|_| stay.next().copied().unwrap_or(true));
-            let mut stay = gears.iter();
-            solution.gears.retain(|_| stay.next().copied().unwrap_or(true));
+            solution.leave_out(index, (&stays, &gears));
         }
         self.take_world(world);
         Ok((body, state))

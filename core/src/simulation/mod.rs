@@ -31,6 +31,7 @@ pub use record::StepRecord;
 #[cfg(feature = "save")]
 pub use save::Saved;
 pub use start::JOINT_AT_THE_START;
+pub use stiffness::Stiffness;
 
 use crate::contact::certificate::{Certifier, Claim, certify_rk4_step};
 use crate::contact::{Candidates, Certificate, Detection, Memory, rounding};
@@ -155,7 +156,7 @@ struct Scratch {
     solution: StepSolution,
     certifier: Certifier,
     judge: wild::Judge,
-    stiffness: stiffness::Stiffness,
+    stiffness: Stiffness,
 }
 
 impl<'a> Simulation<'a> {
@@ -382,7 +383,8 @@ impl<'a> Simulation<'a> {
         record.certificate = certificate;
         record.restitution_share = share;
         let Scratch { stiffness, solution, .. } = &mut self.scratch;
-        record.stiffness = stiffness.of_step(&self.world, &self.now.states, solution);
+        record.stiffness =
+            stiffness.of_step(&self.world, &self.now.states, (&solution.joints, &solution.gears));
         let overlap =
             self.scratch.candidates.deepest_overlap(&self.world, &self.scratch.solution.states);
         record.overlap = overlap.map_or(0.0, |(depth, ..)| depth);

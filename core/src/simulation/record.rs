@@ -3,6 +3,7 @@
 use crate::contact::{Certificate, Contact};
 use crate::mechanics::State;
 use crate::step::{StepReport, StepSolution, StepStatus};
+use crate::world::without;
 
 /// One step k → k+1 of a simulation. Lists go over the bodies of the world.
 #[derive(Debug, Clone, PartialEq)]
@@ -52,6 +53,20 @@ impl StepRecord {
             restitution_share: 1.0,
             stiffness: 0.0,
         }
+    }
+
+    /// Makes this what it is without the body `index`, which was taken out after the step, and without its contacts:
+    /// bodies after it move up by one. Of the joints of the step and of its gears those are left that `stays` says true of.
+    pub fn leave_out(&mut self, index: usize, stays: (&[bool], &[bool])) {
+        if index < self.states.len() {
+            self.states.remove(index);
+        }
+        let renumbered = |contact: &Contact| {
+            let key = contact.key.renumbered(|body| without(body, index))?;
+            Some(Contact { key, ..*contact })
+        };
+        self.contacts = self.contacts.iter().filter_map(renumbered).collect();
+        self.solution.leave_out(index, stays);
     }
 
     /// X at step k of the first body.

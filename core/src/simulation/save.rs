@@ -48,7 +48,7 @@ pub struct Saved {
 /// What the bytes begin with.
 const MAGIC: [u8; 8] = *b"tumble-k";
 /// The number of the format: another one where the same numbers stand for something else.
-const FORMAT: u32 = 1;
+const FORMAT: u32 = 2;
 /// Magic word, format and length.
 const HEADER: usize = 8 + 4 + 8;
 /// The checksum.

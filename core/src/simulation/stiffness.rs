@@ -14,13 +14,12 @@
 use crate::joint::{Axis, Joint, JointForce};
 use crate::mechanics::State;
 use crate::mechanics::quaternion::rotation;
-use crate::step::StepSolution;
 use crate::world::World;
 use nalgebra::{Matrix3, Vector3};
 
-/// Memory that steps use again.
+/// Finds it; owns its scratch memory, so that a step allocates nothing for it.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Stiffness {
+pub struct Stiffness {
     /// K of each body, N m, its frame.
     of: Vec<Matrix3<f64>>,
     /// Where a joint holds it in the world, m, its frame.
@@ -28,29 +27,39 @@ pub(super) struct Stiffness {
 }
 
 impl Stiffness {
-    /// h ω (J12) of a step from `states` in which the joints and gears of `world` have the forces of `solution`; 0 without joints.
+    /// h ω (J12) of a step from `states` in which the `joints` and the `gears` of `world` have these forces; 0 without joints.
+    /// A frame in the world that moves is where the step ends.
     #[inline]
-    pub(super) fn of_step(
+    pub fn of_step(
         &mut self,
         world: &World,
         states: &[State],
-        solution: &StepSolution,
+        forces: (&[JointForce], &[f64]),
     ) -> f64 {
-        if world.joints().is_empty() { 0.0 } else { self.of_joints(world, states, solution) }
+        let is_whole = states.len() == world.bodies().len();
+        if world.joints().is_empty() || !is_whole {
+            return 0.0;
+        }
+        self.of_joints(world, states, forces)
     }
 
     #[inline(never)]
-    fn of_joints(&mut self, world: &World, states: &[State], solution: &StepSolution) -> f64 {
+    fn of_joints(
+        &mut self,
+        world: &World,
+        states: &[State],
+        (joints, gears): (&[JointForce], &[f64]),
+    ) -> f64 {
         let bodies = world.bodies();
         self.of.clear();
         self.of.resize(bodies.len(), Matrix3::zeros());
         self.held.clear();
         self.held.resize(bodies.len(), None);
-        for (joint, force) in world.joints().iter().zip(&solution.joints) {
+        for (joint, force) in world.joints().iter().zip(joints) {
             self.add(joint, force, states);
         }
-        for (gear, force) in world.gears().iter().zip(&solution.gears) {
-            for (joint, load) in gear.loads(*force, &solution.joints) {
+        for (gear, force) in world.gears().iter().zip(gears) {
+            for (joint, load) in gear.loads(*force, joints) {
                 self.add(&world.joints()[joint], &load, states);
             }
         }

@@ -2,7 +2,7 @@
 
 use super::{Pairs, Partner, World};
 use crate::error::{Error, all_in_range};
-use crate::joint::Joint;
+use crate::joint::{Joint, Knots};
 use crate::mechanics::RigidBody;
 use nalgebra::Vector3;
 
@@ -109,16 +109,19 @@ impl World {
             held.clear();
         }
         let number = |index: usize| without(index, body);
-        let pairs = |pairs: &Pairs| {
-            let pair = |((a, partner), value): &((usize, Partner), f64)| {
-                let partner = match partner {
-                    Partner::Body(other) => Partner::Body(number(*other)?),
-                    fixed => *fixed,
-                };
-                Some(((number(*a)?, partner), *value))
+        let renumbered = |&(a, partner): &(usize, Partner)| {
+            let partner = match partner {
+                Partner::Body(other) => Partner::Body(number(other)?),
+                fixed => fixed,
             };
+            Some((number(a)?, partner))
+        };
+        let pairs = |pairs: &Pairs| {
+            let pair = |(pair, value): &((usize, Partner), f64)| Some((renumbered(pair)?, *value));
             pairs.iter().filter_map(pair).collect()
         };
+        let untouched = self.untouched.iter().filter_map(|body| number(*body)).collect();
+        let kept_apart = self.kept_apart.iter().filter_map(renumbered).collect();
         let (pair_frictions, pair_restitutions) =
             (pairs(&self.pair_frictions), pairs(&self.pair_restitutions));
         let joints = self.joints.iter().map(|joint| joint.without(body)).collect();
@@ -134,6 +137,8 @@ impl World {
             surfaces: self.surfaces.iter().filter_map(surface).collect(),
             pair_frictions,
             pair_restitutions,
+            kept_apart,
+            untouched,
             ..self.clone()
         };
         Ok(world.tied_by(joints))
@@ -172,6 +177,18 @@ impl World {
     /// The joints, for a simulation to set what drives them.
     pub(crate) fn joints_mut(&mut self) -> &mut [Joint] {
         &mut self.joints
+    }
+
+    /// Has the frames in the world of these joints, which hold a body there in all their axes, be where their
+    /// courses are at `time` (s): what a [course through knots](crate::simulation::Simulation::set_course) does to the
+    /// world of a step that ends then, for what reads recorded steps. Others are passed over.
+    pub fn follow(&mut self, courses: &[(usize, Knots)], time: f64) {
+        for (joint, knots) in courses {
+            if let Some(joint) = self.joints.get_mut(*joint).filter(|joint| joint.holds_in_world())
+            {
+                joint.move_to(knots.at(time));
+            }
+        }
     }
 
     /// This world with a surface that moves over what it is of, as the belt of a conveyor does: what

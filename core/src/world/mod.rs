@@ -53,8 +53,12 @@ pub struct World {
     fixed: Vec<Fixed>,
     joints: Vec<Joint>,
     gears: Vec<Gear>,
-    /// Pairs of bodies that do not touch, in ascending order.
-    apart: Vec<(usize, usize)>,
+    /// Pairs that do not touch because a joint ties them or it was said, in ascending order.
+    apart: Vec<(usize, Partner)>,
+    /// Those of which it was said.
+    kept_apart: Vec<(usize, Partner)>,
+    /// Bodies that touch nothing, in ascending order.
+    untouched: Vec<usize>,
     /// Whether each body is held; empty where none is.
     held: Vec<bool>,
     /// Velocities of surfaces, each of an owner.
@@ -89,6 +93,8 @@ impl World {
             joints: Vec::new(),
             gears: Vec::new(),
             apart: Vec::new(),
+            kept_apart: Vec::new(),
+            untouched: Vec::new(),
             held: Vec::new(),
             surfaces: Vec::new(),
             pair_frictions: Pairs::new(),
@@ -134,16 +140,49 @@ impl World {
         Ok(Self { gears, ..self })
     }
 
+    /// This world, in which the body `body` and `partner` do not touch each other. What was said of pairs stays.
+    ///
+    /// # Errors
+    /// A body or fixed piece that is not there, a ground where there is none, a body with itself.
+    pub fn with_apart(mut self, body: usize, partner: Partner) -> Result<Self, Error> {
+        self.check_pair("pair that does not touch", body, partner)?;
+        self.kept_apart.push(ordered(body, partner));
+        let joints = std::mem::take(&mut self.joints);
+        Ok(self.tied_by(joints))
+    }
+
+    /// This world, in which the body `body` touches nothing.
+    ///
+    /// # Errors
+    /// A body that is not there.
+    pub fn with_untouched(mut self, body: usize) -> Result<Self, Error> {
+        if body >= self.bodies().len() {
+            let allowed = "an index of a body";
+            return Err(Error::Count { field: "body", count: body, allowed });
+        }
+        self.untouched.push(body);
+        self.untouched.sort_unstable();
+        self.untouched.dedup();
+        Ok(self)
+    }
+
     /// This world with `joints` that were checked.
-    fn tied_by(self, joints: Vec<Joint>) -> Self {
+    fn tied_by(mut self, joints: Vec<Joint>) -> Self {
         let tied = joints.iter().filter(|joint| !joint.collides());
-        let mut apart: Vec<_> = tied
-            .filter_map(|joint| Some((joint.body(), joint.other()?)))
-            .map(|(a, b)| (a.min(b), a.max(b)))
-            .collect();
-        apart.sort_unstable();
-        apart.dedup();
-        Self { joints, apart, ..self }
+        let tied = tied.filter_map(|joint| Some((joint.body(), joint.other()?)));
+        let tied = tied.map(|(a, b)| ordered(a, Partner::Body(b)));
+        self.kept_apart.sort_unstable();
+        self.kept_apart.dedup();
+        self.apart = tied.chain(self.kept_apart.iter().copied()).collect();
+        self.apart.sort_unstable();
+        self.apart.dedup();
+        Self { joints, ..self }
+    }
+
+    /// The pairs of which [`World::with_apart`] says that they do not touch.
+    #[must_use]
+    pub fn kept_apart(&self) -> &[(usize, Partner)] {
+        &self.kept_apart
     }
 
     /// The joints.
@@ -165,11 +204,14 @@ impl World {
         angles_near((&self.joints, &self.gears), states, near)
     }
 
-    /// Whether two bodies may touch each other: whether neither is held, and no joint keeps them from it.
+    /// Whether the body `body` and `partner` may touch each other: whether both touch anything, no body of them is
+    /// held, and neither a joint nor [`World::with_apart`] keeps them from it.
     #[must_use]
-    pub fn may_touch(&self, a: usize, b: usize) -> bool {
-        let is_apart = || self.apart.binary_search(&(a.min(b), a.max(b))).is_ok();
-        !self.is_held(a) && !self.is_held(b) && !is_apart()
+    pub fn may_touch(&self, body: usize, partner: Partner) -> bool {
+        let is_apart =
+            || !self.apart.is_empty() && self.apart.binary_search(&ordered(body, partner)).is_ok();
+        let is_open = |body: usize| !self.is_held(body) && !self.untouched.contains(&body);
+        is_open(body) && partner.body().is_none_or(is_open) && !is_apart()
     }
 
     /// This world, its fixed pieces, its restitution and what was said of pairs, with other
@@ -474,7 +516,7 @@ impl World {
     /// φ_i = n·r − d + (Aᵀ n)·c_i − ρ_i
     /// ```
     ///
-    /// Without a ground there are none, nor of a body that is held.
+    /// Without a ground there are none, nor of a body that does not touch it.
     ///
     /// # Panics
     /// If there is no such body.
@@ -485,7 +527,7 @@ impl World {
     ) -> impl ExactSizeIterator<Item = f64> + use<'a> {
         let points = self.bodies()[index].contact_points();
         let (centre, normal, points) = match self.ground() {
-            Some(ground) if !self.is_held(index) => {
+            Some(ground) if self.may_touch(index, Partner::Ground) => {
                 let centre = ground.normal().dot(&pose.position) - ground.offset();
                 (centre, pose.rotation.tr_mul(ground.normal()), points)
             }
@@ -555,6 +597,8 @@ impl World {
             joints: Vec::new(),
             gears: Vec::new(),
             apart: Vec::new(),
+            kept_apart: Vec::new(),
+            untouched: Vec::new(),
             held: self.held.clone(),
             surfaces: Vec::new(),
             pair_frictions: self.pair_frictions.clone(),

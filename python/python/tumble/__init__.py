@@ -12,19 +12,24 @@ is named in ``unsolved``.
 """
 
 from ._gradients import Derivatives
+from ._robot import Links, Robot, RobotJoint
 from ._rollout import Rollouts, Unsolved, rollout
 from ._scene import Scene, drop, floating, load
 from ._simulation import Simulation, Step
 from ._trajectory import STATE_COLUMNS, Page, Picture, Trajectory
-from ._tumble import PARAMETERS, STATUSES, TumbleError, __version__, has_ipopt
+from ._tumble import PARAMETERS, STATUSES, Contacts, TumbleError, __version__, has_ipopt
 
 __all__ = [
     "PARAMETERS",
     "STATE_COLUMNS",
     "STATUSES",
+    "Contacts",
     "Derivatives",
+    "Links",
     "Page",
     "Picture",
+    "Robot",
+    "RobotJoint",
     "Rollouts",
     "Scene",
     "Simulation",

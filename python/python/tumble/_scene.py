@@ -21,8 +21,10 @@ Fields = Mapping[str, Any]
 """A table of a scenario file: its fields are those of scenarios/README.md."""
 
 _LARGEST_FILE = 1 << 20
+_LARGEST_ROBOT = 16 << 20
 _LARGEST_SEED = 2**32 - 1
 _MOST_STEPS = 9_999_999
+_LARGEST_START = 9_000_000_000_000_000
 _GROUND = '{"friction": 0.3}'
 _SEED = re.compile(r"^\s*\"?seed\"?\s*=", re.MULTILINE)
 
@@ -38,7 +40,7 @@ class Scene(CoreScene):
         )
 
     Lengths in m, masses in kg, times in s, gravity in m/s² (a number downwards, or three in the
-    world's frame). Positions and velocities are in the world's frame, spins (rad/s) and inertias
+    world's frame). ``start_index`` is k of the start, whose time is k time steps. Positions and velocities are in the world's frame, spins (rad/s) and inertias
     (kg m², about the centre of mass) in the body's; attitudes are unit quaternions w, x, y, z, from
     body to world. ``rotation`` is the equation by which a step turns its bodies, "momentum" or
     "tutorial" (scenarios/README.md). Raises TumbleError for what cannot be simulated.
@@ -59,11 +61,16 @@ class Scene(CoreScene):
         joints: Iterable[Fields] = (),
         motors: Iterable[Fields] = (),
         gears: Iterable[Fields] = (),
+        driven: Iterable[Fields] = (),
+        surfaces: Iterable[Fields] = (),
+        robots: Iterable[Fields] = (),
+        apart: Iterable[Fields] = (),
         *,
         gravity: Union[float, Iterable[float]] = 9.81,
         time_step: float = 0.002,
         rotation: str = "momentum",
         steps: int = 1000,
+        start_index: int = 0,
         name: str = "scene",
         seed: Optional[int] = None,
         folder: Union[str, "os.PathLike[str]"] = ".",
@@ -75,6 +82,7 @@ class Scene(CoreScene):
             {
                 "name": name,
                 "steps": whole("steps", steps, 1, _MOST_STEPS) + 1,
+                "start_index": whole("start_index", start_index, 0, _LARGEST_START) or None,
                 "time_step": time_step,
                 "rotation": rotation,
                 "gravity": gravity,
@@ -88,6 +96,10 @@ class Scene(CoreScene):
                 "joints": tables("joints", joints),
                 "motors": tables("motors", motors),
                 "gears": tables("gears", gears),
+                "driven": tables("driven", driven),
+                "surfaces": tables("surfaces", surfaces),
+                "robots": tables("robots", robots),
+                "apart": tables("apart", apart),
             }
         )
         return cls.from_text(text, Path(folder) / "scene", seed=seed)
@@ -100,21 +112,29 @@ class Scene(CoreScene):
         *,
         seed: Optional[int] = None,
         steps: Optional[int] = None,
+        start_index: Optional[int] = None,
         time_step: Optional[float] = None,
         rotation: Optional[str] = None,
         friction: Optional[float] = None,
         restitution: Optional[float] = None,
         solver: Optional[str] = None,
+        model: Optional[str] = None,
     ) -> "Scene":
-        """The scene of a scenario's text; ``path`` names it, and its meshes are beside it."""
+        """The scene of a scenario's text; ``path`` names it, and its meshes are beside it.
+
+        ``model`` is of scenes that are told by a simulation whose bodies have changed: see
+        Simulation.scene."""
+        first = None if start_index is None else whole("start_index", start_index, 0, _LARGEST_START)
         settings: Dict[str, Any] = {
             "seed": None if seed is None else whole("seed", seed, 0, _LARGEST_SEED),
             "steps": None if steps is None else whole("steps", steps, 1, _MOST_STEPS),
+            "start_index": first,
             "time_step": time_step,
             "rotation": rotation,
             "friction": friction,
             "restitution": restitution,
             "solver": solver,
+            "model": model,
         }
         scene = super().__new__(cls, text, os.fspath(path), **settings)
         scene._source = (text, os.fspath(path), settings)
@@ -132,6 +152,11 @@ class Scene(CoreScene):
         """
         text, _, settings = self._source
         given = {name: value for name, value in settings.items() if value is not None}
+        if "model" in given:
+            raise TumbleError(
+                "the scene is of a simulation to which bodies came or from which they went, and no file "
+                "says it; pickle keeps it"
+            )
         seed = given.pop("seed", None)
         if seed is not None:
             # A text that has a seed already would have two.
@@ -145,11 +170,16 @@ class Scene(CoreScene):
         Scene.from_text(text, path)
         return written(Path(path), text.encode())
 
+    def _with_model(self, model: str, index: int) -> "Scene":
+        """The scene with the bodies of the model of a simulation at step ``index``."""
+        text, path, settings = self._source
+        return Scene.from_text(text, path, **{**settings, "start_index": index, "model": model})
+
     def simulate(
-        self, states: Any = None, *, threads: int = 1, index: int = 0
+        self, states: Any = None, *, threads: int = 1, index: Optional[int] = None
     ) -> "Simulation":
-        """A simulation from the scene's start, or from ``states`` (N, 13), at step ``index``, on at
-        most ``threads`` threads: see Simulation."""
+        """A simulation from the scene's start, or from ``states`` (N, 13), at step ``index`` or else the
+        scene's ``start_index``, on at most ``threads`` threads: see Simulation."""
         from ._simulation import Simulation
 
         return Simulation(self, states, threads=threads, index=index)
@@ -198,23 +228,26 @@ def load(
     *,
     seed: Optional[int] = None,
     steps: Optional[int] = None,
+    start_index: Optional[int] = None,
     time_step: Optional[float] = None,
     rotation: Optional[str] = None,
     friction: Optional[float] = None,
     restitution: Optional[float] = None,
     solver: Optional[str] = None,
 ) -> Scene:
-    """Reads a scenario file (TOML; scenarios/README.md has every field).
+    """Reads a scenario file (TOML; scenarios/README.md has every field), or a robot's, URDF or MJCF: a
+    scene of its own, upon level ground where the file has none.
 
-    ``seed``, ``steps``, ``time_step`` (s), ``rotation`` ("momentum" or "tutorial", by which equation
+    ``seed``, ``steps``, ``start_index`` (k of the start), ``time_step`` (s), ``rotation`` ("momentum" or "tutorial", by which equation
     bodies turn), ``friction``, ``restitution`` and ``solver`` ("native", or "ipopt" where
     tumble.has_ipopt) go before what the file says. Of the two, "native" is taken
     where nothing is said. Raises OSError where the file cannot be read, TumbleError where it is no scene.
     """
+    most = _LARGEST_ROBOT if os.fspath(path).endswith((".urdf", ".xml")) else _LARGEST_FILE
     with open(path, "rb") as stream:
-        content = stream.read(_LARGEST_FILE + 1)
-    if len(content) > _LARGEST_FILE:
-        raise TumbleError(f"{path}: it is longer than {_LARGEST_FILE} bytes")
+        content = stream.read(most + 1)
+    if len(content) > most:
+        raise TumbleError(f"{path}: it is longer than {most} bytes")
     try:
         text = content.decode()
     except UnicodeDecodeError:
@@ -224,6 +257,7 @@ def load(
         path,
         seed=seed,
         steps=steps,
+        start_index=start_index,
         time_step=time_step,
         rotation=rotation,
         friction=friction,

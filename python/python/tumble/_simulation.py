@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Dict, NamedTuple, Optional, Tuple, Type, Union
 
@@ -10,9 +11,11 @@ from ._arrays import numbers
 from ._checks import room, whole
 from ._files import written
 from ._progress import Progress, callback
+from ._robot import Robot
 from ._scene import Scene
+from ._toml import document
 from ._trajectory import Trajectory, by_name, contacts_frame
-from ._tumble import CoreSimulation, Recording, TumbleError
+from ._tumble import Contacts, CoreSimulation, Recording, TumbleError
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -20,7 +23,9 @@ if TYPE_CHECKING:
 _MOST_STEPS = 2**53 - 1
 
 
-_AXES = {0: "x", 1: "y", 2: "slide", 5: "turn"}
+Mapping.register(Contacts)
+
+_AXES = {0: "x", 1: "y", 2: "slide", 3: "turn_x", 4: "turn_y", 5: "turn"}
 """What the axes of joints are called that drives act on."""
 
 
@@ -43,8 +48,8 @@ class Step(NamedTuple):
 class Simulation(CoreSimulation):
     """A running simulation of a scene of N bodies, from its start or from ``states`` (N, 13).
 
-    It starts at step ``index``: its time is that many time steps, and loads are those of the times from
-    there on.
+    It starts at step ``index``, without one at the scene's ``start_index``: its time is that many time steps, and
+    loads are those of the times from there on.
 
     A state is x, y, z (m, world), the quaternion w, x, y, z (body to world), the velocity (m/s,
     world) and the spin (rad/s, body). Of a single body (13,) will do.
@@ -58,17 +63,24 @@ class Simulation(CoreSimulation):
 
     _scene: Scene
     _threads: int
+    _changed: bool
+    """Whether bodies came or went since the scene was told."""
+    _robots: Dict[str, Robot]
 
     def __new__(
-        cls, scene: Scene, states: Any = None, *, threads: int = 1, index: int = 0
+        cls, scene: Scene, states: Any = None, *, threads: int = 1, index: Optional[int] = None
     ) -> "Simulation":
         threads = whole("threads", threads, 1)
-        index = whole("index", index, 0, _MOST_STEPS)
+        if index is not None:
+            index = whole("index", index, 0, _MOST_STEPS)
         if states is not None:
             states = _states(scene, states)
         self = super().__new__(cls, scene, states, threads, index)
         self._scene = scene
         self._threads = threads
+        self._changed = False
+        prefixes = enumerate(scene.robots)
+        self._robots = {prefix: Robot(self, index) for index, prefix in prefixes}
         return self
 
     @classmethod
@@ -95,10 +107,10 @@ class Simulation(CoreSimulation):
 
     def __reduce__(self) -> Any:
         """A simulation goes to another process as its scene and its state."""
-        return _restored, (type(self), self._scene, self._threads, self.saved())
+        return _restored, (type(self), self.scene, self._threads, self.saved())
 
     def __copy__(self) -> "Simulation":
-        return _restored(type(self), self._scene, self._threads, self.saved())
+        return _restored(type(self), self.scene, self._threads, self.saved())
 
     def __deepcopy__(self, memo: Any) -> "Simulation":
         # A scene never changes.
@@ -112,6 +124,26 @@ class Simulation(CoreSimulation):
         """
         self.exchange(self._index(body), numbers("state", state, (13,)))
 
+    def add_body(self, body: Mapping[str, Any]) -> str:
+        """Adds a body, which has the fields of a table ``[[bodies]]``, as the last one, and returns its name: the
+        one that is given, or the first free ``body-…``.
+
+        It starts where its fields say, now, and must fit there as at a start. All that ties or pushes the
+        others stays as it was, as do their forces; coefficients between pairs are the world's and its own.
+        """
+        if not isinstance(body, Mapping):
+            raise TumbleError(f"body is {body!r}; a dictionary is needed")
+        name = self.join(document(body), self._scene._source[1])
+        self._changed = True
+        return name
+
+    def remove_body(self, body: Union[int, str], *, joints: bool = False) -> None:
+        """Takes a body out, by its index or its name, with all forces on it; bodies after it move up by one.
+
+        One that joints tie is refused, unless ``joints`` says that they go too."""
+        self.leave(self._index(body), joints)
+        self._changed = True
+
     def hold(self, body: Union[int, str]) -> None:
         """Holds a body, by its index or its name, at rest where it is: nothing pushes it, it touches
         nothing and costs nothing, until it is released."""
@@ -123,7 +155,7 @@ class Simulation(CoreSimulation):
         self.keep(self._index(body), False)
 
     def _index(self, body: Union[int, str]) -> int:
-        bodies = self.scene.bodies
+        bodies = self.bodies
         if isinstance(body, str):
             if body not in bodies:
                 known = ", ".join(bodies[:4]) + (", …" if len(bodies) > 4 else "")
@@ -142,7 +174,13 @@ class Simulation(CoreSimulation):
 
     @property
     def scene(self) -> Scene:
-        """What is simulated."""
+        """What is simulated.
+
+        After bodies came or went it is a scene of those that there are, which start where they were when it
+        was first asked for."""
+        if self._changed:
+            self._scene = self._scene._with_model(self.told(), self.index)
+            self._changed = False
         return self._scene
 
     def step(self, wrenches: Any = None) -> Step:
@@ -153,7 +191,7 @@ class Simulation(CoreSimulation):
         Given once they stay until others are.
         """
         if wrenches is not None:
-            bodies = len(self.scene.bodies)
+            bodies = len(self.bodies)
             shapes = _shapes((bodies, 6), bodies)
             wrenches = numbers("wrenches", wrenches, *shapes).reshape(bodies, 6)
         return Step(*self.advance(wrenches))
@@ -176,7 +214,7 @@ class Simulation(CoreSimulation):
         or any other that ends the run early, has what was recorded in its attribute ``trajectory``.
         """
         steps = whole("steps", steps, 0)
-        bodies = len(self.scene.bodies)
+        bodies = len(self.bodies)
         of_step = Recording.step_bytes(bodies, len(self.scene.joints))
         room(f"{steps} recorded steps of {bodies} bodies", steps * of_step)
         if wrenches is not None:
@@ -204,8 +242,8 @@ class Simulation(CoreSimulation):
     ) -> None:
         """Gives a joint another motor in the steps to come: one that holds ``speed`` (m/s or rad/s), or
         pulls to ``position`` (m or rad) with ``stiffness`` and ``damping``, with up to the force or torque
-        ``most``; without either, none. ``axis`` is "slide", "turn", "x" or "y", of a joint that has
-        several."""
+        ``most``; without either, none. ``axis`` is "slide", "turn", "x", "y", "turn_x", "turn_y" or "turn_z", of a
+        joint that has several."""
         if speed is not None and position is not None:
             raise TumbleError("speed: either speed or position can be given")
         if (speed is not None or position is not None) and most is None:
@@ -223,7 +261,9 @@ class Simulation(CoreSimulation):
         if joint not in names:
             raise TumbleError(f"joint is {joint!r}; one of {', '.join(names) or 'none'} is needed")
         number = names.index(joint)
-        driven = {_AXES[place]: place for place in axes[number]}
+        # The third axis of three is called as the other two.
+        third = "turn_z" if 3 in axes[number] else "turn"
+        driven = {third if place == 5 else _AXES[place]: place for place in axes[number]}
         if axis is None and len(driven) == 1:
             return number, axes[number][0]
         if axis not in driven:
@@ -231,6 +271,18 @@ class Simulation(CoreSimulation):
                 f"axis of {joint} is {axis!r}; one of {', '.join(driven) or 'none'} is needed"
             )
         return number, driven[axis]
+
+    @property
+    def robots(self) -> Dict[str, Robot]:
+        """The robots from files, by what stands before their names in the scene."""
+        return self._robots
+
+    @property
+    def robot(self) -> Robot:
+        """The one robot of the scene."""
+        if len(self._robots) != 1:
+            raise TumbleError(f"robot: the scene has {len(self._robots)}; see robots")
+        return next(iter(self._robots.values()))
 
     @property
     def joints(self) -> Dict[str, Dict[str, Any]]:

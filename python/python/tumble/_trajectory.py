@@ -7,7 +7,7 @@ import html
 import os
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Dict, Iterator, List, Optional, Tuple, Union
+from typing import TYPE_CHECKING, Any, Dict, Iterator, List, Mapping, Optional, Tuple, Union
 
 from ._checks import whole
 from ._files import written
@@ -28,6 +28,8 @@ STATE_COLUMNS = "x_m y_m z_m qw qx qy qz vx_m_s vy_m_s vz_m_s wx_rad_s wy_rad_s 
 """The 13 numbers of a state as columns of a table, in their order."""
 
 _TABLES = ("states", "contacts", "steps", "joints", "gears")
+
+_OF_ONE = "trajectory.csv"
 
 _JOINT_COLUMNS = {
     "place": ("", "_m"),
@@ -161,6 +163,12 @@ class Trajectory:
         return self._steps["restitution_share"][:-1]  # type: ignore[no-any-return]
 
     @property
+    def stiffness(self) -> "Floats":
+        """h ω of each step, (T,): how fast what joints hold taut can vibrate, against the time step. With more than 2
+        in one step after another a taut chain shakes itself to pieces. 0 without joints."""
+        return self._steps["stiffness"][:-1]  # type: ignore[no-any-return]
+
+    @property
     def status(self) -> "npt.NDArray[np.uint8]":
         """How each step ended, an index of tumble.STATUSES: (T,)."""
         return self._steps["status"][:-1]  # type: ignore[no-any-return]
@@ -218,10 +226,12 @@ class Trajectory:
         return frame
 
     def steps_to_pandas(self) -> "pd.DataFrame":
-        """One row a step: k, time_s, status, iterations, residual_m_s, overlap_m, energy_J."""
+        """One row a step: k, time_s, status, iterations, residual_m_s, overlap_m, energy_J, and of a scene with
+        joints stiffness."""
         import pandas as pd
 
         steps = {name: column[:-1] for name, column in self._steps.items()}
+        tied = {"stiffness": steps["stiffness"]} if self.scene.joints else {}
         return pd.DataFrame(
             {
                 "k": steps["k"],
@@ -231,6 +241,7 @@ class Trajectory:
                 "residual_m_s": steps["residual"],
                 "overlap_m": steps["overlap"],
                 "energy_J": steps["energy"],
+                **tied,
             }
         )
 
@@ -264,9 +275,9 @@ class Trajectory:
         """Writes states.csv, contacts.csv, steps.csv, of a scene with joints joints.csv, and of one with
         gears gears.csv, which read back to the same doubles; and run.json, with which the command line verifies and shows them.
 
-        A run.json says what was simulated: there is none, and one of before is removed, where the run
-        does not begin at step 0, where more moved it than the scene says (wrenches, motors or states
-        set on the way), and of scenes written with ``[body]``."""
+        A run.json says what was simulated: there is none, and one of before is removed, where more moved it
+        than the scene says (wrenches, motors or states set on the way, bodies that came or went), and of
+        scenes written with ``[body]``."""
         self._need_contacts("to_csv")
         folder = Path(folder)
         folder.mkdir(parents=True, exist_ok=True)
@@ -281,9 +292,19 @@ class Trajectory:
     @classmethod
     def from_csv(cls, scene: Scene, folder: Location) -> "Trajectory":
         """Reads the tables that to_csv or the command line has written of a run of ``scene``, or of a
-        part of one."""
+        part of one; or trajectory.csv, the one table that the command line writes of a run of ``[body]``,
+        in its folder or by its own name."""
+        folder = Path(folder)
+        of_one = folder if folder.is_file() else folder / _OF_ONE
+        if of_one.is_file():
+            if of_one != folder and (folder / "states.csv").exists():
+                raise TumbleError(
+                    f"{folder}: states.csv and {_OF_ONE} are of two runs; {of_one} names the second, "
+                    "and the first needs a folder of its own"
+                )
+            return cls(scene, Recording.of_trajectory(scene, of_one.read_bytes()))
         names = _TABLES[: 5 if scene.gears else 4 if scene.joints else 3]
-        tables = [(Path(folder) / f"{name}.csv").read_bytes() for name in names]
+        tables = [(folder / f"{name}.csv").read_bytes() for name in names]
         return cls(scene, _recording(scene, tables))
 
     def plot(self, path: Optional[Location] = None, *, sheet: str = "motion", body: Any = 0) -> Any:
@@ -376,7 +397,7 @@ class Trajectory:
         return Page(self.page())._repr_html_() if self.recording.has_contacts else None
 
 
-def contacts_frame(scene: Scene, contacts: Dict[str, Any]) -> "pd.DataFrame":
+def contacts_frame(scene: Scene, contacts: Mapping[str, Any]) -> "pd.DataFrame":
     """Columns of contacts as a table with a row each."""
     import pandas as pd
 

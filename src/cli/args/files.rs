@@ -84,3 +84,16 @@ pub struct InspectArgs {
     #[arg(value_name = "POINT.json")]
     pub file: PathBuf,
 }
+
+#[derive(Debug, Args)]
+pub struct ConvertArgs {
+    /// A robot, URDF or MJCF, or a scenario of several bodies with or without robots.
+    #[arg(value_name = "FILE")]
+    pub file: PathBuf,
+    /// The scenario file that is written: bodies, joints and motors, with all numbers.
+    #[arg(value_name = "OUT.toml")]
+    pub out: PathBuf,
+    /// No summary.
+    #[arg(long)]
+    pub quiet: bool,
+}

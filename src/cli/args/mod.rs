@@ -8,7 +8,7 @@ mod simulate;
 mod sweep;
 mod validate;
 
-pub use files::{GifArgs, InspectArgs, PlotArgs, VerifyArgs, ViewArgs};
+pub use files::{ConvertArgs, GifArgs, InspectArgs, PlotArgs, VerifyArgs, ViewArgs};
 pub use fit::FitArgs;
 pub use gradient::{GradientArgs, Quantity};
 pub use shared::{AnimationArgs, PhysicsArgs};
@@ -42,6 +42,8 @@ pub enum Command {
     /// Recompute the residual of every step of a trajectory from the file alone, and judge every
     /// row by it.
     Verify(VerifyArgs),
+    /// Write a robot's file, URDF or MJCF, as a scenario file.
+    Convert(ConvertArgs),
     /// Draw a trajectory as an animated GIF.
     Gif(GifArgs),
     /// Draw a trajectory over time: plot and plot-energy, each as .png and .svg.

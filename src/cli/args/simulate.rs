@@ -24,9 +24,13 @@ pub struct SimulateArgs {
     /// for], and the files, in OUT or else in DIR, become those that a run of all of them in one go leaves.
     #[arg(long = "continue", value_name = "DIR", conflicts_with_all = ["scene", "scenario"])]
     pub continued: Option<PathBuf>,
-    /// Rows of the trajectory, k = 0 … N−1: N−1 steps; 1 to 10000000 [default: drop 1000, floating 1200].
+    /// Rows of the trajectory: N−1 steps; 1 to 10000000 [default: drop 1000, floating 1200].
     #[arg(long, value_name = "N", value_parser = values::rows, allow_hyphen_values = true)]
     pub steps: Option<u64>,
+    /// k of the first row: its time is k h, and loads are those of the times from there on
+    /// [default: 0].
+    #[arg(long, value_name = "K", value_parser = values::start_index, allow_hyphen_values = true)]
+    pub start_index: Option<u64>,
     /// Seed of the attitude at the start, drawn as numpy.random.seed(SEED) and rand(4) do.
     /// The floating scene draws nothing and only records it [default: 42].
     #[arg(long, value_parser = values::seed, allow_hyphen_values = true)]
@@ -122,6 +126,7 @@ impl SimulateArgs {
     pub fn given(&self) -> Vec<&'static str> {
         let flags = [
             ("steps", self.steps.is_some()),
+            ("start-index", self.start_index.is_some()),
             ("seed", self.seed.is_some()),
             ("position", self.position.is_some()),
             ("height", self.height.is_some()),

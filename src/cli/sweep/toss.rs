@@ -86,6 +86,8 @@ pub fn part(
         world: &first.world,
         motion: &motion,
         loads: &first.loads,
+        courses: &first.courses,
+        index: first.start_index,
         rollouts,
         steps,
         starts: &starts,

@@ -54,6 +54,7 @@ impl Counts {
         });
         let Step::Tables(step) = step else { return };
         self.overlap = self.overlap.max(step.row.overlap);
+        self.joints.add_stiffness(step.row.stiffness);
         for joint in &step.joints {
             self.joints.add_residual(joint.residual.locked, joint.residual.drive);
         }

@@ -11,14 +11,12 @@ use crate::cli::outcome::Failure;
 use crate::cli::recording::{Recording, Step};
 use nalgebra::Vector3;
 use tumble::contact::certificate::{Certifier, Claim, certify_rk4_step};
-use tumble::contact::detection::all_contacts;
-use tumble::contact::restitution::set_rebounds;
-use tumble::contact::{Candidates, Certificate, Contact, Detection, Partner, rounding};
-use tumble::joint::{Axis, Drive, Gear, GearAxis, Joint, JointForce, JointResidual};
+use tumble::contact::{Candidates, Certificate, Contact, Detection, rounding};
+use tumble::joint::{Axis, Drive, Gear, GearAxis, Joint, JointForce, JointResidual, Knots};
 use tumble::mechanics::{Load, State, Wrench};
-use tumble::simulation::energy;
 use tumble::simulation::tables::{GearRow, JointRow, TableStep};
 use tumble::simulation::trajectory::{TrajectoryRow, program_columns};
+use tumble::simulation::{Stiffness, energy};
 use tumble::step::StepStatus;
 use tumble::world::World;
 
@@ -55,15 +53,19 @@ pub struct Verified {
 pub struct Judge {
     world: World,
     loads: Vec<Load>,
+    courses: Vec<(usize, Knots)>,
     floating: bool,
     certifier: Certifier,
+    stiffness: Stiffness,
     candidates: Candidates,
     /// What a contact step that counts as solved may have, m/s.
     pub accepted: f64,
     /// By which points become candidates, where the files say it.
     detection: Option<Detection>,
-    /// The angles of joints at the step's start, as the steps before have turned them, rad; none before the first.
+    /// The angles of joints at the step's start, as the steps before have turned them, rad; empty before the first.
     angles: Vec<Vector3<f64>>,
+    /// Whether the joints may have turned before the first step.
+    turned_before: bool,
 }
 
 /// The contacts of a step and their forces.
@@ -92,26 +94,42 @@ impl Judge {
         Ok(Self {
             world: recording.world.clone(),
             loads: recording.loads.clone(),
+            courses: recording.courses.clone(),
             floating: recording.floating(),
             certifier: Certifier::new(),
+            stiffness: Stiffness::default(),
             candidates: Candidates::new(),
             accepted: recording.accepted()?,
             detection: recording.detection(),
             angles: Vec::new(),
+            turned_before: recording.run.as_ref().is_some_and(|run| run.start_index > 0),
         })
     }
 
-    /// Counts the turns of joints from `states` on, where the rows begin.
-    fn count(&mut self, states: &[State]) {
-        if self.angles.is_empty() {
-            self.angles = self.world.angles_near(states, &[]);
+    /// Counts the turns of joints from `step` on, where the rows begin: on from those of its rows, where the joints may
+    /// have turned before.
+    fn count(&mut self, step: &Step) {
+        if !self.angles.is_empty() {
+            return;
         }
+        self.angles = match step {
+            Step::Tables(step) if self.turned_before => {
+                let joints = self.world.joints().iter().zip(&step.joints);
+                let counted = |(joint, row): (&Joint, &JointRow)| {
+                    let at = joint.coordinates(&step.states);
+                    at.map_or(row.turns, |at| joint.counted(&at, &row.turns))
+                };
+                joints.map(counted).collect()
+            }
+            step => self.world.angles_near(step.states(), &[]),
+        };
     }
 
     /// The step that ends at `next`.
     pub fn step(&mut self, step: &Step, next: &[State]) -> Verified {
         let states = step.states();
-        self.count(states);
+        self.world.follow(&self.courses, (step.index() + 1) as f64 * self.world.time_step());
+        self.count(step);
         let wrenches = self.wrenches(step.index(), states);
         let touching = match step {
             Step::Trajectory(row) => self.of_points(row, next, &wrenches),
@@ -159,11 +177,12 @@ impl Judge {
 
     /// The last state, if it has another energy than its row says, or anything of a step.
     pub fn end(&mut self, end: &Step) -> Option<Verified> {
+        self.world.follow(&self.courses, end.index() as f64 * self.world.time_step());
         let is_bare = match end {
             Step::Trajectory(row) => is_blank(row) && row.iterations == 0 && row.residual == 0.0,
             Step::Tables(step) => {
                 let row = &step.row;
-                let numbers = row.parts.iter().chain([&row.residual, &row.overlap]);
+                let numbers = row.parts.iter().chain([&row.residual, &row.overlap, &row.stiffness]);
                 let of_joint = |joint: &JointRow| {
                     let JointRow { velocity, spin, force, torque, residual, .. } = joint;
                     let still = [velocity, spin, force, torque].map(Vector3::amax);
@@ -180,10 +199,10 @@ impl Judge {
             Step::Trajectory(_) => true,
             Step::Tables(step) => self.has_its_energy(step),
         };
+        self.count(end);
         let joint = match end {
             Step::Trajectory(_) => None,
             Step::Tables(step) => {
-                self.count(&step.states);
                 self.another_joint(step, None).or_else(|| self.another_gear(step, None))
             }
         };
@@ -261,7 +280,7 @@ impl Judge {
         let speed_lost = self.lost_in(contacts, states, next);
         contacts.iter().find_map(|contact| {
             let (point, normal) = (contact.key.point, contact.normal());
-            let (force, slip) = (row.force(point), self.slip(contact, states, next).norm());
+            let (force, slip) = (row.force(point), contact.slip(&self.world, states, next).norm());
             let found = program_columns(&self.world, contact, (states, next), &pose, (force, slip));
             let has = row.products(point);
             // What is lost of a gap and of a speed, times the forces that they are multiplied by;
@@ -289,24 +308,10 @@ impl Judge {
 
     /// Every point of the one body, at the forces of the row.
     fn of_points(&self, row: &TrajectoryRow, next: &[State], wrenches: &[Wrench]) -> Touching {
-        let (world, states) = (&self.world, [row.state]);
-        let mut contacts = Vec::new();
-        if !self.floating {
-            all_contacts(world, &states, &mut contacts);
-        }
-        if world.has_restitution() {
-            let free = self.free_flight(&states, wrenches);
-            let share = [row.restitution_share];
-            set_rebounds(world, &states, &free, &share, &mut contacts);
-            if contacts.iter().any(Contact::bounces) {
-                for (contact, force) in contacts.iter_mut().zip(row.forces()) {
-                    let presses = contact.normal().dot(&force) > 0.0;
-                    let closes = contact.could_close(world, &states, next);
-                    contact.struck = presses && closes && contact.may_be_struck();
-                }
-                set_rebounds(world, &states, &free, &share, &mut contacts);
-            }
-        }
+        let contacts = match self.floating {
+            true => Vec::new(),
+            false => row.contacts(&self.world, next, &wrenches[0]),
+        };
         let forces = row.forces().collect();
         Touching { contacts, forces, ..Touching::default() }
     }
@@ -366,7 +371,7 @@ impl Judge {
         }
         let pairs = contacts.iter().zip(&step.contacts).filter(|_| complete).enumerate();
         for (number, (contact, row)) in pairs {
-            if (self.slip(contact, states, next) - row.slip).amax() > slip_lost {
+            if (contact.slip(&self.world, states, next) - row.slip).amax() > slip_lost {
                 differ(format!("its contact {number} has another slip"));
             }
         }
@@ -374,6 +379,14 @@ impl Judge {
         let overlap = overlap.map_or(0.0, |(depth, ..)| depth);
         if !is_near(overlap, row.overlap, OVERLAP_FOUND_TO * self.world.reach()) {
             differ(format!("its overlap in the table is {:.3e} m, not {overlap:.3e}", row.overlap));
+        }
+        let stiffness =
+            self.stiffness.of_step(&self.world, states, (&touching.joints, &touching.gears));
+        if !is_near(stiffness, row.stiffness, ROUNDED.sqrt()) {
+            differ(format!(
+                "its stiffness in the table is {:.3e}, not {stiffness:.3e}",
+                row.stiffness
+            ));
         }
         if !self.has_its_energy(step) {
             differ(OTHER_ENERGY.to_owned());
@@ -557,19 +570,6 @@ impl Judge {
     fn free_flight(&self, states: &[State], wrenches: &[Wrench]) -> Vec<State> {
         let flights = states.iter().zip(wrenches).enumerate();
         flights.map(|(i, (state, wrench))| self.world.free_flight(i, state, wrench)).collect()
-    }
-
-    /// The mean slip of a contact over the step, m/s, world.
-    fn slip(&self, contact: &Contact, states: &[State], next: &[State]) -> Vector3<f64> {
-        let poses = |body: usize| (states[body].pose(), next[body].pose());
-        let a = poses(contact.key.body);
-        let b = match contact.key.partner {
-            Partner::Body(index) => Some(poses(index)),
-            Partner::Ground | Partner::Fixed(_) => None,
-        };
-        let b = b.as_ref().map(|b| (&b.0, &b.1));
-        let u = contact.motion((&a.0, &a.1), b, self.world.time_step());
-        u - contact.normal() * contact.normal().dot(&u)
     }
 
     /// The energy is a sum of large parts of both signs; rounding is of the largest of them.

@@ -56,6 +56,7 @@ pub fn run(args: &VerifyArgs) -> Result<Outcome, Failure> {
     let (mut findings, mut previous) = (Findings::default(), None::<Step>);
     let mut counts = Counts::default();
     while let Some(step) = recording.next_step()? {
+        recording.follow(&step);
         counts.add(&recording.world, &step);
         if let Some(previous) = previous {
             findings.add(judge.step(&previous, step.states()), args.worst);

@@ -2,6 +2,7 @@
 
 use super::Entries;
 use super::copies::{Copied, MOST_BODIES, MOST_FIXED, copies};
+use super::driven::SurfaceEntry;
 use super::entries::{BodyEntry, Files, FixedEntry, Jitter, PairEntry, PieceEntry, Turned, plain};
 use super::joints::Joints;
 use super::masses::mass_properties;
@@ -9,13 +10,16 @@ use super::refused::field_of;
 use crate::contact::Plane;
 use crate::mechanics::{Load, Rotation, State};
 use crate::scenario::choices::Frame;
-use crate::scenario::fields::Numbers;
-use crate::scenario::model::{BodyModel, BodyStart, FixedModel, Model, PairModel, PartnerModel};
+use crate::scenario::fields::{Exactly, Numbers};
+use crate::scenario::model::{
+    ApartModel, BodyModel, BodyStart, FixedModel, Model, PairModel, PartnerModel, SurfaceModel,
+};
 use crate::scenario::parameters::LoadParameters;
 use crate::scenario::physics::plane as plane_parameters;
 use crate::scenario::scene::USUAL_SEED;
 use crate::scenario::settings::Settings;
 use crate::scenario::shape::{Form, Place, PlacedForm, Shape};
+use crate::scenario::shown::checked_name;
 use crate::scenario::tables::LoadTable;
 use crate::simulation::random::Draws;
 use nalgebra::{SVector, Vector3};
@@ -29,6 +33,8 @@ const ONE_SHAPE: &str = "one shape is needed: box, sphere, capsule, hull or mesh
 pub struct Built {
     pub model: Model,
     pub drawn: bool,
+    #[cfg(feature = "robot")]
+    pub robots: Vec<crate::robot::Assembled>,
 }
 
 /// Makes the model of the tables. `settings` are those of flags and file, complete but for the bodies.
@@ -56,9 +62,11 @@ pub fn build(file: Entries, settings: &Settings, files: Files<'_>) -> Result<Bui
             restitutions: Vec::new(),
             joints: Vec::new(),
             gears: Vec::new(),
+            surfaces: Vec::new(),
+            apart: Vec::new(),
         },
     };
-    if file.bodies.is_empty() {
+    if file.bodies.is_empty() && !file.has_robots() {
         return Err("bodies: at least one table [[bodies]] is needed".to_owned());
     }
     for (index, entry) in file.bodies.into_iter().enumerate() {
@@ -69,17 +77,38 @@ pub fn build(file: Entries, settings: &Settings, files: Files<'_>) -> Result<Bui
         let at = format!("fixed[{index}]");
         builder.add_fixed(&at, entry)?;
     }
+    #[cfg(feature = "robot")]
+    let mut robots = Vec::new();
+    #[cfg(feature = "robot")]
+    for (index, entry) in file.robots.iter().enumerate() {
+        let named = |why: String| format!("robots[{index}].{why}");
+        let is_taken = |robot: &crate::robot::Assembled| robot.prefix() == entry.prefix();
+        if robots.iter().any(is_taken) {
+            let prefix = entry.prefix();
+            return Err(named(format!(
+                "prefix: {prefix:?} is given twice; each robot needs its own"
+            )));
+        }
+        let added = entry.add(&files, &mut builder.model).map_err(named)?;
+        robots.push(added);
+    }
     builder.refuse_equal_names()?;
     for (index, entry) in file.friction.iter().enumerate() {
-        let pairs = builder.pairs(entry, 10.0).map_err(|why| format!("friction[{index}].{why}"))?;
+        let pairs = builder.coefficients(entry, 10.0);
+        let pairs = pairs.map_err(|why| format!("friction[{index}].{why}"))?;
         builder.model.frictions.extend(pairs);
     }
     for (index, entry) in file.restitution.iter().enumerate() {
-        let pairs = builder.pairs(entry, 1.0);
+        let pairs = builder.coefficients(entry, 1.0);
         let pairs = pairs.map_err(|why| format!("restitution[{index}].{why}"))?;
         builder.model.restitutions.extend(pairs);
     }
-    let mut joints = Joints::default();
+    for (index, entry) in file.apart.iter().enumerate() {
+        let pairs = builder.pairs(&entry.between).map_err(|why| format!("apart[{index}].{why}"))?;
+        let apart = pairs.into_iter().map(|(body, partner)| ApartModel { body, partner });
+        builder.model.apart.extend(apart);
+    }
+    let mut joints = Joints::of(std::mem::take(&mut builder.model.joints));
     for (index, entry) in file.joints.iter().enumerate() {
         let named = |why: String| format!("joints[{index}]{}.{why}", entry.called());
         if let Some(name) = entry.name() {
@@ -96,9 +125,51 @@ pub fn build(file: Entries, settings: &Settings, files: Files<'_>) -> Result<Bui
         let gear = entry.model(&joints, index).map_err(named)?;
         builder.model.gears.push(gear);
     }
+    let start = settings.start_index.unwrap_or(0) as f64 * builder.model.dt;
+    for (index, entry) in file.driven.iter().enumerate() {
+        let named = |why: String| format!("driven[{index}]{}.{why}", entry.called());
+        if let Some(name) = entry.name() {
+            checked_name(name).map_err(named)?;
+        }
+        let bodies = &builder.model.bodies;
+        entry.add(&mut joints, bodies, |name| builder.bodies(name), start).map_err(named)?;
+    }
+    for (index, entry) in file.surfaces.iter().enumerate() {
+        let named = |why: String| format!("surfaces[{index}].{why}");
+        builder.add_surface(entry).map_err(named)?;
+    }
     builder.model.joints = joints.models;
     builder.refuse_mass_ratio()?;
-    Ok(Built { model: builder.model, drawn: builder.drawn })
+    Ok(Built {
+        model: builder.model,
+        drawn: builder.drawn,
+        #[cfg(feature = "robot")]
+        robots,
+    })
+}
+
+/// `model` with one body more, the last, which a table of bodies describes. A body without a name gets the first
+/// that is free.
+pub fn with_body(model: Model, mut entry: BodyEntry, files: Files<'_>) -> Result<Model, String> {
+    let plane = model.plane.as_ref().map(|plane| Plane::new(plane.normal.0.into(), plane.offset));
+    let plane = plane.transpose().map_err(|error| error.to_string())?;
+    let number = model.bodies.len();
+    if entry.copies.is_some() || entry.ring.is_some() {
+        return Err("copies: one body at a time is added".to_owned());
+    }
+    let is_free = |name: &String| model.bodies.iter().all(|body| body.name != *name);
+    let free = (number..).map(|number| format!("body-{number}")).find(is_free);
+    entry.name = entry.name.or(free);
+    let (draws, names) = (Draws::new(USUAL_SEED), Vec::new());
+    let mut builder = Builder { files, plane, draws, drawn: false, names, model };
+    builder.add_bodies("body", entry)?;
+    if builder.drawn {
+        return Err("body: nothing of one that is added is drawn; numbers are needed".to_owned());
+    }
+    builder.names.clear();
+    builder.refuse_equal_names()?;
+    builder.refuse_mass_ratio()?;
+    Ok(builder.model)
 }
 
 /// A name of the file, and what has it.
@@ -151,6 +222,7 @@ impl Builder<'_> {
             inertia: inertia.transpose().into(),
             friction: entry.friction,
             restitution: entry.restitution,
+            touches: entry.touches.unwrap_or(true),
             load,
             colour: entry.colour,
             label: entry.label.take(),
@@ -337,23 +409,28 @@ impl Builder<'_> {
     }
 
     /// The pairs of an entry, whose coefficient is at most `largest`.
-    fn pairs(&self, entry: &PairEntry, largest: f64) -> Result<Vec<PairModel>, String> {
+    fn coefficients(&self, entry: &PairEntry, largest: f64) -> Result<Vec<PairModel>, String> {
         let coefficient = entry.coefficient;
         if !(0.0..=largest).contains(&coefficient) {
             return Err(format!("coefficient is {coefficient:?}; allowed is 0 to {largest}"));
         }
+        let pairs = self.pairs(&entry.between)?.into_iter();
+        Ok(pairs.map(|(body, partner)| PairModel { body, partner, coefficient }).collect())
+    }
+
+    /// The bodies of one name with what has the other.
+    fn pairs(&self, between: &Exactly<String, 2>) -> Result<Vec<(usize, PartnerModel)>, String> {
         let find = |name: &String| self.find(name).map_err(|why| format!("between: {why}"));
-        let [first, second] = entry.between.0.each_ref().map(find);
+        let [first, second] = between.0.each_ref().map(find);
         let (first, second) = (first?, second?);
         let mut pairs = Vec::new();
         for &a in &first {
             for &b in &second {
-                let (body, partner) = match (a, b) {
+                pairs.push(match (a, b) {
                     (PartnerModel::Body(x), PartnerModel::Body(y)) if x == y => continue,
                     (PartnerModel::Body(x), other) | (other, PartnerModel::Body(x)) => (x, other),
                     _ => continue,
-                };
-                pairs.push(PairModel { body, partner, coefficient });
+                });
             }
         }
         if pairs.is_empty() {
@@ -390,12 +467,27 @@ impl Builder<'_> {
         Ok(found)
     }
 
+    /// Has the surfaces of a name move.
+    fn add_surface(&mut self, entry: &SurfaceEntry) -> Result<(), String> {
+        let velocity = entry.velocity.0;
+        if !velocity.iter().all(|part| part.abs() <= 1e5) {
+            return Err("velocity: components from -1e5 to 1e5 m/s are needed".to_owned());
+        }
+        for of in self.find(&entry.of).map_err(|why| format!("of: {why}"))? {
+            if self.model.surfaces.iter().any(|known| known.of == of) {
+                return Err(format!("of: the surface of {:?} moves already", entry.of));
+            }
+            self.model.surfaces.push(SurfaceModel { of, velocity });
+        }
+        Ok(())
+    }
+
     /// The bodies of a name.
     fn bodies(&self, name: &str) -> Result<Vec<usize>, String> {
         let body = |partner: PartnerModel| match partner {
             PartnerModel::Body(index) => Ok(index),
             PartnerModel::Ground | PartnerModel::Fixed(_) => Err(format!(
-                "{name:?} never moves; a joint with it is one with the world, of one name"
+                "{name:?} never moves; a body is needed, and a joint with it is one with the world, of one name"
             )),
         };
         self.find(name)?.into_iter().map(body).collect()
@@ -418,16 +510,6 @@ impl Builder<'_> {
             heavy.name, heavy.mass, light.name, light.mass
         ))
     }
-}
-
-fn checked_name(name: &str) -> Result<(), String> {
-    let fits = |c: char| c.is_ascii_alphanumeric() || "_-.".contains(c);
-    if (1..=40).contains(&name.len()) && name.chars().all(fits) && name != "ground" {
-        return Ok(());
-    }
-    Err(format!(
-        "name: {name:?} is none; 1 to 40 letters, digits, `-`, `_` or `.` are needed, and not `ground`"
-    ))
 }
 
 /// The name of a copy, the `number`-th of `count`: the entry's, or else of what kind it is and its
@@ -462,7 +544,7 @@ fn load(table: LoadTable) -> Result<Option<LoadParameters>, String> {
 }
 
 /// Where something is whose attitude cannot be drawn.
-fn placed(position: Option<Numbers<3>>, attitude: Option<&Turned>) -> Result<Place, String> {
+pub fn placed(position: Option<Numbers<3>>, attitude: Option<&Turned>) -> Result<Place, String> {
     let position = position.map_or([0.0; 3], |position| position.0);
     if !position.iter().all(|coordinate| coordinate.abs() <= 1e4) {
         return Err("position: coordinates from -1e4 to 1e4 m are needed".to_owned());

@@ -57,6 +57,7 @@ with_form!(BodyEntry, "a table [[bodies]] is needed" {
     centre: Option<Numbers<3>>,
     friction: Option<f64>,
     restitution: Option<f64>,
+    touches: Option<bool>,
     position: Numbers<3>,
     attitude: Option<Turned>,
     velocity: Option<Numbers<3>>,
@@ -91,6 +92,12 @@ with_form!(PieceEntry, "a piece, { box = …, position = …, attitude = … }, 
 pub struct PairEntry {
     pub between: Exactly<String, 2>,
     pub coefficient: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, expecting = "{ between = [\"…\", \"…\"] } is needed")]
+pub struct ApartEntry {
+    pub between: Exactly<String, 2>,
 }
 
 #[derive(Deserialize)]

@@ -2,7 +2,7 @@
 
 use super::build::name_of;
 use super::entries::Turned;
-use crate::joint::{Drive, JointFrame, Motor};
+use crate::joint::{Drive, JointFrame, Middle, Motor};
 use crate::mechanics::State;
 use crate::mechanics::quaternion::{left, rotation};
 use crate::scenario::fields::Numbers;
@@ -68,6 +68,7 @@ with_drive!(JointEntry, "a table [[joints]] is needed" {
     attitude_b: Option<Turned>,
     length: Option<f64>,
     cone: Option<f64>,
+    middle: Option<Middle>,
     collide: Option<bool>,
     slide: Option<DriveEntry>,
     turn: Option<DriveEntry>,
@@ -145,13 +146,13 @@ impl DriveFields {
 
 /// The frame of a joint in the world at the start.
 #[derive(Clone, Copy)]
-struct Placed {
-    anchor: Vector3<f64>,
+pub struct Placed {
+    pub anchor: Vector3<f64>,
     attitude: Vector4<f64>,
 }
 
 /// Where what a joint's side is in stands at the start: a body, or the world.
-struct Side<'a> {
+pub struct Side<'a> {
     /// The centre of mass in the frame of the shape.
     centre: Vector3<f64>,
     start: State,
@@ -160,7 +161,7 @@ struct Side<'a> {
 }
 
 impl<'a> Side<'a> {
-    fn of(body: Option<&'a BodyModel>) -> Self {
+    pub fn of(body: Option<&'a BodyModel>) -> Self {
         match body {
             Some(body) => {
                 let start = body.start.state();
@@ -176,14 +177,14 @@ impl<'a> Side<'a> {
     }
 
     /// A frame of the shape, in the world.
-    fn placed(&self, anchor: &Vector3<f64>, attitude: &Vector4<f64>) -> Placed {
+    pub fn placed(&self, anchor: &Vector3<f64>, attitude: &Vector4<f64>) -> Placed {
         let arm = rotation(&self.start.attitude) * (anchor - self.centre);
         let anchor = self.start.position + arm;
         Placed { anchor, attitude: left(&self.start.attitude) * attitude }
     }
 
     /// A frame of the world, in the body's.
-    fn seen(&self, placed: &Placed) -> Place {
+    pub fn seen(&self, placed: &Placed) -> Place {
         let position =
             rotation(&self.start.attitude).tr_mul(&(placed.anchor - self.start.position));
         let attitude = left(&conjugated(&self.start.attitude)) * placed.attitude;
@@ -219,13 +220,12 @@ fn turned(
     }
 }
 
-fn anchor_in_range(field: &str, anchor: Option<&Numbers<3>>) -> Result<(), String> {
+pub fn anchor_in_range(field: &str, anchor: Option<&Numbers<3>>) -> Result<(), String> {
     let fits = anchor.is_none_or(|anchor| anchor.0.iter().all(|x| x.abs() <= 1e4));
     if fits { Ok(()) } else { Err(format!("{field}: coordinates from -1e4 to 1e4 m are needed")) }
 }
 
 /// The joints of a file that are made so far.
-#[derive(Default)]
 pub struct Joints {
     pub models: Vec<JointModel>,
     /// What entries are called that have joints of other names.
@@ -233,6 +233,11 @@ pub struct Joints {
 }
 
 impl Joints {
+    /// Those that are there already.
+    pub fn of(models: Vec<JointModel>) -> Self {
+        Self { models, entries: Vec::new() }
+    }
+
     /// Adds those of an entry. `find` has the bodies of a name.
     pub fn add(
         &mut self,
@@ -253,11 +258,8 @@ impl Joints {
             let index = self.models.len();
             let usual = ("joint", index);
             let name = name_of(entry.name.as_deref(), usual, (number, count));
-            if self.models.iter().any(|known| known.name == name) {
-                return Err(format!("name: {name:?} is given twice; each joint needs its own"));
-            }
             let sides = [Some(&bodies[body]), other.map(|other| &bodies[other])].map(Side::of);
-            self.models.push(JointModel {
+            self.push(JointModel {
                 name,
                 kind: entry.kind,
                 body,
@@ -265,13 +267,24 @@ impl Joints {
                 frames: entry.frames(&sides)?,
                 length: entry.length,
                 cone: entry.cone,
-                middle: None,
+                middle: entry.middle,
                 collide: entry.collide.unwrap_or(false),
                 drives: entry.drives().iter().map(DriveFields::drive).collect(),
-            });
+                course: None,
+            })?;
             made.push(index);
         }
         self.entries.extend(entry.name.clone().map(|name| (name, made)));
+        Ok(())
+    }
+
+    /// Adds one that is made, under a name of its own.
+    pub fn push(&mut self, joint: JointModel) -> Result<(), String> {
+        let name = &joint.name;
+        if self.models.iter().any(|known| known.name == *name) {
+            return Err(format!("name: {name:?} is given twice; each joint needs its own"));
+        }
+        self.models.push(joint);
         Ok(())
     }
 
@@ -383,6 +396,9 @@ impl JointEntry {
             (JointKind::Ball, None) => return Err("cone: it is needed, rad".to_owned()),
             (JointKind::Ball, Some(_)) | (_, None) => {}
             (_, Some(_)) => return idle("cone"),
+        }
+        if self.middle.is_some() && kind != JointKind::Gimbal {
+            return idle("middle");
         }
         if let Some((field, _)) = axes.into_iter().find(|(_, given)| *given && !has_axis) {
             return idle(field);

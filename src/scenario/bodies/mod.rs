@@ -2,11 +2,14 @@
 
 mod build;
 mod copies;
+pub mod driven;
 pub mod entries;
 pub mod gears;
 pub mod joints;
 mod masses;
 mod refused;
+#[cfg(feature = "robot")]
+pub mod robots;
 
 use super::failure::{Failure, refuse_flags};
 use super::physics::violent_load;
@@ -20,7 +23,8 @@ use crate::joint::GEAR_AT_THE_START;
 use crate::scenario::choices::SolverName;
 use crate::simulation::JOINT_AT_THE_START;
 use build::Built;
-use entries::{BodyEntry, Files, FixedEntry, PairEntry};
+use driven::{DrivenEntry, SurfaceEntry};
+use entries::{ApartEntry, BodyEntry, Files, FixedEntry, PairEntry};
 use gears::GearEntry;
 use joints::{JointEntry, MotorEntry};
 
@@ -40,6 +44,25 @@ pub struct Entries {
     pub motors: Vec<MotorEntry>,
     /// `[[gears]]`.
     pub gears: Vec<GearEntry>,
+    /// `[[driven]]`.
+    pub driven: Vec<DrivenEntry>,
+    /// `[[surfaces]]`.
+    pub surfaces: Vec<SurfaceEntry>,
+    /// `[[apart]]`.
+    pub apart: Vec<ApartEntry>,
+    /// `[[robots]]`.
+    #[cfg(feature = "robot")]
+    pub robots: Vec<robots::RobotEntry>,
+}
+
+impl Entries {
+    /// Whether there are robots.
+    fn has_robots(&self) -> bool {
+        #[cfg(feature = "robot")]
+        return !self.robots.is_empty();
+        #[cfg(not(feature = "robot"))]
+        false
+    }
 }
 
 /// The solver of these scenes where none is named.
@@ -55,7 +78,26 @@ pub fn scene(
     entries: Entries,
     files: Files<'_>,
 ) -> Result<Scene, Failure> {
-    let Built { model, drawn } = build::build(entries, settings, files).map_err(Failure::Input)?;
+    let built = build::build(entries, settings, files).map_err(Failure::Input)?;
+    of_built(name, settings, built)
+}
+
+/// The scene of a robot's file alone.
+///
+/// # Errors
+/// The first thing that cannot be.
+#[cfg(feature = "robot")]
+pub fn scene_of_robot(
+    name: String,
+    settings: &Settings,
+    robot: &crate::robot::model::Robot,
+) -> Result<Scene, Failure> {
+    let built = robots::alone(robot, settings).map_err(Failure::Input)?;
+    of_built(name, settings, built)
+}
+
+fn of_built(name: String, settings: &Settings, built: Built) -> Result<Scene, Failure> {
+    let Built { model, drawn, .. } = built;
     let world = model.world()?;
     let place = "several bodies: the tutorial's program is of one";
     refuse_flags(place, &[("--preset", settings.preset.is_some())])?;
@@ -67,8 +109,10 @@ pub fn scene(
         changed: Vec::new(),
         seed: settings.seed.unwrap_or(USUAL_SEED),
         drawn,
+        start_index: settings.start_index.unwrap_or(0),
         rows: settings.steps.ok_or_else(|| Failure::needed("steps"))?,
         world,
+        courses: model.courses()?,
         starts: model.states(),
         loads: model.loads()?,
         bodies: model.bodies.iter().map(|body| body.name.clone()).collect(),
@@ -76,17 +120,56 @@ pub fn scene(
         joints: model.joints.iter().map(|joint| joint.name.clone()).collect(),
         contact: Some(contact),
         usual_solver: settings.solver.is_none(),
+        #[cfg(feature = "robot")]
+        robots: built.robots,
         format: OutputFormat::Tables(Box::new(model)),
     };
-    for ((body, load), name) in scene.world.bodies().iter().zip(&scene.loads).zip(&scene.bodies) {
-        if let Some(why) = violent_load(body, load, scene.world.time_step()) {
-            return Err(Failure::Input(format!("load of {name}: {why}")));
-        }
-    }
+    (0..scene.bodies.len()).try_for_each(|index| refuse_violent_load(&scene, index))?;
     refuse_start_below_ground(&scene)?;
     refuse_overlap(&scene)?;
     refuse_joints_apart(&scene)?;
     Ok(scene)
+}
+
+/// `scene` with one body more, the last, which `entry` describes, and which starts wherever it does.
+///
+/// # Errors
+/// The first thing that cannot be; a scene of `[body]`.
+pub fn with_body(scene: &Scene, entry: BodyEntry, files: Files<'_>) -> Result<Scene, Failure> {
+    let model = scene.model().ok_or_else(|| Failure::Input(ONE_FOR_GOOD.to_owned()))?;
+    let model = build::with_body(model.clone(), entry, files).map_err(Failure::Input)?;
+    let scene = scene.clone().with_model(model)?;
+    let last = scene.bodies.len() - 1;
+    refuse_violent_load(&scene, last)?;
+    Ok(scene)
+}
+
+/// `scene` without the body `index`, and without the joints that tie it.
+///
+/// # Errors
+/// The only body; a scene of `[body]`; a body of a robot, or one before it.
+pub fn without_body(scene: &Scene, index: usize) -> Result<Scene, Failure> {
+    #[cfg(feature = "robot")]
+    if scene.robots.iter().any(|robot| index < robot.bodies_end()) {
+        let name = scene.bodies.get(index).map_or("body", String::as_str);
+        return Err(Failure::Input(format!(
+            "{name} stays: of a scene with robots only bodies can go that were added later"
+        )));
+    }
+    let mut model = scene.model().ok_or_else(|| Failure::Input(ONE_FOR_GOOD.to_owned()))?.clone();
+    model.leave_out(index);
+    scene.clone().with_model(model)
+}
+
+const ONE_FOR_GOOD: &str =
+    "a scene of [body] has one body for good; written with [[bodies]] it may have others";
+
+fn refuse_violent_load(scene: &Scene, index: usize) -> Result<(), Failure> {
+    let (body, load) = (&scene.world.bodies()[index], &scene.loads[index]);
+    match violent_load(body, load, scene.world.time_step()) {
+        Some(why) => Err(Failure::Input(format!("load of {}: {why}", scene.bodies[index]))),
+        None => Ok(()),
+    }
 }
 
 /// What joints hold together must be there at the start: one step would bring it there.

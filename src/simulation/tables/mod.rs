@@ -11,13 +11,15 @@
 //!   fast the contact must part where it bounces (m/s, eq. 29), and the key that the contact keeps from step to step ([`KeyText`]).
 //! - `steps`: one row a step: how it ended, its residual with the five parts, how deep pieces
 //!   overlap at k+1, the smallest part of the restitution that an island took, and the
-//!   [energy](super::energy) at k: kinetic, and potential in gravity from the world's origin.
+//!   [energy](super::energy) at k: kinetic, and potential in gravity from the world's origin; and where there are
+//!   joints their [stiffness](crate::simulation::StepRecord::stiffness), h ω.
 //!
 //! - `joints`: one row a joint and step: `k,t_s,joint`, `joint` being the index in
 //!   [`World::joints`](crate::world::World::joints); its coordinates at step k, the place of A's anchor along
 //!   the axes of B's frame and the [turns](crate::joint::Joint::turns) about them, the angle of a hinge with
 //!   all its turns; their mean rates over the step k → k+1; the [force and torque](crate::joint::JointForce)
-//!   on A; and the two parts of the residual that are the joint's own.
+//!   on A; and the two parts of the residual that are the joint's own. A frame in the world that moves is where it is
+//!   when the step ends: the coordinates at k are what is left of its way.
 //! - `gears`: one row a gear and step: `k,t_s,gear`, the index in
 //!   [`World::gears`](crate::world::World::gears); its two coordinates at step k, m or rad with all turns; its force over the step
 //!   along the first one, N or N m; and its part of the residual.
@@ -73,13 +75,14 @@ impl Table {
         }
     }
 
-    /// The names of the columns.
+    /// The names of the columns, of a run with joints or without.
     #[must_use]
-    pub fn columns(self) -> &'static [&'static str] {
+    pub fn columns(self, joints: bool) -> &'static [&'static str] {
         match self {
             Self::States => &STATE_COLUMNS,
             Self::Contacts => &CONTACT_COLUMNS,
-            Self::Steps => &STEP_COLUMNS,
+            Self::Steps if joints => &STEP_COLUMNS,
+            Self::Steps => &STEP_COLUMNS[..STEP_COLUMNS.len() - 1],
             Self::Joints => &JOINT_COLUMNS,
             Self::Gears => &GEAR_COLUMNS,
         }
@@ -164,7 +167,8 @@ const JOINT_COLUMNS: [&str; 23] = [
 
 const GEAR_COLUMNS: [&str; 7] = ["k", "t_s", "gear", "first", "second", "force", "gear_m_s"];
 
-const STEP_COLUMNS: [&str; 15] = [
+/// The last one where there are joints alone.
+const STEP_COLUMNS: [&str; 16] = [
     "k",
     "t_s",
     "status",
@@ -180,4 +184,5 @@ const STEP_COLUMNS: [&str; 15] = [
     "overlap_m",
     "restitution_share",
     "energy_J",
+    "stiffness",
 ];

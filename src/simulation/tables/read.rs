@@ -49,6 +49,8 @@ pub struct StepRow {
     pub restitution_share: f64,
     /// The [energy](crate::simulation::energy) at k, J.
     pub energy: f64,
+    /// See [`StepRecord::stiffness`](crate::simulation::StepRecord::stiffness); 0 without joints.
+    pub stiffness: f64,
 }
 
 /// A row of the table `contacts`; vectors in the world.
@@ -134,6 +136,8 @@ impl<R: Read> TablesReader<R> {
         (joints, gears): (usize, usize),
     ) -> Result<Self, RowsError> {
         let counts = [bodies, joints, gears];
+        let tied = streams.joints.is_some();
+        let sheet = |table, stream| sheet(table, stream, tied);
         let joints = streams.joints.map(|stream| sheet(Table::Joints, stream)).transpose()?;
         let gears = streams.gears.map(|stream| sheet(Table::Gears, stream)).transpose()?;
         for (table, is_missing, why) in [
@@ -156,6 +160,13 @@ impl<R: Read> TablesReader<R> {
             any_start: false,
             ended: false,
         })
+    }
+
+    /// The same of a run whose first k is `index`.
+    #[must_use]
+    pub fn from_index(mut self, index: u64) -> Self {
+        self.next_index = index;
+        self
     }
 
     /// The same of a part of a run, whose first step may have any k.
@@ -228,6 +239,7 @@ impl<R: Read> TablesReader<R> {
             overlap: sheet.number(12)?,
             restitution_share: sheet.number(13)?,
             energy: sheet.number(14)?,
+            stiffness: if self.joints.is_some() { sheet.number(15)? } else { 0.0 },
         })
     }
 
@@ -295,8 +307,8 @@ impl<R: Read> TablesReader<R> {
     }
 }
 
-/// The sheet of a table.
-fn sheet<R: Read>(table: Table, stream: R) -> Result<Sheet<R>, RowsError> {
-    let columns = table.columns().iter().map(|&name| name.to_owned());
+/// The sheet of a table, of a run with joints or without.
+fn sheet<R: Read>(table: Table, stream: R, joints: bool) -> Result<Sheet<R>, RowsError> {
+    let columns = table.columns(joints).iter().map(|&name| name.to_owned());
     Sheet::new(table.name(), stream, |_| columns.collect())
 }

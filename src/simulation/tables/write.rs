@@ -2,7 +2,7 @@
 
 use super::{ContactRow, GearRow, JointRow, KeyText, StepRow, Streams, Table, TableStep};
 use crate::contact::{Contact, Partner};
-use crate::joint::{Gear, Joint, JointForce, JointResidual};
+use crate::joint::{Gear, Joint, JointForce, JointResidual, Knots};
 use crate::mechanics::State;
 use crate::simulation::{StepRecord, energy};
 use crate::step::StepStatus;
@@ -14,6 +14,8 @@ use std::io::{self, Write};
 pub struct TablesWriter<W: Write> {
     tables: Streams<csv::Writer<W>>,
     world: World,
+    /// How joints' frames in the world move.
+    courses: Vec<(usize, Knots)>,
 }
 
 impl<W: Write> TablesWriter<W> {
@@ -24,9 +26,10 @@ impl<W: Write> TablesWriter<W> {
     pub fn new(streams: Streams<W>, world: &World) -> csv::Result<Self> {
         let mut writer = Self::after(streams, world);
         let Streams { states, contacts, steps, joints, gears } = &mut writer.tables;
+        let tied = joints.is_some();
         let streams = [Some(states), Some(contacts), Some(steps), joints.as_mut(), gears.as_mut()];
         for (table, csv) in Table::ALL.into_iter().zip(streams) {
-            csv.map_or(Ok(()), |csv| csv.write_record(table.columns()))?;
+            csv.map_or(Ok(()), |csv| csv.write_record(table.columns(tied)))?;
         }
         Ok(writer)
     }
@@ -43,7 +46,14 @@ impl<W: Write> TablesWriter<W> {
             joints: joints.map(csv),
             gears: gears.map(csv),
         };
-        Self { tables, world: world.clone() }
+        Self { tables, world: world.clone(), courses: Vec::new() }
+    }
+
+    /// The same of a run in which the frames in the world of these joints move.
+    #[must_use]
+    pub fn driven(mut self, courses: Vec<(usize, Knots)>) -> Self {
+        self.courses = courses;
+        self
     }
 
     /// Writes the rows of one step.
@@ -51,6 +61,8 @@ impl<W: Write> TablesWriter<W> {
     /// # Errors
     /// The streams'.
     pub fn write(&mut self, record: &StepRecord) -> csv::Result<()> {
+        let ends = record.index + u64::from(record.report.status != StepStatus::End);
+        self.world.follow(&self.courses, ends as f64 * self.world.time_step());
         self.write_step(&TableStep::of(&self.world, record))
     }
 
@@ -76,6 +88,7 @@ impl<W: Write> TablesWriter<W> {
             row.overlap,
             row.restitution_share,
             row.energy,
+            tables.joints.is_some().then_some(row.stiffness).as_slice(),
         ))?;
         for (index, contact) in step.contacts.iter().enumerate() {
             let (partner, partner_index) = match contact.partner {
@@ -132,7 +145,7 @@ impl<W: Write> TablesWriter<W> {
 }
 
 impl TableStep {
-    /// The rows of a step of a simulation of `world`. The point of a contact and the place of a joint are NaN
+    /// The rows of a step of a simulation of `world`, in which a joint's frame that moves is where the step ends. The point of a contact and the place of a joint are NaN
     /// whose body has no state in the record, which no simulation makes.
     #[must_use]
     pub fn of(world: &World, record: &StepRecord) -> Self {
@@ -151,6 +164,7 @@ impl TableStep {
             overlap: record.overlap,
             restitution_share: record.restitution_share,
             energy: energy::total(world, &record.states),
+            stiffness: if is_end { 0.0 } else { record.stiffness },
         };
         let contacts = ContactRow::of(record).collect();
         let joints = JointRow::of(world, record).collect();
@@ -239,6 +253,7 @@ impl GearRow {
 
 impl ContactRow {
     /// The rows of the contacts of a step, in the order of its solution; see [`TableStep::of`].
+    #[inline]
     pub fn of(record: &StepRecord) -> impl Iterator<Item = Self> + '_ {
         let point = |contact: &Contact| {
             let state = record.states.get(contact.key.body);

@@ -12,6 +12,14 @@ use stl_io::create_stl_reader;
 /// # Errors
 /// Text that is not OBJ; what [`Mesh::new`] refuses.
 pub fn parse_obj(text: &str) -> Result<Mesh, Error> {
+    Mesh::from_facets(&facets_of_obj(text)?)
+}
+
+/// The facets of an OBJ file's text, m, as [`parse_obj`] reads them, whatever surface they make.
+///
+/// # Errors
+/// Text that is not OBJ.
+pub fn facets_of_obj(text: &str) -> Result<Vec<[Vector3<f64>; 3]>, Error> {
     let options = tobj::LoadOptions {
         triangulate: true,
         ignore_points: true,
@@ -36,7 +44,7 @@ pub fn parse_obj(text: &str) -> Result<Mesh, Error> {
             }
         }
     }
-    Mesh::from_facets(&facets)
+    Ok(facets)
 }
 
 /// Reads an STL file's bytes, binary (80 bytes, a count, 50 bytes a facet) or ASCII. The
@@ -45,6 +53,14 @@ pub fn parse_obj(text: &str) -> Result<Mesh, Error> {
 /// # Errors
 /// Bytes that are not STL; what [`Mesh::new`] refuses.
 pub fn parse_stl(bytes: &[u8]) -> Result<Mesh, Error> {
+    Mesh::from_facets(&facets_of_stl(bytes)?)
+}
+
+/// The facets of an STL file's bytes, m, as [`parse_stl`] reads them, whatever surface they make.
+///
+/// # Errors
+/// Bytes that are not STL.
+pub fn facets_of_stl(bytes: &[u8]) -> Result<Vec<[Vector3<f64>; 3]>, Error> {
     let count = bytes.get(80..84).map_or([0; 4], |four| [four[0], four[1], four[2], four[3]]);
     let is_binary = bytes.len() as u64 == 84 + 50 * u64::from(u32::from_le_bytes(count));
     let no_stl = |error: std::io::Error| refused(format!("is no STL file: {error}"));
@@ -67,5 +83,5 @@ pub fn parse_stl(bytes: &[u8]) -> Result<Mesh, Error> {
         let facet = facet.map_err(no_stl)?;
         corners.push(facet.vertices.map(|vertex| Vector3::from(vertex.0.map(f64::from))));
     }
-    Mesh::from_facets(&corners)
+    Ok(corners)
 }

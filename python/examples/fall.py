@@ -1,0 +1,74 @@
+"""Every robot of a folder falls for 10 s: python fall.py FOLDER.
+
+From coordinates drawn within the limits, 0.3 to 0.4 m higher than its file has it, without controls: how many steps are
+certified at 1e-9 m/s, how many are wild, and how far joints are off.
+"""
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import tumble
+
+
+def start(robot: tumble.Robot, rng: np.random.Generator) -> Any:
+    """Coordinates near those of the file."""
+    q = np.array(robot.start)
+    for index, (name, kind, at, _, _) in enumerate(robot.joint_list):
+        if kind == "free":
+            q[at + 2] += 0.4
+            q[at + 3 : at + 7] = np.array([0.98, 0.1, 0.15, 0.0]) / np.linalg.norm([0.98, 0.1, 0.15])
+        elif name in ("rootz", "root_z"):
+            q[at] += 0.3
+        elif kind in ("slide", "hinge"):
+            limits = robot.bounds(index)[0]
+            if limits is None:
+                q[at] += rng.uniform(-0.15, 0.15)
+            else:
+                low, high = limits
+                q[at] = np.clip(q[at] + rng.uniform(-0.15, 0.15) * (high - low), low, high)
+    return q
+
+
+def off(simulation: tumble.Simulation) -> float:
+    """What the places of joints, and the axes of hinges, are off by, m and rad."""
+    worst = 0.0
+    for joint, axes in zip(simulation.joints.values(), simulation.scene.joint_axes):
+        worst = max([worst] + [abs(joint["place"][k]) for k in range(3) if k not in axes])
+        if 5 in axes and 3 not in axes:
+            worst = max([worst] + [abs(joint["angles"][k]) for k in range(3) if k + 3 not in axes])
+    return worst
+
+
+def fall(path: Path, rng: np.random.Generator) -> str:
+    """A line about the robot of a file."""
+    simulation = tumble.load(path).simulate()
+    simulation.robot.set(start(simulation.robot, rng))
+    steps = round(10 / simulation.scene.time_step)
+    certified = wild = 0
+    worst = far = 0.0
+    for k in range(steps):
+        step = simulation.step()
+        certified += step.residual <= 1e-9
+        wild += step.status == "wild"
+        worst = max(worst, step.residual)
+        if k % 20 == 0:
+            far = max(far, off(simulation))
+    return (
+        f"{steps} steps of {1000 * simulation.scene.time_step:g} ms, {100 * certified / steps:g} % certified, "
+        f"{wild} wild, residual up to {worst:.1e} m/s, joints off by {far:.1e}"
+    )
+
+
+def main() -> None:
+    folder = Path(sys.argv[1])
+    for path in sorted([*folder.rglob("*.xml"), *folder.rglob("*.urdf")]):
+        try:
+            print(f"{path.relative_to(folder)}: {fall(path, np.random.default_rng(3))}", flush=True)
+        except tumble.TumbleError as error:
+            print(f"{path.relative_to(folder)}: {error}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,268 @@
+"""Robots from URDF and MJCF files in a simulation: coordinates, joints, motors."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Dict, List, NamedTuple, Optional, Tuple, Union
+
+from ._arrays import numbers
+from ._checks import whole
+from ._tumble import CoreRobot, TumbleError
+
+if TYPE_CHECKING:
+    from ._arrays import Floats
+    from ._simulation import Simulation
+
+
+class Links(NamedTuple):
+    """How the L links of a robot move, the world first."""
+
+    positions: "Floats"
+    """(L, 3), of the links' origins, m, world."""
+    attitudes: "Floats"
+    """(L, 4), w, x, y, z, link to world."""
+    velocities: "Floats"
+    """(L, 3), of the same, m/s, world."""
+    spins: "Floats"
+    """(L, 3), rad/s, world."""
+
+
+class RobotJoint:
+    """A slide or a hinge of a robot in a simulation: ``robot["knee"]``.
+
+    Its motor is one at a time: what pulls to ``target`` with ``stiffness`` and ``damping``, or what
+    holds a speed (``hold_speed``); ``force`` acts besides. In m and N of a slide, rad and N m of a hinge.
+    """
+
+    name: str
+    """What the file calls it."""
+    range: Optional[Tuple[float, float]]
+    """Its stops, if it has any."""
+    stiffness: float
+    """With which its motor pulls to ``target``, from the next target on."""
+    damping: float
+    """Of that motor."""
+    most: Optional[float]
+    """The force of its motors: what the file says, or None where it says nothing."""
+
+    def __init__(self, robot: "Robot", index: int) -> None:
+        name, _, at, rate, reference = robot.joint_list[index]
+        axis = robot.axis(index)
+        if axis is None:
+            raise TumbleError(f"joint: {name!r} is no slide and no hinge")
+        limits, effort = robot.bounds(index)
+        self.name = name
+        self.range = None if limits is None else (limits[0], limits[1])
+        self.stiffness, self.damping = 0.0, 0.0
+        self.most = None if effort is None else min(-effort[0], effort[1])
+        self._robot, self._axis = robot, axis
+        self._at, self._rate, self._reference = at, rate, reference
+        self._target: Optional[float] = None
+
+    @property
+    def coordinate(self) -> float:
+        """Where it is now, as the file counts it: with all its turns since the start."""
+        return float(self._robot.q[self._at])
+
+    @property
+    def speed(self) -> float:
+        """Its rate now."""
+        return float(self._robot.v[self._rate])
+
+    @property
+    def target(self) -> Optional[float]:
+        """The coordinate that its motor pulls to; None where none does."""
+        return self._target
+
+    @target.setter
+    def target(self, target: Optional[float]) -> None:
+        put = self._robot.simulation.put_motor
+        if target is None:
+            put(*self._axis, None, None, 0.0, 0.0, 0.0)
+        elif not self.stiffness > 0.0:
+            raise TumbleError(f"stiffness of {self.name} is needed for a target: set it before")
+        else:
+            place, most = float(target) - self._reference, self._most(self.most)
+            put(*self._axis, None, place, self.stiffness, self.damping, most)
+        self._target = None if target is None else float(target)
+
+    def hold_speed(self, speed: float, most: Optional[float] = None) -> None:
+        """Has its motor hold a speed with up to the force ``most``, that of the file if none is given."""
+        most = self._most(self.most if most is None else most)
+        self._robot.simulation.put_motor(*self._axis, speed, None, 0.0, 0.0, most)
+        self._target = None
+
+    def _most(self, most: Optional[float]) -> float:
+        if most is None:
+            raise TumbleError(f"most of {self.name}: the force of its motor is needed: set it before")
+        return most
+
+    def set_force(self, force: float) -> None:
+        """Sets the constant force (N) or torque (N m) along it in the steps to come."""
+        self._robot.simulation.put_force(*self._axis, force)
+
+    def __repr__(self) -> str:
+        return f"<joint {self.name!r} at {self.coordinate:.6g}>"
+
+
+class Robot(CoreRobot):
+    """A robot of a simulation: ``simulation.robot``, or ``simulation.robots["prefix"]``.
+
+    Coordinates q and rates v come joint by joint as MuJoCo has them: of a free joint the place (m) and
+    the attitude (w, x, y, z) of its link, and of the rates the velocity of the link's origin (m/s,
+    world) and the spin (rad/s, link); of a ball the attitude and the spin; of a slide m and m/s; of a
+    hinge rad and rad/s.
+
+    ``robot["knee"]`` is a joint, by the name that the file has::
+
+        robot = simulation.robot
+        robot.set_gains(stiffness=80.0, damping=2.0)
+        robot["knee"].target = -1.5
+        simulation.step()
+    """
+
+    simulation: "Simulation"
+    """What it is in."""
+    _near: "Floats"
+    _controls: "Floats"
+    _handles: Dict[str, RobotJoint]
+
+    def __new__(cls, simulation: "Simulation", index: int) -> "Robot":
+        self = super().__new__(cls, simulation.scene, index)
+        self.simulation = simulation
+        self._near = self.start
+        self._handles = {}
+        self._controls = self.first_controls
+        return self
+
+    @property
+    def joints(self) -> List[str]:
+        """The names of its joints, in the order of its coordinates."""
+        return [joint[0] for joint in self.joint_list]
+
+    @property
+    def slides_and_hinges(self) -> List[RobotJoint]:
+        """Its joints of one coordinate."""
+        one = [joint[0] for joint in self.joint_list if joint[1] in ("slide", "hinge")]
+        return [self[name] for name in one]
+
+    def __getitem__(self, name: str) -> RobotJoint:
+        if name not in self._handles:
+            names = self.joints
+            if name not in names:
+                known = ", ".join(names[:6]) + (", …" if len(names) > 6 else "")
+                raise TumbleError(f"joint is {name!r}; the name of one is needed: {known}")
+            self._handles[name] = RobotJoint(self, names.index(name))
+        return self._handles[name]
+
+    def set_gains(
+        self, *, stiffness: float, damping: float = 0.0, most: Optional[float] = None
+    ) -> None:
+        """Sets stiffness, damping and, if it is given, the force of the motors of all slides and hinges,
+        from their next targets on."""
+        for joint in self.slides_and_hinges:
+            joint.stiffness, joint.damping = stiffness, damping
+            joint.most = joint.most if most is None else most
+
+    def _now(self) -> Tuple["Floats", "Floats"]:
+        q, v = self.coordinates(self.simulation.states, self._near)
+        self._near = q
+        return q, v
+
+    @property
+    def q(self) -> "Floats":
+        """The coordinates now, (Q,): angles with their turns, counted from one look to the next."""
+        return self._now()[0]
+
+    @q.setter
+    def q(self, q: Any) -> None:
+        self.set(q, self.v)
+
+    @property
+    def v(self) -> "Floats":
+        """The rates now, (V,)."""
+        return self._now()[1]
+
+    @v.setter
+    def v(self, v: Any) -> None:
+        self.set(self.q, v)
+
+    def set(self, q: Any, v: Any = None) -> None:
+        """Puts the robot at coordinates and rates, at rest without these."""
+        positions, rates = self.counts
+        q = numbers("q", q, (positions,))
+        v = numbers("v", [0.0] * rates if v is None else v, (rates,))
+        self.simulation.states = self.placed(q, v, self.simulation.states)
+        self._near = q
+
+    @property
+    def links_now(self) -> Links:
+        """How its links move now."""
+        return Links(*self.moving(self.simulation.states))
+
+    def kinematics(self, q: Any, v: Any = None) -> Links:
+        """How its links move at other coordinates and rates."""
+        return Links(*self.forward(*self._given(q, v)))
+
+    def mass_matrix(self, q: Any = None) -> "Floats":
+        """The mass matrix (V, V) at coordinates, or now, with what armatures add."""
+        return self.masses(self._given(q, None)[0])
+
+    def bias_forces(self, q: Any = None, v: Any = None) -> "Floats":
+        """What M dv/dt lacks of the forces along the rates, (V,): gravity, and what the rates alone take."""
+        if q is None and v is None:
+            return self.biases(*self._now())
+        return self.biases(*self._given(q, v))
+
+    def jacobian(
+        self, link: Union[int, str], point: Any = (0.0, 0.0, 0.0), q: Any = None
+    ) -> Tuple["Floats", "Floats"]:
+        """The Jacobians (3, V) of the place of a point of a link (m, frame of the link), and of the link's
+        turn."""
+        x, y, z = (float(x) for x in numbers("point", point, (3,)))
+        return self.jacobians(self.link(link), [x, y, z], self._given(q, None)[0])
+
+    def link(self, name: Union[int, str]) -> int:
+        """The number of a link."""
+        links = self.links
+        if isinstance(name, str):
+            if name not in links:
+                raise TumbleError(f"link is {name!r}; one of {', '.join(links)} is needed")
+            return links.index(name)
+        return whole("link", name, 0, len(links) - 1)
+
+    def _given(self, q: Any, v: Any) -> Tuple["Floats", "Floats"]:
+        positions, rates = self.counts
+        q = self.q if q is None else numbers("q", q, (positions,))
+        return q, numbers("v", [0.0] * rates if v is None else v, (rates,))
+
+    @property
+    def controls(self) -> "Floats":
+        """The controls of its actuators, (A,), in the order of the file. Set, they drive their joints as the
+        file says, and as nothing that was set before."""
+        return self._controls
+
+    @controls.setter
+    def controls(self, controls: Any) -> None:
+        controls = numbers("controls", controls, (len(self.actuators),))
+        self.simulation.put_controls(self, controls)
+        self._controls = controls
+
+    @property
+    def contact_forces(self) -> Dict[Tuple[str, str], "Floats"]:
+        """The forces of the last step's contacts, (3,), N, world, by pairs of bodies of the scene: on the
+        first, that of this robot, from the second, or "ground" or what is fixed."""
+        import numpy as np
+
+        scene, contacts = self.simulation.scene, self.simulation.contacts
+        own = {scene.bodies[body] for body in self.bodies if body is not None}
+        forces: Dict[Tuple[str, str], Any] = {}
+        for body, other, force in zip(contacts["body"], contacts["partner"], contacts["force"]):
+            name = scene.bodies[body]
+            for pair, part in (((name, other), force), ((other, name), -force)):
+                if pair[0] in own:
+                    forces[pair] = forces.get(pair, np.zeros(3)) + part
+        return forces
+
+    def __repr__(self) -> str:
+        positions, rates = self.counts
+        return f"<tumble.Robot {self.name!r}: {positions} coordinates, {rates} rates>"

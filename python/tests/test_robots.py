@@ -1,0 +1,133 @@
+"""Robots from files: coordinates, joints, motors, forces."""
+
+import copy
+import pickle
+from pathlib import Path
+
+import numpy as np
+import pytest
+import tumble
+
+MODELS = Path(__file__).parents[2] / "data" / "robots"
+LEGS = ["fl", "fr", "rl", "rr"]
+
+
+def standing(**fields):
+    bent = {f"{leg}_pitch": 0.8 for leg in LEGS} | {f"{leg}_knee": -1.6 for leg in LEGS}
+    table = {"file": "quadruped.urdf", "position": [0, 0, 0.35], "coordinates": bent, **fields}
+    return tumble.Scene([], {"friction": 0.7}, robots=[table], folder=MODELS)
+
+
+def test_a_file_is_a_scene():
+    scene = tumble.load(MODELS / "quadruped.urdf")
+    assert scene.name == "quadruped" and len(scene.bodies) == 13 and scene.robots == [""]
+    robot = scene.simulate().robot
+    assert robot.counts == (19, 18) and robot.joints[:2] == ["root", "fl_roll"]
+    assert robot["fl_knee"].range == (-2.6, -0.8) and robot["fl_knee"].most == 35.0
+    assert "velocity" in " ".join(robot.notes)
+    with pytest.raises(tumble.TumbleError, match="fl_kne"):
+        robot["fl_kne"]
+    with pytest.raises(tumble.TumbleError, match="no slide"):
+        robot["root"]
+
+
+def test_a_robot_stands_by_its_motors():
+    simulation = standing().simulate()
+    robot = simulation.robot
+    robot.set_gains(stiffness=80.0, damping=3.0, most=25.0)
+    for leg in LEGS:
+        robot[f"{leg}_roll"].target = 0.0
+        robot[f"{leg}_pitch"].target = 0.8
+        robot[f"{leg}_knee"].target = -1.6
+    for _ in range(1500):
+        assert simulation.step().ok
+    weight = 9.81 * simulation.scene.masses.sum()
+    forces = robot.contact_forces
+    assert {pair[1] for pair in forces} == {"ground"} and len(forces) == 4
+    assert sum(forces.values())[2] == pytest.approx(weight, rel=1e-9)
+    # The motors' torques and the feet's forces hold the weight, by coordinates too.
+    q = robot.q
+    needed = robot.bias_forces(q)
+    links = robot.links_now
+    for (name, _), force in forces.items():
+        foot = name.replace("shank", "foot")
+        index = robot.link(foot)
+        assert links.positions[index, 2] == pytest.approx(0.02, abs=1e-4)
+        # Where it touches, below the ball of the foot.
+        point = rotation(links.attitudes[index]).T @ np.array([0, 0, -0.02])
+        needed = needed - robot.jacobian(foot, point, q)[0].T @ force
+    np.testing.assert_allclose(needed[:6], 0.0, atol=1e-6)
+    knee = robot["fl_knee"]
+    held = knee.stiffness * (knee.target - knee.coordinate)
+    assert held == pytest.approx(needed[robot.joint_list[robot.joints.index("fl_knee")][3]], abs=0.11)
+
+
+def rotation(q):
+    w, x, y, z = q
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def test_coordinates_are_set_and_read():
+    simulation = standing().simulate()
+    robot = simulation.robot
+    q, v = robot.start.copy(), np.linspace(-0.4, 0.5, 18)
+    q[:3] = [0.1, 0.2, 1.0]
+    q[3:7] = [0.8, 0.0, 0.6, 0.0]
+    q[7] = 0.25
+    robot.set(q, v)
+    np.testing.assert_allclose(robot.q, q, atol=1e-13)
+    np.testing.assert_allclose(robot.v, v, atol=1e-12)
+    links = robot.kinematics(q, v)
+    np.testing.assert_allclose(robot.links_now.positions, links.positions, atol=1e-13)
+    # The Jacobian is the velocity by the rates.
+    place, turn = robot.jacobian("rr_foot", [0, 0, 0], q)
+    foot = robot.link("rr_foot")
+    np.testing.assert_allclose(place @ v, links.velocities[foot], atol=1e-12)
+    np.testing.assert_allclose(turn @ v, links.spins[foot], atol=1e-12)
+    mass = robot.mass_matrix(q)
+    np.testing.assert_allclose(mass, mass.T, atol=1e-14)
+    assert mass[0, 0] == pytest.approx(simulation.scene.masses.sum())
+
+
+def test_controls_drive_actuators():
+    scene = tumble.load(MODELS / "hopper.xml")
+    simulation = scene.simulate()
+    robot = simulation.robot
+    assert robot.actuators == ["hip", "knee"]
+    robot.controls = [0.5, -1.0]
+    np.testing.assert_array_equal(robot.controls, [0.5, -1.0])
+    before = simulation.joints["hip"]["coordinate"]
+    assert simulation.step().ok
+    assert simulation.joints["hip"]["coordinate"] != before
+    with pytest.raises(tumble.TumbleError, match="controls"):
+        robot.controls = [1.0]
+
+
+def test_several_and_copies():
+    table = {"file": "quadruped.urdf", "position": [0, 0, 0.6]}
+    scene = tumble.Scene(
+        [{"name": "crate", "box": 0.3, "mass": 5.0, "position": [3, 0, 0.15]}],
+        {"friction": 0.7},
+        robots=[{**table, "prefix": "a."}, {**table, "prefix": "b.", "position": [0, 1, 0.6]}],
+        apart=[{"between": ["a.trunk", "crate"]}],
+        folder=MODELS,
+    )
+    simulation = scene.simulate()
+    assert list(simulation.robots) == ["a.", "b."]
+    with pytest.raises(tumble.TumbleError, match="has 2"):
+        simulation.robot
+    np.testing.assert_allclose(simulation.robots["b."].q[:3], [0, 1, 0.6], atol=1e-15)
+    simulation.robots["b."].set_gains(stiffness=50.0)
+    simulation.robots["b."]["fl_knee"].target = -1.0
+    other = pickle.loads(pickle.dumps(simulation))
+    third = copy.copy(simulation)
+    for each in (simulation, other, third):
+        each.run(20)
+    np.testing.assert_array_equal(simulation.states, other.states)
+    np.testing.assert_array_equal(simulation.states, third.states)

@@ -1,0 +1,214 @@
+//! The bodies that links are: which, their masses and shapes, and where they start.
+
+use super::touching::{friction_between, friction_of};
+use super::{Assembled, Carried, Placing, place_of};
+use crate::robot::frame::{Frame, of_matrix};
+use crate::robot::model::{Form as RobotForm, Mass, Robot, Shape as RobotShape};
+use crate::robot::motion::Motion;
+use crate::scenario::model::{BodyModel, BodyStart, Model};
+use crate::scenario::shape::{Form, PlacedForm, Shape};
+use crate::scenario::shown::checked_name;
+use nalgebra::Vector3;
+use std::f64::consts::TAU;
+
+/// More shapes than this do not touch.
+const MOST_TOUCHING: usize = 2000;
+
+impl Assembled {
+    /// Says which bodies of the scene each is.
+    pub(super) fn number_bodies(&mut self, placing: &Placing, model: &Model) -> Result<(), String> {
+        let mut next = model.bodies.len();
+        for place in 0..self.bodies.len() {
+            self.bodies[place].parts = self.parts(place, placing, model.mu)?;
+            self.bodies[place].body = next;
+            next += self.bodies[place].parts.len();
+        }
+        Ok(())
+    }
+
+    pub(super) fn add_bodies(
+        &mut self,
+        placing: &Placing,
+        motion: &Motion,
+        model: &mut Model,
+    ) -> Result<(), String> {
+        for place in 0..self.bodies.len() {
+            let link = self.bodies[place].link;
+            let mass = self.mass_of(place);
+            let at = &self.robot.links[link].at;
+            let wrong = |why: String| format!("{at}: {why}");
+            if mass.mass <= 0.0 {
+                return Err(wrong("it moves and has no mass; give it <inertial>".to_owned()));
+            }
+            self.bodies[place].centre = mass.centre;
+            let start = BodyStart::of(&self.state_of(place, motion.links()));
+            let share = 1.0 / self.bodies[place].parts.len() as f64;
+            for (number, part) in self.bodies[place].parts.iter().enumerate() {
+                let name = self.part_name(link, number);
+                checked_name(&name).map_err(wrong)?;
+                let (shape, touches) = self.shape_of(place, part, &mass, placing)?;
+                let index = model.shapes.iter().position(|known| *known == shape);
+                let index = index.unwrap_or_else(|| {
+                    model.shapes.push(shape);
+                    model.shapes.len() - 1
+                });
+                let first = part.first().map(|shape| &self.robot.shapes[*shape]);
+                let body = BodyModel {
+                    name,
+                    shape: index,
+                    centre: mass.centre.into(),
+                    mass: mass.mass * share,
+                    inertia: (mass.inertia * share).transpose().into(),
+                    friction: first.and_then(friction_of),
+                    restitution: None,
+                    touches,
+                    load: None,
+                    colour: None,
+                    label: None,
+                    start: start.clone(),
+                };
+                let made = body.rigid_body(&model.shapes[index]);
+                made.map_err(|error| wrong(error.to_string()))?;
+                model.bodies.push(body);
+            }
+        }
+        Ok(())
+    }
+
+    /// Mass, centre and inertia of a body, in the frame of its first link.
+    fn mass_of(&self, place: usize) -> Mass {
+        let parts = self.robot.links.iter().zip(&self.links);
+        let parts = parts.filter(|(link, (body, _))| *body == Some(place) && link.mass.mass > 0.0);
+        let parts: Vec<_> = parts.map(|(link, (_, frame))| link.mass.placed(frame)).collect();
+        Mass::sum(&parts)
+    }
+
+    /// The shapes that touch of links that are one, those together that touch all else in the same way.
+    fn parts(
+        &self,
+        place: usize,
+        placing: &Placing,
+        usual: f64,
+    ) -> Result<Vec<Vec<usize>>, String> {
+        let counts = |shape: &RobotShape| {
+            shape.groups != [0, 0] && (placing.has_ground || shape.form != RobotForm::Plane)
+        };
+        let touching = self.robot.shapes.iter().enumerate().filter(|(_, shape)| counts(shape));
+        let touching: Vec<_> = touching.collect();
+        if let Some((_, odd)) = touching.get(MOST_TOUCHING) {
+            let at = &odd.at;
+            return Err(format!("{at}: with this more than {MOST_TOUCHING} shapes touch"));
+        }
+        let is_own = |shape: &RobotShape| self.links[shape.link].0 == Some(place);
+        let others: Vec<_> = touching.iter().filter(|(_, shape)| !is_own(shape)).collect();
+        let law = |a: &RobotShape, b: &RobotShape| {
+            self.touch(placing, a, b).then(|| friction_between(a, b, usual))
+        };
+        let alike = |a: &RobotShape, b: &RobotShape| {
+            friction_of(a) == friction_of(b)
+                && others.iter().all(|(_, other)| law(a, other) == law(b, other))
+        };
+        let mut parts: Vec<Vec<usize>> = Vec::new();
+        for (index, shape) in touching.iter().filter(|(_, shape)| is_own(shape)) {
+            match parts.iter_mut().find(|part| alike(&self.robot.shapes[part[0]], shape)) {
+                Some(part) => part.push(*index),
+                None => parts.push(vec![*index]),
+            }
+        }
+        Ok(if parts.is_empty() { vec![Vec::new()] } else { parts })
+    }
+
+    /// What a body looks like that has these shapes which touch, and whether it has any.
+    fn shape_of(
+        &self,
+        place: usize,
+        part: &[usize],
+        mass: &Mass,
+        placing: &Placing,
+    ) -> Result<(Shape, bool), String> {
+        let placed = |shape: &RobotShape| {
+            let form = form_of(shape, placing.sides)?;
+            Ok(form.map(|form| PlacedForm { form, place: place_of(&self.in_body(shape)) }))
+        };
+        let all = |shapes: &mut dyn Iterator<Item = &RobotShape>| {
+            let placed: Result<Vec<Option<PlacedForm>>, String> = shapes.map(placed).collect();
+            Ok::<Vec<_>, String>(placed?.into_iter().flatten().collect())
+        };
+        if !part.is_empty() {
+            let touching = all(&mut part.iter().map(|shape| &self.robot.shapes[*shape]))?;
+            return Ok((Shape::Pieces(touching), true));
+        }
+        let own = |shape: &&RobotShape| self.links[shape.link].0 == Some(place);
+        let seen = all(&mut self.robot.shapes.iter().filter(own))?;
+        let pieces = if seen.is_empty() { vec![equivalent(mass)] } else { seen };
+        Ok((Shape::Pieces(pieces), false))
+    }
+}
+
+/// Which links begin bodies; and of each link its body and where it is in that body's first link.
+pub(super) fn carried(robot: &Robot, merges: bool) -> (Vec<Carried>, Vec<(Option<usize>, Frame)>) {
+    let mut bodies = Vec::new();
+    let mut links: Vec<(Option<usize>, Frame)> = Vec::with_capacity(robot.links.len());
+    for (index, link) in robot.links.iter().enumerate() {
+        if index == 0 {
+            links.push((None, Frame::identity()));
+            continue;
+        }
+        let (above, frame) = links[link.parent];
+        // What is fixed to a body may be one of its own; what is fixed to the world is not.
+        let is_own = link.joints.1 > 0 || !merges && above.is_some() && link.mass.mass > 0.0;
+        if is_own {
+            links.push((Some(bodies.len()), Frame::identity()));
+            let (body, centre, parts) = (0, Vector3::zeros(), Vec::new());
+            bodies.push(Carried { link: index, body, centre, parts });
+        } else {
+            links.push((above, frame.then(&link.frame)));
+        }
+    }
+    (bodies, links)
+}
+
+/// The form of a shape in a scene; none of one that touches nothing and has no such form.
+pub(super) fn form_of(shape: &RobotShape, sides: usize) -> Result<Option<Form>, String> {
+    Ok(Some(match &shape.form {
+        RobotForm::Sphere(radius) => Form::Sphere { radius: *radius },
+        RobotForm::Capsule(half, radius) => Form::Capsule { length: 2.0 * half, radius: *radius },
+        RobotForm::Box(half) => Form::Box { sides: (half * 2.0).into() },
+        RobotForm::Cylinder(half, radius) => {
+            let corner = |side: usize, end: f64| {
+                let (sine, cosine) = (TAU * side as f64 / sides as f64).sin_cos();
+                [radius * cosine, radius * sine, end]
+            };
+            let points = (0..sides).flat_map(|side| [corner(side, -half), corner(side, *half)]);
+            Form::Hull { points: points.collect(), radius: 0.0 }
+        }
+        RobotForm::Hull(points) => Form::Hull { points: points.clone(), radius: 0.0 },
+        RobotForm::Ellipsoid(_) | RobotForm::Plane if shape.groups == [0, 0] => return Ok(None),
+        RobotForm::Ellipsoid(_) => {
+            return Err(format!(
+                "{}: ellipsoids that touch are not supported; give a capsule or a mesh",
+                shape.at
+            ));
+        }
+        RobotForm::Plane => return Err(format!("{}: a plane belongs to the world", shape.at)),
+    }))
+}
+
+/// A box of the mass's inertia, or a ball where no box has it: for the eye.
+fn equivalent(mass: &Mass) -> PlacedForm {
+    let eigen = mass.inertia.symmetric_eigen();
+    let moments = eigen.eigenvalues;
+    let squares = Vector3::repeat(0.5 * moments.sum()) - moments;
+    let sides = squares.map(|square| (12.0 * square / mass.mass).max(0.0).sqrt());
+    let mut axes = eigen.eigenvectors;
+    if axes.determinant() < 0.0 {
+        axes.column_mut(2).neg_mut();
+    }
+    let attitude = of_matrix(&axes);
+    let frame = Frame { position: mass.centre, attitude };
+    let form = match sides.min() > 1e-2 * sides.max() {
+        true => Form::Box { sides: sides.into() },
+        false => Form::Sphere { radius: (2.5 * moments.max() / mass.mass).sqrt().max(1e-3) },
+    };
+    PlacedForm { form, place: place_of(&frame) }
+}

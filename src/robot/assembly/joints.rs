@@ -1,0 +1,197 @@
+//! What holds the bodies of a robot together.
+
+use super::{Assembled, Carried, Placing, place_of};
+use crate::robot::frame::Frame;
+use crate::robot::joining::{Joined, drive, joined};
+use crate::robot::model::Tie;
+use crate::scenario::joint::{JointKind, JointModel};
+use crate::scenario::model::{ApartModel, Model, PartnerModel};
+use crate::scenario::shape::Place;
+use crate::scenario::shown::checked_name;
+use nalgebra::Vector4;
+
+impl Assembled {
+    /// The joints of all links.
+    pub(super) fn add_joints(&mut self, model: &mut Model) -> Result<(), String> {
+        for place in 0..self.bodies.len() {
+            let Carried { link, body, centre, .. } = self.bodies[place];
+            let (first, count) = self.robot.links[link].joints;
+            let Some(Joined { kind, anchor, attitudes, middle, axes }) =
+                joined(self.robot.joints_of(link))?
+            else {
+                continue;
+            };
+            let anchor = anchor.unwrap_or(centre);
+            let (other, frame) = self.links[self.robot.links[link].parent];
+            let outer = frame.then(&self.robot.links[link].frame);
+            let [attitude, of_above] = attitudes;
+            let above = Frame {
+                position: outer.point(&anchor),
+                attitude: outer.then(&turned(of_above)).attitude,
+            };
+            let (other, above) = match other {
+                Some(other) => {
+                    let Carried { body: other, centre, .. } = self.bodies[other];
+                    (Some(other), Frame { position: above.position - centre, ..above })
+                }
+                None => (None, self.world().then(&above)),
+            };
+            let joints = first..first + count;
+            let drives = axes.iter().map(|axis| drive(&self.robot, first + axis, &self.controls));
+            let names: Vec<_> =
+                joints.map(|joint| self.robot.joints[joint].name.as_str()).collect();
+            let name = match names[..] {
+                [one] => self.named(one),
+                _ => self.named(&self.robot.links[link].name),
+            };
+            checked_name(&name).map_err(|why| format!("{}: {why}", self.robot.links[link].at))?;
+            if model.joints.iter().any(|known| known.name == name) {
+                return Err(format!(
+                    "{}: there is a joint {name:?} already",
+                    self.robot.links[link].at
+                ));
+            }
+            let index = model.joints.len();
+            for ((_, axis), joint) in kind.driven().iter().zip(&axes) {
+                self.axes[first + joint] = Some((index, *axis));
+            }
+            let drives = drives.collect::<Result<_, _>>()?;
+            model.joints.push(JointModel {
+                name,
+                kind,
+                body,
+                other,
+                frames: [
+                    Place { position: (anchor - centre).into(), attitude: attitude.into() },
+                    place_of(&above),
+                ],
+                length: None,
+                collide: false,
+                cone: None,
+                middle,
+                drives,
+                course: None,
+            });
+        }
+        Ok(())
+    }
+
+    /// What holds the bodies of one link together.
+    pub(super) fn add_parts(&self, model: &mut Model) {
+        for Carried { link, body, parts, .. } in &self.bodies {
+            for number in 1..parts.len() {
+                model.joints.push(JointModel {
+                    name: self.part_name(*link, number),
+                    kind: JointKind::Fixed,
+                    body: body + number,
+                    other: Some(*body),
+                    frames: [Place::ORIGIN; 2],
+                    length: None,
+                    collide: false,
+                    cone: None,
+                    middle: None,
+                    drives: Vec::new(),
+                    course: None,
+                });
+            }
+        }
+    }
+
+    /// What closes loops: where the links are at the reference.
+    pub(super) fn add_ties(&self, model: &mut Model) -> Result<(), String> {
+        if self.robot.ties.is_empty() {
+            return Ok(());
+        }
+        let rates = vec![0.0; self.robot.counts().1];
+        let motion = self.robot.motion(&self.robot.reference(), &rates)?;
+        for (number, tie) in self.robot.ties.iter().enumerate() {
+            let (kind, links, at) = match tie {
+                Tie::Point { links, at, .. } => (JointKind::Spherical, links, at),
+                Tie::Whole { links, at, .. } => (JointKind::Fixed, links, at),
+            };
+            let [first, second] = links.map(|link| motion.links()[link].frame);
+            // The frame of the tie in the first link, and in the second.
+            let (ours, theirs) = match tie {
+                Tie::Point { anchor, .. } => {
+                    let frame = Frame { position: *anchor, ..second.seen_from(&first) };
+                    (
+                        frame,
+                        Frame {
+                            position: first.then(&frame).seen_from(&second).position,
+                            ..Frame::identity()
+                        },
+                    )
+                }
+                Tie::Whole { frame, .. } => {
+                    (frame.unwrap_or(second.seen_from(&first)), Frame::identity())
+                }
+            };
+            let sides = [(links[0], ours), (links[1], theirs)].map(|(link, frame)| {
+                let (body, offset) = self.links[link];
+                (body, offset.then(&frame))
+            });
+            let (mut a, mut b) = (sides[0], sides[1]);
+            if a.0.is_none() {
+                std::mem::swap(&mut a, &mut b);
+            }
+            let (Some(own), other) = (a.0, b.0) else {
+                return Err(format!("{at}: neither of its bodies moves"));
+            };
+            if Some(own) == other {
+                return Err(format!("{at}: its bodies are one"));
+            }
+            let from_centre = |place: usize, frame: Frame| {
+                let Carried { body, centre, .. } = self.bodies[place];
+                (body, Frame { position: frame.position - centre, ..frame })
+            };
+            let (body, ours) = from_centre(own, a.1);
+            let (other, theirs) = match other {
+                Some(other) => {
+                    let (body, frame) = from_centre(other, b.1);
+                    (Some(body), frame)
+                }
+                None => (None, self.world().then(&b.1)),
+            };
+            model.joints.push(JointModel {
+                name: self.named(&format!("tie-{number}")),
+                kind,
+                body,
+                other,
+                frames: [place_of(&ours), place_of(&theirs)],
+                length: None,
+                collide: true,
+                cone: None,
+                middle: None,
+                drives: Vec::new(),
+                course: None,
+            });
+        }
+        Ok(())
+    }
+
+    /// Joints leave it to the pairs which of their bodies touch.
+    pub(super) fn join_pairs(&self, placing: &Placing, model: &mut Model) {
+        let touching = placing.touches_itself && self.robot.options.neighbours_touch;
+        let own = |body: usize| {
+            let is_of = |one: &Carried| (one.body..one.body + one.parts.len()).contains(&body);
+            self.bodies.iter().any(is_of)
+        };
+        for joint in model.joints.iter_mut().filter(|joint| own(joint.body)) {
+            joint.collide |= touching;
+        }
+        // What a joint keeps apart need not be said.
+        let tied = |pair: &ApartModel| {
+            let PartnerModel::Body(other) = pair.partner else { return false };
+            model.joints.iter().any(|joint| {
+                let ends = [Some(joint.body), joint.other];
+                !joint.collide && ends.contains(&Some(pair.body)) && ends.contains(&Some(other))
+            })
+        };
+        let kept: Vec<_> = model.apart.iter().filter(|pair| !tied(pair)).cloned().collect();
+        model.apart = kept;
+    }
+}
+
+fn turned(attitude: Vector4<f64>) -> Frame {
+    Frame { attitude, ..Frame::identity() }
+}

@@ -1,0 +1,255 @@
+//! A robot in a scene: its links as bodies, joints, fixed things, and what of them touches.
+
+mod bodies;
+mod joints;
+mod states;
+mod touching;
+
+use super::frame::Frame;
+use super::joining::drive;
+use super::model::{Key, Moves, Robot, Shape as RobotShape};
+use crate::joint::Drive;
+use crate::scenario::model::Model;
+use crate::scenario::shape::Place;
+use nalgebra::{Vector3, Vector4};
+
+/// How a robot is put into a scene.
+#[derive(Debug, Clone)]
+pub struct Placing {
+    /// The world of the file in that of the scene.
+    pub frame: Frame,
+    /// Before the names of its links and joints.
+    pub prefix: String,
+    /// The pose of the file that it starts in.
+    pub key: Option<String>,
+    /// Coordinates of slides and hinges at the start, before those of the pose.
+    pub coordinates: Vec<(String, f64)>,
+    /// Whether its links touch each other.
+    pub touches_itself: bool,
+    /// Whether links without joints are one body with those that they are fixed to.
+    pub merges: bool,
+    /// The sides of the prisms that stand for cylinders.
+    pub sides: usize,
+    /// Whether the planes of the file are the ground of the scene.
+    pub has_ground: bool,
+}
+
+impl Default for Placing {
+    fn default() -> Self {
+        Self {
+            frame: Frame::identity(),
+            prefix: String::new(),
+            key: None,
+            coordinates: Vec::new(),
+            touches_itself: true,
+            merges: true,
+            sides: USUAL_SIDES,
+            has_ground: false,
+        }
+    }
+}
+
+/// The sides of the prism that stands for a cylinder where nothing else is said.
+pub const USUAL_SIDES: usize = 24;
+
+/// A robot that is in a scene: which bodies and joints it is.
+#[derive(Debug, Clone)]
+pub struct Assembled {
+    robot: Robot,
+    prefix: String,
+    bodies: Vec<Carried>,
+    /// Of each link its place in `bodies`, none of what is fixed, and where it is in that link.
+    links: Vec<(Option<usize>, Frame)>,
+    /// The link that each link moves with, whatever is one body.
+    carriers: Vec<usize>,
+    /// Of each joint the joint of the scene and which of the six axes it is.
+    axes: Vec<Option<(usize, usize)>>,
+    controls: Vec<f64>,
+    coordinates: Vec<f64>,
+}
+
+/// Links that are one, and the bodies of the scene that they are: one, or more that are tied to the first where their
+/// shapes touch otherwise, each with its share of the mass.
+#[derive(Debug, Clone)]
+struct Carried {
+    /// Whose frame it has.
+    link: usize,
+    /// The index of the first body.
+    body: usize,
+    /// The centre of mass in that frame, m.
+    centre: Vector3<f64>,
+    /// The shapes that touch of each body, of one that touches nothing none.
+    parts: Vec<Vec<usize>>,
+}
+
+impl Assembled {
+    /// Puts `robot` into the model of a scene.
+    ///
+    /// # Errors
+    /// What cannot be there, with the line of the file that it is about.
+    pub fn new(mut robot: Robot, placing: &Placing, model: &mut Model) -> Result<Self, String> {
+        if !(3..=200).contains(&placing.sides) {
+            return Err(format!("sides is {}; allowed is 3 to 200", placing.sides));
+        }
+        robot.links[0].frame = placing.frame;
+        let Start { coordinates, rates, controls } = starts(&robot, placing)?;
+        let (bodies, links) = bodies::carried(&robot, placing.merges);
+        let mut own = Self {
+            prefix: placing.prefix.clone(),
+            bodies,
+            links,
+            carriers: robot.carriers(),
+            axes: vec![None; robot.joints.len()],
+            controls,
+            coordinates,
+            robot,
+        };
+        own.number_bodies(placing, model)?;
+        let motion = own.robot.motion(&own.coordinates, &rates)?;
+        own.add_bodies(placing, &motion, model)?;
+        let touching = own.add_shapes(placing, model)?;
+        own.keep_apart(placing, &touching, model);
+        own.add_joints(model)?;
+        own.add_ties(model)?;
+        own.join_pairs(placing, model);
+        own.add_parts(model);
+        Ok(own)
+    }
+
+    fn named(&self, name: &str) -> String {
+        format!("{}{name}", self.prefix)
+    }
+
+    /// The name of a body of a link.
+    fn part_name(&self, link: usize, number: usize) -> String {
+        let name = self.named(&self.robot.links[link].name);
+        if number == 0 { name } else { format!("{name}.{}", number + 1) }
+    }
+
+    /// The world of the file in that of the scene.
+    fn world(&self) -> &Frame {
+        &self.robot.links[0].frame
+    }
+
+    /// Where a shape is in the frame of its body's first link.
+    fn in_body(&self, shape: &RobotShape) -> Frame {
+        self.links[shape.link].1.then(&shape.frame)
+    }
+
+    /// The robot as its file has it.
+    #[must_use]
+    pub fn robot(&self) -> &Robot {
+        &self.robot
+    }
+
+    /// What stands before its names in the scene.
+    #[must_use]
+    pub fn prefix(&self) -> &str {
+        &self.prefix
+    }
+
+    /// The joint of the scene that a slide or a hinge is, and which of its six axes: x, y, z of the place and of the
+    /// turn.
+    #[must_use]
+    pub fn axis(&self, joint: usize) -> Option<(usize, usize)> {
+        self.axes.get(joint).copied().flatten()
+    }
+
+    /// The body of the scene that a link moves with; none of what is fixed. Where the shapes of a link touch in different
+    /// ways it is more than one, of which this is the first.
+    #[must_use]
+    pub fn body(&self, link: usize) -> Option<usize> {
+        let place = self.links.get(link)?.0?;
+        Some(self.bodies[place].body)
+    }
+
+    /// One more than the largest index of its bodies in the scene.
+    pub(crate) fn bodies_end(&self) -> usize {
+        self.bodies.iter().map(|carried| carried.body + carried.parts.len()).max().unwrap_or(0)
+    }
+
+    /// The coordinates at the start.
+    #[must_use]
+    pub fn start(&self) -> &[f64] {
+        &self.coordinates
+    }
+
+    /// The controls at the start.
+    #[must_use]
+    pub fn controls(&self) -> &[f64] {
+        &self.controls
+    }
+
+    /// What acts on a slide or a hinge under these controls, in coordinates of the scene's joint.
+    ///
+    /// # Errors
+    /// None of a robot that was put into a scene; as [`Assembled::new`].
+    pub fn drive(&self, joint: usize, controls: &[f64]) -> Result<Drive, String> {
+        drive(&self.robot, joint, controls)
+    }
+}
+
+/// Where a robot starts, and how it moves.
+struct Start {
+    coordinates: Vec<f64>,
+    rates: Vec<f64>,
+    controls: Vec<f64>,
+}
+
+/// Coordinates, rates and controls at the start: those of the pose, then those that are given, within their ranges.
+fn starts(robot: &Robot, placing: &Placing) -> Result<Start, String> {
+    let mut q = robot.reference();
+    let mut v = vec![0.0; robot.counts().1];
+    let mut controls = vec![0.0; robot.actuators.len()];
+    if let Some(name) = &placing.key {
+        let key = robot.keys.iter().find(|key| key.name == *name);
+        let key = key.ok_or_else(|| format!("pose: there is no pose {name:?} in the file"))?;
+        for (all, said) in
+            [(&mut q, &key.positions), (&mut v, &key.rates), (&mut controls, &key.controls)]
+        {
+            if let Some(said) = said {
+                all.clone_from(said);
+            }
+        }
+    }
+    let places = robot.places();
+    // Poses are of the world of the file.
+    let key = placing.key.as_ref().and_then(|name| robot.keys.iter().find(|key| key.name == *name));
+    let is_said = |said: fn(&Key) -> bool| key.is_some_and(said);
+    let free = robot.joints.iter().zip(&places).filter(|(joint, _)| joint.moves == Moves::Free);
+    for (_, &(at, rate)) in free {
+        if is_said(|key| key.positions.is_some()) {
+            let position = Vector3::from_column_slice(&q[at..at + 3]);
+            let attitude = Vector4::from_column_slice(&q[at + 3..at + 7]);
+            let placed = placing.frame.then(&Frame { position, attitude });
+            q[at..at + 3].copy_from_slice(placed.position.as_slice());
+            q[at + 3..at + 7].copy_from_slice(placed.attitude.as_slice());
+        }
+        if is_said(|key| key.rates.is_some()) {
+            let turned = placing.frame.rotation() * Vector3::from_column_slice(&v[rate..rate + 3]);
+            v[rate..rate + 3].copy_from_slice(turned.as_slice());
+        }
+    }
+    for (name, coordinate) in &placing.coordinates {
+        let joint = robot.joint(name);
+        let joint =
+            joint.ok_or_else(|| format!("coordinates: there is no joint {name:?} in the file"))?;
+        if !matches!(robot.joints[joint].moves, Moves::Hinge | Moves::Slide) {
+            return Err(format!("coordinates: {name:?} is no slide and no hinge"));
+        }
+        if !coordinate.is_finite() {
+            return Err(format!("coordinates: {name} is {coordinate:?}"));
+        }
+        q[places[joint].0] = *coordinate;
+    }
+    for (joint, (place, _)) in robot.joints.iter().zip(&places) {
+        if let Some([low, high]) = joint.range {
+            q[*place] = q[*place].clamp(low, high);
+        }
+    }
+    Ok(Start { coordinates: q, rates: v, controls })
+}
+
+fn place_of(frame: &Frame) -> Place {
+    Place { position: frame.position.into(), attitude: frame.attitude.into() }
+}

@@ -1,0 +1,171 @@
+//! What of a robot touches what, and by which coefficients.
+
+use super::bodies::form_of;
+use super::{Assembled, Carried, Placing, place_of};
+use crate::contact::Plane;
+use crate::robot::model::{Form as RobotForm, Shape as RobotShape};
+use crate::scenario::model::{ApartModel, FixedModel, Model, PairModel, PartnerModel};
+use crate::scenario::physics::plane as plane_parameters;
+use crate::scenario::shape::PlacedForm;
+use crate::scenario::shown::checked_name;
+
+/// A shape that can touch: whose it is, and where.
+pub(super) struct Touching<'a> {
+    shape: &'a RobotShape,
+    owner: Owner,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Owner {
+    /// An index of the bodies of the scene.
+    Body(usize),
+    /// An index of the fixed pieces.
+    Fixed(usize),
+    Ground,
+}
+
+impl Assembled {
+    /// Adds what is fixed, and lists all that can touch.
+    pub(super) fn add_shapes(
+        &self,
+        placing: &Placing,
+        model: &mut Model,
+    ) -> Result<Vec<Touching<'_>>, String> {
+        let mut touching = Vec::new();
+        let shapes = self.robot.shapes.iter().enumerate();
+        for (index, shape) in shapes.filter(|(_, shape)| shape.groups != [0, 0]) {
+            let owner = match self.links[shape.link].0 {
+                Some(place) => {
+                    let Carried { body, parts, .. } = &self.bodies[place];
+                    let part = parts.iter().position(|part| part.contains(&index));
+                    Owner::Body(body + part.unwrap_or(0))
+                }
+                None if shape.form == RobotForm::Plane => {
+                    if !placing.has_ground {
+                        continue;
+                    }
+                    if model.plane.is_some() {
+                        return Err(format!("{}: one plane is supported; give a box", shape.at));
+                    }
+                    let frame = self.world().then(&self.in_body(shape));
+                    let normal = frame.rotation().column(2).into_owned();
+                    let plane = Plane::new(normal, normal.dot(&frame.position));
+                    let plane = plane.map_err(|error| format!("{}: {error}", shape.at))?;
+                    model.plane = Some(plane_parameters(&plane));
+                    model.mu = friction_of(shape).unwrap_or(model.mu);
+                    Owner::Ground
+                }
+                None => {
+                    let Some(form) = form_of(shape, placing.sides)? else { continue };
+                    let frame = self.world().then(&self.in_body(shape));
+                    let piece = PlacedForm { form, place: place_of(&frame) };
+                    piece.piece().map_err(|error| format!("{}: {error}", shape.at))?;
+                    let name = self.named(&shape.name);
+                    let taken = model.bodies.iter().any(|body| body.name == name)
+                        || model.fixed.iter().any(|fixed| fixed.name == name);
+                    let name =
+                        if taken { format!("{name}-fixed-{}", model.fixed.len()) } else { name };
+                    checked_name(&name).map_err(|why| format!("{}: {why}", shape.at))?;
+                    model.fixed.push(FixedModel { name, piece, friction: friction_of(shape) });
+                    Owner::Fixed(model.fixed.len() - 1)
+                }
+            };
+            touching.push(Touching { shape, owner });
+        }
+        Ok(touching)
+    }
+
+    /// Says of all pairs of owners which do not touch, and with what friction the others do.
+    pub(super) fn keep_apart(
+        &self,
+        placing: &Placing,
+        touching: &[Touching<'_>],
+        model: &mut Model,
+    ) {
+        let mut owners: Vec<(Owner, Vec<&RobotShape>)> = Vec::new();
+        for Touching { shape, owner } in touching {
+            match owners.iter_mut().find(|(known, _)| known == owner) {
+                Some((_, shapes)) => shapes.push(shape),
+                None => owners.push((*owner, vec![shape])),
+            }
+        }
+        for (index, (owner, shapes)) in owners.iter().enumerate() {
+            let Owner::Body(body) = *owner else { continue };
+            for (other_index, (other, others)) in owners.iter().enumerate() {
+                let is_later = other_index > index || !matches!(other, Owner::Body(_));
+                if !is_later {
+                    continue;
+                }
+                let friction = self.between(placing, (shapes, others), model.mu);
+                let (partner, theirs) = match *other {
+                    Owner::Ground => (PartnerModel::Ground, model.mu),
+                    Owner::Fixed(fixed) => (
+                        PartnerModel::Fixed(fixed),
+                        model.fixed[fixed].friction.unwrap_or(model.mu),
+                    ),
+                    Owner::Body(other) => (
+                        PartnerModel::Body(other),
+                        model.bodies[other].friction.unwrap_or(model.mu),
+                    ),
+                };
+                let ours = model.bodies[body].friction.unwrap_or(model.mu);
+                match friction {
+                    None => model.apart.push(ApartModel { body, partner }),
+                    Some(coefficient) if ours == theirs && ours == coefficient => {}
+                    Some(coefficient) => {
+                        model.frictions.push(PairModel { body, partner, coefficient })
+                    }
+                }
+            }
+        }
+    }
+
+    /// With what friction the shapes of two owners touch, which is the same for all; `None` where they do not.
+    fn between(
+        &self,
+        placing: &Placing,
+        (ours, theirs): (&[&RobotShape], &[&RobotShape]),
+        usual: f64,
+    ) -> Option<f64> {
+        let (a, b) = (ours.first()?, theirs.first()?);
+        self.touch(placing, a, b).then(|| friction_between(a, b, usual))
+    }
+
+    /// Whether two shapes touch.
+    pub(super) fn touch(&self, placing: &Placing, a: &RobotShape, b: &RobotShape) -> bool {
+        let excluded = |pair: &[usize; 2]| *pair == [a.link, b.link] || *pair == [b.link, a.link];
+        let both_move = self.links[a.link].0.is_some() && self.links[b.link].0.is_some();
+        a.meets(b)
+            && !self.robot.apart.iter().any(excluded)
+            && (placing.touches_itself || !both_move)
+            && !self.are_neighbours(a.link, b.link)
+    }
+
+    /// Whether two links are of one body or tied by a joint, so that they do not touch: what hangs on the world does.
+    fn are_neighbours(&self, a: usize, b: usize) -> bool {
+        let (a, b) = (self.carriers[a], self.carriers[b]);
+        let parent = |link: usize| self.carriers[self.robot.links[link].parent];
+        // MJCF lets what hangs on the world touch it, URDF does not.
+        let hangs = (a != 0 && b != 0) || !self.robot.options.has_world;
+        a == b
+            || !self.robot.options.neighbours_touch && hangs && (parent(a) == b || parent(b) == a)
+    }
+}
+
+/// The coefficient of a shape by itself.
+pub(super) fn friction_of(shape: &RobotShape) -> Option<f64> {
+    if shape.rubs { shape.friction } else { Some(0.0) }
+}
+
+/// The coefficient between two shapes of a file: that of the one that counts more, or else the larger one.
+pub(super) fn friction_between(a: &RobotShape, b: &RobotShape, usual: f64) -> f64 {
+    if !(a.rubs || b.rubs) {
+        return 0.0;
+    }
+    let [ours, theirs] = [a, b].map(|shape| shape.friction.unwrap_or(usual));
+    match a.priority.cmp(&b.priority) {
+        std::cmp::Ordering::Greater => ours,
+        std::cmp::Ordering::Less => theirs,
+        std::cmp::Ordering::Equal => ours.max(theirs),
+    }
+}

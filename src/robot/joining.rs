@@ -1,0 +1,235 @@
+//! Which joint of a scene the joints of a link are, and what drives its axes.
+
+use super::frame::{from_z, of_matrix};
+use super::model::{Actuator, Joint, Moves, Robot};
+use crate::joint::{Drive, Hinges, JointFrame, Middle, Motor};
+use crate::scenario::joint::JointKind;
+use nalgebra::{Matrix3, Vector3, Vector4};
+
+/// Directions that differ by less are parallel, or at a right angle.
+const ALIGNED: f64 = 1e-9;
+
+/// A joint of a scene for all the joints of a link.
+#[derive(Debug, Clone)]
+pub struct Joined {
+    /// What it is.
+    pub kind: JointKind,
+    /// Its anchor, m, in the frame of the link; none where any will do.
+    pub anchor: Option<Vector3<f64>>,
+    /// Joint → link, and the joint's frame above → link where all angles are zero.
+    pub attitudes: [Vector4<f64>; 2],
+    /// Of a gimbal.
+    pub middle: Option<Middle>,
+    /// For each axis that takes a drive, which joint of the link it is.
+    pub axes: Vec<usize>,
+}
+
+/// The joint that `joints` are; `None` of a link that flies.
+///
+/// # Errors
+/// Joints that are none; what resists a free joint or a ball.
+pub fn joined(joints: &[Joint]) -> Result<Option<Joined>, String> {
+    let along = |axis: &Vector3<f64>| from_z(axis);
+    let made = |kind, anchor, attitude, axes: &[usize]| Joined {
+        kind,
+        anchor,
+        attitudes: [attitude; 2],
+        middle: None,
+        axes: axes.to_vec(),
+    };
+    let still = Vector4::new(1.0, 0.0, 0.0, 0.0);
+    Ok(Some(match joints {
+        [joint] => match joint.moves {
+            Moves::Free => {
+                refuse_resisted(joint)?;
+                return Ok(None);
+            }
+            Moves::Ball => {
+                refuse_resisted(joint)?;
+                made(JointKind::Spherical, Some(joint.anchor), still, &[])
+            }
+            Moves::Hinge => made(JointKind::Revolute, Some(joint.anchor), along(&joint.axis), &[0]),
+            Moves::Slide => made(JointKind::Prismatic, None, along(&joint.axis), &[0]),
+        },
+        [slide, hinge]
+            if (slide.moves, hinge.moves) == (Moves::Slide, Moves::Hinge)
+                && slide.axis.dot(&hinge.axis) > 1.0 - ALIGNED =>
+        {
+            made(JointKind::Cylindrical, Some(hinge.anchor), along(&hinge.axis), &[0, 1])
+        }
+        [first, second] if crossed(first, second) => {
+            made(JointKind::Sliding, None, of_axes(&first.axis, &second.axis), &[0, 1])
+        }
+        [first, second, hinge]
+            if crossed(first, second)
+                && hinge.moves == Moves::Hinge
+                && [first, second]
+                    .iter()
+                    .all(|slide| slide.axis.dot(&hinge.axis).abs() < ALIGNED) =>
+        {
+            // Of the two orders the one whose z is along the hinge.
+            let is_right = first.axis.cross(&second.axis).dot(&hinge.axis) > 0.0;
+            let (x, y, axes) =
+                if is_right { (first, second, [0, 1, 2]) } else { (second, first, [1, 0, 2]) };
+            made(JointKind::Planar, Some(hinge.anchor), of_axes(&x.axis, &y.axis), &axes)
+        }
+        [first, second] if turn_in_one_place(joints).is_some() && is_square(first, second) => {
+            // The first turns about y of the parent's side, the second about x of the link's.
+            let attitude = of_axes(&second.axis, &first.axis);
+            made(JointKind::Universal, turn_in_one_place(joints), attitude, &[1, 0])
+        }
+        [first, second, third]
+            if turn_in_one_place(joints).is_some()
+                && is_square(first, second)
+                && is_square(second, third) =>
+        {
+            let frames = [JointFrame::at(Vector3::zeros()); 2];
+            let hinges = Hinges::new(frames, [first.axis, second.axis, third.axis]);
+            let hinges = hinges.map_err(|error| format!("{}: {error}", first.at))?;
+            let attitudes = hinges.frames.map(|frame| frame.attitude);
+            // About x turns the third, about y the first, about z the second.
+            let joined = made(JointKind::Gimbal, turn_in_one_place(joints), still, &[2, 0, 1]);
+            Joined { attitudes, middle: Some(hinges.middle), ..joined }
+        }
+        [first, ..] => {
+            let names: Vec<_> = joints.iter().map(|joint| joint.name.as_str()).collect();
+            return Err(format!(
+                "{}: {} act on one body, and make no joint that there is; put a body of some mass between them",
+                first.at,
+                names.join(", ")
+            ));
+        }
+        [] => made(JointKind::Fixed, None, still, &[]),
+    }))
+}
+
+/// Where the axes of hinges meet; none where they do not, or where one is no hinge.
+fn turn_in_one_place(joints: &[Joint]) -> Option<Vector3<f64>> {
+    let [first, second, rest @ ..] = joints else { return None };
+    if joints.iter().any(|joint| joint.moves != Moves::Hinge) {
+        return None;
+    }
+    // The point of the first axis that is next to the second.
+    let (u, v, between) = (first.axis, second.axis, second.anchor - first.anchor);
+    let across = u.cross(&v);
+    let along = between.cross(&v).dot(&across) / across.norm_squared();
+    let place = first.anchor + u * along;
+    let off = |joint: &Joint| (place - joint.anchor).cross(&joint.axis).norm();
+    let meets = |joint: &Joint| off(joint) <= ALIGNED * (1.0 + joint.anchor.norm());
+    (along.is_finite() && meets(second) && rest.iter().all(meets)).then_some(place)
+}
+
+fn is_square(first: &Joint, second: &Joint) -> bool {
+    first.axis.dot(&second.axis).abs() < ALIGNED
+}
+
+fn crossed(first: &Joint, second: &Joint) -> bool {
+    let slide = |joint: &Joint| joint.moves == Moves::Slide;
+    slide(first) && slide(second) && first.axis.dot(&second.axis).abs() < ALIGNED
+}
+
+/// The turn of a frame with these x and y, which cross at a right angle.
+fn of_axes(x: &Vector3<f64>, y: &Vector3<f64>) -> Vector4<f64> {
+    let y = (y - x * x.dot(y)).normalize();
+    of_matrix(&Matrix3::from_columns(&[*x, y, x.cross(&y)]))
+}
+
+fn refuse_resisted(joint: &Joint) -> Result<(), String> {
+    let resists = [joint.damping, joint.friction, joint.armature, joint.stiffness];
+    if resists.iter().all(|one| *one == 0.0) && joint.range.is_none() {
+        return Ok(());
+    }
+    let kind = if joint.moves == Moves::Free { "free joint" } else { "ball" };
+    Err(format!(
+        "{}: a {kind} with a range, stiffness, damping, friction or armature is not supported",
+        joint.at
+    ))
+}
+
+/// What acts on the axis of a slide or a hinge under the `controls` of all actuators: coordinates are those of a
+/// scene, from the reference.
+///
+/// # Errors
+/// Motors that no one axis can have, or that push the farther it goes.
+pub fn drive(robot: &Robot, index: usize, controls: &[f64]) -> Result<Drive, String> {
+    let joint = &robot.joints[index];
+    let from_reference = |coordinate: f64| coordinate - joint.reference;
+    let mut drive = Drive {
+        limits: joint.range.map(|range| range.map(from_reference)),
+        friction: joint.friction,
+        stiffness: joint.stiffness,
+        rest: from_reference(joint.rest),
+        damping: joint.damping,
+        armature: joint.armature,
+        ..Drive::NONE
+    };
+    let own = |(_, actuator): &(usize, &Actuator)| actuator.joint == index;
+    for (number, actuator) in robot.actuators.iter().enumerate().filter(own) {
+        let control = controls.get(number).copied().unwrap_or(0.0);
+        add_actuator(actuator, control, joint, &mut drive)?;
+    }
+    if let (Some([low, high]), None) = (joint.effort, &drive.motor) {
+        drive.force = drive.force.clamp(low, high);
+    }
+    Ok(drive)
+}
+
+fn add_actuator(
+    actuator: &Actuator,
+    control: f64,
+    joint: &Joint,
+    drive: &mut Drive,
+) -> Result<(), String> {
+    let wrong = |why: &str| Err(format!("{}: {why}", actuator.at));
+    let control = match actuator.control_range {
+        Some([low, high]) => control.clamp(low, high),
+        None => control,
+    };
+    let gear = actuator.gear;
+    let constant = gear * (actuator.gain * control + actuator.bias[0]);
+    let [stiffness, damping] = [1, 2].map(|k| -actuator.bias[k] * gear * gear);
+    let bounds = actuator.force_range.map(|[low, high]| {
+        let (a, b) = (gear * low, gear * high);
+        [a.min(b), a.max(b)]
+    });
+    if stiffness < 0.0 || damping < 0.0 {
+        return wrong(
+            "biasprm: a motor that pushes the more the farther or faster it goes is not supported",
+        );
+    }
+    if stiffness == 0.0 && damping == 0.0 {
+        drive.force += bounds.map_or(constant, |[low, high]| constant.clamp(low, high));
+        return Ok(());
+    }
+    if stiffness == 0.0 {
+        if bounds.is_some() || joint.effort.is_some() {
+            return wrong("forcerange: a motor that holds a speed with bounds is not supported");
+        }
+        drive.damping += damping;
+        drive.force += constant;
+        return Ok(());
+    }
+    let within = |[low, high]: [f64; 2], [a, b]: [f64; 2]| [low.max(a), high.min(b)];
+    let bounds = match (bounds, joint.effort) {
+        (Some(own), Some(all)) => Some(within(own, all)),
+        (own, all) => own.or(all),
+    };
+    let target = constant / stiffness - joint.reference;
+    if bounds.is_some() && drive.motor.is_some() {
+        return wrong("joint: it has a motor with bounds already, and one is supported");
+    }
+    let Some([low, high]) = bounds else {
+        // A spring more: k (x − a) + l (x − b) = (k + l) (x − (k a + l b)/(k + l)).
+        let both = drive.stiffness + stiffness;
+        drive.rest = (drive.stiffness * drive.rest + stiffness * target) / both;
+        drive.stiffness = both;
+        drive.damping += damping;
+        return Ok(());
+    };
+    // Between bounds that are not each other's opposites: around their middle.
+    let (middle, most) = (0.5 * (low + high), (0.5 * (high - low)).max(0.0));
+    let target = target - middle / stiffness;
+    drive.force += middle;
+    drive.motor = Some(Motor::Position { target, stiffness, damping, most });
+    Ok(())
+}

@@ -1,0 +1,103 @@
+//! Masses of shapes, and of what is made of several.
+
+use super::frame::Frame;
+use super::model::{Form, Mass};
+use crate::geometry::{MassProperties, Piece};
+use nalgebra::{Matrix3, Vector3};
+use std::f64::consts::PI;
+
+impl Mass {
+    /// None.
+    pub const NONE: Self = Self {
+        mass: 0.0,
+        centre: Vector3::new(0.0, 0.0, 0.0),
+        inertia: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+    };
+
+    /// The same in the frame that `frame` is seen from.
+    #[must_use]
+    pub fn placed(&self, frame: &Frame) -> Self {
+        let turn = frame.rotation();
+        Self {
+            mass: self.mass,
+            centre: frame.point(&self.centre),
+            inertia: symmetric(&(turn * self.inertia * turn.transpose())),
+        }
+    }
+
+    /// All of them together:
+    ///
+    /// ```text
+    /// m = Σ m_i,  c = Σ m_i c_i/m,  I = Σ (I_i + m_i (d_i² E − d_i d_iᵀ)),  d_i = c_i − c
+    /// ```
+    #[must_use]
+    pub fn sum(parts: &[Self]) -> Self {
+        let mass: f64 = parts.iter().map(|part| part.mass).sum();
+        if let [part] = parts {
+            return *part;
+        }
+        if mass <= 0.0 {
+            return Self::NONE;
+        }
+        let centre: Vector3<f64> = parts.iter().map(|part| part.centre * part.mass).sum();
+        let centre = centre / mass;
+        let inertia: Matrix3<f64> = parts
+            .iter()
+            .map(|part| {
+                let arm = part.centre - centre;
+                let spread =
+                    Matrix3::from_diagonal_element(arm.norm_squared()) - arm * arm.transpose();
+                part.inertia + spread * part.mass
+            })
+            .sum();
+        Self { mass, centre, inertia: symmetric(&inertia) }
+    }
+}
+
+/// The two halves of a sum may differ in their last bits.
+pub fn symmetric(matrix: &Matrix3<f64>) -> Matrix3<f64> {
+    (matrix + matrix.transpose()) * 0.5
+}
+
+/// The volume of a form (m³), and its mass of 1 kg/m³ in its own frame.
+pub fn solid(form: &Form) -> Result<Mass, String> {
+    let diagonal = |x: f64, y: f64, z: f64| Matrix3::from_diagonal(&Vector3::new(x, y, z));
+    let (mass, specific) = match form {
+        Form::Plane => return Ok(Mass::NONE),
+        Form::Sphere(r) => {
+            let part = 0.4 * r * r;
+            (4.0 / 3.0 * PI * r.powi(3), diagonal(part, part, part))
+        }
+        Form::Box(half) => {
+            let squares = half.component_mul(half);
+            let moments = Vector3::repeat(squares.sum()) - squares;
+            (8.0 * half.product(), Matrix3::from_diagonal(&(moments / 3.0)))
+        }
+        Form::Ellipsoid(half) => {
+            let squares = half.component_mul(half);
+            let moments = Vector3::repeat(squares.sum()) - squares;
+            (4.0 / 3.0 * PI * half.product(), Matrix3::from_diagonal(&(moments / 5.0)))
+        }
+        Form::Cylinder(half, r) => {
+            let across = (3.0 * r * r + 4.0 * half * half) / 12.0;
+            (2.0 * PI * r * r * half, diagonal(across, across, 0.5 * r * r))
+        }
+        Form::Capsule(half, r) => {
+            let (tube, ball) = (2.0 * PI * r * r * half, 4.0 / 3.0 * PI * r.powi(3));
+            let mass = tube + ball;
+            // Half a ball has its centre 3r/8 from its flat side.
+            let ends = 0.4 * r * r + half * half + 0.75 * half * r;
+            let across = (tube * (3.0 * r * r + 4.0 * half * half) / 12.0 + ball * ends) / mass;
+            let along = (tube * 0.5 * r * r + ball * 0.4 * r * r) / mass;
+            (mass, diagonal(across, across, along))
+        }
+        Form::Hull(points) => {
+            let points: Vec<_> = points.iter().copied().map(Vector3::from).collect();
+            let piece = Piece::hull(&points, 0.0).map_err(|error| error.to_string())?;
+            let own = MassProperties::of(&piece);
+            let inertia = symmetric(&own.inertia);
+            return Ok(Mass { mass: own.volume, centre: own.centre, inertia });
+        }
+    };
+    Ok(Mass { mass, centre: Vector3::zeros(), inertia: specific * mass })
+}

@@ -1,0 +1,279 @@
+//! Options, contacts, ties, tendons and poses.
+
+use super::Reader;
+use super::compiler::SWITCH;
+use super::defaults::Defaulted;
+use super::usual_options;
+use crate::robot::frame::Frame;
+use crate::robot::model::{Key, Options, Tie};
+use crate::robot::notes::Notes;
+use crate::robot::xml::{Attributes, Element};
+use nalgebra::{Vector3, Vector4};
+
+/// What of the motion is there.
+#[derive(Debug, Clone, Copy)]
+pub struct Flags {
+    pub limits: bool,
+    pub friction: bool,
+    pub ties: bool,
+    pub springs: bool,
+    pub dampers: bool,
+    pub actuators: bool,
+    pub clamps: bool,
+}
+
+/// `enable` and `disable`.
+const ABLE: [(&str, bool); 2] = [("enable", true), ("disable", false)];
+
+/// What is read of `<option>`.
+const READ: [&str; 5] = ["timestep", "gravity", "density", "viscosity", "actuatorgroupdisable"];
+
+/// What is about another solver, or without a medium.
+const IDLE: [&str; 26] = [
+    "apirate",
+    "impratio",
+    "tolerance",
+    "ls_tolerance",
+    "noslip_tolerance",
+    "ccd_tolerance",
+    "mpr_tolerance",
+    "sleep_tolerance",
+    "wind",
+    "magnetic",
+    "o_margin",
+    "o_solref",
+    "o_solimp",
+    "o_friction",
+    "integrator",
+    "collision",
+    "cone",
+    "jacobian",
+    "solver",
+    "iterations",
+    "ls_iterations",
+    "noslip_iterations",
+    "ccd_iterations",
+    "mpr_iterations",
+    "sdf_iterations",
+    "sdf_initpoints",
+];
+
+/// `<option>` and the flags in it.
+pub fn options(root: &Element, notes: &mut Notes) -> Result<(Options, Flags), String> {
+    let mut options = usual_options();
+    let mut flags = Flags {
+        limits: true,
+        friction: true,
+        ties: true,
+        springs: true,
+        dampers: true,
+        actuators: true,
+        clamps: true,
+    };
+    for element in root.all("option") {
+        options.time_step = element.bounded("timestep", options.time_step, [1e-6, 0.1])?;
+        if let Some(gravity) = element.exactly::<3>("gravity")? {
+            options.gravity = gravity.into();
+        }
+        for medium in ["density", "viscosity"] {
+            if element.number(medium)?.unwrap_or(0.0) != 0.0 {
+                return Err(
+                    element.wrong(format!("{medium}: a medium around bodies is not supported"))
+                );
+            }
+        }
+        if element.own("actuatorgroupdisable").is_some_and(|groups| !groups.trim().is_empty()) {
+            return Err(
+                element.wrong("actuatorgroupdisable is not supported; remove the actuators")
+            );
+        }
+        element.refuse_others(&READ, &IDLE)?;
+        if element.attributes.iter().any(|(name, _)| IDLE.contains(&&**name)) {
+            notes.say("integrator, solver and cone of <option> have no meaning here".to_owned());
+        }
+        for flag in &element.children {
+            set_flags(flag, &mut options, &mut flags)?;
+        }
+    }
+    Ok((options, flags))
+}
+
+fn set_flags(element: &Element, options: &mut Options, flags: &mut Flags) -> Result<(), String> {
+    if element.tag != "flag" {
+        return Err(element.wrong("this element is not known in <option>"));
+    }
+    for (name, _) in &element.attributes {
+        let on = element.word(name, &ABLE)?.unwrap_or(true);
+        match (&**name, on) {
+            ("constraint", false) => {
+                (flags.limits, flags.friction, flags.ties) = (false, false, false);
+                options.contacts = false;
+            }
+            ("equality", false) => flags.ties = false,
+            ("frictionloss", false) => flags.friction = false,
+            ("limit", false) => flags.limits = false,
+            ("contact", false) => options.contacts = false,
+            ("passive", false) => (flags.springs, flags.dampers) = (false, false),
+            ("spring", false) => flags.springs = false,
+            ("damper", false) => flags.dampers = false,
+            ("gravity", false) => options.gravity = Vector3::zeros(),
+            ("clampctrl", false) => flags.clamps = false,
+            ("filterparent", on) => options.neighbours_touch = !on,
+            ("actuation", false) => flags.actuators = false,
+            _ => {}
+        }
+    }
+    Ok(())
+}
+
+/// The names of tendons. Those that pull are refused.
+pub type Tendons = Vec<String>;
+
+impl Reader<'_> {
+    pub(super) fn read_contact(&mut self, section: &Element) -> Result<(), String> {
+        for element in &section.children {
+            if element.tag != "exclude" {
+                return Err(element
+                    .wrong("pairs of shapes are not supported; give contype and conaffinity"));
+            }
+            element.refuse_others(&["name", "body1", "body2"], &[])?;
+            let links =
+                ["body1", "body2"].map(|field| self.link(element, field, element.needed(field)?));
+            let [first, second] = links;
+            self.robot.apart.push([first?, second?]);
+        }
+        Ok(())
+    }
+
+    pub(super) fn read_equality(&mut self, section: &Element) -> Result<(), String> {
+        for element in &section.children {
+            let read = self.defaulted(element, "")?;
+            let is_active = read.word("active", &SWITCH)?.unwrap_or(true) && self.flags.ties;
+            self.notes.soft();
+            let tie = match &*element.tag {
+                _ if !is_active => continue,
+                "connect" => self.connected(&read)?,
+                "weld" => self.welded(&read)?,
+                "joint" => {
+                    self.hold_joint(element)?;
+                    continue;
+                }
+                _ => return Err(element.wrong("this tie is not supported")),
+            };
+            self.robot.ties.push(tie);
+        }
+        Ok(())
+    }
+
+    /// The two bodies of a tie; the second one is the world where it is not named.
+    fn tied(&self, read: &Defaulted<'_>) -> Result<[usize; 2], String> {
+        let element = read.element();
+        if read.get("site1").is_some() || read.get("site2").is_some() {
+            return Err(element.wrong("ties of sites are not supported; give body1 and body2"));
+        }
+        let first = self.link(element, "body1", read.needed("body1")?)?;
+        let second = read.get("body2").map(|name| self.link(element, "body2", name));
+        Ok([first, second.transpose()?.unwrap_or(0)])
+    }
+
+    fn connected(&self, read: &Defaulted<'_>) -> Result<Tie, String> {
+        const READ: [&str; 9] =
+            ["name", "class", "active", "body1", "body2", "anchor", "site1", "site2", "solref"];
+        read.refuse_others(&READ, &["solimp"])?;
+        let anchor = read.exactly::<3>("anchor")?;
+        let anchor = anchor.ok_or_else(|| read.element().wrong("anchor is needed"))?;
+        let links = self.tied(read)?;
+        Ok(Tie::Point { links, anchor: anchor.into(), at: read.element().at() })
+    }
+
+    fn welded(&self, read: &Defaulted<'_>) -> Result<Tie, String> {
+        const READ: [&str; 11] = [
+            "name",
+            "class",
+            "active",
+            "body1",
+            "body2",
+            "anchor",
+            "site1",
+            "site2",
+            "solref",
+            "relpose",
+            "torquescale",
+        ];
+        read.refuse_others(&READ, &["solimp"])?;
+        let links = self.tied(read)?;
+        // The second in the first; without a turn in it, where it is at the reference.
+        let frame = match read.exactly::<7>("relpose")? {
+            Some([x, y, z, q @ ..]) if q != [0.0; 4] => {
+                let attitude = Vector4::from(q);
+                if attitude.norm() <= 1e-12 {
+                    return Err(read.element().wrong("relpose: its quaternion has no length"));
+                }
+                Some(Frame { position: Vector3::new(x, y, z), attitude: attitude.normalize() })
+            }
+            _ => None,
+        };
+        Ok(Tie::Whole { links, frame, at: read.element().at() })
+    }
+
+    /// A joint that is held in a place.
+    fn hold_joint(&mut self, element: &Element) -> Result<(), String> {
+        if element.get("joint2").is_some() {
+            return Err(element.wrong("joints that go with each other are not supported yet"));
+        }
+        let joint = self.joint(element, "joint1", element.needed("joint1")?)?;
+        let offset = element.numbers("polycoef")?.and_then(|all| all.first().copied());
+        let joint = &mut self.robot.joints[joint];
+        let place = joint.reference + offset.unwrap_or(0.0);
+        joint.range = Some([place; 2]);
+        Ok(())
+    }
+
+    /// The names of tendons that do nothing of their own.
+    pub(super) fn read_tendons(&mut self, root: &Element) -> Result<Tendons, String> {
+        let mut names = Vec::new();
+        for element in root.all("tendon").flat_map(|section| &section.children) {
+            let read = self.defaulted(element, "")?;
+            for field in ["stiffness", "damping", "frictionloss", "armature"] {
+                if read.numbers(field)?.is_some_and(|all| all.iter().any(|one| *one != 0.0)) {
+                    return Err(
+                        element.wrong(format!("{field}: tendons that pull are not supported"))
+                    );
+                }
+            }
+            let limited = self.compiler.range(&read, "range", "limited")?;
+            let effort = self.compiler.range(&read, "actuatorfrcrange", "actuatorfrclimited")?;
+            if limited.is_some() && self.flags.limits || effort.is_some() {
+                return Err(element.wrong("range: tendons that pull are not supported"));
+            }
+            self.notes.idle("tendon that does not pull");
+            names.extend(element.own("name").map(str::to_owned));
+        }
+        Ok(names)
+    }
+
+    pub(super) fn read_keys(&mut self, section: &Element) -> Result<(), String> {
+        let (positions, rates) = self.robot.counts();
+        for key in section.all("key") {
+            const READ: [&str; 8] =
+                ["name", "time", "qpos", "qvel", "act", "ctrl", "mpos", "mquat"];
+            key.refuse_others(&READ, &[])?;
+            let numbers = |field: &str, count: usize| match key.numbers(field)? {
+                Some(all) if all.len() != count => {
+                    let given = all.len();
+                    Err(key
+                        .wrong(format!("{field}: {given} numbers are given, and {count} needed")))
+                }
+                all => Ok(all),
+            };
+            let index = self.robot.keys.len();
+            self.robot.keys.push(Key {
+                name: key.own("name").map_or(format!("key-{index}"), str::to_owned),
+                positions: numbers("qpos", positions)?,
+                rates: numbers("qvel", rates)?,
+                controls: numbers("ctrl", self.robot.actuators.len())?,
+            });
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,137 @@
+//! Robots from the files that people have: URDF and MJCF.
+//!
+//! A file is text here: who reads it, and how those that it names are read, is the caller's business
+//! ([`Reading`]). What it says becomes a [`Robot`]: links in a tree, joints, shapes and motors, which is what a scene is
+//! made of ([`Assembled`]), and whose coordinates are those of the file ([`motion`]).
+//!
+//! ```
+//! use tumble::robot::{Reading, read};
+//!
+//! let text = r#"<mujoco><worldbody><body name="ball"><freejoint/><geom size="0.1"/></body></worldbody></mujoco>"#;
+//! let robot = read(text, &Reading::none())?;
+//! assert_eq!(robot.counts(), (7, 6));
+//! # Ok::<(), String>(())
+//! ```
+//!
+//! An error is one sentence with the line and the element that it is about.
+
+mod assembly;
+mod frame;
+mod joining;
+mod left_out;
+mod mass;
+mod meshes;
+mod mjcf;
+pub mod model;
+pub mod motion;
+mod notes;
+mod urdf;
+mod xml;
+
+pub use assembly::{Assembled, Placing, USUAL_SIDES};
+pub use frame::Frame;
+pub use xml::LARGEST_FILE;
+
+use crate::scenario::ReadFile;
+use crate::scenario::shown;
+use model::Robot;
+use std::collections::BTreeMap;
+use std::io;
+use std::path::{Path, PathBuf};
+use xml::Element;
+
+/// Files of convex pieces, by the name of the mesh that they are in the place of.
+pub type Pieces = BTreeMap<String, Vec<String>>;
+
+static NO_PIECES: Pieces = BTreeMap::new();
+
+/// How the files are read that a robot's file names, and what it does not say.
+#[derive(Clone, Copy)]
+pub struct Reading<'a> {
+    /// The folder of the robot's file.
+    pub folder: &'a Path,
+    /// How a file is read, of at most so many bytes.
+    pub read: ReadFile<'a>,
+    /// Where the packages of `package://` are: `package://name/rest` is `name/rest` in it.
+    pub packages: Option<&'a Path>,
+    /// Of a mesh of a URDF, by the name that it has there, the files of its convex pieces; the convex hull of others counts.
+    pub pieces: &'a Pieces,
+    /// What of the file is as if it were not there: `tag` or `name` of elements, `tag:name` of one, `@attribute` of all.
+    pub left_out: &'a [String],
+    /// Whether the root of a URDF is fixed to the world. It flies otherwise, unless it is called `world`.
+    pub is_fixed: bool,
+}
+
+impl Reading<'_> {
+    /// Of a file that names no others.
+    #[must_use]
+    pub fn none() -> Self {
+        Reading {
+            folder: Path::new(""),
+            read: &no_files,
+            packages: None,
+            pieces: &NO_PIECES,
+            left_out: &[],
+            is_fixed: false,
+        }
+    }
+
+    /// The bytes of a file.
+    fn bytes(&self, name: &str, most: u64) -> Result<Vec<u8>, String> {
+        let path = self.path(name)?;
+        (self.read)(&path, most).map_err(|error| format!("{}: {error}", shown::path(&path)))
+    }
+
+    /// The text of a file.
+    fn text(&self, name: &str, most: u64) -> Result<String, String> {
+        let bytes = self.bytes(name, most)?;
+        String::from_utf8(bytes).map_err(|_| format!("{}: it is no text", shown::line(name)))
+    }
+
+    /// Where a file is.
+    fn path(&self, name: &str) -> Result<PathBuf, String> {
+        if let Some(rest) = name.strip_prefix("package://") {
+            let packages = self.packages.ok_or_else(|| {
+                format!("{}: the folder of its packages is needed, `packages`", shown::line(name))
+            })?;
+            return Ok(packages.join(rest));
+        }
+        Ok(self.folder.join(name.strip_prefix("file://").unwrap_or(name)))
+    }
+}
+
+fn no_files(_: &Path, _: u64) -> io::Result<Vec<u8>> {
+    Err(io::Error::new(io::ErrorKind::Unsupported, "no files are read here"))
+}
+
+/// The robot of the text of a file, URDF or MJCF.
+///
+/// # Errors
+/// The first thing that is wrong with it, in one sentence with its line.
+pub fn read(text: &str, reading: &Reading<'_>) -> Result<Robot, String> {
+    if text.len() as u64 > LARGEST_FILE {
+        return Err(format!("it is longer than {LARGEST_FILE} bytes"));
+    }
+    let root = Element::parse(text, None)?;
+    let robot = match &*root.tag {
+        "mujoco" => mjcf::read(&root, reading)?,
+        "robot" => urdf::read(&root, reading)?,
+        "sdf" => return Err(root.wrong("SDF is not read; URDF and MJCF are")),
+        _ => return Err(root.wrong("<robot> (URDF) or <mujoco> (MJCF) is needed")),
+    };
+    for link in 1..robot.links.len() {
+        let joints = robot.joints_of(link);
+        let turns =
+            |joint: &model::Joint| matches!(joint.moves, model::Moves::Free | model::Moves::Ball);
+        if let (Some(odd), 2..) = (joints.iter().find(|joint| turns(joint)), joints.len()) {
+            return Err(format!(
+                "{}: a ball or free joint must be the only joint of its body",
+                odd.at
+            ));
+        }
+    }
+    if robot.links.len() < 2 {
+        return Err(root.wrong("there is no body in it that could move"));
+    }
+    Ok(robot)
+}

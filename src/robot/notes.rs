@@ -1,0 +1,48 @@
+//! What stands in a file and has no meaning here.
+
+use std::collections::BTreeMap;
+
+/// What was passed over, by what it is.
+#[derive(Debug, Default)]
+pub struct Notes {
+    idle: BTreeMap<String, usize>,
+    soft: bool,
+    said: Vec<String>,
+}
+
+impl Notes {
+    /// An element that does not change the motion.
+    pub fn idle(&mut self, tag: &str) {
+        *self.idle.entry(tag.to_owned()).or_default() += 1;
+    }
+
+    /// A setting of soft contacts.
+    pub fn soft(&mut self) {
+        self.soft = true;
+    }
+
+    /// Anything else, once.
+    pub fn say(&mut self, sentence: String) {
+        if !self.said.contains(&sentence) {
+            self.said.push(sentence);
+        }
+    }
+
+    /// All of it, a sentence each.
+    pub fn sentences(self) -> Vec<String> {
+        let mut sentences = Vec::new();
+        if !self.idle.is_empty() {
+            let count = |(tag, count): (&String, &usize)| format!("{count} <{tag}>");
+            let list: Vec<_> = self.idle.iter().map(count).collect();
+            sentences.push(format!("without a part in the motion: {}", list.join(", ")));
+        }
+        if self.soft {
+            sentences.push(
+                "solref, solimp, margin and gap have no meaning: contacts, limits and ties are hard"
+                    .to_owned(),
+            );
+        }
+        sentences.extend(self.said);
+        sentences
+    }
+}

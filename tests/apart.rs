@@ -1,0 +1,93 @@
+//! What does not touch: pairs that are kept apart, and bodies that touch nothing.
+
+use nalgebra::{Matrix3, Vector3, Vector4};
+use tumble::contact::Plane;
+use tumble::geometry::Piece;
+use tumble::joint::{Joint, JointFrame};
+use tumble::mechanics::{RigidBody, Rotation, State};
+use tumble::simulation::{Motion, Simulation, StepRecord};
+use tumble::world::{Fixed, Parameters, Partner, World};
+
+fn ball() -> RigidBody {
+    let inertia = Matrix3::from_diagonal_element(0.4 * 0.01);
+    RigidBody::of_pieces(1.0, inertia, vec![Piece::sphere(0.1).unwrap()]).unwrap()
+}
+
+fn world(bodies: usize) -> World {
+    World::new(Parameters {
+        bodies: vec![ball(); bodies],
+        ground: Some(Plane::new(Vector3::z(), 0.0).unwrap()),
+        gravity: Vector3::new(0.0, 0.0, -9.81),
+        friction: 0.5,
+        time_step: 0.002,
+        rotation: Rotation::Momentum,
+    })
+    .unwrap()
+}
+
+fn at(height: f64) -> State {
+    State {
+        position: Vector3::new(0.0, 0.0, height),
+        attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
+        velocity: Vector3::zeros(),
+        spin: Vector3::zeros(),
+    }
+}
+
+/// The heights after a second.
+fn fallen(world: World, heights: &[f64]) -> Vec<f64> {
+    let starts: Vec<_> = heights.iter().map(|height| at(*height)).collect();
+    let motion = Motion::native(&world);
+    let mut simulation = Simulation::new(world, starts, motion).unwrap();
+    let mut record = StepRecord::new();
+    for _ in 0..500 {
+        simulation.step(&mut record).unwrap();
+        assert!(record.certificate.residual() <= 1e-9);
+    }
+    simulation.states().iter().map(|state| state.position[2]).collect()
+}
+
+#[test]
+fn balls_that_are_kept_apart_pass_through_each_other() {
+    let touching = fallen(world(2), &[0.1, 0.5]);
+    assert!((touching[1] - 0.3).abs() < 1e-9, "{touching:?}");
+    let apart = world(2).with_apart(1, Partner::Body(0)).unwrap();
+    assert!(!apart.may_touch(0, Partner::Body(1)) && apart.may_touch(0, Partner::Ground));
+    let fell = fallen(apart, &[0.1, 0.5]);
+    assert!((fell[0] - 0.1).abs() < 1e-9 && (fell[1] - 0.1).abs() < 1e-9, "{fell:?}");
+}
+
+#[test]
+fn a_body_may_pass_the_ground_or_what_is_fixed_alone() {
+    let plate = Piece::cuboid(Vector3::new(1.0, 1.0, 0.1)).unwrap();
+    let plate = plate.moved_by(&Matrix3::identity(), &Vector3::new(0.0, 0.0, 1.0)).unwrap();
+    let fixed = vec![Fixed { piece: plate, friction: None }];
+    let world = world(1).with_fixed(fixed).unwrap();
+    let on_it = fallen(world.clone(), &[1.3]);
+    assert!((on_it[0] - 1.2).abs() < 1e-9, "{on_it:?}");
+    let through = fallen(world.clone().with_apart(0, Partner::Fixed(0)).unwrap(), &[1.3]);
+    assert!((through[0] - 0.1).abs() < 1e-9, "{through:?}");
+    let both = world.with_untouched(0).unwrap();
+    let free = fallen(both, &[1.3]);
+    // h² g k (k + 1)/2 of free flight.
+    assert!((free[0] - (1.3 - 9.81 * 4e-6 * 125_250.0)).abs() < 1e-9, "{free:?}");
+}
+
+#[test]
+fn what_was_said_stays_with_its_bodies() {
+    let world =
+        world(4).with_apart(3, Partner::Body(1)).unwrap().with_apart(2, Partner::Ground).unwrap();
+    let world = world.with_untouched(0).unwrap();
+    let frames = [JointFrame::at(Vector3::zeros()); 2];
+    let tied = world.clone().with_joints(vec![Joint::spherical(2, Some(3), frames)]).unwrap();
+    assert!(!tied.may_touch(2, Partner::Body(3)) && !tied.may_touch(1, Partner::Body(3)));
+    assert!(!tied.may_touch(0, Partner::Ground) && !tied.may_touch(1, Partner::Body(0)));
+    let fewer = world.without_body(0).unwrap();
+    assert!(!fewer.may_touch(0, Partner::Body(2)) && !fewer.may_touch(1, Partner::Ground));
+    assert!(fewer.may_touch(0, Partner::Ground) && fewer.may_touch(0, Partner::Body(1)));
+    assert_eq!(fewer.kept_apart(), [(0, Partner::Body(2)), (1, Partner::Ground)]);
+    assert!(world.clone().with_apart(1, Partner::Body(1)).is_err());
+    assert!(world.clone().with_apart(9, Partner::Ground).is_err());
+    assert!(world.clone().with_apart(0, Partner::Fixed(0)).is_err());
+    assert!(world.with_untouched(4).is_err());
+}
