@@ -85,7 +85,7 @@ fn directions(world: &World, draw: &mut impl FnMut() -> f64) -> Vec<Direction> {
         let numbers: Vec<f64> = match constant {
             Constant::TimeStep => vec![own[0] * 0.1],
             Constant::Inertia => {
-                let spread = |k: usize| if k % 4 == 0 { 0.1 } else { 0.0 };
+                let spread = |k: usize| if k.is_multiple_of(4) { 0.1 } else { 0.0 };
                 own.iter().enumerate().map(|(k, i)| i * spread(k % 9)).collect()
             }
             _ => own.iter().map(|_| 1.0).collect(),
@@ -377,29 +377,29 @@ fn the_transposed_product_is_that_of_the_same_matrix() {
 fn every_argument_in_every_regime() {
     // And how many steps of each.
     let names = [
-        ("drop", 5),
-        ("slope", 5),
-        ("real-cube", 5),
-        ("plate", 5),
-        ("point-mass", 5),
-        ("block-on-block", 5),
-        ("stack", 5),
-        ("mass-ratio", 5),
-        ("pyramid", 5),
-        ("bricks", 14),
-        ("card-house", 5),
-        ("arch", 5),
-        ("marbles", 12),
-        ("galton", 5),
-        ("billiard", 5),
-        ("pushed-tower", 5),
-        ("dragged-cube", 5),
-        ("pile", 10),
-        ("double-pendulum", 5),
-        ("slider-crank", 5),
-        ("four-bar", 5),
-        ("chain", 5),
-        ("door", 5),
+        ("drop", 3),
+        ("slope", 3),
+        ("real-cube", 3),
+        ("plate", 3),
+        ("point-mass", 3),
+        ("block-on-block", 3),
+        ("stack", 3),
+        ("mass-ratio", 3),
+        ("pyramid", 3),
+        ("bricks", 8),
+        ("card-house", 3),
+        ("arch", 3),
+        ("marbles", 6),
+        ("galton", 3),
+        ("billiard", 3),
+        ("pushed-tower", 3),
+        ("dragged-cube", 3),
+        ("pile", 5),
+        ("double-pendulum", 3),
+        ("slider-crank", 3),
+        ("four-bar", 3),
+        ("chain", 3),
+        ("door", 3),
     ];
     let mut twister = Mt::new(1);
     let mut draw = || f64::from(twister.next_u32()) / f64::from(u32::MAX) * 2.0 - 1.0;
@@ -433,7 +433,7 @@ fn every_argument_in_every_regime() {
     }
     println!("{} compared, {} left out, {} kinks", all.compared, all.left_out, all.kinks);
     assert!(all.missed.is_empty(), "{}", all.missed.join("\n"));
-    assert!(all.compared > 400 && 20 * all.kinks < all.compared);
+    assert!(all.compared > 200 && 20 * all.kinks < all.compared);
 }
 
 /// The derivative of where the tutorial's cube ends, backwards over a run that slides, tips and lands, against forward
