@@ -124,6 +124,7 @@ impl Islands {
     /// Finds the islands of a step. The first `known` contacts have been seen by the last call in
     /// the same step; without one, `first`, what joints tie is to be solved. Islands with a `marked` body are
     /// to be solved all the same.
+    #[inline]
     pub(super) fn find(
         &mut self,
         step: &Step<'_>,

@@ -315,6 +315,7 @@ fn together<'a>(
 }
 
 /// X⁺ of a body (eq. 8).
+#[inline(always)]
 pub(super) fn next_state(step: &Step<'_>, body: usize, velocity: &Velocity) -> State {
     let (state, h) = (&step.states[body], step.world.time_step());
     State {
