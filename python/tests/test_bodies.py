@@ -160,6 +160,27 @@ def test_joints_go_with_their_body_where_that_is_said():
     assert np.ptp(run.positions[:, 0, 2]) < 1e-9 and run.positions[-1, 1, 2] < 1.2 - 0.19
 
 
+def test_gears_go_with_the_joints_of_a_body():
+    """Of three wheels on axles, geared in a row, the first goes: the others stay geared."""
+    wheels = [{"box": [0.2, 0.2, 0.1], "mass": 1.0, "name": f"wheel-{k}", "position": [k, 0, 1],
+               "spin": [0, 0, [4.0, 2.0, -2.0][k]]} for k in range(3)]
+    axles = [{"name": f"axle-{k}", "type": "revolute", "bodies": [f"wheel-{k}"], "anchor": [k, 0, 1],
+              "axis": [0, 0, 1]} for k in range(3)]
+    gears = [{"joints": ["axle-0", "axle-1"], "ratio": 2.0}, {"joints": ["axle-2", "axle-1"], "ratio": -1.0}]
+    simulation = tumble.Scene(wheels, FREE, joints=axles, gears=gears).simulate()
+    simulation.run(50)
+    simulation.remove_body("wheel-0", joints=True)
+    simulation.set_force("axle-1", 0.3)
+    run = simulation.run(50)
+    first, second = np.moveaxis(run.gears["coordinates"][:, 0], -1, 0)
+    assert run.gears["coordinates"].shape == (51, 1, 2)
+    np.testing.assert_allclose(first, -second, atol=1e-12)
+    assert second[-1] - second[0] > 0.2
+    # It turns two wheels: half of what it does is the gear's.
+    np.testing.assert_allclose(np.abs(run.gears["force"][1:-1, 0]), 0.15, rtol=1e-6)
+    assert run.scene.gears == simulation.scene.gears
+
+
 @pytest.mark.parametrize(
     "body, words",
     [

@@ -52,7 +52,8 @@ def test_robots_fall_certified():
     )
     assert end.returncode == 0, end.stderr
     fallen = [line for line in end.stdout.splitlines() if "steps of" in line]
-    assert len(fallen) == 4 and all("100 % certified" in line for line in fallen), end.stdout
+    # What is drawn for the fourth lies in itself, and is refused.
+    assert len(fallen) == 3 and all("100 % certified" in line for line in fallen), end.stdout
 
 
 def test_the_cubes_are_pushed_to_their_targets():

@@ -31,6 +31,19 @@ def test_a_file_is_a_scene():
         robot["root"]
 
 
+def test_of_a_scene_with_a_robot_what_came_later_can_go():
+    scene = standing()
+    simulation, other = scene.simulate(), scene.simulate()
+    for joints in (False, True):
+        with pytest.raises(tumble.TumbleError, match="stays|tied"):
+            simulation.remove_body("trunk", joints=joints)
+    simulation.add_body({"box": 0.1, "mass": 1.0, "name": "later", "position": [3, 0, 0.05]})
+    simulation.run(5)
+    simulation.remove_body("later")
+    other.run(5)
+    np.testing.assert_array_equal(simulation.robot.q, other.robot.q)
+
+
 def test_a_robot_stands_by_its_motors():
     simulation = standing().simulate()
     robot = simulation.robot

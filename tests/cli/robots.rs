@@ -56,6 +56,87 @@ fn a_converted_file_leaves_the_same_tables() {
     assert_eq!(fields(&written), fields(&twice));
 }
 
+/// Two wheels on axles in the world, geared, and a parcel on a belt.
+const WHEELS: &str = r#"
+start_index = 7
+[ground]
+friction = 0.5
+
+[[bodies]]
+name = "first"
+box = [0.2, 0.2, 0.1]
+mass = 1.0
+position = [0, 0, 1]
+spin = [0, 0, 1.5]
+
+[[bodies]]
+name = "second"
+box = [0.2, 0.2, 0.1]
+mass = 2.0
+position = [1, 0, 1]
+spin = [0, 0, 0.75]
+
+[[bodies]]
+name = "parcel"
+box = 0.2
+mass = 1.0
+position = [0, 3, 0.1]
+
+[[surfaces]]
+of = "ground"
+velocity = [0.5, 0.25, 0]
+
+[[joints]]
+type = "revolute"
+bodies = ["first"]
+anchor = [0, 0, 1]
+axis = [0, 0, 1]
+name = "a"
+
+[[joints]]
+type = "revolute"
+bodies = ["second"]
+anchor = [1, 0, 1]
+axis = [0, 0, 1]
+name = "b"
+
+[[gears]]
+joints = ["a", "b"]
+axes = ["turn", "turn"]
+ratio = 2.0
+"#;
+
+#[test]
+fn gears_moving_surfaces_and_a_later_start_are_written_down() {
+    let directory = tempfile::tempdir().unwrap();
+    let [first, written, twice] =
+        ["first.toml", "written.toml", "twice.toml"].map(|name| directory.path().join(name));
+    fs::write(&first, WHEELS).unwrap();
+    for (from, to) in [(&first, &written), (&written, &twice)] {
+        let end = run(&["convert", text(from), text(to), "--quiet"]);
+        assert_eq!(end.code, Some(0), "{end:?}");
+    }
+    let ends = [&first, &written].map(|path| {
+        let done = simulate(&["--scenario", text(path), "--steps", "40"]);
+        assert_eq!(done.end.code, Some(0), "{:?}", done.end);
+        let verified = run(&["verify", text(&done.path("states.csv"))]);
+        assert_eq!(verified.code, Some(0), "{verified:?}");
+        ["states.csv", "gears.csv"].map(|name| {
+            let rows = fs::read_to_string(done.path(name)).unwrap();
+            let cells = rows.lines().skip(1).flat_map(|line| line.split(','));
+            cells.map(|cell| cell.parse::<f64>().unwrap()).collect::<Vec<_>>()
+        })
+    });
+    assert_eq!(ends[0][0][0], 7.0);
+    for (a, b) in ends[0].iter().zip(&ends[1]) {
+        assert_eq!(a.len(), b.len());
+        assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-9), "{a:?}\n{b:?}");
+    }
+    let driven = format!("{WHEELS}\n[[driven]]\nbody = \"parcel\"\nvelocity = [1, 0, 0]\n");
+    fs::write(&first, driven).unwrap();
+    run(&["convert", text(&first), text(&twice)]).assert_refused(2, &["parcel-drive", "driven"]);
+}
+
 #[test]
 fn what_cannot_be_is_said_in_one_sentence() {
     let directory = tempfile::tempdir().unwrap();
