@@ -163,7 +163,8 @@ impl StepSolution {
         self.contacts.clear();
         self.contacts.extend_from_slice(&other.contacts);
         self.joints.clone_from(&other.joints);
-        self.gears.clone_from(&other.gears);
+        self.gears.clear();
+        self.gears.extend_from_slice(&other.gears);
     }
 
     /// The forces of all candidates, N, world.

@@ -601,18 +601,21 @@ impl StepSolver for Checked<'_> {
 /// A solution of another size than the step's would be read out of place.
 #[inline]
 fn check_sizes(solution: &StepSolution, step: &Step<'_>, contacts: usize) -> Result<(), Error> {
-    let (bodies, joints) = (step.states.len(), step.world.joints().len());
-    let found = (solution.states.len(), solution.contacts.len(), solution.joints.len());
-    let gears = (solution.gears.len(), step.world.gears().len());
-    if found == (bodies, contacts, joints) && gears.0 == gears.1 {
-        return Ok(());
-    }
-    Err(Error::Solver {
-        solver: "the step's solver",
-        why: format!(
-            "its solution has {} states, {} contact forces and the forces of {} joints and {} gears where the \
-             step has {bodies}, {contacts}, {joints} and {}",
-            found.0, found.1, found.2, gears.0, gears.1
-        ),
-    })
+    let StepSolution { states, contacts: forces, joints, gears } = solution;
+    let found = [states.len(), forces.len(), joints.len(), gears.len()];
+    let (world, bodies) = (step.world, step.states.len());
+    let wanted = [bodies, contacts, world.joints().len(), world.gears().len()];
+    if found == wanted { Ok(()) } else { Err(of_another_size(found, wanted)) }
+}
+
+#[cold]
+#[inline(never)]
+fn of_another_size(found: [usize; 4], wanted: [usize; 4]) -> Error {
+    let [states, contacts, joints, gears] = found;
+    let [bodies, candidates, tied, geared] = wanted;
+    let why = format!(
+        "its solution has {states} states, {contacts} contact forces and the forces of {joints} joints and \
+         {gears} gears where the step has {bodies}, {candidates}, {tied} and {geared}"
+    );
+    Error::Solver { solver: "the step's solver", why }
 }

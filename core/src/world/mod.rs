@@ -214,6 +214,7 @@ impl World {
     }
 
     /// The same where some do not touch.
+    #[inline(never)]
     fn is_open(&self, body: usize, partner: Partner) -> bool {
         let is_apart = || self.apart.binary_search(&ordered(body, partner)).is_ok();
         let is_open = |body: usize| !self.is_held(body) && !self.untouched.contains(&body);
@@ -526,6 +527,7 @@ impl World {
     ///
     /// # Panics
     /// If there is no such body.
+    #[inline]
     pub fn heights<'a>(
         &'a self,
         index: usize,
