@@ -109,5 +109,6 @@ def _names(by: Iterable[str]) -> Any:
 
 
 def _derivatives(found: Any, names: Any) -> Derivatives:
-    ends, arrays, margins, counts, at = found
-    return Derivatives(ends, dict(zip(names, arrays)), *margins, tuple(at), *counts)
+    ends, arrays, (margin, feature_margin), (unsolved, unknown, kept), at = found
+    by = dict(zip(names, arrays))
+    return Derivatives(ends, by, margin, feature_margin, tuple(at), unsolved, unknown, kept)

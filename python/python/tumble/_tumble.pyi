@@ -224,6 +224,8 @@ def rollout(
     steps: int,
     starts: Floats,
     controls: Optional[Floats],
+    motors: Optional[Floats],
+    joint_forces: Optional[Floats],
     parameters: Sequence[Tuple[str, Floats]],
     threads: int,
     states: Optional[Floats],
@@ -233,7 +235,7 @@ def rollout(
     statuses: Optional[npt.NDArray[np.uint8]],
     progress: Progress,
 ) -> Tuple[List[int], List[int], List[Tuple[int, int, str, float]]]: ...
-def parameter_shape(name: str, scene: Scene) -> List[int]: ...
+def parameter_shape(name: str, scene: CoreScene) -> List[int]: ...
 
 _Derivatives = Tuple[Floats, List[Floats], List[float], List[int], List[int]]
 
