@@ -387,7 +387,6 @@ fn every_argument_in_every_regime() {
         ("mass-ratio", 3),
         ("pyramid", 3),
         ("bricks", 8),
-        ("card-house", 3),
         ("arch", 3),
         ("marbles", 6),
         ("galton", 3),
