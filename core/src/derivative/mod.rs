@@ -2,7 +2,7 @@
 //!
 //! A change of a state is a [`StateChange`]: twelve numbers, because an attitude changes by a turn and
 //! not by four. How a contact's motion, and the place where its impulse acts, change with the bodies at the
-//! start of the step, is a [`ContactTangent`]. The step itself is differentiated by
+//! start of the step, is a `ContactTangent`. The step itself is differentiated by
 //! [`StepDerivative`](crate::solver::native::StepDerivative), which solves for what follows.
 //!
 //! Equation numbers G1, G2, … are those of `docs/gradients.md`.
@@ -25,7 +25,7 @@ use nalgebra::{Matrix3, Vector3, Vector4};
 pub struct StateChange {
     /// δr, m, world.
     pub position: Vector3<f64>,
-    /// δθ, rad, **body**: A(q) becomes A(q) (E + [δθ]×), q becomes q + ½ L(q) H δθ.
+    /// δθ, rad, **body**: A(q) becomes `A(q) (E + [δθ]×)`, q becomes q + ½ L(q) H δθ.
     pub turn: Vector3<f64>,
     /// δv, m/s, world.
     pub velocity: Vector3<f64>,
