@@ -1,6 +1,9 @@
 //! The derivative of a step against central differences of steps solved anew, in every regime and by every
 //! argument.
 
+#[path = "gradients/random.rs"]
+mod random;
+
 use nalgebra::{Vector3, Vector4};
 use rand_mt::Mt;
 use std::path::Path;

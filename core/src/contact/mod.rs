@@ -231,7 +231,7 @@ impl Contact {
         let frame = b.map_or(features.frame, |(_, b)| b.rotation * features.frame);
         let normal = frame.column(2).into_owned();
         let mut lever = features.point;
-        if beyond > 0.0 {
+        if beyond != 0.0 {
             lever -= beyond * pose.rotation.tr_mul(&normal);
         }
         let arm = pose.rotation * lever;
@@ -430,11 +430,11 @@ fn tangent(features: Features, a: &Pose, b: Option<&Pose>) -> Features {
     Features { point, frame, offset, curved: Some(curved), ..features }
 }
 
-/// Half of the gap between two round features, m; 0 for a point against a plane, and where they overlap.
+/// Half of the gap between two round features, m, below 0 where they overlap; 0 for a point against a plane.
 fn half_gap(features: &Features, a: &Pose, b: Option<&Pose>) -> f64 {
     let Some(curved) = &features.curved else { return 0.0 };
     let distance = way_between(curved, a, b).1.norm();
-    0.5 * (distance - features.radius - curved.radius).max(0.0)
+    0.5 * (distance - features.radius - curved.radius)
 }
 
 /// Where along their cores two round features are nearest to each other, and the way from that of B

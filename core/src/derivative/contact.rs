@@ -277,19 +277,13 @@ impl ContactTangent {
         let way_change = moved + u * slid_a - v * slid_b;
         let distance = way.norm();
         let turned = across(&n, &way_change) / distance;
-        // Where the impulse acts: half of an open gap beyond the radius.
+        // Where the impulse acts: half of the gap beyond the radius.
         let radius = self.contact.features.radius;
         let opened = distance - radius - curved.radius;
         let wider = n.dot(&way_change) - of_a.radius - of_b.radius;
-        // What touches exactly is between opening and closing: the mean of both.
-        let half = match self.contact.gap {
-            0.0 => 0.25,
-            gap if gap > 0.0 => 0.5,
-            _ => 0.0,
-        };
         let arm_change = by_a * (x - a.origin) + u * slid_a
-            - n * (of_a.radius + half * wider)
-            - turned * (radius + 0.5 * opened.max(0.0));
+            - n * (of_a.radius + 0.5 * wider)
+            - turned * (radius + 0.5 * opened);
         // The middles at k, moved on.
         let (turn_a, turn_b) = (of_a.turn + a.rate * time_step, of_b.turn + b.rate * time_step);
         let end_change =

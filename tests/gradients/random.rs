@@ -1,0 +1,223 @@
+//! Derivatives at the edge of what they claim: random shapes that meet each other or what is fixed, thin, small, heavy,
+//! light and spinning, with rebounds and on belts; and the same bodies in another order.
+
+use super::{Tally, apart, compare, directions, size, step};
+use nalgebra::{Vector3, Vector4};
+use rand_mt::Mt;
+use tumble::contact::Partner;
+use tumble::derivative::StateChange;
+use tumble::geometry::Piece;
+use tumble::mechanics::{RigidBody, Rotation, State, quaternion};
+use tumble::solver::native::{StepChange, StepDerivative};
+use tumble::world::{Fixed, Parameters, World};
+
+/// Numbers of a fixed sequence.
+struct Draw(Mt);
+
+impl Draw {
+    fn within(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * f64::from(self.0.next_u32()) / f64::from(u32::MAX)
+    }
+
+    fn vector(&mut self, size: f64) -> Vector3<f64> {
+        Vector3::from_fn(|_, _| self.within(-size, size))
+    }
+
+    /// A box, a rounded box, a capsule or a ball of about `size` (m), as thin as a thirtieth of it.
+    fn piece(&mut self, size: f64) -> Piece {
+        let half = Vector3::from_fn(|_, _| size * self.within(0.03, 0.6));
+        let corner =
+            |k: u32| half.map_with_location(|i, _, a| if k >> i & 1 == 0 { a } else { -a });
+        let corners: Vec<_> = (0..8).map(corner).collect();
+        let shape = match self.within(0.0, 4.0) as u32 {
+            0 => Piece::hull(&corners, 0.0),
+            1 => Piece::hull(&corners, 0.1 * size),
+            2 => Piece::capsule(half[0], 0.3 * size),
+            _ => Piece::sphere(0.5 * size),
+        };
+        shape.unwrap()
+    }
+
+    /// A body of 0.2 to 5 kg.
+    fn body(&mut self, size: f64) -> RigidBody {
+        let mass = 5.0_f64.powf(self.within(-1.0, 1.0));
+        RigidBody::solid(mass, &[self.piece(size)]).unwrap().0
+    }
+}
+
+/// Two shapes that fly at each other, the second of them fixed or not, and where they start.
+struct Pair {
+    world: World,
+    states: Vec<State>,
+}
+
+impl Pair {
+    fn new(draw: &mut Draw, is_fixed: bool) -> Self {
+        let sizes = [0; 2].map(|_| 0.2 * 4.0_f64.powf(draw.within(-1.0, 1.0)));
+        let way = draw.vector(1.0).normalize();
+        let apart = 0.6 * (sizes[0] + sizes[1]);
+        let mut bodies = Vec::new();
+        let mut states = Vec::new();
+        for (side, size) in [1.0, -1.0].into_iter().zip(sizes) {
+            bodies.push(draw.body(size));
+            states.push(State {
+                position: way * (apart * side) + draw.vector(0.2 * size),
+                attitude: Vector4::from_fn(|_, _| draw.within(-1.0, 1.0)).normalize(),
+                velocity: draw.vector(0.3) - way * side,
+                spin: draw.vector(6.0 / size.sqrt()),
+            });
+        }
+        let mut fixed = Vec::new();
+        if is_fixed {
+            bodies.truncate(1);
+            let place = states.remove(1).pose();
+            let shape = draw.piece(2.0 * sizes[1]).moved_by(&place.rotation, &place.position);
+            fixed.push(Fixed { piece: shape.unwrap(), friction: None });
+        }
+        let parameters = Parameters {
+            bodies,
+            ground: None,
+            gravity: draw.vector(10.0),
+            friction: draw.within(0.0, 1.0),
+            time_step: 0.001,
+            rotation: if draw.within(0.0, 1.0) < 0.5 {
+                Rotation::Momentum
+            } else {
+                Rotation::Tutorial
+            },
+        };
+        let world = World::new(parameters).unwrap().with_fixed(fixed).unwrap();
+        let restitution = if draw.within(0.0, 1.0) < 0.3 { 0.5 } else { 0.0 };
+        Self { world: world.with_restitution(restitution).unwrap(), states }
+    }
+
+    /// The same with the surface of the second moving.
+    fn on_a_belt(self, velocity: Vector3<f64>) -> Self {
+        let of = if self.states.len() == 1 { Partner::Fixed(0) } else { Partner::Body(1) };
+        Self { world: self.world.with_surface(of, velocity).unwrap(), ..self }
+    }
+}
+
+/// The first steps of a pair in which something presses.
+fn touching(Pair { world, states }: &Pair) -> Vec<Vec<State>> {
+    let (mut now, mut found) = (states.clone(), Vec::new());
+    for _ in 0..400 {
+        let Some((_, record)) = step(world, &now, &[]) else { break };
+        if record.solution.contacts.iter().any(|contact| contact.carries_force()) {
+            found.push(now);
+        }
+        now = record.solution.states;
+        if found.len() == 3 {
+            break;
+        }
+    }
+    found
+}
+
+/// How many pairs.
+const PAIRS: usize = 60;
+
+#[test]
+fn shapes_that_meet_in_every_way() {
+    let mut draw = Draw(Mt::new(7));
+    let mut tally = Tally::default();
+    for number in 0..PAIRS {
+        let mut pair = Pair::new(&mut draw, number % 3 == 0);
+        if number % 4 == 0 {
+            pair = pair.on_a_belt(draw.vector(1.0));
+        }
+        for (place, states) in touching(&pair).iter().enumerate() {
+            let at = format!("pair {number}, touch {place}");
+            compare(&pair.world, states, &mut || draw.within(-1.0, 1.0), &at, &mut tally);
+        }
+    }
+    println!(
+        "{} compared, {} left out, {} kinks, worst {:.1e}",
+        tally.compared, tally.left_out, tally.kinks, tally.worst
+    );
+    assert!(tally.missed.is_empty(), "{}", tally.missed.join("\n"));
+    assert!(tally.compared > 8 * PAIRS && 20 * tally.kinks < tally.compared);
+}
+
+/// δX⁺, where no kink is near and every feature is known.
+fn pushed(world: &World, states: &[State], change: &[StateChange]) -> Option<Vec<StateChange>> {
+    let (simulation, record) = step(world, states, &[])?;
+    let mut derivative = StepDerivative::new();
+    simulation.linearise(&record, &mut derivative).unwrap();
+    let mut end = Vec::new();
+    let change = StepChange { states: change, ..StepChange::default() };
+    derivative.push(&change, &mut end).unwrap();
+    (derivative.margin() > 1e-6 && derivative.unknown() == 0).then_some(end)
+}
+
+/// Of two free bodies: the derivative in an image of the world is the image of the derivative. Solutions of the two agree
+/// to 1e-9, and so do the points that derivatives are taken at.
+fn agrees_with_its_image(
+    seed: u32,
+    world_of: impl Fn(&World) -> World,
+    there: impl Fn(&[State]) -> Vec<State>,
+    image: impl Fn(&[StateChange], bool) -> Vec<StateChange>,
+) {
+    let (mut draw, mut compared) = (Draw(Mt::new(seed)), 0);
+    for number in 0..PAIRS {
+        let pair = Pair::new(&mut draw, false);
+        let other = world_of(&pair.world);
+        for states in touching(&pair) {
+            for along in directions(&pair.world, &mut || draw.within(-1.0, 1.0)).iter().take(4) {
+                let one = pushed(&pair.world, &states, &along.states);
+                let two = pushed(&other, &there(&states), &image(&along.states, false));
+                let (Some(one), Some(two)) = (one, two) else { continue };
+                compared += 1;
+                let far = apart(&one, &image(&two, true));
+                assert!(
+                    far <= 1e-6 * size(&one).max(1.0),
+                    "pair {number}, {}: {far:.1e}",
+                    along.name
+                );
+            }
+        }
+    }
+    assert!(compared > PAIRS, "{compared}");
+}
+
+#[test]
+fn the_order_of_the_bodies_plays_no_part() {
+    let world_of = |world: &World| {
+        let mut parameters = world.parameters().clone();
+        parameters.bodies.reverse();
+        World::new(parameters).unwrap().with_restitution(world.restitution()).unwrap()
+    };
+    let back = |states: &[State]| states.iter().rev().copied().collect();
+    let image = |changes: &[StateChange], _| changes.iter().rev().copied().collect();
+    agrees_with_its_image(11, world_of, back, image);
+}
+
+#[test]
+fn a_world_turned_as_a_whole_turns_its_derivatives() {
+    let q = Vector4::new(0.4, -0.7, 0.3, 0.5).normalize();
+    let (turn, left) = (quaternion::rotation(&q), quaternion::left(&q));
+    let world_of = |world: &World| {
+        let mut parameters = world.parameters().clone();
+        parameters.gravity = turn * parameters.gravity;
+        World::new(parameters).unwrap().with_restitution(world.restitution()).unwrap()
+    };
+    let there = |states: &[State]| {
+        let turned = |state: &State| State {
+            position: turn * state.position,
+            attitude: left * state.attitude,
+            velocity: turn * state.velocity,
+            ..*state
+        };
+        states.iter().map(turned).collect()
+    };
+    let image = |changes: &[StateChange], back: bool| {
+        let turn = if back { turn.transpose() } else { turn };
+        let turned = |change: &StateChange| StateChange {
+            position: turn * change.position,
+            velocity: turn * change.velocity,
+            ..*change
+        };
+        changes.iter().map(turned).collect()
+    };
+    agrees_with_its_image(13, world_of, there, image);
+}
