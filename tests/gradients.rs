@@ -1,6 +1,8 @@
 //! The derivative of a step against central differences of steps solved anew, in every regime and by every
 //! argument.
 
+#[path = "gradients/batch.rs"]
+mod batch;
 #[path = "gradients/random.rs"]
 mod random;
 

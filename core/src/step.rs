@@ -50,7 +50,7 @@ impl Step<'_> {
     /// they look anything up.
     ///
     /// # Errors
-    /// Lists that do not go over the bodies of the world; a contact of a body or a contact point
+    /// Lists that do not go over the bodies of the world; a contact of a body, a contact point or a fixed piece
     /// that is not there. The previous solutions may be of anything.
     pub fn check(&self, contacts: &[Contact]) -> Result<(), Error> {
         let bodies = self.world.bodies();
@@ -66,8 +66,12 @@ impl Step<'_> {
         }
         let is_known = |key: &ContactKey| {
             let point = |body: &RigidBody| key.point < body.contact_points().len();
-            bodies.get(key.body).is_some_and(point)
-                && !matches!(key.partner, Partner::Body(other) if other >= bodies.len())
+            let partner = match key.partner {
+                Partner::Ground => true,
+                Partner::Body(other) => other < bodies.len(),
+                Partner::Fixed(index) => index < self.world.fixed().len(),
+            };
+            partner && bodies.get(key.body).is_some_and(point)
         };
         match contacts.iter().find(|contact| !is_known(&contact.key)) {
             Some(contact) => Err(self.unknown(&contact.key)),
@@ -85,6 +89,12 @@ impl Step<'_> {
                 count,
                 allowed: "an index of a body",
             };
+        }
+        if let Partner::Fixed(count) = key.partner
+            && count >= self.world.fixed().len()
+        {
+            let allowed = "an index of a fixed piece of the world";
+            return Error::Count { field: "fixed piece of a contact", count, allowed };
         }
         let allowed = "an index of a contact point of its body";
         Error::Count { field: "point of a contact", count: key.point, allowed }

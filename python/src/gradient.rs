@@ -16,8 +16,8 @@ use tumble::world::Constant;
 type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
 
 /// The ends (N, 13); derivatives by states, by wrenches and by each constant; both margins, m/s; steps that were not
-/// solved, whose features are not known, whose shares were kept; of a run the steps of both margins.
-type Found<'py> = (Array<'py>, Vec<Array<'py>>, [f64; 2], [u64; 3], [u64; 2]);
+/// solved, whose features are not known, whose shares were kept, of which restitution was taken in part; of a run the steps of both margins.
+type Found<'py> = (Array<'py>, Vec<Array<'py>>, [f64; 2], [u64; 4], [u64; 2]);
 
 /// A simulation of the scene from `states`.
 fn begin(content: &Content, states: Vec<State>) -> Result<Simulation<'static>, Error> {
@@ -34,7 +34,8 @@ fn wrenches(numbers: &[f64]) -> impl Iterator<Item = Wrench> + '_ {
     each.map(move |six| Wrench { force: part(&six[..3]), torque: part(&six[3..]) })
 }
 
-fn constants_of(names: &[String]) -> PyResult<Vec<Constant>> {
+/// The constants of these names that there are derivatives by.
+pub fn constants_of(names: &[String]) -> PyResult<Vec<Constant>> {
     let of_name = |name: &String| {
         let known = Constant::of_name(name).filter(|constant| constant.has_derivative());
         known.ok_or_else(|| {
@@ -116,8 +117,12 @@ pub fn jacobian<'py>(
         arrays.push(shaped(py, found, &shape)?);
     }
     let unsolved = matches!(record.report.status.name(), "failed" | "wild");
-    let counts =
-        [u64::from(unsolved), derivative.unknown() as u64, u64::from(derivative.keeps_shares())];
+    let counts = [
+        u64::from(unsolved),
+        derivative.unknown() as u64,
+        u64::from(derivative.keeps_shares()),
+        u64::from(record.restitution_share < 1.0),
+    ];
     let margins = [derivative.margin(), derivative.feature_margin()];
     Ok((of_states(py, &record.solution.states)?, arrays, margins, counts, [0, 0]))
 }
@@ -185,7 +190,7 @@ pub fn vjp<'py>(
         arrays.push(shaped(py, numbers, &constant.shape(world))?);
     }
     let margins = [found.margin.0, found.feature_margin.0];
-    let counts = [found.unsolved, found.unknown, found.kept];
+    let counts = [found.unsolved, found.unknown, found.kept, found.limited];
     let at = [found.margin.1, found.feature_margin.1];
     Ok((of_states(py, &ends)?, arrays, margins, counts, at))
 }

@@ -1,17 +1,20 @@
 //! Batches of rollouts.
 
-use crate::arrays::numbers;
+use crate::arrays::{numbers, shaped};
 use crate::errors::{of_step, refused};
+use crate::gradient::constants_of;
 use crate::scene::Scene;
 use crate::watch::Watched;
-use numpy::{Element, PyReadonlyArrayDyn, PyReadwriteArrayDyn};
+use numpy::{Element, PyArrayDyn, PyReadonlyArrayDyn, PyReadwriteArrayDyn};
 use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 use std::num::NonZeroUsize;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64};
 use tumble::error::Error;
-use tumble::rollout::{Batch, Constant, Outputs, RolloutError, Varied, Watch, roll_out};
+use tumble::rollout::{
+    Batch, Constant, Cotangents, Noted, Outputs, RolloutError, Varied, Watch, gradients, roll_out,
+};
 use tumble::world::World;
 
 /// Fewer steps than this, times bodies, are done by the calling thread, which is faster.
@@ -21,36 +24,37 @@ const FEW_STEPS: usize = 2000;
 /// every step that failed or was wild: rollout, step, status, residual (m/s).
 type Report = (Vec<u64>, Vec<u64>, Vec<(usize, usize, &'static str, f64)>);
 
-/// Simulates `rollouts` rollouts of `steps` steps and fills the arrays that are given.
-#[pyfunction]
-#[pyo3(signature = (
-    scene, rollouts, steps, starts, controls, motors, joint_forces, parameters, threads, states, ends, forces,
-    residuals, statuses, progress
-))]
-#[allow(clippy::too_many_arguments)]
-pub fn rollout(
+/// What a batch is made of: scene, rollouts, steps, starts, controls, motors, forces of joints, and constants by name.
+#[derive(FromPyObject)]
+pub struct Inputs<'py>(
+    PyRef<'py, Scene>,
+    usize,
+    usize,
+    PyReadonlyArrayDyn<'py, f64>,
+    Option<PyReadonlyArrayDyn<'py, f64>>,
+    Option<PyReadonlyArrayDyn<'py, f64>>,
+    Option<PyReadonlyArrayDyn<'py, f64>>,
+    Vec<(String, PyReadonlyArrayDyn<'py, f64>)>,
+);
+
+/// Does `work` on the batch of `inputs`, followed by `progress`.
+fn on_batch<T: Send>(
     py: Python<'_>,
-    scene: PyRef<'_, Scene>,
-    rollouts: usize,
-    steps: usize,
-    starts: PyReadonlyArrayDyn<'_, f64>,
-    controls: Option<PyReadonlyArrayDyn<'_, f64>>,
-    motors: Option<PyReadonlyArrayDyn<'_, f64>>,
-    joint_forces: Option<PyReadonlyArrayDyn<'_, f64>>,
-    parameters: Vec<(String, PyReadonlyArrayDyn<'_, f64>)>,
-    threads: usize,
-    mut states: Option<PyReadwriteArrayDyn<'_, f64>>,
-    mut ends: Option<PyReadwriteArrayDyn<'_, f64>>,
-    mut forces: Option<PyReadwriteArrayDyn<'_, f64>>,
-    mut residuals: Option<PyReadwriteArrayDyn<'_, f64>>,
-    mut statuses: Option<PyReadwriteArrayDyn<'_, u8>>,
-    progress: Option<Bound<'_, PyAny>>,
-) -> PyResult<Report> {
+    inputs: &Inputs<'_>,
+    progress: Option<&Bound<'_, PyAny>>,
+    work: impl FnOnce(&Batch<'_>, Watch<'_>) -> Result<T, RolloutError> + Send,
+) -> PyResult<T> {
+    let Inputs(scene, rollouts, steps, starts, controls, motors, joint_forces, parameters) = inputs;
     let content = Arc::clone(&scene.content);
-    let threads = NonZeroUsize::new(threads).ok_or_else(|| refused("threads: 1 or more"))?;
     let mut varied = Vec::new();
-    for (name, values) in &parameters {
+    for (name, values) in parameters {
         varied.push(Varied { constant: parameter(name)?, values: numbers(name, values)? });
+    }
+    fn or_none<'a>(
+        name: &str,
+        array: &'a Option<PyReadonlyArrayDyn<'_, f64>>,
+    ) -> PyResult<&'a [f64]> {
+        array.as_ref().map_or(Ok(&[][..]), |array| numbers(name, array))
     }
     let motion = |world: &World| content.motion(world);
     let batch = Batch {
@@ -59,16 +63,51 @@ pub fn rollout(
         loads: &content.loads,
         courses: &content.courses,
         index: content.start_index,
-        rollouts,
-        steps,
-        starts: numbers("initial_states", &starts)?,
-        controls: controls.as_ref().map_or(Ok(&[][..]), |array| numbers("controls", array))?,
-        motors: motors.as_ref().map_or(Ok(&[][..]), |array| numbers("motors", array))?,
-        joint_forces: joint_forces
-            .as_ref()
-            .map_or(Ok(&[][..]), |array| numbers("joint_forces", array))?,
+        rollouts: *rollouts,
+        steps: *steps,
+        starts: numbers("initial_states", starts)?,
+        controls: or_none("controls", controls)?,
+        motors: or_none("motors", motors)?,
+        joint_forces: or_none("joint_forces", joint_forces)?,
         parameters: &varied,
     };
+    let (interrupt, done) = (Arc::new(AtomicBool::new(false)), AtomicU64::new(0));
+    let watch = Watch { interrupt: Some(&interrupt), done: Some(&done) };
+    let work = || work(&batch, watch);
+    let total = rollouts.saturating_mul(*steps);
+    let is_small = total.saturating_mul(content.world.bodies().len()) <= FEW_STEPS;
+    let found = if is_small && content.solver() != "ipopt" && progress.is_none() {
+        py.detach(work)
+    } else {
+        Watched { interrupt: &interrupt, done: &done, total: total as u64, progress }
+            .run(py, work)?
+    };
+    found.map_err(|error| match error {
+        RolloutError { rollout: None, error } => of_step(&error),
+        RolloutError { error: Error::Interrupted, .. } => PyKeyboardInterrupt::new_err(()),
+        in_rollout => refused(in_rollout),
+    })
+}
+
+fn of_threads(threads: usize) -> PyResult<NonZeroUsize> {
+    NonZeroUsize::new(threads).ok_or_else(|| refused("threads: 1 or more"))
+}
+
+/// Simulates the batch of `inputs` and fills the arrays that are given.
+#[pyfunction]
+#[pyo3(signature = (inputs, threads, states, ends, forces, residuals, statuses, progress))]
+#[allow(clippy::too_many_arguments)]
+pub fn rollout(
+    py: Python<'_>,
+    inputs: Inputs<'_>,
+    threads: usize,
+    mut states: Option<PyReadwriteArrayDyn<'_, f64>>,
+    mut ends: Option<PyReadwriteArrayDyn<'_, f64>>,
+    mut forces: Option<PyReadwriteArrayDyn<'_, f64>>,
+    mut residuals: Option<PyReadwriteArrayDyn<'_, f64>>,
+    mut statuses: Option<PyReadwriteArrayDyn<'_, u8>>,
+    progress: Option<Bound<'_, PyAny>>,
+) -> PyResult<Report> {
     let outputs = Outputs {
         states: memory(&mut states)?,
         ends: memory(&mut ends)?,
@@ -76,26 +115,54 @@ pub fn rollout(
         residuals: memory(&mut residuals)?,
         statuses: memory(&mut statuses)?,
     };
-    let (interrupt, done) = (Arc::new(AtomicBool::new(false)), AtomicU64::new(0));
-    let watch = Watch { interrupt: Some(&interrupt), done: Some(&done) };
-    let work = || roll_out(&batch, outputs, threads, watch);
-    let total = rollouts.saturating_mul(steps);
-    let is_small = total.saturating_mul(content.world.bodies().len()) <= FEW_STEPS;
-    let report = if is_small && content.solver() != "ipopt" && progress.is_none() {
-        py.detach(work)
-    } else {
-        let progress = progress.as_ref();
-        Watched { interrupt: &interrupt, done: &done, total: total as u64, progress }
-            .run(py, work)?
-    };
-    let report = report.map_err(|error| match error {
-        RolloutError { rollout: None, error } => of_step(&error),
-        RolloutError { error: Error::Interrupted, .. } => PyKeyboardInterrupt::new_err(()),
-        in_rollout => refused(in_rollout),
+    let threads = of_threads(threads)?;
+    let report = on_batch(py, &inputs, progress.as_ref(), |batch, watch| {
+        roll_out(batch, outputs, threads, watch)
     })?;
     let unsolved = report.unsolved.iter();
     let unsolved = unsolved.map(|u| (u.rollout, u.step, u.status.name(), u.residual)).collect();
     Ok((report.statuses.to_vec(), report.tempered, unsolved))
+}
+
+/// By the starts (B, N, 12), by wrenches (B, T, N, 6) and by constants; of each rollout both margins (m/s), the
+/// steps of both, and how many steps are not solved, of unknown features, with shares kept, with a part of
+/// their restitution.
+type Derivatives<'py> = (Vec<Bound<'py, PyArrayDyn<f64>>>, Vec<([f64; 2], [u64; 2], [u64; 4])>);
+
+/// The derivatives of the numbers that the rollouts of a batch decide, where `cotangents` are their derivatives by the states
+/// after each step, (B or 1, T, N, 12), or by the ends.
+#[pyfunction]
+#[pyo3(signature = (inputs, threads, cotangents, of_ends, by))]
+pub fn rollout_gradients<'py>(
+    py: Python<'py>,
+    inputs: Inputs<'_>,
+    threads: usize,
+    cotangents: PyReadonlyArrayDyn<'_, f64>,
+    of_ends: bool,
+    by: Vec<String>,
+) -> PyResult<Derivatives<'py>> {
+    let constants = constants_of(&by)?;
+    let (threads, numbers) = (of_threads(threads)?, numbers("gradients", &cotangents)?);
+    let cotangents = if of_ends { Cotangents::Ends(numbers) } else { Cotangents::States(numbers) };
+    let found = on_batch(py, &inputs, None, |batch, watch| {
+        gradients(batch, cotangents, &constants, threads, watch)
+    })?;
+    let (world, rollouts, steps) = (&inputs.0.content.world, inputs.1, inputs.2);
+    let bodies = world.bodies().len();
+    let mut arrays = vec![
+        shaped(py, found.starts, &[rollouts, bodies, 12])?,
+        shaped(py, found.controls, &[rollouts, steps, bodies, 6])?,
+    ];
+    for (constant, numbers) in constants.iter().zip(found.constants) {
+        let shape: Vec<_> = std::iter::once(rollouts).chain(constant.shape(world)).collect();
+        arrays.push(shaped(py, numbers, &shape)?);
+    }
+    let noted = found.noted.iter().map(|noted| {
+        let Noted { margin, feature_margin, unsolved, unknown, kept, limited } = *noted;
+        let (margins, at) = ([margin.0, feature_margin.0], [margin.1, feature_margin.1]);
+        (margins, at, [unsolved, unknown, kept, limited])
+    });
+    Ok((arrays, noted.collect()))
 }
 
 /// The shape of a parameter's values for one rollout of a scene.

@@ -68,6 +68,8 @@ struct Report<'a> {
     unsolved: u64,
     unknown: u64,
     kept: u64,
+    /// Steps that took a part of their restitution.
+    limited: u64,
     derivatives: &'a [Row],
 }
 
@@ -86,6 +88,11 @@ pub fn run(args: &GradientArgs) -> Result<Outcome, Failure> {
         ..Settings::default()
     };
     let scene = Scene::of_text(&text, &args.file, flags, &input::bytes)?;
+    if scene.solver() == "ipopt" {
+        let why = "derivatives are those of steps that are solved to rounding; leave the solver out, \
+                   or name the native one";
+        return Err(Failure::Input(format!("{}: solver: {why}", shown::path(&args.file))));
+    }
     let body = body_of(&scene, args.body.as_deref())?;
     let interrupt = Arc::new(AtomicBool::new(false));
     raise_on_signals(&interrupt)?;
@@ -107,6 +114,7 @@ pub fn run(args: &GradientArgs) -> Result<Outcome, Failure> {
         unsolved: found.unsolved,
         unknown: found.unknown,
         kept: found.kept,
+        limited: found.limited,
         derivatives: &rows,
     };
     let directory = OutputDirectory::for_pictures(&args.out)?;
@@ -410,6 +418,7 @@ fn described(report: &Report<'_>) -> String {
         (report.unsolved, "not solved: what follows them is no derivative"),
         (report.unknown, "with features that are taken for fixed in their bodies"),
         (report.kept, "with forces whose shares follow the history"),
+        (report.limited, "with a part of their restitution, which is taken for a constant"),
     ] {
         if count > 0 {
             let _ = writeln!(text, "{count} steps {what}");

@@ -1,12 +1,14 @@
 //! What goes into a batch of rollouts and what comes out, and whether it fits.
 
-use super::varied::Varied;
+use super::run::Watch;
+use super::varied::{Varied, varied};
 use crate::error::Error;
-use crate::joint::{Drive, JointAxis, Knots};
+use crate::joint::{Course, Drive, JointAxis, Knots};
 use crate::mechanics::{Load, State, Wrench};
 use crate::simulation::{Motion, Simulation};
 use crate::world::World;
 use nalgebra::{SVector, Vector3};
+use std::sync::Arc;
 
 /// What makes the motion of one rollout's world.
 pub type MotionOf<'a> = &'a (dyn Fn(&World) -> Result<Motion<'static>, Error> + Sync);
@@ -65,6 +67,12 @@ impl Batch<'_> {
         self.world.bodies().len()
     }
 
+    /// How many numbers the changes of a rollout's states have.
+    #[cfg(feature = "save")]
+    pub(super) fn change_width(&self) -> usize {
+        crate::derivative::StateChange::LEN * self.bodies()
+    }
+
     /// Refuses arrays of other lengths than their shapes say.
     pub(super) fn check(&self, outputs: &Outputs<'_>) -> Result<(), Error> {
         let (b, t, n) = (self.rollouts, self.steps, self.bodies());
@@ -107,18 +115,41 @@ impl Batch<'_> {
         Ok(())
     }
 
+    /// The simulation of `rollout`, and what drives it.
+    pub(super) fn simulation(
+        &self,
+        rollout: usize,
+        watch: Watch<'_>,
+    ) -> Result<(Simulation<'static>, Driven), Error> {
+        let world = if self.parameters.is_empty() {
+            self.world.clone()
+        } else {
+            varied(self.world, self.parameters, rollout)?
+        };
+        let motion = (self.motion)(&world)?;
+        let driven = Driven::of(self, world.clone());
+        let mut simulation = Simulation::new(world, self.start(rollout), motion)?;
+        for (body, load) in self.loads.iter().enumerate() {
+            simulation.set_load(body, load.clone())?;
+        }
+        simulation.set_index(self.index)?;
+        for (joint, knots) in self.courses {
+            simulation.set_course(*joint, Course::Through(knots.clone()))?;
+        }
+        if let Some(flag) = watch.interrupt {
+            simulation.interrupt_by(Arc::clone(flag));
+        }
+        Ok((simulation, driven))
+    }
+
     /// The states at step 0 of `rollout`.
-    pub(super) fn start(&self, rollout: usize) -> impl Iterator<Item = State> + '_ {
+    fn start(&self, rollout: usize) -> impl Iterator<Item = State> + '_ {
         let states = of(self.starts, 13 * self.bodies(), rollout).chunks_exact(13);
         states.map(|numbers| State::from_vector(&SVector::<f64, 13>::from_column_slice(numbers)))
     }
 
     /// What the controls of `rollout` put on each body in `step`; nothing without controls.
-    pub(super) fn wrenches(
-        &self,
-        rollout: usize,
-        step: usize,
-    ) -> impl Iterator<Item = Wrench> + '_ {
+    fn wrenches(&self, rollout: usize, step: usize) -> impl Iterator<Item = Wrench> + '_ {
         let width = 6 * self.bodies();
         let all = of(self.controls, self.steps * width, rollout);
         let now = if all.is_empty() { all } else { &all[step * width..][..width] };
@@ -129,29 +160,35 @@ impl Batch<'_> {
     }
 }
 
-/// What drives the joints of a rollout in every step: their axes, and which of them have motors.
+/// What drives a rollout in every step: the axes of its joints, and which of them have motors.
 pub(super) struct Driven {
+    /// The rollout's world, with the drives that it began with.
+    own: World,
     axes: Vec<(usize, JointAxis)>,
     motors: Vec<(usize, JointAxis)>,
 }
 
 impl Driven {
-    /// Those of `batch` that differ from step to step.
-    pub(super) fn of(batch: &Batch<'_>) -> Self {
+    /// What differs from step to step in `batch`.
+    fn of(batch: &Batch<'_>, own: World) -> Self {
         let or_none = |of: &[f64], axes: Vec<_>| if of.is_empty() { Vec::new() } else { axes };
         Self {
+            own,
             axes: or_none(batch.joint_forces, batch.world.driven_axes()),
             motors: or_none(batch.motors, batch.world.motors()),
         }
     }
 
-    /// Sets them for `step` of `rollout`, whose world is `own`.
+    /// Sets it for `step` of `rollout`, and the wrenches of its controls.
     pub(super) fn set(
         &self,
-        (batch, own): (&Batch<'_>, &World),
+        batch: &Batch<'_>,
         (rollout, step): (usize, usize),
         simulation: &mut Simulation<'_>,
     ) -> Result<(), Error> {
+        for (body, wrench) in batch.wrenches(rollout, step).enumerate() {
+            simulation.set_wrench(body, wrench)?;
+        }
         let now = |numbers, width: usize| {
             let all: &[f64] = of(numbers, batch.steps * width, rollout);
             if all.is_empty() { all } else { &all[step * width..][..width] }
@@ -162,7 +199,7 @@ impl Driven {
         for (&(joint, axis), force) in
             self.axes.iter().zip(now(batch.joint_forces, self.axes.len()))
         {
-            let force = drive(own, (joint, axis)).force + force;
+            let force = drive(&self.own, (joint, axis)).force + force;
             let set = Drive { force, ..drive(simulation.world(), (joint, axis)) };
             simulation.set_drive(joint, axis, set)?;
         }
@@ -177,7 +214,7 @@ impl Driven {
 }
 
 /// The `width` numbers of `rollout`, or those of all; none of an empty array.
-fn of(numbers: &[f64], width: usize, rollout: usize) -> &[f64] {
+pub(super) fn of(numbers: &[f64], width: usize, rollout: usize) -> &[f64] {
     match numbers.len() {
         0 => numbers,
         length if length == width => numbers,

@@ -52,9 +52,13 @@
 //! [driven](crate::world::World::driven_axes), the last index fastest.
 
 mod batch;
+#[cfg(feature = "save")]
+mod gradient;
 mod run;
 mod varied;
 
 pub use batch::{Batch, Outputs};
+#[cfg(feature = "save")]
+pub use gradient::{Cotangents, Gradients, Noted, gradients};
 pub use run::{Report, RolloutError, Unsolved, Watch, roll_out};
 pub use varied::{Constant, Varied};

@@ -1,9 +1,7 @@
 //! The rollouts themselves, on as many threads as are given.
 
-use super::batch::{Batch, Driven, Outputs};
-use super::varied::varied;
+use super::batch::{Batch, Outputs};
 use crate::error::Error;
-use crate::joint::Course;
 use crate::simulation::{Simulation, StepRecord};
 use crate::step::StepStatus;
 use std::num::NonZeroUsize;
@@ -75,10 +73,27 @@ pub fn roll_out(
     watch: Watch<'_>,
 ) -> Result<Report, RolloutError> {
     batch.check(&outputs).map_err(|error| RolloutError { rollout: None, error })?;
+    let shares = outputs.shares(batch.rollouts);
+    let results = hand_out(shares, batch.rollouts, (threads, watch), |rollout, share, record| {
+        one(batch, rollout, share, record, watch)
+    })?;
+    let mut report = Report::default();
+    results.into_iter().for_each(|part| report.add(part));
+    Ok(report)
+}
+
+/// What `work` makes of each of `count` items, on at most so many threads, in their order. Each thread has a record
+/// of its own.
+pub(super) fn hand_out<S: Send, T: Send>(
+    items: impl Iterator<Item = S> + Send,
+    count: usize,
+    (threads, watch): (NonZeroUsize, Watch<'_>),
+    work: impl Fn(usize, S, &mut StepRecord) -> Result<T, Error> + Sync,
+) -> Result<Vec<T>, RolloutError> {
     let interrupted = || watch.interrupt.is_some_and(|flag| flag.load(Ordering::Relaxed));
     // They are handed out in order. One that is refused ends the handing out, so that those before
     // it have all been begun: the first refusal is the same on any number of threads.
-    let queue = Mutex::new(outputs.shares(batch.rollouts).enumerate());
+    let queue = Mutex::new(items.enumerate());
     let refused = AtomicBool::new(false);
     let work = || {
         let mut found = Vec::new();
@@ -86,7 +101,7 @@ pub fn roll_out(
         while !refused.load(Ordering::Relaxed) && !interrupted() {
             let next = queue.lock().unwrap_or_else(PoisonError::into_inner).next();
             let Some((rollout, share)) = next else { break };
-            let result = one(batch, rollout, share, &mut record, watch);
+            let result = work(rollout, share, &mut record);
             if result.is_err() {
                 refused.store(true, Ordering::Relaxed);
             }
@@ -94,7 +109,7 @@ pub fn roll_out(
         }
         found
     };
-    let helpers = threads.get().min(batch.rollouts) - 1;
+    let helpers = threads.get().min(count) - 1;
     let mut results = thread::scope(|scope| {
         let helpers: Vec<_> = (0..helpers)
             // Where no more threads are to be had, those that run do all the work.
@@ -110,19 +125,18 @@ pub fn roll_out(
         results
     });
     results.sort_unstable_by_key(|(rollout, _)| *rollout);
-    let mut report = Report::default();
-    let complete = results.len() == batch.rollouts;
+    let mut all = Vec::with_capacity(count);
     for (rollout, result) in results {
         match result {
-            Ok(part) => report.add(part),
+            Ok(found) => all.push(found),
             Err(Error::Interrupted) => {}
             Err(error) => return Err(RolloutError { rollout: Some(rollout), error }),
         }
     }
-    if interrupted() || !complete {
+    if interrupted() || all.len() != count {
         return Err(RolloutError { rollout: None, error: Error::Interrupted });
     }
-    Ok(report)
+    Ok(all)
 }
 
 /// One rollout.
@@ -133,33 +147,13 @@ fn one(
     record: &mut StepRecord,
     watch: Watch<'_>,
 ) -> Result<Report, Error> {
-    let world = if batch.parameters.is_empty() {
-        batch.world.clone()
-    } else {
-        varied(batch.world, batch.parameters, rollout)?
-    };
-    let motion = (batch.motion)(&world)?;
-    let (driven, own) = (Driven::of(batch), world.clone());
-    let mut simulation = Simulation::new(world, batch.start(rollout), motion)?;
-    for (body, load) in batch.loads.iter().enumerate() {
-        simulation.set_load(body, load.clone())?;
-    }
-    simulation.set_index(batch.index)?;
-    for (joint, knots) in batch.courses {
-        simulation.set_course(*joint, Course::Through(knots.clone()))?;
-    }
-    if let Some(flag) = watch.interrupt {
-        simulation.interrupt_by(Arc::clone(flag));
-    }
+    let (mut simulation, driven) = batch.simulation(rollout, watch)?;
     let Outputs { states, ends, forces, residuals, statuses } = share;
     let bodies = simulation.states().len();
     let mut report = Report { tempered: vec![0], ..Report::default() };
     let mut counted = 0;
     for step in 0..batch.steps {
-        for (body, wrench) in batch.wrenches(rollout, step).enumerate() {
-            simulation.set_wrench(body, wrench)?;
-        }
-        driven.set((batch, &own), (rollout, step), &mut simulation)?;
+        driven.set(batch, (rollout, step), &mut simulation)?;
         simulation.step(record)?;
         report.count(rollout, step, record);
         if !states.is_empty() {

@@ -70,6 +70,8 @@ pub struct RunGradient {
     pub unknown: u64,
     /// Steps in which shares of forces were [kept](StepDerivative::keeps_shares).
     pub kept: u64,
+    /// Steps that took a [part](StepRecord::restitution_share) of their restitution, which is taken for a constant.
+    pub limited: u64,
 }
 
 impl RunGradient {
@@ -86,18 +88,28 @@ impl RunGradient {
         self.unsolved += u64::from(!is_solved);
         self.unknown += u64::from(derivative.unknown() > 0);
         self.kept += u64::from(derivative.keeps_shares());
+        self.limited += u64::from(record.restitution_share < 1.0);
     }
 }
 
 impl Simulation<'_> {
     /// Runs `run` from where the simulation is and finds the derivatives of the number that it decides. The simulation
-    /// is left at the end of the run.
+    /// is left at the end of the run; after an error where it was.
     ///
     /// # Errors
     /// A step that cannot be posed, is interrupted, or [has no derivative](Simulation::linearise); what `run` itself
     /// refuses; derivatives by other states than one a body.
     pub fn gradient(&mut self, run: &mut Run<'_>) -> Result<RunGradient, Error> {
         let start = self.save();
+        let found = self.differentiated(run, &start);
+        if found.is_err() {
+            self.restore(&start)?;
+        }
+        found
+    }
+
+    /// The derivatives of a run from `start`, where the simulation is.
+    fn differentiated(&mut self, run: &mut Run<'_>, start: &Saved) -> Result<RunGradient, Error> {
         let first = self.index();
         let bodies = self.world().bodies().len();
         let infinite = (f64::INFINITY, first);
@@ -116,7 +128,7 @@ impl Simulation<'_> {
             tape: Vec::new(),
             end: None,
         };
-        backward.go(self, run, (0, run.steps), &start)?;
+        backward.go(self, run, (0, run.steps), start)?;
         backward.add(run, 0, start.states())?;
         if let Some(end) = &backward.end {
             self.restore(end)?;

@@ -11,7 +11,7 @@ simulated raises ``TumbleError``, a ValueError; a step that was not solved is ta
 is named in ``unsolved``.
 """
 
-from ._gradients import Derivatives
+from ._gradients import Derivatives, RolloutDerivatives
 from ._robot import Links, Robot, RobotJoint
 from ._rollout import Rollouts, Unsolved, rollout
 from ._scene import Scene, drop, floating, load
@@ -30,6 +30,7 @@ __all__ = [
     "Picture",
     "Robot",
     "RobotJoint",
+    "RolloutDerivatives",
     "Rollouts",
     "Scene",
     "Simulation",

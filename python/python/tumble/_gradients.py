@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Dict, Iterable, Optional, Tuple
+from typing import TYPE_CHECKING, Any, Dict, Iterable, List, Optional, Tuple
 
 from . import _tumble
 from ._arrays import numbers
@@ -43,6 +43,31 @@ class Derivatives:
     poses: they are taken for fixed in their bodies."""
     kept: int
     """Steps in which shares of forces follow the history."""
+    limited: int
+    """Steps that took a part of their restitution, which is taken for a constant."""
+
+    def __getitem__(self, name: str) -> "Floats":
+        return self.by[name]
+
+
+@dataclass(frozen=True)
+class RolloutDerivatives:
+    """Derivatives of the numbers that B rollouts decide, and what is to be known of each: as in
+    Derivatives, with one more dimension in front."""
+
+    by: Dict[str, "Floats"]
+    """By name: ``states`` (B, N, 12), ``controls`` (B, T, N, 6), and the constants, (B, ...)."""
+    margin: "Floats"
+    """(B,), m/s."""
+    feature_margin: "Floats"
+    """(B,), m/s."""
+    at: "npt.NDArray[np.int64]"
+    """(B, 2)."""
+    unsolved: "npt.NDArray[np.int64]"
+    """(B,), as what follows."""
+    unknown: "npt.NDArray[np.int64]"
+    kept: "npt.NDArray[np.int64]"
+    limited: "npt.NDArray[np.int64]"
 
     def __getitem__(self, name: str) -> "Floats":
         return self.by[name]
@@ -53,7 +78,7 @@ def jacobian(
 ) -> Derivatives:
     """The derivative of one step of ``scene`` from ``states`` (N, 13), by them (N, 12, N, 12), by wrenches
     (N, 12, N, 6) and by the constants named in ``by``, (N, 12) and the constant's own shape."""
-    names = _names(by)
+    names = constant_names(by)
     count = len(scene.bodies)
     pushes = None if wrenches is None else _of_bodies("wrenches", wrenches, (count, 6))
     found = _tumble.jacobian(scene, _states(scene, states), pushes, names)
@@ -72,7 +97,7 @@ def vjp(
     """The derivatives of one number by what a run of ``steps`` began with, where ``cotangents`` (N, 12) are
     its derivatives by the states at the end: by ``states`` (N, 12), by ``controls`` (T, N, 6) and by the constants
     named in ``by``. One pass backwards, however many there are. Without ``steps`` those of the controls, or one."""
-    names = _names(by)
+    names = constant_names(by)
     count = len(scene.bodies)
     pushes = None
     if controls is not None:
@@ -102,13 +127,13 @@ def _states(scene: "Scene", states: Any) -> "Floats":
     return scene.states if states is None else _of_bodies("states", states, (count, 13))
 
 
-def _names(by: Iterable[str]) -> Any:
+def constant_names(by: Iterable[str]) -> List[str]:
+    """The names of constants as a list."""
     if isinstance(by, str):
         raise TypeError(f"by is a word, {by!r}; a list of words is needed")
     return [str(name) for name in by]
 
 
 def _derivatives(found: Any, names: Any) -> Derivatives:
-    ends, arrays, (margin, feature_margin), (unsolved, unknown, kept), at = found
-    by = dict(zip(names, arrays))
-    return Derivatives(ends, by, margin, feature_margin, tuple(at), unsolved, unknown, kept)
+    ends, arrays, (margin, feature_margin), counts, at = found
+    return Derivatives(ends, dict(zip(names, arrays)), margin, feature_margin, tuple(at), *counts)

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import os
 from math import prod
-from typing import TYPE_CHECKING, Any, Dict, List, Mapping, NamedTuple, Optional, Tuple
+from typing import TYPE_CHECKING, Any, Dict, Iterable, List, Mapping, NamedTuple, Optional, Tuple
 
 from ._arrays import apart, numbers, output
 from ._checks import room, whole
+from ._gradients import RolloutDerivatives, constant_names
 from ._progress import Progress, callback
 from ._scene import Scene
+from ._tumble import DIFFERENTIABLE as _DIFFERENTIABLE
 from ._tumble import STATUSES, TumbleError, parameter_shape
 from ._tumble import rollout as _roll_out
+from ._tumble import rollout_gradients as _gradients
 
 if TYPE_CHECKING:
     import numpy as np
@@ -29,17 +32,6 @@ class Unsolved(NamedTuple):
     step: int
     status: str
     residual: float
-
-
-class _Inputs(NamedTuple):
-    """What a batch was made of: arrays of as many rollouts as there are, or of one."""
-
-    scene: Scene
-    starts: "Floats"
-    pushes: Optional["Floats"]
-    values: List[Tuple[str, "Floats"]]
-    is_driven: bool
-    """Whether motors or forces of joints were given for each step."""
 
 
 class _Outputs(NamedTuple):
@@ -64,7 +56,9 @@ class Rollouts(_Outputs):
     """What came of B rollouts of T steps of N bodies. Arrays are numpy's, in C order: torch and jax
     take them without a copy (``torch.from_dlpack``, ``jax.dlpack.from_dlpack``)."""
 
-    _inputs: _Inputs
+    gradients: Optional[RolloutDerivatives] = None
+    """The derivatives that were asked for."""
+    _batch: "Batch"
 
     def trajectory(self, index: int) -> "Trajectory":
         """One rollout as a trajectory, with its contacts: it is simulated again, to the same bits.
@@ -74,8 +68,8 @@ class Rollouts(_Outputs):
         """
         rollouts, steps = self.status.shape
         index = whole("index", index, 0, rollouts - 1)
-        scene, starts, pushes, values, is_driven = self._inputs
-        if is_driven:
+        scene, _, _, starts, pushes, motors, joint_forces, values = self._batch
+        if motors is not None or joint_forces is not None:
             raise TumbleError(
                 "trajectory: motors or joint_forces drove the rollouts from step to step, which no scene says; "
                 "states and forces have their numbers"
@@ -106,6 +100,8 @@ def rollout(
     parameters: Optional[Mapping[str, Any]] = None,
     threads: Optional[int] = None,
     out: Optional[Mapping[str, Any]] = None,
+    gradients: Any = None,
+    by: Optional[Iterable[str]] = None,
     progress: Progress = False,
 ) -> Rollouts:
     """Simulates a scene of N bodies B times over T steps, on all cores.
@@ -129,6 +125,11 @@ def rollout(
         ``motor_damping`` and ``motor_most`` (B, M), ``anchor`` (B, J, 2, 3).
     :param threads: at most so many; all cores without.
     :param out: arrays to write to, by name: ``states``, ``forces``, ``residuals``, ``status``.
+    :param gradients: the derivatives of a number that each rollout decides by its states after each step,
+        (B, T, N, 12) or (1, T, N, 12), or by those at its end, (B, N, 12) or (1, N, 12); or a function that makes them of
+        ``states``, (B, T, N, 13). What comes of it is ``Rollouts.gradients``: the derivatives by the initial states, by
+        controls and by constants, one pass backwards through each rollout.
+    :param by: the constants to differentiate by; without, those of ``parameters`` that have derivatives.
     :param progress: called with steps done and all steps; True writes them to stderr.
     :raises MemoryError: for arrays of more bytes than the machine has.
     :raises TumbleError: for arrays of a wrong shape or dtype or with NaN, by name, and for the
@@ -136,11 +137,127 @@ def rollout(
     """
     import numpy as np
 
-    for name, given in (("parameters", parameters), ("out", out)):
-        if given is not None and not isinstance(given, Mapping):
-            raise TypeError(
-                f"{name} is {type(given).__name__}; a dictionary of arrays by name is needed"
-            )
+    if out is not None and not isinstance(out, Mapping):
+        raise TypeError(f"out is {type(out).__name__}; a dictionary of arrays by name is needed")
+    if gradients is None and by is not None:
+        raise TypeError("by is given without gradients")
+    batch = batch_of(scene, initial_states, controls, motors, joint_forces, steps, parameters)
+    rollouts, length, bodies = batch.rollouts, batch.steps, len(scene.bodies)
+    shapes = {
+        "states": ((rollouts, length, bodies, 13), "float64"),
+        "forces": ((rollouts, length, bodies, 3), "float64"),
+        "residuals": ((rollouts, length), "float64"),
+        "status": ((rollouts, length), "uint8"),
+    }
+    wanted = {}
+    for name, array in (out or {}).items():
+        if name not in shapes:
+            raise TumbleError(f"out: {name!r} is none; there are {', '.join(shapes)}")
+        wanted[name] = output(name, array, *shapes[name])
+    apart(wanted, batch.arrays())
+    missing = {name: sizes for name, sizes in shapes.items() if name not in wanted}
+    room(
+        f"the arrays of {rollouts} rollouts of {length} steps",
+        sum(prod(shape) * np.dtype(dtype).itemsize for shape, dtype in missing.values()),
+    )
+    made = {name: np.empty(shape, dtype) for name, (shape, dtype) in missing.items()}
+    arrays: Dict[str, Any] = {**wanted, **made}
+    threads = _threads(threads)
+    counts, tempered, unsolved = _roll_out(
+        batch.inputs(),
+        threads,
+        arrays["states"],
+        None,
+        arrays["forces"],
+        arrays["residuals"],
+        arrays["status"],
+        callback(progress),
+    )
+    done = Rollouts(
+        arrays["states"],
+        arrays["forces"],
+        arrays["residuals"],
+        arrays["status"],
+        [Unsolved(*step) for step in unsolved],
+        tempered,
+        dict(zip(STATUSES, counts)),
+    )
+    done._batch = batch
+    if gradients is not None:
+        duals = gradients(done.states) if callable(gradients) else gradients
+        done.gradients = batch.gradients(duals, by, threads)
+    return done
+
+
+class Batch(NamedTuple):
+    """What B rollouts are made of: arrays of as many rollouts as there are, or of one."""
+
+    scene: Scene
+    rollouts: int
+    steps: int
+    starts: "Floats"
+    controls: Optional["Floats"]
+    motors: Optional["Floats"]
+    joint_forces: Optional["Floats"]
+    values: List[Tuple[str, "Floats"]]
+
+    def inputs(self) -> Any:
+        """In the order of the compiled module."""
+        scene, rollouts, length, *arrays = self
+        return (scene, rollouts, length, *arrays)
+
+    def arrays(self) -> Dict[str, "Floats"]:
+        """All of them by name."""
+        given = {"controls": self.controls, "motors": self.motors, "joint_forces": self.joint_forces}
+        return {
+            **{f"parameters[{name!r}]": value for name, value in self.values},
+            "initial_states": self.starts,
+            **{name: array for name, array in given.items() if array is not None},
+        }
+
+    def gradients(
+        self, duals: Any, by: Optional[Iterable[str]], threads: Optional[int]
+    ) -> RolloutDerivatives:
+        """The derivatives where those by the states are ``duals``."""
+        import numpy as np
+
+        bodies = len(self.scene.bodies)
+        shapes: List[Any] = []
+        for count in {1, self.rollouts}:
+            shapes += [(count, self.steps, bodies, 12), (count, bodies, 12)]
+        array = numbers("gradients", duals, *shapes)
+        given = [name for name, _ in self.values if name in _DIFFERENTIABLE]
+        names = given if by is None else constant_names(by)
+        room("the derivatives by controls", 48 * self.rollouts * self.steps * bodies)
+        found, noted = _gradients(self.inputs(), _threads(threads), array, array.ndim == 3, names)
+        margins, at, counts = (np.array(of) for of in zip(*noted))
+        unsolved, unknown, kept, limited = counts.T
+        return RolloutDerivatives(
+            dict(zip(("states", "controls", *names), found)),
+            margins[:, 0],
+            margins[:, 1],
+            at,
+            unsolved,
+            unknown,
+            kept,
+            limited,
+        )
+
+
+def batch_of(
+    scene: Scene,
+    initial_states: Any,
+    controls: Any,
+    motors: Any,
+    joint_forces: Any,
+    steps: Optional[int],
+    parameters: Optional[Mapping[str, Any]],
+) -> Batch:
+    """A batch of what a caller gave, if it is one."""
+    if parameters is not None and not isinstance(parameters, Mapping):
+        raise TypeError(
+            f"parameters is {type(parameters).__name__}; a dictionary of arrays by name is needed"
+        )
     bodies = len(scene.bodies)
     starts = _starts(scene, initial_states, bodies)
     pushes = None if controls is None else _controls(controls, bodies)
@@ -165,62 +282,16 @@ def rollout(
                 f"parameters[{name!r}] has {len(value)} values; {rollouts}, one a rollout, are "
                 "needed"
             )
-    shapes = {
-        "states": ((rollouts, length, bodies, 13), "float64"),
-        "forces": ((rollouts, length, bodies, 3), "float64"),
-        "residuals": ((rollouts, length), "float64"),
-        "status": ((rollouts, length), "uint8"),
-    }
-    wanted = {}
-    for name, array in (out or {}).items():
-        if name not in shapes:
-            raise TumbleError(f"out: {name!r} is none; there are {', '.join(shapes)}")
-        wanted[name] = output(name, array, *shapes[name])
-    inputs = {f"parameters[{name!r}]": value for name, value in values}
-    inputs["initial_states"] = starts
-    inputs.update(timed)
-    apart(wanted, inputs)
-    missing = {name: sizes for name, sizes in shapes.items() if name not in wanted}
-    room(
-        f"the arrays of {rollouts} rollouts of {length} steps",
-        sum(prod(shape) * np.dtype(dtype).itemsize for shape, dtype in missing.values()),
+    return Batch(
+        scene, rollouts, length, starts, pushes, given["motors"], given["joint_forces"], values
     )
-    made = {name: np.empty(shape, dtype) for name, (shape, dtype) in missing.items()}
-    arrays: Dict[str, Any] = {**wanted, **made}
-    if threads is None:
-        threads = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 0
-        threads = threads or os.cpu_count() or 1
-    else:
-        threads = whole("threads", threads, 1)
-    counts, tempered, unsolved = _roll_out(
-        scene,
-        rollouts,
-        length,
-        starts,
-        pushes,
-        given["motors"],
-        given["joint_forces"],
-        values,
-        threads,
-        arrays["states"],
-        None,
-        arrays["forces"],
-        arrays["residuals"],
-        arrays["status"],
-        callback(progress),
-    )
-    made_of = _Inputs(scene, starts, pushes, values, len(timed) > (pushes is not None))
-    done = Rollouts(
-        arrays["states"],
-        arrays["forces"],
-        arrays["residuals"],
-        arrays["status"],
-        [Unsolved(*step) for step in unsolved],
-        tempered,
-        dict(zip(STATUSES, counts)),
-    )
-    done._inputs = made_of
-    return done
+
+
+def _threads(threads: Optional[int]) -> int:
+    if threads is not None:
+        return whole("threads", threads, 1)
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 0
+    return cores or os.cpu_count() or 1
 
 
 def _starts(scene: Scene, states: Any, bodies: int) -> "Floats":

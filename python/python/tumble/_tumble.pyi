@@ -12,6 +12,7 @@ __version__: str
 has_ipopt: bool
 STATUSES: List[str]
 PARAMETERS: List[str]
+DIFFERENTIABLE: List[str]
 
 class TumbleError(ValueError): ...
 
@@ -218,15 +219,20 @@ class Recording:
     def page(self, other: Optional[Recording] = None) -> str: ...
     def __len__(self) -> int: ...
 
+# Scene, B, T, starts, controls, motors, forces of joints, constants by name.
+_Inputs = Tuple[
+    CoreScene,
+    int,
+    int,
+    Floats,
+    Optional[Floats],
+    Optional[Floats],
+    Optional[Floats],
+    Sequence[Tuple[str, Floats]],
+]
+
 def rollout(
-    scene: CoreScene,
-    rollouts: int,
-    steps: int,
-    starts: Floats,
-    controls: Optional[Floats],
-    motors: Optional[Floats],
-    joint_forces: Optional[Floats],
-    parameters: Sequence[Tuple[str, Floats]],
+    inputs: _Inputs,
     threads: int,
     states: Optional[Floats],
     ends: Optional[Floats],
@@ -235,6 +241,9 @@ def rollout(
     statuses: Optional[npt.NDArray[np.uint8]],
     progress: Progress,
 ) -> Tuple[List[int], List[int], List[Tuple[int, int, str, float]]]: ...
+def rollout_gradients(
+    inputs: _Inputs, threads: int, cotangents: Floats, of_ends: bool, by: List[str]
+) -> Tuple[List[Floats], List[Tuple[List[float], List[int], List[int]]]]: ...
 def parameter_shape(name: str, scene: CoreScene) -> List[int]: ...
 
 _Derivatives = Tuple[Floats, List[Floats], List[float], List[int], List[int]]

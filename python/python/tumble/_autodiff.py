@@ -1,0 +1,85 @@
+"""What the wrappers for torch and jax share: rollouts as a function of arrays, and its product with cotangents."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Dict, List, Mapping, Optional
+
+from ._rollout import batch_of, rollout
+from ._tumble import DIFFERENTIABLE, TumbleError
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
+    from ._scene import Scene
+
+    Floats = npt.NDArray[np.float64]
+
+
+def names_of(initial_states: Any, controls: Any, parameters: Optional[Mapping[str, Any]]) -> List[str]:
+    """The names of the arrays that are given, in the order in which the wrappers pass them on."""
+    for name in parameters or {}:
+        if name not in DIFFERENTIABLE:
+            raise TumbleError(f"parameters: there is no derivative by {name!r}; there are {', '.join(DIFFERENTIABLE)}")
+    given = [("initial_states", initial_states), ("controls", controls)]
+    return [name for name, array in given if array is not None] + list(parameters or {})
+
+
+class Differentiable:
+    """Rollouts of a scene as a function of arrays, by name."""
+
+    def __init__(self, scene: "Scene", steps: Optional[int], threads: Optional[int]):
+        self.scene, self.steps, self.threads = scene, steps, threads
+
+    def _arguments(self, arrays: Mapping[str, Any]) -> Dict[str, Any]:
+        own = dict(arrays)
+        return {
+            "initial_states": own.pop("initial_states", None),
+            "controls": own.pop("controls", None),
+            "steps": self.steps,
+            "parameters": own,
+        }
+
+    def shape(self, arrays: Mapping[str, Any]) -> Any:
+        """That of the states, (B, T, N, 13)."""
+        batch = batch_of(self.scene, motors=None, joint_forces=None, **self._arguments(arrays))
+        return batch.rollouts, batch.steps, len(self.scene.bodies), 13
+
+    def states(self, arrays: Mapping[str, Any]) -> "Floats":
+        """The states after each step."""
+        return rollout(self.scene, **self._arguments(arrays), threads=self.threads).states
+
+    def pull(self, arrays: Mapping[str, Any], states: "Floats", by_states: "Floats") -> Dict[str, "Floats"]:
+        """The derivatives by each of the arrays, in its shape, where those by ``states`` are ``by_states``."""
+        import numpy as np
+
+        batch = batch_of(self.scene, motors=None, joint_forces=None, **self._arguments(arrays))
+        duals = np.concatenate(
+            [
+                by_states[..., :3],
+                0.5 * np.einsum("...ij,...i->...j", _turning(states[..., 3:7]), by_states[..., 3:7]),
+                by_states[..., 7:],
+            ],
+            axis=-1,
+        )
+        found = batch.gradients(duals, None, self.threads).by
+        start = found.pop("states")
+        turning = _turning(np.broadcast_to(batch.starts, (batch.rollouts, *batch.starts.shape[1:]))[..., 3:7])
+        by_attitude = 2.0 * np.einsum("...ij,...j->...i", turning, start[..., 3:6])
+        found["initial_states"] = np.concatenate([start[..., :3], by_attitude, start[..., 6:]], axis=-1)
+        of_array = {}
+        for name, array in arrays.items():
+            by, shape = found[name], np.shape(array)
+            # One start or one list of controls for all rollouts moves all of them.
+            by = by.sum(axis=0, keepdims=True) if shape[0] == 1 and len(by) > 1 else by
+            of_array[name] = by.reshape(shape)
+        return of_array
+
+
+def _turning(attitudes: "Floats") -> "Floats":
+    """L(q) H, (..., 4, 3): an attitude changes by half of it times a turn in the body's axes."""
+    import numpy as np
+
+    w, x, y, z = np.moveaxis(attitudes, -1, 0)
+    rows = [[-x, -y, -z], [w, -z, y], [z, w, -x], [-y, x, w]]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)

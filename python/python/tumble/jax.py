@@ -1,0 +1,71 @@
+"""Rollouts as a function that jax differentiates: ``tumble.jax.rollout``. Needs jax, which stays optional.
+
+    >>> import jax, tumble.jax
+    >>> jax.config.update("jax_enable_x64", True)
+    >>> def far(friction):
+    ...     return tumble.jax.rollout(scene, steps=100, parameters={"friction": friction})[0, -1, 0, 0]
+    >>> jax.grad(far)(jax.numpy.array([0.3]))
+
+Backwards alone (``jax.grad``, ``jax.vjp``), under ``jax.jit`` too. Derivatives are exact, and say nothing beyond the next
+kink: docs/gradients.md. Without ``jax_enable_x64`` jax rounds all numbers to single precision.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Mapping, Optional
+
+from ._autodiff import Differentiable, names_of
+
+try:
+    import jax
+except ImportError as error:
+    raise ImportError("tumble.jax needs jax; install it with pip install jax") from error
+
+if TYPE_CHECKING:
+    from ._scene import Scene
+
+
+def rollout(
+    scene: "Scene",
+    initial_states: Any = None,
+    controls: Any = None,
+    *,
+    steps: Optional[int] = None,
+    parameters: Optional[Mapping[str, Any]] = None,
+    threads: Optional[int] = None,
+) -> Any:
+    """The states after each step, (B, T, N, 13), as a differentiable function of arrays: arguments are those of
+    ``tumble.rollout``. An attitude's derivative is along the unit quaternions.
+
+    :raises TumbleError: as ``tumble.rollout``, and for parameters that there is no derivative by; of numbers, jax
+        raises it as an error of its own where it comes from a compiled function.
+    """
+    import numpy as np
+
+    of = Differentiable(scene, steps, threads)
+    names = names_of(initial_states, controls, parameters)
+    given = {"initial_states": initial_states, "controls": controls, **(parameters or {})}
+    operands = {name: jax.numpy.asarray(given[name], float) for name in names}
+    doubles = lambda arrays: {name: np.asarray(array, np.float64) for name, array in arrays.items()}
+
+    def states(arrays: Any) -> Any:
+        shape = of.shape({name: np.zeros(array.shape) for name, array in arrays.items()})
+        found = jax.ShapeDtypeStruct(shape, jax.numpy.zeros(0).dtype)
+        return jax.pure_callback(lambda a: of.states(doubles(a)).astype(found.dtype), found, arrays)
+
+    def pull(arrays: Any, states: Any, by_states: Any) -> Any:
+        found = of.pull(doubles(arrays), np.asarray(states, np.float64), np.asarray(by_states, np.float64))
+        return {name: by.astype(arrays[name].dtype) for name, by in found.items()}
+
+    def backward(kept: Any, by_states: Any) -> Any:
+        arrays, ends = kept
+        like = {name: jax.ShapeDtypeStruct(array.shape, array.dtype) for name, array in arrays.items()}
+        return (jax.pure_callback(pull, like, arrays, ends, by_states),)
+
+    def forward(arrays: Any) -> Any:
+        ends = states(arrays)
+        return ends, (arrays, ends)
+
+    differentiable = jax.custom_vjp(states)
+    differentiable.defvjp(forward, backward)
+    return differentiable(operands)

@@ -1,0 +1,66 @@
+"""Rollouts as a function that torch differentiates: ``tumble.torch.rollout``. Needs torch, which stays optional.
+
+    >>> import torch, tumble.torch
+    >>> friction = torch.tensor([0.3], dtype=torch.float64, requires_grad=True)
+    >>> states = tumble.torch.rollout(scene, steps=100, parameters={"friction": friction})
+    >>> states[0, -1, 0, 0].backward()
+    >>> friction.grad
+
+Derivatives are exact, and say nothing beyond the next kink: docs/gradients.md.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Mapping, Optional
+
+from ._autodiff import Differentiable, names_of
+
+try:
+    import torch
+except ImportError as error:
+    raise ImportError("tumble.torch needs torch; install it with pip install torch") from error
+
+if TYPE_CHECKING:
+    from ._scene import Scene
+
+
+class _Rollout(torch.autograd.Function):
+    @staticmethod
+    def forward(ctx: Any, of: Differentiable, names: Any, *tensors: Any) -> Any:
+        arrays = {name: tensor.detach().cpu().numpy() for name, tensor in zip(names, tensors)}
+        states = torch.from_numpy(of.states(arrays))
+        ctx.of, ctx.names = of, names
+        ctx.save_for_backward(states, *tensors)
+        return states
+
+    @staticmethod
+    @torch.autograd.function.once_differentiable
+    def backward(ctx: Any, by_states: Any) -> Any:
+        states, *tensors = ctx.saved_tensors
+        arrays = {name: tensor.detach().cpu().numpy() for name, tensor in zip(ctx.names, tensors)}
+        found = ctx.of.pull(arrays, states.numpy(), by_states.detach().cpu().numpy())
+        gradients = [
+            torch.tensor(found[name], dtype=tensor.dtype, device=tensor.device)
+            for name, tensor in zip(ctx.names, tensors)
+        ]
+        return (None, None, *gradients)
+
+
+def rollout(
+    scene: "Scene",
+    initial_states: Any = None,
+    controls: Any = None,
+    *,
+    steps: Optional[int] = None,
+    parameters: Optional[Mapping[str, Any]] = None,
+    threads: Optional[int] = None,
+) -> Any:
+    """The states after each step, a tensor (B, T, N, 13) of float64 on the CPU, as a differentiable function of tensors:
+    arguments are those of ``tumble.rollout``. An attitude's derivative is along the unit quaternions.
+
+    :raises TumbleError: as ``tumble.rollout``, and for parameters that there is no derivative by.
+    """
+    names = names_of(initial_states, controls, parameters)
+    given = {"initial_states": initial_states, "controls": controls, **(parameters or {})}
+    tensors = [torch.as_tensor(given[name]) for name in names]
+    return _Rollout.apply(Differentiable(scene, steps, threads), names, *tensors)

@@ -1,0 +1,157 @@
+//! Derivatives of what a batch of rollouts decides: one pass backwards through each, on all threads.
+//!
+//! Each is [`Simulation::gradient`](crate::simulation::Simulation::gradient) of its rollout; what is said there holds here.
+
+use super::batch::{Batch, of};
+use super::run::{RolloutError, Watch, hand_out};
+use crate::derivative::StateChange;
+use crate::error::Error;
+use crate::mechanics::{State, Wrench};
+use crate::simulation::{Checkpoints, Run, RunGradient, Simulation};
+use crate::world::Constant;
+use std::num::NonZeroUsize;
+
+/// Derivatives of a number that each rollout decides, by its states: twelve a body, see [`StateChange`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Cotangents<'a> {
+    /// By the states after the last step: (B or 1, N, 12).
+    Ends(&'a [f64]),
+    /// By the states after each step: (B or 1, T, N, 12).
+    States(&'a [f64]),
+}
+
+/// Derivatives of the number of each rollout.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Gradients {
+    /// By the starts: (B, N, 12).
+    pub starts: Vec<f64>,
+    /// By the wrenches of every step, whether there were controls or not: (B, T, N, 6).
+    pub controls: Vec<f64>,
+    /// By the constants that were asked for, in their order: B times the numbers of one world. By a mass where
+    /// inertias are [varied](Batch::parameters) too: with these held.
+    pub constants: Vec<Vec<f64>>,
+    /// What is to be known of each rollout.
+    pub noted: Vec<Noted>,
+}
+
+/// What is to be known of the derivatives of a rollout: see [`RunGradient`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Noted {
+    /// The smallest margin, m/s, and its step.
+    pub margin: (f64, u64),
+    /// The same of features.
+    pub feature_margin: (f64, u64),
+    /// Steps that failed or are wild.
+    pub unsolved: u64,
+    /// Steps with features that are not known as functions of the poses.
+    pub unknown: u64,
+    /// Steps that kept shares of forces.
+    pub kept: u64,
+    /// Steps that took a part of their restitution.
+    pub limited: u64,
+}
+
+/// The derivatives of the numbers that the rollouts of `batch` decide, by what they start from, by wrenches in every step,
+/// and by the constants named in `by`, on at most `threads` threads; the same numbers on any. Each thread holds
+/// the derivatives of up to 300 steps at a time, and up to 300 saved simulations.
+///
+/// # Errors
+/// Arrays that do not have the lengths that [`Batch`] and [`Cotangents`] name; a constant without a
+/// [derivative](Constant::has_derivative); the first rollout, by its index, that is refused or has no derivative;
+/// [`Error::Interrupted`].
+pub fn gradients(
+    batch: &Batch<'_>,
+    cotangents: Cotangents<'_>,
+    by: &[Constant],
+    threads: NonZeroUsize,
+    watch: Watch<'_>,
+) -> Result<Gradients, RolloutError> {
+    let of_all = |error| RolloutError { rollout: None, error };
+    check(batch, cotangents).map_err(of_all)?;
+    let rollouts = 0..batch.rollouts;
+    let found = hand_out(rollouts, batch.rollouts, (threads, watch), |rollout, _, _| {
+        one(batch, cotangents, by, (rollout, watch))
+    })?;
+    let mut all = Gradients { constants: vec![Vec::new(); by.len()], ..Gradients::default() };
+    for found in found {
+        all.starts.extend(found.states.iter().flat_map(StateChange::to_array));
+        all.controls.extend(found.wrenches.iter().flatten().flat_map(six));
+        all.constants.iter_mut().zip(&found.constants).for_each(|(all, own)| all.extend(own));
+        let RunGradient { margin, feature_margin, unsolved, unknown, kept, limited, .. } = found;
+        all.noted.push(Noted { margin, feature_margin, unsolved, unknown, kept, limited });
+    }
+    Ok(all)
+}
+
+fn six(wrench: &Wrench) -> [f64; 6] {
+    let Wrench { force, torque } = wrench;
+    [force[0], force[1], force[2], torque[0], torque[1], torque[2]]
+}
+
+fn check(batch: &Batch<'_>, cotangents: Cotangents<'_>) -> Result<(), Error> {
+    batch.check(&super::Outputs::default())?;
+    let (numbers, width, allowed) = match cotangents {
+        Cotangents::Ends(numbers) => (numbers, batch.change_width(), "(B or 1, N, 12)"),
+        Cotangents::States(numbers) => {
+            let width = batch.change_width().checked_mul(batch.steps);
+            (numbers, width.unwrap_or(usize::MAX), "(B or 1, T, N, 12)")
+        }
+    };
+    let count = numbers.len();
+    let fits = count == width || Some(count) == width.checked_mul(batch.rollouts);
+    let field = "numbers in the cotangents";
+    if fits { Ok(()) } else { Err(Error::Count { field, count, allowed }) }
+}
+
+/// The derivatives of one rollout.
+fn one(
+    batch: &Batch<'_>,
+    cotangents: Cotangents<'_>,
+    by: &[Constant],
+    (rollout, watch): (usize, Watch<'_>),
+) -> Result<RunGradient, Error> {
+    let (mut simulation, driven) = batch.simulation(rollout, watch)?;
+    let (width, steps) = (batch.change_width(), batch.steps as u64);
+    let changes = |numbers: &[f64]| {
+        let each = numbers.chunks_exact(StateChange::LEN);
+        let change = |twelve: &[f64]| StateChange::from_array(&std::array::from_fn(|k| twelve[k]));
+        each.map(change).collect()
+    };
+    let mut by_states = |k: u64, _: &[State]| match cotangents {
+        Cotangents::Ends(all) => (k == steps).then(|| changes(of(all, width, rollout))),
+        Cotangents::States(all) => (k > 0).then(|| {
+            let of_rollout = of(all, width * batch.steps, rollout);
+            changes(&of_rollout[(k as usize - 1) * width..][..width])
+        }),
+    };
+    let mut before = |simulation: &mut Simulation<'_>| {
+        let step = (simulation.index() - batch.index) as usize;
+        driven.set(batch, (rollout, step), simulation)
+    };
+    // By a mass with its inertia, where both are varied, goes the part by the inertia too.
+    let is_varied = |constant| batch.parameters.iter().any(|given| given.constant == constant);
+    let held = is_varied(Constant::Inertia) && by.contains(&Constant::Mass);
+    let asked: Vec<Constant> =
+        by.iter().copied().chain(held.then_some(Constant::Inertia)).collect();
+    let mut run = Run {
+        steps,
+        before: &mut before,
+        by_states: &mut by_states,
+        constants: &asked,
+        checkpoints: Checkpoints::default(),
+    };
+    let mut found = simulation.gradient(&mut run)?;
+    if let Some(by_inertia) = held.then(|| found.constants.pop()).flatten() {
+        let bodies = simulation.world().bodies();
+        let masses = by.iter().zip(&mut found.constants).filter(|(by, _)| **by == Constant::Mass);
+        for (_, by_mass) in masses {
+            for (body, by_mass) in by_mass.iter_mut().enumerate() {
+                // Symmetric: its columns are its rows.
+                let own = bodies[body].inertia() / bodies[body].mass();
+                let carried = own.iter().zip(&by_inertia[9 * body..]);
+                *by_mass -= carried.map(|(own, by)| own * by).sum::<f64>();
+            }
+        }
+    }
+    Ok(found)
+}
