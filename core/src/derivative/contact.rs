@@ -10,7 +10,7 @@ use crate::contact::curved::{Core, Reach, shortest_way};
 use crate::contact::{Contact, Curved, Partner};
 use crate::mechanics::State;
 use crate::world::World;
-use nalgebra::{Matrix2, Vector2, Vector3};
+use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
 /// How the rows of a contact change at fixed V⁺.
 #[derive(Debug, Clone, Copy)]
@@ -33,10 +33,43 @@ pub(crate) struct ContactTangent {
     room: f64,
     a: Side,
     b: Side,
+    /// Of a point against a plane, what no change has a part in.
+    way: Way,
     /// u, m/s, world, with all that the law speaks of.
     motion: Vector3<f64>,
     /// Where it bounces and the rebound is what counts.
     rebound: Option<Rebound>,
+}
+
+/// The way of a contact's point over a step: m, world.
+#[derive(Debug, Clone, Copy)]
+struct Way {
+    /// A_A a at k and at k+1.
+    arm: Vector3<f64>,
+    arm_end: Vector3<f64>,
+    /// s, and A_B A_B⁺ᵀ.
+    seen: Vector3<f64>,
+    back: Matrix3<f64>,
+    /// s⁺, its way as B sees it, and that with the gap.
+    end: Vector3<f64>,
+    travelled: Vector3<f64>,
+    length: Vector3<f64>,
+    /// A_A ω_A − A_B ω_B, rad/s.
+    spin: Vector3<f64>,
+}
+
+impl Way {
+    fn new(contact: &Contact, (a, b): (&Side, &Side), h: f64) -> Self {
+        let point = contact.features.point;
+        let (arm, arm_end) = (a.rotation * point, a.turned * point);
+        let seen = a.origin + arm - b.origin;
+        let end = seen + (a.linear - b.linear) * h + arm_end - arm;
+        let back = b.rotation * b.turned.transpose();
+        let travelled = back * end - seen;
+        let length = travelled + contact.normal() * contact.gap;
+        let spin = a.spin_world - b.spin_world;
+        Self { arm, arm_end, seen, back, end, travelled, length, spin }
+    }
 }
 
 /// The row of a rebound.
@@ -91,7 +124,8 @@ impl ContactTangent {
         let left = contact.normal().dot(&motion);
         let share = contact.rebound / coming;
         let rebound = counts.then_some(Rebound { plain, share, coming, left });
-        Self { contact: *contact, time_step: h, placement, room, a, b, motion, rebound }
+        let way = Way::new(contact, (&a, &b), h);
+        Self { contact: *contact, time_step: h, placement, room, a, b, way, motion, rebound }
     }
 
     /// u, m/s, world.
@@ -209,31 +243,26 @@ impl ContactTangent {
         let FeatureChange { point: moved, radius: wider, normal, offset } = features;
         let Contact { gap, features: own, .. } = &self.contact;
         let (n, rho) = (self.contact.normal(), own.radius);
-        let (arm, arm_end) = (a.rotation * own.point, a.turned * own.point);
-        let s = a.origin + arm - b.origin;
-        let s_end = s + (a.linear - b.linear) * h + arm_end - arm;
-        let turned = of_b.turn.cross(&n) + b.rotation * normal;
+        let Way { arm, arm_end, seen, back, end, travelled, length, spin } = &self.way;
+        let normal = b.rotation * normal;
+        let turned = of_b.turn.cross(&n) + normal;
         let apart = of_a.position - of_b.position;
-        let arm_change = of_a.turn.cross(&arm) + a.rotation * moved;
+        let arm_change = of_a.turn.cross(arm) + a.rotation * moved;
         let s_change = apart + arm_change;
         let (turn_a, turn_b) = (of_a.turn + a.rate * time_step, of_b.turn + b.rate * time_step);
         let s_end_change =
-            apart + (a.linear - b.linear) * time_step + turn_a.cross(&arm_end) + a.turned * moved;
+            apart + (a.linear - b.linear) * time_step + turn_a.cross(arm_end) + a.turned * moved;
         // Seen from B: A_B w, and A_B w⁺.
-        let back = b.rotation * b.turned.transpose();
-        let (seen, seen_end) = (s, back * s_end);
-        let seen_change = s_change - of_b.turn.cross(&s);
-        let seen_end_change = back * (s_end_change - turn_b.cross(&s_end));
-        let way = seen_end - seen;
-        let gap_change = (b.rotation * normal).dot(&seen) + n.dot(&seen_change) - offset - wider;
-        let length = way + n * *gap;
-        let length_change =
-            of_b.turn.cross(&way) + seen_end_change - seen_change + turned * *gap + n * gap_change;
-        let relative = a.spin_world - b.spin_world;
-        let relative_change = of_a.turn.cross(&a.spin_world) - of_b.turn.cross(&b.spin_world);
+        let seen_change = s_change - of_b.turn.cross(seen);
+        let seen_end_change = back * (s_end_change - turn_b.cross(end));
+        let gap_change = normal.dot(seen) + n.dot(&seen_change) - offset - wider;
+        let length_change = of_b.turn.cross(travelled) + seen_end_change - seen_change
+            + turned * *gap
+            + n * gap_change;
+        let spin_change = of_a.turn.cross(&a.spin_world) - of_b.turn.cross(&b.spin_world);
         let motion = (length_change - length * (time_step / h)) / h
-            - (relative_change * rho + relative * wider).cross(&n)
-            - (relative * rho).cross(&turned);
+            - (spin_change * rho + spin * wider).cross(&n)
+            - (spin * rho).cross(&turned);
         let beyond = arm_change - turned * rho - n * wider;
         RowChange { motion, turn: n.cross(&turned), arms: [beyond, apart + beyond] }
     }

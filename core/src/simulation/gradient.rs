@@ -31,6 +31,9 @@ impl Default for Checkpoints {
     }
 }
 
+/// Derivatives of so few steps at a time are as fast as any number, and their memory stays near.
+const FEW: u64 = 16;
+
 /// Derivatives of a number by the states after so many steps.
 pub type ByStates<'f> = dyn FnMut(u64, &[State]) -> Option<Vec<StateChange>> + 'f;
 
@@ -113,10 +116,11 @@ impl Simulation<'_> {
         let first = self.index();
         let bodies = self.world().bodies().len();
         let infinite = (f64::INFINITY, first);
+        let saved = run.checkpoints.saved.max(2) as u64;
         let mut backward = Backward {
             first,
-            stretch: run.checkpoints.steps.max(1) as u64,
-            saved: run.checkpoints.saved.max(2) as u64,
+            stretch: run.steps.div_ceil(saved).max(FEW).min(run.checkpoints.steps.max(1) as u64),
+            saved,
             dual: vec![StateChange::zero(); bodies],
             found: RunGradient {
                 constants: run.constants.iter().map(|c| vec![0.0; c.width(self.world())]).collect(),

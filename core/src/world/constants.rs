@@ -162,7 +162,14 @@ impl Constant {
     /// How many numbers it has in `world`.
     #[must_use]
     pub fn width(self, world: &World) -> usize {
-        self.shape(world).iter().product()
+        let bodies = world.bodies().len();
+        match self {
+            Self::Friction | Self::Restitution | Self::Ground | Self::TimeStep => 1,
+            Self::Mass | Self::Size | Self::Radius => bodies,
+            Self::Inertia => 9 * bodies,
+            Self::Gravity => 3,
+            of_joints => of_joints.joint_shape(world).iter().product(),
+        }
     }
 
     /// Its numbers in `world`: those with which [`World::with_constants`] changes nothing. Of points

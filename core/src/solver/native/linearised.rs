@@ -24,7 +24,7 @@ use super::islands::{IslandView, Islands, Marked};
 use crate::contact::Contact;
 use crate::derivative::{EndMap, StateChange, nearest_unseen};
 use crate::error::Error;
-use crate::mechanics::Wrench;
+use crate::mechanics::{State, Wrench};
 use crate::step::{Step, StepSolution};
 use crate::world::Constant;
 use constants::{Constants, Shape};
@@ -62,8 +62,14 @@ pub struct StepDerivative {
     /// X⁺ by X, V⁺ and h of every body; `None` of one that is held.
     ends: Vec<Option<EndMap>>,
     shapes: Vec<Shape>,
-    /// How many numbers each constant has, in the order of [`Constant::ALL`].
-    widths: Vec<usize>,
+    /// How many numbers each constant of the bodies has, in the order of [`Constant::ALL`].
+    widths: [usize; Constant::ALL.len()],
+    /// Memory of the search for islands.
+    found: Islands,
+    alone: Vec<bool>,
+    places: Vec<usize>,
+    /// The states at the end with compliance, of the island at hand.
+    next: Vec<State>,
     gravity: Vector3<f64>,
     margin: f64,
     room: f64,
@@ -105,23 +111,34 @@ impl StepDerivative {
             let map = EndMap::new(&end.velocity, &end.spin, world.time_step());
             (!world.is_held(body)).then_some(map)
         }));
-        self.widths.clear();
-        self.widths.extend(Constant::ALL.iter().map(|constant| constant.width(world)));
+        self.widths = Constant::ALL.map(|constant| match constant.has_derivative() {
+            true => constant.width(world),
+            false => 0,
+        });
         self.shapes.clear();
         self.shapes.extend(world.bodies().iter().map(Shape::of));
         (self.count, self.unknown, self.kept) = (0, 0, false);
         (self.margin, self.room) = (f64::INFINITY, f64::INFINITY);
         // Where iterations start: at the solution.
         let at = Step { previous: solution, earlier: None, ..*step };
-        let mut islands = Islands::default();
+        let mut islands = std::mem::take(&mut self.found);
         islands.find(&at, (contacts, 0, true), Marked::NONE);
-        let mut alone = vec![true; bodies];
-        for (_, view) in islands.all() {
-            view.bodies.iter().for_each(|&body| alone[body] = false);
-            self.add(&at, contacts, &view)?;
-        }
-        let places = vec![0; bodies];
-        for body in (0..bodies).filter(|&body| alone[body] && !world.is_held(body)) {
+        self.next.clone_from(&solution.states);
+        self.alone.clear();
+        self.alone.resize(bodies, true);
+        let found = islands.all().try_for_each(|(_, view)| {
+            view.bodies.iter().for_each(|&body| self.alone[body] = false);
+            self.add(&at, contacts, &view)
+        });
+        self.found = islands;
+        found?;
+        let mut places = std::mem::take(&mut self.places);
+        places.clear();
+        places.resize(bodies, 0);
+        let found = (0..bodies).try_for_each(|body| {
+            if !self.alone[body] || world.is_held(body) {
+                return Ok(());
+            }
             let view = IslandView {
                 bodies: &[body],
                 contacts: &[],
@@ -131,8 +148,10 @@ impl StepDerivative {
                 before: &[],
                 unsettled: 0.0,
             };
-            self.add(&at, contacts, &view)?;
-        }
+            self.add(&at, contacts, &view)
+        });
+        self.places = places;
+        found?;
         let h = world.time_step();
         let beyond = (self.margin * h).min(FARTHEST * world.reach());
         let unseen = nearest_unseen(world, &solution.states, contacts, beyond);
@@ -154,7 +173,7 @@ impl StepDerivative {
         }
         let linear = &mut self.islands[self.count];
         self.count += 1;
-        let kept = linear.linearise(step, contacts, view)?;
+        let kept = linear.linearise((step, contacts, view), &mut self.next)?;
         self.kept |= kept;
         let (point, h) = (&linear.points[0], step.world.time_step());
         self.margin = point.iterate.margins(&linear.island).fold(self.margin, f64::min);

@@ -112,6 +112,11 @@ impl Island {
         }
     }
 
+    /// Whether it has no row at all.
+    pub(in super::super) fn is_plain(&self) -> bool {
+        self.links.is_empty()
+    }
+
     /// What its joints and gears tie, one by one.
     pub(in super::super) fn ties(&self, step: &Step<'_>) -> Vec<Tie> {
         let of_joint = |joint: usize| {

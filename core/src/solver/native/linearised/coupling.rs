@@ -90,11 +90,15 @@ impl LinearCoupling {
         for side in (0..2).filter(|&side| self.bodies[side].is_some()) {
             for k in 0..6 {
                 let (unit, nothing) = (Vector3::ith(k % 3, 1.0), Given::nothing());
-                let moved = match k {
-                    0..3 => Given { position: unit, ..nothing },
-                    _ => Given { turn: self.rotations[side] * unit, ..nothing },
+                let column = match (k, side) {
+                    // Where both move alike, nothing changes.
+                    (0..3, 1) => -self.by_pose.column(k),
+                    (0..3, _) => self.changed(side, &Given { position: unit, ..nothing }),
+                    _ => {
+                        let turn = self.rotations[side] * unit;
+                        self.changed(side, &Given { turn, ..nothing })
+                    }
                 };
-                let column = self.changed(side, &moved);
                 self.by_pose.set_column(6 * side + k, &column);
                 if let Some(slopes) = &mut by_velocity {
                     let faster = match k {

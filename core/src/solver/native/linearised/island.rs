@@ -18,6 +18,7 @@ use super::{StepChange, StepGradient};
 use crate::contact::Contact;
 use crate::derivative::{EndMap, StateChange};
 use crate::error::Error;
+use crate::mechanics::State;
 use crate::step::Step;
 use crate::world::{Constant, World};
 use nalgebra::{SVector, Vector3, Vector6};
@@ -28,6 +29,15 @@ pub(super) struct LinearIsland {
     pub(super) bodies: Vec<usize>,
     pub(super) island: Island,
     pub(super) points: [LinearPoint; 2],
+    /// Whether it has no row, so that the first point is all.
+    is_plain: bool,
+    /// The impulses of the solution that was found.
+    found: Vec<Vector3<f64>>,
+}
+
+/// The points that count.
+fn points(all: &mut [LinearPoint; 2], is_plain: bool) -> impl Iterator<Item = &mut LinearPoint> {
+    all.iter_mut().take(if is_plain { 1 } else { 2 })
 }
 
 /// ε and 2ε.
@@ -55,15 +65,21 @@ impl LinearIsland {
             ties: Vec::new(),
             rhs: Vec::new(),
         };
-        Self { bodies: Vec::new(), island: Island::new(world), points: [point(), point()] }
+        Self {
+            bodies: Vec::new(),
+            island: Island::new(world),
+            points: [point(), point()],
+            is_plain: false,
+            found: Vec::new(),
+        }
     }
 
-    /// Linearises it; whether it keeps its shares.
+    /// Linearises it; whether it keeps its shares. `next` are states of the world, of which those of its bodies are
+    /// changed.
     pub(super) fn linearise(
         &mut self,
-        step: &Step<'_>,
-        contacts: &[Contact],
-        view: &IslandView<'_>,
+        (step, contacts, view): (&Step<'_>, &[Contact], &IslandView<'_>),
+        next: &mut [State],
     ) -> Result<bool, Error> {
         self.bodies.clear();
         self.bodies.extend_from_slice(view.bodies);
@@ -85,8 +101,10 @@ impl LinearIsland {
         // What rolls is selected by the law's own limit, in which one solution is left of each share.
         let rolls = !self.island.setting().all_give_alike;
         self.island.setting_mut().give_alike();
+        // Without a row no compliance is in it, and one point is enough.
+        self.is_plain = self.island.is_plain();
         let kept = rolls || !self.selects(step, view)?;
-        for (point, compliance) in self.points.iter_mut().zip(COMPLIANCES) {
+        for (point, compliance) in points(&mut self.points, self.is_plain).zip(COMPLIANCES) {
             if kept {
                 point.keep(&self.island, step, view, compliance);
             }
@@ -96,7 +114,7 @@ impl LinearIsland {
             };
             let law = if kept { 0.0 } else { compliance };
             let compliances = (law, compliance);
-            let found = point.linearise(&self.island, (step, contacts, view), compliances);
+            let found = point.linearise(&self.island, (step, contacts, view), next, compliances);
             found.ok_or_else(singular)?;
         }
         Ok(kept && !rolls)
@@ -107,20 +125,23 @@ impl LinearIsland {
     fn selects(&mut self, step: &Step<'_>, view: &IslandView<'_>) -> Result<bool, Error> {
         /// Impulses that differ by less than this part of the largest are the same.
         const SAME: f64 = 1e-8;
-        let mut found = Vec::new();
-        for (point, compliance) in self.points.iter_mut().zip(COMPLIANCES) {
+        for (point, compliance) in points(&mut self.points, self.is_plain).zip(COMPLIANCES) {
             point.begin(&self.island, step, view);
-            found.clone_from(&point.iterate.impulses);
+            self.found.clone_from(&point.iterate.impulses);
             if !point.solve(&self.island, step, view, compliance)? {
                 return Ok(false);
             }
+        }
+        if self.is_plain {
+            return Ok(true);
         }
         let [near, far] = self.points.each_ref().map(|point| &point.iterate.impulses);
         let apart = |a: &[Vector3<f64>], b: &[Vector3<f64>]| {
             a.iter().zip(b).map(|(a, b)| (a - b).amax()).fold(0.0, f64::max)
         };
+        let found = &self.found;
         let largest = found.iter().map(|impulse| impulse.amax()).fold(0.0, f64::max);
-        Ok(apart(&found, near) <= 2.0 * apart(near, far) + SAME * largest)
+        Ok(apart(found, near) <= 2.0 * apart(near, far) + SAME * largest)
     }
 
     pub(super) fn push<F: Fn(Constant, usize) -> f64>(
@@ -130,7 +151,8 @@ impl LinearIsland {
         (gravity, ends): (&Vector3<f64>, &[Option<EndMap>]),
         end: &mut [StateChange],
     ) {
-        for (point, weight) in self.points.iter_mut().zip(WEIGHTS) {
+        let weights = if self.is_plain { [1.0, 0.0] } else { WEIGHTS };
+        for (point, weight) in points(&mut self.points, self.is_plain).zip(weights) {
             point.rhs.clear();
             for (place, &body) in self.bodies.iter().enumerate() {
                 let mut given = constants
@@ -182,7 +204,8 @@ impl LinearIsland {
         constants: &[Constant],
         gradient: &mut StepGradient,
     ) {
-        for (point, weight) in self.points.iter_mut().zip(WEIGHTS) {
+        let weights = if self.is_plain { [1.0, 0.0] } else { WEIGHTS };
+        for (point, weight) in points(&mut self.points, self.is_plain).zip(weights) {
             point.rhs.clear();
             point.rhs.extend(self.bodies.iter().map(|&body| {
                 let (linear, spin) = by_velocity[body];
@@ -303,12 +326,12 @@ impl LinearPoint {
         &mut self,
         island: &Island,
         (step, contacts, view): (&Step<'_>, &[Contact], &IslandView<'_>),
+        next: &mut [State],
         (of_law, compliance): (f64, f64),
     ) -> Option<()> {
         let map = NaturalMap::with_compliance(compliance);
         let Self { newton, iterate, couplings, ties, .. } = self;
         let (eliminations, pieces) = newton.linearise(island, &map, compliance, iterate)?;
-        let mut next = step.previous.states.clone();
         for (&body, velocity) in view.bodies.iter().zip(&iterate.velocity) {
             next[body] = next_state(step, body, velocity);
         }
@@ -316,7 +339,7 @@ impl LinearPoint {
         for (place, &index) in view.contacts.iter().enumerate() {
             let impulse = iterate.impulses[place];
             let on = (pieces[place], gain_of(&eliminations[place].answer), impulse);
-            couplings.push(LinearCoupling::new(step, &contacts[index], &next, on));
+            couplings.push(LinearCoupling::new(step, &contacts[index], next, on));
         }
         ties.clear();
         if !view.joints.is_empty() {
