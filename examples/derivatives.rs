@@ -47,6 +47,7 @@ fn timed(scene: &Scene, work: Work) -> Result<Duration, Box<dyn Error>> {
             },
             constants: &[],
             checkpoints: Checkpoints::default(),
+            compliance: None,
         })?;
         return Ok(begun.elapsed());
     }

@@ -318,6 +318,37 @@ fn what_sticks_has_no_derivative_by_a_push() {
 }
 
 /// ⟨w, J v⟩ = ⟨Jᵀ w, v⟩ in every scene, by every argument at once.
+/// Pushed along the ground, what sticks with a compliance creeps: of four corners u = −ε p̂ each, m v = h F + Σ m p̂, so that
+/// v = h F/m ε/(4 + ε). Pressed down, it gives way in the same way.
+#[test]
+fn with_compliance_what_sticks_creeps() {
+    let (world, states) = on_a_slope(0.0, 0.5, 0.0);
+    let (simulation, base) = step(&world, &states, &[]).unwrap();
+    for compliance in [1e-6, 1e-3, 1e-1] {
+        let mut derivative = StepDerivative::smoothed(compliance).unwrap();
+        simulation.linearise(&base, &mut derivative).unwrap();
+        let mut pushed = |force: Vector3<f64>, torque: Vector3<f64>| {
+            let wrenches = [Wrench { force, torque }];
+            let mut end = Vec::new();
+            let change = StepChange { wrenches: &wrenches, ..StepChange::default() };
+            derivative.push(&change, &mut end).unwrap();
+            end[0]
+        };
+        let expected = 0.002 / 2.0 * compliance / (4.0 + compliance);
+        // With the torque that friction has about the centre.
+        let torque = -0.1 * 4.0 / (4.0 + compliance);
+        let along = pushed(Vector3::x(), Vector3::new(0.0, torque, 0.0));
+        assert!((along.velocity[0] - expected).abs() <= 1e-9 * expected, "{along:?}");
+        assert!(along.spin.norm() <= 1e-9 * expected / 0.1, "{along:?}");
+        let down = pushed(-Vector3::z(), Vector3::zeros());
+        assert!((down.velocity[2] + expected).abs() <= 1e-9 * expected, "{down:?}");
+        assert_eq!(derivative.compliance(), Some(compliance));
+    }
+    for refused in [0.0, -1.0, 2.0, f64::NAN] {
+        assert!(StepDerivative::smoothed(refused).is_err());
+    }
+}
+
 #[test]
 fn the_transposed_product_is_that_of_the_same_matrix() {
     let mut twister = Mt::new(3);
@@ -461,6 +492,7 @@ fn a_run_backwards() {
             by_states: &mut by_states,
             constants: &[Constant::Friction, Constant::Gravity],
             checkpoints,
+            compliance: None,
         };
         let found = simulation.gradient(&mut run).unwrap();
         assert_eq!(simulation.index(), steps);

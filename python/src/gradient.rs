@@ -49,13 +49,14 @@ pub fn constants_of(names: &[String]) -> PyResult<Vec<Constant>> {
 
 /// The Jacobian of one step.
 #[pyfunction]
-#[pyo3(signature = (scene, states, pushes, by))]
+#[pyo3(signature = (scene, states, pushes, by, compliance))]
 pub fn jacobian<'py>(
     py: Python<'py>,
     scene: PyRef<'_, Scene>,
     states: PyReadonlyArrayDyn<'_, f64>,
     pushes: Option<PyReadonlyArrayDyn<'_, f64>>,
     by: Vec<String>,
+    compliance: Option<f64>,
 ) -> PyResult<Found<'py>> {
     let (content, constants) = (&scene.content, constants_of(&by)?);
     let (world, bodies) = (&content.world, content.world.bodies().len());
@@ -66,7 +67,9 @@ pub fn jacobian<'py>(
             simulation.set_wrench(body, wrench).map_err(|error| of_step(&error))?;
         }
     }
-    let (mut record, mut derivative) = (StepRecord::new(), StepDerivative::new());
+    let derivative = compliance.map_or(Ok(StepDerivative::new()), StepDerivative::smoothed);
+    let mut derivative = derivative.map_err(|error| of_step(&error))?;
+    let mut record = StepRecord::new();
     simulation.step(&mut record).map_err(|error| of_step(&error))?;
     simulation.linearise(&record, &mut derivative).map_err(|error| of_step(&error))?;
     let mut end = Vec::new();
@@ -137,7 +140,8 @@ struct Change {
 
 /// The product of the transposed derivative of a run with derivatives by its end.
 #[pyfunction]
-#[pyo3(signature = (scene, states, controls, steps, by_end, by))]
+#[allow(clippy::too_many_arguments)]
+#[pyo3(signature = (scene, states, controls, steps, by_end, by, compliance))]
 pub fn vjp<'py>(
     py: Python<'py>,
     scene: PyRef<'_, Scene>,
@@ -146,6 +150,7 @@ pub fn vjp<'py>(
     steps: u64,
     by_end: PyReadonlyArrayDyn<'_, f64>,
     by: Vec<String>,
+    compliance: Option<f64>,
 ) -> PyResult<Found<'py>> {
     let (content, constants) = (&scene.content, constants_of(&by)?);
     let (world, bodies) = (&content.world, content.world.bodies().len());
@@ -170,6 +175,7 @@ pub fn vjp<'py>(
             by_states: &mut by_states,
             constants: &constants,
             checkpoints: Checkpoints::default(),
+            compliance,
         };
         let found = simulation.gradient(&mut run)?;
         Ok((found, simulation.states().to_vec()))

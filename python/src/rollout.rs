@@ -13,7 +13,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64};
 use tumble::error::Error;
 use tumble::rollout::{
-    Batch, Constant, Cotangents, Noted, Outputs, RolloutError, Varied, Watch, gradients, roll_out,
+    Batch, By, Constant, Cotangents, Noted, Outputs, RolloutError, Varied, Watch, gradients,
+    roll_out,
 };
 use tumble::world::World;
 
@@ -132,7 +133,7 @@ type Derivatives<'py> = (Vec<Bound<'py, PyArrayDyn<f64>>>, Vec<([f64; 2], [u64; 
 /// The derivatives of the numbers that the rollouts of a batch decide, where `cotangents` are their derivatives by the states
 /// after each step, (B or 1, T, N, 12), or by the ends.
 #[pyfunction]
-#[pyo3(signature = (inputs, threads, cotangents, of_ends, by))]
+#[pyo3(signature = (inputs, threads, cotangents, of_ends, by, compliance))]
 pub fn rollout_gradients<'py>(
     py: Python<'py>,
     inputs: Inputs<'_>,
@@ -140,12 +141,13 @@ pub fn rollout_gradients<'py>(
     cotangents: PyReadonlyArrayDyn<'_, f64>,
     of_ends: bool,
     by: Vec<String>,
+    compliance: Option<f64>,
 ) -> PyResult<Derivatives<'py>> {
     let constants = constants_of(&by)?;
     let (threads, numbers) = (of_threads(threads)?, numbers("gradients", &cotangents)?);
     let cotangents = if of_ends { Cotangents::Ends(numbers) } else { Cotangents::States(numbers) };
     let found = on_batch(py, &inputs, None, |batch, watch| {
-        gradients(batch, cotangents, &constants, threads, watch)
+        gradients(batch, cotangents, By { constants: &constants, compliance }, threads, watch)
     })?;
     let (world, rollouts, steps) = (&inputs.0.content.world, inputs.1, inputs.2);
     let bodies = world.bodies().len();

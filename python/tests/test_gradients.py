@@ -30,6 +30,7 @@ def test_a_slide_in_closed_form():
 def test_the_jacobian_by_velocity_is_that_of_differences():
     scene = sliding()
     found = scene.jacobian()
+    slope = np.zeros((3, 3))
     for k in range(3):
         ends = []
         for by in (1e-5, -1e-5):
@@ -38,9 +39,11 @@ def test_the_jacobian_by_velocity_is_that_of_differences():
             simulation = scene.simulate(states)
             simulation.step()
             ends.append(simulation.states.copy())
-        slope = (ends[0] - ends[1]) / 2e-5
-        if k < 2:
-            assert np.allclose(found["states"][0, 6:9, 0, 6 + k], slope[0, 7:10], atol=2e-6)
+        slope[:, k] = (ends[0] - ends[1])[0, 7:10] / 2e-5
+    assert np.allclose(found["states"][0, 6:9, 0, 6:9], slope, atol=2e-6)
+    # What falls faster is stopped all the same, and pressed harder it is slowed by the friction.
+    along = np.array([1, 0.2]) / np.hypot(1, 0.2)
+    assert abs(slope[2, 2]) < 1e-6 and np.allclose(slope[:2, 2], 0.3 * along, atol=2e-6)
 
 
 def test_a_run_backwards_is_that_of_its_steps():
@@ -65,6 +68,21 @@ def test_a_run_backwards_is_that_of_its_steps():
     h = scene.time_step
     assert np.isclose(found["controls"][-1, 0, 0], h * h / 2, rtol=1e-6)
     assert found["controls"][0, 0, 0] > 30 * found["controls"][-1, 0, 0]
+
+
+def test_with_compliance_what_sticks_creeps():
+    resting = tumble.Scene(bodies=[{"box": 0.2, "mass": 2.0, "position": [0, 0, 0.1]}], ground={"friction": 0.5})
+    exact, soft = resting.jacobian(), resting.jacobian(compliance=1e-2)
+    assert np.abs(exact["wrenches"][0, 6:9, 0, :3]).max() < 1e-9
+    # Along the ground and down some e/4 of h/m, which is a direction.
+    by_push = np.diag(soft["wrenches"][0, 6:9, 0, :3]) / (resting.time_step / 2.0)
+    assert (by_push > 1e-3).all() and (by_push < 1e-2).all()
+    along = np.zeros((1, 12))
+    along[0, 0] = 1.0
+    run = resting.vjp(along, steps=20, compliance=1e-2)
+    assert (run["controls"][:, 0, 0] > 0).all() and np.array_equal(run.ends, resting.vjp(along, steps=20).ends)
+    with pytest.raises(tumble.TumbleError, match="compliance of a derivative"):
+        resting.jacobian(compliance=3.0)
 
 
 def test_what_is_refused():

@@ -54,6 +54,10 @@ pub fn count(text: &str) -> Result<usize, String> {
     integer(text, 0, 10_000_000, "0 to 10000000")
 }
 
+pub fn points(text: &str) -> Result<usize, String> {
+    integer(text, 2, 10_000, "2 to 10000")
+}
+
 pub fn tosses(text: &str) -> Result<u32, String> {
     integer(text, 1, 100_000_000, "1 to 100000000")
 }

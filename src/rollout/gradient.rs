@@ -20,6 +20,15 @@ pub enum Cotangents<'a> {
     States(&'a [f64]),
 }
 
+/// What a batch is differentiated by, besides starts and controls.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct By<'a> {
+    /// The constants.
+    pub constants: &'a [Constant],
+    /// That of the steps whose derivatives are taken: see [`Run::compliance`].
+    pub compliance: Option<f64>,
+}
+
 /// Derivatives of the number of each rollout.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Gradients {
@@ -52,7 +61,7 @@ pub struct Noted {
 }
 
 /// The derivatives of the numbers that the rollouts of `batch` decide, by what they start from, by wrenches in every step,
-/// and by the constants named in `by`, on at most `threads` threads; the same numbers on any. Each thread holds
+/// and by what `by` says, on at most `threads` threads; the same numbers on any. Each thread holds
 /// the derivatives of up to 300 steps at a time, and up to 300 saved simulations.
 ///
 /// # Errors
@@ -62,7 +71,7 @@ pub struct Noted {
 pub fn gradients(
     batch: &Batch<'_>,
     cotangents: Cotangents<'_>,
-    by: &[Constant],
+    by: By<'_>,
     threads: NonZeroUsize,
     watch: Watch<'_>,
 ) -> Result<Gradients, RolloutError> {
@@ -72,7 +81,8 @@ pub fn gradients(
     let found = hand_out(rollouts, batch.rollouts, (threads, watch), |rollout, _, _| {
         one(batch, cotangents, by, (rollout, watch))
     })?;
-    let mut all = Gradients { constants: vec![Vec::new(); by.len()], ..Gradients::default() };
+    let mut all =
+        Gradients { constants: vec![Vec::new(); by.constants.len()], ..Gradients::default() };
     for found in found {
         all.starts.extend(found.states.iter().flat_map(StateChange::to_array));
         all.controls.extend(found.wrenches.iter().flatten().flat_map(six));
@@ -107,7 +117,7 @@ fn check(batch: &Batch<'_>, cotangents: Cotangents<'_>) -> Result<(), Error> {
 fn one(
     batch: &Batch<'_>,
     cotangents: Cotangents<'_>,
-    by: &[Constant],
+    By { constants: by, compliance }: By<'_>,
     (rollout, watch): (usize, Watch<'_>),
 ) -> Result<RunGradient, Error> {
     let (mut simulation, driven) = batch.simulation(rollout, watch)?;
@@ -139,6 +149,7 @@ fn one(
         by_states: &mut by_states,
         constants: &asked,
         checkpoints: Checkpoints::default(),
+        compliance,
     };
     let mut found = simulation.gradient(&mut run)?;
     if let Some(by_inertia) = held.then(|| found.constants.pop()).flatten() {

@@ -59,6 +59,6 @@ mod varied;
 
 pub use batch::{Batch, Outputs};
 #[cfg(feature = "save")]
-pub use gradient::{Cotangents, Gradients, Noted, gradients};
+pub use gradient::{By, Cotangents, Gradients, Noted, gradients};
 pub use run::{Report, RolloutError, Unsolved, Watch, roll_out};
 pub use varied::{Constant, Varied};

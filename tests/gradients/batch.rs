@@ -4,7 +4,9 @@ use super::*;
 use std::num::NonZeroUsize;
 use tumble::contact::Partner;
 use tumble::error::Error;
-use tumble::rollout::{Batch, Cotangents, Gradients, Outputs, Varied, Watch, gradients, roll_out};
+use tumble::rollout::{
+    Batch, By, Cotangents, Gradients, Outputs, Varied, Watch, gradients, roll_out,
+};
 use tumble::step::Step;
 
 const STEPS: usize = 25;
@@ -79,7 +81,8 @@ impl Slides {
         let threads = NonZeroUsize::new(threads).unwrap();
         let cotangents = Cotangents::States(cotangents);
         let watch = Watch::default();
-        self.with_batch(|batch| gradients(batch, cotangents, &by, threads, watch)).unwrap()
+        let by = By { constants: &by, compliance: None };
+        self.with_batch(|batch| gradients(batch, cotangents, by, threads, watch)).unwrap()
     }
 }
 
@@ -141,6 +144,7 @@ fn what_a_batch_refuses() {
     let slides = Slides::new();
     let refused = |cotangents: Cotangents<'_>, by: &[Constant]| {
         let (threads, watch) = (NonZeroUsize::MIN, Watch::default());
+        let by = By { constants: by, compliance: None };
         let found = slides.with_batch(|batch| gradients(batch, cotangents, by, threads, watch));
         found.unwrap_err().error
     };
@@ -187,6 +191,7 @@ fn a_gradient_that_fails_leaves_the_simulation_where_it_was() {
         by_states: &mut |_, _| None,
         constants: &[],
         checkpoints: Checkpoints::default(),
+        compliance: None,
     };
     assert_eq!(simulation.gradient(&mut run), Err(Error::Interrupted));
     assert_eq!((simulation.index(), simulation.states()), (0, &states[..]));

@@ -51,6 +51,9 @@ pub struct Run<'f> {
     pub constants: &'f [Constant],
     /// What may be kept.
     pub checkpoints: Checkpoints,
+    /// With a compliance the derivatives of the steps are [smoothed](StepDerivative::smoothed): the run is the exact one,
+    /// and what is found no derivative of it but a direction where the exact one has none.
+    pub compliance: Option<f64>,
 }
 
 /// The derivatives of a number by what a run started from.
@@ -230,8 +233,9 @@ impl Backward {
     ) -> Result<(), Error> {
         simulation.restore(start)?;
         let count = (to - from) as usize;
-        if self.tape.len() < count {
-            self.tape.resize_with(count, Default::default);
+        while self.tape.len() < count {
+            let of = run.compliance.map_or(Ok(StepDerivative::new()), StepDerivative::smoothed)?;
+            self.tape.push((of, StepRecord::new()));
         }
         let mut tape = std::mem::take(&mut self.tape);
         for (derivative, record) in &mut tape[..count] {

@@ -28,8 +28,14 @@ def names_of(initial_states: Any, controls: Any, parameters: Optional[Mapping[st
 class Differentiable:
     """Rollouts of a scene as a function of arrays, by name."""
 
-    def __init__(self, scene: "Scene", steps: Optional[int], threads: Optional[int]):
-        self.scene, self.steps, self.threads = scene, steps, threads
+    def __init__(
+        self,
+        scene: "Scene",
+        steps: Optional[int],
+        threads: Optional[int],
+        compliance: Optional[float] = None,
+    ):
+        self.scene, self.steps, self.threads, self.compliance = scene, steps, threads, compliance
 
     def _arguments(self, arrays: Mapping[str, Any]) -> Dict[str, Any]:
         own = dict(arrays)
@@ -62,7 +68,7 @@ class Differentiable:
             ],
             axis=-1,
         )
-        found = batch.gradients(duals, None, self.threads).by
+        found = batch.gradients(duals, None, self.threads, self.compliance).by
         start = found.pop("states")
         turning = _turning(np.broadcast_to(batch.starts, (batch.rollouts, *batch.starts.shape[1:]))[..., 3:7])
         by_attitude = 2.0 * np.einsum("...ij,...j->...i", turning, start[..., 3:6])

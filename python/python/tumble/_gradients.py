@@ -74,14 +74,20 @@ class RolloutDerivatives:
 
 
 def jacobian(
-    scene: "Scene", states: Any = None, wrenches: Any = None, *, by: Iterable[str] = ()
+    scene: "Scene",
+    states: Any = None,
+    wrenches: Any = None,
+    *,
+    by: Iterable[str] = (),
+    compliance: Optional[float] = None,
 ) -> Derivatives:
     """The derivative of one step of ``scene`` from ``states`` (N, 13), by them (N, 12, N, 12), by wrenches
-    (N, 12, N, 6) and by the constants named in ``by``, (N, 12) and the constant's own shape."""
+    (N, 12, N, 6) and by the constants named in ``by``, (N, 12) and the constant's own shape. With a ``compliance`` (1e-9 to 1) it is that of a
+    step in which contacts give way: a direction for a search where the exact derivative is zero."""
     names = constant_names(by)
     count = len(scene.bodies)
     pushes = None if wrenches is None else _of_bodies("wrenches", wrenches, (count, 6))
-    found = _tumble.jacobian(scene, _states(scene, states), pushes, names)
+    found = _tumble.jacobian(scene, _states(scene, states), pushes, names, compliance_of(compliance))
     return _derivatives(found, ["states", "wrenches", *names])
 
 
@@ -93,10 +99,12 @@ def vjp(
     *,
     steps: Optional[int] = None,
     by: Iterable[str] = (),
+    compliance: Optional[float] = None,
 ) -> Derivatives:
     """The derivatives of one number by what a run of ``steps`` began with, where ``cotangents`` (N, 12) are
     its derivatives by the states at the end: by ``states`` (N, 12), by ``controls`` (T, N, 6) and by the constants
-    named in ``by``. One pass backwards, however many there are. Without ``steps`` those of the controls, or one."""
+    named in ``by``. One pass backwards, however many there are. Without ``steps`` those of the controls, or one. With a
+    ``compliance`` the derivatives of the exact run's steps are those of ``jacobian``."""
     names = constant_names(by)
     count = len(scene.bodies)
     pushes = None
@@ -109,7 +117,7 @@ def vjp(
         pushes = pushes.reshape(len(pushes), count, 6)
     length = whole("steps", steps if steps is not None else 1 if pushes is None else len(pushes), 1, 9_999_999)
     duals = _of_bodies("cotangents", cotangents, (count, 12))
-    found = _tumble.vjp(scene, _states(scene, states), pushes, length, duals, names)
+    found = _tumble.vjp(scene, _states(scene, states), pushes, length, duals, names, compliance_of(compliance))
     return _derivatives(found, ["states", "controls", *names])
 
 
@@ -125,6 +133,11 @@ def _of_bodies(name: str, value: Any, shape: Tuple[int, int]) -> "Floats":
 def _states(scene: "Scene", states: Any) -> "Floats":
     count = len(scene.bodies)
     return scene.states if states is None else _of_bodies("states", states, (count, 13))
+
+
+def compliance_of(compliance: Optional[float]) -> Optional[float]:
+    """A number, or none."""
+    return None if compliance is None else float(numbers("compliance", compliance, ()))
 
 
 def constant_names(by: Iterable[str]) -> List[str]:

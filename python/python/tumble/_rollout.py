@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Dict, Iterable, List, Mapping, NamedTuple
 
 from ._arrays import apart, numbers, output
 from ._checks import room, whole
-from ._gradients import RolloutDerivatives, constant_names
+from ._gradients import RolloutDerivatives, compliance_of, constant_names
 from ._progress import Progress, callback
 from ._scene import Scene
 from ._tumble import DIFFERENTIABLE as _DIFFERENTIABLE
@@ -102,6 +102,7 @@ def rollout(
     out: Optional[Mapping[str, Any]] = None,
     gradients: Any = None,
     by: Optional[Iterable[str]] = None,
+    compliance: Optional[float] = None,
     progress: Progress = False,
 ) -> Rollouts:
     """Simulates a scene of N bodies B times over T steps, on all cores.
@@ -130,6 +131,7 @@ def rollout(
         ``states``, (B, T, N, 13). What comes of it is ``Rollouts.gradients``: the derivatives by the initial states, by
         controls and by constants, one pass backwards through each rollout.
     :param by: the constants to differentiate by; without, those of ``parameters`` that have derivatives.
+    :param compliance: smoothed derivatives of the exact rollouts' steps, as of ``Scene.jacobian``.
     :param progress: called with steps done and all steps; True writes them to stderr.
     :raises MemoryError: for arrays of more bytes than the machine has.
     :raises TumbleError: for arrays of a wrong shape or dtype or with NaN, by name, and for the
@@ -139,8 +141,9 @@ def rollout(
 
     if out is not None and not isinstance(out, Mapping):
         raise TypeError(f"out is {type(out).__name__}; a dictionary of arrays by name is needed")
-    if gradients is None and by is not None:
-        raise TypeError("by is given without gradients")
+    for name, given in (("by", by), ("compliance", compliance)):
+        if gradients is None and given is not None:
+            raise TypeError(f"{name} is given without gradients")
     batch = batch_of(scene, initial_states, controls, motors, joint_forces, steps, parameters)
     rollouts, length, bodies = batch.rollouts, batch.steps, len(scene.bodies)
     shapes = {
@@ -185,7 +188,7 @@ def rollout(
     done._batch = batch
     if gradients is not None:
         duals = gradients(done.states) if callable(gradients) else gradients
-        done.gradients = batch.gradients(duals, by, threads)
+        done.gradients = batch.gradients(duals, by, threads, compliance)
     return done
 
 
@@ -216,7 +219,11 @@ class Batch(NamedTuple):
         }
 
     def gradients(
-        self, duals: Any, by: Optional[Iterable[str]], threads: Optional[int]
+        self,
+        duals: Any,
+        by: Optional[Iterable[str]],
+        threads: Optional[int],
+        compliance: Optional[float] = None,
     ) -> RolloutDerivatives:
         """The derivatives where those by the states are ``duals``."""
         import numpy as np
@@ -229,7 +236,8 @@ class Batch(NamedTuple):
         given = [name for name, _ in self.values if name in _DIFFERENTIABLE]
         names = given if by is None else constant_names(by)
         room("the derivatives by controls", 48 * self.rollouts * self.steps * bodies)
-        found, noted = _gradients(self.inputs(), _threads(threads), array, array.ndim == 3, names)
+        of_ends, soft = array.ndim == 3, compliance_of(compliance)
+        found, noted = _gradients(self.inputs(), _threads(threads), array, of_ends, names, soft)
         margins, at, counts = (np.array(of) for of in zip(*noted))
         unsolved, unknown, kept, limited = counts.T
         return RolloutDerivatives(

@@ -242,14 +242,14 @@ def rollout(
     progress: Progress,
 ) -> Tuple[List[int], List[int], List[Tuple[int, int, str, float]]]: ...
 def rollout_gradients(
-    inputs: _Inputs, threads: int, cotangents: Floats, of_ends: bool, by: List[str]
+    inputs: _Inputs, threads: int, cotangents: Floats, of_ends: bool, by: List[str], compliance: Optional[float]
 ) -> Tuple[List[Floats], List[Tuple[List[float], List[int], List[int]]]]: ...
 def parameter_shape(name: str, scene: CoreScene) -> List[int]: ...
 
 _Derivatives = Tuple[Floats, List[Floats], List[float], List[int], List[int]]
 
 def jacobian(
-    scene: CoreScene, states: Floats, pushes: Optional[Floats], by: List[str]
+    scene: CoreScene, states: Floats, pushes: Optional[Floats], by: List[str], compliance: Optional[float]
 ) -> _Derivatives: ...
 def vjp(
     scene: CoreScene,
@@ -258,4 +258,5 @@ def vjp(
     steps: int,
     by_end: Floats,
     by: List[str],
+    compliance: Optional[float],
 ) -> _Derivatives: ...

@@ -32,17 +32,19 @@ def rollout(
     *,
     steps: Optional[int] = None,
     parameters: Optional[Mapping[str, Any]] = None,
+    compliance: Optional[float] = None,
     threads: Optional[int] = None,
 ) -> Any:
     """The states after each step, (B, T, N, 13), as a differentiable function of arrays: arguments are those of
-    ``tumble.rollout``. An attitude's derivative is along the unit quaternions.
+    ``tumble.rollout``. An attitude's derivative is along the unit quaternions. With a
+    ``compliance`` derivatives are smoothed, as those of ``Scene.jacobian``; the states are the exact ones.
 
     :raises TumbleError: as ``tumble.rollout``, and for parameters that there is no derivative by; of numbers, jax
         raises it as an error of its own where it comes from a compiled function.
     """
     import numpy as np
 
-    of = Differentiable(scene, steps, threads)
+    of = Differentiable(scene, steps, threads, compliance)
     names = names_of(initial_states, controls, parameters)
     given = {"initial_states": initial_states, "controls": controls, **(parameters or {})}
     operands = {name: jax.numpy.asarray(given[name], float) for name in names}

@@ -53,14 +53,16 @@ def rollout(
     *,
     steps: Optional[int] = None,
     parameters: Optional[Mapping[str, Any]] = None,
+    compliance: Optional[float] = None,
     threads: Optional[int] = None,
 ) -> Any:
     """The states after each step, a tensor (B, T, N, 13) of float64 on the CPU, as a differentiable function of tensors:
-    arguments are those of ``tumble.rollout``. An attitude's derivative is along the unit quaternions.
+    arguments are those of ``tumble.rollout``. An attitude's derivative is along the unit quaternions. With a
+    ``compliance`` derivatives are smoothed, as those of ``Scene.jacobian``; the states are the exact ones.
 
     :raises TumbleError: as ``tumble.rollout``, and for parameters that there is no derivative by.
     """
     names = names_of(initial_states, controls, parameters)
     given = {"initial_states": initial_states, "controls": controls, **(parameters or {})}
     tensors = [torch.as_tensor(given[name]) for name in names]
-    return _Rollout.apply(Differentiable(scene, steps, threads), names, *tensors)
+    return _Rollout.apply(Differentiable(scene, steps, threads, compliance), names, *tensors)

@@ -38,7 +38,30 @@ pub struct GradientArgs {
     /// Central differences of this size beside each derivative, in its argument's unit: two runs for each.
     #[arg(long, value_name = "SIZE", value_parser = values::number, allow_hyphen_values = true)]
     pub differences: Option<f64>,
-    /// Directory for gradient.csv and gradient.json, made if it is not there.
+    /// Smoothed derivatives: of the run's steps from the same states in which contacts give way by this much, 1e-9 to 1. A
+    /// direction for a search where the exact ones are zero.
+    #[arg(long, value_name = "COMPLIANCE", value_parser = values::number, allow_hyphen_values = true)]
+    pub compliance: Option<f64>,
+    /// The number and its derivative while one number of an argument goes through a range, in sweep.csv and as a picture
+    /// (sweep.svg, sweep.png): friction=0.1..0.6, force.x=0..20. Turns are from the start's attitude.
+    #[arg(
+        long,
+        value_name = "ARGUMENT=FROM..TO",
+        conflicts_with = "by",
+        allow_hyphen_values = true
+    )]
+    pub sweep: Option<String>,
+    /// Values of the sweep.
+    #[arg(
+        long,
+        value_name = "COUNT",
+        default_value_t = 101,
+        value_parser = values::points,
+        requires = "sweep",
+        allow_hyphen_values = true
+    )]
+    pub points: usize,
+    /// Directory for gradient.csv and gradient.json, or for those of the sweep, made if it is not there.
     #[arg(long, value_name = "DIR", default_value = "out")]
     pub out: PathBuf,
     /// No table.
@@ -63,4 +86,15 @@ pub enum Quantity {
     Distance,
     /// ½ m v² + ½ ω·I ω, J, with the file's mass and inertia also where they are differentiated by.
     KineticEnergy,
+}
+
+impl Quantity {
+    /// Its unit.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::X | Self::Y | Self::Z | Self::Distance => "m",
+            Self::Vx | Self::Vy | Self::Vz | Self::Speed => "m/s",
+            Self::KineticEnergy => "J",
+        }
+    }
 }

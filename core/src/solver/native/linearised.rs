@@ -23,7 +23,7 @@ mod tied;
 use super::islands::{IslandView, Islands, Marked};
 use crate::contact::Contact;
 use crate::derivative::{EndMap, StateChange, nearest_unseen};
-use crate::error::Error;
+use crate::error::{Error, in_range};
 use crate::mechanics::{State, Wrench};
 use crate::step::{Step, StepSolution};
 use crate::world::Constant;
@@ -75,6 +75,8 @@ pub struct StepDerivative {
     room: f64,
     unknown: usize,
     kept: bool,
+    /// That of the step that is differentiated in place of the exact one.
+    compliance: Option<f64>,
 }
 
 /// Things that are farther apart than this part of the world's reach are no matter.
@@ -87,11 +89,30 @@ impl StepDerivative {
         Self::default()
     }
 
+    /// Of steps with compliance: of the step from the same states in which every contact and every row of a joint gives
+    /// way by `compliance` (N6), û = u + ε p̂ with p̂ the impulse over the island's mean mass. What sticks then creeps, and what
+    /// presses gives way, so that there are derivatives where the exact ones are zero: a direction for a search, and
+    /// those of another step.
+    ///
+    /// # Errors
+    /// A compliance outside 1e-9…1.
+    pub fn smoothed(compliance: f64) -> Result<Self, Error> {
+        in_range("compliance of a derivative", compliance, 1e-9, 1.0, "1e-9 to 1")?;
+        Ok(Self { compliance: Some(compliance), ..Self::default() })
+    }
+
+    /// The compliance of what is differentiated; none of the exact step.
+    #[must_use]
+    pub fn compliance(&self) -> Option<f64> {
+        self.compliance
+    }
+
     /// Makes this the derivative of `step`, whose `solution` was found, by whichever solver, with these
     /// `contacts`: those of the record of the step.
     ///
     /// # Errors
-    /// Lists that do not belong together; an island whose linear system is singular; an interrupt.
+    /// Lists that do not belong together; an island whose linear system is singular, or that has no solution with the
+    /// [compliance](StepDerivative::smoothed) asked for; an interrupt.
     pub fn linearise(
         &mut self,
         step: &Step<'_>,
@@ -173,9 +194,15 @@ impl StepDerivative {
         }
         let linear = &mut self.islands[self.count];
         self.count += 1;
-        let kept = linear.linearise((step, contacts, view), &mut self.next)?;
+        let at = (step, contacts, view);
+        let kept = linear.linearise(at, &mut self.next, self.compliance)?;
         self.kept |= kept;
         let (point, h) = (&linear.points[0], step.world.time_step());
+        if self.compliance.is_some() {
+            for (&body, end) in view.bodies.iter().zip(&point.iterate.velocity) {
+                self.ends[body] = Some(EndMap::new(&end.linear, &end.spin, h));
+            }
+        }
         self.margin = point.iterate.margins(&linear.island).fold(self.margin, f64::min);
         let pressing = point.couplings.iter().filter(|coupling| coupling.presses());
         self.room = pressing.map(|c| c.tangent.room() / h).fold(self.room, f64::min);

@@ -29,15 +29,15 @@ pub(super) struct LinearIsland {
     pub(super) bodies: Vec<usize>,
     pub(super) island: Island,
     pub(super) points: [LinearPoint; 2],
-    /// Whether it has no row, so that the first point is all.
-    is_plain: bool,
+    /// Whether the first point is all: it has no row, or the compliance is no limit.
+    is_one: bool,
     /// The impulses of the solution that was found.
     found: Vec<Vector3<f64>>,
 }
 
 /// The points that count.
-fn points(all: &mut [LinearPoint; 2], is_plain: bool) -> impl Iterator<Item = &mut LinearPoint> {
-    all.iter_mut().take(if is_plain { 1 } else { 2 })
+fn points(all: &mut [LinearPoint; 2], is_one: bool) -> impl Iterator<Item = &mut LinearPoint> {
+    all.iter_mut().take(if is_one { 1 } else { 2 })
 }
 
 /// ε and 2ε.
@@ -69,7 +69,7 @@ impl LinearIsland {
             bodies: Vec::new(),
             island: Island::new(world),
             points: [point(), point()],
-            is_plain: false,
+            is_one: false,
             found: Vec::new(),
         }
     }
@@ -80,6 +80,7 @@ impl LinearIsland {
         &mut self,
         (step, contacts, view): (&Step<'_>, &[Contact], &IslandView<'_>),
         next: &mut [State],
+        smoothed: Option<f64>,
     ) -> Result<bool, Error> {
         self.bodies.clear();
         self.bodies.extend_from_slice(view.bodies);
@@ -102,9 +103,13 @@ impl LinearIsland {
         let rolls = !self.island.setting().all_give_alike;
         self.island.setting_mut().give_alike();
         // Without a row no compliance is in it, and one point is enough.
-        self.is_plain = self.island.is_plain();
-        let kept = rolls || !self.selects(step, view)?;
-        for (point, compliance) in points(&mut self.points, self.is_plain).zip(COMPLIANCES) {
+        self.is_one = smoothed.is_some() || self.island.is_plain();
+        let kept = match smoothed {
+            Some(compliance) => self.soften(step, view, compliance).map(|()| false)?,
+            None => rolls || !self.selects(step, view)?,
+        };
+        let compliances = smoothed.map_or(COMPLIANCES, |compliance| [compliance, 0.0]);
+        for (point, compliance) in points(&mut self.points, self.is_one).zip(compliances) {
             if kept {
                 point.keep(&self.island, step, view, compliance);
             }
@@ -125,14 +130,14 @@ impl LinearIsland {
     fn selects(&mut self, step: &Step<'_>, view: &IslandView<'_>) -> Result<bool, Error> {
         /// Impulses that differ by less than this part of the largest are the same.
         const SAME: f64 = 1e-8;
-        for (point, compliance) in points(&mut self.points, self.is_plain).zip(COMPLIANCES) {
+        for (point, compliance) in points(&mut self.points, self.is_one).zip(COMPLIANCES) {
             point.begin(&self.island, step, view);
             self.found.clone_from(&point.iterate.impulses);
             if !point.solve(&self.island, step, view, compliance)? {
                 return Ok(false);
             }
         }
-        if self.is_plain {
+        if self.is_one {
             return Ok(true);
         }
         let [near, far] = self.points.each_ref().map(|point| &point.iterate.impulses);
@@ -144,6 +149,33 @@ impl LinearIsland {
         Ok(apart(found, near) <= 2.0 * apart(near, far) + SAME * largest)
     }
 
+    /// Moves the first point to the solution with this compliance, from the one that was found by way of smaller ones.
+    fn soften(
+        &mut self,
+        step: &Step<'_>,
+        view: &IslandView<'_>,
+        compliance: f64,
+    ) -> Result<(), Error> {
+        /// Of these parts of the compliance, the first from which the rest of the way is found.
+        const WAYS: [f64; 4] = [1.0, 1e-1, 1e-2, 1e-4];
+        let Self { island, points: [point, _], .. } = self;
+        for begun in WAYS {
+            point.begin(island, step, view);
+            let mut at = begun;
+            loop {
+                if !point.solve(island, step, view, at * compliance)? {
+                    break;
+                }
+                if at >= 1.0 {
+                    return Ok(());
+                }
+                at = (at * 4.0).min(1.0);
+            }
+        }
+        let why = "no solution with it was found; a smaller one is nearer to the step";
+        Err(Error::Unsupported { what: "the derivative with this compliance", why })
+    }
+
     pub(super) fn push<F: Fn(Constant, usize) -> f64>(
         &mut self,
         change: &StepChange<'_>,
@@ -151,8 +183,8 @@ impl LinearIsland {
         (gravity, ends): (&Vector3<f64>, &[Option<EndMap>]),
         end: &mut [StateChange],
     ) {
-        let weights = if self.is_plain { [1.0, 0.0] } else { WEIGHTS };
-        for (point, weight) in points(&mut self.points, self.is_plain).zip(weights) {
+        let weights = if self.is_one { [1.0, 0.0] } else { WEIGHTS };
+        for (point, weight) in points(&mut self.points, self.is_one).zip(weights) {
             point.rhs.clear();
             for (place, &body) in self.bodies.iter().enumerate() {
                 let mut given = constants
@@ -204,8 +236,8 @@ impl LinearIsland {
         constants: &[Constant],
         gradient: &mut StepGradient,
     ) {
-        let weights = if self.is_plain { [1.0, 0.0] } else { WEIGHTS };
-        for (point, weight) in points(&mut self.points, self.is_plain).zip(weights) {
+        let weights = if self.is_one { [1.0, 0.0] } else { WEIGHTS };
+        for (point, weight) in points(&mut self.points, self.is_one).zip(weights) {
             point.rhs.clear();
             point.rhs.extend(self.bodies.iter().map(|&body| {
                 let (linear, spin) = by_velocity[body];

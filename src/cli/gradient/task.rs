@@ -1,0 +1,253 @@
+//! A number that a run decides, and its derivatives.
+
+use super::super::args::Quantity;
+use super::super::outcome::Failure;
+use super::argument::Argument;
+use nalgebra::Vector3;
+use serde::Serialize;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use tumble::derivative::StateChange;
+use tumble::error::Error;
+use tumble::mechanics::{RigidBody, State, Wrench};
+use tumble::scenario::scene::Scene;
+use tumble::simulation::{Checkpoints, Run, RunGradient, Simulation, StepRecord};
+use tumble::step::StepStatus;
+use tumble::world::Constant;
+
+/// One derivative.
+#[derive(Debug, Serialize)]
+pub struct Row {
+    pub argument: &'static str,
+    /// Which of its numbers.
+    pub component: usize,
+    pub unit: &'static str,
+    pub derivative: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub difference: Option<f64>,
+}
+
+/// Why it ended early.
+pub enum Stop {
+    Interrupted,
+    Failed(Failure),
+}
+
+impl From<Error> for Stop {
+    fn from(error: Error) -> Self {
+        match error {
+            Error::Interrupted => Self::Interrupted,
+            other => Self::Failed(Failure::Input(other.to_string())),
+        }
+    }
+}
+
+impl From<Failure> for Stop {
+    fn from(failure: Failure) -> Self {
+        Self::Failed(failure)
+    }
+}
+
+/// A number of a scene's run.
+#[derive(Clone, Copy)]
+pub struct Task<'a> {
+    pub scene: &'a Scene,
+    pub body: usize,
+    pub of: Quantity,
+    pub compliance: Option<f64>,
+    /// What pushes the body through all steps.
+    pub push: Wrench,
+    pub interrupt: &'a Arc<AtomicBool>,
+}
+
+/// The number, what is to be known of the run, and the derivatives.
+pub type Found = (f64, RunGradient, Vec<Row>);
+
+impl Task<'_> {
+    /// Them by the `arguments`, with central differences of size `by`.
+    pub fn derivatives(&self, arguments: &[Argument], by: Option<f64>) -> Result<Found, Stop> {
+        let steps = self.scene.rows - 1;
+        let constants: Vec<Constant> = arguments.iter().filter_map(Argument::constant).collect();
+        let mut simulation = self.scene.simulation(self.interrupt)?;
+        simulation.set_wrench(self.body, self.push)?;
+        let start = simulation.states().to_vec();
+        let mut before = |_: &mut Simulation<'_>| Ok(());
+        let mut by_states = |k: u64, states: &[State]| {
+            (k == steps).then(|| {
+                let mut all = vec![StateChange::zero(); states.len()];
+                all[self.body] = self.slope(&start[self.body], &states[self.body]);
+                all
+            })
+        };
+        let mut run = Run {
+            steps,
+            before: &mut before,
+            by_states: &mut by_states,
+            constants: &constants,
+            checkpoints: Checkpoints::default(),
+            compliance: self.compliance,
+        };
+        let mut found = simulation.gradient(&mut run)?;
+        // The distance is from where it started.
+        let back = self.slope_by_start(&start[self.body], &simulation.states()[self.body]);
+        found.states[self.body] = found.states[self.body].plus(1.0, &back);
+        let value = self.value(&start[self.body], &simulation.states()[self.body]);
+        let mut rows = Vec::new();
+        for argument in arguments {
+            let numbers = self.numbers(argument, &found, &constants);
+            for (component, derivative) in numbers.into_iter().enumerate() {
+                let difference =
+                    by.map(|by| self.difference(argument, component, by)).transpose()?;
+                let (name, unit) = (argument.name(), argument.unit());
+                rows.push(Row { argument: name, component, unit, derivative, difference });
+            }
+        }
+        Ok((value, found, rows))
+    }
+
+    /// The derivatives by an argument.
+    fn numbers(
+        &self,
+        argument: &Argument,
+        found: &RunGradient,
+        constants: &[Constant],
+    ) -> Vec<f64> {
+        match *argument {
+            Argument::Start(.., from) => {
+                found.states[self.body].to_array()[from..from + 3].to_vec()
+            }
+            Argument::Push(.., from) => {
+                let each = found.wrenches.iter().map(|wrenches| &wrenches[self.body]);
+                let sum = each.fold(Wrench::zero(), |sum, wrench| sum.plus(wrench));
+                if from == 0 {
+                    sum.force.as_slice().to_vec()
+                } else {
+                    sum.torque.as_slice().to_vec()
+                }
+            }
+            Argument::Constant(constant) => {
+                let place = constants.iter().position(|known| *known == constant);
+                place.map_or(Vec::new(), |place| found.constants[place].clone())
+            }
+        }
+    }
+
+    /// The central difference by one number of an argument.
+    fn difference(&self, argument: &Argument, component: usize, by: f64) -> Result<f64, Stop> {
+        let apart = self.moved(argument, component, by)? - self.moved(argument, component, -by)?;
+        Ok(apart / (2.0 * by))
+    }
+
+    /// The number where one of an argument is `by` more.
+    fn moved(&self, argument: &Argument, component: usize, by: f64) -> Result<f64, Stop> {
+        let (scene, push) = self.shifted(argument, component, by)?;
+        let mut simulation = scene.simulation(self.interrupt)?;
+        simulation.set_wrench(self.body, push)?;
+        let start = simulation.states()[self.body];
+        let mut record = StepRecord::new();
+        for _ in 0..scene.rows - 1 {
+            simulation.step(&mut record)?;
+            if record.report.status == StepStatus::Failed {
+                break;
+            }
+        }
+        Ok(self.value(&start, &simulation.states()[self.body]))
+    }
+
+    /// The scene and the push where one number of an argument is `by` more.
+    pub fn shifted(
+        &self,
+        argument: &Argument,
+        component: usize,
+        by: f64,
+    ) -> Result<(Scene, Wrench), Stop> {
+        let (mut scene, mut push) = (self.scene.clone(), self.push);
+        match *argument {
+            Argument::Start(.., from) => {
+                let mut change = [0.0; StateChange::LEN];
+                change[from + component] = by;
+                let start = &mut scene.starts[self.body];
+                *start = StateChange::from_array(&change).applied(start);
+            }
+            Argument::Push(.., 0) => push.force[component] += by,
+            Argument::Push(..) => push.torque[component] += by,
+            Argument::Constant(constant) => {
+                let mut numbers = constant.of(&scene.world);
+                numbers[component] += by;
+                scene.world = scene.world.with_constants(&[(constant, &numbers)])?;
+            }
+        }
+        Ok((scene, push))
+    }
+
+    /// What one number of an argument is in the scene; 0 of turns, which are from there.
+    pub fn own(&self, argument: &Argument, component: usize) -> Option<f64> {
+        match *argument {
+            Argument::Start(.., from) => {
+                let start = &self.scene.starts[self.body];
+                Some(match from {
+                    0 => start.position[component],
+                    3 => 0.0,
+                    6 => start.velocity[component],
+                    _ => start.spin[component],
+                })
+            }
+            Argument::Push(.., 0) => Some(self.push.force[component]),
+            Argument::Push(..) => Some(self.push.torque[component]),
+            Argument::Constant(constant) => constant.of(&self.scene.world).get(component).copied(),
+        }
+    }
+
+    fn mechanics(&self) -> &RigidBody {
+        &self.scene.world.bodies()[self.body]
+    }
+
+    fn value(&self, start: &State, end: &State) -> f64 {
+        let (r, v) = (&end.position, &end.velocity);
+        match self.of {
+            Quantity::X => r[0],
+            Quantity::Y => r[1],
+            Quantity::Z => r[2],
+            Quantity::Vx => v[0],
+            Quantity::Vy => v[1],
+            Quantity::Vz => v[2],
+            Quantity::Speed => v.norm(),
+            Quantity::Distance => (r - start.position).norm(),
+            Quantity::KineticEnergy => {
+                let body = self.mechanics();
+                let turning = end.spin.dot(&(body.inertia() * end.spin));
+                0.5 * (body.mass() * v.norm_squared() + turning)
+            }
+        }
+    }
+
+    /// Its derivatives by the body's state at the end.
+    fn slope(&self, start: &State, end: &State) -> StateChange {
+        let zero = StateChange::zero();
+        let (position, velocity) = (end.position - start.position, end.velocity);
+        let unit = |v: Vector3<f64>| v.try_normalize(0.0).unwrap_or_default();
+        match self.of {
+            Quantity::X | Quantity::Y | Quantity::Z => {
+                StateChange { position: Vector3::ith(self.of as usize, 1.0), ..zero }
+            }
+            Quantity::Vx | Quantity::Vy | Quantity::Vz => {
+                StateChange { velocity: Vector3::ith(self.of as usize - 3, 1.0), ..zero }
+            }
+            Quantity::Speed => StateChange { velocity: unit(velocity), ..zero },
+            Quantity::Distance => StateChange { position: unit(position), ..zero },
+            Quantity::KineticEnergy => {
+                let body = self.mechanics();
+                let spin = body.inertia() * end.spin;
+                StateChange { velocity: velocity * body.mass(), spin, ..zero }
+            }
+        }
+    }
+
+    /// Its derivatives by the start beyond those through the end.
+    fn slope_by_start(&self, start: &State, end: &State) -> StateChange {
+        match self.of {
+            Quantity::Distance => StateChange::zero().plus(-1.0, &self.slope(start, end)),
+            _ => StateChange::zero(),
+        }
+    }
+}
