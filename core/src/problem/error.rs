@@ -88,6 +88,12 @@ pub enum ProblemError {
         /// The range.
         allowed: &'static str,
     },
+    /// A step whose problem is no problem of contacts.
+    #[error("the contact problem of the step cannot be posed: {why}")]
+    Step {
+        /// Why.
+        why: &'static str,
+    },
     /// It was given up because its interrupt flag was raised.
     #[error("the solve was interrupted")]
     Interrupted,

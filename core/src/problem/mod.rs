@@ -34,6 +34,7 @@ mod law;
 mod mass;
 mod matrix;
 mod measure;
+mod of_step;
 mod solution;
 
 pub use error::ProblemError;
