@@ -3,7 +3,8 @@
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use std::sync::atomic::AtomicBool;
-use tumble::mechanics::{RigidBody, State};
+use tumble::contact::Plane;
+use tumble::mechanics::{RigidBody, Rotation, State};
 use tumble::problem::{
     ContactProblem, Form, Law, ProblemError, RowLaw, Selection, SolveOptions, SparseMatrix, dat,
 };
@@ -32,7 +33,7 @@ fn apart(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
-/// A mass of 2 kg at one point: it leaves, sticks, or slips, in space and in the plane.
+/// A mass of 2 kg at one point: it leaves, sticks, or slips, in space and in the plane; to a tenth of what is asked for.
 #[test]
 fn one_contact_has_its_closed_form() {
     let options = SolveOptions::default();
@@ -45,9 +46,9 @@ fn one_contact_has_its_closed_form() {
     for (q, p, u) in cases {
         let w = DMatrix::identity(3, 3) * 0.5;
         let found = local(&w, &q, contacts(&[0.5])).solve(&options).unwrap();
-        assert!(found.is_solved() && found.residual < 1e-12, "{q:?}: {found:?}");
+        assert!(found.is_solved() && found.residual < 1e-10, "{q:?}: {found:?}");
         assert!(
-            apart(&found.impulses, &p) < 1e-12 && apart(&found.velocities, &u) < 1e-12,
+            apart(&found.impulses, &p) < 1e-10 && apart(&found.velocities, &u) < 1e-10,
             "{q:?}"
         );
         assert!(found.selected && found.parts == 1);
@@ -57,13 +58,13 @@ fn one_contact_has_its_closed_form() {
         let global =
             ContactProblem::global(dense(&mass), dense(&unit), f, vec![0.0; 3], contacts(&[0.5]));
         let found = global.unwrap().solve(&options).unwrap();
-        assert!(apart(&found.impulses, &p) < 1e-12 && apart(&found.body_velocities, &u) < 1e-12);
+        assert!(apart(&found.impulses, &p) < 1e-10 && apart(&found.body_velocities, &u) < 1e-10);
     }
     let w = DMatrix::identity(2, 2) * 0.5;
     let laws = Law::contacts(2, &[0.5]).unwrap();
     let found = local(&w, &[-1.0, -3.0], laws).solve(&options).unwrap();
-    assert!(apart(&found.impulses, &[2.0, 1.0]) < 1e-12, "{found:?}");
-    assert!(apart(&found.velocities, &[0.0, -2.5]) < 1e-12);
+    assert!(apart(&found.impulses, &[2.0, 1.0]) < 1e-10, "{found:?}");
+    assert!(apart(&found.velocities, &[0.0, -2.5]) < 1e-10);
 }
 
 /// Rows of joints: a chain of two masses on a line, held, stopped or braked.
@@ -285,7 +286,15 @@ fn the_rule_gives_the_least_norm_and_a_start_is_kept() {
 #[test]
 fn the_problem_of_a_step_has_its_impulses() {
     let cube = RigidBody::solid_box(2.0, Vector3::new(0.5, 0.4, 0.3)).unwrap();
-    let world = World::new(Parameters { bodies: vec![cube], ..Parameters::default() }).unwrap();
+    let world = World::new(Parameters {
+        bodies: vec![cube],
+        ground: Some(Plane::level()),
+        friction: 0.3,
+        gravity: Vector3::new(0.0, 0.0, -9.81),
+        time_step: 0.002,
+        rotation: Rotation::Momentum,
+    })
+    .unwrap();
     let (mut unique, mut others) = (0, 0);
     for seed in 0..6 {
         let start = State {

@@ -155,8 +155,8 @@ impl Tolerances {
     /// `residual` in the same parts.
     pub(super) fn posed(residual: f64) -> Self {
         let scale = (residual / ACCEPTED_RESIDUAL).max(ROUNDING / EXACT);
-        // Near a solution is near whatever is asked for.
-        let near = 1e-4_f64.max(10.0 * residual);
+        // Near a solution is near whatever is asked for: between 1e-4 and 2e-2 it hardly matters.
+        let near = 5e-3_f64.max(10.0 * residual);
         Self {
             rounding: 1e-14 * scale,
             exact: EXACT * scale,
