@@ -6,6 +6,7 @@ pub use tumble_core::{contact, derivative, error, geometry, joint, mechanics, st
 
 #[cfg(feature = "film")]
 pub mod film;
+pub mod problem;
 pub mod solver;
 #[cfg(feature = "program")]
 pub mod sparsity;

@@ -54,6 +54,8 @@ mod several_tampering;
 mod simulate;
 #[path = "derivatives/sizes.rs"]
 mod sizes;
+#[path = "cli/solve.rs"]
+mod solve;
 #[path = "cli/start_index.rs"]
 mod start_index;
 #[path = "cli/streams.rs"]

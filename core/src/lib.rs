@@ -15,6 +15,7 @@ pub mod mechanics;
 
 pub mod contact;
 pub mod derivative;
+pub mod problem;
 pub mod world;
 
 pub mod simulation;

@@ -5,6 +5,7 @@ mod arrays;
 mod contacts;
 mod errors;
 mod gradient;
+mod problem;
 mod recording;
 mod robot;
 mod rollout;
@@ -31,6 +32,7 @@ fn tumble_module(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<simulation::Simulation>()?;
     module.add_class::<robot::Robot>()?;
     module.add_class::<recording::Recording>()?;
+    module.add_class::<problem::CoreProblem>()?;
     module.add_function(wrap_pyfunction!(gradient::jacobian, module)?)?;
     module.add_function(wrap_pyfunction!(gradient::vjp, module)?)?;
     module.add_class::<contacts::Contacts>()?;

@@ -5,6 +5,7 @@ mod continued;
 mod convert;
 mod describe;
 mod directory;
+mod exported;
 mod film;
 mod fit;
 mod gif;
@@ -22,6 +23,7 @@ mod scenario;
 mod scene;
 mod signals;
 mod simulate;
+mod solve;
 mod sweep;
 mod validate;
 mod values;
@@ -55,6 +57,7 @@ pub fn run() -> Result<Outcome, Failure> {
         Some(Command::Fit(args)) => fit::run(&args),
         Some(Command::Gradient(args)) => gradient::run(&args),
         Some(Command::Validate(args)) => validate::run(&args),
+        Some(Command::Solve(args)) => solve::run(&args),
         Some(Command::Sweep(args)) => sweep::run(&args),
         Some(Command::Merge(args)) => sweep::merge(&args),
     }

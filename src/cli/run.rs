@@ -1,6 +1,7 @@
 //! A run: its steps one after another, and what they came to.
 
 use super::choices::OnFailure;
+use super::exported::Exported;
 use super::joints_summary::JointsSummary;
 use super::outcome::Failure;
 use super::output::progress_bar;
@@ -70,14 +71,15 @@ impl Run {
     }
 }
 
-/// Runs the simulation of `scene` on to its last row and writes every row from where it is. What `run` came to
+/// Runs the simulation of `scene` on to its last row and writes every row from where it is, and the contact
+/// problems where they are to be `exported`. What `run` came to
 /// before is in what it returns.
 pub fn run(
     scene: &Scene,
     simulation: &mut Simulation<'_>,
     mut run: Run,
     interrupt: &AtomicBool,
-    writer: &mut RunWriter,
+    (writer, mut exported): (&mut RunWriter, Option<&mut Exported>),
     quiet: bool,
 ) -> Result<Run, Failure> {
     let mut records = vec![StepRecord::new(); (CHUNK / scene.bodies.len()).max(1)];
@@ -110,6 +112,9 @@ pub fn run(
                 joints.add_stiffness(record.stiffness);
             }
             writer.write(record)?;
+            if let Some(exported) = &mut exported {
+                exported.write(&scene.world, record)?;
+            }
         }
         bar.inc(count as u64);
         left -= count as u64;

@@ -4,6 +4,7 @@ use super::args::SimulateArgs;
 use super::continued::{self, Continued};
 use super::describe::describe;
 use super::directory::OutputDirectory;
+use super::exported::Exported;
 use super::outcome::{Failure, Outcome};
 use super::output::{PendingFile, Voice};
 use super::pictures::{self, Pictures};
@@ -26,6 +27,8 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
         }
     };
     pictures::check(args, scene.rows, scene.world.time_step())?;
+    let exported = args.export_problems.as_deref().map(|path| Exported::check(path, &scene));
+    let exported = exported.transpose()?;
     let interrupt = Arc::new(AtomicBool::new(false));
     let mut simulation = scene.simulation(&interrupt)?;
     if let Some(before) = &before {
@@ -42,13 +45,15 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     for note in scene.notes() {
         voice.say(&format!("{}\n", shown::line(&note)));
     }
+    let mut exported = exported.map(Exported::begin).transpose()?;
     let mut writer = RunWriter::create(&scene, &out, before.as_ref().map(Continued::written))?;
     let [run_json, state] =
         ["run.json", continued::FILE].map(|name| PendingFile::create(&out, name));
     let (run_json, state) = (run_json?, state?);
     let pictures = Pictures::create(args, &out)?;
     let run = before.map_or_else(Run::new, Continued::into_run);
-    let run = run::run(&scene, &mut simulation, run, &interrupt, &mut writer, args.quiet)?;
+    let outputs = (&mut writer, exported.as_mut());
+    let run = run::run(&scene, &mut simulation, run, &interrupt, outputs, args.quiet)?;
 
     let mut files = writer.finish()?;
     let run_file = RunFile::of(&scene, &run.ended())?;
@@ -60,6 +65,9 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     let mut text = describe(&scene, &run);
     let names: Vec<_> = written.iter().map(|path| shown::path(path)).collect();
     let _ = writeln!(text, "wrote {}", names.join(", "));
+    if let Some(exported) = &exported {
+        text += &exported.described();
+    }
     if !removed.is_empty() {
         let _ = writeln!(text, "removed {} of an earlier run", removed.join(", "));
     }

@@ -152,6 +152,29 @@ impl Graph {
         sum.graph()
     }
 
+    /// p = 0, whatever the speed.
+    #[must_use]
+    pub fn free() -> Self {
+        Sum::constant(0.0).graph()
+    }
+
+    /// 0 ≤ u ⊥ p ≥ 0: a stop at the left end.
+    #[must_use]
+    pub fn limit() -> Self {
+        let mut sum = Sum::constant(0.0);
+        sum.add_stops(0.0, f64::INFINITY);
+        sum.graph()
+    }
+
+    /// u = 0 under impulses from `least` to `most`, which are those of u > 0 and of u < 0.
+    #[must_use]
+    pub fn between(least: f64, most: f64) -> Self {
+        let (middle, half) = (0.5 * (least + most), 0.5 * (most - least));
+        let mut sum = Sum::constant(middle);
+        sum.add_jump(0.0, half.max(0.0));
+        sum.graph()
+    }
+
     fn add(&mut self, u: f64, p: f64) {
         let is_new = self.count == 0 || self.corners[self.count - 1] != (u, p);
         if is_new && self.count < MOST {
@@ -231,6 +254,22 @@ mod tests {
         assert_eq!(locked.residual(0.0, 7.0, 2.0), 0.0);
         assert_eq!(locked.residual(0.25, -3.0, 2.0), 0.25);
         assert!(locked.segment(0).is_vertical() && locked.segment(1).is_vertical());
+    }
+
+    #[test]
+    fn stops_and_bounds_hold_on_their_side() {
+        for (graph, u, p) in [
+            (Graph::free(), 3.0, 0.0),
+            (Graph::limit(), 0.0, 5.0),
+            (Graph::limit(), 2.0, 0.0),
+            (Graph::between(-1.0, 3.0), 0.0, 2.0),
+            (Graph::between(-1.0, 3.0), -4.0, 3.0),
+            (Graph::between(-1.0, 3.0), 4.0, -1.0),
+        ] {
+            assert_eq!(graph.residual(u, p, 1.0), 0.0, "{u} {p}");
+        }
+        assert_eq!(Graph::limit().residual(-0.5, 0.0, 1.0), 0.5);
+        assert_eq!(Graph::limit().residual(1.0, -2.0, 1.0), 2.0);
     }
 
     #[test]

@@ -12,6 +12,7 @@ is named in ``unsolved``.
 """
 
 from ._gradients import Derivatives, RolloutDerivatives
+from ._problem import ContactProblem, ContactSolution
 from ._robot import Links, Robot, RobotJoint
 from ._rollout import Rollouts, Unsolved, rollout
 from ._scene import Scene, drop, floating, load
@@ -23,6 +24,8 @@ __all__ = [
     "PARAMETERS",
     "STATE_COLUMNS",
     "STATUSES",
+    "ContactProblem",
+    "ContactSolution",
     "Contacts",
     "Derivatives",
     "Links",

@@ -5,6 +5,7 @@ mod fit;
 mod gradient;
 mod shared;
 mod simulate;
+mod solve;
 mod sweep;
 mod validate;
 
@@ -13,6 +14,7 @@ pub use fit::FitArgs;
 pub use gradient::{GradientArgs, Quantity};
 pub use shared::{AnimationArgs, PhysicsArgs};
 pub use simulate::SimulateArgs;
+pub use solve::{Rule, SolveArgs};
 pub use sweep::{MergeArgs, SweepArgs};
 pub use validate::{Solvers, ValidateArgs};
 
@@ -61,6 +63,8 @@ pub enum Command {
     /// Compare simulations with the closed-form answers of textbook problems: a table, and
     /// OUT/validation.html.
     Validate(ValidateArgs),
+    /// Solve contact problems by themselves, from files in Siconos' text form: a table, and the solutions as CSV.
+    Solve(SolveArgs),
     /// Simulate a scenario with many seeds, or one share of them: a row a toss.
     Sweep(SweepArgs),
     /// Make one table of a sweep of which all shares are done: DIR/sweep.csv.

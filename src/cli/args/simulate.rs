@@ -97,6 +97,11 @@ pub struct SimulateArgs {
     /// Directory for the files, made if it is not there [default: out, with --continue its own].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Also write the contact problem of every step with contacts, as step-K.dat in Siconos' text form, linearised at
+    /// the step's solution (docs/contact-problem.md); only with the native solver, without joints. `tumble solve`
+    /// reads them.
+    #[arg(long, value_name = "DIR")]
+    pub export_problems: Option<PathBuf>,
     /// Also draw the trajectory over time, as `tumble plot` does.
     #[arg(long)]
     pub plot: bool,

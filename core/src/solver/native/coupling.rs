@@ -47,8 +47,15 @@ pub(super) struct Rows {
 }
 
 impl Rows {
+    /// Those of a contact along the axes `frame`, (t₁, t₂, n), with these responses along the tangents and the
+    /// normal.
+    pub(super) fn of_contact(frame: Matrix3<f64>, (tangential, normal): (f64, f64)) -> Self {
+        let across = 1.0 / tangential;
+        Self { frame, scale: Vector3::new(across, across, 1.0 / normal), give: 1.0 }
+    }
+
     /// Those of a joint, which respond with `response` each and give alike.
-    fn of_joint(frame: Matrix3<f64>, response: &Vector3<f64>) -> Self {
+    pub(super) fn of_joint(frame: Matrix3<f64>, response: &Vector3<f64>) -> Self {
         Self { frame, scale: response.map(f64::recip), give: 1.0 }
     }
 
@@ -84,7 +91,7 @@ impl Coupling {
     ) -> Self {
         let (normal, radius) = (contact.normal(), contact.features.radius);
         let tangential = share * contact.response.tangential;
-        let across = 1.0 / tangential;
+        let responses = (tangential, share * contact.response.normal);
         Self {
             lever: Lever {
                 centre: contact.features.point,
@@ -95,12 +102,11 @@ impl Coupling {
             offset: normal * approach(contact, time_step, level),
             rebound: contact.rebound,
             rows: Rows {
-                frame: contact.frame,
-                scale: Vector3::new(across, across, 1.0 / (share * contact.response.normal)),
                 give: match contact.is_rounded() {
                     true => (ROLLING_GIVE * tangential / COMPLIANCE).max(1.0),
                     false => 1.0,
                 },
+                ..Rows::of_contact(contact.frame, responses)
             },
             law: Law::Cone(Cone { friction: contact.law.friction }),
         }
@@ -124,6 +130,13 @@ impl Coupling {
         let rows = Rows::of_joint(Matrix3::identity(), response);
         let lever = Lever { centre: zero, arm: zero, radius: 0.0, torque_map };
         Self { lever, offset: zero, rebound: 0.0, rows, law }
+    }
+
+    /// That of rows of which nothing is known but their motion without bodies, `offset` (m/s), and their law.
+    pub(super) fn of_rows(rows: Rows, offset: Vector3<f64>, law: Law) -> Self {
+        let (zero, nothing) = (Vector3::zeros(), Matrix3::zeros());
+        let lever = Lever { centre: zero, arm: zero, radius: 0.0, torque_map: nothing };
+        Self { lever, offset, rebound: 0.0, rows, law }
     }
 
     /// Whether it is a contact.

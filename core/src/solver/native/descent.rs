@@ -35,6 +35,8 @@ pub(super) struct Descent<E: Equations> {
 pub(super) struct Outcome {
     pub(super) solved: bool,
     pub(super) start: Start,
+    /// Whether the law with compliance led to it, so that it is the solution of the selection rule.
+    pub(super) selected: bool,
 }
 
 /// How good the end of a start is: the least is best.
@@ -130,7 +132,8 @@ impl<E: Equations> Descent<E> {
             made: f64::INFINITY,
             residual: f64::INFINITY,
         };
-        let mut best = (nothing, Start::Previous);
+        let mut best = (nothing, Start::Previous, false);
+        let takes_any = equations.policy().takes_any;
         let rolls = !equations.setting().all_give_alike;
         let all = starts::all(equations.policy(), previous.len(), rolls);
         for (index, start) in all.enumerate() {
@@ -163,14 +166,16 @@ impl<E: Equations> Descent<E> {
                 },
                 residual: reached.residual,
             };
-            if !rank.unsolved && reached.selected && !rank.turns_too_far && rank.made == 0.0 {
+            let fits = reached.selected || takes_any;
+            let by_rule = reached.selected && !matches!(start, Start::Kept | Start::Best(_));
+            if !rank.unsolved && fits && !rank.turns_too_far && rank.made == 0.0 {
                 if repeated.is_none() {
                     self.settle(equations, reached.residual);
                 }
-                return Outcome { solved: true, start };
+                return Outcome { solved: true, start, selected: by_rule };
             }
             if index == 0 || rank < best.0 {
-                best = (rank, start);
+                best = (rank, start, by_rule);
                 self.best.copy_from(&self.iterate);
             }
             if effort.is_used_up() {
@@ -183,7 +188,7 @@ impl<E: Equations> Descent<E> {
             self.start(equations, previous, Start::Zero, effort);
             self.iterate.evaluate_points(equations);
         }
-        Outcome { solved: best.0.residual <= accepted, start: best.1 }
+        Outcome { solved: best.0.residual <= accepted, start: best.1, selected: best.2 }
     }
 
     /// Whether the last step's impulses are this step's as they are: they did not change from

@@ -4,11 +4,12 @@ use super::policy::Policy;
 use super::tolerances::{BUDGET_CONTACTS, BUDGET_STARTS, LEAST_BUDGET};
 use crate::error::Error;
 use crate::step::Step;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Counts the iterations of an island, over all its starts, and asks for an interrupt before each.
 #[derive(Debug)]
 pub(super) struct Effort<'a> {
-    step: &'a Step<'a>,
+    interrupt: Option<&'a AtomicBool>,
     iterations: u32,
     /// How many more there may be, and how many must be left for other starts when this one ends.
     left: u32,
@@ -18,11 +19,15 @@ pub(super) struct Effort<'a> {
 
 impl<'a> Effort<'a> {
     /// That of an island of so many `bodies` and `contacts`: fewer iterations where each takes longer.
-    pub(super) fn new(step: &'a Step<'a>, bodies: usize, contacts: usize) -> Self {
-        let budget = Policy::of(bodies).budget;
+    pub(super) fn new(step: &Step<'a>, bodies: usize, contacts: usize) -> Self {
+        Self::of(step.interrupt, Policy::of(bodies).budget, contacts)
+    }
+
+    /// The same within a budget for up to [`BUDGET_CONTACTS`].
+    pub(super) fn of(interrupt: Option<&'a AtomicBool>, budget: u32, contacts: usize) -> Self {
         let cost = u32::try_from(contacts.div_ceil(BUDGET_CONTACTS)).unwrap_or(u32::MAX).max(1);
         let left = (budget / cost).max(LEAST_BUDGET);
-        Self { step, iterations: 0, left, reserve: 0, interrupted: false }
+        Self { interrupt, iterations: 0, left, reserve: 0, interrupted: false }
     }
 
     /// Another start: it may use up a part of what is left.
@@ -32,7 +37,7 @@ impl<'a> Effort<'a> {
 
     /// One iteration more; `false` where there is to be none.
     pub(super) fn spend(&mut self) -> bool {
-        self.interrupted |= self.step.check_interrupt().is_err();
+        self.interrupted |= self.interrupt.is_some_and(|flag| flag.load(Ordering::Relaxed));
         if self.is_over() {
             return false;
         }

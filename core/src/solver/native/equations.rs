@@ -102,6 +102,14 @@ pub(super) struct Residual {
 }
 
 impl Residual {
+    /// Adds numbers that have no axes.
+    pub(super) fn add_all(&mut self, numbers: &[f64]) {
+        for number in numbers {
+            self.largest = self.largest.max(number.abs());
+            self.squared += number * number;
+        }
+    }
+
     #[inline]
     pub(super) fn add(&mut self, part: &Vector3<f64>) {
         self.largest = self.largest.max(part.amax());

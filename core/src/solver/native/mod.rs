@@ -15,10 +15,12 @@
 
 mod blocks;
 mod coupling;
+mod dense;
 mod descent;
 mod effort;
 mod equations;
 mod fixed_motion;
+pub(crate) mod fronts;
 mod interior_point;
 mod island;
 mod islands;
@@ -30,6 +32,7 @@ mod pair_motion;
 mod part;
 mod pattern;
 mod policy;
+mod posed;
 mod proximal;
 mod round_motion;
 mod single;
@@ -52,6 +55,7 @@ pub use law::Piece;
 pub use linearised::{StepChange, StepDerivative, StepGradient};
 use nalgebra::Vector3;
 use part::{Part, Parts};
+pub(crate) use posed::solve as solve_problem;
 use starts::Start;
 #[cfg(feature = "threads")]
 use std::num::NonZeroUsize;
@@ -150,7 +154,7 @@ impl NativeSolver {
                 part.solve(step, contacts, &island, self.accepted)?;
             }
             let ended = part.write(step, contacts, &island, solution);
-            let Outcome { solved, start } = ended.outcome;
+            let Outcome { solved, start, .. } = ended.outcome;
             for &body in island.bodies {
                 let end = &mut self.ends[body];
                 let retried = end.retried || start != Start::Previous;

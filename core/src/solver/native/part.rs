@@ -40,7 +40,10 @@ pub(super) struct Ended {
 /// Nothing was solved.
 impl Default for Ended {
     fn default() -> Self {
-        Self { outcome: Outcome { solved: false, start: Start::Previous }, iterations: 0 }
+        Self {
+            outcome: Outcome { solved: false, start: Start::Previous, selected: false },
+            iterations: 0,
+        }
     }
 }
 

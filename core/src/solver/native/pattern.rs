@@ -19,6 +19,8 @@ pub(super) struct Pattern {
     /// comes.
     later: Vec<usize>,
     neighbours: Vec<Vec<usize>>,
+    /// Of each body, the body whose neighbours it was last found among.
+    marks: Vec<usize>,
     /// Bodies that wait for their turn, by their degree; entries of a degree that has changed are stale.
     queue: BinaryHeap<Reverse<(usize, usize)>>,
 }
@@ -44,6 +46,8 @@ impl Pattern {
             list.clear();
         }
         self.neighbours.resize(bodies.max(self.neighbours.len()), Vec::new());
+        self.marks.clear();
+        self.marks.resize(bodies, OPEN);
         for &(i, j) in &self.pairs {
             self.neighbours[i].push(j);
             self.neighbours[j].push(i);
@@ -65,8 +69,12 @@ impl Pattern {
             for &i in &list {
                 let neighbours = &mut self.neighbours[i];
                 neighbours.retain(|&j| j != body);
+                self.marks[i] = i;
+                for &j in &*neighbours {
+                    self.marks[j] = i;
+                }
                 for &j in &list {
-                    if j != i && !neighbours.contains(&j) {
+                    if self.marks[j] != i {
                         neighbours.push(j);
                     }
                 }

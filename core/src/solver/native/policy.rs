@@ -29,6 +29,8 @@ pub(super) struct Policy {
     pub(super) settles: bool,
     /// Whether impulses of the last step are those of this one only where they obey it to rounding.
     repeats_exactly: bool,
+    /// Whether any solution will do, also one that compliance did not select.
+    pub(super) takes_any: bool,
 }
 
 /// For one body: a few unknowns, so that many starts cost little.
@@ -52,6 +54,7 @@ static ALONE: Policy = Policy {
     keeps_best: false,
     settles: false,
     repeats_exactly: true,
+    takes_any: false,
 };
 
 /// For several bodies: in the order of what they solve for their cost. In a crowd, what is far from a
@@ -95,6 +98,7 @@ const TOGETHER: Policy = Policy {
     keeps_best: true,
     settles: true,
     repeats_exactly: false,
+    takes_any: false,
 };
 
 static SEVERAL: Policy = TOGETHER;
@@ -102,6 +106,12 @@ static SEVERAL: Policy = TOGETHER;
 /// For bodies that joints tie: a force that joints keep may be the same in every step and move them all
 /// the same, by less than what a heap may leave.
 static TIED: Policy = Policy { repeats_exactly: true, ..TOGETHER };
+
+/// For problems without bodies: nothing is known of how they came about, and nothing is at rest.
+static POSED: Policy = Policy { settles: false, takes_any: true, ..TOGETHER };
+
+/// The same where the solution of the selection rule is asked for.
+static SELECTED: Policy = Policy { takes_any: false, ..POSED };
 
 const CROWDED: usize = 64;
 
@@ -114,6 +124,11 @@ impl Policy {
     /// That of bodies that joints tie.
     pub(super) fn tied() -> &'static Self {
         &TIED
+    }
+
+    /// That of problems without bodies, of which any solution will do or that of the selection rule.
+    pub(super) fn posed(any: bool) -> &'static Self {
+        if any { &POSED } else { &SELECTED }
     }
 
     /// The starts for so many contacts, and how many scattered ones come after them.

@@ -151,6 +151,26 @@ impl Tolerances {
         }
     }
 
+    /// Those of a problem without a world, whose velocities are in parts of its own speed, solved to a
+    /// `residual` in the same parts.
+    pub(super) fn posed(residual: f64) -> Self {
+        let scale = (residual / ACCEPTED_RESIDUAL).max(ROUNDING / EXACT);
+        // Near a solution is near whatever is asked for: between 1e-4 and 2e-2 it hardly matters.
+        let near = 5e-3_f64.max(10.0 * residual);
+        Self {
+            rounding: 1e-14 * scale,
+            exact: EXACT * scale,
+            newton: 1e-11 * scale,
+            solved: SOLVED_TOGETHER * scale,
+            sufficient: 5e-10 * scale,
+            whole_steps: 0.1 * near,
+            near,
+            missed: 1e-10 * scale,
+            level: 0.0,
+            rest: 0.0,
+        }
+    }
+
     /// The same for bodies that hold each other. Where forces are shared in many ways and some lie
     /// on the edge of their cones, the last digits come slowly, and what is left of them is in the
     /// gaps of the next step: a heap whose gaps contradict each other by 10⁻¹³ m has to push and to

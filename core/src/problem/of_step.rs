@@ -1,0 +1,111 @@
+//! The contact problem of a step that was taken.
+
+use super::{ContactProblem, Law, ProblemError, SparseMatrix};
+use crate::contact::{Contact, Partner};
+use crate::mechanics::State;
+use crate::simulation::StepRecord;
+use crate::world::World;
+use nalgebra::{Matrix3, Vector3};
+
+impl ContactProblem {
+    /// The contact problem of a step of `world`, in the global form: of every body the velocity (m/s, world)
+    /// and the spin (rad/s, body), of every contact of the record its normal and its tangents. With the impulses
+    /// p⁺, the velocities v⁺ and the motion u⁺ of the contacts that the step came to,
+    ///
+    /// ```text
+    /// M = diag(m E, I),   H = (E; G) F,   f = M v⁺ − H p⁺,   w = u⁺ − Hᵀ v⁺               (C6)
+    /// ```
+    ///
+    /// M and H are those of the step's start; what the turn of the step adds to the motion is in f and w, as it is
+    /// at the step's end. So the step's own solution is one of the problem, to the step's residual. The second list
+    /// are its impulses, p⁺ (N s).
+    ///
+    /// # Errors
+    /// A step with joints or gears, whose rows are no contacts; a record that is not of a step of `world`;
+    /// numbers that are not finite.
+    pub fn of_step(world: &World, record: &StepRecord) -> Result<(Self, Vec<f64>), ProblemError> {
+        if !world.joints().is_empty() {
+            let why = "its joints hold it too, and a contact problem has no words for them";
+            return Err(ProblemError::Step { why });
+        }
+        let bodies = world.bodies().len();
+        let (states, next) = (&record.states, &record.solution.states);
+        let sizes = [states.len(), next.len(), record.solution.contacts.len()];
+        let is_of = |contact: &Contact| contact.key.bodies().all(|body| body < bodies);
+        if sizes != [bodies, bodies, record.contacts.len()] || !record.contacts.iter().all(is_of) {
+            return Err(ProblemError::Step { why: "its record is one of another world" });
+        }
+        let mut entries = Vec::new();
+        for (index, body) in world.bodies().iter().enumerate() {
+            for k in 0..3 {
+                entries.push((6 * index + k, 6 * index + k, body.mass()));
+                let inertia = |j: usize| body.inertia()[(k, j)];
+                entries.extend((0..3).map(|j| (6 * index + 3 + k, 6 * index + 3 + j, inertia(j))));
+            }
+        }
+        let mass = SparseMatrix::from_triplets(6 * bodies, 6 * bodies, entries)?;
+        let (mut entries, mut laws) = (Vec::new(), Vec::new());
+        let (mut impulses, mut motion) = (Vec::new(), Vec::new());
+        let h = world.time_step();
+        for (index, contact) in record.contacts.iter().enumerate() {
+            let frame = normal_first(contact);
+            let force = record.solution.contacts[index].force;
+            impulses.extend((frame.tr_mul(&force) * h).iter());
+            let poses = |body: usize| (states[body].pose(), next[body].pose());
+            let a = poses(contact.key.body);
+            let b = contact.key.partner.body().map(poses);
+            let u = contact.motion((&a.0, &a.1), b.as_ref().map(|b| (&b.0, &b.1)), h);
+            let u = contact.law_motion(u, world, states, next);
+            motion.extend(frame.tr_mul(&u).iter());
+            laws.push(Law::contact(3, contact.law.friction)?);
+            for (body, linear, angular) in sides(contact, states, &frame) {
+                for (k, column) in (3 * index..3 * index + 3).enumerate() {
+                    for j in 0..3 {
+                        entries.push((6 * body + j, column, linear[(j, k)]));
+                        entries.push((6 * body + 3 + j, column, angular[(j, k)]));
+                    }
+                }
+            }
+        }
+        let directions = SparseMatrix::from_triplets(6 * bodies, impulses.len(), entries)?;
+        let velocities: Vec<f64> =
+            next.iter().flat_map(|state| [state.velocity, state.spin]).flat_map(numbers).collect();
+        let mut momentum = vec![0.0; velocities.len()];
+        mass.add_product(&velocities, &mut momentum);
+        let minus: Vec<f64> = impulses.iter().map(|impulse| -impulse).collect();
+        directions.add_product(&minus, &mut momentum);
+        let minus: Vec<f64> = velocities.iter().map(|velocity| -velocity).collect();
+        directions.add_transposed_product(&minus, &mut motion);
+        let problem = Self::global(mass, directions, momentum, motion, laws)?;
+        Ok((problem, impulses))
+    }
+}
+
+fn numbers(vector: Vector3<f64>) -> [f64; 3] {
+    [vector[0], vector[1], vector[2]]
+}
+
+/// What an impulse along the axes of a contact does to its bodies: force on each (world) and torque (body).
+fn sides(
+    contact: &Contact,
+    states: &[State],
+    frame: &Matrix3<f64>,
+) -> impl Iterator<Item = (usize, Matrix3<f64>, Matrix3<f64>)> {
+    let body = contact.key.body;
+    let other = match contact.key.partner {
+        Partner::Ground | Partner::Fixed(_) => None,
+        Partner::Body(other) => {
+            let (a, b) = (states[body].pose(), states[other].pose());
+            let arm = a.position + contact.arm - b.position;
+            let torques = b.rotation.tr_mul(&(arm.cross_matrix() * frame));
+            Some((other, -frame, -torques))
+        }
+    };
+    std::iter::once((body, *frame, contact.torque_map * frame)).chain(other)
+}
+
+/// F = (n, t₁, t₂).
+fn normal_first(contact: &Contact) -> Matrix3<f64> {
+    let axis = |k: usize| contact.frame.column(k).into_owned();
+    Matrix3::from_columns(&[axis(2), axis(0), axis(1)])
+}

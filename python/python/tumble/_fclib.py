@@ -1,0 +1,171 @@
+"""FCLIB's HDF5 form of contact problems, through h5py."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Callable, Dict, List, Optional, Tuple, Union
+
+from ._tumble import TumbleError
+
+if TYPE_CHECKING:
+    from ._problem import ContactProblem, ContactSolution
+
+Path_ = Union[str, "os.PathLike[str]"]
+
+
+def _h5py(path: Path_) -> Any:
+    try:
+        import h5py
+    except ImportError:
+        raise TumbleError(
+            f"{os.fspath(path)}: FCLIB's HDF5 needs the package h5py; pip install h5py brings it"
+        ) from None
+    return h5py
+
+
+def read(path: Path_) -> Tuple[Dict[str, Any], List[Any], int]:
+    """The matrices and vectors, the laws, and the dimension. Equations that hold without a law (G and b; V, R and s) are
+    locked rows behind the contacts."""
+    import numpy as np
+
+    h5py = _h5py(path)
+    try:
+        with h5py.File(path, "r") as file:
+            name = next((name for name in ("fclib_local", "fclib_global") if name in file), None)
+            if name is None:
+                raise TumbleError("it has neither a group fclib_local nor fclib_global")
+            group = file[name]
+            dimension = int(np.ravel(group["spacedim"][()])[0])
+            vectors = {key: np.ravel(value[()]).astype(float) for key, value in group["vectors"].items()}
+            laws: List[Any] = [float(mu) for mu in vectors["mu"]]
+            if name == "fclib_local":
+                response, free = _sparse(group["W"]), vectors["q"]
+                if "R" in group:
+                    beside, own = _sparse(group["V"]), _sparse(group["R"])
+                    rows = response.shape[0]
+                    response = response.with_block(beside, (0, rows))
+                    response = response.with_block(beside.turned(), (rows, 0))
+                    response = response.with_block(own, (rows, rows))
+                    free = np.concatenate([free, vectors["s"]])
+                    laws += _locked(own.shape[0])
+                return {"W": response, "q": free}, laws, dimension
+            directions, offset = _sparse(group["H"]), vectors["w"]
+            if "G" in group:
+                held = _sparse(group["G"])
+                directions = directions.with_block(held, (0, directions.shape[1]))
+                offset = np.concatenate([offset, vectors["b"]])
+                laws += _locked(held.shape[1])
+            given = {"M": _sparse(group["M"]), "H": directions, "f": vectors["f"], "w": offset}
+            return given, laws, dimension
+    except (KeyError, OSError, ValueError, IndexError, TumbleError) as error:
+        why = error.args[0] if isinstance(error, KeyError) and error.args else error
+        raise TumbleError(
+            f"{os.fspath(path)}: cannot be read as a contact problem of FCLIB: {why}"
+        ) from None
+
+
+def _locked(count: int) -> List[List[str]]:
+    return [["locked"] * min(3, count - first) for first in range(0, count, 3)]
+
+
+class _Sparse:
+    """Entries, as scipy's matrices give them."""
+
+    def __init__(self, shape: Tuple[int, int], row: Any, col: Any, data: Any) -> None:
+        self.shape, self.row, self.col, self.data = shape, row, col, data
+
+    def tocoo(self) -> "_Sparse":
+        return self
+
+    def turned(self) -> "_Sparse":
+        """The transposed matrix."""
+        return _Sparse((self.shape[1], self.shape[0]), self.col, self.row, self.data)
+
+    def with_block(self, block: "_Sparse", at: Tuple[int, int]) -> "_Sparse":
+        """This with a block more, which may be beside it or below it."""
+        import numpy as np
+
+        rows, columns = (max(own, place + more) for own, place, more in zip(self.shape, at, block.shape))
+        row = np.concatenate([self.row, block.row + at[0]])
+        col = np.concatenate([self.col, block.col + at[1]])
+        return _Sparse((rows, columns), row, col, np.concatenate([self.data, block.data]))
+
+
+def _sparse(group: Any) -> _Sparse:
+    """A matrix: nz is the number of triplets, -1 for columns (CSC), -2 for rows (CSR)."""
+    import numpy as np
+
+    rows, columns, kind = (int(np.ravel(group[name][()])[0]) for name in ("m", "n", "nz"))
+    starts, indices, values = (np.ravel(group[name][()]) for name in ("p", "i", "x"))
+    if kind >= 0:
+        entries = (indices[:kind], starts[:kind], values[:kind])
+        return _Sparse((rows, columns), *entries)
+    if kind not in (-1, -2):
+        raise TumbleError(f"nz of a matrix is {kind}; a count, -1 or -2 is needed")
+    along = np.repeat(np.arange(len(starts) - 1), np.diff(starts))
+    indices, values = indices[: len(along)], values[: len(along)]
+    entries = (indices, along, values) if kind == -1 else (along, indices, values)
+    return _Sparse((rows, columns), *entries)
+
+
+def write(path: Path_, problem: "ContactProblem", solution: Optional["ContactSolution"]) -> None:
+    """A problem of contacts, with triplets; a solution beside it as FCLIB has it."""
+    import numpy as np
+
+    h5py = _h5py(path)
+    sizes = set(problem.sizes)
+    if len(sizes) != 1 or np.isnan(problem.mu).any():
+        raise TumbleError(
+            f"{os.fspath(path)}: a problem for FCLIB has contacts of one dimension alone"
+        )
+
+    def content(temporary: str) -> None:
+        with h5py.File(temporary, "w") as file:
+            group = file.create_group("fclib_local" if problem.is_local else "fclib_global")
+            group["spacedim"] = np.array(list(sizes), np.int32)
+            for name in ("W",) if problem.is_local else ("M", "H"):
+                rows, columns, at, along, values = problem.entries(name)
+                counts = {"m": rows, "n": columns, "nz": len(values), "nzmax": len(values)}
+                matrix = group.create_group(name)
+                for key, count in counts.items():
+                    matrix[key] = np.array([count], np.int32)
+                matrix["i"], matrix["p"] = np.array(at, np.int32), np.array(along, np.int32)
+                matrix["x"] = values
+            vectors = group.create_group("vectors")
+            vectors["mu"] = problem.mu
+            for name in ("q",) if problem.is_local else ("f", "w"):
+                vectors[name] = problem.vector(name)
+            info = group.create_group("info")
+            for key, text in (("title", "contact problem"), ("description", "written by tumble"), ("math_info", " ")):
+                info[key] = np.bytes_(text)
+            if solution is not None:
+                beside = file.create_group("solution")
+                beside["r"], beside["u"] = solution.impulses, solution.velocities
+                beside["v"] = solution.body_velocities
+
+    replaced(path, content)
+
+
+def replaced(path: Path_, write: Callable[[str], object]) -> None:
+    """Has ``write`` make a file under another name, which takes its own when it is whole."""
+    folder = Path(path).parent
+    try:
+        handle, temporary = tempfile.mkstemp(prefix=".tumble-", suffix=".tmp", dir=folder)
+        os.close(handle)
+        try:
+            write(temporary)
+            os.chmod(temporary, 0o666 & ~_umask())
+            os.replace(temporary, path)
+        except BaseException:
+            os.unlink(temporary)
+            raise
+    except OSError as error:
+        raise TumbleError(f"{os.fspath(path)}: cannot be written: {error}") from None
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask

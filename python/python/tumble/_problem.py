@@ -1,0 +1,220 @@
+"""Contact problems by themselves, whoever made them: docs/contact-problem.md."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, List, Optional, Sequence, Tuple, Union
+
+from . import _fclib
+from ._arrays import numbers
+from ._tumble import CoreProblem, TumbleError
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
+    Floats = npt.NDArray[np.float64]
+
+RowLaw = Union[str, Tuple[str, float, float]]
+Law = Union[float, Sequence[RowLaw]]
+Path_ = Union[str, "os.PathLike[str]"]
+
+
+@dataclass(frozen=True)
+class ContactSolution:
+    """A solution of a ``ContactProblem``, or the best point that was found."""
+
+    impulses: "Floats"
+    """p of every row, N s; of contacts the first of each is the normal one."""
+    velocities: "Floats"
+    """u of every row, m/s."""
+    body_velocities: "Floats"
+    """v of the global form; empty of the local one."""
+    solved: bool
+    """Whether the residual is what was asked for."""
+    residual: float
+    """The largest miss of a law, m/s, each contact in its own scale, found from the impulses alone."""
+    relative_error: float
+    """The error that Siconos and FCLIB measure, without a unit."""
+    iterations: int
+    """Of all starts of all parts."""
+    parts: int
+    """How many parts of the problem have nothing to do with each other."""
+    start: str
+    """The start that led to it."""
+    selected: bool
+    """Whether it is the solution of the selection rule."""
+
+
+class ContactProblem:
+    """Coulomb's exact law on rows that matrices couple, ``u = W p + q``, or ``M v = H p + f`` and ``u = H^T v + w``.
+
+    Matrices are numpy arrays or sparse ones of scipy; vectors are numpy arrays. ``mu`` has a coefficient for each contact, whose
+    rows are its normal and then its tangents, ``dimension`` of them. In place of ``mu``, ``laws`` has an entry for
+    each group of rows: a coefficient, or a list of one to three of ``"free"``, ``"locked"``, ``"limit"``
+    (0 <= u, p >= 0, one of them zero) and ``("box", least, most)`` (u = 0 by an impulse between these).
+    """
+
+    _core: CoreProblem
+
+    def __init__(
+        self,
+        *,
+        W: Any = None,
+        q: Any = None,
+        M: Any = None,
+        H: Any = None,
+        f: Any = None,
+        w: Any = None,
+        mu: Any = None,
+        laws: Optional[Sequence[Law]] = None,
+        dimension: int = 3,
+    ) -> None:
+        given = {"W": W, "q": q, "M": M, "H": H, "f": f, "w": w}
+        names = tuple(name for name, value in given.items() if value is not None)
+        if names not in (("W", "q"), ("M", "H", "f", "w")):
+            raise TumbleError(
+                f"{', '.join(names) or 'nothing'} given; W and q, or M, H, f and w are needed"
+            )
+        if (mu is None) == (laws is None):
+            raise TumbleError("mu or laws is needed, and not both")
+        if dimension not in (2, 3):
+            raise TumbleError(f"dimension is {dimension!r}; 2 or 3 is needed")
+        groups = _contacts(mu) if laws is None else [_group(law) for law in laws]
+        vectors = {name: numbers(name, given[name], ("n",)) for name in names if name in "qfw"}
+        if W is not None:
+            self._core = CoreProblem.local(_entries("W", W), vectors["q"], dimension, groups)
+        else:
+            mass, directions = _entries("M", M), _entries("H", H)
+            momentum, offset = vectors["f"], vectors["w"]
+            self._core = CoreProblem.of_bodies(mass, directions, momentum, offset, dimension, groups)
+
+    @classmethod
+    def _of(cls, core: CoreProblem) -> "ContactProblem":
+        problem = cls.__new__(cls)
+        problem._core = core
+        return problem
+
+    @classmethod
+    def read(cls, path: Path_) -> "ContactProblem":
+        """From a file: FCLIB's HDF5 (with h5py), or Siconos' text."""
+        try:
+            content = Path(path).read_bytes()
+        except OSError as error:
+            raise TumbleError(f"{os.fspath(path)}: cannot be read: {error}") from None
+        if content.startswith(b"\x89HDF"):
+            given, laws, dimension = _fclib.read(path)
+            return cls(**given, laws=laws, dimension=dimension)
+        try:
+            return cls._of(CoreProblem.from_dat(content.decode()))
+        except (TumbleError, UnicodeDecodeError) as error:
+            raise TumbleError(f"{os.fspath(path)}: cannot be read as a contact problem: {error}") from None
+
+    def write(self, path: Path_, solution: Optional[ContactSolution] = None) -> None:
+        """To a file: FCLIB's HDF5 where its name ends in .hdf5 or .h5, with a solution if there is one, and else Siconos'
+        text."""
+        if Path(path).suffix in (".hdf5", ".h5"):
+            _fclib.write(path, self, solution)
+            return
+        if solution is not None:
+            raise TumbleError("Siconos' text has no place for a solution; a name that ends in .hdf5 is needed")
+        text = self._core.to_dat()
+        _fclib.replaced(path, lambda temporary: Path(temporary).write_text(text))
+
+    def solve(
+        self, *, residual: float = 1e-9, start: Any = None, rule: str = "any"
+    ) -> ContactSolution:
+        """Solves it to ``residual`` (m/s), from the impulses ``start`` if there are any.
+
+        Where there are several solutions, ``rule`` "any" takes the first that is found; "compliance" the limit of an equal,
+        vanishing compliance, of what sticks the one of the least norm.
+        """
+        first = None if start is None else numbers("start", start, (sum(self.sizes),))
+        arrays, errors, counts, name, selected = self._core.solve(float(residual), first, rule)
+        return ContactSolution(
+            *arrays, errors[0] <= residual, *errors, *counts, start=name, selected=selected
+        )
+
+    def evaluate(self, impulses: Any) -> Tuple["Floats", "Floats", float, float]:
+        """u, v, the residual (m/s) and the relative error of impulses, as those of a solution are found."""
+        arrays, errors = self._core.evaluate(numbers("impulses", impulses, (sum(self.sizes),)))
+        return arrays[0], arrays[1], errors[0], errors[1]
+
+    def to_local(self) -> "ContactProblem":
+        """The same in the local form: W = H^T M^-1 H, q = H^T M^-1 f + w."""
+        return self._of(self._core.to_local())
+
+    @property
+    def is_local(self) -> bool:
+        """Whether it is W and q, or M, H, f and w."""
+        return self._core.is_local
+
+    @property
+    def sizes(self) -> List[int]:
+        """The rows of every group."""
+        return self._core.sizes
+
+    @property
+    def mu(self) -> "Floats":
+        """The coefficient of every contact; NaN of a group that is none."""
+        import numpy as np
+
+        return np.array([np.nan if mu is None else mu for mu in self._core.friction])
+
+    def entries(self, name: str) -> Tuple[int, int, List[int], List[int], "Floats"]:
+        """Of W, M or H rows and columns, and the rows, columns and values of its entries."""
+        return self._core.entries(name)
+
+    def matrix(self, name: str) -> "Floats":
+        """W, M or H as a dense array."""
+        import numpy as np
+
+        rows, columns, at, along, values = self._core.entries(name)
+        dense = np.zeros((rows, columns))
+        dense[at, along] = values
+        return dense
+
+    def vector(self, name: str) -> "Floats":
+        """q, f or w."""
+        return self._core.vector(name)
+
+    def __repr__(self) -> str:
+        form = "local" if self.is_local else "global"
+        return f"<tumble.ContactProblem: {form}, {len(self.sizes)} groups, {sum(self.sizes)} rows>"
+
+
+def _contacts(mu: Any) -> List[Tuple[Optional[float], List[Tuple[str, float, float]]]]:
+    return [(float(value), []) for value in numbers("mu", mu, ("n",))]
+
+
+def _group(law: Law) -> Tuple[Optional[float], List[Tuple[str, float, float]]]:
+    if isinstance(law, (int, float)):
+        return float(law), []
+    rows: List[Tuple[str, float, float]] = []
+    for row in law:
+        if isinstance(row, str):
+            if row == "box":
+                raise TumbleError('laws: "box" without bounds; ("box", least, most) is needed')
+            rows.append((row, 0.0, 0.0))
+            continue
+        if len(row) != 3 or row[0] != "box":
+            raise TumbleError(f'laws: {row!r} is none; a name or ("box", least, most) is needed')
+        rows.append(("box", float(row[1]), float(row[2])))
+    return None, rows
+
+
+def _entries(name: str, value: Any) -> Tuple[int, int, List[int], List[int], "Floats"]:
+    """Rows, columns and entries of a dense or a sparse matrix."""
+    import numpy as np
+
+    if hasattr(value, "tocoo"):
+        sparse = value.tocoo()
+        values = numbers(name, sparse.data, ("n",))
+        rows, columns = sparse.shape
+        return int(rows), int(columns), sparse.row.tolist(), sparse.col.tolist(), values
+    dense = numbers(name, value, ("n", "m"))
+    at, along = np.nonzero(dense)
+    values = np.ascontiguousarray(dense[at, along])
+    return dense.shape[0], dense.shape[1], at.tolist(), along.tolist(), values

@@ -1,0 +1,243 @@
+//! Contact problems by themselves.
+
+use crate::arrays::{numbers, shaped};
+use crate::errors::refused;
+use crate::watch::Watched;
+use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
+use pyo3::exceptions::PyKeyboardInterrupt;
+use pyo3::prelude::*;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64};
+use tumble::problem::{
+    ContactProblem, Form, Law, ProblemError, RowLaw, Selection, Solution, SolveOptions,
+    SparseMatrix, dat,
+};
+
+type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
+type Numbers<'py> = PyReadonlyArrayDyn<'py, f64>;
+/// Rows and columns, and the entries: their rows, their columns, their values.
+type Entries<'py> = (usize, usize, Vec<usize>, Vec<usize>, Numbers<'py>);
+/// μ, or rows by name with two bounds.
+type GivenLaw = (Option<f64>, Vec<(String, f64, f64)>);
+
+/// A problem with at least so many rows is solved on a thread of its own, so that Ctrl-C ends it.
+const LONG: usize = 300;
+
+/// A contact problem in the library's memory.
+#[pyclass(frozen, module = "tumble._tumble")]
+pub struct CoreProblem {
+    content: ContactProblem,
+}
+
+fn of_problem(error: &ProblemError) -> PyErr {
+    match error {
+        ProblemError::Interrupted => PyKeyboardInterrupt::new_err(()),
+        other => refused(other),
+    }
+}
+
+fn matrix(name: &str, (rows, columns, at, along, values): &Entries<'_>) -> PyResult<SparseMatrix> {
+    let values = numbers(name, values)?;
+    if at.len() != values.len() || along.len() != values.len() {
+        return Err(refused(format!("{name}: as many rows and columns as entries are needed")));
+    }
+    let entries =
+        at.iter().zip(along).zip(values).map(|((row, column), value)| (*row, *column, *value));
+    SparseMatrix::from_triplets(*rows, *columns, entries).map_err(|error| of_problem(&error))
+}
+
+fn laws(dimension: usize, given: Vec<GivenLaw>) -> PyResult<Vec<Law>> {
+    let of_row = |(name, least, most): &(String, f64, f64)| match name.as_str() {
+        "free" => Ok(RowLaw::Free),
+        "locked" => Ok(RowLaw::Locked),
+        "limit" => Ok(RowLaw::Limit),
+        "box" => Ok(RowLaw::Box { least: *least, most: *most }),
+        other => {
+            Err(refused(format!("laws: {other:?} is none; there are free, locked, limit, box")))
+        }
+    };
+    let of_group = |(friction, rows): GivenLaw| {
+        let law = match friction {
+            Some(friction) => Law::contact(dimension, friction),
+            None => Law::rows_of(rows.iter().map(of_row).collect::<PyResult<_>>()?),
+        };
+        law.map_err(|error| of_problem(&error))
+    };
+    given.into_iter().map(of_group).collect()
+}
+
+#[pymethods]
+impl CoreProblem {
+    /// That of W, q and the laws.
+    #[staticmethod]
+    #[pyo3(signature = (w, q, dimension, groups))]
+    fn local(
+        w: Entries<'_>,
+        q: Numbers<'_>,
+        dimension: usize,
+        groups: Vec<GivenLaw>,
+    ) -> PyResult<Self> {
+        let (response, free) = (matrix("W", &w)?, numbers("q", &q)?.to_vec());
+        let content = ContactProblem::local(response, free, laws(dimension, groups)?);
+        content.map(|content| Self { content }).map_err(|error| of_problem(&error))
+    }
+
+    /// That of M, H, f, w and the laws.
+    #[staticmethod]
+    #[pyo3(signature = (m, h, f, w, dimension, groups))]
+    fn of_bodies(
+        m: Entries<'_>,
+        h: Entries<'_>,
+        f: Numbers<'_>,
+        w: Numbers<'_>,
+        dimension: usize,
+        groups: Vec<GivenLaw>,
+    ) -> PyResult<Self> {
+        let (mass, directions) = (matrix("M", &m)?, matrix("H", &h)?);
+        let (momentum, offset) = (numbers("f", &f)?.to_vec(), numbers("w", &w)?.to_vec());
+        let laws = laws(dimension, groups)?;
+        let content = ContactProblem::global(mass, directions, momentum, offset, laws);
+        content.map(|content| Self { content }).map_err(|error| of_problem(&error))
+    }
+
+    /// That of Siconos' text.
+    #[staticmethod]
+    #[pyo3(signature = (text))]
+    fn from_dat(text: &str) -> PyResult<Self> {
+        dat::read(text).map(|content| Self { content }).map_err(refused)
+    }
+
+    /// As Siconos' text.
+    fn to_dat(&self) -> PyResult<String> {
+        dat::write(&self.content).map_err(|error| of_problem(&error))
+    }
+
+    /// The same in the local form.
+    fn to_local(&self) -> PyResult<Self> {
+        let local = self.content.to_local().map_err(|error| of_problem(&error))?;
+        Ok(Self { content: local })
+    }
+
+    /// Whether it is in the local form.
+    #[getter]
+    fn is_local(&self) -> bool {
+        matches!(self.content.form(), Form::Local { .. })
+    }
+
+    /// The rows of every group.
+    #[getter]
+    fn sizes(&self) -> Vec<usize> {
+        self.content.laws().iter().map(Law::rows).collect()
+    }
+
+    /// μ of every group; none of one that is no contact.
+    #[getter]
+    fn friction(&self) -> Vec<Option<f64>> {
+        let of = |law: &Law| match law {
+            Law::Contact { friction, .. } => Some(*friction),
+            Law::Rows(_) => None,
+        };
+        self.content.laws().iter().map(of).collect()
+    }
+
+    /// The entries of W, M or H: rows, columns, and the rows, columns and values of what is not zero.
+    #[pyo3(signature = (name))]
+    #[allow(clippy::type_complexity)]
+    fn entries<'py>(
+        &self,
+        py: Python<'py>,
+        name: &str,
+    ) -> PyResult<(usize, usize, Vec<usize>, Vec<usize>, Array<'py>)> {
+        let matrix = match (self.content.form(), name) {
+            (Form::Local { response, .. }, "W") => response,
+            (Form::Global(global), "M") => &global.mass,
+            (Form::Global(global), "H") => &global.directions,
+            (Form::Local { .. }, _) => return Err(refused("a local problem has W and q alone")),
+            (Form::Global(_), _) => {
+                return Err(refused("a global problem has M, H, f and w alone"));
+            }
+        };
+        let values: Vec<f64> = matrix.triplets().map(|entry| entry.2).collect();
+        let count = values.len();
+        Ok((
+            matrix.rows(),
+            matrix.columns(),
+            matrix.triplets().map(|entry| entry.0).collect(),
+            matrix.triplets().map(|entry| entry.1).collect(),
+            shaped(py, values, &[count])?,
+        ))
+    }
+
+    /// q, f or w.
+    #[pyo3(signature = (name))]
+    fn vector<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Array<'py>> {
+        let vector = match (self.content.form(), name) {
+            (Form::Local { free, .. }, "q") => free,
+            (Form::Global(global), "f") => &global.momentum,
+            (Form::Global(global), "w") => &global.offset,
+            (Form::Local { .. }, _) => return Err(refused("a local problem has W and q alone")),
+            (Form::Global(_), _) => {
+                return Err(refused("a global problem has M, H, f and w alone"));
+            }
+        };
+        shaped(py, vector.clone(), &[vector.len()])
+    }
+
+    /// Impulses, u, v; the residual and the relative error; iterations and parts; the start; whether the rule
+    /// selected it.
+    #[pyo3(signature = (residual, start, rule))]
+    #[allow(clippy::type_complexity)]
+    fn solve<'py>(
+        &self,
+        py: Python<'py>,
+        residual: f64,
+        start: Option<Numbers<'py>>,
+        rule: &str,
+    ) -> PyResult<([Array<'py>; 3], [f64; 2], (u64, usize), &'static str, bool)> {
+        let selection = match rule {
+            "any" => Selection::Any,
+            "compliance" => Selection::Compliance,
+            other => {
+                return Err(refused(format!("rule is {other:?}; any or compliance is needed")));
+            }
+        };
+        let start = start.as_ref().map(|start| numbers("start", start)).transpose()?;
+        let interrupt = Arc::new(AtomicBool::new(false));
+        let work = || {
+            let interrupt = Some(&*interrupt);
+            self.content.solve(&SolveOptions { residual, start, selection, interrupt })
+        };
+        let solution = if self.content.row_count() < LONG {
+            py.detach(work)
+        } else {
+            let done = AtomicU64::new(0);
+            let watched = Watched { interrupt: &interrupt, done: &done, total: 1, progress: None };
+            watched.run(py, work)?
+        };
+        let solution = solution.map_err(|error| of_problem(&error))?;
+        let Solution { impulses, velocities, body_velocities, .. } = solution;
+        let array = |numbers: Vec<f64>| {
+            let count = numbers.len();
+            shaped(py, numbers, &[count])
+        };
+        let arrays = [array(impulses)?, array(velocities)?, array(body_velocities)?];
+        let counts = (solution.iterations, solution.parts);
+        let errors = [solution.residual, solution.relative_error];
+        Ok((arrays, errors, counts, solution.start, solution.selected))
+    }
+
+    /// u, v, the residual and the relative error of impulses.
+    #[pyo3(signature = (impulses))]
+    #[allow(clippy::type_complexity)]
+    fn evaluate<'py>(
+        &self,
+        py: Python<'py>,
+        impulses: Numbers<'py>,
+    ) -> PyResult<([Array<'py>; 2], [f64; 2])> {
+        let found = self.content.evaluate(numbers("impulses", &impulses)?);
+        let (u, v) = (found.velocities, found.body_velocities);
+        let (rows, count) = (u.len(), v.len());
+        let arrays = [shaped(py, u, &[rows])?, shaped(py, v, &[count])?];
+        Ok((arrays, [found.residual, found.relative_error]))
+    }
+}

@@ -1,0 +1,179 @@
+"""Contact problems by themselves: closed forms, files, refusals."""
+
+import sys
+
+import numpy as np
+import pytest
+
+import tumble
+
+
+def slide(**more):
+    return tumble.ContactProblem(W=np.eye(3) / 2, q=[-1.0, 3.0, 0.0], mu=[0.5], **more)
+
+
+def falling_plate():
+    """Two corners of a plate that comes down: M, H, f, w."""
+    H = np.zeros((6, 6))
+    for contact, x in enumerate((1.0, -1.0)):
+        frame = np.array([[0, 1, 0], [0, 0, 1], [1, 0, 0]], float)
+        arm = np.array([[0, 0.1, 0], [-0.1, 0, -x], [0, x, 0]])
+        H[:3, 3 * contact : 3 * contact + 3] = frame
+        H[3:, 3 * contact : 3 * contact + 3] = arm @ frame
+    return {"M": np.diag([4.0, 4, 4, 1, 2, 3]), "H": H, "f": [8.0, 0, -4, 0, 0, 0], "w": np.zeros(6)}
+
+
+def missed(problem, solution):
+    """By how much the law is missed, from the matrices: gaps, pulls, cones, and friction against the slip."""
+    p, mu = solution.impulses.reshape(-1, 3), problem.mu
+    if problem.is_local:
+        u = problem.matrix("W") @ solution.impulses + problem.vector("q")
+    else:
+        H = problem.matrix("H")
+        v = np.linalg.solve(problem.matrix("M"), H @ solution.impulses + problem.vector("f"))
+        u = H.T @ v + problem.vector("w")
+        assert np.allclose(v, solution.body_velocities, atol=1e-12)
+    assert np.allclose(u, solution.velocities, atol=1e-12)
+    u = u.reshape(-1, 3)
+    along, slip = p[:, 1:], u[:, 1:]
+    lengths, speeds = np.linalg.norm(along, axis=1), np.linalg.norm(slip, axis=1)
+    power = np.abs(np.einsum("ij,ij->i", along, slip) + mu * p[:, 0] * speeds)
+    parts = [-p[:, 0], -u[:, 0], np.minimum(p[:, 0], u[:, 0]), lengths - mu * p[:, 0], power]
+    return max(part.max() for part in parts)
+
+
+def test_a_slide_has_its_closed_form():
+    solution = slide().solve()
+    assert solution.solved and solution.residual < 1e-12 and solution.parts == 1
+    assert np.allclose(solution.impulses, [2, -1, 0], atol=1e-12)
+    assert np.allclose(solution.velocities, [0, 2.5, 0], atol=1e-12)
+    u, v, residual, error = slide().evaluate(solution.impulses)
+    assert np.array_equal(u, solution.velocities) and v.size == 0
+    assert residual == solution.residual and error == solution.relative_error
+    assert slide().evaluate([0, 0, 0])[2] == 1.0
+
+
+def test_both_forms_and_both_kinds_of_matrices_agree():
+    sparse = pytest.importorskip("scipy.sparse")
+    given = falling_plate()
+    problem = tumble.ContactProblem(**given, mu=[0.3, 0.6])
+    solution = problem.solve()
+    assert solution.solved and missed(problem, solution) < 1e-9
+    same = {**given, "M": sparse.csc_matrix(given["M"]), "H": sparse.csr_matrix(given["H"])}
+    same = tumble.ContactProblem(**same, mu=[0.3, 0.6]).solve()
+    assert np.array_equal(same.impulses, solution.impulses)
+    local = problem.to_local()
+    W = given["H"].T @ np.linalg.solve(given["M"], given["H"])
+    assert local.is_local and np.allclose(local.matrix("W"), W, atol=1e-14)
+    found = local.solve(rule="compliance", start=solution.impulses)
+    assert found.solved and missed(local, found) < 1e-9
+    assert repr(problem) == "<tumble.ContactProblem: global, 2 groups, 6 rows>"
+
+
+def test_the_problems_of_random_bodies_are_solved():
+    rng = np.random.default_rng(5)
+    for _ in range(30):
+        bodies, contacts = rng.integers(1, 6), rng.integers(1, 16)
+        J = rng.normal(size=(3 * contacts, 6 * bodies))
+        W, mu = J @ J.T, rng.uniform(0, 0.4, contacts)
+        # Within reach of the impulses, as that of bodies that start from rest apart is.
+        q = J @ rng.normal(size=6 * bodies)
+        q[::3] += np.abs(q[::3]).max()
+        problem = tumble.ContactProblem(W=W, q=q - 0.5 * np.abs(q).max(), mu=mu)
+        solution = problem.solve()
+        if solution.solved:
+            assert missed(problem, solution) < 1e-6 * np.abs(W).max()
+
+
+def test_text_and_hdf5_keep_a_problem(tmp_path):
+    pytest.importorskip("h5py")
+    given = falling_plate()
+    problem = tumble.ContactProblem(**given, mu=[0.3, 0.6])
+    solution = problem.solve()
+    problem.write(tmp_path / "a.dat")
+    problem.write(tmp_path / "a.hdf5", solution)
+    slide().write(tmp_path / "b.dat")
+    slide().write(tmp_path / "b.h5")
+    for name in ("a.dat", "a.hdf5"):
+        again = tumble.ContactProblem.read(tmp_path / name)
+        for key, value in given.items():
+            same = again.matrix(key) if key in "MH" else again.vector(key)
+            assert np.array_equal(same, value), (name, key)
+        assert np.array_equal(again.mu, [0.3, 0.6])
+        assert np.array_equal(again.solve().impulses, solution.impulses)
+    for name in ("b.dat", "b.h5"):
+        assert np.allclose(tumble.ContactProblem.read(tmp_path / name).solve().impulses, [2, -1, 0])
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["a.dat", "a.hdf5", "b.dat", "b.h5"]
+
+
+def test_fclib_has_columns_rows_and_equations(tmp_path):
+    h5py = pytest.importorskip("h5py")
+    sparse = pytest.importorskip("scipy.sparse")
+    given = falling_plate()
+    for kind, form in ((-1, "csc"), (-2, "csr")):
+        path = tmp_path / f"{form}.hdf5"
+        with h5py.File(path, "w") as file:
+            group = file.create_group("fclib_global")
+            group["spacedim"] = np.array([3], np.int32)
+            # What holds v_y: 0 without a law.
+            held = np.zeros((6, 1))
+            held[1] = 1
+            for name, dense in (("M", given["M"]), ("H", given["H"]), ("G", held)):
+                matrix = getattr(sparse.csc_matrix(dense), "to" + form)()
+                own = group.create_group(name)
+                own["m"], own["n"] = ([size] for size in dense.shape)
+                own["nz"], own["nzmax"] = [kind], [matrix.nnz]
+                own["p"], own["i"], own["x"] = matrix.indptr, matrix.indices, matrix.data
+            vectors = {"f": given["f"], "w": given["w"], "b": [0.25], "mu": [0.3, 0.6]}
+            for name, values in vectors.items():
+                group[f"vectors/{name}"] = np.asarray(values, float)
+        problem = tumble.ContactProblem.read(path)
+        assert problem.sizes == [3, 3, 1] and np.isnan(problem.mu[2])
+        solution = problem.solve()
+        assert solution.solved
+        assert abs(solution.body_velocities[1] + 0.25) < 1e-12
+
+
+def test_rows_of_joints():
+    problem = tumble.ContactProblem(
+        W=np.diag([0.5, 0.5, 0.25]), q=[3.0, -1.0, 2.0], laws=[[("box", -1, 1), "limit"], ["locked"]]
+    )
+    assert np.allclose(problem.solve().impulses, [-1, 2, -8])
+    assert np.isnan(problem.mu).all() and problem.sizes == [2, 1]
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"q": [0.0] * 3, "mu": [0.5]}, "W and q, or M, H, f and w"),
+        ({"W": np.eye(3), "q": [0.0] * 3}, "mu or laws"),
+        ({"W": np.eye(3), "q": [0.0] * 3, "mu": [-0.5]}, "friction"),
+        ({"W": np.eye(3), "q": [0.0] * 2, "mu": [0.5]}, "q: 2 given, 3 wanted"),
+        ({"W": np.eye(3), "q": [0.0, np.nan, 0.0], "mu": [0.5]}, r"q\[1\] is nan"),
+        ({"W": np.triu(np.ones((3, 3))), "q": [0.0] * 3, "mu": [0.5]}, "symmetric"),
+        ({"W": -np.eye(3), "q": [0.0] * 3, "mu": [0.5]}, "semidefinite"),
+        ({"W": np.eye(3), "q": [0.0] * 3, "mu": [0.5], "dimension": 4}, "dimension"),
+        ({"W": np.eye(3), "q": [0.0] * 3, "laws": [["free", "held", "free"]]}, "held"),
+        ({"W": np.eye(3), "q": [0.0] * 3, "laws": [["box"] * 3]}, "bounds"),
+    ],
+)
+def test_what_cannot_be_posed_is_refused(given, words):
+    with pytest.raises(tumble.TumbleError, match=words):
+        tumble.ContactProblem(**given)
+
+
+def test_what_is_no_file_of_a_problem_is_refused(tmp_path, monkeypatch):
+    path = tmp_path / "a.dat"
+    path.write_text("3\n1\n7\n")
+    with pytest.raises(tumble.TumbleError, match="line 3"):
+        tumble.ContactProblem.read(path)
+    with pytest.raises(tumble.TumbleError, match="cannot be read"):
+        tumble.ContactProblem.read(tmp_path / "none.dat")
+    with pytest.raises(tumble.TumbleError, match="rule"):
+        slide().solve(rule="best")
+    with pytest.raises(tumble.TumbleError, match="start"):
+        slide().solve(start=[0.0])
+    monkeypatch.setitem(sys.modules, "h5py", None)
+    with pytest.raises(tumble.TumbleError, match="pip install h5py"):
+        slide().write(tmp_path / "a.hdf5")
+    assert [file.name for file in tmp_path.iterdir()] == ["a.dat"]

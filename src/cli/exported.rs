@@ -1,0 +1,74 @@
+//! `--export-problems`: the contact problem of every step of a run, a file each.
+
+use super::directory::OutputDirectory;
+use super::outcome::Failure;
+use super::output::PendingFile;
+use super::scene::Scene;
+use super::shown;
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use tumble::problem::{ContactProblem, dat};
+use tumble::simulation::StepRecord;
+use tumble::world::World;
+
+/// The folder that problems go to, asked for and possible.
+pub struct Wanted<'a>(&'a Path);
+
+/// A folder with the problems written so far.
+pub struct Exported {
+    directory: OutputDirectory,
+    count: u64,
+}
+
+impl Exported {
+    /// Whether the steps of `scene` have contact problems.
+    pub fn check<'a>(path: &'a Path, scene: &Scene) -> Result<Wanted<'a>, Failure> {
+        let refused = |why: &str| {
+            Err(Failure::Input(format!("--export-problems {}: {why}", shown::path(path))))
+        };
+        match &scene.contact {
+            None => refused("the scene floats: its steps have no contacts"),
+            Some(contact) if contact.ipopt.is_some() => refused(
+                "only the native solver's steps are exact enough; --solver native is needed",
+            ),
+            Some(_) if !scene.world.joints().is_empty() => {
+                refused("the scene has joints, for which contact problems have no words")
+            }
+            Some(_) => Ok(Wanted(path)),
+        }
+    }
+
+    /// Makes the folder.
+    pub fn begin(wanted: Wanted<'_>) -> Result<Self, Failure> {
+        let directory = OutputDirectory::for_pictures(wanted.0)?;
+        Ok(Self { directory, count: 0 })
+    }
+
+    /// Writes the problem of a step, where it has contacts.
+    pub fn write(&mut self, world: &World, record: &StepRecord) -> Result<(), Failure> {
+        if record.contacts.is_empty() {
+            return Ok(());
+        }
+        let failed = |error| Failure::Other(format!("step {}: {error}", record.index));
+        let (problem, _) = ContactProblem::of_step(world, record).map_err(failed)?;
+        let text = dat::write(&problem).map_err(failed)?;
+        let file = PendingFile::create(&self.directory, &name_of(record.index))?;
+        file.write(text.as_bytes())?;
+        file.publish()?;
+        self.count += 1;
+        Ok(())
+    }
+
+    /// What is said of them.
+    pub fn described(&self) -> String {
+        let folder: PathBuf = self.directory.path().to_owned();
+        let mut text = String::new();
+        let _ = writeln!(text, "wrote {} contact problems to {}", self.count, shown::path(&folder));
+        text
+    }
+}
+
+/// Names that sort as the steps do.
+fn name_of(index: u64) -> String {
+    format!("step-{index:08}.dat")
+}

@@ -1,0 +1,304 @@
+//! Text in.
+
+use super::super::{ContactProblem, Law, ProblemError, SparseMatrix};
+
+/// Why a text is no problem. Each message says where, and what is wanted.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum DatError {
+    /// A word that is not what comes at its place.
+    #[error("line {line}: {found:?} where {wanted} is wanted")]
+    Word {
+        /// Counted from 1.
+        line: usize,
+        /// The word.
+        found: String,
+        /// What should be there.
+        wanted: &'static str,
+    },
+    /// The text ends too early.
+    #[error("it ends where {0} is wanted")]
+    End(&'static str),
+    /// Something is left after the last number.
+    #[error(
+        "line {line}: {found:?} after the last coefficient of friction, where nothing is wanted"
+    )]
+    Rest {
+        /// Counted from 1.
+        line: usize,
+        /// The word.
+        found: String,
+    },
+    /// A problem that cannot be posed, whose matrices are those of the text.
+    #[error(transparent)]
+    Problem(#[from] ProblemError),
+}
+
+/// Reads a problem.
+///
+/// # Errors
+/// A text that is none, with the line; a problem that [cannot be posed](ProblemError).
+pub fn read(text: &str) -> Result<ContactProblem, DatError> {
+    let mut words = Words::of(text);
+    let dimension = words.count("the dimension of a contact")?;
+    let contacts = words.count("the number of contacts")?;
+    let rows = dimension.saturating_mul(contacts);
+    let first = words.matrix("M")?;
+    // A local problem goes on with q and μ, and perhaps a mark; a global one with another matrix.
+    let left = words.left();
+    let of_local = first.rows().saturating_add(contacts);
+    let is_local = first.rows() == rows && (left == of_local || left == of_local + 1);
+    let problem = if is_local {
+        let free = words.numbers(rows, "a number of q")?;
+        let laws = words.laws(dimension, contacts)?;
+        ContactProblem::local(first, free, laws)?
+    } else {
+        let directions = words.matrix("H")?;
+        let momentum = words.numbers(first.rows(), "a number of f")?;
+        let offset = words.numbers(directions.columns(), "a number of w")?;
+        let laws = words.laws(dimension, contacts)?;
+        ContactProblem::global(first, directions, momentum, offset, laws)?
+    };
+    words.end()?;
+    Ok(problem)
+}
+
+/// The words of a text, with their lines.
+struct Words<'a> {
+    words: Vec<(usize, &'a str)>,
+    at: usize,
+}
+
+impl<'a> Words<'a> {
+    fn of(text: &'a str) -> Self {
+        let lines = text.lines().enumerate();
+        let words = lines
+            .flat_map(|(line, text)| text.split_whitespace().map(move |word| (line + 1, word)));
+        Self { words: words.collect(), at: 0 }
+    }
+
+    /// How many words are left.
+    fn left(&self) -> usize {
+        self.words.len() - self.at
+    }
+
+    fn next(&mut self, wanted: &'static str) -> Result<(usize, &'a str), DatError> {
+        let word = *self.words.get(self.at).ok_or(DatError::End(wanted))?;
+        self.at += 1;
+        Ok(word)
+    }
+
+    fn parsed<T: std::str::FromStr>(&mut self, wanted: &'static str) -> Result<T, DatError> {
+        let (line, word) = self.next(wanted)?;
+        let refusal = || DatError::Word { line, found: shortened(word), wanted };
+        word.parse().map_err(|_| refusal())
+    }
+
+    /// A count: never more than the words of the text, since each of what it counts has one.
+    fn count(&mut self, wanted: &'static str) -> Result<usize, DatError> {
+        let count = self.parsed(wanted)?;
+        if count > self.words.len() {
+            let (line, word) = self.words[self.at - 1];
+            return Err(DatError::Word { line, found: shortened(word), wanted });
+        }
+        Ok(count)
+    }
+
+    fn number(&mut self, wanted: &'static str) -> Result<f64, DatError> {
+        self.parsed(wanted)
+    }
+
+    fn numbers(&mut self, count: usize, wanted: &'static str) -> Result<Vec<f64>, DatError> {
+        (0..count).map(|_| self.number(wanted)).collect()
+    }
+
+    fn counts(&mut self, count: usize, wanted: &'static str) -> Result<Vec<usize>, DatError> {
+        (0..count).map(|_| self.count(wanted)).collect()
+    }
+
+    /// Goes past a word if it is this.
+    fn passes(&mut self, word: &str) -> bool {
+        let is_there = self.words.get(self.at).is_some_and(|(_, found)| *found == word);
+        self.at += usize::from(is_there);
+        is_there
+    }
+
+    fn expect(&mut self, word: &'static str) -> Result<(), DatError> {
+        if self.passes(word) {
+            return Ok(());
+        }
+        let (line, found) = self.next(word)?;
+        Err(DatError::Word { line, found: shortened(found), wanted: word })
+    }
+
+    fn laws(&mut self, dimension: usize, contacts: usize) -> Result<Vec<Law>, DatError> {
+        let friction = self.numbers(contacts, "a coefficient of friction")?;
+        Ok(Law::contacts(dimension, &friction)?)
+    }
+
+    fn matrix(&mut self, name: &'static str) -> Result<SparseMatrix, DatError> {
+        let storage = self.next("the storage of a matrix")?;
+        let rows = self.count("the number of rows of a matrix")?;
+        let columns = self.count("the number of columns of a matrix")?;
+        let entries = match storage.1 {
+            "0" => self.dense(rows, columns)?,
+            "1" => self.blocks()?,
+            "2" => self.sparse()?,
+            _ => {
+                let (line, found) = (storage.0, shortened(storage.1));
+                let wanted = match name {
+                    "M" => "the storage of M (0 dense, 1 blocks, 2 sparse)",
+                    _ => "the storage of H (0 dense, 1 blocks, 2 sparse)",
+                };
+                return Err(DatError::Word { line, found, wanted });
+            }
+        };
+        Ok(SparseMatrix::from_triplets(rows, columns, entries)?)
+    }
+
+    /// All entries, column after column.
+    fn dense(&mut self, rows: usize, columns: usize) -> Result<Entries, DatError> {
+        for (wanted, count) in
+            [("the number of rows again", rows), ("the number of columns again", columns)]
+        {
+            let at = self.at;
+            if self.count(wanted)? != count {
+                let (line, word) = self.words[at];
+                return Err(DatError::Word { line, found: shortened(word), wanted });
+            }
+        }
+        let mut entries = Vec::new();
+        for column in 0..columns {
+            for row in 0..rows {
+                entries.push((row, column, self.number("an entry of a dense matrix")?));
+            }
+        }
+        Ok(entries)
+    }
+
+    /// Blocks, row after row, each with its number before its entries column after column.
+    fn blocks(&mut self) -> Result<Entries, DatError> {
+        if self.count("the number of blocks")? == 0 {
+            return Ok(Vec::new());
+        }
+        let rows = self.count("the number of rows of blocks")?;
+        let columns = self.count("the number of columns of blocks")?;
+        let row_ends = self.ends(rows, "where a row of blocks ends")?;
+        let column_ends = self.ends(columns, "where a column of blocks ends")?;
+        let (starts, places) = (
+            self.count("the number of starts of rows of blocks")?,
+            self.count("the number of places of blocks")?,
+        );
+        let starts = self.counts(starts, "where a row of blocks starts")?;
+        let places = self.counts(places, "the column of a block")?;
+        let mut entries = Vec::new();
+        for (row, range) in starts.windows(2).enumerate() {
+            let (begin, end) = (range[0], range[1].min(places.len()));
+            for &column in places.get(begin..end).unwrap_or(&[]) {
+                self.count("the number of a block")?;
+                let (Some(&(top, bottom)), Some(&(left, right))) =
+                    (row_ends.get(row), column_ends.get(column))
+                else {
+                    let (line, word) = self.words[self.at - 1];
+                    let wanted = "a block inside of its matrix";
+                    return Err(DatError::Word { line, found: shortened(word), wanted });
+                };
+                for j in left..right {
+                    for i in top..bottom {
+                        entries.push((i, j, self.number("an entry of a block")?));
+                    }
+                }
+            }
+        }
+        Ok(entries)
+    }
+
+    /// Ranges of numbers, by their ends.
+    fn ends(
+        &mut self,
+        count: usize,
+        wanted: &'static str,
+    ) -> Result<Vec<(usize, usize)>, DatError> {
+        let mut begin = 0;
+        let mut ranges = Vec::new();
+        for end in self.counts(count, wanted)? {
+            ranges.push((begin, end));
+            begin = end;
+        }
+        Ok(ranges)
+    }
+
+    /// CSparse's print: a line of its version, a line of sizes, and triplets or columns.
+    fn sparse(&mut self) -> Result<Entries, DatError> {
+        if !self.passes("CSparse") {
+            // Which form is the original one; the print tells it.
+            self.number("the origin of a sparse matrix")?;
+            self.expect("CSparse")?;
+        }
+        let line = self.words[self.at - 1].0;
+        while self.words.get(self.at).is_some_and(|(other, _)| *other == line) {
+            self.at += 1;
+        }
+        let is_triplets = self.passes("triplet:");
+        self.next("the size of a sparse matrix")?;
+        self.expect("nzmax:")?;
+        self.next("the room of a sparse matrix")?;
+        self.expect("nnz:")?;
+        let (line, word) = self.next("the number of entries of a sparse matrix")?;
+        let wanted = "the number of entries of a sparse matrix";
+        let refusal = || DatError::Word { line, found: shortened(word), wanted };
+        let count: usize = word.trim_end_matches(',').parse().map_err(|_| refusal())?;
+        if count > self.words.len() {
+            return Err(refusal());
+        }
+        let mut entries = Vec::new();
+        if is_triplets {
+            for _ in 0..count {
+                let row = self.count("the row of an entry")?;
+                let column = self.count("the column of an entry")?;
+                self.expect(":")?;
+                entries.push((row, column, self.number("an entry of a sparse matrix")?));
+            }
+            return Ok(entries);
+        }
+        if self.passes("1-norm:") {
+            self.number("the norm of a sparse matrix")?;
+        }
+        let mut column = 0;
+        while self.passes("col") {
+            column = self.count("a column of a sparse matrix")?.max(column);
+            self.expect(":")?;
+            self.expect("locations")?;
+            self.next("the first place of a column")?;
+            self.expect("to")?;
+            self.next("the last place of a column")?;
+            while self.words.get(self.at + 1).is_some_and(|(_, word)| *word == ":") {
+                let row = self.count("the row of an entry")?;
+                self.expect(":")?;
+                entries.push((row, column, self.number("an entry of a sparse matrix")?));
+            }
+        }
+        Ok(entries)
+    }
+
+    /// A mark may be left, which says whether a solution follows elsewhere.
+    fn end(&mut self) -> Result<(), DatError> {
+        let mark = self.left() == 1 && (self.passes("0") || self.passes("1"));
+        if mark || self.left() == 0 {
+            return Ok(());
+        }
+        let (line, found) = self.words[self.at];
+        Err(DatError::Rest { line, found: shortened(found) })
+    }
+}
+
+type Entries = Vec<(usize, usize, f64)>;
+
+/// A word as it is shown.
+fn shortened(word: &str) -> String {
+    const MOST: usize = 40;
+    if word.chars().count() <= MOST {
+        return word.to_owned();
+    }
+    word.chars().take(MOST).chain("…".chars()).collect()
+}
