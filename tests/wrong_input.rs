@@ -269,8 +269,13 @@ fn a_count_of_bodies_of_any_size_is_no_more_than_wrong() {
     let world = world_of(1);
     let (mut record, motion) = (StepRecord::new(), Motion::native(&world));
     Simulation::new(world.clone(), tower(1), motion).unwrap().step(&mut record).unwrap();
-    let streams =
-        Streams { states: vec![], contacts: Some(vec![]), steps: vec![], joints: None, gears: None };
+    let streams = Streams {
+        states: vec![],
+        contacts: Some(vec![]),
+        steps: vec![],
+        joints: None,
+        gears: None,
+    };
     let mut writer = TablesWriter::new(streams, &world).unwrap();
     writer.write(&record).unwrap();
     let Streams { states, contacts, steps, .. } = writer.finish().unwrap();

@@ -11,9 +11,9 @@ use super::pictures::{self, Pictures};
 use super::recording::Recording;
 use super::run::{self, End, Run};
 use super::run_file::RunFile;
+use super::scene::{OutputFormat, Scene};
 use super::signals::raise_on_signals;
 use super::writer::RunWriter;
-use super::scene::{OutputFormat, Scene};
 use super::{scene, shown};
 use std::fmt::Write as _;
 use std::sync::Arc;
@@ -46,7 +46,8 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     for note in scene.notes() {
         voice.say(&format!("{}\n", shown::line(&note)));
     }
-    let mut writer = RunWriter::create(&scene, &kept, &out, before.as_ref().map(Continued::written))?;
+    let mut writer =
+        RunWriter::create(&scene, &kept, &out, before.as_ref().map(Continued::written))?;
     let [run_json, state] =
         ["run.json", continued::FILE].map(|name| PendingFile::create(&out, name));
     let (run_json, state) = (run_json?, state?);

@@ -1,8 +1,8 @@
 //! The files of a run, in either format.
 
 use super::directory::OutputDirectory;
-use super::outcome::Failure;
 use super::kept::{Form, Kept};
+use super::outcome::Failure;
 use super::output::PendingFile;
 use super::scene::{OutputFormat, Scene};
 use super::{input, shown};
@@ -90,7 +90,8 @@ impl RunWriter {
                 let states = open(Table::States.name(), Some(scene.bodies.len()))?;
                 let is_there =
                     |table: Table, count: usize| (kept.has(table) && count > 0).then_some(count);
-                let contacts = is_there(Table::Contacts, 1).map(|_| open(Table::Contacts.name(), None));
+                let contacts =
+                    is_there(Table::Contacts, 1).map(|_| open(Table::Contacts.name(), None));
                 let contacts = contacts.transpose()?;
                 let steps = open(Table::Steps.name(), Some(1))?;
                 let joints = is_there(Table::Joints, scene.joints.len());

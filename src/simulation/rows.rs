@@ -55,10 +55,7 @@ impl<W: Write + Send> RowWriter<W> {
 
     /// As Parquet.
     #[cfg(feature = "parquet")]
-    pub fn parquet<'a>(
-        stream: W,
-        columns: impl IntoIterator<Item = &'a str>,
-    ) -> io::Result<Self> {
+    pub fn parquet<'a>(stream: W, columns: impl IntoIterator<Item = &'a str>) -> io::Result<Self> {
         Ok(Self::Parquet(Box::new(parquet::ParquetRows::new(stream, columns)?)))
     }
 
@@ -227,8 +224,25 @@ mod tests {
             seed
         };
         let edges = [
-            0.0, -0.0, 1.0, -2.5, 1e-5, 1e-4, 1e15, 1e16, 1e17, 1e21, 1e22, 1e23, 0.1, 5e-324,
-            f64::MAX, f64::MIN_POSITIVE, f64::NAN, f64::INFINITY, f64::NEG_INFINITY,
+            0.0,
+            -0.0,
+            1.0,
+            -2.5,
+            1e-5,
+            1e-4,
+            1e15,
+            1e16,
+            1e17,
+            1e21,
+            1e22,
+            1e23,
+            0.1,
+            5e-324,
+            f64::MAX,
+            f64::MIN_POSITIVE,
+            f64::NAN,
+            f64::INFINITY,
+            f64::NEG_INFINITY,
         ];
         let mut numbers = edges.to_vec();
         for _ in 0..100_000 {

@@ -6,11 +6,11 @@ use crate::cli::choices::{
 };
 use crate::cli::values;
 use clap::Args;
-use tumble::scenario::kept::{Form, Kept};
-use tumble::simulation::tables::Table;
 use nalgebra::Vector3;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
+use tumble::scenario::kept::{Form, Kept};
+use tumble::simulation::tables::Table;
 
 #[derive(Debug, Args)]
 pub struct SimulateArgs {

@@ -79,7 +79,8 @@ fn refuse_partial(recording: &Recording<'_>) -> Result<(), Failure> {
     let world = &recording.world;
     let counts = [1, 1, 1, world.joints().len(), world.gears().len()];
     let absent = Table::ALL.into_iter().zip(counts);
-    let absent = absent.filter(|(table, count)| *count > 0 && !kept.has(*table)).map(|(table, _)| table);
+    let absent =
+        absent.filter(|(table, count)| *count > 0 && !kept.has(*table)).map(|(table, _)| table);
     let why = match (kept.every, absent.map(Table::name).next()) {
         (1, None) => return Ok(()),
         (1, Some(table)) => {

@@ -210,8 +210,7 @@ impl<R: Read> TablesReader<R> {
             begin(of_bodies, &row, body)?;
             states.push(State::from_vector(&of_bodies.numbers::<13>(3)?.into()));
         }
-        let mut step =
-            TableStep { row, states, contacts: vec![], joints: vec![], gears: vec![] };
+        let mut step = TableStep { row, states, contacts: vec![], joints: vec![], gears: vec![] };
         if let Some(sheet) = contacts {
             for number in 0..step.row.contacts {
                 step.contacts.push(contact_row(sheet, (index, number))?);
