@@ -95,7 +95,8 @@ pub fn rollout(
     })?;
     let unsolved = report.unsolved.iter();
     let unsolved = unsolved.map(|u| (u.rollout, u.step, u.status.name(), u.residual)).collect();
-    Ok((report.statuses.to_vec(), report.tempered, unsolved))
+    let tempered = report.each.iter().map(|rollout| rollout.tempered).collect();
+    Ok((report.all.statuses.to_vec(), tempered, unsolved))
 }
 
 /// The shape of a parameter's values for one rollout of a scene.

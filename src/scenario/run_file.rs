@@ -349,7 +349,7 @@ impl SummaryFile {
 const LONGEST_WORD: usize = 80;
 
 /// More bytes than this are no run file.
-pub const LARGEST_FILE: u64 = 16 << 20;
+pub const LARGEST_FILE: u64 = 1 << 28;
 
 impl RunFile {
     /// That of a run of `scene`.
@@ -576,6 +576,6 @@ pub fn refuse_large(model: &Model) -> Result<(), Failure> {
     }
     Err(Failure::Input(format!(
         "shapes: the scene has {length} bytes in run.json, of which at most {LARGEST_FILE} are \
-         read; fewer or coarser meshes and hulls are needed"
+         read; fewer bodies, or fewer or coarser meshes and hulls, are needed"
     )))
 }
