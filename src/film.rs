@@ -53,6 +53,7 @@ pub fn film(cast: Cast<'_>, frames: Vec<Frame>) -> Film {
         title: String::new(),
         facts: Vec::new(),
         time_step: world.time_step(),
+        every: 1,
         gravity: *world.gravity(),
         friction: world.friction(),
         ground: None,

@@ -9,6 +9,8 @@
 #[cfg(feature = "csv")]
 mod points;
 #[cfg(feature = "csv")]
+mod rows;
+#[cfg(feature = "csv")]
 mod sheet;
 #[cfg(feature = "csv")]
 pub mod tables;

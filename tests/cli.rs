@@ -22,6 +22,8 @@ mod inspect;
 mod inspect_several;
 #[path = "cli/joints.rs"]
 mod joints;
+#[path = "cli/kept.rs"]
+mod kept;
 #[path = "cli/leftovers.rs"]
 mod leftovers;
 #[path = "cli/output.rs"]

@@ -269,10 +269,10 @@ fn urdf_has_all_its_joints() {
         held.notes()
     );
     let mimic =
-        text.replace("<axis xyz='0 1 0'/>", "<axis xyz='0 1 0'/><mimic joint='cart_joint'/>");
+        text.replace("<axis xyz='0 1 0'/>", "<axis xyz='0 1 0'/><mimic joint='bird_joint'/>");
     let why = scene_with("[ground]\nfriction = 0.5\n[[robots]]\nfile = \"given.file\"", &mimic);
     let why = why.err().unwrap_or_default();
-    assert!(why.contains("<mimic>") && why.contains("arm_joint"), "{why}");
+    assert!(why.contains("<mimic>") && why.contains("bird_joint"), "{why}");
 }
 
 /// Two and three hinges that meet are one joint with their angles, whichever way they follow each other.

@@ -253,7 +253,9 @@ fn spoilt_files_never_panic() {
         (seed >> 33) as usize % below.max(1)
     };
     let (mut read_all, mut refused) = (0, 0);
-    for name in ["quadruped.urdf", "arm.urdf", "hopper.xml", "classes.xml"] {
+    let names =
+        ["quadruped.urdf", "arm.urdf", "pusher.urdf", "hopper.xml", "classes.xml", "geared.xml"];
+    for name in names {
         let text = std::fs::read_to_string(data().join(name)).unwrap();
         for _ in 0..150 {
             let mut spoilt: Vec<char> = text.chars().collect();

@@ -12,7 +12,9 @@ use toss::*;
 use tumble::error::Error;
 use tumble::geometry::Piece;
 use tumble::mechanics::{RigidBody, State, Wrench};
-use tumble::rollout::{Batch, Constant, Outputs, Report, RolloutError, Varied, Watch, roll_out};
+use tumble::rollout::{
+    Batch, Constant, Outputs, Report, RolloutError, Tally, Varied, Watch, roll_out,
+};
 use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::step::{Step, StepReport, StepSolution, StepSolver, StepStatus};
 use tumble::world::{Parameters, Partner, Plane, World};
@@ -84,7 +86,7 @@ fn looped(simulations: Vec<Simulation<'static>>, push: impl Fn(usize, usize) -> 
     };
     let mut record = StepRecord::new();
     for (rollout, mut simulation) in simulations.into_iter().enumerate() {
-        out.report.tempered.push(0);
+        let mut tally = Tally::default();
         for step in 0..T {
             simulation.set_wrench(0, push(rollout, step)).unwrap();
             simulation.step(&mut record).unwrap();
@@ -97,10 +99,13 @@ fn looped(simulations: Vec<Simulation<'static>>, push: impl Fn(usize, usize) -> 
             let status = record.report.status;
             let place = StepStatus::ALL.iter().position(|known| *known == status).unwrap();
             out.statuses.push(place as u8);
-            out.report.statuses[place] += 1;
-            out.report.tempered[rollout] += u64::from(record.restitution_share < 1.0);
-            out.report.largest_residual = out.report.largest_residual.max(residual);
+            for tally in [&mut tally, &mut out.report.all] {
+                tally.statuses[place] += 1;
+                tally.tempered += u64::from(record.restitution_share < 1.0);
+                tally.largest_residual = tally.largest_residual.max(residual);
+            }
         }
+        out.report.each.push(tally);
     }
     out
 }
@@ -228,7 +233,7 @@ fn steps_that_fail_are_listed_by_rollout_and_step() {
         // g h in the first step; in the second 2 g h, and the depth g h² of the first over h.
         let residual = |index: usize| report.unsolved[index].residual / (9.81 * 0.002);
         assert!((residual(0) - 1.0).abs() < 1e-9 && (residual(1) - 3.0).abs() < 1e-9, "{report:?}");
-        assert_eq!((report.steps(), report.largest_residual), (8, report.unsolved[1].residual));
+        assert_eq!((report.steps(), report.all.largest_residual), (8, report.unsolved[1].residual));
     }
 }
 

@@ -269,15 +269,20 @@ fn a_count_of_bodies_of_any_size_is_no_more_than_wrong() {
     let world = world_of(1);
     let (mut record, motion) = (StepRecord::new(), Motion::native(&world));
     Simulation::new(world.clone(), tower(1), motion).unwrap().step(&mut record).unwrap();
-    let streams =
-        Streams { states: vec![], contacts: vec![], steps: vec![], joints: None, gears: None };
+    let streams = Streams {
+        states: vec![],
+        contacts: Some(vec![]),
+        steps: vec![],
+        joints: None,
+        gears: None,
+    };
     let mut writer = TablesWriter::new(streams, &world).unwrap();
     writer.write(&record).unwrap();
     let Streams { states, contacts, steps, .. } = writer.finish().unwrap();
     let read = |bodies: usize| {
         let streams = Streams {
             states: &*states,
-            contacts: &*contacts,
+            contacts: contacts.as_deref(),
             steps: &*steps,
             joints: None,
             gears: None,
@@ -316,7 +321,7 @@ fn a_record_of_another_world_makes_no_writer_panic() {
                 panics.look("TablesWriter::write", || {
                     let streams = Streams {
                         states: vec![],
-                        contacts: vec![],
+                        contacts: Some(vec![]),
                         steps: vec![],
                         joints: None,
                         gears: None,

@@ -17,6 +17,8 @@ pub struct Film {
     pub facts: Vec<Fact>,
     /// h, s.
     pub time_step: f64,
+    /// Steps from a frame to the next one.
+    pub every: u64,
     /// g, m/s².
     pub gravity: Vector3<f64>,
     /// μ.
@@ -230,6 +232,12 @@ impl Film {
     /// The steps: the frames but the last.
     pub(crate) fn steps(&self) -> &[Frame] {
         self.frames.split_last().map_or(&[], |(_, steps)| steps)
+    }
+
+    /// The time from a frame to the next one, s.
+    #[must_use]
+    pub fn frame_time(&self) -> f64 {
+        self.every as f64 * self.time_step
     }
 
     /// Whether a step has no answer within the tolerance.

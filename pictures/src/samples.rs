@@ -75,6 +75,7 @@ pub fn floating_cube(steps: u64) -> Film {
         title: "a floating cube".to_owned(),
         facts: Vec::new(),
         time_step,
+        every: 1,
         gravity: Vector3::zeros(),
         friction: 0.3,
         ground: None,

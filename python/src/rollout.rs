@@ -122,7 +122,8 @@ pub fn rollout(
     })?;
     let unsolved = report.unsolved.iter();
     let unsolved = unsolved.map(|u| (u.rollout, u.step, u.status.name(), u.residual)).collect();
-    Ok((report.statuses.to_vec(), report.tempered, unsolved))
+    let tempered = report.each.iter().map(|rollout| rollout.tempered).collect();
+    Ok((report.all.statuses.to_vec(), tempered, unsolved))
 }
 
 /// By the starts (B, N, 12), by wrenches (B, T, N, 6) and by constants; of each rollout both margins (m/s), the

@@ -4,6 +4,7 @@
 use super::args::SimulateArgs;
 use super::choices::{DetectionName, FormulationName, OnFailure, Preset, SolverName};
 use super::joints_summary::JointsSummary;
+use super::kept::Kept;
 use super::outcome::{Failure, refuse_flags};
 use super::recording::Recording;
 use super::run::{End, Run};
@@ -46,6 +47,7 @@ pub struct Continued<'a> {
     notes: Notes,
     /// Taken so far.
     steps: u64,
+    kept: Kept,
 }
 
 /// The state of a run that came to this, as bytes.
@@ -92,8 +94,9 @@ impl<'a> Continued<'a> {
             );
             return Err(Failure::setting("steps", why));
         }
-        check_rows(&RunWriter::first_file(&scene, directory), run, &saved)?;
-        Ok((on_threads(args, scene)?, Self { directory, saved, notes, steps }))
+        let kept = run.kept.clone();
+        check_rows(&RunWriter::first_file(&scene, &kept, directory), run, &saved)?;
+        Ok((on_threads(args, scene)?, Self { directory, saved, notes, steps, kept }))
     }
 
     /// Brings the simulation of the `scene` to where the run ended.
@@ -105,6 +108,11 @@ impl<'a> Continued<'a> {
     /// The rows that the run has left.
     pub fn written(&self) -> Written<'a> {
         Written { directory: self.directory, steps: self.steps }
+    }
+
+    /// Which of its rows are kept.
+    pub fn kept(&self) -> &Kept {
+        &self.kept
     }
 
     /// What the run came to so far.

@@ -25,10 +25,16 @@ pub fn film(
     interrupt: &AtomicBool,
 ) -> Result<Option<Film>, Failure> {
     let (path, mut keys) = (recording.steps_file(), Keys::new());
-    let mut frames = Frames::new(&path, most);
+    let every = recording.kept().every;
+    let (mut frames, mut first) = (Frames::new(&path, most), None);
     while let Some(step) = recording.next_step()? {
         if interrupt.load(Ordering::Relaxed) {
             return Ok(None);
+        }
+        // Frames are equally far from each other; the last state may be nearer to the one before.
+        let from_first = step.index() - *first.get_or_insert(step.index());
+        if !from_first.is_multiple_of(every) {
+            continue;
         }
         frames.push(match &step {
             Step::Trajectory(row) => film::frame_of_row(&recording.world, row),
@@ -58,6 +64,7 @@ pub fn film(
         let ground = world.ground().filter(|_| !floating);
         film.ground = ground.map(|at| Ground { normal: *at.normal(), offset: at.offset() });
     }
+    film.every = every;
     film.title = run.as_ref().map_or(String::new(), title);
     film.facts = run.map_or(Vec::new(), facts);
     Ok(Some(film))

@@ -14,6 +14,7 @@ mod input;
 mod inspect;
 mod outcome;
 mod output;
+mod pages;
 mod picture_files;
 mod pictures;
 mod plot;
@@ -38,7 +39,7 @@ use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser};
 use outcome::{Failure, Outcome};
 use std::ffi::OsStr;
-use tumble::scenario::{choices, fields, joints_summary, names, run_file, shown};
+use tumble::scenario::{choices, fields, joints_summary, kept, names, run_file, shown};
 
 /// Parses the arguments and runs the command they name.
 pub fn run() -> Result<Outcome, Failure> {

@@ -2,6 +2,7 @@
 
 use super::args::PhysicsArgs;
 use super::choices::SceneName;
+use super::kept::{Form, Kept};
 use super::names::FileKind;
 use super::outcome::{Failure, refuse_flags};
 use super::output::directory_of;
@@ -121,6 +122,14 @@ impl<'a> Recording<'a> {
     ) -> Result<Self, Failure> {
         let run_path = path.with_file_name("run.json");
         let first = run.as_ref().map_or(0, |run| run.start_index);
+        let kept = run.as_ref().map(|run| run.kept.clone()).unwrap_or_default();
+        if kept.form != Form::Csv {
+            return Err(Failure::Input(format!(
+                "{}: the rows of its run are Parquet (kept.form in run.json), and CSV is needed here; \
+                 run it without --format parquet",
+                shown::path(path)
+            )));
+        }
         if let Some(model) = run.as_ref().and_then(|run| run.model.as_ref()) {
             let wrong = |failure: Failure| match failure {
                 Failure::Setting { name, why } => {
@@ -131,23 +140,20 @@ impl<'a> Recording<'a> {
             let world = model.world().map_err(wrong)?;
             let loads = model.loads().map_err(wrong)?;
             let courses = model.courses().map_err(wrong)?;
+            let some = |of: Table, count: usize| {
+                (count > 0 && kept.has(of)).then(|| table(path, of)).transpose()
+            };
             let streams = Streams {
                 states: table(path, Table::States)?,
-                contacts: table(path, Table::Contacts)?,
+                contacts: some(Table::Contacts, 1)?,
                 steps: table(path, Table::Steps)?,
-                joints: match world.joints() {
-                    [] => None,
-                    _ => Some(table(path, Table::Joints)?),
-                },
-                gears: match world.gears() {
-                    [] => None,
-                    _ => Some(table(path, Table::Gears)?),
-                },
+                joints: some(Table::Joints, world.joints().len())?,
+                gears: some(Table::Gears, world.gears().len())?,
             };
             let tied = (world.joints().len(), world.gears().len());
-            let reader = TablesReader::new(streams, world.bodies().len(), tied);
+            let reader = TablesReader::of_some(streams, world.bodies().len(), tied);
             let reader = reader.map_err(|error| odd_tables(path, &error))?;
-            let rows = Rows::Tables(Box::new(reader.from_index(first)));
+            let rows = Rows::Tables(Box::new(reader.from_index(first).every(kept.every)));
             return Ok(Self { path, rows, run, world, loads, courses });
         }
         let file = input::open(path).map_err(|error| odd_trajectory(path, &error))?;
@@ -173,7 +179,7 @@ impl<'a> Recording<'a> {
         }
         Ok(Self {
             path,
-            rows: Rows::Trajectory(Box::new(reader.from_index(first))),
+            rows: Rows::Trajectory(Box::new(reader.from_index(first).every(kept.every))),
             run,
             world,
             loads: vec![load],
@@ -252,6 +258,11 @@ impl<'a> Recording<'a> {
                 bodies.len() - 1
             ))
         })
+    }
+
+    /// Which of the run's rows there are.
+    pub fn kept(&self) -> Kept {
+        self.run.as_ref().map(|run| run.kept.clone()).unwrap_or_default()
     }
 
     /// Whether there is no ground: without one there is but one way to move.

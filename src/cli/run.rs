@@ -5,10 +5,13 @@ use super::exported::Exported;
 use super::joints_summary::JointsSummary;
 use super::outcome::Failure;
 use super::output::progress_bar;
+use super::pages::Pages;
 use super::run_file::Ended;
 use super::scene::Scene;
 use super::writer::RunWriter;
+use std::panic::resume_unwind;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
 use std::time::{Duration, Instant};
 use tumble::error::Error;
 use tumble::simulation::summary::RunSummary;
@@ -71,9 +74,9 @@ impl Run {
     }
 }
 
-/// Runs the simulation of `scene` on to its last row and writes every row from where it is, and the contact
-/// problems where they are to be `exported`. What `run` came to
-/// before is in what it returns.
+/// Runs the simulation of `scene` on to its last row and writes every row from where it is, on a thread of its own
+/// while the next steps are taken, and the contact problems where they are to be `exported`. What `run` came to before is
+/// in what it returns.
 pub fn run(
     scene: &Scene,
     simulation: &mut Simulation<'_>,
@@ -82,7 +85,6 @@ pub fn run(
     (writer, mut exported): (&mut RunWriter, Option<&mut Exported>),
     quiet: bool,
 ) -> Result<Run, Failure> {
-    let mut records = vec![StepRecord::new(); (CHUNK / scene.bodies.len()).max(1)];
     if !scene.joints.is_empty() {
         run.joints.get_or_insert_default();
     }
@@ -91,36 +93,45 @@ pub fn run(
     let taken = simulation.index().saturating_sub(scene.start_index);
     let mut left = (scene.rows - 1).saturating_sub(taken);
     let bar = progress_bar(left, "steps", quiet);
-    while left > 0 && run.end == End::Complete {
-        let wanted = usize::try_from(left).map_or(records.len(), |left| left.min(records.len()));
-        let clock = Instant::now();
-        let mut count = 0;
-        while count < wanted && run.end == End::Complete {
-            run.end = advance(scene, simulation, interrupt, &mut records[count])?;
-            count += usize::from(run.end == End::Complete);
+    thread::scope(|scope| {
+        let (mut pages, writing) = Pages::new(scope, writer, (CHUNK / scene.bodies.len()).max(1));
+        while left > 0 && run.end == End::Complete {
+            let Some(mut page) = pages.empty() else { break };
+            let wanted = page.records.len();
+            let wanted = usize::try_from(left).map_or(wanted, |left| left.min(wanted));
+            let clock = Instant::now();
+            while page.count < wanted && run.end == End::Complete {
+                run.end = advance(scene, simulation, interrupt, &mut page.records[page.count])?;
+                page.count += usize::from(run.end == End::Complete);
+            }
+            run.elapsed += clock.elapsed();
+            for record in page.filled() {
+                run.summary.add(record);
+                if run.overlap.is_none_or(|(_, largest)| record.overlap > largest) {
+                    run.overlap = Some((record.index, record.overlap));
+                }
+                if let Some(exported) = &mut exported {
+                    exported.write(&scene.world, record)?;
+                }
+                if let Some(joints) = &mut run.joints {
+                    world.follow(&scene.courses, (record.index + 1) as f64 * world.time_step());
+                    joints.add_errors(&world, &record.solution.states);
+                    joints.add_residual(record.certificate.joint, record.certificate.joint_law);
+                    joints.add_stiffness(record.stiffness);
+                }
+            }
+            bar.inc(page.count as u64);
+            left -= page.count as u64;
+            pages.write(page);
         }
-        run.elapsed += clock.elapsed();
-        for record in &records[..count] {
-            run.summary.add(record);
-            if run.overlap.is_none_or(|(_, largest)| record.overlap > largest) {
-                run.overlap = Some((record.index, record.overlap));
-            }
-            if let Some(joints) = &mut run.joints {
-                world.follow(&scene.courses, (record.index + 1) as f64 * world.time_step());
-                joints.add_errors(&world, &record.solution.states);
-                joints.add_residual(record.certificate.joint, record.certificate.joint_law);
-                joints.add_stiffness(record.stiffness);
-            }
-            writer.write(record)?;
-            if let Some(exported) = &mut exported {
-                exported.write(&scene.world, record)?;
-            }
+        if let Some(mut page) = pages.empty() {
+            simulation.end(&mut page.records[0]);
+            page.count = 1;
+            pages.write(page);
         }
-        bar.inc(count as u64);
-        left -= count as u64;
-    }
-    simulation.end(&mut records[0]);
-    writer.write(&records[0])?;
+        drop(pages);
+        writing.join().unwrap_or_else(|panic| resume_unwind(panic))
+    })?;
     bar.finish_and_clear();
     Ok(run)
 }

@@ -5,12 +5,14 @@ use super::continued::{self, Continued};
 use super::describe::describe;
 use super::directory::OutputDirectory;
 use super::exported::Exported;
-use super::outcome::{Failure, Outcome};
+use super::kept::{Form, Kept};
+use super::outcome::{Failure, Outcome, refuse_flags};
 use super::output::{PendingFile, Voice};
 use super::pictures::{self, Pictures};
 use super::recording::Recording;
 use super::run::{self, End, Run};
 use super::run_file::RunFile;
+use super::scene::{OutputFormat, Scene};
 use super::signals::raise_on_signals;
 use super::writer::RunWriter;
 use super::{scene, shown};
@@ -26,9 +28,11 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
             (scene, Some(before))
         }
     };
-    pictures::check(args, scene.rows, scene.world.time_step())?;
     let exported = args.export_problems.as_deref().map(|path| Exported::check(path, &scene));
     let exported = exported.transpose()?;
+    let kept = before.as_ref().map_or_else(|| args.kept(), |before| before.kept().clone());
+    check_kept(args, &scene, &kept)?;
+    pictures::check(args, kept.rows(scene.rows), kept.every as f64 * scene.world.time_step())?;
     let interrupt = Arc::new(AtomicBool::new(false));
     let mut simulation = scene.simulation(&interrupt)?;
     if let Some(before) = &before {
@@ -46,7 +50,8 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
         voice.say(&format!("{}\n", shown::line(&note)));
     }
     let mut exported = exported.map(Exported::begin).transpose()?;
-    let mut writer = RunWriter::create(&scene, &out, before.as_ref().map(Continued::written))?;
+    let mut writer =
+        RunWriter::create(&scene, &kept, &out, before.as_ref().map(Continued::written))?;
     let [run_json, state] =
         ["run.json", continued::FILE].map(|name| PendingFile::create(&out, name));
     let (run_json, state) = (run_json?, state?);
@@ -56,7 +61,8 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     let run = run::run(&scene, &mut simulation, run, &interrupt, outputs, args.quiet)?;
 
     let mut files = writer.finish()?;
-    let run_file = RunFile::of(&scene, &run.ended())?;
+    let mut run_file = RunFile::of(&scene, &run.ended())?;
+    run_file.kept = kept;
     run_json.write(run_file.text()?.as_bytes())?;
     state.write(&continued::state_of(&simulation, &run)?)?;
     files.extend([run_json, state]);
@@ -85,4 +91,20 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
         End::Complete if run.summary.failed > 0 => Outcome::Unconverged,
         End::Complete => Outcome::Done,
     })
+}
+
+/// Refuses tables of a scene that has but one, and pictures of files that tumble does not read.
+fn check_kept(args: &SimulateArgs, scene: &Scene, kept: &Kept) -> Result<(), Failure> {
+    if matches!(scene.format, OutputFormat::Trajectory) {
+        let place = "a scene of one body, whose rows are one table";
+        refuse_flags(place, &[("--tables", args.tables.is_some())])?;
+    }
+    let drawn = [("--plot", args.plot), ("--gif", args.gif), ("--apng", args.apng)];
+    match kept.form {
+        Form::Csv => Ok(()),
+        Form::Parquet => refuse_flags(
+            "--format parquet, of which tumble draws no pictures",
+            &[&drawn[..], &[("--html", args.html)]].concat(),
+        ),
+    }
 }

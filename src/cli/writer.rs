@@ -1,6 +1,7 @@
 //! The files of a run, in either format.
 
 use super::directory::OutputDirectory;
+use super::kept::{Form, Kept};
 use super::outcome::Failure;
 use super::output::PendingFile;
 use super::scene::{OutputFormat, Scene};
@@ -17,13 +18,17 @@ type Stream = BufWriter<File>;
 const TRAJECTORY: &str = "trajectory";
 
 /// The name of the file of a table.
-fn file_of(table: &str) -> String {
-    format!("{table}.csv")
+fn file_of(table: &str, form: Form) -> String {
+    match form {
+        Form::Csv => format!("{table}.csv"),
+        Form::Parquet => format!("{table}.parquet"),
+    }
 }
 
-/// The names of the files of rows, of both formats.
+/// The names of the files of rows, of both formats and forms.
 pub fn row_files() -> impl Iterator<Item = String> {
-    [TRAJECTORY].into_iter().chain(Table::ALL.map(Table::name)).map(file_of)
+    let names = [TRAJECTORY].into_iter().chain(Table::ALL.map(Table::name));
+    names.flat_map(|name| [Form::Csv, Form::Parquet].map(|form| file_of(name, form)))
 }
 
 /// What writes the rows of one format.
@@ -43,89 +48,89 @@ pub struct RunWriter {
 pub struct Written<'a> {
     /// The directory of their files.
     pub directory: &'a Path,
-    /// How many steps they are.
+    /// Of how many steps they are, those that are left out counted.
     pub steps: u64,
 }
 
 impl RunWriter {
-    /// Opens the files of a run of `scene`, and writes their headers or what of the run is `written`.
+    /// Opens the files of a run of `scene` of which these rows are kept, and writes their headers or what of the
+    /// run is `written`.
     pub fn create(
         scene: &Scene,
+        kept: &Kept,
         out: &OutputDirectory,
         written: Option<Written<'_>>,
     ) -> Result<Self, Failure> {
-        let file = |name: &str| PendingFile::create(out, &file_of(name));
-        // Of a file with so many rows a step.
-        let stream = |file: &PendingFile, name: &str, rows: Option<u64>| {
+        let mut files = Vec::new();
+        // Of a file with so many rows a step, or any number.
+        let mut open = |name: &str, rows: Option<usize>| {
+            let file = PendingFile::create(out, &file_of(name, kept.form))?;
             let mut stream = file.stream()?;
             if let Some(Written { directory, steps }) = written {
-                let lines = rows.map(|rows| 1 + rows * steps);
-                copy_lines(&directory.join(file_of(name)), lines, &mut stream)?;
+                let steps = kept.rows(steps + 1) - 1;
+                let lines = rows.map(|rows| 1 + rows as u64 * steps);
+                copy_lines(&directory.join(file_of(name, kept.form)), lines, &mut stream)?;
             }
+            files.push(file);
             Ok::<_, Failure>(stream)
         };
-        let goes_on = written.is_some();
-        let (files, rows) = match scene.format {
+        let (goes_on, world) = (written.is_some(), &scene.world);
+        let (every, first) = (kept.every, scene.start_index);
+        let rows = match scene.format {
             OutputFormat::Trajectory => {
-                let trajectory = file(TRAJECTORY)?;
-                let stream = stream(&trajectory, TRAJECTORY, Some(1))?;
-                let rows = match goes_on {
-                    true => TrajectoryWriter::after(stream, &scene.world),
-                    false => TrajectoryWriter::new(stream, &scene.world),
+                let stream = open(TRAJECTORY, Some(1))?;
+                let rows = match kept.form {
+                    Form::Csv if goes_on => TrajectoryWriter::after(stream, world),
+                    Form::Csv => TrajectoryWriter::new(stream, world),
+                    Form::Parquet => TrajectoryWriter::parquet(stream, world),
                 };
-                (vec![trajectory], rows.map(|rows| Rows::Trajectory(Box::new(rows))))
+                rows.map(|rows| Rows::Trajectory(Box::new(rows.every(every, first))))
             }
             OutputFormat::Tables(_) => {
-                let of = |table: Table| file(table.name());
-                let has_joints = !scene.joints.is_empty();
-                let joints = has_joints.then(|| of(Table::Joints)).transpose()?;
-                let [states, contacts, steps] = Table::ALWAYS.map(of);
-                let files = [states?, contacts?, steps?];
-                let rows = [Some(scene.bodies.len() as u64), None, Some(1)];
-                let [states, contacts, steps] =
-                    [0, 1, 2].map(|at| stream(&files[at], Table::ALWAYS[at].name(), rows[at]));
-                let joint_rows = Some(scene.joints.len() as u64);
-                let of_joints =
-                    joints.as_ref().map(|file| stream(file, Table::Joints.name(), joint_rows));
-                let count = scene.world.gears().len() as u64;
-                let gears = (count > 0).then(|| of(Table::Gears)).transpose()?;
-                let of_gears =
-                    gears.as_ref().map(|file| stream(file, Table::Gears.name(), Some(count)));
-                let streams = Streams {
-                    states: states?,
-                    contacts: contacts?,
-                    steps: steps?,
-                    joints: of_joints.transpose()?,
-                    gears: of_gears.transpose()?,
+                let states = open(Table::States.name(), Some(scene.bodies.len()))?;
+                let is_there =
+                    |table: Table, count: usize| (kept.has(table) && count > 0).then_some(count);
+                let contacts =
+                    is_there(Table::Contacts, 1).map(|_| open(Table::Contacts.name(), None));
+                let contacts = contacts.transpose()?;
+                let steps = open(Table::Steps.name(), Some(1))?;
+                let joints = is_there(Table::Joints, scene.joints.len());
+                let joints = joints.map(|count| open(Table::Joints.name(), Some(count)));
+                let gears = is_there(Table::Gears, world.gears().len());
+                let gears = gears.map(|count| open(Table::Gears.name(), Some(count)));
+                let (joints, gears) = (joints.transpose()?, gears.transpose()?);
+                let streams = Streams { states, contacts, steps, joints, gears };
+                let rows = match kept.form {
+                    Form::Csv if goes_on => Ok(TablesWriter::after(streams, world)),
+                    Form::Csv => TablesWriter::new(streams, world),
+                    Form::Parquet => TablesWriter::parquet(streams, world),
                 };
-                let rows = match goes_on {
-                    true => Ok(TablesWriter::after(streams, &scene.world)),
-                    false => TablesWriter::new(streams, &scene.world),
-                };
-                let files = files.into_iter().chain(joints).chain(gears).collect();
-                let rows = rows.map(|rows| rows.driven(scene.courses.clone()));
-                (files, rows.map(|rows| Rows::Tables(Box::new(rows))))
+                rows.map(|rows| {
+                    let rows = rows.driven(scene.courses.clone()).every(every, first);
+                    Rows::Tables(Box::new(rows))
+                })
             }
         };
-        let rows = rows.map_err(|error| failed(&files, error))?;
+        let rows = rows.map_err(|error| files[0].failed(&error))?;
         Ok(Self { files, rows })
     }
 
     /// The file of rows in `directory` by which a run of `scene` is opened.
-    pub fn first_file(scene: &Scene, directory: &Path) -> PathBuf {
-        directory.join(file_of(match scene.format {
+    pub fn first_file(scene: &Scene, kept: &Kept, directory: &Path) -> PathBuf {
+        let name = match scene.format {
             OutputFormat::Trajectory => TRAJECTORY,
             OutputFormat::Tables(_) => Table::States.name(),
-        }))
+        };
+        directory.join(file_of(name, kept.form))
     }
 
-    /// Writes the rows of one step.
+    /// Writes the rows of one step, if it is one that is kept.
     pub fn write(&mut self, record: &StepRecord) -> Result<(), Failure> {
         let written = match &mut self.rows {
             Rows::Trajectory(rows) => rows.write(record),
             Rows::Tables(rows) => rows.write(record),
         };
-        written.map_err(|error| failed(&self.files, error))
+        written.map_err(|error| self.files[0].failed(&error))
     }
 
     /// Everything down to the disk: a full one must be noticed before the files get their names.
@@ -134,7 +139,8 @@ impl RunWriter {
             Rows::Trajectory(rows) => rows.finish().map(|stream| vec![stream]),
             Rows::Tables(rows) => {
                 rows.finish().map(|Streams { states, contacts, steps, joints, gears }| {
-                    [states, contacts, steps].into_iter().chain(joints).chain(gears).collect()
+                    let some = [contacts, joints, gears].into_iter().flatten();
+                    [states, steps].into_iter().chain(some).collect()
                 })
             }
         };
@@ -165,11 +171,4 @@ fn copy_lines(from: &Path, lines: Option<u64>, to: &mut Stream) -> Result<(), Fa
 fn to_disk(mut stream: Stream) -> io::Result<()> {
     stream.flush()?;
     stream.get_ref().sync_all()
-}
-
-fn failed(files: &[PendingFile], error: csv::Error) -> Failure {
-    match error.into_kind() {
-        csv::ErrorKind::Io(error) => files[0].failed(&error),
-        other => Failure::Other(format!("the rows cannot be written: {other:?}")),
-    }
 }

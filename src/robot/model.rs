@@ -19,6 +19,8 @@ pub struct Robot {
     pub actuators: Vec<Actuator>,
     /// What else holds links together.
     pub ties: Vec<Tie>,
+    /// Which joints go with others.
+    pub follows: Vec<Follows>,
     /// Pairs of links that do not touch each other.
     pub apart: Vec<[usize; 2]>,
     /// Poses that have names.
@@ -238,6 +240,23 @@ pub enum Tie {
         /// Where it stands in the file.
         at: String,
     },
+}
+
+/// A hinge or a slide that goes with another one, by a gear: its coordinate is
+///
+/// ```text
+/// q₁ = r q₂ + q₀
+/// ```
+#[derive(Debug, Clone)]
+pub struct Follows {
+    /// The one that goes with the other, and the other: indices of joints.
+    pub joints: [usize; 2],
+    /// r.
+    pub ratio: f64,
+    /// q₀, m or rad.
+    pub offset: f64,
+    /// Where it stands in the file.
+    pub at: String,
 }
 
 /// A pose with a name.

@@ -4,7 +4,7 @@ use super::Reading;
 use super::frame::{Frame, about, left_times};
 use super::left_out::pruned;
 use super::meshes;
-use super::model::{Form, Joint, Link, Mass, Moves, Options, Robot, Shape};
+use super::model::{Follows, Form, Joint, Link, Mass, Moves, Options, Robot, Shape};
 use super::notes::Notes;
 use super::xml::{Attributes, Element};
 use crate::scenario::shown;
@@ -39,6 +39,7 @@ pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
         shapes: Vec::new(),
         actuators: Vec::new(),
         ties: Vec::new(),
+        follows: Vec::new(),
         apart: Vec::new(),
         keys: Vec::new(),
         options: Options {
@@ -52,6 +53,9 @@ pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
     };
     let mut reader = Reader { reading, tree: &tree, notes, robot, placed: vec![Frame::identity()] };
     reader.read_root()?;
+    for joint in root.all("joint") {
+        reader.read_mimic(joint)?;
+    }
     reader.robot.notes = reader.notes.sentences();
     Ok(reader.robot)
 }
@@ -209,11 +213,6 @@ impl<'a> Reader<'a> {
         let name = element.needed("name")?.to_owned();
         let frame = origin(element)?;
         let kind = element.needed("type")?;
-        if let Some(mimic) = element.one("mimic")? {
-            return Err(
-                mimic.wrong(format!("{name:?}: joints that go with others are not supported yet"))
-            );
-        }
         for odd in element.all("safety_controller").chain(element.all("calibration")) {
             self.notes.idle(&odd.tag);
         }
@@ -253,6 +252,29 @@ impl<'a> Reader<'a> {
             }
         };
         self.add_link(child, parent, frame, joints)
+    }
+
+    /// A joint that goes with another one, which may stand after it.
+    fn read_mimic(&mut self, element: &Element) -> Result<(), String> {
+        let Some(mimic) = element.one("mimic")? else { return Ok(()) };
+        let turns_or_slides = |name: &str| {
+            let index = self.robot.joint(name);
+            let moves = index.map(|index| self.robot.joints[index].moves);
+            let is_one = matches!(moves, Some(Moves::Hinge | Moves::Slide));
+            index.filter(|_| is_one).ok_or_else(|| {
+                let name = shown::line(name);
+                mimic.wrong(format!("{name:?} is no joint that turns or slides about one axis"))
+            })
+        };
+        let joints = [element.needed("name")?, mimic.needed("joint")?].map(turns_or_slides);
+        let [own, other] = joints;
+        self.robot.follows.push(Follows {
+            joints: [own?, other?],
+            ratio: mimic.bounded("multiplier", 1.0, [-1e6, 1e6])?,
+            offset: mimic.bounded("offset", 0.0, [-1e6, 1e6])?,
+            at: mimic.at(),
+        });
+        Ok(())
     }
 
     /// A joint with its limits and what resists it.

@@ -34,16 +34,25 @@ pub struct Unsolved {
     pub residual: f64,
 }
 
-/// How a batch went.
+/// How steps went.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Tally {
+    /// How many ended in each way, in the order of [`StepStatus::ALL`].
+    pub statuses: [u64; StepStatus::ALL.len()],
+    /// How many took a [part](StepRecord::restitution_share) of their restitution alone, because the whole
+    /// would have made energy.
+    pub tempered: u64,
+    /// The largest residual, m/s.
+    pub largest_residual: f64,
+}
+
+/// How a batch went. It takes 80 bytes a rollout, and 40 a step without an answer.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Report {
-    /// How many steps ended in each way, in the order of [`StepStatus::ALL`].
-    pub statuses: [u64; StepStatus::ALL.len()],
-    /// Of each rollout, the steps that took a [part](StepRecord::restitution_share) of their
-    /// restitution alone, because the whole would have made energy.
-    pub tempered: Vec<u64>,
-    /// The largest residual of all steps, m/s.
-    pub largest_residual: f64,
+    /// All steps.
+    pub all: Tally,
+    /// Those of each rollout.
+    pub each: Vec<Tally>,
     /// Every step that failed or was wild, in the order of rollouts and steps.
     pub unsolved: Vec<Unsolved>,
 }
@@ -150,7 +159,7 @@ fn one(
     let (mut simulation, driven) = batch.simulation(rollout, watch)?;
     let Outputs { states, ends, forces, residuals, statuses } = share;
     let bodies = simulation.states().len();
-    let mut report = Report { tempered: vec![0], ..Report::default() };
+    let mut report = Report::default();
     let mut counted = 0;
     for step in 0..batch.steps {
         driven.set(batch, (rollout, step), &mut simulation)?;
@@ -179,6 +188,7 @@ fn one(
         }
     }
     copy_states(&simulation, ends);
+    report.each = vec![report.all];
     Ok(report)
 }
 
@@ -194,36 +204,52 @@ fn place(status: StepStatus) -> u8 {
     StepStatus::ALL.iter().position(|known| *known == status).unwrap_or(0) as u8
 }
 
-impl Report {
-    /// All steps.
+impl Tally {
+    /// How many steps there are.
     #[must_use]
     pub fn steps(&self) -> u64 {
         self.statuses.iter().sum()
     }
 
+    /// How many steps ended so.
+    #[must_use]
+    pub fn count(&self, status: StepStatus) -> u64 {
+        self.statuses[usize::from(place(status))]
+    }
+
+    fn add(&mut self, other: &Self) {
+        for (sum, count) in self.statuses.iter_mut().zip(other.statuses) {
+            *sum += count;
+        }
+        self.tempered += other.tempered;
+        // A NaN counts as the largest.
+        if self.largest_residual < other.largest_residual || other.largest_residual.is_nan() {
+            self.largest_residual = other.largest_residual;
+        }
+    }
+}
+
+impl Report {
+    /// All steps.
+    #[must_use]
+    pub fn steps(&self) -> u64 {
+        self.all.steps()
+    }
+
     fn count(&mut self, rollout: usize, step: usize, record: &StepRecord) {
         let (status, residual) = (record.report.status, record.certificate.residual());
-        self.statuses[usize::from(place(status))] += 1;
-        for tempered in &mut self.tempered {
-            *tempered += u64::from(record.restitution_share < 1.0);
-        }
-        // A NaN counts as the largest.
-        if self.largest_residual < residual || residual.is_nan() {
-            self.largest_residual = residual;
-        }
+        let mut statuses = [0; StepStatus::ALL.len()];
+        statuses[usize::from(place(status))] = 1;
+        let tempered = u64::from(record.restitution_share < 1.0);
+        self.all.add(&Tally { statuses, tempered, largest_residual: residual });
         if matches!(status, StepStatus::Failed | StepStatus::Wild) {
             self.unsolved.push(Unsolved { rollout, step, status, residual });
         }
     }
 
     fn add(&mut self, part: Self) {
-        for (sum, count) in self.statuses.iter_mut().zip(part.statuses) {
-            *sum += count;
-        }
-        if self.largest_residual < part.largest_residual || part.largest_residual.is_nan() {
-            self.largest_residual = part.largest_residual;
-        }
-        self.tempered.extend(part.tempered);
+        self.all.add(&part.all);
+        self.each.extend(part.each);
         self.unsolved.extend(part.unsolved);
     }
 }

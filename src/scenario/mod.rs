@@ -18,6 +18,8 @@ pub mod gear;
 pub mod joint;
 #[cfg(feature = "csv")]
 pub mod joints_summary;
+#[cfg(feature = "csv")]
+pub mod kept;
 pub mod model;
 pub mod names;
 pub mod parameters;

@@ -4,6 +4,7 @@ use super::choices::{Inertia, Shape};
 use super::failure::Failure;
 use super::fields::{self, Exactly, Numbers, by_rows, matrix, numbers};
 use super::joints_summary::JointsSummary;
+use super::kept::Kept;
 use super::model::Model;
 use super::parameters::{LoadParameters, PlaneParameters, unnamed_rotation};
 use super::physics::plane;
@@ -73,6 +74,9 @@ pub struct RunFile {
     /// Of a run of the three tables: bodies, what is fixed, constants and starts.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub model: Option<Model>,
+    /// Which rows stand in the files.
+    #[serde(default, skip_serializing_if = "Kept::is_all")]
+    pub kept: Kept,
     /// Who solved the steps.
     pub solver: SolverSettings,
     /// Where one body started.
@@ -180,7 +184,7 @@ pub struct StartState {
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(expecting = "an object with the counts of the run")]
 pub struct SummaryFile {
-    /// Rows of the file: steps, and one.
+    /// Rows of the file, where it has all of them: steps, and one.
     pub rows: u64,
     /// Steps in free flight.
     pub free_steps: u64,
@@ -345,7 +349,7 @@ impl SummaryFile {
 const LONGEST_WORD: usize = 80;
 
 /// More bytes than this are no run file.
-pub const LARGEST_FILE: u64 = 16 << 20;
+pub const LARGEST_FILE: u64 = 1 << 28;
 
 impl RunFile {
     /// That of a run of `scene`.
@@ -377,6 +381,7 @@ impl RunFile {
             steps: tables.map(|_| scene.rows),
             start_index: scene.start_index,
             model: tables.map(|model| Model::clone(model)),
+            kept: Kept::default(),
             solver: SolverSettings::of(scene)?,
             start: one.map(|(state, _)| start(state)),
             summary: SummaryFile::of(run, climbs),
@@ -511,12 +516,17 @@ impl RunFile {
     /// The first field that its format has, and it has not.
     fn missing(&self) -> Option<&'static str> {
         let of_model = [
+            ("kept.every", self.kept.every == 0),
             ("drawn", self.drawn.is_none()),
             ("steps", self.steps.is_none()),
             ("largest_overlap_m", self.largest_overlap_m.is_none()),
             ("joints", self.joints.is_none() && self.has_joints()),
         ];
-        let of_one = [("parameters", self.parameters.is_none()), ("start", self.start.is_none())];
+        let of_one = [
+            ("kept.every", self.kept.every == 0),
+            ("parameters", self.parameters.is_none()),
+            ("start", self.start.is_none()),
+        ];
         let fields = if self.model.is_some() { &of_model[..] } else { &of_one };
         fields.iter().find(|(_, missing)| *missing).map(|(field, _)| *field)
     }
@@ -566,6 +576,6 @@ pub fn refuse_large(model: &Model) -> Result<(), Failure> {
     }
     Err(Failure::Input(format!(
         "shapes: the scene has {length} bytes in run.json, of which at most {LARGEST_FILE} are \
-         read; fewer or coarser meshes and hulls are needed"
+         read; fewer bodies, or fewer or coarser meshes and hulls, are needed"
     )))
 }

@@ -2,7 +2,7 @@
 
 use super::failure::Failure;
 use super::gear::GearModel;
-use super::joint::JointModel;
+use super::joint::{CourseModel, JointModel};
 use super::model::{BodyModel, Model, PartnerModel};
 use super::scene::{OutputFormat, Scene};
 use super::shape::{Form, Place, PlacedForm, Shape};
@@ -13,7 +13,7 @@ use std::fmt::Write as _;
 /// The text of a scenario file that comes to this scene, but for its solver; numbers keep their bits.
 ///
 /// # Errors
-/// A scene of one body in the other notation; bodies of a mesh's file, which a text cannot have; driven bodies.
+/// A scene of one body in the other notation; bodies of a mesh's file, which a text cannot have.
 pub fn text(scene: &Scene) -> Result<String, Failure> {
     let OutputFormat::Tables(model) = &scene.format else {
         let why = "a scene of one body has a notation of its own";
@@ -28,13 +28,11 @@ pub fn text(scene: &Scene) -> Result<String, Failure> {
     }
     fixed_tables(&mut out, model).map_err(Failure::Input)?;
     pair_tables(&mut out, model);
-    for (index, joint) in model.joints.iter().enumerate() {
-        if joint.course.is_some() {
-            let name = &joint.name;
-            let why = format!("joints[{index}] ({name}): the way of a driven body is not written");
-            return Err(Failure::Input(why));
+    for joint in &model.joints {
+        match &joint.course {
+            Some(course) => driven_table(&mut out, joint, course, model),
+            None => joint_table(&mut out, joint, model),
         }
-        joint_table(&mut out, joint, model);
     }
     for gear in &model.gears {
         gear_table(&mut out, gear, model);
@@ -189,6 +187,32 @@ fn pair_tables(out: &mut String, model: &Model) {
     for pair in &model.apart {
         let _ = writeln!(out, "\n[[apart]]\n{}", between(pair.body, pair.partner));
     }
+}
+
+/// The way of a driven body: places at times, or a steady motion from the start about a point that is not the origin
+/// of its shape.
+fn driven_table(out: &mut String, joint: &JointModel, course: &CourseModel, model: &Model) {
+    let body = model.bodies.get(joint.body);
+    let centre = body.map_or([0.0; 3], |body| body.centre);
+    let about = Vector3::from(joint.frames[0].position) + Vector3::from(centre);
+    let mut lines = vec![
+        format!("name = {}", quoted(&joint.name)),
+        format!("body = {}", quoted(body.map_or("", |body| &body.name))),
+    ];
+    if about == Vector3::zeros() {
+        let positions: Vec<_> = course.places.iter().map(|place| place.position).collect();
+        let attitudes: Vec<_> = course.places.iter().map(|place| place.attitude).collect();
+        lines.push(format!("times = {:?}", course.times));
+        lines.push(format!("positions = {positions:?}\nattitudes = {attitudes:?}"));
+    } else {
+        lines.push(format!("about = {:?}", <[f64; 3]>::from(about)));
+    }
+    for (field, value) in [("velocity", course.velocity), ("spin", course.spin)] {
+        if value != [0.0; 3] {
+            lines.push(format!("{field} = {value:?}"));
+        }
+    }
+    let _ = writeln!(out, "\n[[driven]]\n{}", lines.join("\n"));
 }
 
 fn gear_table(out: &mut String, gear: &GearModel, model: &Model) {

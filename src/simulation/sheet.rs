@@ -1,6 +1,7 @@
 //! A table in CSV that is being read, its header, order and every field checked: what the formats
 //! have in common.
 
+use crate::step::StepStatus;
 use std::io::Read;
 
 /// Why rows cannot be read. `table` names the one of several that it is about, and is empty where
@@ -103,6 +104,59 @@ impl<R: Read> Read for Bounded<R> {
         let read = self.stream.read(&mut buffer[..most])?;
         self.left -= read;
         Ok(read)
+    }
+}
+
+/// Which k the next row of a table of steps has.
+pub struct Steps {
+    /// The k of the last row, or where none was read that of the first.
+    at: u64,
+    every: u64,
+    /// Whether the first row may have any k.
+    anywhere: bool,
+    begun: bool,
+}
+
+impl Default for Steps {
+    fn default() -> Self {
+        Self { at: 0, every: 1, anywhere: false, begun: false }
+    }
+}
+
+impl Steps {
+    /// The first k is `index`.
+    pub fn begin_at(&mut self, index: u64) {
+        self.at = index;
+    }
+
+    /// The first k may be any.
+    pub fn begin_anywhere(&mut self) {
+        self.anywhere = true;
+    }
+
+    /// Only each `every`-th step has a row, and the last state.
+    pub fn every(&mut self, every: u64) {
+        self.every = every.max(1);
+    }
+
+    /// The k of the row that was read, which has this status.
+    pub fn next<R: Read>(
+        &mut self,
+        sheet: &Sheet<R>,
+        status: StepStatus,
+    ) -> Result<u64, RowsError> {
+        let found = sheet.whole(0)?;
+        let next = self.at.saturating_add(self.every);
+        let fits = match (self.begun, status) {
+            (false, _) => self.anywhere || found == self.at,
+            (true, StepStatus::End) => self.at < found && found <= next,
+            (true, _) => found == next,
+        };
+        if !fits {
+            sheet.expect(0, if self.begun { next } else { self.at })?;
+        }
+        (self.at, self.begun) = (found, true);
+        Ok(found)
     }
 }
 

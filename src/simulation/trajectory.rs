@@ -14,7 +14,8 @@
 //! that the step took ([`StepRecord::restitution_share`]).
 
 use super::StepRecord;
-use super::sheet::{RowsError, Sheet};
+use super::rows::{Kept, RowWriter};
+use super::sheet::{RowsError, Sheet, Steps};
 use crate::contact::{Contact, rounding};
 use crate::mechanics::{Pose, State};
 use crate::step::StepStatus;
@@ -23,7 +24,7 @@ use crate::step_nlp::layout::{Layout, STATE};
 use crate::step_nlp::point::{Products, products};
 use crate::world::World;
 use nalgebra::Vector3;
-use std::io::{Read, Write};
+use std::io::{self, Read, Write};
 
 /// The names of the columns before the per-contact ones.
 const STATE_COLUMNS: [&str; 15] = [
@@ -61,53 +62,75 @@ pub fn header(contacts: usize, bounce: bool) -> Vec<String> {
 }
 
 /// Writes a trajectory of one body row by row.
-pub struct TrajectoryWriter<W: Write> {
-    csv: csv::Writer<W>,
+pub struct TrajectoryWriter<W: Write + Send> {
+    rows: RowWriter<W>,
     world: World,
+    kept: Kept,
     layout: Layout,
     /// What stands in a row between state and flags.
     step: Vec<f64>,
-    carrying: Vec<u8>,
+    carrying: Vec<bool>,
 }
 
-impl<W: Write> TrajectoryWriter<W> {
+impl<W: Write + Send> TrajectoryWriter<W> {
     /// Writes the header of a trajectory of the one body of `world`.
     ///
     /// # Errors
     /// A world of several bodies, whose steps are
     /// [tables](crate::simulation::tables::TablesWriter); the stream's.
-    pub fn new(stream: W, world: &World) -> csv::Result<Self> {
-        let mut writer = Self::after(stream, world)?;
-        let header = header(writer.carrying.len(), world.has_restitution());
-        writer.csv.write_record(header)?;
-        Ok(writer)
+    pub fn new(stream: W, world: &World) -> io::Result<Self> {
+        let columns = columns(world)?;
+        Self::of(RowWriter::csv(stream, columns.iter().map(String::as_str)), world)
+    }
+
+    /// The same as Parquet, which pandas and polars read: the same columns, whole numbers, numbers and texts by
+    /// themselves. Rows go to the stream in blocks of some megabytes.
+    ///
+    /// # Errors
+    /// As [`TrajectoryWriter::new`].
+    #[cfg(feature = "parquet")]
+    pub fn parquet(stream: W, world: &World) -> io::Result<Self> {
+        let columns = columns(world)?;
+        Self::of(RowWriter::parquet(stream, columns.iter().map(String::as_str))?, world)
     }
 
     /// Goes on where the header stands in the stream already, and maybe rows.
     ///
     /// # Errors
     /// A world of several bodies.
-    pub fn after(stream: W, world: &World) -> csv::Result<Self> {
-        let [body] = world.bodies() else {
-            return Err(refused("a trajectory is of one body, and the world has several"));
-        };
-        let points = body.contact_points().len();
+    pub fn after(stream: W, world: &World) -> io::Result<Self> {
+        Self::of(RowWriter::csv_after(stream), world)
+    }
+
+    fn of(rows: RowWriter<W>, world: &World) -> io::Result<Self> {
+        let points = points(world)?;
         let layout = Layout::new(points);
         Ok(Self {
-            csv: csv::WriterBuilder::new().has_headers(false).from_writer(stream),
+            rows,
             world: world.clone(),
+            kept: Kept::ALL,
             layout,
             step: vec![0.0; layout.variables() - STATE.end],
-            carrying: vec![0; points],
+            carrying: vec![false; points],
         })
     }
 
-    /// Writes one row.
+    /// The same of each `every`-th step alone, counted from the step `first`, and of the last state; every one for 0.
+    #[must_use]
+    pub fn every(mut self, every: u64, first: u64) -> Self {
+        self.kept = Kept::new(every, first);
+        self
+    }
+
+    /// Writes the row of a step, if it is one that has a row.
     ///
     /// # Errors
     /// The stream's; a record without a state, or with a contact of a point that the body does not
     /// have, of which nothing is written.
-    pub fn write(&mut self, record: &StepRecord) -> csv::Result<()> {
+    pub fn write(&mut self, record: &StepRecord) -> io::Result<()> {
+        if !self.kept.has(record.index, record.report.status) {
+            return Ok(());
+        }
         let is_end = record.report.status == StepStatus::End;
         // k h in one rounding, so that times do not drift.
         let time = record.index as f64 * self.world.time_step();
@@ -116,23 +139,25 @@ impl<W: Write> TrajectoryWriter<W> {
             return Err(refused("the record has no state of a body"));
         };
         self.fill(record, &next.pose())?;
-        self.csv.serialize((
-            record.index,
-            time,
-            state.to_vector().as_slice(),
-            &self.step,
-            &self.carrying,
-            record.report.status.name(),
-            record.report.iterations,
-            if is_end { 0.0 } else { record.certificate.residual() },
-            self.world.has_restitution().then_some(record.restitution_share).as_slice(),
-        ))
+        let Self { rows, .. } = self;
+        rows.whole(record.index);
+        rows.number(time);
+        rows.numbers(state.to_vector().as_slice());
+        rows.numbers(&self.step);
+        self.carrying.iter().for_each(|carries| rows.whole((*carries).into()));
+        rows.text(record.report.status.name());
+        rows.whole(record.report.iterations.into());
+        rows.number(if is_end { 0.0 } else { record.certificate.residual() });
+        if self.world.has_restitution() {
+            rows.number(record.restitution_share);
+        }
+        rows.end_row()
     }
 
     /// The columns of the step, which ends at `next`.
-    fn fill(&mut self, record: &StepRecord, next: &Pose) -> csv::Result<()> {
+    fn fill(&mut self, record: &StepRecord, next: &Pose) -> io::Result<()> {
         self.step.fill(0.0);
-        self.carrying.fill(0);
+        self.carrying.fill(false);
         for (contact, found) in record.contacts.iter().zip(&record.solution.contacts) {
             if contact.key.point >= self.carrying.len() {
                 return Err(refused("the record has a contact of a point that the body has not"));
@@ -148,18 +173,31 @@ impl<W: Write> TrajectoryWriter<W> {
             for (place, value) in places.into_iter().zip(values) {
                 self.step[place - STATE.end] = value;
             }
-            self.carrying[contact.key.point] = u8::from(found.carries_force());
+            self.carrying[contact.key.point] = found.carries_force();
         }
         Ok(())
     }
 
-    /// Flushes and gives the stream back.
+    /// Flushes and gives the stream back. Before, the last rows may not be in it.
     ///
     /// # Errors
     /// The stream's.
-    pub fn finish(self) -> std::io::Result<W> {
-        self.csv.into_inner().map_err(csv::IntoInnerError::into_error)
+    pub fn finish(self) -> io::Result<W> {
+        self.rows.finish()
     }
+}
+
+/// The contact points of the one body of `world`.
+fn points(world: &World) -> io::Result<usize> {
+    match world.bodies() {
+        [body] => Ok(body.contact_points().len()),
+        _ => Err(refused("a trajectory is of one body, and the world has several")),
+    }
+}
+
+/// The columns of the one body of `world`.
+fn columns(world: &World) -> io::Result<Vec<String>> {
+    Ok(header(points(world)?, world.has_restitution()))
 }
 
 /// What the program has of a contact with the ground besides its force: the columns `s1`, `s2` and
@@ -188,8 +226,8 @@ pub fn program_columns(
     Products { friction: if sticks { 0.0 } else { products.friction }, ..products }
 }
 
-fn refused(why: &'static str) -> csv::Error {
-    std::io::Error::new(std::io::ErrorKind::InvalidInput, why).into()
+fn refused(why: &'static str) -> io::Error {
+    io::Error::new(io::ErrorKind::InvalidInput, why)
 }
 
 /// One row as it was read.
@@ -246,9 +284,7 @@ pub struct TrajectoryReader<R: Read> {
     sheet: Sheet<R>,
     contacts: usize,
     bounce: bool,
-    next_index: u64,
-    /// Whether the first row may have any k.
-    any_start: bool,
+    steps: Steps,
     ended: bool,
 }
 
@@ -268,20 +304,27 @@ impl<R: Read> TrajectoryReader<R> {
             contacts = (found / per_contact).max(1);
             header(contacts, bounce)
         })?;
-        Ok(Self { sheet, contacts, bounce, next_index: 0, any_start: false, ended: false })
+        Ok(Self { sheet, contacts, bounce, steps: Steps::default(), ended: false })
     }
 
     /// The same of rows whose first k is `index`.
     #[must_use]
     pub fn from_index(mut self, index: u64) -> Self {
-        self.next_index = index;
+        self.steps.begin_at(index);
         self
     }
 
     /// The same of rows whose first k may be any.
     #[must_use]
     pub fn of_part(mut self) -> Self {
-        self.any_start = true;
+        self.steps.begin_anywhere();
+        self
+    }
+
+    /// The same of rows of each `every`-th step, and of the last state.
+    #[must_use]
+    pub fn every(mut self, every: u64) -> Self {
+        self.steps.every(every);
         self
     }
 
@@ -302,14 +345,12 @@ impl<R: Read> TrajectoryReader<R> {
             return Ok(None);
         }
         sheet.need_row("the file has no row of status `end`: it is cut off, or no trajectory")?;
-        if std::mem::take(&mut self.any_start) {
-            self.next_index = sheet.whole(0)?;
-        }
-        sheet.expect(0, self.next_index)?;
         let n = self.contacts;
         let first_step = STATE_COLUMNS.len();
         let first_alpha = first_step + 6 * n;
         let first_report = first_alpha + n;
+        let status = sheet.field(first_report, "a status", StepStatus::from_name)?;
+        let index = self.steps.next(sheet, status)?;
         let flag = |text: &str| match text {
             "0" => Some(false),
             "1" => Some(true),
@@ -317,14 +358,14 @@ impl<R: Read> TrajectoryReader<R> {
         };
         let share = |text: &str| text.parse().ok().filter(|share| (0.0..=1.0).contains(share));
         let row = TrajectoryRow {
-            index: self.next_index,
+            index,
             time: sheet.number(1)?,
             state: State::from_vector(&sheet.numbers::<13>(2)?.into()),
             step: (first_step..first_alpha).map(|k| sheet.number(k)).collect::<Result<_, _>>()?,
             carrying: (first_alpha..first_report)
                 .map(|k| sheet.field(k, "0 or 1", flag))
                 .collect::<Result<_, _>>()?,
-            status: sheet.field(first_report, "a status", StepStatus::from_name)?,
+            status,
             iterations: sheet.whole(first_report + 1)?,
             residual: sheet.number(first_report + 2)?,
             restitution_share: match self.bounce {
@@ -332,7 +373,6 @@ impl<R: Read> TrajectoryReader<R> {
                 false => 1.0,
             },
         };
-        self.next_index += 1;
         self.ended = row.status == StepStatus::End;
         Ok(Some(row))
     }

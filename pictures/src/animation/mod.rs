@@ -98,7 +98,7 @@ pub(crate) fn still(film: &Film, size: u16) -> Option<Vec<u8>> {
 
 /// What the frames show.
 fn moments(film: &Film, settings: &Settings) -> Result<Vec<Moment>, AnimationError> {
-    let duration = (film.frames.len() - 1) as f64 * film.time_step;
+    let duration = (film.frames.len() - 1) as f64 * film.frame_time();
     let scale = Scale::of(film);
     let to_ground = film.to_ground();
     let is_near = |place: &Vector3<f64>, room: f64| {

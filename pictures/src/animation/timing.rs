@@ -25,7 +25,7 @@ pub fn frame_count(duration: f64, speed: f64) -> Result<u64, AnimationError> {
 /// The frame of the film nearest in time to frame `frame` of the animation.
 pub fn shown(film: &Film, frame: u64, speed: f64) -> usize {
     let time = frame as f64 * speed / FRAMES_A_SECOND as f64;
-    let shown = (time / film.time_step).round() as usize;
+    let shown = (time / film.frame_time()).round() as usize;
     shown.min(film.frames.len() - 1)
 }
 

@@ -70,13 +70,14 @@ fn slip_speed(film: &Film) -> Panel {
 }
 
 /// The largest slip speed, m/s, of the corners that touch in the step from `frame` to `next`:
-/// those that press with more than they are away, h f_z/m > z⁺/h. (A solver in the interior
+/// those that press with more than they are away, h f_z/m > z⁺/h; where steps lie between the two, its mean. (A solver in the interior
 /// leaves a little of a force on every corner.) NaN if none does.
 fn largest_slip(film: &Film, frame: &Frame, next: &Frame) -> f64 {
     let Some(ground) = film.ground.filter(|_| !frame.contacts.is_empty()) else {
         return f64::NAN;
     };
     let (h, mass) = (film.time_step, film.bodies[0].mass);
+    let passed = film.frame_time();
     let (old, new): (Vec<_>, Vec<_>) = film.points(0, frame).zip(film.points(0, next)).unzip();
     let slip = |contact: &Contact| {
         let corner = contact.corner()?;
@@ -84,7 +85,7 @@ fn largest_slip(film: &Film, frame: &Frame, next: &Frame) -> f64 {
         let push = h * ground.normal.dot(&contact.force) / mass;
         let touches = contact.carries_force && push > ground.height(new) / h;
         let way = new - old;
-        touches.then(|| (way - ground.normal * ground.normal.dot(&way)).norm() / h)
+        touches.then(|| (way - ground.normal * ground.normal.dot(&way)).norm() / passed)
     };
     frame.contacts.iter().filter_map(slip).fold(f64::NAN, f64::max)
 }

@@ -51,7 +51,7 @@ pub fn draw(film: &Film, body: usize, heading: &str, notes: &str, panels: &[Pane
     let times: Vec<f64> = film.frames.iter().map(|frame| frame.time).collect();
     let start = times.first().copied().unwrap_or(0.0);
     // A single row still needs a range.
-    let end = times.last().copied().unwrap_or(0.0).max(start + film.time_step);
+    let end = times.last().copied().unwrap_or(0.0).max(start + film.frame_time());
     let time = Axis::linear(start, end, 0.0, 10);
     let mut sheet = Sheet { film, times, time, body: String::new(), y: TOP };
     let (written, notes) = written(heading, notes);

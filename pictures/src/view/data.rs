@@ -207,7 +207,7 @@ impl RunData {
             title: film.title.clone(),
             facts: facts::facts(film),
             rows: film.frames.len(),
-            step: film.time_step,
+            step: film.frame_time(),
             counts: counts.collect(),
             worst: worst(film),
             bodies: (0..film.bodies.len()).map(body).collect(),

@@ -5,10 +5,10 @@ use crate::film::{Film, Frame};
 use crate::plot::{Kind, Panel, Series};
 use nalgebra::Vector3;
 
-/// The plot of ‖r_A − r_B‖, of several bodies the largest, as long as both runs last, at the rows of the run with the
-/// smaller time step, the other one interpolated.
+/// The plot of ‖r_A − r_B‖, of several bodies the largest, as long as both runs last, at the rows of the run whose
+/// rows are nearer in time, the other one interpolated.
 pub fn plot(a: &Film, b: &Film) -> Plot {
-    let finer = usize::from(b.time_step < a.time_step);
+    let finer = usize::from(b.frame_time() < a.frame_time());
     let values = if finer == 0 { distances(a, b) } else { distances(b, a) };
     let words = if a.bodies.len().min(b.bodies.len()) > 1 {
         "largest distance between the centres of mass of one body"
@@ -39,7 +39,7 @@ fn panel(values: Vec<f64>, words: &'static str) -> Panel {
 }
 
 fn distances(fine: &Film, coarse: &Film) -> Vec<f64> {
-    let ratio = fine.time_step / coarse.time_step;
+    let ratio = fine.frame_time() / coarse.frame_time();
     let frames = fine.frames.iter().enumerate();
     let distance = |(i, frame): (usize, &Frame)| {
         let others = positions_at(coarse, i as f64 * ratio)?;

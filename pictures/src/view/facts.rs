@@ -11,6 +11,9 @@ pub fn facts(film: &Film) -> Vec<Fact> {
     let mut add = |name, value| facts.push(Fact::new(name, value));
     add("rows", film.frames.len().to_string());
     add("time step h", format!("{} s", number(film.time_step)));
+    if film.every > 1 {
+        add("rows of steps", format!("one of {}", film.every));
+    }
     if film.is_single() {
         add("mass m", format!("{} kg", number(film.bodies[0].mass)));
     } else {

@@ -204,6 +204,7 @@ pub fn film(steps: u64) -> Film {
         title: "a hundred bodies, made by hand".to_owned(),
         facts: Vec::new(),
         time_step: TIME_STEP,
+        every: 1,
         gravity: Vector3::new(0.0, 0.0, -GRAVITY),
         friction: 0.5,
         ground: Some(Ground { normal: Vector3::z(), offset: 0.0 }),

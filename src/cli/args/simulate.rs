@@ -9,6 +9,8 @@ use clap::Args;
 use nalgebra::Vector3;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
+use tumble::scenario::kept::{Form, Kept};
+use tumble::simulation::tables::Table;
 
 #[derive(Debug, Args)]
 pub struct SimulateArgs {
@@ -94,6 +96,18 @@ pub struct SimulateArgs {
     /// time; the result does not depend on them. Many runs are faster one a core [default: 1].
     #[arg(long, value_name = "N", value_parser = values::threads, allow_hyphen_values = true)]
     pub threads: Option<NonZeroUsize>,
+    /// Of each N steps the first alone has rows in the files, and the last state has always; 1 to 1000000
+    /// [default: 1]. Steps that are left out are taken and counted all the same.
+    #[arg(long, value_name = "N", value_parser = values::every, allow_hyphen_values = true)]
+    pub every: Option<u64>,
+    /// The tables that are written of a scene of [[bodies]]; `states` and `steps` are in any case
+    /// [default: all].
+    #[arg(long, value_enum, value_delimiter = ',', value_name = "TABLE,…")]
+    pub tables: Option<Vec<Table>>,
+    /// The form of the files of rows. Parquet is for pandas, polars and the like, and takes less time; tumble
+    /// itself reads CSV alone, for `verify`, --continue and pictures [default: csv].
+    #[arg(long, value_enum)]
+    pub format: Option<Form>,
     /// Directory for the files, made if it is not there [default: out, with --continue its own].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -127,6 +141,11 @@ impl SimulateArgs {
         self.out.as_deref().or(self.continued.as_deref()).unwrap_or(Path::new("out"))
     }
 
+    /// Which rows are to stand in the files.
+    pub fn kept(&self) -> Kept {
+        Kept::new(self.every.unwrap_or(1), self.tables.as_deref(), self.format.unwrap_or_default())
+    }
+
     /// The names of the flags for settings that are given.
     pub fn given(&self) -> Vec<&'static str> {
         let flags = [
@@ -146,6 +165,9 @@ impl SimulateArgs {
             ("tol", self.tol.is_some()),
             ("max-iter", self.max_iter.is_some()),
             ("on-failure", self.on_failure.is_some()),
+            ("every", self.every.is_some()),
+            ("tables", self.tables.is_some()),
+            ("format", self.format.is_some()),
         ];
         let own = flags.into_iter().filter(|(_, given)| *given).map(|(name, _)| name);
         own.chain(self.physics.given()).collect()

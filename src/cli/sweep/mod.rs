@@ -24,7 +24,7 @@ pub fn run(args: &SweepArgs) -> Result<Outcome, Failure> {
     let text = scenario::read_text(&args.scenario)?;
     let plan = Plan::new(args, text)?;
     // What is wrong with the scenario shows before the first file.
-    toss::scene(&plan, &args.scenario, 0)?;
+    toss::check_size(&plan, &toss::scene(&plan, &args.scenario, 0)?)?;
     let interrupt = Arc::new(AtomicBool::new(false));
     raise_on_signals(&interrupt)?;
     let out = OutputDirectory::for_pictures(&args.out)?;

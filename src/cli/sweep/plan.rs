@@ -144,7 +144,7 @@ impl Plan {
     }
 
     /// Tosses of a part.
-    fn size(&self) -> u32 {
+    pub fn size(&self) -> u32 {
         self.tosses.div_ceil(USUAL_PARTS).min(LARGEST_PART)
     }
 
@@ -199,6 +199,9 @@ impl Plan {
     }
 }
 
+/// More bytes than this are no part: it is in memory when it is written, and again when it is merged.
+pub const LARGEST_PART_FILE: u64 = 2 << 30;
+
 const PART: &str = "part-";
 
 /// The file of a part.
@@ -208,10 +211,8 @@ pub fn part_file(part: u32) -> String {
 
 /// The text of a part.
 pub fn read_part(path: &Path) -> Result<String, Failure> {
-    /// More bytes than this are no part: of 1000 tosses of 2000 bodies.
-    const LARGEST: u64 = 2 << 30;
     let odd = |error| Failure::Input(format!("{} cannot be read: {error}", shown::path(path)));
-    input::text(path, LARGEST).map_err(odd)
+    input::text(path, LARGEST_PART_FILE).map_err(odd)
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! The tosses of a part, and their rows.
 
-use super::plan::Plan;
+use super::plan::{LARGEST_PART_FILE, Plan};
 use crate::cli::choices::SolverName;
 use crate::cli::input;
 use crate::cli::outcome::Failure;
@@ -11,7 +11,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use tumble::error::Error;
-use tumble::rollout::{Batch, Outputs, Watch, roll_out};
+use tumble::rollout::{Batch, Outputs, Tally, Watch, roll_out};
 use tumble::scenario::scene::Scene;
 use tumble::scenario::settings::Settings;
 use tumble::step::StepStatus;
@@ -59,6 +59,21 @@ fn in_sweep(failure: Failure, path: &Path) -> Failure {
     Failure::Input(format!("{}: {why}", shown::path(path)))
 }
 
+/// Refuses a scene of so many bodies that a part of its tosses would be a longer file than is read.
+pub fn check_size(plan: &Plan, scene: &Scene) -> Result<(), Failure> {
+    /// A row has 16 numbers of up to 24 characters, five counts, and the name of a body.
+    const LONGEST_ROW: u64 = 600;
+    let rows = u64::from(plan.size()) * scene.bodies.len() as u64;
+    if rows * LONGEST_ROW <= LARGEST_PART_FILE {
+        return Ok(());
+    }
+    let (tosses, bodies) = (plan.size(), scene.bodies.len());
+    let why = format!(
+        "parts of {tosses} tosses of {bodies} bodies would have more than {LARGEST_PART_FILE} bytes; fewer are needed"
+    );
+    Err(Failure::setting("tosses", why))
+}
+
 /// Computes a part; `None` if `interrupt` is raised.
 pub fn part(
     plan: &Plan,
@@ -68,18 +83,22 @@ pub fn part(
     interrupt: &Arc<AtomicBool>,
 ) -> Result<Option<Part>, Failure> {
     let tosses = plan.tosses_of(part);
-    let scenes = tosses.clone().map(|toss| scene(plan, path, toss));
-    let scenes = scenes.collect::<Result<Vec<_>, _>>()?;
-    let starts = scenes.iter().flat_map(|scene| &scene.starts);
-    let starts: Vec<f64> = starts.flat_map(|start| start.to_vector().data.0[0]).collect();
-    let Some(first) = scenes.first() else {
+    if tosses.is_empty() {
         return Ok(Some(Part { csv: String::new(), unsolved: 0 }));
+    }
+    // The seed draws starts alone: the world is that of the first.
+    let (first, mut starts) = (scene(plan, path, tosses.start)?, Vec::new());
+    let mut add = |scene: &Scene| {
+        starts.extend(scene.starts.iter().flat_map(|start| start.to_vector().data.0[0]));
     };
+    add(&first);
+    for toss in tosses.clone().skip(1) {
+        add(&scene(plan, path, toss)?);
+    }
     let motion = |world: &World| first.motion(world);
-    let (rollouts, bodies) = (scenes.len(), first.bodies.len());
+    let (rollouts, bodies) = (tosses.len(), first.bodies.len());
     let steps = usize::try_from(first.rows - 1)
         .map_err(|_| Failure::setting("steps", "more than this machine can count"))?;
-    // The seed draws starts alone: the world is that of the first.
     let batch = Batch {
         motors: &[],
         joint_forces: &[],
@@ -95,13 +114,7 @@ pub fn part(
         parameters: &[],
     };
     let mut ends = vec![0.0; rollouts * bodies * 13];
-    let (mut residuals, mut statuses) = (vec![0.0; rollouts * steps], vec![0; rollouts * steps]);
-    let outputs = Outputs {
-        ends: &mut ends,
-        residuals: &mut residuals,
-        statuses: &mut statuses,
-        ..Outputs::default()
-    };
+    let outputs = Outputs { ends: &mut ends, ..Outputs::default() };
     let watch = Watch { interrupt: Some(interrupt), done: None };
     let report = match roll_out(&batch, outputs, threads, watch) {
         Ok(report) => report,
@@ -112,43 +125,17 @@ pub fn part(
         }
     };
     let mut csv = String::new();
-    let rows = residuals.chunks(steps).zip(statuses.chunks(steps)).zip(ends.chunks(13 * bodies));
-    for ((toss, tempered), ((residuals, statuses), ends)) in tosses.zip(&report.tempered).zip(rows)
-    {
-        let how = Summary::of(residuals, statuses);
+    for ((toss, tally), ends) in tosses.zip(&report.each).zip(ends.chunks(13 * bodies)) {
         for (body, state) in first.bodies.iter().zip(ends.chunks(13)) {
             let _ = write!(csv, "{toss},{},{body}", plan.seed + toss);
             for number in state {
                 let _ = write!(csv, ",{number:?}");
             }
-            let Summary { contact, failed, wild, largest } = how;
+            let contact = tally.steps() - tally.count(StepStatus::Free);
+            let [failed, wild] = [StepStatus::Failed, StepStatus::Wild].map(|it| tally.count(it));
+            let Tally { tempered, largest_residual: largest, .. } = tally;
             let _ = writeln!(csv, ",{steps},{contact},{failed},{wild},{tempered},{largest:?}");
         }
     }
     Ok(Some(Part { csv, unsolved: report.unsolved.len() }))
-}
-
-/// What became of the steps of a toss.
-#[derive(Clone, Copy)]
-struct Summary {
-    contact: usize,
-    failed: usize,
-    wild: usize,
-    largest: f64,
-}
-
-impl Summary {
-    fn of(residuals: &[f64], statuses: &[u8]) -> Self {
-        let count = |wanted: StepStatus| {
-            let is = |status: &&u8| StepStatus::ALL[usize::from(**status)] == wanted;
-            statuses.iter().filter(is).count()
-        };
-        Self {
-            contact: statuses.len() - count(StepStatus::Free),
-            failed: count(StepStatus::Failed),
-            wild: count(StepStatus::Wild),
-            // A NaN is the largest of all.
-            largest: residuals.iter().copied().fold(0.0, |a, b| if b <= a { a } else { b }),
-        }
-    }
 }

@@ -11,6 +11,7 @@ use super::recording::{Recording, Step};
 use held::Counts;
 use judge::{Judge, Verified};
 use std::fmt::Write as _;
+use tumble::simulation::tables::Table;
 use tumble::step::StepStatus;
 
 /// What the steps amount to, in memory that does not grow with the files.
@@ -52,6 +53,7 @@ impl Findings {
 
 pub fn run(args: &VerifyArgs) -> Result<Outcome, Failure> {
     let mut recording = Recording::open(&args.file, &args.physics)?;
+    refuse_partial(&recording)?;
     let mut judge = Judge::of(&recording)?;
     let (mut findings, mut previous) = (Findings::default(), None::<Step>);
     let mut counts = Counts::default();
@@ -68,6 +70,28 @@ pub fn run(args: &VerifyArgs) -> Result<Outcome, Failure> {
         findings.keep(end, args.worst);
     }
     report(&recording, &judge, &findings, &counts)
+}
+
+/// A step is judged by the state before and after it and by all its forces: a run of which rows or tables were
+/// left out cannot be.
+fn refuse_partial(recording: &Recording<'_>) -> Result<(), Failure> {
+    let (kept, place) = (recording.kept(), recording.place());
+    let world = &recording.world;
+    let counts = [1, 1, 1, world.joints().len(), world.gears().len()];
+    let absent = Table::ALL.into_iter().zip(counts);
+    let absent =
+        absent.filter(|(table, count)| *count > 0 && !kept.has(*table)).map(|(table, _)| table);
+    let why = match (kept.every, absent.map(Table::name).next()) {
+        (1, None) => return Ok(()),
+        (1, Some(table)) => {
+            format!("its run left out the table {table}; run it without --tables")
+        }
+        (every, _) => format!(
+            "its run left out rows (--every {every}), and a step is judged by the state after it; \
+             run it without --every"
+        ),
+    };
+    Err(Failure::Input(format!("{place} cannot be verified: {why}")))
 }
 
 fn report(

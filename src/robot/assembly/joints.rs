@@ -3,7 +3,8 @@
 use super::{Assembled, Carried, Placing, place_of};
 use crate::robot::frame::Frame;
 use crate::robot::joining::{Joined, drive, joined};
-use crate::robot::model::Tie;
+use crate::robot::model::{Follows, Tie};
+use crate::scenario::gear::GearModel;
 use crate::scenario::joint::{JointKind, JointModel};
 use crate::scenario::model::{ApartModel, Model, PartnerModel};
 use crate::scenario::shape::Place;
@@ -95,6 +96,24 @@ impl Assembled {
                 });
             }
         }
+    }
+
+    /// Joints that go with others; coordinates of the scene are those of the file from the reference.
+    pub(super) fn add_gears(&self, model: &mut Model) -> Result<(), String> {
+        for Follows { joints, ratio, offset, at } in &self.robot.follows {
+            let [first, second] = joints.map(|joint| self.axes[joint]);
+            let (Some(first), Some(second)) = (first, second) else {
+                return Err(format!("{at}: one of its joints moves nothing"));
+            };
+            let [own, other] = joints.map(|joint| self.robot.joints[joint].reference);
+            model.gears.push(GearModel {
+                joints: [first.0, second.0],
+                axes: [first.1, second.1],
+                ratio: *ratio,
+                offset: offset - own + ratio * other,
+            });
+        }
+        Ok(())
     }
 
     /// What closes loops: where the links are at the reference.

@@ -7,7 +7,7 @@ mod touching;
 
 use super::frame::Frame;
 use super::joining::drive;
-use super::model::{Key, Moves, Robot, Shape as RobotShape};
+use super::model::{Follows, Key, Moves, Robot, Shape as RobotShape};
 use crate::joint::Drive;
 use crate::scenario::model::Model;
 use crate::scenario::shape::Place;
@@ -110,6 +110,7 @@ impl Assembled {
         let touching = own.add_shapes(placing, model)?;
         own.keep_apart(placing, &touching, model);
         own.add_joints(model)?;
+        own.add_gears(model)?;
         own.add_ties(model)?;
         own.join_pairs(placing, model);
         own.add_parts(model);
@@ -247,8 +248,34 @@ fn starts(robot: &Robot, placing: &Placing) -> Result<Start, String> {
             q[*place] = q[*place].clamp(low, high);
         }
     }
+    follow(robot, &places, &mut q)?;
     Ok(Start { coordinates: q, rates: v, controls })
 }
+
+/// Has the joints that go with others be where those have them, also where these go with others themselves.
+fn follow(robot: &Robot, places: &[(usize, usize)], q: &mut [f64]) -> Result<(), String> {
+    for _ in &robot.follows {
+        for Follows { joints: [own, other], ratio, offset, .. } in &robot.follows {
+            q[places[*own].0] = ratio * q[places[*other].0] + offset;
+        }
+    }
+    for Follows { joints: [own, _], at, .. } in &robot.follows {
+        let (joint, coordinate) = (&robot.joints[*own], q[places[*own].0]);
+        if let Some([low, high]) = joint.range
+            && !(low - AT_LIMIT..=high + AT_LIMIT).contains(&coordinate)
+        {
+            let name = &joint.name;
+            return Err(format!(
+                "{at}: {name:?} would begin at {coordinate:?}, outside its range {low:?} to {high:?}; \
+                 give coordinates of the joint that it goes with"
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// What rounding may take a joint beyond its range that goes with one at its limit, m or rad.
+const AT_LIMIT: f64 = 1e-9;
 
 fn place_of(frame: &Frame) -> Place {
     Place { position: frame.position.into(), attitude: frame.attitude.into() }

@@ -80,6 +80,7 @@ pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
         shapes: Vec::new(),
         actuators: Vec::new(),
         ties: Vec::new(),
+        follows: Vec::new(),
         apart: Vec::new(),
         keys: Vec::new(),
         options,

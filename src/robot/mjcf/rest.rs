@@ -5,7 +5,7 @@ use super::compiler::SWITCH;
 use super::defaults::Defaulted;
 use super::usual_options;
 use crate::robot::frame::Frame;
-use crate::robot::model::{Key, Options, Tie};
+use crate::robot::model::{Follows, Key, Moves, Options, Tie};
 use crate::robot::notes::Notes;
 use crate::robot::xml::{Attributes, Element};
 use nalgebra::{Vector3, Vector4};
@@ -155,7 +155,7 @@ impl Reader<'_> {
                 "connect" => self.connected(&read)?,
                 "weld" => self.welded(&read)?,
                 "joint" => {
-                    self.hold_joint(element)?;
+                    self.tie_joints(element)?;
                     continue;
                 }
                 _ => return Err(element.wrong("this tie is not supported")),
@@ -216,16 +216,52 @@ impl Reader<'_> {
         Ok(Tie::Whole { links, frame, at: read.element().at() })
     }
 
-    /// A joint that is held in a place.
-    fn hold_joint(&mut self, element: &Element) -> Result<(), String> {
-        if element.get("joint2").is_some() {
-            return Err(element.wrong("joints that go with each other are not supported yet"));
+    /// A joint that is held in a place, or goes with another one: of the coordinates from the references,
+    ///
+    /// ```text
+    /// q₁ − q₁₀ = c₀ + c₁ (q₂ − q₂₀)
+    /// ```
+    fn tie_joints(&mut self, element: &Element) -> Result<(), String> {
+        let find = |field: &str, name: &str| {
+            let joint = self.joint(element, field, name)?;
+            match self.robot.joints[joint].moves {
+                Moves::Hinge | Moves::Slide => Ok(joint),
+                Moves::Free | Moves::Ball => {
+                    Err(element.wrong(format!("{field}: a hinge or a slide is needed")))
+                }
+            }
+        };
+        let first = find("joint1", element.needed("joint1")?)?;
+        let second = element.get("joint2").map(|name| find("joint2", name)).transpose()?;
+        let given = element.numbers("polycoef")?.unwrap_or_default();
+        if given.len() > 5 {
+            return Err(element.wrong("polycoef: up to 5 numbers are needed"));
         }
-        let joint = self.joint(element, "joint1", element.needed("joint1")?)?;
-        let offset = element.numbers("polycoef")?.and_then(|all| all.first().copied());
-        let joint = &mut self.robot.joints[joint];
-        let place = joint.reference + offset.unwrap_or(0.0);
-        joint.range = Some([place; 2]);
+        let mut coefficients = [0.0, 1.0, 0.0, 0.0, 0.0];
+        coefficients[..given.len()].copy_from_slice(&given);
+        let [constant, ratio, higher @ ..] = coefficients;
+        let reference = |joint: usize| self.robot.joints[joint].reference;
+        let place = reference(first) + constant;
+        let Some(second) = second else {
+            self.robot.joints[first].range = Some([place; 2]);
+            return Ok(());
+        };
+        if higher != [0.0; 3] {
+            return Err(element.wrong(
+                "polycoef: joints that go with each other by more than a ratio are not supported; \
+                 the last three numbers must be 0",
+            ));
+        }
+        let offset = place - ratio * reference(second);
+        if [ratio, offset].into_iter().any(|number| !(-1e6..=1e6).contains(&number)) {
+            return Err(element.wrong("polycoef: numbers from -1e6 to 1e6 are needed"));
+        }
+        self.robot.follows.push(Follows {
+            joints: [first, second],
+            ratio,
+            offset,
+            at: element.at(),
+        });
         Ok(())
     }
 

@@ -42,6 +42,7 @@ use std::fmt;
 
 /// One of the tables.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum Table {
     /// Where the bodies are.
     States,
@@ -100,14 +101,31 @@ impl fmt::Display for Table {
 pub struct Streams<S> {
     /// [`Table::States`].
     pub states: S,
-    /// [`Table::Contacts`].
-    pub contacts: S,
+    /// [`Table::Contacts`]; without one, contacts are neither written nor read.
+    pub contacts: Option<S>,
     /// [`Table::Steps`].
     pub steps: S,
     /// [`Table::Joints`], of a world with joints.
     pub joints: Option<S>,
     /// [`Table::Gears`], of a world with gears.
     pub gears: Option<S>,
+}
+
+impl<S> Streams<S> {
+    /// What `make` makes of each.
+    pub(crate) fn each<T, E>(
+        self,
+        mut make: impl FnMut(Table, S) -> Result<T, E>,
+    ) -> Result<Streams<T>, E> {
+        let Self { states, contacts, steps, joints, gears } = self;
+        Ok(Streams {
+            states: make(Table::States, states)?,
+            contacts: contacts.map(|stream| make(Table::Contacts, stream)).transpose()?,
+            steps: make(Table::Steps, steps)?,
+            joints: joints.map(|stream| make(Table::Joints, stream)).transpose()?,
+            gears: gears.map(|stream| make(Table::Gears, stream)).transpose()?,
+        })
+    }
 }
 
 const STATE_COLUMNS: [&str; 16] = [

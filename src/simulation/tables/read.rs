@@ -4,7 +4,7 @@ use super::{KeyText, Streams, Table};
 use crate::contact::Partner;
 use crate::joint::JointResidual;
 use crate::mechanics::State;
-use crate::simulation::sheet::{RowsError, Sheet};
+use crate::simulation::sheet::{RowsError, Sheet, Steps};
 use crate::step::StepStatus;
 use nalgebra::Vector3;
 use std::io::Read;
@@ -113,15 +113,9 @@ const TOO_LONG: &str = "there are rows after the step of status `end`";
 
 /// Reads the tables of a run step by step, in memory for one step.
 pub struct TablesReader<R: Read> {
-    states: Sheet<R>,
-    contacts: Sheet<R>,
-    steps: Sheet<R>,
-    joints: Option<Sheet<R>>,
-    gears: Option<Sheet<R>>,
+    sheets: Streams<Sheet<R>>,
     counts: [usize; 3],
-    next_index: u64,
-    /// Whether the first step may have any k.
-    any_start: bool,
+    order: Steps,
     ended: bool,
 }
 
@@ -129,50 +123,66 @@ impl<R: Read> TablesReader<R> {
     /// Reads and checks the headers of the tables of so many `bodies`, `joints` and `gears`.
     ///
     /// # Errors
-    /// [`RowsError::Header`], or a stream's; joints or gears without a table of them.
+    /// [`RowsError::Header`], or a stream's; no table of contacts; joints or gears without a table of them.
     pub fn new(
         streams: Streams<R>,
         bodies: usize,
         (joints, gears): (usize, usize),
     ) -> Result<Self, RowsError> {
-        let counts = [bodies, joints, gears];
-        let tied = streams.joints.is_some();
-        let sheet = |table, stream| sheet(table, stream, tied);
-        let joints = streams.joints.map(|stream| sheet(Table::Joints, stream)).transpose()?;
-        let gears = streams.gears.map(|stream| sheet(Table::Gears, stream)).transpose()?;
+        let reader = Self::of_some(streams, bodies, (joints, gears))?;
+        let sheets = &reader.sheets;
         for (table, is_missing, why) in [
-            (Table::Joints, joints.is_none(), "it is not given, and the run has joints"),
-            (Table::Gears, gears.is_none(), "it is not given, and the run has gears"),
+            (Table::Contacts, sheets.contacts.is_none(), "it is not given"),
+            (
+                Table::Joints,
+                sheets.joints.is_none() && joints > 0,
+                "it is not given, and the run has joints",
+            ),
+            (
+                Table::Gears,
+                sheets.gears.is_none() && gears > 0,
+                "it is not given, and the run has gears",
+            ),
         ] {
-            let count = if table == Table::Joints { counts[1] } else { counts[2] };
-            if is_missing && count > 0 {
+            if is_missing {
                 return Err(RowsError::End { table: table.name(), why });
             }
         }
-        Ok(Self {
-            states: sheet(Table::States, streams.states)?,
-            contacts: sheet(Table::Contacts, streams.contacts)?,
-            steps: sheet(Table::Steps, streams.steps)?,
-            joints,
-            gears,
-            counts,
-            next_index: 0,
-            any_start: false,
-            ended: false,
-        })
+        Ok(reader)
+    }
+
+    /// The same of a run of which some tables are not there: steps have none of what would stand in them.
+    ///
+    /// # Errors
+    /// [`RowsError::Header`], or a stream's.
+    pub fn of_some(
+        streams: Streams<R>,
+        bodies: usize,
+        (joints, gears): (usize, usize),
+    ) -> Result<Self, RowsError> {
+        let tied = joints > 0;
+        let sheets = streams.each(|table, stream| sheet(table, stream, tied))?;
+        Ok(Self { sheets, counts: [bodies, joints, gears], order: Steps::default(), ended: false })
     }
 
     /// The same of a run whose first k is `index`.
     #[must_use]
     pub fn from_index(mut self, index: u64) -> Self {
-        self.next_index = index;
+        self.order.begin_at(index);
         self
     }
 
     /// The same of a part of a run, whose first step may have any k.
     #[must_use]
     pub fn of_part(mut self) -> Self {
-        self.any_start = true;
+        self.order.begin_anywhere();
+        self
+    }
+
+    /// The same of a run of which each `every`-th step has rows, and the last state.
+    #[must_use]
+    pub fn every(mut self, every: u64) -> Self {
+        self.order.every(every);
         self
     }
 
@@ -181,130 +191,122 @@ impl<R: Read> TablesReader<R> {
     /// # Errors
     /// The first thing wrong, by table, line and column.
     pub fn next_step(&mut self) -> Result<Option<TableStep>, RowsError> {
+        let Streams { states: of_bodies, contacts, steps, joints, gears } = &mut self.sheets;
         if self.ended {
-            let always = [&mut self.states, &mut self.contacts, &mut self.steps];
-            for sheet in always.into_iter().chain(&mut self.joints).chain(&mut self.gears) {
+            let some = [contacts, joints, gears].into_iter().flatten();
+            for sheet in [of_bodies, steps].into_iter().chain(some) {
                 sheet.need_end(TOO_LONG)?;
             }
             return Ok(None);
         }
-        let row = self.step_row()?;
-        // As many as the table has: the number that was asked for may be any.
         let [bodies, joints_in_all, gears_in_all] = self.counts;
+        steps.need_row(CUT_OFF)?;
+        let status = steps.field(2, "a status", StepStatus::from_name)?;
+        let index = self.order.next(steps, status)?;
+        let row = step_row(steps, (index, status), joints_in_all > 0)?;
+        // As many as the table has: the number that was asked for may be any.
         let mut states = Vec::with_capacity(bodies.min(1 << 12));
         for body in 0..bodies {
-            let sheet = &mut self.states;
-            sheet.need_row(CUT_OFF)?;
-            sheet.expect(0, self.next_index)?;
-            sheet.expect(2, body as u64)?;
-            let state = sheet.numbers::<13>(3)?;
-            if sheet.number(1)? != row.time {
-                return Err(sheet.odd(1, "the time of the same step in the table steps"));
+            begin(of_bodies, &row, body)?;
+            states.push(State::from_vector(&of_bodies.numbers::<13>(3)?.into()));
+        }
+        let mut step = TableStep { row, states, contacts: vec![], joints: vec![], gears: vec![] };
+        if let Some(sheet) = contacts {
+            for number in 0..step.row.contacts {
+                step.contacts.push(contact_row(sheet, (index, number))?);
             }
-            states.push(State::from_vector(&state.into()));
         }
-        let mut contacts = Vec::new();
-        for index in 0..row.contacts {
-            contacts.push(self.contact_row(index)?);
+        if let Some(sheet) = joints {
+            for joint in 0..joints_in_all {
+                begin(sheet, &step.row, joint)?;
+                step.joints.push(joint_row(sheet)?);
+            }
         }
-        let mut joints = Vec::with_capacity(joints_in_all.min(1 << 12));
-        for index in 0..joints_in_all {
-            joints.extend(self.joint_row(index, row.time)?);
+        if let Some(sheet) = gears {
+            for gear in 0..gears_in_all {
+                begin(sheet, &step.row, gear)?;
+                let (coordinates, force) = (sheet.numbers(3)?, sheet.number(5)?);
+                step.gears.push(GearRow { coordinates, force, residual: sheet.number(6)? });
+            }
         }
-        let mut gears = Vec::with_capacity(gears_in_all.min(1 << 12));
-        for index in 0..gears_in_all {
-            gears.extend(self.gear_row(index, row.time)?);
-        }
-        self.next_index += 1;
-        self.ended = row.status == StepStatus::End;
-        Ok(Some(TableStep { row, states, contacts, joints, gears }))
+        self.ended = status == StepStatus::End;
+        Ok(Some(step))
     }
+}
 
-    fn step_row(&mut self) -> Result<StepRow, RowsError> {
-        let sheet = &mut self.steps;
-        sheet.need_row(CUT_OFF)?;
-        if std::mem::take(&mut self.any_start) {
-            self.next_index = sheet.whole(0)?;
-        }
-        sheet.expect(0, self.next_index)?;
-        Ok(StepRow {
-            index: self.next_index,
-            time: sheet.number(1)?,
-            status: sheet.field(2, "a status", StepStatus::from_name)?,
-            iterations: sheet.whole(3)?,
-            start: sheet.text(4).to_owned(),
-            contacts: sheet.whole(5)?,
-            residual: sheet.number(6)?,
-            parts: sheet.numbers(7)?,
-            overlap: sheet.number(12)?,
-            restitution_share: sheet.number(13)?,
-            energy: sheet.number(14)?,
-            stiffness: if self.joints.is_some() { sheet.number(15)? } else { 0.0 },
-        })
+/// Reads the row of a step's body, joint or gear, and its first three columns.
+fn begin<R: Read>(sheet: &mut Sheet<R>, step: &StepRow, number: usize) -> Result<(), RowsError> {
+    sheet.need_row(CUT_OFF)?;
+    sheet.expect(0, step.index)?;
+    sheet.expect(2, number as u64)?;
+    if sheet.number(1)? != step.time {
+        return Err(sheet.odd(1, "the time of the same step in the table steps"));
     }
+    Ok(())
+}
 
-    fn joint_row(&mut self, index: usize, time: f64) -> Result<Option<JointRow>, RowsError> {
-        let Some(sheet) = &mut self.joints else { return Ok(None) };
-        sheet.need_row(CUT_OFF)?;
-        sheet.expect(0, self.next_index)?;
-        sheet.expect(2, index as u64)?;
-        if sheet.number(1)? != time {
-            return Err(sheet.odd(1, "the time of the same step in the table steps"));
-        }
-        let vector = |first| sheet.numbers::<3>(first).map(Vector3::from);
-        let [locked, drive] = sheet.numbers(21)?;
-        Ok(Some(JointRow {
-            place: vector(3)?,
-            turns: vector(6)?,
-            velocity: vector(9)?,
-            spin: vector(12)?,
-            force: vector(15)?,
-            torque: vector(18)?,
-            residual: JointResidual { locked, drive },
-        }))
-    }
+fn step_row<R: Read>(
+    sheet: &Sheet<R>,
+    (index, status): (u64, StepStatus),
+    tied: bool,
+) -> Result<StepRow, RowsError> {
+    Ok(StepRow {
+        index,
+        time: sheet.number(1)?,
+        status,
+        iterations: sheet.whole(3)?,
+        start: sheet.text(4).to_owned(),
+        contacts: sheet.whole(5)?,
+        residual: sheet.number(6)?,
+        parts: sheet.numbers(7)?,
+        overlap: sheet.number(12)?,
+        restitution_share: sheet.number(13)?,
+        energy: sheet.number(14)?,
+        stiffness: if tied { sheet.number(15)? } else { 0.0 },
+    })
+}
 
-    fn gear_row(&mut self, index: usize, time: f64) -> Result<Option<GearRow>, RowsError> {
-        let Some(sheet) = &mut self.gears else { return Ok(None) };
-        sheet.need_row(CUT_OFF)?;
-        sheet.expect(0, self.next_index)?;
-        sheet.expect(2, index as u64)?;
-        if sheet.number(1)? != time {
-            return Err(sheet.odd(1, "the time of the same step in the table steps"));
-        }
-        Ok(Some(GearRow {
-            coordinates: sheet.numbers(3)?,
-            force: sheet.number(5)?,
-            residual: sheet.number(6)?,
-        }))
-    }
+fn joint_row<R: Read>(sheet: &Sheet<R>) -> Result<JointRow, RowsError> {
+    let vector = |first| sheet.numbers::<3>(first).map(Vector3::from);
+    let [locked, drive] = sheet.numbers(21)?;
+    Ok(JointRow {
+        place: vector(3)?,
+        turns: vector(6)?,
+        velocity: vector(9)?,
+        spin: vector(12)?,
+        force: vector(15)?,
+        torque: vector(18)?,
+        residual: JointResidual { locked, drive },
+    })
+}
 
-    fn contact_row(&mut self, index: usize) -> Result<ContactRow, RowsError> {
-        let sheet = &mut self.contacts;
-        sheet.need_row(CUT_OFF)?;
-        sheet.expect(0, self.next_index)?;
-        sheet.expect(1, index as u64)?;
-        let place = sheet.whole(4)?;
-        let partner = sheet.field(3, "ground, fixed or body", |text| match text {
-            "ground" => Some(Partner::Ground),
-            "fixed" => Some(Partner::Fixed(place)),
-            "body" => Some(Partner::Body(place)),
-            _ => None,
-        })?;
-        let vector = |first| sheet.numbers::<3>(first).map(Vector3::from);
-        Ok(ContactRow {
-            body: sheet.whole(2)?,
-            partner,
-            point: vector(5)?,
-            normal: vector(8)?,
-            force: vector(11)?,
-            slip: vector(14)?,
-            gap: sheet.number(17)?,
-            radius: sheet.number(18)?,
-            rebound: sheet.number(19)?,
-            key: sheet.field(20, "a key of a contact", KeyText::parse)?,
-        })
-    }
+fn contact_row<R: Read>(
+    sheet: &mut Sheet<R>,
+    (k, number): (u64, usize),
+) -> Result<ContactRow, RowsError> {
+    sheet.need_row(CUT_OFF)?;
+    sheet.expect(0, k)?;
+    sheet.expect(1, number as u64)?;
+    let place = sheet.whole(4)?;
+    let partner = sheet.field(3, "ground, fixed or body", |text| match text {
+        "ground" => Some(Partner::Ground),
+        "fixed" => Some(Partner::Fixed(place)),
+        "body" => Some(Partner::Body(place)),
+        _ => None,
+    })?;
+    let vector = |first| sheet.numbers::<3>(first).map(Vector3::from);
+    Ok(ContactRow {
+        body: sheet.whole(2)?,
+        partner,
+        point: vector(5)?,
+        normal: vector(8)?,
+        force: vector(11)?,
+        slip: vector(14)?,
+        gap: sheet.number(17)?,
+        radius: sheet.number(18)?,
+        rebound: sheet.number(19)?,
+        key: sheet.field(20, "a key of a contact", KeyText::parse)?,
+    })
 }
 
 /// The sheet of a table, of a run with joints or without.

@@ -4,6 +4,7 @@ use super::{ContactRow, GearRow, JointRow, KeyText, StepRow, Streams, Table, Tab
 use crate::contact::{Contact, Partner};
 use crate::joint::{Gear, Joint, JointForce, JointResidual, Knots};
 use crate::mechanics::State;
+use crate::simulation::rows::{Kept, RowWriter};
 use crate::simulation::{StepRecord, energy};
 use crate::step::StepStatus;
 use crate::world::World;
@@ -11,42 +12,55 @@ use nalgebra::Vector3;
 use std::io::{self, Write};
 
 /// Writes the tables of a run step by step.
-pub struct TablesWriter<W: Write> {
-    tables: Streams<csv::Writer<W>>,
+pub struct TablesWriter<W: Write + Send> {
+    tables: Streams<RowWriter<W>>,
     world: World,
     /// How joints' frames in the world move.
     courses: Vec<(usize, Knots)>,
+    kept: Kept,
 }
 
-impl<W: Write> TablesWriter<W> {
+impl<W: Write + Send> TablesWriter<W> {
     /// Writes the headers of a run in `world`.
     ///
     /// # Errors
     /// The streams'.
-    pub fn new(streams: Streams<W>, world: &World) -> csv::Result<Self> {
-        let mut writer = Self::after(streams, world);
-        let Streams { states, contacts, steps, joints, gears } = &mut writer.tables;
-        let tied = joints.is_some();
-        let streams = [Some(states), Some(contacts), Some(steps), joints.as_mut(), gears.as_mut()];
-        for (table, csv) in Table::ALL.into_iter().zip(streams) {
-            csv.map_or(Ok(()), |csv| csv.write_record(table.columns(tied)))?;
-        }
-        Ok(writer)
+    pub fn new(streams: Streams<W>, world: &World) -> io::Result<Self> {
+        let tied = !world.joints().is_empty();
+        let columns = |table: Table| table.columns(tied).iter().copied();
+        let csv = |table, stream| Ok::<_, io::Error>(RowWriter::csv(stream, columns(table)));
+        Ok(Self::of(streams.each(csv)?, world))
+    }
+
+    /// The same as Parquet, which pandas and polars read: the same columns, whole numbers, numbers and texts by
+    /// themselves. Rows go to the streams in blocks of some megabytes.
+    ///
+    /// # Errors
+    /// The streams'.
+    #[cfg(feature = "parquet")]
+    pub fn parquet(streams: Streams<W>, world: &World) -> io::Result<Self> {
+        let tied = !world.joints().is_empty();
+        let columns = |table: Table| table.columns(tied).iter().copied();
+        let parquet = |table, stream| RowWriter::parquet(stream, columns(table));
+        Ok(Self::of(streams.each(parquet)?, world))
     }
 
     /// Goes on where the headers stand in the streams already, and maybe rows.
     #[must_use]
     pub fn after(streams: Streams<W>, world: &World) -> Self {
-        let csv = |stream| csv::WriterBuilder::new().has_headers(false).from_writer(stream);
         let Streams { states, contacts, steps, joints, gears } = streams;
         let tables = Streams {
-            states: csv(states),
-            contacts: csv(contacts),
-            steps: csv(steps),
-            joints: joints.map(csv),
-            gears: gears.map(csv),
+            states: RowWriter::csv_after(states),
+            contacts: contacts.map(RowWriter::csv_after),
+            steps: RowWriter::csv_after(steps),
+            joints: joints.map(RowWriter::csv_after),
+            gears: gears.map(RowWriter::csv_after),
         };
-        Self { tables, world: world.clone(), courses: Vec::new() }
+        Self::of(tables, world)
+    }
+
+    fn of(tables: Streams<RowWriter<W>>, world: &World) -> Self {
+        Self { tables, world: world.clone(), courses: Vec::new(), kept: Kept::ALL }
     }
 
     /// The same of a run in which the frames in the world of these joints move.
@@ -56,92 +70,111 @@ impl<W: Write> TablesWriter<W> {
         self
     }
 
-    /// Writes the rows of one step.
+    /// The same of each `every`-th step alone, counted from the step `first`, and of the last state; every one for 0.
+    #[must_use]
+    pub fn every(mut self, every: u64, first: u64) -> Self {
+        self.kept = Kept::new(every, first);
+        self
+    }
+
+    /// Writes the rows of one step, if it is one that has rows.
     ///
     /// # Errors
     /// The streams'.
-    pub fn write(&mut self, record: &StepRecord) -> csv::Result<()> {
+    pub fn write(&mut self, record: &StepRecord) -> io::Result<()> {
+        if !self.kept.has(record.index, record.report.status) {
+            return Ok(());
+        }
         let ends = record.index + u64::from(record.report.status != StepStatus::End);
         self.world.follow(&self.courses, ends as f64 * self.world.time_step());
         self.write_step(&TableStep::of(&self.world, record))
     }
 
-    /// Writes the rows of a step that is rows already.
+    /// Writes the rows of a step that is rows already, whichever it is.
     ///
     /// # Errors
     /// The streams'.
-    pub fn write_step(&mut self, step: &TableStep) -> csv::Result<()> {
-        let Self { tables, .. } = self;
+    pub fn write_step(&mut self, step: &TableStep) -> io::Result<()> {
+        let Streams { states, contacts, steps, joints, gears } = &mut self.tables;
         let row = &step.row;
         for (body, state) in step.states.iter().enumerate() {
-            let numbers = state.to_vector();
-            tables.states.serialize((row.index, row.time, body, numbers.as_slice()))?;
+            states.whole(row.index);
+            states.number(row.time);
+            states.whole(body as u64);
+            states.numbers(state.to_vector().as_slice());
+            states.end_row()?;
         }
-        tables.steps.serialize((
-            (row.index, row.time),
-            row.status.name(),
-            row.iterations,
-            &row.start,
-            row.contacts,
-            row.residual,
-            row.parts,
-            row.overlap,
-            row.restitution_share,
-            row.energy,
-            tables.joints.is_some().then_some(row.stiffness).as_slice(),
-        ))?;
-        for (index, contact) in step.contacts.iter().enumerate() {
-            let (partner, partner_index) = match contact.partner {
-                Partner::Ground => ("ground", 0),
-                Partner::Fixed(index) => ("fixed", index),
-                Partner::Body(index) => ("body", index),
-            };
-            let numbers = |vector: Vector3<f64>| <[f64; 3]>::from(vector);
-            tables.contacts.serialize((
-                (row.index, index, contact.body, partner, partner_index),
-                numbers(contact.point),
-                numbers(contact.normal),
-                numbers(contact.force),
-                numbers(contact.slip),
-                contact.gap,
-                contact.radius,
-                contact.rebound,
-                contact.key.to_string(),
-            ))?;
+        steps.whole(row.index);
+        steps.number(row.time);
+        steps.text(row.status.name());
+        steps.whole(row.iterations.into());
+        steps.text(&row.start);
+        steps.whole(row.contacts as u64);
+        steps.number(row.residual);
+        steps.numbers(&row.parts);
+        steps.numbers(&[row.overlap, row.restitution_share, row.energy]);
+        if !self.world.joints().is_empty() {
+            steps.number(row.stiffness);
         }
-        if let Some(table) = &mut tables.joints {
-            for (index, joint) in step.joints.iter().enumerate() {
-                table.serialize((
-                    (row.index, row.time, index),
-                    joint.vectors().map(<[f64; 3]>::from),
-                    (joint.residual.locked, joint.residual.drive),
-                ))?;
+        steps.end_row()?;
+        if let Some(table) = contacts {
+            for (index, contact) in step.contacts.iter().enumerate() {
+                write_contact(table, (row.index, index), contact)?;
             }
         }
-        if let Some(table) = &mut tables.gears {
+        if let Some(table) = joints {
+            for (index, joint) in step.joints.iter().enumerate() {
+                table.whole(row.index);
+                table.number(row.time);
+                table.whole(index as u64);
+                joint.vectors().iter().for_each(|vector| table.numbers(vector.as_slice()));
+                table.numbers(&[joint.residual.locked, joint.residual.drive]);
+                table.end_row()?;
+            }
+        }
+        if let Some(table) = gears {
             for (index, gear) in step.gears.iter().enumerate() {
-                let GearRow { coordinates, force, residual } = gear;
-                table.serialize((row.index, row.time, index, coordinates, force, residual))?;
+                table.whole(row.index);
+                table.number(row.time);
+                table.whole(index as u64);
+                table.numbers(&gear.coordinates);
+                table.numbers(&[gear.force, gear.residual]);
+                table.end_row()?;
             }
         }
         Ok(())
     }
 
-    /// Flushes and gives the streams back.
+    /// Flushes and gives the streams back. Before, the last rows may not be in them.
     ///
     /// # Errors
     /// The streams'.
     pub fn finish(self) -> io::Result<Streams<W>> {
-        let end = |csv: csv::Writer<W>| csv.into_inner().map_err(csv::IntoInnerError::into_error);
-        let Streams { states, contacts, steps, joints, gears } = self.tables;
-        Ok(Streams {
-            states: end(states)?,
-            contacts: end(contacts)?,
-            steps: end(steps)?,
-            joints: joints.map(end).transpose()?,
-            gears: gears.map(end).transpose()?,
-        })
+        self.tables.each(|_, rows| rows.finish())
     }
+}
+
+fn write_contact<W: Write + Send>(
+    table: &mut RowWriter<W>,
+    (k, index): (u64, usize),
+    contact: &ContactRow,
+) -> io::Result<()> {
+    let (partner, partner_index) = match contact.partner {
+        Partner::Ground => ("ground", 0),
+        Partner::Fixed(index) => ("fixed", index),
+        Partner::Body(index) => ("body", index),
+    };
+    table.whole(k);
+    table.whole(index as u64);
+    table.whole(contact.body as u64);
+    table.text(partner);
+    table.whole(partner_index as u64);
+    for vector in [&contact.point, &contact.normal, &contact.force, &contact.slip] {
+        table.numbers(vector.as_slice());
+    }
+    table.numbers(&[contact.gap, contact.radius, contact.rebound]);
+    table.word(&contact.key);
+    table.end_row()
 }
 
 impl TableStep {

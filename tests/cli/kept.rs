@@ -1,0 +1,204 @@
+//! `--every`, `--tables` and `--format`: which rows a run leaves, and in which form.
+
+use super::support::run;
+use parquet::file::reader::{FileReader, SerializedFileReader};
+use parquet::record::Field;
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+use tempfile::TempDir;
+
+struct Runs(TempDir);
+
+impl Runs {
+    fn new() -> Self {
+        Self(tempfile::tempdir().unwrap())
+    }
+
+    fn path(&self, run: &str, file: &str) -> PathBuf {
+        self.0.path().join(run).join(file)
+    }
+
+    fn text(&self, run: &str, file: &str) -> String {
+        self.path(run, file).to_str().unwrap().to_owned()
+    }
+
+    /// A run of `args` in a folder of this name.
+    fn run(&self, name: &str, args: &[&str]) {
+        let out = self.text(name, "");
+        let end = run(&[args, &["--quiet", "--out", &out]].concat());
+        assert!(matches!(end.code, Some(0 | 3)), "{args:?}: {end:?}");
+    }
+
+    fn lines(&self, run: &str, file: &str) -> Vec<String> {
+        let text = fs::read_to_string(self.path(run, file)).unwrap();
+        text.lines().map(str::to_owned).collect()
+    }
+
+    fn refused(&self, args: &[&str], words: &[&str]) {
+        run(args).assert_refused(2, words);
+    }
+}
+
+fn scenario(name: &str) -> String {
+    format!("{}/scenarios/{name}.toml", env!("CARGO_MANIFEST_DIR"))
+}
+
+/// The header, and of `lines` those of each `every`-th k and of the last one.
+fn thinned(lines: &[String], every: u64, first: u64) -> Vec<String> {
+    let k = |line: &String| line.split(',').next().unwrap().parse::<u64>();
+    let last = lines.iter().rev().find_map(|line| k(line).ok());
+    let stays = |line: &&String| match k(line) {
+        Ok(k) => (k - first).is_multiple_of(every) || Some(k) == last,
+        Err(_) => true,
+    };
+    lines.iter().filter(stays).cloned().collect()
+}
+
+#[test]
+fn each_nth_step_has_the_rows_that_it_has_among_all() {
+    let runs = Runs::new();
+    let drop = ["--solver", "native", "--steps", "342", "--start-index", "5"];
+    runs.run("all", &drop);
+    runs.run("some", &[&drop[..], &["--every", "10"]].concat());
+    let all = runs.lines("all", "trajectory.csv");
+    assert_eq!(runs.lines("some", "trajectory.csv"), thinned(&all, 10, 5));
+
+    let scene = scenario("four-bar");
+    let scene = ["--scenario", &scene, "--steps", "100"];
+    runs.run("all", &scene);
+    runs.run("some", &[&scene[..], &["--every", "7"]].concat());
+    for (table, is_of_steps) in
+        [("states", false), ("steps", false), ("joints", false), ("contacts", true)]
+    {
+        let file = format!("{table}.csv");
+        let all = runs.lines("all", &file);
+        let mut expected = thinned(&all, 7, 0);
+        if is_of_steps {
+            // The last state has no contacts; the last step before it is left out.
+            expected.retain(|line| {
+                line.starts_with('k')
+                    || line.split(',').next().unwrap().parse::<u64>().unwrap() % 7 == 0
+            });
+        }
+        assert_eq!(runs.lines("some", &file), expected, "{table}");
+    }
+    assert!(fs::read_to_string(runs.path("some", "run.json")).unwrap().contains("\"every\": 7"));
+}
+
+#[test]
+fn what_is_kept_is_drawn_and_gone_on_with_and_not_verified() {
+    let runs = Runs::new();
+    let scene = scenario("marbles");
+    let scene = ["--scenario", &scene, "--every", "8", "--tables", "contacts"];
+    runs.run("whole", &[&scene[..], &["--steps", "90"]].concat());
+    runs.run("parts", &[&scene[..], &["--steps", "33"]].concat());
+    for rows in ["50", "90"] {
+        runs.run("parts", &["--continue", &runs.text("parts", ""), "--steps", rows]);
+    }
+    for file in ["states.csv", "contacts.csv", "steps.csv", "state.bin"] {
+        if file.ends_with("csv") {
+            assert_eq!(runs.lines("whole", file), runs.lines("parts", file), "{file}");
+        }
+    }
+    let states = runs.text("whole", "states.csv");
+    runs.refused(&["verify", &states], &["--every 8", "cannot be verified", "state after it"]);
+    runs.refused(
+        &["--continue", &runs.text("parts", ""), "--every", "2"],
+        &["every", "--continue"],
+    );
+    for command in ["gif", "view", "plot"] {
+        let end = run(&[command, &states, "--out", &runs.text("whole", "")]);
+        assert_eq!(end.code, Some(0), "{command}: {end:?}");
+    }
+    // 12 frames 8 steps apart, of which an animation of the whole run has as many as one of all rows.
+    let page = fs::read_to_string(runs.path("whole", "view.html")).unwrap();
+    assert!(page.contains("one of 8"));
+
+    let scene = scenario("double-pendulum");
+    runs.run("bare", &["--scenario", &scene, "--steps", "20", "--tables", "steps"]);
+    for file in ["joints.csv", "contacts.csv"] {
+        assert!(!runs.path("bare", file).exists(), "{file}");
+    }
+    runs.run("bare", &["--continue", &runs.text("bare", ""), "--steps", "30"]);
+    runs.run("full", &["--scenario", &scene, "--steps", "30"]);
+    for file in ["states.csv", "steps.csv"] {
+        assert_eq!(runs.lines("bare", file), runs.lines("full", file), "{file}");
+    }
+    let states = runs.text("bare", "states.csv");
+    runs.refused(&["verify", &states], &["left out the table contacts"]);
+    let end = run(&["view", &states]);
+    assert_eq!(end.code, Some(0), "{end:?}");
+}
+
+#[test]
+fn what_cannot_be_is_refused() {
+    let runs = Runs::new();
+    let out = runs.text("out", "");
+    let refused = |args: &[&str], words: &[&str]| {
+        runs.refused(&[args, &["--out", &out]].concat(), words);
+        assert!(!Path::new(&out).exists());
+    };
+    refused(&["--every", "0"], &["--every", "1 to 1000000"]);
+    refused(&["--every", "-3"], &["--every", "1 to 1000000"]);
+    refused(&["--every", "1.5"], &["--every"]);
+    refused(&["--tables", "steps"], &["tables", "one table"]);
+    refused(&["--tables", "stairs"], &["stairs", "states"]);
+    refused(&["--format", "arrow"], &["arrow", "parquet"]);
+    refused(&["--format", "parquet", "--gif"], &["--format parquet", "gif"]);
+    runs.run("binary", &["--solver", "native", "--steps", "20", "--format", "parquet"]);
+    let file = runs.text("binary", "trajectory.parquet");
+    runs.refused(&["verify", &file], &["Parquet", "CSV is needed"]);
+    let folder = runs.text("binary", "");
+    runs.refused(&["--continue", &folder, "--steps", "30"], &["Parquet", "CSV is needed"]);
+    // A later run in CSV does not leave them behind.
+    runs.run("binary", &["--solver", "native", "--steps", "20"]);
+    assert!(!Path::new(&file).exists());
+    let run_file = runs.path("binary", "run.json");
+    let text = fs::read_to_string(&run_file).unwrap();
+    let broken = text.replacen("\"solver\"", "\"kept\": {\"every\": 0}, \"solver\"", 1);
+    fs::write(&run_file, broken).unwrap();
+    runs.refused(&["verify", &runs.text("binary", "trajectory.csv")], &["kept.every"]);
+}
+
+/// Parquet has the names and the values of CSV, number for number.
+#[test]
+fn parquet_says_what_csv_says() {
+    let runs = Runs::new();
+    let marbles = scenario("marbles");
+    let bar = scenario("four-bar");
+    let cases: [(&[&str], &[&str]); 3] = [
+        (&["--solver", "native", "--steps", "300", "--restitution", "0.3"], &["trajectory"]),
+        (&["--scenario", &marbles, "--steps", "120"], &["states", "contacts", "steps"]),
+        (&["--scenario", &bar, "--steps", "60"], &["states", "contacts", "steps", "joints"]),
+    ];
+    for (args, tables) in cases {
+        runs.run("csv", args);
+        runs.run("parquet", &[args, &["--format", "parquet"]].concat());
+        for table in tables {
+            let mut csv =
+                csv::Reader::from_path(runs.path("csv", &format!("{table}.csv"))).unwrap();
+            let file = File::open(runs.path("parquet", &format!("{table}.parquet"))).unwrap();
+            let file = SerializedFileReader::new(file).unwrap();
+            let names: Vec<_> = csv.headers().unwrap().iter().map(str::to_owned).collect();
+            let mut rows = file.get_row_iter(None).unwrap();
+            for record in csv.records() {
+                let (record, row) = (record.unwrap(), rows.next().unwrap().unwrap());
+                for ((name, field), (text, expected)) in
+                    row.get_column_iter().zip(record.iter().zip(&names))
+                {
+                    assert_eq!(name, expected, "{table}");
+                    let is_same = match field {
+                        Field::Long(value) => text.parse() == Ok(*value),
+                        Field::Double(value) => {
+                            text.parse().is_ok_and(|it: f64| it.to_bits() == value.to_bits())
+                        }
+                        Field::Str(value) => text == value,
+                        _ => false,
+                    };
+                    assert!(is_same, "{table}, {name}: {field:?}, {text}");
+                }
+            }
+            assert!(rows.next().is_none(), "{table}");
+        }
+    }
+}
