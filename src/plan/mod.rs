@@ -14,6 +14,8 @@ mod keep;
 mod leg;
 mod mode;
 mod problem;
+#[cfg(feature = "ipopt")]
+pub mod program;
 mod replay;
 mod target;
 

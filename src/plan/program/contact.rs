@@ -225,7 +225,7 @@ impl Meeting {
         for &(i, j) in posed.law.couples() {
             self.emit_couple((i, j), curvature[(i, j)], posed, sink);
         }
-        let weights = posed.law.slopes(&s).tr_mul(&nalgebra::Vector4::from(own));
+        let weights = posed.law.slopes(&s).tr_mul(&Vector4::from(own));
         self.emit_bends(&weights, posed, sink);
         if posed.law.has(NORMAL) {
             self.emit_load_curvatures(posed, y, sink);

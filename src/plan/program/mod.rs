@@ -1,0 +1,18 @@
+//! N steps as one nonlinear program, solved by Ipopt: the leg `program`.
+//!
+//! Every step has the equations of motion of its bodies and, of each contact, the law as equations smoothed by δ, with a
+//! compliance ε that makes the forces of a step a function of its states. Along a path of falling δ each program starts where the
+//! one before ended, with all multipliers. What comes out is controls; the replay says what they are worth.
+//!
+//! `docs/planning.md` derives the rows (P2 to P8) and their derivatives (D14 to D18).
+
+mod candidates;
+mod contact;
+mod goal;
+mod law;
+mod motion;
+mod solve;
+mod staged;
+
+pub use solve::{ProgramLeg, Smoothing};
+pub use staged::PlanNlp;
