@@ -9,20 +9,27 @@
 //! `docs/planning.md` derives the problem and the legs; equation numbers P1, P2, … are its.
 
 mod control;
+mod find;
 mod held;
 mod keep;
 mod leg;
 mod mode;
 mod problem;
 mod replay;
+mod sample;
+mod shoot;
+mod slopes;
 mod target;
 
 pub use control::{Applied, Axes, Control, ControlKind, Push, StartPart};
+pub use find::{EXACTLY, Plan, PlanStatus};
 pub use keep::{Keep, KeepKind};
 pub use leg::{Leg, LegEnd, LegReport, Progress, Watch};
 pub use mode::{ContactMode, Mode, modes_of};
 pub use problem::{Problem, Variable};
 pub use replay::{Miss, Replay};
+pub use sample::Sample;
+pub use shoot::Shoot;
 pub use target::{Row, Target, TargetKind};
 
 use crate::error::Error;
