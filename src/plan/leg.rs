@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A way to look for controls.
-pub trait Leg {
+pub trait Leg: Send + Sync {
     /// Its word in files and reports.
     fn name(&self) -> &'static str;
 

@@ -9,6 +9,7 @@
 //! `docs/planning.md` derives the problem and the legs; equation numbers P1, P2, … are its.
 
 mod control;
+pub mod file;
 mod find;
 mod held;
 mod keep;
@@ -17,6 +18,7 @@ mod mode;
 mod problem;
 mod replay;
 mod sample;
+mod scene;
 mod shoot;
 mod slopes;
 mod target;

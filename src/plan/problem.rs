@@ -322,8 +322,7 @@ impl Problem {
         &self.pushed
     }
 
-    /// What acts on each body in `step` from `states`, gravity apart: the scene's loads, and the controls. To rounding
-    /// what [a load that is held](super::held) has for its mean.
+    /// What acts on each body in `step` from `states`, gravity apart: the scene's loads, and the controls.
     pub fn wrenches(
         &self,
         step: usize,
@@ -341,6 +340,12 @@ impl Problem {
                 wrenches[body] = wrenches[body].plus(&applied.wrench(&states[body]));
             }
         }
+    }
+
+    /// These wrenches of `step` as the simulator applies them: to rounding, as loads that hold them have them for their
+    /// means.
+    fn held(&self, step: usize, wrenches: &mut [Wrench]) {
+        let (h, index) = (self.scene.world.time_step(), self.scene.start_index + step as u64);
         let (from, to) = (index as f64 * h, (index + 1) as f64 * h);
         for (wrench, pushed) in wrenches.iter_mut().zip(&self.pushed) {
             if *pushed {
@@ -384,7 +389,7 @@ impl Problem {
     }
 
     /// The forces along the axes of joints over time, by the joints' indices.
-    fn joint_loads(&self, controls: &[f64]) -> Result<Vec<(usize, JointLoad)>, Error> {
+    pub(super) fn joint_loads(&self, controls: &[f64]) -> Result<Vec<(usize, JointLoad)>, Error> {
         let mut all: Vec<(usize, [Vec<Vector3<f64>>; 2])> = Vec::new();
         for (index, control) in self.controls.iter().enumerate() {
             let ControlKind::Motor { joint, axis } = control.kind else { continue };
@@ -433,6 +438,7 @@ impl Problem {
         let (mut record, mut wrenches) = (StepRecord::new(), Vec::new());
         for step in 0..self.steps {
             self.wrenches(step, simulation.states(), controls, &mut wrenches);
+            self.held(step, &mut wrenches);
             for (body, wrench) in wrenches.iter().enumerate() {
                 if self.pushed[body] {
                     simulation.set_wrench(body, *wrench)?;
