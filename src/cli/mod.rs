@@ -15,6 +15,7 @@ mod outcome;
 mod output;
 mod picture_files;
 mod pictures;
+mod plan;
 mod plot;
 mod recording;
 mod run;
@@ -54,6 +55,7 @@ pub fn run() -> Result<Outcome, Failure> {
         Some(Command::Inspect(args)) => inspect::run(&args),
         Some(Command::Fit(args)) => fit::run(&args),
         Some(Command::Gradient(args)) => gradient::run(&args),
+        Some(Command::Plan(args)) => plan::run(&args),
         Some(Command::Validate(args)) => validate::run(&args),
         Some(Command::Sweep(args)) => sweep::run(&args),
         Some(Command::Merge(args)) => sweep::merge(&args),

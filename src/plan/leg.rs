@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A way to look for controls.
-pub trait Leg {
+pub trait Leg: Send + Sync {
     /// Its word in files and reports.
     fn name(&self) -> &'static str;
 
@@ -86,7 +86,7 @@ pub struct Watch<'a> {
     /// Ends it soon after it is raised; what was found so far is handed back.
     pub interrupt: &'a Arc<AtomicBool>,
     /// Is told of every iteration; ends the search where it returns false, as for a limit of time.
-    pub progress: &'a mut dyn FnMut(&Progress<'_>) -> bool,
+    pub progress: &'a mut (dyn FnMut(&Progress<'_>) -> bool + Send),
 }
 
 impl Watch<'_> {

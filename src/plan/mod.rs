@@ -9,6 +9,8 @@
 //! `docs/planning.md` derives the problem and the legs; equation numbers P1, P2, … are its.
 
 mod control;
+pub mod file;
+mod find;
 mod held;
 mod keep;
 mod leg;
@@ -17,14 +19,21 @@ mod problem;
 #[cfg(feature = "ipopt")]
 pub mod program;
 mod replay;
+mod sample;
+mod scene;
+mod shoot;
+mod slopes;
 mod target;
 
 pub use control::{Applied, Axes, Control, ControlKind, Push, StartPart};
+pub use find::{EXACTLY, Plan, PlanStatus};
 pub use keep::{Keep, KeepKind};
 pub use leg::{Leg, LegEnd, LegReport, Progress, Watch};
 pub use mode::{ContactMode, Mode, modes_of};
 pub use problem::{Problem, Variable};
 pub use replay::{Miss, Replay};
+pub use sample::Sample;
+pub use shoot::Shoot;
 pub use target::{Row, Target, TargetKind};
 
 use crate::error::Error;

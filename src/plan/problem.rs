@@ -10,6 +10,7 @@ use crate::joint::{JointAxis, JointLoad};
 use crate::mechanics::{Load, State, Wrench};
 use crate::scenario::scene::Scene;
 use crate::simulation::{Simulation, StepRecord};
+use crate::step::StepStatus;
 use crate::world::{Constant, World};
 use nalgebra::Vector3;
 use std::sync::Arc;
@@ -74,6 +75,24 @@ impl Variable {
 /// Is shown every step of a run: the simulation after it, the wrenches that acted, and the step.
 pub(super) type Visit<'a> =
     dyn FnMut(&Simulation<'_>, &[Wrench], &StepRecord) -> Result<(), PlanError> + 'a;
+
+/// What a run costs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct RunCost {
+    /// What targets and rows to keep do.
+    pub task: f64,
+    /// What the effort does.
+    pub effort: f64,
+    /// Steps that failed or are wild.
+    pub unsolved: usize,
+}
+
+impl RunCost {
+    /// What searches make least: the cost, and more where the run is none.
+    pub fn judged(&self) -> f64 {
+        (self.task + self.effort) * (1.0 + self.unsolved as f64)
+    }
+}
 
 fn odd<T>(why: String) -> Result<T, PlanError> {
     Err(PlanError::Problem(why))
@@ -303,8 +322,7 @@ impl Problem {
         &self.pushed
     }
 
-    /// What acts on each body in `step` from `states`, gravity apart: the scene's loads, and the controls. To rounding
-    /// what [a load that is held](super::held) has for its mean.
+    /// What acts on each body in `step` from `states`, gravity apart: the scene's loads, and the controls.
     pub fn wrenches(
         &self,
         step: usize,
@@ -322,6 +340,12 @@ impl Problem {
                 wrenches[body] = wrenches[body].plus(&applied.wrench(&states[body]));
             }
         }
+    }
+
+    /// These wrenches of `step` as the simulator applies them: to rounding, as loads that hold them have them for their
+    /// means.
+    fn held(&self, step: usize, wrenches: &mut [Wrench]) {
+        let (h, index) = (self.scene.world.time_step(), self.scene.start_index + step as u64);
         let (from, to) = (index as f64 * h, (index + 1) as f64 * h);
         for (wrench, pushed) in wrenches.iter_mut().zip(&self.pushed) {
             if *pushed {
@@ -365,7 +389,7 @@ impl Problem {
     }
 
     /// The forces along the axes of joints over time, by the joints' indices.
-    fn joint_loads(&self, controls: &[f64]) -> Result<Vec<(usize, JointLoad)>, Error> {
+    pub(super) fn joint_loads(&self, controls: &[f64]) -> Result<Vec<(usize, JointLoad)>, Error> {
         let mut all: Vec<(usize, [Vec<Vector3<f64>>; 2])> = Vec::new();
         for (index, control) in self.controls.iter().enumerate() {
             let ControlKind::Motor { joint, axis } = control.kind else { continue };
@@ -414,6 +438,7 @@ impl Problem {
         let (mut record, mut wrenches) = (StepRecord::new(), Vec::new());
         for step in 0..self.steps {
             self.wrenches(step, simulation.states(), controls, &mut wrenches);
+            self.held(step, &mut wrenches);
             for (body, wrench) in wrenches.iter().enumerate() {
                 if self.pushed[body] {
                     simulation.set_wrench(body, *wrench)?;
@@ -428,18 +453,24 @@ impl Problem {
     /// The cost (P1) of a run with these `states`, from the start on. Infinite where it is no number.
     #[must_use]
     pub fn cost_of(&self, states: &[Vec<State>], controls: &[f64]) -> f64 {
-        let mut cost = self.effort_of(controls);
-        for target in &self.targets {
-            let rows = target.kind.rows(&states[target.after][target.body]);
+        let steps = states.iter().enumerate().skip(1);
+        let cost: f64 = steps.map(|(after, states)| self.cost_after(after, states)).sum();
+        let cost = cost + self.effort_of(controls);
+        if cost.is_nan() { f64::INFINITY } else { cost }
+    }
+
+    /// The part of the cost that the states after so many steps have.
+    pub(super) fn cost_after(&self, after: usize, states: &[State]) -> f64 {
+        let mut cost = 0.0;
+        for target in self.targets.iter().filter(|target| target.after == after) {
+            let rows = target.kind.rows(&states[target.body]);
             cost += target.weight * rows.iter().map(|row| row.value * row.value).sum::<f64>();
         }
         for keep in &self.keeps {
-            for states in &states[1..] {
-                let below = keep.kind.at(&states[keep.body].position).0.min(0.0);
-                cost += keep.weight * below * below;
-            }
+            let below = keep.kind.at(&states[keep.body].position).0.min(0.0);
+            cost += keep.weight * below * below;
         }
-        if cost.is_nan() { f64::INFINITY } else { cost }
+        cost
     }
 
     /// The part of the cost that is effort.
@@ -456,6 +487,24 @@ impl Problem {
             control.effort * self.steps as f64 * components.map(of).sum::<f64>()
         };
         free + self.controls.iter().map(fixed).sum::<f64>()
+    }
+
+    /// The run under `controls`, which are within their bounds, as its cost alone.
+    pub(super) fn run_cost(
+        &self,
+        controls: &[f64],
+        interrupt: Option<&Arc<AtomicBool>>,
+    ) -> Result<RunCost, PlanError> {
+        let (mut after, mut task, mut unsolved) = (0, 0.0, 0);
+        self.simulate(controls, interrupt, &mut |simulation, _, record| {
+            after += 1;
+            task += self.cost_after(after, simulation.states());
+            let status = record.report.status;
+            unsolved += usize::from(matches!(status, StepStatus::Failed | StepStatus::Wild));
+            Ok(())
+        })?;
+        let task = if task.is_nan() { f64::INFINITY } else { task };
+        Ok(RunCost { task, effort: self.effort_of(controls), unsolved })
     }
 
     /// How far every target and every row to keep is missed by these `states`.

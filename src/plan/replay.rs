@@ -118,13 +118,11 @@ impl Problem {
             at_bounds: self.at_bounds(&controls),
             controls,
         };
-        let mut world = self.scene.world.clone();
         let controls = replay.controls.clone();
         self.simulate(&controls, None, &mut |simulation, wrenches, record| {
-            world.clone_from(simulation.world());
             replay.states.push(record.states.clone());
             replay.wrenches.push(wrenches.to_vec());
-            let modes = modes_of(&world, record);
+            let modes = modes_of(simulation.world(), record);
             let step = replay.records.len();
             for of in &modes {
                 if replay.margin.is_none_or(|(least, _)| of.margin < least) {

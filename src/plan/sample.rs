@@ -1,0 +1,234 @@
+//! Sampling: CMA-ES over a few pieces of every control, by runs of the simulator on all threads of the caller's rayon pool.
+//!
+//! It asks for ranks of runs alone, so that plateaus and kinks are no matter to it, and with few numbers it finds which
+//! way to go at all: over the edge or not, before the wall or behind. Each round begins at the best so far, the first
+//! wide, each next narrower and with more pieces. What was drawn is decided by the seed, whatever the number of threads.
+
+use super::leg::{Leg, LegEnd, Progress, Watch};
+use super::{PlanError, Problem, Replay};
+use cmaes::{CMAESOptions, DVector};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, PoisonError};
+
+/// Sampling by CMA-ES.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sample {
+    /// Of what is drawn.
+    pub seed: u64,
+    /// The most runs.
+    pub runs: u64,
+    /// The most pieces of each control in the first round.
+    pub knots: usize,
+    /// How many rounds.
+    pub rounds: u32,
+}
+
+impl Default for Sample {
+    fn default() -> Self {
+        Self { seed: 1, runs: 6000, knots: 10, rounds: 3 }
+    }
+}
+
+/// Above every cost; a population is ranked by it, and needs a number.
+const WORST: f64 = 1e30;
+
+/// The width of the first round, in parts of the bounds, and that of each next in parts of the one before.
+const WIDTH: (f64, f64) = (0.3, 0.3);
+
+/// A share of the runs after which a search that has moved nothing ends: nothing will.
+const IN_VAIN: f64 = 0.05;
+
+impl Leg for Sample {
+    fn name(&self) -> &'static str {
+        "sample"
+    }
+
+    fn run(
+        &self,
+        problem: &Problem,
+        from: &Replay,
+        watch: &mut Watch<'_>,
+    ) -> Result<LegEnd, PlanError> {
+        let mut best = (from.controls.clone(), judged(problem, &from.controls, watch)?);
+        let mut end = LegEnd { controls: best.0.clone(), ..LegEnd::default() };
+        if problem.variables().is_empty() {
+            end.message = "there is nothing to look for".to_owned();
+            return Ok(end);
+        }
+        let rounds = self.rounds.max(1);
+        for round in 0..rounds {
+            let last = self.runs * u64::from(round + 1) / u64::from(rounds);
+            let more = self.round(problem, round, last, &mut best, &mut end, watch)?;
+            if !more {
+                break;
+            }
+        }
+        if end.message.is_empty() {
+            end.message = format!("{} runs", end.runs);
+        }
+        end.controls = best.0;
+        Ok(end)
+    }
+}
+
+impl Sample {
+    /// One round, until `last` runs are made in all; whether another is worth it.
+    fn round(
+        &self,
+        problem: &Problem,
+        round: u32,
+        last: u64,
+        best: &mut (Vec<f64>, f64),
+        end: &mut LegEnd,
+        watch: &mut Watch<'_>,
+    ) -> Result<bool, PlanError> {
+        let coarse = Coarse::of(problem, self.knots << round.min(16), best.0.clone());
+        let interrupt = watch.interrupt;
+        let (seen, failure) = (Mutex::new(Seen::default()), Mutex::new(None));
+        let runs = AtomicU64::new(end.runs);
+        let loss = |point: &DVector<f64>| {
+            let (controls, outside) = coarse.controls(problem, point.as_slice());
+            runs.fetch_add(1, Ordering::Relaxed);
+            match problem.run_cost(&controls, Some(interrupt)) {
+                Ok(cost) => {
+                    seen.lock().unwrap_or_else(PoisonError::into_inner).note(cost.task);
+                    cost.judged().min(WORST) * (1.0 + outside)
+                }
+                Err(PlanError::Interrupted) => WORST,
+                Err(error) => {
+                    let mut failure = failure.lock().unwrap_or_else(PoisonError::into_inner);
+                    // Of several the one that sorts first, on any number of threads.
+                    let text = error.to_string();
+                    if failure.as_ref().is_none_or(|known: &String| text < *known) {
+                        *failure = Some(text);
+                    }
+                    WORST * (1.0 + outside)
+                }
+            }
+        };
+        let width = WIDTH.0 * WIDTH.1.powi(round.min(16) as i32);
+        let population = 2 * (4 + (3.0 * (coarse.count as f64).ln()) as usize);
+        let strategy = CMAESOptions::new(vec![0.0; coarse.count], width)
+            .population_size(population)
+            .parallel_update(false)
+            .seed(self.seed.wrapping_add(u64::from(round)))
+            .build(loss);
+        let mut strategy = strategy
+            .map_err(|error| PlanError::Problem(format!("the sampling cannot begin: {error:?}")))?;
+        let in_vain = end.runs + (IN_VAIN * self.runs as f64) as u64;
+        loop {
+            let ended = strategy.next_parallel().is_some();
+            end.iterations += 1;
+            end.runs = runs.load(Ordering::Relaxed);
+            if watch.is_interrupted() {
+                end.message = "interrupted".to_owned();
+                return Ok(false);
+            }
+            if let Some(found) = strategy.current_best_individual() {
+                let (controls, _) = coarse.controls(problem, found.point.as_slice());
+                if found.value < WORST {
+                    let cost = judged(problem, &controls, watch)?;
+                    if cost < best.1 {
+                        *best = (controls, cost);
+                    }
+                }
+            }
+            let progress = Progress {
+                leg: self.name(),
+                iteration: end.iterations,
+                cost: best.1,
+                controls: &best.0,
+            };
+            if !watch.goes_on(&progress) {
+                end.message = "stopped".to_owned();
+                return Ok(false);
+            }
+            let seen = *seen.lock().unwrap_or_else(PoisonError::into_inner);
+            if round == 0 && end.runs >= in_vain && !seen.differs() {
+                end.message = match failure.lock().unwrap_or_else(PoisonError::into_inner).take() {
+                    Some(why) if seen.count == 0 => format!("no run could be made: {why}"),
+                    _ => format!(
+                        "none of {} runs within the bounds moved what is to be reached",
+                        end.runs
+                    ),
+                };
+                return Ok(false);
+            }
+            if ended || end.runs >= last {
+                return Ok(true);
+            }
+        }
+    }
+}
+
+/// What runs came to.
+#[derive(Debug, Clone, Copy, Default)]
+struct Seen {
+    count: u64,
+    least: f64,
+    most: f64,
+}
+
+impl Seen {
+    fn note(&mut self, task: f64) {
+        if self.count == 0 {
+            (self.least, self.most) = (task, task);
+        }
+        self.count += 1;
+        (self.least, self.most) = (self.least.min(task), self.most.max(task));
+    }
+
+    /// Whether they differ by more than rounding.
+    fn differs(&self) -> bool {
+        self.most - self.least > 1e-9 * self.most.abs()
+    }
+}
+
+/// The cost of a run by which searches compare.
+fn judged(problem: &Problem, controls: &[f64], watch: &Watch<'_>) -> Result<f64, PlanError> {
+    match problem.run_cost(controls, Some(watch.interrupt)) {
+        Ok(cost) => Ok(cost.judged()),
+        Err(PlanError::Interrupted) => Ok(f64::INFINITY),
+        Err(error) => Err(error),
+    }
+}
+
+/// Fewer numbers than variables: what is added to all variables of a control's component within one coarse piece, in parts
+/// of their bounds.
+struct Coarse {
+    from: Vec<f64>,
+    /// The coarse number of each variable.
+    place: Vec<usize>,
+    count: usize,
+}
+
+impl Coarse {
+    fn of(problem: &Problem, knots: usize, from: Vec<f64>) -> Self {
+        let mut known: Vec<(usize, usize, usize)> = Vec::new();
+        let place = problem.variables().iter().map(|variable| {
+            let fine = problem.controls()[variable.control].knots;
+            let piece = variable.knot * knots.clamp(1, fine) / fine;
+            let key = (variable.control, variable.component, piece);
+            known.iter().rposition(|other| *other == key).unwrap_or_else(|| {
+                known.push(key);
+                known.len() - 1
+            })
+        });
+        let place = place.collect();
+        Self { from, place, count: known.len() }
+    }
+
+    /// The controls at a point, within their bounds, and how far outside of them it is, in parts of them.
+    fn controls(&self, problem: &Problem, point: &[f64]) -> (Vec<f64>, f64) {
+        let mut outside = 0.0;
+        let each = problem.variables().iter().zip(&self.from).zip(&self.place);
+        let controls = each.map(|((variable, from), place)| {
+            let wanted = from + variable.scale() * point[*place];
+            let value = wanted.clamp(variable.bounds[0], variable.bounds[1]);
+            outside += (wanted - value).abs() / variable.scale();
+            value
+        });
+        let controls = controls.collect();
+        (controls, outside / self.place.len().max(1) as f64)
+    }
+}
