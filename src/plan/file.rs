@@ -47,6 +47,12 @@ pub enum LegName {
     Sample,
     /// [`Shoot`].
     Shoot,
+    /// [`ProgramLeg`](super::program::ProgramLeg).
+    #[cfg(feature = "ipopt")]
+    Program,
+    /// [`Polish`](super::Polish).
+    #[cfg(feature = "ipopt")]
+    Polish,
 }
 
 impl LegName {
@@ -56,6 +62,10 @@ impl LegName {
         match self {
             Self::Sample => Box::new(sample),
             Self::Shoot => Box::new(Shoot::default()),
+            #[cfg(feature = "ipopt")]
+            Self::Program => Box::new(super::program::ProgramLeg::default()),
+            #[cfg(feature = "ipopt")]
+            Self::Polish => Box::new(super::Polish::default()),
         }
     }
 }

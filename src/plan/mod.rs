@@ -15,6 +15,8 @@ mod held;
 mod keep;
 mod leg;
 mod mode;
+#[cfg(feature = "ipopt")]
+mod polish;
 mod problem;
 #[cfg(feature = "ipopt")]
 pub mod program;
@@ -30,6 +32,8 @@ pub use find::{EXACTLY, Plan, PlanStatus};
 pub use keep::{Keep, KeepKind};
 pub use leg::{Leg, LegEnd, LegReport, Progress, Watch};
 pub use mode::{ContactMode, Mode, modes_of};
+#[cfg(feature = "ipopt")]
+pub use polish::Polish;
 pub use problem::{Problem, Variable};
 pub use replay::{Miss, Replay};
 pub use sample::Sample;

@@ -16,3 +16,5 @@ mod staged;
 
 pub use solve::{ProgramLeg, Smoothing};
 pub use staged::PlanNlp;
+
+pub(super) use solve::{Solved, Told, solve};

@@ -2,7 +2,7 @@
 
 use super::candidates::{candidates, missing};
 use super::law::Rows;
-use super::staged::{Laws, PlanNlp};
+use super::staged::PlanNlp;
 use crate::contact::{Contact, ContactKey};
 use crate::error::Error;
 use crate::ipopt::{
@@ -11,7 +11,6 @@ use crate::ipopt::{
 };
 use crate::plan::{Leg, LegEnd, PlanError, Problem, Progress, Replay, Watch};
 use crate::sparsity::SparsityPattern;
-use nalgebra::Vector3;
 use std::cell::Cell;
 
 /// The smoothing of one program of the path.
@@ -29,7 +28,8 @@ impl Smoothing {
         0.1 * self.delta.sqrt()
     }
 
-    fn rows(&self) -> Rows {
+    /// The rows of all contacts.
+    pub(super) fn rows(&self) -> Rows {
         Rows::Smoothed { delta: self.delta, norm: self.norm() }
     }
 }
@@ -104,19 +104,12 @@ impl ProgramLeg {
         end: &mut LegEnd,
     ) -> Result<(Option<Replay>, bool), PlanError> {
         let Some(first) = path.first() else { return Ok((None, false)) };
-        let laws: Laws = contacts
-            .iter()
-            .map(|contacts| {
-                let law = |contact: &Contact| (*contact, first.rows(), Vector3::zeros());
-                contacts.iter().map(law).collect()
-            })
-            .collect();
-        let mut program = PlanNlp::new(problem, from, &laws, first.compliance)?;
-        program.factor = 1.0 / from.cost.max(1e-6);
+        let mut program = PlanNlp::smoothed_with(problem, from, contacts, *first)?;
+        program.set_factor(1.0 / from.cost.max(1e-6));
         let mut at = Solved { x: program.point_of(from), multipliers: None };
         let (mut best, mut goes_on) = (None::<Replay>, true);
         for (stage, smoothing) in path.iter().enumerate() {
-            program.smooth(smoothing.delta, smoothing.norm(), smoothing.compliance);
+            program.smooth(*smoothing);
             let options = Options {
                 tolerance: 1e-8,
                 max_iterations: self.most_iterations,
@@ -135,7 +128,7 @@ impl ProgramLeg {
             end.runs += 1;
             if best.as_ref().is_none_or(|best| replay.is_better(best)) {
                 end.controls.clone_from(&replay.controls);
-                end.cost = Some(program.objective(&at.x) / program.factor);
+                end.cost = Some(program.cost(&at.x));
                 end.states = Some(program.states(&at.x));
                 best = Some(replay);
             }
@@ -213,7 +206,7 @@ impl NonlinearProgram for Watched<'_, '_, '_> {
         let progress = Progress {
             leg: self.told.leg,
             iteration: self.told.done + u64::from(iteration.iteration),
-            cost: iteration.objective / self.program.factor,
+            cost: self.program.unscaled(iteration.objective),
             controls: self.told.controls,
         };
         let goes_on = self.watch.goes_on(&progress);

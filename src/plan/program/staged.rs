@@ -8,12 +8,16 @@
 use super::contact::{Meeting, Posed, Side};
 use super::goal::{Exponential, Goal};
 use super::law::{Law, NORMAL, Rows, SLIP_SPEED};
+use super::candidates::candidates;
 use super::motion::Motion;
+use super::solve::Smoothing;
 use crate::contact::{Contact, ContactKey};
 use crate::ipopt::Bounds;
 use crate::mechanics::quaternion::{left, rotated_point_forms};
 use crate::mechanics::{State, Wrench};
-use crate::plan::{Applied, Axes, ControlKind, PlanError, Problem, Replay, StartPart};
+use crate::plan::{
+    Applied, Axes, ContactMode, ControlKind, Mode, PlanError, Problem, Replay, StartPart,
+};
 use crate::solver::ipopt::units::Units;
 use crate::sparsity::SparsityPattern;
 use crate::step_nlp::entries::{EntrySink, Summed};
@@ -28,7 +32,7 @@ use nalgebra::{Matrix3x4, SVector, Vector3, Vector4};
 /// [`PlanNlp::rows`]; methods panic on shorter slices.
 pub struct PlanNlp<'p> {
     problem: &'p Problem,
-    pub(super) units: Units,
+    units: Units,
     /// In the program's units.
     motions: Vec<Motion>,
     meetings: Vec<Meeting>,
@@ -45,7 +49,7 @@ pub struct PlanNlp<'p> {
     rows: usize,
     bounds: Bounds,
     /// What the cost is multiplied with.
-    pub(super) factor: f64,
+    factor: f64,
     jacobian: Summed,
     hessian: Summed,
 }
@@ -79,8 +83,8 @@ struct StartRows {
     row: usize,
 }
 
-/// What the contacts of a step are, with their rows and F⁰.
-pub(super) type Laws = Vec<Vec<(Contact, Rows, Vector3<f64>)>>;
+/// The contacts of each step, with their rows.
+type Laws = Vec<Vec<(Contact, Rows)>>;
 
 impl<'p> PlanNlp<'p> {
     /// The program of `problem` with the contacts `laws` of each step, with the compliance ε = `compliance`. `replay` has the
@@ -88,7 +92,7 @@ impl<'p> PlanNlp<'p> {
     ///
     /// # Errors
     /// A scene or a control that it does not know.
-    pub(super) fn new(
+    fn new(
         problem: &'p Problem,
         replay: &Replay,
         laws: &Laws,
@@ -135,6 +139,60 @@ impl<'p> PlanNlp<'p> {
         let hessian = Summed::of(|sink| program.emit_hessian(&read, 0.0, &y, sink));
         program.hessian = hessian;
         Ok(program)
+    }
+
+    /// The program of `problem` with the contacts that `replay` finds, all with the rows of `smoothing`.
+    ///
+    /// # Errors
+    /// A scene or a control that it does not know.
+    pub fn smoothed(
+        problem: &'p Problem,
+        replay: &Replay,
+        smoothing: Smoothing,
+    ) -> Result<Self, PlanError> {
+        let contacts = candidates(&problem.scene().world, replay, &[]);
+        Self::smoothed_with(problem, replay, &contacts, smoothing)
+    }
+
+    /// The same with the contacts of each step given.
+    pub(super) fn smoothed_with(
+        problem: &'p Problem,
+        replay: &Replay,
+        contacts: &[Vec<Contact>],
+        smoothing: Smoothing,
+    ) -> Result<Self, PlanError> {
+        let law = |contact: &Contact| (*contact, smoothing.rows());
+        let laws: Laws =
+            contacts.iter().map(|contacts| contacts.iter().map(law).collect()).collect();
+        Self::new(problem, replay, &laws, smoothing.compliance)
+    }
+
+    /// The program of `problem` with the contacts that `replay` finds, each with the rows of its mode in the replay, and
+    /// the compliance ε.
+    ///
+    /// # Errors
+    /// A scene or a control that it does not know.
+    pub fn with_modes(
+        problem: &'p Problem,
+        replay: &Replay,
+        compliance: f64,
+    ) -> Result<Self, PlanError> {
+        let contacts = candidates(&problem.scene().world, replay, &[]);
+        let law = |contact: &Contact, modes: &[ContactMode]| {
+            let known = modes.iter().find(|of| of.key == contact.key);
+            let rows = match known.map_or(Mode::Open, |of| of.mode) {
+                Mode::Open => Rows::Open,
+                Mode::Stick => Rows::Stick,
+                Mode::Slip => Rows::Slip,
+            };
+            (*contact, rows)
+        };
+        let laws: Laws = contacts
+            .iter()
+            .zip(&replay.modes)
+            .map(|(contacts, modes)| contacts.iter().map(|contact| law(contact, modes)).collect())
+            .collect();
+        Self::new(problem, replay, &laws, compliance)
     }
 
     /// Columns for `count` variables within `bounds`.
@@ -191,7 +249,7 @@ impl<'p> PlanNlp<'p> {
         &mut self,
         step: usize,
         replay: &Replay,
-        (world, contacts, compliance): (&World, &[(Contact, Rows, Vector3<f64>)], f64),
+        (world, contacts, compliance): (&World, &[(Contact, Rows)], f64),
         known: &mut Vec<(ContactKey, crate::contact::Features)>,
     ) -> Result<(), PlanError> {
         let free = [f64::NEG_INFINITY, f64::INFINITY];
@@ -199,7 +257,7 @@ impl<'p> PlanNlp<'p> {
         let motion_rows = self.add_rows(STATE.end * self.own.len(), false);
         let h = world.time_step();
         let mut placed = Vec::with_capacity(contacts.len());
-        for (contact, rows, anchor) in contacts {
+        for (contact, rows) in contacts {
             if contact.features.curved.is_some() {
                 return refused("its two features are both round, which the program does not know");
             }
@@ -220,7 +278,7 @@ impl<'p> PlanNlp<'p> {
                 rows: *rows,
                 friction: contact.law.friction,
                 compliance: compliance * h,
-                anchor: *anchor,
+                anchor: Vector3::zeros(),
             };
             let bounds = |i: usize| match law.rows {
                 Rows::Stick | Rows::Slip if i >= NORMAL => [0.0, f64::INFINITY],
@@ -292,16 +350,16 @@ impl<'p> PlanNlp<'p> {
     }
 
     /// Other smoothing and compliance of every contact; the pattern stays.
-    pub(super) fn smooth(&mut self, delta: f64, norm: f64, compliance: f64) {
+    pub(super) fn smooth(&mut self, smoothing: Smoothing) {
         let h = self.problem.scene().world.time_step() * self.units.speed() / self.units.length();
         for placed in self.stages.iter_mut().flat_map(|stage| &mut stage.contacts) {
-            placed.law.rows = Rows::Smoothed { delta, norm };
-            placed.law.compliance = compliance * h;
+            placed.law.rows = smoothing.rows();
+            placed.law.compliance = smoothing.compliance * h;
         }
     }
 
     /// Makes the forces at `x` those at which the compliance gives nothing.
-    pub(super) fn anchor(&mut self, x: &[f64]) {
+    pub(in crate::plan) fn anchor(&mut self, x: &[f64]) {
         for placed in self.stages.iter_mut().flat_map(|stage| &mut stage.contacts) {
             for i in 0..3 {
                 if placed.law.has(i) {
@@ -446,12 +504,26 @@ impl<'p> PlanNlp<'p> {
         Applied { axes: applied.axes, force: applied.force / force, torque }
     }
 
+    /// What the cost is multiplied with: 1 until this is called.
+    pub(in crate::plan) fn set_factor(&mut self, factor: f64) {
+        self.factor = factor;
+    }
+
+    /// The cost of an objective.
+    pub(super) fn unscaled(&self, objective: f64) -> f64 {
+        objective / self.factor
+    }
+
     /// The cost (P1), times the factor.
     #[must_use]
     pub fn objective(&self, x: &[f64]) -> f64 {
+        self.cost(x) * self.factor
+    }
+
+    /// The cost (P1).
+    pub(in crate::plan) fn cost(&self, x: &[f64]) -> f64 {
         let read = self.read(x);
-        let variables = self.problem.variables().iter().zip(&read.controls);
-        let mut cost: f64 = variables.map(|(of, value)| of.effort * value * value).sum();
+        let mut cost = self.problem.effort_of(&read.controls);
         for target in self.problem.targets() {
             let state = &read.states[target.after][target.body];
             cost += target.weight * Goal::of(&target.kind, state, &self.units).value;
@@ -459,7 +531,7 @@ impl<'p> PlanNlp<'p> {
         for (keep, column, weight) in self.each_slack() {
             cost += keep.weight * weight * x[column] * x[column];
         }
-        cost * self.factor
+        cost
     }
 
     /// Its slope.
@@ -852,7 +924,7 @@ fn refused<T>(why: &str) -> Result<T, PlanError> {
 }
 
 /// Refuses what the program does not know.
-pub(super) fn check(problem: &Problem) -> Result<(), PlanError> {
+fn check(problem: &Problem) -> Result<(), PlanError> {
     let (scene, world) = (problem.scene(), &problem.scene().world);
     if !world.joints().is_empty() {
         return refused("its scene has joints");
