@@ -22,7 +22,8 @@ fn main() {
         }
         let nothing = &mut |_: &Path, _| unreachable!();
         let scene = Scene::of_text(scene, Path::new(name), Settings::default(), nothing).unwrap();
-        let file = ProblemFile::of_scene_text(scene, text).unwrap();
+        let text = format!("scene = \"{name}\"\n{text}");
+        let file = ProblemFile::of_scene_text(scene, &text).unwrap();
         assert_eq!(file.start, Start::Zero);
         let interrupt = Arc::new(AtomicBool::new(false));
         let mut start = file.problem.zero();

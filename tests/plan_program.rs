@@ -24,7 +24,7 @@ fn problem(scene: &str, text: &str) -> ProblemFile {
     let nothing = &mut |_: &Path, _| unreachable!();
     let scene = Scene::of_text(scene, Path::new("scene"), Settings::default(), nothing);
     let scene = scene.unwrap_or_else(|failure| panic!("{failure:?}"));
-    ProblemFile::of_scene_text(scene, text).unwrap()
+    ProblemFile::of_scene_text(scene, &format!("scene = \"scene\"\n{text}")).unwrap()
 }
 
 fn named(name: &str) -> (ProblemFile, Vec<f64>) {
