@@ -6,12 +6,39 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 use tumble::plan::file::{ProblemFile, Start};
-use tumble::plan::{Progress, Watch};
+use tumble::plan::program::{PlanNlp, Smoothing};
+use tumble::plan::{Problem, Progress, Replay, Watch};
 use tumble::scenario::scene::Scene;
 use tumble::scenario::settings::Settings;
 
 #[path = "../tests/plan/problems.rs"]
 mod problems;
+
+/// Seconds of one call of each of the program's functions at the start of a problem, with its size.
+fn pace(name: &str, problem: &Problem, replay: &Replay) {
+    let smoothing = Smoothing { delta: 1e-4, compliance: 1e-3 };
+    let Ok(nlp) = PlanNlp::smoothed(problem, replay, smoothing) else { return };
+    let x = nlp.point_of(replay);
+    let (entries, curves) = (nlp.jacobian_pattern().len(), nlp.hessian_pattern().len());
+    let y = vec![0.3; nlp.rows()];
+    let mut rows = vec![0.0; nlp.rows()];
+    let (mut slopes, mut bends) = (vec![0.0; entries], vec![0.0; curves]);
+    const CALLS: u32 = 50;
+    let time = |call: &mut dyn FnMut()| {
+        let before = Instant::now();
+        (0..CALLS).for_each(|_| call());
+        1e6 * before.elapsed().as_secs_f64() / f64::from(CALLS)
+    };
+    let first = time(&mut || nlp.constraints(&x, &mut rows));
+    let second = time(&mut || nlp.jacobian(&x, &mut slopes));
+    let third = time(&mut || nlp.hessian(&x, 1.0, &y, &mut bends));
+    println!(
+        "{name:8} | pace    | {} variables, {} rows, {entries} and {curves} entries: rows {first:.0} µs, \
+         Jacobian {second:.0} µs, Hessian {third:.0} µs",
+        nlp.variables(),
+        nlp.rows(),
+    );
+}
 
 fn main() {
     let wanted: Vec<_> = std::env::args().skip(1).collect();
@@ -32,6 +59,7 @@ fn main() {
         }
         let mut best = file.problem.replay(&start).unwrap();
         println!("{name:8} | start   | | {:.6}", best.cost);
+        pace(name, &file.problem, &best);
         for leg in file.made_legs() {
             let before = Instant::now();
             let mut progress = |at: &Progress<'_>| {

@@ -1,6 +1,8 @@
 //! Plans by the program of N steps: its derivatives against central differences, the problems of docs/planning.md, and the
 //! freedom that a program without compliance has.
 
+#[path = "plan/casadi.rs"]
+mod casadi;
 mod common;
 #[path = "plan/problems.rs"]
 mod problems;

@@ -92,6 +92,29 @@ impl Law {
         }
     }
 
+    /// The first four numbers near s that obey the smoothed rows, as far as they can without the motion: where a force is open it
+    /// is what δ leaves of it, and the rows are not dependent there.
+    ///
+    /// ```text
+    /// open: F_n = δ/φ⁺,  slip: λ = |c| + δ/(μ F_n),  F_t = −μ F_n c/λ,  stick: λ = δ/(μ F_n − |F_t|)
+    /// ```
+    pub(super) fn on_path(&self, s: &Numbers) -> [f64; 4] {
+        let Rows::Smoothed { delta, .. } = self.rows else { return [s[0], s[1], s[2], s[3]] };
+        let normal = s[NORMAL].max(delta / s[GAP].max(delta.sqrt()));
+        let most = self.friction * normal;
+        if most == 0.0 {
+            return [0.0, 0.0, normal, 0.0];
+        }
+        let (force, slip) = (Vector2::new(s[0], s[1]), Vector2::new(s[SLIP], s[SLIP + 1]));
+        let room = most - force.norm();
+        if slip.norm() * most < delta && room > delta {
+            return [s[0], s[1], normal, delta / room];
+        }
+        let slip_speed = slip.norm() + delta / most;
+        let force = slip * (-most / slip_speed);
+        [force[0], force[1], normal, slip_speed]
+    }
+
     /// Whether number `i` of s, of the first four, is a variable.
     pub(super) fn has(&self, i: usize) -> bool {
         let rubs = self.friction > 0.0;

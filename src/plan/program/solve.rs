@@ -106,7 +106,7 @@ impl ProgramLeg {
         let Some(first) = path.first() else { return Ok((None, false)) };
         let mut program = PlanNlp::smoothed_with(problem, from, contacts, *first)?;
         program.set_factor(1.0 / from.cost.max(1e-6));
-        let mut at = Solved { x: program.point_of(from), multipliers: None };
+        let mut at = Solved { x: program.path_point_of(from), multipliers: None };
         let (mut best, mut goes_on) = (None::<Replay>, true);
         for (stage, smoothing) in path.iter().enumerate() {
             program.smooth(*smoothing);
@@ -164,6 +164,14 @@ pub(crate) fn solve(
 ) -> Result<(ReturnStatus, u32, bool), PlanError> {
     let bounds = program.bounds().clone();
     let x = at.x.clone();
+    let mut options = options;
+    if let Ok(v) = std::env::var("PIVOT") { options.mumps_pivot_order = v.parse().unwrap(); }
+    if let Ok(v) = std::env::var("MEM") { options.mumps_memory_percent = v.parse().unwrap(); }
+    if let Ok(v) = std::env::var("REFINE") { options.min_refinement_steps = v.parse().unwrap(); }
+    if std::env::var("NOSCALE").is_ok() { options.scaling = crate::ipopt::Scaling::None; }
+    if let Ok(v) = std::env::var("PUSHB") { options.bound_push = v.parse().unwrap(); }
+    if std::env::var("MONO").is_ok() { options.barrier = BarrierStrategy::Monotone; }
+    if let Ok(v) = std::env::var("MU") { options.initial_barrier = v.parse().unwrap(); }
     let start = match &at.multipliers {
         None => StartPoint::Cold { x: &x },
         Some([rows, lower, upper]) => StartPoint::Warm {

@@ -155,7 +155,10 @@ impl<'p> PlanNlp<'p> {
     }
 
     /// The same with the contacts of each step given.
-    pub(super) fn smoothed_with(
+    ///
+    /// # Errors
+    /// As [`PlanNlp::smoothed`].
+    pub fn smoothed_with(
         problem: &'p Problem,
         replay: &Replay,
         contacts: &[Vec<Contact>],
@@ -402,6 +405,21 @@ impl<'p> PlanNlp<'p> {
             for (keep, &(column, _)) in self.problem.keeps().iter().zip(&stage.keeps) {
                 let value = keep.kind.at(&states[keep.body].position).0;
                 x[column] = (-value / self.units.length()).max(0.0);
+            }
+        }
+        x
+    }
+
+    /// The same with the forces of all contacts on the path of their smoothing.
+    pub(super) fn path_point_of(&self, replay: &Replay) -> Vec<f64> {
+        let mut x = self.point_of(replay);
+        let read = self.read(&x);
+        for (step, stage) in self.stages.iter().enumerate() {
+            for ((meeting, posed), placed) in self.each_contact(step, &read).zip(&stage.contacts) {
+                let values = placed.law.on_path(&meeting.numbers(&posed));
+                for i in (0..4).filter(|&i| placed.law.has(i)) {
+                    x[placed.columns[i]] = values[i];
+                }
             }
         }
         x
