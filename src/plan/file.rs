@@ -316,11 +316,11 @@ impl ProblemFile {
         let usual = Sample::default();
         let sample = Sample {
             seed: file.seed.unwrap_or(usual.seed),
-            runs: search.runs.map_or(usual.runs, u64::from),
+            runs: search.runs.map(u64::from),
             knots: search.knots.map_or(usual.knots, usize::from),
             rounds: search.rounds.map_or(usual.rounds, u32::from),
         };
-        if sample.knots == 0 || sample.rounds == 0 || sample.runs == 0 {
+        if sample.knots == 0 || sample.rounds == 0 || sample.runs == Some(0) {
             return Err("search: runs, knots and rounds of 1 or more are needed".to_owned());
         }
         let time = search.time;

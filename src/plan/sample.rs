@@ -15,8 +15,8 @@ use std::sync::{Mutex, PoisonError};
 pub struct Sample {
     /// Of what is drawn.
     pub seed: u64,
-    /// The most runs.
-    pub runs: u64,
+    /// The most runs; without a number 200 for each that is looked for, and 2000 more.
+    pub runs: Option<u64>,
     /// The most pieces of each control in the first round.
     pub knots: usize,
     /// How many rounds.
@@ -25,7 +25,7 @@ pub struct Sample {
 
 impl Default for Sample {
     fn default() -> Self {
-        Self { seed: 1, runs: 6000, knots: 10, rounds: 3 }
+        Self { seed: 1, runs: None, knots: 10, rounds: 3 }
     }
 }
 
@@ -56,9 +56,12 @@ impl Leg for Sample {
             return Ok(end);
         }
         let rounds = self.rounds.max(1);
+        let coarse = Coarse::of(problem, self.knots, best.0.clone()).count as u64;
+        let runs = self.runs.unwrap_or(200 * (10 + coarse));
         for round in 0..rounds {
-            let last = self.runs * u64::from(round + 1) / u64::from(rounds);
-            let more = self.round(problem, round, last, &mut best, &mut end, watch)?;
+            let last = runs * u64::from(round + 1) / u64::from(rounds);
+            let until = (last, end.runs + (IN_VAIN * runs as f64) as u64);
+            let more = self.round(problem, round, until, &mut best, &mut end, watch)?;
             if !more {
                 break;
             }
@@ -72,12 +75,12 @@ impl Leg for Sample {
 }
 
 impl Sample {
-    /// One round, until `last` runs are made in all; whether another is worth it.
+    /// One round, until `last` runs are made in all, or `in_vain` of the first; whether another is worth it.
     fn round(
         &self,
         problem: &Problem,
         round: u32,
-        last: u64,
+        (last, in_vain): (u64, u64),
         best: &mut (Vec<f64>, f64),
         end: &mut LegEnd,
         watch: &mut Watch<'_>,
@@ -115,7 +118,6 @@ impl Sample {
             .build(loss);
         let mut strategy = strategy
             .map_err(|error| PlanError::Problem(format!("the sampling cannot begin: {error:?}")))?;
-        let in_vain = end.runs + (IN_VAIN * self.runs as f64) as u64;
         loop {
             let ended = strategy.next_parallel().is_some();
             end.iterations += 1;

@@ -8,8 +8,8 @@
 //! ```
 //!
 //! where variables whose bound the step would pass are put on it and the others solved for again. Of several κ the one
-//! counts whose *run* is cheapest: beyond a kink the derivative knows nothing. Where no derivative moves anything, as of a
-//! body that sticks, it ends at once and says so.
+//! counts whose *run* is cheapest: beyond a kink the derivative knows nothing. Where none is, differences of runs take its
+//! place for an iteration. Where no derivative moves anything, as of a body that sticks, it ends at once and says so.
 
 use super::leg::{Leg, LegEnd, Progress, Watch};
 use super::{PlanError, Problem, Replay};
@@ -79,9 +79,9 @@ impl Shoot {
         let efforts = DVector::from_iterator(variables.len(), efforts);
         let mut cost = problem.run_cost(&end.controls, Some(watch.interrupt))?.judged();
         end.runs += 1;
-        let (mut damping, mut little) = (1e-3, 0);
+        let (mut damping, mut little, mut differences) = (1e-3, 0, false);
         for iteration in 0..self.iterations {
-            let (slopes, runs) = problem.slopes(&end.controls, watch.interrupt)?;
+            let (slopes, runs) = problem.slopes(&end.controls, differences, watch.interrupt)?;
             end.runs += runs;
             end.iterations = iteration + 1;
             let mut by = slopes.by;
@@ -131,8 +131,14 @@ impl Shoot {
                 damping *= 1e3;
             };
             let Some((controls, next_cost, kappa)) = found else {
-                return Ok("no step along the derivative makes the cost less".to_owned());
+                if differences {
+                    return Ok("no step along the derivative makes the cost less".to_owned());
+                }
+                // At a kink, and where features are not known as functions of the poses, differences see more.
+                (differences, damping) = (true, 1e-3);
+                continue;
             };
+            differences = false;
             little = if cost - next_cost <= LITTLE * cost { little + 1 } else { 0 };
             (end.controls, cost, damping) = (controls, next_cost, kappa.max(1e-12));
             let progress = Progress { leg: self.name(), iteration, cost, controls: &end.controls };
