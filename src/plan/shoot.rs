@@ -38,6 +38,9 @@ const TRIED: [f64; 4] = [0.1, 1.0, 10.0, 100.0];
 /// The last κ: then no step along the derivative makes the cost less.
 const LARGEST_DAMPING: f64 = 1e10;
 
+/// A control that over all of its bounds would move the rows by less than this part of them moves nothing.
+const NOTHING: f64 = 1e-6;
+
 /// Two iterations that make the cost less by no more than this part of it are the end.
 const LITTLE: f64 = 1e-10;
 
@@ -96,7 +99,7 @@ impl Shoot {
             }
             let room = Room::of(problem, &x);
             if room.projected(&gradient) <= 1e-14 * (1.0 + cost) {
-                let moves = by.amax() > 0.0;
+                let moves = by.amax() > NOTHING * slopes.rows.norm();
                 return Ok(if cost <= 1e-20 {
                     "everything is reached".to_owned()
                 } else if moves {

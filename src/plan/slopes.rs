@@ -41,8 +41,9 @@ pub(super) struct Slopes {
     pub by: DMatrix<f64>,
 }
 
-/// A difference is of this part of a variable's bounds: its error of third order and that of rounding are alike.
-const DIFFERENCE: f64 = 1e-5;
+/// A difference is of this part of a variable's bounds: the solution of a step is known to some 3e-11 m/s, and the cube root
+/// of that is where the error of third order and that of rounding are alike.
+const DIFFERENCE: f64 = 3e-4;
 
 /// What one step has for the pass backwards.
 struct Tape {
@@ -329,8 +330,8 @@ mod tests {
         weight = 1
         ";
 
-    /// Central differences of runs that slide throughout, of 1e-5 of the bounds: of third order, and what is left of
-    /// residuals of 1e-12, both below 1e-6.
+    /// Central differences of runs that slide throughout, of 3e-4 of the bounds: twelve steps that are known to 3e-11 m/s
+    /// leave 4e-6 of them where the bounds are 0.2 m apart.
     #[test]
     fn derivatives_by_controls_are_those_of_differences() {
         let read = |_: &Path, _: u64| Ok(Vec::new());
@@ -357,7 +358,7 @@ mod tests {
             (0..exact.rows.len()).flat_map(|i| (0..controls.len()).map(move |j| (i, j)))
         {
             let (a, b) = (exact.by[(row, column)], other.by[(row, column)]);
-            assert!((a - b).abs() < 1e-6 * (1.0 + b.abs()), "{row}, {column}: {a} {b}");
+            assert!((a - b).abs() < 1e-5 * (1.0 + b.abs()), "{row}, {column}: {a} {b}");
         }
         assert!(exact.by.column_iter().all(|column| column.amax() > 1e-6), "every control matters");
     }
