@@ -4,7 +4,6 @@ use super::control::{Control, ControlKind, Push, StartPart};
 use super::keep::{Keep, KeepKind};
 use super::target::{Target, TargetKind};
 use super::{Leg, PlanError, Problem, Sample, Shoot};
-use crate::joint::JointAxis;
 use crate::scenario::failure::Failure;
 use crate::scenario::fields::{Exactly, Numbers, Tables};
 use crate::scenario::scene::Scene;
@@ -129,7 +128,6 @@ enum KindName {
     Force,
     Torque,
     Push,
-    Motor,
     Start,
     Constant,
 }
@@ -193,9 +191,6 @@ struct ControlTable {
     tangential_2: Option<Range>,
     offset: Option<Range>,
     offset_2: Option<Range>,
-    joint: Option<String>,
-    axis: Option<String>,
-    force: Option<Range>,
     of: Option<PartName>,
     constant: Option<String>,
     value: Option<Range>,
@@ -326,11 +321,11 @@ impl ProblemFile {
         let usual = Sample::default();
         let sample = Sample {
             seed: file.seed.unwrap_or(usual.seed),
-            runs: search.runs.map_or(usual.runs, u64::from),
+            runs: search.runs.map(u64::from),
             knots: search.knots.map_or(usual.knots, usize::from),
             rounds: search.rounds.map_or(usual.rounds, u32::from),
         };
-        if sample.knots == 0 || sample.rounds == 0 || sample.runs == 0 {
+        if sample.knots == 0 || sample.rounds == 0 || sample.runs == Some(0) {
             return Err("search: runs, knots and rounds of 1 or more are needed".to_owned());
         }
         let time = search.time;
@@ -399,11 +394,6 @@ impl ControlTable {
                     [self.normal, self.tangential, self.tangential_2, self.offset, self.offset_2];
                 (ControlKind::Push(push), each(&ranges), of_body(body))
             }
-            KindName::Motor => {
-                let (joint, axis) = self.motor(scene)?;
-                let name = format!("{}.{word}", scene.joints[joint]);
-                (ControlKind::Motor { joint, axis }, each(&[self.force]), name)
-            }
             KindName::Start => {
                 let body = body()?;
                 let (part, word) = match self.of {
@@ -442,11 +432,11 @@ impl ControlTable {
 
     /// Refuses fields of other kinds.
     fn refuse_idle(&self) -> Result<(), String> {
-        use KindName::{Constant, Force, Motor, Push, Start, Torque};
-        let fields: [(&str, bool, &[KindName]); 18] = [
+        use KindName::{Constant, Force, Push, Start, Torque};
+        let fields: [(&str, bool, &[KindName]); 15] = [
             ("body", self.body.is_some(), &[Force, Torque, Push, Start]),
-            ("knots", self.knots.is_some(), &[Force, Torque, Push, Motor]),
-            ("effort", self.effort.is_some(), &[Force, Torque, Push, Motor]),
+            ("knots", self.knots.is_some(), &[Force, Torque, Push]),
+            ("effort", self.effort.is_some(), &[Force, Torque, Push]),
             ("x", self.x.is_some(), &[Force, Torque, Start]),
             ("y", self.y.is_some(), &[Force, Torque, Start]),
             ("z", self.z.is_some(), &[Force, Torque, Start]),
@@ -457,9 +447,6 @@ impl ControlTable {
             ("normal", self.normal.is_some(), &[Push]),
             ("tangential", self.tangential.or(self.tangential_2).is_some(), &[Push]),
             ("offset", self.offset.or(self.offset_2).is_some(), &[Push]),
-            ("joint", self.joint.is_some(), &[Motor]),
-            ("axis", self.axis.is_some(), &[Motor]),
-            ("force", self.force.is_some(), &[Motor]),
             ("of", self.of.is_some(), &[Start]),
             ("constant or value", self.constant.is_some() || self.value.is_some(), &[Constant]),
         ];
@@ -494,35 +481,6 @@ impl ControlTable {
         let first = (along - into * into.dot(&along)).normalize();
         let frame = Matrix3::from_columns(&[into, first, into.cross(&first)]);
         Ok(Push { body, point, frame, friction: self.friction })
-    }
-
-    fn motor(&self, scene: &Scene) -> Result<(usize, JointAxis), String> {
-        let wanted = self.joint.as_deref().unwrap_or_default();
-        let joint = scene.joints.iter().position(|name| name == wanted);
-        let joint =
-            joint.ok_or_else(|| format!("joint: the scene has none that is called {wanted:?}"))?;
-        if self.force.is_none() {
-            return Err("force: its range is needed, N or N m".to_owned());
-        }
-        let kind = scene.model().and_then(|model| model.joints.get(joint)).map(|of| of.kind);
-        let driven = kind.map_or(&[][..], |kind| kind.driven());
-        let axis = match (&self.axis, driven) {
-            (None, [only]) => Some(only),
-            (Some(wanted), all) => all.iter().find(|(name, _)| name == wanted),
-            (None, _) => None,
-        };
-        let names: Vec<_> = driven.iter().map(|(name, _)| *name).collect();
-        let axis = axis.ok_or_else(|| match names.as_slice() {
-            [] => format!("joint: {wanted:?} has no axis that a drive can act on"),
-            names => format!("axis: one of {} is needed", names.join(", ")),
-        })?;
-        Ok((
-            joint,
-            match axis.1 {
-                linear @ 0..3 => JointAxis::Linear(linear),
-                angular => JointAxis::Angular(angular - 3),
-            },
-        ))
     }
 
     /// The bounds of a start, of which what is not given stays the scene's.

@@ -7,16 +7,16 @@
 use super::leg::{Leg, LegEnd, Progress, Watch};
 use super::{PlanError, Problem, Replay};
 use cmaes::{CMAESOptions, DVector};
+use rayon::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Mutex, PoisonError};
 
 /// Sampling by CMA-ES.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sample {
     /// Of what is drawn.
     pub seed: u64,
-    /// The most runs.
-    pub runs: u64,
+    /// The most runs; without a number 200 for each that is looked for, and 2000 more.
+    pub runs: Option<u64>,
     /// The most pieces of each control in the first round.
     pub knots: usize,
     /// How many rounds.
@@ -25,7 +25,7 @@ pub struct Sample {
 
 impl Default for Sample {
     fn default() -> Self {
-        Self { seed: 1, runs: 6000, knots: 10, rounds: 3 }
+        Self { seed: 1, runs: None, knots: 10, rounds: 3 }
     }
 }
 
@@ -35,8 +35,9 @@ const WORST: f64 = 1e30;
 /// The width of the first round, in parts of the bounds, and that of each next in parts of the one before.
 const WIDTH: (f64, f64) = (0.3, 0.3);
 
-/// A share of the runs after which a search that has moved nothing ends: nothing will.
-const IN_VAIN: f64 = 0.05;
+/// The share of the runs that are scattered over the bounds before the first round. Where none of them moves anything, none
+/// will.
+const SCATTERED: f64 = 0.1;
 
 impl Leg for Sample {
     fn name(&self) -> &'static str {
@@ -56,12 +57,16 @@ impl Leg for Sample {
             return Ok(end);
         }
         let rounds = self.rounds.max(1);
+        let coarse = Coarse::of(problem, self.knots, best.0.clone()).count as u64;
+        let runs = self.runs.unwrap_or(200 * (10 + coarse));
+        let scattered = (SCATTERED * runs as f64) as u64;
+        self.scatter(problem, scattered.max(1), &mut best, &mut end, watch)?;
         for round in 0..rounds {
-            let last = self.runs * u64::from(round + 1) / u64::from(rounds);
-            let more = self.round(problem, round, last, &mut best, &mut end, watch)?;
-            if !more {
+            if !end.message.is_empty() {
                 break;
             }
+            let last = runs * u64::from(round + 1) / u64::from(rounds);
+            self.round(problem, round, last, &mut best, &mut end, watch)?;
         }
         if end.message.is_empty() {
             end.message = format!("{} runs", end.runs);
@@ -72,7 +77,58 @@ impl Leg for Sample {
 }
 
 impl Sample {
-    /// One round, until `last` runs are made in all; whether another is worth it.
+    /// Runs scattered over the bounds, evenly; a message where they say that no other will do better. Of d coordinates
+    /// point i has frac(½ + i g^(−j)) as its jth, with the root g of g^(d+1) = g + 1.
+    fn scatter(
+        &self,
+        problem: &Problem,
+        count: u64,
+        best: &mut (Vec<f64>, f64),
+        end: &mut LegEnd,
+        watch: &mut Watch<'_>,
+    ) -> Result<(), PlanError> {
+        let coarse = Coarse::of(problem, self.knots, best.0.clone());
+        let mut g = 2.0_f64;
+        for _ in 0..60 {
+            g = libm::pow(1.0 + g, 1.0 / (coarse.count as f64 + 1.0));
+        }
+        let steps: Vec<f64> = (1..=coarse.count).map(|j| libm::pow(g, -(j as f64)) % 1.0).collect();
+        // The bounds of a coarse number are those of its variables.
+        let point = |i: u64| {
+            let at =
+                |j: usize| (0.5 + (self.seed.wrapping_add(i) % (1 << 32)) as f64 * steps[j]) % 1.0;
+            let each = problem.variables().iter().zip(&coarse.place);
+            each.map(|(v, place)| v.bounds[0] + v.scale() * at(*place)).collect::<Vec<f64>>()
+        };
+        let interrupt = watch.interrupt;
+        let run = |i: u64| problem.run_cost(&point(i), Some(interrupt));
+        let runs: Vec<_> = (0..count).into_par_iter().map(run).collect();
+        end.runs += count;
+        let (mut seen, mut failure) = (None::<[f64; 2]>, None);
+        for (i, run) in runs.into_iter().enumerate() {
+            match run {
+                Ok(cost) => {
+                    let [least, most] = seen.unwrap_or([cost.task; 2]);
+                    seen = Some([least.min(cost.task), most.max(cost.task)]);
+                    if cost.judged() < best.1 {
+                        *best = (point(i as u64), cost.judged());
+                    }
+                }
+                Err(error) => failure = failure.or(Some(error)),
+            }
+        }
+        end.message = match (seen, failure) {
+            _ if watch.is_interrupted() => "interrupted".to_owned(),
+            (None, Some(why)) => format!("no run could be made: {why}"),
+            (Some([least, most]), _) if count > 1 && most - least <= 1e-9 * most => {
+                format!("none of {count} runs within the bounds moved what is to be reached")
+            }
+            _ => String::new(),
+        };
+        Ok(())
+    }
+
+    /// One round, until `last` runs are made in all; a message where it was ended.
     fn round(
         &self,
         problem: &Problem,
@@ -81,29 +137,17 @@ impl Sample {
         best: &mut (Vec<f64>, f64),
         end: &mut LegEnd,
         watch: &mut Watch<'_>,
-    ) -> Result<bool, PlanError> {
+    ) -> Result<(), PlanError> {
         let coarse = Coarse::of(problem, self.knots << round.min(16), best.0.clone());
         let interrupt = watch.interrupt;
-        let (seen, failure) = (Mutex::new(Seen::default()), Mutex::new(None));
         let runs = AtomicU64::new(end.runs);
         let loss = |point: &DVector<f64>| {
             let (controls, outside) = coarse.controls(problem, point.as_slice());
             runs.fetch_add(1, Ordering::Relaxed);
             match problem.run_cost(&controls, Some(interrupt)) {
-                Ok(cost) => {
-                    seen.lock().unwrap_or_else(PoisonError::into_inner).note(cost.task);
-                    cost.judged().min(WORST) * (1.0 + outside)
-                }
-                Err(PlanError::Interrupted) => WORST,
-                Err(error) => {
-                    let mut failure = failure.lock().unwrap_or_else(PoisonError::into_inner);
-                    // Of several the one that sorts first, on any number of threads.
-                    let text = error.to_string();
-                    if failure.as_ref().is_none_or(|known: &String| text < *known) {
-                        *failure = Some(text);
-                    }
-                    WORST * (1.0 + outside)
-                }
+                Ok(cost) => cost.judged().min(WORST) * (1.0 + outside),
+                // Of an interrupt nothing counts any more; a start that cannot be is worse than all.
+                Err(_) => WORST * (1.0 + outside),
             }
         };
         let width = WIDTH.0 * WIDTH.1.powi(round.min(16) as i32);
@@ -115,14 +159,13 @@ impl Sample {
             .build(loss);
         let mut strategy = strategy
             .map_err(|error| PlanError::Problem(format!("the sampling cannot begin: {error:?}")))?;
-        let in_vain = end.runs + (IN_VAIN * self.runs as f64) as u64;
         loop {
             let ended = strategy.next_parallel().is_some();
             end.iterations += 1;
             end.runs = runs.load(Ordering::Relaxed);
             if watch.is_interrupted() {
                 end.message = "interrupted".to_owned();
-                return Ok(false);
+                return Ok(());
             }
             if let Some(found) = strategy.current_best_individual() {
                 let (controls, _) = coarse.controls(problem, found.point.as_slice());
@@ -141,46 +184,12 @@ impl Sample {
             };
             if !watch.goes_on(&progress) {
                 end.message = "stopped".to_owned();
-                return Ok(false);
-            }
-            let seen = *seen.lock().unwrap_or_else(PoisonError::into_inner);
-            if round == 0 && end.runs >= in_vain && !seen.differs() {
-                end.message = match failure.lock().unwrap_or_else(PoisonError::into_inner).take() {
-                    Some(why) if seen.count == 0 => format!("no run could be made: {why}"),
-                    _ => format!(
-                        "none of {} runs within the bounds moved what is to be reached",
-                        end.runs
-                    ),
-                };
-                return Ok(false);
+                return Ok(());
             }
             if ended || end.runs >= last {
-                return Ok(true);
+                return Ok(());
             }
         }
-    }
-}
-
-/// What runs came to.
-#[derive(Debug, Clone, Copy, Default)]
-struct Seen {
-    count: u64,
-    least: f64,
-    most: f64,
-}
-
-impl Seen {
-    fn note(&mut self, task: f64) {
-        if self.count == 0 {
-            (self.least, self.most) = (task, task);
-        }
-        self.count += 1;
-        (self.least, self.most) = (self.least.min(task), self.most.max(task));
-    }
-
-    /// Whether they differ by more than rounding.
-    fn differs(&self) -> bool {
-        self.most - self.least > 1e-9 * self.most.abs()
     }
 }
 

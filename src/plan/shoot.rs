@@ -8,8 +8,8 @@
 //! ```
 //!
 //! where variables whose bound the step would pass are put on it and the others solved for again. Of several κ the one
-//! counts whose *run* is cheapest: beyond a kink the derivative knows nothing. Where no derivative moves anything, as of a
-//! body that sticks, it ends at once and says so.
+//! counts whose *run* is cheapest: beyond a kink the derivative knows nothing. Where none is, differences of runs take its
+//! place for an iteration. Where no derivative moves anything, as of a body that sticks, it ends at once and says so.
 
 use super::leg::{Leg, LegEnd, Progress, Watch};
 use super::{PlanError, Problem, Replay};
@@ -37,6 +37,9 @@ const TRIED: [f64; 4] = [0.1, 1.0, 10.0, 100.0];
 
 /// The last κ: then no step along the derivative makes the cost less.
 const LARGEST_DAMPING: f64 = 1e10;
+
+/// A control that over all of its bounds would move the rows by less than this part of them moves nothing.
+const NOTHING: f64 = 1e-6;
 
 /// Two iterations that make the cost less by no more than this part of it are the end.
 const LITTLE: f64 = 1e-10;
@@ -79,9 +82,9 @@ impl Shoot {
         let efforts = DVector::from_iterator(variables.len(), efforts);
         let mut cost = problem.run_cost(&end.controls, Some(watch.interrupt))?.judged();
         end.runs += 1;
-        let (mut damping, mut little) = (1e-3, 0);
+        let (mut damping, mut little, mut differences) = (1e-3, 0, false);
         for iteration in 0..self.iterations {
-            let (slopes, runs) = problem.slopes(&end.controls, watch.interrupt)?;
+            let (slopes, runs) = problem.slopes(&end.controls, differences, watch.interrupt)?;
             end.runs += runs;
             end.iterations = iteration + 1;
             let mut by = slopes.by;
@@ -96,7 +99,7 @@ impl Shoot {
             }
             let room = Room::of(problem, &x);
             if room.projected(&gradient) <= 1e-14 * (1.0 + cost) {
-                let moves = by.amax() > 0.0;
+                let moves = by.amax() > NOTHING * slopes.rows.norm();
                 return Ok(if cost <= 1e-20 {
                     "everything is reached".to_owned()
                 } else if moves {
@@ -131,8 +134,14 @@ impl Shoot {
                 damping *= 1e3;
             };
             let Some((controls, next_cost, kappa)) = found else {
-                return Ok("no step along the derivative makes the cost less".to_owned());
+                if differences {
+                    return Ok("no step along the derivative makes the cost less".to_owned());
+                }
+                // At a kink, and where features are not known as functions of the poses, differences see more.
+                (differences, damping) = (true, 1e-3);
+                continue;
             };
+            differences = false;
             little = if cost - next_cost <= LITTLE * cost { little + 1 } else { 0 };
             (end.controls, cost, damping) = (controls, next_cost, kappa.max(1e-12));
             let progress = Progress { leg: self.name(), iteration, cost, controls: &end.controls };

@@ -12,6 +12,7 @@ is named in ``unsolved``.
 """
 
 from ._gradients import Derivatives
+from ._plan import Miss, Plan, plan
 from ._robot import Links, Robot, RobotJoint
 from ._rollout import Rollouts, Unsolved, rollout
 from ._scene import Scene, drop, floating, load
@@ -26,8 +27,10 @@ __all__ = [
     "Contacts",
     "Derivatives",
     "Links",
+    "Miss",
     "Page",
     "Picture",
+    "Plan",
     "Robot",
     "RobotJoint",
     "Rollouts",
@@ -42,5 +45,6 @@ __all__ = [
     "floating",
     "has_ipopt",
     "load",
+    "plan",
     "rollout",
 ]

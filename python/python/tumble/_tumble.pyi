@@ -250,3 +250,11 @@ def vjp(
     by_end: Floats,
     by: List[str],
 ) -> _Derivatives: ...
+def plan(
+    scene: CoreScene,
+    text: str,
+    start: Optional[Floats],
+    states: Optional[Floats],
+    time: Optional[float],
+    threads: int,
+) -> Dict[str, Any]: ...
