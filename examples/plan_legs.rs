@@ -1,18 +1,13 @@
-//! Plans of the problems of docs/planning.md by the program and its polish, leg by leg:
-//! `cargo run --release --example plan_legs -- [PROBLEM…]`.
+//! Plans of the problems in `scenarios/plans` by given legs, one after the other, from no controls:
+//! `cargo run --release --example plan_legs -- LEG[,LEG…] PROBLEM…`, as in `program,polish slide push`.
 
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
-use tumble::plan::file::{ProblemFile, Start};
-use tumble::plan::program::{PlanNlp, Smoothing};
-use tumble::plan::{Problem, Progress, Replay, Watch};
-use tumble::scenario::scene::Scene;
-use tumble::scenario::settings::Settings;
-
-#[path = "../tests/plan/problems.rs"]
-mod problems;
+use tumble::plan::file::ProblemFile;
+use tumble::plan::program::{PlanNlp, ProgramLeg, Smoothing};
+use tumble::plan::{Leg, Polish, Problem, Progress, Replay, Shoot, Watch};
 
 /// Seconds of one call of each of the program's functions at the start of a problem, with its size.
 fn pace(name: &str, problem: &Problem, replay: &Replay) {
@@ -41,27 +36,27 @@ fn pace(name: &str, problem: &Problem, replay: &Replay) {
 }
 
 fn main() {
-    let wanted: Vec<_> = std::env::args().skip(1).collect();
-    println!("problem  | leg     | iterations | cost of the replay | apart, m | other modes | s");
-    for (name, scene, text) in problems::ALL {
-        if !wanted.is_empty() && !wanted.iter().any(|wanted| wanted == name) {
-            continue;
-        }
-        let nothing = &mut |_: &Path, _| unreachable!();
-        let scene = Scene::of_text(scene, Path::new(name), Settings::default(), nothing).unwrap();
-        let text = format!("scene = \"{name}\"\n{text}");
-        let file = ProblemFile::of_scene_text(scene, &text).unwrap();
-        assert_eq!(file.start, Start::Zero);
-        let interrupt = Arc::new(AtomicBool::new(false));
-        let mut start = file.problem.zero();
-        if let Some((_, guess)) = problems::GUESSES.iter().find(|(of, _)| of == name) {
-            start = guess(&file.problem);
-        }
-        let mut best = file.problem.replay(&start).unwrap();
+    let mut arguments = std::env::args().skip(1);
+    let legs = arguments.next().unwrap_or_default();
+    println!("problem  | leg     | iterations | cost of the replay | apart, m | other modes | s | status");
+    for name in arguments {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/plans");
+        let path = folder.join(&name).with_extension("toml");
+        let text = std::fs::read_to_string(&path).unwrap();
+        let read = &|path: &Path, _: u64| std::fs::read(path);
+        let file = ProblemFile::of_text(&text, &path, read).unwrap_or_else(|why| panic!("{why:?}"));
+        let problem = &file.problem;
+        let mut best = problem.replay(&problem.zero()).unwrap();
         println!("{name:8} | start   | | {:.6}", best.cost);
-        pace(name, &file.problem, &best);
-        for leg in file.made_legs() {
-            let before = Instant::now();
+        pace(&name, problem, &best);
+        for leg in legs.split(',') {
+            let leg: Box<dyn Leg> = match leg {
+                "program" => Box::new(ProgramLeg::default()),
+                "polish" => Box::new(Polish::default()),
+                "shoot" => Box::new(Shoot::default()),
+                _ => Box::new(file.sample),
+            };
+            let interrupt = Arc::new(AtomicBool::new(false));
             let mut progress = |at: &Progress<'_>| {
                 if std::env::var_os("ITERATIONS").is_some() {
                     eprintln!("{} {} {:.6}", at.leg, at.iteration, at.cost);
@@ -69,24 +64,17 @@ fn main() {
                 true
             };
             let mut watch = Watch { interrupt: &interrupt, progress: &mut progress };
-            let end = leg.run(&file.problem, &best, &mut watch).unwrap();
+            let before = Instant::now();
+            let plan = problem.plan(&best.controls, &[leg], &mut watch).unwrap();
             let seconds = before.elapsed().as_secs_f64();
-            let replay = file.problem.replay(&end.controls).unwrap();
-            let apart = end.states.as_ref().map(|states| replay.apart(states));
-            let modes = end.modes.as_ref().map(|modes| replay.other_modes(modes));
-            let shown = |of: Option<String>| of.unwrap_or_default();
+            let report = &plan.legs[0];
+            let apart = report.apart.map(|apart| format!("{apart:.1e}")).unwrap_or_default();
+            let modes = report.other_modes.map(|modes| modes.to_string()).unwrap_or_default();
             println!(
-                "{name:8} | {:7} | {} | {:.7} | {} | {} | {seconds:.2} | {}, meets {}, claims {}",
-                leg.name(),
-                end.iterations,
-                replay.cost,
-                shown(apart.map(|apart| format!("{apart:.1e}"))),
-                shown(modes.map(|modes| modes.to_string())),
-                end.message,
-                replay.meets(),
-                shown(end.cost.map(|cost| format!("{cost:.7}"))),
+                "{name:8} | {:7} | {} | {:.7} | {apart} | {modes} | {seconds:.2} | {}, {}",
+                report.name, report.iterations, report.cost, plan.status, report.message,
             );
-            best = replay;
+            best = plan.replay;
         }
     }
 }

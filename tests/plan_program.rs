@@ -4,8 +4,6 @@
 #[path = "plan/casadi.rs"]
 mod casadi;
 mod common;
-#[path = "plan/problems.rs"]
-mod problems;
 #[path = "derivatives/slopes.rs"]
 mod slopes;
 
@@ -17,7 +15,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use tumble::plan::file::ProblemFile;
 use tumble::plan::program::{PlanNlp, ProgramLeg, Smoothing};
-use tumble::plan::{Leg, LegEnd, PlanError, PlanStatus, Polish, Problem, Replay, Watch};
+use tumble::plan::{Leg, Plan, PlanStatus, Polish, Problem, Watch};
 use tumble::scenario::scene::Scene;
 use tumble::scenario::settings::Settings;
 use tumble::sparsity::SparsityPattern;
@@ -29,17 +27,18 @@ fn problem(scene: &str, text: &str) -> ProblemFile {
     ProblemFile::of_scene_text(scene, &format!("scene = \"scene\"\n{text}")).unwrap()
 }
 
-fn named(name: &str) -> (ProblemFile, Vec<f64>) {
-    let (_, scene, text) = problems::ALL.iter().find(|(known, ..)| *known == name).unwrap();
-    let file = problem(scene, text);
-    let guess = problems::GUESSES.iter().find(|(of, _)| *of == name);
-    let start = guess.map_or_else(|| file.problem.zero(), |(_, guess)| guess(&file.problem));
-    (file, start)
+/// A problem of `scenarios/plans`.
+fn shipped(name: &str) -> Problem {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/plans").join(name);
+    let text = std::fs::read_to_string(&path).unwrap();
+    let read = &|path: &Path, _: u64| std::fs::read(path);
+    ProblemFile::of_text(&text, &path, read).unwrap_or_else(|why| panic!("{why:?}")).problem
 }
 
-fn run(leg: &dyn Leg, problem: &Problem, from: &Replay) -> Result<LegEnd, PlanError> {
+fn plan(problem: &Problem, start: &[f64], legs: &[Box<dyn Leg>]) -> Plan {
     let interrupt = Arc::new(AtomicBool::new(false));
-    leg.run(problem, from, &mut Watch { interrupt: &interrupt, progress: &mut |_| true })
+    let mut watch = Watch { interrupt: &interrupt, progress: &mut |_| true };
+    problem.plan(start, legs, &mut watch).unwrap()
 }
 
 struct Whole<'p>(PlanNlp<'p>);
@@ -209,46 +208,116 @@ proptest! {
     }
 }
 
-/// A run of the simulator obeys the rows: of fixed modes to rounding, with compliance to what it gives.
+/// Fixed bounds of a row, and how far its value is outside.
+fn outside(nlp: &PlanNlp<'_>, x: &[f64]) -> f64 {
+    let mut rows = vec![f64::NAN; nlp.rows()];
+    nlp.constraints(x, &mut rows);
+    let bounds = nlp.bounds();
+    let ends = bounds.constraint_lower.iter().zip(&bounds.constraint_upper);
+    let off = rows.iter().zip(ends).map(|(value, (low, high))| (low - value).max(value - high));
+    off.fold(0.0, |most, off| if off <= most { most } else { off })
+}
+
+/// A run of the simulator obeys the rows of its own modes.
 #[test]
 fn a_run_obeys_the_rows() {
-    for name in ["slide", "push", "throw", "hop"] {
-        let (file, start) = named(name);
-        let replay = file.problem.replay(&start).unwrap();
-        let nlp = PlanNlp::with_modes(&file.problem, &replay, 0.0).unwrap();
-        let x = nlp.point_of(&replay);
-        let mut rows = vec![f64::NAN; nlp.rows()];
-        nlp.constraints(&x, &mut rows);
-        let bounds = nlp.bounds();
-        let pairs = rows.iter().zip(&bounds.constraint_lower).zip(&bounds.constraint_upper);
-        for (row, ((value, low), high)) in pairs.enumerate() {
-            let off = (low - value).max(value - high).max(0.0);
-            assert!(off < 1e-8, "{name}: row {row} is off by {off:e}");
-        }
+    for (name, size) in [("slide.toml", 6.0), ("push.toml", 3.0), ("flip.toml", 0.7), ("hop.toml", 8.0), ("throw.toml", 1.0), ("hit.toml", 3.0)] {
+        let problem = shipped(name);
+        let start: Vec<_> = (0..problem.variables().len()).map(|i| size * f64::from(i as u32 * 7 % 5) / 4.0).collect();
+        let replay = problem.replay(&start).unwrap();
+        let nlp = PlanNlp::with_modes(&problem, &replay, 0.0).unwrap();
+        let off = outside(&nlp, &nlp.point_of(&replay));
+        assert!(off < 1e-9, "{name}: {off:e}");
     }
 }
 
-#[test]
-fn the_puck_stops_where_it_is_to() {
-    reached("puck", &[&ProgramLeg::default(), &Polish::default()], PlanStatus::Exact);
+fn legs() -> Vec<Box<dyn Leg>> {
+    vec![Box::new(ProgramLeg::default()), Box::new(Polish::default())]
 }
 
-#[test]
-fn the_box_slides_to_its_place() {
-    reached("slide", &[&ProgramLeg::default(), &Polish::default()], PlanStatus::Exact);
+fn exact(name: &str) -> Plan {
+    let problem = shipped(name);
+    let found = plan(&problem, &problem.zero(), &legs());
+    assert_eq!(found.status, PlanStatus::Exact, "{name}: {} {:?}", found.reason, found.legs);
+    assert!(found.apart.unwrap() <= 1e-9);
+    assert!(found.replay.residual < 1e-9);
+    found
 }
 
-fn reached(name: &str, legs: &[&dyn Leg], status: PlanStatus) {
-    let (file, start) = named(name);
-    let mut best = file.problem.replay(&start).unwrap();
-    for leg in legs {
-        let end = run(*leg, &file.problem, &best).unwrap();
-        best = file.problem.replay(&end.controls).unwrap();
-        println!("{name} {}: {} {}", leg.name(), end.message, best.cost);
-        if status == PlanStatus::Exact && leg.name() == "polish" {
-            assert_eq!(best.other_modes(end.modes.as_ref().unwrap()), 0);
-            assert!(best.apart(end.states.as_ref().unwrap()) < 1e-9);
-        }
+/// With m steps at a speed above 0 it comes to d = h (m v₀ − h μ g m (m + 1)/2).
+#[test]
+fn the_start_that_stops_at_a_place_is_that_of_the_sum() {
+    let found = exact("stop.toml");
+    let (h, lost) = (0.02, 0.02 * 0.4 * 9.81);
+    let speed = |m: f64| (1.0 / h + lost * m * (m + 1.0) / 2.0) / m;
+    let m = (1..100).map(f64::from).find(|m| (speed(*m) / lost).floor() == *m).unwrap();
+    let v = found.replay.controls[0];
+    assert!((v - speed(m)).abs() < 1e-9, "{v} {}", speed(m));
+}
+
+/// From no force at all, where no exact derivative leads away.
+#[test]
+fn a_box_at_rest_slides_to_its_place() {
+    exact("slide.toml");
+}
+
+/// Bang and friction: more than the effort of the best constant forces cannot be. The same from the program that starts with pushes.
+#[test]
+fn a_push_to_a_pose_replays() {
+    let problem = shipped("push.toml");
+    let found = plan(&problem, &problem.zero(), &[Box::new(ProgramLeg::default())]);
+    assert!(found.replay.meets(), "{} {:?}", found.reason, found.legs);
+    assert!(found.apart.unwrap() < 1e-3, "{:?}", found.apart);
+}
+
+/// Where a face slides as it turns, the laws leave the shares of its forces open, and an optimiser moves the end by them: every step
+/// exact in the laws, and no run. A compliance closes it.
+#[test]
+fn without_compliance_the_plan_is_no_run() {
+    let scene = r#"
+time_step = 0.02
+
+[ground]
+friction = 0.4
+
+[[bodies]]
+name = "box"
+box = [0.3, 0.3, 0.2]
+mass = 1.0
+position = [0, 0, 0.1]
+velocity = [1.2, 0.2, 0]
+spin = [0, 0, 3]
+"#;
+    for y in [-1.0, 1.0] {
+        let problem = problem(scene, &format!("steps = 15\n[target]\ny = {y}\n")).problem;
+        let apart = |compliance: f64| {
+            let polish = Polish { compliance, anchored: 0, rounds: 1, ..Polish::default() };
+            let found = plan(&problem, &[], &[Box::new(polish)]);
+            found.legs[0].apart.unwrap()
+        };
+        let (free, held) = (apart(0.0), apart(1e-6));
+        assert!(free > 1e-3, "{free:e}");
+        assert!(held < 1e-7, "{held:e}");
+        let found = plan(&problem, &[], &[Box::new(Polish::default())]);
+        assert!(found.legs[0].apart.unwrap() < 1e-9, "{:?}", found.legs);
     }
-    assert!(best.meets(), "{:?}", best.misses);
+}
+
+/// What the program cannot pose is refused in one sentence.
+#[test]
+fn what_cannot_be_posed_is_said() {
+    let scene = r#"
+[ground]
+restitution = 0.5
+
+[[bodies]]
+name = "box"
+box = [0.3, 0.3, 0.2]
+mass = 1.0
+position = [0, 0, 0.1]
+"#;
+    let problem = problem(scene, "steps = 3\n[target]\ny = 1.0\n").problem;
+    let replay = problem.replay(&[]).unwrap();
+    let why = PlanNlp::with_modes(&problem, &replay, 1e-6).err().unwrap().to_string();
+    assert_eq!(why, "the program cannot pose this problem: its scene has restitution");
 }

@@ -10,7 +10,7 @@
 //! Once they agree, it is solved again with the compliance about the forces that it ended with (p̂⁰ of P5): then it gives
 //! nothing, and the plan is the replay to rounding.
 
-use super::program::{PlanNlp, Solved, Told, solve};
+use super::program::{NESTED_DISSECTION, PlanNlp, Solved, Told, solve, usual_cost};
 use super::{Leg, LegEnd, PlanError, Problem, Replay, Watch};
 use crate::ipopt::{BarrierStrategy, Options, ReturnStatus};
 
@@ -21,16 +21,16 @@ pub struct Polish {
     pub most_iterations: u32,
     /// How often modes are read off a replay.
     pub rounds: usize,
+    /// ε of the first program of a round. With none of it the shares of forces are open where faces slide, and what comes out
+    /// need not replay.
+    pub compliance: f64,
     /// How often the compliance is moved to the forces of the end.
     pub anchored: usize,
 }
 
-/// ε of the first program of a round.
-const COMPLIANCE: f64 = 1e-6;
-
 impl Default for Polish {
     fn default() -> Self {
-        Self { most_iterations: 150, rounds: 6, anchored: 2 }
+        Self { most_iterations: 150, rounds: 6, compliance: 1e-6, anchored: 2 }
     }
 }
 
@@ -78,8 +78,8 @@ impl Polish {
         watch: &mut Watch<'_>,
         end: &mut LegEnd,
     ) -> Result<Option<(Replay, bool, bool)>, PlanError> {
-        let mut program = PlanNlp::with_modes(problem, at, COMPLIANCE)?;
-        program.set_factor(1.0 / at.cost.max(1e-6));
+        let mut program = PlanNlp::with_modes(problem, at, self.compliance)?;
+        program.set_factor(1.0 / usual_cost(problem, at)?);
         let mut solved = Solved { x: program.point_of(at), multipliers: None };
         let mut last = None;
         for pass in 0..=self.anchored {
@@ -89,6 +89,7 @@ impl Polish {
                 barrier: BarrierStrategy::Monotone,
                 initial_barrier: if pass == 0 { 1e-6 } else { 1e-8 },
                 bound_push: 1e-8,
+                mumps_pivot_order: NESTED_DISSECTION,
                 ..Options::default()
             };
             let known = end.controls.clone();

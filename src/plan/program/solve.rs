@@ -48,11 +48,13 @@ pub struct ProgramLeg {
 /// δ of the path from a start of which nothing is known.
 const PATH: [f64; 6] = [1e-2, 1e-3, 1e-4, 1e-6, 1e-8, 1e-10];
 const COMPLIANCE: f64 = 1e-3;
+/// δ with which the path begins at what meets all targets.
+const NEAR: f64 = 1e-4;
 
 impl Default for ProgramLeg {
     fn default() -> Self {
         let path = PATH.map(|delta| Smoothing { delta, compliance: COMPLIANCE });
-        Self { path: path.to_vec(), most_iterations: 1000, rounds: 3 }
+        Self { path: path.to_vec(), most_iterations: 500, rounds: 3 }
     }
 }
 
@@ -70,7 +72,9 @@ impl Leg for ProgramLeg {
         let mut end = LegEnd { controls: from.controls.clone(), ..LegEnd::default() };
         let mut start = from.clone();
         let mut admitted: Vec<ContactKey> = Vec::new();
-        let mut path = &self.path[..];
+        // Near a solution already: not from the beginning of the path, which would leave it.
+        let near = self.path.iter().position(|smoothing| smoothing.delta <= NEAR).unwrap_or(0);
+        let mut path = if from.meets() { &self.path[near..] } else { &self.path[..] };
         for round in 0..self.rounds.max(1) {
             let contacts = candidates(&problem.scene().world, &start, &admitted);
             let (replay, goes_on) =
@@ -84,9 +88,7 @@ impl Leg for ProgramLeg {
                 end.message.push_str("; posed anew with other contacts");
             }
             admitted.extend(more);
-            // Near a solution already: not from the beginning of the path.
-            let near = self.path.iter().position(|smoothing| smoothing.delta <= 1e-4);
-            path = &self.path[near.unwrap_or(0)..];
+            path = &self.path[near..];
             start = replay;
         }
         Ok(end)
@@ -105,7 +107,7 @@ impl ProgramLeg {
     ) -> Result<(Option<Replay>, bool), PlanError> {
         let Some(first) = path.first() else { return Ok((None, false)) };
         let mut program = PlanNlp::smoothed_with(problem, from, contacts, *first)?;
-        program.set_factor(1.0 / from.cost.max(1e-6));
+        program.set_factor(1.0 / usual_cost(problem, from)?);
         let mut at = Solved { x: program.path_point_of(from), multipliers: None };
         let (mut best, mut goes_on) = (None::<Replay>, true);
         for (stage, smoothing) in path.iter().enumerate() {
@@ -114,7 +116,8 @@ impl ProgramLeg {
                 tolerance: 1e-8,
                 max_iterations: self.most_iterations,
                 barrier: BarrierStrategy::Adaptive,
-                initial_barrier: if stage == 0 { 0.1 } else { 1e-4 },
+                initial_barrier: if stage == 0 && smoothing.delta > NEAR { 0.1 } else { 1e-4 },
+                mumps_pivot_order: NESTED_DISSECTION,
                 ..Options::default()
             };
             let known = best.as_ref().unwrap_or(from);
@@ -138,6 +141,16 @@ impl ProgramLeg {
         }
         Ok((best, goes_on))
     }
+}
+
+/// MUMPS's ordering for programs of many stages: METIS. The one for small problems fills them.
+pub(crate) const NESTED_DISSECTION: u32 = 5;
+
+/// What the cost is measured with, so that it is of order 1: that of the start or, of a start that is good, a part of that of no
+/// controls.
+pub(crate) fn usual_cost(problem: &Problem, from: &Replay) -> Result<f64, PlanError> {
+    let idle = problem.replay(&problem.zero())?.cost;
+    Ok(from.cost.max(1e-2 * idle).max(1e-6))
 }
 
 /// A point of a program with its multipliers, where it is known.
@@ -164,14 +177,6 @@ pub(crate) fn solve(
 ) -> Result<(ReturnStatus, u32, bool), PlanError> {
     let bounds = program.bounds().clone();
     let x = at.x.clone();
-    let mut options = options;
-    if let Ok(v) = std::env::var("PIVOT") { options.mumps_pivot_order = v.parse().unwrap(); }
-    if let Ok(v) = std::env::var("MEM") { options.mumps_memory_percent = v.parse().unwrap(); }
-    if let Ok(v) = std::env::var("REFINE") { options.min_refinement_steps = v.parse().unwrap(); }
-    if std::env::var("NOSCALE").is_ok() { options.scaling = crate::ipopt::Scaling::None; }
-    if let Ok(v) = std::env::var("PUSHB") { options.bound_push = v.parse().unwrap(); }
-    if std::env::var("MONO").is_ok() { options.barrier = BarrierStrategy::Monotone; }
-    if let Ok(v) = std::env::var("MU") { options.initial_barrier = v.parse().unwrap(); }
     let start = match &at.multipliers {
         None => StartPoint::Cold { x: &x },
         Some([rows, lower, upper]) => StartPoint::Warm {
