@@ -53,7 +53,6 @@ position = {list(PLACES[1])}
 """
 
 PROBLEM = f"""
-scene = "two boxes"
 steps = {STEPS}
 
 [[controls]]
