@@ -38,7 +38,9 @@ fn pace(name: &str, problem: &Problem, replay: &Replay) {
 fn main() {
     let mut arguments = std::env::args().skip(1);
     let legs = arguments.next().unwrap_or_default();
-    println!("problem  | leg     | iterations | cost of the replay | apart, m | other modes | s | status");
+    println!(
+        "problem  | leg     | iterations | cost of the replay | apart, m | other modes | s | status"
+    );
     for name in arguments {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/plans");
         let path = folder.join(&name).with_extension("toml");

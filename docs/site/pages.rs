@@ -27,6 +27,7 @@ const CHAPTERS: &[(&str, &[(&str, &str)])] = &[
             ("The native solver", "docs/native-solver.md"),
             ("Joints", "docs/joints.md"),
             ("Derivatives", "docs/gradients.md"),
+            ("Plans", "docs/planning.md"),
             ("The Ipopt path", "docs/ipopt-path.md"),
         ],
     ),

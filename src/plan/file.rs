@@ -23,8 +23,10 @@ pub struct ProblemFile {
     pub start: Start,
     /// By which legs.
     pub legs: Vec<LegName>,
-    /// Of what is drawn.
+    /// How a sampling goes.
     pub sample: Sample,
+    /// How a shooting goes.
+    pub shoot: Shoot,
     /// The most time for the search, s, for a caller that has a clock.
     pub time: Option<f64>,
 }
@@ -55,12 +57,12 @@ pub enum LegName {
 }
 
 impl LegName {
-    /// The leg, which draws as `sample` says.
+    /// The leg, which draws as `sample` says and shoots as `shoot` does.
     #[must_use]
-    pub fn leg(self, sample: Sample) -> Box<dyn Leg> {
+    pub fn leg(self, sample: Sample, shoot: Shoot) -> Box<dyn Leg> {
         match self {
             Self::Sample => Box::new(sample),
-            Self::Shoot => Box::new(Shoot::default()),
+            Self::Shoot => Box::new(shoot),
             #[cfg(feature = "ipopt")]
             Self::Program => Box::new(super::program::ProgramLeg::default()),
             #[cfg(feature = "ipopt")]
@@ -101,6 +103,7 @@ struct SearchTable {
     runs: Option<u32>,
     knots: Option<u16>,
     rounds: Option<u8>,
+    iterations: Option<u32>,
     time: Option<f64>,
 }
 
@@ -328,18 +331,20 @@ impl ProblemFile {
         if sample.knots == 0 || sample.rounds == 0 || sample.runs == Some(0) {
             return Err("search: runs, knots and rounds of 1 or more are needed".to_owned());
         }
+        let usual = Shoot::default().iterations;
+        let shoot = Shoot { iterations: search.iterations.map_or(usual, u64::from) };
         let time = search.time;
         if time.is_some_and(|time| !(time > 0.0 && time.is_finite())) {
             return Err("search.time: a number above 0 is needed".to_owned());
         }
         let legs = search.legs.unwrap_or_else(|| vec![LegName::Sample, LegName::Shoot]);
-        Ok(Self { problem, start, legs, sample, time })
+        Ok(Self { problem, start, legs, sample, shoot, time })
     }
 
     /// The legs, made.
     #[must_use]
     pub fn made_legs(&self) -> Vec<Box<dyn Leg>> {
-        self.legs.iter().map(|leg| leg.leg(self.sample)).collect()
+        self.legs.iter().map(|leg| leg.leg(self.sample, self.shoot)).collect()
     }
 }
 

@@ -4,10 +4,10 @@
 //! ```text
 //! open:   F = 0,  φ⁺ ≥ 0
 //! stick:  φ̂ = 0,  ĉ = 0,               (μ F_n)² − |F_t|² ≥ 0,  F_n ≥ 0
-//! slip:   φ̂ = 0,  μ F_n ĉ + λ F_t = 0,  (μ F_n)² − |F_t|² = 0,  F_n ≥ 0,  λ ≥ 0          (P8)
+//! slip:   φ̂ = 0,  μ F_n ĉ + λ F_t = 0,  (μ F_n)² − |F_t|² = 0,  F_n ≥ 0,  λ ≥ 0         (P17)
 //! ```
 //!
-//! Once they agree, it is solved again with the compliance about the forces that it ended with (p̂⁰ of P5): then it gives
+//! Once they agree, it is solved again with the compliance about the forces that it ended with (p̂⁰ of P13): then it gives
 //! nothing, and the plan is the replay to rounding.
 
 use super::program::{NESTED_DISSECTION, PlanNlp, Solved, Told, solve, usual_cost};
@@ -100,8 +100,7 @@ impl Polish {
             if pass == 0 {
                 end.message = status.name().to_owned();
             }
-            let is_solved =
-                status.is_success() || status == ReturnStatus::SolvedToAcceptableLevel;
+            let is_solved = status.is_success() || status == ReturnStatus::SolvedToAcceptableLevel;
             let replay = problem.replay(&program.controls(&solved.x))?;
             end.runs += 1;
             // A later pass counts where it ends nearer to its replay.

@@ -104,6 +104,7 @@ def plan(
     legs: Iterable[str] = ("sample", "shoot"),
     seed: int = 1,
     runs: Optional[int] = None,
+    iterations: Optional[int] = None,
     time: Optional[float] = None,
     threads: Optional[int] = None,
 ) -> Plan:
@@ -120,7 +121,8 @@ def plan(
 
     ``start`` is the ``controls`` of another plan of the same problem, None for no forces. ``states`` (N, 13) is where the bodies
     start, None for where the scene has them: to plan again from where they have come to. ``legs`` come one after the other, each
-    from the best replay so far; the plan does not depend on the number of ``threads``, None for one a core. ``time`` (s) and
+    from the best replay so far; the plan does not depend on the number of ``threads``, None for one a core. ``runs`` are the most of a
+    sampling, ``iterations`` those of a shooting. ``time`` (s) and
     Ctrl-C end a search; after a time the best so far is the plan. Raises TumbleError for what is no problem.
     """
     if not isinstance(scene, Scene):
@@ -130,6 +132,8 @@ def plan(
     search: Dict[str, Any] = {"legs": [str(leg) for leg in legs]}
     if runs is not None:
         search["runs"] = whole("runs", runs, 1, 2**32 - 1)
+    if iterations is not None:
+        search["iterations"] = whole("iterations", iterations, 1, 2**32 - 1)
     text = document(
         {
             "scene": "-",

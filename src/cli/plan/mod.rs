@@ -1,6 +1,7 @@
 //! `tumble plan`: controls that make a scene end where it should.
 
 mod controls;
+mod page;
 mod report;
 
 use super::args::PlanArgs;
@@ -22,7 +23,7 @@ use tumble::plan::{Plan, PlanError, PlanStatus, Progress, Watch};
 use tumble::scenario::written;
 
 /// What is written beside the files of a run.
-pub const FILES: [&str; 3] = ["controls.csv", "plan.json", "scene.toml"];
+pub const FILES: [&str; 4] = ["controls.csv", "plan.json", "plan.html", "scene.toml"];
 
 /// `tumble plan`.
 pub fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
@@ -37,7 +38,7 @@ pub fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
     raise_on_signals(&interrupt)?;
     let out = OutputDirectory::for_run(&args.out)?;
     let mut voice = Voice::new(args.quiet);
-    let plan = search(args, &file, &start, &interrupt)?;
+    let (plan, costs) = search(args, &file, &start, &interrupt)?;
     // What ended the search does not end the writing of what it found.
     let interrupted = interrupt.swap(false, Ordering::Relaxed);
     let scene = problem.scene_of(&plan.replay)?;
@@ -57,9 +58,10 @@ pub fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
     };
     file("run.json", RunFile::of(&scene, &run.ended())?.text()?.as_bytes())?;
     file(continued::FILE, &continued::state_of(&simulation, &run)?)?;
-    let [csv, json, toml] = FILES;
+    let [csv, json, html, toml] = FILES;
     file(csv, &controls::table(problem, &plan.replay.controls)?)?;
     file(json, report::json(problem, &plan, interrupted)?.as_bytes())?;
+    file(html, page::page(problem, &plan, costs).as_bytes())?;
     // Of what no scenario can be written, the plan's problem and its controls are all there is.
     if let Ok(text) = written::text(&scene) {
         file(toml, text.as_bytes())?;
@@ -80,13 +82,13 @@ pub fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
     })
 }
 
-/// The plan, on the threads that are asked for, within the time.
+/// The plan, on the threads that are asked for, within the time; and the cost of every iteration.
 fn search(
     args: &PlanArgs,
     file: &ProblemFile,
     start: &[f64],
     interrupt: &Arc<AtomicBool>,
-) -> Result<Plan, Failure> {
+) -> Result<(Plan, Vec<f64>), Failure> {
     let mut pool = ThreadPoolBuilder::new();
     if let Some(threads) = args.threads {
         pool = pool.num_threads(threads.get());
@@ -96,21 +98,23 @@ fn search(
         .map_err(|error| Failure::Other(format!("the threads cannot be started: {error}")))?;
     let legs = if args.replay { Vec::new() } else { file.made_legs() };
     let (clock, time) = (Instant::now(), args.time.or(file.time));
-    let bar = spinner(args.quiet);
+    let (bar, mut costs) = (spinner(args.quiet), Vec::new());
     let mut progress = |progress: &Progress<'_>| {
         let Progress { leg, iteration, cost, .. } = progress;
         bar.set_message(format!("{leg} {iteration}: J {cost:.6}"));
         bar.tick();
+        costs.push(*cost);
         time.is_none_or(|time| clock.elapsed().as_secs_f64() < time)
     };
     let mut watch = Watch { interrupt, progress: &mut progress };
     let plan = pool.install(|| file.problem.plan(start, &legs, &mut watch));
     bar.finish_and_clear();
-    plan.map_err(|error| match error {
+    let plan = plan.map_err(|error| match error {
         PlanError::Problem(why) => Failure::Input(format!("{}: {why}", shown::path(&args.file))),
         PlanError::Step(error) => Failure::Input(format!("{}: {error}", shown::path(&args.file))),
         PlanError::Interrupted => {
             Failure::Other("interrupted before anything was found".to_owned())
         }
-    })
+    })?;
+    Ok((plan, costs))
 }

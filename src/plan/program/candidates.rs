@@ -16,7 +16,11 @@ const BEHIND: f64 = 1e-6;
 /// The contacts of the steps of `replay`: every point that comes near the ground, in all steps; of other contacts those
 /// that a step has, and, where it has not, those of other steps whose features are the same throughout and which
 /// are not behind.
-pub(super) fn candidates(world: &World, replay: &Replay, admitted: &[ContactKey]) -> Vec<Vec<Contact>> {
+pub(super) fn candidates(
+    world: &World,
+    replay: &Replay,
+    admitted: &[ContactKey],
+) -> Vec<Vec<Contact>> {
     let near = near_the_ground(world, replay, admitted);
     let found = between_bodies(replay);
     let mut scratch = Vec::new();
@@ -46,7 +50,11 @@ pub(super) fn candidates(world: &World, replay: &Replay, admitted: &[ContactKey]
 }
 
 /// The points that come near the ground in the run.
-fn near_the_ground(world: &World, replay: &Replay, admitted: &[ContactKey]) -> BTreeSet<ContactKey> {
+fn near_the_ground(
+    world: &World,
+    replay: &Replay,
+    admitted: &[ContactKey],
+) -> BTreeSet<ContactKey> {
     let mut near: BTreeSet<_> = admitted.iter().copied().collect();
     for states in &replay.states {
         for (body, state) in states.iter().enumerate() {

@@ -1,5 +1,5 @@
 //! One contact of the program over one step: the forces that it puts on its bodies at the poses of the
-//! step's start, its gap and its slip, and its rows (eq. P5 to P8).
+//! step's start, its gap and its slip, and its rows (eqs. P12 to P17).
 
 use super::law::{GAP, Law, NORMAL, NUMBERS, Numbers, ROWS, SLIP};
 use super::motion::{Columns, Motion};
@@ -103,7 +103,7 @@ impl Slope {
 /// What the spins of a rounded feature add to the slip along one tangent (eq. 10a), with w = n × t in B:
 ///
 /// ```text
-/// −ρ ((A_B w)·(A_A ω_A⁺) − w·ω_B⁺)                                                  (eq. P5)
+/// −ρ ((A_B w)·(A_A ω_A⁺) − w·ω_B⁺)                                                  (eq. P14)
 /// ```
 struct Rolling {
     w: Turned,
@@ -138,8 +138,7 @@ impl Meeting {
         if posed.law.friction > 0.0 {
             let (before, after) = places(posed);
             for axis in 0..2 {
-                let [now, then] =
-                    [before, after].map(|at| self.touch.component(axis, at).value);
+                let [now, then] = [before, after].map(|at| self.touch.component(axis, at).value);
                 let mut slip = (then - now) / self.time_step;
                 if let Some(rolling) = self.rolling(axis, posed) {
                     let of_b = posed.b.map_or(0.0, |b| rolling.w.vector.dot(&b.end.spin));
@@ -211,12 +210,7 @@ impl Meeting {
     }
 
     /// The curvatures of all of that, with the multipliers `y` of all rows.
-    pub(super) fn emit_curvatures(
-        &self,
-        posed: &Posed<'_>,
-        y: &[f64],
-        sink: &mut impl EntrySink,
-    ) {
+    pub(super) fn emit_curvatures(&self, posed: &Posed<'_>, y: &[f64], sink: &mut impl EntrySink) {
         let s = self.numbers(posed);
         let mut own = [0.0; ROWS];
         let count = posed.law.count();
@@ -258,18 +252,23 @@ impl Meeting {
         }
     }
 
-    /// φ⁺/h or a component of c (number `i` of s) by the variables (eq. D7, and D15 of what rolls).
+    /// φ⁺/h or a component of c (number `i` of s) by the variables (eq. D7, and P20 of what rolls).
     fn slope(&self, i: usize, posed: &Posed<'_>) -> Slope {
         let (before, after) = places(posed);
         let mut slope = Slope::new();
         let share = 1.0 / self.time_step;
         if i == GAP {
-            self.add_component(2, &self.touch.component(2, after), share, (posed, true), &mut slope);
+            self.add_component(
+                2,
+                &self.touch.component(2, after),
+                share,
+                (posed, true),
+                &mut slope,
+            );
             return slope;
         }
         let axis = i - SLIP;
-        let (now, then) =
-            (self.touch.component(axis, before), self.touch.component(axis, after));
+        let (now, then) = (self.touch.component(axis, before), self.touch.component(axis, after));
         self.add_component(axis, &then, share, (posed, true), &mut slope);
         self.add_component(axis, &now, -share, (posed, false), &mut slope);
         let Some(rolling) = self.rolling(axis, posed) else { return slope };
@@ -322,7 +321,7 @@ impl Meeting {
         }
     }
 
-    /// Σ w ∇²(φ⁺/h, c_1, c_2) by the poses (eq. D8, and D15 of what rolls).
+    /// Σ w ∇²(φ⁺/h, c_1, c_2) by the poses (eq. D8, and P20 of what rolls).
     fn emit_bends(&self, weights: &Numbers, posed: &Posed<'_>, sink: &mut impl EntrySink) {
         let (before, after) = places(posed);
         let rubs = posed.law.depends(1).iter().any(|&i| i >= SLIP) && posed.law.count() > 1;
@@ -438,7 +437,7 @@ impl Meeting {
     /// on B, p = Y_A − Y_B of the force, α = Y_τA × a, β = Y_τA, γ = g × Y_τB and g the force in B it is that of
     ///
     /// ```text
-    /// (p + A_A α)·A_B g − ρ (A_A β)·A_B (n × g) − (A_B γ)·s                            (eq. D16)
+    /// (p + A_A α)·A_B g − ρ (A_A β)·A_B (n × g) − (A_B γ)·s                            (eq. P21)
     /// ```
     fn emit_load_curvatures(&self, posed: &Posed<'_>, y: &[f64], sink: &mut impl EntrySink) {
         let (a, b) = (&posed.a, posed.b);
@@ -473,8 +472,7 @@ impl Meeting {
             let other = b.columns.0;
             let mut own =
                 weighted(&whole.g.forms, &(p + alpha_at)) - weighted(&across.forms, &acting.apart);
-            let mut both =
-                alpha_slope.tr_mul(&whole.force.1) - acting.arm.1.tr_mul(across_slope);
+            let mut both = alpha_slope.tr_mul(&whole.force.1) - acting.arm.1.tr_mul(across_slope);
             if let Some((about, (_, about_slope))) = &whole.about {
                 own -= weighted(&about.forms, &beta_at) * rho;
                 both -= beta_slope.tr_mul(about_slope) * rho;
@@ -518,7 +516,7 @@ impl Meeting {
 /// How forces at the touching point act at the poses of the step's start. Of a force g, given in the frame of B,
 ///
 /// ```text
-/// on A: A_B g,   a × A_Aᵀ A_B g − ρ A_Aᵀ A_B (n × g);   on B: −A_B g,   −(w − ρ n) × g      (eq. P2)
+/// on A: A_B g,   a × A_Aᵀ A_B g − ρ A_Aᵀ A_B (n × g);   on B: −A_B g,   −(w − ρ n) × g      (eq. P12)
 /// ```
 ///
 /// with w = A_Bᵀ s, s = r_A + A_A a − r_B.

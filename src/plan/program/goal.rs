@@ -25,7 +25,7 @@ impl Goal {
     /// ```text
     /// attitude:  4 atan2(|v|, w)²,   (w, v) = q̄_t ⊗ q
     /// turn:      (2 atan2(s, c) − α)²,   (c, ·) = q ⊗ q̄_f, s its part along the axis
-    /// direction: Σ_k (½ qᵀ Q_k(b) q − d_k)²                                         (eq. P10)
+    /// direction: Σ_k (½ qᵀ Q_k(b) q − d_k)²                                         (eq. P18)
     /// ```
     pub(super) fn of(kind: &TargetKind, state: &State, units: &Units) -> Self {
         match kind {
@@ -53,12 +53,7 @@ impl Goal {
         Self { value, first: ATTITUDE.start, count: 4, slope, curvature }
     }
 
-    fn apart(
-        wanted: &[Option<f64>; 3],
-        found: &Vector3<f64>,
-        first: usize,
-        unit: f64,
-    ) -> Self {
+    fn apart(wanted: &[Option<f64>; 3], found: &Vector3<f64>, first: usize, unit: f64) -> Self {
         let mut goal = Self {
             value: 0.0,
             first,
@@ -126,7 +121,8 @@ impl Goal {
         let (sigma, kappa) = (along.transpose(), real.transpose());
         let slope = sigma * (2.0 * c / n) - kappa * (2.0 * s / n);
         let mixed = sigma * kappa.transpose();
-        let bend = (kappa * kappa.transpose() - sigma * sigma.transpose()) * (4.0 * c * s / (n * n))
+        let bend = (kappa * kappa.transpose() - sigma * sigma.transpose())
+            * (4.0 * c * s / (n * n))
             + (mixed + mixed.transpose()) * (2.0 * (s * s - c * c) / (n * n));
         let curvature = slope * slope.transpose() * 2.0 + bend * (2.0 * apart);
         Self::attitude(apart * apart, slope * (2.0 * apart), curvature)
@@ -144,7 +140,7 @@ impl Goal {
     }
 }
 
-/// The unit quaternion of a rotation vector with its derivatives (eq. D17): with s = |θ|²,
+/// The unit quaternion of a rotation vector with its derivatives (eq. P22): with s = |θ|²,
 ///
 /// ```text
 /// w = cos ½|θ|,   v = F θ,   F = sin(½|θ|)/|θ|,   F' = dF/ds,

@@ -3,16 +3,16 @@
 //!
 //! ```text
 //! s = (F_t1, F_t2, F_n, λ, φ⁺/h, c_1, c_2)
-//! φ̂ = φ⁺/h + ε (p̂_n − p̂⁰_n),   ĉ = c + ε (p̂_t − p̂⁰_t),   p̂ = h F
+//! φ̂ = φ⁺/h + ε (p̂_n − p̂⁰_n),   ĉ = c + ε (p̂_t − p̂⁰_t),   p̂ = h F              (eq. P13)
 //! ```
 //!
-//! On the path to a plan all contacts have the same four rows (eq. P6):
+//! On the path to a plan all contacts have the same four rows (eq. P16):
 //!
 //! ```text
 //! φ_δ(F_n, φ̂) = 0,   μ F_n ĉ + λ F_t = 0,   φ_δ(λ, μ F_n − ‖F_t‖_ε) = 0
 //! ```
 //!
-//! and with modes fixed each those of its own (eq. P8).
+//! and with modes fixed each those of its own (eq. P17).
 
 use crate::step_nlp::kernels::SmoothForce;
 use nalgebra::{SMatrix, SVector, Vector2, Vector3};
@@ -53,7 +53,7 @@ pub(super) struct Law {
     pub(super) anchor: Vector3<f64>,
 }
 
-/// The smoothed function of Fischer and Burmeister and its derivatives (eqs. P4 and D14):
+/// The smoothed function of Fischer and Burmeister and its derivatives (eqs. P15 and P19):
 ///
 /// ```text
 /// φ_δ(a, b) = a + b − ρ = 2 (ab − δ)/(a + b + ρ),   ρ = √(a² + b² + 2δ)
@@ -263,11 +263,7 @@ impl Law {
     }
 
     /// Σ y_r ∇²(row r) by s, the lower triangle.
-    pub(super) fn curvature(
-        &self,
-        s: &Numbers,
-        y: &[f64; ROWS],
-    ) -> SMatrix<f64, NUMBERS, NUMBERS> {
+    pub(super) fn curvature(&self, s: &Numbers, y: &[f64; ROWS]) -> SMatrix<f64, NUMBERS, NUMBERS> {
         let (gap, _) = self.yielding(s);
         let (mu, gives) = (self.friction, self.compliance);
         let mut curvature = SMatrix::<f64, NUMBERS, NUMBERS>::zeros();

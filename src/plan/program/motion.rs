@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! (r + h v⁺ − r⁺)/h,   u(p) − q⁺,   v + h (g + F/m) − v⁺,   ω + h I⁻¹ (τ − G(ω, ω⁺)) − ω⁺
-//! p = q + ½ h q ⊗ H ω⁺ = (E + ½ h R(H ω⁺)) q                                        (eq. P3)
+//! p = q + ½ h q ⊗ H ω⁺ = (E + ½ h R(H ω⁺)) q                                        (eq. P11)
 //! ```
 //!
 //! What acts on the body, F and τ, others add.

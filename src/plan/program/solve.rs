@@ -122,8 +122,7 @@ impl ProgramLeg {
             };
             let known = best.as_ref().unwrap_or(from);
             let told = Told { leg: "program", done: end.iterations, controls: &known.controls };
-            let (status, iterations, stopped) =
-                solve(&mut program, &mut at, options, told, watch)?;
+            let (status, iterations, stopped) = solve(&mut program, &mut at, options, told, watch)?;
             end.iterations += u64::from(iterations);
             end.message = format!("{} at smoothing {:e}", status.name(), smoothing.delta);
             goes_on = !stopped;
