@@ -15,6 +15,8 @@ pub mod step_nlp;
 
 #[cfg(feature = "fit")]
 pub mod fit;
+#[cfg(feature = "plan")]
+pub mod plan;
 #[cfg(feature = "robot")]
 pub mod robot;
 #[cfg(feature = "rollout")]

@@ -30,6 +30,8 @@ mod leftovers;
 mod output;
 #[path = "cli/picture.rs"]
 mod picture;
+#[path = "cli/plan.rs"]
+mod plan;
 #[path = "cli/plot.rs"]
 mod plot;
 #[path = "derivatives/points.rs"]

@@ -28,6 +28,7 @@ const CHAPTERS: &[(&str, &[(&str, &str)])] = &[
             ("Joints", "docs/joints.md"),
             ("Derivatives", "docs/gradients.md"),
             ("The contact problem by itself", "docs/contact-problem.md"),
+            ("Plans", "docs/planning.md"),
             ("The Ipopt path", "docs/ipopt-path.md"),
         ],
     ),

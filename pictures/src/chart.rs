@@ -80,6 +80,22 @@ impl Chart {
         let _ = writeln!(self.body, "<path class=\"{class}\" d=\"{}\"/>", line(points));
     }
 
+    /// Bars over `spans` of the horizontal axis, from one height to another.
+    pub fn bars(
+        &mut self,
+        class: &str,
+        spans: impl Iterator<Item = (f64, f64)>,
+        (low, high): (f64, f64),
+    ) {
+        let mut path = String::new();
+        for (from, to) in spans {
+            let ((left, bottom), (right, top)) =
+                (self.axes.place((from, low)), self.axes.place((to, high)));
+            let _ = write!(path, "M{left:.2} {bottom:.2}H{right:.2}V{top:.2}H{left:.2}z");
+        }
+        let _ = writeln!(self.body, "<path class=\"{class}\" d=\"{path}\"/>");
+    }
+
     /// A dot at a point.
     pub fn dot(&mut self, class: &str, radius: f64, point: (f64, f64)) {
         self.body += &dot(class, radius, self.axes.place(point));
@@ -116,7 +132,8 @@ pub fn dot_key(class: &str, radius: f64, name: &str) -> String {
     key(&dot(class, radius, (13.0, 5.0)), name)
 }
 
-fn key(drawn: &str, name: &str) -> String {
+/// An entry of a legend, of what is `drawn`.
+pub fn key(drawn: &str, name: &str) -> String {
     format!(
         "<span class=\"key\"><svg viewBox=\"0 0 26 10\" aria-hidden=\"true\">{drawn}</svg>{}</span> ",
         escape(name)

@@ -5,6 +5,7 @@ mod arrays;
 mod contacts;
 mod errors;
 mod gradient;
+mod plan;
 mod problem;
 mod recording;
 mod robot;
@@ -36,6 +37,7 @@ fn tumble_module(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(gradient::jacobian, module)?)?;
     module.add_function(wrap_pyfunction!(gradient::vjp, module)?)?;
     module.add_class::<contacts::Contacts>()?;
+    module.add_function(wrap_pyfunction!(plan::plan, module)?)?;
     module.add_function(wrap_pyfunction!(rollout::rollout, module)?)?;
     module.add_function(wrap_pyfunction!(rollout::rollout_gradients, module)?)?;
     module.add_function(wrap_pyfunction!(rollout::parameter_shape, module)?)

@@ -69,7 +69,8 @@ impl OutputDirectory {
     pub fn remove_former(&self, written: &[PathBuf]) -> Result<Vec<String>, Failure> {
         let mut removed = Vec::new();
         let pictures = picture_files::all().map(str::to_owned);
-        for name in row_files().chain(pictures) {
+        let of_plans = super::plan::FILES.map(str::to_owned);
+        for name in row_files().chain(pictures).chain(of_plans) {
             let file = self.path.join(&name);
             if written.contains(&file) {
                 continue;

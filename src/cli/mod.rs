@@ -17,6 +17,7 @@ mod output;
 mod pages;
 mod picture_files;
 mod pictures;
+mod plan;
 mod plot;
 mod recording;
 mod run;
@@ -57,6 +58,7 @@ pub fn run() -> Result<Outcome, Failure> {
         Some(Command::Inspect(args)) => inspect::run(&args),
         Some(Command::Fit(args)) => fit::run(&args),
         Some(Command::Gradient(args)) => gradient::run(&args),
+        Some(Command::Plan(args)) => plan::run(&args),
         Some(Command::Validate(args)) => validate::run(&args),
         Some(Command::Solve(args)) => solve::run(&args),
         Some(Command::Sweep(args)) => sweep::run(&args),

@@ -135,6 +135,14 @@ impl Voice {
     }
 }
 
+/// A line on standard error that says how far something is; hidden where nobody looks.
+pub fn spinner(quiet: bool) -> ProgressBar {
+    if quiet || !io::stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    ProgressBar::new_spinner()
+}
+
 /// A bar on standard error for `length` of what `unit` names; hidden where nobody looks.
 pub fn progress_bar(length: u64, unit: &str, quiet: bool) -> ProgressBar {
     if quiet || !io::stderr().is_terminal() {

@@ -14,6 +14,14 @@ pub fn number(text: &str) -> Result<f64, String> {
     }
 }
 
+/// How long something may take.
+pub fn seconds(text: &str) -> Result<f64, String> {
+    match number(text) {
+        Ok(value) if value > 0.0 => Ok(value),
+        _ => Err("a number above 0 is needed".to_owned()),
+    }
+}
+
 /// Frames a second of a recording.
 pub fn rate(text: &str) -> Result<f64, String> {
     match number(text) {

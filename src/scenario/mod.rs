@@ -67,7 +67,8 @@ fn is_robot(text: &str) -> bool {
     text.trim_start_matches('\u{feff}').trim_start().starts_with('<')
 }
 
-fn parse<T: DeserializeOwned>(text: &str) -> Result<T, String> {
+/// What a text in TOML says, or what is wrong with it, in which line.
+pub(crate) fn parse<T: DeserializeOwned>(text: &str) -> Result<T, String> {
     let deserializer =
         toml::Deserializer::parse(text).map_err(|error| sentence(text, ".", &error))?;
     serde_path_to_error::deserialize(deserializer)

@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, RowVector3, Vector3};
 
 /// The term of one body.
 #[derive(Debug, Clone)]
-pub(super) struct Gyroscopic {
+pub(crate) struct Gyroscopic {
     rotation: Rotation,
     time_step: f64,
     inertia: Matrix3<f64>,
@@ -17,7 +17,7 @@ pub(super) struct Gyroscopic {
 
 impl Gyroscopic {
     /// That of `body` in steps of `time_step` (s).
-    pub(super) fn new(body: &RigidBody, rotation: Rotation, time_step: f64) -> Self {
+    pub(crate) fn new(body: &RigidBody, rotation: Rotation, time_step: f64) -> Self {
         Self {
             rotation,
             time_step,
@@ -28,17 +28,17 @@ impl Gyroscopic {
     }
 
     /// G(ω, ω⁺), N m.
-    pub(super) fn term(&self, old: &Vector3<f64>, new: &Vector3<f64>) -> Vector3<f64> {
+    pub(crate) fn term(&self, old: &Vector3<f64>, new: &Vector3<f64>) -> Vector3<f64> {
         self.rotation.gyroscopic(&self.inertia, old, new, self.time_step)
     }
 
     /// Whether ∂(I⁻¹ G)_k/∂ω⁺_j can be other than zero.
-    pub(super) fn depends(&self, k: usize, j: usize) -> bool {
+    pub(crate) fn depends(&self, k: usize, j: usize) -> bool {
         self.rotation == Rotation::Momentum || self.forms[k].row(j).amax() > 0.0
     }
 
     /// ∂(I⁻¹ G)/∂ω⁺ at ω⁺ = `spin`: for the tutorial's form T(ω) with the rows ωᵀ T_k.
-    pub(super) fn slope(&self, spin: &Vector3<f64>) -> Matrix3<f64> {
+    pub(crate) fn slope(&self, spin: &Vector3<f64>) -> Matrix3<f64> {
         match self.rotation {
             Rotation::Tutorial => {
                 let rows = self.forms.map(|form| (form * spin).transpose());
@@ -56,7 +56,7 @@ impl Gyroscopic {
     /// ```text
     /// tutorial: Σ y_k T_k,   momentum: ½ Σ y_k T_k + ½ h ((z·ω) I + z (I ω)ᵀ + (I ω) zᵀ)
     /// ```
-    pub(super) fn curvature(&self, y: &Vector3<f64>, spin: &Vector3<f64>) -> Matrix3<f64> {
+    pub(crate) fn curvature(&self, y: &Vector3<f64>, spin: &Vector3<f64>) -> Matrix3<f64> {
         let turning: Matrix3<f64> = self.forms.iter().zip(y).map(|(form, y)| form * *y).sum();
         match self.rotation {
             Rotation::Tutorial => turning,
@@ -71,19 +71,19 @@ impl Gyroscopic {
 
     /// ω̃⁺ of ω⁺ = `spin`, rad/s: the spin after the impulses of the step
     /// ([`Rotation::departing_spin`]).
-    pub(super) fn departing(&self, spin: &Vector3<f64>) -> Vector3<f64> {
+    pub(crate) fn departing(&self, spin: &Vector3<f64>) -> Vector3<f64> {
         let inertia = (&self.inertia, &self.inertia_inverse);
         self.rotation.departing_spin(inertia, spin, self.time_step)
     }
 
     /// ∂ω̃⁺/∂ω⁺.
-    pub(super) fn departing_slope(&self, spin: &Vector3<f64>) -> Matrix3<f64> {
+    pub(crate) fn departing_slope(&self, spin: &Vector3<f64>) -> Matrix3<f64> {
         let inertia = (&self.inertia, &self.inertia_inverse);
         self.rotation.departing_slope(inertia, spin, self.time_step)
     }
 
     /// ∇²(y·ω̃⁺) by ω⁺: h ∇²(y·I⁻¹ G), zero in the tutorial's form.
-    pub(super) fn departing_curvature(
+    pub(crate) fn departing_curvature(
         &self,
         y: &Vector3<f64>,
         spin: &Vector3<f64>,

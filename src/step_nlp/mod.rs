@@ -23,11 +23,11 @@
 //! numbers, rows and multipliers [`Layout::constraints`]; the methods of [`StepNlp`] panic on
 //! shorter slices.
 
-mod entries;
-mod gyroscopic;
+pub(crate) mod entries;
+pub(crate) mod gyroscopic;
 mod hessian;
 mod jacobian;
-mod kernels;
+pub(crate) mod kernels;
 pub mod layout;
 pub mod point;
 pub mod several;

@@ -12,6 +12,7 @@ is named in ``unsolved``.
 """
 
 from ._gradients import Derivatives, RolloutDerivatives
+from ._plan import Miss, Plan, plan
 from ._problem import ContactProblem, ContactSolution
 from ._robot import Links, Robot, RobotJoint
 from ._rollout import Rollouts, Unsolved, rollout
@@ -29,8 +30,10 @@ __all__ = [
     "Contacts",
     "Derivatives",
     "Links",
+    "Miss",
     "Page",
     "Picture",
+    "Plan",
     "Robot",
     "RobotJoint",
     "RolloutDerivatives",
@@ -46,5 +49,6 @@ __all__ = [
     "floating",
     "has_ipopt",
     "load",
+    "plan",
     "rollout",
 ]

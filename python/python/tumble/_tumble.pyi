@@ -287,3 +287,12 @@ class CoreProblem:
         self, residual: float, start: Optional[Floats], rule: str
     ) -> Tuple[List[Floats], List[float], Tuple[int, int], str, bool]: ...
     def evaluate(self, impulses: Floats) -> Tuple[List[Floats], List[float]]: ...
+
+def plan(
+    scene: CoreScene,
+    text: str,
+    start: Optional[Floats],
+    states: Optional[Floats],
+    time: Optional[float],
+    threads: int,
+) -> Dict[str, Any]: ...

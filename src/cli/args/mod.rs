@@ -3,6 +3,7 @@
 mod files;
 mod fit;
 mod gradient;
+mod plan;
 mod shared;
 mod simulate;
 mod solve;
@@ -12,6 +13,7 @@ mod validate;
 pub use files::{ConvertArgs, GifArgs, InspectArgs, PlotArgs, VerifyArgs, ViewArgs};
 pub use fit::FitArgs;
 pub use gradient::{GradientArgs, Quantity};
+pub use plan::PlanArgs;
 pub use shared::{AnimationArgs, PhysicsArgs};
 pub use simulate::SimulateArgs;
 pub use solve::{Rule, SolveArgs};
@@ -60,6 +62,9 @@ pub enum Command {
     /// Differentiate a number of a body at the end of a run, by the start, pushes and constants: OUT/gradient.csv and
     /// gradient.json.
     Gradient(GradientArgs),
+    /// Find controls with which a scene ends where it should: OUT/controls.csv, plan.json, and the run that the simulator
+    /// makes of them.
+    Plan(PlanArgs),
     /// Compare simulations with the closed-form answers of textbook problems: a table, and
     /// OUT/validation.html.
     Validate(ValidateArgs),

@@ -13,7 +13,7 @@ mod posing;
 mod program;
 mod rung;
 mod start;
-mod units;
+pub(crate) mod units;
 
 pub use ladder::{LADDER_RESIDUAL, Ladder};
 pub use rung::Rung;

@@ -24,7 +24,7 @@ const USUAL_MASS: f64 = 10.0;
 /// Units of mass (kg), length (m) and time (s).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
-pub(super) struct Units {
+pub(crate) struct Units {
     mass: f64,
     length: f64,
     time: f64,
@@ -32,11 +32,11 @@ pub(super) struct Units {
 
 impl Units {
     /// SI units.
-    pub(super) const SI: Self = Self { mass: 1.0, length: 1.0, time: 1.0 };
+    pub(crate) const SI: Self = Self { mass: 1.0, length: 1.0, time: 1.0 };
 
     /// Those of `world` under the loads `wrenches` (none, or one a body), of which the strongest
     /// counts.
-    pub(super) fn of(world: &World, wrenches: &[Wrench]) -> Self {
+    pub(crate) fn of(world: &World, wrenches: &[Wrench]) -> Self {
         let bodies = world.bodies();
         let logarithms: f64 = bodies.iter().map(|body| libm::log(body.mass())).sum();
         let mean = libm::exp(logarithms / bodies.len() as f64);
@@ -55,34 +55,42 @@ impl Units {
         Self { mass, length, time: time / shorter }
     }
 
+    /// Those of the programs of many steps: a body of mean mass weighs 1 and falls with 1, so that forces are in
+    /// weights and an impulse of a weight over a step is a speed.
+    #[cfg(feature = "plan")]
+    pub(crate) fn of_weights(world: &World) -> Self {
+        let usual = Self::of(world, &[]);
+        Self { mass: usual.mass * USUAL_MASS, time: usual.time / 9.81_f64.sqrt(), ..usual }
+    }
+
     /// Whether there is something to measure with them.
     #[cfg(feature = "save")]
-    pub(super) fn are_possible(&self) -> bool {
+    pub(crate) fn are_possible(&self) -> bool {
         [self.mass, self.length, self.time].into_iter().all(|unit| unit.is_normal() && unit > 0.0)
     }
 
     /// `world`, its constants in these units.
-    pub(super) fn world(&self, world: &World) -> World {
+    pub(crate) fn world(&self, world: &World) -> World {
         world.in_units(self.mass, self.length, self.time)
     }
 
     /// m.
-    pub(super) fn length(&self) -> f64 {
+    pub(crate) fn length(&self) -> f64 {
         self.length
     }
 
     /// m/s.
-    pub(super) fn speed(&self) -> f64 {
+    pub(crate) fn speed(&self) -> f64 {
         self.length / self.time
     }
 
     /// N.
-    pub(super) fn force(&self) -> f64 {
+    pub(crate) fn force(&self) -> f64 {
         self.mass * self.length / (self.time * self.time)
     }
 
     /// A state, in these units.
-    pub(super) fn state(&self, state: &State) -> State {
+    pub(crate) fn state(&self, state: &State) -> State {
         State {
             position: state.position / self.length,
             attitude: state.attitude,
@@ -92,7 +100,7 @@ impl Units {
     }
 
     /// A state in these units, in SI units.
-    pub(super) fn si_state(&self, state: &State) -> State {
+    pub(crate) fn si_state(&self, state: &State) -> State {
         State {
             position: state.position * self.length,
             attitude: state.attitude,
@@ -102,7 +110,7 @@ impl Units {
     }
 
     /// A wrench, in these units.
-    pub(super) fn wrench(&self, wrench: &Wrench) -> Wrench {
+    pub(crate) fn wrench(&self, wrench: &Wrench) -> Wrench {
         Wrench {
             force: wrench.force / self.force(),
             torque: wrench.torque / (self.force() * self.length),
@@ -110,7 +118,7 @@ impl Units {
     }
 
     /// A contact, in these units.
-    pub(super) fn contact(&self, contact: &Contact) -> Contact {
+    pub(crate) fn contact(&self, contact: &Contact) -> Contact {
         let features = Features {
             point: contact.features.point / self.length,
             radius: contact.features.radius / self.length,

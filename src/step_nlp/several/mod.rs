@@ -25,7 +25,7 @@ mod hessian;
 mod jacobian;
 mod layout;
 mod round;
-mod touch;
+pub(crate) mod touch;
 
 pub use layout::{Friction, FrictionRows, Layout, Normal};
 

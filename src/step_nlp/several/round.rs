@@ -30,7 +30,7 @@ impl Turned {
 
 /// Two round features.
 #[derive(Debug, Clone)]
-pub(super) struct Round {
+pub(crate) struct Round {
     of_a: Core,
     of_b: Core,
     /// The middles that are nearest at k: those that slip.
@@ -42,7 +42,7 @@ pub(super) struct Round {
     /// n at k, world.
     normal: Vector3<f64>,
     /// Forms of a vector that is zero only where no point of A's core turns.
-    pub(super) widest: Forms,
+    pub(crate) widest: Forms,
 }
 
 /// Derivatives by (r_A − r_B, q_A, q_B).
@@ -62,7 +62,7 @@ struct Met {
 
 impl Round {
     /// That of a contact of two round features.
-    pub(super) fn new(contact: &Contact) -> Option<Self> {
+    pub(crate) fn new(contact: &Contact) -> Option<Self> {
         let curved = contact.features.curved.as_ref()?;
         let farthest = [curved.of_a.from, curved.of_a.at(1.0)];
         let reach = farthest[0].abs() + farthest[1].abs();
@@ -83,7 +83,7 @@ impl Round {
     /// ```text
     /// ∂g/∂r_A = e,   ∂g/∂q_A = J_Aᵀ e,   ∂g/∂q_B = −J_Bᵀ e                     (eq. D12)
     /// ```
-    pub(super) fn along(&self, e: &Vector3<f64>, (a, b): (Place, Option<Place>)) -> Component {
+    pub(crate) fn along(&self, e: &Vector3<f64>, (a, b): (Place, Option<Place>)) -> Component {
         let turned_a = rows(&self.point.forms, &a.attitude);
         let mut apart = a.position + 0.5 * turned_a * a.attitude;
         let mut turned_b = Matrix3x4::zeros();
@@ -103,7 +103,7 @@ impl Round {
     }
 
     /// Its second derivatives: Σ e_k Q_k(a) by q_A, −Σ e_k Q_k(b) by q_B.
-    pub(super) fn along_curvature(&self, e: &Vector3<f64>) -> Curvature {
+    pub(crate) fn along_curvature(&self, e: &Vector3<f64>) -> Curvature {
         Curvature {
             aa: weighted(&self.point.forms, e),
             bb: -weighted(&self.foot.forms, e),
@@ -112,7 +112,7 @@ impl Round {
     }
 
     /// |D|_n: with m its direction, m by r_A, J_Aᵀ m by q_A and −J_Bᵀ m by q_B, at the nearest points.
-    pub(super) fn distance(&self, at: (Place, Option<Place>)) -> Component {
+    pub(crate) fn distance(&self, at: (Place, Option<Place>)) -> Component {
         let met = self.meet(at);
         let by: ByPoses = met.slope.tr_mul(&met.reach.direction);
         Component {
@@ -129,7 +129,7 @@ impl Round {
     /// ```text
     /// Jᵀ P J + Σ m_k ∇²D_k − C S⁻¹ Cᵀ,   C = Jᵀ P w + ẇᵀ m,   S = wᵀ P w       (eq. D13)
     /// ```
-    pub(super) fn distance_curvature(&self, at: (Place, Option<Place>)) -> Curvature {
+    pub(crate) fn distance_curvature(&self, at: (Place, Option<Place>)) -> Curvature {
         let met = self.meet(at);
         let round = met.reach.curvature(&met.way, &self.normal);
         let m = &met.reach.direction;

@@ -8,32 +8,32 @@ use crate::mechanics::{RigidBody, State};
 use nalgebra::{Matrix2x3, Matrix3, Matrix3x4, Matrix4, Vector2, Vector3, Vector4};
 
 /// Q_x, Q_y, Q_z of a vector (eq. 3).
-pub(super) type Forms = [Matrix4<f64>; 3];
+pub(crate) type Forms = [Matrix4<f64>; 3];
 
 /// One side of a contact.
 #[derive(Debug, Clone)]
-pub(super) struct Side {
+pub(crate) struct Side {
     /// The place of the body among those of the program.
-    pub(super) body: usize,
+    pub(crate) body: usize,
     /// ±h/m F: the change of v⁺ by the force along the contact's frame.
-    pub(super) velocity_per_force: Matrix3<f64>,
+    pub(crate) velocity_per_force: Matrix3<f64>,
     /// ±h I⁻¹ [y]× Aᵀ F: the change of ω⁺.
-    pub(super) spin_per_force: Matrix3<f64>,
+    pub(crate) spin_per_force: Matrix3<f64>,
     /// ∂c_j/∂ω⁺: what the spin adds to the slips of a rounded feature; `None` without a radius.
-    pub(super) rolling: Option<Matrix2x3<f64>>,
+    pub(crate) rolling: Option<Matrix2x3<f64>>,
     /// ±G n, m, frame of the body: ∂ċ/∂ω̃ (eq. 29); ∂ċ/∂v is ±n.
-    pub(super) lever: Vector3<f64>,
+    pub(crate) lever: Vector3<f64>,
     /// ±1.
-    pub(super) sign: f64,
+    pub(crate) sign: f64,
 }
 
 /// A contact in the program.
 #[derive(Debug, Clone)]
-pub(super) struct Touch {
-    pub(super) a: Side,
+pub(crate) struct Touch {
+    pub(crate) a: Side,
     /// Where B is no fixed thing.
-    pub(super) b: Option<Side>,
-    pub(super) friction: f64,
+    pub(crate) b: Option<Side>,
+    pub(crate) friction: f64,
     /// d + ρ, m; of round features ρ_A + ρ_B.
     offset: f64,
     /// The feature's middle along the tangents at step k, seen from B, m.
@@ -47,20 +47,20 @@ pub(super) struct Touch {
     /// Where both features are round.
     round: Option<Round>,
     /// n, world, at k.
-    pub(super) normal: Vector3<f64>,
+    pub(crate) normal: Vector3<f64>,
     /// e c_n⁻, m/s (eq. 29); 0 where the contact does not bounce.
-    pub(super) rebound: f64,
+    pub(crate) rebound: f64,
 }
 
 /// Where a body is in the program: r⁺ and q⁺, which need not have unit length.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Place {
-    pub(super) position: Vector3<f64>,
-    pub(super) attitude: Vector4<f64>,
+pub(crate) struct Place {
+    pub(crate) position: Vector3<f64>,
+    pub(crate) attitude: Vector4<f64>,
 }
 
 impl Place {
-    pub(super) fn of(state: &State) -> Self {
+    pub(crate) fn of(state: &State) -> Self {
         Self { position: state.position, attitude: state.attitude }
     }
 }
@@ -74,38 +74,38 @@ impl Place {
 /// ```
 ///
 /// with J_A the rows (Q_k(c) q_A)ᵀ and J_B the rows (Q_k(e) q_B)ᵀ. (Of round features: eq. D12.)
-pub(super) struct Component {
-    pub(super) value: f64,
+pub(crate) struct Component {
+    pub(crate) value: f64,
     /// ∂g/∂r_A.
-    pub(super) by_position: Vector3<f64>,
+    pub(crate) by_position: Vector3<f64>,
     /// ∂g/∂q_A.
-    pub(super) by_a: Vector4<f64>,
+    pub(crate) by_a: Vector4<f64>,
     /// ∂g/∂q_B.
-    pub(super) by_b: Vector4<f64>,
+    pub(crate) by_b: Vector4<f64>,
 }
 
 /// The second derivatives of a [`Component`] (eq. D8, D13); those by r_B are the negative of those by
 /// r_A.
 #[derive(Default)]
-pub(super) struct Curvature {
+pub(crate) struct Curvature {
     /// ∂²g/∂q_A².
-    pub(super) aa: Matrix4<f64>,
+    pub(crate) aa: Matrix4<f64>,
     /// ∂²g/∂q_B².
-    pub(super) bb: Matrix4<f64>,
+    pub(crate) bb: Matrix4<f64>,
     /// ∂²g/∂q_A ∂q_B.
-    pub(super) ab: Matrix4<f64>,
+    pub(crate) ab: Matrix4<f64>,
     /// ∂²g/∂r_A ∂q_A.
-    pub(super) position_a: Matrix3x4<f64>,
+    pub(crate) position_a: Matrix3x4<f64>,
     /// ∂²g/∂r_A ∂q_B.
-    pub(super) position_b: Matrix3x4<f64>,
+    pub(crate) position_b: Matrix3x4<f64>,
     /// ∂²g/∂r_A².
-    pub(super) positions: Matrix3<f64>,
+    pub(crate) positions: Matrix3<f64>,
 }
 
 impl Touch {
     /// The contact `contact` of the bodies (place in the program, constants, state at k) `a` and
     /// `b` in a step of `time_step`.
-    pub(super) fn new(
+    pub(crate) fn new(
         contact: &Contact,
         a: (usize, &RigidBody, &State),
         b: Option<(usize, &RigidBody, &State)>,
@@ -165,7 +165,7 @@ impl Touch {
 
     /// The component along t₁, t₂ or n of the point a where A and B are at `at`; of round features the
     /// way between them along t₁ and t₂, and how long it is.
-    pub(super) fn component(&self, axis: usize, at: (Place, Option<Place>)) -> Component {
+    pub(crate) fn component(&self, axis: usize, at: (Place, Option<Place>)) -> Component {
         match &self.round {
             Some(round) if axis == 2 => round.distance(at),
             Some(round) => round.along(&self.directions[axis], at),
@@ -174,7 +174,7 @@ impl Touch {
     }
 
     /// Its second derivatives.
-    pub(super) fn curvature(&self, axis: usize, at: (Place, Option<Place>)) -> Curvature {
+    pub(crate) fn curvature(&self, axis: usize, at: (Place, Option<Place>)) -> Curvature {
         match &self.round {
             Some(round) if axis == 2 => round.distance_curvature(at),
             Some(round) => round.along_curvature(&self.directions[axis]),
@@ -195,38 +195,38 @@ impl Touch {
     }
 
     /// φ (eq. 4, 4a) of the normal's component.
-    pub(super) fn gap(&self, component: &Component) -> f64 {
+    pub(crate) fn gap(&self, component: &Component) -> f64 {
         component.value - self.offset
     }
 
     /// How far the feature's middle has moved, m, from the component along a tangent.
-    pub(super) fn slipped(&self, axis: usize, component: &Component) -> f64 {
+    pub(crate) fn slipped(&self, axis: usize, component: &Component) -> f64 {
         component.value - self.old[axis]
     }
 
     /// Whether its row is that of the rebound.
-    pub(super) fn bounces(&self) -> bool {
+    pub(crate) fn bounces(&self) -> bool {
         self.rebound != 0.0
     }
 
     /// A, and B where it is no fixed thing.
-    pub(super) fn sides(&self) -> impl Iterator<Item = &Side> {
+    pub(crate) fn sides(&self) -> impl Iterator<Item = &Side> {
         std::iter::once(&self.a).chain(&self.b)
     }
 
     /// Whether both features are round, so that positions enter the gap in squares.
-    pub(super) fn is_round(&self) -> bool {
+    pub(crate) fn is_round(&self) -> bool {
         self.round.is_some()
     }
 
     /// Whether ∂g/∂r_A can differ from zero in its component `k`.
-    pub(super) fn moves(&self, axis: usize, k: usize) -> bool {
+    pub(crate) fn moves(&self, axis: usize, k: usize) -> bool {
         self.b.is_some() || (self.is_round() && axis == 2) || self.directions[axis][k] != 0.0
     }
 
     /// Whether ∂g/∂q_A can differ from zero in its component `k`: not for a point in the centre of
     /// mass.
-    pub(super) fn turns(&self, axis: usize, k: usize) -> bool {
+    pub(crate) fn turns(&self, axis: usize, k: usize) -> bool {
         if self.b.is_some() || self.is_round() {
             let forms = self.round.as_ref().map_or(&self.point_forms, |round| &round.widest);
             return forms.iter().any(|form| form.row(k).amax() > 0.0);
@@ -271,12 +271,12 @@ impl Seen {
 }
 
 /// Σ w_k Q_k.
-pub(super) fn weighted(forms: &Forms, weights: &Vector3<f64>) -> Matrix4<f64> {
+pub(crate) fn weighted(forms: &Forms, weights: &Vector3<f64>) -> Matrix4<f64> {
     forms.iter().zip(weights).map(|(form, weight)| form * *weight).sum()
 }
 
 /// The rows (Q_k q)ᵀ.
-pub(super) fn rows(forms: &Forms, q: &Vector4<f64>) -> Matrix3x4<f64> {
+pub(crate) fn rows(forms: &Forms, q: &Vector4<f64>) -> Matrix3x4<f64> {
     let [x, y, z] = [0, 1, 2].map(|k| (forms[k] * q).transpose());
     Matrix3x4::from_rows(&[x, y, z])
 }

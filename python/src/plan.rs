@@ -1,0 +1,138 @@
+//! Plans: controls that make a scene end where it should.
+
+use crate::arrays::{numbers, of_states, shaped, to_states};
+use crate::errors::{of_step, refused};
+use crate::scene::{Scene, in_python};
+use crate::watch::Watched;
+use numpy::PyReadonlyArrayDyn;
+use pyo3::exceptions::PyKeyboardInterrupt;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use rayon::ThreadPoolBuilder;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::Instant;
+use tumble::plan::file::ProblemFile;
+use tumble::plan::{Plan, PlanError, Problem, Progress, Watch};
+
+/// Looks for controls of the problem that `text` says of the scene, from `start`, for at most `time` (s): what the plan
+/// is, by names.
+#[pyfunction]
+#[pyo3(signature = (scene, text, start, states, time, threads))]
+pub fn plan<'py>(
+    py: Python<'py>,
+    scene: PyRef<'_, Scene>,
+    text: &str,
+    start: Option<PyReadonlyArrayDyn<'_, f64>>,
+    states: Option<PyReadonlyArrayDyn<'_, f64>>,
+    time: Option<f64>,
+    threads: usize,
+) -> PyResult<Bound<'py, PyDict>> {
+    let mut content = (*scene.content).clone();
+    let Some(mut model) = content.model().cloned() else {
+        return Err(refused("a plan is of a scene of [[bodies]]; this one is of [body]"));
+    };
+    if let Some(states) = &states {
+        let time = content.start_index as f64 * content.world.time_step();
+        model.start_at(&to_states("states", states)?, time).map_err(in_python)?;
+        content = content.with_model(model).map_err(in_python)?;
+    }
+    let file = ProblemFile::of_scene_text(content, text).map_err(refused)?;
+    let problem = &file.problem;
+    let start = match &start {
+        Some(array) => numbers("start", array)?.to_vec(),
+        None => problem.zero(),
+    };
+    let (interrupt, done) = (Arc::new(AtomicBool::new(false)), AtomicU64::new(0));
+    let pool = ThreadPoolBuilder::new().num_threads(threads).build().map_err(refused)?;
+    let work = || {
+        let clock = Instant::now();
+        let time = time.or(file.time);
+        let mut progress = |_: &Progress<'_>| {
+            done.fetch_add(1, Ordering::Relaxed);
+            time.is_none_or(|time| clock.elapsed().as_secs_f64() < time)
+        };
+        let mut watch = Watch { interrupt: &interrupt, progress: &mut progress };
+        pool.install(|| problem.plan(&start, &file.made_legs(), &mut watch))
+    };
+    let watched = Watched { interrupt: &interrupt, done: &done, total: 0, progress: None };
+    let found = watched.run(py, work)?.map_err(|error| match error {
+        PlanError::Interrupted => PyKeyboardInterrupt::new_err(()),
+        PlanError::Problem(why) => refused(why),
+        PlanError::Step(error) => of_step(&error),
+    })?;
+    told(py, problem, &found)
+}
+
+/// A plan by the names of its parts.
+fn told<'py>(py: Python<'py>, problem: &Problem, plan: &Plan) -> PyResult<Bound<'py, PyDict>> {
+    let replay = &plan.replay;
+    let all = PyDict::new(py);
+    all.set_item("status", plan.status.name())?;
+    all.set_item("reason", &plan.reason)?;
+    all.set_item("cost", replay.cost)?;
+    all.set_item("effort", replay.effort)?;
+    all.set_item("residual", replay.residual)?;
+    all.set_item("apart", plan.apart)?;
+    let controls = replay.controls.clone();
+    let count = controls.len();
+    all.set_item("controls", shaped(py, controls, &[count])?)?;
+    let names: Vec<_> = problem.variables().iter().map(|of| problem.name_of(of)).collect();
+    all.set_item("names", names)?;
+    let steps = problem.steps();
+    let columns = PyDict::new(py);
+    for (control, of) in problem.controls().iter().enumerate() {
+        for (component, name) in of.kind.components().iter().enumerate() {
+            let at = |step| {
+                let knot = problem.knot(control, step);
+                problem.numbers(control, knot, &replay.controls).0[component]
+            };
+            let column = shaped(py, (0..steps).map(at).collect(), &[steps])?;
+            columns.set_item(format!("{}.{name}", of.name), column)?;
+        }
+    }
+    all.set_item("columns", columns)?;
+    let mut wrenches = Vec::new();
+    for wrench in replay.wrenches.iter().flatten() {
+        wrenches.extend_from_slice(wrench.force.as_slice());
+        wrenches.extend_from_slice(wrench.torque.as_slice());
+    }
+    let bodies = problem.scene().bodies.len();
+    all.set_item("wrenches", shaped(py, wrenches, &[steps, bodies, 6])?)?;
+    all.set_item("starts", of_states(py, &replay.states[0])?)?;
+    let misses = replay.misses.iter();
+    let misses: Vec<_> =
+        misses.map(|miss| (&miss.name, miss.by, miss.tolerance, miss.unit, miss.after)).collect();
+    all.set_item("misses", misses)?;
+    let legs = PyDict::new(py);
+    for leg in &plan.legs {
+        let of = PyDict::new(py);
+        of.set_item("iterations", leg.iterations)?;
+        of.set_item("runs", leg.runs)?;
+        of.set_item("message", &leg.message)?;
+        of.set_item("cost", leg.cost)?;
+        of.set_item("apart", leg.apart)?;
+        of.set_item("other_modes", leg.other_modes)?;
+        of.set_item("kept", leg.kept)?;
+        legs.set_item(leg.name, of)?;
+    }
+    all.set_item("legs", legs)?;
+    let scene = problem.scene();
+    let modes = replay.modes.iter().map(|modes| {
+        let of = |of: &tumble::plan::ContactMode| {
+            let key = &of.key;
+            (
+                scene.bodies[key.body].clone(),
+                scene.partner(key.partner).to_owned(),
+                key.point,
+                of.mode.name(),
+            )
+        };
+        modes.iter().map(of).collect::<Vec<_>>()
+    });
+    all.set_item("modes", modes.collect::<Vec<_>>())?;
+    let found = problem.scene_of(replay).map_err(in_python)?;
+    let model = found.model().map(|model| model.text()).transpose().map_err(in_python)?;
+    all.set_item("model", model)?;
+    Ok(all)
+}

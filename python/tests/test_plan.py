@@ -1,0 +1,70 @@
+"""Plans: a closed form, that they replay to the bit, and what is refused."""
+
+import numpy as np
+import pytest
+import tumble
+
+
+def box(**fields):
+    one = {"box": [0.3, 0.3, 0.2], "mass": 1.0, "position": [0, 0, 0.1], **fields}
+    return tumble.Scene(bodies=[one], ground={"friction": 0.4}, time_step=0.02)
+
+
+SPEED = {"kind": "start", "of": "velocity", "x": [0.5, 6]}
+PUSH = {"kind": "push", "face": "-x", "at": [-0.15, 0, -0.05], "normal": [0, 20], "tangential": [-6, 6]}
+
+
+def test_the_speed_that_stops_is_that_of_the_sum():
+    target = {"x": 1.0, "tolerance": {"position": 1e-9}}
+    plan = tumble.plan(box(), 70, [SPEED], target, legs=["shoot"])
+    h, lost = 0.02, 0.02 * 0.4 * 9.81
+    speeds = [(1 / h + lost * m * (m + 1) / 2) / m for m in range(1, 70)]
+    [speed] = [v for m, v in enumerate(speeds, 1) if np.floor(v / lost) == m]
+    assert plan.ok and plan.status == "replayed"
+    assert plan.controls == pytest.approx([speed], abs=1e-9)
+    assert plan.names == ["box-0.velocity.x"] or plan.names[0].endswith("velocity.x")
+    assert abs(plan.run.positions[-1, 0, 0] - 1) < 1e-9
+    assert plan.run.states[0] == pytest.approx(plan.starts)
+
+
+def test_a_plan_runs_again_to_the_bit():
+    target = {"position": [0.3, 0.05], "speed": 0, "tolerance": {"position": 0.01, "speed": 0.05}}
+    scene = box()
+    plan = tumble.plan(scene, 30, [PUSH], target, runs=600)
+    assert plan.wrenches.shape == (30, 1, 6)
+    again = scene.simulate().run(30, plan.wrenches)
+    np.testing.assert_array_equal(again.states, plan.run.states)
+    assert len(plan.modes) == 30 and {mode for step in plan.modes for *_, mode in step} <= {"open", "stick", "slip"}
+    assert set(plan.legs) == {"sample", "shoot"}
+    # Threads are no matter, and a plan goes on from its own controls.
+    other = tumble.plan(scene, 30, [PUSH], target, runs=600, threads=1)
+    np.testing.assert_array_equal(other.controls, plan.controls)
+    on = tumble.plan(scene, 30, [PUSH], target, start=plan.controls, legs=[])
+    np.testing.assert_array_equal(on.run.states, plan.run.states)
+
+
+def test_a_plan_begins_where_the_bodies_are():
+    scene = box()
+    simulation = box(velocity=[1, 0, 0]).simulate()
+    simulation.run(5)
+    plan = tumble.plan(scene, 10, [PUSH], {"x": 0.2}, states=simulation.states, runs=50)
+    np.testing.assert_array_equal(plan.starts, simulation.states)
+
+
+def test_what_cannot_be_is_missed_and_what_is_none_is_refused():
+    weak = {"kind": "force", "x": [-3, 3]}
+    plan = tumble.plan(box(), 20, [weak], {"x": 1.0})
+    assert not plan.ok and plan.status == "missed" and "missed by" in plan.reason
+    assert not plan.miss["body-0.position"].ok if "body-0.position" in plan.miss else True
+    for arguments, words in [
+        (([weak], {}), "nothing is asked for"),
+        (([{"kind": "kick"}], {"x": 1}), "kick"),
+        (([weak], {"x": 1}, {"legs": ["walk"]}), "walk"),
+        (([weak], {"x": 1}, {"start": [1.0]}), "20 are needed"),
+        (([weak], {"x": 1}, {"time": -1}), "time"),
+    ]:
+        controls, target, *rest = arguments
+        with pytest.raises(tumble.TumbleError, match=words):
+            tumble.plan(box(), 20, controls, target, **(rest[0] if rest else {}))
+    with pytest.raises(tumble.TumbleError, match="body"):
+        tumble.plan(tumble.drop(), 20, [weak], {"x": 1})

@@ -1,0 +1,120 @@
+//! `tumble plan`: controls that make a scene end where it should.
+
+mod controls;
+mod page;
+mod report;
+
+use super::args::PlanArgs;
+use super::continued;
+use super::directory::OutputDirectory;
+use super::outcome::{Failure, Outcome};
+use super::output::{PendingFile, Voice, spinner};
+use super::run::{self, Run};
+use super::run_file::RunFile;
+use super::signals::raise_on_signals;
+use super::writer::RunWriter;
+use super::{input, scenario, shown};
+use rayon::ThreadPoolBuilder;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+use tumble::plan::file::{ProblemFile, Start};
+use tumble::plan::{Plan, PlanError, PlanStatus, Progress, Watch};
+use tumble::scenario::written;
+
+/// What is written beside the files of a run.
+pub const FILES: [&str; 4] = ["controls.csv", "plan.json", "plan.html", "scene.toml"];
+
+/// `tumble plan`.
+pub fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
+    let text = scenario::read_text(&args.file)?;
+    let file = ProblemFile::of_text(&text, &args.file, &input::bytes)?;
+    let problem = &file.problem;
+    let start = match (&args.start, &file.start) {
+        (Some(path), _) | (None, Start::File(path)) => controls::read(problem, path)?,
+        (None, Start::Zero) => problem.zero(),
+    };
+    let interrupt = Arc::new(AtomicBool::new(false));
+    raise_on_signals(&interrupt)?;
+    let out = OutputDirectory::for_run(&args.out)?;
+    let mut voice = Voice::new(args.quiet);
+    let (plan, costs) = search(args, &file, &start, &interrupt)?;
+    // What ended the search does not end the writing of what it found.
+    let interrupted = interrupt.swap(false, Ordering::Relaxed);
+    let scene = problem.scene_of(&plan.replay)?;
+    let mut simulation = scene.simulation(&interrupt)?;
+    let mut writer = RunWriter::create(&scene, &out, None)?;
+    let run = run::run(&scene, &mut simulation, Run::new(), &interrupt, &mut writer, args.quiet)?;
+    if plan.replay.states.last().map(Vec::as_slice) != Some(simulation.states()) {
+        let why = "the run of the plan's scene is not its replay: this is a fault of tumble";
+        return Err(Failure::Other(why.to_owned()));
+    }
+    let mut files = writer.finish()?;
+    let mut file = |name: &str, bytes: &[u8]| {
+        let file = PendingFile::create(&out, name)?;
+        file.write(bytes)?;
+        files.push(file);
+        Ok::<_, Failure>(())
+    };
+    file("run.json", RunFile::of(&scene, &run.ended())?.text()?.as_bytes())?;
+    file(continued::FILE, &continued::state_of(&simulation, &run)?)?;
+    let [csv, json, html, toml] = FILES;
+    file(csv, &controls::table(problem, &plan.replay.controls)?)?;
+    file(json, report::json(problem, &plan, interrupted)?.as_bytes())?;
+    file(html, page::page(problem, &plan, costs).as_bytes())?;
+    // Of what no scenario can be written, the plan's problem and its controls are all there is.
+    if let Ok(text) = written::text(&scene) {
+        file(toml, text.as_bytes())?;
+    }
+    let written = files.into_iter().map(PendingFile::publish).collect::<Result<Vec<_>, _>>()?;
+    let removed = out.remove_former(&written)?;
+    let mut text = report::described(problem, &plan);
+    let names: Vec<_> = written.iter().map(|path| shown::path(path)).collect();
+    text += &format!("wrote {}\n", names.join(", "));
+    if !removed.is_empty() {
+        text += &format!("removed {} of an earlier run\n", removed.join(", "));
+    }
+    voice.say(&text);
+    voice.end(match plan.status {
+        _ if interrupted => Outcome::Interrupted,
+        PlanStatus::Exact | PlanStatus::Replayed => Outcome::Done,
+        PlanStatus::Missed | PlanStatus::Failed => Outcome::Unconverged,
+    })
+}
+
+/// The plan, on the threads that are asked for, within the time; and the cost of every iteration.
+fn search(
+    args: &PlanArgs,
+    file: &ProblemFile,
+    start: &[f64],
+    interrupt: &Arc<AtomicBool>,
+) -> Result<(Plan, Vec<f64>), Failure> {
+    let mut pool = ThreadPoolBuilder::new();
+    if let Some(threads) = args.threads {
+        pool = pool.num_threads(threads.get());
+    }
+    let pool = pool
+        .build()
+        .map_err(|error| Failure::Other(format!("the threads cannot be started: {error}")))?;
+    let legs = if args.replay { Vec::new() } else { file.made_legs() };
+    let (clock, time) = (Instant::now(), args.time.or(file.time));
+    let (bar, mut costs) = (spinner(args.quiet), Vec::new());
+    let mut progress = |progress: &Progress<'_>| {
+        let Progress { leg, iteration, cost, .. } = progress;
+        bar.set_message(format!("{leg} {iteration}: J {cost:.6}"));
+        bar.tick();
+        costs.push(*cost);
+        time.is_none_or(|time| clock.elapsed().as_secs_f64() < time)
+    };
+    let mut watch = Watch { interrupt, progress: &mut progress };
+    let plan = pool.install(|| file.problem.plan(start, &legs, &mut watch));
+    bar.finish_and_clear();
+    let plan = plan.map_err(|error| match error {
+        PlanError::Problem(why) => Failure::Input(format!("{}: {why}", shown::path(&args.file))),
+        PlanError::Step(error) => Failure::Input(format!("{}: {error}", shown::path(&args.file))),
+        PlanError::Interrupted => {
+            Failure::Other("interrupted before anything was found".to_owned())
+        }
+    })?;
+    Ok((plan, costs))
+}

@@ -1,0 +1,89 @@
+//! plan.html: the plan as a page.
+
+use tumble::plan::{ContactMode, LegReport, Miss, Mode, Plan, PlanStatus, Problem};
+use tumble_pictures::plan::{Leg, Report, Target, Touch, page as drawn};
+
+/// The page of a plan, with the `costs` of all iterations.
+pub fn page(problem: &Problem, plan: &Plan, costs: Vec<f64>) -> String {
+    let (replay, scene) = (&plan.replay, problem.scene());
+    let (first, h) = (scene.start_index, scene.world.time_step());
+    let is_met = matches!(plan.status, PlanStatus::Exact | PlanStatus::Replayed);
+    let mut least = f64::INFINITY;
+    let progress = costs.into_iter().map(|cost| {
+        least = least.min(cost);
+        least
+    });
+    let paths = scene.bodies.iter().enumerate().map(|(body, name)| {
+        let path = replay.states.iter().map(|states| states[body].position.into());
+        (name.clone(), path.collect())
+    });
+    drawn(&Report {
+        program: format!("tumble {}", env!("CARGO_PKG_VERSION")),
+        name: scene.name.clone(),
+        status: (plan.status.name().to_owned(), is_met),
+        reason: plan.reason.clone(),
+        legs: plan.legs.iter().map(leg).collect(),
+        targets: replay.misses.iter().map(target).collect(),
+        progress: progress.filter(|cost| cost.is_finite()).collect(),
+        times: (0..=problem.steps()).map(|k| (first + k as u64) as f64 * h).collect(),
+        controls: controls(problem, &replay.controls),
+        contacts: contacts(problem, &replay.modes),
+        paths: paths.collect(),
+    })
+}
+
+fn leg(leg: &LegReport) -> Leg {
+    Leg {
+        name: leg.name.to_owned(),
+        cost: leg.cost,
+        counts: [leg.iterations, leg.runs],
+        message: leg.message.clone(),
+        kept: leg.kept,
+    }
+}
+
+fn target(miss: &Miss) -> Target {
+    Target { name: miss.name.clone(), miss: [miss.by, miss.tolerance], unit: miss.unit.to_owned() }
+}
+
+/// What varies over the steps, a curve a component.
+fn controls(problem: &Problem, numbers: &[f64]) -> Vec<(String, Vec<f64>)> {
+    let first = problem.variables().iter().filter(|variable| variable.knot == 0);
+    let varies = first.filter(|variable| problem.controls()[variable.control].knots > 1);
+    let curve = |variable: &tumble::plan::Variable| {
+        let kind = &problem.controls()[variable.control].kind;
+        let name = &problem.controls()[variable.control].name;
+        let (component, unit) =
+            (kind.components()[variable.component], kind.unit(variable.component));
+        let unit = if unit.is_empty() { String::new() } else { format!(" ({unit})") };
+        let at = |step| {
+            let knot = problem.knot(variable.control, step);
+            problem.numbers(variable.control, knot, numbers).0[variable.component]
+        };
+        (format!("{name}.{component}{unit}"), (0..problem.steps()).map(at).collect())
+    };
+    varies.map(curve).collect()
+}
+
+/// What each contact that presses at some time does over the steps, in the order of their keys.
+fn contacts(problem: &Problem, modes: &[Vec<ContactMode>]) -> Vec<(String, Vec<Touch>)> {
+    let scene = problem.scene();
+    let pressing = modes.iter().flatten().filter(|of| of.mode != Mode::Open);
+    let mut keys: Vec<_> = pressing.map(|of| of.key).collect();
+    keys.sort_unstable();
+    keys.dedup();
+    let line = |key: &tumble::contact::ContactKey| {
+        let name = format!("{} {}", scene.bodies[key.body], key.point);
+        let touch = |modes: &Vec<ContactMode>| match modes
+            .iter()
+            .find(|of| of.key == *key)
+            .map(|of| of.mode)
+        {
+            Some(Mode::Stick) => Touch::Stick,
+            Some(Mode::Slip) => Touch::Slip,
+            Some(Mode::Open) | None => Touch::Open,
+        };
+        (name, modes.iter().map(touch).collect())
+    };
+    keys.iter().map(line).collect()
+}

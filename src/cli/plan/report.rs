@@ -1,0 +1,162 @@
+//! plan.json, and what stands on the terminal.
+
+use crate::cli::outcome::Failure;
+use serde::Serialize;
+use std::fmt::Write as _;
+use tumble::plan::{LegReport, Miss, Mode, Plan, Problem};
+
+/// What plan.json says.
+#[derive(Serialize)]
+struct Report<'a> {
+    status: &'static str,
+    /// Null of a plan that meets all.
+    reason: Option<&'a str>,
+    outcome: &'static str,
+    tumble_version: &'static str,
+    scene: &'a str,
+    steps: usize,
+    time_step_s: f64,
+    variables: usize,
+    cost: f64,
+    effort: f64,
+    residual_m_s: f64,
+    unsolved: usize,
+    /// How far the own run of the leg that found it is from the replay.
+    apart_m: Option<f64>,
+    /// The smallest margin of a contact's mode, and its step.
+    margin: Option<Margin>,
+    targets: Vec<Target<'a>>,
+    at_bounds: Vec<String>,
+    legs: Vec<Leg<'a>>,
+    /// How many contacts are open, stick and slip in each step.
+    modes: Vec<[usize; 3]>,
+}
+
+#[derive(Serialize)]
+struct Margin {
+    m_s: f64,
+    step: usize,
+}
+
+#[derive(Serialize)]
+struct Target<'a> {
+    name: &'a str,
+    missed_by: f64,
+    tolerance: f64,
+    unit: &'static str,
+    after: usize,
+    met: bool,
+}
+
+#[derive(Serialize)]
+struct Leg<'a> {
+    name: &'static str,
+    iterations: u64,
+    runs: u64,
+    message: &'a str,
+    claimed_cost: Option<f64>,
+    cost: Option<f64>,
+    meets: bool,
+    apart_m: Option<f64>,
+    steps_of_other_modes: Option<usize>,
+    kept: bool,
+}
+
+/// The number of contacts in each mode, a step at a time.
+pub fn modes(plan: &Plan) -> Vec<[usize; 3]> {
+    let count = |modes: &Vec<tumble::plan::ContactMode>| {
+        [Mode::Open, Mode::Stick, Mode::Slip]
+            .map(|mode| modes.iter().filter(|of| of.mode == mode).count())
+    };
+    plan.replay.modes.iter().map(count).collect()
+}
+
+/// plan.json.
+pub fn json(problem: &Problem, plan: &Plan, interrupted: bool) -> Result<String, Failure> {
+    let replay = &plan.replay;
+    let variables = problem.variables();
+    let report = Report {
+        status: plan.status.name(),
+        reason: (!plan.reason.is_empty()).then_some(&plan.reason),
+        outcome: if interrupted { "interrupted" } else { "complete" },
+        tumble_version: env!("CARGO_PKG_VERSION"),
+        scene: &problem.scene().name,
+        steps: problem.steps(),
+        time_step_s: problem.scene().world.time_step(),
+        variables: variables.len(),
+        cost: replay.cost,
+        effort: replay.effort,
+        residual_m_s: replay.residual,
+        unsolved: replay.unsolved,
+        apart_m: plan.apart,
+        margin: replay.margin.map(|(m_s, step)| Margin { m_s, step }),
+        targets: replay.misses.iter().map(target).collect(),
+        at_bounds: replay.at_bounds.iter().map(|at| problem.name_of(&variables[*at])).collect(),
+        legs: plan.legs.iter().map(leg).collect(),
+        modes: modes(plan),
+    };
+    let text = serde_json::to_string_pretty(&report);
+    let text = text.map_err(|error| Failure::Other(format!("plan.json: {error}")))?;
+    Ok(text + "\n")
+}
+
+fn target(miss: &Miss) -> Target<'_> {
+    let Miss { name, by, tolerance, unit, after } = miss;
+    Target { name, missed_by: *by, tolerance: *tolerance, unit, after: *after, met: miss.is_met() }
+}
+
+fn leg(leg: &LegReport) -> Leg<'_> {
+    Leg {
+        name: leg.name,
+        iterations: leg.iterations,
+        runs: leg.runs,
+        message: &leg.message,
+        claimed_cost: leg.claimed,
+        cost: leg.cost.is_finite().then_some(leg.cost),
+        meets: leg.meets,
+        apart_m: leg.apart,
+        steps_of_other_modes: leg.other_modes,
+        kept: leg.kept,
+    }
+}
+
+/// What stands on the terminal.
+pub fn described(problem: &Problem, plan: &Plan) -> String {
+    let replay = &plan.replay;
+    let (steps, variables) = (problem.steps(), problem.variables().len());
+    let mut text = format!(
+        "{}: {} after {steps} steps, {variables} numbers sought\n",
+        problem.scene().name,
+        plan.status
+    );
+    if !plan.reason.is_empty() {
+        let _ = writeln!(text, "  {}", plan.reason);
+    }
+    for leg in &plan.legs {
+        let kept = if leg.kept { "kept" } else { "not kept" };
+        let _ = write!(
+            text,
+            "  {:<9} J {:<12.6} {} iterations, {} runs, {kept}: {}",
+            leg.name, leg.cost, leg.iterations, leg.runs, leg.message
+        );
+        if let Some(apart) = leg.apart {
+            let _ = write!(text, "; {apart:.1e} m from the replay");
+        }
+        if let Some(other) = leg.other_modes.filter(|other| *other > 0) {
+            let _ = write!(text, "; other modes in {other} steps");
+        }
+        text.push('\n');
+    }
+    let _ = writeln!(
+        text,
+        "  replay    J {:.6}, effort {:.6}, residual {:.1e} m/s",
+        replay.cost, replay.effort, replay.residual
+    );
+    for Miss { name, by, tolerance, unit, .. } in &replay.misses {
+        let _ = writeln!(text, "    {name:<20} off by {by:.3e} {unit} ({tolerance} allowed)");
+    }
+    if !replay.at_bounds.is_empty() {
+        let _ = writeln!(text, "    {} of {variables} numbers at bounds", replay.at_bounds.len());
+    }
+    text
+}

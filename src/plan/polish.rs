@@ -1,0 +1,126 @@
+//! The leg `polish`: the modes of all contacts are read off the replay and fixed, so that the program has the laws
+//! themselves and no smoothing, and is solved again until its replay has the same modes.
+//!
+//! ```text
+//! open:   F = 0,  φ⁺ ≥ 0
+//! stick:  φ̂ = 0,  ĉ = 0,               (μ F_n)² − |F_t|² ≥ 0,  F_n ≥ 0
+//! slip:   φ̂ = 0,  μ F_n ĉ + λ F_t = 0,  (μ F_n)² − |F_t|² = 0,  F_n ≥ 0,  λ ≥ 0         (P17)
+//! ```
+//!
+//! Once they agree, it is solved again with the compliance about the forces that it ended with (p̂⁰ of P13): then it gives
+//! nothing, and the plan is the replay to rounding.
+
+use super::program::{NESTED_DISSECTION, PlanNlp, Solved, Told, solve, usual_cost};
+use super::{Leg, LegEnd, PlanError, Problem, Replay, Watch};
+use crate::ipopt::{BarrierStrategy, Options, ReturnStatus};
+
+/// The leg `polish`.
+#[derive(Debug, Clone)]
+pub struct Polish {
+    /// Iterations of one program, at most.
+    pub most_iterations: u32,
+    /// How often modes are read off a replay.
+    pub rounds: usize,
+    /// ε of the first program of a round. With none of it the shares of forces are open where faces slide, and what comes out
+    /// need not replay.
+    pub compliance: f64,
+    /// How often the compliance is moved to the forces of the end.
+    pub anchored: usize,
+}
+
+impl Default for Polish {
+    fn default() -> Self {
+        Self { most_iterations: 150, rounds: 6, compliance: 1e-6, anchored: 2 }
+    }
+}
+
+impl Leg for Polish {
+    fn name(&self) -> &'static str {
+        "polish"
+    }
+
+    fn run(
+        &self,
+        problem: &Problem,
+        from: &Replay,
+        watch: &mut Watch<'_>,
+    ) -> Result<LegEnd, PlanError> {
+        let mut end = LegEnd { controls: from.controls.clone(), ..LegEnd::default() };
+        let mut at = from.clone();
+        for _ in 0..self.rounds.max(1) {
+            let round = self.round(problem, &at, watch, &mut end)?;
+            let Some((replay, is_solved, goes_on)) = round else { break };
+            let changed = replay.other_modes(&at.modes);
+            if changed == 0 {
+                end.message = match is_solved {
+                    true => "modes confirmed".to_owned(),
+                    false => format!("{}, modes confirmed", end.message),
+                };
+                break;
+            }
+            end.message = format!("{}, modes changed in {changed} steps", end.message);
+            if !is_solved || !goes_on {
+                break;
+            }
+            at = replay;
+        }
+        Ok(end)
+    }
+}
+
+impl Polish {
+    /// One program with the modes of `at`, and those about its forces: the replay of its end, whether it was solved, and
+    /// whether to go on. None where it was stopped at once.
+    fn round(
+        &self,
+        problem: &Problem,
+        at: &Replay,
+        watch: &mut Watch<'_>,
+        end: &mut LegEnd,
+    ) -> Result<Option<(Replay, bool, bool)>, PlanError> {
+        let mut program = PlanNlp::with_modes(problem, at, self.compliance)?;
+        program.set_factor(1.0 / usual_cost(problem, at)?);
+        let mut solved = Solved { x: program.point_of(at), multipliers: None };
+        let mut last = None;
+        for pass in 0..=self.anchored {
+            let options = Options {
+                tolerance: 1e-9,
+                max_iterations: self.most_iterations,
+                barrier: BarrierStrategy::Monotone,
+                initial_barrier: if pass == 0 { 1e-6 } else { 1e-8 },
+                bound_push: 1e-8,
+                mumps_pivot_order: NESTED_DISSECTION,
+                ..Options::default()
+            };
+            let known = end.controls.clone();
+            let told = Told { leg: "polish", done: end.iterations, controls: &known };
+            let (status, iterations, stopped) =
+                solve(&mut program, &mut solved, options, told, watch)?;
+            end.iterations += u64::from(iterations);
+            if pass == 0 {
+                end.message = status.name().to_owned();
+            }
+            let is_solved = status.is_success() || status == ReturnStatus::SolvedToAcceptableLevel;
+            let replay = problem.replay(&program.controls(&solved.x))?;
+            end.runs += 1;
+            // A later pass counts where it ends nearer to its replay.
+            let states = program.states(&solved.x);
+            let apart = replay.apart(&states);
+            let nearer = last.as_ref().is_none_or(|(_, known, _, _)| apart <= *known);
+            if nearer {
+                end.controls.clone_from(&replay.controls);
+                end.cost = Some(program.cost(&solved.x));
+                end.states = Some(states);
+                end.modes = Some(at.modes.clone());
+                let same = replay.other_modes(&at.modes) == 0;
+                last = Some((replay, apart, is_solved, !stopped));
+                if is_solved && same && !stopped {
+                    program.anchor(&solved.x);
+                    continue;
+                }
+            }
+            break;
+        }
+        Ok(last.map(|(replay, _, is_solved, goes_on)| (replay, is_solved, goes_on)))
+    }
+}

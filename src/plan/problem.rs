@@ -1,0 +1,599 @@
+//! What is sought, checked; its variables as one vector; its runs and their cost.
+
+use super::control::{Applied, Control, ControlKind};
+use super::keep::Keep;
+use super::replay::Miss;
+use super::target::Target;
+use super::{PlanError, held};
+use crate::error::Error;
+use crate::joint::{JointAxis, JointLoad};
+use crate::mechanics::{Load, State, Wrench};
+use crate::scenario::scene::Scene;
+use crate::simulation::{Simulation, StepRecord};
+use crate::step::StepStatus;
+use crate::world::{Constant, World};
+use nalgebra::Vector3;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+/// More steps than this are no plan.
+const MOST_STEPS: usize = 100_000;
+
+/// The constants that may be looked for: what a scene's model has as a number of its own.
+const CONSTANTS: [Constant; 6] = [
+    Constant::Friction,
+    Constant::Restitution,
+    Constant::Mass,
+    Constant::Inertia,
+    Constant::Gravity,
+    Constant::Ground,
+];
+
+/// A scene, for how many steps, what may be chosen, and what is to come of it. The cost that is made least is, with the
+/// weights of each,
+///
+/// ```text
+/// J = Σ_targets w |rows(X_after)|² + Σ_keeps w Σ_k min(0, g(r_k))² + Σ_controls e Σ_k |u_k|²      (P1)
+/// ```
+#[derive(Clone)]
+pub struct Problem {
+    pub(super) scene: Scene,
+    pub(super) steps: usize,
+    controls: Vec<Control>,
+    targets: Vec<Target>,
+    keeps: Vec<Keep>,
+    variables: Vec<Variable>,
+    /// The first variable of each control.
+    offsets: Vec<usize>,
+    /// Whether a control pushes each body.
+    pushed: Vec<bool>,
+}
+
+/// One number that is looked for.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Variable {
+    /// An index of the problem's controls.
+    pub control: usize,
+    /// Which piece of the steps.
+    pub knot: usize,
+    /// Which of the control's [components](ControlKind::components).
+    pub component: usize,
+    /// Where it may lie.
+    pub bounds: [f64; 2],
+    /// What a step of it costs: e of (P1), times the steps of its piece.
+    pub effort: f64,
+}
+
+impl Variable {
+    /// The length of its bounds.
+    #[must_use]
+    pub fn scale(&self) -> f64 {
+        self.bounds[1] - self.bounds[0]
+    }
+}
+
+/// Is shown every step of a run: the simulation after it, the wrenches that acted, and the step.
+pub(super) type Visit<'a> =
+    dyn FnMut(&Simulation<'_>, &[Wrench], &StepRecord) -> Result<(), PlanError> + 'a;
+
+/// What a run costs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct RunCost {
+    /// What targets and rows to keep do.
+    pub task: f64,
+    /// What the effort does.
+    pub effort: f64,
+    /// Steps that failed or are wild.
+    pub unsolved: usize,
+}
+
+impl RunCost {
+    /// What searches make least: the cost, and more where the run is none.
+    pub fn judged(&self) -> f64 {
+        (self.task + self.effort) * (1.0 + self.unsolved as f64)
+    }
+}
+
+fn odd<T>(why: String) -> Result<T, PlanError> {
+    Err(PlanError::Problem(why))
+}
+
+impl Problem {
+    /// Checks the problem.
+    ///
+    /// # Errors
+    /// [`PlanError::Problem`]: no steps or too many; a body, joint or axis that is not there; bounds that are none;
+    /// more knots than steps; a constant that is not looked for; two controls of one name; tolerances and weights
+    /// that are not above 0; nothing to reach.
+    pub fn new(
+        scene: Scene,
+        steps: usize,
+        controls: Vec<Control>,
+        targets: Vec<Target>,
+        keeps: Vec<Keep>,
+    ) -> Result<Self, PlanError> {
+        if !(1..=MOST_STEPS).contains(&steps) {
+            return odd(format!("steps: {steps} is given; 1 to {MOST_STEPS} are allowed"));
+        }
+        for (index, control) in controls.iter().enumerate() {
+            check_control(control, &scene.world, steps)?;
+            if controls[..index].iter().any(|other| other.name == control.name) {
+                return odd(format!("controls: {:?} is named twice", control.name));
+            }
+        }
+        if targets.is_empty() && keeps.is_empty() {
+            return odd("targets: there is none, so that there is nothing to plan for".to_owned());
+        }
+        let bodies = scene.world.bodies().len();
+        let positive = |of: &str, name: &str, what: &str, value: f64| {
+            if value > 0.0 && value.is_finite() {
+                return Ok(());
+            }
+            odd(format!("{of} {name:?}: {what} is {value}; a number above 0 is needed"))
+        };
+        for Target { name, body, after, tolerance, weight, .. } in &targets {
+            has_body("target", name, *body, bodies)?;
+            if !(1..=steps).contains(after) {
+                return odd(format!("target {name:?}: after is {after}; 1 to {steps} are allowed"));
+            }
+            positive("target", name, "tolerance", *tolerance)?;
+            positive("target", name, "weight", *weight)?;
+        }
+        for Keep { name, body, tolerance, weight, .. } in &keeps {
+            has_body("keep", name, *body, bodies)?;
+            positive("keep", name, "tolerance", *tolerance)?;
+            positive("keep", name, "weight", *weight)?;
+        }
+        let (mut variables, mut offsets) = (Vec::new(), Vec::new());
+        let mut pushed = vec![false; bodies];
+        for (index, control) in controls.iter().enumerate() {
+            offsets.push(variables.len());
+            if let (Some(body), false) = (control.kind.body(), control.kind.is_of_the_run()) {
+                pushed[body] = true;
+            }
+            for knot in 0..control.knots {
+                let count =
+                    (0..steps).filter(|k| knot_of(*k, control.knots, steps) == knot).count();
+                for (component, bounds) in control.bounds.iter().enumerate() {
+                    if bounds[0] < bounds[1] {
+                        let cost = f64::from(u8::from(control.kind.costs(component)));
+                        let effort = cost * control.effort * count as f64;
+                        let bounds = *bounds;
+                        variables.push(Variable {
+                            control: index,
+                            knot,
+                            component,
+                            bounds,
+                            effort,
+                        });
+                    }
+                }
+            }
+        }
+        let scene = Scene { rows: steps as u64 + 1, ..scene };
+        Ok(Self { scene, steps, controls, targets, keeps, variables, offsets, pushed })
+    }
+
+    /// What is simulated.
+    #[must_use]
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// N.
+    #[must_use]
+    pub fn steps(&self) -> usize {
+        self.steps
+    }
+
+    /// What may be chosen.
+    #[must_use]
+    pub fn controls(&self) -> &[Control] {
+        &self.controls
+    }
+
+    /// What is to be reached.
+    #[must_use]
+    pub fn targets(&self) -> &[Target] {
+        &self.targets
+    }
+
+    /// What is to hold after every step.
+    #[must_use]
+    pub fn keeps(&self) -> &[Keep] {
+        &self.keeps
+    }
+
+    /// The numbers that are looked for, in the order of the vector of controls: by controls, then by pieces, then by
+    /// components.
+    #[must_use]
+    pub fn variables(&self) -> &[Variable] {
+        &self.variables
+    }
+
+    /// The name of a variable: that of its control, its component, and its piece where there are several.
+    #[must_use]
+    pub fn name_of(&self, variable: &Variable) -> String {
+        let control = &self.controls[variable.control];
+        let component = control.kind.components()[variable.component];
+        match control.knots {
+            1 => format!("{}.{component}", control.name),
+            _ => format!("{}.{component}[{}]", control.name, variable.knot),
+        }
+    }
+
+    /// The controls of which nothing is known: no force, the scene's own start and constants, each the nearest within its
+    /// bounds.
+    #[must_use]
+    pub fn zero(&self) -> Vec<f64> {
+        let value = |variable: &Variable| {
+            let own = match &self.controls[variable.control].kind {
+                ControlKind::Start { body, part } => {
+                    use super::control::StartPart as Part;
+                    let start = &self.scene.starts[*body];
+                    match part {
+                        Part::Position => start.position[variable.component],
+                        Part::Turn => 0.0,
+                        Part::Velocity => start.velocity[variable.component],
+                        Part::Spin => start.spin[variable.component],
+                    }
+                }
+                ControlKind::Constant(constant) => constant.one_number(&self.scene.world),
+                _ => 0.0,
+            };
+            own.clamp(variable.bounds[0], variable.bounds[1])
+        };
+        self.variables.iter().map(value).collect()
+    }
+
+    /// `controls` within their bounds.
+    ///
+    /// # Errors
+    /// Another count of numbers than the problem's; one that is not finite.
+    pub fn clipped(&self, controls: &[f64]) -> Result<Vec<f64>, PlanError> {
+        let (count, wanted) = (controls.len(), self.variables.len());
+        if count != wanted {
+            return odd(format!("controls: {count} numbers are given; {wanted} are needed"));
+        }
+        let pairs = controls.iter().zip(&self.variables);
+        let clip = |(value, variable): (&f64, &Variable)| {
+            if value.is_finite() {
+                return Ok(value.clamp(variable.bounds[0], variable.bounds[1]));
+            }
+            odd(format!("controls: {} is {value}; a number is needed", self.name_of(variable)))
+        };
+        pairs.map(clip).collect()
+    }
+
+    /// The variables that are at a bound, to 1e-9 of its length.
+    #[must_use]
+    pub fn at_bounds(&self, controls: &[f64]) -> Vec<usize> {
+        let pairs = controls.iter().zip(&self.variables).enumerate();
+        let near = |value: f64, variable: &Variable| {
+            let far = variable.bounds.map(|bound| (value - bound).abs());
+            far[0].min(far[1]) <= 1e-9 * variable.scale()
+        };
+        pairs.filter(|(_, (value, of))| near(**value, of)).map(|(index, _)| index).collect()
+    }
+
+    /// The piece of `control` in `step`.
+    #[must_use]
+    pub fn knot(&self, control: usize, step: usize) -> usize {
+        knot_of(step, self.controls[control].knots, self.steps)
+    }
+
+    /// The components of `control` in its piece `knot`, and of each that is looked for its place among the variables.
+    pub fn numbers(
+        &self,
+        control: usize,
+        knot: usize,
+        controls: &[f64],
+    ) -> (Vec<f64>, Vec<Option<usize>>) {
+        let bounds = &self.controls[control].bounds;
+        let free = bounds.iter().filter(|bounds| bounds[0] < bounds[1]).count();
+        let mut next = self.offsets[control] + knot * free;
+        let each = bounds.iter().map(|bounds| {
+            if bounds[0] < bounds[1] {
+                next += 1;
+                (controls[next - 1], Some(next - 1))
+            } else {
+                (bounds[0], None)
+            }
+        });
+        each.unzip()
+    }
+
+    /// What `control` puts on its body in `step`, in its own axes, if it is a force on one: with the places of its components
+    /// among the variables, and the components' values.
+    pub fn applied(
+        &self,
+        control: usize,
+        step: usize,
+        controls: &[f64],
+    ) -> Option<(Applied, Vec<f64>, Vec<Option<usize>>)> {
+        let (numbers, places) = self.numbers(control, self.knot(control, step), controls);
+        let applied = self.controls[control].kind.applied(&numbers)?;
+        Some((applied, numbers, places))
+    }
+
+    /// Whether a control pushes each body.
+    #[must_use]
+    pub fn pushed(&self) -> &[bool] {
+        &self.pushed
+    }
+
+    /// What acts on each body in `step` from `states`, gravity apart: the scene's loads, and the controls.
+    pub fn wrenches(
+        &self,
+        step: usize,
+        states: &[State],
+        controls: &[f64],
+        wrenches: &mut Vec<Wrench>,
+    ) {
+        let (h, index) = (self.scene.world.time_step(), self.scene.start_index + step as u64);
+        wrenches.clear();
+        let loads = self.scene.loads.iter().zip(states);
+        wrenches.extend(loads.map(|(load, state)| load.wrench(index, h, &state.attitude)));
+        for control in 0..self.controls.len() {
+            let Some(body) = self.controls[control].kind.body() else { continue };
+            if let Some((applied, ..)) = self.applied(control, step, controls) {
+                wrenches[body] = wrenches[body].plus(&applied.wrench(&states[body]));
+            }
+        }
+    }
+
+    /// These wrenches of `step` as the simulator applies them: to rounding, as loads that hold them have them for their
+    /// means.
+    fn held(&self, step: usize, wrenches: &mut [Wrench]) {
+        let (h, index) = (self.scene.world.time_step(), self.scene.start_index + step as u64);
+        let (from, to) = (index as f64 * h, (index + 1) as f64 * h);
+        for (wrench, pushed) in wrenches.iter_mut().zip(&self.pushed) {
+            if *pushed {
+                wrench.force = held::mean(&wrench.force, from, to);
+                wrench.torque = held::mean(&wrench.torque, from, to);
+            }
+        }
+    }
+
+    /// The states at the start.
+    #[must_use]
+    pub fn starts(&self, controls: &[f64]) -> Vec<State> {
+        let mut starts = self.scene.starts.clone();
+        for (index, Control { kind, .. }) in self.controls.iter().enumerate() {
+            if let ControlKind::Start { body, .. } = kind {
+                let (numbers, _) = self.numbers(index, 0, controls);
+                starts[*body] = kind.started(&numbers, &starts[*body]);
+            }
+        }
+        starts
+    }
+
+    /// The world, with the constants that are chosen.
+    ///
+    /// # Errors
+    /// As [`World::with_constants`].
+    pub fn world(&self, controls: &[f64]) -> Result<World, PlanError> {
+        let chosen = |(index, control): (usize, &Control)| match control.kind {
+            ControlKind::Constant(constant) => {
+                let (numbers, _) = self.numbers(index, 0, controls);
+                Some((constant, constant.from_one_number(&self.scene.world, numbers[0])))
+            }
+            _ => None,
+        };
+        let given: Vec<_> = self.controls.iter().enumerate().filter_map(chosen).collect();
+        if given.is_empty() {
+            return Ok(self.scene.world.clone());
+        }
+        let given: Vec<_> = given.iter().map(|(constant, of)| (*constant, &of[..])).collect();
+        Ok(self.scene.world.with_constants(&given)?)
+    }
+
+    /// The forces along the axes of joints over time, by the joints' indices.
+    pub(super) fn joint_loads(&self, controls: &[f64]) -> Result<Vec<(usize, JointLoad)>, Error> {
+        let mut all: Vec<(usize, [Vec<Vector3<f64>>; 2])> = Vec::new();
+        for (index, control) in self.controls.iter().enumerate() {
+            let ControlKind::Motor { joint, axis } = control.kind else { continue };
+            let place = all.iter().position(|(known, _)| *known == joint).unwrap_or_else(|| {
+                let none = || vec![Vector3::zeros(); self.steps];
+                all.push((joint, [none(), none()]));
+                all.len() - 1
+            });
+            let (of, k) = match axis {
+                JointAxis::Linear(k) => (0, k),
+                JointAxis::Angular(k) => (1, k),
+            };
+            for (step, values) in all[place].1[of].iter_mut().enumerate() {
+                values[k] += self.numbers(index, self.knot(index, step), controls).0[0];
+            }
+        }
+        let (first, h) = (self.scene.start_index, self.scene.world.time_step());
+        let load = |(joint, [force, torque]): (usize, [Vec<Vector3<f64>>; 2])| {
+            let (force, torque) =
+                (held::through(&force, first, h)?, held::through(&torque, first, h)?);
+            Ok((joint, JointLoad { force, torque }))
+        };
+        all.into_iter().map(load).collect()
+    }
+
+    /// Runs the problem under `controls`, which are within their bounds, and shows every step.
+    pub(super) fn simulate(
+        &self,
+        controls: &[f64],
+        interrupt: Option<&Arc<AtomicBool>>,
+        visit: &mut Visit<'_>,
+    ) -> Result<(), PlanError> {
+        let world = self.world(controls)?;
+        let motion = self.scene.motion(&world)?;
+        let mut simulation = Simulation::new(world, self.starts(controls), motion)?;
+        self.scene.prepare(&mut simulation)?;
+        for (body, _) in self.pushed.iter().enumerate().filter(|(_, pushed)| **pushed) {
+            simulation.set_load(body, Load::none())?;
+        }
+        for (joint, load) in self.joint_loads(controls)? {
+            simulation.set_joint_load(joint, load)?;
+        }
+        if let Some(flag) = interrupt {
+            simulation.interrupt_by(Arc::clone(flag));
+        }
+        let (mut record, mut wrenches) = (StepRecord::new(), Vec::new());
+        for step in 0..self.steps {
+            self.wrenches(step, simulation.states(), controls, &mut wrenches);
+            self.held(step, &mut wrenches);
+            for (body, wrench) in wrenches.iter().enumerate() {
+                if self.pushed[body] {
+                    simulation.set_wrench(body, *wrench)?;
+                }
+            }
+            simulation.step(&mut record)?;
+            visit(&simulation, &wrenches, &record)?;
+        }
+        Ok(())
+    }
+
+    /// The cost (P1) of a run with these `states`, from the start on. Infinite where it is no number.
+    #[must_use]
+    pub fn cost_of(&self, states: &[Vec<State>], controls: &[f64]) -> f64 {
+        let steps = states.iter().enumerate().skip(1);
+        let cost: f64 = steps.map(|(after, states)| self.cost_after(after, states)).sum();
+        let cost = cost + self.effort_of(controls);
+        if cost.is_nan() { f64::INFINITY } else { cost }
+    }
+
+    /// The part of the cost that the states after so many steps have.
+    pub(super) fn cost_after(&self, after: usize, states: &[State]) -> f64 {
+        let mut cost = 0.0;
+        for target in self.targets.iter().filter(|target| target.after == after) {
+            let rows = target.kind.rows(&states[target.body]);
+            cost += target.weight * rows.iter().map(|row| row.value * row.value).sum::<f64>();
+        }
+        for keep in &self.keeps {
+            let below = keep.kind.at(&states[keep.body].position).0.min(0.0);
+            cost += keep.weight * below * below;
+        }
+        cost
+    }
+
+    /// The part of the cost that is effort.
+    #[must_use]
+    pub fn effort_of(&self, controls: &[f64]) -> f64 {
+        let pairs = self.variables.iter().zip(controls);
+        let free: f64 = pairs.map(|(variable, value)| variable.effort * value * value).sum();
+        let fixed = |control: &Control| {
+            let components = control.bounds.iter().enumerate();
+            let of = |(k, bounds): (usize, &[f64; 2])| {
+                let is_fixed = bounds[0] == bounds[1] && control.kind.costs(k);
+                if is_fixed { bounds[0] * bounds[0] } else { 0.0 }
+            };
+            control.effort * self.steps as f64 * components.map(of).sum::<f64>()
+        };
+        free + self.controls.iter().map(fixed).sum::<f64>()
+    }
+
+    /// The run under `controls`, which are within their bounds, as its cost alone.
+    pub(super) fn run_cost(
+        &self,
+        controls: &[f64],
+        interrupt: Option<&Arc<AtomicBool>>,
+    ) -> Result<RunCost, PlanError> {
+        let (mut after, mut task, mut unsolved) = (0, 0.0, 0);
+        self.simulate(controls, interrupt, &mut |simulation, _, record| {
+            after += 1;
+            task += self.cost_after(after, simulation.states());
+            let status = record.report.status;
+            unsolved += usize::from(matches!(status, StepStatus::Failed | StepStatus::Wild));
+            Ok(())
+        })?;
+        let task = if task.is_nan() { f64::INFINITY } else { task };
+        Ok(RunCost { task, effort: self.effort_of(controls), unsolved })
+    }
+
+    /// How far every target and every row to keep is missed by these `states`.
+    #[must_use]
+    pub fn misses(&self, states: &[Vec<State>]) -> Vec<Miss> {
+        let target = |target: &Target| Miss {
+            name: target.name.clone(),
+            by: target.miss(&states[target.after][target.body]),
+            tolerance: target.tolerance,
+            unit: target.kind.unit(),
+            after: target.after,
+        };
+        let keep = |keep: &Keep| {
+            let below = |states: &Vec<State>| -keep.kind.at(&states[keep.body].position).0;
+            let mut most = (0.0, 0);
+            for (after, states) in states.iter().enumerate().skip(1) {
+                let by = below(states);
+                if by > most.0 || by.is_nan() {
+                    most = (by, after);
+                }
+            }
+            let (name, tolerance) = (keep.name.clone(), keep.tolerance);
+            Miss { name, by: most.0, tolerance, unit: "m", after: most.1 }
+        };
+        self.targets.iter().map(target).chain(self.keeps.iter().map(keep)).collect()
+    }
+}
+
+/// The piece of `knots` in `step` of `steps`.
+fn knot_of(step: usize, knots: usize, steps: usize) -> usize {
+    step * knots / steps
+}
+
+fn has_body(of: &str, name: &str, body: usize, bodies: usize) -> Result<(), PlanError> {
+    if body < bodies {
+        return Ok(());
+    }
+    odd(format!("{of} {name:?}: body {body} is not there; 0 to {} are allowed", bodies - 1))
+}
+
+fn check_control(control: &Control, world: &World, steps: usize) -> Result<(), PlanError> {
+    let Control { name, kind, bounds, knots, effort } = control;
+    if let Some(body) = kind.body() {
+        has_body("control", name, body, world.bodies().len())?;
+    }
+    let components = kind.components();
+    if bounds.len() != components.len() {
+        let (count, wanted) = (bounds.len(), components.len());
+        return odd(format!("control {name:?}: {count} bounds are given; {wanted} are needed"));
+    }
+    for (component, [low, high]) in components.iter().zip(bounds) {
+        if !(low.is_finite() && high.is_finite() && low <= high) {
+            let why = format!("{low} to {high} are no bounds; two numbers in order are needed");
+            return odd(format!("control {name:?}: {component}: {why}"));
+        }
+    }
+    let most = if kind.is_of_the_run() { 1 } else { steps };
+    if !(1..=most).contains(knots) {
+        return odd(format!("control {name:?}: knots is {knots}; 1 to {most} are allowed"));
+    }
+    if !(*effort >= 0.0 && effort.is_finite()) {
+        return odd(format!("control {name:?}: effort is {effort}; 0 or more is needed"));
+    }
+    match kind {
+        ControlKind::Push(push) => {
+            let frame = &push.frame;
+            let apart = (frame.transpose() * frame - nalgebra::Matrix3::identity()).amax();
+            if !(apart < 1e-9 && frame.determinant() > 0.0) {
+                let why = "its axes are not three of length 1 across each other, right-handed";
+                return odd(format!("control {name:?}: {why}"));
+            }
+            let friction = push.friction.unwrap_or(0.0);
+            if !(0.0..=10.0).contains(&friction) {
+                let why = format!("friction is {friction}; 0 to 10 is allowed");
+                return odd(format!("control {name:?}: {why}"));
+            }
+            Ok(())
+        }
+        ControlKind::Motor { joint, axis } => {
+            if world.driven_axes().contains(&(*joint, *axis)) {
+                return Ok(());
+            }
+            odd(format!("control {name:?}: joint {joint} has no such free axis"))
+        }
+        ControlKind::Constant(constant) if !CONSTANTS.contains(constant) => {
+            let names: Vec<_> = CONSTANTS.iter().map(|constant| constant.name()).collect();
+            let why = format!("{} is not looked for; {} are", constant.name(), names.join(", "));
+            odd(format!("control {name:?}: {why}"))
+        }
+        _ => Ok(()),
+    }
+}

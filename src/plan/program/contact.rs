@@ -1,0 +1,673 @@
+//! One contact of the program over one step: the forces that it puts on its bodies at the poses of the
+//! step's start, its gap and its slip, and its rows (eqs. P12 to P17).
+
+use super::law::{GAP, Law, NORMAL, NUMBERS, Numbers, ROWS, SLIP};
+use super::motion::{Columns, Motion};
+use crate::contact::Contact;
+use crate::mechanics::State;
+use crate::mechanics::quaternion::rotated_point_forms;
+use crate::step_nlp::entries::EntrySink;
+use crate::step_nlp::layout::{ATTITUDE, POSITION, SPIN, SPIN_ROWS, VELOCITY_ROWS};
+use crate::step_nlp::several::touch::{Component, Curvature, Forms, Place, Touch, rows, weighted};
+use nalgebra::{Matrix3x4, SMatrix, Vector3, Vector4};
+
+/// A body of a contact in a step.
+#[derive(Clone, Copy)]
+pub(super) struct Side<'a> {
+    pub(super) motion: &'a Motion,
+    pub(super) start: &'a State,
+    pub(super) end: &'a State,
+    pub(super) columns: Columns,
+    /// The first row of its motion.
+    pub(super) row: usize,
+}
+
+/// A contact between A and B, or something fixed, in a step.
+#[derive(Clone)]
+pub(super) struct Meeting {
+    /// Gap and slip as functions of poses.
+    touch: Touch,
+    /// a.
+    point: Turned,
+    /// e_j × a, and e_j where the feature is rounded.
+    levers: [Turned; 3],
+    axes: Option<[Turned; 3]>,
+    radius: f64,
+    /// t₁, t₂, n in the frame of B.
+    directions: [Vector3<f64>; 3],
+    time_step: f64,
+}
+
+/// What a contact is asked with in a step: its law, its variables and both its bodies.
+#[derive(Clone, Copy)]
+pub(super) struct Posed<'a> {
+    pub(super) law: &'a Law,
+    /// F_t1, F_t2, F_n, λ.
+    pub(super) values: [f64; 4],
+    /// Their columns, of those that the law [has](Law::has).
+    pub(super) columns: [usize; 4],
+    /// The first row.
+    pub(super) row: usize,
+    pub(super) a: Side<'a>,
+    pub(super) b: Option<Side<'a>>,
+}
+
+/// A vector c of a body as forms (eq. 3): A(q) c and its slope.
+#[derive(Clone)]
+struct Turned {
+    vector: Vector3<f64>,
+    forms: Forms,
+}
+
+impl Turned {
+    fn new(vector: Vector3<f64>) -> Self {
+        Self { vector, forms: rotated_point_forms(&vector) }
+    }
+
+    /// A(q) c and ∂/∂q.
+    fn at(&self, q: &Vector4<f64>) -> (Vector3<f64>, Matrix3x4<f64>) {
+        let slope = rows(&self.forms, q);
+        (slope * q * 0.5, slope)
+    }
+
+    /// The same of a B, which may be fixed: A = E.
+    fn of(&self, b: Option<&Vector4<f64>>) -> (Vector3<f64>, Matrix3x4<f64>) {
+        b.map_or((self.vector, Matrix3x4::zeros()), |q| self.at(q))
+    }
+}
+
+/// Slopes of one number, as columns and values.
+struct Slope {
+    entries: [(usize, f64); MOST_SLOPES],
+    len: usize,
+}
+
+/// Both ends of two bodies, and what the spins add.
+const MOST_SLOPES: usize = 48;
+
+impl Slope {
+    fn new() -> Self {
+        Self { entries: [(0, 0.0); MOST_SLOPES], len: 0 }
+    }
+
+    fn push(&mut self, column: usize, value: f64) {
+        self.entries[self.len] = (column, value);
+        self.len += 1;
+    }
+
+    fn entries(&self) -> &[(usize, f64)] {
+        &self.entries[..self.len]
+    }
+}
+
+/// What the spins of a rounded feature add to the slip along one tangent (eq. 10a), with w = n × t in B:
+///
+/// ```text
+/// −ρ ((A_B w)·(A_A ω_A⁺) − w·ω_B⁺)                                                  (eq. P14)
+/// ```
+struct Rolling {
+    w: Turned,
+    omega: Turned,
+    /// A_B w and A_A ω_A⁺, with their slopes by q_B and q_A.
+    seen: (Vector3<f64>, Matrix3x4<f64>),
+    turned: (Vector3<f64>, Matrix3x4<f64>),
+}
+
+impl Meeting {
+    /// That of `contact` of bodies whose constants `touch` has, in steps of `time_step`.
+    pub(super) fn new(contact: &Contact, touch: Touch, time_step: f64) -> Self {
+        let (frame, point) = (&contact.features.frame, &contact.features.point);
+        let radius = contact.features.radius;
+        let axis = |j: usize| Vector3::ith(j, 1.0);
+        Self {
+            touch,
+            point: Turned::new(*point),
+            levers: [0, 1, 2].map(|j| Turned::new(axis(j).cross(point))),
+            axes: (radius != 0.0).then(|| [0, 1, 2].map(|j| Turned::new(axis(j)))),
+            radius,
+            directions: [0, 1, 2].map(|axis| frame.column(axis).into_owned()),
+            time_step,
+        }
+    }
+
+    /// s (see [`law`](super::law)) at a point.
+    pub(super) fn numbers(&self, posed: &Posed<'_>) -> Numbers {
+        let mut s = Numbers::zeros();
+        s.fixed_rows_mut::<4>(0).copy_from_slice(&posed.values);
+        s[GAP] = self.gap(posed);
+        if posed.law.friction > 0.0 {
+            let (before, after) = places(posed);
+            for axis in 0..2 {
+                let [now, then] = [before, after].map(|at| self.touch.component(axis, at).value);
+                let mut slip = (then - now) / self.time_step;
+                if let Some(rolling) = self.rolling(axis, posed) {
+                    let of_b = posed.b.map_or(0.0, |b| rolling.w.vector.dot(&b.end.spin));
+                    slip -= self.radius * (rolling.seen.0.dot(&rolling.turned.0) - of_b);
+                }
+                s[SLIP + axis] = slip;
+            }
+        }
+        s
+    }
+
+    /// φ⁺/h.
+    pub(super) fn gap(&self, posed: &Posed<'_>) -> f64 {
+        self.touch.gap(&self.touch.component(2, places(posed).1)) / self.time_step
+    }
+
+    fn rolling(&self, axis: usize, posed: &Posed<'_>) -> Option<Rolling> {
+        (self.radius != 0.0).then(|| {
+            let w = Turned::new(self.directions[2].cross(&self.directions[axis]));
+            let omega = Turned::new(posed.a.end.spin);
+            let seen = w.of(posed.b.map(|b| &b.start.attitude));
+            let turned = omega.at(&posed.a.start.attitude);
+            Rolling { w, omega, seen, turned }
+        })
+    }
+
+    /// The force along the frame of B.
+    fn force(&self, posed: &Posed<'_>) -> Vector3<f64> {
+        let values = posed.values;
+        self.directions.iter().zip(values).map(|(direction, value)| direction * value).sum()
+    }
+
+    /// Adds the contact's force to the rows of both motions, and writes its own rows.
+    pub(super) fn add_rows(&self, posed: &Posed<'_>, rows: &mut [f64]) {
+        let values = posed.law.values(&self.numbers(posed));
+        let count = posed.law.count();
+        rows[posed.row..posed.row + count].copy_from_slice(&values[..count]);
+        if !posed.law.has(NORMAL) {
+            return;
+        }
+        let acting = Acting::new(self, posed);
+        let given = acting.given(&self.force(posed));
+        let force = &given.force.0;
+        posed.a.motion.add_load(force, &acting.on_a(&given), &mut rows[posed.a.row..]);
+        if let Some(b) = posed.b {
+            b.motion.add_load(&-force, &acting.on_b(&given), &mut rows[b.row..]);
+        }
+    }
+
+    /// The slopes of all of that.
+    pub(super) fn emit_slopes(&self, posed: &Posed<'_>, sink: &mut impl EntrySink) {
+        let slopes = posed.law.slopes(&self.numbers(posed));
+        for row in 0..posed.law.count() {
+            for &i in posed.law.depends(row) {
+                let at = posed.row + row;
+                match i {
+                    GAP.. => {
+                        for &(column, value) in self.slope(i, posed).entries() {
+                            sink.put(at, column, slopes[(row, i)] * value);
+                        }
+                    }
+                    _ => sink.put(at, posed.columns[i], slopes[(row, i)]),
+                }
+            }
+        }
+        if posed.law.has(NORMAL) {
+            self.emit_load_slopes(posed, sink);
+        }
+    }
+
+    /// The curvatures of all of that, with the multipliers `y` of all rows.
+    pub(super) fn emit_curvatures(&self, posed: &Posed<'_>, y: &[f64], sink: &mut impl EntrySink) {
+        let s = self.numbers(posed);
+        let mut own = [0.0; ROWS];
+        let count = posed.law.count();
+        own[..count].copy_from_slice(&y[posed.row..posed.row + count]);
+        let curvature = posed.law.curvature(&s, &own);
+        for &(i, j) in posed.law.couples() {
+            self.emit_couple((i, j), curvature[(i, j)], posed, sink);
+        }
+        let weights = posed.law.slopes(&s).tr_mul(&Vector4::from(own));
+        self.emit_bends(&weights, posed, sink);
+        if posed.law.has(NORMAL) {
+            self.emit_load_curvatures(posed, y, sink);
+        }
+    }
+
+    /// The second derivative `value` by the numbers i ≥ j of s, as one by variables.
+    fn emit_couple(
+        &self,
+        (i, j): (usize, usize),
+        value: f64,
+        posed: &Posed<'_>,
+        sink: &mut impl EntrySink,
+    ) {
+        if i < GAP {
+            sink.put_symmetric(posed.columns[i], posed.columns[j], value);
+            return;
+        }
+        let slope = self.slope(i, posed);
+        if j < GAP {
+            for &(column, by) in slope.entries() {
+                sink.put_symmetric(column, posed.columns[j], value * by);
+            }
+            return;
+        }
+        for (place, &(column, by)) in slope.entries().iter().enumerate() {
+            for &(other, other_by) in &slope.entries()[..=place] {
+                sink.put_symmetric(column, other, value * by * other_by);
+            }
+        }
+    }
+
+    /// φ⁺/h or a component of c (number `i` of s) by the variables (eq. D7, and P20 of what rolls).
+    fn slope(&self, i: usize, posed: &Posed<'_>) -> Slope {
+        let (before, after) = places(posed);
+        let mut slope = Slope::new();
+        let share = 1.0 / self.time_step;
+        if i == GAP {
+            self.add_component(
+                2,
+                &self.touch.component(2, after),
+                share,
+                (posed, true),
+                &mut slope,
+            );
+            return slope;
+        }
+        let axis = i - SLIP;
+        let (now, then) = (self.touch.component(axis, before), self.touch.component(axis, after));
+        self.add_component(axis, &then, share, (posed, true), &mut slope);
+        self.add_component(axis, &now, -share, (posed, false), &mut slope);
+        let Some(rolling) = self.rolling(axis, posed) else { return slope };
+        let rho = -self.radius;
+        let (seen, turned) = (&rolling.seen, &rolling.turned);
+        let by_attitude = turned.1.tr_mul(&seen.0) * rho;
+        let a = posed.a.start.pose().rotation;
+        let by_spin = a.tr_mul(&seen.0) * rho;
+        for k in 0..4 {
+            slope.push(posed.a.columns.0 + ATTITUDE.start + k, by_attitude[k]);
+        }
+        for k in 0..3 {
+            slope.push(posed.a.columns.1 + SPIN.start + k, by_spin[k]);
+        }
+        if let Some(b) = posed.b {
+            let by_attitude = seen.1.tr_mul(&turned.0) * rho;
+            for k in 0..4 {
+                slope.push(b.columns.0 + ATTITUDE.start + k, by_attitude[k]);
+            }
+            for k in 0..3 {
+                slope.push(b.columns.1 + SPIN.start + k, -rho * rolling.w.vector[k]);
+            }
+        }
+        slope
+    }
+
+    /// `share` times a component of the poses at the step's end, or start.
+    fn add_component(
+        &self,
+        axis: usize,
+        component: &Component,
+        share: f64,
+        (posed, at_end): (&Posed<'_>, bool),
+        slope: &mut Slope,
+    ) {
+        let first = |side: &Side<'_>| if at_end { side.columns.1 } else { side.columns.0 };
+        let a = first(&posed.a);
+        for k in (0..3).filter(|&k| self.touch.moves(axis, k)) {
+            slope.push(a + POSITION.start + k, share * component.by_position[k]);
+        }
+        for k in (0..4).filter(|&k| self.touch.turns(axis, k)) {
+            slope.push(a + ATTITUDE.start + k, share * component.by_a[k]);
+        }
+        let Some(b) = posed.b.as_ref().map(first) else { return };
+        for k in 0..3 {
+            slope.push(b + POSITION.start + k, -share * component.by_position[k]);
+        }
+        for k in 0..4 {
+            slope.push(b + ATTITUDE.start + k, share * component.by_b[k]);
+        }
+    }
+
+    /// Σ w ∇²(φ⁺/h, c_1, c_2) by the poses (eq. D8, and P20 of what rolls).
+    fn emit_bends(&self, weights: &Numbers, posed: &Posed<'_>, sink: &mut impl EntrySink) {
+        let (before, after) = places(posed);
+        let rubs = posed.law.depends(1).iter().any(|&i| i >= SLIP) && posed.law.count() > 1;
+        let mut then = Bend::of(&self.touch.curvature(2, after), weights[GAP] / self.time_step);
+        if !rubs {
+            then.emit(posed, true, sink);
+            return;
+        }
+        let mut now = Bend::default();
+        for axis in 0..2 {
+            let weight = weights[SLIP + axis] / self.time_step;
+            then.add(&self.touch.curvature(axis, after), weight);
+            now.add(&self.touch.curvature(axis, before), -weight);
+        }
+        if self.radius != 0.0 {
+            self.emit_rolling_bends(weights, posed, &mut now, sink);
+        }
+        then.emit(posed, true, sink);
+        now.emit(posed, false, sink);
+    }
+
+    fn emit_rolling_bends(
+        &self,
+        weights: &Numbers,
+        posed: &Posed<'_>,
+        now: &mut Bend,
+        sink: &mut impl EntrySink,
+    ) {
+        let mut by_spin = SMatrix::<f64, 3, 4>::zeros();
+        let mut by_spin_of_b = SMatrix::<f64, 3, 4>::zeros();
+        let q = &posed.a.start.attitude;
+        for axis in 0..2 {
+            let Some(rolling) = self.rolling(axis, posed) else { continue };
+            let weight = -self.radius * weights[SLIP + axis];
+            let ((seen, seen_slope), (turned, turned_slope)) = (rolling.seen, rolling.turned);
+            now.aa += weighted(&rolling.omega.forms, &seen) * weight;
+            now.bb += weighted(&rolling.w.forms, &turned) * weight;
+            now.ab += turned_slope.tr_mul(&seen_slope) * weight;
+            for m in 0..3 {
+                let (axis, slope) = Turned::new(Vector3::ith(m, 1.0)).at(q);
+                let row = by_spin.row(m) + (slope.tr_mul(&seen) * weight).transpose();
+                by_spin.set_row(m, &row);
+                let row = by_spin_of_b.row(m) + (seen_slope.tr_mul(&axis) * weight).transpose();
+                by_spin_of_b.set_row(m, &row);
+            }
+        }
+        let spin = posed.a.columns.1 + SPIN.start;
+        let put = |start: usize, block: &SMatrix<f64, 3, 4>, sink: &mut _| {
+            put_symmetric_block((spin, start + ATTITUDE.start), block, sink);
+        };
+        put(posed.a.columns.0, &by_spin, sink);
+        if let Some(b) = posed.b {
+            put(b.columns.0, &by_spin_of_b, sink);
+        }
+    }
+
+    /// The slopes of the rows of both motions by the force and by the poses of the step's start.
+    fn emit_load_slopes(&self, posed: &Posed<'_>, sink: &mut impl EntrySink) {
+        let acting = Acting::new(self, posed);
+        let whole = acting.given(&self.force(posed));
+        let (a, velocity) = (&posed.a, posed.a.motion.velocity_per_force);
+        for axis in (0..3).filter(|&axis| posed.law.has(axis)) {
+            let column = posed.columns[axis];
+            let alone = acting.given(&self.directions[axis]);
+            let force = &alone.force.0;
+            let twist = a.motion.spin_per_torque * acting.on_a(&alone);
+            for k in 0..3 {
+                if posed.b.is_some() || self.directions[axis][k] != 0.0 {
+                    sink.put(a.row + VELOCITY_ROWS.start + k, column, velocity * force[k]);
+                }
+                sink.put(a.row + SPIN_ROWS.start + k, column, twist[k]);
+            }
+            if let Some(b) = posed.b {
+                let twist = b.motion.spin_per_torque * acting.on_b(&alone);
+                for k in 0..3 {
+                    let push = -b.motion.velocity_per_force * force[k];
+                    sink.put(b.row + VELOCITY_ROWS.start + k, column, push);
+                    sink.put(b.row + SPIN_ROWS.start + k, column, twist[k]);
+                }
+            }
+        }
+        // The torque on A by both attitudes.
+        let (by_a, by_b) = acting.torque_slopes(&whole);
+        let at = a.row + SPIN_ROWS.start;
+        let block = a.motion.spin_per_torque * by_a;
+        sink.put_block((at, a.columns.0 + ATTITUDE.start), &block);
+        let Some(b) = posed.b else { return };
+        let attitude = b.columns.0 + ATTITUDE.start;
+        sink.put_block((at, attitude), &(a.motion.spin_per_torque * by_b));
+        let slope = &whole.force.1;
+        sink.put_block((a.row + VELOCITY_ROWS.start, attitude), &(slope * velocity));
+        let push = slope * -b.motion.velocity_per_force;
+        sink.put_block((b.row + VELOCITY_ROWS.start, attitude), &push);
+        // That on B: −w·(g × e_j), of which w moves with all poses.
+        let at = b.row + SPIN_ROWS.start;
+        let (mut by_position, mut by_a, mut by_b) =
+            (SMatrix::<f64, 3, 3>::zeros(), Matrix3x4::zeros(), Matrix3x4::zeros());
+        for j in 0..3 {
+            let across = Turned::new(whole.g.vector.cross(&Vector3::ith(j, 1.0)));
+            let (direction, slope) = across.at(&b.start.attitude);
+            by_position.set_row(j, &-direction.transpose());
+            by_a.set_row(j, &-acting.arm.1.tr_mul(&direction).transpose());
+            by_b.set_row(j, &-slope.tr_mul(&acting.apart).transpose());
+        }
+        let twist = &b.motion.spin_per_torque;
+        sink.put_block((at, a.columns.0 + POSITION.start), &(twist * by_position));
+        sink.put_block((at, b.columns.0 + POSITION.start), &(twist * -by_position));
+        sink.put_block((at, a.columns.0 + ATTITUDE.start), &(twist * by_a));
+        sink.put_block((at, attitude), &(twist * by_b));
+    }
+
+    /// The curvatures of what the force does to both motions. With Y the weights of force and torque on A and
+    /// on B, p = Y_A − Y_B of the force, α = Y_τA × a, β = Y_τA, γ = g × Y_τB and g the force in B it is that of
+    ///
+    /// ```text
+    /// (p + A_A α)·A_B g − ρ (A_A β)·A_B (n × g) − (A_B γ)·s                            (eq. P21)
+    /// ```
+    fn emit_load_curvatures(&self, posed: &Posed<'_>, y: &[f64], sink: &mut impl EntrySink) {
+        let (a, b) = (&posed.a, posed.b);
+        let (push, beta) = a.motion.load_weights(&y[a.row..]);
+        let of_b = b.map(|b| b.motion.load_weights(&y[b.row..]));
+        let p = of_b.map_or(push, |(of_force, _)| push - of_force);
+        let (q, rho) = (&a.start.attitude, self.radius);
+        let acting = Acting::new(self, posed);
+        let alpha = Turned::new(beta.cross(&self.point.vector));
+        let (alpha_at, alpha_slope) = alpha.at(q);
+        let beta = Turned::new(beta);
+        let (beta_at, beta_slope) = beta.at(q);
+        let gamma = |g: &Vector3<f64>| {
+            let (_, of_torque) = of_b?;
+            let across = Turned::new(g.cross(&of_torque));
+            let seen = across.of(acting.attitude.as_ref());
+            Some((across, seen))
+        };
+        let first = a.columns.0;
+
+        let whole = acting.given(&self.force(posed));
+        let mut own = weighted(&alpha.forms, &whole.force.0);
+        if let Some((_, about)) = &whole.about {
+            own -= weighted(&beta.forms, &about.0) * rho;
+        }
+        let across = gamma(&whole.g.vector);
+        if let Some((_, (across_at, _))) = &across {
+            own -= weighted(&self.point.forms, across_at);
+        }
+        sink.put_lower(first + ATTITUDE.start, &own);
+        if let (Some(b), Some((across, (_, across_slope)))) = (b, &across) {
+            let other = b.columns.0;
+            let mut own =
+                weighted(&whole.g.forms, &(p + alpha_at)) - weighted(&across.forms, &acting.apart);
+            let mut both = alpha_slope.tr_mul(&whole.force.1) - acting.arm.1.tr_mul(across_slope);
+            if let Some((about, (_, about_slope))) = &whole.about {
+                own -= weighted(&about.forms, &beta_at) * rho;
+                both -= beta_slope.tr_mul(about_slope) * rho;
+            }
+            let at = other + ATTITUDE.start;
+            sink.put_lower(at, &own);
+            put_symmetric_block((first + ATTITUDE.start, at), &both, sink);
+            put_symmetric_block((first + POSITION.start, at), &-across_slope, sink);
+            put_symmetric_block((other + POSITION.start, at), across_slope, sink);
+        }
+        for axis in (0..3).filter(|&axis| posed.law.has(axis)) {
+            let column = posed.columns[axis];
+            let alone = acting.given(&self.directions[axis]);
+            let across = gamma(&self.directions[axis]);
+            let mut by_a = alpha_slope.tr_mul(&alone.force.0);
+            let mut by_b = alone.force.1.tr_mul(&(p + alpha_at));
+            if let Some((_, (about, about_slope))) = &alone.about {
+                by_a -= beta_slope.tr_mul(about) * rho;
+                by_b -= about_slope.tr_mul(&beta_at) * rho;
+            }
+            if let Some((_, (across_at, across_slope))) = &across {
+                by_a -= acting.arm.1.tr_mul(across_at);
+                by_b -= across_slope.tr_mul(&acting.apart);
+            }
+            for k in 0..4 {
+                sink.put_symmetric(column, first + ATTITUDE.start + k, by_a[k]);
+            }
+            let (Some(b), Some((_, (across_at, _)))) = (b, &across) else { continue };
+            let other = b.columns.0;
+            for k in 0..4 {
+                sink.put_symmetric(column, other + ATTITUDE.start + k, by_b[k]);
+            }
+            for k in 0..3 {
+                sink.put_symmetric(column, first + POSITION.start + k, -across_at[k]);
+                sink.put_symmetric(column, other + POSITION.start + k, across_at[k]);
+            }
+        }
+    }
+}
+
+/// How forces at the touching point act at the poses of the step's start. Of a force g, given in the frame of B,
+///
+/// ```text
+/// on A: A_B g,   a × A_Aᵀ A_B g − ρ A_Aᵀ A_B (n × g);   on B: −A_B g,   −(w − ρ n) × g      (eq. P12)
+/// ```
+///
+/// with w = A_Bᵀ s, s = r_A + A_A a − r_B.
+struct Acting<'a> {
+    meeting: &'a Meeting,
+    /// A_A (e_j × a), and A_A e_j where the feature is rounded, with their slopes by q_A.
+    levers: [Seen; 3],
+    axes: Option<[Seen; 3]>,
+    /// A_A a; s.
+    arm: Seen,
+    apart: Vector3<f64>,
+    /// q_B.
+    attitude: Option<Vector4<f64>>,
+}
+
+/// A vector turned to the world, and its slope by the attitude that turned it.
+type Seen = (Vector3<f64>, Matrix3x4<f64>);
+
+/// A force g in the frame of B: A_B g and A_B (n × g).
+struct Given {
+    g: Turned,
+    force: Seen,
+    about: Option<(Turned, Seen)>,
+}
+
+impl<'a> Acting<'a> {
+    fn new(meeting: &'a Meeting, posed: &Posed<'_>) -> Self {
+        let q = &posed.a.start.attitude;
+        let arm = meeting.point.at(q);
+        let mut apart = posed.a.start.position + arm.0;
+        if let Some(b) = posed.b {
+            apart -= b.start.position;
+        }
+        let axes = |forms: &[Turned; 3]| [0, 1, 2].map(|j| forms[j].at(q));
+        Self {
+            meeting,
+            levers: [0, 1, 2].map(|j| meeting.levers[j].at(q)),
+            axes: meeting.axes.as_ref().map(axes),
+            arm,
+            apart,
+            attitude: posed.b.map(|b| b.start.attitude),
+        }
+    }
+
+    fn given(&self, g: &Vector3<f64>) -> Given {
+        let (attitude, normal) = (self.attitude.as_ref(), &self.meeting.directions[2]);
+        let g = Turned::new(*g);
+        let force = g.of(attitude);
+        let about = self.axes.is_some().then(|| {
+            let about = Turned::new(normal.cross(&g.vector));
+            let seen = about.of(attitude);
+            (about, seen)
+        });
+        Given { g, force, about }
+    }
+
+    /// The torque (body) on A.
+    fn on_a(&self, given: &Given) -> Vector3<f64> {
+        let mut torque = Vector3::from_fn(|j, _| self.levers[j].0.dot(&given.force.0));
+        if let (Some(axes), Some((_, about))) = (&self.axes, &given.about) {
+            torque -= Vector3::from_fn(|j, _| axes[j].0.dot(&about.0)) * self.meeting.radius;
+        }
+        torque
+    }
+
+    /// The torque (body) on B.
+    fn on_b(&self, given: &Given) -> Vector3<f64> {
+        let Some(q) = &self.attitude else { return Vector3::zeros() };
+        Vector3::from_fn(|j, _| {
+            let across = given.g.vector.cross(&Vector3::ith(j, 1.0));
+            let rounded = self.meeting.directions[2].dot(&across) * self.meeting.radius;
+            rounded - Turned::new(across).at(q).0.dot(&self.apart)
+        })
+    }
+
+    /// The torque on A by q_A and by q_B.
+    fn torque_slopes(&self, given: &Given) -> (Matrix3x4<f64>, Matrix3x4<f64>) {
+        let (mut by_a, mut by_b) = (Matrix3x4::zeros(), Matrix3x4::zeros());
+        for j in 0..3 {
+            let (lever, slope) = &self.levers[j];
+            let mut of_a = slope.tr_mul(&given.force.0);
+            let mut of_b = given.force.1.tr_mul(lever);
+            if let (Some(axes), Some((_, about))) = (&self.axes, &given.about) {
+                of_a -= axes[j].1.tr_mul(&about.0) * self.meeting.radius;
+                of_b -= about.1.tr_mul(&axes[j].0) * self.meeting.radius;
+            }
+            by_a.set_row(j, &of_a.transpose());
+            by_b.set_row(j, &of_b.transpose());
+        }
+        (by_a, by_b)
+    }
+}
+
+/// Second derivatives by the poses of both bodies at one end of a step.
+#[derive(Default)]
+struct Bend {
+    aa: SMatrix<f64, 4, 4>,
+    bb: SMatrix<f64, 4, 4>,
+    /// q_A × q_B.
+    ab: SMatrix<f64, 4, 4>,
+    /// r_A × q_B.
+    position_b: Matrix3x4<f64>,
+}
+
+impl Bend {
+    fn of(curvature: &Curvature, weight: f64) -> Self {
+        let mut bend = Self::default();
+        bend.add(curvature, weight);
+        bend
+    }
+
+    fn add(&mut self, curvature: &Curvature, weight: f64) {
+        self.aa += curvature.aa * weight;
+        self.bb += curvature.bb * weight;
+        self.ab += curvature.ab * weight;
+        self.position_b += curvature.position_b * weight;
+    }
+
+    fn emit(&self, posed: &Posed<'_>, at_end: bool, sink: &mut impl EntrySink) {
+        let first = |side: &Side<'_>| if at_end { side.columns.1 } else { side.columns.0 };
+        let a = first(&posed.a);
+        sink.put_lower(a + ATTITUDE.start, &self.aa);
+        let Some(b) = posed.b.as_ref().map(first) else { return };
+        let attitude = b + ATTITUDE.start;
+        sink.put_lower(attitude, &self.bb);
+        put_symmetric_block((a + ATTITUDE.start, attitude), &self.ab, sink);
+        put_symmetric_block((a + POSITION.start, attitude), &self.position_b, sink);
+        put_symmetric_block((b + POSITION.start, attitude), &-self.position_b, sink);
+    }
+}
+
+/// A block of a symmetric matrix beside the diagonal.
+fn put_symmetric_block<const N: usize, const M: usize>(
+    (row, column): (usize, usize),
+    block: &SMatrix<f64, N, M>,
+    sink: &mut impl EntrySink,
+) {
+    for i in 0..N {
+        for j in 0..M {
+            sink.put_symmetric(row + i, column + j, block[(i, j)]);
+        }
+    }
+}
+
+/// The poses of both bodies at the step's start and at its end.
+type At = (Place, Option<Place>);
+
+fn places(posed: &Posed<'_>) -> (At, At) {
+    let of = |pick: fn(&Side<'_>) -> Place| (pick(&posed.a), posed.b.as_ref().map(pick));
+    (of(|side| Place::of(side.start)), of(|side| Place::of(side.end)))
+}
+
+/// The numbers of a contact that the bodies' motion makes.
+const _: () = assert!(GAP + 3 == NUMBERS && SLIP + 2 == NUMBERS);

@@ -1,0 +1,20 @@
+//! N steps as one nonlinear program, solved by Ipopt: the leg `program`.
+//!
+//! Every step has the equations of motion of its bodies and, of each contact, the law as equations smoothed by δ, with a
+//! compliance ε that makes the forces of a step a function of its states. Along a path of falling δ each program starts where the
+//! one before ended, with all multipliers. What comes out is controls; the replay says what they are worth.
+//!
+//! `docs/planning.md` derives the rows (P10 to P18) and their derivatives (P19 to P23).
+
+mod candidates;
+mod contact;
+mod goal;
+mod law;
+mod motion;
+mod solve;
+mod staged;
+
+pub use solve::{ProgramLeg, Smoothing};
+pub use staged::PlanNlp;
+
+pub(super) use solve::{NESTED_DISSECTION, Solved, Told, solve, usual_cost};

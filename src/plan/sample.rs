@@ -1,0 +1,243 @@
+//! Sampling: CMA-ES over a few pieces of every control, by runs of the simulator on all threads of the caller's rayon pool.
+//!
+//! It asks for ranks of runs alone, so that plateaus and kinks are no matter to it, and with few numbers it finds which
+//! way to go at all: over the edge or not, before the wall or behind. Each round begins at the best so far, the first
+//! wide, each next narrower and with more pieces. What was drawn is decided by the seed, whatever the number of threads.
+
+use super::leg::{Leg, LegEnd, Progress, Watch};
+use super::{PlanError, Problem, Replay};
+use cmaes::{CMAESOptions, DVector};
+use rayon::prelude::*;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// Sampling by CMA-ES.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sample {
+    /// Of what is drawn.
+    pub seed: u64,
+    /// The most runs; without a number 200 for each that is looked for, and 2000 more.
+    pub runs: Option<u64>,
+    /// The most pieces of each control in the first round.
+    pub knots: usize,
+    /// How many rounds.
+    pub rounds: u32,
+}
+
+impl Default for Sample {
+    fn default() -> Self {
+        Self { seed: 1, runs: None, knots: 10, rounds: 3 }
+    }
+}
+
+/// Above every cost; a population is ranked by it, and needs a number.
+const WORST: f64 = 1e30;
+
+/// The width of the first round, in parts of the bounds, and that of each next in parts of the one before.
+const WIDTH: (f64, f64) = (0.3, 0.3);
+
+/// The share of the runs that are scattered over the bounds before the first round. Where none of them moves anything, none
+/// will.
+const SCATTERED: f64 = 0.1;
+
+impl Leg for Sample {
+    fn name(&self) -> &'static str {
+        "sample"
+    }
+
+    fn run(
+        &self,
+        problem: &Problem,
+        from: &Replay,
+        watch: &mut Watch<'_>,
+    ) -> Result<LegEnd, PlanError> {
+        let mut best = (from.controls.clone(), judged(problem, &from.controls, watch)?);
+        let mut end = LegEnd { controls: best.0.clone(), ..LegEnd::default() };
+        if problem.variables().is_empty() {
+            end.message = "there is nothing to look for".to_owned();
+            return Ok(end);
+        }
+        let rounds = self.rounds.max(1);
+        let coarse = Coarse::of(problem, self.knots, best.0.clone()).count as u64;
+        let runs = self.runs.unwrap_or(200 * (10 + coarse));
+        let scattered = (SCATTERED * runs as f64) as u64;
+        self.scatter(problem, scattered.max(1), &mut best, &mut end, watch)?;
+        for round in 0..rounds {
+            if !end.message.is_empty() {
+                break;
+            }
+            let last = runs * u64::from(round + 1) / u64::from(rounds);
+            self.round(problem, round, last, &mut best, &mut end, watch)?;
+        }
+        if end.message.is_empty() {
+            end.message = format!("{} runs", end.runs);
+        }
+        end.controls = best.0;
+        Ok(end)
+    }
+}
+
+impl Sample {
+    /// Runs scattered over the bounds, evenly; a message where they say that no other will do better. Of d coordinates
+    /// point i has frac(½ + i g^(−j)) as its jth, with the root g of g^(d+1) = g + 1.
+    fn scatter(
+        &self,
+        problem: &Problem,
+        count: u64,
+        best: &mut (Vec<f64>, f64),
+        end: &mut LegEnd,
+        watch: &mut Watch<'_>,
+    ) -> Result<(), PlanError> {
+        let coarse = Coarse::of(problem, self.knots, best.0.clone());
+        let mut g = 2.0_f64;
+        for _ in 0..60 {
+            g = libm::pow(1.0 + g, 1.0 / (coarse.count as f64 + 1.0));
+        }
+        let steps: Vec<f64> = (1..=coarse.count).map(|j| libm::pow(g, -(j as f64)) % 1.0).collect();
+        // The bounds of a coarse number are those of its variables.
+        let point = |i: u64| {
+            let at =
+                |j: usize| (0.5 + (self.seed.wrapping_add(i) % (1 << 32)) as f64 * steps[j]) % 1.0;
+            let each = problem.variables().iter().zip(&coarse.place);
+            each.map(|(v, place)| v.bounds[0] + v.scale() * at(*place)).collect::<Vec<f64>>()
+        };
+        let interrupt = watch.interrupt;
+        let run = |i: u64| problem.run_cost(&point(i), Some(interrupt));
+        let runs: Vec<_> = (0..count).into_par_iter().map(run).collect();
+        end.runs += count;
+        let (mut seen, mut failure) = (None::<[f64; 2]>, None);
+        for (i, run) in runs.into_iter().enumerate() {
+            match run {
+                Ok(cost) => {
+                    let [least, most] = seen.unwrap_or([cost.task; 2]);
+                    seen = Some([least.min(cost.task), most.max(cost.task)]);
+                    if cost.judged() < best.1 {
+                        *best = (point(i as u64), cost.judged());
+                    }
+                }
+                Err(error) => failure = failure.or(Some(error)),
+            }
+        }
+        end.message = match (seen, failure) {
+            _ if watch.is_interrupted() => "interrupted".to_owned(),
+            (None, Some(why)) => format!("no run could be made: {why}"),
+            (Some([least, most]), _) if count > 1 && most - least <= 1e-9 * most => {
+                format!("none of {count} runs within the bounds moved what is to be reached")
+            }
+            _ => String::new(),
+        };
+        Ok(())
+    }
+
+    /// One round, until `last` runs are made in all; a message where it was ended.
+    fn round(
+        &self,
+        problem: &Problem,
+        round: u32,
+        last: u64,
+        best: &mut (Vec<f64>, f64),
+        end: &mut LegEnd,
+        watch: &mut Watch<'_>,
+    ) -> Result<(), PlanError> {
+        let coarse = Coarse::of(problem, self.knots << round.min(16), best.0.clone());
+        let interrupt = watch.interrupt;
+        let runs = AtomicU64::new(end.runs);
+        let loss = |point: &DVector<f64>| {
+            let (controls, outside) = coarse.controls(problem, point.as_slice());
+            runs.fetch_add(1, Ordering::Relaxed);
+            match problem.run_cost(&controls, Some(interrupt)) {
+                Ok(cost) => cost.judged().min(WORST) * (1.0 + outside),
+                // Of an interrupt nothing counts any more; a start that cannot be is worse than all.
+                Err(_) => WORST * (1.0 + outside),
+            }
+        };
+        let width = WIDTH.0 * WIDTH.1.powi(round.min(16) as i32);
+        let population = 2 * (4 + (3.0 * (coarse.count as f64).ln()) as usize);
+        let strategy = CMAESOptions::new(vec![0.0; coarse.count], width)
+            .population_size(population)
+            .parallel_update(false)
+            .seed(self.seed.wrapping_add(u64::from(round)))
+            .build(loss);
+        let mut strategy = strategy
+            .map_err(|error| PlanError::Problem(format!("the sampling cannot begin: {error:?}")))?;
+        loop {
+            let ended = strategy.next_parallel().is_some();
+            end.iterations += 1;
+            end.runs = runs.load(Ordering::Relaxed);
+            if watch.is_interrupted() {
+                end.message = "interrupted".to_owned();
+                return Ok(());
+            }
+            if let Some(found) = strategy.current_best_individual() {
+                let (controls, _) = coarse.controls(problem, found.point.as_slice());
+                if found.value < WORST {
+                    let cost = judged(problem, &controls, watch)?;
+                    if cost < best.1 {
+                        *best = (controls, cost);
+                    }
+                }
+            }
+            let progress = Progress {
+                leg: self.name(),
+                iteration: end.iterations,
+                cost: best.1,
+                controls: &best.0,
+            };
+            if !watch.goes_on(&progress) {
+                end.message = "stopped".to_owned();
+                return Ok(());
+            }
+            if ended || end.runs >= last {
+                return Ok(());
+            }
+        }
+    }
+}
+
+/// The cost of a run by which searches compare.
+fn judged(problem: &Problem, controls: &[f64], watch: &Watch<'_>) -> Result<f64, PlanError> {
+    match problem.run_cost(controls, Some(watch.interrupt)) {
+        Ok(cost) => Ok(cost.judged()),
+        Err(PlanError::Interrupted) => Ok(f64::INFINITY),
+        Err(error) => Err(error),
+    }
+}
+
+/// Fewer numbers than variables: what is added to all variables of a control's component within one coarse piece, in parts
+/// of their bounds.
+struct Coarse {
+    from: Vec<f64>,
+    /// The coarse number of each variable.
+    place: Vec<usize>,
+    count: usize,
+}
+
+impl Coarse {
+    fn of(problem: &Problem, knots: usize, from: Vec<f64>) -> Self {
+        let mut known: Vec<(usize, usize, usize)> = Vec::new();
+        let place = problem.variables().iter().map(|variable| {
+            let fine = problem.controls()[variable.control].knots;
+            let piece = variable.knot * knots.clamp(1, fine) / fine;
+            let key = (variable.control, variable.component, piece);
+            known.iter().rposition(|other| *other == key).unwrap_or_else(|| {
+                known.push(key);
+                known.len() - 1
+            })
+        });
+        let place = place.collect();
+        Self { from, place, count: known.len() }
+    }
+
+    /// The controls at a point, within their bounds, and how far outside of them it is, in parts of them.
+    fn controls(&self, problem: &Problem, point: &[f64]) -> (Vec<f64>, f64) {
+        let mut outside = 0.0;
+        let each = problem.variables().iter().zip(&self.from).zip(&self.place);
+        let controls = each.map(|((variable, from), place)| {
+            let wanted = from + variable.scale() * point[*place];
+            let value = wanted.clamp(variable.bounds[0], variable.bounds[1]);
+            outside += (wanted - value).abs() / variable.scale();
+            value
+        });
+        let controls = controls.collect();
+        (controls, outside / self.place.len().max(1) as f64)
+    }
+}

@@ -1,0 +1,72 @@
+//! A plan as a scene: its start, its constants, and its forces as loads over time. A run of it is the replay to the last bit,
+//! and everything that takes a scene takes a plan.
+
+use super::{ControlKind, Problem, Replay, held};
+use crate::mechanics::{Load, State};
+use crate::scenario::failure::Failure;
+use crate::scenario::fields::Exactly;
+use crate::scenario::model::{BodyStart, Model};
+use crate::scenario::parameters::{LoadParameters, PlaneParameters};
+use crate::scenario::scene::{OutputFormat, Scene};
+use crate::world::World;
+use nalgebra::Vector3;
+
+impl Problem {
+    /// The scene that runs as `replay` did.
+    ///
+    /// # Errors
+    /// Forces of joints, which no scene has over time; what the library refuses: nothing else of a replay of this problem.
+    pub fn scene_of(&self, replay: &Replay) -> Result<Scene, Failure> {
+        if self.controls().iter().any(|of| matches!(of.kind, ControlKind::Motor { .. })) {
+            let why = "a plan of joints' forces is no scene: a scene has none over time";
+            return Err(Failure::Input(why.to_owned()));
+        }
+        let other = |error: super::PlanError| Failure::Other(error.to_string());
+        let (world, starts) =
+            (self.world(&replay.controls).map_err(other)?, self.starts(&replay.controls));
+        let mut loads = self.scene.loads.clone();
+        for (body, _) in self.pushed().iter().enumerate().filter(|(_, pushed)| **pushed) {
+            loads[body] = self.load_of(body, replay)?;
+        }
+        let scene = Scene { world, starts, loads, ..self.scene.clone() };
+        let OutputFormat::Tables(model) = &scene.format else {
+            let is_own = scene.starts == self.scene.starts;
+            return Ok(Scene { drawn: scene.drawn && is_own, ..scene });
+        };
+        let mut model = Model::clone(model);
+        rewrite(&mut model, &scene.world, (&scene.starts, &scene.loads));
+        scene.with_model(model)
+    }
+
+    /// What acted on `body`, as a load over time.
+    fn load_of(&self, body: usize, replay: &Replay) -> Result<Load, Failure> {
+        let (mut forces, mut torques) = (Vec::new(), Vec::new());
+        let mut wrenches = Vec::new();
+        for (step, states) in replay.states.iter().take(self.steps).enumerate() {
+            self.wrenches(step, states, &replay.controls, &mut wrenches);
+            forces.push(wrenches[body].force);
+            torques.push(wrenches[body].torque);
+        }
+        let (first, h) = (self.scene.start_index, self.scene.world.time_step());
+        let through = |values: &[Vector3<f64>]| held::through(values, first, h);
+        Ok(Load::new(through(&forces)?, through(&torques)?, Vector3::zeros())?)
+    }
+}
+
+/// Writes constants, starts and loads into a model.
+fn rewrite(model: &mut Model, world: &World, (starts, loads): (&[State], &[Load])) {
+    model.mu = world.friction();
+    model.restitution = world.restitution();
+    model.gravity = (*world.gravity()).into();
+    model.plane = world.ground().map(|ground| PlaneParameters {
+        normal: Exactly((*ground.normal()).into()),
+        offset: ground.offset(),
+    });
+    let bodies = world.bodies().iter().zip(starts).zip(loads);
+    for (of, ((body, start), load)) in model.bodies.iter_mut().zip(bodies) {
+        of.mass = body.mass();
+        of.inertia = body.inertia().transpose().into();
+        of.start = BodyStart::of(start);
+        of.load = (!load.is_none()).then(|| LoadParameters::of(load));
+    }
+}

@@ -1,0 +1,365 @@
+//! The rows of a run, and their derivatives by the controls.
+//!
+//! The rows of (P1), each times the root of its weight, follow the controls through every step: with the derivatives of a step by
+//! its states, wrenches and constants (`docs/gradients.md`) and those of the wrenches by state and controls,
+//!
+//! ```text
+//! λ_N = ∂ρ/∂X_N,   λ_k = ∂ρ/∂X_k + S_Xᵀ λ_{k+1} + W_Xᵀ S_Wᵀ λ_{k+1},   ∂ρ/∂u = Σ_k W_uᵀ S_Wᵀ λ_{k+1}   (P5)
+//! ```
+//!
+//! one pass backwards for each row, with the steps linearised once for all of them. What no step has a derivative
+//! by, the forces of joints, is differenced, two runs a variable; and everything is where a step has no derivative at
+//! all.
+
+use super::control::ControlKind;
+use super::{PlanError, Problem};
+use crate::derivative::StateChange;
+use crate::error::Error;
+use crate::mechanics::quaternion::rotation;
+use crate::mechanics::{State, Wrench};
+use crate::solver::native::{StepDerivative, StepGradient};
+use crate::world::Constant;
+use nalgebra::{DMatrix, DVector, Matrix3};
+use rayon::prelude::*;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+/// A row of a run: of which state, and what it is there.
+#[derive(Debug, Clone, Copy)]
+enum RowOf {
+    /// A row of a target.
+    Target(usize, usize),
+    /// A row to keep, which is not kept after so many steps.
+    Keep(usize, usize),
+}
+
+/// A run with its rows and their derivatives.
+pub(super) struct Slopes {
+    /// The rows, times the roots of their weights.
+    pub rows: DVector<f64>,
+    /// Their derivatives, a column a variable.
+    pub by: DMatrix<f64>,
+}
+
+/// A difference is of this part of a variable's bounds: the solution of a step is known to some 3e-11 m/s, and the cube root
+/// of that is where the error of third order and that of rounding are alike.
+const DIFFERENCE: f64 = 3e-4;
+
+/// What one step has for the pass backwards.
+struct Tape {
+    derivative: StepDerivative,
+    /// The controls that push: which, of which body, by each of their variables, and by a turn of the body.
+    pushes: Vec<Pushed>,
+    /// How wrenches of loads that act at a point follow a turn of their bodies.
+    loads: Vec<(usize, Matrix3<f64>)>,
+}
+
+struct Pushed {
+    body: usize,
+    by: Vec<(usize, Wrench)>,
+    by_turn: (Matrix3<f64>, Matrix3<f64>),
+}
+
+impl Problem {
+    /// The rows of the run under `controls` and their derivatives, exact ones or `differences`; how many runs it took.
+    pub(super) fn slopes(
+        &self,
+        controls: &[f64],
+        differences: bool,
+        interrupt: &Arc<AtomicBool>,
+    ) -> Result<(Slopes, u64), PlanError> {
+        let mut tape = Vec::with_capacity(self.steps());
+        let mut states = vec![self.starts(controls)];
+        let mut refused = differences;
+        self.simulate(controls, Some(interrupt), &mut |simulation, _, record| {
+            states.push(simulation.states().to_vec());
+            if refused {
+                return Ok(());
+            }
+            let mut derivative = StepDerivative::new();
+            match simulation.linearise(record, &mut derivative) {
+                Ok(()) => tape.push(self.tape(tape.len(), derivative, &record.states, controls)),
+                Err(Error::Interrupted) => return Err(PlanError::Interrupted),
+                Err(_) => refused = true,
+            }
+            Ok(())
+        })?;
+        let rows = self.rows_of(&states);
+        let values = self.values(&rows, &states);
+        let mut by = DMatrix::zeros(rows.len(), controls.len());
+        if !refused {
+            for (index, row) in rows.iter().enumerate() {
+                let numbers = self.pulled(row, &states, &mut tape, controls)?;
+                by.row_mut(index).copy_from(&numbers.transpose());
+            }
+        }
+        let differenced: Vec<usize> = (0..controls.len())
+            .filter(|&index| {
+                let control = self.variables()[index].control;
+                refused || matches!(self.controls()[control].kind, ControlKind::Motor { .. })
+            })
+            .collect();
+        let columns = differenced
+            .par_iter()
+            .map(|&index| Ok((index, self.differenced(index, &rows, controls, interrupt)?)));
+        for (index, column) in columns.collect::<Result<Vec<_>, PlanError>>()? {
+            by.set_column(index, &column);
+        }
+        let runs = 1 + 2 * differenced.len() as u64;
+        Ok((Slopes { rows: values, by }, runs))
+    }
+
+    /// The rows of a run: all of the targets, and those to keep that are not kept.
+    fn rows_of(&self, states: &[Vec<State>]) -> Vec<RowOf> {
+        let mut rows = Vec::new();
+        for (index, target) in self.targets().iter().enumerate() {
+            let count = target.kind.rows(&states[target.after][target.body]).len();
+            rows.extend((0..count).map(|row| RowOf::Target(index, row)));
+        }
+        for (index, keep) in self.keeps().iter().enumerate() {
+            for (after, states) in states.iter().enumerate().skip(1) {
+                if keep.kind.at(&states[keep.body].position).0 < 0.0 {
+                    rows.push(RowOf::Keep(index, after));
+                }
+            }
+        }
+        rows
+    }
+
+    /// A row with its value, body, state and slope.
+    fn row(&self, row: &RowOf, states: &[Vec<State>]) -> (f64, usize, usize, StateChange) {
+        match *row {
+            RowOf::Target(index, row) => {
+                let target = &self.targets()[index];
+                let found = target.kind.rows(&states[target.after][target.body])[row];
+                let root = target.weight.sqrt();
+                let by = StateChange::zero().plus(root, &found.by);
+                (root * found.value, target.body, target.after, by)
+            }
+            RowOf::Keep(index, after) => {
+                let keep = &self.keeps()[index];
+                let (value, slope, _) = keep.kind.at(&states[after][keep.body].position);
+                let root = keep.weight.sqrt();
+                let by = StateChange { position: slope * root, ..StateChange::zero() };
+                (root * value, keep.body, after, by)
+            }
+        }
+    }
+
+    fn values(&self, rows: &[RowOf], states: &[Vec<State>]) -> DVector<f64> {
+        DVector::from_iterator(rows.len(), rows.iter().map(|row| self.row(row, states).0))
+    }
+
+    /// What the pass backwards needs of a step.
+    fn tape(
+        &self,
+        step: usize,
+        derivative: StepDerivative,
+        states: &[State],
+        controls: &[f64],
+    ) -> Tape {
+        let mut pushes = Vec::new();
+        for (index, control) in self.controls().iter().enumerate() {
+            let Some(body) = control.kind.body() else { continue };
+            let Some((applied, numbers, places)) = self.applied(index, step, controls) else {
+                continue;
+            };
+            let slopes = control.kind.slopes(&numbers);
+            let by = slopes.iter().zip(&places).filter_map(|(slope, place)| {
+                place.map(|place| (place, slope.wrench(&states[body])))
+            });
+            let by_turn = applied.by_turn(&states[body]);
+            pushes.push(Pushed { body, by: by.collect(), by_turn });
+        }
+        let (h, index) = (self.scene.world.time_step(), self.scene.start_index + step as u64);
+        let loads = self.scene.loads.iter().zip(states).enumerate();
+        let loads = loads.filter(|(_, (load, _))| load.point().amax() > 0.0 && !load.is_none());
+        let loads = loads.map(|(body, (load, state))| {
+            // τ = p × Aᵀ F (20), of which Aᵀ F turns by (Aᵀ F) × δθ.
+            let force = load.wrench(index, h, &state.attitude).force;
+            let seen = rotation(&state.attitude).tr_mul(&force);
+            (body, load.point().cross_matrix() * seen.cross_matrix())
+        });
+        Tape { derivative, pushes, loads: loads.collect() }
+    }
+
+    /// The derivatives of one row by all variables (P5), zero of those that are differenced.
+    fn pulled(
+        &self,
+        row: &RowOf,
+        states: &[Vec<State>],
+        tape: &mut [Tape],
+        controls: &[f64],
+    ) -> Result<DVector<f64>, PlanError> {
+        let (_, body, after, by) = self.row(row, states);
+        let mut found = DVector::zeros(controls.len());
+        let mut dual = vec![StateChange::zero(); states[0].len()];
+        dual[body] = by;
+        let constants: Vec<(usize, Constant)> = self.constants().collect();
+        let asked: Vec<Constant> = constants.iter().map(|(_, constant)| *constant).collect();
+        let mut gradient = StepGradient::default();
+        for step in tape[..after].iter_mut().rev() {
+            step.derivative.pull(&dual, &asked, &mut gradient)?;
+            dual.clone_from(&gradient.states);
+            for push in &step.pushes {
+                let by = &gradient.wrenches[push.body];
+                for (place, slope) in &push.by {
+                    found[*place] += by.force.dot(&slope.force) + by.torque.dot(&slope.torque);
+                }
+                let (force, torque) = &push.by_turn;
+                dual[push.body].turn += force.tr_mul(&by.force) + torque.tr_mul(&by.torque);
+            }
+            for (body, by_turn) in &step.loads {
+                dual[*body].turn += by_turn.tr_mul(&gradient.wrenches[*body].torque);
+            }
+            for ((place, constant), numbers) in constants.iter().zip(&gradient.constants) {
+                let unit = constant.from_one_number(&self.scene.world, 1.0);
+                let none = constant.from_one_number(&self.scene.world, 0.0);
+                let pairs = numbers.iter().zip(unit.iter().zip(none));
+                found[*place] += pairs.map(|(by, (one, none))| by * (one - none)).sum::<f64>();
+            }
+        }
+        for (index, control) in self.controls().iter().enumerate() {
+            let ControlKind::Start { body, .. } = control.kind else { continue };
+            let (numbers, places) = self.numbers(index, 0, controls);
+            for (k, place) in places.iter().enumerate() {
+                let slope = control.kind.start_slope(&numbers, k);
+                if let (Some(place), Some(slope)) = (place, slope) {
+                    found[*place] += dual[body].dot(&slope);
+                }
+            }
+        }
+        Ok(found)
+    }
+
+    /// The variables that are constants of the world.
+    fn constants(&self) -> impl Iterator<Item = (usize, Constant)> + '_ {
+        self.variables().iter().enumerate().filter_map(|(place, variable)| {
+            match self.controls()[variable.control].kind {
+                ControlKind::Constant(constant) => Some((place, constant)),
+                _ => None,
+            }
+        })
+    }
+
+    /// The central difference of the rows by one variable.
+    fn differenced(
+        &self,
+        index: usize,
+        rows: &[RowOf],
+        controls: &[f64],
+        interrupt: &Arc<AtomicBool>,
+    ) -> Result<DVector<f64>, PlanError> {
+        let by = DIFFERENCE * self.variables()[index].scale();
+        let moved = |by: f64| {
+            let mut controls = controls.to_vec();
+            controls[index] += by;
+            let mut states = vec![self.starts(&controls)];
+            self.simulate(&controls, Some(interrupt), &mut |simulation, _, _| {
+                states.push(simulation.states().to_vec());
+                Ok(())
+            })?;
+            Ok::<_, PlanError>(self.values(rows, &states))
+        };
+        Ok((moved(by)? - moved(-by)?) / (2.0 * by))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::file::ProblemFile;
+    use super::*;
+    use crate::scenario::scene::Scene;
+    use crate::scenario::settings::Settings;
+    use std::path::Path;
+
+    const SCENE: &str = "
+        time_step = 0.01
+        [ground]
+        friction = 0.3
+        [[bodies]]
+        name = \"box\"
+        box = [0.3, 0.25, 0.2]
+        mass = 1.5
+        position = [0, 0, 0.1]
+        velocity = [0.9, 0.3, 0]
+        spin = [0, 0, 1.5]
+        load = { force = [0.4, 0.2, 0.0], at = [0.05, 0.02, 0.03] }
+        ";
+
+    const PROBLEM: &str = "
+        scene = \"-\"
+        steps = 12
+        [[controls]]
+        kind = \"push\"
+        face = \"-x\"
+        at = [-0.15, 0.01, -0.05]
+        friction = 0.5
+        normal = [0, 5]
+        tangential = [-1, 1]
+        offset = [-0.1, 0.1]
+        knots = 3
+        [[controls]]
+        kind = \"torque\"
+        z = [-1, 1]
+        knots = 2
+        [[controls]]
+        kind = \"start\"
+        of = \"velocity\"
+        x = [0, 2]
+        y = [0, 2]
+        [[controls]]
+        kind = \"start\"
+        of = \"spin\"
+        z = [0, 3]
+        [[controls]]
+        kind = \"constant\"
+        constant = \"friction\"
+        value = [0.1, 0.6]
+        [[controls]]
+        kind = \"constant\"
+        constant = \"mass\"
+        value = [0.5, 2]
+        [target]
+        position = [0.4, 0.3]
+        turn = 60
+        speed = 0
+        tolerance = { position = 1, turn = 57.29577951308232, speed = 1 }
+        [[keep]]
+        x = [0.05, 0.06]
+        weight = 1
+        ";
+
+    /// Central differences of runs that slide throughout, of 3e-4 of the bounds: twelve steps that are known to 3e-11 m/s
+    /// leave 4e-6 of them where the bounds are 0.2 m apart.
+    #[test]
+    fn derivatives_by_controls_are_those_of_differences() {
+        let read = |_: &Path, _: u64| Ok(Vec::new());
+        let path = Path::new("box.toml");
+        let scene = Scene::of_text(SCENE, path, Settings::default(), &read).unwrap();
+        let problem = ProblemFile::of_scene_text(scene, PROBLEM).unwrap().problem;
+        let zero = problem.zero();
+        let inside = zero.iter().zip(problem.variables()).enumerate().map(|(k, (value, of))| {
+            let way = 0.3 + 0.1 * (k as f64).sin();
+            if *value > of.bounds[0] && *value < of.bounds[1] && *value != 0.0 {
+                *value
+            } else {
+                of.bounds[0] + way * of.scale()
+            }
+        });
+        let controls: Vec<f64> = inside.collect();
+        let interrupt = Arc::new(AtomicBool::new(false));
+        let (exact, runs) = problem.slopes(&controls, false, &interrupt).unwrap();
+        let (other, _) = problem.slopes(&controls, true, &interrupt).unwrap();
+        assert_eq!(runs, 1);
+        assert_eq!(exact.rows, other.rows);
+        assert!(exact.rows.len() > 6, "rows to keep are among them");
+        for (row, column) in
+            (0..exact.rows.len()).flat_map(|i| (0..controls.len()).map(move |j| (i, j)))
+        {
+            let (a, b) = (exact.by[(row, column)], other.by[(row, column)]);
+            assert!((a - b).abs() < 1e-5 * (1.0 + b.abs()), "{row}, {column}: {a} {b}");
+        }
+        assert!(exact.by.column_iter().all(|column| column.amax() > 1e-6), "every control matters");
+    }
+}

@@ -1,0 +1,253 @@
+//! What the states are to be after so many steps.
+
+use crate::derivative::StateChange;
+use crate::mechanics::State;
+use crate::mechanics::quaternion::{self, rotation};
+use nalgebra::{Vector3, Vector4};
+
+/// A quantity of one body that is to have a value.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Target {
+    /// What it is called.
+    pub name: String,
+    /// An index of the world's bodies.
+    pub body: usize,
+    /// After so many steps; the last state is that of the problem's steps.
+    pub after: usize,
+    /// Which quantity, and its value.
+    pub kind: TargetKind,
+    /// How far the [miss](Target::miss) may be, in the quantity's unit.
+    pub tolerance: f64,
+    /// Of the square of the miss, in the cost.
+    pub weight: f64,
+}
+
+/// A quantity of a state and what it is to be.
+#[derive(Debug, Clone, PartialEq)]
+pub enum TargetKind {
+    /// Coordinates of the centre of mass, m; `None` is any.
+    Position([Option<f64>; 3]),
+    /// Components of the velocity, m/s, world.
+    Velocity([Option<f64>; 3]),
+    /// Components of the spin, rad/s, body.
+    Spin([Option<f64>; 3]),
+    /// An attitude, rad away: a unit quaternion w, x, y, z, body → world.
+    Attitude(Vector4<f64>),
+    /// How far it has turned about an axis from an attitude, rad, less whole turns: of the turn from there the part about
+    /// the axis.
+    Turn {
+        /// Unit, world.
+        axis: Vector3<f64>,
+        /// rad.
+        angle: f64,
+        /// Unit quaternion.
+        from: Vector4<f64>,
+    },
+    /// A direction of the body points along one of the world: a face down. Rad away.
+    Direction {
+        /// Unit, body.
+        of: Vector3<f64>,
+        /// Unit, world.
+        to: Vector3<f64>,
+    },
+}
+
+/// A number that is to be zero, in the target's unit, and its derivatives by the state.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Row {
+    /// Its value.
+    pub value: f64,
+    /// Its derivatives.
+    pub by: StateChange,
+}
+
+impl TargetKind {
+    /// The unit of its misses.
+    #[must_use]
+    pub fn unit(&self) -> &'static str {
+        match self {
+            Self::Position(_) => "m",
+            Self::Velocity(_) => "m/s",
+            Self::Spin(_) => "rad/s",
+            Self::Attitude(_) | Self::Turn { .. } | Self::Direction { .. } => "rad",
+        }
+    }
+
+    /// Its rows at `state`, of which the sum of squares is in the cost.
+    ///
+    /// ```text
+    /// attitude:  θ of A(q_t)ᵀ A(q) = exp [θ]×,  ∂θ/∂δθ = J_r⁻¹(θ)
+    /// turn:      2 atan2(a·v, w) − α of q q_f⁻¹ = (w, v)
+    /// direction: A(q) b − d,  ∂/∂δθ = −A(q) [b]×                                   (P3)
+    /// ```
+    #[must_use]
+    pub fn rows(&self, state: &State) -> Vec<Row> {
+        let zero = StateChange::zero();
+        let each = |wanted: &[Option<f64>; 3], has: &Vector3<f64>, by: fn(usize) -> StateChange| {
+            let wanted = wanted.iter().enumerate();
+            let row = |(k, wanted): (usize, &Option<f64>)| {
+                wanted.map(|wanted| Row { value: has[k] - wanted, by: by(k) })
+            };
+            wanted.filter_map(row).collect()
+        };
+        match self {
+            Self::Position(wanted) => each(wanted, &state.position, |k| StateChange {
+                position: Vector3::ith(k, 1.0),
+                ..StateChange::zero()
+            }),
+            Self::Velocity(wanted) => each(wanted, &state.velocity, |k| StateChange {
+                velocity: Vector3::ith(k, 1.0),
+                ..StateChange::zero()
+            }),
+            Self::Spin(wanted) => each(wanted, &state.spin, |k| StateChange {
+                spin: Vector3::ith(k, 1.0),
+                ..StateChange::zero()
+            }),
+            Self::Attitude(wanted) => {
+                let there = State { attitude: *wanted, ..*state };
+                let turn = StateChange::between(&there, state).turn;
+                let by = right_jacobian_inverse(&turn);
+                let row = |k: usize| Row {
+                    value: turn[k],
+                    by: StateChange { turn: by.row(k).transpose(), ..zero },
+                };
+                (0..3).map(row).collect()
+            }
+            Self::Turn { axis, angle, from } => {
+                let q = quaternion::left(&state.attitude) * conjugated(from);
+                // δq = ½ L(q) (0, δθ) before the product with the attitude's inverse.
+                let change = |k: usize| {
+                    let e = Vector3::ith(k, 1.0);
+                    let turned = Vector4::new(0.0, 0.5 * e[0], 0.5 * e[1], 0.5 * e[2]);
+                    let dq = quaternion::left(&state.attitude) * turned;
+                    quaternion::left(&dq) * conjugated(from)
+                };
+                let along = |q: &Vector4<f64>| axis.dot(&Vector3::new(q[1], q[2], q[3]));
+                let (s, c) = (along(&q), q[0]);
+                let norm = s * s + c * c;
+                let by = |k: usize| {
+                    let dq = change(k);
+                    if norm > 0.0 { 2.0 * (c * along(&dq) - s * dq[0]) / norm } else { 0.0 }
+                };
+                let turn = Vector3::from_fn(|k, _| by(k));
+                let value = less_turns(2.0 * libm::atan2(s, c) - angle);
+                vec![Row { value, by: StateChange { turn, ..zero } }]
+            }
+            Self::Direction { of, to } => {
+                let rotation = rotation(&state.attitude);
+                let (apart, by) = (rotation * of - to, -(rotation * of.cross_matrix()));
+                let row = |k: usize| Row {
+                    value: apart[k],
+                    by: StateChange { turn: by.row(k).transpose(), ..zero },
+                };
+                (0..3).map(row).collect()
+            }
+        }
+    }
+}
+
+impl Target {
+    /// How far a state is from it, in its unit: the length of its rows, of a direction as an angle.
+    #[must_use]
+    pub fn miss(&self, state: &State) -> f64 {
+        let rows = self.kind.rows(state);
+        let length = rows.iter().map(|row| row.value * row.value).sum::<f64>().sqrt();
+        match self.kind {
+            TargetKind::Direction { .. } => 2.0 * libm::asin((0.5 * length).min(1.0)),
+            _ => length,
+        }
+    }
+}
+
+fn conjugated(q: &Vector4<f64>) -> Vector4<f64> {
+    Vector4::new(q[0], -q[1], -q[2], -q[3])
+}
+
+/// The angle between −π and π.
+fn less_turns(angle: f64) -> f64 {
+    let turn = 2.0 * std::f64::consts::PI;
+    angle - turn * libm::round(angle / turn)
+}
+
+/// The inverse of the right Jacobian of the exponential map: how a rotation vector θ follows a further turn δ about
+/// the body's axes,
+///
+/// ```text
+/// E + ½ [θ]× + (1/|θ|² − (1 + cos |θ|)/(2 |θ| sin |θ|)) [θ]×²
+/// ```
+fn right_jacobian_inverse(theta: &Vector3<f64>) -> nalgebra::Matrix3<f64> {
+    let angle = theta.norm();
+    let cross = theta.cross_matrix();
+    // To fourth order, where the difference of the two terms is lost in rounding.
+    let factor = if angle < 1e-2 {
+        1.0 / 12.0 + angle * angle / 720.0
+    } else {
+        let (sin, cos) = libm::sincos(angle);
+        1.0 / (angle * angle) - (1.0 + cos) / (2.0 * angle * sin)
+    };
+    nalgebra::Matrix3::identity() + 0.5 * cross + factor * cross * cross
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn state() -> State {
+        State {
+            position: Vector3::new(0.3, -1.0, 2.0),
+            attitude: Vector4::new(0.3, -0.7, 0.2, 0.5).normalize(),
+            velocity: Vector3::new(1.0, 2.0, -0.5),
+            spin: Vector3::new(9.0, -14.0, 5.0),
+        }
+    }
+
+    /// Against central differences of 1e-5, whose error is some 1e-10.
+    #[test]
+    fn slopes_are_those_of_differences() {
+        let axis = Vector3::new(0.2, 0.5, 0.9).normalize();
+        let quaternion = Vector4::new(0.9, 0.1, -0.3, 0.2).normalize();
+        let kinds = [
+            TargetKind::Position([Some(1.0), None, Some(2.0)]),
+            TargetKind::Velocity([None, Some(0.0), Some(0.3)]),
+            TargetKind::Spin([Some(0.0); 3]),
+            TargetKind::Attitude(quaternion),
+            TargetKind::Attitude(state().attitude),
+            TargetKind::Turn { axis, angle: 0.7, from: quaternion },
+            TargetKind::Direction { of: axis, to: Vector3::new(0.0, 0.0, -1.0) },
+        ];
+        for kind in kinds {
+            let rows = kind.rows(&state());
+            for k in 0..StateChange::LEN {
+                let moved = |by: f64| {
+                    let mut change = [0.0; StateChange::LEN];
+                    change[k] = by;
+                    kind.rows(&StateChange::from_array(&change).applied(&state()))
+                };
+                for ((row, up), down) in rows.iter().zip(moved(1e-5)).zip(moved(-1e-5)) {
+                    let slope = (up.value - down.value) / 2e-5;
+                    let found = row.by.to_array()[k];
+                    assert!((slope - found).abs() < 1e-8, "{kind:?}, {k}: {found} {slope}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_quarter_turn_is_one() {
+        let half = 0.5_f64.sqrt();
+        let upright = State { attitude: Vector4::new(1.0, 0.0, 0.0, 0.0), ..state() };
+        let turned = State { attitude: Vector4::new(half, 0.0, 0.0, half), ..state() };
+        let target = |angle: f64| Target {
+            name: "turn".to_owned(),
+            body: 0,
+            after: 1,
+            kind: TargetKind::Turn { axis: Vector3::z(), angle, from: upright.attitude },
+            tolerance: 1e-3,
+            weight: 1.0,
+        };
+        let quarter = std::f64::consts::FRAC_PI_2;
+        assert!(target(quarter).miss(&turned) < 1e-15);
+        assert!((target(quarter).miss(&upright) - quarter).abs() < 1e-15);
+        assert!(target(-3.0 * quarter).miss(&turned) < 1e-14);
+    }
+}

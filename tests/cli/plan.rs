@@ -1,0 +1,146 @@
+//! `tumble plan`: what it writes, that it replays to the byte, and what it refuses.
+
+use super::support::{run, tumble};
+use serde_json::Value;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+fn shipped(name: &str) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/plans").join(name);
+    path.to_string_lossy().into_owned()
+}
+
+fn text(path: PathBuf) -> String {
+    fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
+/// A directory with a problem of a box on level ground.
+fn problem(fields: &str) -> (tempfile::TempDir, String) {
+    let directory = tempfile::tempdir().unwrap();
+    fs::copy(shipped("box.toml"), directory.path().join("box.toml")).unwrap();
+    let path = directory.path().join("problem.toml");
+    fs::write(&path, format!("scene = \"box.toml\"\n{fields}")).unwrap();
+    let path = path.to_string_lossy().into_owned();
+    (directory, path)
+}
+
+const SLIDE: &str = "
+steps = 30
+[[controls]]
+kind = \"force\"
+x = [-20, 20]
+[target]
+x = 0.4
+tolerance = { position = 1e-3 }
+[search]
+runs = 300
+";
+
+/// Three ways: the same problem from its own controls, the scene that was written, and the verifier.
+#[test]
+fn a_plan_runs_again_to_the_byte() {
+    let (directory, problem) = problem(SLIDE);
+    let out = |name: &str| directory.path().join(name);
+    let [first, again, scene] =
+        ["first", "again", "scene"].map(|name| out(name).to_string_lossy().into_owned());
+    let end = run(&["plan", &problem, "--out", &first]);
+    assert_eq!(end.code, Some(0), "{end:?}");
+    assert!(end.stdout.contains("box: replayed after 30 steps, 30 numbers sought"), "{end:?}");
+    let plan: Value = serde_json::from_str(&text(out("first").join("plan.json"))).unwrap();
+    assert_eq!(plan["status"], "replayed");
+    assert!(plan["targets"][0]["missed_by"].as_f64().unwrap() <= 1e-3);
+    assert_eq!(plan["modes"].as_array().unwrap().len(), 30);
+
+    let controls = out("first").join("controls.csv").to_string_lossy().into_owned();
+    let end = run(&["plan", &problem, "--start", &controls, "--replay", "--out", &again]);
+    assert_eq!(end.code, Some(0), "{end:?}");
+    let written = out("first").join("scene.toml").to_string_lossy().into_owned();
+    let end = run(&["--scenario", &written, "--out", &scene]);
+    assert_eq!(end.code, Some(0), "{end:?}");
+    for table in ["states.csv", "contacts.csv", "steps.csv"] {
+        let rows = text(out("first").join(table));
+        assert_eq!(rows, text(out("again").join(table)), "{table}");
+        assert_eq!(rows, text(out("scene").join(table)), "{table}");
+    }
+    assert_eq!(text(out("first").join("controls.csv")), text(out("again").join("controls.csv")));
+    let states = out("first").join("states.csv").to_string_lossy().into_owned();
+    let end = run(&["verify", &states]);
+    assert_eq!(end.code, Some(0), "{end:?}");
+}
+
+/// On any number of threads the same files.
+#[test]
+fn threads_do_not_change_a_plan() {
+    let (directory, problem) = problem(SLIDE);
+    let files = ["1", "3"].map(|threads| {
+        let out = directory.path().join(threads);
+        let end = run(&["plan", &problem, "--threads", threads, "--out", out.to_str().unwrap()]);
+        assert_eq!(end.code, Some(0), "{end:?}");
+        (text(out.join("controls.csv")), text(out.join("plan.json")))
+    });
+    assert_eq!(files[0], files[1]);
+}
+
+#[test]
+fn what_cannot_be_reached_is_missed() {
+    let (directory, problem) = problem(&SLIDE.replace("[-20, 20]", "[-3, 3]"));
+    let out = directory.path().join("out");
+    let end = run(&["plan", &problem, "--out", out.to_str().unwrap()]);
+    assert_eq!(end.code, Some(3), "{end:?}");
+    let plan: Value = serde_json::from_str(&text(out.join("plan.json"))).unwrap();
+    assert_eq!(plan["status"], "missed");
+    assert!(plan["reason"].as_str().unwrap().contains("box.position is missed"), "{plan}");
+    assert!(out.join("states.csv").exists());
+}
+
+#[test]
+fn the_start_that_stops_is_found_from_the_command_line() {
+    let directory = tempfile::tempdir().unwrap();
+    let out = directory.path().join("out");
+    let end = run(&["plan", &shipped("stop.toml"), "--out", out.to_str().unwrap()]);
+    assert_eq!(end.code, Some(0), "{end:?}");
+    let controls = text(out.join("controls.csv"));
+    assert!(controls.starts_with("k,t,box.velocity.x\n0,0,2.84"), "{controls}");
+}
+
+#[test]
+fn broken_problems_are_refused_and_leave_nothing() {
+    for (fields, words) in [
+        ("steps = 30\n", "there is nothing to plan for"),
+        (&SLIDE.replace("x = [-20, 20]", "x = [20, -20]"), "no bounds"),
+        (&SLIDE.replace("kind = \"force\"", "kind = \"pull\""), "line 4"),
+        (&SLIDE.replace("steps = 30", "steps = 0"), "steps: 0 is given; 1 to 100000 are allowed"),
+        (&SLIDE.replace("runs = 300", "start = \"none.csv\""), "none.csv"),
+        (&SLIDE.replace("runs = 300", "legs = [\"walk\"]"), "walk"),
+        ("scene = \"\"\n", "scene"),
+    ] {
+        let (directory, problem) = problem(fields);
+        let out = directory.path().join("out");
+        let end = run(&["plan", &problem, "--out", out.to_str().unwrap()]);
+        end.assert_refused(2, &[words]);
+        assert!(!out.exists(), "{fields}");
+    }
+    run(&["plan", "nowhere.toml"]).assert_refused(2, &["nowhere.toml"]);
+}
+
+#[test]
+fn controls_of_another_problem_are_refused() {
+    let (directory, problem) = problem(SLIDE);
+    let table = directory.path().join("controls.csv");
+    for (rows, words) in [
+        ("k,t,box.force.x\n0,0,1\n", "it has 1 rows; 30 are needed"),
+        ("k,t,box.force.y\n", "no control of the problem"),
+        ("k,t\n", "0 rows"),
+    ] {
+        fs::write(&table, rows).unwrap();
+        let start = table.to_str().unwrap();
+        let end = run(&["plan", &problem, "--start", start, "--out", "never"]);
+        end.assert_refused(2, &["controls.csv", words]);
+    }
+    let row = |value: &str| format!("k,t,box.force.x\n{}", format!("0,0,{value}\n").repeat(30));
+    fs::write(&table, row("one")).unwrap();
+    let start = table.to_str().unwrap();
+    let end =
+        tumble().args(["plan", &problem, "--start", start, "--out", "never"]).output().unwrap();
+    super::support::End::from(end).assert_refused(2, &["\"one\" is no number"]);
+}
