@@ -29,6 +29,9 @@ pub(super) struct Policy {
     pub(super) settles: bool,
     /// Whether impulses of the last step are those of this one only where they obey it to rounding.
     repeats_exactly: bool,
+    /// Whether the forces of a crowd that change are gone on from as they are, and known roughly before all
+    /// its contacts are.
+    follows_crowds: bool,
 }
 
 /// For one body: a few unknowns, so that many starts cost little.
@@ -52,6 +55,7 @@ static ALONE: Policy = Policy {
     keeps_best: false,
     settles: false,
     repeats_exactly: true,
+    follows_crowds: false,
 };
 
 /// For several bodies: in the order of what they solve for their cost. In a crowd, what is far from a
@@ -95,13 +99,15 @@ const TOGETHER: Policy = Policy {
     keeps_best: true,
     settles: true,
     repeats_exactly: false,
+    follows_crowds: true,
 };
 
 static SEVERAL: Policy = TOGETHER;
 
 /// For bodies that joints tie: a force that joints keep may be the same in every step and move them all
 /// the same, by less than what a heap may leave.
-static TIED: Policy = Policy { repeats_exactly: true, ..TOGETHER };
+/// What joints hold is not shared in many ways, and old reactions of light hinges lead astray.
+static TIED: Policy = Policy { repeats_exactly: true, follows_crowds: false, ..TOGETHER };
 
 const CROWDED: usize = 64;
 
@@ -122,6 +128,11 @@ impl Policy {
             true => (self.starts_of_crowds, 0),
             false => (self.starts, self.scattered),
         }
+    }
+
+    /// Whether so many contacts are a crowd whose forces are [followed](Self::follows_crowds).
+    pub(super) fn follows(&self, contacts: usize) -> bool {
+        self.follows_crowds && contacts > CROWDED
     }
 
     /// The residual, and the speed at which what presses may change its gap, up to which the impulses of
