@@ -212,9 +212,9 @@ impl<E: Equations> Descent<E> {
         Outcome { solved, start: best.1, retried: best.1 != Start::Previous, rough: false }
     }
 
-    /// The start that what is `known` of a crowd asks for before others: where nothing pressed in the last
-    /// step, as in the first one, an interior point; where impulses change and do not nearly obey this step,
-    /// the last ones, which are a part of themselves away.
+    /// The start that what is `known` of a crowd asks for before others: what was found for it before; where
+    /// nothing pressed in the last step, as in the first one, that of its [policy](super::policy::Policy); where
+    /// impulses change and do not nearly obey this step, the last ones, by large steps.
     fn asked(&mut self, equations: &E, known: Known<'_>) -> Option<Start> {
         if !equations.policy().follows(known.previous.len()) {
             return None;
@@ -223,7 +223,7 @@ impl<E: Equations> Descent<E> {
             return Some(Start::Found);
         }
         if known.previous.iter().all(|impulse| *impulse == Vector3::zeros()) {
-            return Some(Start::InteriorPoint(1.0));
+            return equations.policy().start_from_nothing(known.previous.len());
         }
         let iterate = &mut self.iterate;
         iterate.impulses.clear();

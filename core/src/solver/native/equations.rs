@@ -224,6 +224,13 @@ impl Setting {
         self.unsettled = unsettled;
     }
 
+    /// Has the step solved to `factor` times the usual residual.
+    pub(super) fn loosen(&mut self, factor: f64) {
+        if factor > 1.0 {
+            self.tolerances = self.tolerances.loosened(factor);
+        }
+    }
+
     /// Whether the impulses change from step to step by so much that they are not nearly the last ones.
     pub(super) fn changes(&self) -> bool {
         changes(self.unsettled)

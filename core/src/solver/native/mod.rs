@@ -41,7 +41,7 @@ mod tolerances;
 mod turning;
 
 use crate::contact::{Candidates, Contact, rounding};
-use crate::error::Error;
+use crate::error::{Error, in_range};
 use crate::joint::JointForce;
 use crate::mechanics::State;
 use crate::mechanics::quaternion::advance;
@@ -60,13 +60,15 @@ use starts::Start;
 use std::num::NonZeroUsize;
 #[cfg(feature = "threads")]
 use threads::Threads;
-pub use tolerances::ACCEPTED_RESIDUAL;
 use tolerances::Tolerances;
+pub use tolerances::{ACCEPTED_RESIDUAL, LARGEST_RESIDUAL};
 
 /// The native solver of the steps of a world. Owns all scratch memory: a step allocates
 /// nothing once its contacts have been seen.
 #[derive(Debug, Clone)]
 pub struct NativeSolver {
+    /// What steps are solved to, in a world of the speed scale 1, and times the speed scale of the last one, m/s.
+    residual: f64,
     accepted: f64,
     islands: Islands,
     /// The problems of the islands; memory is kept from step to step.
@@ -90,6 +92,7 @@ impl NativeSolver {
         let points = world.bodies().iter().map(|body| body.contact_points().len());
         first.reserve(world, points.max().unwrap_or(0));
         Self {
+            residual: ACCEPTED_RESIDUAL,
             accepted: ACCEPTED_RESIDUAL * world.speed_scale(),
             islands: Islands::default(),
             parts: Parts::new(first),
@@ -99,6 +102,26 @@ impl NativeSolver {
             #[cfg(feature = "threads")]
             threads: None,
         }
+    }
+
+    /// The same, for steps that count as solved with a residual of `residual` (m/s, times the world's
+    /// [speed scale](World::speed_scale)) in place of [`ACCEPTED_RESIDUAL`]: iterations end so much earlier, gaps that a
+    /// step opens or closes at half of it count as none, and what moves no faster than a third of it comes to rest.
+    /// The certificate of each step has what was reached.
+    ///
+    /// # Errors
+    /// A residual outside 1e-9…1e-2 m/s.
+    pub fn with_residual(mut self, residual: f64) -> Result<Self, Error> {
+        let allowed = "1e-9 to 1e-2";
+        in_range("residual (m/s)", residual, ACCEPTED_RESIDUAL, LARGEST_RESIDUAL, allowed)?;
+        self.accepted *= residual / self.residual;
+        self.residual = residual;
+        Ok(self)
+    }
+
+    /// How many times the usual residual steps may have.
+    fn loosened(&self) -> f64 {
+        self.residual / ACCEPTED_RESIDUAL
     }
 
     /// The same, on up to `count` threads: islands are solved at the same time. Numbers, reports
@@ -175,7 +198,7 @@ impl NativeSolver {
                 };
             }
         }
-        let depth = deepest_miss(step, &self.reached);
+        let depth = deepest_miss(step, &self.reached, self.loosened());
         candidates.admit_missed(step.world, step.states, &self.reached, depth)
     }
 
@@ -193,7 +216,7 @@ impl NativeSolver {
         self.islands.go_on(&solution.contacts, |body| self.ends[body].moved);
         solution.contacts.extend(contacts[known..].iter().map(|c| ContactForce::none(c.key)));
         self.parts.assign(&self.islands, step.states.len());
-        let asked = Asked { accepted: self.accepted, roughly };
+        let asked = Asked { accepted: self.accepted, loosened: self.loosened(), roughly };
         let is_solved = self.solve_on_threads(step, contacts, asked)?;
         // In the order of the islands, on whichever threads they were solved.
         let mut iterations = 0_u32;
@@ -232,8 +255,9 @@ impl NativeSolver {
         loop {
             let more = self.solve_islands(step, candidates.contacts(), roughly, solution)?;
             iterations = iterations.saturating_add(more);
+            let loosened = self.loosened();
             let reached = self.reached(step, solution);
-            let depth = deepest_miss(step, reached);
+            let depth = deepest_miss(step, reached, loosened);
             let missed = candidates.admit_missed(step.world, step.states, reached, depth);
             let contacts = candidates.contacts();
             if missed {
@@ -329,8 +353,9 @@ impl End {
 }
 
 /// How deep a body may be in another at the end of the step before the contact counts as
-/// missed, m: what no certificate sees, or what rounding leaves of a gap.
-fn deepest_miss(step: &Step<'_>, next: &[State]) -> f64 {
+/// missed, m: what no certificate sees of steps that may have `loosened` times the usual residual, or what rounding
+/// leaves of a gap.
+fn deepest_miss(step: &Step<'_>, next: &[State], loosened: f64) -> f64 {
     let world = step.world;
     // Without a ground a gap may be along any direction.
     let (normal, arm, offset) = match world.ground() {
@@ -343,7 +368,7 @@ fn deepest_miss(step: &Step<'_>, next: &[State]) -> f64 {
         rounding = rounding.max(lost);
         speed = speed.max(free.velocity.norm() + free.spin.norm() * body.reach());
     }
-    rounding.max(Tolerances::of(world, speed).missed * world.time_step())
+    rounding.max(loosened * Tolerances::of(world, speed).missed * world.time_step())
 }
 
 impl StepSolver for NativeSolver {
@@ -362,7 +387,7 @@ impl StepSolver for NativeSolver {
         solution: &mut StepSolution,
     ) -> Result<StepReport, Error> {
         step.check(candidates.contacts())?;
-        self.accepted = ACCEPTED_RESIDUAL * step.world.speed_scale();
+        self.accepted = self.residual * step.world.speed_scale();
         solution.set_free(step.free);
         self.ends.clear();
         self.ends.resize(step.states.len(), End::FREE);

@@ -35,6 +35,8 @@ pub(super) struct Part {
 pub(super) struct Asked {
     /// A residual that is no failure, m/s.
     pub(super) accepted: f64,
+    /// How many times the usual residual it may have.
+    pub(super) loosened: f64,
     /// Whether a crowd may be solved [roughly](Known::roughly).
     pub(super) roughly: bool,
 }
@@ -173,6 +175,7 @@ impl Part {
         let outcome = if let Some(body) = self.only {
             let problem = alone(&mut self.alone, step.world);
             problem.equations.begin(step, body, island.unsettled);
+            problem.equations.setting_mut().loosen(asked.loosened);
             for &place in island.contacts {
                 problem.equations.admit(&contacts[place]);
                 if carries {
@@ -185,6 +188,7 @@ impl Part {
         } else {
             let problem = together(&mut self.together, step.world);
             problem.equations.begin(step, island.bodies, island.unsettled);
+            problem.equations.setting_mut().loosen(asked.loosened);
             for &place in island.contacts {
                 problem.equations.admit(&contacts[place], |body| island.places[body]);
                 if carries {

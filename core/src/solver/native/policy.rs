@@ -110,6 +110,11 @@ static SEVERAL: Policy = TOGETHER;
 static TIED: Policy = Policy { repeats_exactly: true, follows_crowds: false, ..TOGETHER };
 
 const CROWDED: usize = 64;
+/// With up to so many contacts the last impulses mostly lead to the selected solution, also where they change.
+const FOLLOWED: usize = 128;
+/// From nothing Newton's method finds the forces of a structure with up to so many contacts sooner than an
+/// interior point does (23 iterations to 33 for a wall of 300 bricks), with more later (166 to 41 for 1000).
+const VAST: usize = 4000;
 
 impl Policy {
     /// That of an island of so many bodies.
@@ -132,7 +137,12 @@ impl Policy {
 
     /// Whether so many contacts are a crowd whose forces are [followed](Self::follows_crowds).
     pub(super) fn follows(&self, contacts: usize) -> bool {
-        self.follows_crowds && contacts > CROWDED
+        self.follows_crowds && contacts > FOLLOWED
+    }
+
+    /// The start for so many contacts none of which pressed in the last step, where it is not the first of all.
+    pub(super) fn start_from_nothing(&self, contacts: usize) -> Option<Start> {
+        (self.follows_crowds && contacts > VAST).then_some(Start::InteriorPoint(1.0))
     }
 
     /// The residual, and the speed at which what presses may change its gap, up to which the impulses of

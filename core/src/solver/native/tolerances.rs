@@ -100,8 +100,11 @@ pub(super) const SHORTEST_STEP: f64 = 1e-4;
 /// The part of the decrease that the linear model promises which a step must bring (Armijo).
 pub(super) const SUFFICIENT_DECREASE: f64 = 1e-4;
 
-/// Residual of a step that counts as solved, m/s: what the certificate is held against.
+/// Residual of a step that counts as solved, m/s: what the certificate is held against, where no
+/// [other](crate::solver::native::NativeSolver::with_residual) is asked for.
 pub const ACCEPTED_RESIDUAL: f64 = 1e-9;
+/// The largest that may be asked for, m/s: half of what gravity gives in a step of 2 ms.
+pub const LARGEST_RESIDUAL: f64 = 1e-2;
 /// The law without compliance is met: rounding of φ⁺/h. A warm start that is as near is the
 /// solution.
 const EXACT: f64 = 1e-12;
@@ -173,6 +176,25 @@ impl Tolerances {
         let scale = alone.exact / EXACT;
         Self { solved: SOLVED_TOGETHER * scale, level: LEVEL * scale, rest: REST * scale, ..alone }
     }
+    /// The same for steps that may miss their laws by `factor` times as much: all that says when something is solved,
+    /// level or at rest.
+    pub(super) fn loosened(self, factor: f64) -> Self {
+        let solved = factor * self.solved;
+        Self {
+            rounding: factor * self.rounding,
+            exact: factor * self.exact,
+            newton: factor * self.newton,
+            solved,
+            rough: self.rough.max(solved),
+            sufficient: factor * self.sufficient,
+            whole_steps: self.whole_steps.max(solved),
+            near: self.near.max(solved),
+            missed: factor * self.missed,
+            level: factor * self.level,
+            rest: factor * self.rest,
+        }
+    }
+
     /// The same where only contacts are to be found.
     pub(super) fn roughly(self) -> Self {
         let Self { rough, .. } = self;
