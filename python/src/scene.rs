@@ -61,7 +61,7 @@ impl Scene {
     #[allow(clippy::too_many_arguments)]
     #[pyo3(signature = (
         text, path, *, seed=None, steps=None, start_index=None, time_step=None, rotation=None, friction=None,
-        restitution=None, solver=None, model=None
+        restitution=None, solver=None, residual=None, model=None
     ))]
     fn new(
         text: &str,
@@ -74,6 +74,7 @@ impl Scene {
         friction: Option<f64>,
         restitution: Option<f64>,
         solver: Option<&str>,
+        residual: Option<f64>,
         model: Option<&str>,
     ) -> PyResult<Self> {
         let start_index = start_index.map(first_index).transpose()?;
@@ -87,6 +88,7 @@ impl Scene {
             mu: friction,
             restitution,
             solver: solver.map(solver_name).transpose()?,
+            residual,
             ..Settings::default()
         };
         let mut content = Content::of_text(text, &path, flags, &read).map_err(in_python)?;

@@ -217,6 +217,7 @@ fn contact_of(solver: &SolverSettings) -> Result<Option<SolverChoice>, Failure> 
             on_failure: word::<OnFailure>("on_failure", solver.on_failure.as_ref())?,
             tol: solver.tol,
             max_iter: solver.max_iter,
+            residual: solver.residual,
             ..Settings::default()
         },
     };

@@ -5,6 +5,7 @@ use super::run_file::heading;
 use super::scene::{OutputFormat, Scene};
 use super::shown;
 use std::fmt::Write as _;
+use tumble::scenario::solver_choice::SolverChoice;
 use tumble::simulation::summary::RunSummary;
 use tumble::step::StepStatus;
 
@@ -38,7 +39,8 @@ pub fn describe(scene: &Scene, run: &Run) -> String {
     if summary.contact_steps() > 0 {
         text += &contact_steps(scene.solver(), summary);
     }
-    text += &certificates(summary);
+    let asked = scene.contact.as_ref().and_then(SolverChoice::residual);
+    text += &certificates(summary, asked);
     if let Some((index, overlap)) = overlap {
         let _ = match overlap {
             0.0 => writeln!(text, "  overlap      none"),
@@ -123,12 +125,14 @@ fn contact_steps(solver: &str, summary: &RunSummary) -> String {
     text
 }
 
-fn certificates(summary: &RunSummary) -> String {
+/// The residuals reached, and the one `asked` for.
+fn certificates(summary: &RunSummary, asked: Option<f64>) -> String {
     let Some((index, residual, part)) = &summary.worst else {
         return String::new();
     };
     let median = summary
         .median_residual()
         .map_or(String::new(), |median| format!("median {median:.1e} m/s in contact, "));
-    format!("  residual     {median}largest {residual:.1e} m/s at k = {index} ({part})\n")
+    let asked = asked.map_or(String::new(), |asked| format!(", {asked:e} m/s asked for"));
+    format!("  residual     {median}largest {residual:.1e} m/s at k = {index} ({part}){asked}\n")
 }

@@ -159,6 +159,7 @@ fn facts(run: RunFile) -> Vec<Fact> {
     add("on failure", solver.on_failure);
     add("tolerance", solver.tol.map(|tol| format!("{tol:e}")));
     add("iteration limit", solver.max_iter.map(|limit| limit.to_string()));
+    add("solved to", solver.residual.map(|residual| format!("{residual:e} m/s")));
     add("largest overlap", run.largest_overlap_m.map(|overlap| format!("{overlap:.1e} m")));
     add("outcome", (run.outcome != "complete").then_some(run.outcome));
     add("tumble", Some(run.tumble_version));

@@ -77,6 +77,7 @@ fn of_flags(args: &SimulateArgs) -> Result<Settings, Failure> {
         detection: args.detection,
         tol: args.tol,
         max_iter: args.max_iter,
+        residual: args.residual,
         on_failure: args.on_failure,
         ..of_physics(&args.physics)?
     })

@@ -17,7 +17,7 @@ pub enum FileKind {
 type Names = (&'static str, &'static str, &'static str);
 
 /// All but those that are called the same everywhere.
-const NAMES: [Names; 26] = [
+const NAMES: [Names; 27] = [
     ("dt", "time_step", "parameters.dt"),
     ("rotation", "rotation", "parameters.rotation"),
     ("mu", "ground.friction", "parameters.mu"),
@@ -43,6 +43,7 @@ const NAMES: [Names; 26] = [
     ("detection", "solver.detection", "solver.detection"),
     ("tol", "solver.tolerance", "solver.tol"),
     ("max-iter", "solver.max_iterations", "solver.max_iter"),
+    ("residual", "solver.residual", "solver.residual"),
     ("on-failure", "solver.on_failure", "solver.on_failure"),
 ];
 

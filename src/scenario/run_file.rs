@@ -158,6 +158,9 @@ pub struct SolverSettings {
     pub tol: Option<f64>,
     /// Ipopt's most iterations; null for others.
     pub max_iter: Option<u32>,
+    /// What the native solver was asked to solve to, m/s at the speed scale 1, where it was not the usual.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub residual: Option<f64>,
     /// The residual that a contact step may have that counts as solved, m/s: what the solver
     /// promises. A file of before it was written has none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -298,6 +301,7 @@ impl SolverSettings {
             on_failure: contact.map(|contact| contact.on_failure.name().to_owned()),
             tol: program.map(|(_, tolerance, _)| tolerance),
             max_iter: program.map(|(.., iterations)| iterations),
+            residual: contact.and_then(SolverChoice::residual),
             accepted_residual_m_s: Some(solver.map_or(0.0, |solver| solver.accepted_residual())),
         })
     }

@@ -72,6 +72,8 @@ pub struct Settings {
     pub tol: Option<f64>,
     /// Ipopt's limit of iterations.
     pub max_iter: Option<u32>,
+    /// What the native solver solves contact steps to, m/s at the speed scale 1.
+    pub residual: Option<f64>,
     /// What happens with a step that fails.
     pub on_failure: Option<OnFailure>,
 }
@@ -134,6 +136,7 @@ impl Settings {
             detection: self.detection.or(below.detection),
             tol: self.tol.or(below.tol),
             max_iter: self.max_iter.or(below.max_iter),
+            residual: self.residual.or(below.residual),
             on_failure: self.on_failure.or(below.on_failure),
         }
     }
@@ -149,6 +152,7 @@ impl Settings {
             detection: None,
             tol: None,
             max_iter: None,
+            residual: None,
             on_failure: None,
             ..self
         }

@@ -3,6 +3,7 @@
 use super::choices::{OnFailure, Preset, SolverName};
 use super::failure::{Failure, refuse_flags};
 use super::settings::Settings;
+use super::shown;
 use crate::contact::Detection;
 #[cfg(any(feature = "ipopt", feature = "threads"))]
 use crate::error::Error;
@@ -11,7 +12,7 @@ use crate::ipopt::Options;
 use crate::simulation::Motion;
 #[cfg(feature = "ipopt")]
 use crate::solver::ipopt::{Formulation, IpoptSolver};
-use crate::solver::native::NativeSolver;
+use crate::solver::native::{ACCEPTED_RESIDUAL, LARGEST_RESIDUAL, NativeSolver};
 use crate::step::StepSolver;
 use crate::world::World;
 #[cfg(feature = "threads")]
@@ -28,6 +29,8 @@ pub struct SolverChoice {
     pub preset: Option<Preset>,
     /// Ipopt's program and options; `None` for the native solver.
     pub ipopt: Option<Program>,
+    /// What the native solver solves steps to, where it is not the usual residual.
+    residual: Option<f64>,
     /// The most threads that the native solver works on; no setting of a file.
     #[cfg(feature = "threads")]
     threads: NonZeroUsize,
@@ -61,6 +64,8 @@ impl SolverChoice {
         }
         let detection = settings.detection.map(Detection::from).unwrap_or_default();
         if settings.solver.unwrap_or(usual) != SolverName::Native {
+            let flags = [("--residual", settings.residual.is_some())];
+            refuse_flags("Ipopt, which solves to --tol; --solver native has it", &flags)?;
             return ipopt::of(settings, detection);
         }
         let ladder = settings.on_failure == Some(OnFailure::Ladder);
@@ -68,7 +73,8 @@ impl SolverChoice {
         flags.push(("--on-failure ladder", ladder));
         refuse_flags("the native solver, which works to rounding", &flags)?;
         let on_failure = settings.on_failure.unwrap_or(OnFailure::Record);
-        Ok(Self::by(detection, on_failure, None))
+        let residual = settings.residual.map(known_residual).transpose()?;
+        Ok(Self { residual, ..Self::by(detection, on_failure, None) })
     }
 
     fn by(detection: Detection, on_failure: OnFailure, ipopt: Option<Program>) -> Self {
@@ -77,6 +83,7 @@ impl SolverChoice {
             on_failure,
             preset: None,
             ipopt,
+            residual: None,
             #[cfg(feature = "threads")]
             threads: NonZeroUsize::MIN,
         }
@@ -106,10 +113,23 @@ impl SolverChoice {
         }
     }
 
-    #[cfg(feature = "threads")]
+    /// What the native solver was asked to solve steps to, m/s at the speed scale 1; `None` for the usual residual.
+    #[must_use]
+    pub fn residual(&self) -> Option<f64> {
+        self.residual
+    }
+
     fn native(&self, world: &World) -> Result<Box<dyn StepSolver>, Failure> {
-        let solver = NativeSolver::new(world).with_threads(self.threads);
-        let solver = solver.map_err(|error| match error {
+        let mut solver = NativeSolver::new(world);
+        if let Some(residual) = self.residual {
+            solver = solver.with_residual(residual)?;
+        }
+        self.on_threads(solver)
+    }
+
+    #[cfg(feature = "threads")]
+    fn on_threads(&self, solver: NativeSolver) -> Result<Box<dyn StepSolver>, Failure> {
+        let solver = solver.with_threads(self.threads).map_err(|error| match error {
             Error::Solver { .. } => Failure::Other(error.to_string()),
             _ => error.into(),
         })?;
@@ -117,8 +137,8 @@ impl SolverChoice {
     }
 
     #[cfg(not(feature = "threads"))]
-    fn native(&self, world: &World) -> Result<Box<dyn StepSolver>, Failure> {
-        Ok(Box::new(NativeSolver::new(world)))
+    fn on_threads(&self, solver: NativeSolver) -> Result<Box<dyn StepSolver>, Failure> {
+        Ok(Box::new(solver))
     }
 
     /// What moves the bodies of `world`.
@@ -157,7 +177,6 @@ impl SolverChoice {
 #[cfg(feature = "ipopt")]
 mod ipopt {
     use super::*;
-    use crate::scenario::shown;
     use crate::solver::ipopt::{MOST_ITERATIONS, TOLERANCE, alone_for, ladder_for};
     use crate::step_nlp::StepNlp;
 
@@ -250,6 +269,15 @@ mod ipopt {
     const MISSING: &str = "Ipopt is needed for it, and is not in this build; `native` is";
 }
 
+/// A residual that the native solver solves to.
+fn known_residual(residual: f64) -> Result<f64, Failure> {
+    if (ACCEPTED_RESIDUAL..=LARGEST_RESIDUAL).contains(&residual) {
+        return Ok(residual);
+    }
+    let why = format!("{} m/s; 1e-9 to 1e-2 is needed", shown::number(residual));
+    Err(Failure::setting("residual", why))
+}
+
 /// Settings with a meaning for Ipopt alone, and whether they are given.
 fn ipopt_flags(settings: &Settings) -> Vec<(&'static str, bool)> {
     vec![
@@ -264,6 +292,7 @@ pub fn solver_flags(settings: &Settings) -> Vec<(&'static str, bool)> {
     let mut flags = vec![
         ("--solver", settings.solver.is_some()),
         ("--detection", settings.detection.is_some()),
+        ("--residual", settings.residual.is_some()),
         ("--on-failure", settings.on_failure.is_some()),
     ];
     flags.extend(ipopt_flags(settings));

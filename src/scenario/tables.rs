@@ -112,6 +112,7 @@ pub struct SolverTable {
     detection: Option<DetectionName>,
     tolerance: Option<f64>,
     max_iterations: Option<u32>,
+    residual: Option<f64>,
     on_failure: Option<OnFailure>,
 }
 
@@ -257,6 +258,7 @@ impl SolverTable {
         settings.detection = self.detection;
         settings.tol = self.tolerance;
         settings.max_iter = self.max_iterations;
+        settings.residual = self.residual;
         settings.on_failure = self.on_failure;
     }
 }

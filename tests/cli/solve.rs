@@ -57,7 +57,7 @@ fn a_folder_has_a_table_and_what_is_unsolved_the_exit_code_3() {
     assert_eq!((end.code, end.stderr.as_str()), (Some(3), ""));
     assert!(end.stdout.contains("1 of 2 solved"), "{}", end.stdout);
     let names = ["problems.csv", "slides.solution.csv", "stuck.solution.csv"];
-    assert_eq!(everything_in(&out), names);
+    assert_eq!(everything_in(&out), names.map(std::path::PathBuf::from));
     let table = fs::read_to_string(out.join("problems.csv")).unwrap();
     let lines: Vec<&str> = table.lines().collect();
     assert!(lines[0].starts_with("problem,groups,rows,parts,status,residual,"));

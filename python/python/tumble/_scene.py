@@ -118,6 +118,7 @@ class Scene(CoreScene):
         friction: Optional[float] = None,
         restitution: Optional[float] = None,
         solver: Optional[str] = None,
+        residual: Optional[float] = None,
         model: Optional[str] = None,
     ) -> "Scene":
         """The scene of a scenario's text; ``path`` names it, and its meshes are beside it.
@@ -134,6 +135,7 @@ class Scene(CoreScene):
             "friction": friction,
             "restitution": restitution,
             "solver": solver,
+            "residual": residual,
             "model": model,
         }
         scene = super().__new__(cls, text, os.fspath(path), **settings)
@@ -234,14 +236,16 @@ def load(
     friction: Optional[float] = None,
     restitution: Optional[float] = None,
     solver: Optional[str] = None,
+    residual: Optional[float] = None,
 ) -> Scene:
     """Reads a scenario file (TOML; scenarios/README.md has every field), or a robot's, URDF or MJCF: a
     scene of its own, upon level ground where the file has none.
 
     ``seed``, ``steps``, ``start_index`` (k of the start), ``time_step`` (s), ``rotation`` ("momentum" or "tutorial", by which equation
-    bodies turn), ``friction``, ``restitution`` and ``solver`` ("native", or "ipopt" where
-    tumble.has_ipopt) go before what the file says. Of the two, "native" is taken
-    where nothing is said. Raises OSError where the file cannot be read, TumbleError where it is no scene.
+    bodies turn), ``friction``, ``restitution``, ``solver`` ("native", or "ipopt" where
+    tumble.has_ipopt) and ``residual`` (to which the native solver solves a step, m/s, 1e-9 to 1e-2) go before
+    what the file says. Of the two solvers, "native" is taken
+    where nothing is said, and 1e-9 as residual. Raises OSError where the file cannot be read, TumbleError where it is no scene.
     """
     most = _LARGEST_ROBOT if os.fspath(path).endswith((".urdf", ".xml")) else _LARGEST_FILE
     with open(path, "rb") as stream:
@@ -263,6 +267,7 @@ def load(
         friction=friction,
         restitution=restitution,
         solver=solver,
+        residual=residual,
     )
 
 

@@ -32,6 +32,7 @@ class CoreScene:
         friction: Optional[float] = None,
         restitution: Optional[float] = None,
         solver: Optional[str] = None,
+        residual: Optional[float] = None,
         model: Optional[str] = None,
     ) -> Self: ...
     @property

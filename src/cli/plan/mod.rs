@@ -7,6 +7,7 @@ mod report;
 use super::args::PlanArgs;
 use super::continued;
 use super::directory::OutputDirectory;
+use super::kept::Kept;
 use super::outcome::{Failure, Outcome};
 use super::output::{PendingFile, Voice, spinner};
 use super::run::{self, Run};
@@ -43,8 +44,9 @@ pub fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
     let interrupted = interrupt.swap(false, Ordering::Relaxed);
     let scene = problem.scene_of(&plan.replay)?;
     let mut simulation = scene.simulation(&interrupt)?;
-    let mut writer = RunWriter::create(&scene, &out, None)?;
-    let run = run::run(&scene, &mut simulation, Run::new(), &interrupt, &mut writer, args.quiet)?;
+    let mut writer = RunWriter::create(&scene, &Kept::default(), &out, None)?;
+    let outputs = (&mut writer, None);
+    let run = run::run(&scene, &mut simulation, Run::new(), &interrupt, outputs, args.quiet)?;
     if plan.replay.states.last().map(Vec::as_slice) != Some(simulation.states()) {
         let why = "the run of the plan's scene is not its replay: this is a fault of tumble";
         return Err(Failure::Other(why.to_owned()));

@@ -10,8 +10,8 @@ use super::proximal::Proximal;
 use super::starts::{self, Start};
 use super::sweeps::sweep;
 use super::tolerances::{
-    COMPLIANCE, COMPLIANCES, FIRST_PROXIMAL, FIRST_SWEEPS, MANY_CONTACTS, PROXIMAL_SHARPNESSES,
-    SETTLED, SHARPNESSES, SHORTEST_FACTOR, STICK_MARGINS,
+    COMPLIANCE, COMPLIANCES, FIRST_PROXIMAL, FIRST_SWEEPS, MANY_CONTACTS, MOVED,
+    PROXIMAL_SHARPNESSES, SETTLED, SHARPNESSES, SHORTEST_FACTOR, STICK_MARGINS,
 };
 use nalgebra::Vector3;
 
@@ -37,6 +37,21 @@ pub(super) struct Outcome {
     pub(super) start: Start,
     /// Whether the law with compliance led to it, so that it is the solution of the selection rule.
     pub(super) selected: bool,
+    /// Whether another start had failed before.
+    pub(super) retried: bool,
+    /// Whether it was [solved roughly](Known::roughly).
+    pub(super) rough: bool,
+}
+
+/// What is known of a step before it is solved.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Known<'a> {
+    /// The impulses p̂ of the last step, m/s, world.
+    pub(super) previous: &'a [Vector3<f64>],
+    /// Those found in this step for the contacts that were known before, nothing for others; `None` at first.
+    pub(super) found: Option<&'a [Vector3<f64>]>,
+    /// Whether a crowd whose forces change may be solved roughly, because contacts may still come to it.
+    pub(super) roughly: bool,
 }
 
 /// How good the end of a start is: the least is best.
@@ -112,8 +127,8 @@ impl<E: Equations> Descent<E> {
         })
     }
 
-    /// Tries one start after another until one leads to a solution; otherwise leaves the best point found. `previous` are the impulses p̂ of the last step, `accepted` the
-    /// residual of a point that is no failure, m/s.
+    /// Tries one start after another until one leads to a solution; otherwise leaves the best point found.
+    /// `accepted` is the residual of a point that is no failure, m/s.
     ///
     /// A solution that the law with compliance did not select, or one that turns a body
     /// too far in one step or makes energy in what joints tie, is kept, and another one preferred to it, as long as there are
@@ -121,11 +136,11 @@ impl<E: Equations> Descent<E> {
     pub(super) fn solve(
         &mut self,
         equations: &mut E,
-        previous: &[Vector3<f64>],
+        known: Known<'_>,
         accepted: f64,
         effort: &mut Effort<'_>,
     ) -> Outcome {
-        let tolerances = *equations.tolerances();
+        let (previous, strict) = (known.previous, *equations.tolerances());
         let nothing = Rank {
             unsolved: true,
             turns_too_far: true,
@@ -135,8 +150,14 @@ impl<E: Equations> Descent<E> {
         let mut best = (nothing, Start::Previous, false);
         let takes_any = equations.policy().takes_any;
         let rolls = !equations.setting().all_give_alike;
-        let all = starts::all(equations.policy(), previous.len(), rolls);
+        let asked = self.asked(equations, known);
+        let all = starts::all(equations.policy(), previous.len(), rolls, asked);
         for (index, start) in all.enumerate() {
+            let rough = known.roughly && matches!(start, Start::Moved | Start::Found);
+            let tolerances = if rough { strict.roughly() } else { strict };
+            if known.roughly {
+                equations.setting_mut().tolerances = tolerances;
+            }
             if start == Start::Alike {
                 equations.setting_mut().give_alike();
             }
@@ -146,13 +167,17 @@ impl<E: Equations> Descent<E> {
                 break;
             }
             effort.begin_start();
-            self.start(equations, previous, start, effort);
+            match (start, known.found) {
+                (Start::Found, Some(found)) => self.start(equations, found, start, effort),
+                _ => self.start(equations, previous, start, effort),
+            }
             let repeated = if start == Start::Previous { self.repeat(equations) } else { None };
             let reached = match repeated {
                 Some(residual) => Reached { residual, selected: true },
                 None => match start {
-                    Start::Kept => self.keep(equations, FIRST_PROXIMAL, effort),
-                    Start::Best(compliance) => self.keep(equations, compliance, effort),
+                    Start::Kept => self.keep(equations, &[(FIRST_PROXIMAL, 1.0)], effort),
+                    Start::Moved | Start::Found => self.keep(equations, &MOVED, effort),
+                    Start::Best(compliance) => self.keep(equations, &[(compliance, 1.0)], effort),
                     _ => self.descend(equations, effort),
                 },
             };
@@ -167,15 +192,15 @@ impl<E: Equations> Descent<E> {
                 residual: reached.residual,
             };
             let fits = reached.selected || takes_any;
-            let by_rule = reached.selected && !matches!(start, Start::Kept | Start::Best(_));
+            let selected = reached.selected && start.is_by_rule();
             if !rank.unsolved && fits && !rank.turns_too_far && rank.made == 0.0 {
-                if repeated.is_none() {
+                if repeated.is_none() && !rough {
                     self.settle(equations, reached.residual);
                 }
-                return Outcome { solved: true, start, selected: by_rule };
+                return Outcome { solved: true, start, selected, retried: index > 0, rough };
             }
             if index == 0 || rank < best.0 {
-                best = (rank, start, by_rule);
+                best = (rank, start, selected);
                 self.best.copy_from(&self.iterate);
             }
             if effort.is_used_up() {
@@ -188,7 +213,31 @@ impl<E: Equations> Descent<E> {
             self.start(equations, previous, Start::Zero, effort);
             self.iterate.evaluate_points(equations);
         }
-        Outcome { solved: best.0.residual <= accepted, start: best.1, selected: best.2 }
+        let solved = best.0.residual <= accepted;
+        let (_, start, selected) = best;
+        Outcome { solved, start, selected, retried: start != Start::Previous, rough: false }
+    }
+
+    /// The start that what is `known` of a crowd asks for before others: what was found for it before; where
+    /// nothing pressed in the last step, as in the first one, that of its [policy](super::policy::Policy); where
+    /// impulses change and do not nearly obey this step, the last ones, by large steps.
+    fn asked(&mut self, equations: &E, known: Known<'_>) -> Option<Start> {
+        if !equations.policy().follows(known.previous.len()) {
+            return None;
+        }
+        if known.found.is_some() {
+            return Some(Start::Found);
+        }
+        if known.previous.iter().all(|impulse| *impulse == Vector3::zeros()) {
+            return equations.policy().start_from_nothing(known.previous.len());
+        }
+        let iterate = &mut self.iterate;
+        iterate.impulses.clear();
+        iterate.impulses.extend_from_slice(known.previous);
+        equations.set_first_velocity(known.previous, &mut iterate.velocity);
+        let changes = equations.setting().changes();
+        let is_far = changes && self.residual(equations) > equations.tolerances().near;
+        is_far.then_some(Start::Moved)
     }
 
     /// Whether the last step's impulses are this step's as they are: they did not change from
@@ -233,7 +282,7 @@ impl<E: Equations> Descent<E> {
         exact_residual(equations, &mut self.iterate)
     }
 
-    /// Sets the iterate to a start.
+    /// Sets the iterate to a start; `previous` are the impulses that it may go on from.
     fn start(
         &mut self,
         equations: &E,
@@ -245,7 +294,7 @@ impl<E: Equations> Descent<E> {
         let Self { interior_point, iterate, best, .. } = self;
         iterate.impulses.clear();
         match start {
-            Start::Previous | Start::Alike | Start::Kept => {
+            Start::Previous | Start::Alike | Start::Kept | Start::Moved | Start::Found => {
                 iterate.impulses.extend_from_slice(previous)
             }
             Start::Zero | Start::Compliant(_) | Start::Swept(_) => {
@@ -261,7 +310,7 @@ impl<E: Equations> Descent<E> {
             }
         }
         match start {
-            Start::Previous | Start::Alike | Start::Kept => {
+            Start::Previous | Start::Alike | Start::Kept | Start::Moved | Start::Found => {
                 equations.set_first_velocity(&iterate.impulses, &mut iterate.velocity)
             }
             _ => equations.set_velocity_after(&iterate.impulses, &mut iterate.velocity),
@@ -353,10 +402,16 @@ impl<E: Equations> Descent<E> {
     }
 
     /// Solves the law without compliance from where the iterate is: as it is, or by compliance on
-    /// changes from there alone. What is found so is near, and is taken although the law with
+    /// changes from there alone, in one of these ways after another. What is found so is near, and is taken although the law with
     /// compliance did not select it.
-    fn keep(&mut self, equations: &E, compliance: f64, effort: &mut Effort<'_>) -> Reached {
-        let residual = self.take_out(equations, (compliance, 1.0), effort);
+    fn keep(&mut self, equations: &E, ways: &[(f64, f64)], effort: &mut Effort<'_>) -> Reached {
+        let mut residual = f64::INFINITY;
+        for &way in ways {
+            residual = self.take_out(equations, way, effort);
+            if residual <= equations.tolerances().solved || effort.is_over() {
+                break;
+            }
+        }
         Reached { residual, selected: true }
     }
 

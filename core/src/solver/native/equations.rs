@@ -7,7 +7,7 @@
 
 use super::coupling::Coupling;
 use super::policy::Policy;
-use super::tolerances::Tolerances;
+use super::tolerances::{RESTLESS, Tolerances};
 use crate::joint::Graph;
 use crate::step::Step;
 use nalgebra::{Matrix3, Vector3};
@@ -232,6 +232,18 @@ impl Setting {
         self.unsettled = unsettled;
     }
 
+    /// Has the step solved to `factor` times the usual residual.
+    pub(super) fn loosen(&mut self, factor: f64) {
+        if factor > 1.0 {
+            self.tolerances = self.tolerances.loosened(factor);
+        }
+    }
+
+    /// Whether the impulses change from step to step by so much that they are not nearly the last ones.
+    pub(super) fn changes(&self) -> bool {
+        changes(self.unsettled)
+    }
+
     pub(super) fn admit(&mut self, coupling: Coupling) {
         self.all_give_alike &= coupling.rows.give_alike();
         self.couplings.push(coupling);
@@ -249,6 +261,12 @@ impl Setting {
         self.all_give_alike = true;
         self.couplings.iter_mut().for_each(|coupling| coupling.rows.give = 1.0);
     }
+}
+
+/// Whether impulses that changed by the part `unsettled` of the largest are not nearly those of the next step. Of
+/// those of the first steps nothing is known.
+pub(super) fn changes(unsettled: f64) -> bool {
+    unsettled > RESTLESS && unsettled < f64::INFINITY
 }
 
 /// The equations of bodies that move together in a step: what is constant during the step, and

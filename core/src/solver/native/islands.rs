@@ -3,7 +3,7 @@
 
 use crate::contact::{Contact, KeyIndex, Partner};
 use crate::joint::{Gear, Joint};
-use crate::step::Step;
+use crate::step::{ContactForce, Step};
 use crate::world::World;
 use nalgebra::Vector3;
 
@@ -27,6 +27,9 @@ pub(super) struct Islands {
     changes: Vec<(f64, f64)>,
     /// Of every contact the force in the step before, N.
     before: Vec<Vector3<f64>>,
+    /// Of every contact the force found so far in this step, N; and whether an island is to go on from them.
+    found: Vec<Vector3<f64>>,
+    goes_on: Vec<bool>,
     /// The contacts of the step before, and of the one before that.
     previous: KeyIndex,
     earlier: KeyIndex,
@@ -115,6 +118,8 @@ pub(super) struct IslandView<'a> {
     pub(super) places: &'a [usize],
     /// For every candidate, its force in the step before, N.
     pub(super) before: &'a [Vector3<f64>],
+    /// For every candidate, its force found so far in this step, N, where the island is to go on from there.
+    pub(super) found: Option<&'a [Vector3<f64>]>,
     /// How much its impulses changed from the step before the last one to the last, in parts of
     /// the largest; infinite where none pressed.
     pub(super) unsettled: f64,
@@ -149,6 +154,22 @@ impl Islands {
         self.changed.extend((0..islands).map(|island| new(island) || marked(island)));
         self.find_before(step, (contacts, known));
         self.set_unsettled(step, islands);
+        self.goes_on.clear();
+        self.goes_on.resize(islands, false);
+    }
+
+    /// Has islands go on from the forces `found` in this step, of the first candidates, where one of their bodies
+    /// is told to.
+    pub(super) fn go_on(&mut self, found: &[ContactForce], goes_on: impl Fn(usize) -> bool) {
+        let Self { bodies, goes_on: islands, .. } = self;
+        for (island, goes) in islands.iter_mut().enumerate() {
+            *goes = bodies.get(island).iter().any(|&body| goes_on(body));
+        }
+        self.found.clear();
+        if islands.contains(&true) {
+            self.found.extend(found.iter().map(|contact| contact.force));
+            self.found.resize(self.before.len(), Vector3::zeros());
+        }
     }
 
     /// The island of a world of one body, without a search.
@@ -328,6 +349,7 @@ impl Islands {
             gears: self.gears.get(number),
             places: &self.places,
             before: &self.before,
+            found: self.goes_on[number].then_some(&self.found),
             unsettled: self.unsettled[number],
         }
     }

@@ -167,6 +167,7 @@ impl StepDerivative {
                 gears: &[],
                 places: &places,
                 before: &[],
+                found: None,
                 unsettled: 0.0,
             };
             self.add(&at, contacts, &view)

@@ -44,38 +44,45 @@ mod tolerances;
 mod turning;
 
 use crate::contact::{Candidates, Contact, rounding};
-use crate::error::Error;
+use crate::error::{Error, in_range};
 use crate::joint::JointForce;
 use crate::mechanics::State;
+use crate::mechanics::quaternion::advance;
 use crate::step::{ContactForce, Step, StepReport, StepSolution, StepSolver, StepStatus};
 use crate::world::World;
 use descent::Outcome;
-use islands::{Islands, Marked};
+use equations::changes;
+use islands::{IslandView, Islands, Marked};
 pub use law::Piece;
 pub use linearised::{StepChange, StepDerivative, StepGradient};
 use nalgebra::Vector3;
-use part::{Part, Parts};
+use part::{Asked, Part, Parts};
+use policy::Policy;
 pub(crate) use posed::solve as solve_problem;
 use starts::Start;
 #[cfg(feature = "threads")]
 use std::num::NonZeroUsize;
 #[cfg(feature = "threads")]
 use threads::Threads;
-pub use tolerances::ACCEPTED_RESIDUAL;
 use tolerances::Tolerances;
+pub use tolerances::{ACCEPTED_RESIDUAL, LARGEST_RESIDUAL};
 
 /// The native solver of the steps of a world. Owns all scratch memory: a step allocates
 /// nothing once its contacts have been seen.
 #[derive(Debug, Clone)]
 pub struct NativeSolver {
+    /// What steps are solved to, in a world of the speed scale 1, and times the speed scale of the last one, m/s.
+    residual: f64,
     accepted: f64,
     islands: Islands,
     /// The problems of the islands; memory is kept from step to step.
     parts: Parts,
     /// Of every body, how the problem of its island ended.
     ends: Vec<End>,
-    /// Memory of [`NativeSolver::reached`].
+    /// Memory of [`NativeSolver::reached`] and [`NativeSolver::admit_foreseen`].
     reached: Vec<State>,
+    /// Memory of [`NativeSolver::solve_marked`]: the bodies whose problems were solved roughly.
+    rough: Vec<bool>,
     /// Where islands are solved at the same time; `None` for the caller's thread alone.
     #[cfg(feature = "threads")]
     threads: Option<Threads>,
@@ -89,14 +96,36 @@ impl NativeSolver {
         let points = world.bodies().iter().map(|body| body.contact_points().len());
         first.reserve(world, points.max().unwrap_or(0));
         Self {
+            residual: ACCEPTED_RESIDUAL,
             accepted: ACCEPTED_RESIDUAL * world.speed_scale(),
             islands: Islands::default(),
             parts: Parts::new(first),
             ends: Vec::new(),
             reached: Vec::with_capacity(world.bodies().len()),
+            rough: Vec::new(),
             #[cfg(feature = "threads")]
             threads: None,
         }
+    }
+
+    /// The same, for steps that count as solved with a residual of `residual` (m/s, times the world's
+    /// [speed scale](World::speed_scale)) in place of [`ACCEPTED_RESIDUAL`]: iterations end so much earlier, gaps that a
+    /// step opens or closes at half of it count as none, and what moves no faster than a third of it comes to rest.
+    /// The certificate of each step has what was reached.
+    ///
+    /// # Errors
+    /// A residual outside 1e-9…1e-2 m/s.
+    pub fn with_residual(mut self, residual: f64) -> Result<Self, Error> {
+        let allowed = "1e-9 to 1e-2";
+        in_range("residual (m/s)", residual, ACCEPTED_RESIDUAL, LARGEST_RESIDUAL, allowed)?;
+        self.accepted *= residual / self.residual;
+        self.residual = residual;
+        Ok(self)
+    }
+
+    /// How many times the usual residual steps may have.
+    fn loosened(&self) -> f64 {
+        self.residual / ACCEPTED_RESIDUAL
     }
 
     /// The same, on up to `count` threads: islands are solved at the same time. Numbers, reports
@@ -129,36 +158,84 @@ impl NativeSolver {
         pieces
     }
 
-    /// Solves every island that is `marked` or has contacts that `solution` does not have yet, and
-    /// writes its states and forces. Returns the iterations.
-    fn solve_islands(
+    /// Finds the islands, of which those are to be solved that are `marked` or have contacts that
+    /// `solution` does not have yet.
+    fn find_islands(
         &mut self,
         step: &Step<'_>,
         contacts: &[Contact],
         marked: Marked<'_>,
-        solution: &mut StepSolution,
-    ) -> Result<u32, Error> {
+        solution: &StepSolution,
+    ) {
         let (known, joints) = (solution.contacts.len(), step.world.joints().len());
         let first = solution.joints.len() != joints;
-        solution.joints.resize(joints, JointForce::none(Vector3::zeros()));
-        solution.gears.resize(step.world.gears().len(), 0.0);
-        solution.contacts.extend(contacts[known..].iter().map(|c| ContactForce::none(c.key)));
         self.islands.find(step, (contacts, known, first), marked);
+    }
+
+    /// Admits the contacts that the crowds whose forces change will come to, as far as they can be foreseen: those
+    /// that lie between going on as now and falling freely. Returns whether there are any.
+    fn admit_foreseen(&mut self, step: &Step<'_>, candidates: &mut Candidates) -> bool {
+        let moves = |island: &IslandView<'_>| {
+            let policy = if island.joints.is_empty() {
+                Policy::of(island.bodies.len())
+            } else {
+                Policy::tied()
+            };
+            policy.follows(island.contacts.len()) && changes(island.unsettled)
+        };
+        if !self.islands.all().any(|(_, island)| moves(&island)) {
+            return false;
+        }
+        let h = step.world.time_step();
+        self.reached.clear();
+        self.reached.extend_from_slice(step.states);
+        for (_, island) in self.islands.all().filter(|(_, island)| moves(island)) {
+            for &body in island.bodies {
+                let (now, free) = (&step.states[body], &step.free[body]);
+                let velocity = 0.5 * (now.velocity + free.velocity);
+                let spin = 0.5 * (now.spin + free.spin);
+                self.reached[body] = State {
+                    position: now.position + h * velocity,
+                    attitude: advance(&now.attitude, &spin, h),
+                    velocity,
+                    spin,
+                };
+            }
+        }
+        let depth = deepest_miss(step, &self.reached, self.loosened());
+        candidates.admit_missed(step.world, step.states, &self.reached, depth)
+    }
+
+    /// Solves every island that was found to need it, and writes its states and forces. Returns the iterations.
+    fn solve_islands(
+        &mut self,
+        step: &Step<'_>,
+        contacts: &[Contact],
+        roughly: bool,
+        solution: &mut StepSolution,
+    ) -> Result<u32, Error> {
+        let known = solution.contacts.len();
+        solution.joints.resize(step.world.joints().len(), JointForce::none(Vector3::zeros()));
+        solution.gears.resize(step.world.gears().len(), 0.0);
+        self.islands.go_on(&solution.contacts, |body| self.ends[body].moved);
+        solution.contacts.extend(contacts[known..].iter().map(|c| ContactForce::none(c.key)));
         self.parts.assign(&self.islands, step.states.len());
-        let is_solved = self.solve_on_threads(step, contacts)?;
+        let asked = Asked { accepted: self.accepted, loosened: self.loosened(), roughly };
+        let is_solved = self.solve_on_threads(step, contacts, asked)?;
         // In the order of the islands, on whichever threads they were solved.
         let mut iterations = 0_u32;
         for (number, island) in self.islands.changed() {
             let part = self.parts.of(number);
             if !is_solved {
-                part.solve(step, contacts, &island, self.accepted)?;
+                part.solve(step, contacts, &island, asked)?;
             }
             let ended = part.write(step, contacts, &island, solution);
-            let Outcome { solved, start, .. } = ended.outcome;
+            let Outcome { solved, start, retried, rough, .. } = ended.outcome;
+            let moved = matches!(start, Start::Moved | Start::Found);
             for &body in island.bodies {
                 let end = &mut self.ends[body];
-                let retried = end.retried || start != Start::Previous;
-                *end = End { solved, start, retried };
+                let retried = end.retried || retried;
+                *end = End { solved, start, retried, moved, rough };
             }
             iterations = iterations.saturating_add(ended.iterations);
         }
@@ -170,18 +247,34 @@ impl NativeSolver {
     fn solve_marked(
         &mut self,
         step: &Step<'_>,
-        mut marked: Marked<'_>,
+        marked: Marked<'_>,
         candidates: &mut Candidates,
         solution: &mut StepSolution,
     ) -> Result<StepReport, Error> {
-        let mut iterations = 0_u32;
+        let (mut iterations, mut roughly) = (0_u32, true);
+        self.find_islands(step, candidates.contacts(), marked, solution);
+        if solution.contacts.is_empty() && self.admit_foreseen(step, candidates) {
+            self.find_islands(step, candidates.contacts(), marked, solution);
+        }
         loop {
-            let more = self.solve_islands(step, candidates.contacts(), marked, solution)?;
+            let more = self.solve_islands(step, candidates.contacts(), roughly, solution)?;
             iterations = iterations.saturating_add(more);
-            marked = Marked::NONE;
+            let loosened = self.loosened();
             let reached = self.reached(step, solution);
-            let depth = deepest_miss(step, reached);
-            if !candidates.admit_missed(step.world, step.states, reached, depth) {
+            let depth = deepest_miss(step, reached, loosened);
+            let missed = candidates.admit_missed(step.world, step.states, reached, depth);
+            let contacts = candidates.contacts();
+            if missed {
+                self.find_islands(step, contacts, Marked::NONE, solution);
+            } else if self.ends.iter().any(|end| end.rough) {
+                // They are known: now to the end.
+                roughly = false;
+                let mut rough = std::mem::take(&mut self.rough);
+                rough.clear();
+                rough.extend(self.ends.iter().map(|end| end.rough));
+                self.find_islands(step, contacts, Marked(Some(&rough)), solution);
+                self.rough = rough;
+            } else {
                 break;
             }
         }
@@ -212,11 +305,16 @@ impl NativeSolver {
     /// Solves the problems of the islands that changed at the same time, each in the memory of its part, where there are
     /// threads and it is worth it. Returns whether it did.
     #[cfg(feature = "threads")]
-    fn solve_on_threads(&mut self, step: &Step<'_>, contacts: &[Contact]) -> Result<bool, Error> {
-        let Self { accepted, islands, parts, threads, .. } = self;
+    fn solve_on_threads(
+        &mut self,
+        step: &Step<'_>,
+        contacts: &[Contact],
+        asked: Asked,
+    ) -> Result<bool, Error> {
+        let Self { islands, parts, threads, .. } = self;
         match threads {
             Some(threads) if threads.are_worth_it(islands) => {
-                threads.solve(step, contacts, islands, parts, *accepted).map(|()| true)
+                threads.solve(step, contacts, islands, parts, asked).map(|()| true)
             }
             _ => Ok(false),
         }
@@ -224,7 +322,7 @@ impl NativeSolver {
 
     /// There are no threads.
     #[cfg(not(feature = "threads"))]
-    fn solve_on_threads(&mut self, _: &Step<'_>, _: &[Contact]) -> Result<bool, Error> {
+    fn solve_on_threads(&mut self, _: &Step<'_>, _: &[Contact], _: Asked) -> Result<bool, Error> {
         Ok(false)
     }
 }
@@ -244,19 +342,24 @@ pub struct ContactPiece {
 struct End {
     solved: bool,
     start: Start,
-    /// Whether it, or one that it grew out of in the same call, needed another start than the last
-    /// step's impulses.
+    /// Whether it, or one that it grew out of in the same call, needed another start than its first.
     retried: bool,
+    /// Whether it is that of a crowd whose forces change, to be gone on from.
+    moved: bool,
+    /// Whether it was solved only well enough to say which contacts it has.
+    rough: bool,
 }
 
 impl End {
     /// That of free flight.
-    const FREE: Self = Self { solved: true, start: Start::Previous, retried: false };
+    const FREE: Self =
+        Self { solved: true, start: Start::Previous, retried: false, moved: false, rough: false };
 }
 
 /// How deep a body may be in another at the end of the step before the contact counts as
-/// missed, m: what no certificate sees, or what rounding leaves of a gap.
-fn deepest_miss(step: &Step<'_>, next: &[State]) -> f64 {
+/// missed, m: what no certificate sees of steps that may have `loosened` times the usual residual, or what rounding
+/// leaves of a gap.
+fn deepest_miss(step: &Step<'_>, next: &[State], loosened: f64) -> f64 {
     let world = step.world;
     // Without a ground a gap may be along any direction.
     let (normal, arm, offset) = match world.ground() {
@@ -269,7 +372,7 @@ fn deepest_miss(step: &Step<'_>, next: &[State]) -> f64 {
         rounding = rounding.max(lost);
         speed = speed.max(free.velocity.norm() + free.spin.norm() * body.reach());
     }
-    rounding.max(Tolerances::of(world, speed).missed * world.time_step())
+    rounding.max(loosened * Tolerances::of(world, speed).missed * world.time_step())
 }
 
 impl StepSolver for NativeSolver {
@@ -288,7 +391,7 @@ impl StepSolver for NativeSolver {
         solution: &mut StepSolution,
     ) -> Result<StepReport, Error> {
         step.check(candidates.contacts())?;
-        self.accepted = ACCEPTED_RESIDUAL * step.world.speed_scale();
+        self.accepted = self.residual * step.world.speed_scale();
         solution.set_free(step.free);
         self.ends.clear();
         self.ends.resize(step.states.len(), End::FREE);

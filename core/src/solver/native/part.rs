@@ -1,7 +1,7 @@
 //! The problem of one island: its equations, of one body or of several, and their solution.
 
 use super::ContactPiece;
-use super::descent::{Descent, Outcome};
+use super::descent::{Descent, Known, Outcome};
 use super::effort::Effort;
 use super::equations::{Equations, Velocity, reserve};
 use super::island::Island;
@@ -30,6 +30,17 @@ pub(super) struct Part {
     ended: Ended,
 }
 
+/// How well an island is to be solved.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Asked {
+    /// A residual that is no failure, m/s.
+    pub(super) accepted: f64,
+    /// How many times the usual residual it may have.
+    pub(super) loosened: f64,
+    /// Whether a crowd may be solved [roughly](Known::roughly).
+    pub(super) roughly: bool,
+}
+
 /// How the last solve of an island ended.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Ended {
@@ -40,10 +51,14 @@ pub(super) struct Ended {
 /// Nothing was solved.
 impl Default for Ended {
     fn default() -> Self {
-        Self {
-            outcome: Outcome { solved: false, start: Start::Previous, selected: false },
-            iterations: 0,
-        }
+        let outcome = Outcome {
+            solved: false,
+            start: Start::Previous,
+            selected: false,
+            retried: false,
+            rough: false,
+        };
+        Self { outcome, iterations: 0 }
     }
 }
 
@@ -53,13 +68,21 @@ struct Problem<E: Equations> {
     descent: Descent<E>,
     /// p̂ of the last step.
     previous: Vec<Vector3<f64>>,
+    /// p̂ as found in this step before.
+    found: Vec<Vector3<f64>>,
     /// How many contacts there is room for.
     room: usize,
 }
 
 impl<E: Equations> Problem<E> {
     fn new(equations: E) -> Self {
-        Self { equations, descent: Descent::new(), previous: Vec::new(), room: 0 }
+        Self {
+            equations,
+            descent: Descent::new(),
+            previous: Vec::new(),
+            found: Vec::new(),
+            room: 0,
+        }
     }
 
     /// Room for so many contacts.
@@ -68,15 +91,17 @@ impl<E: Equations> Problem<E> {
             self.room = contacts;
             self.descent.reserve(contacts);
             reserve(&mut self.previous, contacts);
+            reserve(&mut self.found, contacts);
         }
     }
 
-    /// Solves from the impulses of the last step, over the mass `mass` (kg).
+    /// Solves from the impulses of the last step, over the mass `mass` (kg), or from those found in this one.
     fn solve(
         &mut self,
         step: &Step<'_>,
         island: &IslandView<'_>,
-        (mass, accepted): (f64, f64),
+        mass: f64,
+        asked: Asked,
         effort: &mut Effort<'_>,
     ) -> Outcome {
         let to_impulse = step.world.time_step() / mass;
@@ -85,7 +110,14 @@ impl<E: Equations> Problem<E> {
         let before = island.contacts.iter().map(|&place| island.before[place] * to_impulse);
         self.previous.extend(before);
         self.equations.extend_previous(step, &mut self.previous);
-        self.descent.solve(&mut self.equations, &self.previous, accepted, effort)
+        self.found.clear();
+        let found = island.found.map(|found| {
+            self.found.extend(island.contacts.iter().map(|&place| found[place] * to_impulse));
+            self.equations.extend_previous(step, &mut self.found);
+            &self.found[..]
+        });
+        let known = Known { previous: &self.previous, found, roughly: asked.roughly };
+        self.descent.solve(&mut self.equations, known, asked.accepted, effort)
     }
 
     /// Writes the piece that every contact of the island is on.
@@ -131,8 +163,7 @@ impl Part {
         problem.reserve(contacts);
     }
 
-    /// Solves the problem of `island` for the contacts found so far. A residual of `accepted`
-    /// (m/s) is no failure.
+    /// Solves the problem of `island` for the contacts found so far.
     ///
     /// # Errors
     /// [`Error::Interrupted`] if the step was.
@@ -141,7 +172,7 @@ impl Part {
         step: &Step<'_>,
         contacts: &[Contact],
         island: &IslandView<'_>,
-        accepted: f64,
+        asked: Asked,
     ) -> Result<(), Error> {
         let mut effort = Effort::new(step, island.bodies.len(), island.contacts.len());
         self.only = only(contacts, island);
@@ -149,6 +180,7 @@ impl Part {
         let outcome = if let Some(body) = self.only {
             let problem = alone(&mut self.alone, step.world);
             problem.equations.begin(step, body, island.unsettled);
+            problem.equations.setting_mut().loosen(asked.loosened);
             for &place in island.contacts {
                 problem.equations.admit(&contacts[place]);
                 if carries {
@@ -157,10 +189,11 @@ impl Part {
                 }
             }
             let mass = step.world.bodies()[body].mass();
-            problem.solve(step, island, (mass, accepted), &mut effort)
+            problem.solve(step, island, mass, Asked { roughly: false, ..asked }, &mut effort)
         } else {
             let problem = together(&mut self.together, step.world);
             problem.equations.begin(step, island.bodies, island.unsettled);
+            problem.equations.setting_mut().loosen(asked.loosened);
             for &place in island.contacts {
                 problem.equations.admit(&contacts[place], |body| island.places[body]);
                 if carries {
@@ -175,7 +208,7 @@ impl Part {
             }
             problem.equations.tie();
             let mass = problem.equations.mass();
-            problem.solve(step, island, (mass, accepted), &mut effort)
+            problem.solve(step, island, mass, asked, &mut effort)
         };
         self.ended = Ended { outcome, iterations: effort.iterations() };
         effort.check()

@@ -17,6 +17,10 @@ pub(super) enum Start {
     /// The impulses of the previous step, changed as little as it takes: where forces are shared in
     /// many ways, those of bodies that hold each other stay as they are.
     Kept,
+    /// The same in a crowd whose forces change: by large steps at first.
+    Moved,
+    /// The impulses found in this step before more contacts came to it, gone on from as from [`Moved`](Self::Moved).
+    Found,
     /// The best point of the starts before, changed as little as it takes, by compliance of this size at
     /// first.
     Best(f64),
@@ -34,6 +38,13 @@ pub(super) enum Start {
     Scattered(u32),
 }
 
+impl Start {
+    /// Whether what it ends at is selected by compliance in all impulses, not in their changes.
+    pub(super) fn is_by_rule(self) -> bool {
+        !matches!(self, Self::Kept | Self::Moved | Self::Found | Self::Best(_))
+    }
+}
+
 /// ε where a path of compliance starts: a tenth of a body's own response.
 pub(super) const SOFTEST: f64 = 0.1;
 
@@ -44,6 +55,8 @@ impl Start {
             Self::Previous => "previous",
             Self::Alike => "equal compliance",
             Self::Kept => "kept",
+            Self::Moved => "moved",
+            Self::Found => "found",
             Self::Best(_) => "best",
             Self::Zero => "zero",
             Self::Compliant(_) => "compliance",
@@ -54,14 +67,24 @@ impl Start {
     }
 }
 
-/// All starts in their order, for so many contacts. Where some of them can roll, a few with
-/// the selection of those come first.
-pub(super) fn all(policy: &Policy, contacts: usize, rolls: bool) -> impl Iterator<Item = Start> {
+/// All starts in their order, for so many contacts, behind the one that what is known of the step asks for.
+/// Where some of them can roll, a few with the selection of those come before others.
+pub(super) fn all(
+    policy: &Policy,
+    contacts: usize,
+    rolls: bool,
+    asked: Option<Start>,
+) -> impl Iterator<Item = Start> {
     let (first, scattered) = policy.starts(contacts);
     let rolling = first.iter().copied().take(if rolls { ROLLING_STARTS } else { 0 });
     let alike = rolls.then_some(Start::Alike);
     let rest = first.iter().copied().skip(usize::from(rolls));
-    rolling.chain(alike).chain(rest).chain((0..scattered).map(Start::Scattered))
+    asked
+        .into_iter()
+        .chain(rolling)
+        .chain(alike)
+        .chain(rest)
+        .chain((0..scattered).map(Start::Scattered))
 }
 
 /// Scattered start `number`: of each coupling an impulse anywhere in its set, of up to a

@@ -2,7 +2,7 @@
 //! in memory of its own, so that what comes out does not depend on who solves it.
 
 use super::islands::{IslandView, Islands};
-use super::part::{Part, Parts};
+use super::part::{Asked, Part, Parts};
 use super::tolerances::SETTLED;
 use crate::contact::Contact;
 use crate::error::Error;
@@ -73,11 +73,11 @@ impl Threads {
         contacts: &[Contact],
         islands: &Islands,
         parts: &mut Parts,
-        accepted: f64,
+        asked: Asked,
     ) -> Result<(), Error> {
         let parts = parts.all().par_iter_mut().with_max_len(1);
         let solve = |part: &mut Part| match part.island().and_then(|n| islands.changed_one(n)) {
-            Some(island) => part.solve(step, contacts, &island, accepted),
+            Some(island) => part.solve(step, contacts, &island, asked),
             None => Ok(()),
         };
         self.pool.install(|| parts.try_for_each(solve))

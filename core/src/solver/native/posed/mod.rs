@@ -14,7 +14,7 @@
 mod parts;
 
 use super::coupling::Coupling;
-use super::descent::Descent;
+use super::descent::{Descent, Known};
 use super::effort::Effort;
 use super::equations::{
     Answer, Elimination, Equations, Gain, Point, Residual, Setting, Slope, Velocities,
@@ -45,7 +45,8 @@ pub(crate) fn solve(
         let mut effort = Effort::of(options.interrupt, budget, previous.len());
         descent.reserve(previous.len());
         let accepted = options.residual / part.speed;
-        let outcome = descent.solve(&mut equations, &previous, accepted, &mut effort);
+        let known = Known { previous: &previous, found: None, roughly: false };
+        let outcome = descent.solve(&mut equations, known, accepted, &mut effort);
         effort.check().map_err(|_| ProblemError::Interrupted)?;
         part.write(problem, descent.impulses(), &mut impulses);
         iterations += u64::from(effort.iterations());
