@@ -164,7 +164,7 @@ def test_what_cannot_be_posed_is_refused(given, words):
 
 def test_what_is_no_file_of_a_problem_is_refused(tmp_path, monkeypatch):
     path = tmp_path / "a.dat"
-    path.write_text("3\n1\n7\n")
+    path.write_text("3\n1\n7\n3\n3\n")
     with pytest.raises(tumble.TumbleError, match="line 3"):
         tumble.ContactProblem.read(path)
     with pytest.raises(tumble.TumbleError, match="cannot be read"):

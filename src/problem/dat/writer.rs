@@ -93,10 +93,10 @@ fn write_blocks(text: &mut String, matrix: &SparseMatrix, size: usize) {
     }
 }
 
-/// As CSparse prints triplets, which Siconos reads back.
+/// As CSparse prints triplets, which Siconos reads back; 1 is its word for them.
 fn write_sparse(text: &mut String, matrix: &SparseMatrix) {
     let (rows, columns, entries) = (matrix.rows(), matrix.columns(), matrix.entries());
-    let _ = write!(text, "2\n{rows}\n{columns}\n0\n");
+    let _ = write!(text, "2\n{rows}\n{columns}\n1\n");
     let _ = writeln!(text, "CSparse Version 3.2.0, written by tumble");
     let _ = writeln!(text, "triplet: {rows}-by-{columns}, nzmax: {entries} nnz: {entries}");
     for (row, column, value) in matrix.triplets() {

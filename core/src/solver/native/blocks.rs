@@ -5,7 +5,11 @@
 //! sought inside a body's own block. Between the bodies none are needed as a rule, because the
 //! block of a body holds its own mass and every spring that holds it; where one fails all the same
 //! the system counts as singular, and the caller looks for another direction.
+//!
+//! Where much is to be eliminated, the [fronts](super::fronts) of the same order do it, with the same pattern and pivots
+//! inside a front.
 
+use super::fronts::Fronts;
 use super::pattern::Pattern;
 use nalgebra::linalg::LU;
 use nalgebra::{Const, Matrix6, Vector6};
@@ -26,11 +30,17 @@ pub(super) struct BlockSystem {
     /// last.
     upper: Vec<Matrix6<f64>>,
     lower: Vec<Matrix6<f64>>,
+    /// In place of all this where the pattern has a plan for it, and a vector by its places.
+    fronts: Fronts,
+    numbers: Vec<f64>,
 }
 
 impl BlockSystem {
     /// A matrix of this pattern, all of it zero.
     pub(super) fn begin(&mut self, pattern: &Pattern) {
+        if let Some(plan) = pattern.plan() {
+            return self.fronts.begin(plan);
+        }
         self.diagonal.clear();
         self.diagonal.resize(pattern.len(), Matrix6::zeros());
         self.upper.clear();
@@ -46,6 +56,14 @@ impl BlockSystem {
         (row, column): (usize, usize),
         block: &Matrix6<f64>,
     ) {
+        if let Some(plan) = pattern.plan() {
+            return self.fronts.add(
+                plan,
+                (plan.place(row), plan.place(column)),
+                6,
+                block.as_slice(),
+            );
+        }
         let (row, column) = (pattern.place(row), pattern.place(column));
         *self.block(pattern, row, column) += block;
     }
@@ -61,6 +79,9 @@ impl BlockSystem {
 
     /// Factorises the matrix; `false` where a pivot block is singular.
     pub(super) fn factorise(&mut self, pattern: &Pattern) -> bool {
+        if let Some(plan) = pattern.plan() {
+            return self.fronts.factorise(plan);
+        }
         self.pivots.clear();
         for pivot in 0..pattern.len() {
             let factors = self.diagonal[pivot].lu();
@@ -86,10 +107,27 @@ impl BlockSystem {
     /// Solves the factorised system, or that of the transposed matrix, for a right-hand side by places,
     /// in its memory.
     pub(super) fn solve<const TRANSPOSED: bool>(
-        &self,
+        &mut self,
         pattern: &Pattern,
         values: &mut [Vector6<f64>],
     ) {
+        if let Some(plan) = pattern.plan() {
+            let Self { fronts, numbers, .. } = self;
+            numbers.resize(plan.size(), 0.0);
+            let places = |body: usize| (plan.place(body), pattern.place(body));
+            for (to, from) in (0..pattern.len()).map(places) {
+                numbers[to..to + 6].copy_from_slice(values[from].as_slice());
+            }
+            if TRANSPOSED {
+                fronts.solve_transposed(plan, numbers);
+            } else {
+                fronts.solve(plan, numbers);
+            }
+            for (from, to) in (0..pattern.len()).map(places) {
+                values[to].copy_from_slice(&numbers[from..from + 6]);
+            }
+            return;
+        }
         if TRANSPOSED {
             self.solve_transposed(pattern, values);
             return;

@@ -21,12 +21,21 @@ pub(crate) struct Plan {
     fronts: Vec<Front>,
     /// The numbers behind each front, rising.
     behind: Vec<usize>,
-    /// Where they are among the rows of the front that their front goes into.
-    into: Vec<usize>,
+    /// Where they are among the rows of the front that their front goes into, in runs.
+    runs: Vec<Run>,
     /// The front of each number.
     front_of: Vec<usize>,
     /// How many entries the columns and the rows of all fronts have.
     entries: (usize, usize),
+}
+
+/// Rows of what a front leaves behind that follow each other in the front that it goes into too: the
+/// first of them there and here, and how many.
+#[derive(Debug, Clone, Copy)]
+struct Run {
+    from: usize,
+    to: usize,
+    count: usize,
 }
 
 /// A front: numbers that are eliminated together.
@@ -42,6 +51,8 @@ struct Front {
     up: usize,
     /// Which fronts go into it.
     children: Vec<usize>,
+    /// The runs of what it leaves behind.
+    runs: (usize, usize),
 }
 
 impl Front {
@@ -71,8 +82,13 @@ impl Plan {
     /// more than once.
     pub(crate) fn new(sizes: &[usize], pairs: impl Iterator<Item = (usize, usize)>) -> Self {
         let mut pattern = Pattern::default();
-        pattern.set(sizes.len(), pairs);
-        Tree::of(&pattern, sizes).merged().plan()
+        pattern.set_order(sizes.len(), pairs);
+        Self::of(&pattern, sizes)
+    }
+
+    /// For nodes in an order that is known.
+    pub(super) fn of(pattern: &Pattern, sizes: &[usize]) -> Self {
+        Tree::of(pattern, sizes).merged().plan()
     }
 
     /// How many numbers there are.
@@ -204,13 +220,20 @@ impl<'a> Tree<'a> {
             plan.entries.0 += front.rows() * front.own;
             plan.entries.1 += front.own * front.behind();
         }
-        plan.into = vec![0; plan.behind.len()];
-        for front in &plan.fronts {
-            for &child in &front.children {
-                let (begin, end) = plan.fronts[child].list;
-                for at in begin..end {
-                    plan.into[at] = plan.within(front, plan.behind[at]);
+        for parent in 0..plan.fronts.len() {
+            for at in 0..plan.fronts[parent].children.len() {
+                let child = plan.fronts[parent].children[at];
+                let begin = plan.runs.len();
+                let (first, end) = plan.fronts[child].list;
+                for (from, number) in (first..end).enumerate() {
+                    let front = &plan.fronts[parent];
+                    let to = plan.within(front, plan.behind[number]);
+                    match plan.runs[begin..].last_mut() {
+                        Some(run) if run.to + run.count == to && to != front.own => run.count += 1,
+                        _ => plan.runs.push(Run { from, to, count: 1 }),
+                    }
                 }
+                plan.fronts[child].runs = (begin, plan.runs.len());
             }
         }
         plan
@@ -292,9 +315,9 @@ impl Fronts {
             };
             // The last one is on top.
             for &child in front.children.iter().rev() {
-                let (begin, end) = plan.fronts[child].list;
-                let left = stack.len() - (end - begin) * (end - begin);
-                view.assemble(rest, &stack[left..], &plan.into[begin..end]);
+                let (size, runs) = (plan.fronts[child].behind(), plan.fronts[child].runs);
+                let left = stack.len() - size * size;
+                view.assemble(rest, (&stack[left..], size), &plan.runs[runs.0..runs.1]);
                 stack.truncate(left);
             }
             if !view.factorise(packed) {
@@ -346,25 +369,62 @@ impl Fronts {
     }
 }
 
+impl Fronts {
+    /// The same for the transposed matrix: the ways there and back in the other order, each transposed.
+    pub(super) fn solve_transposed(&self, plan: &Plan, values: &mut [f64]) {
+        for front in &plan.fronts {
+            let (low, up) = (&self.low[front.columns()], &self.up[front.across()]);
+            for (k, column) in low.chunks_exact(front.rows()).enumerate() {
+                let own = &values[front.begin..front.begin + k];
+                let known: f64 = own.iter().zip(column).map(|(value, factor)| value * factor).sum();
+                values[front.begin + k] = (values[front.begin + k] - known) / column[k];
+            }
+            let list = &plan.behind[front.list.0..front.list.1];
+            for (place, column) in list.iter().zip(up.chunks_exact(front.own)) {
+                let own = values[front.numbers()].iter().zip(column);
+                let known: f64 = own.map(|(value, factor)| value * factor).sum();
+                values[*place] -= known;
+            }
+        }
+        for front in plan.fronts.iter().rev() {
+            let low = &self.low[front.columns()];
+            let list = &plan.behind[front.list.0..front.list.1];
+            for (k, column) in low.chunks_exact(front.rows()).enumerate().rev() {
+                let own = values[front.begin + k + 1..][..front.own - k - 1].iter();
+                let inside: f64 =
+                    own.zip(&column[k + 1..]).map(|(value, factor)| value * factor).sum();
+                let behind = list.iter().zip(&column[front.own..]);
+                let outside: f64 = behind.map(|(place, factor)| values[*place] * factor).sum();
+                values[front.begin + k] -= inside + outside;
+            }
+            for (pivot, swap) in self.swaps[front.numbers()].iter().enumerate().rev() {
+                values.swap(front.begin + pivot, front.begin + swap);
+            }
+        }
+    }
+}
+
 impl FrontView<'_> {
-    /// Adds what a front before left behind it: to the front's own rows and columns, and to `rest` behind
-    /// them; `into` are the rows of the front that it is for.
-    fn assemble(&mut self, rest: &mut [f64], left: &[f64], into: &[usize]) {
+    /// Adds what a front before left behind it, `size` rows and columns, to the front's own rows and columns and to
+    /// `rest` behind them.
+    fn assemble(&mut self, rest: &mut [f64], (left, size): (&[f64], usize), runs: &[Run]) {
         let (own, rows) = (self.own, self.own + self.behind);
-        let inner = into.partition_point(|row| *row < own);
-        for (column, &to) in left.chunks_exact(into.len().max(1)).zip(into) {
-            if to < own {
-                let target = &mut self.low[to * rows..][..rows];
-                into.iter().zip(column).for_each(|(row, value)| target[*row] += value);
-                continue;
-            }
-            let target = &mut self.up[(to - own) * own..][..own];
-            for (row, value) in into[..inner].iter().zip(column) {
-                target[*row] += value;
-            }
-            let target = &mut rest[(to - own) * self.behind..][..self.behind];
-            for (row, value) in into[inner..].iter().zip(&column[inner..]) {
-                target[*row - own] += value;
+        for columns in runs {
+            for k in 0..columns.count {
+                let column = &left[(columns.from + k) * size..][..size];
+                let to = columns.to + k;
+                for run in runs {
+                    let target = if to < own {
+                        &mut self.low[to * rows + run.to..]
+                    } else if run.to < own {
+                        &mut self.up[(to - own) * own + run.to..]
+                    } else {
+                        &mut rest[(to - own) * self.behind + run.to - own..]
+                    };
+                    let part = &column[run.from..run.from + run.count];
+                    let target = target[..run.count].iter_mut().zip(part);
+                    target.for_each(|(entry, value)| *entry += value);
+                }
             }
         }
     }
@@ -416,9 +476,13 @@ mod tests {
             let rhs = DVector::from_fn(size, |_, _| uniform() - 0.5);
             let mut values = rhs.as_slice().to_vec();
             fronts.solve(&plan, &mut values);
-            let expected = dense.lu().solve(&rhs).unwrap();
-            let apart = (DVector::from_vec(values) - expected).amax();
-            assert!(apart < 1e-12, "{nodes} nodes: {apart}");
+            let mut transposed = rhs.as_slice().to_vec();
+            fronts.solve_transposed(&plan, &mut transposed);
+            for (found, matrix) in [(values, dense.clone()), (transposed, dense.transpose())] {
+                let expected = matrix.lu().solve(&rhs).unwrap();
+                let apart = (DVector::from_vec(found) - expected).amax();
+                assert!(apart < 1e-12, "{nodes} nodes: {apart}");
+            }
         }
     }
 
