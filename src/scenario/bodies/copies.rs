@@ -4,9 +4,8 @@ use super::entries::{CopiesTable, RingTable, turn};
 use crate::scenario::shape::Place;
 use nalgebra::Vector3;
 
-/// The most bodies of a scene, so that a short file does not ask for more than memory holds: some 1 kB each while the
-/// scene is made, some 10 kB while it runs. Before, [`LARGEST_FILE`](crate::scenario::run_file::LARGEST_FILE) may bound
-/// what the command line takes.
+/// The most bodies of a scene, so that a short file does not ask for more than memory holds: some 25 kB each while it
+/// runs, and 1 kB in run.json, of which [`LARGEST_FILE`](crate::scenario::run_file::LARGEST_FILE) is read.
 pub const MOST_BODIES: usize = 200_000;
 /// The most fixed pieces of a scene.
 pub const MOST_FIXED: usize = 10_000;

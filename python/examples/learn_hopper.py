@@ -1,0 +1,169 @@
+"""A hopper learns to hop, by random search for a linear policy, and its curve is drawn.
+
+python python/examples/learn_hopper.py [--minutes 5] [--workers 2] [--seed 0] [--out learning.svg]
+
+Augmented random search (Mania, Guy and Recht, 2018): a policy a = M (o - mean)/deviation is moved along random
+directions by how much better an episode went along them than against them. It needs numpy alone, and its policy is 33
+numbers; a library of neural networks would take longer to install than this to learn. Needs gymnasium, for its
+file of the hopper.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from concurrent.futures import ProcessPoolExecutor
+from typing import List, Optional, Tuple
+
+import numpy as np
+import numpy.typing as npt
+from tumble.locomotion import EPISODE, Hopper
+
+Floats = npt.NDArray[np.float64]
+
+DIRECTIONS = 16
+BEST = 8
+NOISE = 0.05
+STEP = 0.03
+TESTS = 8
+"""Episodes of the policy itself after each tenth move, whose mean is on the curve."""
+
+_env: Optional[Hopper] = None
+
+
+def episode(
+    task: Tuple[Floats, Floats, Floats, int, float],
+) -> Tuple[float, int, int, Floats, Floats]:
+    """The sum of rewards of an episode, its length, its steps without an answer, and the sums of what was observed and of
+    its squares. ``bonus`` is what each step of being well counts for the search."""
+    global _env
+    if _env is None:
+        _env = Hopper()
+    policy, mean, deviation, seed, bonus = task
+    observed, _ = _env.reset(seed=seed)
+    total, unsolved, count = 0.0, 0, 0
+    sums, squares = np.zeros_like(mean), np.zeros_like(mean)
+    for _ in range(EPISODE):
+        sums += observed
+        squares += observed**2
+        count += 1
+        action = np.clip(policy @ ((observed - mean) / deviation), -1.0, 1.0)
+        observed, reward, over, _, info = _env.step(action)
+        total += reward - 1.0 + bonus
+        unsolved += info["unsolved"]
+        if over:
+            break
+    return total, count, unsolved, sums, squares
+
+
+class Search:
+    """The policy, and what was observed so far."""
+
+    def __init__(self, seed: int) -> None:
+        self.rng = np.random.default_rng(seed)
+        env = Hopper()
+        self.shape = (env.action_space.shape[0], env.observation_space.shape[0])
+        self.policy = np.zeros(self.shape)
+        self.count, self.sums, self.squares = 0, np.zeros(self.shape[1]), np.zeros(self.shape[1])
+        self.steps = self.unsolved = 0
+
+    def scaling(self) -> Tuple[Floats, Floats]:
+        """Mean and deviation of what was observed."""
+        if self.count == 0:
+            return np.zeros(self.shape[1]), np.ones(self.shape[1])
+        mean = self.sums / self.count
+        return mean, np.sqrt(np.maximum(self.squares / self.count - mean**2, 1e-6))
+
+    def run(self, pool: ProcessPoolExecutor, policies: List[Floats], bonus: float) -> Floats:
+        """The sums of rewards of an episode with each policy."""
+        mean, deviation = self.scaling()
+        seeds = self.rng.integers(2**31, size=len(policies))
+        tasks = [(policy, mean, deviation, int(seed), bonus) for policy, seed in zip(policies, seeds)]
+        totals = []
+        for total, count, unsolved, sums, squares in pool.map(episode, tasks):
+            totals.append(total)
+            self.count += count
+            self.steps += count
+            self.unsolved += unsolved
+            self.sums += sums
+            self.squares += squares
+        return np.array(totals)
+
+    def move(self, pool: ProcessPoolExecutor) -> None:
+        """One step of the search. Being well is worth nothing to it, so that standing still is no way out."""
+        directions = self.rng.standard_normal((DIRECTIONS, *self.shape))
+        policies = [self.policy + sign * NOISE * one for one in directions for sign in (1, -1)]
+        totals = self.run(pool, policies, 0.0).reshape(DIRECTIONS, 2)
+        best = np.argsort(-totals.max(axis=1))[:BEST]
+        spread = totals[best].std() + 1e-9
+        slope = np.tensordot(totals[best, 0] - totals[best, 1], directions[best], axes=1)
+        self.policy = self.policy + STEP / (BEST * spread) * slope
+
+
+def svg(curve: List[Tuple[float, int, float, float, float]]) -> str:
+    """The curve over minutes: mean, least and most of the tests."""
+    width, height, left, bottom = 640, 320, 60, 40
+    minutes = max(point[0] for point in curve)
+    most = max(500.0, 500.0 * np.ceil(max(point[4] for point in curve) / 500.0))
+
+    def at(minute: float, reward: float) -> str:
+        x = left + (width - left - 20) * minute / minutes
+        y = height - bottom - (height - bottom - 20) * max(reward, 0.0) / most
+        return f"{x:.1f},{y:.1f}"
+
+    line = " ".join(at(point[0], point[2]) for point in curve)
+    band = [at(point[0], point[4]) for point in curve]
+    band += [at(point[0], point[3]) for point in reversed(curve)]
+    marks = []
+    for reward in np.arange(0.0, most + 1.0, 500.0):
+        y = float(at(0.0, reward).split(",")[1])
+        marks.append(f'<path d="M{left} {y}H{width - 20}" stroke="#ddd"/>')
+        marks.append(f'<text x="{left - 8}" y="{y + 4}" text-anchor="end">{reward:.0f}</text>')
+    for minute in np.linspace(0.0, minutes, 6):
+        x = at(minute, 0.0).split(",")[0]
+        marks.append(f'<text x="{x}" y="{height - bottom + 18}" text-anchor="middle">{minute:.1f}</text>')
+    return "\n".join(
+        [
+            f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" '
+            'font-family="sans-serif" font-size="12">',
+            f'<rect width="{width}" height="{height}" fill="white"/>',
+            *marks,
+            f'<polygon points="{" ".join(band)}" fill="#9ecae1" opacity="0.6"/>',
+            f'<polyline points="{line}" fill="none" stroke="#08519c" stroke-width="2"/>',
+            f'<text x="{width / 2}" y="{height - 6}" text-anchor="middle">minutes</text>',
+            f'<text x="14" y="{height / 2}" text-anchor="middle" '
+            f'transform="rotate(-90 14 {height / 2})">reward of an episode</text>',
+            "</svg>\n",
+        ]
+    )
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--minutes", type=float, default=5.0)
+    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--out", default="learning.svg")
+    args = parser.parse_args()
+    search = Search(args.seed)
+    curve: List[Tuple[float, int, float, float, float]] = []
+    began, moves = time.monotonic(), 0
+    with ProcessPoolExecutor(args.workers) as pool:
+        while not curve or curve[-1][0] < args.minutes:
+            if moves % 10 == 0:
+                totals = search.run(pool, [search.policy] * TESTS, 1.0)
+                minutes = (time.monotonic() - began) / 60.0
+                curve.append((minutes, search.steps, totals.mean(), totals.min(), totals.max()))
+                print(
+                    f"{minutes:5.2f} min, {moves:4} moves, {search.steps:8} steps, {search.unsolved} without an "
+                    f"answer: reward {totals.mean():7.1f} ({totals.min():.1f} to {totals.max():.1f})",
+                    flush=True,
+                )
+            search.move(pool)
+            moves += 1
+    with open(args.out, "w", encoding="utf-8") as file:
+        file.write(svg(curve))
+
+
+if __name__ == "__main__":
+    main()
