@@ -1,6 +1,7 @@
 //! What changes of a world while it is simulated: bodies that come, go or are held, and surfaces that move.
 
-use super::{Pairs, Partner, World};
+use super::laws::Pairs;
+use super::{Partner, World};
 use crate::error::{Error, all_in_range};
 use crate::joint::{Joint, Knots};
 use crate::mechanics::RigidBody;

@@ -1,14 +1,17 @@
 //! The world of a run: the bodies, what they can touch, and the constants that every step
 //! shares. States, forces and certificates are lists over its bodies throughout.
 
+mod apart;
 mod changes;
 pub mod constants;
 mod joint_constants;
+mod laws;
 mod partner;
 pub mod plane;
 
 pub(crate) use changes::without;
 pub use constants::Constant;
+use laws::{Pairs, ordered};
 pub use partner::{ContactLaw, Partner};
 pub use plane::Plane;
 
@@ -140,32 +143,6 @@ impl World {
         Ok(Self { gears, ..self })
     }
 
-    /// This world, in which the body `body` and `partner` do not touch each other. What was said of pairs stays.
-    ///
-    /// # Errors
-    /// A body or fixed piece that is not there, a ground where there is none, a body with itself.
-    pub fn with_apart(mut self, body: usize, partner: Partner) -> Result<Self, Error> {
-        self.check_pair("pair that does not touch", body, partner)?;
-        self.kept_apart.push(ordered(body, partner));
-        let joints = std::mem::take(&mut self.joints);
-        Ok(self.tied_by(joints))
-    }
-
-    /// This world, in which the body `body` touches nothing.
-    ///
-    /// # Errors
-    /// A body that is not there.
-    pub fn with_untouched(mut self, body: usize) -> Result<Self, Error> {
-        if body >= self.bodies().len() {
-            let allowed = "an index of a body";
-            return Err(Error::Count { field: "body", count: body, allowed });
-        }
-        self.untouched.push(body);
-        self.untouched.sort_unstable();
-        self.untouched.dedup();
-        Ok(self)
-    }
-
     /// This world with `joints` that were checked.
     fn tied_by(mut self, joints: Vec<Joint>) -> Self {
         let tied = joints.iter().filter(|joint| !joint.collides());
@@ -177,12 +154,6 @@ impl World {
         self.apart.sort_unstable();
         self.apart.dedup();
         Self { joints, ..self }
-    }
-
-    /// The pairs of which [`World::with_apart`] says that they do not touch.
-    #[must_use]
-    pub fn kept_apart(&self) -> &[(usize, Partner)] {
-        &self.kept_apart
     }
 
     /// The joints.
@@ -204,23 +175,6 @@ impl World {
         angles_near((&self.joints, &self.gears), states, near)
     }
 
-    /// Whether the body `body` and `partner` may touch each other: whether both touch anything, no body of them is
-    /// held, and neither a joint nor [`World::with_apart`] keeps them from it.
-    #[must_use]
-    #[inline]
-    pub fn may_touch(&self, body: usize, partner: Partner) -> bool {
-        let all_do = self.apart.is_empty() && self.untouched.is_empty() && self.held.is_empty();
-        all_do || self.is_open(body, partner)
-    }
-
-    /// The same where some do not touch.
-    #[inline(never)]
-    fn is_open(&self, body: usize, partner: Partner) -> bool {
-        let is_apart = || self.apart.binary_search(&ordered(body, partner)).is_ok();
-        let is_open = |body: usize| !self.is_held(body) && !self.untouched.contains(&body);
-        is_open(body) && partner.body().is_none_or(is_open) && !is_apart()
-    }
-
     /// This world, its fixed pieces, its restitution and what was said of pairs, with other
     /// constants and as many bodies.
     ///
@@ -235,211 +189,10 @@ impl World {
         Ok(Self { parameters, reach, speed_scale, ..self.clone() })
     }
 
-    /// This world with a coefficient of `friction` between body `body` and `partner`, whatever
-    /// their own are. The last word on a pair counts.
-    ///
-    /// # Errors
-    /// A body or fixed piece that is not there, a body with itself, a coefficient outside 0…10.
-    pub fn with_friction_between(
-        mut self,
-        body: usize,
-        partner: Partner,
-        friction: f64,
-    ) -> Result<Self, Error> {
-        in_range("coefficient of friction", friction, 0.0, 10.0, "0 to 10")?;
-        self.check_pair("pair with friction", body, partner)?;
-        set_pair(&mut self.pair_frictions, body, partner, friction);
-        Ok(self)
-    }
-
-    /// This world with a coefficient of `restitution`, of everything that has none of its own.
-    ///
-    /// # Errors
-    /// A coefficient outside 0…1.
-    pub fn with_restitution(self, restitution: f64) -> Result<Self, Error> {
-        in_range("coefficient of restitution", restitution, 0.0, 1.0, "0 to 1")?;
-        Ok(Self { restitution, ..self })
-    }
-
-    /// This world with a coefficient of `restitution` between body `body` and `partner`, as
-    /// [`World::with_friction_between`].
-    ///
-    /// # Errors
-    /// A body or fixed piece that is not there, a body with itself, a coefficient outside 0…1.
-    pub fn with_restitution_between(
-        mut self,
-        body: usize,
-        partner: Partner,
-        restitution: f64,
-    ) -> Result<Self, Error> {
-        in_range("coefficient of restitution", restitution, 0.0, 1.0, "0 to 1")?;
-        self.check_pair("pair with restitution", body, partner)?;
-        set_pair(&mut self.pair_restitutions, body, partner, restitution);
-        Ok(self)
-    }
-
-    /// This world with `speed` (m/s) in place of the usual [rebound speed](World::rebound_speed).
-    ///
-    /// # Errors
-    /// A speed outside 0…1000 m/s.
-    pub fn with_rebound_speed(self, speed: f64) -> Result<Self, Error> {
-        in_range("rebound speed (m/s)", speed, 0.0, 1000.0, "0 to 1000")?;
-        Ok(Self { rebound_speed: Some(speed), ..self })
-    }
-
-    fn check_pair(&self, field: &'static str, body: usize, partner: Partner) -> Result<(), Error> {
-        let bodies = self.bodies().len();
-        let known = match partner {
-            Partner::Ground => self.ground().is_some(),
-            Partner::Fixed(index) => index < self.fixed.len(),
-            Partner::Body(other) => other < bodies && other != body,
-        };
-        if body < bodies && known {
-            return Ok(());
-        }
-        let allowed = "a pair of a body and another body or a fixed thing of the world";
-        Err(Error::Count { field, count: body, allowed })
-    }
-
     /// The pieces that never move.
     #[must_use]
     pub fn fixed(&self) -> &[Fixed] {
         &self.fixed
-    }
-
-    /// The coefficients of friction that were given for pairs.
-    #[must_use]
-    pub fn pair_frictions(&self) -> &[((usize, Partner), f64)] {
-        &self.pair_frictions
-    }
-
-    /// μ between body `body` and `partner`: what was given for the pair, or the geometric mean
-    ///
-    /// ```text
-    /// μ = √(μ_a μ_b)
-    /// ```
-    ///
-    /// of the coefficients of both, the world's where a body or piece has none of its own. The
-    /// ground has the world's.
-    ///
-    /// # Panics
-    /// If there is no such body or partner.
-    #[must_use]
-    pub fn friction_between(&self, body: usize, partner: Partner) -> f64 {
-        if let Some(friction) = find_pair(&self.pair_frictions, body, partner) {
-            return friction;
-        }
-        let own = |friction: Option<f64>| friction.unwrap_or(self.friction());
-        let a = own(self.bodies()[body].friction());
-        let b = match partner {
-            Partner::Ground => self.friction(),
-            Partner::Fixed(index) => own(self.fixed[index].friction),
-            Partner::Body(other) => own(self.bodies()[other].friction()),
-        };
-        if a == b { a } else { (a * b).sqrt() }
-    }
-
-    /// e between body `body` and `partner`: what was given for the pair, or the geometric mean of
-    /// the coefficients of both, as [`World::friction_between`]. Ground and fixed pieces have the
-    /// world's.
-    ///
-    /// # Panics
-    /// If there is no such body or partner.
-    #[must_use]
-    pub fn restitution_between(&self, body: usize, partner: Partner) -> f64 {
-        if let Some(restitution) = find_pair(&self.pair_restitutions, body, partner) {
-            return restitution;
-        }
-        let own = |body: usize| self.bodies()[body].restitution().unwrap_or(self.restitution);
-        let a = own(body);
-        let b = partner.body().map_or(self.restitution, own);
-        if a == b { a } else { (a * b).sqrt() }
-    }
-
-    /// The law of contact between body `body` and `partner`.
-    ///
-    /// # Panics
-    /// If there is no such body or partner.
-    #[must_use]
-    pub fn law_between(&self, body: usize, partner: Partner) -> ContactLaw {
-        ContactLaw {
-            friction: self.friction_between(body, partner),
-            restitution: self.restitution_between(body, partner),
-        }
-    }
-
-    /// ∂μ/∂μ of the world and ∂e/∂e of the world, of the contacts between body `body` and `partner`: 1 where both have the
-    /// world's coefficient, half of √(own/world's) where one has, 0 elsewhere.
-    pub(crate) fn law_by_world(&self, body: usize, partner: Partner) -> (f64, f64) {
-        let by = |own: [Option<f64>; 2], is_pair: bool, of_world: f64| match own {
-            _ if is_pair => 0.0,
-            [None, None] => 1.0,
-            [Some(own), None] | [None, Some(own)] if of_world > 0.0 => {
-                0.5 * (own / of_world).sqrt()
-            }
-            _ => 0.0,
-        };
-        let of_body = |index: usize| &self.bodies()[index];
-        let frictions = [
-            of_body(body).friction(),
-            match partner {
-                Partner::Ground => None,
-                Partner::Fixed(index) => self.fixed[index].friction,
-                Partner::Body(other) => of_body(other).friction(),
-            },
-        ];
-        let other = partner.body().and_then(|other| of_body(other).restitution());
-        let restitutions = [of_body(body).restitution(), other];
-        (
-            by(
-                frictions,
-                find_pair(&self.pair_frictions, body, partner).is_some(),
-                self.friction(),
-            ),
-            by(
-                restitutions,
-                find_pair(&self.pair_restitutions, body, partner).is_some(),
-                self.restitution,
-            ),
-        )
-    }
-
-    /// e of everything that has none of its own; 0 unless it was given.
-    #[must_use]
-    pub fn restitution(&self) -> f64 {
-        self.restitution
-    }
-
-    /// The coefficients of restitution that were given for pairs.
-    #[must_use]
-    pub fn pair_restitutions(&self) -> &[((usize, Partner), f64)] {
-        &self.pair_restitutions
-    }
-
-    /// Whether anything bounces.
-    #[must_use]
-    pub fn has_restitution(&self) -> bool {
-        let pairs = self.pair_restitutions.iter().map(|(_, restitution)| *restitution);
-        let bodies = self.bodies().iter().filter_map(RigidBody::restitution);
-        self.restitution > 0.0 || pairs.chain(bodies).any(|restitution| restitution > 0.0)
-    }
-
-    /// The speed, m/s, below which a contact that arrives does not bounce: what was given, or
-    ///
-    /// ```text
-    /// 2 |g| h,
-    /// ```
-    ///
-    /// below which a bounce would be over within four steps. It vanishes with h.
-    #[must_use]
-    pub fn rebound_speed(&self) -> f64 {
-        self.rebound_speed.unwrap_or_else(|| 2.0 * self.gravity().norm() * self.time_step())
-    }
-
-    /// The rebound speed that was given, m/s, if one was.
-    #[must_use]
-    pub fn given_rebound_speed(&self) -> Option<f64> {
-        self.rebound_speed
     }
 
     /// The constants.
@@ -551,34 +304,6 @@ impl World {
         let states = states.iter().take(self.bodies().len()).enumerate();
         let heights = states.flat_map(|(i, state)| self.heights(i, &state.pose()));
         heights.fold(f64::INFINITY, f64::min)
-    }
-}
-
-/// Coefficients that were given for pairs, in ascending order of the pairs.
-type Pairs = Vec<((usize, Partner), f64)>;
-
-fn set_pair(pairs: &mut Pairs, body: usize, partner: Partner, value: f64) {
-    let pair = ordered(body, partner);
-    match pairs.binary_search_by(|(known, _)| known.cmp(&pair)) {
-        Ok(place) => pairs[place].1 = value,
-        Err(place) => pairs.insert(place, (pair, value)),
-    }
-}
-
-fn find_pair(pairs: &Pairs, body: usize, partner: Partner) -> Option<f64> {
-    if pairs.is_empty() {
-        return None;
-    }
-    let pair = ordered(body, partner);
-    let place = pairs.binary_search_by(|(known, _)| known.cmp(&pair));
-    place.ok().map(|place| pairs[place].1)
-}
-
-/// The same for both orders of a pair.
-fn ordered(body: usize, partner: Partner) -> (usize, Partner) {
-    match partner {
-        Partner::Body(other) if other < body => (other, Partner::Body(body)),
-        _ => (body, partner),
     }
 }
 

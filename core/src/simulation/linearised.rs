@@ -1,0 +1,46 @@
+//! The derivative of the last step.
+
+use super::{Motion, Simulation, StepRecord};
+use crate::error::Error;
+use crate::mechanics::State;
+use crate::solver::native::StepDerivative;
+use crate::step::Step;
+
+impl Simulation<'_> {
+    /// Makes `derivative` that of the last step, which `record` describes: by its states, its wrenches, and the
+    /// constants of the world. The simulation goes on as without it.
+    ///
+    /// # Errors
+    /// A record of another step than the last one; [`StepDerivative::linearise`]; a body that floats, whose
+    /// Runge–Kutta step has no derivative here.
+    pub fn linearise(
+        &self,
+        record: &StepRecord,
+        derivative: &mut StepDerivative,
+    ) -> Result<(), Error> {
+        let refused = |why| Err(Error::Unsupported { what: "the derivative of this step", why });
+        let bodies = self.world.bodies().len();
+        if self.taken_back || record.index + 1 != self.index || record.states.len() != bodies {
+            return refused(
+                "it is that of the last step alone: ask right after it, with its record",
+            );
+        }
+        if matches!(self.motion, Motion::Floating) {
+            return refused("the Runge-Kutta method has none; use the contact step");
+        }
+        let (world, wrenches, states) = (&self.world, &self.scratch.wrenches, &record.states);
+        let flights = states.iter().zip(wrenches).enumerate();
+        let free: Vec<State> =
+            flights.map(|(i, (state, wrench))| world.free_flight(i, state, wrench)).collect();
+        let step = Step {
+            world,
+            states,
+            wrenches,
+            free: &free,
+            previous: &record.solution,
+            earlier: None,
+            interrupt: self.interrupt.as_deref(),
+        };
+        derivative.linearise(&step, &record.contacts, &record.solution)
+    }
+}
