@@ -32,6 +32,8 @@ mod picture;
 mod plot;
 #[path = "derivatives/points.rs"]
 mod points;
+#[path = "cli/residual.rs"]
+mod residual;
 #[path = "cli/restitution.rs"]
 mod restitution;
 #[path = "cli/robots.rs"]
