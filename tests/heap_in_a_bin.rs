@@ -71,7 +71,7 @@ fn run((world, starts): (World, Vec<State>), steps: u32, residual: f64) -> Count
         assert!(reached <= accepted, "k = {k}: {reached:e} m/s");
         assert!(record.overlap < 1e-3, "k = {k}: {} m", record.overlap);
         counts.iterations += u64::from(record.report.iterations);
-        counts.crowded += u32::from(record.contacts.len() > 150);
+        counts.crowded += u32::from(record.contacts.len() > 130);
         counts.largest = counts.largest.max(reached);
     }
     counts
@@ -80,8 +80,8 @@ fn run((world, starts): (World, Vec<State>), steps: u32, residual: f64) -> Count
 #[test]
 fn every_step_of_small_heaps_in_a_bin_is_solved() {
     for seed in [31, 32, 33, 34] {
-        let counts = run(bin(seed, 44), 600, ACCEPTED_RESIDUAL);
-        assert!(counts.crowded > 50, "seed {seed}: {} steps with many contacts", counts.crowded);
+        let counts = run(bin(seed, 44), 800, ACCEPTED_RESIDUAL);
+        assert!(counts.crowded > 20, "seed {seed}: {} steps with many contacts", counts.crowded);
     }
 }
 

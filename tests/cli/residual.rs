@@ -18,7 +18,10 @@ fn a_run_is_held_to_what_was_asked_for() {
     let reached = json["summary"]["certificate_max_m_s"].as_f64().unwrap();
     // Less was asked for, and less was reached; no more than was asked for.
     assert!((1e-9..=promised(&json).unwrap()).contains(&reached), "{reached}");
-    assert!(less.end.stdout.contains("0.0001 m/s asked for") || less.end.stdout.contains("1e-4 m/s asked for"));
+    assert!(
+        less.end.stdout.contains("0.0001 m/s asked for")
+            || less.end.stdout.contains("1e-4 m/s asked for")
+    );
     let verified = run(&["verify", less.path("trajectory.csv").to_str().unwrap()]);
     assert_eq!(verified.code, Some(0), "{verified:?}");
 }
