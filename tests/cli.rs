@@ -36,6 +36,8 @@ mod plan;
 mod plot;
 #[path = "derivatives/points.rs"]
 mod points;
+#[path = "cli/residual.rs"]
+mod residual;
 #[path = "cli/restitution.rs"]
 mod restitution;
 #[path = "cli/robots.rs"]
