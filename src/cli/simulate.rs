@@ -27,7 +27,8 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
         }
     };
     pictures::check(args, scene.rows, scene.world.time_step())?;
-    let exported = args.export_problems.as_deref().map(|path| Exported::check(path, &scene));
+    let exported =
+        args.export_problems.as_deref().map(|path| Exported::check(path, &scene, args.out()));
     let exported = exported.transpose()?;
     let interrupt = Arc::new(AtomicBool::new(false));
     let mut simulation = scene.simulation(&interrupt)?;
