@@ -21,8 +21,8 @@ pub struct Exported {
 }
 
 impl Exported {
-    /// Whether the steps of `scene` have contact problems.
-    pub fn check<'a>(path: &'a Path, scene: &Scene) -> Result<Wanted<'a>, Failure> {
+    /// Whether the steps of `scene`, whose run's own files go to `out`, have contact problems.
+    pub fn check<'a>(path: &'a Path, scene: &Scene, out: &Path) -> Result<Wanted<'a>, Failure> {
         let refused = |why: &str| {
             Err(Failure::Input(format!("--export-problems {}: {why}", shown::path(path))))
         };
@@ -33,6 +33,9 @@ impl Exported {
             ),
             Some(_) if !scene.world.joints().is_empty() => {
                 refused("the scene has joints, for which contact problems have no words")
+            }
+            Some(_) if path == out => {
+                refused("it is the folder of the run's own files; another one is needed")
             }
             Some(_) => Ok(Wanted(path)),
         }

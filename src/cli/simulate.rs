@@ -28,7 +28,8 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
             (scene, Some(before))
         }
     };
-    let exported = args.export_problems.as_deref().map(|path| Exported::check(path, &scene));
+    let exported =
+        args.export_problems.as_deref().map(|path| Exported::check(path, &scene, args.out()));
     let exported = exported.transpose()?;
     let kept = before.as_ref().map_or_else(|| args.kept(), |before| before.kept().clone());
     check_kept(args, &scene, &kept)?;

@@ -133,8 +133,18 @@ class ContactProblem:
         """
         first = None if start is None else numbers("start", start, (sum(self.sizes),))
         arrays, errors, counts, name, selected = self._core.solve(float(residual), first, rule)
+        impulses, velocities, body_velocities = arrays
         return ContactSolution(
-            *arrays, errors[0] <= residual, *errors, *counts, start=name, selected=selected
+            impulses=impulses,
+            velocities=velocities,
+            body_velocities=body_velocities,
+            solved=errors[0] <= residual,
+            residual=errors[0],
+            relative_error=errors[1],
+            iterations=counts[0],
+            parts=counts[1],
+            start=name,
+            selected=selected,
         )
 
     def evaluate(self, impulses: Any) -> Tuple["Floats", "Floats", float, float]:

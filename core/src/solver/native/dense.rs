@@ -195,8 +195,8 @@ impl FrontView<'_> {
 
 /// Exchanges rows of a column as the pivots of a panel were.
 fn exchange(column: &mut [f64], swaps: &[usize], (begin, end): (usize, usize)) {
-    for pivot in begin..end {
-        column.swap(pivot, swaps[pivot]);
+    for (pivot, other) in swaps.iter().enumerate().take(end).skip(begin) {
+        column.swap(pivot, *other);
     }
 }
 

@@ -50,7 +50,7 @@ pub(crate) fn solve(
         effort.check().map_err(|_| ProblemError::Interrupted)?;
         part.write(problem, descent.impulses(), &mut impulses);
         iterations += u64::from(effort.iterations());
-        selected &= outcome.selected;
+        selected &= outcome.selected && outcome.solved;
         if start == Start::Previous {
             start = outcome.start;
         }
