@@ -1,5 +1,6 @@
 //! Plans of the problems in `scenarios/plans` by given legs, one after the other, from no controls:
-//! `cargo run --release --example plan_legs -- LEG[,LEG…] PROBLEM…`, as in `program,polish slide push`.
+//! `cargo run --release --example plan_legs -- LEG[,LEG…] PROBLEM…`, as in `program,polish slide push`. `pace` times the
+//! program's functions.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -50,9 +51,12 @@ fn main() {
         let problem = &file.problem;
         let mut best = problem.replay(&problem.zero()).unwrap();
         println!("{name:8} | start   | | {:.6}", best.cost);
-        pace(&name, problem, &best);
         for leg in legs.split(',') {
             let leg: Box<dyn Leg> = match leg {
+                "pace" => {
+                    pace(&name, problem, &best);
+                    continue;
+                }
                 "program" => Box::new(ProgramLeg::default()),
                 "polish" => Box::new(Polish::default()),
                 "shoot" => Box::new(Shoot::default()),

@@ -333,4 +333,8 @@ position = [0, 0, 0.1]
     let replay = problem.replay(&[]).unwrap();
     let why = PlanNlp::with_modes(&problem, &replay, 1e-6).err().unwrap().to_string();
     assert_eq!(why, "the program cannot pose this problem: its scene has restitution");
+    // Other legs may go on.
+    let found = plan(&problem, &[], &legs());
+    assert!(found.legs.iter().all(|leg| leg.message == why), "{:?}", found.legs);
+    assert_eq!(found.status, PlanStatus::Missed);
 }

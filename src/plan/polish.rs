@@ -10,7 +10,7 @@
 //! Once they agree, it is solved again with the compliance about the forces that it ended with (p̂⁰ of P13): then it gives
 //! nothing, and the plan is the replay to rounding.
 
-use super::program::{NESTED_DISSECTION, PlanNlp, Solved, Told, solve, usual_cost};
+use super::program::{NESTED_DISSECTION, PlanNlp, Solved, Told, or_refused, solve, usual_cost};
 use super::{Leg, LegEnd, PlanError, Problem, Replay, Watch};
 use crate::ipopt::{BarrierStrategy, Options, ReturnStatus};
 
@@ -45,6 +45,17 @@ impl Leg for Polish {
         from: &Replay,
         watch: &mut Watch<'_>,
     ) -> Result<LegEnd, PlanError> {
+        or_refused(self.search(problem, from, watch), from)
+    }
+}
+
+impl Polish {
+    fn search(
+        &self,
+        problem: &Problem,
+        from: &Replay,
+        watch: &mut Watch<'_>,
+    ) -> Result<LegEnd, PlanError> {
         let mut end = LegEnd { controls: from.controls.clone(), ..LegEnd::default() };
         let mut at = from.clone();
         for _ in 0..self.rounds.max(1) {
@@ -66,9 +77,7 @@ impl Leg for Polish {
         }
         Ok(end)
     }
-}
 
-impl Polish {
     /// One program with the modes of `at`, and those about its forces: the replay of its end, whether it was solved, and
     /// whether to go on. None where it was stopped at once.
     fn round(

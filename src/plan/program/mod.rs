@@ -17,4 +17,4 @@ mod staged;
 pub use solve::{ProgramLeg, Smoothing};
 pub use staged::PlanNlp;
 
-pub(super) use solve::{NESTED_DISSECTION, Solved, Told, solve, usual_cost};
+pub(super) use solve::{NESTED_DISSECTION, Solved, Told, or_refused, solve, usual_cost};

@@ -69,6 +69,17 @@ impl Leg for ProgramLeg {
         from: &Replay,
         watch: &mut Watch<'_>,
     ) -> Result<LegEnd, PlanError> {
+        or_refused(self.search(problem, from, watch), from)
+    }
+}
+
+impl ProgramLeg {
+    fn search(
+        &self,
+        problem: &Problem,
+        from: &Replay,
+        watch: &mut Watch<'_>,
+    ) -> Result<LegEnd, PlanError> {
         let mut end = LegEnd { controls: from.controls.clone(), ..LegEnd::default() };
         let mut start = from.clone();
         let mut admitted: Vec<ContactKey> = Vec::new();
@@ -93,9 +104,7 @@ impl Leg for ProgramLeg {
         }
         Ok(end)
     }
-}
 
-impl ProgramLeg {
     /// Follows `path` from a replay with the contacts of its steps; the replay of its end, and whether to go on.
     fn follow(
         &self,
@@ -139,6 +148,19 @@ impl ProgramLeg {
             }
         }
         Ok((best, goes_on))
+    }
+}
+
+/// What a leg comes to; of a problem that it cannot pose where it began, with why: other legs may go on.
+pub(crate) fn or_refused(
+    end: Result<LegEnd, PlanError>,
+    from: &Replay,
+) -> Result<LegEnd, PlanError> {
+    match end {
+        Err(PlanError::Problem(message)) => {
+            Ok(LegEnd { controls: from.controls.clone(), message, ..LegEnd::default() })
+        }
+        end => end,
     }
 }
 
