@@ -45,14 +45,14 @@ fn off(simulation: &Simulation<'_>, record: &StepRecord) -> f64 {
     missed.fold(0.0, f64::max)
 }
 
-/// Coordinates of the arm of geared.xml after 0.4 s, by MuJoCo 4.0.0 in steps of 1e-5 s, its ties made stiff
+/// Coordinates of the arm of robot_gears.xml after 0.4 s, by MuJoCo 4.0.0 in steps of 1e-5 s, its ties made stiff
 /// (solref 0.001 1, solimp 0.9999 0.9999 0.001): they hold to 3e-8.
 const BY_MUJOCO: [f64; 3] = [1.88010388, -2.32015579, -0.11100782];
 
 /// An arm that falls with two couplings goes where MuJoCo's goes, to first order in h; the couplings are exact.
 #[test]
 fn a_coupled_arm_falls_as_mujocos() {
-    let text = text_of("data/robots/geared.xml");
+    let text = text_of("tests/robot_gears.xml");
     let error = |h: f64| {
         let scene = scene_of(&text, Settings { dt: Some(h), ..Settings::default() }).unwrap();
         let robot = &scene.robots[0];
@@ -156,8 +156,8 @@ fn a_crawler_lands_among_boxes() {
 #[test]
 fn gears_and_driven_bodies_are_converted() {
     for file in [
-        "data/robots/geared.xml",
-        "data/robots/pusher.urdf",
+        "tests/robot_gears.xml",
+        "scenarios/robots/pusher.urdf",
         "scenarios/pusher.toml",
         "scenarios/tray-and-conveyor.toml",
         "scenarios/turntable.toml",
@@ -212,6 +212,14 @@ fn mimics_may_come_in_any_order() {
     let scene = scene_of(&robot, Settings::default()).unwrap();
     assert_eq!(scene.robots[0].start(), [0.1, 0.0, 0.0]);
     let mut simulation = simulation(&scene);
+    // What is set of those that go with others does not count.
+    let mut states = simulation.states().to_vec();
+    scene.robots[0].set_states(&[9.0, 9.0, -0.4], &[9.0, 9.0, 0.8], &mut states).unwrap();
+    let (q, v) = scene.robots[0].coordinates(&states, &[0.5, 0.2, -0.4]).unwrap();
+    for (found, expected) in q.iter().chain(&v).zip([0.5, 0.2, -0.4, -0.8, -0.4, 0.8]) {
+        assert!((found - expected).abs() <= 1e-12, "{q:?} {v:?}");
+    }
+    simulation.set_states(&states).unwrap();
     let mut record = StepRecord::new();
     for _ in 0..300 {
         simulation.step(&mut record).unwrap();
@@ -245,7 +253,7 @@ fn mimics_may_come_in_any_order() {
 /// What of a coupling has no meaning here is refused with its line.
 #[test]
 fn couplings_beyond_a_ratio_are_refused() {
-    let text = text_of("data/robots/geared.xml");
+    let text = text_of("tests/robot_gears.xml");
     for (from, to, part) in [
         ("0.3 -1.5 0 0 0", "0.3 -1.5 0.1 0 0", "last three numbers must be 0"),
         ("0.3 -1.5 0 0 0", "0.3 -1.5 0 0 0 0", "up to 5 numbers"),

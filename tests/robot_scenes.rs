@@ -253,8 +253,14 @@ fn spoilt_files_never_panic() {
         (seed >> 33) as usize % below.max(1)
     };
     let (mut read_all, mut refused) = (0, 0);
-    let names =
-        ["quadruped.urdf", "arm.urdf", "pusher.urdf", "hopper.xml", "classes.xml", "geared.xml"];
+    let names = [
+        "quadruped.urdf",
+        "arm.urdf",
+        "../../scenarios/robots/pusher.urdf",
+        "hopper.xml",
+        "classes.xml",
+        "../../tests/robot_gears.xml",
+    ];
     for name in names {
         let text = std::fs::read_to_string(data().join(name)).unwrap();
         for _ in 0..150 {

@@ -242,7 +242,7 @@ pub enum Tie {
     },
 }
 
-/// A hinge or a slide that goes with another one, by a gear: its coordinate is
+/// A hinge or a slide that goes with one other, by a gear: its coordinate is
 ///
 /// ```text
 /// q₁ = r q₂ + q₀

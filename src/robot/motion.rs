@@ -6,7 +6,7 @@
 //! slide m and m/s; of a hinge rad and rad/s.
 
 use super::frame::{Frame, about, conjugated, left_times};
-use super::model::{Joint, Moves, Robot};
+use super::model::{Follows, Joint, Moves, Robot};
 use crate::mechanics::quaternion::left;
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3, Vector4};
 
@@ -80,6 +80,28 @@ impl Robot {
             here
         };
         self.joints.iter().map(place).collect()
+    }
+
+    /// Sets of the joints that go with others coordinates and rates to where those have them, also where these go with
+    /// others themselves. Numbers that are not there stay so.
+    pub fn follow(&self, q: &mut [f64], v: &mut [f64]) {
+        let places = self.places();
+        // As often as a chain of them may be long.
+        let count = self.follows.len();
+        for Follows { joints, ratio, offset, .. } in self.follows.iter().cycle().take(count * count)
+        {
+            let [own, other] = joints.map(|joint| places[joint]);
+            if let Some(&leader) = q.get(other.0)
+                && let Some(coordinate) = q.get_mut(own.0)
+            {
+                *coordinate = ratio * leader + offset;
+            }
+            if let Some(&leader) = v.get(other.1)
+                && let Some(rate) = v.get_mut(own.1)
+            {
+                *rate = ratio * leader;
+            }
+        }
     }
 
     /// All links at `q` and `v`.

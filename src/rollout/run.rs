@@ -46,7 +46,7 @@ pub struct Tally {
     pub largest_residual: f64,
 }
 
-/// How a batch went. It takes 80 bytes a rollout, and 40 a step without an answer.
+/// How a batch went. It takes 72 bytes a rollout, and 32 a step without an answer.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Report {
     /// All steps.

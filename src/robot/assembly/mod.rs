@@ -248,17 +248,13 @@ fn starts(robot: &Robot, placing: &Placing) -> Result<Start, String> {
             q[*place] = q[*place].clamp(low, high);
         }
     }
-    follow(robot, &places, &mut q)?;
+    robot.follow(&mut q, &mut v);
+    refuse_beyond(robot, &places, &q)?;
     Ok(Start { coordinates: q, rates: v, controls })
 }
 
-/// Has the joints that go with others be where those have them, also where these go with others themselves.
-fn follow(robot: &Robot, places: &[(usize, usize)], q: &mut [f64]) -> Result<(), String> {
-    for _ in &robot.follows {
-        for Follows { joints: [own, other], ratio, offset, .. } in &robot.follows {
-            q[places[*own].0] = ratio * q[places[*other].0] + offset;
-        }
-    }
+/// Refuses joints that go with others beyond their ranges.
+fn refuse_beyond(robot: &Robot, places: &[(usize, usize)], q: &[f64]) -> Result<(), String> {
     for Follows { joints: [own, _], at, .. } in &robot.follows {
         let (joint, coordinate) = (&robot.joints[*own], q[places[*own].0]);
         if let Some([low, high]) = joint.range

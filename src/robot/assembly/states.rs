@@ -20,12 +20,15 @@ impl Assembled {
         }
     }
 
-    /// Sets in `states` those of its bodies at these coordinates and rates.
+    /// Sets in `states` those of its bodies at these coordinates and rates. Joints that go with others are
+    /// where those have them, whatever is given of them.
     ///
     /// # Errors
     /// Other numbers of them; as [`Robot::motion`](crate::robot::model::Robot::motion).
     pub fn set_states(&self, q: &[f64], v: &[f64], states: &mut [State]) -> Result<(), String> {
-        let motion = self.robot.motion(q, v)?;
+        let (mut q, mut v) = (q.to_vec(), v.to_vec());
+        self.robot.follow(&mut q, &mut v);
+        let motion = self.robot.motion(&q, &v)?;
         for place in 0..self.bodies.len() {
             let Carried { body, ref parts, .. } = self.bodies[place];
             let own = states.get_mut(body..body + parts.len()).ok_or_else(missing)?;

@@ -246,6 +246,9 @@ impl Reader<'_> {
             self.robot.joints[first].range = Some([place; 2]);
             return Ok(());
         };
+        if self.robot.follows.iter().any(|known| known.joints[0] == first) {
+            return Err(element.wrong("joint1: it goes with another joint already; one is allowed"));
+        }
         if higher != [0.0; 3] {
             return Err(element.wrong(
                 "polycoef: joints that go with each other by more than a ratio are not supported; \
