@@ -323,7 +323,7 @@ fn the_problem_of_a_step_has_its_impulses() {
                 let size = impulses.iter().fold(1e-3, |most: f64, p| most.max(p.abs()));
                 assert!(apart(&solved.impulses, &impulses) < 1e-7 * size, "step {}", record.index);
                 unique += 1;
-            } else if record.index % 20 == 0 {
+            } else if record.index.is_multiple_of(20) {
                 assert!(problem.solve(&SolveOptions::default()).unwrap().is_solved());
                 others += 1;
             }

@@ -5,8 +5,7 @@ use super::outcome::Failure;
 use super::output::PendingFile;
 use super::scene::Scene;
 use super::shown;
-use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use tumble::problem::{ContactProblem, dat};
 use tumble::simulation::StepRecord;
 use tumble::world::World;
@@ -64,10 +63,8 @@ impl Exported {
 
     /// What is said of them.
     pub fn described(&self) -> String {
-        let folder: PathBuf = self.directory.path().to_owned();
-        let mut text = String::new();
-        let _ = writeln!(text, "wrote {} contact problems to {}", self.count, shown::path(&folder));
-        text
+        let folder = shown::path(self.directory.path());
+        format!("wrote {} contact problems to {folder}\n", self.count)
     }
 }
 

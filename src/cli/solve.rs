@@ -39,7 +39,7 @@ enum Target<'a> {
 
 /// `tumble solve`.
 pub fn run(args: &SolveArgs) -> Result<Outcome, Failure> {
-    if !(args.residual > 0.0) {
+    if args.residual.is_nan() || args.residual <= 0.0 {
         return Err(Failure::Input(format!(
             "--residual {}: a number above 0 is needed",
             args.residual
