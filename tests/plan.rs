@@ -197,6 +197,71 @@ fn shipped_problems_are_solved() {
     }
 }
 
+/// Pushes to a pose and throws onto a side at random: nine of ten have a plan that replays, from no force at all.
+#[test]
+fn random_pushes_and_throws_are_planned() {
+    let mut state = 5_u64;
+    let mut draw = |low: f64, high: f64| {
+        state =
+            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        low + (high - low) * (state >> 11) as f64 / (1_u64 << 53) as f64
+    };
+    let above = BOX.replace("[0, 0, 0.1]", "[0, 0, 0.5]");
+    let (mut found, mut all) = (0, 0);
+    for _ in 0..5 {
+        let (x, y, turn) = (draw(0.3, 0.7), draw(-0.25, 0.25), draw(-80.0, 80.0));
+        let push = format!(
+            "steps = 60
+            [[controls]]
+            kind = \"push\"
+            face = \"-x\"
+            at = [-0.15, 0, -0.05]
+            normal = [0, 20]
+            tangential = [-6, 6]
+            offset = [-0.15, 0.15]
+            knots = 30
+            [target]
+            position = [{x}, {y}]
+            turn = {turn}
+            speed = 0
+            tolerance = {{ position = 5e-3, turn = 1, speed = 2e-2 }}
+            "
+        );
+        let (x, y) = (draw(0.6, 1.4), draw(-0.4, 0.4));
+        let side = ["+x", "-x", "+y", "-y"][draw(0.0, 4.0) as usize];
+        let throw = format!(
+            "steps = 60
+            [[controls]]
+            kind = \"start\"
+            of = \"velocity\"
+            x = [0, 4]
+            y = [-2, 2]
+            z = [0, 4]
+            [[controls]]
+            kind = \"start\"
+            of = \"spin\"
+            x = [-12, 12]
+            y = [-12, 12]
+            z = [-5, 5]
+            [target]
+            position = [{x}, {y}]
+            down = \"{side}\"
+            speed = 0
+            "
+        );
+        for (scene, problem) in [(BOX, push), (above.as_str(), throw)] {
+            let plan = planned(&told(scene, &problem));
+            // What is said of a plan is its replay's.
+            let misses = plan.replay.misses.iter().all(|miss| miss.is_met());
+            assert_eq!(plan.status == PlanStatus::Replayed, misses && plan.replay.unsolved == 0);
+            all += 1;
+            found += u32::from(plan.status == PlanStatus::Replayed);
+        }
+    }
+    println!("{found} of {all} replayed");
+    assert!(10 * found >= 9 * all, "{found} of {all}");
+}
+
 /// An interrupt ends a search with what it has.
 #[test]
 fn an_interrupted_search_has_the_best_so_far() {

@@ -22,7 +22,7 @@ def test_the_speed_that_stops_is_that_of_the_sum():
     [speed] = [v for m, v in enumerate(speeds, 1) if np.floor(v / lost) == m]
     assert plan.ok and plan.status == "replayed"
     assert plan.controls == pytest.approx([speed], abs=1e-9)
-    assert plan.names == ["box-0.velocity.x"] or plan.names[0].endswith("velocity.x")
+    assert len(plan.names) == 1 and plan.names[0].endswith(".velocity.x")
     assert abs(plan.run.positions[-1, 0, 0] - 1) < 1e-9
     assert plan.run.states[0] == pytest.approx(plan.starts)
 
@@ -55,7 +55,7 @@ def test_what_cannot_be_is_missed_and_what_is_none_is_refused():
     weak = {"kind": "force", "x": [-3, 3]}
     plan = tumble.plan(box(), 20, [weak], {"x": 1.0})
     assert not plan.ok and plan.status == "missed" and "missed by" in plan.reason
-    assert not plan.miss["body-0.position"].ok if "body-0.position" in plan.miss else True
+    assert not any(miss.ok for miss in plan.miss.values())
     for arguments, words in [
         (([weak], {}), "nothing is asked for"),
         (([{"kind": "kick"}], {"x": 1}), "kick"),

@@ -501,11 +501,14 @@ impl ControlTable {
     }
 }
 
+/// A quantity that is asked for: its name, what it is to be, tolerance and weight as far as they are given, and the usual tolerance.
+type Asked = (&'static str, TargetKind, Option<f64>, Option<f64>, f64);
+
 impl TargetTable {
     fn targets(self, scene: &Scene, steps: usize) -> Result<Vec<Target>, String> {
         let body = body_of(scene, self.body.as_deref())?;
         let after = self.after.map_or(steps, |after| after as usize);
-        let mut kinds: Vec<(&str, TargetKind, Option<f64>, Option<f64>, f64)> = Vec::new();
+        let mut kinds: Vec<Asked> = Vec::new();
         let (tolerance, weight) = (&self.tolerance, &self.weight);
         let (m, m_s, rad_s, degrees) = USUAL;
         let mut position = [self.x, self.y, self.z];
@@ -579,10 +582,10 @@ impl TargetTable {
                 return Err(format!("tolerance and weight: {name} is not asked for"));
             }
         }
-        let target = |(name, kind, tolerance, weight, usual): (&str, TargetKind, _, _, f64)| {
+        let target = |(name, kind, tolerance, weight, usual): Asked| {
             let usual = if kind.unit() == "rad" { usual.to_radians() } else { usual };
-            let tolerance: f64 = Option::unwrap_or(tolerance, usual);
-            let weight = Option::unwrap_or(weight, 1.0 / (tolerance * tolerance));
+            let tolerance = tolerance.unwrap_or(usual);
+            let weight = weight.unwrap_or(1.0 / (tolerance * tolerance));
             let mut name = format!("{}.{name}", scene.bodies[body]);
             if after != steps {
                 name += &format!("@{after}");
@@ -614,7 +617,7 @@ impl KeepTable {
             [("x", self.x), ("y", self.y), ("z", self.z)].into_iter().enumerate()
         {
             let Some(Exactly([low, high])) = range else { continue };
-            if !(low <= high) {
+            if low.is_nan() || high.is_nan() || low > high {
                 return Err(format!("{name}: two numbers in order are needed"));
             }
             kinds.push((name, KeepKind::AtLeast { component, low }));

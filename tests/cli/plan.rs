@@ -108,7 +108,7 @@ fn broken_problems_are_refused_and_leave_nothing() {
     for (fields, words) in [
         ("steps = 30\n", "there is nothing to plan for"),
         (&SLIDE.replace("x = [-20, 20]", "x = [20, -20]"), "no bounds"),
-        (&SLIDE.replace("kind = \"force\"", "kind = \"pull\""), "line 4"),
+        (&SLIDE.replace("kind = \"force\"", "kind = \"pull\""), "line 5"),
         (&SLIDE.replace("steps = 30", "steps = 0"), "steps: 0 is given; 1 to 100000 are allowed"),
         (&SLIDE.replace("runs = 300", "start = \"none.csv\""), "none.csv"),
         (&SLIDE.replace("runs = 300", "legs = [\"walk\"]"), "walk"),
