@@ -4,8 +4,8 @@ use super::fronts::Plan;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-/// Fronts are worth it from so many updates of blocks for each body on: a wall of 1000 bricks has 90, and its first step
-/// takes two thirds of the time.
+/// Fronts are worth it from so many updates of blocks for each body on: the first step of a wall of 1000 bricks takes two
+/// thirds of the processor time with them, that of a pyramid of 1275 cubes nine tenths.
 const HEAVY: usize = 60;
 
 /// The pattern of a symmetric sparse matrix of blocks, one row a body: a block on every diagonal, and one
