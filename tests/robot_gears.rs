@@ -182,6 +182,25 @@ fn gears_and_driven_bodies_are_converted() {
     }
 }
 
+/// A way about a point is about that point again, wherever the body is.
+#[test]
+fn a_way_about_a_point_is_converted() {
+    let text = "[ground]\nnone = true\nfriction = 0.4\n[[bodies]]\nname = \"arm\"\nbox = [1.0, 0.2, 0.1]\n\
+                density = 300\nposition = [0.3, 0.2, 0.5]\n[[driven]]\nbody = \"arm\"\n\
+                velocity = [0.1, 0, 0]\nspin = [0.3, 0.2, 0.7]\nabout = [0.2, 0.1, 0.1]\n";
+    let scene = scene_of(text, Settings::default()).unwrap();
+    let other = scene_of(&written::text(&scene).unwrap(), Settings::default()).unwrap();
+    let (mut a, mut b) = (simulation(&scene), simulation(&other));
+    let mut record = StepRecord::new();
+    for _ in 0..100 {
+        a.step(&mut record).unwrap();
+        b.step(&mut record).unwrap();
+    }
+    let (a, b) = (a.states()[0], b.states()[0]);
+    assert!((a.position - b.position).norm() <= 1e-9, "{a:?} {b:?}");
+    assert!((a.position - Vector3::new(0.3, 0.2, 0.5)).norm() > 0.01, "{a:?}");
+}
+
 /// A joint may stand before the one that it goes with, and that one may go with another; all start where they belong.
 #[test]
 fn mimics_may_come_in_any_order() {

@@ -205,7 +205,8 @@ fn driven_table(out: &mut String, joint: &JointModel, course: &CourseModel, mode
         lines.push(format!("times = {:?}", course.times));
         lines.push(format!("positions = {positions:?}\nattitudes = {attitudes:?}"));
     } else {
-        lines.push(format!("about = {:?}", <[f64; 3]>::from(about)));
+        // The point is given where it is in the world at the start.
+        lines.extend(course.places.first().map(|place| format!("about = {:?}", place.position)));
     }
     for (field, value) in [("velocity", course.velocity), ("spin", course.spin)] {
         if value != [0.0; 3] {
