@@ -248,7 +248,7 @@ mod tests {
         for part in ["missed &amp; so on", "0.250000", "40", "class=\"stick\"", "class=\"slip\""] {
             assert!(page.contains(part), "{part}");
         }
-        for wrong in ["NaN", "<b>", "<i>", "<script", "http"] {
+        for wrong in ["NaN", "<b>", "<i>", "<script", "http://", "https://"] {
             assert!(!page.contains(wrong), "{wrong}");
         }
         assert_eq!(page.matches("<svg viewBox=\"0 0 440").count(), 4);

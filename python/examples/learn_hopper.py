@@ -63,7 +63,9 @@ class Search:
     def __init__(self, seed: int) -> None:
         self.rng = np.random.default_rng(seed)
         env = Hopper()
-        self.shape = (env.action_space.shape[0], env.observation_space.shape[0])
+        acted, seen = env.action_space.shape, env.observation_space.shape
+        assert acted is not None and seen is not None
+        self.shape = (acted[0], seen[0])
         self.policy = np.zeros(self.shape)
         self.count, self.sums, self.squares = 0, np.zeros(self.shape[1]), np.zeros(self.shape[1])
         self.steps = self.unsolved = 0

@@ -43,7 +43,8 @@ def rotation(q: np.ndarray) -> np.ndarray:
     """Body to world."""
     w, v = q[0], q[1:]
     cross = np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
-    return np.eye(3) + 2 * w * cross + 2 * cross @ cross
+    matrix: np.ndarray = np.eye(3) + 2 * w * cross + 2 * cross @ cross
+    return matrix
 
 
 def wrench(plan: tumble.Plan, step: int, state: np.ndarray) -> np.ndarray:

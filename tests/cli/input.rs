@@ -52,7 +52,7 @@ fn a_run_json_that_is_no_file_or_has_no_end_is_refused() {
         fs::remove_file(&json).unwrap();
         // A sparse file of 16 GB.
         fs::File::create(&json).unwrap().set_len(1 << 34).unwrap();
-        read(command, directory.path()).assert_refused(2, &["run.json", "longer than 16777216"]);
+        read(command, directory.path()).assert_refused(2, &["run.json", "longer than 268435456"]);
     }
 }
 

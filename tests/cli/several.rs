@@ -58,9 +58,22 @@ fn every_shipped_scene_of_several_bodies_runs_and_verifies() {
         assert_eq!(verified.code, Some(0), "{name}: {verified:?}");
         let files = everything_in(&done.path(""));
         let files: Vec<_> = files.iter().map(|file| file.to_str().unwrap()).collect();
-        let with_joints =
-            ["contacts.csv", "joints.csv", "run.json", "state.bin", "states.csv", "steps.csv"];
-        let expected = with_joints.into_iter().filter(|file| tied || *file != "joints.csv");
+        let geared = json["model"]["gears"].is_array();
+        let all = [
+            "contacts.csv",
+            "gears.csv",
+            "joints.csv",
+            "run.json",
+            "state.bin",
+            "states.csv",
+            "steps.csv",
+        ];
+        let is_there = |file: &&str| match *file {
+            "gears.csv" => geared,
+            "joints.csv" => tied,
+            _ => true,
+        };
+        let expected = all.into_iter().filter(is_there);
         assert!(files.iter().copied().eq(expected), "{name}: {files:?}");
     }
 }

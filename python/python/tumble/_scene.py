@@ -194,14 +194,20 @@ class Scene(CoreScene):
         return simulation.run(self.steps if steps is None else steps, **keywords)
 
     def jacobian(
-        self, states: Any = None, wrenches: Any = None, *, by: Iterable[str] = ()
+        self,
+        states: Any = None,
+        wrenches: Any = None,
+        *,
+        by: Iterable[str] = (),
+        compliance: Optional[float] = None,
     ) -> "Derivatives":
         """The derivative of one step from ``states`` (N, 13; the scene's start without) under ``wrenches`` (N, 6):
         ``["states"]`` (N, 12, N, 12), ``["wrenches"]`` (N, 12, N, 6), and those by the constants named in
-        ``by``, such as "friction" or "mass". See Derivatives."""
+        ``by``, such as "friction" or "mass". With a ``compliance`` (1e-9 to 1) it is that of a step in which contacts give way:
+        a direction for a search where the exact derivative is zero. See Derivatives."""
         from ._gradients import jacobian
 
-        return jacobian(self, states, wrenches, by=by)
+        return jacobian(self, states, wrenches, by=by, compliance=compliance)
 
     def vjp(
         self,
@@ -211,13 +217,15 @@ class Scene(CoreScene):
         *,
         steps: Optional[int] = None,
         by: Iterable[str] = (),
+        compliance: Optional[float] = None,
     ) -> "Derivatives":
         """The derivatives of one number by what a run of ``steps`` began with, where ``cotangents`` (N, 12) are its
         derivatives by the states at the end: ``["states"]`` (N, 12), ``["controls"]`` (T, N, 6), and those by
-        the constants named in ``by``. See Derivatives."""
+        the constants named in ``by``. With a ``compliance`` the derivatives of the steps are smoothed, the run is the exact
+        one. See Derivatives."""
         from ._gradients import vjp
 
-        return vjp(self, cotangents, states, controls, steps=steps, by=by)
+        return vjp(self, cotangents, states, controls, steps=steps, by=by, compliance=compliance)
 
     def __repr__(self) -> str:
         bodies = len(self.bodies)
