@@ -9,6 +9,7 @@
 //! `docs/planning.md` derives the problem and the legs; equation numbers P1, P2, … are its.
 
 mod control;
+mod cost;
 pub mod file;
 mod find;
 mod held;
