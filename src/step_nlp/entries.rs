@@ -2,8 +2,6 @@
 
 use crate::sparsity::SparsityPattern;
 use nalgebra::SMatrix;
-#[cfg(feature = "plan")]
-use std::collections::HashMap;
 
 /// Takes a matrix entry by entry, always in the same order.
 pub(crate) trait EntrySink {
@@ -29,7 +27,7 @@ pub(crate) trait EntrySink {
     }
 
     /// One entry of a symmetric matrix of which the lower triangle is kept.
-    #[cfg(feature = "plan")]
+    #[cfg(all(feature = "plan", feature = "ipopt"))]
     fn put_symmetric(&mut self, i: usize, j: usize, value: f64) {
         self.put(i.max(j), i.min(j), value);
     }
@@ -76,72 +74,6 @@ impl EntrySink for ValueSink<'_> {
     fn put(&mut self, _row: usize, _col: usize, value: f64) {
         if let Some(slot) = self.slots.next() {
             *slot = value;
-        }
-    }
-}
-
-/// A matrix whose entries come as sums: where a position is put more than once, its values are added.
-/// Made of one sequence of entries, like its values.
-#[cfg(feature = "plan")]
-#[derive(Debug, Clone, Default)]
-pub(crate) struct Summed {
-    pattern: SparsityPattern,
-    /// Of every entry of the sequence, which position it is of.
-    slots: Vec<usize>,
-    /// The sequence itself, so that a test can hold another one against it.
-    #[cfg(test)]
-    sequence: Vec<(usize, usize)>,
-}
-
-#[cfg(feature = "plan")]
-impl Summed {
-    /// The positions of what `emit` puts into a sink.
-    pub(crate) fn of(emit: impl FnOnce(&mut PatternSink)) -> Self {
-        let sequence = PatternSink::of(emit);
-        let mut summed = Self::default();
-        let mut known = HashMap::with_capacity(sequence.len());
-        for (row, col) in sequence.positions() {
-            let slot = *known.entry((row, col)).or_insert_with(|| {
-                summed.pattern.push(row, col);
-                summed.pattern.len() - 1
-            });
-            summed.slots.push(slot);
-        }
-        #[cfg(test)]
-        summed.sequence.extend(sequence.positions());
-        summed
-    }
-
-    /// Where entries can be, each position once.
-    pub(crate) fn pattern(&self) -> &SparsityPattern {
-        &self.pattern
-    }
-
-    /// Adds up what `emit` puts into a sink, in the order of the pattern.
-    pub(crate) fn fill(&self, values: &mut [f64], emit: impl FnOnce(&mut SumSink<'_>)) {
-        values.fill(0.0);
-        emit(&mut SumSink { slots: self.slots.iter(), values });
-    }
-
-    /// Whether `emit` puts the same positions in the same order as when this was made.
-    #[cfg(test)]
-    pub(crate) fn is_of(&self, emit: impl FnOnce(&mut PatternSink)) -> bool {
-        PatternSink::of(emit).positions().eq(self.sequence.iter().copied())
-    }
-}
-
-/// Adds the values.
-#[cfg(feature = "plan")]
-pub(crate) struct SumSink<'a> {
-    slots: std::slice::Iter<'a, usize>,
-    values: &'a mut [f64],
-}
-
-#[cfg(feature = "plan")]
-impl EntrySink for SumSink<'_> {
-    fn put(&mut self, _row: usize, _col: usize, value: f64) {
-        if let Some(&slot) = self.slots.next() {
-            self.values[slot] += value;
         }
     }
 }

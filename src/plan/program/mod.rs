@@ -13,6 +13,7 @@ mod law;
 mod motion;
 mod solve;
 mod staged;
+mod summed;
 
 pub use solve::{ProgramLeg, Smoothing};
 pub use staged::PlanNlp;
