@@ -7,14 +7,17 @@
 //! the residual is of, the overlap of all pairs after the step and the energy; of the tutorial's table what its program has of each point. The status is
 //! what such a step can have.
 
+mod joints;
+mod lost;
+
 use crate::cli::outcome::Failure;
 use crate::cli::recording::{Recording, Step};
 use nalgebra::Vector3;
 use tumble::contact::certificate::{Certifier, Claim, certify_rk4_step};
 use tumble::contact::{Candidates, Certificate, Contact, Detection, rounding};
-use tumble::joint::{Axis, Drive, Gear, GearAxis, Joint, JointForce, JointResidual, Knots};
+use tumble::joint::{Joint, JointForce, JointResidual, Knots};
 use tumble::mechanics::{Load, State, Wrench};
-use tumble::simulation::tables::{GearRow, JointRow, TableStep};
+use tumble::simulation::tables::{JointRow, TableStep};
 use tumble::simulation::trajectory::{TrajectoryRow, program_columns};
 use tumble::simulation::{Stiffness, energy};
 use tumble::step::StepStatus;
@@ -392,142 +395,6 @@ impl Judge {
             differ(OTHER_ENERGY.to_owned());
         }
         (differs, overlap)
-    }
-
-    /// Which joint's row is not what states and forces make it, in a step that leads to `next` under the
-    /// forces, or at the end. Numbers of it are computed of the same doubles: what differs is of another
-    /// machine's rounding.
-    fn another_joint(
-        &self,
-        step: &TableStep,
-        next: Option<(&[State], &[JointForce])>,
-    ) -> Option<String> {
-        let joints = self.world.joints().iter().zip(&step.joints).enumerate();
-        joints.into_iter().find_map(|(number, (joint, row))| {
-            let at = joint.coordinates(&step.states)?;
-            let angles = joint.counted(&at, &self.angles[number]);
-            let force = match next {
-                Some((_, forces)) => forces[number],
-                None => JointForce::none(angles),
-            };
-            let next = next.map(|(next, _)| next);
-            let found = JointRow::between(&self.world, joint, (&step.states, next), &force);
-            let h = self.world.time_step();
-            let reach = self.world.reach() + step.states[joint.body()].position.amax();
-            let lost = ROUNDED * reach.max(1.0);
-            let scales = [lost, lost, lost / h, lost / h];
-            let vectors = found.vectors().into_iter().zip(row.vectors()).zip(scales);
-            let mut numbers = vectors.flat_map(|((found, row), lost)| {
-                let pairs = [0, 1, 2].map(|k| (found[k], row[k], lost));
-                pairs.into_iter()
-            });
-            let is_other = |(found, row, lost): (f64, f64, f64)| !is_near(found, row, lost);
-            let other = joint.counted(&at, &row.turns);
-            let turned = (0..3).any(|k| !is_near(angles[k], other[k], lost));
-            let (a, b) = (found.residual, row.residual);
-            let parts = [(a.locked, b.locked, lost / h), (a.drive, b.drive, lost / h)];
-            let turns_freely = *joint.angular() == [Axis::Free(Drive::NONE); 3];
-            let what = if numbers.any(is_other) || turned {
-                "is where its bodies are not, or moves otherwise"
-            } else if parts.into_iter().any(is_other) {
-                "has another residual"
-            } else if turns_freely && row.torque.amax() > 0.0 {
-                "has a torque, and turns freely"
-            } else {
-                return None;
-            };
-            Some(format!("its joint {number} {what}"))
-        })
-    }
-
-    /// The same of a gear.
-    fn another_gear(
-        &self,
-        step: &TableStep,
-        next: Option<(&[State], &[JointForce])>,
-    ) -> Option<String> {
-        let gears = self.world.gears().iter().zip(&step.gears).enumerate();
-        let at_end: Vec<_> = self.angles.iter().map(|angles| JointForce::none(*angles)).collect();
-        gears.into_iter().find_map(|(number, (gear, row))| {
-            let (next, joints) = match next {
-                Some((next, joints)) => (Some(next), joints),
-                None => (None, &at_end[..]),
-            };
-            let found =
-                GearRow::between(&self.world, gear, (&step.states, next), (joints, row.force));
-            let h = self.world.time_step();
-            let reach = gear
-                .axes()
-                .map(|axis| step.states[self.world.joints()[axis.joint].body()].position.amax());
-            let lost = ROUNDED * (self.world.reach() + reach[0].max(reach[1])).max(1.0);
-            let is_other = (0..2).any(|k| !is_near(found.coordinates[k], row.coordinates[k], lost))
-                || !is_near(found.residual, row.residual, lost * (1.0 + gear.ratio().abs()) / h)
-                || next.is_none() && row.force != 0.0;
-            is_other.then(|| format!("its gear {number} is where its joints are not"))
-        })
-    }
-
-    /// What rounding may make of a residual, m/s: of the step's own (eq. 22) where contacts follow
-    /// from the states; where they are rebuilt from rows, of theirs too.
-    fn lost(&self, step: &Step, contacts: &[Contact], next: &[State]) -> f64 {
-        match step {
-            Step::Trajectory(_) => rounding::residual(&self.world, step.states(), next),
-            Step::Tables(_) => self.lost_in(contacts, step.states(), next),
-        }
-    }
-
-    /// The same of rebuilt contacts: as a contact's plane is rebuilt from a gap and a gap computed
-    /// from it, twice of a gap's (eq. 21) comes to it.
-    fn lost_in(&self, contacts: &[Contact], states: &[State], next: &[State]) -> f64 {
-        let lost = rounding::residual(&self.world, states, next);
-        let of_gaps = contacts.iter().map(|contact| {
-            let position = &states[contact.key.body].position;
-            let offset = contact.features.offset;
-            rounding::gap(&contact.normal(), position, offset, &contact.arm)
-        });
-        let of_gap = of_gaps.fold(0.0, f64::max);
-        (lost + 2.0 * of_gap / self.world.time_step()).min(rounding::LARGEST)
-    }
-
-    /// What rounding makes of a residual where forces are large, m/s: a force is known to 16 ε of
-    /// itself, and the arm of its torque to 16 ε of the coordinates that it is the difference of,
-    ///
-    /// ```text
-    /// δu ≤ 16 ε h Σ |f| (1/m + ‖I⁻¹‖ (|r| + ℓ) ℓ)
-    /// ```
-    ///
-    /// of both bodies of each contact and joint, a torque as a force at the joint's length. It is what two computations of one residual may differ by; no
-    /// step is called exact for it.
-    fn lost_of_forces(&self, touching: &Touching, states: &[State]) -> f64 {
-        let Touching { contacts, forces, joints, gears, .. } = touching;
-        let give = |index: usize| {
-            let (body, state) = (&self.world.bodies()[index], &states[index]);
-            let reach = body.reach();
-            let turning = body.inertia_inverse().norm() * (state.position.norm() + reach) * reach;
-            1.0 / body.mass() + turning
-        };
-        let of_one = |(contact, force): (&Contact, &Vector3<f64>)| {
-            force.norm() * contact.key.bodies().map(give).sum::<f64>()
-        };
-        let of_joint = |(joint, force): (&Joint, &JointForce)| {
-            let length = joint.length(self.world.bodies());
-            let size = force.force.norm() + force.torque.norm() / length;
-            size * [Some(joint.body()), joint.other()].into_iter().flatten().map(give).sum::<f64>()
-        };
-        let of_gear = |(gear, force): (&Gear, &f64)| {
-            let length = gear.length(self.world.joints(), self.world.bodies());
-            let sizes = [force.abs() / length, (gear.ratio() * force).abs() / length];
-            let of = |(at, size): (&GearAxis, f64)| {
-                let joint = &self.world.joints()[at.joint];
-                let bodies = [Some(joint.body()), joint.other()].into_iter().flatten();
-                size * bodies.map(give).sum::<f64>()
-            };
-            gear.axes().iter().zip(sizes).map(of).sum::<f64>()
-        };
-        let of_contacts = contacts.iter().zip(forces).map(of_one).sum::<f64>();
-        let of_joints = self.world.joints().iter().zip(joints).map(of_joint).sum::<f64>();
-        let of_gears = self.world.gears().iter().zip(gears).map(of_gear).sum::<f64>();
-        ROUNDED * self.world.time_step() * (of_contacts + of_joints + of_gears)
     }
 
     /// Whether a contact must part more slowly than the step's share of the restitution says, or

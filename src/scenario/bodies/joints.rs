@@ -1,229 +1,25 @@
 //! The tables `[[joints]]` and `[[motors]]`: as they are written, and what they amount to.
 
+mod entries;
+mod motor;
+mod placed;
+
+pub use entries::JointEntry;
+pub use motor::MotorEntry;
+pub use placed::{Placed, Side, anchor_in_range};
+
 use super::build::name_of;
-use super::entries::Turned;
-use crate::joint::{Drive, JointFrame, Middle, Motor};
-use crate::mechanics::State;
 use crate::mechanics::quaternion::{left, rotation};
-use crate::scenario::fields::Numbers;
 use crate::scenario::joint::{JointKind, JointModel};
 use crate::scenario::model::BodyModel;
 use crate::scenario::shape::Place;
+use entries::{DriveEntry, DriveFields, Names};
 use nalgebra::{Vector3, Vector4};
-use serde::Deserialize;
+use placed::turned;
 use std::f64::consts::PI;
 
 /// The most joints of a scene.
 const MOST_JOINTS: usize = 10_000;
-
-/// A table with the fields of a drive, and others.
-macro_rules! with_drive {
-    ($name:ident, $expected:literal { $($(#[$attribute:meta])* $field:ident: $type:ty,)* }) => {
-        #[derive(Deserialize)]
-        #[serde(deny_unknown_fields, expecting = $expected)]
-        pub struct $name {
-            start: Option<f64>,
-            limits: Option<Numbers<2>>,
-            friction: Option<f64>,
-            stiffness: Option<f64>,
-            rest: Option<f64>,
-            damping: Option<f64>,
-            force: Option<f64>,
-            armature: Option<f64>,
-            $($(#[$attribute])* $field: $type,)*
-        }
-
-        impl $name {
-            fn drive(&self) -> DriveFields {
-                DriveFields {
-                    start: self.start,
-                    limits: self.limits.map(|limits| limits.0),
-                    friction: self.friction,
-                    stiffness: self.stiffness,
-                    rest: self.rest,
-                    damping: self.damping,
-                    force: self.force,
-                    armature: self.armature,
-                }
-            }
-        }
-    };
-}
-
-with_drive!(DriveEntry, "{ limits = [low, high], friction = …, … } is needed" {});
-
-with_drive!(JointEntry, "a table [[joints]] is needed" {
-    name: Option<String>,
-    #[serde(rename = "type")]
-    kind: JointKind,
-    bodies: Names,
-    anchor: Option<Numbers<3>>,
-    axis: Option<Numbers<3>>,
-    attitude: Option<Turned>,
-    anchor_a: Option<Numbers<3>>,
-    axis_a: Option<Numbers<3>>,
-    attitude_a: Option<Turned>,
-    anchor_b: Option<Numbers<3>>,
-    axis_b: Option<Numbers<3>>,
-    attitude_b: Option<Turned>,
-    length: Option<f64>,
-    cone: Option<f64>,
-    middle: Option<Middle>,
-    collide: Option<bool>,
-    slide: Option<DriveEntry>,
-    turn: Option<DriveEntry>,
-    x: Option<DriveEntry>,
-    y: Option<DriveEntry>,
-    turn_x: Option<DriveEntry>,
-    turn_y: Option<DriveEntry>,
-    turn_z: Option<DriveEntry>,
-});
-
-/// The fields of a drive.
-struct DriveFields {
-    start: Option<f64>,
-    limits: Option<[f64; 2]>,
-    friction: Option<f64>,
-    stiffness: Option<f64>,
-    rest: Option<f64>,
-    damping: Option<f64>,
-    force: Option<f64>,
-    armature: Option<f64>,
-}
-
-#[derive(Deserialize)]
-#[serde(untagged, expecting = "the name of a body or two are needed, [\"…\", \"…\"]")]
-enum Names {
-    One(String),
-    List(Vec<String>),
-}
-
-#[derive(Deserialize)]
-#[serde(
-    deny_unknown_fields,
-    expecting = "{ joint = \"…\", speed = …, most = … } or { joint = \"…\", position = …, stiffness = …, … } is needed"
-)]
-pub struct MotorEntry {
-    joint: String,
-    axis: Option<String>,
-    speed: Option<f64>,
-    position: Option<f64>,
-    stiffness: Option<f64>,
-    damping: Option<f64>,
-    most: f64,
-}
-
-impl DriveFields {
-    /// The first field that is given.
-    fn first(&self) -> Option<&'static str> {
-        let given = [
-            ("start", self.start.is_some()),
-            ("limits", self.limits.is_some()),
-            ("friction", self.friction.is_some()),
-            ("stiffness", self.stiffness.is_some()),
-            ("rest", self.rest.is_some()),
-            ("damping", self.damping.is_some()),
-            ("force", self.force.is_some()),
-            ("armature", self.armature.is_some()),
-        ];
-        given.into_iter().find(|(_, given)| *given).map(|(field, _)| field)
-    }
-
-    fn drive(&self) -> Drive {
-        let or_none = |value: Option<f64>| value.unwrap_or(0.0);
-        Drive {
-            limits: self.limits,
-            friction: or_none(self.friction),
-            stiffness: or_none(self.stiffness),
-            rest: or_none(self.rest),
-            damping: or_none(self.damping),
-            force: or_none(self.force),
-            armature: or_none(self.armature),
-            motor: None,
-        }
-    }
-}
-
-/// The frame of a joint in the world at the start.
-#[derive(Clone, Copy)]
-pub struct Placed {
-    pub anchor: Vector3<f64>,
-    attitude: Vector4<f64>,
-}
-
-/// Where what a joint's side is in stands at the start: a body, or the world.
-pub struct Side<'a> {
-    /// The centre of mass in the frame of the shape.
-    centre: Vector3<f64>,
-    start: State,
-    /// The name in sentences.
-    name: &'a str,
-}
-
-impl<'a> Side<'a> {
-    pub fn of(body: Option<&'a BodyModel>) -> Self {
-        match body {
-            Some(body) => {
-                let start = body.start.state();
-                Self { centre: body.centre.into(), start, name: &body.name }
-            }
-            None => {
-                let [position, velocity, spin] = [Vector3::zeros(); 3];
-                let attitude = Place::ORIGIN.attitude.into();
-                let start = State { position, attitude, velocity, spin };
-                Self { centre: Vector3::zeros(), start, name: "the world" }
-            }
-        }
-    }
-
-    /// A frame of the shape, in the world.
-    pub fn placed(&self, anchor: &Vector3<f64>, attitude: &Vector4<f64>) -> Placed {
-        let arm = rotation(&self.start.attitude) * (anchor - self.centre);
-        let anchor = self.start.position + arm;
-        Placed { anchor, attitude: left(&self.start.attitude) * attitude }
-    }
-
-    /// A frame of the world, in the body's.
-    pub fn seen(&self, placed: &Placed) -> Place {
-        let position =
-            rotation(&self.start.attitude).tr_mul(&(placed.anchor - self.start.position));
-        let attitude = left(&conjugated(&self.start.attitude)) * placed.attitude;
-        Place { position: position.into(), attitude: attitude.into() }
-    }
-}
-
-fn conjugated(q: &Vector4<f64>) -> Vector4<f64> {
-    Vector4::new(q[0], -q[1], -q[2], -q[3])
-}
-
-/// The attitude that `axis` or `attitude` give, of the field's ending (`_a`, …).
-fn turned(
-    ending: &str,
-    axis: Option<&Numbers<3>>,
-    attitude: Option<&Turned>,
-) -> Result<Option<Vector4<f64>>, String> {
-    match (axis, attitude) {
-        (None, None) => Ok(None),
-        (Some(_), Some(_)) => {
-            Err(format!("axis{ending}: either `axis{ending}` or `attitude{ending}` can be given"))
-        }
-        (Some(axis), None) => {
-            let along = JointFrame::along(Vector3::zeros(), axis.0.into());
-            let along = along.map_err(|error| format!("axis{ending}: {error}"))?;
-            Ok(Some(along.attitude))
-        }
-        (None, Some(turned)) => match turned.quaternion() {
-            Ok(Some(quaternion)) => Ok(Some(quaternion.into())),
-            Ok(None) => Err(format!("attitude{ending}: only that of bodies can be random")),
-            Err(why) => Err(format!("attitude{ending}: {why}")),
-        },
-    }
-}
-
-pub fn anchor_in_range(field: &str, anchor: Option<&Numbers<3>>) -> Result<(), String> {
-    let fits = anchor.is_none_or(|anchor| anchor.0.iter().all(|x| x.abs() <= 1e4));
-    if fits { Ok(()) } else { Err(format!("{field}: coordinates from -1e4 to 1e4 m are needed")) }
-}
 
 /// The joints of a file that are made so far.
 pub struct Joints {
@@ -544,52 +340,6 @@ impl JointEntry {
         }
         let off = rotation(&attitude) * Vector3::new(at[0], at[1], at[2]);
         Ok(Placed { anchor: of_a.anchor - off, attitude })
-    }
-}
-
-impl MotorEntry {
-    /// The name of its joint.
-    pub fn called(&self) -> String {
-        format!(" ({})", self.joint)
-    }
-
-    fn motor(&self) -> Result<Motor, String> {
-        let most = self.most;
-        match (self.speed, self.position) {
-            (Some(_), Some(_)) => {
-                Err("speed: either `speed` or `position` can be given".to_owned())
-            }
-            (None, None) => Err("speed: `speed` or `position` is needed".to_owned()),
-            (Some(target), None) => {
-                let idle =
-                    [("stiffness", self.stiffness.is_some()), ("damping", self.damping.is_some())];
-                match idle.into_iter().find(|(_, given)| *given) {
-                    Some((field, _)) => {
-                        Err(format!("{field} has no meaning with `speed`; leave it out"))
-                    }
-                    None => Ok(Motor::Speed { target, most }),
-                }
-            }
-            (None, Some(target)) => {
-                let Some(stiffness) = self.stiffness else {
-                    return Err("stiffness: it is needed with `position`".to_owned());
-                };
-                let damping = self.damping.unwrap_or(0.0);
-                Ok(Motor::Position { target, stiffness, damping, most })
-            }
-        }
-    }
-
-    /// Which drive of a joint it is on.
-    fn place(&self, joint: &JointModel) -> Result<usize, String> {
-        if joint.kind.driven().is_empty() {
-            return Err(format!(
-                "joint: {:?} is {}; a motor needs a joint that turns about an axis or slides",
-                joint.name,
-                joint.kind.name()
-            ));
-        }
-        joint.driven_place(self.axis.as_deref()).map_err(|why| format!("axis: {why}"))
     }
 }
 

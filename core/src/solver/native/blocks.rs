@@ -10,9 +10,9 @@
 //! inside a front.
 
 use super::fronts::Fronts;
+use super::lu::Lu;
 use super::pattern::Pattern;
-use nalgebra::linalg::LU;
-use nalgebra::{Const, Matrix6, Vector6};
+use nalgebra::{Matrix6, Vector6};
 
 /// The matrix, and its factors in its place after [`BlockSystem::factorise`]:
 ///
@@ -25,7 +25,7 @@ use nalgebra::{Const, Matrix6, Vector6};
 pub(super) struct BlockSystem {
     diagonal: Vec<Matrix6<f64>>,
     /// D, each factorised.
-    pivots: Vec<LU<f64, Const<6>, Const<6>>>,
+    pivots: Vec<Lu>,
     /// The blocks (place, later) and (later, place), by their number in the pattern; D⁻¹ U and L at
     /// last.
     upper: Vec<Matrix6<f64>>,
@@ -84,13 +84,12 @@ impl BlockSystem {
         }
         self.pivots.clear();
         for pivot in 0..pattern.len() {
-            let factors = self.diagonal[pivot].lu();
-            if !factors.is_invertible() {
+            let Some(factors) = Lu::new(&self.diagonal[pivot]) else {
                 return false;
-            }
+            };
             let row = pattern.row(pivot);
             for upper in &mut self.upper[row.clone()] {
-                factors.solve_mut(upper);
+                factors.solve_block(upper);
             }
             self.pivots.push(factors);
             for i in row.clone() {
@@ -133,7 +132,7 @@ impl BlockSystem {
             return;
         }
         for (pivot, factors) in self.pivots.iter().enumerate() {
-            factors.solve_mut(&mut values[pivot]);
+            factors.solve(&mut values[pivot].data.0[0]);
             let value = values[pivot];
             for i in pattern.row(pivot) {
                 values[pattern.column(i)] -= self.lower[i] * value;
@@ -161,17 +160,10 @@ impl BlockSystem {
             for i in pattern.row(pivot) {
                 value -= self.lower[i].tr_mul(&values[pattern.column(i)]);
             }
-            values[pivot] = solved_transposed(factors, value);
+            factors.solve_transposed(&mut value);
+            values[pivot] = value;
         }
     }
-}
-
-/// Aᵀ x = b, where P A = L U: Uᵀ, then Lᵀ, then Pᵀ.
-fn solved_transposed(factors: &LU<f64, Const<6>, Const<6>>, mut b: Vector6<f64>) -> Vector6<f64> {
-    factors.u().tr_solve_upper_triangular_mut(&mut b);
-    factors.l().tr_solve_lower_triangular_mut(&mut b);
-    factors.p().inv_permute_rows(&mut b);
-    b
 }
 
 #[cfg(test)]

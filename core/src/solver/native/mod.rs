@@ -26,6 +26,7 @@ mod island;
 mod islands;
 mod law;
 mod linearised;
+mod lu;
 mod member;
 mod newton;
 mod pair_motion;

@@ -5,6 +5,7 @@ use super::equations::{
     Answer, Elimination, Equations, Gain, Point, Residual, Setting, Slope, Velocity, reserve,
 };
 use super::fixed_motion::{point_velocity, slope};
+use super::lu::Lu;
 use super::member::Member;
 use super::policy::Policy;
 use super::tolerances::Tolerances;
@@ -12,8 +13,7 @@ use super::turning::Turning;
 use crate::contact::Contact;
 use crate::step::Step;
 use crate::world::World;
-use nalgebra::linalg::LU;
-use nalgebra::{Const, Matrix3, Matrix6, Vector3, Vector6};
+use nalgebra::{Matrix3, Matrix6, Vector3};
 
 /// The step of one body; M is its mass.
 #[derive(Debug, Clone)]
@@ -226,7 +226,7 @@ impl Equations for Single {
             matrix.add(&coupling.lever.torque_map, &elimination);
             eliminations.push(elimination);
         }
-        factors.0 = Some(matrix.factorised());
+        factors.0 = matrix.factorised();
         true
     }
 
@@ -279,7 +279,7 @@ impl Slope for SpinSlope {
 
 /// The matrix of (N8), factorised.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Factors(Option<LU<f64, Const<6>, Const<6>>>);
+pub(super) struct Factors(Option<Lu>);
 
 /// The matrix of the linearised equations of motion, to which the couplings are added one by one (N8):
 ///
@@ -323,29 +323,23 @@ impl MotionMatrix {
     }
 
     #[inline]
-    fn factorised(&self) -> LU<f64, Const<6>, Const<6>> {
+    fn factorised(&self) -> Option<Lu> {
         let mut matrix = Matrix6::zeros();
         matrix.fixed_view_mut::<3, 3>(0, 0).copy_from(&self.linear_linear);
         matrix.fixed_view_mut::<3, 3>(0, 3).copy_from(&self.linear_angular);
         matrix.fixed_view_mut::<3, 3>(3, 0).copy_from(&self.angular_linear);
         matrix.fixed_view_mut::<3, 3>(3, 3).copy_from(&self.angular_angular);
-        matrix.lu()
+        Lu::new(&matrix)
     }
 }
 
-/// (δv, δω), `None` where the matrix is singular.
+/// (δv, δω), `None` where they are not finite.
 #[inline]
-fn solve(
-    factors: &LU<f64, Const<6>, Const<6>>,
-    linear: &Vector3<f64>,
-    angular: &Vector3<f64>,
-) -> Option<Velocity> {
-    let mut rhs = Vector6::zeros();
-    rhs.fixed_rows_mut::<3>(0).copy_from(linear);
-    rhs.fixed_rows_mut::<3>(3).copy_from(angular);
-    let solvable = factors.solve_mut(&mut rhs) && rhs.iter().all(|x| x.is_finite());
-    solvable.then(|| Velocity {
-        linear: rhs.fixed_rows::<3>(0).into(),
-        spin: rhs.fixed_rows::<3>(3).into(),
+fn solve(factors: &Lu, linear: &Vector3<f64>, angular: &Vector3<f64>) -> Option<Velocity> {
+    let mut rhs = [linear.x, linear.y, linear.z, angular.x, angular.y, angular.z];
+    factors.solve(&mut rhs);
+    rhs.iter().all(|x| x.is_finite()).then(|| Velocity {
+        linear: Vector3::new(rhs[0], rhs[1], rhs[2]),
+        spin: Vector3::new(rhs[3], rhs[4], rhs[5]),
     })
 }

@@ -1,0 +1,66 @@
+//! A motor as it is written, and what it amounts to.
+
+use crate::joint::Motor;
+use crate::scenario::joint::JointModel;
+use serde::Deserialize;
+
+#[derive(Deserialize)]
+#[serde(
+    deny_unknown_fields,
+    expecting = "{ joint = \"…\", speed = …, most = … } or { joint = \"…\", position = …, stiffness = …, … } is needed"
+)]
+pub struct MotorEntry {
+    pub(super) joint: String,
+    pub(super) axis: Option<String>,
+    pub(super) speed: Option<f64>,
+    pub(super) position: Option<f64>,
+    pub(super) stiffness: Option<f64>,
+    pub(super) damping: Option<f64>,
+    pub(super) most: f64,
+}
+
+impl MotorEntry {
+    /// The name of its joint.
+    pub fn called(&self) -> String {
+        format!(" ({})", self.joint)
+    }
+
+    pub(super) fn motor(&self) -> Result<Motor, String> {
+        let most = self.most;
+        match (self.speed, self.position) {
+            (Some(_), Some(_)) => {
+                Err("speed: either `speed` or `position` can be given".to_owned())
+            }
+            (None, None) => Err("speed: `speed` or `position` is needed".to_owned()),
+            (Some(target), None) => {
+                let idle =
+                    [("stiffness", self.stiffness.is_some()), ("damping", self.damping.is_some())];
+                match idle.into_iter().find(|(_, given)| *given) {
+                    Some((field, _)) => {
+                        Err(format!("{field} has no meaning with `speed`; leave it out"))
+                    }
+                    None => Ok(Motor::Speed { target, most }),
+                }
+            }
+            (None, Some(target)) => {
+                let Some(stiffness) = self.stiffness else {
+                    return Err("stiffness: it is needed with `position`".to_owned());
+                };
+                let damping = self.damping.unwrap_or(0.0);
+                Ok(Motor::Position { target, stiffness, damping, most })
+            }
+        }
+    }
+
+    /// Which drive of a joint it is on.
+    pub(super) fn place(&self, joint: &JointModel) -> Result<usize, String> {
+        if joint.kind.driven().is_empty() {
+            return Err(format!(
+                "joint: {:?} is {}; a motor needs a joint that turns about an axis or slides",
+                joint.name,
+                joint.kind.name()
+            ));
+        }
+        joint.driven_place(self.axis.as_deref()).map_err(|why| format!("axis: {why}"))
+    }
+}
