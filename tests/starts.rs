@@ -1,15 +1,18 @@
 //! Where a simulation may start: also where an earlier one was.
 
+use nalgebra::{Vector3, Vector4};
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use tumble::error::Error;
+use tumble::joint::{Drive, Joint, JointFrame};
 use tumble::mechanics::load::Polyline;
-use tumble::mechanics::{Load, State};
+use tumble::mechanics::{Load, RigidBody, Rotation, State};
 use tumble::scenario::scene::Scene;
 use tumble::scenario::settings::Settings;
 use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::step::StepStatus;
+use tumble::world::{Parameters, World};
 
 fn scenario(name: &str) -> Scene {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios").join(name);
@@ -93,7 +96,7 @@ fn a_state_that_is_set_is_where_the_body_goes_on() {
     let top = scene.starts.len() - 1;
     let there = run.states().to_vec();
     let away = State {
-        position: there[top].position + nalgebra::Vector3::new(5.0, 0.0, 3.0),
+        position: there[top].position + Vector3::new(5.0, 0.0, 3.0),
         ..there[top]
     };
     run.set_state(top, away).unwrap();
@@ -135,7 +138,7 @@ fn a_state_that_cannot_be_is_refused_and_changes_nothing() {
     }
     let here = run.states().to_vec();
     let moved = |by: [f64; 3]| State {
-        position: here[1].position + nalgebra::Vector3::from(by),
+        position: here[1].position + Vector3::from(by),
         ..here[1]
     };
     let overlap = run.set_state(1, moved([0.0, 0.0, 0.05])).unwrap_err();
@@ -159,4 +162,57 @@ fn all_states_can_be_set_at_once() {
     assert_eq!(run.states(), back);
     let record = steps(&mut run, 30).pop().unwrap();
     assert_ne!(record.report.status, StepStatus::Failed);
+}
+
+/// A stop throws what starts beyond it back within one step, with as much energy as the step is short.
+#[test]
+fn a_joint_beyond_its_limits_is_refused() {
+    let start = |linear: bool, limits: [f64; 2], at: f64| {
+        let frame = JointFrame::along(Vector3::zeros(), Vector3::x()).unwrap();
+        let drive = Drive { limits: Some(limits), ..Drive::NONE };
+        let joint = if linear {
+            Joint::prismatic(0, None, [frame; 2], drive)
+        } else {
+            Joint::revolute(0, None, [frame; 2], drive)
+        };
+        let bodies = vec![RigidBody::solid_box(1.0, Vector3::repeat(0.1)).unwrap()];
+        let parameters = Parameters {
+            bodies,
+            ground: None,
+            gravity: Vector3::zeros(),
+            friction: 0.0,
+            time_step: 0.002,
+            rotation: Rotation::Momentum,
+        };
+        let world = World::new(parameters).unwrap().with_joints(vec![joint]).unwrap();
+        let (sine, cosine) = (0.5 * at).sin_cos();
+        let state = if linear {
+            State { position: Vector3::new(at, 0.0, 0.0), ..still() }
+        } else {
+            State { attitude: Vector4::new(cosine, sine, 0.0, 0.0), ..still() }
+        };
+        let motion = Motion::native(&world);
+        Simulation::new(world, [state], motion)
+    };
+    for linear in [true, false] {
+        for (limits, at, size) in
+            [([0.5, 1.0], 0.0, 0.5), ([0.02, 1.0], 0.0, 0.02), ([-1.0, 0.25], 0.75, 0.5)]
+        {
+            let Err(Error::JointBeyond { joint: 0, place, turn, .. }) = start(linear, limits, at)
+            else {
+                panic!("{linear} {limits:?} {at}: taken");
+            };
+            let [off, none] = if linear { [place, turn] } else { [turn, place] };
+            assert!((off - size).abs() < 1e-12 && none == 0.0, "{place} {turn}");
+        }
+        for at in [0.25 - 1e-9, -1.0, 0.25 + 1e-9] {
+            assert!(start(linear, [-1.0, 0.25], at).is_ok(), "{linear} {at}");
+        }
+    }
+}
+
+fn still() -> State {
+    let zero = Vector3::zeros();
+    let attitude = Vector4::new(1.0, 0.0, 0.0, 0.0);
+    State { position: zero, attitude, velocity: zero, spin: zero }
 }

@@ -230,3 +230,25 @@ fn no_bounce_makes_energy_unmarked() {
         "{gains} steps of {bounced} make energy, {marked} are marked"
     );
 }
+
+/// What is set down some nanometres too deep, as numbers in single precision are, is lifted out: no energy to speak of.
+#[test]
+fn a_start_that_is_nanometres_deep_is_lifted_out() {
+    for half in [0.1, 0.15, 0.35] {
+        for depth in [1e-12, 1e-10, 1.5e-9, 2e-8] {
+            let body = RigidBody::solid_box(1.0, Vector3::repeat(2.0 * half)).unwrap();
+            let world =
+                World::new(Parameters { time_step: 0.002, ..parameters(body.clone()) }).unwrap();
+            let start = State {
+                position: Vector3::new(0.0, 0.0, half - depth),
+                attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
+                velocity: Vector3::zeros(),
+                spin: Vector3::zeros(),
+            };
+            for record in run(&world, start, 5) {
+                let status = record.report.status;
+                assert_eq!(status, StepStatus::Converged, "{half} m, {depth} m deep");
+            }
+        }
+    }
+}

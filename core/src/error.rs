@@ -71,6 +71,21 @@ pub enum Error {
         /// m and rad.
         allowed: f64,
     },
+    /// A joint that starts beyond its limits: one step would throw it back.
+    #[error(
+        "joint {joint} is {place:.3e} m and {turn:.3e} rad beyond its limits at the start; allowed is {allowed:.0e} of \
+         each"
+    )]
+    JointBeyond {
+        /// Its index.
+        joint: usize,
+        /// m.
+        place: f64,
+        /// rad.
+        turn: f64,
+        /// m and rad.
+        allowed: f64,
+    },
     /// A gear whose coordinates are not where it holds them at the start.
     #[error("gear {gear} is {off:.3e} m or rad off at the start; allowed is {allowed:.0e}")]
     GearApart {

@@ -58,6 +58,52 @@ fn derivatives_are_the_differences_of_runs() {
     }
 }
 
+/// The entries of a symmetric matrix change together, and a range that ends is left to the other side.
+#[test]
+fn differences_of_what_has_ends_and_of_symmetric_matrices() {
+    let directory = TempDir::new().unwrap();
+    let scene = directory.path().join("box.toml");
+    let text = "steps = 60\n[ground]\nfriction = 0.3\n[[bodies]]\nbox = [0.2, 0.3, 0.4]\nmass = 2\n\
+                position = [0, 0, 0.21]\nvelocity = [1, 0.5, 0]\nspin = [3, -2, 1]\n";
+    fs::write(&scene, text).unwrap();
+    let mut command = tumble();
+    command.arg("gradient").arg(&scene).arg("--out").arg(directory.path().join("out"));
+    command.args(["--of", "speed", "--by", "inertia,radius", "--differences", "1e-6"]);
+    let end: End = command.output().unwrap().into();
+    assert_eq!((end.code, end.stderr.as_str()), (Some(0), ""));
+    let json = fs::read(directory.path().join("out/gradient.json")).unwrap();
+    let json: Value = serde_json::from_slice(&json).unwrap();
+    let rows = json["derivatives"].as_array().unwrap();
+    assert_eq!(rows.len(), 10);
+    let largest = |what: &str| rows.iter().map(|row| row[what].as_f64().unwrap().abs());
+    let scale = largest("derivative").fold(0.0, f64::max);
+    for row in rows {
+        let of = |what: &str| row[what].as_f64().unwrap();
+        // The third order of 1e-6, in moments of inertia of 0.03 kg m².
+        assert!((of("derivative") - of("difference")).abs() < 1e-5 * scale, "{row}");
+    }
+}
+
+#[test]
+fn a_shape_that_cannot_vary_is_refused() {
+    for shape in ["sphere = 0.1", "capsule = { length = 0.2, radius = 0.1 }"] {
+        for by in ["size", "radius"] {
+            let directory = TempDir::new().unwrap();
+            let scene = directory.path().join("round.toml");
+            let text = format!(
+                "steps = 11\n[ground]\nfriction = 0.3\n[[bodies]]\n{shape}\nmass = 2\n\
+                 position = [0, 0, 0.3]\n"
+            );
+            fs::write(&scene, text).unwrap();
+            let mut command = tumble();
+            command.arg("gradient").arg(&scene).arg("--out").arg(directory.path().join("out"));
+            let end: End = command.args(["--of", "x", "--by", by]).output().unwrap().into();
+            assert_eq!(end.code, Some(2), "{shape} {by}: {}", end.stdout);
+            assert!(end.stderr.contains("leave size and radius out"), "{}", end.stderr);
+        }
+    }
+}
+
 #[test]
 fn what_cannot_be_differentiated_is_refused() {
     let cases: [(&[&str], &[&str]); 8] = [

@@ -177,16 +177,18 @@ impl Look<'_> {
         }
         if !is_deep {
             // Apart at the end; it may have been on the other side before.
-            if stays_clear(&moving.0, &moving.1, deep, pair.hint) {
+            if stays_clear(&moving.0, &moving.1, fine, pair.hint) {
                 return None;
             }
             let mut known = self.index.between(contacts, pieces((a, b)));
             let is_known = known.any(|place| is_between(&contacts[place].key, (a, b)));
             drop(known);
-            if is_known && stays_clear(&moving.0, &moving.1, passing, pair.hint) {
+            // What has no contact yet, nothing holds.
+            let most = if is_known { passing } else { fine };
+            if is_known && stays_clear(&moving.0, &moving.1, most, pair.hint) {
                 return None;
             }
-            self.first(&moving, if is_known { passing } else { deep }, pair.hint)?;
+            self.first(&moving, most, pair.hint)?;
         }
         let axis = if is_deep { pair.hint.axis_from(ends.0.1) } else { None };
         let was = (placed(self.world, self.start, a), placed(self.world, self.start, b));

@@ -138,8 +138,17 @@ impl Joint {
     /// How far it is from where its locked axes want it and beyond its limits, m and rad. `None` where a body has no
     /// state.
     pub(crate) fn misfit(&self, states: &[State]) -> Option<(f64, f64)> {
-        let (mut place, mut turn) = self.error(states)?;
+        let (place, turn) = self.error(states)?;
         let at = self.coordinates(states)?;
+        let beyond = self.beyond_limits(states, &self.counted(&at, &Vector3::zeros()))?;
+        Some((place.max(beyond.0), turn.max(beyond.1)))
+    }
+
+    /// How far it is beyond its limits where its angles are `angles` (rad), m and rad. `None` where a body has no state.
+    #[must_use]
+    pub fn beyond_limits(&self, states: &[State], angles: &Vector3<f64>) -> Option<(f64, f64)> {
+        let at = self.coordinates(states)?;
+        let (mut place, mut turn) = (0.0_f64, 0.0_f64);
         let beyond = |axis: &Axis, x: f64| match axis {
             Axis::Free(Drive { limits: Some([low, high]), .. }) => (low - x).max(x - high).max(0.0),
             _ => 0.0,
@@ -147,7 +156,7 @@ impl Joint {
         for (axis, x) in self.linear.iter().zip(&at.place) {
             place = place.max(beyond(axis, *x));
         }
-        for (axis, angle) in self.angular.iter().zip(&self.counted(&at, &Vector3::zeros())) {
+        for (axis, angle) in self.angular.iter().zip(angles) {
             turn = turn.max(beyond(axis, *angle));
         }
         Some((place, turn))

@@ -26,7 +26,8 @@ impl Simulation<'_> {
         let mut candidates = self.scratch.candidates.clone();
         candidates.add(&world);
         let touches = matches!(self.motion, Motion::Contact { .. });
-        start::check(&world, &states, touches, &mut candidates, |body| body == index)?;
+        let asked = (&states[..], &self.angles()[..]);
+        start::check(&world, asked, touches, &mut candidates, |body| body == index)?;
         self.change_solver(&world)?;
         self.scratch.candidates = candidates;
         self.outside.push(Outside::nothing());
@@ -90,7 +91,8 @@ impl Simulation<'_> {
         let mut candidates = self.scratch.candidates.clone();
         candidates.hold(&world, index);
         let touches = matches!(self.motion, Motion::Contact { .. });
-        start::check(&world, &self.now.states, touches, &mut candidates, |body| body == index)?;
+        let asked = (&self.now.states[..], &self.angles()[..]);
+        start::check(&world, asked, touches, &mut candidates, |body| body == index)?;
         self.scratch.candidates = candidates;
         let still = Vector3::zeros();
         let state = State { velocity: still, spin: still, ..self.now.states[index] };
@@ -119,5 +121,10 @@ impl Simulation<'_> {
         self.taken_back = true;
         #[cfg(feature = "save")]
         self.digest.take();
+    }
+
+    /// The angles of joints, rad.
+    fn angles(&self) -> Vec<Vector3<f64>> {
+        self.now.joints.iter().map(|joint| joint.angles).collect()
     }
 }

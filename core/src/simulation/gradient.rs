@@ -116,6 +116,10 @@ impl Simulation<'_> {
 
     /// The derivatives of a run from `start`, where the simulation is.
     fn differentiated(&mut self, run: &mut Run<'_>, start: &Saved) -> Result<RunGradient, Error> {
+        for constant in run.constants.iter().filter(|c| c.is_of_shapes()) {
+            // What cannot vary has no derivative.
+            self.world().with_constants(&[(*constant, &constant.of(self.world()))])?;
+        }
         let first = self.index();
         let bodies = self.world().bodies().len();
         let infinite = (f64::INFINITY, first);

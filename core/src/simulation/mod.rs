@@ -188,7 +188,7 @@ impl<'a> Simulation<'a> {
         }
         let mut candidates = Candidates::new();
         let touches = matches!(motion, Motion::Contact { .. });
-        start::check(&world, &states, touches, &mut candidates, |_| true)?;
+        start::check(&world, (&states, &[]), touches, &mut candidates, |_| true)?;
         if !touches && !world.joints().is_empty() {
             return Err(Error::Unsupported {
                 what: "joints of a floating body",
@@ -294,12 +294,13 @@ impl<'a> Simulation<'a> {
         rewind.copy_from(candidates.memory());
         let is_moved = |body: usize| before[body].pose() != now.states[body].pose();
         let touches = matches!(motion, Motion::Contact { .. });
-        if let Err(error) = start::check(world, &now.states, touches, candidates, is_moved) {
+        let near: Vec<_> = now.joints.iter().map(|joint| joint.angles).collect();
+        let asked = (&now.states[..], &near[..]);
+        if let Err(error) = start::check(world, asked, touches, candidates, is_moved) {
             candidates.recall(world, rewind);
             now.states = before;
             return Err(error);
         }
-        let near: Vec<_> = now.joints.iter().map(|joint| joint.angles).collect();
         let angles = world.angles_near(&now.states, &near);
         now.joints.iter_mut().zip(angles).for_each(|(joint, angles)| joint.angles = angles);
         self.taken_back = true;

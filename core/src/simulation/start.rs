@@ -6,12 +6,14 @@ use crate::error::Error;
 use crate::joint::GEAR_AT_THE_START;
 use crate::mechanics::State;
 use crate::world::World;
+use nalgebra::Vector3;
 
 /// Refuses `states` at which one of the bodies `asked` about is too deep in another one or, where it
-/// `touches` anything at all, in the ground, or away from its joints.
+/// `touches` anything at all, in the ground, or away from its joints, whose angles were last the `near` ones (rad;
+/// none for the first).
 pub(super) fn check(
     world: &World,
-    states: &[State],
+    (states, near): (&[State], &[Vector3<f64>]),
     touches: bool,
     candidates: &mut Candidates,
     asked: impl Fn(usize) -> bool,
@@ -19,8 +21,9 @@ pub(super) fn check(
     check_overlap(world, states, candidates, &asked)?;
     if touches {
         check_ground(world, states, &asked)?;
-        check_joints(world, states, &asked)?;
-        check_gears(world, states, &asked)?;
+        let angles = world.angles_near(states, near);
+        check_joints(world, states, &angles, &asked)?;
+        check_gears(world, states, &angles, &asked)?;
     }
     Ok(())
 }
@@ -45,13 +48,14 @@ fn check_overlap(
     }
 }
 
-/// How far a joint may be off at the start, m and rad: one step brings it back, at the speed of that
+/// How far a joint may be off or beyond its limits at the start, m and rad: one step brings it back, at the speed of that
 /// over h.
 pub const JOINT_AT_THE_START: f64 = 1e-6;
 
 fn check_joints(
     world: &World,
     states: &[State],
+    angles: &[Vector3<f64>],
     asked: impl Fn(usize) -> bool,
 ) -> Result<(), Error> {
     for (joint, of) in world.joints().iter().enumerate() {
@@ -63,6 +67,12 @@ fn check_joints(
         let fits = place.max(turn) <= JOINT_AT_THE_START;
         if !fits {
             return Err(Error::JointApart { joint, place, turn, allowed: JOINT_AT_THE_START });
+        }
+        let (place, turn) =
+            of.beyond_limits(states, &angles[joint]).unwrap_or((f64::NAN, f64::NAN));
+        let fits = place.max(turn) <= JOINT_AT_THE_START;
+        if !fits {
+            return Err(Error::JointBeyond { joint, place, turn, allowed: JOINT_AT_THE_START });
         }
         if of.is_folded(states) {
             return Err(Error::Unsupported {
@@ -77,18 +87,15 @@ fn check_joints(
 fn check_gears(
     world: &World,
     states: &[State],
+    angles: &[Vector3<f64>],
     asked: impl Fn(usize) -> bool,
 ) -> Result<(), Error> {
-    if world.gears().is_empty() {
-        return Ok(());
-    }
-    let angles = world.angles_near(states, &[]);
     for (gear, of) in world.gears().iter().enumerate() {
         let tied = of.axes().map(|axis| &world.joints()[axis.joint]);
         if !tied.iter().any(|joint| asked(joint.body()) || joint.other().is_some_and(&asked)) {
             continue;
         }
-        let (off, allowed) = (of.error(world.joints(), states, &angles).abs(), GEAR_AT_THE_START);
+        let (off, allowed) = (of.error(world.joints(), states, angles).abs(), GEAR_AT_THE_START);
         let fits = off <= allowed;
         if !fits {
             return Err(Error::GearApart { gear, off, allowed });

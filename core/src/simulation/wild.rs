@@ -70,6 +70,9 @@ struct Budget {
     gained: f64,
     /// The work of the surfaces of contacts whose A is the body, until the islands are known.
     carried: f64,
+    /// How deep contacts were at the step's start, m: the largest whose A is the body, until the islands are known;
+    /// their sum.
+    under: f64,
     kinetic: f64,
     /// What the smallest motion that counts has.
     rest: f64,
@@ -84,8 +87,8 @@ impl Judge {
 
     /// Whether the step of `world` that `claim` tells, with the contact forces `forces` (N, world, one
     /// a contact), turns a body too far or makes energy in an island. Its solver may
-    /// leave a residual of `accepted` (m/s): a point that an earlier step has left h times that deep
-    /// may be lifted out again, against the weight, and that is no energy made. What is no step of
+    /// leave a residual of `accepted` (m/s): a point that an earlier step has left h times that deep,
+    /// or that a start has deeper, may be lifted out again, against the weight, and that is no energy made. What is no step of
     /// the world, with a state of every body at both ends and contacts of those alone, is wild.
     #[must_use]
     pub fn is_wild(
@@ -118,7 +121,7 @@ impl Judge {
                 self.budgets[self.islands.of(index)].gained -= carried;
             }
         }
-        let (lift, slow) = (world.gravity().norm() * h * accepted, REST * world.speed_scale());
+        let (weight, slow) = (world.gravity().norm(), REST * world.speed_scale());
         for (index, body) in world.bodies().iter().enumerate() {
             let budget = &mut self.budgets[self.islands.of(index)];
             let ends = (&claim.states[index], &claim.next[index]);
@@ -126,6 +129,7 @@ impl Judge {
             let [before, after] = [ends.0, ends.1].map(|state| kinetic_energy(world, body, state));
             budget.gained += after - before - work(world, body, ends, &claim.wrenches[index]);
             budget.kinetic += before.max(after);
+            let lift = weight * (h * accepted + budget.under);
             budget.rest += body.mass() * (0.5 * slow * slow + lift);
         }
         for (joint, force) in world.joints().iter().zip(claim.joints) {
@@ -156,6 +160,7 @@ impl Judge {
             let budget = &mut budgets[contact.key.body];
             budget.touches = true;
             budget.bounces |= contact.bounces();
+            budget.under = budget.under.max(-contact.gap);
             if world.has_surfaces() {
                 budget.carried -= h * force.dot(&contact.carried(world, claim.states));
             }
@@ -168,9 +173,11 @@ impl Judge {
         }
         for body in 0..bodies {
             let Budget { touches, bounces, .. } = self.budgets[body];
+            let under = std::mem::take(&mut self.budgets[body].under);
             let budget = &mut self.budgets[self.islands.of(body)];
             budget.touches |= touches;
             budget.bounces |= bounces;
+            budget.under += under;
         }
     }
 }

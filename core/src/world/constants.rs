@@ -134,6 +134,11 @@ impl Constant {
         )
     }
 
+    /// Whether it is of the shapes of bodies, which not all can vary.
+    pub(crate) fn is_of_shapes(self) -> bool {
+        matches!(self, Self::Size | Self::Radius)
+    }
+
     /// What its one number is in: empty for a pure number.
     #[must_use]
     pub fn unit(self) -> &'static str {

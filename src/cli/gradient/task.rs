@@ -127,13 +127,23 @@ impl Task<'_> {
             }
             Argument::Constant(constant) => {
                 let place = constants.iter().position(|known| *known == constant);
-                place.map_or(Vec::new(), |place| found.constants[place].clone())
+                let numbers = place.map_or(Vec::new(), |place| found.constants[place].clone());
+                match constant {
+                    Constant::Inertia => symmetric(&numbers),
+                    _ => numbers,
+                }
             }
         }
     }
 
-    /// The central difference by one number of an argument.
+    /// The central difference by one number of an argument; where its range ends, the one to the other side of the
+    /// same order, (4 f(x + d) − f(x + 2d) − 3 f(x)) / 2d.
     fn difference(&self, argument: &Argument, component: usize, by: f64) -> Result<f64, Stop> {
+        let ends = |by: f64| self.shifted(argument, component, by).is_err();
+        if let Some(by) = [by, -by].into_iter().find(|by| ends(-by) && !ends(*by)) {
+            let at = |times: f64| self.moved(argument, component, times * by);
+            return Ok((4.0 * at(1.0)? - at(2.0)? - 3.0 * at(0.0)?) / (2.0 * by));
+        }
         let apart = self.moved(argument, component, by)? - self.moved(argument, component, -by)?;
         Ok(apart / (2.0 * by))
     }
@@ -173,7 +183,12 @@ impl Task<'_> {
             Argument::Push(..) => push.torque[component] += by,
             Argument::Constant(constant) => {
                 let mut numbers = constant.of(&scene.world);
-                numbers[component] += by;
+                if constant == Constant::Inertia {
+                    numbers[component] += 0.5 * by;
+                    numbers[transposed(component)] += 0.5 * by;
+                } else {
+                    numbers[component] += by;
+                }
                 scene.world = scene.world.with_constants(&[(constant, &numbers)])?;
             }
         }
@@ -250,4 +265,15 @@ impl Task<'_> {
             _ => StateChange::zero(),
         }
     }
+}
+
+/// Where the entry of a 3 × 3 matrix in a list of such stands that is its transposed one.
+fn transposed(entry: usize) -> usize {
+    let (matrix, row, column) = (entry / 9, entry % 9 / 3, entry % 3);
+    9 * matrix + 3 * column + row
+}
+
+/// Derivatives by the entries of symmetric matrices, which change together: half of the sum of both.
+fn symmetric(numbers: &[f64]) -> Vec<f64> {
+    (0..numbers.len()).map(|entry| 0.5 * (numbers[entry] + numbers[transposed(entry)])).collect()
 }

@@ -174,7 +174,8 @@ fn refuse_violent_load(scene: &Scene, index: usize) -> Result<(), Failure> {
 
 /// What joints hold together must be there at the start: one step would bring it there.
 fn refuse_joints_apart(scene: &Scene) -> Result<(), Failure> {
-    for (joint, name) in scene.world.joints().iter().zip(&scene.joints) {
+    let angles = scene.world.angles_near(&scene.starts, &[]);
+    for ((joint, name), angles) in scene.world.joints().iter().zip(&scene.joints).zip(&angles) {
         let (place, turn) = joint.error(&scene.starts).unwrap_or((f64::NAN, f64::NAN));
         // A NaN fits nowhere.
         let fits = place.max(turn) <= JOINT_AT_THE_START;
@@ -184,8 +185,16 @@ fn refuse_joints_apart(scene: &Scene) -> Result<(), Failure> {
                  {JOINT_AT_THE_START:.0e} of each"
             )));
         }
+        let beyond = joint.beyond_limits(&scene.starts, angles);
+        let (place, turn) = beyond.unwrap_or((f64::NAN, f64::NAN));
+        let fits = place.max(turn) <= JOINT_AT_THE_START;
+        if !fits {
+            return Err(Failure::Input(format!(
+                "joints: {name} is {place:.3e} m and {turn:.3e} rad beyond its limits at the start; allowed is \
+                 {JOINT_AT_THE_START:.0e} of each"
+            )));
+        }
     }
-    let angles = scene.world.angles_near(&scene.starts, &[]);
     for (index, gear) in scene.world.gears().iter().enumerate() {
         let off = gear.error(scene.world.joints(), &scene.starts, &angles).abs();
         let fits = off <= GEAR_AT_THE_START;
