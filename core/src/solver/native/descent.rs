@@ -10,7 +10,7 @@ use super::proximal::Proximal;
 use super::starts::{self, Start};
 use super::sweeps::sweep;
 use super::tolerances::{
-    COMPLIANCE, COMPLIANCES, FIRST_PROXIMAL, FIRST_SWEEPS, MANY_CONTACTS, MOVED,
+    COMPLIANCE, COMPLIANCES, DETERMINED, FIRST_PROXIMAL, FIRST_SWEEPS, MANY_CONTACTS, MOVED,
     PROXIMAL_SHARPNESSES, SETTLED, SHARPNESSES, SHORTEST_FACTOR, STICK_MARGINS,
 };
 use nalgebra::Vector3;
@@ -172,6 +172,9 @@ impl<E: Equations> Descent<E> {
                 _ => self.start(equations, previous, start, effort),
             }
             let repeated = if start == Start::Previous { self.repeat(equations) } else { None };
+            if start == Start::Previous && repeated.is_none() {
+                self.go_ahead(equations);
+            }
             let reached = match repeated {
                 Some(residual) => Reached { residual, selected: true },
                 None => match start {
@@ -261,8 +264,18 @@ impl<E: Equations> Descent<E> {
         if residual <= enough && sinking <= still {
             return Some(residual);
         }
-        equations.set_velocity_after(&self.iterate.impulses, &mut self.iterate.velocity);
+        equations.set_first_velocity(&self.iterate.impulses, &mut self.iterate.velocity);
         None
+    }
+
+    /// Goes to where the last two steps lead, if that is nearer to a solution.
+    fn go_ahead(&mut self, equations: &E) {
+        let ahead = &mut self.last_of_path;
+        if equations.set_foreseen(&mut ahead.velocity, &mut ahead.impulses)
+            && exact_residual(equations, ahead) < exact_residual(equations, &mut self.iterate)
+        {
+            std::mem::swap(&mut self.iterate, &mut self.last_of_path);
+        }
     }
 
     /// Keeps what is at rest at rest, where that is the [policy](super::policy::Policy::settles).
@@ -369,6 +382,15 @@ impl<E: Equations> Descent<E> {
         let tolerances = *equations.tolerances();
         let mut reached = Reached { residual: f64::INFINITY, selected: false };
         let mut least = f64::INFINITY;
+        if equations.is_determined() {
+            let Self { newton, iterate, last_of_path: start, .. } = &mut *self;
+            start.copy_from(iterate);
+            let residual = newton.solve_determined(equations, DETERMINED, iterate, effort);
+            if residual <= tolerances.solved {
+                return Reached { residual, selected: true };
+            }
+            iterate.copy_from(start);
+        }
         for compliance in COMPLIANCES {
             let map = NaturalMap::with_compliance(compliance);
             let Self { newton, iterate, .. } = &mut *self;

@@ -36,6 +36,7 @@ mod posed;
 mod proximal;
 mod round_motion;
 mod single;
+mod six;
 mod starts;
 mod sweeps;
 #[cfg(feature = "threads")]

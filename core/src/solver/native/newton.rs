@@ -7,8 +7,8 @@ use super::effort::Effort;
 use super::equations::{Elimination, Equations, Point, Residual, Velocities, reserve};
 use super::law::{NaturalMap, Piece, Pull};
 use super::tolerances::{
-    CORRECTIONS, JUMPS, NEWTON_ITERATIONS, ROLLING_CORRECTIONS, SETTLING, SHORTEST_STEP,
-    SUFFICIENT_DECREASE, WHOLE_STEPS,
+    CORRECTIONS, JUMPS, KEPT_FACTORS, NEWTON_ITERATIONS, ROLLING_CORRECTIONS, SETTLING,
+    SHORTEST_STEP, SUFFICIENT_DECREASE, WHOLE_STEPS,
 };
 use nalgebra::Vector3;
 
@@ -59,6 +59,17 @@ pub(super) struct Newton<E: Equations> {
     pieces: Vec<Piece>,
     eliminations: Vec<Elimination<E::Slope>>,
     system: E::System,
+    kept: Kept,
+}
+
+/// Of which point the eliminations and the factorised system are.
+#[derive(Debug, Clone, Default)]
+struct Kept {
+    /// The pieces there, and the compliance.
+    pieces: Vec<Piece>,
+    compliance: f64,
+    /// Whether they are good enough for the next step, too.
+    are_good: bool,
 }
 
 impl<E: Equations> Newton<E> {
@@ -69,6 +80,7 @@ impl<E: Equations> Newton<E> {
             pieces: Vec::new(),
             eliminations: Vec::new(),
             system: E::System::default(),
+            kept: Kept::default(),
         }
     }
 
@@ -76,6 +88,7 @@ impl<E: Equations> Newton<E> {
     pub(super) fn reserve(&mut self, contacts: usize) {
         self.trial.reserve(contacts);
         reserve(&mut self.pieces, contacts);
+        reserve(&mut self.kept.pieces, contacts);
         reserve(&mut self.eliminations, contacts);
     }
 
@@ -94,6 +107,7 @@ impl<E: Equations> Newton<E> {
         // Without compliance the iteration is near a solution, and to stay there.
         let (mut whole_steps, mut jumps) =
             (WHOLE_STEPS, if map.compliance > 0.0 { JUMPS } else { 0 });
+        self.kept.are_good = false;
         for _ in 0..until.iterations {
             if merit.largest <= until.residual {
                 return true;
@@ -105,6 +119,7 @@ impl<E: Equations> Newton<E> {
             if !self.set_direction(equations, matrix, iterate) {
                 return false;
             }
+            let before = merit.largest;
             if merit.largest <= tolerances.whole_steps && whole_steps > 0 {
                 self.try_step(iterate, 1.0);
                 let trial = evaluate(equations, map, &mut self.trial);
@@ -121,6 +136,7 @@ impl<E: Equations> Newton<E> {
             } else {
                 return false;
             }
+            self.kept.are_good = keeps(equations, before, merit.largest);
         }
         merit.largest <= until.residual
     }
@@ -162,6 +178,7 @@ impl<E: Equations> Newton<E> {
         iterate: &Iterate<E>,
     ) -> Option<Linearised<'_, E>> {
         self.find_pieces(equations, map, iterate);
+        self.kept.are_good = false;
         let is_regular = self.set_direction(equations, matrix, iterate);
         is_regular.then_some((&self.eliminations, &self.pieces))
     }
@@ -186,24 +203,61 @@ impl<E: Equations> Newton<E> {
             evaluate_again(equations, map, iterate);
         }
         self.find_pieces(equations, map, iterate);
-        let mut merit = evaluate_again(equations, &NaturalMap::EXACT, iterate);
+        let merit = evaluate_again(equations, &NaturalMap::EXACT, iterate);
+        self.correct(equations, map.compliance, (merit, iterate), effort)
+    }
+
+    /// Moves a point near a solution of the law without compliance there, where the pieces are those found last, with
+    /// the compliance `matrix` in the Newton matrix. Returns the residual.
+    fn correct(
+        &mut self,
+        equations: &E,
+        matrix: f64,
+        (mut merit, iterate): (Residual, &mut Iterate<E>),
+        effort: &mut Effort<'_>,
+    ) -> f64 {
         let alike = equations.setting().all_give_alike;
         for _ in 0..if alike { CORRECTIONS } else { ROLLING_CORRECTIONS } {
             if merit.largest <= limit(equations) || !effort.spend() {
                 break;
             }
-            if !self.set_direction(equations, map.compliance, iterate) {
+            if !self.set_direction(equations, matrix, iterate) {
                 break;
             }
             self.try_step(iterate, 1.0);
             let corrected = evaluate(equations, &NaturalMap::EXACT, &mut self.trial);
+            let were_kept = std::mem::replace(
+                &mut self.kept.are_good,
+                keeps(equations, merit.largest, corrected.largest),
+            );
             if corrected.largest >= merit.largest {
+                if were_kept {
+                    continue;
+                }
                 break;
             }
             std::mem::swap(iterate, &mut self.trial);
             merit = corrected;
         }
         merit.largest
+    }
+
+    /// Solves the law without compliance, where nothing is to be selected, with the compliance `matrix` in the Newton matrix.
+    /// Returns the residual.
+    pub(super) fn solve_determined(
+        &mut self,
+        equations: &E,
+        matrix: f64,
+        iterate: &mut Iterate<E>,
+        effort: &mut Effort<'_>,
+    ) -> f64 {
+        let (map, until) = (NaturalMap::EXACT, Until::converged(equations));
+        if !self.solve(equations, &map, (matrix, until), iterate, effort) {
+            return f64::INFINITY;
+        }
+        self.find_pieces(equations, &map, iterate);
+        let merit = evaluate_again(equations, &map, iterate);
+        self.correct(equations, matrix, (merit, iterate), effort)
     }
 
     /// The pieces that `law`, which must be the one evaluated last, puts the contacts on.
@@ -214,13 +268,30 @@ impl<E: Equations> Newton<E> {
 
     /// The Newton direction of the velocities for the law evaluated last and the modes found
     /// before; the impulses' part follows from the eliminations. `false` where there is none.
+    ///
+    /// Where the eliminations and the factorised system of a point before are still good, they are kept: what they ask for is found anew
+    /// from the residuals here.
     fn set_direction(&mut self, equations: &E, matrix: f64, iterate: &Iterate<E>) -> bool {
         let Iterate { velocity, impulses, points, pulls, scratch, .. } = iterate;
-        let Self { step, pieces, eliminations, system, .. } = self;
+        let Self { step, pieces, eliminations, system, kept, .. } = self;
         let (at, graphs) = (Point { velocity, points, scratch }, equations.graphs());
-        let answer = |index: usize, coupling: &Coupling, _: &Vector3<f64>| {
-            Some(pulls[index].answer(pieces[index], (coupling, graphs), &impulses[index], matrix))
+        let answer = |index: usize, coupling: &Coupling| {
+            pulls[index].answer(pieces[index], (coupling, graphs), &impulses[index], matrix)
         };
+        if kept.are_good && kept.compliance == matrix && kept.pieces == *pieces {
+            let couplings = equations.couplings().iter().zip(&mut *eliminations);
+            for (index, (coupling, elimination)) in couplings.enumerate() {
+                elimination.answer.offset = answer(index, coupling).offset;
+            }
+            return equations.direction(scratch, eliminations, system, step);
+        }
+        kept.are_good = false;
+        if equations.policy().keeps_factors {
+            kept.pieces.clone_from(pieces);
+            kept.compliance = matrix;
+        }
+        let answer =
+            |index: usize, coupling: &Coupling, _: &Vector3<f64>| Some(answer(index, coupling));
         equations.linearise(at, answer, eliminations, system)
             && equations.direction(scratch, eliminations, system, step)
     }
@@ -331,6 +402,11 @@ impl<E: Equations> Iterate<E> {
         self.motion = other.motion;
         self.map = other.map;
     }
+}
+
+/// Whether a step that made of a residual another one may be followed by one with the same factors.
+fn keeps(equations: &impl Equations, before: f64, after: f64) -> bool {
+    equations.policy().keeps_factors && after <= KEPT_FACTORS * before
 }
 
 /// The residual at which the limit of vanishing compliance is reached: to rounding where the
