@@ -308,9 +308,19 @@ impl Island {
     /// u of coupling `index` (N2).
     fn point_at(&self, index: usize, velocity: &[Velocity]) -> Vector3<f64> {
         let link = &self.links[index];
+        if let Some(u) = self.turned_velocity(link, velocity) {
+            return u;
+        }
         let turnings = |body: usize| Both::of(&self.members[body], &velocity[body]);
         let (a, b) = (turnings(link.a), link.b.as_ref().map(|other| turnings(other.index)));
         self.point_velocity((link, &self.setting.couplings[index]), velocity, (&a, b.as_ref()))
+    }
+
+    /// The same of a joint's turn.
+    fn turned_velocity(&self, link: &Link, velocity: &[Velocity]) -> Option<Vector3<f64>> {
+        let Kind::Turn(turn) = link.kind else { return None };
+        let other = link.b.as_ref().map(|other| &velocity[other.index].spin);
+        Some(self.turns[turn].u(&velocity[link.a].spin, other))
     }
 
     /// The same, where the bodies that it joins turn as told.
@@ -338,9 +348,8 @@ impl Island {
             Kind::Round(round) => {
                 return self.round_motion((coupling, round), link, velocity, turnings).u();
             }
-            Kind::Turn(turn) => {
-                let other = link.b.as_ref().map(|other| &velocity[other.index].spin);
-                return self.turns[turn].u(&velocity[link.a].spin, other);
+            Kind::Turn(_) => {
+                return self.turned_velocity(link, velocity).unwrap_or_default();
             }
             Kind::Gear(gear) => {
                 let point = |index: usize| self.point_at(index, velocity);
@@ -439,10 +448,15 @@ impl Equations for Island {
         self.ahead = (velocity, impulses);
     }
 
-    fn set_foreseen(&self, velocity: &mut Vec<Velocity>, impulses: &mut Vec<Vector3<f64>>) -> bool {
+    fn set_foreseen(
+        &self,
+        velocity: &mut Vec<Velocity>,
+        impulses: &mut Vec<Vector3<f64>>,
+    ) -> Option<f64> {
         velocity.copy_from(&self.ahead.0);
         impulses.clone_from(&self.ahead.1);
-        !velocity.is_empty()
+        let members = self.members.iter().zip(&self.ahead.0);
+        members.map(|(member, ahead)| member.way_from_old(ahead)).reduce(f64::max)
     }
 
     fn is_determined(&self) -> bool {

@@ -27,8 +27,9 @@ pub(super) struct Iterate<E: Equations> {
     pulls: Vec<Pull>,
     /// The residual of the equations of motion, which no map of the laws changes.
     motion: Residual,
-    /// The map evaluated last.
+    /// The map evaluated last, and the residual.
     map: NaturalMap,
+    residual: Residual,
     /// ε D p̂_0 of every coupling, m/s, where the compliance acts on changes from impulses p̂_0
     /// (N13); empty otherwise.
     shifts: Vec<Vector3<f64>>,
@@ -102,7 +103,19 @@ impl<E: Equations> Newton<E> {
         iterate: &mut Iterate<E>,
         effort: &mut Effort<'_>,
     ) -> bool {
-        let mut merit = evaluate(equations, map, iterate);
+        let merit = evaluate(equations, map, iterate);
+        self.go_on(equations, map, (matrix, until), (merit, iterate), effort).0
+    }
+
+    /// The same from a point with the residual `merit`, which is returned of the last one.
+    fn go_on(
+        &mut self,
+        equations: &E,
+        map: &NaturalMap,
+        (matrix, until): (f64, Until),
+        (mut merit, iterate): (Residual, &mut Iterate<E>),
+        effort: &mut Effort<'_>,
+    ) -> (bool, Residual) {
         let tolerances = equations.tolerances();
         // Without compliance the iteration is near a solution, and to stay there.
         let (mut whole_steps, mut jumps) =
@@ -110,14 +123,14 @@ impl<E: Equations> Newton<E> {
         self.kept.are_good = false;
         for _ in 0..until.iterations {
             if merit.largest <= until.residual {
-                return true;
+                return (true, merit);
             }
             if !effort.spend() {
-                return false;
+                return (false, merit);
             }
             self.find_pieces(equations, map, iterate);
             if !self.set_direction(equations, matrix, iterate) {
-                return false;
+                return (false, merit);
             }
             let before = merit.largest;
             if merit.largest <= tolerances.whole_steps && whole_steps > 0 {
@@ -134,11 +147,11 @@ impl<E: Equations> Newton<E> {
                 std::mem::swap(iterate, &mut self.trial);
                 jumps -= 1;
             } else {
-                return false;
+                return (false, merit);
             }
             self.kept.are_good = keeps(equations, before, merit.largest);
         }
-        merit.largest <= until.residual
+        (merit.largest <= until.residual, merit)
     }
 
     /// Solves the law with a compliance that acts on changes from the impulses p̂_0 of `iterate`
@@ -204,7 +217,9 @@ impl<E: Equations> Newton<E> {
         }
         self.find_pieces(equations, map, iterate);
         let merit = evaluate_again(equations, &NaturalMap::EXACT, iterate);
-        self.correct(equations, map.compliance, (merit, iterate), effort)
+        // Any multiple of the compliance leaves the same part of the impulses where it is.
+        let matrix = map.compliance * equations.policy().limit_compliance;
+        self.correct(equations, matrix, (merit, iterate), effort)
     }
 
     /// Moves a point near a solution of the law without compliance there, where the pieces are those found last, with
@@ -243,20 +258,25 @@ impl<E: Equations> Newton<E> {
     }
 
     /// Solves the law without compliance, where nothing is to be selected, with the compliance `matrix` in the Newton matrix.
-    /// Returns the residual.
+    /// `evaluated` tells that the iterate was, for that law. Returns the residual.
     pub(super) fn solve_determined(
         &mut self,
         equations: &E,
-        matrix: f64,
+        (evaluated, matrix): (bool, f64),
         iterate: &mut Iterate<E>,
         effort: &mut Effort<'_>,
     ) -> f64 {
         let (map, until) = (NaturalMap::EXACT, Until::converged(equations));
-        if !self.solve(equations, &map, (matrix, until), iterate, effort) {
+        let merit = match evaluated {
+            true => iterate.residual,
+            false => evaluate(equations, &map, iterate),
+        };
+        let (converged, merit) =
+            self.go_on(equations, &map, (matrix, until), (merit, iterate), effort);
+        if !converged {
             return f64::INFINITY;
         }
         self.find_pieces(equations, &map, iterate);
-        let merit = evaluate_again(equations, &map, iterate);
         self.correct(equations, matrix, (merit, iterate), effort)
     }
 
@@ -340,6 +360,7 @@ impl<E: Equations> Iterate<E> {
             pulls: Vec::new(),
             motion: Residual::default(),
             map: NaturalMap::EXACT,
+            residual: Residual::default(),
             shifts: Vec::new(),
             scratch: E::Scratch::default(),
         }
@@ -401,6 +422,7 @@ impl<E: Equations> Iterate<E> {
         self.pulls.extend_from_slice(&other.pulls);
         self.motion = other.motion;
         self.map = other.map;
+        self.residual = other.residual;
     }
 }
 
@@ -455,5 +477,6 @@ fn evaluate_again<E: Equations>(
         // A maximum drops NaN; a sum does not.
         size.largest = f64::INFINITY;
     }
+    iterate.residual = size;
     size
 }
