@@ -132,15 +132,22 @@ impl<E: Equations> Newton<E> {
             if !self.set_direction(equations, matrix, iterate) {
                 return (false, merit);
             }
-            let before = merit.largest;
+            let (before, were_kept) = (merit.largest, self.kept.are_good);
             if merit.largest <= tolerances.whole_steps && whole_steps > 0 {
                 self.try_step(iterate, 1.0);
                 let trial = evaluate(equations, map, &mut self.trial);
+                if were_kept && trial.squared >= merit.squared {
+                    self.kept.are_good = false;
+                    continue;
+                }
                 whole_steps -= u32::from(trial.squared >= merit.squared);
                 std::mem::swap(iterate, &mut self.trial);
                 merit = trial;
             } else if let Some(better) = self.search(equations, map, iterate, &merit) {
                 merit = better;
+            } else if were_kept {
+                self.kept.are_good = false;
+                continue;
             } else if jumps > 0 {
                 self.try_step(iterate, 1.0);
                 merit = evaluate(equations, map, &mut self.trial);
@@ -241,10 +248,8 @@ impl<E: Equations> Newton<E> {
             }
             self.try_step(iterate, 1.0);
             let corrected = evaluate(equations, &NaturalMap::EXACT, &mut self.trial);
-            let were_kept = std::mem::replace(
-                &mut self.kept.are_good,
-                keeps(equations, merit.largest, corrected.largest),
-            );
+            let good = keeps(equations, merit.largest, corrected.largest);
+            let were_kept = std::mem::replace(&mut self.kept.are_good, good);
             if corrected.largest >= merit.largest {
                 if were_kept {
                     continue;

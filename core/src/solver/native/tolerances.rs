@@ -90,7 +90,7 @@ pub(super) const NEWTON_ITERATIONS: u32 = 40;
 /// as by rounding against the stiffness 1/ε.
 pub(super) const DETERMINED: f64 = 1e-8;
 /// What the last two steps lead to is a good start where it misses the laws by no more than this part of how far it is away.
-pub(super) const FORESEEN: f64 = 0.1;
+pub(super) const FORESEEN: f64 = 0.01;
 /// A step that leaves no more than this part of the residual was made with a matrix that is good for the next one, too.
 pub(super) const KEPT_FACTORS: f64 = 0.1;
 /// Corrections towards the limit of vanishing compliance; one nearly always suffices.
