@@ -439,7 +439,9 @@ impl Equations for Island {
         }));
         impulses.extend_from_slice(previous);
         let contacts = self.first_of_joints();
-        for (now, before) in impulses[contacts..].iter_mut().zip(self.joint_impulses(&earlier.joints)) {
+        for (now, before) in
+            impulses[contacts..].iter_mut().zip(self.joint_impulses(&earlier.joints))
+        {
             *now = 2.0 * *now - before;
         }
         if velocity.len() < self.members.len() {

@@ -31,12 +31,8 @@ impl Factors {
     #[inline]
     pub(super) fn new(block: &Matrix6<f64>) -> Option<Self> {
         let mut a: [Column; 6] = block.data.0;
-        let mut of = Self {
-            lower: [[0.0; 6]; 6],
-            upper: [[0.0; 6]; 6],
-            diagonal: [0.0; 6],
-            rows: [0; 6],
-        };
+        let mut of =
+            Self { lower: [[0.0; 6]; 6], upper: [[0.0; 6]; 6], diagonal: [0.0; 6], rows: [0; 6] };
         for i in 0..6 {
             let mut pivot = i;
             for k in i + 1..6 {
