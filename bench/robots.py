@@ -4,12 +4,14 @@ python bench/robots.py [--worlds 64] [--steps 500] [--rounds 5] [--threads 1]
 
 With the packages tumble, gymnasium (for its files of hopper, half-cheetah, walker and ant) and mujoco. Both take the same
 number of steps of the same length from the start of the file under the same random controls, held for five steps
-each; MuJoCo by its ``rollout``, with the solver, the cone and the integrator of the file. Rounds of the two follow each other; of each the median counts, and the
-ratio's range over the rounds is said.
+each; MuJoCo by its ``rollout``, with the solver, the cone and the integrator of the file. Before them come mechanisms that are
+written here: free chains of hinges, and a walker that lands on its four feet and stands on them by twelve motors. Rounds of the two
+follow each other; of each the median counts, and the ratio's range over the rounds is said.
 """
 
 import argparse
 import statistics
+import tempfile
 import time
 from pathlib import Path
 
@@ -24,6 +26,75 @@ MODELS = {"hopper.xml": 1, "half_cheetah.xml": 4, "walker2d_v5.xml": 1, "ant.xml
 HELD = 5
 
 
+def chain(links: int) -> str:
+    """Links of 0.2 m and 1 kg, level at the start and hooked at one end."""
+    body = (
+        '<body pos="{at} 0 0"><inertial pos="0.1 0 0" mass="1" diaginertia="2.7e-4 3.5e-3 3.5e-3"/>'
+        '<joint type="hinge" axis="0 1 0" damping="0.01"/>'
+    )
+    bodies = "".join(body.format(at=0.2 if link else 0) for link in range(links)) + "</body>" * links
+    return f'<mujoco><option timestep="0.001" cone="elliptic" integrator="implicitfast"/><worldbody>{bodies}</worldbody></mujoco>'
+
+
+def walker() -> str:
+    """A trunk on four legs of three hinges each, with balls as feet."""
+    legs, motors = "", ""
+    for leg in range(4):
+        x, y = 0.2 if leg < 2 else -0.2, 0.12 if leg % 2 == 0 else -0.12
+        legs += f'''
+<body pos="{x} {y} 0">
+  <inertial pos="0 0 0" mass="0.5" diaginertia="3e-4 3e-4 3e-4"/>
+  <joint name="roll{leg}" axis="1 0 0"/>
+  <body pos="0 {y / 3:g} 0">
+    <inertial pos="0 0 -0.1" mass="0.8" diaginertia="2.8e-3 2.8e-3 2e-4"/>
+    <joint name="pitch{leg}" axis="0 1 0"/>
+    <body pos="0 0 -0.2">
+      <inertial pos="0 0 -0.1" mass="0.3" diaginertia="1e-3 1e-3 3e-5"/>
+      <joint name="knee{leg}" axis="0 1 0"/>
+      <geom type="sphere" size="0.02" pos="0 0 -0.2"/>
+    </body>
+  </body>
+</body>'''
+        for joint in ("roll", "pitch", "knee"):
+            motors += f'<position joint="{joint}{leg}" kp="80" kv="3" forcerange="-25 25"/>'
+    return f'''<mujoco>
+<option timestep="0.002" cone="elliptic" integrator="implicitfast"/>
+<default><joint armature="0.01" range="-2.8 2.8" limited="true"/><geom friction="0.7 0.005 0.0001"/></default>
+<compiler angle="radian"/>
+<worldbody>
+<geom type="plane" size="5 5 1"/>
+<body pos="0 0 0.45">
+  <freejoint/>
+  <inertial pos="0 0 0" mass="8" diaginertia="0.035 0.17 0.19"/>{legs}
+</body>
+</worldbody>
+<actuator>{motors}</actuator>
+</mujoco>'''
+
+
+STANCE = np.tile([0.0, 0.8, -1.6], 4)
+"""To where the motors of the walker pull: roll, pitch and knee of each leg, rad."""
+MECHANISMS = {
+    "chain of 10": (chain(10), 4000),
+    "chain of 100": (chain(100), 400),
+    "walker on its feet": (walker(), 2000),
+}
+"""Each with how many steps one world takes."""
+
+
+class Mechanism:
+    """A mechanism of a text in both, held at its motors' targets."""
+
+    def __init__(self, text: str, steps: int) -> None:
+        self.mujoco = mujoco.MjModel.from_xml_string(text)
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder) / "mechanism.xml"
+            file.write_text(text)
+            self.scene = tumble.load(file)
+        self.controls = np.tile(STANCE[: self.mujoco.nu], (1, steps, 1))
+        self.driven = {"motors": self.controls} if self.mujoco.nu else {"steps": steps}
+
+
 class Model:
     """A robot in both, and its controls."""
 
@@ -36,32 +107,34 @@ class Model:
         drawn = rng.uniform(-1.0, 1.0, (worlds, held, self.mujoco.nu))
         self.controls = np.repeat(drawn, HELD, axis=1)[:, :steps]
         axes = [name for name, _ in self.scene.driven_axes]
-        self.forces = np.zeros((worlds, steps, len(axes)))
+        forces = np.zeros((worlds, steps, len(axes)))
         for actuator in range(self.mujoco.nu):
             joint = self.mujoco.joint(self.mujoco.actuator_trnid[actuator, 0]).name
             gear = self.mujoco.actuator_gear[actuator, 0]
-            self.forces[:, :, axes.index(joint)] = gear * self.controls[:, :, actuator]
+            forces[:, :, axes.index(joint)] = gear * self.controls[:, :, actuator]
+        self.driven = {"joint_forces": forces}
 
-    def by_tumble(self, threads: int) -> tuple[float, int, float]:
-        """Processor time, s, steps that are not solved, and the largest residual, m/s."""
-        clock = time.process_time()
-        batch = tumble.rollout(self.scene, joint_forces=self.forces, threads=threads)
-        return time.process_time() - clock, len(batch.unsolved), float(batch.residuals.max())
 
-    def by_mujoco(self, threads: int) -> float:
-        """Processor time, s."""
-        worlds = len(self.controls)
-        data = [mujoco.MjData(self.mujoco) for _ in range(threads)]
-        mujoco.mj_forward(self.mujoco, data[0])
-        size = mujoco.mj_stateSize(self.mujoco, mujoco.mjtState.mjSTATE_FULLPHYSICS)
-        start = np.zeros(size)
-        mujoco.mj_getState(
-            self.mujoco, data[0], start, mujoco.mjtState.mjSTATE_FULLPHYSICS
-        )
-        starts = np.tile(start, (worlds, 1))
-        clock = time.process_time()
-        mujoco.rollout.rollout(self.mujoco, data, starts, self.controls)
-        return time.process_time() - clock
+def by_tumble(model: Mechanism | Model, threads: int) -> tuple[float, int, float]:
+    """Processor time, s, steps that are not solved, and the largest residual, m/s."""
+    clock = time.process_time()
+    batch = tumble.rollout(model.scene, threads=threads, **model.driven)
+    return time.process_time() - clock, len(batch.unsolved), float(batch.residuals.max())
+
+
+def by_mujoco(model: Mechanism | Model, threads: int) -> float:
+    """Processor time, s."""
+    worlds, steps, _ = model.controls.shape
+    data = [mujoco.MjData(model.mujoco) for _ in range(threads)]
+    mujoco.mj_forward(model.mujoco, data[0])
+    size = mujoco.mj_stateSize(model.mujoco, mujoco.mjtState.mjSTATE_FULLPHYSICS)
+    start = np.zeros(size)
+    mujoco.mj_getState(model.mujoco, data[0], start, mujoco.mjtState.mjSTATE_FULLPHYSICS)
+    starts = np.tile(start, (worlds, 1))
+    controls = model.controls if model.mujoco.nu else None
+    clock = time.process_time()
+    mujoco.rollout.rollout(model.mujoco, data, starts, controls, nstep=steps)
+    return time.process_time() - clock
 
 
 def main() -> None:
@@ -73,17 +146,20 @@ def main() -> None:
     print(f"MuJoCo {mujoco.__version__}, tumble {tumble.__version__}; {args.worlds} worlds, {args.steps} steps")
     print("| model | step, ms | tumble, us | MuJoCo, us | tumble / MuJoCo | not solved | largest residual, m/s |")
     print("|---|---|---|---|---|---|---|")
+    models = {name: Mechanism(text, steps) for name, (text, steps) in MECHANISMS.items()}
     for name, substeps in MODELS.items():
-        model = Model(folder / name, substeps, args.worlds, args.steps)
-        rounds = [(model.by_tumble(args.threads), model.by_mujoco(args.threads)) for _ in range(args.rounds)]
+        models[name.removesuffix(".xml")] = Model(folder / name, substeps, args.worlds, args.steps)
+    for name, model in models.items():
+        rounds = [(by_tumble(model, args.threads), by_mujoco(model, args.threads)) for _ in range(args.rounds)]
         ours, theirs = [own[0] for own, _ in rounds], [their for _, their in rounds]
         ratios = [a / b for a, b in zip(ours, theirs)]
         _, unsolved, residual = rounds[0][0]
-        a, b = (1e6 * statistics.median(all) / (args.worlds * args.steps) for all in (ours, theirs))
+        steps = model.controls.shape[0] * model.controls.shape[1]
+        a, b = (1e6 * statistics.median(all) / steps for all in (ours, theirs))
         print(
-            f"| {name.removesuffix('.xml')} | {1e3 * model.scene.time_step:g} | {a:.1f} | {b:.1f} "
+            f"| {name} | {1e3 * model.scene.time_step:g} | {a:.1f} | {b:.1f} "
             f"| {statistics.median(ratios):.2f} ({min(ratios):.2f} to {max(ratios):.2f}) "
-            f"| {unsolved} of {args.worlds * args.steps} | {residual:.1e} |",
+            f"| {unsolved} of {steps} | {residual:.1e} |",
             flush=True,
         )
 

@@ -173,6 +173,9 @@ impl Axis {
         (length, unit): (f64, f64),
     ) -> Graph {
         let Self::Free(drive) = self else { return Graph::locked() };
+        if self.is_idle() && start.push == 0.0 {
+            return Graph::free();
+        }
         let coordinate = start.coordinate;
         // Of a torque, over the length.
         let to_impulse = time_step / (unit * length);

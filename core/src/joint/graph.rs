@@ -73,6 +73,11 @@ impl Sum {
     /// The graph.
     pub(super) fn graph(&self) -> Graph {
         let (low, high) = self.stops;
+        let outer = (1.0, -self.slope);
+        let is_line = self.jumps == [None; 2] && self.ramp.is_none();
+        if is_line && low == f64::NEG_INFINITY && high == f64::INFINITY {
+            return Graph::of_one_corner((0.0, self.value), outer);
+        }
         let ends = self
             .ramp
             .map(|(at_zero, slope, most)| [(at_zero - most) / slope, (at_zero + most) / slope]);
@@ -81,7 +86,6 @@ impl Sum {
         let inside = jumps.chain(ends.into_iter().flatten()).filter(|u| *u > low && *u < high);
         breaks.iter_mut().zip(inside).for_each(|(at, u)| *at = u);
         breaks.sort_unstable_by(f64::total_cmp);
-        let outer = (1.0, -self.slope);
         let mut graph = Graph { corners: [(0.0, 0.0); MOST], count: 0, first: outer, last: outer };
         if low.is_finite() {
             graph.first = DOWN;
@@ -146,16 +150,27 @@ impl Segment {
 impl Graph {
     /// u = 0, whatever the impulse.
     #[must_use]
-    pub fn locked() -> Self {
-        let mut sum = Sum::constant(0.0);
-        sum.add_stops(0.0, 0.0);
-        sum.graph()
+    pub const fn locked() -> Self {
+        Self::of_one_corner((0.0, 0.0), DOWN)
+    }
+
+    /// Whether it is that.
+    pub(crate) fn is_locked(&self) -> bool {
+        let [first, ..] = self.corners;
+        self.count == 1 && first == (0.0, 0.0) && self.first == DOWN && self.last == DOWN
     }
 
     /// p = 0, whatever the speed.
     #[must_use]
-    pub fn free() -> Self {
-        Sum::constant(0.0).graph()
+    pub const fn free() -> Self {
+        Self::of_one_corner((0.0, 0.0), (1.0, 0.0))
+    }
+
+    /// A straight line through `corner` along `direction`.
+    const fn of_one_corner(corner: (f64, f64), direction: (f64, f64)) -> Self {
+        let mut corners = [(0.0, 0.0); MOST];
+        corners[0] = corner;
+        Self { corners, count: 1, first: direction, last: direction }
     }
 
     /// 0 ≤ u ⊥ p ≥ 0: a stop at the left end.

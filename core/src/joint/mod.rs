@@ -34,6 +34,7 @@ pub(crate) use motion::Turn;
 pub use motion::{Coordinates, JointForce, JointResidual};
 
 use crate::error::{Error, in_range};
+use crate::mechanics::quaternion::product;
 use crate::mechanics::{Pose, RigidBody, State};
 use nalgebra::{Matrix3, Vector3, Vector4};
 
@@ -74,7 +75,7 @@ impl JointFrame {
     /// This frame of a body at `pose` as one of the world.
     pub(crate) fn placed(&self, state: &State) -> Self {
         let Pose { position, rotation } = state.pose();
-        let attitude = crate::mechanics::quaternion::left(&state.attitude) * self.attitude;
+        let attitude = product(&state.attitude, &self.attitude);
         Self { anchor: position + rotation * self.anchor, attitude }
     }
 
@@ -354,9 +355,11 @@ impl Joint {
         let (mut linear, mut angular) = (0.0, 0.0);
         let sides = [Some(self.body), self.other].into_iter().zip(&self.frames);
         for (body, frame) in sides.filter_map(|(body, frame)| Some((bodies.get(body?)?, frame))) {
-            let (inverse, lever) = (body.inertia_inverse(), frame.anchor.cross_matrix());
-            linear += 1.0 / body.mass() + (lever.transpose() * inverse * lever).trace() / 3.0;
-            angular += inverse.trace() / 3.0;
+            let (inverse, lever) = (body.inertia_inverse(), &frame.anchor);
+            // tr Gᵀ I⁻¹ G = a² tr I⁻¹ − a·I⁻¹ a
+            let (trace, along) = (inverse.trace(), lever.dot(&(inverse * lever)));
+            linear += 1.0 / body.mass() + (lever.norm_squared() * trace - along) / 3.0;
+            angular += trace / 3.0;
         }
         if angular > 0.0 { (linear / angular).sqrt() } else { 1.0 }
     }

@@ -2,7 +2,7 @@
 
 use super::gimbal::{self, nearest};
 use super::{Axis, AxisStart, Drive, Joint, JointFrame, Middle, Turning};
-use crate::mechanics::quaternion::{left, right, rotation};
+use crate::mechanics::quaternion::{attitude_map, left, product, right, rotation};
 use crate::mechanics::{RigidBody, State, Wrench, largest};
 use nalgebra::{Matrix3, Matrix4x3, Vector3, Vector4};
 
@@ -107,7 +107,7 @@ impl Joint {
         time_step: f64,
     ) -> (Vector3<f64>, Vector3<f64>) {
         let turned = match self.turning() {
-            Turning::Free => vector_of(&(left(&conjugated(&at.turn)) * after.turn)),
+            Turning::Free => vector_of(&(product(&conjugated(&at.turn), &after.turn))),
             _ => {
                 let start = self.turns(at, near);
                 self.turns(after, &start) - start
@@ -226,13 +226,13 @@ impl Joint {
         states: &[State],
         force: &JointForce,
     ) -> Option<(Vector3<f64>, Vector3<f64>, Vector3<f64>)> {
-        let (at, frames) = (self.coordinates(states)?, self.placed(states)?);
+        let frames = self.placed(states)?;
+        let at = between(&frames[0], &frames[1]);
         let along = rotation(&frames[1].attitude) * force.force;
-        let turn = Turn::new(self, (&at, &force.angles), 1.0, 1.0);
         // About the axes of A, and in the world's.
         let about = match self.turning() {
             Turning::Free => Vector3::zeros(),
-            _ => turn.torque_map() * force.torque,
+            _ => Turn::new(self, (&at, &force.angles), 1.0, 1.0).torque_map() * force.torque,
         };
         Some((frames[0].anchor, along, rotation(&states[self.body].attitude) * about))
     }
@@ -278,8 +278,8 @@ impl Joint {
             Axis::Free(_) => force.torque[k],
         });
         let mut about = torque.dot(&turned);
-        let turn = Turn::new(self, (&at, &angles), time_step, 1.0);
-        if turn.is_curved() {
+        if matches!(self.turning(), Turning::Gimbal | Turning::Universal) {
+            let turn = Turn::new(self, (&at, &angles), time_step, 1.0);
             let spins = |body: usize| Some(states.get(body)?.spin + next.get(body)?.spin);
             let other = self.other.and_then(spins);
             about =
@@ -345,7 +345,7 @@ impl Joint {
 /// (J1) of the frames of A and B in the world.
 fn between(a: &JointFrame, b: &JointFrame) -> Coordinates {
     let place = rotation(&b.attitude).tr_mul(&(a.anchor - b.anchor));
-    Coordinates { place, turn: left(&conjugated(&b.attitude)) * a.attitude }
+    Coordinates { place, turn: product(&conjugated(&b.attitude), &a.attitude) }
 }
 
 /// The axis of a turn (w, x, y, z), times its angle of up to π, rad.
@@ -391,7 +391,7 @@ fn aside(turning: Turning, turn: &Vector4<f64>) -> Vector3<f64> {
     if turning == Turning::Universal {
         return Vector3::new(0.0, 0.0, crossing(turn));
     }
-    let rest = left(&conjugated(&twist(turning, turn))) * turn;
+    let rest = product(&conjugated(&twist(turning, turn)), turn);
     rest.fixed_rows::<3>(1).into_owned()
 }
 
@@ -456,7 +456,7 @@ impl Turn {
             length,
             start: at.turn,
             back,
-            rest: left(&back) * at.turn,
+            rest: product(&back, &at.turn),
             swing: swing(&at.turn),
             angles,
             middle,
@@ -477,10 +477,10 @@ impl Turn {
             _ => Vector3::zeros(),
         };
         let pure = |v: &Vector3<f64>| Vector4::new(0.0, v[0], v[1], v[2]);
-        let by_a = left(&self.start) * pure(&a);
-        let by_b = left(&pure(&b)) * (self.start + by_a);
+        let by_a = product(&self.start, &pure(&a));
+        let by_b = product(&pure(&b), &(self.start + by_a));
         let n = ((1.0 + a.norm_squared()) * (1.0 + b.norm_squared())).sqrt();
-        At { e: (self.rest + left(&self.back) * (by_a - by_b)) / n, n, a, b }
+        At { e: (self.rest + product(&self.back, &(by_a - by_b))) / n, n, a, b }
     }
 
     /// u (J4), m/s.
@@ -518,14 +518,14 @@ impl Turn {
     ) -> (Matrix3<f64>, Matrix3<f64>) {
         let At { e, n, a, b } = self.at(spin, other);
         let whole = |v: Vector3<f64>| Vector4::new(1.0, v[0], v[1], v[2]);
-        let turned = left(&self.back) * (left(&whole(-b)) * self.start);
-        let by_a =
-            left(&turned).fixed_columns::<3>(1) / n - e * a.transpose() / (1.0 + a.norm_squared());
-        let after = left(&self.start) * whole(a);
-        let by_b = -(left(&self.back) * right(&after)).fixed_columns::<3>(1) / n
-            - e * b.transpose() / (1.0 + b.norm_squared());
-        let by_b = self.rows(&e, &by_b);
-        let of_b = self.frames.1.map_or(Matrix3::zeros(), |frame| by_b * frame.transpose());
+        let turned = product(&self.back, &product(&whole(-b), &self.start));
+        let by_a = attitude_map(&turned) / n - e * (a / (1.0 + a.norm_squared())).transpose();
+        let of_b = self.frames.1.map_or(Matrix3::zeros(), |frame| {
+            let after = right(&product(&self.start, &whole(a)));
+            let by_b = -(left(&self.back) * after.fixed_columns::<3>(1)) / n
+                - e * (b / (1.0 + b.norm_squared())).transpose();
+            self.rows(&e, &by_b) * frame.transpose()
+        });
         (self.rows(&e, &by_a) * self.frames.0.transpose(), of_b)
     }
 
@@ -565,7 +565,6 @@ impl Turn {
 
     /// G: the torque on A (frame of A) of an impulse along the rows, ∂u/∂ω_A transposed where nothing turns.
     pub(crate) fn torque_map(&self) -> Matrix3<f64> {
-        let still = Vector3::zeros();
-        self.slopes(&still, Some(&still)).0.transpose()
+        self.frames.0 * self.rows(&self.rest, &attitude_map(&self.rest)).transpose()
     }
 }

@@ -21,6 +21,19 @@ pub fn left(q: &Vector4<f64>) -> Matrix4<f64> {
     )
 }
 
+/// p ⊗ q.
+#[must_use]
+#[inline]
+pub fn product(p: &Vector4<f64>, q: &Vector4<f64>) -> Vector4<f64> {
+    let ([a, b, c, d], [w, x, y, z]) = (p.data.0[0], q.data.0[0]);
+    Vector4::new(
+        a * w - b * x - c * y - d * z,
+        b * w + a * x - d * y + c * z,
+        c * w + d * x + a * y - b * z,
+        d * w - c * x + b * y + a * z,
+    )
+}
+
 /// R(q) with p ⊗ q = R(q) p (eq. 1).
 #[must_use]
 pub fn right(q: &Vector4<f64>) -> Matrix4<f64> {
@@ -134,6 +147,15 @@ pub fn turning_rate(from: &Matrix3<f64>, to: &Matrix3<f64>, time_step: f64) -> V
 mod tests {
     use super::*;
     use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn a_product_is_what_the_matrices_make(p in [-1.0..1.0; 4], q in [-1.0..1.0; 4]) {
+            let (p, q) = (Vector4::from(p), Vector4::from(q));
+            prop_assert!((product(&p, &q) - left(&p) * q).amax() < 1e-15);
+            prop_assert!((product(&p, &q) - right(&q) * p).amax() < 1e-15);
+        }
+    }
 
     fn quaternion() -> impl Strategy<Value = Vector4<f64>> {
         proptest::array::uniform4(-1.0..1.0)

@@ -73,8 +73,9 @@ impl Stiffness {
                 continue;
             };
             let scaled = root * stiffness * root.transpose();
-            // A number without an order has no eigenvalues.
-            if scaled.iter().all(|entry| entry.is_finite()) && scaled != Matrix3::zeros() {
+            // No eigenvalue is larger than the norm; a number without an order has none.
+            let most = scaled.norm();
+            if most.is_finite() && most > largest {
                 largest = largest.max(scaled.symmetric_eigenvalues().max());
             }
         }

@@ -10,9 +10,9 @@
 //! inside a front.
 
 use super::fronts::Fronts;
-use super::lu::Lu;
 use super::pattern::Pattern;
-use nalgebra::{Matrix6, Vector6};
+use super::six::{Factors, subtract_product};
+use nalgebra::{Matrix3x6, Matrix6, Vector6};
 
 /// The matrix, and its factors in its place after [`BlockSystem::factorise`]:
 ///
@@ -25,7 +25,7 @@ use nalgebra::{Matrix6, Vector6};
 pub(super) struct BlockSystem {
     diagonal: Vec<Matrix6<f64>>,
     /// D, each factorised.
-    pivots: Vec<Lu>,
+    pivots: Vec<Factors>,
     /// The blocks (place, later) and (later, place), by their number in the pattern; D⁻¹ U and L at
     /// last.
     upper: Vec<Matrix6<f64>>,
@@ -68,6 +68,30 @@ impl BlockSystem {
         *self.block(pattern, row, column) += block;
     }
 
+    /// Adds three rows over three others to the block (row, column), the first ones if there are any.
+    pub(super) fn add_rows(
+        &mut self,
+        pattern: &Pattern,
+        (row, column): (usize, usize),
+        (above, below): (Option<&Matrix3x6<f64>>, &Matrix3x6<f64>),
+    ) {
+        if pattern.plan().is_some() {
+            let mut block = Matrix6::zeros();
+            if let Some(above) = above {
+                block.fixed_view_mut::<3, 6>(0, 0).copy_from(above);
+            }
+            block.fixed_view_mut::<3, 6>(3, 0).copy_from(below);
+            return self.add(pattern, (row, column), &block);
+        }
+        let block = self.block(pattern, pattern.place(row), pattern.place(column));
+        for (k, to) in block.data.0.iter_mut().enumerate() {
+            if let Some(above) = above {
+                (0..3).for_each(|i| to[i] += above.data.0[k][i]);
+            }
+            (0..3).for_each(|i| to[3 + i] += below.data.0[k][i]);
+        }
+    }
+
     /// The block of two places.
     fn block(&mut self, pattern: &Pattern, row: usize, column: usize) -> &mut Matrix6<f64> {
         match row.cmp(&column) {
@@ -84,9 +108,7 @@ impl BlockSystem {
         }
         self.pivots.clear();
         for pivot in 0..pattern.len() {
-            let Some(factors) = Lu::new(&self.diagonal[pivot]) else {
-                return false;
-            };
+            let Some(factors) = Factors::new(&self.diagonal[pivot]) else { return false };
             let row = pattern.row(pivot);
             for upper in &mut self.upper[row.clone()] {
                 factors.solve_block(upper);
@@ -95,8 +117,9 @@ impl BlockSystem {
             for i in row.clone() {
                 let (below, lower) = (pattern.column(i), self.lower[i]);
                 for j in row.clone() {
-                    let update = lower * self.upper[j];
-                    *self.block(pattern, below, pattern.column(j)) -= update;
+                    let upper = self.upper[j];
+                    let block = self.block(pattern, below, pattern.column(j));
+                    subtract_product(block, &lower, &upper);
                 }
             }
         }

@@ -2,7 +2,7 @@
 //! another.
 
 use super::effort::Effort;
-use super::equations::Equations;
+use super::equations::{Equations, Velocities};
 use super::interior_point::InteriorPoint;
 use super::law::{NaturalMap, Piece};
 use super::newton::{Iterate, Newton, Until, exact_residual};
@@ -10,8 +10,8 @@ use super::proximal::Proximal;
 use super::starts::{self, Start};
 use super::sweeps::sweep;
 use super::tolerances::{
-    COMPLIANCE, COMPLIANCES, FIRST_PROXIMAL, FIRST_SWEEPS, MANY_CONTACTS, MOVED,
-    PROXIMAL_SHARPNESSES, SETTLED, SHARPNESSES, SHORTEST_FACTOR, STICK_MARGINS,
+    COMPLIANCE, COMPLIANCES, DETERMINED, FIRST_PROXIMAL, FIRST_SWEEPS, FORESEEN, MANY_CONTACTS,
+    MOVED, PROXIMAL_SHARPNESSES, SETTLED, SHARPNESSES, SHORTEST_FACTOR, STICK_MARGINS,
 };
 use nalgebra::Vector3;
 
@@ -172,13 +172,15 @@ impl<E: Equations> Descent<E> {
                 _ => self.start(equations, previous, start, effort),
             }
             let repeated = if start == Start::Previous { self.repeat(equations) } else { None };
+            let evaluated =
+                start == Start::Previous && repeated.is_none() && self.go_ahead(equations);
             let reached = match repeated {
                 Some(residual) => Reached { residual, selected: true },
                 None => match start {
                     Start::Kept => self.keep(equations, &[(FIRST_PROXIMAL, 1.0)], effort),
                     Start::Moved | Start::Found => self.keep(equations, &MOVED, effort),
                     Start::Best(compliance) => self.keep(equations, &[(compliance, 1.0)], effort),
-                    _ => self.descend(equations, effort),
+                    _ => self.descend(equations, evaluated, effort),
                 },
             };
             let unsolved = reached.residual > tolerances.solved;
@@ -261,8 +263,22 @@ impl<E: Equations> Descent<E> {
         if residual <= enough && sinking <= still {
             return Some(residual);
         }
-        equations.set_velocity_after(&self.iterate.impulses, &mut self.iterate.velocity);
+        equations.set_first_velocity(&self.iterate.impulses, &mut self.iterate.velocity);
         None
+    }
+
+    /// Goes to where the last two steps lead, if that is nearer to a solution: surely where it misses the laws by little
+    /// against the way there. Whether the iterate is one that was evaluated.
+    fn go_ahead(&mut self, equations: &E) -> bool {
+        let ahead = &mut self.last_of_path;
+        let Some(way) = equations.set_foreseen(&mut ahead.velocity, &mut ahead.impulses) else {
+            return false;
+        };
+        let missed = exact_residual(equations, ahead);
+        if missed <= FORESEEN * way || missed < exact_residual(equations, &mut self.iterate) {
+            std::mem::swap(&mut self.iterate, &mut self.last_of_path);
+        }
+        true
     }
 
     /// Keeps what is at rest at rest, where that is the [policy](super::policy::Policy::settles).
@@ -364,11 +380,23 @@ impl<E: Equations> Descent<E> {
     }
 
     /// Newton with compliance, then its limit; with less and less compliance where the
-    /// limit is not in reach.
-    fn descend(&mut self, equations: &E, effort: &mut Effort<'_>) -> Reached {
+    /// limit is not in reach. `evaluated` tells that the iterate was.
+    fn descend(&mut self, equations: &E, evaluated: bool, effort: &mut Effort<'_>) -> Reached {
         let tolerances = *equations.tolerances();
         let mut reached = Reached { residual: f64::INFINITY, selected: false };
         let mut least = f64::INFINITY;
+        if equations.is_determined() {
+            let Self { newton, iterate, last_of_path: start, .. } = &mut *self;
+            start.velocity.copy_from(&iterate.velocity);
+            start.impulses.clone_from(&iterate.impulses);
+            let known = (evaluated, DETERMINED);
+            let residual = newton.solve_determined(equations, known, iterate, effort);
+            if residual <= tolerances.solved {
+                return Reached { residual, selected: true };
+            }
+            iterate.velocity.copy_from(&start.velocity);
+            iterate.impulses.clone_from(&start.impulses);
+        }
         for compliance in COMPLIANCES {
             let map = NaturalMap::with_compliance(compliance);
             let Self { newton, iterate, .. } = &mut *self;

@@ -296,6 +296,18 @@ pub(super) trait Equations {
     fn set_first_velocity(&self, impulses: &[Vector3<f64>], velocity: &mut Self::Velocity) {
         self.set_velocity_after(impulses, velocity);
     }
+    /// Finds where the last two steps of the `bodies` (indices of the world) lead, `previous` being the impulses p̂ of
+    /// the last one.
+    fn foresee(&mut self, _: &Step<'_>, _bodies: &[usize], _previous: &[Vector3<f64>]) {}
+    /// Sets the velocities and the impulses p̂ to that, with which an iteration may start, and tells how far it is from
+    /// the last step's velocities, m/s. `None` where it is not known.
+    fn set_foreseen(&self, _: &mut Self::Velocity, _: &mut Vec<Vector3<f64>>) -> Option<f64> {
+        None
+    }
+    /// Whether all rows are independent of each other, so that there is nothing to select.
+    fn is_determined(&self) -> bool {
+        false
+    }
     /// Adds the impulses that joints had in the last step to those of the contacts.
     fn extend_previous(&self, _: &Step<'_>, _: &mut Vec<Vector3<f64>>) {}
     /// Of velocities, makes what is as it was at the step's start, to rounding, exactly so: spins,

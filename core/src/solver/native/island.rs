@@ -94,8 +94,12 @@ pub(super) struct Island {
     /// The joints of the island, and where their couplings are.
     joints: Vec<JointPlace>,
     gears: Vec<Train>,
+    /// Whether joints alone tie them, without a loop: their rows are independent.
+    is_tree: bool,
     /// −V of all members at step k, where joints tie them.
     back: Vec<Velocity>,
+    /// V and p̂ to which the last two steps lead on, where joints tie them and both are known.
+    ahead: (Vec<Velocity>, Vec<Vector3<f64>>),
     /// A motion slower than this has no energy to speak of, m/s.
     slow: f64,
     /// Where the linear system has numbers.
@@ -115,7 +119,9 @@ impl Island {
             turns: Vec::new(),
             joints: Vec::new(),
             gears: Vec::new(),
+            is_tree: false,
             back: Vec::new(),
+            ahead: (Vec::new(), Vec::new()),
             slow: SLOW * world.speed_scale(),
             pattern: Pattern::default(),
         }
@@ -136,6 +142,8 @@ impl Island {
         self.joints.clear();
         self.gears.clear();
         self.back.clear();
+        self.ahead.0.clear();
+        self.ahead.1.clear();
         self.slow = SLOW * step.world.speed_scale();
         self.setting.begin(Tolerances::together(step.world, self.speed()), unsettled);
     }
@@ -194,10 +202,24 @@ impl Island {
         let of_gears = self.gears.iter().flat_map(Train::pairs);
         let pairs = self.links.iter().filter_map(pair).chain(of_gears);
         self.pattern.set(self.members.len(), pairs);
+        self.is_tree = self.is_tree();
         if !self.joints.is_empty() {
             let still = Velocity::zero();
             self.back.extend(self.members.iter().map(|member| still.moved(-1.0, member.old())));
         }
+    }
+
+    /// Where the couplings of its joints begin, behind those of contacts.
+    fn first_of_joints(&self) -> usize {
+        self.links.iter().take_while(|link| link.source == Source::Contact).count()
+    }
+
+    /// Whether nothing but joints ties its bodies, which hang together, and these have no loop.
+    fn is_tree(&self) -> bool {
+        let ties = |joint: &JointPlace| joint.is_of_two;
+        let between = self.joints.iter().filter(|joint| ties(joint)).count();
+        let alone = self.first_of_joints() == 0 && self.gears.is_empty();
+        alone && between + 1 == self.members.len() && self.joints.len() <= between + 1
     }
 
     /// The residuals of the equations of motion (N1) of all bodies: linear and
@@ -286,9 +308,19 @@ impl Island {
     /// u of coupling `index` (N2).
     fn point_at(&self, index: usize, velocity: &[Velocity]) -> Vector3<f64> {
         let link = &self.links[index];
+        if let Some(u) = self.turned_velocity(link, velocity) {
+            return u;
+        }
         let turnings = |body: usize| Both::of(&self.members[body], &velocity[body]);
         let (a, b) = (turnings(link.a), link.b.as_ref().map(|other| turnings(other.index)));
         self.point_velocity((link, &self.setting.couplings[index]), velocity, (&a, b.as_ref()))
+    }
+
+    /// The same of a joint's turn.
+    fn turned_velocity(&self, link: &Link, velocity: &[Velocity]) -> Option<Vector3<f64>> {
+        let Kind::Turn(turn) = link.kind else { return None };
+        let other = link.b.as_ref().map(|other| &velocity[other.index].spin);
+        Some(self.turns[turn].u(&velocity[link.a].spin, other))
     }
 
     /// The same, where the bodies that it joins turn as told.
@@ -316,9 +348,8 @@ impl Island {
             Kind::Round(round) => {
                 return self.round_motion((coupling, round), link, velocity, turnings).u();
             }
-            Kind::Turn(turn) => {
-                let other = link.b.as_ref().map(|other| &velocity[other.index].spin);
-                return self.turns[turn].u(&velocity[link.a].spin, other);
+            Kind::Turn(_) => {
+                return self.turned_velocity(link, velocity).unwrap_or_default();
             }
             Kind::Gear(gear) => {
                 let point = |index: usize| self.point_at(index, velocity);
@@ -398,8 +429,44 @@ impl Equations for Island {
         self.members.iter().map(Member::speed).fold(0.0, f64::max)
     }
 
+    fn foresee(&mut self, step: &Step<'_>, bodies: &[usize], previous: &[Vector3<f64>]) {
+        let Some(earlier) = step.earlier.filter(|_| !self.joints.is_empty()) else { return };
+        let (mut velocity, mut impulses) = std::mem::take(&mut self.ahead);
+        let before = bodies.iter().filter_map(|body| earlier.states.get(*body));
+        velocity.extend(self.members.iter().zip(before).map(|(member, before)| {
+            let (now, before) = (member.old(), (before.velocity, before.spin));
+            Velocity { linear: 2.0 * now.linear - before.0, spin: 2.0 * now.spin - before.1 }
+        }));
+        impulses.extend_from_slice(previous);
+        let contacts = self.first_of_joints();
+        for (now, before) in
+            impulses[contacts..].iter_mut().zip(self.joint_impulses(&earlier.joints))
+        {
+            *now = 2.0 * *now - before;
+        }
+        if velocity.len() < self.members.len() {
+            velocity.clear();
+        }
+        self.ahead = (velocity, impulses);
+    }
+
+    fn set_foreseen(
+        &self,
+        velocity: &mut Vec<Velocity>,
+        impulses: &mut Vec<Vector3<f64>>,
+    ) -> Option<f64> {
+        velocity.copy_from(&self.ahead.0);
+        impulses.clone_from(&self.ahead.1);
+        let members = self.members.iter().zip(&self.ahead.0);
+        members.map(|(member, ahead)| member.way_from_old(ahead)).reduce(f64::max)
+    }
+
+    fn is_determined(&self) -> bool {
+        self.is_tree
+    }
+
     fn extend_previous(&self, step: &Step<'_>, previous: &mut Vec<Vector3<f64>>) {
-        previous.extend(self.joint_impulses(step));
+        previous.extend(self.joint_impulses(&step.previous.joints));
         previous.extend(self.gear_impulses(step));
     }
 

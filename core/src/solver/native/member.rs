@@ -240,6 +240,12 @@ impl Member {
         &self.old
     }
 
+    /// How far a velocity is from that at step k, as the speed of its points, m/s.
+    pub(super) fn way_from_old(&self, velocity: &Velocity) -> f64 {
+        let turned = (velocity.spin - self.old.spin).amax() * self.reach;
+        (velocity.linear - self.old.linear).amax().max(turned)
+    }
+
     /// How its points turn in a step that ends with a `spin`.
     pub(super) fn turning(&self, spin: Vector3<f64>) -> Turning {
         Turning::new(&self.rotation, spin, self.time_step)

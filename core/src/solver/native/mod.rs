@@ -26,7 +26,6 @@ mod island;
 mod islands;
 mod law;
 mod linearised;
-mod lu;
 mod member;
 mod newton;
 mod pair_motion;
@@ -37,6 +36,7 @@ mod posed;
 mod proximal;
 mod round_motion;
 mod single;
+mod six;
 mod starts;
 mod sweeps;
 #[cfg(feature = "threads")]

@@ -7,8 +7,8 @@ use super::effort::Effort;
 use super::equations::{Elimination, Equations, Point, Residual, Velocities, reserve};
 use super::law::{NaturalMap, Piece, Pull};
 use super::tolerances::{
-    CORRECTIONS, JUMPS, NEWTON_ITERATIONS, ROLLING_CORRECTIONS, SETTLING, SHORTEST_STEP,
-    SUFFICIENT_DECREASE, WHOLE_STEPS,
+    CORRECTIONS, JUMPS, KEPT_FACTORS, NEWTON_ITERATIONS, ROLLING_CORRECTIONS, SETTLING,
+    SHORTEST_STEP, SUFFICIENT_DECREASE, WHOLE_STEPS,
 };
 use nalgebra::Vector3;
 
@@ -27,8 +27,9 @@ pub(super) struct Iterate<E: Equations> {
     pulls: Vec<Pull>,
     /// The residual of the equations of motion, which no map of the laws changes.
     motion: Residual,
-    /// The map evaluated last.
+    /// The map evaluated last, and the residual.
     map: NaturalMap,
+    residual: Residual,
     /// ε D p̂_0 of every coupling, m/s, where the compliance acts on changes from impulses p̂_0
     /// (N13); empty otherwise.
     shifts: Vec<Vector3<f64>>,
@@ -59,6 +60,17 @@ pub(super) struct Newton<E: Equations> {
     pieces: Vec<Piece>,
     eliminations: Vec<Elimination<E::Slope>>,
     system: E::System,
+    kept: Kept,
+}
+
+/// Of which point the eliminations and the factorised system are.
+#[derive(Debug, Clone, Default)]
+struct Kept {
+    /// The pieces there, and the compliance.
+    pieces: Vec<Piece>,
+    compliance: f64,
+    /// Whether they are good enough for the next step, too.
+    are_good: bool,
 }
 
 impl<E: Equations> Newton<E> {
@@ -69,6 +81,7 @@ impl<E: Equations> Newton<E> {
             pieces: Vec::new(),
             eliminations: Vec::new(),
             system: E::System::default(),
+            kept: Kept::default(),
         }
     }
 
@@ -76,6 +89,7 @@ impl<E: Equations> Newton<E> {
     pub(super) fn reserve(&mut self, contacts: usize) {
         self.trial.reserve(contacts);
         reserve(&mut self.pieces, contacts);
+        reserve(&mut self.kept.pieces, contacts);
         reserve(&mut self.eliminations, contacts);
     }
 
@@ -89,40 +103,62 @@ impl<E: Equations> Newton<E> {
         iterate: &mut Iterate<E>,
         effort: &mut Effort<'_>,
     ) -> bool {
-        let mut merit = evaluate(equations, map, iterate);
+        let merit = evaluate(equations, map, iterate);
+        self.go_on(equations, map, (matrix, until), (merit, iterate), effort).0
+    }
+
+    /// The same from a point with the residual `merit`, which is returned of the last one.
+    fn go_on(
+        &mut self,
+        equations: &E,
+        map: &NaturalMap,
+        (matrix, until): (f64, Until),
+        (mut merit, iterate): (Residual, &mut Iterate<E>),
+        effort: &mut Effort<'_>,
+    ) -> (bool, Residual) {
         let tolerances = equations.tolerances();
         // Without compliance the iteration is near a solution, and to stay there.
         let (mut whole_steps, mut jumps) =
             (WHOLE_STEPS, if map.compliance > 0.0 { JUMPS } else { 0 });
+        self.kept.are_good = false;
         for _ in 0..until.iterations {
             if merit.largest <= until.residual {
-                return true;
+                return (true, merit);
             }
             if !effort.spend() {
-                return false;
+                return (false, merit);
             }
             self.find_pieces(equations, map, iterate);
             if !self.set_direction(equations, matrix, iterate) {
-                return false;
+                return (false, merit);
             }
+            let (before, were_kept) = (merit.largest, self.kept.are_good);
             if merit.largest <= tolerances.whole_steps && whole_steps > 0 {
                 self.try_step(iterate, 1.0);
                 let trial = evaluate(equations, map, &mut self.trial);
+                if were_kept && trial.squared >= merit.squared {
+                    self.kept.are_good = false;
+                    continue;
+                }
                 whole_steps -= u32::from(trial.squared >= merit.squared);
                 std::mem::swap(iterate, &mut self.trial);
                 merit = trial;
             } else if let Some(better) = self.search(equations, map, iterate, &merit) {
                 merit = better;
+            } else if were_kept {
+                self.kept.are_good = false;
+                continue;
             } else if jumps > 0 {
                 self.try_step(iterate, 1.0);
                 merit = evaluate(equations, map, &mut self.trial);
                 std::mem::swap(iterate, &mut self.trial);
                 jumps -= 1;
             } else {
-                return false;
+                return (false, merit);
             }
+            self.kept.are_good = keeps(equations, before, merit.largest);
         }
-        merit.largest <= until.residual
+        (merit.largest <= until.residual, merit)
     }
 
     /// Solves the law with a compliance that acts on changes from the impulses p̂_0 of `iterate`
@@ -162,6 +198,7 @@ impl<E: Equations> Newton<E> {
         iterate: &Iterate<E>,
     ) -> Option<Linearised<'_, E>> {
         self.find_pieces(equations, map, iterate);
+        self.kept.are_good = false;
         let is_regular = self.set_direction(equations, matrix, iterate);
         is_regular.then_some((&self.eliminations, &self.pieces))
     }
@@ -186,24 +223,66 @@ impl<E: Equations> Newton<E> {
             evaluate_again(equations, map, iterate);
         }
         self.find_pieces(equations, map, iterate);
-        let mut merit = evaluate_again(equations, &NaturalMap::EXACT, iterate);
+        let merit = evaluate_again(equations, &NaturalMap::EXACT, iterate);
+        // Any multiple of the compliance leaves the same part of the impulses where it is.
+        let matrix = map.compliance * equations.policy().limit_compliance;
+        self.correct(equations, matrix, (merit, iterate), effort)
+    }
+
+    /// Moves a point near a solution of the law without compliance there, where the pieces are those found last, with
+    /// the compliance `matrix` in the Newton matrix. Returns the residual.
+    fn correct(
+        &mut self,
+        equations: &E,
+        matrix: f64,
+        (mut merit, iterate): (Residual, &mut Iterate<E>),
+        effort: &mut Effort<'_>,
+    ) -> f64 {
         let alike = equations.setting().all_give_alike;
         for _ in 0..if alike { CORRECTIONS } else { ROLLING_CORRECTIONS } {
             if merit.largest <= limit(equations) || !effort.spend() {
                 break;
             }
-            if !self.set_direction(equations, map.compliance, iterate) {
+            if !self.set_direction(equations, matrix, iterate) {
                 break;
             }
             self.try_step(iterate, 1.0);
             let corrected = evaluate(equations, &NaturalMap::EXACT, &mut self.trial);
+            let good = keeps(equations, merit.largest, corrected.largest);
+            let were_kept = std::mem::replace(&mut self.kept.are_good, good);
             if corrected.largest >= merit.largest {
+                if were_kept {
+                    continue;
+                }
                 break;
             }
             std::mem::swap(iterate, &mut self.trial);
             merit = corrected;
         }
         merit.largest
+    }
+
+    /// Solves the law without compliance, where nothing is to be selected, with the compliance `matrix` in the Newton matrix.
+    /// `evaluated` tells that the iterate was, for that law. Returns the residual.
+    pub(super) fn solve_determined(
+        &mut self,
+        equations: &E,
+        (evaluated, matrix): (bool, f64),
+        iterate: &mut Iterate<E>,
+        effort: &mut Effort<'_>,
+    ) -> f64 {
+        let (map, until) = (NaturalMap::EXACT, Until::converged(equations));
+        let merit = match evaluated {
+            true => iterate.residual,
+            false => evaluate(equations, &map, iterate),
+        };
+        let (converged, merit) =
+            self.go_on(equations, &map, (matrix, until), (merit, iterate), effort);
+        if !converged {
+            return f64::INFINITY;
+        }
+        self.find_pieces(equations, &map, iterate);
+        self.correct(equations, matrix, (merit, iterate), effort)
     }
 
     /// The pieces that `law`, which must be the one evaluated last, puts the contacts on.
@@ -214,13 +293,30 @@ impl<E: Equations> Newton<E> {
 
     /// The Newton direction of the velocities for the law evaluated last and the modes found
     /// before; the impulses' part follows from the eliminations. `false` where there is none.
+    ///
+    /// Where the eliminations and the factorised system of a point before are still good, they are kept: what they ask for is found anew
+    /// from the residuals here.
     fn set_direction(&mut self, equations: &E, matrix: f64, iterate: &Iterate<E>) -> bool {
         let Iterate { velocity, impulses, points, pulls, scratch, .. } = iterate;
-        let Self { step, pieces, eliminations, system, .. } = self;
+        let Self { step, pieces, eliminations, system, kept, .. } = self;
         let (at, graphs) = (Point { velocity, points, scratch }, equations.graphs());
-        let answer = |index: usize, coupling: &Coupling, _: &Vector3<f64>| {
-            Some(pulls[index].answer(pieces[index], (coupling, graphs), &impulses[index], matrix))
+        let answer = |index: usize, coupling: &Coupling| {
+            pulls[index].answer(pieces[index], (coupling, graphs), &impulses[index], matrix)
         };
+        if kept.are_good && kept.compliance == matrix && kept.pieces == *pieces {
+            let couplings = equations.couplings().iter().zip(&mut *eliminations);
+            for (index, (coupling, elimination)) in couplings.enumerate() {
+                elimination.answer.offset = answer(index, coupling).offset;
+            }
+            return equations.direction(scratch, eliminations, system, step);
+        }
+        kept.are_good = false;
+        if equations.policy().keeps_factors {
+            kept.pieces.clone_from(pieces);
+            kept.compliance = matrix;
+        }
+        let answer =
+            |index: usize, coupling: &Coupling, _: &Vector3<f64>| Some(answer(index, coupling));
         equations.linearise(at, answer, eliminations, system)
             && equations.direction(scratch, eliminations, system, step)
     }
@@ -269,6 +365,7 @@ impl<E: Equations> Iterate<E> {
             pulls: Vec::new(),
             motion: Residual::default(),
             map: NaturalMap::EXACT,
+            residual: Residual::default(),
             shifts: Vec::new(),
             scratch: E::Scratch::default(),
         }
@@ -330,7 +427,13 @@ impl<E: Equations> Iterate<E> {
         self.pulls.extend_from_slice(&other.pulls);
         self.motion = other.motion;
         self.map = other.map;
+        self.residual = other.residual;
     }
+}
+
+/// Whether a step that made of a residual another one may be followed by one with the same factors.
+fn keeps(equations: &impl Equations, before: f64, after: f64) -> bool {
+    equations.policy().keeps_factors && after <= KEPT_FACTORS * before
 }
 
 /// The residual at which the limit of vanishing compliance is reached: to rounding where the
@@ -379,5 +482,6 @@ fn evaluate_again<E: Equations>(
         // A maximum drops NaN; a sum does not.
         size.largest = f64::INFINITY;
     }
+    iterate.residual = size;
     size
 }

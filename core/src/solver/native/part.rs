@@ -116,6 +116,7 @@ impl<E: Equations> Problem<E> {
             self.equations.extend_previous(step, &mut self.found);
             &self.found[..]
         });
+        self.equations.foresee(step, island.bodies, &self.previous);
         let known = Known { previous: &self.previous, found, roughly: asked.roughly };
         self.descent.solve(&mut self.equations, known, asked.accepted, effort)
     }

@@ -29,6 +29,12 @@ pub(super) struct Policy {
     pub(super) settles: bool,
     /// Whether impulses of the last step are those of this one only where they obey it to rounding.
     repeats_exactly: bool,
+    /// Whether a factorised matrix is kept for further steps as long as they shrink the residual by much: what joints tie
+    /// moves smoothly.
+    pub(super) keeps_factors: bool,
+    /// ε in the matrix on the way to the limit of vanishing compliance, in parts of the law's own: each correction shrinks what is
+    /// left to about that part of what the own responses of light bodies are to those of all that they carry.
+    pub(super) limit_compliance: f64,
     /// Whether any solution will do, also one that compliance did not select.
     pub(super) takes_any: bool,
     /// Whether the forces of a crowd that change are gone on from as they are, and known roughly before all
@@ -57,6 +63,8 @@ static ALONE: Policy = Policy {
     keeps_best: false,
     settles: false,
     repeats_exactly: true,
+    keeps_factors: false,
+    limit_compliance: 1.0,
     takes_any: false,
     follows_crowds: false,
 };
@@ -102,6 +110,8 @@ const TOGETHER: Policy = Policy {
     keeps_best: true,
     settles: true,
     repeats_exactly: false,
+    keeps_factors: false,
+    limit_compliance: 1.0,
     takes_any: false,
     follows_crowds: true,
 };
@@ -111,7 +121,13 @@ static SEVERAL: Policy = TOGETHER;
 /// For bodies that joints tie: a force that joints keep may be the same in every step and move them all
 /// the same, by less than what a heap may leave.
 /// What joints hold is not shared in many ways, and old reactions of light hinges lead astray.
-static TIED: Policy = Policy { repeats_exactly: true, follows_crowds: false, ..TOGETHER };
+static TIED: Policy = Policy {
+    repeats_exactly: true,
+    keeps_factors: true,
+    limit_compliance: 0.01,
+    follows_crowds: false,
+    ..TOGETHER
+};
 
 /// For problems without bodies: nothing is known of how they came about, and nothing is at rest.
 static POSED: Policy =

@@ -5,9 +5,9 @@ use super::equations::{
     Answer, Elimination, Equations, Gain, Point, Residual, Setting, Slope, Velocity, reserve,
 };
 use super::fixed_motion::{point_velocity, slope};
-use super::lu::Lu;
 use super::member::Member;
 use super::policy::Policy;
+use super::six::Factors;
 use super::tolerances::Tolerances;
 use super::turning::Turning;
 use crate::contact::Contact;
@@ -114,7 +114,7 @@ impl Single {
 impl Equations for Single {
     type Velocity = Velocity;
     type Slope = SpinSlope;
-    type System = Factors;
+    type System = Option<Factors>;
     type Scratch = Evaluated;
 
     #[inline]
@@ -206,7 +206,7 @@ impl Equations for Single {
         at: Point<'_, Self>,
         mut answer: impl FnMut(usize, &Coupling, &Vector3<f64>) -> Option<Answer>,
         eliminations: &mut Vec<Elimination<SpinSlope>>,
-        factors: &mut Factors,
+        factors: &mut Option<Factors>,
     ) -> bool {
         let turning = &at.scratch.turning;
         let mut matrix = MotionMatrix {
@@ -226,7 +226,7 @@ impl Equations for Single {
             matrix.add(&coupling.lever.torque_map, &elimination);
             eliminations.push(elimination);
         }
-        factors.0 = matrix.factorised();
+        *factors = matrix.factorised();
         true
     }
 
@@ -235,7 +235,7 @@ impl Equations for Single {
         &self,
         evaluated: &Evaluated,
         eliminations: &[Elimination<SpinSlope>],
-        factors: &mut Factors,
+        factors: &mut Option<Factors>,
         step: &mut Velocity,
     ) -> bool {
         let Velocity { linear, spin } = evaluated.residual;
@@ -244,7 +244,7 @@ impl Equations for Single {
             linear += contact.answer.offset;
             angular += coupling.lever.torque_map * contact.answer.offset;
         }
-        let change = factors.0.as_ref().and_then(|factors| solve(factors, &linear, &angular));
+        let change = factors.as_ref().and_then(|factors| solve(factors, &linear, &angular));
         change.map(|change| *step = change).is_some()
     }
 }
@@ -276,10 +276,6 @@ impl Slope for SpinSlope {
         change.linear + self.0 * change.spin
     }
 }
-
-/// The matrix of (N8), factorised.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Factors(Option<Lu>);
 
 /// The matrix of the linearised equations of motion, to which the couplings are added one by one (N8):
 ///
@@ -323,19 +319,19 @@ impl MotionMatrix {
     }
 
     #[inline]
-    fn factorised(&self) -> Option<Lu> {
+    fn factorised(&self) -> Option<Factors> {
         let mut matrix = Matrix6::zeros();
         matrix.fixed_view_mut::<3, 3>(0, 0).copy_from(&self.linear_linear);
         matrix.fixed_view_mut::<3, 3>(0, 3).copy_from(&self.linear_angular);
         matrix.fixed_view_mut::<3, 3>(3, 0).copy_from(&self.angular_linear);
         matrix.fixed_view_mut::<3, 3>(3, 3).copy_from(&self.angular_angular);
-        Lu::new(&matrix)
+        Factors::new(&matrix)
     }
 }
 
 /// (δv, δω), `None` where they are not finite.
 #[inline]
-fn solve(factors: &Lu, linear: &Vector3<f64>, angular: &Vector3<f64>) -> Option<Velocity> {
+fn solve(factors: &Factors, linear: &Vector3<f64>, angular: &Vector3<f64>) -> Option<Velocity> {
     let mut rhs = [linear.x, linear.y, linear.z, angular.x, angular.y, angular.z];
     factors.solve(&mut rhs);
     rhs.iter().all(|x| x.is_finite()).then(|| Velocity {

@@ -86,6 +86,13 @@ pub(super) const BUDGET_STARTS: u32 = 4;
 pub(super) const LEAST_BUDGET: u32 = 6_000;
 /// Iterations of Newton's method from one start.
 pub(super) const NEWTON_ITERATIONS: u32 = 40;
+/// ε in the Newton matrix where nothing is to be selected: the root of what doubles resolve, so that as much is lost by it
+/// as by rounding against the stiffness 1/ε.
+pub(super) const DETERMINED: f64 = 1e-8;
+/// What the last two steps lead to is a good start where it misses the laws by no more than this part of how far it is away.
+pub(super) const FORESEEN: f64 = 0.01;
+/// A step that leaves no more than this part of the residual was made with a matrix that is good for the next one, too.
+pub(super) const KEPT_FACTORS: f64 = 0.1;
 /// Corrections towards the limit of vanishing compliance; one nearly always suffices.
 pub(super) const CORRECTIONS: u32 = 3;
 /// The same where contacts [can roll](ROLLING_GIVE): each shrinks what is left to 3 %.

@@ -21,6 +21,8 @@ pub(in super::super) struct JointPlace {
     pub(super) turn: Option<usize>,
     /// ℓ, m.
     pub(super) length: f64,
+    /// Whether it ties two bodies.
+    pub(super) is_of_two: bool,
     /// Its coordinates at the step's start: the place, m, and the angles, rad.
     pub(super) along: Vector3<f64>,
     pub(super) angles: Vector3<f64>,
@@ -43,7 +45,8 @@ impl Island {
         let place = joint.holds_place().then(|| self.admit_place(joint, &along, sides));
         let turn = (joint.turning() != Turning::Free)
             .then(|| self.admit_turn(joint, (&at, &angles), (&about, length), sides));
-        self.joints.push(JointPlace { joint: index, place, turn, length, along: at.place, angles });
+        let (joint, is_of_two, along) = (index, sides.1.is_some(), at.place);
+        self.joints.push(JointPlace { joint, place, turn, length, is_of_two, along, angles });
     }
 
     /// Adds the coupling of its anchor.
@@ -114,14 +117,15 @@ impl Island {
         self.links.len() - 1
     }
 
-    /// The impulses p̂ of the couplings of all joints under the forces of the last step, in their order.
+    /// The impulses p̂ of the couplings of all joints under the forces of a step before, one a joint of the world, in their
+    /// order.
     pub(in super::super) fn joint_impulses<'a>(
         &'a self,
-        step: &'a Step<'_>,
+        forces: &'a [JointForce],
     ) -> impl Iterator<Item = Vector3<f64>> + 'a {
         let to_impulse = self.time_step / self.mass;
         self.joints.iter().flat_map(move |at| {
-            let before = step.previous.joints.get(at.joint);
+            let before = forces.get(at.joint);
             let force = before.map_or(Vector3::zeros(), |before| before.force);
             let torque = before.map_or(Vector3::zeros(), |before| before.torque);
             let along = at.place.map(|k| self.setting.couplings[k].rows.frame * force * to_impulse);

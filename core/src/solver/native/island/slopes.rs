@@ -9,7 +9,7 @@ use super::super::equations::{Elimination, Gain, Velocity};
 use super::super::fixed_motion::slope;
 use super::super::pair_motion::{PairSlope, beside};
 use super::{Both, Island, IslandSlope, Kind, Link};
-use nalgebra::{Matrix3, Matrix3x6, Matrix6, RowVector6, Vector3, Vector6};
+use nalgebra::{Matrix3, Matrix3x6, RowVector6, Vector3, Vector6};
 
 impl Island {
     /// ∂u/∂V of a coupling.
@@ -166,20 +166,18 @@ impl Island {
             }
             (IslandSlope::Gear(_), _) => return,
         };
-        for (row, share, torque_map) in self.sides(of) {
-            for (column, slope) in std::iter::once(&slope.a).chain(slope.b.as_ref()) {
-                let gained = match &answer.gain {
-                    Gain::Zero => continue,
-                    Gain::Spring(stiffness) => slope * -stiffness,
-                    Gain::Full(gain) => gain * slope,
-                };
+        let pushes = of.0.pushes();
+        for (column, slope) in std::iter::once(&slope.a).chain(slope.b.as_ref()) {
+            let gained = match &answer.gain {
+                Gain::Zero => continue,
+                Gain::Spring(stiffness) => slope * -stiffness,
+                Gain::Full(gain) => gain * slope,
+            };
+            for (row, share, torque_map) in self.sides(of) {
                 let linear = gained * -share;
-                let mut block = Matrix6::zeros();
-                if of.0.pushes() {
-                    block.fixed_view_mut::<3, 6>(0, 0).copy_from(&linear);
-                }
-                block.fixed_view_mut::<3, 6>(3, 0).copy_from(&(torque_map * linear));
-                blocks.add(&self.pattern, (row, *column), &block);
+                let turning = torque_map * linear;
+                let rows = (pushes.then_some(&linear), &turning);
+                blocks.add_rows(&self.pattern, (row, *column), rows);
             }
         }
     }

@@ -13,14 +13,14 @@ use nalgebra::{Matrix3, Vector3};
 pub(in super::super) struct Axes {
     /// The place of the first of its graphs among those of the step.
     first: u32,
-    /// Whether all three are locked.
-    locked: bool,
+    /// Which of them are locked.
+    locked: [bool; 3],
 }
 
 impl Axes {
     /// Those of three graphs, which join the `graphs` of a step.
     pub(in super::super) fn new(graphs: &mut Vec<Graph>, own: [Graph; 3]) -> Self {
-        let (first, locked) = (graphs.len(), own.iter().all(|graph| *graph == Graph::locked()));
+        let (first, locked) = (graphs.len(), own.each_ref().map(Graph::is_locked));
         graphs.extend(own);
         Self { first: first as u32, locked }
     }
@@ -28,6 +28,11 @@ impl Axes {
     /// That of row k.
     fn of<'a>(&self, graphs: &'a [Graph], k: usize) -> &'a Graph {
         &graphs[self.first as usize + k]
+    }
+
+    /// Whether all of them are locked.
+    fn all_locked(&self) -> bool {
+        self.locked == [true; 3]
     }
 }
 
@@ -69,22 +74,29 @@ impl Pull {
 
     /// (p̂ − P(y))/ρ of each row.
     pub(super) fn natural_map(&self, rows: &Rows, graphs: &[Graph]) -> Vector3<f64> {
-        if self.axes.locked {
+        if self.axes.all_locked() {
             return rows.frame * self.u;
         }
-        let graph = |k: usize| self.axes.of(graphs, k);
-        let asked = |k: usize| graph(k).projected(self.pull(k), self.rho[k]);
-        rows.frame * self.along_rows(|k| (self.p[k] - asked(k)) / self.rho[k])
+        let asked = |k: usize| self.axes.of(graphs, k).projected(self.pull(k), self.rho[k]);
+        rows.frame
+            * self.along_rows(|k| match self.axes.locked[k] {
+                true => self.u[k],
+                false => (self.p[k] - asked(k)) / self.rho[k],
+            })
     }
 
     pub(super) fn pieces(&self, graphs: &[Graph]) -> [u8; 3] {
-        let piece = |k: usize| self.axes.of(graphs, k).piece(self.pull(k), self.rho[k]) as u8;
+        // A locked row has one piece, on both sides of its corner.
+        let piece = |k: usize| match self.axes.locked[k] {
+            true => 0,
+            false => self.axes.of(graphs, k).piece(self.pull(k), self.rho[k]) as u8,
+        };
         [piece(0), piece(1), piece(2)]
     }
 
     /// The nearest change of a row that is not locked.
     pub(super) fn margin(&self, graphs: &[Graph]) -> f64 {
-        let free = (0..3).filter(|k| *self.axes.of(graphs, *k) != Graph::locked());
+        let free = (0..3).filter(|k| !self.axes.locked[*k]);
         let margin = |k: usize| self.axes.of(graphs, k).margin(self.pull(k), self.rho[k]);
         free.map(margin).fold(f64::INFINITY, f64::min)
     }
@@ -111,7 +123,7 @@ impl Pull {
         (rows, graphs): (&Rows, &[Graph]),
         compliance: f64,
     ) -> Answer {
-        if self.axes.locked {
+        if self.axes.all_locked() {
             let stiffness = 1.0 / compliance;
             return Answer::stick(rows.frame * self.u * -stiffness, stiffness);
         }
