@@ -23,6 +23,14 @@ pub(crate) struct RowChange {
     pub(crate) arms: [Vector3<f64>; 2],
 }
 
+/// How the rows of a contact change with a place (m) or a turn (rad) of one side, world.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct RowSlopes {
+    pub(crate) motion: Matrix3<f64>,
+    pub(crate) turn: Matrix3<f64>,
+    pub(crate) arms: [Matrix3<f64>; 2],
+}
+
 /// A contact over a step, ready to be differentiated.
 #[derive(Debug, Clone)]
 pub(crate) struct ContactTangent {
@@ -179,6 +187,46 @@ impl ContactTangent {
             self.exchange(rebound, &mut change, (of_a, of_b), (time_step, restitution));
         }
         change
+    }
+
+    /// What [`change`](Self::change) makes of the place of A, of its turn, and of the turn of B, where the features stay in
+    /// their bodies and nothing bounces or is carried; of the place of B it is that of A with the other sign. (G4) by
+    /// columns: with K = A_B A_B⁺ᵀ/h and N = (n nᵀ − E)/h
+    ///
+    /// ```text
+    /// ∂u/∂r_A = K + N,   ∂u/∂θ_A = −K [A_A⁺ a]× − N [A_A a]× − ρ [n]× [A_A ω_A]×
+    /// ∂u/∂θ_B = K [s⁺]× + N [s]× − ([K h s⁺ − s]× + φ [n]×)/h + ρ ([n]× [A_B ω_B]× + [Δω]× [n]×)
+    /// ```
+    pub(crate) fn rigid_slopes(&self) -> Option<[RowSlopes; 3]> {
+        let stays = matches!(self.placement, Placement::Fixed | Placement::Unknown);
+        let carried = self.a.surface != self.b.surface;
+        if !stays || carried || self.rebound.is_some() || self.contact.features.curved.is_some() {
+            return None;
+        }
+        let h = self.time_step;
+        let Way { arm, arm_end, seen, back, end, travelled, spin, .. } = &self.way;
+        let (n, rho) = (self.contact.normal(), self.contact.features.radius);
+        let (zero, unit) = (Matrix3::zeros(), Matrix3::identity());
+        let (carry, press) = (back / h, (n * n.transpose() - unit) / h);
+        let (lever, upright) = (arm.cross_matrix(), n.cross_matrix());
+        let mut by_turn = -carry * arm_end.cross_matrix() - press * lever;
+        if rho > 0.0 {
+            by_turn -= upright * self.a.spin_world.cross_matrix() * rho;
+        }
+        let place = RowSlopes { motion: carry + press, turn: zero, arms: [zero, unit] };
+        let turn = RowSlopes { motion: by_turn, turn: zero, arms: [-lever, -lever] };
+        if self.contact.key.partner.body().is_none() {
+            return Some([place, turn, RowSlopes { motion: zero, turn: zero, arms: [zero, zero] }]);
+        }
+        let mut motion = carry * end.cross_matrix() + press * seen.cross_matrix()
+            - (travelled.cross_matrix() + upright * self.contact.gap) / h;
+        if rho > 0.0 {
+            let rolling = upright * self.b.spin_world.cross_matrix();
+            motion += (rolling + spin.cross_matrix() * upright) * rho;
+        }
+        let beyond = upright * rho;
+        let of_b = RowSlopes { motion, turn: -press * h, arms: [beyond, beyond] };
+        Some([place, turn, of_b])
     }
 
     /// Puts what is left of the rebound, n·ċ⁺ − e c_n⁻, in the place of the gap speed (eq. 29): of

@@ -18,6 +18,7 @@
 mod constants;
 mod coupling;
 mod island;
+mod slopes;
 mod tied;
 
 use super::islands::{IslandView, Islands, Marked};
@@ -28,8 +29,9 @@ use crate::mechanics::{State, Wrench};
 use crate::step::{Step, StepSolution};
 use crate::world::Constant;
 use constants::{Constants, Shape};
-use island::LinearIsland;
-use nalgebra::Vector3;
+use island::{LinearIsland, coupling_change, numbers};
+use nalgebra::{SMatrix, Vector3};
+use tied::Slots;
 
 /// A change of a step's data, lists over the bodies of the world; an empty list is no change.
 #[derive(Debug, Clone, Copy, Default)]
@@ -62,6 +64,7 @@ pub struct StepDerivative {
     /// X⁺ by X, V⁺ and h of every body; `None` of one that is held.
     ends: Vec<Option<EndMap>>,
     shapes: Vec<Shape>,
+    slots: Slots,
     /// How many numbers each constant of the bodies has, in the order of [`Constant::ALL`].
     widths: [usize; Constant::ALL.len()],
     /// Memory of the search for islands.
@@ -138,6 +141,7 @@ impl StepDerivative {
         });
         self.shapes.clear();
         self.shapes.extend(world.bodies().iter().map(Shape::of));
+        self.slots.set(world);
         (self.count, self.unknown, self.kept) = (0, 0, false);
         (self.margin, self.room) = (f64::INFINITY, f64::INFINITY);
         // Where iterations start: at the solution.
@@ -196,7 +200,7 @@ impl StepDerivative {
         let linear = &mut self.islands[self.count];
         self.count += 1;
         let at = (step, contacts, view);
-        let kept = linear.linearise(at, &mut self.next, self.compliance)?;
+        let kept = linear.linearise(at, (&mut self.next, &self.slots), self.compliance)?;
         self.kept |= kept;
         let (point, h) = (&linear.points[0], step.world.time_step());
         if self.compliance.is_some() {
@@ -274,6 +278,30 @@ impl StepDerivative {
             let constants = constants.map(|numbers| Constants { shapes: &self.shapes, numbers });
             linear.push(change, constants, (&self.gravity, &self.ends), end);
         }
+        Ok(())
+    }
+
+    /// ∂X⁺/∂X of every body by the state of `body`, in the order of [`StateChange::to_array`]: what [`push`](Self::push)
+    /// makes of twelve changes, with one solution for all of them. Of bodies that its island does not have it is
+    /// zero.
+    ///
+    /// # Errors
+    /// A body that the world does not have.
+    pub fn by_state(
+        &mut self,
+        body: usize,
+        end: &mut Vec<SMatrix<f64, 12, 12>>,
+    ) -> Result<(), Error> {
+        let bodies = self.ends.len();
+        if body >= bodies {
+            let (field, allowed) = ("body of a derivative", "an index of a body");
+            return Err(Error::Count { field, count: body, allowed });
+        }
+        end.clear();
+        end.resize(bodies, SMatrix::zeros());
+        end[body] = self.ends[body].as_ref().map_or_else(SMatrix::identity, EndMap::by_state);
+        let islands = &mut self.islands[..self.count];
+        islands.iter_mut().any(|linear| linear.by_state(body, &self.ends, end));
         Ok(())
     }
 
