@@ -114,8 +114,7 @@ impl<'a> JointTangent<'a> {
     fn place(&self, time: usize) -> (Vector3<f64>, Vector3<f64>, ByPoses<3>) {
         let (a, b) = (self.pose(0, time), self.pose(1, time));
         let [of_a, of_b] = self.joint.frames();
-        let seen =
-            b.rotation.tr_mul(&(a.position + a.rotation * of_a.anchor - b.position));
+        let seen = b.rotation.tr_mul(&(a.position + a.rotation * of_a.anchor - b.position));
         let frame = of_b.rotation();
         let to_rows = (b.rotation * frame).transpose();
         let mut slopes = ByPoses::zeros();
@@ -344,9 +343,7 @@ mod tests {
         });
         let along = of_b.rotation * (b.rotation() * impulse);
         let anchor = of_a.position + of_a.rotation * a.anchor;
-        let torque = |pose: &Pose| {
-            pose.rotation.tr_mul(&(anchor - pose.position).cross(&along))
-        };
+        let torque = |pose: &Pose| pose.rotation.tr_mul(&(anchor - pose.position).cross(&along));
         [u, at.place, rates(&starts[0]), along, torque(&of_a), torque(&of_b) * has_other]
     }
 
@@ -428,8 +425,7 @@ mod tests {
                                     let pushed = found.load.fixed_view::<3, 1>(0, column);
                                     let pose = tangent.pose(of, START);
                                     let a = tangent.pose(0, START);
-                                    let anchor =
-                                        a.position + a.rotation * joint.frames()[0].anchor;
+                                    let anchor = a.position + a.rotation * joint.frames()[0].anchor;
                                     let has = f64::from(u8::from(tangent.sides[of].is_some()));
                                     let arm = (anchor - pose.position) * has;
                                     pose.rotation.tr_mul(&arm.cross(&pushed))

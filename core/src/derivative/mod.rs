@@ -13,7 +13,7 @@ mod placement;
 mod side;
 mod unseen;
 
-pub(crate) use contact::{ContactTangent, RowSlopes};
+pub(crate) use contact::{ContactTangent, Placed, RowSlopes};
 pub(crate) use joint::{JointTangent, RowsTangent};
 pub(crate) use side::Given;
 pub(crate) use unseen::nearest_unseen;

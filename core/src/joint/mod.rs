@@ -33,8 +33,8 @@ pub use gimbal::{Hinges, Middle};
 pub use graph::Graph;
 pub(crate) use graph::Segment;
 pub(crate) use motion::Turn;
-pub(crate) use piece::{AxisChange, PieceChange};
 pub use motion::{Coordinates, JointForce, JointResidual};
+pub(crate) use piece::{AxisChange, PieceChange};
 
 use crate::error::{Error, in_range};
 use crate::mechanics::{Pose, RigidBody, State};

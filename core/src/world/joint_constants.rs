@@ -65,7 +65,7 @@ impl Constant {
             )
     }
 
-    fn is_of_motors(self) -> bool {
+    pub(crate) fn is_of_motors(self) -> bool {
         matches!(
             self,
             Self::MotorTarget | Self::MotorStiffness | Self::MotorDamping | Self::MotorMost

@@ -27,7 +27,7 @@ use crate::derivative::{EndMap, StateChange, nearest_unseen};
 use crate::error::{Error, in_range};
 use crate::mechanics::{State, Wrench};
 use crate::step::{Step, StepSolution};
-use crate::world::Constant;
+use crate::world::{Constant, World};
 use constants::{Constants, Shape};
 use island::{LinearIsland, coupling_change, numbers};
 use nalgebra::{SMatrix, Vector3};
@@ -73,6 +73,9 @@ pub struct StepDerivative {
     places: Vec<usize>,
     /// The states at the end with compliance, of the island at hand.
     next: Vec<State>,
+    flights: Vec<State>,
+    /// Derivatives by V⁺.
+    by_velocity: Vec<(Vector3<f64>, Vector3<f64>)>,
     gravity: Vector3<f64>,
     margin: f64,
     room: f64,
@@ -80,6 +83,50 @@ pub struct StepDerivative {
     kept: bool,
     /// That of the step that is differentiated in place of the exact one.
     compliance: Option<f64>,
+    /// What it is the derivative of, where nothing moved.
+    rest: Option<Box<Rest>>,
+}
+
+/// A step in which nothing moved, so that the next one may be the same.
+#[derive(Debug, Clone)]
+pub(crate) struct Rest {
+    world: World,
+    wrenches: Vec<Wrench>,
+    contacts: Vec<Contact>,
+    solution: StepSolution,
+}
+
+impl Rest {
+    /// That of a step, if it is one.
+    pub(crate) fn of(
+        step: &Step<'_>,
+        contacts: &[Contact],
+        solution: &StepSolution,
+    ) -> Option<Box<Self>> {
+        (solution.states == step.states).then(|| {
+            Box::new(Self {
+                world: step.world.clone(),
+                wrenches: step.wrenches.to_vec(),
+                contacts: contacts.to_vec(),
+                solution: solution.clone(),
+            })
+        })
+    }
+
+    /// Whether a step is this one.
+    pub(crate) fn is(
+        &self,
+        step: &Step<'_>,
+        contacts: &[Contact],
+        solution: &StepSolution,
+    ) -> bool {
+        let Self { world, wrenches, contacts: own, solution: found } = self;
+        found.states == step.states
+            && found == solution
+            && wrenches == step.wrenches
+            && own == contacts
+            && world == step.world
+    }
 }
 
 /// Things that are farther apart than this part of the world's reach are no matter.
@@ -104,6 +151,16 @@ impl StepDerivative {
         Ok(Self { compliance: Some(compliance), ..Self::default() })
     }
 
+    /// Memory for the free flights of a step.
+    pub(crate) fn take_flights(&mut self) -> Vec<State> {
+        std::mem::take(&mut self.flights)
+    }
+
+    /// Takes it back.
+    pub(crate) fn keep_flights(&mut self, memory: Vec<State>) {
+        self.flights = memory;
+    }
+
     /// The compliance of what is differentiated; none of the exact step.
     #[must_use]
     pub fn compliance(&self) -> Option<f64> {
@@ -111,7 +168,8 @@ impl StepDerivative {
     }
 
     /// Makes this the derivative of `step`, whose `solution` was found, by whichever solver, with these
-    /// `contacts`: those of the record of the step.
+    /// `contacts`: those of the record of the step. Where all of it is the same as the last time, as of bodies at rest, it
+    /// is already.
     ///
     /// # Errors
     /// Lists that do not belong together; an island whose linear system is singular, or that has no solution with the
@@ -122,6 +180,22 @@ impl StepDerivative {
         contacts: &[Contact],
         solution: &StepSolution,
     ) -> Result<(), Error> {
+        if self.rest.as_ref().is_some_and(|rest| rest.is(step, contacts, solution)) {
+            return Ok(());
+        }
+        self.linearise_anew(step, contacts, solution)?;
+        self.rest = Rest::of(step, contacts, solution);
+        Ok(())
+    }
+
+    /// The same without a look at the last time.
+    pub(crate) fn linearise_anew(
+        &mut self,
+        step: &Step<'_>,
+        contacts: &[Contact],
+        solution: &StepSolution,
+    ) -> Result<(), Error> {
+        self.rest = None;
         step.check(contacts)?;
         let (world, bodies) = (step.world, step.states.len());
         let sizes = [solution.states.len(), solution.contacts.len()];
@@ -135,13 +209,13 @@ impl StepDerivative {
             let map = EndMap::new(&end.velocity, &end.spin, world.time_step());
             (!world.is_held(body)).then_some(map)
         }));
-        self.widths = Constant::ALL.map(|constant| match constant.has_derivative() {
-            true => constant.width(world),
-            false => 0,
-        });
         self.shapes.clear();
         self.shapes.extend(world.bodies().iter().map(Shape::of));
         self.slots.set(world);
+        self.widths = Constant::ALL.map(|constant| match constant.is_of_joints() {
+            true => self.slots.width(constant),
+            false => constant.width(world),
+        });
         (self.count, self.unknown, self.kept) = (0, 0, false);
         (self.margin, self.room) = (f64::INFINITY, f64::INFINITY);
         // Where iterations start: at the solution.
@@ -325,7 +399,8 @@ impl StepDerivative {
         let widths = constants.iter().map(|constant| vec![0.0; self.width(*constant)]);
         gradient.constants.clear();
         gradient.constants.extend(widths);
-        let mut by_velocity = Vec::with_capacity(bodies);
+        let mut by_velocity = std::mem::take(&mut self.by_velocity);
+        by_velocity.clear();
         let mut by_time_step = 0.0;
         for (end, map) in end.iter().zip(&self.ends) {
             let zero = (Vector3::zeros(), Vector3::zeros());
@@ -343,6 +418,7 @@ impl StepDerivative {
         for linear in &mut self.islands[..self.count] {
             linear.pull(&by_velocity, (&self.gravity, &self.shapes), constants, gradient);
         }
+        self.by_velocity = by_velocity;
         Ok(())
     }
 
@@ -371,8 +447,8 @@ impl StepDerivative {
 
 /// Refuses a constant that there is no derivative by.
 fn is_known(constant: Constant) -> Result<(), Error> {
-    let why = "constants of joints have none yet; leave them out";
-    let refused = Error::Unsupported { what: "the derivative by a constant of joints", why };
+    let why = "there is none; leave them out";
+    let refused = Error::Unsupported { what: "the derivative by anchors of joints", why };
     if constant.has_derivative() { Ok(()) } else { Err(refused) }
 }
 

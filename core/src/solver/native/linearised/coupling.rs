@@ -6,7 +6,7 @@ use super::super::law::Piece;
 use super::constants::Constants;
 use super::slopes::Slopes;
 use crate::contact::{Contact, Partner};
-use crate::derivative::{ContactTangent, Given, RowSlopes};
+use crate::derivative::{ContactTangent, Given, Placed, RowSlopes};
 use crate::mechanics::State;
 use crate::step::Step;
 use crate::world::Constant;
@@ -15,6 +15,8 @@ use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 /// A contact, linearised.
 #[derive(Debug, Clone)]
 pub(super) struct LinearCoupling {
+    /// Its place among the couplings of the island.
+    pub(super) index: usize,
     pub(super) slopes: Slopes,
     pub(super) rotations: [Matrix3<f64>; 2],
     pub(super) tangent: ContactTangent,
@@ -32,13 +34,13 @@ pub(super) struct LinearCoupling {
 impl LinearCoupling {
     pub(super) fn new(
         step: &Step<'_>,
-        contact: &Contact,
+        (contact, placed, index): (&Contact, &Placed, usize),
         next: &[State],
         (piece, gain, impulse): (Piece, Matrix3<f64>, Vector3<f64>),
     ) -> Self {
         let (world, key) = (step.world, &contact.key);
         let bodies = [Some(key.body), key.partner.body()];
-        let tangent = ContactTangent::new(world, contact, step.states, next);
+        let tangent = ContactTangent::new(world, (contact, placed), step.states, next);
         let n = contact.normal();
         let pressed = n.dot(&impulse);
         let across = |v: &Vector3<f64>| v - n * n.dot(v);
@@ -57,6 +59,7 @@ impl LinearCoupling {
             body.map_or(Matrix3::identity(), |body| step.states[body].pose().rotation)
         };
         let mut coupling = Self {
+            index,
             slopes: Slopes::of(bodies),
             rotations: bodies.map(rotation),
             tangent,
@@ -77,9 +80,6 @@ impl LinearCoupling {
 
     /// Fills the derivatives by poses and velocities.
     fn set_slopes(&mut self, contact: &Contact) {
-        if !self.presses() && self.gain == Matrix3::zeros() {
-            return;
-        }
         match self.tangent.rigid_slopes() {
             Some(slopes) => self.set_rigid_slopes(&slopes),
             None => self.set_columns(contact),

@@ -16,12 +16,12 @@ use super::coupling::LinearCoupling;
 use super::tied::{self, LinearGear, LinearRows, Matrix6x12, Slots, Solved};
 use super::{StepChange, StepGradient};
 use crate::contact::Contact;
-use crate::derivative::{EndMap, StateChange};
+use crate::derivative::{EndMap, Placed, StateChange};
 use crate::error::Error;
 use crate::mechanics::State;
 use crate::step::Step;
 use crate::world::{Constant, World};
-use nalgebra::{SMatrix, SVector, Vector3, Vector6};
+use nalgebra::{Matrix3, SMatrix, SVector, Vector3, Vector6};
 
 /// One island at the solutions with the compliances ε and 2ε.
 #[derive(Debug, Clone)]
@@ -33,6 +33,8 @@ pub(super) struct LinearIsland {
     is_one: bool,
     /// The impulses of the solution that was found.
     found: Vec<Vector3<f64>>,
+    /// How the features of its contacts follow the bodies, where it was asked.
+    placed: Vec<Option<Placed>>,
 }
 
 /// The points that count.
@@ -76,6 +78,7 @@ impl LinearIsland {
             points: [point(), point()],
             is_one: false,
             found: Vec::new(),
+            placed: Vec::new(),
         }
     }
 
@@ -113,6 +116,8 @@ impl LinearIsland {
             Some(compliance) => self.soften(step, view, compliance).map(|()| false)?,
             None => rolls || !self.selects(step, view)?,
         };
+        self.placed.clear();
+        self.placed.resize(view.contacts.len(), None);
         let compliances = smoothed.map_or(COMPLIANCES, |compliance| [compliance, 0.0]);
         for (point, compliance) in points(&mut self.points, self.is_one).zip(compliances) {
             if kept {
@@ -123,7 +128,12 @@ impl LinearIsland {
                 why: "contacts hold each other in a way that compliance does not resolve",
             };
             let at = (step, contacts, view);
-            let found = point.linearise(&self.island, at, (&mut *next, slots), compliance);
+            let found = point.linearise(
+                &self.island,
+                at,
+                (&mut *next, &mut self.placed, slots),
+                compliance,
+            );
             found.ok_or_else(singular)?;
         }
         Ok(kept && !rolls)
@@ -203,7 +213,7 @@ impl LinearIsland {
                 let velocity = &point.iterate.velocity[place];
                 point.rhs.push(self.island.members()[place].change(velocity, &given, gravity));
             }
-            for (index, coupling) in point.couplings.iter().enumerate() {
+            for coupling in &point.couplings {
                 let mut found = SVector::<f64, 9>::zeros();
                 if !change.states.is_empty() {
                     found += coupling.slopes.pushed(change.states);
@@ -212,7 +222,7 @@ impl LinearIsland {
                     found += coupling.by_constants(constants);
                 }
                 let change = coupling_change(&found);
-                self.island.add_change(index, &change, &mut point.rhs);
+                self.island.add_change(coupling.index, &change, &mut point.rhs);
             }
             if !change.states.is_empty() {
                 let (island, states, rhs) = (&self.island, change.states, &mut point.rhs);
@@ -248,13 +258,14 @@ impl LinearIsland {
         let Some(own) = self.bodies.iter().position(|of| *of == body) else { return false };
         let weights = if self.is_one { [1.0, 0.0] } else { WEIGHTS };
         for (point, weight) in points(&mut self.points, self.is_one).zip(weights) {
-            let LinearPoint { newton, couplings, joints, gears, columns: (rhs, values), .. } = point;
+            let LinearPoint { newton, couplings, joints, gears, columns: (rhs, values), .. } =
+                point;
             rhs.clear();
             rhs.resize(self.bodies.len(), Matrix6x12::zeros());
             rhs[own] = self.island.members()[own].change_by_state();
-            for (index, coupling) in couplings.iter().enumerate() {
+            for coupling in couplings.iter() {
                 if let Some(columns) = coupling.slopes.by_state(body) {
-                    self.island.add_changes(index, &columns, rhs);
+                    self.island.add_changes(coupling.index, &columns, rhs);
                 }
             }
             joints.iter().for_each(|rows| rows.add_state(&self.island, body, rhs));
@@ -315,8 +326,8 @@ impl LinearIsland {
                     }
                 }
             }
-            for (index, coupling) in point.couplings.iter().enumerate() {
-                let by = numbers(&self.island.change_pulled(index, &point.rhs));
+            for coupling in &point.couplings {
+                let by = numbers(&self.island.change_pulled(coupling.index, &point.rhs));
                 coupling.slopes.pull(&by, &mut gradient.states);
                 for (&constant, sums) in constants.iter().zip(&mut gradient.constants) {
                     let mut done = 0..0;
@@ -404,7 +415,7 @@ impl LinearPoint {
         &mut self,
         island: &Island,
         (step, contacts, view): (&Step<'_>, &[Contact], &IslandView<'_>),
-        (next, slots): (&mut [State], &Slots),
+        (next, placed, slots): (&mut [State], &mut [Option<Placed>], &Slots),
         compliance: f64,
     ) -> Option<()> {
         let map = NaturalMap::with_compliance(compliance);
@@ -416,8 +427,16 @@ impl LinearPoint {
         couplings.clear();
         for (place, &index) in view.contacts.iter().enumerate() {
             let impulse = iterate.impulses[place];
-            let on = (pieces[place], gain_of(&eliminations[place].answer), impulse);
-            couplings.push(LinearCoupling::new(step, &contacts[index], next, on));
+            let gain = gain_of(&eliminations[place].answer);
+            // What is open has no part in anything.
+            if impulse == Vector3::zeros() && gain == Matrix3::zeros() {
+                continue;
+            }
+            let contact = &contacts[index];
+            let known = &mut placed[place];
+            let placed = known.get_or_insert_with(|| Placed::of(step.world, contact, step.states));
+            let on = (pieces[place], gain, impulse);
+            couplings.push(LinearCoupling::new(step, (contact, placed, place), next, on));
         }
         if view.joints.is_empty() {
             joints.clear();

@@ -99,14 +99,8 @@ impl RowLaw {
     /// Its place among the numbers of a constant.
     fn slot(&self, constant: Constant) -> Option<usize> {
         match constant {
-            Constant::JointFriction
-            | Constant::JointStiffness
-            | Constant::JointDamping
-            | Constant::Armature => self.slots[0],
-            Constant::MotorTarget
-            | Constant::MotorStiffness
-            | Constant::MotorDamping
-            | Constant::MotorMost => self.slots[1],
+            of if of.is_of_motors() => self.slots[1],
+            of if of.is_of_joints() => self.slots[0],
             _ => None,
         }
     }
@@ -115,7 +109,7 @@ impl RowLaw {
 /// The places of the axes of joints among the numbers of constants.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Slots {
-    /// Of all with a drive, by joint and axis, and how many of those before have a motor, or this one's place.
+    /// Of all with a drive the joint, the axis and, of those with a motor, the place among these.
     axes: Vec<(usize, JointAxis, Option<usize>)>,
 }
 
@@ -129,6 +123,15 @@ impl Slots {
                 self.axes.push((joint, axis, has.then_some(motors)));
                 motors += usize::from(has);
             }
+        }
+    }
+
+    /// How many numbers a constant of joints has; anchors, by which there is no derivative, none.
+    pub(super) fn width(&self, constant: Constant) -> usize {
+        match constant {
+            Constant::Anchor => 0,
+            of if of.is_of_motors() => self.axes.iter().filter(|(.., has)| has.is_some()).count(),
+            _ => self.axes.len(),
         }
     }
 
@@ -183,11 +186,12 @@ pub(super) fn linearise(
             at_place.map(|coupling| (coupling, 1.0, joint.linear(), &starts[0])),
             turn.map(|coupling| (coupling, *length, joint.angular(), &starts[1])),
         ];
-        for (about, (coupling, length, axes, starts)) in own.into_iter().enumerate().filter_map(
-            |(about, own)| own.map(|own| (about == 1, own)),
-        ) {
+        for (about, (coupling, length, axes, starts)) in
+            own.into_iter().enumerate().filter_map(|(about, own)| own.map(|own| (about == 1, own)))
+        {
             let frame = *island.rows(coupling);
-            let impulse = frame.tr_mul(&(solved.impulses[coupling])) + island.geared(coupling, solved.impulses);
+            let impulse = frame.tr_mul(&(solved.impulses[coupling]))
+                + island.geared(coupling, solved.impulses);
             let of = match about {
                 false => Some(tangent.of_place(&impulse)),
                 true => tangent.of_turn((angles, length), &impulse),
@@ -229,15 +233,14 @@ impl LinearRows {
         let mut slopes = Slopes::of(bodies);
         slopes.by_pose = of.load;
         let mut by_time_step = SVector::<f64, 9>::zeros();
-        let mut by_velocity =
-            of.rates.as_ref().map(|_| Box::new(SMatrix::<f64, 9, 12>::zeros()));
+        let mut by_velocity = of.rates.as_ref().map(|_| Box::new(SMatrix::<f64, 9, 12>::zeros()));
         for (k, law) in laws.iter().enumerate() {
             let gain = law.gain();
             let unit = AxisChange::default();
             let by_coordinate = law.answer(&AxisChange { coordinate: 1.0, ..unit });
             let mut row = of.motion.row(k) * gain + of.coordinates.row(k) * by_coordinate;
-            let mut longer = of.by_time_step[k] * gain
-                + law.answer(&AxisChange { time_step: 1.0, ..unit });
+            let mut longer =
+                of.by_time_step[k] * gain + law.answer(&AxisChange { time_step: 1.0, ..unit });
             if let (Some(rates), Some(slopes)) = (&of.rates, &mut by_velocity) {
                 let by_rate = law.answer(&AxisChange { rate: 1.0, ..unit });
                 row += rates.by_poses.row(k) * by_rate;
