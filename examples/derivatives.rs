@@ -14,7 +14,7 @@ use tumble::mechanics::State;
 use tumble::scenario::scene::Scene;
 use tumble::scenario::settings::Settings;
 use tumble::simulation::{Checkpoints, Run, Simulation, StepRecord};
-use tumble::solver::native::{StepChange, StepDerivative};
+use tumble::solver::native::StepDerivative;
 
 /// Each is the least of so many runs, taken in turn.
 const TURNS: usize = 7;
@@ -34,7 +34,7 @@ fn timed(scene: &Scene, work: Work) -> Result<Duration, Box<dyn Error>> {
         scene.simulation(&Arc::default()).map_err(|failure| failure.to_string())?;
     let bodies = simulation.states().len();
     let (mut record, mut derivative) = (StepRecord::new(), StepDerivative::new());
-    let (mut change, mut end) = (vec![StateChange::zero(); bodies], Vec::new());
+    let mut end = Vec::new();
     let steps = STEPS.min(scene.rows - 1);
     let begun = Instant::now();
     if work == Work::Backwards {
@@ -57,13 +57,9 @@ fn timed(scene: &Scene, work: Work) -> Result<Duration, Box<dyn Error>> {
             continue;
         }
         simulation.linearise(&record, &mut derivative)?;
-        let columns = if work == Work::Jacobian { StateChange::LEN * bodies } else { 0 };
-        for column in 0..columns {
-            let mut unit = [0.0; StateChange::LEN];
-            unit[column % StateChange::LEN] = 1.0;
-            change[column / StateChange::LEN] = StateChange::from_array(&unit);
-            derivative.push(&StepChange { states: &change, ..StepChange::default() }, &mut end)?;
-            change[column / StateChange::LEN] = StateChange::zero();
+        let columns = if work == Work::Jacobian { bodies } else { 0 };
+        for body in 0..columns {
+            derivative.by_state(body, &mut end)?;
         }
     }
     Ok(begun.elapsed())

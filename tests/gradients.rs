@@ -3,6 +3,8 @@
 
 #[path = "gradients/batch.rs"]
 mod batch;
+#[path = "gradients/joints.rs"]
+mod joints;
 #[path = "gradients/random.rs"]
 mod random;
 
@@ -43,17 +45,9 @@ fn step<'a>(
 }
 
 /// The constants that a step is differentiated by.
-const OF_CONTACTS: [Constant; 9] = [
-    Constant::Friction,
-    Constant::Restitution,
-    Constant::Mass,
-    Constant::Inertia,
-    Constant::Size,
-    Constant::Radius,
-    Constant::Gravity,
-    Constant::Ground,
-    Constant::TimeStep,
-];
+fn arguments() -> Vec<Constant> {
+    Constant::ALL.into_iter().filter(|constant| constant.has_derivative()).collect()
+}
 
 /// An argument of a step, and a direction in it.
 struct Direction {
@@ -85,7 +79,7 @@ fn directions(world: &World, draw: &mut impl FnMut() -> f64) -> Vec<Direction> {
     let wrenches = (0..bodies).map(|_| Wrench { force: vector() * 10.0, torque: vector() * 10.0 });
     let wrenches = wrenches.collect();
     all.push(Direction { name: "wrench".into(), states: still(), wrenches, constants: vec![] });
-    for constant in OF_CONTACTS {
+    for constant in arguments() {
         let own = constant.of(world);
         let numbers: Vec<f64> = match constant {
             Constant::TimeStep => vec![own[0] * 0.1],
@@ -93,8 +87,13 @@ fn directions(world: &World, draw: &mut impl FnMut() -> f64) -> Vec<Direction> {
                 let spread = |k: usize| if k.is_multiple_of(4) { 0.1 } else { 0.0 };
                 own.iter().enumerate().map(|(k, i)| i * spread(k % 9)).collect()
             }
+            // Times their own, so that what is nothing stays nothing.
+            of if of.is_of_joints() && of != Constant::MotorTarget => own.clone(),
             _ => own.iter().map(|_| 1.0).collect(),
         };
+        if numbers.iter().all(|number| *number == 0.0) {
+            continue;
+        }
         let is_allowed =
             |by: f64| world.with_constants(&[(constant, &moved(&own, by, &numbers))]).is_ok();
         if !is_allowed(1e-5) || !is_allowed(-1e-5) {
@@ -379,7 +378,7 @@ fn the_transposed_product_is_that_of_the_same_matrix() {
                 .iter()
                 .map(|_| StateChange::from_array(&std::array::from_fn(|_| draw())))
                 .collect();
-            derivative.pull(&w, &OF_CONTACTS, &mut gradient).unwrap();
+            derivative.pull(&w, &arguments(), &mut gradient).unwrap();
             for along in directions(&scene.world, &mut draw) {
                 let constants: Vec<_> = along.constants.iter().map(|(c, n)| (*c, &n[..])).collect();
                 let (states, wrenches) = (&along.states, &along.wrenches);
@@ -393,7 +392,7 @@ fn the_transposed_product_is_that_of_the_same_matrix() {
                 let by_wrenches =
                     by_wrenches.map(|(g, w)| g.force.dot(&w.force) + g.torque.dot(&w.torque));
                 let by_constants = constants.iter().map(|(constant, numbers)| {
-                    let place = OF_CONTACTS.iter().position(|c| c == constant).unwrap();
+                    let place = arguments().iter().position(|c| c == constant).unwrap();
                     gradient.constants[place].iter().zip(*numbers).map(|(g, n)| g * n).sum::<f64>()
                 });
                 let here = by_states.chain(by_wrenches).chain(by_constants).sum::<f64>();
@@ -435,6 +434,8 @@ fn every_argument_in_every_regime() {
         ("four-bar", 3),
         ("chain", 3),
         ("door", 3),
+        ("crawler", 3),
+        ("quadruped", 3),
     ];
     let mut twister = Mt::new(1);
     let mut draw = || f64::from(twister.next_u32()) / f64::from(u32::MAX) * 2.0 - 1.0;

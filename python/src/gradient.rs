@@ -73,6 +73,19 @@ pub fn jacobian<'py>(
     simulation.step(&mut record).map_err(|error| of_step(&error))?;
     simulation.linearise(&record, &mut derivative).map_err(|error| of_step(&error))?;
     let mut end = Vec::new();
+    let width = StateChange::LEN * bodies;
+    let mut by_states = vec![0.0; width * width];
+    let mut blocks = Vec::new();
+    for body in 0..bodies {
+        derivative.by_state(body, &mut blocks).map_err(|error| of_step(&error))?;
+        for (of, block) in blocks.iter().enumerate() {
+            for (row, numbers) in block.row_iter().enumerate() {
+                let first = (StateChange::LEN * of + row) * width + StateChange::LEN * body;
+                let to = by_states[first..first + StateChange::LEN].iter_mut();
+                to.zip(numbers.iter()).for_each(|(to, number)| *to = *number);
+            }
+        }
+    }
     // Column by column, as rows of the array.
     let mut columns = |count: usize, change: &dyn Fn(usize) -> Change| -> PyResult<Vec<f64>> {
         let rows = StateChange::LEN * bodies;
@@ -95,13 +108,6 @@ pub fn jacobian<'py>(
         numbers[place] = 1.0;
         numbers
     };
-    let by_states = columns(12 * bodies, &|place| {
-        let numbers = unit(12 * bodies, place);
-        let each = numbers.chunks_exact(12);
-        let states =
-            each.map(|twelve| StateChange::from_array(&std::array::from_fn(|k| twelve[k])));
-        Change { states: states.collect(), ..Change::default() }
-    })?;
     let by_wrenches = columns(6 * bodies, &|place| {
         let wrenches = wrenches(&unit(6 * bodies, place)).collect();
         Change { wrenches, ..Change::default() }

@@ -152,7 +152,7 @@ fn what_a_batch_refuses() {
     let (field, allowed) = ("numbers in the cotangents", "(B or 1, N, 12)");
     assert_eq!(short, Error::Count { field, count: 13, allowed });
     assert!(matches!(refused(Cotangents::States(&[0.0; 12]), &[]), Error::Count { count: 12, .. }));
-    let by_joint = refused(Cotangents::Ends(&[0.0; 12]), &[Constant::Armature]);
+    let by_joint = refused(Cotangents::Ends(&[0.0; 12]), &[Constant::Anchor]);
     assert!(matches!(by_joint, Error::Unsupported { .. }));
 }
 

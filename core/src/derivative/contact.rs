@@ -23,14 +23,44 @@ pub(crate) struct RowChange {
     pub(crate) arms: [Vector3<f64>; 2],
 }
 
+/// How the rows of a contact change with a place (m) or a turn (rad) of one side, world.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct RowSlopes {
+    pub(crate) motion: Matrix3<f64>,
+    pub(crate) turn: Matrix3<f64>,
+    pub(crate) arms: [Matrix3<f64>; 2],
+}
+
+/// How the features of a contact follow the bodies, whatever these do in the step.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Placed {
+    placement: Placement,
+    /// How far it is from the end of its features, m.
+    room: f64,
+}
+
+impl Placed {
+    /// That of `contact` where the bodies are at `states`.
+    pub(crate) fn of(world: &World, contact: &Contact, states: &[State]) -> Self {
+        let (placement, room) = match &contact.features.curved {
+            Some(curved) => (Placement::Fixed, round_room(curved)),
+            None if contact.key.pair.is_none() => (Placement::Fixed, f64::INFINITY),
+            None => {
+                let pose = |body: usize| states[body].pose();
+                let other = contact.key.partner.body().map(pose);
+                Placement::of(world, contact, &pose(contact.key.body), other.as_ref())
+            }
+        };
+        Self { placement, room }
+    }
+}
+
 /// A contact over a step, ready to be differentiated.
 #[derive(Debug, Clone)]
 pub(crate) struct ContactTangent {
     contact: Contact,
     time_step: f64,
-    placement: Placement,
-    /// How far it is from the end of its features, m.
-    room: f64,
+    placed: Placed,
     a: Side,
     b: Side,
     /// Of a point against a plane, what no change has a part in.
@@ -86,8 +116,13 @@ struct Rebound {
 }
 
 impl ContactTangent {
-    /// That of `contact` over a step from `states` that ends with the velocities of `next`.
-    pub(crate) fn new(world: &World, contact: &Contact, states: &[State], next: &[State]) -> Self {
+    /// That of `contact`, which is `placed` so, over a step from `states` that ends with the velocities of `next`.
+    pub(crate) fn new(
+        world: &World,
+        (contact, placed): (&Contact, &Placed),
+        states: &[State],
+        next: &[State],
+    ) -> Self {
         let side = |body: Option<usize>, radius| {
             body.map_or(Side::fixed(radius), |body| {
                 Side::of_body(world, body, states, next, radius)
@@ -109,11 +144,6 @@ impl ContactTangent {
         let surface = |side: &Side, of: Partner| side.rotation * world.surface_of(of);
         a.surface = surface(&a, Partner::Body(key.body));
         b.surface = surface(&b, key.partner);
-        let pose = |body: usize| states[body].pose();
-        let (placement, room) = match &contact.features.curved {
-            Some(curved) => (Placement::Fixed, round_room(curved)),
-            None => Placement::of(world, contact, &pose(key.body), other.map(pose).as_ref()),
-        };
         let ends = |body: usize| (states[body].pose(), next[body].pose());
         let (of_a, of_b) = (ends(key.body), other.map(ends));
         let gap = contact.motion((&of_a.0, &of_a.1), of_b.as_ref().map(|b| (&b.0, &b.1)), h);
@@ -125,7 +155,7 @@ impl ContactTangent {
         let share = contact.rebound / coming;
         let rebound = counts.then_some(Rebound { plain, share, coming, left });
         let way = Way::new(contact, (&a, &b), h);
-        Self { contact: *contact, time_step: h, placement, room, a, b, way, motion, rebound }
+        Self { contact: *contact, time_step: h, placed: *placed, a, b, way, motion, rebound }
     }
 
     /// u, m/s, world.
@@ -135,7 +165,7 @@ impl ContactTangent {
 
     /// How far it is from the end of its features, m: there another contact takes its place.
     pub(crate) fn room(&self) -> f64 {
-        self.room
+        self.placed.room
     }
 
     /// n, world.
@@ -153,7 +183,7 @@ impl ContactTangent {
     pub(crate) fn is_known(&self) -> bool {
         let exact =
             || self.contact.features.curved.is_none_or(|curved| self.end(&curved).1.is_exact);
-        self.placement != Placement::Unknown && exact()
+        self.placed.placement != Placement::Unknown && exact()
     }
 
     /// What the changes `given` of A and of B, of h (s) and of e make of its rows.
@@ -179,6 +209,46 @@ impl ContactTangent {
             self.exchange(rebound, &mut change, (of_a, of_b), (time_step, restitution));
         }
         change
+    }
+
+    /// What [`change`](Self::change) makes of the place of A, of its turn, and of the turn of B, where the features stay in
+    /// their bodies and nothing bounces or is carried; of the place of B it is that of A with the other sign. (G4) by
+    /// columns: with K = A_B A_B⁺ᵀ/h and N = (n nᵀ − E)/h
+    ///
+    /// ```text
+    /// ∂u/∂r_A = K + N,   ∂u/∂θ_A = −K [A_A⁺ a]× − N [A_A a]× − ρ [n]× [A_A ω_A]×
+    /// ∂u/∂θ_B = K [s⁺]× + N [s]× − ([K h s⁺ − s]× + φ [n]×)/h + ρ ([n]× [A_B ω_B]× + [Δω]× [n]×)
+    /// ```
+    pub(crate) fn rigid_slopes(&self) -> Option<[RowSlopes; 3]> {
+        let stays = matches!(self.placed.placement, Placement::Fixed | Placement::Unknown);
+        let carried = self.a.surface != self.b.surface;
+        if !stays || carried || self.rebound.is_some() || self.contact.features.curved.is_some() {
+            return None;
+        }
+        let h = self.time_step;
+        let Way { arm, arm_end, seen, back, end, travelled, spin, .. } = &self.way;
+        let (n, rho) = (self.contact.normal(), self.contact.features.radius);
+        let (zero, unit) = (Matrix3::zeros(), Matrix3::identity());
+        let (carry, press) = (back / h, (n * n.transpose() - unit) / h);
+        let (lever, upright) = (arm.cross_matrix(), n.cross_matrix());
+        let mut by_turn = -carry * arm_end.cross_matrix() - press * lever;
+        if rho > 0.0 {
+            by_turn -= upright * self.a.spin_world.cross_matrix() * rho;
+        }
+        let place = RowSlopes { motion: carry + press, turn: zero, arms: [zero, unit] };
+        let turn = RowSlopes { motion: by_turn, turn: zero, arms: [-lever, -lever] };
+        if self.contact.key.partner.body().is_none() {
+            return Some([place, turn, RowSlopes { motion: zero, turn: zero, arms: [zero, zero] }]);
+        }
+        let mut motion = carry * end.cross_matrix() + press * seen.cross_matrix()
+            - (travelled.cross_matrix() + upright * self.contact.gap) / h;
+        if rho > 0.0 {
+            let rolling = upright * self.b.spin_world.cross_matrix();
+            motion += (rolling + spin.cross_matrix() * upright) * rho;
+        }
+        let beyond = upright * rho;
+        let of_b = RowSlopes { motion, turn: -press * h, arms: [beyond, beyond] };
+        Some([place, turn, of_b])
     }
 
     /// Puts what is left of the rebound, n·ċ⁺ − e c_n⁻, in the place of the gap speed (eq. 29): of
@@ -239,7 +309,7 @@ impl ContactTangent {
     fn plane_change(&self, (of_a, of_b): (&Given, &Given), time_step: f64) -> RowChange {
         let (a, b, h) = (&self.a, &self.b, self.time_step);
         let sides = (a.change(of_a), b.change(of_b));
-        let features = self.placement.change(&self.contact, (&sides.0, &sides.1));
+        let features = self.placed.placement.change(&self.contact, (&sides.0, &sides.1));
         let FeatureChange { point: moved, radius: wider, normal, offset } = features;
         let Contact { gap, features: own, .. } = &self.contact;
         let (n, rho) = (self.contact.normal(), own.radius);

@@ -2,23 +2,25 @@
 //!
 //! A change of a state is a [`StateChange`]: twelve numbers, because an attitude changes by a turn and
 //! not by four. How a contact's motion, and the place where its impulse acts, change with the bodies at the
-//! start of the step, is a `ContactTangent`. The step itself is differentiated by
+//! start of the step, is a `ContactTangent`; of a joint, `JointTangent`. The step itself is differentiated by
 //! [`StepDerivative`](crate::solver::native::StepDerivative), which solves for what follows.
 //!
 //! Equation numbers G1, G2, … are those of `docs/gradients.md`.
 
 mod contact;
+mod joint;
 mod placement;
 mod side;
 mod unseen;
 
-pub(crate) use contact::ContactTangent;
+pub(crate) use contact::{ContactTangent, Placed, RowSlopes};
+pub(crate) use joint::{JointTangent, RowsTangent};
 pub(crate) use side::Given;
 pub(crate) use unseen::nearest_unseen;
 
 use crate::mechanics::quaternion::attitude_map;
 use crate::mechanics::{State, quaternion};
-use nalgebra::{Matrix3, Vector3, Vector4};
+use nalgebra::{Matrix3, SMatrix, Vector3, Vector4};
 
 /// A small change of the state of a body, or, of a function of states, its derivative by them.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -171,6 +173,31 @@ impl EndMap {
             velocity: *linear,
             spin: *spin,
         }
+    }
+
+    /// Adds to columns of δX⁺ what columns of δV⁺ make of it.
+    pub(crate) fn add_velocities(
+        &self,
+        solved: &SMatrix<f64, 6, 12>,
+        end: &mut SMatrix<f64, 12, 12>,
+    ) {
+        let (linear, spin) = (solved.fixed_rows::<3>(0), solved.fixed_rows::<3>(3));
+        let mut add = |row: usize, part: SMatrix<f64, 3, 12>| {
+            let mut rows = end.fixed_rows_mut::<3>(row);
+            rows += part;
+        };
+        add(0, linear * self.time_step);
+        add(3, self.turning * spin);
+        add(6, linear.into_owned());
+        add(9, spin.into_owned());
+    }
+
+    /// ∂X⁺/∂X at fixed V⁺.
+    pub(crate) fn by_state(&self) -> SMatrix<f64, 12, 12> {
+        let mut columns = SMatrix::<f64, 12, 12>::zeros();
+        columns.fixed_view_mut::<3, 3>(0, 0).copy_from(&Matrix3::identity());
+        columns.fixed_view_mut::<3, 3>(3, 3).copy_from(&self.back);
+        columns
     }
 
     /// The transpose: what derivatives by the end make of those by the state at the start, by V⁺ and by h.

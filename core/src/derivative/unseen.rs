@@ -14,11 +14,10 @@ pub(crate) fn nearest_unseen(
     contacts: &[Contact],
     beyond: f64,
 ) -> f64 {
-    let poses: Vec<Pose> = states.iter().map(State::pose).collect();
     let is_seen = |key: &dyn Fn(&ContactKey) -> bool| contacts.iter().any(|c| key(&c.key));
     let mut nearest = beyond;
-    for (body, pose) in poses.iter().enumerate() {
-        for (point, height) in world.heights(body, pose).enumerate() {
+    for (body, state) in states.iter().enumerate() {
+        for (point, height) in world.heights(body, &state.pose()).enumerate() {
             let is = |key: &ContactKey| {
                 (key.body, key.point, key.partner) == (body, point, Partner::Ground)
             };
@@ -27,29 +26,36 @@ pub(crate) fn nearest_unseen(
             }
         }
     }
+    if states.len() == 1 && world.fixed().is_empty() {
+        return nearest;
+    }
+    let poses: Vec<Pose> = states.iter().map(State::pose).collect();
     let still = Pose { position: Vector3::zeros(), rotation: Matrix3::identity() };
+    let at = |of: &Partner| of.body().map_or(&still, |body| &poses[body]);
+    // Whose it is, its number there, the piece, and a ball around it.
+    let placed = |of: Partner, number: usize, piece: &Piece| {
+        let pose = at(&of);
+        let middle = pose.position + pose.rotation * piece.core().centre();
+        (of, number, middle, piece.core().reach() + piece.radius())
+    };
     let of_body = |body: usize| {
         let pieces = world.bodies()[body].pieces().iter().enumerate();
         pieces.map(move |(number, piece)| (Partner::Body(body), number, piece))
     };
     let fixed = world.fixed().iter().enumerate();
-    let all: Vec<(Partner, usize, &Piece)> = (0..poses.len())
+    let all: Vec<_> = (0..poses.len())
         .flat_map(of_body)
         .chain(fixed.map(|(index, fixed)| (Partner::Fixed(index), 0, &fixed.piece)))
+        .map(|(of, number, piece)| (placed(of, number, piece), piece))
         .collect();
-    let at = |of: &Partner| of.body().map_or(&still, |body| &poses[body]);
-    let middle = |(of, _, piece): &(Partner, usize, &Piece)| {
-        let pose = at(of);
-        pose.position + pose.rotation * piece.core().centre()
-    };
-    let size = |piece: &Piece| piece.core().reach() + piece.radius();
     let (mut hint, mut scratch) = (Hint::default(), Scratch::default());
-    for (place, a) in all.iter().enumerate() {
+    for (place, (a, of_a)) in all.iter().enumerate() {
         let Some(body) = a.0.body() else { break };
-        for b in &all[place + 1..] {
-            let may_touch = b.0 != Partner::Body(body) && world.may_touch(body, b.0);
-            let apart = (middle(a) - middle(b)).norm() - size(a.2) - size(b.2);
-            if !may_touch || apart >= nearest {
+        for (b, of_b) in &all[place + 1..] {
+            // By their balls first: most pairs are far apart.
+            let reach = a.3 + b.3 + nearest;
+            let is_far = (a.2 - b.2).norm_squared() >= reach * reach;
+            if is_far || b.0 == Partner::Body(body) || !world.may_touch(body, b.0) {
                 continue;
             }
             let is = |key: &ContactKey| {
@@ -60,7 +66,7 @@ pub(crate) fn nearest_unseen(
             if is_seen(&is) {
                 continue;
             }
-            let found = separation((a.2, at(&a.0)), (b.2, at(&b.0)), &mut hint, &mut scratch);
+            let found = separation((*of_a, at(&a.0)), (*of_b, at(&b.0)), &mut hint, &mut scratch);
             nearest = nearest.min(found.distance.abs());
         }
     }

@@ -147,7 +147,7 @@ impl Axis {
     }
 
     /// Whether it has an armature.
-    pub(super) fn has_armature(&self) -> bool {
+    pub(crate) fn has_armature(&self) -> bool {
         matches!(self, Self::Free(drive) if drive.armature > 0.0)
     }
 

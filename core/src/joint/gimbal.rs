@@ -184,10 +184,14 @@ pub(super) fn slopes(
     let [sum, difference] = Pair::both(q);
     let (outer, inner) = (sum.turning() * 0.5, difference.turning() * 0.5);
     let (a, b) = (sum.size(), difference.size());
-    // On the side of π − γ it goes the other way.
-    let side = if libm::cos(middle.raw(at)) < 0.0 { -middle.sign() } else { middle.sign() };
+    let side = side(at, middle);
     let along = (sum.growing() * b - difference.growing() * a) * (side / (a * a + b * b));
     [outer - inner, outer + inner, along].map(|slope| by.tr_mul(&slope).transpose())
+}
+
+/// Which way the middle angle goes with the pairs of (J14), 1 or −1, where it is `at`: on the side of π − γ the other one.
+pub(super) fn side(at: f64, middle: &Middle) -> f64 {
+    if libm::cos(middle.raw(at)) < 0.0 { -middle.sign() } else { middle.sign() }
 }
 
 impl Joint {

@@ -132,6 +132,9 @@ pub(crate) struct Segment {
 }
 
 impl Segment {
+    /// No impulse, whatever the speed.
+    pub(crate) const NONE: Self = Self { u: 0.0, p: 0.0, du: 1.0, dp: 0.0 };
+
     /// Whether no other speed is on it than its own.
     pub(crate) fn is_vertical(&self) -> bool {
         self.du == 0.0

@@ -22,6 +22,7 @@ mod gear;
 mod gimbal;
 mod graph;
 mod motion;
+mod piece;
 
 pub use course::{Course, JointLoad, Knots};
 pub(crate) use drive::AxisStart;
@@ -30,8 +31,10 @@ pub(crate) use gear::angles_near;
 pub use gear::{GEAR_AT_THE_START, Gear, GearAxis};
 pub use gimbal::{Hinges, Middle};
 pub use graph::Graph;
+pub(crate) use graph::Segment;
 pub(crate) use motion::Turn;
 pub use motion::{Coordinates, JointForce, JointResidual};
+pub(crate) use piece::{AxisChange, PieceChange};
 
 use crate::error::{Error, in_range};
 use crate::mechanics::quaternion::product;

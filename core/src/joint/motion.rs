@@ -1,5 +1,7 @@
 //! Where a joint is, how it moves in a step, and how its forces and its motion miss its laws.
 
+mod tangent;
+
 use super::gimbal::{self, nearest};
 use super::{Axis, AxisStart, Drive, Joint, JointFrame, Middle, Turning};
 use crate::mechanics::quaternion::{attitude_map, left, product, right, rotation};
@@ -185,7 +187,7 @@ impl Joint {
     }
 
     /// Where it is when both bodies have moved on with their velocities for `time` (s).
-    fn coasted(&self, states: &[State], time: f64) -> Option<Coordinates> {
+    pub(crate) fn coasted(&self, states: &[State], time: f64) -> Option<Coordinates> {
         let placed = |body: usize, frame: &JointFrame| {
             states.get(body).map(|state| frame.placed(&state.coasted(time)))
         };

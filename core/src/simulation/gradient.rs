@@ -11,7 +11,7 @@ use super::{Saved, Simulation, StepRecord};
 use crate::derivative::StateChange;
 use crate::error::Error;
 use crate::mechanics::{State, Wrench};
-use crate::solver::native::{StepDerivative, StepGradient};
+use crate::solver::native::{Rest, StepDerivative, StepGradient};
 use crate::step::StepStatus;
 use crate::world::Constant;
 
@@ -150,6 +150,28 @@ impl Simulation<'_> {
         Ok(found)
     }
 
+    /// [`Simulation::linearise`], or nothing where the step is the one that was at `rest`; whether it was.
+    fn linearise_unless(
+        &self,
+        record: &StepRecord,
+        derivative: &mut StepDerivative,
+        rest: &mut Option<Box<Rest>>,
+    ) -> Result<bool, Error> {
+        let (contacts, solution) = (&record.contacts, &record.solution);
+        let mut free = derivative.take_flights();
+        let found = self.with_step(record, &mut free, |step| {
+            if rest.as_ref().is_some_and(|rest| rest.is(step, contacts, solution)) {
+                return Ok(true);
+            }
+            *rest = None;
+            derivative.linearise_anew(step, contacts, solution)?;
+            *rest = Rest::of(step, contacts, solution);
+            Ok(false)
+        });
+        derivative.keep_flights(free);
+        found?
+    }
+
     /// One step of `run`.
     fn advance(&mut self, run: &mut Run<'_>, record: &mut StepRecord) -> Result<(), Error> {
         (run.before)(self)?;
@@ -242,22 +264,29 @@ impl Backward {
             self.tape.push((of, StepRecord::new()));
         }
         let mut tape = std::mem::take(&mut self.tape);
-        for (derivative, record) in &mut tape[..count] {
+        // Steps in which nothing moves have the derivative of the first of them.
+        let (mut rest, mut uses) = (None, Vec::with_capacity(count));
+        for k in 0..count {
+            let (derivative, record) = &mut tape[k];
             simulation.advance(run, record)?;
-            simulation.linearise(record, derivative)?;
+            let is_at_rest = simulation.linearise_unless(record, derivative, &mut rest)?;
+            let before = uses.last().copied();
+            uses.push(before.filter(|_| is_at_rest).unwrap_or(k));
         }
         if self.end.is_none() {
             self.end = Some(simulation.save());
         }
-        for (derivative, record) in tape[..count].iter_mut().rev() {
+        for (k, of) in uses.into_iter().enumerate().rev() {
+            let record = &tape[k].1;
             self.add(run, record.index + 1 - self.first, &record.solution.states)?;
-            derivative.pull(&self.dual, run.constants, &mut self.step)?;
+            tape[of].0.pull(&self.dual, run.constants, &mut self.step)?;
             self.dual.clone_from(&self.step.states);
             self.found.wrenches.push(self.step.wrenches.clone());
             let sums = self.found.constants.iter_mut().zip(&self.step.constants);
             for (sum, more) in sums.flat_map(|(sums, more)| sums.iter_mut().zip(more)) {
                 *sum += more;
             }
+            let (derivative, record) = (&tape[of].0, &tape[k].1);
             self.found.note(record, derivative);
         }
         self.tape = tape;

@@ -18,6 +18,21 @@ impl Simulation<'_> {
         record: &StepRecord,
         derivative: &mut StepDerivative,
     ) -> Result<(), Error> {
+        let mut free = derivative.take_flights();
+        let found = self.with_step(record, &mut free, |step| {
+            derivative.linearise(step, &record.contacts, &record.solution)
+        });
+        derivative.keep_flights(free);
+        found?
+    }
+
+    /// What `then` makes of the last step, which `record` describes; `free` is memory.
+    pub(super) fn with_step<T>(
+        &self,
+        record: &StepRecord,
+        free: &mut Vec<State>,
+        then: impl FnOnce(&Step<'_>) -> T,
+    ) -> Result<T, Error> {
         let refused = |why| Err(Error::Unsupported { what: "the derivative of this step", why });
         let bodies = self.world.bodies().len();
         if self.taken_back || record.index + 1 != self.index || record.states.len() != bodies {
@@ -30,17 +45,17 @@ impl Simulation<'_> {
         }
         let (world, wrenches, states) = (&self.world, &self.scratch.wrenches, &record.states);
         let flights = states.iter().zip(wrenches).enumerate();
-        let free: Vec<State> =
-            flights.map(|(i, (state, wrench))| world.free_flight(i, state, wrench)).collect();
+        free.clear();
+        free.extend(flights.map(|(i, (state, wrench))| world.free_flight(i, state, wrench)));
         let step = Step {
             world,
             states,
             wrenches,
-            free: &free,
+            free,
             previous: &record.solution,
             earlier: None,
             interrupt: self.interrupt.as_deref(),
         };
-        derivative.linearise(&step, &record.contacts, &record.solution)
+        Ok(then(&step))
     }
 }

@@ -116,22 +116,10 @@ impl Constant {
         Self::ALL.into_iter().find(|constant| constant.name() == name)
     }
 
-    /// Whether the [derivative of a step](crate::solver::native::StepDerivative) knows it: those of joints it
-    /// does not.
+    /// Whether the [derivative of a step](crate::solver::native::StepDerivative) knows it: all but anchors of joints.
     #[must_use]
     pub fn has_derivative(self) -> bool {
-        matches!(
-            self,
-            Self::Friction
-                | Self::Restitution
-                | Self::Mass
-                | Self::Inertia
-                | Self::Size
-                | Self::Radius
-                | Self::Gravity
-                | Self::Ground
-                | Self::TimeStep
-        )
+        self != Self::Anchor
     }
 
     /// Whether it is of the shapes of bodies, which not all can vary.

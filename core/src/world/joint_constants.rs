@@ -65,7 +65,7 @@ impl Constant {
             )
     }
 
-    fn is_of_motors(self) -> bool {
+    pub(crate) fn is_of_motors(self) -> bool {
         matches!(
             self,
             Self::MotorTarget | Self::MotorStiffness | Self::MotorDamping | Self::MotorMost
@@ -144,7 +144,7 @@ impl Constant {
 
 impl Joint {
     /// Its axes that drives can act on.
-    fn driven_axes(&self) -> impl Iterator<Item = JointAxis> {
+    pub(crate) fn driven_axes(&self) -> impl Iterator<Item = JointAxis> {
         let [along, about] = self.bears();
         let along = (0..3).filter(move |k| along[*k]).map(JointAxis::Linear);
         along.chain((0..3).filter(move |k| about[*k]).map(JointAxis::Angular))

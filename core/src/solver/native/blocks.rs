@@ -12,7 +12,7 @@
 use super::fronts::Fronts;
 use super::pattern::Pattern;
 use super::six::{Factors, subtract_product};
-use nalgebra::{Matrix3x6, Matrix6, Vector6};
+use nalgebra::{Matrix3x6, Matrix6, SMatrix, Vector6};
 
 /// The matrix, and its factors in its place after [`BlockSystem::factorise`]:
 ///
@@ -156,6 +156,41 @@ impl BlockSystem {
         }
         for (pivot, factors) in self.pivots.iter().enumerate() {
             factors.solve(&mut values[pivot].data.0[0]);
+            let value = values[pivot];
+            for i in pattern.row(pivot) {
+                values[pattern.column(i)] -= self.lower[i] * value;
+            }
+        }
+        for pivot in (0..pattern.len()).rev() {
+            let mut value = values[pivot];
+            for i in pattern.row(pivot) {
+                value -= self.upper[i] * values[pattern.column(i)];
+            }
+            values[pivot] = value;
+        }
+    }
+
+    /// Solves the factorised system for several right-hand sides by places, in their memory.
+    pub(super) fn solve_all<const C: usize>(
+        &mut self,
+        pattern: &Pattern,
+        values: &mut [SMatrix<f64, 6, C>],
+    ) {
+        if pattern.plan().is_some() {
+            let mut column = vec![Vector6::zeros(); values.len()];
+            for k in 0..C {
+                for (to, from) in column.iter_mut().zip(&*values) {
+                    *to = from.column(k).into();
+                }
+                self.solve::<false>(pattern, &mut column);
+                for (to, from) in values.iter_mut().zip(&column) {
+                    to.set_column(k, from);
+                }
+            }
+            return;
+        }
+        for (pivot, factors) in self.pivots.iter().enumerate() {
+            factors.solve_block(&mut values[pivot]);
             let value = values[pivot];
             for i in pattern.row(pivot) {
                 values[pattern.column(i)] -= self.lower[i] * value;

@@ -18,6 +18,7 @@
 mod constants;
 mod coupling;
 mod island;
+mod slopes;
 mod tied;
 
 use super::islands::{IslandView, Islands, Marked};
@@ -26,10 +27,11 @@ use crate::derivative::{EndMap, StateChange, nearest_unseen};
 use crate::error::{Error, in_range};
 use crate::mechanics::{State, Wrench};
 use crate::step::{Step, StepSolution};
-use crate::world::Constant;
+use crate::world::{Constant, World};
 use constants::{Constants, Shape};
-use island::LinearIsland;
-use nalgebra::Vector3;
+use island::{LinearIsland, coupling_change, numbers};
+use nalgebra::{SMatrix, Vector3};
+use tied::Slots;
 
 /// A change of a step's data, lists over the bodies of the world; an empty list is no change.
 #[derive(Debug, Clone, Copy, Default)]
@@ -62,6 +64,7 @@ pub struct StepDerivative {
     /// X⁺ by X, V⁺ and h of every body; `None` of one that is held.
     ends: Vec<Option<EndMap>>,
     shapes: Vec<Shape>,
+    slots: Slots,
     /// How many numbers each constant of the bodies has, in the order of [`Constant::ALL`].
     widths: [usize; Constant::ALL.len()],
     /// Memory of the search for islands.
@@ -70,6 +73,9 @@ pub struct StepDerivative {
     places: Vec<usize>,
     /// The states at the end with compliance, of the island at hand.
     next: Vec<State>,
+    flights: Vec<State>,
+    /// Derivatives by V⁺.
+    by_velocity: Vec<(Vector3<f64>, Vector3<f64>)>,
     gravity: Vector3<f64>,
     margin: f64,
     room: f64,
@@ -77,6 +83,50 @@ pub struct StepDerivative {
     kept: bool,
     /// That of the step that is differentiated in place of the exact one.
     compliance: Option<f64>,
+    /// What it is the derivative of, where nothing moved.
+    rest: Option<Box<Rest>>,
+}
+
+/// A step in which nothing moved, so that the next one may be the same.
+#[derive(Debug, Clone)]
+pub(crate) struct Rest {
+    world: World,
+    wrenches: Vec<Wrench>,
+    contacts: Vec<Contact>,
+    solution: StepSolution,
+}
+
+impl Rest {
+    /// That of a step, if it is one.
+    pub(crate) fn of(
+        step: &Step<'_>,
+        contacts: &[Contact],
+        solution: &StepSolution,
+    ) -> Option<Box<Self>> {
+        (solution.states == step.states).then(|| {
+            Box::new(Self {
+                world: step.world.clone(),
+                wrenches: step.wrenches.to_vec(),
+                contacts: contacts.to_vec(),
+                solution: solution.clone(),
+            })
+        })
+    }
+
+    /// Whether a step is this one.
+    pub(crate) fn is(
+        &self,
+        step: &Step<'_>,
+        contacts: &[Contact],
+        solution: &StepSolution,
+    ) -> bool {
+        let Self { world, wrenches, contacts: own, solution: found } = self;
+        found.states == step.states
+            && found == solution
+            && wrenches == step.wrenches
+            && own == contacts
+            && world == step.world
+    }
 }
 
 /// Things that are farther apart than this part of the world's reach are no matter.
@@ -101,6 +151,16 @@ impl StepDerivative {
         Ok(Self { compliance: Some(compliance), ..Self::default() })
     }
 
+    /// Memory for the free flights of a step.
+    pub(crate) fn take_flights(&mut self) -> Vec<State> {
+        std::mem::take(&mut self.flights)
+    }
+
+    /// Takes it back.
+    pub(crate) fn keep_flights(&mut self, memory: Vec<State>) {
+        self.flights = memory;
+    }
+
     /// The compliance of what is differentiated; none of the exact step.
     #[must_use]
     pub fn compliance(&self) -> Option<f64> {
@@ -108,7 +168,8 @@ impl StepDerivative {
     }
 
     /// Makes this the derivative of `step`, whose `solution` was found, by whichever solver, with these
-    /// `contacts`: those of the record of the step.
+    /// `contacts`: those of the record of the step. Where all of it is the same as the last time, as of bodies at rest, it
+    /// is already.
     ///
     /// # Errors
     /// Lists that do not belong together; an island whose linear system is singular, or that has no solution with the
@@ -119,6 +180,22 @@ impl StepDerivative {
         contacts: &[Contact],
         solution: &StepSolution,
     ) -> Result<(), Error> {
+        if self.rest.as_ref().is_some_and(|rest| rest.is(step, contacts, solution)) {
+            return Ok(());
+        }
+        self.linearise_anew(step, contacts, solution)?;
+        self.rest = Rest::of(step, contacts, solution);
+        Ok(())
+    }
+
+    /// The same without a look at the last time.
+    pub(crate) fn linearise_anew(
+        &mut self,
+        step: &Step<'_>,
+        contacts: &[Contact],
+        solution: &StepSolution,
+    ) -> Result<(), Error> {
+        self.rest = None;
         step.check(contacts)?;
         let (world, bodies) = (step.world, step.states.len());
         let sizes = [solution.states.len(), solution.contacts.len()];
@@ -132,12 +209,13 @@ impl StepDerivative {
             let map = EndMap::new(&end.velocity, &end.spin, world.time_step());
             (!world.is_held(body)).then_some(map)
         }));
-        self.widths = Constant::ALL.map(|constant| match constant.has_derivative() {
-            true => constant.width(world),
-            false => 0,
-        });
         self.shapes.clear();
         self.shapes.extend(world.bodies().iter().map(Shape::of));
+        self.slots.set(world);
+        self.widths = Constant::ALL.map(|constant| match constant.is_of_joints() {
+            true => self.slots.width(constant),
+            false => constant.width(world),
+        });
         (self.count, self.unknown, self.kept) = (0, 0, false);
         (self.margin, self.room) = (f64::INFINITY, f64::INFINITY);
         // Where iterations start: at the solution.
@@ -196,7 +274,7 @@ impl StepDerivative {
         let linear = &mut self.islands[self.count];
         self.count += 1;
         let at = (step, contacts, view);
-        let kept = linear.linearise(at, &mut self.next, self.compliance)?;
+        let kept = linear.linearise(at, (&mut self.next, &self.slots), self.compliance)?;
         self.kept |= kept;
         let (point, h) = (&linear.points[0], step.world.time_step());
         if self.compliance.is_some() {
@@ -277,6 +355,30 @@ impl StepDerivative {
         Ok(())
     }
 
+    /// ∂X⁺/∂X of every body by the state of `body`, in the order of [`StateChange::to_array`]: what [`push`](Self::push)
+    /// makes of twelve changes, with one solution for all of them. Of bodies that its island does not have it is
+    /// zero.
+    ///
+    /// # Errors
+    /// A body that the world does not have.
+    pub fn by_state(
+        &mut self,
+        body: usize,
+        end: &mut Vec<SMatrix<f64, 12, 12>>,
+    ) -> Result<(), Error> {
+        let bodies = self.ends.len();
+        if body >= bodies {
+            let (field, allowed) = ("body of a derivative", "an index of a body");
+            return Err(Error::Count { field, count: body, allowed });
+        }
+        end.clear();
+        end.resize(bodies, SMatrix::zeros());
+        end[body] = self.ends[body].as_ref().map_or_else(SMatrix::identity, EndMap::by_state);
+        let islands = &mut self.islands[..self.count];
+        islands.iter_mut().any(|linear| linear.by_state(body, &self.ends, end));
+        Ok(())
+    }
+
     /// The derivatives of a number by the step's data where `end` are those by X⁺: the product with the
     /// transposed derivative. `constants` are those asked for.
     ///
@@ -297,7 +399,8 @@ impl StepDerivative {
         let widths = constants.iter().map(|constant| vec![0.0; self.width(*constant)]);
         gradient.constants.clear();
         gradient.constants.extend(widths);
-        let mut by_velocity = Vec::with_capacity(bodies);
+        let mut by_velocity = std::mem::take(&mut self.by_velocity);
+        by_velocity.clear();
         let mut by_time_step = 0.0;
         for (end, map) in end.iter().zip(&self.ends) {
             let zero = (Vector3::zeros(), Vector3::zeros());
@@ -315,6 +418,7 @@ impl StepDerivative {
         for linear in &mut self.islands[..self.count] {
             linear.pull(&by_velocity, (&self.gravity, &self.shapes), constants, gradient);
         }
+        self.by_velocity = by_velocity;
         Ok(())
     }
 
@@ -343,8 +447,8 @@ impl StepDerivative {
 
 /// Refuses a constant that there is no derivative by.
 fn is_known(constant: Constant) -> Result<(), Error> {
-    let why = "constants of joints have none yet; leave them out";
-    let refused = Error::Unsupported { what: "the derivative by a constant of joints", why };
+    let why = "there is none; leave them out";
+    let refused = Error::Unsupported { what: "the derivative by anchors of joints", why };
     if constant.has_derivative() { Ok(()) } else { Err(refused) }
 }
 

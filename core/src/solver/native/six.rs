@@ -3,7 +3,7 @@
 //! Everything goes down whole columns, so that it is done two numbers at a time; what lies beyond the triangle is zero
 //! in the factors and changes nothing.
 
-use nalgebra::{Matrix6, Vector6};
+use nalgebra::{Matrix6, SMatrix, Vector6};
 
 type Column = [f64; 6];
 
@@ -84,7 +84,7 @@ impl Factors {
 
     /// The same for every column of a block.
     #[inline]
-    pub(super) fn solve_block(&self, block: &mut Matrix6<f64>) {
+    pub(super) fn solve_block<const C: usize>(&self, block: &mut SMatrix<f64, 6, C>) {
         block.data.0.iter_mut().for_each(|column| self.solve(column));
     }
 

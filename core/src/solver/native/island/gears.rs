@@ -7,7 +7,7 @@ use super::super::coupling::Coupling;
 use super::super::equations::{Slope, Velocity};
 use super::super::law::{Axes, Law};
 use super::super::pair_motion::{PairSlope, stacked};
-use super::{Both, Island, Kind, Link, Source};
+use super::{Both, GearRow, Island, Kind, Link, Source};
 use crate::joint::{Axis, AxisStart, Drive, GearAxis, Graph, JointAxis};
 use crate::step::{Step, StepSolution};
 use nalgebra::{Matrix3, RowVector6, Vector3, Vector6};
@@ -59,9 +59,9 @@ pub(super) struct Train {
 }
 
 impl Train {
-    /// Its index in the world.
-    pub(super) fn of_world(&self) -> usize {
-        self.gear
+    /// Its row, as the coupling in this place.
+    pub(super) fn row(&self, coupling: usize) -> GearRow {
+        GearRow { coupling, parts: self.parts, offset: self.offset }
     }
 
     /// The bodies that it acts on, and what an impulse of one is there: M/m times force and torque.

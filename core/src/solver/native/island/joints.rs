@@ -14,18 +14,18 @@ use nalgebra::{Matrix3, Vector3};
 #[derive(Debug, Clone, Copy)]
 pub(in super::super) struct JointPlace {
     /// Its index in the world.
-    pub(super) joint: usize,
+    pub(in super::super) joint: usize,
     /// The coupling of its anchor, where it holds that.
-    pub(super) place: Option<usize>,
+    pub(in super::super) place: Option<usize>,
     /// The coupling of its turn, where it holds that.
-    pub(super) turn: Option<usize>,
+    pub(in super::super) turn: Option<usize>,
     /// ℓ, m.
-    pub(super) length: f64,
+    pub(in super::super) length: f64,
     /// Whether it ties two bodies.
     pub(super) is_of_two: bool,
     /// Its coordinates at the step's start: the place, m, and the angles, rad.
-    pub(super) along: Vector3<f64>,
-    pub(super) angles: Vector3<f64>,
+    pub(in super::super) along: Vector3<f64>,
+    pub(in super::super) angles: Vector3<f64>,
 }
 
 impl Island {

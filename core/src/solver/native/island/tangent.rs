@@ -3,33 +3,21 @@
 //!
 //! Equation numbers are those of `docs/gradients.md`.
 
-use super::super::equations::{Answer, Equations, Gain, Velocity};
-use super::super::law::{NaturalMap, Piece};
-use super::{Island, IslandScratch, IslandSystem};
-use crate::step::Step;
-use nalgebra::{Matrix3, Vector3, Vector6};
+use super::super::equations::{Answer, Gain};
+use super::super::law::Law;
+use super::{Island, IslandSystem, JointPlace, Kind};
+use crate::joint::Segment;
+use nalgebra::{Matrix3, SMatrix, Vector3, Vector6};
 
-/// What joints and gears tie: bodies of the world, the joints between them, and a gear of these joints, where it is
-/// that gear and not the joints that is meant.
-#[derive(Debug, Clone, PartialEq)]
-pub(in super::super) struct Tie {
-    pub(in super::super) bodies: Vec<usize>,
-    pub(in super::super) joints: Vec<usize>,
-    pub(in super::super) gear: Option<usize>,
-    /// The couplings in the island.
-    pub(in super::super) couplings: Vec<usize>,
-}
-
-/// What is held while the bodies at the start of the step move.
-#[derive(Debug, Clone)]
-pub(in super::super) struct Held {
-    /// V⁺ of the bodies.
-    pub(in super::super) velocity: Vec<Velocity>,
-    /// Of each coupling its piece, and its impulse M p̂ along its rows, N s.
-    pub(in super::super) rows: Vec<(Piece, Vector3<f64>)>,
-    /// M, kg, and ε of the law and of its pieces, where impulses are over M.
-    pub(in super::super) mass: f64,
-    pub(in super::super) compliances: (f64, f64),
+/// The row of a gear.
+#[derive(Debug, Clone, Copy)]
+pub(in super::super) struct GearRow {
+    /// Its coupling.
+    pub(in super::super) coupling: usize,
+    /// Of each coordinate its coupling, the row there, and the factor of that row's speed.
+    pub(in super::super) parts: [(usize, usize, f64); 2],
+    /// What it is off by at the step's start, over h, m/s.
+    pub(in super::super) offset: f64,
 }
 
 /// What a change of a coupling's rows and arms makes of its impulse at fixed V⁺, and of the torques of the
@@ -63,6 +51,12 @@ impl Island {
         rhs: &mut [Vector6<f64>],
     ) {
         let of = (&self.links[coupling], &self.setting.couplings[coupling]);
+        if let Kind::Gear(gear) = of.0.kind {
+            for (member, wrench) in self.gears[gear].sides() {
+                rhs[member] += wrench * change.impulse[0];
+            }
+            return;
+        }
         for ((member, share, torque_map), torque) in self.sides(of).zip(&change.torques) {
             let mut part = Vector6::zeros();
             if of.0.pushes() {
@@ -82,6 +76,11 @@ impl Island {
     ) -> CouplingChange {
         let of = (&self.links[coupling], &self.setting.couplings[coupling]);
         let (mut impulse, mut torques) = (Vector3::zeros(), [Vector3::zeros(); 2]);
+        if let Kind::Gear(gear) = of.0.kind {
+            let sides = self.gears[gear].sides();
+            impulse[0] = sides.map(|(member, wrench)| wrench.dot(&rhs[member])).sum();
+            return CouplingChange { impulse, torques };
+        }
         for ((member, share, torque_map), torque) in self.sides(of).zip(&mut torques) {
             let part = rhs[member] * share;
             *torque = part.fixed_rows::<3>(3).into();
@@ -112,72 +111,91 @@ impl Island {
         }
     }
 
+    /// The same for several right-hand sides, whose `values` by places are scratch.
+    pub(in super::super) fn solve_all<const C: usize>(
+        &self,
+        system: &mut IslandSystem,
+        (rhs, values): (&mut [SMatrix<f64, 6, C>], &mut Vec<SMatrix<f64, 6, C>>),
+    ) {
+        values.clear();
+        values.resize(rhs.len(), SMatrix::zeros());
+        for (index, rhs) in rhs.iter().enumerate() {
+            values[self.pattern.place(index)] = *rhs;
+        }
+        system.blocks.solve_all(&self.pattern, values);
+        for (index, rhs) in rhs.iter_mut().enumerate() {
+            *rhs = values[self.pattern.place(index)];
+        }
+    }
+
+    /// Adds to the right-hand sides what changes of a coupling make, each a column of nine numbers: of its impulse and of
+    /// its torques (G6).
+    pub(in super::super) fn add_changes<const C: usize>(
+        &self,
+        coupling: usize,
+        change: &SMatrix<f64, 9, C>,
+        rhs: &mut [SMatrix<f64, 6, C>],
+    ) {
+        let of = (&self.links[coupling], &self.setting.couplings[coupling]);
+        let impulse = change.fixed_rows::<3>(0);
+        if let Kind::Gear(gear) = of.0.kind {
+            for (member, wrench) in self.gears[gear].sides() {
+                rhs[member] += wrench * impulse.row(0);
+            }
+            return;
+        }
+        for (side, (member, share, torque_map)) in self.sides(of).enumerate() {
+            if of.0.pushes() {
+                let mut part = rhs[member].fixed_rows_mut::<3>(0);
+                part += impulse * share;
+            }
+            let turning = torque_map * impulse + change.fixed_rows::<3>(3 + 3 * side);
+            let mut part = rhs[member].fixed_rows_mut::<3>(3);
+            part += turning * share;
+        }
+    }
+
     /// Whether it has no row at all.
     pub(in super::super) fn is_plain(&self) -> bool {
         self.links.is_empty()
     }
 
-    /// What its joints and gears tie, one by one.
-    pub(in super::super) fn ties(&self, step: &Step<'_>) -> Vec<Tie> {
-        let of_joint = |joint: usize| {
-            let joint = &step.world.joints()[joint];
-            std::iter::once(joint.body()).chain(joint.other())
-        };
-        let joints = self.joints.iter().map(|at| Tie {
-            bodies: of_joint(at.joint).collect(),
-            joints: vec![at.joint],
-            gear: None,
-            couplings: at.place.into_iter().chain(at.turn).collect(),
-        });
+    /// Its joints.
+    pub(in super::super) fn joint_places(&self) -> &[JointPlace] {
+        &self.joints
+    }
+
+    /// Its gears.
+    pub(in super::super) fn gear_rows(&self) -> impl Iterator<Item = GearRow> {
         let first = self.links.len() - self.gears.len();
-        let gears = self.gears.iter().enumerate().map(|(place, train)| {
-            let gear = train.of_world();
-            let mut joints: Vec<usize> =
-                step.world.gears()[gear].axes().iter().map(|axis| axis.joint).collect();
-            joints.sort_unstable();
-            joints.dedup();
-            let mut bodies: Vec<usize> = joints.iter().flat_map(|joint| of_joint(*joint)).collect();
-            bodies.sort_unstable();
-            bodies.dedup();
-            Tie { bodies, joints, gear: Some(gear), couplings: vec![first + place] }
-        });
-        joints.chain(gears).collect()
+        self.gears.iter().enumerate().map(move |(place, train)| train.row(first + place))
+    }
+
+    /// The impulse p̂ that gears add along the rows of a joint's coupling, m/s.
+    pub(in super::super) fn geared(
+        &self,
+        coupling: usize,
+        impulses: &[Vector3<f64>],
+    ) -> Vector3<f64> {
+        let mut along = Vector3::zeros();
+        for gear in self.gear_rows() {
+            for (_, row, factor) in gear.parts.into_iter().filter(|(of, ..)| *of == coupling) {
+                along[row] += factor * impulses[gear.coupling][0];
+            }
+        }
+        along
+    }
+
+    /// A piece of the law of row k of a joint's coupling.
+    pub(in super::super) fn segment(&self, coupling: usize, k: usize, piece: u8) -> Segment {
+        match &self.setting.couplings[coupling].law {
+            Law::Axes(axes) => axes.segment(&self.setting.graphs, k, piece),
+            Law::Cone(_) => Segment::NONE,
+        }
     }
 
     /// The rows of a coupling, as columns.
     pub(in super::super) fn rows(&self, coupling: usize) -> &Matrix3<f64> {
         &self.setting.couplings[coupling].rows.frame
-    }
-
-    /// Makes this the island of a `tie` alone in `step`, and gives the momentum over its mass that each of the bodies gets of
-    /// its impulses, where V⁺, the pieces of the laws and the impulses along the rows are `held`: of these impulses, and of
-    /// what the pieces ask for beside them (N5).
-    pub(in super::super) fn momentum(
-        &mut self,
-        step: &Step<'_>,
-        tie: &Tie,
-        held: &Held,
-    ) -> Vec<Vector6<f64>> {
-        self.begin(step, &tie.bodies, 0.0);
-        let place = |body: usize| tie.bodies.iter().position(|b| *b == body).unwrap_or(0);
-        tie.joints.iter().for_each(|joint| self.admit_joint(step, *joint, place));
-        tie.gear.iter().for_each(|gear| self.admit_gear(step, *gear));
-        self.tie();
-        let (mut scratch, mut points) = (IslandScratch::default(), Vec::new());
-        self.set_points(&held.velocity, &mut scratch, &mut points);
-        let unit = held.mass / self.mass;
-        let (of_law, of_pieces) = (held.compliances.0 / unit, held.compliances.1 / unit);
-        let mut values = vec![Vector6::zeros(); tie.bodies.len()];
-        let couplings = self.links.iter().zip(&self.setting.couplings).zip(&points);
-        // A gear is the last one.
-        let others = self.links.len() - held.rows.len();
-        for (((link, coupling), u), (piece, rows)) in couplings.skip(others).zip(&held.rows) {
-            let impulse = coupling.rows.frame * rows / self.mass;
-            let pull = coupling.pull(&NaturalMap::with_compliance(of_law), u, &impulse);
-            let graphs = (coupling, &self.setting.graphs[..]);
-            let answer = pull.answer(*piece, graphs, &impulse, of_pieces);
-            self.add_offset((link, coupling), &(impulse + answer.offset), &mut values);
-        }
-        (0..tie.bodies.len()).map(|member| values[self.pattern.place(member)]).collect()
     }
 }

@@ -5,7 +5,7 @@
 use super::super::coupling::Rows;
 use super::super::equations::Answer;
 use super::{NaturalMap, Pending};
-use crate::joint::Graph;
+use crate::joint::{Graph, Segment};
 use nalgebra::{Matrix3, Vector3};
 
 /// Three rows, each under a graph.
@@ -23,6 +23,11 @@ impl Axes {
         let (first, locked) = (graphs.len(), own.each_ref().map(Graph::is_locked));
         graphs.extend(own);
         Self { first: first as u32, locked }
+    }
+
+    /// A piece of the graph of row k.
+    pub(in super::super) fn segment(&self, graphs: &[Graph], k: usize, piece: u8) -> Segment {
+        self.of(graphs, k).segment(usize::from(piece))
     }
 
     /// That of row k.

@@ -4,8 +4,9 @@
 
 use super::super::law::Piece;
 use super::constants::Constants;
+use super::slopes::Slopes;
 use crate::contact::{Contact, Partner};
-use crate::derivative::{ContactTangent, Given, StateChange};
+use crate::derivative::{ContactTangent, Given, Placed, RowSlopes};
 use crate::mechanics::State;
 use crate::step::Step;
 use crate::world::Constant;
@@ -14,8 +15,9 @@ use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 /// A contact, linearised.
 #[derive(Debug, Clone)]
 pub(super) struct LinearCoupling {
-    /// A and B, bodies of the world.
-    pub(super) bodies: [Option<usize>; 2],
+    /// Its place among the couplings of the island.
+    pub(super) index: usize,
+    pub(super) slopes: Slopes,
     pub(super) rotations: [Matrix3<f64>; 2],
     pub(super) tangent: ContactTangent,
     /// D of (N5).
@@ -27,22 +29,18 @@ pub(super) struct LinearCoupling {
     /// δμ by that of the world, and the same of e.
     pub(super) of_world: (f64, f64),
     pub(super) is_ground: bool,
-    /// By δr (world) and δθ (body) of A and of B.
-    pub(super) by_pose: SMatrix<f64, 9, 12>,
-    /// By δv (world) and δω (body) at k of A and of B, where it bounces.
-    pub(super) by_velocity: Option<Box<SMatrix<f64, 9, 12>>>,
 }
 
 impl LinearCoupling {
     pub(super) fn new(
         step: &Step<'_>,
-        contact: &Contact,
+        (contact, placed, index): (&Contact, &Placed, usize),
         next: &[State],
         (piece, gain, impulse): (Piece, Matrix3<f64>, Vector3<f64>),
     ) -> Self {
         let (world, key) = (step.world, &contact.key);
         let bodies = [Some(key.body), key.partner.body()];
-        let tangent = ContactTangent::new(world, contact, step.states, next);
+        let tangent = ContactTangent::new(world, (contact, placed), step.states, next);
         let n = contact.normal();
         let pressed = n.dot(&impulse);
         let across = |v: &Vector3<f64>| v - n * n.dot(v);
@@ -61,7 +59,8 @@ impl LinearCoupling {
             body.map_or(Matrix3::identity(), |body| step.states[body].pose().rotation)
         };
         let mut coupling = Self {
-            bodies,
+            index,
+            slopes: Slopes::of(bodies),
             rotations: bodies.map(rotation),
             tangent,
             gain,
@@ -69,8 +68,6 @@ impl LinearCoupling {
             by_friction,
             of_world: world.law_by_world(key.body, key.partner),
             is_ground: key.partner == Partner::Ground,
-            by_pose: SMatrix::zeros(),
-            by_velocity: None,
         };
         coupling.set_slopes(contact);
         coupling
@@ -81,25 +78,69 @@ impl LinearCoupling {
         self.impulse != Vector3::zeros()
     }
 
-    /// Fills the derivatives by poses and velocities, column by column.
-    pub(super) fn set_slopes(&mut self, contact: &Contact) {
-        if !self.presses() && self.gain == Matrix3::zeros() {
-            return;
+    /// Fills the derivatives by poses and velocities.
+    fn set_slopes(&mut self, contact: &Contact) {
+        match self.tangent.rigid_slopes() {
+            Some(slopes) => self.set_rigid_slopes(&slopes),
+            None => self.set_columns(contact),
         }
+    }
+
+    /// (G6) of the place of A, of its turn and of that of B.
+    fn set_rigid_slopes(&mut self, [place, turn, of_b]: &[RowSlopes; 3]) {
+        let (p, arms) = (self.impulse.cross_matrix(), self.tangent.arms());
+        let u = self.tangent.motion().cross_matrix();
+        let nine = |coupling: &Self, slopes: &RowSlopes, side: Option<usize>| {
+            let mut columns = SMatrix::<f64, 9, 3>::zeros();
+            let mut impulse = coupling.gain * slopes.motion;
+            if slopes.turn != Matrix3::zeros() {
+                impulse += coupling.gain * u * slopes.turn - p * slopes.turn;
+            }
+            columns.fixed_rows_mut::<3>(0).copy_from(&impulse);
+            for (of, arm) in arms.iter().enumerate() {
+                if coupling.slopes.bodies[of].is_none() {
+                    continue;
+                }
+                let mut torque = -p * slopes.arms[of];
+                if side == Some(of) {
+                    torque += arm.cross(&coupling.impulse).cross_matrix();
+                }
+                let torque = coupling.rotations[of].tr_mul(&torque);
+                columns.fixed_rows_mut::<3>(3 + 3 * of).copy_from(&torque);
+            }
+            match side {
+                Some(of) => columns * coupling.rotations[of],
+                None => columns,
+            }
+        };
+        let by_place = nine(self, place, None);
+        let by_turn = nine(self, turn, Some(0));
+        let of_b = self.slopes.bodies[1].map(|_| nine(self, of_b, Some(1)));
+        let slopes = &mut self.slopes.by_pose;
+        slopes.fixed_columns_mut::<3>(0).copy_from(&by_place);
+        slopes.fixed_columns_mut::<3>(3).copy_from(&by_turn);
+        if let Some(of_b) = of_b {
+            slopes.fixed_columns_mut::<3>(6).copy_from(&-by_place);
+            slopes.fixed_columns_mut::<3>(9).copy_from(&of_b);
+        }
+    }
+
+    /// Fills them column by column.
+    fn set_columns(&mut self, contact: &Contact) {
         let mut by_velocity = contact.bounces().then(|| Box::new(SMatrix::<f64, 9, 12>::zeros()));
-        for side in (0..2).filter(|&side| self.bodies[side].is_some()) {
+        for side in (0..2).filter(|&side| self.slopes.bodies[side].is_some()) {
             for k in 0..6 {
                 let (unit, nothing) = (Vector3::ith(k % 3, 1.0), Given::nothing());
                 let column = match (k, side) {
                     // Where both move alike, nothing changes.
-                    (0..3, 1) => -self.by_pose.column(k),
+                    (0..3, 1) => -self.slopes.by_pose.column(k),
                     (0..3, _) => self.changed(side, &Given { position: unit, ..nothing }),
                     _ => {
                         let turn = self.rotations[side] * unit;
                         self.changed(side, &Given { turn, ..nothing })
                     }
                 };
-                self.by_pose.set_column(6 * side + k, &column);
+                self.slopes.by_pose.set_column(6 * side + k, &column);
                 if let Some(slopes) = &mut by_velocity {
                     let faster = match k {
                         0..3 => Given { velocity: unit, ..nothing },
@@ -109,11 +150,11 @@ impl LinearCoupling {
                 }
             }
         }
-        self.by_velocity = by_velocity;
+        self.slopes.by_velocity = by_velocity;
     }
 
     /// What a change of one side makes.
-    pub(super) fn changed(&self, side: usize, given: &Given) -> SVector<f64, 9> {
+    fn changed(&self, side: usize, given: &Given) -> SVector<f64, 9> {
         let nothing = Given::nothing();
         let sides = if side == 0 { (given, &nothing) } else { (&nothing, given) };
         self.change(sides, 0.0, 0.0)
@@ -145,39 +186,6 @@ impl LinearCoupling {
         change
     }
 
-    /// By changes of states.
-    pub(super) fn pushed(&self, states: &[StateChange]) -> SVector<f64, 9> {
-        let mut change = SVector::<f64, 9>::zeros();
-        for (side, body) in self.bodies.into_iter().enumerate() {
-            let Some(state) = body.map(|body| &states[body]) else { continue };
-            let columns = |slopes: &SMatrix<f64, 9, 12>, first, second| {
-                slopes.fixed_columns::<3>(6 * side) * first
-                    + slopes.fixed_columns::<3>(6 * side + 3) * second
-            };
-            change += columns(&self.by_pose, state.position, state.turn);
-            if let Some(slopes) = &self.by_velocity {
-                change += columns(slopes, state.velocity, state.spin);
-            }
-        }
-        change
-    }
-
-    /// The transpose.
-    pub(super) fn pull_states(&self, by: &SVector<f64, 9>, states: &mut [StateChange]) {
-        for (side, body) in self.bodies.into_iter().enumerate() {
-            let Some(state) = body.map(|body| &mut states[body]) else { continue };
-            let of = |slopes: &SMatrix<f64, 9, 12>, k: usize| -> Vector3<f64> {
-                slopes.fixed_columns::<3>(6 * side + k).tr_mul(by)
-            };
-            state.position += of(&self.by_pose, 0);
-            state.turn += of(&self.by_pose, 3);
-            if let Some(slopes) = &self.by_velocity {
-                state.velocity += of(slopes, 0);
-                state.spin += of(slopes, 3);
-            }
-        }
-    }
-
     /// By changes of constants.
     pub(super) fn by_constants<F: Fn(Constant, usize) -> f64>(
         &self,
@@ -185,7 +193,7 @@ impl LinearCoupling {
     ) -> SVector<f64, 9> {
         let of = constants.numbers;
         let side = |body: Option<usize>| body.map_or(Given::nothing(), |body| constants.side(body));
-        let (a, mut b) = (side(self.bodies[0]), side(self.bodies[1]));
+        let (a, mut b) = (side(self.slopes.bodies[0]), side(self.slopes.bodies[1]));
         if self.is_ground {
             b.position = self.tangent.normal() * of(Constant::Ground, 0);
         }

@@ -4,7 +4,7 @@
 
 use super::super::effort::Effort;
 use super::super::equations::{Equations, Velocity};
-use super::super::island::{CouplingChange, Held, Island, gain_of};
+use super::super::island::{CouplingChange, Island, gain_of};
 use super::super::islands::IslandView;
 use super::super::law::NaturalMap;
 use super::super::member::BodyGiven;
@@ -13,15 +13,15 @@ use super::super::part::next_state;
 use super::super::tolerances::COMPLIANCE;
 use super::constants::{Constants, Shape, places, unit};
 use super::coupling::LinearCoupling;
-use super::tied::{LinearTie, Steps};
+use super::tied::{self, LinearGear, LinearRows, Matrix6x12, Slots, Solved};
 use super::{StepChange, StepGradient};
 use crate::contact::Contact;
-use crate::derivative::{EndMap, StateChange};
+use crate::derivative::{EndMap, Placed, StateChange};
 use crate::error::Error;
 use crate::mechanics::State;
 use crate::step::Step;
 use crate::world::{Constant, World};
-use nalgebra::{SVector, Vector3, Vector6};
+use nalgebra::{Matrix3, SMatrix, SVector, Vector3, Vector6};
 
 /// One island at the solutions with the compliances ε and 2ε.
 #[derive(Debug, Clone)]
@@ -33,6 +33,8 @@ pub(super) struct LinearIsland {
     is_one: bool,
     /// The impulses of the solution that was found.
     found: Vec<Vector3<f64>>,
+    /// How the features of its contacts follow the bodies, where it was asked.
+    placed: Vec<Option<Placed>>,
 }
 
 /// The points that count.
@@ -52,8 +54,11 @@ pub(super) struct LinearPoint {
     pub(super) newton: Newton<Island>,
     pub(super) iterate: Iterate<Island>,
     pub(super) couplings: Vec<LinearCoupling>,
-    ties: Vec<LinearTie>,
+    joints: Vec<LinearRows>,
+    gears: Vec<LinearGear>,
     pub(super) rhs: Vec<Vector6<f64>>,
+    /// Right-hand sides by the state of a body, and scratch of as many.
+    columns: (Vec<Matrix6x12>, Vec<Matrix6x12>),
 }
 
 impl LinearIsland {
@@ -62,8 +67,10 @@ impl LinearIsland {
             newton: Newton::new(),
             iterate: Iterate::new(),
             couplings: Vec::new(),
-            ties: Vec::new(),
+            joints: Vec::new(),
+            gears: Vec::new(),
             rhs: Vec::new(),
+            columns: (Vec::new(), Vec::new()),
         };
         Self {
             bodies: Vec::new(),
@@ -71,6 +78,7 @@ impl LinearIsland {
             points: [point(), point()],
             is_one: false,
             found: Vec::new(),
+            placed: Vec::new(),
         }
     }
 
@@ -79,7 +87,7 @@ impl LinearIsland {
     pub(super) fn linearise(
         &mut self,
         (step, contacts, view): (&Step<'_>, &[Contact], &IslandView<'_>),
-        next: &mut [State],
+        (next, slots): (&mut [State], &Slots),
         smoothed: Option<f64>,
     ) -> Result<bool, Error> {
         self.bodies.clear();
@@ -108,6 +116,8 @@ impl LinearIsland {
             Some(compliance) => self.soften(step, view, compliance).map(|()| false)?,
             None => rolls || !self.selects(step, view)?,
         };
+        self.placed.clear();
+        self.placed.resize(view.contacts.len(), None);
         let compliances = smoothed.map_or(COMPLIANCES, |compliance| [compliance, 0.0]);
         for (point, compliance) in points(&mut self.points, self.is_one).zip(compliances) {
             if kept {
@@ -117,9 +127,13 @@ impl LinearIsland {
                 what: "the derivative of a step whose linear system is singular",
                 why: "contacts hold each other in a way that compliance does not resolve",
             };
-            let law = if kept { 0.0 } else { compliance };
-            let compliances = (law, compliance);
-            let found = point.linearise(&self.island, (step, contacts, view), next, compliances);
+            let at = (step, contacts, view);
+            let found = point.linearise(
+                &self.island,
+                at,
+                (&mut *next, &mut self.placed, slots),
+                compliance,
+            );
             found.ok_or_else(singular)?;
         }
         Ok(kept && !rolls)
@@ -199,23 +213,27 @@ impl LinearIsland {
                 let velocity = &point.iterate.velocity[place];
                 point.rhs.push(self.island.members()[place].change(velocity, &given, gravity));
             }
-            for (index, coupling) in point.couplings.iter().enumerate() {
+            for coupling in &point.couplings {
                 let mut found = SVector::<f64, 9>::zeros();
                 if !change.states.is_empty() {
-                    found += coupling.pushed(change.states);
+                    found += coupling.slopes.pushed(change.states);
                 }
                 if let Some(constants) = &constants {
                     found += coupling.by_constants(constants);
                 }
                 let change = coupling_change(&found);
-                self.island.add_change(index, &change, &mut point.rhs);
+                self.island.add_change(coupling.index, &change, &mut point.rhs);
             }
             if !change.states.is_empty() {
-                point.ties.iter().for_each(|tie| tie.push(change.states, &mut point.rhs));
+                let (island, states, rhs) = (&self.island, change.states, &mut point.rhs);
+                point.joints.iter().for_each(|rows| rows.push(island, states, rhs));
+                point.gears.iter().for_each(|gear| gear.push(island, states, rhs));
             }
-            if let Some(constants) = &constants {
-                let longer = (constants.numbers)(Constant::TimeStep, 0);
-                point.ties.iter().for_each(|tie| tie.push_time_step(longer, &mut point.rhs));
+            if let Some(Constants { numbers, .. }) = &constants {
+                let (island, rhs) = (&self.island, &mut point.rhs);
+                let longer = numbers(Constant::TimeStep, 0);
+                point.joints.iter().for_each(|rows| rows.push_constants(island, numbers, rhs));
+                point.gears.iter().for_each(|gear| gear.push_time_step(island, longer, rhs));
             }
             self.island.solve::<false>(point.newton.system(), &mut point.rhs);
             for (&body, solved) in self.bodies.iter().zip(&point.rhs) {
@@ -227,6 +245,39 @@ impl LinearIsland {
                 }
             }
         }
+    }
+
+    /// Adds to ∂X⁺/∂X of the bodies of the world, by the state of `body`, what V⁺ has a part in; whether it is of this
+    /// island.
+    pub(super) fn by_state(
+        &mut self,
+        body: usize,
+        ends: &[Option<EndMap>],
+        end: &mut [SMatrix<f64, 12, 12>],
+    ) -> bool {
+        let Some(own) = self.bodies.iter().position(|of| *of == body) else { return false };
+        let weights = if self.is_one { [1.0, 0.0] } else { WEIGHTS };
+        for (point, weight) in points(&mut self.points, self.is_one).zip(weights) {
+            let LinearPoint { newton, couplings, joints, gears, columns: (rhs, values), .. } =
+                point;
+            rhs.clear();
+            rhs.resize(self.bodies.len(), Matrix6x12::zeros());
+            rhs[own] = self.island.members()[own].change_by_state();
+            for coupling in couplings.iter() {
+                if let Some(columns) = coupling.slopes.by_state(body) {
+                    self.island.add_changes(coupling.index, &columns, rhs);
+                }
+            }
+            joints.iter().for_each(|rows| rows.add_state(&self.island, body, rhs));
+            gears.iter().for_each(|gear| gear.add_state(&self.island, body, rhs));
+            self.island.solve_all(newton.system(), (rhs, values));
+            for (&of, solved) in self.bodies.iter().zip(&*rhs) {
+                if let Some(map) = &ends[of] {
+                    map.add_velocities(&(solved * weight), &mut end[of]);
+                }
+            }
+        }
+        true
     }
 
     pub(super) fn pull(
@@ -263,27 +314,24 @@ impl LinearIsland {
                     }
                 }
             }
-            for tie in &point.ties {
-                tie.pull(&point.rhs, &mut gradient.states);
-                for (_, sums) in constants
-                    .iter()
-                    .zip(&mut gradient.constants)
-                    .filter(|(constant, _)| **constant == Constant::TimeStep)
-                {
-                    sums[0] += tie.pull_time_step(&point.rhs);
+            for rows in &point.joints {
+                let sums = (constants, &mut gradient.constants[..]);
+                rows.pull(&self.island, &point.rhs, &mut gradient.states, sums);
+            }
+            for gear in &point.gears {
+                let by_time_step = gear.pull(&self.island, &point.rhs, &mut gradient.states);
+                for (constant, sums) in constants.iter().zip(&mut gradient.constants) {
+                    if *constant == Constant::TimeStep {
+                        sums[0] += by_time_step;
+                    }
                 }
             }
-            for (index, coupling) in point.couplings.iter().enumerate() {
-                let pulled = self.island.change_pulled(index, &point.rhs);
-                let [of_a, of_b] = &pulled.torques;
-                let mut by = SVector::<f64, 9>::zeros();
-                by.fixed_rows_mut::<3>(0).copy_from(&pulled.impulse);
-                by.fixed_rows_mut::<3>(3).copy_from(of_a);
-                by.fixed_rows_mut::<3>(6).copy_from(of_b);
-                coupling.pull_states(&by, &mut gradient.states);
+            for coupling in &point.couplings {
+                let by = numbers(&self.island.change_pulled(coupling.index, &point.rhs));
+                coupling.slopes.pull(&by, &mut gradient.states);
                 for (&constant, sums) in constants.iter().zip(&mut gradient.constants) {
                     let mut done = 0..0;
-                    for body in coupling.bodies.into_iter().flatten() {
+                    for body in coupling.slopes.bodies.into_iter().flatten() {
                         let own = places(constant, body);
                         if own == done {
                             continue;
@@ -304,6 +352,14 @@ impl LinearIsland {
 pub(super) fn coupling_change(numbers: &SVector<f64, 9>) -> CouplingChange {
     let part = |k: usize| Vector3::from_column_slice(&numbers.as_slice()[k..k + 3]);
     CouplingChange { impulse: part(0), torques: [part(3), part(6)] }
+}
+
+pub(super) fn numbers(change: &CouplingChange) -> SVector<f64, 9> {
+    let mut all = SVector::<f64, 9>::zeros();
+    for (k, part) in [&change.impulse, &change.torques[0], &change.torques[1]].iter().enumerate() {
+        all.fixed_rows_mut::<3>(3 * k).copy_from(part);
+    }
+    all
 }
 
 impl LinearPoint {
@@ -339,9 +395,10 @@ impl LinearPoint {
         let tolerances = island.tolerances();
         let until = Until { iterations: ITERATIONS, residual: tolerances.rounding };
         let Self { newton, iterate, .. } = self;
-        newton.solve(island, &map, (compliance, until), iterate, &mut effort);
+        let converged = newton.solve(island, &map, (compliance, until), iterate, &mut effort);
         effort.check()?;
-        Ok(evaluate(island, &map, iterate).largest <= tolerances.newton)
+        // What did not converge to rounding may have to what is asked of a solution with compliance.
+        Ok(converged || evaluate(island, &map, iterate).largest <= tolerances.newton)
     }
 
     /// Stays at the solution that was found: compliance acts on changes alone (N13).
@@ -358,11 +415,11 @@ impl LinearPoint {
         &mut self,
         island: &Island,
         (step, contacts, view): (&Step<'_>, &[Contact], &IslandView<'_>),
-        next: &mut [State],
-        (of_law, compliance): (f64, f64),
+        (next, placed, slots): (&mut [State], &mut [Option<Placed>], &Slots),
+        compliance: f64,
     ) -> Option<()> {
         let map = NaturalMap::with_compliance(compliance);
-        let Self { newton, iterate, couplings, ties, .. } = self;
+        let Self { newton, iterate, couplings, joints, gears, .. } = self;
         let (eliminations, pieces) = newton.linearise(island, &map, compliance, iterate)?;
         for (&body, velocity) in view.bodies.iter().zip(&iterate.velocity) {
             next[body] = next_state(step, body, velocity);
@@ -370,29 +427,29 @@ impl LinearPoint {
         couplings.clear();
         for (place, &index) in view.contacts.iter().enumerate() {
             let impulse = iterate.impulses[place];
-            let on = (pieces[place], gain_of(&eliminations[place].answer), impulse);
-            couplings.push(LinearCoupling::new(step, &contacts[index], next, on));
-        }
-        ties.clear();
-        if !view.joints.is_empty() {
-            let mut memory = Island::new(step.world);
-            let steps = Steps::of(step.world);
-            for tie in island.ties(step) {
-                let row = |&coupling: &usize| {
-                    let along = island.rows(coupling).tr_mul(&iterate.impulses[coupling]);
-                    (pieces[coupling], along * island.mass())
-                };
-                let of_body = |body: &usize| iterate.velocity[view.places[*body]];
-                let held = Held {
-                    velocity: tie.bodies.iter().map(of_body).collect(),
-                    rows: tie.couplings.iter().map(row).collect(),
-                    mass: island.mass(),
-                    compliances: (of_law, compliance),
-                };
-                let at = (view.places, steps.as_ref());
-                ties.push(LinearTie::new(step, (&tie, &held), at, &mut memory));
+            let gain = gain_of(&eliminations[place].answer);
+            // What is open has no part in anything.
+            if impulse == Vector3::zeros() && gain == Matrix3::zeros() {
+                continue;
             }
+            let contact = &contacts[index];
+            let known = &mut placed[place];
+            let placed = known.get_or_insert_with(|| Placed::of(step.world, contact, step.states));
+            let on = (pieces[place], gain, impulse);
+            couplings.push(LinearCoupling::new(step, (contact, placed, place), next, on));
         }
+        if view.joints.is_empty() {
+            joints.clear();
+            gears.clear();
+            return Some(());
+        }
+        let Iterate { velocity, impulses, .. } = &*iterate;
+        let solved = Solved { pieces, impulses, points: iterate.points(), compliance };
+        let of_body = |body: usize| {
+            let Velocity { linear, spin } = velocity[view.places[body]];
+            (linear, spin)
+        };
+        tied::linearise(step, island, (&solved, slots), of_body, (joints, gears));
         Some(())
     }
 }

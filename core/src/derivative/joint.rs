@@ -1,0 +1,454 @@
+//! How the rows of a joint, and what an impulse along them does, change with its bodies at the start of a step, at
+//! fixed velocities V⁺ at its end.
+//!
+//! Columns are the places (m, world) and the turns (rad, body) of A, then those of B. Equation numbers are those of
+//! `docs/gradients.md`.
+
+use super::EndMap;
+use crate::joint::{Axis, Joint, Turn};
+use crate::mechanics::{Pose, State};
+use nalgebra::{Matrix3, SMatrix, Vector3};
+
+/// By the poses of A and of B.
+pub(crate) type ByPoses<const ROWS: usize> = SMatrix<f64, ROWS, 12>;
+
+/// Three rows of a joint over a step.
+#[derive(Debug, Clone)]
+pub(crate) struct RowsTangent {
+    /// ∂u, m/s, in the rows' axes.
+    pub(crate) motion: ByPoses<3>,
+    /// ∂u/∂h, m/s².
+    pub(crate) by_time_step: Vector3<f64>,
+    /// Of the coordinates at the step's start, m or rad.
+    pub(crate) coordinates: ByPoses<3>,
+    /// Of their rates before, m/s or rad/s, where an armature asks for them.
+    pub(crate) rates: Option<Box<Rates>>,
+    /// At a fixed impulse along the rows: of the impulse (world, where it pushes), and of the torques of what it is on A and on B,
+    /// each in its body's frame.
+    pub(crate) load: ByPoses<9>,
+}
+
+/// Changes of the mean rates before a step, m/s or rad/s.
+#[derive(Debug, Clone)]
+pub(crate) struct Rates {
+    pub(crate) by_poses: ByPoses<3>,
+    /// By v (world) and ω (body) of A and of B at k.
+    pub(crate) by_velocities: ByPoses<3>,
+    pub(crate) by_time_step: Vector3<f64>,
+}
+
+/// A joint over a step, ready to be differentiated.
+pub(crate) struct JointTangent<'a> {
+    joint: &'a Joint,
+    states: &'a [State],
+    time_step: f64,
+    /// A and B: the ends of the step, and where they came from; `None` for the world.
+    sides: [Option<Side>; 2],
+}
+
+/// A body of the joint.
+#[derive(Clone, Copy)]
+struct Side {
+    /// Its poses before, at the start and at the end of the step.
+    poses: [Pose; 3],
+    /// ω⁺.
+    spin: Vector3<f64>,
+    /// From the start on, and back.
+    on: EndMap,
+    back: EndMap,
+}
+
+/// Where a body of a joint is, before a step, at its start, at its end.
+const BEFORE: usize = 0;
+const START: usize = 1;
+const END: usize = 2;
+
+/// The pose of the world.
+fn still() -> Pose {
+    Pose { position: Vector3::zeros(), rotation: Matrix3::identity() }
+}
+
+/// Sets three columns.
+fn set<const R: usize>(to: &mut ByPoses<R>, column: usize, part: &SMatrix<f64, R, 3>) {
+    to.fixed_columns_mut::<3>(column).copy_from(part);
+}
+
+/// The part of the places or turns of a side.
+fn part<const R: usize>(of: &ByPoses<R>, column: usize) -> SMatrix<f64, R, 3> {
+    of.fixed_columns::<3>(column).into_owned()
+}
+
+impl<'a> JointTangent<'a> {
+    /// That of `joint` over a step of `time_step` (s) from `states`, in which its bodies end with these velocities:
+    /// v⁺ and ω⁺ of A and of B.
+    pub(crate) fn new(
+        joint: &'a Joint,
+        states: &'a [State],
+        time_step: f64,
+        velocities: [Option<(Vector3<f64>, Vector3<f64>)>; 2],
+    ) -> Self {
+        let bodies = [Some(joint.body()), joint.other()];
+        let side = |number: usize| {
+            let (state, (velocity, spin)) = (&states[bodies[number]?], velocities[number]?);
+            let end = State { velocity, spin, ..*state }.coasted(time_step).pose();
+            Some(Side {
+                poses: [state.coasted(-time_step).pose(), state.pose(), end],
+                spin,
+                on: EndMap::new(&velocity, &spin, time_step),
+                back: EndMap::new(&state.velocity, &state.spin, -time_step),
+            })
+        };
+        Self { joint, states, time_step, sides: [side(0), side(1)] }
+    }
+
+    /// Those of a side at one of the times.
+    fn pose(&self, side: usize, time: usize) -> Pose {
+        self.sides[side].as_ref().map_or_else(still, |side| side.poses[time])
+    }
+
+    /// l (J1) at one of the times, and w = A_Bᵀ s, by the poses then: with C = A_B F_B
+    ///
+    /// ```text
+    /// δl = Cᵀ (δr_A − δr_B − A_A [a]× δθ_A) + F_Bᵀ [w]× δθ_B
+    /// ```
+    fn place(&self, time: usize) -> (Vector3<f64>, Vector3<f64>, ByPoses<3>) {
+        let (a, b) = (self.pose(0, time), self.pose(1, time));
+        let [of_a, of_b] = self.joint.frames();
+        let seen = b.rotation.tr_mul(&(a.position + a.rotation * of_a.anchor - b.position));
+        let frame = of_b.rotation();
+        let to_rows = (b.rotation * frame).transpose();
+        let mut slopes = ByPoses::zeros();
+        set(&mut slopes, 0, &to_rows);
+        set(&mut slopes, 3, &(-to_rows * a.rotation * of_a.anchor.cross_matrix()));
+        if self.sides[1].is_some() {
+            set(&mut slopes, 6, &-to_rows);
+            set(&mut slopes, 9, &(frame.transpose() * seen.cross_matrix()));
+        }
+        (frame.tr_mul(&(seen - of_b.anchor)), seen, slopes)
+    }
+
+    /// What slopes by poses that `maps` lead to make of those by the states at k: by poses, by velocities, and by h where
+    /// that is how far they lead and `forward` which way.
+    fn led(
+        &self,
+        slopes: &ByPoses<3>,
+        map: impl Fn(&Side) -> &EndMap,
+        forward: f64,
+    ) -> (ByPoses<3>, ByPoses<3>, Vector3<f64>) {
+        let (mut poses, mut velocities) = (ByPoses::zeros(), ByPoses::zeros());
+        let mut by_time_step = Vector3::zeros();
+        for (number, side) in self.sides.iter().enumerate() {
+            let Some(side) = side else { continue };
+            let (map, column) = (map(side), 6 * number);
+            let (place, turn) = (part(slopes, column), part(slopes, column + 3));
+            set(&mut poses, column, &place);
+            set(&mut poses, column + 3, &(turn * map.back));
+            set(&mut velocities, column, &(place * map.time_step));
+            set(&mut velocities, column + 3, &(turn * map.turning));
+            by_time_step += (place * map.velocity + turn * map.rate) * forward;
+        }
+        (poses, velocities, by_time_step)
+    }
+
+    /// The rates before the step of coordinates that have these slopes at its start and before it, and were `x` and `was`.
+    fn rates(
+        &self,
+        (now, x): (&ByPoses<3>, &Vector3<f64>),
+        (before, was): (&ByPoses<3>, &Vector3<f64>),
+    ) -> Box<Rates> {
+        let h = self.time_step;
+        let (poses, velocities, longer) = self.led(before, |side| &side.back, -1.0);
+        Box::new(Rates {
+            by_poses: (now - poses) / h,
+            by_velocities: velocities / -h,
+            by_time_step: (-longer - (x - was) / h) / h,
+        })
+    }
+
+    /// The rows of its place, where `impulse` acts along them: with P = C p, w of the step's start and p_B = F_B p
+    ///
+    /// ```text
+    /// u = (l⁺ − l)/h, of what is locked l⁺/h
+    /// δP = A_B δθ_B × P,   δτ_A = a × (A_Aᵀ P × δθ_A),   δτ_B = δw × p_B + w × (p_B × δθ_B)      (G9)
+    /// ```
+    pub(crate) fn of_place(&self, impulse: &Vector3<f64>) -> RowsTangent {
+        let (joint, h) = (self.joint, self.time_step);
+        let (l, seen, coordinates) = self.place(START);
+        let (end, _, at_end) = self.place(END);
+        let (mut motion, _, mut by_time_step) = self.led(&at_end, |side| &side.on, 1.0);
+        let mut moved = end;
+        for k in (0..3).filter(|k| joint.linear()[*k] != Axis::Locked) {
+            moved[k] -= l[k];
+            let row = motion.row(k) - coordinates.row(k);
+            motion.set_row(k, &row);
+        }
+        motion /= h;
+        by_time_step = (by_time_step - moved / h) / h;
+        let rates = joint.linear().iter().any(Axis::has_armature).then(|| {
+            let (was, _, before) = self.place(BEFORE);
+            self.rates((&coordinates, &l), (&before, &was))
+        });
+        let (a, b) = (self.pose(0, START).rotation, self.pose(1, START).rotation);
+        let [of_a, of_b] = joint.frames();
+        let frame = of_b.rotation();
+        let of_b = frame * impulse;
+        let along = b * of_b;
+        let mut load = ByPoses::<9>::zeros();
+        let twisted = of_a.anchor.cross_matrix() * a.tr_mul(&along).cross_matrix();
+        load.fixed_view_mut::<3, 3>(3, 3).copy_from(&twisted);
+        if self.sides[1].is_some() {
+            let arm = -of_b.cross_matrix() * frame * coordinates;
+            load.fixed_view_mut::<3, 12>(6, 0).copy_from(&arm);
+            load.fixed_view_mut::<3, 3>(0, 9).copy_from(&(-along.cross_matrix() * b));
+            let mut part = load.fixed_view_mut::<3, 3>(6, 9);
+            part += seen.cross_matrix() * of_b.cross_matrix();
+        }
+        RowsTangent { motion, by_time_step, coordinates, rates, load }
+    }
+
+    /// The rows of its turn, scaled by `length` (m) and counted from the `angles` (rad), where `impulse` acts along them: with
+    /// t = G p
+    ///
+    /// ```text
+    /// δτ_B = A_Bᵀ (A_A δt + (A_A δθ_A − A_B δθ_B) × A_A t)                             (G9)
+    /// ```
+    pub(crate) fn of_turn(
+        &self,
+        (angles, length): (&Vector3<f64>, f64),
+        impulse: &Vector3<f64>,
+    ) -> Option<RowsTangent> {
+        let (joint, h) = (self.joint, self.time_step);
+        let at = joint.coordinates(self.states)?;
+        let turn = Turn::new(joint, (&at, angles), h, length);
+        let spins = self.sides.map(|side| side.map(|side| side.spin));
+        let own = turn.tangent(&spins[0]?, spins[1].as_ref(), impulse);
+        let by_turns = |parts: &[Matrix3<f64>; 2]| {
+            let mut slopes = ByPoses::zeros();
+            set(&mut slopes, 3, &parts[0]);
+            set(&mut slopes, 9, &parts[1]);
+            slopes
+        };
+        let coordinates = by_turns(&own.angles);
+        let armed = joint.angular().iter().any(Axis::has_armature);
+        let rates = armed.then(|| {
+            let was = joint.coasted(self.states, -h)?;
+            let counted = joint.counted(&was, angles);
+            let before = Turn::new(joint, (&was, &counted), h, length);
+            let still = Vector3::zeros();
+            let before = by_turns(&before.tangent(&still, Some(&still), &still).angles);
+            Some(self.rates((&coordinates, angles), (&before, &counted)))
+        });
+        let torque = turn.torque_map() * impulse;
+        let mut load = ByPoses::<9>::zeros();
+        for (column, slope) in [(3, &own.torque[0]), (9, &own.torque[1])] {
+            load.fixed_view_mut::<3, 3>(3, column).copy_from(slope);
+        }
+        if self.sides[1].is_some() {
+            let (a, b) = (self.pose(0, START).rotation, self.pose(1, START).rotation);
+            let seen = b.tr_mul(&a);
+            let of_a = seen * (own.torque[0] - torque.cross_matrix());
+            let of_b = seen * own.torque[1] + (seen * torque).cross_matrix();
+            load.fixed_view_mut::<3, 3>(6, 3).copy_from(&of_a);
+            load.fixed_view_mut::<3, 3>(6, 9).copy_from(&of_b);
+        }
+        let motion = by_turns(&own.motion);
+        let by_time_step = own.by_time_step;
+        Some(RowsTangent { motion, by_time_step, coordinates, rates: rates.flatten(), load })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::StateChange;
+    use super::*;
+    use crate::joint::{Drive, JointFrame, Middle};
+    use nalgebra::Vector4;
+
+    const STEP: f64 = 0.01;
+    const LENGTH: f64 = 0.3;
+
+    /// A number between −1 and 1 from a sequence.
+    fn draw(twister: &mut rand_mt::Mt) -> f64 {
+        f64::from(twister.next_u32()) / f64::from(u32::MAX) * 2.0 - 1.0
+    }
+
+    fn vector(twister: &mut rand_mt::Mt) -> Vector3<f64> {
+        Vector3::from_fn(|_, _| draw(twister))
+    }
+
+    fn attitude(near: f64, twister: &mut rand_mt::Mt) -> Vector4<f64> {
+        let v = vector(twister) * near;
+        Vector4::new(1.0, v[0], v[1], v[2]).normalize()
+    }
+
+    /// One of each way to turn and to slide, of two bodies and of one with the world, all of them with an armature.
+    fn joints(twister: &mut rand_mt::Mt) -> Vec<Joint> {
+        let drive = Drive { armature: 0.2, ..Drive::NONE };
+        let free = Axis::Free(drive);
+        let mut all = Vec::new();
+        for other in [Some(1), None] {
+            let mut frame =
+                || JointFrame { anchor: vector(twister), attitude: attitude(0.3, twister) };
+            let frames = [frame(), frame()];
+            all.push(Joint::revolute(0, other, frames, drive));
+            all.push(Joint::prismatic(0, other, frames, drive));
+            all.push(Joint::cylindrical(0, other, frames, [drive, drive]));
+            all.push(Joint::fixed(0, other, frames));
+            all.push(Joint::planar(0, other, frames));
+            all.push(Joint::ball(0, other, frames, 1.0, drive));
+            all.push(Joint::universal(0, other, frames));
+            all.push(Joint::gimbal(0, other, frames, [drive; 3]));
+            let middle = Middle { backwards: true, zero: 0.3 };
+            all.push(Joint::gimbal(0, other, frames, [drive; 3]).with_middle(middle));
+            let axes = [free, Axis::Locked, free];
+            all.push(Joint::revolute(0, other, frames, drive).with_axes(axes, [Axis::Locked; 3]));
+        }
+        all
+    }
+
+    /// What [`RowsTangent`] has the changes of, as closed forms of the states and of h: u, the coordinates, their rates, the impulse
+    /// and its torques.
+    fn rows(
+        joint: &Joint,
+        states: &[State],
+        (ends, h): (&[State], f64),
+        (about, angles, impulse): (bool, &Vector3<f64>, &Vector3<f64>),
+    ) -> [Vector3<f64>; 6] {
+        let at = joint.coordinates(states).unwrap();
+        let counted = joint.counted(&at, angles);
+        let after: Vec<State> = states
+            .iter()
+            .zip(ends)
+            .map(|(state, end)| State { velocity: end.velocity, spin: end.spin, ..*state })
+            .map(|state| state.coasted(h))
+            .collect();
+        let [a, b] = joint.frames();
+        let pose = |body: Option<usize>| body.map_or_else(still, |body| states[body].pose());
+        let (of_a, of_b) = (pose(Some(0)), pose(joint.other()));
+        let starts = joint.starts(states, (&at, &counted), h);
+        let has_other = if joint.other().is_some() { 1.0 } else { 0.0 };
+        let rates = |starts: &[crate::joint::AxisStart; 3]| Vector3::from_fn(|k, _| starts[k].rate);
+        if about {
+            let turn = Turn::new(joint, (&at, angles), h, LENGTH);
+            let other = joint.other().map(|other| &ends[other].spin);
+            let torque = turn.torque_map() * impulse;
+            let on_b = of_b.rotation.tr_mul(&(of_a.rotation * torque)) * has_other;
+            let u = turn.u(&ends[0].spin, other);
+            return [u, counted, rates(&starts[1]), Vector3::zeros(), torque, on_b];
+        }
+        let end = joint.coordinates(&after).unwrap();
+        let is_free = |k: usize| joint.linear()[k] != Axis::Locked;
+        let u = Vector3::from_fn(|k, _| {
+            (end.place[k] - if is_free(k) { at.place[k] } else { 0.0 }) / h
+        });
+        let along = of_b.rotation * (b.rotation() * impulse);
+        let anchor = of_a.position + of_a.rotation * a.anchor;
+        let torque = |pose: &Pose| pose.rotation.tr_mul(&(anchor - pose.position).cross(&along));
+        [u, at.place, rates(&starts[0]), along, torque(&of_a), torque(&of_b) * has_other]
+    }
+
+    /// Against central differences of fourth order, in every way to turn and to slide: some 1e-10 of themselves.
+    #[test]
+    fn the_rows_of_every_joint_change_as_their_closed_forms() {
+        const BY: f64 = 2e-4;
+        let twister = &mut rand_mt::Mt::new(11);
+        for joint in joints(twister) {
+            for _ in 0..4 {
+                let mut state = |near: f64| State {
+                    position: vector(twister),
+                    attitude: attitude(near, twister),
+                    velocity: vector(twister),
+                    spin: vector(twister) * 5.0,
+                };
+                let (states, ends) = ([state(0.3), state(0.3)], [state(0.0), state(0.0)]);
+                let impulse = vector(twister);
+                let at = joint.coordinates(&states).unwrap();
+                let angles = joint.counted(&at, &Vector3::zeros());
+                let velocities =
+                    [Some(0), joint.other()].map(|b| b.map(|b| (ends[b].velocity, ends[b].spin)));
+                let tangent = JointTangent::new(&joint, &states, STEP, velocities);
+                for about in [false, true] {
+                    let found = match about {
+                        false => tangent.of_place(&impulse),
+                        true => tangent.of_turn((&angles, LENGTH), &impulse).unwrap(),
+                    };
+                    let rates = found.rates.clone().map_or_else(
+                        || Rates {
+                            by_poses: ByPoses::zeros(),
+                            by_velocities: ByPoses::zeros(),
+                            by_time_step: Vector3::zeros(),
+                        },
+                        |rates| *rates,
+                    );
+                    let here = |by: f64, k: usize| {
+                        let mut moved = states;
+                        let mut h = STEP;
+                        if k == 24 {
+                            h += by * STEP;
+                        } else {
+                            let mut change = [0.0; 12];
+                            change[k % 12] = by;
+                            let change = StateChange::from_array(&change);
+                            moved[k / 12] = change.applied(&states[k / 12]);
+                        }
+                        rows(&joint, &moved, (&ends, h), (about, &angles, &impulse))
+                    };
+                    let both = if joint.other().is_some() { 24 } else { 12 };
+                    for k in (0..both).chain([24]) {
+                        let all = [BY, -BY, 2.0 * BY, -2.0 * BY].map(|by| here(by, k));
+                        let scale = if k == 24 { STEP } else { 1.0 };
+                        // Rates are those of rows with an armature.
+                        for of in (0..6).filter(|of| *of != 2 || found.rates.is_some()) {
+                            let [a, b, c, d] = all.each_ref().map(|rows| rows[of]);
+                            let expected = ((a - b) * 8.0 - (c - d)) / (12.0 * BY * scale);
+                            // Of poses the columns of both sides follow each other.
+                            let (side, number) = (k / 12, k % 12);
+                            let column = 6 * side + number % 6;
+                            let is_pose = number < 6;
+                            let slope = match (of, k) {
+                                (0, 24) => found.by_time_step,
+                                (2, 24) => rates.by_time_step,
+                                (_, 24) => Vector3::zeros(),
+                                (0, _) if is_pose => found.motion.column(column).into(),
+                                (1, _) if is_pose => found.coordinates.column(column).into(),
+                                (2, _) if is_pose => rates.by_poses.column(column).into(),
+                                (2, _) => rates.by_velocities.column(column).into(),
+                                (3.., _) if is_pose => {
+                                    found.load.fixed_view::<3, 1>(3 * (of - 3), column).into()
+                                }
+                                _ => Vector3::zeros(),
+                            };
+                            // The torques of a changed impulse are not in it.
+                            let turned = match of {
+                                4.. if is_pose && k < 24 && !about => {
+                                    let of = of - 4;
+                                    let pushed = found.load.fixed_view::<3, 1>(0, column);
+                                    let pose = tangent.pose(of, START);
+                                    let a = tangent.pose(0, START);
+                                    let anchor = a.position + a.rotation * joint.frames()[0].anchor;
+                                    let has = f64::from(u8::from(tangent.sides[of].is_some()));
+                                    let arm = (anchor - pose.position) * has;
+                                    pose.rotation.tr_mul(&arm.cross(&pushed))
+                                }
+                                _ => Vector3::zeros(),
+                            };
+                            let mut slope = slope + turned;
+                            let mut expected: Vector3<f64> = expected;
+                            // What is locked has no law that counts its coordinate.
+                            let axes = if about { joint.angular() } else { joint.linear() };
+                            let locked = |k: &usize| axes[*k] == Axis::Locked;
+                            for k in (0..3).filter(locked).filter(|_| of == 1 || of == 2) {
+                                (slope[k], expected[k]) = (0.0, 0.0);
+                            }
+                            let size = 1.0 + expected.amax();
+                            let off = (slope - expected).amax() / size;
+                            // By h the step is BY h, and rates are rounded to 1e-16/h.
+                            let exact = if k == 24 { 1e-6 } else { 1e-8 };
+                            assert!(off < exact, "{joint:?} {about} {of} {k}: {slope} {expected}");
+                        }
+                    }
+                }
+            }
+        }
+    }
+}

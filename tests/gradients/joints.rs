@@ -1,0 +1,161 @@
+//! Derivatives by the constants of drives, against closed forms; and by the state of one body, against products.
+
+use super::{scenario, size, step};
+use nalgebra::{SMatrix, Vector3, Vector4};
+use tumble::derivative::StateChange;
+use tumble::joint::{Drive, Joint, JointFrame, Motor};
+use tumble::mechanics::{RigidBody, Rotation, State};
+use tumble::simulation::StepRecord;
+use tumble::solver::native::{StepChange, StepDerivative, StepGradient};
+use tumble::world::{Constant, Parameters, World};
+
+const H: f64 = 0.01;
+const MASS: f64 = 2.0;
+
+/// A body on a slide under `drive`, at 0.3 m with 0.7 m/s.
+fn on_a_slide(drive: Drive) -> (World, Vec<State>) {
+    let parameters = Parameters {
+        bodies: vec![RigidBody::solid_box(MASS, Vector3::repeat(0.1)).unwrap()],
+        ground: None,
+        gravity: Vector3::zeros(),
+        friction: 0.0,
+        time_step: H,
+        rotation: Rotation::Momentum,
+    };
+    let frame = JointFrame::at(Vector3::zeros());
+    let joint = Joint::prismatic(0, None, [frame, frame], drive);
+    let world = World::new(parameters).unwrap().with_joints(vec![joint]).unwrap();
+    let state = State {
+        position: Vector3::new(0.0, 0.0, 0.3),
+        attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
+        velocity: Vector3::new(0.0, 0.0, 0.7),
+        spin: Vector3::zeros(),
+    };
+    (world, vec![state])
+}
+
+/// v⁺ and its derivatives by the constants, of v⁺ = N/D with
+///
+/// ```text
+/// N = (m + I) v + h (k (x* − x) + k_m (y* − x) − f),   D = m + I + h (d + d_m) + h² (k + k_m)
+/// ```
+#[test]
+fn a_slide_by_the_constants_of_its_drive() {
+    let (x, v) = (0.3, 0.7);
+    let (friction, k, d, inertia, rest) = (0.4, 30.0, 2.0, 0.5, 0.1);
+    let (km, dm, target, most) = (50.0, 3.0, 0.8, 1e3);
+    let motor = |most| Motor::Position { target, stiffness: km, damping: dm, most };
+    let drive = |most| Drive {
+        friction,
+        stiffness: k,
+        damping: d,
+        armature: inertia,
+        rest,
+        motor: Some(motor(most)),
+        ..Drive::NONE
+    };
+    let pulled = km * (target - x);
+    let check = |drive: Drive, expected: &[(Constant, f64)]| {
+        let (world, states) = on_a_slide(drive);
+        let (simulation, record) = step(&world, &states, &[]).unwrap();
+        let mut derivative = StepDerivative::new();
+        simulation.linearise(&record, &mut derivative).unwrap();
+        let along = |states: &[StateChange]| states[0].velocity[2];
+        let (mut end, mut gradient) = (Vec::new(), StepGradient::default());
+        let asked: Vec<Constant> = expected.iter().map(|(constant, _)| *constant).collect();
+        let by_end = [StateChange { velocity: Vector3::new(0.0, 0.0, 1.0), ..StateChange::zero() }];
+        derivative.pull(&by_end, &asked, &mut gradient).unwrap();
+        for ((constant, expected), pulled) in expected.iter().zip(&gradient.constants) {
+            let constants = [(*constant, &[1.0][..])];
+            let change = StepChange { constants: &constants, ..StepChange::default() };
+            derivative.push(&change, &mut end).unwrap();
+            // Of the systems' condition, 1/ε.
+            for found in [along(&end), pulled[0]] {
+                let off = (found - expected).abs();
+                assert!(off < 1e-9 * (1.0 + expected.abs()), "{constant:?} {found} {expected}");
+            }
+        }
+        record.solution.states[0].velocity[2]
+    };
+    // The motor pulls with less than all it has.
+    let below = MASS + inertia + H * (d + dm) + H * H * (k + km);
+    let above = (MASS + inertia) * v + H * (k * (rest - x) + pulled - friction);
+    let by = |n: f64, d: f64| n / below - above / below * d / below;
+    let end = check(
+        drive(most),
+        &[
+            (Constant::JointFriction, by(-H, 0.0)),
+            (Constant::JointStiffness, by(H * (rest - x), H * H)),
+            (Constant::JointDamping, by(0.0, H)),
+            (Constant::Armature, by(v, 1.0)),
+            (Constant::MotorTarget, by(H * km, 0.0)),
+            (Constant::MotorStiffness, by(H * (target - x), H * H)),
+            (Constant::MotorDamping, by(0.0, H)),
+            (Constant::MotorMost, 0.0),
+            (
+                Constant::TimeStep,
+                by(k * (rest - x) + pulled - friction, d + dm + 2.0 * H * (k + km)),
+            ),
+        ],
+    );
+    assert!((end - above / below).abs() < 1e-12);
+    // With all it has.
+    let most = 5.0;
+    let below = MASS + inertia + H * d + H * H * k;
+    let above = (MASS + inertia) * v + H * (k * (rest - x) + most - friction);
+    let by = |n: f64, d: f64| n / below - above / below * d / below;
+    let held = [
+        (Constant::MotorMost, by(H, 0.0)),
+        (Constant::MotorTarget, 0.0),
+        (Constant::MotorStiffness, 0.0),
+        (Constant::JointStiffness, by(H * (rest - x), H * H)),
+    ];
+    check(drive(most), &held);
+    // At the speed that a motor holds, and at a stop, nothing counts but these.
+    let speed = Motor::Speed { target: 0.2, most: 1e3 };
+    let held = Drive { motor: Some(speed), stiffness: k, ..Drive::NONE };
+    check(held, &[(Constant::MotorTarget, 1.0), (Constant::JointStiffness, 0.0)]);
+    let stopped = Drive { limits: Some([0.0, 0.304]), damping: d, ..Drive::NONE };
+    let by_time_step = -(0.304 - x) / (H * H);
+    check(stopped, &[(Constant::JointDamping, 0.0), (Constant::TimeStep, by_time_step)]);
+}
+
+/// The twelve columns of a body are the products with twelve changes.
+#[test]
+fn the_columns_of_a_body_are_its_products() {
+    for name in ["real-cube", "stack", "bricks", "marbles", "chain", "double-pendulum", "pile"] {
+        let scene = scenario(&format!("{name}.toml"));
+        let mut run = scene.simulation(&Default::default()).unwrap();
+        let mut record = StepRecord::new();
+        let mut derivative = StepDerivative::new();
+        for k in 0..scene.rows.min(200) - 1 {
+            run.step(&mut record).unwrap();
+            if k % 66 != 50 {
+                continue;
+            }
+            run.linearise(&record, &mut derivative).unwrap();
+            let bodies = record.states.len();
+            let mut columns: Vec<SMatrix<f64, 12, 12>> = Vec::new();
+            let mut end = Vec::new();
+            for body in (0..bodies).step_by(1 + bodies / 5) {
+                derivative.by_state(body, &mut columns).unwrap();
+                for column in 0..12 {
+                    let mut unit = [0.0; 12];
+                    unit[column] = 1.0;
+                    let mut states = vec![StateChange::zero(); bodies];
+                    states[body] = StateChange::from_array(&unit);
+                    let change = StepChange { states: &states, ..StepChange::default() };
+                    derivative.push(&change, &mut end).unwrap();
+                    let scale = size(&end) + 1.0;
+                    for (of, (end, columns)) in end.iter().zip(&columns).enumerate() {
+                        let numbers: [f64; 12] = columns.column(column).into_owned().into();
+                        let apart = end.plus(-1.0, &StateChange::from_array(&numbers));
+                        let off = apart.dot(&apart).sqrt() / scale;
+                        assert!(off < 1e-8, "{name} {k}: {of} by {body}, {column}: {off}");
+                    }
+                }
+            }
+            assert!(derivative.by_state(bodies, &mut columns).is_err());
+        }
+    }
+}
