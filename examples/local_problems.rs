@@ -92,7 +92,8 @@ fn run(path: &str) -> Result<(), Failure> {
 fn fastest(scene: &Scene, world: &World) -> Result<Vec<f64>, Failure> {
     let mut least = vec![f64::INFINITY; scene.steps];
     for _ in 0..RUNS {
-        let (mut simulation, mut record) = (scene.begin(world, NativeSolver::new(world))?, StepRecord::new());
+        let (mut simulation, mut record) =
+            (scene.begin(world, NativeSolver::new(world))?, StepRecord::new());
         for least in &mut least {
             let start = clock();
             simulation.step(&mut record)?;
