@@ -28,6 +28,7 @@ use std::process::ExitCode;
 use tumble::contact::{Contact, KeyIndex, Partner};
 use tumble::mechanics::{RigidBody, State, Wrench};
 use tumble::simulation::StepRecord;
+use tumble::solver::native::NativeSolver;
 use tumble::step::StepSolution;
 use tumble::world::World;
 
@@ -71,7 +72,7 @@ fn run(path: &str) -> Result<(), Failure> {
     let request: Request = serde_json::from_reader(std::io::stdin())?;
     let world = request.scene.world()?;
     let seconds = fastest(&request.scene, &world)?;
-    let mut simulation = request.scene.begin(&world)?;
+    let mut simulation = request.scene.begin(&world, NativeSolver::new(&world))?;
     let (mut record, mut previous) = (StepRecord::new(), StepSolution::default());
     let mut file = BufWriter::new(std::fs::File::create(path)?);
     for (k, seconds) in seconds.iter().enumerate() {
@@ -91,7 +92,8 @@ fn run(path: &str) -> Result<(), Failure> {
 fn fastest(scene: &Scene, world: &World) -> Result<Vec<f64>, Failure> {
     let mut least = vec![f64::INFINITY; scene.steps];
     for _ in 0..RUNS {
-        let (mut simulation, mut record) = (scene.begin(world)?, StepRecord::new());
+        let (mut simulation, mut record) =
+            (scene.begin(world, NativeSolver::new(world))?, StepRecord::new());
         for least in &mut least {
             let start = clock();
             simulation.step(&mut record)?;

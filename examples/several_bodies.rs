@@ -8,6 +8,7 @@ use rustix::time::{ClockId, clock_gettime};
 use serde::{Deserialize, Serialize};
 use tumble::mechanics::State;
 use tumble::simulation::StepRecord;
+use tumble::solver::native::NativeSolver;
 use tumble::step::StepStatus;
 
 type Failure = Box<dyn std::error::Error>;
@@ -22,6 +23,11 @@ struct Request {
     scene: Scene,
     /// Whether to keep the states; a timed run does not.
     record: bool,
+    /// Whether to time each step although they are not kept.
+    #[serde(default)]
+    each: bool,
+    /// What steps are solved to, m/s; 1e-9 where it is not said.
+    residual: Option<f64>,
 }
 
 /// What came out.
@@ -29,7 +35,7 @@ struct Request {
 struct Outcome {
     /// Of the stepping, certificates included, processor time.
     seconds: f64,
-    /// Of the slowest step; 0 if the states are not recorded.
+    /// Of the slowest step; 0 if steps are neither timed nor kept.
     slowest_seconds: f64,
     /// What memory grew by to its peak, KiB.
     memory_kib: u64,
@@ -50,7 +56,12 @@ fn main() -> Result<(), Failure> {
     let request: Request = serde_json::from_reader(std::io::stdin())?;
     let before = memory("VmRSS:");
     let world = request.scene.world()?;
-    let mut simulation = request.scene.begin(&world)?;
+    let solver = NativeSolver::new(&world);
+    let solver = match request.residual {
+        Some(residual) => solver.with_residual(residual)?,
+        None => solver,
+    };
+    let mut simulation = request.scene.begin(&world, solver)?;
     let mut record = StepRecord::new();
     let mut outcome = Outcome::default();
     if request.record {
@@ -61,9 +72,11 @@ fn main() -> Result<(), Failure> {
     for _ in 0..request.scene.steps {
         simulation.step(&mut record)?;
         outcome.add(&record);
-        if request.record {
+        if request.record || request.each {
             outcome.slowest_seconds = outcome.slowest_seconds.max(clock() - last);
-            outcome.states.push(rows(simulation.states()));
+            if request.record {
+                outcome.states.push(rows(simulation.states()));
+            }
             last = clock();
         }
     }

@@ -5,9 +5,11 @@ use nalgebra::{Matrix3, SVector, Vector3};
 use serde::Deserialize;
 use tumble::contact::Plane;
 use tumble::error::Error;
+use tumble::geometry::Piece;
 use tumble::mechanics::{RigidBody, Rotation, State};
 use tumble::simulation::{Motion, Simulation};
-use tumble::world::{Parameters, World};
+use tumble::solver::native::NativeSolver;
+use tumble::world::{Fixed, Parameters, World};
 
 /// Boxes on the plane z = 0, and for how many steps.
 #[derive(Deserialize)]
@@ -22,6 +24,18 @@ pub struct Scene {
     pub gravity: [f64; 3],
     /// The boxes.
     pub boxes: Vec<Cuboid>,
+    /// Boxes that are fixed, along the world's axes.
+    #[serde(default)]
+    pub walls: Vec<Wall>,
+}
+
+/// A fixed box.
+#[derive(Deserialize)]
+pub struct Wall {
+    /// m.
+    pub half_sides: [f64; 3],
+    /// m.
+    pub centre: [f64; 3],
 }
 
 /// A box and its start.
@@ -44,21 +58,27 @@ impl Scene {
             let inertia = Matrix3::from_diagonal(&cuboid.inertia.into());
             RigidBody::with_box_corners(cuboid.mass, inertia, cuboid.half_sides.into())
         };
-        World::new(Parameters {
+        let fixed = |wall: &Wall| {
+            let piece = Piece::cuboid(wall.half_sides.into())?;
+            let piece = piece.moved_by(&Matrix3::identity(), &wall.centre.into())?;
+            Ok(Fixed { piece, friction: None })
+        };
+        let world = World::new(Parameters {
             bodies: self.boxes.iter().map(body).collect::<Result<_, _>>()?,
             ground: Some(Plane::level()),
             gravity: Vector3::from(self.gravity),
             friction: self.friction,
             time_step: self.step_seconds,
             rotation: Rotation::Momentum,
-        })
+        })?;
+        world.with_fixed(self.walls.iter().map(fixed).collect::<Result<_, Error>>()?)
     }
 
-    /// A simulation by the native solver from the start.
-    pub fn begin(&self, world: &World) -> Result<Simulation<'static>, Error> {
+    /// A simulation by the native solver, with its settings, from the start.
+    pub fn begin(&self, world: &World, solver: NativeSolver) -> Result<Simulation<'static>, Error> {
         let starts = self.boxes.iter().map(|cuboid| {
             State::from_vector(&SVector::<f64, 13>::from_column_slice(&cuboid.start))
         });
-        Simulation::new(world.clone(), starts, Motion::native(world))
+        Simulation::new(world.clone(), starts, Motion::contact(solver))
     }
 }

@@ -118,6 +118,7 @@ impl Simulation<'_> {
 
     fn take_world(&mut self, world: World) {
         self.world = world;
+        self.scratch.rest.end();
         self.taken_back = true;
         #[cfg(feature = "save")]
         self.digest.take();

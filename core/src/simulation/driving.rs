@@ -20,9 +20,14 @@ impl Driving {
     /// Sets the joints of `world` for the step `index` from `states`.
     #[inline]
     pub(super) fn set(&self, world: &mut World, states: &[State], index: u64) {
-        if !(self.loads.is_empty() && self.courses.is_empty()) {
+        if !self.is_idle() {
             self.set_some(world, states, index);
         }
+    }
+
+    /// Whether it drives nothing.
+    pub(super) fn is_idle(&self) -> bool {
+        self.loads.is_empty() && self.courses.is_empty()
     }
 
     #[inline(never)]
@@ -91,6 +96,7 @@ impl Simulation<'_> {
         let of = self.joint(joint)?.clone().with_drive(axis, drive)?;
         let of = of.checked(self.world.bodies().len())?;
         self.world.joints_mut()[joint] = of;
+        self.scratch.rest.end();
         Ok(())
     }
 
@@ -131,6 +137,7 @@ impl Simulation<'_> {
             });
         }
         put(&mut self.driving.loads, joint, load);
+        self.scratch.rest.end();
         Ok(())
     }
 
@@ -140,6 +147,7 @@ impl Simulation<'_> {
     /// # Errors
     /// As there. The velocity before it stays.
     pub fn set_surface(&mut self, of: Partner, velocity: Vector3<f64>) -> Result<(), Error> {
+        self.scratch.rest.end();
         self.world.set_surface(of, velocity)
     }
 
@@ -170,6 +178,7 @@ impl Simulation<'_> {
             }
         }
         put(&mut self.driving.courses, joint, course);
+        self.scratch.rest.end();
         Ok(())
     }
 }

@@ -18,6 +18,7 @@ mod median;
 mod one_step;
 pub mod random;
 pub mod record;
+mod rest;
 #[cfg(feature = "save")]
 pub mod save;
 pub mod scene;
@@ -159,6 +160,7 @@ struct Scratch {
     certifier: Certifier,
     judge: wild::Judge,
     stiffness: Stiffness,
+    rest: rest::Rest,
 }
 
 impl<'a> Simulation<'a> {
@@ -290,7 +292,8 @@ impl<'a> Simulation<'a> {
         for (body, state) in states {
             now.states[*body] = *state;
         }
-        let Scratch { candidates, rewind, .. } = scratch;
+        let Scratch { candidates, rewind, rest, .. } = scratch;
+        rest.end();
         rewind.copy_from(candidates.memory());
         let is_moved = |body: usize| before[body].pose() != now.states[body].pose();
         let touches = matches!(motion, Motion::Contact { .. });
@@ -311,6 +314,7 @@ impl<'a> Simulation<'a> {
     /// simulation's world: to repeat a step with another solver, after
     /// [`Simulation::take_back`].
     pub fn swap_motion(&mut self, motion: &mut Motion<'a>) {
+        self.scratch.rest.end();
         swap(&mut self.motion, motion);
     }
 
@@ -358,6 +362,11 @@ impl<'a> Simulation<'a> {
             return Err(Error::Interrupted);
         }
         self.set_wrenches();
+        // Where no pieces can meet there is nothing to go back to, and nothing to rest on.
+        let meets = !self.scratch.candidates.memory().is_empty();
+        if meets && self.rest(record) {
+            return Ok(());
+        }
         self.driving.set(&mut self.world, &self.now.states, self.index);
         let Self { world, motion, interrupt, now, before, scratch, .. } = &mut *self;
         let (report, certificate, share) = match motion {
@@ -368,8 +377,11 @@ impl<'a> Simulation<'a> {
             Motion::Contact { detection, solver } => {
                 let past = Past { now, before: before.as_ref() };
                 let (interrupt, solver) = (interrupt.as_deref(), solver.as_mut());
-                // Where no pieces can meet there is nothing to go back to.
-                let rewinds = interrupt.is_some() && !scratch.candidates.memory().is_empty();
+                if meets {
+                    let Scratch { rest, candidates, .. } = &mut *scratch;
+                    rest.begin((now, before.as_ref()), candidates.memory(), solver);
+                }
+                let rewinds = meets && interrupt.is_some();
                 if rewinds {
                     scratch.rewind.copy_from(scratch.candidates.memory());
                 }
@@ -403,6 +415,9 @@ impl<'a> Simulation<'a> {
         self.long_before = self.before.replace(now);
         self.taken_back = false;
         self.index += 1;
+        if meets {
+            self.note_rest(record);
+        }
         Ok(())
     }
 
@@ -427,6 +442,7 @@ impl<'a> Simulation<'a> {
             return;
         }
         if let Some(before) = self.before.take() {
+            self.scratch.rest.end();
             self.now = before;
             self.before = self.long_before.take();
             self.taken_back = true;

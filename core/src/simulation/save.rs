@@ -210,6 +210,7 @@ impl Simulation<'_> {
         let world = self.world.with_changes(&saved.held, &saved.joints, &saved.surfaces)?;
         self.motion.recall(&world, &saved.solver)?;
         self.world = world;
+        self.scratch.rest.end();
         self.scratch.candidates.recall(&self.world, &saved.search);
         self.index = saved.index;
         self.taken_back = saved.taken_back;

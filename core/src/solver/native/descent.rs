@@ -168,7 +168,9 @@ impl<E: Equations> Descent<E> {
             }
             effort.begin_start();
             match (start, known.found) {
-                (Start::Found, Some(found)) => self.start(equations, found, start, effort),
+                (Start::Found | Start::Led, Some(found)) => {
+                    self.start(equations, found, start, effort)
+                }
                 _ => self.start(equations, previous, start, effort),
             }
             let repeated = if start == Start::Previous { self.repeat(equations) } else { None };
@@ -179,6 +181,7 @@ impl<E: Equations> Descent<E> {
                 None => match start {
                     Start::Kept => self.keep(equations, &[(FIRST_PROXIMAL, 1.0)], effort),
                     Start::Moved | Start::Found => self.keep(equations, &MOVED, effort),
+                    Start::Led => self.lead(equations, effort),
                     Start::Best(compliance) => self.keep(equations, &[(compliance, 1.0)], effort),
                     _ => self.descend(equations, evaluated, effort),
                 },
@@ -220,26 +223,38 @@ impl<E: Equations> Descent<E> {
         Outcome { solved, start, selected, retried: start != Start::Previous, rough: false }
     }
 
-    /// The start that what is `known` of a crowd asks for before others: what was found for it before; where
-    /// nothing pressed in the last step, as in the first one, that of its [policy](super::policy::Policy); where
-    /// impulses change and do not nearly obey this step, the last ones, by large steps.
-    fn asked(&mut self, equations: &E, known: Known<'_>) -> Option<Start> {
-        if !equations.policy().follows(known.previous.len()) {
-            return None;
+    /// The starts that what is `known` of a crowd asks for before others. What was found for it before is gone on from, and
+    /// where that fails the last impulses. Where nothing pressed in the last step, as in the first one, a vast
+    /// structure begins with an interior point, and keeps what that came to in the step after. Where
+    /// impulses change and do not nearly obey this step, the last ones are gone on from by large steps.
+    fn asked(&mut self, equations: &E, known: Known<'_>) -> [Option<Start>; 3] {
+        let (contacts, policy) = (known.previous.len(), equations.policy());
+        if !policy.follows(contacts) {
+            return [None; 3];
         }
         if known.found.is_some() {
-            return Some(Start::Found);
+            let leads = !known.roughly && policy.leads(contacts);
+            return [leads.then_some(Start::Led), Some(Start::Found), Some(Start::Moved)];
         }
+        let vast = policy.is_vast(contacts);
         if known.previous.iter().all(|impulse| *impulse == Vector3::zeros()) {
-            return equations.policy().start_from_nothing(known.previous.len());
+            return [vast.then_some(Start::InteriorPoint(1.0)), None, None];
         }
         let iterate = &mut self.iterate;
         iterate.impulses.clear();
         iterate.impulses.extend_from_slice(known.previous);
         equations.set_first_velocity(known.previous, &mut iterate.velocity);
-        let changes = equations.setting().changes();
-        let is_far = changes && self.residual(equations) > equations.tolerances().near;
-        is_far.then_some(Start::Moved)
+        let setting = equations.setting();
+        let (changes, is_settled) = (setting.changes(), setting.unsettled <= SETTLED);
+        if !changes && (is_settled || !vast) {
+            return [None; 3];
+        }
+        let is_far = self.residual(equations) > equations.tolerances().near;
+        let start = match is_far {
+            true => changes.then_some(Start::Moved),
+            false => vast.then_some(Start::Kept),
+        };
+        [start, None, None]
     }
 
     /// Whether the last step's impulses are this step's as they are: they did not change from
@@ -310,9 +325,12 @@ impl<E: Equations> Descent<E> {
         let Self { interior_point, iterate, best, .. } = self;
         iterate.impulses.clear();
         match start {
-            Start::Previous | Start::Alike | Start::Kept | Start::Moved | Start::Found => {
-                iterate.impulses.extend_from_slice(previous)
-            }
+            Start::Previous
+            | Start::Alike
+            | Start::Kept
+            | Start::Moved
+            | Start::Found
+            | Start::Led => iterate.impulses.extend_from_slice(previous),
             Start::Zero | Start::Compliant(_) | Start::Swept(_) => {
                 iterate.impulses.extend(couplings.iter().map(|_| Vector3::zeros()));
             }
@@ -326,9 +344,12 @@ impl<E: Equations> Descent<E> {
             }
         }
         match start {
-            Start::Previous | Start::Alike | Start::Kept | Start::Moved | Start::Found => {
-                equations.set_first_velocity(&iterate.impulses, &mut iterate.velocity)
-            }
+            Start::Previous
+            | Start::Alike
+            | Start::Kept
+            | Start::Moved
+            | Start::Found
+            | Start::Led => equations.set_first_velocity(&iterate.impulses, &mut iterate.velocity),
             _ => equations.set_velocity_after(&iterate.impulses, &mut iterate.velocity),
         }
         match start {
@@ -427,6 +448,19 @@ impl<E: Equations> Descent<E> {
             reached.residual = least;
         }
         reached
+    }
+
+    /// Newton's method with compliance from where the iterate is, and its limit: once, because what does not lead there at
+    /// once has other ways.
+    fn lead(&mut self, equations: &E, effort: &mut Effort<'_>) -> Reached {
+        let (map, until) = (NaturalMap::with_compliance(COMPLIANCE), Until::converged(equations));
+        let Self { newton, iterate, .. } = self;
+        let selected = newton.solve(equations, &map, (COMPLIANCE, until), iterate, effort);
+        let residual = match selected {
+            true => newton.take_limit(equations, &map, iterate, effort),
+            false => exact_residual(equations, iterate),
+        };
+        Reached { residual, selected }
     }
 
     /// Solves the law without compliance from where the iterate is: as it is, or by compliance on

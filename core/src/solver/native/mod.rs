@@ -234,7 +234,7 @@ impl NativeSolver {
             }
             let ended = part.write(step, contacts, &island, solution);
             let Outcome { solved, start, retried, rough, .. } = ended.outcome;
-            let moved = matches!(start, Start::Moved | Start::Found);
+            let moved = start.is_of_crowds();
             for &body in island.bodies {
                 let end = &mut self.ends[body];
                 let retried = end.retried || retried;

@@ -138,7 +138,9 @@ static SELECTED: Policy = Policy { takes_any: false, ..POSED };
 
 const CROWDED: usize = 64;
 /// With up to so many contacts the last impulses mostly lead to the selected solution, also where they change.
-const FOLLOWED: usize = 128;
+const FOLLOWED: usize = 32;
+/// With up to so many the selected solution is sought, once the impulses are known by another way.
+const LED: usize = 128;
 /// From nothing Newton's method finds the forces of a structure with up to so many contacts sooner than an
 /// interior point does (23 iterations to 33 for a wall of 300 bricks), with more later (166 to 41 for 1000).
 const VAST: usize = 4000;
@@ -172,9 +174,15 @@ impl Policy {
         self.follows_crowds && contacts > FOLLOWED
     }
 
-    /// The start for so many contacts none of which pressed in the last step, where it is not the first of all.
-    pub(super) fn start_from_nothing(&self, contacts: usize) -> Option<Start> {
-        (self.follows_crowds && contacts > VAST).then_some(Start::InteriorPoint(1.0))
+    /// Whether compliance may lead a crowd of so many contacts from impulses that are nearly a solution to the selected one.
+    pub(super) fn leads(&self, contacts: usize) -> bool {
+        contacts <= LED
+    }
+
+    /// Whether so many contacts are those of a structure in which compliance finds its way neither from nothing nor from
+    /// what nearly holds.
+    pub(super) fn is_vast(&self, contacts: usize) -> bool {
+        self.follows_crowds && contacts > VAST
     }
 
     /// The residual, and the speed at which what presses may change its gap, up to which the impulses of

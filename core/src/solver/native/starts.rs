@@ -21,6 +21,9 @@ pub(super) enum Start {
     Moved,
     /// The impulses found in this step before more contacts came to it, gone on from as from [`Moved`](Self::Moved).
     Found,
+    /// The same impulses once all contacts are known, where these are few enough that compliance may lead from there to
+    /// a solution.
+    Led,
     /// The best point of the starts before, changed as little as it takes, by compliance of this size at
     /// first.
     Best(f64),
@@ -39,6 +42,11 @@ pub(super) enum Start {
 }
 
 impl Start {
+    /// Whether it is one of a crowd whose forces change, to be gone on from where more contacts come to it.
+    pub(super) fn is_of_crowds(self) -> bool {
+        matches!(self, Self::Moved | Self::Found | Self::Led)
+    }
+
     /// Whether what it ends at is selected by compliance in all impulses, not in their changes.
     pub(super) fn is_by_rule(self) -> bool {
         !matches!(self, Self::Kept | Self::Moved | Self::Found | Self::Best(_))
@@ -57,6 +65,7 @@ impl Start {
             Self::Kept => "kept",
             Self::Moved => "moved",
             Self::Found => "found",
+            Self::Led => "led",
             Self::Best(_) => "best",
             Self::Zero => "zero",
             Self::Compliant(_) => "compliance",
@@ -67,13 +76,13 @@ impl Start {
     }
 }
 
-/// All starts in their order, for so many contacts, behind the one that what is known of the step asks for.
+/// All starts in their order, for so many contacts, behind those that what is known of the step asks for.
 /// Where some of them can roll, a few with the selection of those come before others.
 pub(super) fn all(
     policy: &Policy,
     contacts: usize,
     rolls: bool,
-    asked: Option<Start>,
+    asked: [Option<Start>; 3],
 ) -> impl Iterator<Item = Start> {
     let (first, scattered) = policy.starts(contacts);
     let rolling = first.iter().copied().take(if rolls { ROLLING_STARTS } else { 0 });
@@ -81,6 +90,7 @@ pub(super) fn all(
     let rest = first.iter().copied().skip(usize::from(rolls));
     asked
         .into_iter()
+        .flatten()
         .chain(rolling)
         .chain(alike)
         .chain(rest)

@@ -1,0 +1,196 @@
+//! What rests is not computed again: the steps are those that they would be, to the last bit, until something is
+//! changed from outside.
+
+use nalgebra::{Vector3, Vector4};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
+use tumble::contact::{Candidates, Plane};
+use tumble::error::Error;
+use tumble::mechanics::{Load, Polyline, RigidBody, Rotation, State, Wrench};
+use tumble::simulation::{Motion, Simulation, StepRecord};
+use tumble::solver::native::NativeSolver;
+use tumble::step::{Step, StepReport, StepSolution, StepSolver};
+use tumble::world::{Parameters, Partner, World};
+
+/// The native solver, which counts its steps.
+struct Counting(NativeSolver, Arc<AtomicU32>);
+
+impl StepSolver for Counting {
+    fn accepted_residual(&self) -> f64 {
+        self.0.accepted_residual()
+    }
+
+    fn solve(
+        &mut self,
+        step: &Step<'_>,
+        candidates: &mut Candidates,
+        solution: &mut StepSolution,
+    ) -> Result<StepReport, Error> {
+        self.1.fetch_add(1, Ordering::Relaxed);
+        self.0.solve(step, candidates, solution)
+    }
+
+    fn change_world(&mut self, world: &World) -> Result<(), Error> {
+        self.0.change_world(world)
+    }
+}
+
+fn at_rest(position: Vector3<f64>) -> State {
+    let (attitude, still) = (Vector4::new(1.0, 0.0, 0.0, 0.0), Vector3::zeros());
+    State { position, attitude, velocity: still, spin: still }
+}
+
+/// Three rows of bricks, and a cube that falls beside them.
+fn wall(height: f64) -> (World, Vec<State>) {
+    let brick = RigidBody::solid_box(2.0, Vector3::new(0.5, 0.25, 0.25)).unwrap();
+    let place = |k: usize| {
+        let (row, place) = (k / 4, (k % 4) as f64);
+        Vector3::new(place + 0.5 * (row % 2) as f64, 0.0, 0.25 + 0.5 * row as f64)
+    };
+    let mut starts: Vec<_> = (0..12).map(|k| at_rest(place(k))).collect();
+    starts.push(at_rest(Vector3::new(1.5, 3.0, 0.25 + height)));
+    let cube = RigidBody::solid_box(1.0, Vector3::repeat(0.25)).unwrap();
+    let world = World::new(Parameters {
+        bodies: [vec![brick; 12], vec![cube]].concat(),
+        ground: Some(Plane::level()),
+        gravity: Vector3::new(0.0, 0.0, -9.81),
+        friction: 0.7,
+        time_step: 0.002,
+        rotation: Rotation::Momentum,
+    });
+    (world.unwrap(), starts)
+}
+
+/// Two simulations of a wall, of which the second is restored before each step, so that it knows of no rest.
+struct Both {
+    resting: Simulation<'static>,
+    other: Simulation<'static>,
+    /// Steps that the first solved.
+    solved: Arc<AtomicU32>,
+}
+
+impl Both {
+    fn new(height: f64) -> Self {
+        let (world, starts) = wall(height);
+        let solved = Arc::new(AtomicU32::new(0));
+        let counting = Counting(NativeSolver::new(&world), solved.clone());
+        let resting = Simulation::new(world.clone(), starts.clone(), Motion::contact(counting));
+        let motion = Motion::native(&world);
+        let other = Simulation::new(world, starts, motion);
+        Self { resting: resting.unwrap(), other: other.unwrap(), solved }
+    }
+
+    /// Takes so many steps, which must be the same, and returns how many of them were solved.
+    fn steps(&mut self, number: u32) -> u32 {
+        let (mut one, mut two) = (StepRecord::new(), StepRecord::new());
+        let before = self.solved.load(Ordering::Relaxed);
+        for _ in 0..number {
+            self.resting.step(&mut one).unwrap();
+            let saved = self.other.save();
+            self.other.restore(&saved).unwrap();
+            self.other.step(&mut two).unwrap();
+            assert_eq!(one, two, "k = {}", one.index);
+            assert_eq!(bits(&one), bits(&two), "k = {}", one.index);
+        }
+        self.solved.load(Ordering::Relaxed) - before
+    }
+
+    /// The same change to both.
+    fn change(&mut self, change: impl Fn(&mut Simulation<'static>)) {
+        change(&mut self.resting);
+        change(&mut self.other);
+    }
+}
+
+/// Also the signs of what is zero.
+fn bits(record: &StepRecord) -> Vec<u64> {
+    let states = record
+        .solution
+        .states
+        .iter()
+        .flat_map(|s| s.to_vector().iter().copied().collect::<Vec<_>>());
+    let forces = record
+        .solution
+        .contacts
+        .iter()
+        .flat_map(|c| c.force.iter().chain(&c.slip).copied().collect::<Vec<_>>());
+    states.chain(forces).map(f64::to_bits).collect()
+}
+
+#[test]
+fn what_rests_is_solved_no_more() {
+    let mut both = Both::new(0.0);
+    both.steps(20);
+    assert_eq!(both.steps(50), 0);
+}
+
+/// As long as something moves beside it, a wall is solved with it; then both rest.
+#[test]
+fn a_wall_rests_when_the_last_body_does() {
+    let mut both = Both::new(0.1);
+    assert!(both.steps(100) > 30);
+    both.steps(100);
+    assert_eq!(both.steps(20), 0);
+}
+
+#[test]
+fn a_change_from_outside_ends_the_rest() {
+    let changes: [(&str, fn(&mut Simulation<'static>)); 8] = [
+        ("wrench", |run| {
+            let force = Vector3::new(0.0, 30.0, 0.0);
+            run.set_wrench(11, Wrench { force, torque: Vector3::zeros() }).unwrap();
+        }),
+        ("load", |run| {
+            let force =
+                Polyline::new(vec![(0.0, Vector3::zeros()), (1.0, Vector3::new(0.0, 90.0, 0.0))])
+                    .unwrap();
+            let load =
+                Load::new(force, Polyline::constant(Vector3::zeros()).unwrap(), Vector3::zeros())
+                    .unwrap();
+            run.set_load(11, load).unwrap();
+        }),
+        ("state", |run| {
+            let state = State { velocity: Vector3::new(0.0, 1.0, 0.0), ..run.states()[11] };
+            run.set_state(11, state).unwrap();
+        }),
+        ("hold", |run| run.hold_body(0, true).unwrap()),
+        ("remove", |run| {
+            run.remove_body(1).unwrap();
+        }),
+        ("add", |run| {
+            let ball = RigidBody::solid_box(1.0, Vector3::repeat(0.1)).unwrap();
+            run.add_body(ball, at_rest(Vector3::new(2.0, 0.0, 1.62))).unwrap();
+        }),
+        ("surface", |run| {
+            run.set_surface(Partner::Ground, Vector3::new(0.5, 0.0, 0.0)).unwrap();
+        }),
+        ("motion", |run| {
+            let mut motion = Motion::native(run.world());
+            run.swap_motion(&mut motion);
+        }),
+    ];
+    for (name, change) in changes {
+        let mut both = Both::new(0.0);
+        both.steps(20);
+        assert_eq!(both.steps(3), 0, "{name}");
+        both.change(change);
+        let solved = both.steps(30);
+        assert!(solved > 0 || name == "motion", "{name}: {solved}");
+    }
+}
+
+/// A step at rest is taken back as any other.
+#[test]
+fn a_step_at_rest_is_taken_back() {
+    let mut both = Both::new(0.0);
+    both.steps(30);
+    both.change(|run| {
+        let mut record = StepRecord::new();
+        run.step(&mut record).unwrap();
+        let there = run.states().to_vec();
+        run.take_back(&record);
+        assert_eq!(run.index(), 30);
+        assert_eq!(run.states(), there);
+    });
+    both.steps(10);
+}
