@@ -406,6 +406,9 @@ impl Recording {
             floating: content.contact.is_none(),
         };
         let mut film = film::film(cast, frames);
+        if let OutputFormat::Tables(model) = &content.format {
+            model.dress(&mut film).map_err(refused)?;
+        }
         let seed = content.drawn_seed().map_or(String::new(), |seed| format!("seed {seed}, "));
         film.title = format!("{}, {seed}{}", content.name, content.solver());
         film.facts = vec![Fact::new("scene", content.name.clone())];

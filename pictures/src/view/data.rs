@@ -2,7 +2,7 @@
 
 use super::curves::{Plot, plots};
 use super::facts;
-use super::poses::Poses;
+use super::poses::{Poses, digit};
 use crate::film::{Fact, Film, Fixed, Joint, Status};
 use crate::forces::Scale;
 use crate::plot::Sheet;
@@ -56,15 +56,18 @@ struct Body {
     pieces: Vec<PieceData>,
     /// As CSS has it, if it has one of its own.
     colour: Option<String>,
+    /// The body that a joint ties it to, of those that form a tree.
+    above: Option<usize>,
 }
 
 /// All within `radius` of the polyhedron of these vertices and faces; without faces, of the
-/// segment or the point.
+/// segment or the point. Or a mesh, of triangles.
 #[derive(Serialize)]
 struct PieceData {
     vertices: Vec<[f64; 3]>,
     faces: Vec<FaceData>,
     radius: f64,
+    is_mesh: bool,
 }
 
 #[derive(Serialize)]
@@ -157,25 +160,55 @@ impl Body {
             points: points.iter().map(|&point| point.into()).collect(),
             pieces: solids.collect(),
             colour: None,
+            above: None,
         }
     }
 }
 
 impl PieceData {
     fn of(piece: &Piece) -> Self {
-        let faces = match piece {
-            Piece::Hull(hull) => hull
-                .sides()
-                .map(|(face, normal)| FaceData { vertices: face.to_vec(), normal: normal.into() })
-                .collect(),
-            Piece::Sphere { .. } | Piece::Capsule { .. } => Vec::new(),
+        let face = |(face, normal): (&[usize], Vector3<f64>)| FaceData {
+            vertices: face.to_vec(),
+            normal: normal.into(),
         };
-        Self {
+        let is_mesh = matches!(piece, Piece::Mesh(_));
+        let mut made = Self {
             vertices: piece.core().iter().map(|&vertex| vertex.into()).collect(),
-            faces,
+            faces: match piece {
+                Piece::Hull(hull) => hull.sides().map(face).collect(),
+                Piece::Mesh(mesh) => mesh.sides().map(face).collect(),
+                Piece::Sphere { .. } | Piece::Capsule { .. } => Vec::new(),
+            },
             radius: piece.radius(),
+            is_mesh,
+        };
+        if is_mesh {
+            made.shorten();
+        }
+        made
+    }
+
+    /// Rounds what is seen and not reckoned with: places to 1e-5 of the largest, normals to 1e-3.
+    fn shorten(&mut self) {
+        let round = |x: &mut f64, per: f64| *x = (*x * per).round() / per;
+        let largest = self.vertices.iter().flatten().fold(0.0, |most: f64, x| most.max(x.abs()));
+        let per = 1.0 / digit(largest, 5);
+        self.vertices.iter_mut().flatten().for_each(|x| round(x, per));
+        self.faces.iter_mut().flat_map(|face| &mut face.normal).for_each(|x| round(x, 1e3));
+    }
+}
+
+/// Of each body the one that a joint ties it to, the first of its own where that makes no ring.
+fn tree(film: &Film) -> Vec<Option<usize>> {
+    let mut above = vec![None; film.bodies.len()];
+    for Joint { body, other, .. } in &film.joints {
+        let (Some(other), None) = (*other, above[*body]) else { continue };
+        let mut ways = std::iter::successors(Some(other), |place| above[*place]);
+        if ways.all(|place| place != *body) {
+            above[*body] = Some(other);
         }
     }
+    above
 }
 
 impl RunData {
@@ -183,12 +216,14 @@ impl RunData {
         let counts = Status::ALL[1..].iter().map(|status| {
             (status.name(), film.steps().iter().filter(|step| step.status == *status).count())
         });
+        let above = tree(film);
         let body = |b: usize| {
             let body = &film.bodies[b];
             let facts = if film.is_single() { Vec::new() } else { facts::of_body(film, b) };
             let css = |[red, green, blue]: [u8; 3]| format!("#{red:02x}{green:02x}{blue:02x}");
             let colour = body.colour.map(css);
-            Body { colour, ..Body::of(film.name(b), facts, &body.points, &Look::of(body)) }
+            let looks = Look::of(body);
+            Body { colour, above: above[b], ..Body::of(film.name(b), facts, &body.points, &looks) }
         };
         let fixed = |fixed: &Fixed| {
             let looks: Vec<_> = fixed.pieces.iter().cloned().map(Look::Solid).collect();
