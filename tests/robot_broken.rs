@@ -20,8 +20,20 @@ const FILES: [&str; 6] = [
 
 /// What takes the place of a value.
 const VALUES: [&str; 14] = [
-    "", "word", "nan", "inf", "-1", "0", "1e400", "1e-320", "-0", "1 2", "1,5", "1e308 1e308 1e308",
-    "99999999999999999999", "trunk",
+    "",
+    "word",
+    "nan",
+    "inf",
+    "-1",
+    "0",
+    "1e400",
+    "1e-320",
+    "-0",
+    "1 2",
+    "1,5",
+    "1e308 1e308 1e308",
+    "99999999999999999999",
+    "trunk",
 ];
 
 fn read(path: &Path, _: u64) -> io::Result<Vec<u8>> {
@@ -63,7 +75,9 @@ fn broken(text: &str, random: &mut Mt64) -> String {
             with(&parts.join(" "))
         }
         3 => with(&text[other..other_end]),
-        4 => with(&text[from..to].split(' ').map(|x| format!("-{x}")).collect::<Vec<_>>().join(" ")),
+        4 => {
+            with(&text[from..to].split(' ').map(|x| format!("-{x}")).collect::<Vec<_>>().join(" "))
+        }
         5 => {
             lines.remove(line);
             lines.join("\n")

@@ -148,9 +148,8 @@ fn looks_are_read_back() {
 /// A look that cannot be read changes nothing but what is drawn, and is told of in one sentence.
 #[test]
 fn what_is_not_read_is_named_and_the_shapes_are_drawn() {
-    let mesh = |file: &str| {
-        format!("<visual><geometry><mesh filename=\"{file}\"/></geometry></visual>")
-    };
+    let mesh =
+        |file: &str| format!("<visual><geometry><mesh filename=\"{file}\"/></geometry></visual>");
     for (file, why) in [
         ("trunk.dae", "only .stl and .obj are read"),
         ("package://own/trunk.dae", "only .stl and .obj are read"),

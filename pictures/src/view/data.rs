@@ -188,11 +188,11 @@ impl PieceData {
         made
     }
 
-    /// Rounds what is seen and not reckoned with: places to 1e-5 of the largest, normals to 1e-3.
+    /// Rounds what is seen and not reckoned with: places to five digits of the largest, normals to 1e-3.
     fn shorten(&mut self) {
         let round = |x: &mut f64, per: f64| *x = (*x * per).round() / per;
         let largest = self.vertices.iter().flatten().fold(0.0, |most: f64, x| most.max(x.abs()));
-        let per = 1.0 / digit(largest, 5);
+        let per = (1.0 / digit(largest, 5)).round().max(1.0);
         self.vertices.iter_mut().flatten().for_each(|x| round(x, per));
         self.faces.iter_mut().flat_map(|face| &mut face.normal).for_each(|x| round(x, 1e3));
     }
@@ -261,4 +261,48 @@ fn worst(film: &Film) -> Option<Worst> {
     residuals
         .reduce(|worst, other| if other.1 > worst.1 { other } else { worst })
         .map(|(row, residual)| Worst { row, residual })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::samples::floating_cube;
+    use crate::shape::Mesh;
+
+    #[test]
+    fn joints_are_a_tree_whatever_rings_they_close() {
+        let mut film = floating_cube(1);
+        film.bodies = vec![film.bodies[0].clone(); 4];
+        let joint = |body: usize, other: Option<usize>| Joint {
+            name: String::new(),
+            body,
+            other,
+            anchor: Vector3::zeros(),
+            axis: None,
+            turns: false,
+            slides: false,
+        };
+        film.joints = vec![
+            joint(3, None),
+            joint(1, Some(0)),
+            joint(2, Some(1)),
+            joint(2, Some(0)),
+            joint(0, Some(2)),
+            joint(3, Some(3)),
+        ];
+        assert_eq!(tree(&film), [None, Some(0), Some(1), None]);
+    }
+
+    #[test]
+    fn meshes_are_rounded_and_nothing_else_is() {
+        let corner = |x: f64, y: f64, z: f64| Vector3::new(x, y, z) / 3.0;
+        let vertices = vec![corner(1.0, 0.0, 0.0), corner(0.0, 2.0, 0.0), corner(0.0, 0.0, 1.0)];
+        let triangles = vec![[0, 1, 2]];
+        let mesh = PieceData::of(&Piece::Mesh(Mesh { vertices: vertices.clone(), triangles }));
+        assert!(mesh.is_mesh && mesh.faces.len() == 1);
+        assert_eq!(mesh.vertices, [[0.33333, 0.0, 0.0], [0.0, 0.66667, 0.0], [0.0, 0.0, 0.33333]]);
+        assert_eq!(mesh.faces[0].normal, [0.667, 0.333, 0.667]);
+        let ball = PieceData::of(&Piece::Sphere { centre: vertices[0], radius: 0.1 });
+        assert!(!ball.is_mesh && ball.vertices[0] == <[f64; 3]>::from(vertices[0]));
+    }
 }
