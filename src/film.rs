@@ -117,7 +117,7 @@ fn tie(row: &JointRow) -> Tie {
 }
 
 /// A convex piece: its core is a point, a segment or a polyhedron.
-fn piece(piece: &geometry::Piece) -> Piece {
+pub(crate) fn piece(piece: &geometry::Piece) -> Piece {
     let (core, radius) = (piece.core(), piece.radius());
     match *core.vertices() {
         [centre] => Piece::Sphere { centre, radius },
@@ -258,6 +258,7 @@ fn is_in_reach(ground: &Ground, film: &Film, world: &World) -> bool {
     let reach: Vec<f64> = world.bodies().iter().map(|body| body.reach()).collect();
     let still = film.fixed.iter().flat_map(|fixed| &fixed.pieces).flat_map(|piece| match piece {
         Piece::Hull(hull) => hull.vertices.clone(),
+        Piece::Mesh(mesh) => mesh.vertices.clone(),
         Piece::Sphere { centre, .. } => vec![*centre],
         Piece::Capsule { ends, .. } => ends.to_vec(),
     });

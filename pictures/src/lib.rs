@@ -26,4 +26,4 @@ pub mod view;
 pub use film::{
     Body, Contact, Fact, Film, Fixed, Frame, Ground, Joint, Load, Partner, Place, Pose, Status, Tie,
 };
-pub use shape::{Hull, Piece};
+pub use shape::{Hull, Mesh, Piece};

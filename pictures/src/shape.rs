@@ -1,9 +1,10 @@
-//! What a body looks like: convex pieces, or the points that can touch.
+//! What a body looks like: convex pieces, meshes, or the points that can touch.
 
 use crate::film::Body;
 use nalgebra::Vector3;
+use std::collections::BTreeMap;
 
-/// A convex piece of a body or of what stands still, m.
+/// A piece of a body or of what stands still, m: convex, or a mesh.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Piece {
     /// A polyhedron, rounded or not.
@@ -22,6 +23,8 @@ pub enum Piece {
         /// Of its surface about the segment.
         radius: f64,
     },
+    /// What is for the eye alone.
+    Mesh(Mesh),
 }
 
 /// What is within `radius` of a convex polyhedron.
@@ -33,6 +36,15 @@ pub struct Hull {
     pub faces: Vec<Vec<usize>>,
     /// 0 for sharp edges.
     pub radius: f64,
+}
+
+/// Triangles, which may be open and need not be convex.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Mesh {
+    /// The corners of the triangles.
+    pub vertices: Vec<Vector3<f64>>,
+    /// Places in [`Mesh::vertices`], counter-clockwise seen from outside.
+    pub triangles: Vec<[usize; 3]>,
 }
 
 /// What is drawn.
@@ -58,6 +70,7 @@ impl Piece {
     pub(crate) fn core(&self) -> &[Vector3<f64>] {
         match self {
             Self::Hull(hull) => &hull.vertices,
+            Self::Mesh(mesh) => &mesh.vertices,
             Self::Sphere { centre, .. } => std::slice::from_ref(centre),
             Self::Capsule { ends, .. } => ends,
         }
@@ -69,6 +82,7 @@ impl Piece {
             Self::Hull(Hull { radius, .. })
             | Self::Sphere { radius, .. }
             | Self::Capsule { radius, .. } => *radius,
+            Self::Mesh(_) => 0.0,
         }
     }
 }
@@ -92,6 +106,38 @@ impl Hull {
             let outward = normal.dot(&(first - middle)) >= 0.0;
             Some((face.as_slice(), if outward { normal } else { -normal }))
         })
+    }
+}
+
+/// Triangles of a mesh that meet at less than this have no line between them, cosine: 30°.
+const CREASE: f64 = 0.866;
+
+impl Mesh {
+    /// The triangles with their outward normals, of length 1; without those that have no area.
+    pub(crate) fn sides(&self) -> impl Iterator<Item = (&[usize], Vector3<f64>)> {
+        self.triangles.iter().filter_map(|triangle| {
+            let corner = |k: usize| self.vertices.get(triangle[k]);
+            let (a, b, c) = (corner(0)?, corner(1)?, corner(2)?);
+            let normal = (b - a).cross(&(c - a)).try_normalize(0.0)?;
+            Some((&triangle[..], normal))
+        })
+    }
+
+    /// Where it is folded, or ends.
+    pub(crate) fn creases(&self) -> Vec<[usize; 2]> {
+        let mut edges = BTreeMap::<[usize; 2], Vec<Vector3<f64>>>::new();
+        for (triangle, normal) in self.sides() {
+            for k in 0..3 {
+                let mut ends = [triangle[k], triangle[(k + 1) % 3]];
+                ends.sort_unstable();
+                edges.entry(ends).or_default().push(normal);
+            }
+        }
+        let is_flat = |normals: &[Vector3<f64>]| match normals {
+            [one, other] => one.dot(other) >= CREASE,
+            _ => false,
+        };
+        edges.into_iter().filter(|(_, normals)| !is_flat(normals)).map(|(ends, _)| ends).collect()
     }
 }
 
@@ -157,6 +203,25 @@ mod tests {
         assert!(!is_box(&points));
         assert!(!is_box(&points[..4]));
         assert!(!is_box(&corners([edges[0]; 3])));
+    }
+
+    /// Of an open corner of two triangles at right angles and one that goes on flat: all but the line between the
+    /// flat ones.
+    #[test]
+    fn meshes_have_lines_where_they_are_folded_or_end() {
+        let at = |x: f64, y: f64, z: f64| Vector3::new(x, y, z);
+        let vertices = vec![
+            at(0.0, 0.0, 0.0),
+            at(1.0, 0.0, 0.0),
+            at(0.0, 1.0, 0.0),
+            at(0.0, 0.0, 1.0),
+            at(1.0, 1.0, 0.0),
+        ];
+        let triangles = vec![[0, 1, 2], [1, 4, 2], [0, 2, 3], [0, 0, 1], [0, 1, 9]];
+        let mesh = Mesh { vertices, triangles };
+        let normals: Vec<_> = mesh.sides().map(|side| side.1).collect();
+        assert_eq!(normals, [Vector3::z(), Vector3::z(), Vector3::x()]);
+        assert_eq!(mesh.creases(), [[0, 1], [0, 2], [0, 3], [1, 4], [2, 3], [2, 4]]);
     }
 
     #[test]

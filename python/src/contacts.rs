@@ -1,17 +1,24 @@
 //! The contacts of a step, or of many, by column.
 
 use crate::arrays::shaped;
-use crate::recording::vectors;
-use nalgebra::Vector3;
+use numpy::{PyArray1, PyArrayMethods};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyIterator, PyList, PyString, PyTuple};
+use pyo3::types::{PyDict, PyIterator, PySlice, PyString, PyTuple};
 use std::borrow::Borrow;
 use std::sync::Arc;
-use tumble::contact::Partner;
+use tumble::contact::{Contact, Partner};
 use tumble::scenario::scene::Scene as Content;
 use tumble::simulation::StepRecord;
 use tumble::simulation::tables::ContactRow;
+
+/// What contacts have as columns.
+pub const COLUMNS: [&str; 8] =
+    ["body", "partner", "point", "normal", "force", "slip", "normal_force", "gap"];
+
+/// Those of them that are numbers, and how many of each a contact has.
+const NUMBERS: [(&str, usize); 6] =
+    [("point", 3), ("normal", 3), ("force", 3), ("slip", 3), ("normal_force", 1), ("gap", 1)];
 
 /// The names of whom contacts are with, as texts of Python, which a column refers to.
 pub struct Names {
@@ -41,84 +48,189 @@ impl Names {
     }
 }
 
-/// The column of contacts of this name, (C,) or (C, 3).
-pub fn column_of<'py, R: Borrow<ContactRow>>(
-    py: Python<'py>,
-    name: &str,
-    names: &Names,
-    rows: impl Iterator<Item = R>,
-) -> PyResult<Bound<'py, PyAny>> {
-    type Column = fn(&ContactRow) -> Vector3<f64>;
-    let of: Column = match name {
-        "body" => {
-            let bodies: Vec<_> = rows.map(|row| row.borrow().body as u64).collect();
-            let count = bodies.len();
-            return Ok(shaped(py, bodies, &[count])?.into_any());
-        }
-        "partner" => {
-            let partners: Vec<_> = rows.map(|row| names.partner(row.borrow().partner)).collect();
-            return Ok(PyList::new(py, partners)?.into_any());
-        }
-        "normal_force" | "gap" => {
-            let is_gap = name == "gap";
-            let of = |row: &ContactRow| if is_gap { row.gap } else { row.normal.dot(&row.force) };
-            let numbers: Vec<_> = rows.map(|row| of(row.borrow())).collect();
-            let count = numbers.len();
-            return Ok(shaped(py, numbers, &[count])?.into_any());
-        }
-        "point" => |row| row.point,
-        "normal" => |row| row.normal,
-        "force" => |row| row.force,
-        "slip" => |row| row.slip,
-        _ => return Err(PyKeyError::new_err(name.to_owned())),
-    };
-    let numbers = vectors(rows.map(|row| of(row.borrow())));
-    let count = numbers.len() / 3;
-    Ok(shaped(py, numbers, &[count, 3])?.into_any())
-}
-
-/// The contacts of a step, C in all, as a mapping of columns, which are made when they are first read.
-#[pyclass(frozen, mapping, module = "tumble")]
-pub struct Contacts {
-    /// The step; a simulation that goes on leaves it as it is.
-    record: Arc<StepRecord>,
-    names: Arc<Names>,
+/// Whom contacts are between.
+struct Pairs {
+    all: Vec<(usize, Partner)>,
+    /// Of both columns what was read.
     made: Py<PyDict>,
 }
 
-impl Contacts {
-    /// What they have as columns.
-    pub const COLUMNS: [&str; 8] =
-        ["body", "partner", "point", "normal", "force", "slip", "normal_force", "gap"];
+/// The numbers of contacts in one array, a column after the other.
+struct Numbers {
+    all: Py<PyArray1<f64>>,
+    /// Views of it, the columns that were read, which cannot be written to.
+    made: Py<PyDict>,
+}
 
-    /// Those of a step.
-    pub fn of(py: Python<'_>, record: Arc<StepRecord>, names: Arc<Names>) -> Self {
-        Self { record, names, made: PyDict::new(py).unbind() }
+/// Contacts, C in all, by column.
+pub struct Columns {
+    names: Arc<Names>,
+    pairs: Arc<Pairs>,
+    numbers: Numbers,
+}
+
+impl Columns {
+    /// Those of contacts between these, a row each.
+    pub fn of<R: Borrow<ContactRow>>(
+        py: Python<'_>,
+        all: Vec<(usize, Partner)>,
+        rows: impl Iterator<Item = R>,
+        names: Arc<Names>,
+    ) -> PyResult<Self> {
+        let width: usize = NUMBERS.iter().map(|(_, width)| width).sum();
+        let numbers = PyArray1::zeros(py, width * all.len(), false).unbind();
+        let numbers = Numbers { all: numbers, made: PyDict::new(py).unbind() };
+        let pairs = Arc::new(Pairs { all, made: PyDict::new(py).unbind() });
+        let columns = Self { names, pairs, numbers };
+        columns.fill(py, rows)?;
+        Ok(columns)
     }
+
+    /// Writes the numbers of as many contacts into the array.
+    fn fill<R: Borrow<ContactRow>>(
+        &self,
+        py: Python<'_>,
+        rows: impl Iterator<Item = R>,
+    ) -> PyResult<()> {
+        let count = self.pairs.all.len();
+        let mut all = self.numbers.all.bind(py).try_readwrite()?;
+        let mut left = all.as_slice_mut()?;
+        let [points, normals, forces, slips, sizes, gaps] = NUMBERS.map(|(_, width)| {
+            let (column, rest) = std::mem::take(&mut left).split_at_mut(width * count);
+            left = rest;
+            column
+        });
+        for (place, row) in rows.take(count).enumerate() {
+            let row = row.borrow();
+            let three = 3 * place..3 * place + 3;
+            points[three.clone()].copy_from_slice(row.point.as_slice());
+            normals[three.clone()].copy_from_slice(row.normal.as_slice());
+            forces[three.clone()].copy_from_slice(row.force.as_slice());
+            slips[three].copy_from_slice(row.slip.as_slice());
+            sizes[place] = row.normal.dot(&row.force);
+            gaps[place] = row.gap;
+        }
+        Ok(())
+    }
+
+    /// The column of this name, (C,) or (C, 3).
+    pub fn column<'py>(&self, name: &Bound<'py, PyString>) -> PyResult<Bound<'py, PyAny>> {
+        let py = name.py();
+        let (numbers, pairs) = (self.numbers.made.bind(py), self.pairs.made.bind(py));
+        if let Some(column) = numbers.get_item(name)? {
+            return Ok(column);
+        }
+        if let Some(column) = pairs.get_item(name)? {
+            return Ok(column);
+        }
+        let text = name.to_cow()?;
+        let (made, column) = match &*text {
+            "body" => {
+                let bodies = self.pairs.all.iter().map(|(body, _)| *body as u64).collect();
+                (pairs, shaped(py, bodies, &[self.pairs.all.len()])?.into_any())
+            }
+            "partner" => {
+                let partners = self.pairs.all.iter().map(|(_, with)| self.names.partner(*with));
+                (pairs, PyTuple::new(py, partners)?.into_any())
+            }
+            _ => (numbers, self.view(py, &text)?),
+        };
+        made.set_item(name, &column)?;
+        Ok(column)
+    }
+
+    /// The column of numbers of this name.
+    fn view<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
+        let count = self.pairs.all.len();
+        let place = NUMBERS.iter().position(|(of, _)| *of == name);
+        let place = place.ok_or_else(|| PyKeyError::new_err(name.to_owned()))?;
+        let before: usize = NUMBERS[..place].iter().map(|(_, width)| width * count).sum();
+        let width = NUMBERS[place].1;
+        let slice = PySlice::new(py, before as isize, (before + width * count) as isize, 1);
+        let column = self.numbers.all.bind(py).get_item(slice)?.cast_into::<PyArray1<f64>>()?;
+        if width == 1 {
+            column.try_readwrite()?.make_nonwriteable();
+            return Ok(column.into_any());
+        }
+        let column = column.reshape([count, width])?;
+        column.try_readwrite()?.make_nonwriteable();
+        Ok(column.into_any())
+    }
+}
+
+/// The contacts of a step, C in all, as a mapping of columns.
+#[pyclass(frozen, mapping, module = "tumble")]
+pub struct Contacts(Columns);
+
+impl Contacts {
+    /// Those of a step. Where they are between the same as others, these columns are theirs.
+    pub fn of(
+        py: Python<'_>,
+        record: &StepRecord,
+        names: &Arc<Names>,
+        others: Option<&Self>,
+    ) -> PyResult<Self> {
+        let (all, rows) = (pairs(record).collect(), ContactRow::of(record));
+        let mut columns = Columns::of(py, all, rows, Arc::clone(names))?;
+        if let Some(Self(others)) = others
+            && others.pairs.all == columns.pairs.all
+        {
+            columns.pairs = Arc::clone(&others.pairs);
+        }
+        Ok(Self(columns))
+    }
+
+    /// Becomes those of another step, if they are between the same and nobody has the array of these or a view of
+    /// it: whether they did.
+    pub fn become_those_of(&self, py: Python<'_>, record: &StepRecord) -> PyResult<bool> {
+        let Self(columns) = self;
+        let are_same = columns.pairs.all.iter().copied().eq(pairs(record));
+        let is_free = are_same && columns.numbers.is_free(py);
+        if is_free {
+            columns.fill(py, ContactRow::of(record))?;
+        }
+        Ok(is_free)
+    }
+}
+
+impl Numbers {
+    /// Whether nobody else has the array or a view of it. Every view, one of a view too, has the array itself.
+    fn is_free(&self, py: Python<'_>) -> bool {
+        let made = self.made.bind(py);
+        // The dictionary's, and that of who asks.
+        holders(&self.all, py) == 1 + made.len() as isize
+            && made.iter().all(|(_, view)| holders(&view.unbind(), py) == 2)
+    }
+}
+
+/// Whom the contacts of a step are between.
+fn pairs(record: &StepRecord) -> impl Iterator<Item = (usize, Partner)> + '_ {
+    let pair = |contact: &Contact| (contact.key.body, contact.key.partner);
+    record.contacts.iter().map(pair).take(record.solution.contacts.len())
+}
+
+/// How many references there are to an object.
+#[expect(deprecated, reason = "what takes its place is unsafe")]
+pub fn holders<T>(object: &Py<T>, py: Python<'_>) -> isize {
+    object.get_refcnt(py)
 }
 
 #[pymethods]
 impl Contacts {
     fn __getitem__<'py>(&self, name: &Bound<'py, PyString>) -> PyResult<Bound<'py, PyAny>> {
-        let (py, made) = (name.py(), self.made.bind(name.py()));
-        if let Some(column) = made.get_item(name)? {
-            return Ok(column);
-        }
-        let column = column_of(py, &name.to_cow()?, &self.names, ContactRow::of(&self.record))?;
-        made.set_item(name, &column)?;
-        Ok(column)
+        self.0.column(name)
     }
 
     fn __len__(&self) -> usize {
-        Self::COLUMNS.len()
+        COLUMNS.len()
     }
 
     fn __contains__(&self, name: &Bound<'_, PyAny>) -> bool {
-        name.extract::<String>().is_ok_and(|name| Self::COLUMNS.contains(&name.as_str()))
+        name.extract::<String>().is_ok_and(|name| COLUMNS.contains(&name.as_str()))
     }
 
     fn __iter__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyIterator>> {
-        PyTuple::new(py, Self::COLUMNS)?.try_iter()
+        PyTuple::new(py, COLUMNS)?.try_iter()
     }
 
     /// The column of this name, or else the default.
@@ -136,21 +248,21 @@ impl Contacts {
 
     /// The names of the columns.
     fn keys(&self) -> Vec<&'static str> {
-        Self::COLUMNS.to_vec()
+        COLUMNS.to_vec()
     }
 
     /// The columns.
     fn values<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyAny>>> {
         let column = |name: &str| self.__getitem__(&PyString::new(py, name));
-        Self::COLUMNS.into_iter().map(column).collect()
+        COLUMNS.into_iter().map(column).collect()
     }
 
     /// The columns and their names.
     fn items<'py>(&self, py: Python<'py>) -> PyResult<Vec<(&'static str, Bound<'py, PyAny>)>> {
-        Ok(Self::COLUMNS.into_iter().zip(self.values(py)?).collect())
+        Ok(COLUMNS.into_iter().zip(self.values(py)?).collect())
     }
 
     fn __repr__(&self) -> String {
-        format!("<tumble.Contacts: {}>", self.record.contacts.len())
+        format!("<tumble.Contacts: {}>", self.0.pairs.all.len())
     }
 }

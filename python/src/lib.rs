@@ -5,6 +5,7 @@ mod arrays;
 mod contacts;
 mod errors;
 mod gradient;
+mod last_step;
 mod plan;
 mod problem;
 mod recording;

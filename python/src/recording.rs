@@ -1,14 +1,14 @@
 //! A run that was recorded: as arrays, as tables, as pictures.
 
 use crate::arrays::{numbers, shaped};
-use crate::contacts::{Contacts, Names, column_of};
+use crate::contacts::{COLUMNS, Columns, Names};
 use crate::errors::refused;
 use crate::scene::{Scene, in_python};
 use crate::watch::Watched;
 use nalgebra::Vector3;
 use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyDict};
+use pyo3::types::{PyBytes, PyDict, PyString};
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -282,10 +282,12 @@ impl Recording {
         let indices: Vec<_> = self.rows.iter().flat_map(of).collect();
         let count = indices.len();
         columns.set_item("k", shaped(py, indices, &[count])?)?;
-        let names = Names::of(py, &self.content);
-        for name in Contacts::COLUMNS {
-            let rows = self.rows.iter().flat_map(|step| &step.contacts);
-            columns.set_item(name, column_of(py, name, &names, rows)?)?;
+        let rows = self.rows.iter().flat_map(|step| &step.contacts);
+        let pairs = rows.clone().map(|row| (row.body, row.partner)).collect();
+        let names = Arc::new(Names::of(py, &self.content));
+        let contacts = Columns::of(py, pairs, rows, names)?;
+        for name in COLUMNS.map(|name| PyString::new(py, name)) {
+            columns.set_item(&name, contacts.column(&name)?)?;
         }
         Ok(columns)
     }
@@ -404,6 +406,9 @@ impl Recording {
             floating: content.contact.is_none(),
         };
         let mut film = film::film(cast, frames);
+        if let OutputFormat::Tables(model) = &content.format {
+            model.dress(&mut film).map_err(refused)?;
+        }
         let seed = content.drawn_seed().map_or(String::new(), |seed| format!("seed {seed}, "));
         film.title = format!("{}, {seed}{}", content.name, content.solver());
         film.facts = vec![Fact::new("scene", content.name.clone())];

@@ -1,8 +1,9 @@
 //! A running simulation.
 
 use crate::arrays::{numbers, of_states, to_states};
-use crate::contacts::{Contacts, Names};
+use crate::contacts::Contacts;
 use crate::errors::{of_step, refused};
+use crate::last_step::LastStep;
 use crate::recording::{JOINT_COLUMNS, NO_STEP, Recording, add_forces};
 use crate::robot::Robot;
 use crate::scene::{Scene, in_python, read};
@@ -44,8 +45,6 @@ const NOTES: &str = "python";
 #[pyclass(subclass, name = "CoreSimulation", module = "tumble._tumble")]
 pub struct Simulation {
     content: Arc<Content>,
-    /// The names of its contacts, once they were asked for.
-    names: Option<Arc<Names>>,
     /// Of one thread at a time; a lock for the compiler alone.
     running: Mutex<Running>,
     interrupt: Arc<AtomicBool>,
@@ -57,10 +56,9 @@ pub struct Simulation {
 
 struct Running {
     simulation: simulation::Simulation<'static>,
-    /// The last step. Who reads its contacts may hold it while the simulation goes on.
-    record: Arc<StepRecord>,
+    last: LastStep,
     /// How long the last single step took.
-    last: Option<Duration>,
+    took: Option<Duration>,
     /// Whether nothing moved it so far but what the scene says.
     is_of_scene: bool,
 }
@@ -92,8 +90,8 @@ impl Running {
             if let Some(wrenches) = wrenches {
                 self.set_wrenches(&wrenches[step * width..][..width])?;
             }
-            self.simulation.step(own(&mut self.record))?;
-            let mut row = TableStep::of(self.simulation.world(), &self.record);
+            self.simulation.step(self.last.change())?;
+            let mut row = TableStep::of(self.simulation.world(), self.last.record());
             add_forces(&row, &mut recording.forces);
             if !recording.has_contacts {
                 row.contacts = Vec::new();
@@ -145,17 +143,18 @@ impl Simulation {
         simulation.interrupt_by(Arc::clone(&interrupt));
         let running = Mutex::new(Running {
             simulation,
-            record: Arc::new(StepRecord::new()),
-            last: None,
+            last: LastStep::none(),
+            took: None,
             is_of_scene: true,
         });
         let (threads, process) = (threads.get() > 1, std::process::id());
-        Ok(Self { content, names: None, running, interrupt, threads, process })
+        Ok(Self { content, running, interrupt, threads, process })
     }
 
     /// Where it is, as bytes.
     fn saved<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
-        let Running { simulation, record, .. } = self.running();
+        let Running { simulation, last, .. } = self.running();
+        let record = last.record();
         let notes = (NOTES, &record.states, &record.contacts, &record.solution);
         let notes = to_bytes(&notes).map_err(refused)?;
         let saved = simulation.save().with_notes(notes).to_bytes().map_err(refused)?;
@@ -165,16 +164,17 @@ impl Simulation {
     /// Goes on from where the bytes of `saved`, or of the command line's state.bin, are.
     fn go_on(&mut self, bytes: &[u8]) -> PyResult<()> {
         let saved = Saved::from_bytes(bytes).map_err(refused)?;
-        let Running { simulation, record, is_of_scene, .. } = self.running();
+        let Running { simulation, last, is_of_scene, .. } = self.running();
         *is_of_scene = false;
         simulation.restore(&saved).map_err(refused)?;
-        *record = Arc::new(StepRecord::new());
+        let record = last.change_bodies();
+        *record = StepRecord::new();
         // What the command line saves tells nothing of the last step.
         if let Ok((NOTES, states, contacts, solution)) = from_bytes::<Notes<'_>>(saved.notes())
             && states.len() == simulation.states().len()
             && contacts.iter().all(|contact: &Contact| contact.key.body < states.len())
         {
-            *record = Arc::new(StepRecord { states, contacts, solution, ..StepRecord::new() });
+            *record = StepRecord { states, contacts, solution, ..StepRecord::new() };
         }
         Ok(())
     }
@@ -201,19 +201,18 @@ impl Simulation {
     /// Adds a body, which the text of a table [[bodies]] describes, whose meshes are beside `path`: its name.
     fn join(&mut self, text: &str, path: PathBuf) -> PyResult<String> {
         let content = self.content.with_body(text, &path, &read).map_err(in_python)?;
-        let Running { simulation, record, .. } = self.moved();
-        let last = content.bodies.len() - 1;
-        let (body, start) = (content.world.bodies()[last].clone(), content.starts[last]);
+        let Running { simulation, last, .. } = self.moved();
+        let new = content.bodies.len() - 1;
+        let (body, start) = (content.world.bodies()[new].clone(), content.starts[new]);
         simulation.add_body(body, start).map_err(refused)?;
-        simulation.set_load(last, content.loads[last].clone()).map_err(refused)?;
+        simulation.set_load(new, content.loads[new].clone()).map_err(refused)?;
+        let record = last.change_bodies();
         if !record.states.is_empty() {
-            let record = Arc::make_mut(record);
             record.states.push(start);
             record.solution.states.push(start);
         }
-        let name = content.bodies[last].clone();
+        let name = content.bodies[new].clone();
         self.content = Arc::new(content);
-        self.names = None;
         Ok(name)
     }
 
@@ -228,15 +227,14 @@ impl Simulation {
             return Err(refused(why));
         }
         let content = self.content.without_body(body).map_err(in_python)?;
-        let Running { simulation, record, .. } = self.moved();
+        let Running { simulation, last, .. } = self.moved();
         let world = simulation.world();
         let joints: Vec<_> = world.joints().iter().map(|joint| !joint.ties(body)).collect();
         let stays = |gear: &Gear| gear.axes().iter().all(|axis| joints[axis.joint]);
         let gears: Vec<_> = world.gears().iter().map(stays).collect();
         simulation.remove_body_and_joints(body).map_err(refused)?;
-        Arc::make_mut(record).leave_out(body, (&joints, &gears));
+        last.change_bodies().leave_out(body, (&joints, &gears));
         self.content = Arc::new(content);
-        self.names = None;
         Ok(())
     }
 
@@ -295,9 +293,9 @@ impl Simulation {
             running.set_wrenches(numbers("wrenches", wrenches)?).map_err(|e| refused(&e))?;
         }
         let of_few = running.simulation.states().len() <= MANY_BODIES;
-        let is_short = running.last.map_or(of_few, |last| last < SHORT);
+        let is_short = running.took.map_or(of_few, |took| took < SHORT);
         let clock = Instant::now();
-        let mut step = || running.simulation.step(own(&mut running.record));
+        let mut step = || running.simulation.step(running.last.change());
         let taken = if *threads || !is_short {
             let done = AtomicU64::new(0);
             let watched = Watched { interrupt, done: &done, total: 1, progress: None };
@@ -305,9 +303,9 @@ impl Simulation {
         } else {
             step()
         };
-        running.last = Some(clock.elapsed());
+        running.took = Some(clock.elapsed());
         taken.map_err(|error| of_step(&error))?;
-        let record = &running.record;
+        let record = running.last.record();
         Ok((record.report.status.name(), record.certificate.residual(), record.report.iterations))
     }
 
@@ -367,7 +365,7 @@ impl Simulation {
     fn forces<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         let running = self.running();
         let bodies = running.simulation.states().len();
-        let force = |body| <[f64; 3]>::from(running.record.solution.total_force(body));
+        let force = |body| <[f64; 3]>::from(running.last.record().solution.total_force(body));
         crate::arrays::shaped(py, (0..bodies).flat_map(force).collect(), &[bodies, 3])
     }
 
@@ -375,16 +373,16 @@ impl Simulation {
     /// each.
     #[getter]
     fn joint_columns<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let Running { simulation, record, .. } = &*self.running();
+        let Running { simulation, last, .. } = &*self.running();
         let mut end = StepRecord::new();
         simulation.end(&mut end);
         let world = simulation.world();
         let now = JointRow::of(world, &end);
         // Before the first step there is none to tell of.
-        let mut last = JointRow::of(world, record).filter(|_| simulation.index() > 0);
+        let mut before = JointRow::of(world, last.record()).filter(|_| simulation.index() > 0);
         let rows = now.map(|JointRow { place, turns, .. }| {
-            let last = last.next().unwrap_or(NO_STEP);
-            JointRow { place, turns, ..last }.vectors()
+            let before = before.next().unwrap_or(NO_STEP);
+            JointRow { place, turns, ..before }.vectors()
         });
         let rows: Vec<_> = rows.collect();
         let columns = PyDict::new(py);
@@ -396,12 +394,12 @@ impl Simulation {
     }
 
     /// The contacts of the last step by column, as Trajectory.contacts has them, without k. They stay those of
-    /// that step; each column is made when it is first read.
+    /// that step.
     #[getter]
-    fn contacts(&mut self, py: Python<'_>) -> Contacts {
-        let names = self.names.get_or_insert_with(|| Arc::new(Names::of(py, &self.content)));
-        let names = Arc::clone(names);
-        Contacts::of(py, Arc::clone(&self.running().record), names)
+    fn contacts(&mut self, py: Python<'_>) -> PyResult<Py<Contacts>> {
+        let Self { running, content, .. } = self;
+        let running = running.get_mut().unwrap_or_else(PoisonError::into_inner);
+        running.last.contacts(py, content)
     }
 
     /// Takes `steps` steps, pushed by wrenches (T, N, 6) where they are given, and records them: up
@@ -469,14 +467,6 @@ impl Simulation {
         self.running().simulation.swap_motion(&mut motion);
         std::mem::forget(motion);
     }
-}
-
-/// The record to be written to: another one where somebody holds it.
-fn own(record: &mut Arc<StepRecord>) -> &mut StepRecord {
-    if Arc::get_mut(record).is_none() {
-        *record = Arc::new(StepRecord::new());
-    }
-    Arc::make_mut(record)
 }
 
 fn joint_axis(axis: usize) -> JointAxis {

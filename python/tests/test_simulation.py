@@ -308,6 +308,36 @@ def test_contacts_are_a_mapping_of_columns_that_stay_those_of_their_step():
         before["speed"]
 
 
+def test_whatever_is_kept_of_contacts_stays_that_of_its_step():
+    ways = [
+        lambda contacts: contacts,
+        lambda contacts: contacts["force"],
+        lambda contacts: contacts["force"][:, 2],
+        lambda contacts: contacts["slip"].T.ravel(),
+        lambda contacts: memoryview(contacts["normal_force"]),
+        lambda contacts: contacts.values()[2],
+        lambda contacts: contacts["gap"].base,
+    ]
+
+    def numbers(kept):
+        return np.array(kept["point"] if isinstance(kept, tumble.Contacts) else kept)
+
+    simulation, all_kept, objects = block([1, 0, 0]).simulate(), [], set()
+    for k in range(140):
+        simulation.step([0.1 * k, 0, -0.1 * k, 0, 0, 0])
+        contacts = simulation.contacts
+        assert contacts is simulation.contacts and contacts["force"] is contacts["force"]
+        objects.add(id(contacts))
+        # Nothing of most steps, so that what nobody has is written anew between those that something is kept of.
+        if k % 4 == 0:
+            kept = ways[k // 4 % len(ways)](contacts)
+            all_kept.append((kept, numbers(kept)))
+    for kept, expected in all_kept:
+        np.testing.assert_array_equal(numbers(kept), expected)
+    assert len(objects) < 70
+    assert len({expected.tobytes() for _, expected in all_kept}) == 35
+
+
 def test_the_contacts_of_the_last_step_are_there():
     simulation = block([1, 0, 0]).simulate()
     assert len(simulation.contacts["gap"]) == 0

@@ -56,7 +56,9 @@ pub fn film(
     let (bodies, fixed, joints) = (&bodies, &fixed, &joints);
     let cast = Cast { world: &world, bodies, fixed, joints, loads: &loads, floating };
     let mut film = film::film(cast, frames.all());
-    if model.is_none() {
+    if let Some(model) = model {
+        model.dress(&mut film)?;
+    } else {
         // The rows are about points, whatever they are corners of.
         let points = world.bodies()[0].contact_points().iter().map(|point| point.position);
         (film.bodies[0].points, film.bodies[0].pieces) = (points.collect(), Vec::new());

@@ -15,6 +15,8 @@ pub struct Robot {
     pub joints: Vec<Joint>,
     /// What can touch, and what has mass.
     pub shapes: Vec<Shape>,
+    /// What links look like; those that have none here look like their shapes.
+    pub looks: Vec<Look>,
     /// What drives joints.
     pub actuators: Vec<Actuator>,
     /// What else holds links together.
@@ -159,6 +161,46 @@ pub enum Form {
     Plane,
     /// The convex hull of the vertices of a mesh.
     Hull(Vec<[f64; 3]>),
+}
+
+/// Triangles for the eye, counter-clockwise seen from outside.
+#[derive(Debug, Clone, Default)]
+pub struct Surface {
+    /// m.
+    pub vertices: Vec<[f64; 3]>,
+    /// Indices of vertices.
+    pub triangles: Vec<[usize; 3]>,
+}
+
+/// What a [`Look`] is.
+#[derive(Debug, Clone)]
+pub enum Seen {
+    /// As a shape.
+    Form(Form),
+    /// A mesh, which may be open and need not be convex.
+    Mesh(Surface),
+}
+
+/// What a link looks like where that is not what it touches with.
+#[derive(Debug, Clone)]
+pub struct Look {
+    /// Whose it is.
+    pub link: usize,
+    /// What it is.
+    pub seen: Seen,
+    /// Where it is in the link.
+    pub frame: Frame,
+}
+
+impl Look {
+    /// How many triangles its mesh has; 0 without one.
+    #[must_use]
+    pub fn triangles(&self) -> usize {
+        match &self.seen {
+            Seen::Form(_) => 0,
+            Seen::Mesh(surface) => surface.triangles.len(),
+        }
+    }
 }
 
 /// A shape of a link.

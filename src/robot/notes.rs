@@ -7,6 +7,8 @@ use std::collections::BTreeMap;
 pub struct Notes {
     idle: BTreeMap<String, usize>,
     soft: bool,
+    /// Links whose look is not read: how many, and why the first is not.
+    unseen: Option<(usize, String)>,
     said: Vec<String>,
 }
 
@@ -19,6 +21,11 @@ impl Notes {
     /// A setting of soft contacts.
     pub fn soft(&mut self) {
         self.soft = true;
+    }
+
+    /// A link whose look is not read, and why.
+    pub fn unseen(&mut self, why: String) {
+        self.unseen.get_or_insert((0, why)).0 += 1;
     }
 
     /// Anything else, once.
@@ -41,6 +48,10 @@ impl Notes {
                 "solref, solimp, margin and gap have no meaning: contacts, limits and ties are hard"
                     .to_owned(),
             );
+        }
+        if let Some((count, why)) = self.unseen {
+            let links = if count == 1 { "a link is" } else { &*format!("{count} links are") };
+            sentences.push(format!("{links} drawn by what touches, not by visual meshes: {why}"));
         }
         sentences.extend(self.said);
         sentences

@@ -4,7 +4,7 @@ use super::Reading;
 use super::frame::{Frame, about, left_times};
 use super::left_out::pruned;
 use super::meshes;
-use super::model::{Follows, Form, Joint, Link, Mass, Moves, Options, Robot, Shape};
+use super::model::{Follows, Form, Joint, Link, Look, Mass, Moves, Options, Robot, Seen, Shape};
 use super::notes::Notes;
 use super::xml::{Attributes, Element};
 use crate::scenario::shown;
@@ -37,6 +37,7 @@ pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
         }],
         joints: Vec::new(),
         shapes: Vec::new(),
+        looks: Vec::new(),
         actuators: Vec::new(),
         ties: Vec::new(),
         follows: Vec::new(),
@@ -201,6 +202,7 @@ impl<'a> Reader<'a> {
             self.robot.joints.push(Joint { link: index, ..joint });
         }
         self.read_shapes(element, index)?;
+        self.read_looks(element, index);
         Ok(index)
     }
 
@@ -334,6 +336,38 @@ impl<'a> Reader<'a> {
             }
         }
         Ok(())
+    }
+
+    /// What a link looks like, all of it or nothing: what is wrong with it does not change the motion.
+    fn read_looks(&mut self, element: &Element, link: usize) {
+        let before = self.robot.looks.len();
+        for visual in element.all("visual") {
+            match self.look(visual, link) {
+                Ok(look) => self.robot.looks.push(look),
+                Err(why) => {
+                    self.robot.looks.truncate(before);
+                    self.notes.unseen(why);
+                    return;
+                }
+            }
+        }
+    }
+
+    fn look(&self, visual: &Element, link: usize) -> Result<Look, String> {
+        let geometry = visual.one("geometry")?;
+        let geometry = geometry.ok_or_else(|| visual.wrong("<geometry> is needed"))?;
+        let [form] = &geometry.children[..] else {
+            return Err(geometry.wrong("one of box, sphere, cylinder, capsule and mesh is needed"));
+        };
+        let seen = if form.tag == "mesh" {
+            let scale = form.exactly::<3>("scale")?.unwrap_or([1.0; 3]);
+            let name = form.needed("filename")?;
+            let surface = meshes::surface(self.reading, name, scale, &self.robot.looks);
+            Seen::Mesh(surface.map_err(|why| form.wrong(why))?)
+        } else {
+            Seen::Form(self.form(form)?)
+        };
+        Ok(Look { link, seen, frame: origin(visual)? })
     }
 
     /// What a shape is made of: one form, or the pieces of a mesh.

@@ -20,6 +20,8 @@ pub mod joint;
 pub mod joints_summary;
 #[cfg(feature = "csv")]
 pub mod kept;
+#[cfg(feature = "film")]
+mod looks;
 pub mod model;
 pub mod names;
 pub mod parameters;

@@ -43,6 +43,9 @@ pub struct Model {
     pub plane: Option<PlaneParameters>,
     /// The shapes that bodies have.
     pub shapes: Vec<Shape>,
+    /// What bodies look like that do not look like their shapes: pieces, and meshes that need not be convex.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub looks: Vec<Vec<PlacedForm>>,
     /// In the order of states.
     pub bodies: Vec<BodyModel>,
     /// What never moves.
@@ -105,6 +108,9 @@ pub struct BodyModel {
     /// In pictures, for its name.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub label: Option<Label>,
+    /// In pictures, for its shape: an index of `looks`, in the frame of the shape.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub look: Option<usize>,
     /// Where it starts.
     pub start: BodyStart,
 }

@@ -1,4 +1,4 @@
-//! Pieces of bodies as they are: polyhedra with their edges, balls, capsules.
+//! Pieces of bodies as they are: polyhedra and meshes with their edges, balls, capsules.
 
 use super::camera::Camera;
 use super::camera::Spot;
@@ -6,7 +6,7 @@ use super::floor::Light;
 use super::outline::hull;
 use super::palette::{self, EDGE, Hue};
 use super::raster::Raster;
-use crate::shape::{Hull, Look, Piece};
+use crate::shape::{Hull, Look, Mesh, Piece};
 use nalgebra::{Isometry3, Point3, Vector3};
 
 /// Of a body's size: its edges are painted this much nearer, so that its own faces do not
@@ -34,6 +34,7 @@ impl Easel<'_> {
         match look {
             Look::Points(points) => self.points(points, pose),
             Look::Solid(Piece::Hull(hull)) => self.hull(hull, pose),
+            Look::Solid(Piece::Mesh(mesh)) => self.mesh(mesh, pose),
             Look::Solid(Piece::Sphere { centre, radius }) => {
                 self.round([*centre; 2], *radius, pose, true);
             }
@@ -76,6 +77,24 @@ impl Easel<'_> {
                 let ends = [self.lifted(&places[a]), self.lifted(&places[b])];
                 self.raster.line(ends[0], ends[1], 2.2 * self.unit, EDGE);
             }
+        }
+    }
+
+    /// Triangles from either side: what hides what, the depths say.
+    fn mesh(&mut self, mesh: &Mesh, pose: &Isometry3<f64>) {
+        let eye = self.camera.eye();
+        let places: Vec<_> =
+            mesh.vertices.iter().map(|v| (pose * Point3::from(*v)).coords).collect();
+        for (triangle, normal) in mesh.sides() {
+            let normal = pose.rotation * normal;
+            let faces_away = normal.dot(&(eye - places[triangle[0]])) < 0.0;
+            let normal = if faces_away { -normal } else { normal };
+            let corners: Vec<_> = triangle.iter().map(|&i| self.camera.spot(&places[i])).collect();
+            self.raster.polygon(&corners, palette::body(self.hue, self.lit(&normal)));
+        }
+        for [a, b] in mesh.creases() {
+            let ends = [self.lifted(&places[a]), self.lifted(&places[b])];
+            self.raster.line(ends[0], ends[1], self.unit, EDGE);
         }
     }
 

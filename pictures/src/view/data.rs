@@ -2,7 +2,7 @@
 
 use super::curves::{Plot, plots};
 use super::facts;
-use super::poses::Poses;
+use super::poses::{Poses, digit};
 use crate::film::{Fact, Film, Fixed, Joint, Status};
 use crate::forces::Scale;
 use crate::plot::Sheet;
@@ -56,15 +56,18 @@ struct Body {
     pieces: Vec<PieceData>,
     /// As CSS has it, if it has one of its own.
     colour: Option<String>,
+    /// The body that a joint ties it to, of those that form a tree.
+    above: Option<usize>,
 }
 
 /// All within `radius` of the polyhedron of these vertices and faces; without faces, of the
-/// segment or the point.
+/// segment or the point. Or a mesh, of triangles.
 #[derive(Serialize)]
 struct PieceData {
     vertices: Vec<[f64; 3]>,
     faces: Vec<FaceData>,
     radius: f64,
+    is_mesh: bool,
 }
 
 #[derive(Serialize)]
@@ -157,25 +160,55 @@ impl Body {
             points: points.iter().map(|&point| point.into()).collect(),
             pieces: solids.collect(),
             colour: None,
+            above: None,
         }
     }
 }
 
 impl PieceData {
     fn of(piece: &Piece) -> Self {
-        let faces = match piece {
-            Piece::Hull(hull) => hull
-                .sides()
-                .map(|(face, normal)| FaceData { vertices: face.to_vec(), normal: normal.into() })
-                .collect(),
-            Piece::Sphere { .. } | Piece::Capsule { .. } => Vec::new(),
+        let face = |(face, normal): (&[usize], Vector3<f64>)| FaceData {
+            vertices: face.to_vec(),
+            normal: normal.into(),
         };
-        Self {
+        let is_mesh = matches!(piece, Piece::Mesh(_));
+        let mut made = Self {
             vertices: piece.core().iter().map(|&vertex| vertex.into()).collect(),
-            faces,
+            faces: match piece {
+                Piece::Hull(hull) => hull.sides().map(face).collect(),
+                Piece::Mesh(mesh) => mesh.sides().map(face).collect(),
+                Piece::Sphere { .. } | Piece::Capsule { .. } => Vec::new(),
+            },
             radius: piece.radius(),
+            is_mesh,
+        };
+        if is_mesh {
+            made.shorten();
+        }
+        made
+    }
+
+    /// Rounds what is seen and not reckoned with: places to five digits of the largest, normals to 1e-3.
+    fn shorten(&mut self) {
+        let round = |x: &mut f64, per: f64| *x = (*x * per).round() / per;
+        let largest = self.vertices.iter().flatten().fold(0.0, |most: f64, x| most.max(x.abs()));
+        let per = (1.0 / digit(largest, 5)).round().max(1.0);
+        self.vertices.iter_mut().flatten().for_each(|x| round(x, per));
+        self.faces.iter_mut().flat_map(|face| &mut face.normal).for_each(|x| round(x, 1e3));
+    }
+}
+
+/// Of each body the one that a joint ties it to, the first of its own where that makes no ring.
+fn tree(film: &Film) -> Vec<Option<usize>> {
+    let mut above = vec![None; film.bodies.len()];
+    for Joint { body, other, .. } in &film.joints {
+        let (Some(other), None) = (*other, above[*body]) else { continue };
+        let mut ways = std::iter::successors(Some(other), |place| above[*place]);
+        if ways.all(|place| place != *body) {
+            above[*body] = Some(other);
         }
     }
+    above
 }
 
 impl RunData {
@@ -183,12 +216,14 @@ impl RunData {
         let counts = Status::ALL[1..].iter().map(|status| {
             (status.name(), film.steps().iter().filter(|step| step.status == *status).count())
         });
+        let above = tree(film);
         let body = |b: usize| {
             let body = &film.bodies[b];
             let facts = if film.is_single() { Vec::new() } else { facts::of_body(film, b) };
             let css = |[red, green, blue]: [u8; 3]| format!("#{red:02x}{green:02x}{blue:02x}");
             let colour = body.colour.map(css);
-            Body { colour, ..Body::of(film.name(b), facts, &body.points, &Look::of(body)) }
+            let looks = Look::of(body);
+            Body { colour, above: above[b], ..Body::of(film.name(b), facts, &body.points, &looks) }
         };
         let fixed = |fixed: &Fixed| {
             let looks: Vec<_> = fixed.pieces.iter().cloned().map(Look::Solid).collect();
@@ -226,4 +261,48 @@ fn worst(film: &Film) -> Option<Worst> {
     residuals
         .reduce(|worst, other| if other.1 > worst.1 { other } else { worst })
         .map(|(row, residual)| Worst { row, residual })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::samples::floating_cube;
+    use crate::shape::Mesh;
+
+    #[test]
+    fn joints_are_a_tree_whatever_rings_they_close() {
+        let mut film = floating_cube(1);
+        film.bodies = vec![film.bodies[0].clone(); 4];
+        let joint = |body: usize, other: Option<usize>| Joint {
+            name: String::new(),
+            body,
+            other,
+            anchor: Vector3::zeros(),
+            axis: None,
+            turns: false,
+            slides: false,
+        };
+        film.joints = vec![
+            joint(3, None),
+            joint(1, Some(0)),
+            joint(2, Some(1)),
+            joint(2, Some(0)),
+            joint(0, Some(2)),
+            joint(3, Some(3)),
+        ];
+        assert_eq!(tree(&film), [None, Some(0), Some(1), None]);
+    }
+
+    #[test]
+    fn meshes_are_rounded_and_nothing_else_is() {
+        let corner = |x: f64, y: f64, z: f64| Vector3::new(x, y, z) / 3.0;
+        let vertices = vec![corner(1.0, 0.0, 0.0), corner(0.0, 2.0, 0.0), corner(0.0, 0.0, 1.0)];
+        let triangles = vec![[0, 1, 2]];
+        let mesh = PieceData::of(&Piece::Mesh(Mesh { vertices: vertices.clone(), triangles }));
+        assert!(mesh.is_mesh && mesh.faces.len() == 1);
+        assert_eq!(mesh.vertices, [[0.33333, 0.0, 0.0], [0.0, 0.66667, 0.0], [0.0, 0.0, 0.33333]]);
+        assert_eq!(mesh.faces[0].normal, [0.667, 0.333, 0.667]);
+        let ball = PieceData::of(&Piece::Sphere { centre: vertices[0], radius: 0.1 });
+        assert!(!ball.is_mesh && ball.vertices[0] == <[f64; 3]>::from(vertices[0]));
+    }
 }

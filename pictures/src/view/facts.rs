@@ -145,7 +145,11 @@ fn shape(body: &Body) -> String {
             let s = if points.len() == 1 { "" } else { "s" };
             format!("{} contact point{s}", points.len())
         }
-        pieces => format!("{} convex pieces", pieces.len()),
+        pieces => {
+            let is_mesh = |look: &Look| matches!(look, Look::Solid(Piece::Mesh(_)));
+            let convex = if pieces.iter().any(is_mesh) { "" } else { "convex " };
+            format!("{} {convex}pieces", pieces.len())
+        }
     }
 }
 
@@ -155,6 +159,7 @@ fn solid(piece: &Piece) -> String {
         Piece::Capsule { ends: [a, b], radius } => {
             format!("capsule of radius {} m about {} m", number(*radius), number((b - a).norm()))
         }
+        Piece::Mesh(mesh) => format!("mesh of {} triangles", mesh.triangles.len()),
         Piece::Hull(Hull { vertices, faces, radius }) => {
             let core = if is_box(vertices) {
                 let edges = [1, 2, 4].map(|corner| number((vertices[corner] - vertices[0]).norm()));

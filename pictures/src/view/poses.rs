@@ -115,7 +115,7 @@ impl Poses {
 }
 
 /// The place of a digit of `size`, 1 for the first: a power of ten; of nothing those of 1.
-fn digit(size: f64, place: i32) -> f64 {
+pub fn digit(size: f64, place: i32) -> f64 {
     let power = if size > 0.0 && size.is_finite() { size.log10().floor() as i32 } else { 0 };
     10f64.powi(power.max(-300) + 1 - place)
 }

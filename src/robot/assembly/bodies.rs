@@ -3,7 +3,7 @@
 use super::touching::{friction_between, friction_of};
 use super::{Assembled, Carried, Placing, place_of};
 use crate::robot::frame::{Frame, of_matrix};
-use crate::robot::model::{Form as RobotForm, Mass, Robot, Shape as RobotShape};
+use crate::robot::model::{Form as RobotForm, Look, Mass, Robot, Seen, Shape as RobotShape};
 use crate::robot::motion::Motion;
 use crate::scenario::model::{BodyModel, BodyStart, Model};
 use crate::scenario::shape::{Form, PlacedForm, Shape};
@@ -43,6 +43,11 @@ impl Assembled {
             self.bodies[place].centre = mass.centre;
             let start = BodyStart::of(&self.state_of(place, motion.links()));
             let share = 1.0 / self.bodies[place].parts.len() as f64;
+            // Of links that are several bodies the first has it.
+            let mut look = self.look_of(place, placing).map(|look| {
+                model.looks.push(look);
+                model.looks.len() - 1
+            });
             for (number, part) in self.bodies[place].parts.iter().enumerate() {
                 let name = self.part_name(link, number);
                 checked_name(&name).map_err(wrong)?;
@@ -65,6 +70,7 @@ impl Assembled {
                     load: None,
                     colour: None,
                     label: None,
+                    look: look.take(),
                     start: start.clone(),
                 };
                 let made = body.rigid_body(&model.shapes[index]);
@@ -145,6 +151,37 @@ impl Assembled {
     }
 }
 
+impl Assembled {
+    /// What a body looks like whose links do not all look like their shapes.
+    fn look_of(&self, place: usize, placing: &Placing) -> Option<Vec<PlacedForm>> {
+        let is_own = |link: usize| self.links[link].0 == Some(place);
+        let looks: Vec<_> = self.robot.looks.iter().filter(|look| is_own(look.link)).collect();
+        if looks.is_empty() {
+            return None;
+        }
+        let has_look = |link: usize| looks.iter().any(|look| look.link == link);
+        let shapes =
+            self.robot.shapes.iter().filter(|shape| is_own(shape.link) && !has_look(shape.link));
+        let shapes = shapes.filter_map(|shape| {
+            let form = scene_form(&shape.form, placing.sides)?;
+            Some(PlacedForm { form, place: place_of(&self.in_body(shape)) })
+        });
+        let seen = |look: &&Look| {
+            let form = match &look.seen {
+                Seen::Form(form) => scene_form(form, placing.sides)?,
+                Seen::Mesh(surface) => Form::Mesh {
+                    vertices: surface.vertices.clone(),
+                    triangles: surface.triangles.clone(),
+                    radius: 0.0,
+                },
+            };
+            let frame = self.links[look.link].1.then(&look.frame);
+            Some(PlacedForm { form, place: place_of(&frame) })
+        };
+        Some(looks.iter().filter_map(seen).chain(shapes).collect())
+    }
+}
+
 /// Which links begin bodies; and of each link its body and where it is in that body's first link.
 pub(super) fn carried(robot: &Robot, merges: bool) -> (Vec<Carried>, Vec<(Option<usize>, Frame)>) {
     let mut bodies = Vec::new();
@@ -170,7 +207,20 @@ pub(super) fn carried(robot: &Robot, merges: bool) -> (Vec<Carried>, Vec<(Option
 
 /// The form of a shape in a scene; none of one that touches nothing and has no such form.
 pub(super) fn form_of(shape: &RobotShape, sides: usize) -> Result<Option<Form>, String> {
-    Ok(Some(match &shape.form {
+    let form = scene_form(&shape.form, sides);
+    match shape.form {
+        _ if form.is_some() || shape.groups == [0, 0] => Ok(form),
+        RobotForm::Plane => Err(format!("{}: a plane belongs to the world", shape.at)),
+        _ => Err(format!(
+            "{}: ellipsoids that touch are not supported; give a capsule or a mesh",
+            shape.at
+        )),
+    }
+}
+
+/// A form in a scene; none of one that has no such.
+fn scene_form(form: &RobotForm, sides: usize) -> Option<Form> {
+    Some(match form {
         RobotForm::Sphere(radius) => Form::Sphere { radius: *radius },
         RobotForm::Capsule(half, radius) => Form::Capsule { length: 2.0 * half, radius: *radius },
         RobotForm::Box(half) => Form::Box { sides: (half * 2.0).into() },
@@ -183,15 +233,8 @@ pub(super) fn form_of(shape: &RobotShape, sides: usize) -> Result<Option<Form>, 
             Form::Hull { points: points.collect(), radius: 0.0 }
         }
         RobotForm::Hull(points) => Form::Hull { points: points.clone(), radius: 0.0 },
-        RobotForm::Ellipsoid(_) | RobotForm::Plane if shape.groups == [0, 0] => return Ok(None),
-        RobotForm::Ellipsoid(_) => {
-            return Err(format!(
-                "{}: ellipsoids that touch are not supported; give a capsule or a mesh",
-                shape.at
-            ));
-        }
-        RobotForm::Plane => return Err(format!("{}: a plane belongs to the world", shape.at)),
-    }))
+        RobotForm::Ellipsoid(_) | RobotForm::Plane => return None,
+    })
 }
 
 /// A box of the mass's inertia, or a ball where no box has it: for the eye.

@@ -19,7 +19,7 @@ use super::xml::{Attributes, Element};
 use compiler::Compiler;
 use defaults::{Classes, Defaulted};
 use nalgebra::Vector3;
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 
 /// What may stand in the root of a file.
 const SECTIONS: [&str; 16] = [
@@ -48,6 +48,10 @@ struct Reader<'a> {
     classes: Classes,
     /// Meshes by their names.
     meshes: HashMap<String, Hulled>,
+    /// Files of meshes, and by how much their lengths along x, y and z are multiplied.
+    files: HashMap<String, (String, [f64; 3])>,
+    /// Links whose looks are not read.
+    unseen: BTreeSet<usize>,
     /// What counts for the mass of each link.
     matter: Vec<Vec<Mass>>,
     /// What of the motion is switched off.
@@ -78,6 +82,7 @@ pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
         links: Vec::new(),
         joints: Vec::new(),
         shapes: Vec::new(),
+        looks: Vec::new(),
         actuators: Vec::new(),
         ties: Vec::new(),
         follows: Vec::new(),
@@ -86,8 +91,18 @@ pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
         options,
         notes: Vec::new(),
     };
-    let (meshes, matter) = (HashMap::new(), Vec::new());
-    let mut reader = Reader { reading, compiler, classes, meshes, matter, flags, notes, robot };
+    let mut reader = Reader {
+        reading,
+        compiler,
+        classes,
+        meshes: HashMap::new(),
+        files: HashMap::new(),
+        unseen: BTreeSet::new(),
+        matter: Vec::new(),
+        flags,
+        notes,
+        robot,
+    };
     for asset in sections("asset") {
         reader.read_assets(asset)?;
     }
@@ -116,6 +131,7 @@ pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
             return Err(plugin.wrong("plugins are programs, and are not supported"));
         }
     }
+    reader.keep_looks();
     reader.robot.notes = reader.notes.sentences();
     Ok(reader.robot)
 }

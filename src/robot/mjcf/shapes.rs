@@ -6,10 +6,11 @@ use super::defaults::Defaulted;
 use crate::robot::frame::{Frame, from_z};
 use crate::robot::mass::solid;
 use crate::robot::meshes::{self, stem};
-use crate::robot::model::{Form, Mass, Shape};
+use crate::robot::model::{Form, Look, Mass, Seen, Shape};
 use crate::robot::xml::{Attributes, Element};
 use crate::scenario::shown;
 use nalgebra::Vector3;
+use std::collections::BTreeSet;
 
 /// What a shape weighs, in the frame of its link, and its group.
 pub struct Matter {
@@ -115,6 +116,9 @@ impl Reader<'_> {
             ));
         }
         self.weigh(&read, (link, &placed), &form, is_whole)?;
+        if !touches && link > 0 {
+            self.read_look(&read, (link, placed), &form);
+        }
         let index = self.robot.shapes.len();
         self.robot.shapes.push(Shape {
             name: element.own("name").map_or(format!("geom-{index}"), str::to_owned),
@@ -128,6 +132,36 @@ impl Reader<'_> {
             at: element.at(),
         });
         Ok(())
+    }
+
+    /// A shape that touches nothing, as a part of what its link looks like.
+    fn read_look(&mut self, read: &Defaulted<'_>, (link, frame): (usize, Frame), form: &Form) {
+        let file = read.get("mesh").and_then(|mesh| self.files.get(mesh));
+        let seen = match (form, file) {
+            (Form::Hull(_), Some((file, scale))) => {
+                match meshes::surface(self.reading, file, *scale, &self.robot.looks) {
+                    Ok(surface) => Seen::Mesh(surface),
+                    Err(why) => {
+                        if self.unseen.insert(link) {
+                            self.notes.unseen(read.element().wrong(why));
+                        }
+                        return;
+                    }
+                }
+            }
+            (Form::Ellipsoid(_) | Form::Plane, _) => return,
+            (form, _) => Seen::Form(form.clone()),
+        };
+        self.robot.looks.push(Look { link, seen, frame });
+    }
+
+    /// Of the looks those of links that have a mesh among them: others look like all their shapes.
+    pub(super) fn keep_looks(&mut self) {
+        let looks = std::mem::take(&mut self.robot.looks);
+        let meshed = looks.iter().filter(|look| look.triangles() > 0).map(|look| look.link);
+        let meshed: BTreeSet<_> = meshed.filter(|link| !self.unseen.contains(link)).collect();
+        let kept = looks.into_iter().filter(|look| meshed.contains(&look.link));
+        self.robot.looks = kept.collect();
     }
 
     /// What a form is, where it is in its frame, and whether its mass follows from it.
@@ -254,8 +288,11 @@ impl Reader<'_> {
         }
         let (name, found) = match (element.get("file"), element.numbers("vertex")?) {
             (Some(file), None) => {
-                let found = meshes::read(self.reading, &self.mesh_file(file), scale);
-                (element.own("name").map_or_else(|| stem(file), str::to_owned), found)
+                let name = element.own("name").map_or_else(|| stem(file), str::to_owned);
+                let file = self.mesh_file(file);
+                let found = meshes::read(self.reading, &file, scale);
+                self.files.insert(name.clone(), (file, scale));
+                (name, found)
             }
             (None, Some(numbers)) if numbers.len().is_multiple_of(3) => {
                 let point = |three: &[f64]| std::array::from_fn(|k| three[k] * scale[k]);

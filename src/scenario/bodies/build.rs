@@ -59,6 +59,7 @@ pub fn build(file: Entries, settings: &Settings, files: Files<'_>) -> Result<Bui
             rebound_speed: settings.rebound_speed,
             plane: ground,
             shapes: Vec::new(),
+            looks: Vec::new(),
             bodies: Vec::new(),
             fixed: Vec::new(),
             frictions: Vec::new(),
@@ -222,6 +223,7 @@ impl Builder<'_> {
             touches: entry.touches.unwrap_or(true),
             load,
             colour: entry.colour,
+            look: None,
             label: entry.label.take(),
             start: BodyStart::of(&State::from_vector(&SVector::zeros())),
         };

@@ -133,6 +133,7 @@ pub fn alone(robot: &Robot, settings: &Settings) -> Result<Built, String> {
         rebound_speed: settings.rebound_speed,
         plane: settings.plane.as_ref().map(plane_parameters),
         shapes: Vec::new(),
+        looks: Vec::new(),
         bodies: Vec::new(),
         fixed: Vec::new(),
         frictions: Vec::new(),

@@ -23,6 +23,7 @@ pub struct KeyText {
 impl KeyText {
     /// Of a key.
     #[must_use]
+    #[inline]
     pub fn of(key: &ContactKey) -> Self {
         Self { point: key.point, pair: key.pair }
     }

@@ -10,7 +10,8 @@ class Occluders {
   }
 
   add(pieces, { place, attitude }) {
-    for (const piece of pieces) {
+    // Only of what is convex a ray's way through it is known.
+    for (const piece of pieces.filter((one) => !one.is_mesh)) {
       piece.ball ??= ballAround(piece);
       const centre = add(place, rotate(attitude, piece.ball.centre));
       this.pieces.push({ piece, place, back: conjugate(attitude), centre });

@@ -5,6 +5,8 @@
 const ARCS = 6;
 // Faces that meet at less than this share no edge, cosine.
 const FLAT = Math.cos((1 * Math.PI) / 180);
+// Of a mesh, which may stand for something round.
+const CREASE = Math.cos((30 * Math.PI) / 180);
 // Farther from any line than a surface is large.
 const NO_LINE = 1e3;
 
@@ -42,9 +44,9 @@ function arc(from, to, pieces) {
   return all;
 }
 
-// A polyhedron and all within `radius` of it: its faces, moved outward; along each edge the part
+// A mesh; or a polyhedron and all within `radius` of it: its faces, moved outward; along each edge the part
 // of a cylinder between two faces; at each corner the part of a ball between the edges.
-function hullSurface({ vertices, faces, radius }) {
+function hullSurface({ vertices, faces, radius, is_mesh: isMesh }) {
   const surface = new Surface();
   const edges = new Map();
   for (const { vertices: face, normal } of faces) {
@@ -57,7 +59,7 @@ function hullSurface({ vertices, faces, radius }) {
   }
   const isSharp = (a, b) => {
     const { normals } = edges.get(a < b ? `${a} ${b}` : `${b} ${a}`);
-    return normals.length < 2 || dot(normals[0], normals[1]) < FLAT;
+    return normals.length < 2 || dot(normals[0], normals[1]) < (isMesh ? CREASE : FLAT);
   };
   for (const { vertices: face, normal } of faces) {
     const corners = face.map((i) => add(vertices[i], times(normal, radius)));

@@ -146,12 +146,30 @@ function fillFixed(changed) {
   );
 }
 
+// How far names move to the right at most.
+const DEEPEST = 8;
+
+// Bodies, each before those that joints tie to it, with how many are above it.
+function branches(bodies) {
+  const below = bodies.map(() => []);
+  bodies.forEach(({ above }, body) => below[above]?.push(body));
+  const todo = bodies.flatMap(({ above }, body) => (bodies[above] ? [] : [[body, 0]])).reverse();
+  const found = [];
+  while (todo.length > 0) {
+    const [body, depth] = todo.pop();
+    found.push([body, depth]);
+    todo.push(...below[body].map((other) => [other, depth + 1]).reverse());
+  }
+  return found;
+}
+
 // Choices of bodies, and what is known of the chosen one.
 function fillBodies(choose) {
   const list = document.getElementById("body");
   document.getElementById("body-field").hidden = !isCrowd;
-  for (let body = 0; body < bodyCount; body += 1) {
-    list.append(element("option", { value: String(body) }, runs[0].bodies[body].name));
+  for (const [body, depth] of branches(runs[0].bodies.slice(0, bodyCount))) {
+    const indent = "\u2003".repeat(Math.min(depth, DEEPEST));
+    list.append(element("option", { value: String(body) }, indent + runs[0].bodies[body].name));
   }
   list.addEventListener("change", () => choose(Number(list.value)));
 }

@@ -1,0 +1,136 @@
+//! Robots' files, broken in a thousand ways by chance: nothing panics, and a sentence says where the file is wrong.
+
+use rand_mt::Mt64;
+use std::io;
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use tumble::scenario::scene::Scene;
+use tumble::scenario::settings::Settings;
+use tumble::simulation::StepRecord;
+
+const FILES: [&str; 6] = [
+    "data/robots/arm.urdf",
+    "data/robots/classes.xml",
+    "data/robots/hopper.xml",
+    "data/robots/quadruped.urdf",
+    "scenarios/robots/crawler.xml",
+    "scenarios/robots/pusher.urdf",
+];
+
+/// What takes the place of a value.
+const VALUES: [&str; 14] = [
+    "",
+    "word",
+    "nan",
+    "inf",
+    "-1",
+    "0",
+    "1e400",
+    "1e-320",
+    "-0",
+    "1 2",
+    "1,5",
+    "1e308 1e308 1e308",
+    "99999999999999999999",
+    "trunk",
+];
+
+fn read(path: &Path, _: u64) -> io::Result<Vec<u8>> {
+    std::fs::read(path)
+}
+
+fn below(random: &mut Mt64, count: usize) -> usize {
+    (random.next_u64() % count.max(1) as u64) as usize
+}
+
+/// Where the attributes of a text stand: its name's beginning, its value's beginning and end.
+fn attributes(text: &str) -> Vec<[usize; 3]> {
+    let mut found = Vec::new();
+    for (at, _) in text.match_indices("=\"") {
+        let name = text[..at].rfind([' ', '\n']).map_or(0, |place| place + 1);
+        let end = text[at + 2..].find('"').map_or(text.len(), |length| at + 2 + length);
+        found.push([name, at + 2, end]);
+    }
+    found
+}
+
+/// The text with one thing changed: an attribute left out, another value, another number, two values exchanged, the
+/// sign of all numbers, a line left out, twice or elsewhere, or the end cut off.
+fn broken(text: &str, random: &mut Mt64) -> String {
+    let all = attributes(text);
+    let [name, from, to] = all[below(random, all.len())];
+    let [_, other, other_end] = all[below(random, all.len())];
+    let with = |value: &str| format!("{}{value}{}", &text[..from], &text[to..]);
+    let value = VALUES[below(random, VALUES.len())];
+    let mut lines: Vec<_> = text.lines().collect();
+    let (line, place) = (below(random, lines.len()), below(random, lines.len()));
+    match below(random, 9) {
+        0 => format!("{}{}", &text[..name], &text[(to + 1).min(text.len())..]),
+        1 => with(value),
+        2 => {
+            let mut parts: Vec<_> = text[from..to].split(' ').collect();
+            let part = below(random, parts.len());
+            parts[part] = value;
+            with(&parts.join(" "))
+        }
+        3 => with(&text[other..other_end]),
+        4 => {
+            with(&text[from..to].split(' ').map(|x| format!("-{x}")).collect::<Vec<_>>().join(" "))
+        }
+        5 => {
+            lines.remove(line);
+            lines.join("\n")
+        }
+        6 => {
+            lines.insert(place, lines[line]);
+            lines.join("\n")
+        }
+        7 => {
+            let moved = lines.remove(line);
+            lines.insert(place.min(lines.len()), moved);
+            lines.join("\n")
+        }
+        _ => text.chars().take(below(random, text.len())).collect(),
+    }
+}
+
+#[test]
+fn broken_files_are_refused_where_they_are_wrong() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let texts = FILES.map(|file| std::fs::read_to_string(root.join(file)).unwrap());
+    let mut random = Mt64::new(24);
+    let (mut refused, mut moved) = (0, 0);
+    for _ in 0..1000 {
+        let file = below(&mut random, FILES.len());
+        let mut text = texts[file].clone();
+        for _ in 0..=below(&mut random, 3) {
+            if !attributes(&text).is_empty() {
+                text = broken(&text, &mut random);
+            }
+        }
+        let path = root.join(FILES[file]);
+        let scene = match Scene::of_text(&text, &path, Settings::default(), &read) {
+            Ok(scene) => scene,
+            Err(failure) => {
+                let why = failure.to_string();
+                // Of a start that cannot be the bodies are named, and what is beyond all bounds by its joint or body.
+                let is_named = ["line ", "position: ", "joints[", "gears[", "bodies["];
+                assert!(is_named.iter().any(|name| why.contains(name)), "{why}\n{text}");
+                assert_eq!(why.lines().count(), 1, "{why}");
+                refused += 1;
+                continue;
+            }
+        };
+        let mut simulation = scene.simulation(&Arc::new(AtomicBool::new(false))).unwrap();
+        let mut record = StepRecord::new();
+        for _ in 0..3 {
+            // A joint may be torn so far that a step cannot be posed, which is an error and no panic.
+            if simulation.step(&mut record).is_err() {
+                break;
+            }
+        }
+        moved += 1;
+    }
+    assert!(refused > 300 && moved > 100, "{refused} {moved}");
+}

@@ -1,0 +1,200 @@
+//! What robots look like: visual meshes, which change no motion.
+
+use nalgebra::Vector3;
+use std::io;
+use std::path::Path;
+use tumble::film::{self, Cast, Keys};
+use tumble::geometry::Piece as Solid;
+use tumble::robot::{Reading, read};
+use tumble::scenario::model::{BodyModel, Model};
+use tumble::scenario::scene::{OutputFormat, Scene};
+use tumble::scenario::settings::Settings;
+use tumble::simulation::tables::TableStep;
+use tumble::simulation::{Motion, Simulation, StepRecord};
+use tumble_pictures::{Film, Mesh, Piece};
+
+/// The corners of an L of three unit squares.
+const CORNERS: [[f64; 2]; 6] =
+    [[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0]];
+
+/// A prism over the L, 1 m high, as OBJ: its volume is 3 m³, that of its hull 3.5 m³.
+fn prism() -> String {
+    let heights = [0.0, 1.0];
+    let corners = heights.iter().flat_map(|z| CORNERS.map(|[x, y]| format!("v {x} {y} {z}\n")));
+    let ends = (1..5).map(|k| format!("f 7 {} {}\nf 1 {} {}\n", k + 7, k + 8, k + 2, k + 1));
+    let sides = (0..6).map(|k| {
+        let next = (k + 1) % 6;
+        format!("f {} {} {} {}\n", k + 1, next + 1, next + 7, k + 7)
+    });
+    corners.chain(ends).chain(sides).collect()
+}
+
+/// Triangles one over the other, `count` in all.
+fn fan(count: usize) -> String {
+    let corners = (0..count + 2).map(|k| format!("v {} {} 0.1\n", k, k * k));
+    corners.chain((0..count).map(|k| format!("f 1 {} {}\n", k + 2, k + 3))).collect()
+}
+
+fn files(path: &Path, _: u64) -> io::Result<Vec<u8>> {
+    match path.to_str() {
+        Some("robots/prism.obj") => Ok(prism().into_bytes()),
+        Some("robots/large.obj") => Ok(fan(20_001).into_bytes()),
+        Some("robots/half.obj") => Ok(fan(10_001).into_bytes()),
+        _ => Err(io::Error::new(io::ErrorKind::NotFound, "it is not there")),
+    }
+}
+
+fn scene_of(text: &str) -> Scene {
+    Scene::of_text(text, Path::new("robots/robot.xml"), Settings::default(), &files).unwrap()
+}
+
+fn model_of(scene: &Scene) -> &Model {
+    let OutputFormat::Tables(model) = &scene.format else { panic!("it has a model") };
+    model
+}
+
+/// The start of a scene as a film, dressed by a model.
+fn film_of(scene: &Scene, model: &Model) -> Film {
+    let (world, starts) = (scene.world.clone(), scene.starts.clone());
+    let simulation = Simulation::new(world, starts, Motion::Floating).unwrap();
+    let mut end = StepRecord::new();
+    simulation.end(&mut end);
+    let step = TableStep::of(&scene.world, &end);
+    let roles: Vec<_> = model.bodies.iter().map(BodyModel::role).collect();
+    let names = |names: &[String]| names.to_vec();
+    let (fixed, joints) = (names(&scene.fixed), names(&scene.joints));
+    let fixed: Vec<_> = fixed.iter().map(String::as_str).collect();
+    let joints: Vec<_> = joints.iter().map(String::as_str).collect();
+    let cast = Cast {
+        world: &scene.world,
+        bodies: &roles,
+        fixed: &fixed,
+        joints: &joints,
+        loads: &scene.loads,
+        floating: false,
+    };
+    let frame = film::frame(&scene.world, &step, &mut Keys::new());
+    let mut film = film::film(cast, vec![frame]);
+    model.dress(&mut film).unwrap();
+    film
+}
+
+fn mesh(piece: &Piece) -> &Mesh {
+    let Piece::Mesh(mesh) = piece else { panic!("a mesh is drawn: {piece:?}") };
+    mesh
+}
+
+/// The volume within triangles that are counter-clockwise seen from outside; less than 0 where they are turned over.
+fn volume(mesh: &Mesh) -> f64 {
+    let tetrahedron = |triangle: &[usize; 3]| {
+        let [a, b, c] = triangle.map(|corner| mesh.vertices[corner]);
+        a.cross(&b).dot(&c) / 6.0
+    };
+    mesh.triangles.iter().map(tetrahedron).sum()
+}
+
+const LINK: &str = r#"<inertial><origin xyz="0.3 0 0"/><mass value="2"/>
+  <inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>
+  <collision><geometry><box size="2 2 1"/></geometry></collision>"#;
+
+/// A URDF of one link with these visuals.
+fn one(visuals: &str) -> String {
+    format!("<robot name=\"one\"><link name=\"trunk\">{LINK}{visuals}</link></robot>")
+}
+
+/// A visual mesh is drawn where it is in its link, a mirrored one with its outside outside; what touches is the box.
+#[test]
+fn a_link_looks_like_its_visual_mesh_and_touches_as_its_shapes() {
+    let visual = r#"<visual><origin xyz="0 0 0.5" rpy="0 0 1.5707963267948966"/>
+      <geometry><mesh filename="prism.obj" scale="-1 1 2"/></geometry></visual>"#;
+    let scene = scene_of(&one(visual));
+    let film = film_of(&scene, model_of(&scene));
+    let [piece] = &film.bodies[0].pieces[..] else { panic!("one piece is drawn") };
+    let drawn = mesh(piece);
+    assert_eq!((drawn.vertices.len(), drawn.triangles.len()), (12, 20));
+    assert!((volume(drawn) - 6.0).abs() < 1e-12, "{}", volume(drawn));
+    // (x, y, z) becomes (−x, y, 2 z), turned by 90° (−y, −x, 2 z), and moved; the centre of mass is at x = 0.3.
+    for ([x, y], z) in CORNERS.iter().flat_map(|corner| [(corner, 0.0), (corner, 1.0)]) {
+        let expected = Vector3::new(-y - 0.3, -x, 2.0 * z + 0.5);
+        let apart = |vertex: &Vector3<f64>| (vertex - expected).norm();
+        let nearest = drawn.vertices.iter().map(apart).fold(f64::INFINITY, f64::min);
+        assert!(nearest < 1e-15, "{nearest}");
+    }
+    let plain = scene_of(&one(""));
+    assert!(model_of(&plain).looks.is_empty());
+    let pieces = |scene: &Scene| scene.world.bodies()[0].pieces().to_vec();
+    assert_eq!(pieces(&scene), pieces(&plain));
+    assert_eq!(pieces(&scene)[0].core().vertices().len(), 8);
+    assert!(matches!(pieces(&scene)[0], Solid { .. }));
+}
+
+/// run.json has what bodies look like, and an index that is none is named.
+#[test]
+fn looks_are_read_back() {
+    let visuals = r#"<visual><geometry><mesh filename="prism.obj"/></geometry></visual>
+      <visual><origin xyz="0 0 2"/><geometry><sphere radius="0.5"/></geometry></visual>"#;
+    let scene = scene_of(&one(visuals));
+    let model = Model::of_text(&model_of(&scene).text().unwrap()).unwrap();
+    let (film, mut again) = (film_of(&scene, model_of(&scene)), film_of(&scene, &model));
+    assert_eq!(film.bodies, again.bodies);
+    let ball = Piece::Sphere { centre: Vector3::new(-0.3, 0.0, 2.0), radius: 0.5 };
+    assert_eq!(film.bodies[0].pieces[1], ball);
+    let mut odd = model;
+    odd.looks.clear();
+    let why = odd.dress(&mut again).unwrap_err().to_string();
+    assert_eq!(why, "model.bodies[0].look: there is no such look");
+}
+
+/// A look that cannot be read changes nothing but what is drawn, and is told of in one sentence.
+#[test]
+fn what_is_not_read_is_named_and_the_shapes_are_drawn() {
+    let mesh =
+        |file: &str| format!("<visual><geometry><mesh filename=\"{file}\"/></geometry></visual>");
+    for (file, why) in [
+        ("trunk.dae", "only .stl and .obj are read"),
+        ("package://own/trunk.dae", "only .stl and .obj are read"),
+        ("away.stl", "it is not there"),
+        ("large.obj", "with its 20001 triangles there are more than 20000"),
+    ] {
+        let text = one(&format!("{}{}", mesh("prism.obj"), mesh(file)));
+        let scene = scene_of(&text);
+        let film = film_of(&scene, model_of(&scene));
+        let [Piece::Hull(hull)] = &film.bodies[0].pieces[..] else { panic!("the box is drawn") };
+        assert_eq!(hull.vertices.len(), 8);
+        let notes: Vec<_> = scene.notes().into_iter().filter(|note| note.contains(why)).collect();
+        assert_eq!(notes.len(), 1, "{file}: {:?}", scene.notes());
+        assert!(notes[0].contains("a link is drawn by what touches, not by visual meshes: line"));
+    }
+    // All looks together count: of two links the first has its own, the second not.
+    let half = mesh("half.obj");
+    let text = format!(
+        "<robot name=\"two\"><link name=\"a\">{LINK}{half}</link><link name=\"b\">{LINK}{half}</link>\
+         <joint name=\"j\" type=\"continuous\"><parent link=\"a\"/><child link=\"b\"/></joint></robot>"
+    );
+    let reading = Reading { folder: Path::new("robots"), read: &files, ..Reading::none() };
+    let robot = read(&text, &reading).unwrap();
+    assert_eq!(robot.looks.iter().map(|look| look.link).collect::<Vec<_>>(), [1]);
+}
+
+/// Of MJCF a mesh that touches nothing is what its link looks like, with what else touches nothing there; a link
+/// without such a mesh looks like its shapes.
+#[test]
+fn a_body_looks_like_its_mesh_that_touches_nothing() {
+    let text = r#"<mujoco><asset><mesh name="prism" file="prism.obj" scale="0.1 0.1 0.1"/></asset><worldbody>
+      <body name="a"><freejoint/><geom type="box" size="0.1 0.1 0.1"/>
+        <geom type="mesh" mesh="prism" contype="0" conaffinity="0" mass="0" pos="0 0 0.2"/>
+        <geom size="0.02" contype="0" conaffinity="0" mass="0"/></body>
+      <body name="b" pos="1 0 0"><freejoint/><geom size="0.1"/>
+        <geom size="0.02" contype="0" conaffinity="0" mass="0"/></body>
+      </worldbody></mujoco>"#;
+    let scene = scene_of(text);
+    let film = film_of(&scene, model_of(&scene));
+    let [drawn, Piece::Sphere { radius, .. }] = &film.bodies[0].pieces[..] else {
+        panic!("a mesh and a ball are drawn: {:?}", film.bodies[0].pieces)
+    };
+    assert!((volume(mesh(drawn)) - 0.003).abs() < 1e-15 && *radius == 0.02);
+    let centre = Vector3::from(model_of(&scene).bodies[0].centre);
+    let lowest = mesh(drawn).vertices.iter().map(|v| v.z + centre.z).fold(f64::INFINITY, f64::min);
+    assert!((lowest - 0.2).abs() < 1e-15);
+    assert!(matches!(film.bodies[1].pieces[..], [Piece::Sphere { radius: 0.1, .. }]));
+}
