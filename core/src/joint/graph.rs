@@ -138,6 +138,10 @@ impl Segment {
         if self.dp == 0.0 {
             return self.p;
         }
+        // The speed is known. By the way along the piece, p would be lost in the rounding of ends that are far away.
+        if self.is_vertical() {
+            return pull + rho * self.u;
+        }
         let along = (pull - (self.p - rho * self.u)) / (self.dp - rho * self.du);
         self.p + along * self.dp
     }
@@ -169,10 +173,12 @@ impl Graph {
     /// u = 0 under impulses from `least` to `most`, which are those of u > 0 and of u < 0.
     #[must_use]
     pub fn between(least: f64, most: f64) -> Self {
-        let (middle, half) = (0.5 * (least + most), 0.5 * (most - least));
-        let mut sum = Sum::constant(middle);
-        sum.add_jump(0.0, half.max(0.0));
-        sum.graph()
+        let level = (1.0, 0.0);
+        let mut graph = Self { corners: [(0.0, 0.0); MOST], count: 0, first: level, last: level };
+        // From the bounds themselves: of a narrow one beside a wide one their middle keeps little.
+        graph.add(0.0, most);
+        graph.add(0.0, least);
+        graph
     }
 
     fn add(&mut self, u: f64, p: f64) {
