@@ -74,7 +74,9 @@ impl KeepKind {
             Self::AtLeast { low, .. } => within("the lower end", *low, -FARTHEST),
             Self::AtMost { high, .. } => within("the upper end", *high, -FARTHEST),
             Self::Away { point, radius } => {
-                point.iter().try_for_each(|x| within("a coordinate of the point", *x, -FARTHEST))?;
+                point
+                    .iter()
+                    .try_for_each(|x| within("a coordinate of the point", *x, -FARTHEST))?;
                 within("radius", *radius, 0.0)
             }
         }

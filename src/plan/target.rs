@@ -104,7 +104,11 @@ impl TargetKind {
             }
             Self::Direction { of, to } => is_unit(of.norm()) && is_unit(to.norm()),
         };
-        if fits { Ok(()) } else { Err("directions and attitudes of length 1 are needed".to_owned()) }
+        if fits {
+            Ok(())
+        } else {
+            Err("directions and attitudes of length 1 are needed".to_owned())
+        }
     }
 
     /// Its rows at `state`, of which the sum of squares is in the cost.

@@ -82,7 +82,7 @@ impl Sum {
         breaks.iter_mut().zip(inside).for_each(|(at, u)| *at = u);
         breaks.sort_unstable_by(f64::total_cmp);
         let outer = (1.0, -self.slope);
-        let mut graph = Graph { corners: [(0.0, 0.0); MOST], count: 0, first: outer, last: outer };
+        let mut graph = Graph { first: outer, last: outer, ..Graph::EMPTY };
         if low.is_finite() {
             graph.first = DOWN;
             graph.add(low, self.beside(low, low < high));
@@ -116,6 +116,9 @@ pub struct Graph {
     /// The directions of what comes before the first corner and after the last one.
     first: (f64, f64),
     last: (f64, f64),
+    /// Whether the impulse of a vertical piece, whose speed is known, is taken from the pull itself: along the piece it would
+    /// be lost in the rounding of bounds that are far away, as those may be that a caller gives.
+    by_pull: bool,
 }
 
 /// A piece of a graph: a point of it, and the direction in which u rises or p falls.
@@ -138,16 +141,16 @@ impl Segment {
         if self.dp == 0.0 {
             return self.p;
         }
-        // The speed is known. By the way along the piece, p would be lost in the rounding of ends that are far away.
-        if self.is_vertical() {
-            return pull + rho * self.u;
-        }
         let along = (pull - (self.p - rho * self.u)) / (self.dp - rho * self.du);
         self.p + along * self.dp
     }
 }
 
 impl Graph {
+    /// Without a corner, which no graph is.
+    const EMPTY: Self =
+        Self { corners: [(0.0, 0.0); MOST], count: 0, first: DOWN, last: DOWN, by_pull: false };
+
     /// u = 0, whatever the impulse.
     #[must_use]
     pub fn locked() -> Self {
@@ -174,7 +177,7 @@ impl Graph {
     #[must_use]
     pub fn between(least: f64, most: f64) -> Self {
         let level = (1.0, 0.0);
-        let mut graph = Self { corners: [(0.0, 0.0); MOST], count: 0, first: level, last: level };
+        let mut graph = Self { first: level, last: level, by_pull: true, ..Self::EMPTY };
         // From the bounds themselves: of a narrow one beside a wide one their middle keeps little.
         graph.add(0.0, most);
         graph.add(0.0, least);
@@ -218,7 +221,11 @@ impl Graph {
     /// P(y) (J3) of the pull y.
     #[must_use]
     pub fn projected(&self, pull: f64, rho: f64) -> f64 {
-        self.segment(self.piece(pull, rho)).impulse(pull, rho)
+        let segment = self.segment(self.piece(pull, rho));
+        if self.by_pull && segment.is_vertical() {
+            return pull + rho * segment.u;
+        }
+        segment.impulse(pull, rho)
     }
 
     /// |p − P(p − ρ u)|/ρ: how far (u, p) is from the graph, in the unit of u.

@@ -37,7 +37,9 @@ pub fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
             let Read { controls, changed } = controls::read(problem, path)?;
             let note = format!("{}: {}", shown::path(path), changed.join("; "));
             if args.replay && !changed.is_empty() {
-                return Err(Failure::Input(format!("{note}: a replay is of controls as they stand")));
+                return Err(Failure::Input(format!(
+                    "{note}: a replay is of controls as they stand"
+                )));
             }
             (controls, Some(note).filter(|_| !changed.is_empty()))
         }
