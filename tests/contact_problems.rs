@@ -408,7 +408,27 @@ fn text_keeps_every_bit_of_a_problem() {
         assert!(dat::read(&format!("{text} 1 2 3")).is_err());
     }
     let rows = vec![Law::rows_of(vec![RowLaw::Locked]).unwrap()];
-    assert!(dat::write(&local(&DMatrix::identity(1, 1), &[0.0], rows)).is_err());
+    let refused = dat::write(&local(&DMatrix::identity(1, 1), &[0.0], rows)).unwrap_err();
+    assert!(refused.to_string().contains("group 0 is no contact"), "{refused}");
+    let plane = [contacts(&[0.5]), Law::contacts(2, &[0.5]).unwrap()].concat();
+    let refused = dat::write(&local(&DMatrix::identity(5, 5), &[0.0; 5], plane)).unwrap_err();
+    assert!(refused.to_string().contains("group 1"), "{refused}");
+}
+
+/// Without a contact there is nothing to solve, which is a problem as well.
+#[test]
+fn the_empty_problem_is_written_and_read() {
+    let none = SparseMatrix::from_triplets(0, 0, []).unwrap();
+    let empty = ContactProblem::local(none, vec![], vec![]).unwrap();
+    let (mass, directions) =
+        (dense(&DMatrix::identity(3, 3)), SparseMatrix::from_triplets(3, 0, []).unwrap());
+    let falling = ContactProblem::global(mass, directions, vec![0.0, 0.0, -1.0], vec![], vec![]);
+    for (problem, v) in [(empty, vec![]), (falling.unwrap(), vec![0.0, 0.0, -1.0])] {
+        let again = dat::read(&dat::write(&problem).unwrap()).unwrap();
+        assert_eq!((again.row_count(), again.velocity_count()), (0, v.len()));
+        let found = again.solve(&SolveOptions::default()).unwrap();
+        assert!(found.is_solved() && found.body_velocities == v, "{found:?}");
+    }
 }
 
 /// The three storages of Siconos, by hand: two masses on the ground.
@@ -441,4 +461,46 @@ fn all_storages_are_read() {
     }
     let refused = dat::read("3\n1\n7\n3\n3\n").unwrap_err().to_string();
     assert!(refused.contains("line 3") && refused.contains("storage of M"), "{refused}");
+}
+
+/// Texts that have not what they say: entries, columns, sizes, words; and numbers that are none.
+#[test]
+fn texts_that_say_other_than_they_have_are_refused() {
+    let head = "3\n1\n2\n3\n3\n";
+    let triplets = "1\nCSparse Version 3.2.0\ntriplet: 3-by-3, nzmax: 3 nnz: 3\n";
+    let entries = "0 0 : 1\n1 1 : 1\n2 2 : 1\n";
+    let columns = "0\nCSparse Version 3.2.0\n3-by-3, nzmax: 3 nnz: 3, 1-norm: 1\n";
+    let each = [0, 1, 2].map(|k| format!("col {k} : locations {k} to {k}\n  {k} : 1\n"));
+    let tail = "-1 0.2 0\n0.5\n";
+    let (by_entries, by_columns) = (
+        format!("{head}{triplets}{entries}{tail}"),
+        format!("{head}{columns}{}{tail}", each.concat()),
+    );
+    for text in [&by_entries, &by_columns] {
+        let found = dat::read(text).unwrap().solve(&SolveOptions::default()).unwrap();
+        assert!(apart(&found.impulses, &[1.0, -0.2, 0.0]) < 1e-12, "{text}");
+    }
+    // As C prints a count with six digits.
+    assert!(dat::read(&by_entries.replace("nzmax: 3", "nzmax: 1e+06")).is_ok());
+    for (text, old, new, words) in [
+        (&by_entries, "2 2 : 1\n", "", "line 8: 3 entries are announced, and 2 follow"),
+        (&by_entries, "nnz: 3", "nnz: 2", "line 8: 2 entries are announced, and 3 follow"),
+        (&by_entries, "3-by-3", "7-by-9", "line 8: \"7-by-9,\""),
+        (&by_columns, "  2 : 1\n", "", "line 13: 1 entries are announced, and 0 follow"),
+        (&by_columns, "nnz: 3", "nnz: 4", "line 8: 4 entries are announced, and 3 follow"),
+        (&by_columns, "3-by-3", "3-by-4", "line 8: \"3-by-4,\""),
+        (&by_columns, each[1].as_str(), "", "line 11: \"2\" where the next column"),
+        (&by_columns, each[2].as_str(), "", "\"-1\" where col"),
+        (&by_columns, "col 2", "col 0", "\"0\" where the next column"),
+        (&by_entries, "0.5\n", "", "it ends where a coefficient of friction"),
+        (&by_entries, "0.5\n", "0.5 0.5\n0.5", "line 13: \"0.5\" after the last"),
+        (&by_entries, "0.2", "nan", "line 12: \"nan\" where a number of q"),
+        (&by_entries, "1 1 : 1", "1 1 : -inf", "line 10: \"-inf\" where an entry"),
+        (&by_entries, "0.5\n", "1e999", "line 13: \"1e999\" where a coefficient"),
+    ] {
+        assert!(text.contains(old), "{old}");
+        let changed = text.replacen(old, new, 1);
+        let refused = dat::read(&changed).map(|_| ()).unwrap_err().to_string();
+        assert!(refused.contains(words), "{old:?} {new:?}: {refused}");
+    }
 }

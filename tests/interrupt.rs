@@ -375,3 +375,36 @@ fn a_choice_for_failures_that_cannot_be_had_is_refused() {
         run(&args).assert_refused(2, &words);
     }
 }
+
+/// A plan of a run of seconds: before its start's own run is at its end nothing is found, and from then on no signal keeps
+/// what is found from being written.
+#[test]
+fn a_plan_is_written_or_not_begun() {
+    let directory = tempfile::tempdir().unwrap();
+    let scene = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("scenarios/plans/box.toml");
+    let problem = directory.path().join("long.toml");
+    let text = format!(
+        "scene = {:?}\nsteps = 100000\n[[controls]]\nkind = \"force\"\nx = [-20, 20]\nknots = 1\n\
+         [target]\nx = 1\n",
+        scene.to_str().unwrap()
+    );
+    fs::write(&problem, text).unwrap();
+    let problem = problem.to_str().unwrap();
+    let args = ["plan", problem, "--replay"];
+    let mut early = Running::start(&args);
+    let out = early.directory.path().join("out");
+    early.wait(|_| out.exists());
+    early.send("INT");
+    let (early, took) = early.end();
+    assert!(early.end.code == Some(130) && took < AT_ONCE, "{:?} {took:?}", early.end);
+    assert!(early.end.stdout.contains("before anything was found"), "{:?}", early.end);
+    assert_eq!(everything_in(early.directory.path()), ["out"].map(PathBuf::from));
+
+    // Its rows are written under other names as they come.
+    let mut late = Running::start(&args);
+    late.wait_for(1);
+    late.send("INT");
+    let (late, _) = late.end();
+    assert_eq!((late.end.code, late.end.stderr.as_str()), (Some(3), ""));
+    assert!(late.path("plan.json").exists() && late.path("states.csv").exists());
+}

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use tumble::plan::file::ProblemFile;
-use tumble::plan::{Leg, Plan, PlanStatus, Problem, Progress, Sample, Shoot, Watch};
+use tumble::plan::{Leg, Plan, PlanError, PlanStatus, Problem, Progress, Sample, Shoot, Watch};
 use tumble::scenario::scene::Scene;
 use tumble::scenario::settings::Settings;
 use tumble::simulation::{Simulation, StepRecord};
@@ -284,6 +284,15 @@ fn problems_that_are_none_are_refused() {
     let scene = Scene::of_text(BOX, Path::new("box.toml"), Settings::default(), &read).unwrap();
     let force = "[[controls]]\nkind = \"force\"\n";
     let target = "[target]\nx = 1\n";
+    let started = |name: &str, axis: &str| {
+        format!(
+            "[[controls]]\nname = \"{name}\"\nkind = \"start\"\nof = \"spin\"\n{axis} = [0, 1]\n"
+        )
+    };
+    let chosen = |name: &str| {
+        let constant = "kind = \"constant\"\nconstant = \"friction\"\nvalue = [0, 1]\n";
+        format!("[[controls]]\nname = \"{name}\"\n{constant}")
+    };
     for (problem, words) in [
         (format!("steps = 0\n{force}x = [0, 1]\n{target}"), "steps"),
         (format!("steps = 5\n{force}x = [1, 0]\n{target}"), "no bounds"),
@@ -308,6 +317,42 @@ fn problems_that_are_none_are_refused() {
         ),
         (format!("steps = 5\n[[controls]]\nkind = \"push\"\nnormal = [0, 1]\n{target}"), "face"),
         (format!("steps = 5\n{target}[[keep]]\nbody = \"box\"\n"), "nothing is to be kept"),
+        ("steps = 5\n[target]\nx = nan\n".to_owned(), "a coordinate is NaN"),
+        ("steps = 5\n[target]\nx = inf\n".to_owned(), "a coordinate is inf"),
+        ("steps = 5\n[target]\nposition = [1, -1e300]\n".to_owned(), "-1e6 to 1e6 m"),
+        ("steps = 5\n[target]\nvelocity = [0, nan, 0]\n".to_owned(), "a velocity is NaN"),
+        ("steps = 5\n[target]\nturn = nan\n".to_owned(), "the turn is NaN degrees"),
+        ("steps = 5\n[target]\nturn = 1e300\n".to_owned(), "less than a whole turn"),
+        ("steps = 5\n[target]\nturn = 720\n".to_owned(), "the turn is 720 degrees"),
+        (format!("steps = 5\n{target}[[keep]]\nx = [nan, 1]\n"), "two numbers in order"),
+        (format!("steps = 5\n{target}[[keep]]\nx = [-inf, inf]\n"), "nothing is to be kept"),
+        (format!("steps = 5\n{target}[[keep]]\nx = [-1e7, 1]\n"), "the lower end is -10000000"),
+        (
+            format!("steps = 5\n{target}[[keep]]\nabove = {{ x = nan, width = 1, height = 1 }}\n"),
+            "x is NaN",
+        ),
+        (
+            format!(
+                "steps = 5\n{target}[[keep]]\nabove = {{ x = 0, width = 1e-300, height = 1 }}\n"
+            ),
+            "width is 0.000",
+        ),
+        (
+            format!("steps = 5\n{target}[[keep]]\naway = {{ point = [0, nan, 0], radius = 1 }}\n"),
+            "a coordinate of the point is NaN",
+        ),
+        (
+            format!(
+                "steps = 5\n[[controls]]\nkind = \"push\"\nat = [nan, 0, 0]\ndirection = [1, 0, 0]\n\
+                 normal = [0, 1]\n{target}"
+            ),
+            "control \"box.push\": at is [NaN, 0, 0]",
+        ),
+        (
+            format!("steps = 5\n{}{}{target}", started("a", "x"), started("b", "y")),
+            "\"a\" and \"b\"",
+        ),
+        (format!("steps = 5\n{}{}{target}", chosen("a"), chosen("b")), "set the same thing"),
     ] {
         let text = format!("scene = \"-\"\n{problem}");
         match ProblemFile::of_scene_text(scene.clone(), &text) {
@@ -315,4 +360,49 @@ fn problems_that_are_none_are_refused() {
             Err(why) => assert!(why.contains(words), "{problem}: {why}"),
         }
     }
+}
+
+/// Ends of ranges may be open, the ground's height has a name of its own, and forces of two controls add up.
+#[test]
+fn what_can_be_is_taken() {
+    let force =
+        |name: &str| format!("[[controls]]\nname = \"{name}\"\nkind = \"force\"\nx = [0, 1]\n");
+    let ground = "[[controls]]\nkind = \"constant\"\nconstant = \"ground\"\nvalue = [-0.1, 0]\n";
+    let keep = "[[keep]]\nx = [-inf, 0.5]\nz = [0, inf]\n";
+    let rest = "[target]\nturn = -270\n";
+    let text = format!("steps = 7\n{}{}{ground}{rest}{keep}", force("a"), force("b"));
+    let problem = told(BOX, &text).problem;
+    assert_eq!(problem.keeps().len(), 2);
+    assert_eq!(problem.controls()[2].name, "ground.height");
+}
+
+/// The pieces of a control are what its steps say, each of the length that its effort counts.
+#[test]
+fn pieces_are_those_of_their_steps() {
+    for (steps, knots) in [(1, 1), (7, 3), (30, 29), (30, 7), (64, 64), (100, 1)] {
+        let text = format!(
+            "steps = {steps}\n[[controls]]\nkind = \"force\"\nx = [0, 1]\neffort = 1\nknots = {knots}\n\
+             [target]\nx = 1\n"
+        );
+        let problem = told(BOX, &text).problem;
+        let mut next = 0;
+        for variable in problem.variables() {
+            let piece = problem.steps_of(0, variable.knot);
+            assert_eq!((piece.start, piece.len() as f64), (next, variable.effort));
+            assert!(piece.clone().all(|step| problem.knot(0, step) == variable.knot));
+            next = piece.end;
+        }
+        assert_eq!(next, steps);
+    }
+}
+
+/// An interrupt before the start's own run is at its end leaves nothing to tell.
+#[test]
+fn a_start_that_is_interrupted_is_no_plan() {
+    let file = shipped("stop.toml");
+    let interrupt = Arc::new(AtomicBool::new(true));
+    let mut progress = |_: &Progress<'_>| true;
+    let mut watch = Watch { interrupt: &interrupt, progress: &mut progress };
+    let found = file.problem.plan(&file.problem.zero(), &file.made_legs(), &mut watch);
+    assert!(matches!(found, Err(PlanError::Interrupted)));
 }

@@ -62,6 +62,13 @@ def test_what_cannot_be_is_missed_and_what_is_none_is_refused():
         (([weak], {"x": 1}, {"legs": ["walk"]}), "walk"),
         (([weak], {"x": 1}, {"start": [1.0]}), "20 are needed"),
         (([weak], {"x": 1}, {"time": -1}), "time"),
+        (([weak], {"x": 1}, {"time": "x"}), "time is 'x'"),
+        (([weak], {"x": 1}, {"threads": 0}), "threads is 0"),
+        (([weak], {"x": 1}, {"threads": 5000}), "from 1 to 1024"),
+        (([weak], {"x": 1}, {"legs": "shoot"}), "legs is 'shoot'; a list"),
+        (([weak], {"x": 1}, {"legs": 5}), "legs is 5; a list"),
+        (([weak], {"turn": 720}), "less than a whole turn"),
+        (([SPEED, {**SPEED, "name": "again"}], {"x": 1}), "set the same thing"),
     ]:
         controls, target, *rest = arguments
         with pytest.raises(tumble.TumbleError, match=words):

@@ -1,5 +1,6 @@
 """Contact problems by themselves: closed forms, files, refusals."""
 
+import importlib.util
 import sys
 
 import numpy as np
@@ -10,6 +11,16 @@ import tumble
 
 def slide(**more):
     return tumble.ContactProblem(W=np.eye(3) / 2, q=[-1.0, 3.0, 0.0], mu=[0.5], **more)
+
+
+class Entries:
+    """A matrix by its entries, as scipy's."""
+
+    def __init__(self, shape, row, col, data):
+        self.shape, self.row, self.col, self.data = shape, np.array(row), np.array(col), np.array(data)
+
+    def tocoo(self):
+        return self
 
 
 def falling_plate():
@@ -155,6 +166,17 @@ def test_rows_of_joints():
         ({"W": np.eye(3), "q": [0.0] * 3, "mu": [0.5], "dimension": 4}, "dimension"),
         ({"W": np.eye(3), "q": [0.0] * 3, "laws": [["free", "held", "free"]]}, "held"),
         ({"W": np.eye(3), "q": [0.0] * 3, "laws": [["box"] * 3]}, "bounds"),
+        ({"W": np.eye(3), "q": [0.0] * 3, "laws": 5}, "laws is 5; a list"),
+        ({"W": np.eye(3), "q": [0.0] * 3, "laws": [None]}, "a list is needed"),
+        ({"W": np.eye(3), "q": [0.0] * 3, "laws": ["locked"]}, "'locked' is no group"),
+        ({"W": np.eye(1), "q": [0.0], "laws": [[("box", "a", 1)]]}, "a bound of a box is 'a'"),
+        ({"W": np.eye(2), "q": [0.0] * 2, "mu": [0.5], "dimension": 2.0}, "dimension is 2.0"),
+        ({"W": np.eye(3) * 1e-170, "q": [-1.0, 0, 0], "mu": [0.5]}, "largest entry of W is 1e-170"),
+        ({"W": Entries((-1, 3), [0], [0], [1.0]), "q": [0.0] * 3, "mu": [0.5]}, "W: a size of its shape is -1"),
+        ({"W": Entries((3, 2**62), [0], [0], [1.0]), "q": [0.0] * 3, "mu": [0.5]}, "3 x 3 is needed"),
+        ({"W": Entries((3, 3), [0.5], [0], [1.0]), "q": [0.0] * 3, "mu": [0.5]}, "a whole row and column"),
+        ({"W": Entries((3, 3), [0], [-1], [1.0]), "q": [0.0] * 3, "mu": [0.5]}, "an entry is at -1"),
+        ({"W": Entries((3, 3), [0, 0], [0, 0], [1.7e308] * 2), "q": [0.0] * 3, "mu": [0.5]}, "inf"),
     ],
 )
 def test_what_cannot_be_posed_is_refused(given, words):
@@ -169,11 +191,87 @@ def test_what_is_no_file_of_a_problem_is_refused(tmp_path, monkeypatch):
         tumble.ContactProblem.read(path)
     with pytest.raises(tumble.TumbleError, match="cannot be read"):
         tumble.ContactProblem.read(tmp_path / "none.dat")
-    with pytest.raises(tumble.TumbleError, match="rule"):
-        slide().solve(rule="best")
+    for given, words in [
+        ({"rule": "best"}, "rule"),
+        ({"rule": 5}, "rule is 5"),
+        ({"residual": "x"}, "residual is 'x'"),
+    ]:
+        with pytest.raises(tumble.TumbleError, match=words):
+            slide().solve(**given)
     with pytest.raises(tumble.TumbleError, match="start"):
         slide().solve(start=[0.0])
     monkeypatch.setitem(sys.modules, "h5py", None)
     with pytest.raises(tumble.TumbleError, match="pip install h5py"):
         slide().write(tmp_path / "a.hdf5")
     assert [file.name for file in tmp_path.iterdir()] == ["a.dat"]
+
+
+def test_numbers_of_numpy_are_coefficients():
+    for law, mu in [(np.float32(0.5), 0.5), (np.int64(1), 1.0)]:
+        assert tumble.ContactProblem(W=np.eye(3), q=[-1.0, 0, 0], laws=[law]).mu == [mu]
+
+
+def test_the_empty_problem_is_kept(tmp_path):
+    empty = tumble.ContactProblem(W=np.zeros((0, 0)), q=[], mu=[])
+    paths = [tmp_path / "none.dat"]
+    if importlib.util.find_spec("h5py"):
+        paths.append(tmp_path / "none.hdf5")
+    for path in paths:
+        empty.write(path)
+        again = tumble.ContactProblem.read(path)
+        assert again.sizes == [] and again.solve().solved
+    rows = tumble.ContactProblem(W=np.eye(1), q=[0.0], laws=[["locked"]])
+    with pytest.raises(tumble.TumbleError, match="rows.dat: .*group 0"):
+        rows.write(tmp_path / "rows.dat")
+
+
+def test_a_solution_of_another_problem_is_refused(tmp_path):
+    pytest.importorskip("h5py")
+    other = tumble.ContactProblem(W=np.eye(3), q=[-1.0, 3.0, 0.0], mu=[0.5])
+    both = tumble.ContactProblem(**falling_plate(), mu=[0.3, 0.6])
+    for solution in (other.solve(), both.solve()):
+        with pytest.raises(tumble.TumbleError, match="another problem"):
+            slide().write(tmp_path / "a.hdf5", solution)
+    assert not list(tmp_path.iterdir())
+    slide().write(tmp_path / "a.hdf5", slide().solve())
+
+
+def test_broken_files_of_fclib_are_refused(tmp_path):
+    h5py = pytest.importorskip("h5py")
+    slide().write(tmp_path / "whole.hdf5")
+    path = tmp_path / "broken.hdf5"
+
+    def of(name, value):
+        def change(group):
+            del group[name]
+            group[name] = value
+
+        return change
+
+    one = lambda value: np.array([value])  # noqa: E731
+    columns = lambda p: lambda group: (of("W/nz", one(-1))(group), of("W/p", p)(group))  # noqa: E731
+    for change, words in [
+        (of("W/n", one(2**31 - 1)), "3 x 2147483647"),
+        (of("W/n", one(-3)), "3 and -3"),
+        (of("W/nz", one(1000)), "nz of a matrix is 1000, and it has 3"),
+        (of("W/i", np.full(3, 0.5)), "no whole numbers"),
+        (of("W/i", np.array([-1, 1, 2])), "an entry is at -1"),
+        (columns(np.array([0, 1, 2])), "where each of 3 begins"),
+        (columns(np.array([0, 2, 1, 3])), "where each of 3 begins"),
+        (columns(np.array([0, 1, 2, 2**40])), "where each of 3 begins"),
+        (of("W", np.eye(3)), ""),
+        (of("vectors/mu", np.array([-1.0])), "friction"),
+        (of("vectors/q", np.zeros(2)), "q: 2 given"),
+        (lambda group: (group["vectors"].__delitem__("q"), group["vectors"].create_group("q")), ""),
+        (of("spacedim", one(5)), "dimension is 5"),
+    ]:
+        path.write_bytes((tmp_path / "whole.hdf5").read_bytes())
+        with h5py.File(path, "r+") as file:
+            change(file["fclib_local"])
+        with pytest.raises(tumble.TumbleError, match=f"broken.hdf5: .*{words}"):
+            tumble.ContactProblem.read(path)
+    # What else stands beside the vectors is no matter.
+    path.write_bytes((tmp_path / "whole.hdf5").read_bytes())
+    with h5py.File(path, "r+") as file:
+        file["fclib_local/vectors"].create_group("more")
+    assert tumble.ContactProblem.read(path).solve().solved

@@ -63,6 +63,21 @@ impl OutputDirectory {
         }
     }
 
+    /// Removes the files whose names `is_former` knows as those of an earlier run, and tells how many.
+    pub fn remove_all(&self, is_former: impl Fn(&str) -> bool) -> Result<u64, Failure> {
+        let mut removed = 0;
+        for entry in fs::read_dir(&self.path).into_iter().flatten().flatten() {
+            let is_folder = entry.file_type().is_ok_and(|kind| kind.is_dir());
+            if is_folder || !entry.file_name().to_str().is_some_and(&is_former) {
+                continue;
+            }
+            let file = entry.path();
+            fs::remove_file(&file).map_err(|error| cannot_be_removed(&file, &error))?;
+            removed += 1;
+        }
+        Ok(removed)
+    }
+
     /// Removes what an earlier run left and this one, which wrote the files `written`, did not: its
     /// pictures, and the rows of the other format, are not true of what is there now. Only files of names
     /// that tumble gives are looked at. Returns their names.

@@ -17,6 +17,8 @@ pub struct Wanted<'a>(&'a Path);
 pub struct Exported {
     directory: OutputDirectory,
     count: u64,
+    /// How many problems of an earlier run were removed.
+    removed: u64,
 }
 
 impl Exported {
@@ -33,17 +35,18 @@ impl Exported {
             Some(_) if !scene.world.joints().is_empty() => {
                 refused("the scene has joints, for which contact problems have no words")
             }
-            Some(_) if path == out => {
+            Some(_) if is_same(path, out) => {
                 refused("it is the folder of the run's own files; another one is needed")
             }
             Some(_) => Ok(Wanted(path)),
         }
     }
 
-    /// Makes the folder.
+    /// Makes the folder; problems of an earlier run are removed, because all in it are solved as one run's.
     pub fn begin(wanted: Wanted<'_>) -> Result<Self, Failure> {
-        let directory = OutputDirectory::for_pictures(wanted.0)?;
-        Ok(Self { directory, count: 0 })
+        let directory = OutputDirectory::for_run(wanted.0)?;
+        let removed = directory.remove_all(is_name)?;
+        Ok(Self { directory, count: 0, removed })
     }
 
     /// Writes the problem of a step, where it has contacts.
@@ -64,11 +67,33 @@ impl Exported {
     /// What is said of them.
     pub fn described(&self) -> String {
         let folder = shown::path(self.directory.path());
-        format!("wrote {} contact problems to {folder}\n", self.count)
+        let mut text = format!("wrote {} contact problems to {folder}\n", self.count);
+        if self.removed > 0 {
+            text += &format!("removed {} of an earlier run there\n", self.removed);
+        }
+        text
     }
+}
+
+/// Whether two paths are one place, of which the last parts need not be there.
+fn is_same(a: &Path, b: &Path) -> bool {
+    let [a, b] = [a, b].map(|path| {
+        let is_there = |path: &&Path| path.exists();
+        let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+        let known = path.ancestors().find(is_there).unwrap_or(&path);
+        let rest = path.strip_prefix(known).unwrap_or(Path::new("")).to_owned();
+        known.canonicalize().unwrap_or_else(|_| known.to_owned()).join(rest)
+    });
+    a.components().eq(b.components())
 }
 
 /// Names that sort as the steps do.
 fn name_of(index: u64) -> String {
     format!("step-{index:08}.dat")
+}
+
+/// Whether a file has such a name.
+fn is_name(name: &str) -> bool {
+    let index = name.strip_prefix("step-").and_then(|rest| rest.strip_suffix(".dat"));
+    index.is_some_and(|index| index.len() >= 8 && index.bytes().all(|byte| byte.is_ascii_digit()))
 }

@@ -63,15 +63,17 @@ impl Problem {
     /// simulator makes of it.
     ///
     /// # Errors
-    /// Controls of another count, or that are no numbers; a start that cannot be simulated. An interrupt is none: what was
-    /// found until then is the plan.
+    /// Controls of another count, or that are no numbers; a start that cannot be simulated; a problem that a leg
+    /// [refuses](Leg::check). An interrupt before the start's own run is at its end; a later one is none: what was found until
+    /// then is the plan.
     pub fn plan(
         &self,
         start: &[f64],
         legs: &[Box<dyn Leg>],
         watch: &mut Watch<'_>,
     ) -> Result<Plan, PlanError> {
-        let mut best = self.replay(start)?;
+        legs.iter().try_for_each(|leg| leg.check(self))?;
+        let mut best = self.replay_until(start, Some(watch.interrupt))?;
         let mut reports = Vec::new();
         let (mut apart, mut exact) = (None, false);
         for leg in legs {

@@ -1,6 +1,10 @@
 //! Rows that are to hold after every step.
 
+use super::problem::FARTHEST;
 use nalgebra::{Matrix3, Vector3};
+
+/// The least width of a wall, m: its second derivative goes with the square of it.
+const NARROWEST: f64 = 1e-6;
 
 /// What the centre of mass of a body is to keep to after every step: a number that is not below zero.
 #[derive(Debug, Clone, PartialEq)]
@@ -53,6 +57,31 @@ pub enum KeepKind {
 }
 
 impl KeepKind {
+    /// Refuses numbers beyond what a state can be, and a wall too narrow to have a slope.
+    pub(super) fn check(&self) -> Result<(), String> {
+        let within = |what: &str, value: f64, low: f64| {
+            if (low..=FARTHEST).contains(&value) {
+                return Ok(());
+            }
+            Err(format!("{what} is {value}; {low:e} to {FARTHEST:e} m is allowed"))
+        };
+        match self {
+            Self::Above { at, width, height } => {
+                within("x", *at, -FARTHEST)?;
+                within("width", *width, NARROWEST)?;
+                within("height", *height, 0.0)
+            }
+            Self::AtLeast { low, .. } => within("the lower end", *low, -FARTHEST),
+            Self::AtMost { high, .. } => within("the upper end", *high, -FARTHEST),
+            Self::Away { point, radius } => {
+                point
+                    .iter()
+                    .try_for_each(|x| within("a coordinate of the point", *x, -FARTHEST))?;
+                within("radius", *radius, 0.0)
+            }
+        }
+    }
+
     /// The number at r, m, with its first and second derivatives by r.
     #[must_use]
     pub fn at(&self, r: &Vector3<f64>) -> (f64, Vector3<f64>, Matrix3<f64>) {

@@ -11,6 +11,14 @@ pub trait Leg: Send + Sync {
     /// Its word in files and reports.
     fn name(&self) -> &'static str;
 
+    /// Refuses a problem that is too large for it.
+    ///
+    /// # Errors
+    /// [`PlanError::Problem`]: what is too many, and how many there may be.
+    fn check(&self, _problem: &Problem) -> Result<(), PlanError> {
+        Ok(())
+    }
+
     /// Looks for controls from `from`, the best replay so far. What it hands back is replayed, and kept only where its replay
     /// is better.
     ///

@@ -11,11 +11,15 @@ use crate::scenario::scene::Scene;
 use crate::simulation::{Simulation, StepRecord};
 use crate::world::{Constant, World};
 use nalgebra::Vector3;
+use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 /// More steps than this are no plan.
 const MOST_STEPS: usize = 100_000;
+
+/// No length of a problem is more, m: no state is farther away.
+pub(super) const FARTHEST: f64 = 1e6;
 
 /// The constants that may be looked for: what a scene's model has as a number of its own.
 const CONSTANTS: [Constant; 6] = [
@@ -83,8 +87,9 @@ impl Problem {
     ///
     /// # Errors
     /// [`PlanError::Problem`]: no steps or too many; a body, joint or axis that is not there; bounds that are none;
-    /// more knots than steps; a constant that is not looked for; two controls of one name; tolerances and weights
-    /// that are not above 0; nothing to reach.
+    /// more knots than steps; a constant that is not looked for; two controls of one name, or of the same start or
+    /// constant; targets and rows to keep beyond what a state can be; tolerances and weights that are not above 0;
+    /// nothing to reach.
     pub fn new(
         scene: Scene,
         steps: usize,
@@ -100,6 +105,11 @@ impl Problem {
             if controls[..index].iter().any(|other| other.name == control.name) {
                 return odd(format!("controls: {:?} is named twice", control.name));
             }
+            if let Some(other) = controls[..index].iter().find(|other| sets_alike(other, control)) {
+                let (first, second) = (&other.name, &control.name);
+                let why = "set the same thing, so that the first would do nothing; one is needed";
+                return odd(format!("controls: {first:?} and {second:?} {why}"));
+            }
         }
         if targets.is_empty() && keeps.is_empty() {
             return odd("targets: there is none, so that there is nothing to plan for".to_owned());
@@ -111,16 +121,22 @@ impl Problem {
             }
             odd(format!("{of} {name:?}: {what} is {value}; a number above 0 is needed"))
         };
-        for Target { name, body, after, tolerance, weight, .. } in &targets {
+        for Target { name, body, after, kind, tolerance, weight } in &targets {
             has_body("target", name, *body, bodies)?;
             if !(1..=steps).contains(after) {
                 return odd(format!("target {name:?}: after is {after}; 1 to {steps} are allowed"));
             }
+            if let Err(why) = kind.check() {
+                return odd(format!("target {name:?}: {why}"));
+            }
             positive("target", name, "tolerance", *tolerance)?;
             positive("target", name, "weight", *weight)?;
         }
-        for Keep { name, body, tolerance, weight, .. } in &keeps {
+        for Keep { name, body, kind, tolerance, weight } in &keeps {
             has_body("keep", name, *body, bodies)?;
+            if let Err(why) = kind.check() {
+                return odd(format!("keep {name:?}: {why}"));
+            }
             positive("keep", name, "tolerance", *tolerance)?;
             positive("keep", name, "weight", *weight)?;
         }
@@ -132,8 +148,7 @@ impl Problem {
                 pushed[body] = true;
             }
             for knot in 0..control.knots {
-                let count =
-                    (0..steps).filter(|k| knot_of(*k, control.knots, steps) == knot).count();
+                let count = steps_of(knot, control.knots, steps).len();
                 for (component, bounds) in control.bounds.iter().enumerate() {
                     if bounds[0] < bounds[1] {
                         let cost = f64::from(u8::from(control.kind.costs(component)));
@@ -260,6 +275,12 @@ impl Problem {
     #[must_use]
     pub fn knot(&self, control: usize, step: usize) -> usize {
         knot_of(step, self.controls[control].knots, self.steps)
+    }
+
+    /// The steps of the piece `knot` of `control`.
+    #[must_use]
+    pub fn steps_of(&self, control: usize, knot: usize) -> Range<usize> {
+        steps_of(knot, self.controls[control].knots, self.steps)
     }
 
     /// The components of `control` in its piece `knot`, and of each that is looked for its place among the variables.
@@ -436,6 +457,16 @@ fn knot_of(step: usize, knots: usize, steps: usize) -> usize {
     step * knots / steps
 }
 
+/// The steps of the piece `knot` of `knots`: those k with ⌊k knots/steps⌋ = knot.
+fn steps_of(knot: usize, knots: usize, steps: usize) -> Range<usize> {
+    (knot * steps).div_ceil(knots)..((knot + 1) * steps).div_ceil(knots)
+}
+
+/// Whether both give the same numbers of a start, or the same constant, of which one alone can count. Forces add up.
+fn sets_alike(a: &Control, b: &Control) -> bool {
+    a.kind.is_of_the_run() && a.kind == b.kind
+}
+
 fn has_body(of: &str, name: &str, body: usize, bodies: usize) -> Result<(), PlanError> {
     if body < bodies {
         return Ok(());
@@ -472,6 +503,11 @@ fn check_control(control: &Control, world: &World, steps: usize) -> Result<(), P
             let apart = (frame.transpose() * frame - nalgebra::Matrix3::identity()).amax();
             if !(apart < 1e-9 && frame.determinant() > 0.0) {
                 let why = "its axes are not three of length 1 across each other, right-handed";
+                return odd(format!("control {name:?}: {why}"));
+            }
+            if !push.point.iter().all(|x| x.abs() <= FARTHEST) {
+                let [x, y, z]: [f64; 3] = push.point.into();
+                let why = format!("at is [{x}, {y}, {z}]; numbers from -1e6 to 1e6 m are needed");
                 return odd(format!("control {name:?}: {why}"));
             }
             let friction = push.friction.unwrap_or(0.0);

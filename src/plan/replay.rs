@@ -5,6 +5,8 @@ use super::{PlanError, Problem};
 use crate::mechanics::{State, Wrench};
 use crate::simulation::StepRecord;
 use crate::step::StepStatus;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 /// The run of a problem under given controls.
 #[derive(Debug, Clone)]
@@ -103,6 +105,15 @@ impl Problem {
     /// # Errors
     /// A step that cannot be posed; another count of numbers than the problem's.
     pub fn replay(&self, controls: &[f64]) -> Result<Replay, PlanError> {
+        self.replay_until(controls, None)
+    }
+
+    /// The same, given up when `interrupt` is raised.
+    pub(super) fn replay_until(
+        &self,
+        controls: &[f64],
+        interrupt: Option<&Arc<AtomicBool>>,
+    ) -> Result<Replay, PlanError> {
         let controls = self.clipped(controls)?;
         let mut replay = Replay {
             records: Vec::with_capacity(self.steps),
@@ -119,7 +130,7 @@ impl Problem {
             controls,
         };
         let controls = replay.controls.clone();
-        self.simulate(&controls, None, &mut |simulation, wrenches, record| {
+        self.simulate(&controls, interrupt, &mut |simulation, wrenches, record| {
             replay.states.push(record.states.clone());
             replay.wrenches.push(wrenches.to_vec());
             let modes = modes_of(simulation.world(), record);

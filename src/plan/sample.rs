@@ -39,9 +39,23 @@ const WIDTH: (f64, f64) = (0.3, 0.3);
 /// will.
 const SCATTERED: f64 = 0.1;
 
+/// More numbers than this are not drawn at once: CMA-ES takes a matrix of their square apart, again and again.
+const MOST: usize = 2000;
+
 impl Leg for Sample {
     fn name(&self) -> &'static str {
         "sample"
+    }
+
+    fn check(&self, problem: &Problem) -> Result<(), PlanError> {
+        let count = Coarse::of(problem, self.knots_in(self.rounds.max(1) - 1), Vec::new()).count;
+        if count <= MOST {
+            return Ok(());
+        }
+        Err(PlanError::Problem(format!(
+            "sample: {count} numbers are drawn at once in its last round; it draws up to {MOST}, as fewer knots or \
+             rounds of the search have"
+        )))
     }
 
     fn run(
@@ -77,6 +91,11 @@ impl Leg for Sample {
 }
 
 impl Sample {
+    /// The most pieces of each control in a round.
+    fn knots_in(&self, round: u32) -> usize {
+        self.knots.saturating_mul(1 << round.min(16))
+    }
+
     /// Runs scattered over the bounds, evenly; a message where they say that no other will do better. Of d coordinates
     /// point i has frac(½ + i g^(−j)) as its jth, with the root g of g^(d+1) = g + 1.
     fn scatter(
@@ -138,7 +157,7 @@ impl Sample {
         end: &mut LegEnd,
         watch: &mut Watch<'_>,
     ) -> Result<(), PlanError> {
-        let coarse = Coarse::of(problem, self.knots << round.min(16), best.0.clone());
+        let coarse = Coarse::of(problem, self.knots_in(round), best.0.clone());
         let interrupt = watch.interrupt;
         let runs = AtomicU64::new(end.runs);
         let loss = |point: &DVector<f64>| {

@@ -44,9 +44,32 @@ const NOTHING: f64 = 1e-6;
 /// Two iterations that make the cost less by no more than this part of it are the end.
 const LITTLE: f64 = 1e-10;
 
+/// More numbers than this are not sought: (P6) is a matrix of their square.
+const MOST: usize = 4000;
+
+/// More entries than this J does not have.
+const MOST_ENTRIES: usize = 1 << 27;
+
 impl Leg for Shoot {
     fn name(&self) -> &'static str {
         "shoot"
+    }
+
+    fn check(&self, problem: &Problem) -> Result<(), PlanError> {
+        let count = problem.variables().len();
+        if count > MOST {
+            return Err(PlanError::Problem(format!(
+                "shoot: {count} numbers are sought; it seeks up to {MOST}, as fewer knots have"
+            )));
+        }
+        let rows = problem.keeps().len() * problem.steps();
+        if rows.saturating_mul(count) > MOST_ENTRIES {
+            return Err(PlanError::Problem(format!(
+                "shoot: {rows} rows to keep by {count} numbers are too many derivatives; fewer steps, keeps or knots \
+                 are needed"
+            )));
+        }
+        Ok(())
     }
 
     fn run(

@@ -1,9 +1,13 @@
 //! What the states are to be after so many steps.
 
+use super::problem::FARTHEST;
 use crate::derivative::StateChange;
 use crate::mechanics::State;
 use crate::mechanics::quaternion::{self, rotation};
 use nalgebra::{Vector3, Vector4};
+
+/// No state is faster, m/s and rad/s.
+const FASTEST: f64 = 1e5;
 
 /// A quantity of one body that is to have a value.
 #[derive(Debug, Clone, PartialEq)]
@@ -70,6 +74,40 @@ impl TargetKind {
             Self::Velocity(_) => "m/s",
             Self::Spin(_) => "rad/s",
             Self::Attitude(_) | Self::Turn { .. } | Self::Direction { .. } => "rad",
+        }
+    }
+
+    /// Refuses what no state can be.
+    pub(super) fn check(&self) -> Result<(), String> {
+        let within = |what: &str, values: &[Option<f64>; 3], most: f64, unit: &str| {
+            let fits = |value: &&f64| value.abs() <= most;
+            match values.iter().flatten().find(|value| !fits(value)) {
+                None => Ok(()),
+                Some(value) => {
+                    Err(format!("{what} is {value}; -{most:e} to {most:e} {unit} can be asked for"))
+                }
+            }
+        };
+        let is_unit = |norm: f64| (norm - 1.0).abs() < 1e-6;
+        let fits = match self {
+            Self::Position(values) => return within("a coordinate", values, FARTHEST, "m"),
+            Self::Velocity(values) => return within("a velocity", values, FASTEST, "m/s"),
+            Self::Spin(values) => return within("a spin", values, FASTEST, "rad/s"),
+            Self::Attitude(attitude) => is_unit(attitude.norm()),
+            Self::Turn { axis, angle, from } => {
+                if !(angle.abs() < TURN) {
+                    let degrees = angle.to_degrees();
+                    let why = "less than a whole turn can be asked for, -360 to 360 degrees";
+                    return Err(format!("the turn is {degrees} degrees; {why}"));
+                }
+                is_unit(axis.norm()) && is_unit(from.norm())
+            }
+            Self::Direction { of, to } => is_unit(of.norm()) && is_unit(to.norm()),
+        };
+        if fits {
+            Ok(())
+        } else {
+            Err("directions and attitudes of length 1 are needed".to_owned())
         }
     }
 
@@ -163,10 +201,12 @@ fn conjugated(q: &Vector4<f64>) -> Vector4<f64> {
     Vector4::new(q[0], -q[1], -q[2], -q[3])
 }
 
+/// A whole turn, rad.
+const TURN: f64 = 2.0 * std::f64::consts::PI;
+
 /// The angle between −π and π.
 fn less_turns(angle: f64) -> f64 {
-    let turn = 2.0 * std::f64::consts::PI;
-    angle - turn * libm::round(angle / turn)
+    angle - TURN * libm::round(angle / TURN)
 }
 
 /// The inverse of the right Jacobian of the exponential map: how a rotation vector θ follows a further turn δ about

@@ -171,6 +171,8 @@ pub fn plain(message: &str) -> String {
     let types = [
         ("expected f64", "a number is needed"),
         ("expected u64", "a whole number is needed"),
+        ("expected u8", "a whole number from 0 to 255 is needed"),
+        ("expected u16", "a whole number from 0 to 65535 is needed"),
         ("expected u32", "a whole number from 0 to 4294967295 is needed"),
         ("expected an array of length", "an array is needed of length"),
         ("expected a sequence", "an array is needed"),

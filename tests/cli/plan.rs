@@ -112,6 +112,8 @@ fn broken_problems_are_refused_and_leave_nothing() {
         (&SLIDE.replace("steps = 30", "steps = 0"), "steps: 0 is given; 1 to 100000 are allowed"),
         (&SLIDE.replace("runs = 300", "start = \"none.csv\""), "none.csv"),
         (&SLIDE.replace("runs = 300", "legs = [\"walk\"]"), "walk"),
+        (&SLIDE.replace("runs = 300", "rounds = 300"), "a whole number from 0 to 255 is needed"),
+        (&SLIDE.replace("runs = 300", "knots = 70000"), "a whole number from 0 to 65535 is needed"),
         ("scene = \"\"\n", "scene"),
     ] {
         let (directory, problem) = problem(fields);
@@ -143,4 +145,58 @@ fn controls_of_another_problem_are_refused() {
     let end =
         tumble().args(["plan", &problem, "--start", start, "--out", "never"]).output().unwrap();
     super::support::End::from(end).assert_refused(2, &["\"one\" is no number"]);
+}
+
+/// A row a step, with times as a problem of a box has them.
+fn table(controls: impl Fn(usize) -> f64) -> String {
+    let row = |k: usize| format!("{k},{},{}\n", k as f64 * 0.02, controls(k));
+    format!("k,t,box.force.x\n{}", (0..30).map(row).collect::<String>())
+}
+
+/// What of a table does not fit is said where a search goes on from it, and refused where it is to be replayed.
+#[test]
+fn controls_that_do_not_fit_are_said_or_refused() {
+    let (directory, problem) = problem(&SLIDE.replace("runs = 300", "legs = []"));
+    let (pieces, out) = (directory.path().join("pieces.toml"), directory.path().join("out"));
+    fs::write(
+        &pieces,
+        text((&problem).into()).replace("x = [-20, 20]", "x = [-20, 20]\nknots = 3"),
+    )
+    .unwrap();
+    let pieces = pieces.to_str().unwrap();
+    let file = directory.path().join("controls.csv");
+    let start = file.to_str().unwrap();
+    for (problem, rows, words) in [
+        (problem.as_str(), table(|k| if k < 4 { 21.0 } else { 1.0 }), "4 numbers are beyond"),
+        (pieces, table(|k| k as f64 / 10.0), "27 values are not that of the first step"),
+        (problem.as_str(), table(|_| 1.0).replace("\n3,", "\n4,"), "1 values of k are not those"),
+        (problem.as_str(), table(|_| 1.0).replace(",0.02,", ",0.03,"), "1 values of t are not"),
+    ] {
+        fs::write(&file, rows).unwrap();
+        let args = ["plan", problem, "--start", start, "--out", out.to_str().unwrap()];
+        let end = run(&args);
+        assert_eq!(end.code, Some(3), "{end:?}");
+        assert!(end.stdout.contains("controls.csv") && end.stdout.contains(words), "{end:?}");
+        fs::remove_dir_all(&out).unwrap();
+        run(&[&args[..], &["--replay"]].concat()).assert_refused(2, &["controls.csv", words]);
+        assert!(!out.exists());
+    }
+    // What fits is taken without a word.
+    fs::write(&file, table(|_| 1.0)).unwrap();
+    let end =
+        run(&["plan", &problem, "--start", start, "--replay", "--out", out.to_str().unwrap()]);
+    assert!(end.code == Some(3) && !end.stdout.contains("controls.csv:"), "{end:?}");
+}
+
+/// A hundred thousand numbers are replayed in a moment, and no leg seeks so many.
+#[test]
+fn more_numbers_than_can_be_sought_are_refused() {
+    let fields = SLIDE.replace("steps = 30", "steps = 100000");
+    for (leg, words) in [("shoot", "shoot: 100000 numbers are sought"), ("sample", "sample:")] {
+        let search = format!("legs = [\"{leg}\"]\nknots = 65535");
+        let (directory, problem) = problem(&fields.replace("runs = 300", &search));
+        let out = directory.path().join("out");
+        let end = run(&["plan", &problem, "--out", out.to_str().unwrap()]);
+        end.assert_refused(2, &[words]);
+    }
 }

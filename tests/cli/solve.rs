@@ -116,6 +116,22 @@ fn the_problems_of_a_run_are_exported_and_solved() {
     assert!(!files.is_empty() && files.iter().all(|name| name.starts_with("step-")), "{files:?}");
     let end = run(&["solve", path(&problems)]);
     assert_eq!(end.code, Some(0), "{end:?}");
+    // A shorter run leaves no problem of the longer one, and of files of others all.
+    fs::write(problems.join("own.dat"), SLIDES).unwrap();
+    let end = exported(path(&scene), &["--steps", "3"]);
+    assert!(end.code == Some(0) && end.stdout.contains(" of an earlier run there"), "{end:?}");
+    let left = names_in(&problems);
+    assert!(left.len() < files.len() && left.contains(&"own.dat".to_owned()), "{left:?}");
+    assert!(left.iter().all(|name| *name <= "step-00000003.dat".to_owned()), "{left:?}");
+    // Another name of the run's own folder, whether it is there or not.
+    for folder in [&run_out, &directory.path().join("later")] {
+        let name = folder.file_name().unwrap().to_str().unwrap();
+        let other = directory.path().join(format!("./run/../{name}"));
+        let args = ["--scenario", path(&scene), "--out", path(folder)];
+        let args = args.into_iter().chain(["--export-problems", path(&other)]);
+        let end: End = tumble().args(args).output().unwrap().into();
+        end.assert_refused(2, &["--export-problems", "the folder of the run's own files"]);
+    }
     let joints = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/door.toml");
     let none = directory.path().join("none");
     let args = ["--out", path(&none), "--export-problems", path(&none)];

@@ -86,7 +86,7 @@ impl Sum {
         let inside = jumps.chain(ends.into_iter().flatten()).filter(|u| *u > low && *u < high);
         breaks.iter_mut().zip(inside).for_each(|(at, u)| *at = u);
         breaks.sort_unstable_by(f64::total_cmp);
-        let mut graph = Graph { corners: [(0.0, 0.0); MOST], count: 0, first: outer, last: outer };
+        let mut graph = Graph { first: outer, last: outer, ..Graph::EMPTY };
         if low.is_finite() {
             graph.first = DOWN;
             graph.add(low, self.beside(low, low < high));
@@ -120,6 +120,9 @@ pub struct Graph {
     /// The directions of what comes before the first corner and after the last one.
     first: (f64, f64),
     last: (f64, f64),
+    /// Whether the impulse of a vertical piece, whose speed is known, is taken from the pull itself: along the piece it would
+    /// be lost in the rounding of bounds that are far away, as those may be that a caller gives.
+    by_pull: bool,
 }
 
 /// A piece of a graph: a point of it, and the direction in which u rises or p falls.
@@ -151,6 +154,10 @@ impl Segment {
 }
 
 impl Graph {
+    /// Without a corner, which no graph is.
+    const EMPTY: Self =
+        Self { corners: [(0.0, 0.0); MOST], count: 0, first: DOWN, last: DOWN, by_pull: false };
+
     /// u = 0, whatever the impulse.
     #[must_use]
     pub const fn locked() -> Self {
@@ -171,9 +178,9 @@ impl Graph {
 
     /// A straight line through `corner` along `direction`.
     const fn of_one_corner(corner: (f64, f64), direction: (f64, f64)) -> Self {
-        let mut corners = [(0.0, 0.0); MOST];
-        corners[0] = corner;
-        Self { corners, count: 1, first: direction, last: direction }
+        let mut line = Self { count: 1, first: direction, last: direction, ..Self::EMPTY };
+        line.corners[0] = corner;
+        line
     }
 
     /// 0 ≤ u ⊥ p ≥ 0: a stop at the left end.
@@ -187,10 +194,12 @@ impl Graph {
     /// u = 0 under impulses from `least` to `most`, which are those of u > 0 and of u < 0.
     #[must_use]
     pub fn between(least: f64, most: f64) -> Self {
-        let (middle, half) = (0.5 * (least + most), 0.5 * (most - least));
-        let mut sum = Sum::constant(middle);
-        sum.add_jump(0.0, half.max(0.0));
-        sum.graph()
+        let level = (1.0, 0.0);
+        let mut graph = Self { first: level, last: level, by_pull: true, ..Self::EMPTY };
+        // From the bounds themselves: of a narrow one beside a wide one their middle keeps little.
+        graph.add(0.0, most);
+        graph.add(0.0, least);
+        graph
     }
 
     fn add(&mut self, u: f64, p: f64) {
@@ -230,7 +239,11 @@ impl Graph {
     /// P(y) (J3) of the pull y.
     #[must_use]
     pub fn projected(&self, pull: f64, rho: f64) -> f64 {
-        self.segment(self.piece(pull, rho)).impulse(pull, rho)
+        let segment = self.segment(self.piece(pull, rho));
+        if self.by_pull && segment.is_vertical() {
+            return pull + rho * segment.u;
+        }
+        segment.impulse(pull, rho)
     }
 
     /// |p − P(p − ρ u)|/ρ: how far (u, p) is from the graph, in the unit of u.

@@ -1,5 +1,7 @@
 //! Why a contact problem was refused.
 
+use super::matrix::LARGEST;
+
 /// Why a contact problem cannot be posed, or was not solved to an end. Each message says what was given
 /// and what would be right.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -88,6 +90,15 @@ pub enum ProblemError {
         /// The range.
         allowed: &'static str,
     },
+    /// A problem with groups for which a file of others has no words.
+    #[error(
+        "such a file has contacts of one dimension alone; group {group} is no contact, or one of another \
+         dimension"
+    )]
+    NoWords {
+        /// The first such group, from 0.
+        group: usize,
+    },
     /// A step whose problem is no problem of contacts.
     #[error("the contact problem of the step cannot be posed: {why}")]
     Step {
@@ -104,9 +115,12 @@ pub(super) fn length(what: &'static str, given: usize, wanted: usize) -> Result<
     if given == wanted { Ok(()) } else { Err(ProblemError::Length { what, given, wanted }) }
 }
 
-/// Refuses the first number that is not finite.
-pub(super) fn all_finite(what: &'static str, numbers: &[f64]) -> Result<(), ProblemError> {
-    match numbers.iter().find(|number| !number.is_finite()) {
+/// Refuses the first number that is not finite, or larger than an entry of a matrix may be.
+pub(super) fn all_in_range(what: &'static str, numbers: &[f64]) -> Result<(), ProblemError> {
+    match numbers.iter().find(|number| !(number.abs() <= LARGEST)) {
+        Some(&value) if value.is_finite() => {
+            Err(ProblemError::OutOfRange { what, value, allowed: "up to 1e100 in size" })
+        }
         Some(&value) => Err(ProblemError::NotFinite { what, value }),
         None => Ok(()),
     }

@@ -1,6 +1,7 @@
 //! The laws of groups of rows.
 
 use super::ProblemError;
+use super::error::all_in_range;
 use crate::joint::Graph;
 
 /// The law of a group of rows.
@@ -65,7 +66,7 @@ impl Law {
     /// One to three rows, each by itself.
     ///
     /// # Errors
-    /// None, or more than three; bounds that are no numbers, or in the wrong order.
+    /// None, or more than three; bounds that are no numbers, in the wrong order, or larger than 1e100.
     pub fn rows_of(rows: Vec<RowLaw>) -> Result<Self, ProblemError> {
         if !(1..=3).contains(&rows.len()) {
             let (what, value) = ("the number of rows of a group", rows.len() as f64);
@@ -78,6 +79,7 @@ impl Law {
                 let allowed = "a finite number that is at most the greatest";
                 return Err(ProblemError::OutOfRange { what, value: least, allowed });
             }
+            all_in_range("a bound of a box", &[least, most])?;
         }
         Ok(Self::Rows(rows))
     }

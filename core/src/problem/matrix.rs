@@ -2,6 +2,11 @@
 
 use super::ProblemError;
 
+/// The most rows, and the most columns: what a column takes is there before its first entry.
+const MOST: usize = 1 << 27;
+/// The largest entry: three of them in a row, as in Hᵀ M⁻¹ H, are still numbers.
+pub(super) const LARGEST: f64 = 1e100;
+
 /// A matrix by its entries, column after column, rows rising within a column. No entry comes twice and
 /// none is zero.
 #[derive(Debug, Clone, PartialEq)]
@@ -17,12 +22,21 @@ impl SparseMatrix {
     /// From entries (row, column, value) in any order; of entries at one place the sum counts.
     ///
     /// # Errors
-    /// An entry outside of the matrix, or one that is not finite.
+    /// More than 2²⁷ rows or columns; an entry outside of the matrix; one that is not finite, or, added up, larger than 1e100.
     pub fn from_triplets(
         rows: usize,
         columns: usize,
         entries: impl IntoIterator<Item = (usize, usize, f64)>,
     ) -> Result<Self, ProblemError> {
+        for (what, count) in [
+            ("the number of rows of a matrix", rows),
+            ("the number of columns of a matrix", columns),
+        ] {
+            if count > MOST {
+                let (value, allowed) = (count as f64, "up to 134217728");
+                return Err(ProblemError::OutOfRange { what, value, allowed });
+            }
+        }
         let mut entries: Vec<_> = entries.into_iter().collect();
         for &(row, column, value) in &entries {
             if row >= rows || column >= columns {
@@ -39,6 +53,12 @@ impl SparseMatrix {
             match merged.last_mut() {
                 Some(last) if (last.0, last.1) == (entry.0, entry.1) => last.2 += entry.2,
                 _ => merged.push(entry),
+            }
+        }
+        for &(.., value) in &merged {
+            if !(value.abs() <= LARGEST) {
+                let (what, allowed) = ("an entry of a matrix", "up to 1e100 in size");
+                return Err(ProblemError::OutOfRange { what, value, allowed });
             }
         }
         merged.retain(|entry| entry.2 != 0.0);
@@ -131,9 +151,14 @@ impl SparseMatrix {
         }
     }
 
+    /// The largest |A_ij|; 0 of none.
+    pub(super) fn largest(&self) -> f64 {
+        self.values.iter().fold(0.0, |most, value| most.max(value.abs()))
+    }
+
     /// The largest |A_ij − A_ji| over the largest |A_ij|, and where it is.
     pub(crate) fn asymmetry(&self) -> (f64, usize, usize) {
-        let largest = self.values.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
+        let largest = self.largest();
         let mut worst = (0.0, 0, 0);
         for (row, column, value) in self.triplets() {
             let apart = (value - self.at(column, row)).abs() / largest;

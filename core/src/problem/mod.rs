@@ -46,11 +46,13 @@ pub use solution::{DEFAULT_RESIDUAL, Selection, Solution, SolveOptions};
 pub(crate) use mass::{Mass, Sets};
 pub(crate) use measure::three;
 
-use error::{all_finite, length};
+use error::{all_in_range, length};
 
 /// A matrix counts as symmetric up to this part of its largest entry: published problems are rounded, or
 /// of a scheme that is not quite symmetric. It is solved as it is given.
 const SYMMETRIC: f64 = 1e-2;
+/// The largest entry of W or M is no less, but for a W that is zero.
+const LEAST: f64 = 1e-100;
 /// Two rows of a matrix count as semidefinite up to this part of their diagonals.
 const SEMIDEFINITE: f64 = 1e-3;
 
@@ -102,8 +104,9 @@ impl ContactProblem {
     /// The local form (C1): W in 1/kg, q in m/s, and the laws of the rows in their order.
     ///
     /// # Errors
-    /// Sizes that do not fit together; a number that is not finite; a W that is not symmetric (to 1 % of
-    /// its largest entry), or that two of its rows show not to be positive semidefinite.
+    /// Sizes that do not fit together; a number that is not finite, or larger than 1e100; a W whose largest entry is less
+    /// than 1e-100 and not zero, that is not symmetric (to 1 % of its largest entry), or that two of its rows show not to
+    /// be positive semidefinite.
     pub fn local(
         response: SparseMatrix,
         free: Vec<f64>,
@@ -113,7 +116,7 @@ impl ContactProblem {
         let rows = starts[laws.len()];
         square("W", &response, rows)?;
         length("q", free.len(), rows)?;
-        all_finite("q", &free)?;
+        all_in_range("a number of q", &free)?;
         is_semidefinite("W", &response)?;
         Ok(Self { form: Form::Local { response, free }, laws, starts })
     }
@@ -122,8 +125,8 @@ impl ContactProblem {
     /// their order.
     ///
     /// # Errors
-    /// Sizes that do not fit together; a number that is not finite; an M that is not symmetric (to 1 % of
-    /// its largest entry), or not positive definite.
+    /// Sizes that do not fit together; a number that is not finite, or larger than 1e100; an M whose largest entry is less
+    /// than 1e-100, that is not symmetric (to 1 % of its largest entry), or not positive definite.
     pub fn global(
         mass: SparseMatrix,
         directions: SparseMatrix,
@@ -137,8 +140,8 @@ impl ContactProblem {
         length("columns of H", directions.columns(), rows)?;
         length("f", momentum.len(), directions.rows())?;
         length("w", offset.len(), rows)?;
-        all_finite("f", &momentum)?;
-        all_finite("w", &offset)?;
+        all_in_range("a number of f", &momentum)?;
+        all_in_range("a number of w", &offset)?;
         is_semidefinite("M", &mass)?;
         let factors = Mass::new(&mass)?;
         let global = Global { mass, directions, momentum, offset, factors };
@@ -264,11 +267,19 @@ fn starts_of(laws: &[Law]) -> Vec<usize> {
     starts
 }
 
-/// Refuses a matrix that is not `wanted` × `wanted`, or not symmetric.
+/// Refuses a matrix that is not `wanted` × `wanted`, too small to be divided by, or not symmetric.
 fn square(what: &'static str, matrix: &SparseMatrix, wanted: usize) -> Result<(), ProblemError> {
     if (matrix.rows(), matrix.columns()) != (wanted, wanted) {
         let (rows, columns) = (matrix.rows(), matrix.columns());
         return Err(ProblemError::Shape { what, rows, columns, wanted });
+    }
+    let largest = matrix.largest();
+    if largest > 0.0 && largest < LEAST {
+        let (what, allowed) = match what {
+            "M" => ("the largest entry of M", "1e-100 to 1e100"),
+            _ => ("the largest entry of W", "1e-100 to 1e100, or 0"),
+        };
+        return Err(ProblemError::OutOfRange { what, value: largest, allowed });
     }
     let (apart, row, column) = matrix.asymmetry();
     if apart > SYMMETRIC {
@@ -286,7 +297,7 @@ fn is_semidefinite(what: &'static str, matrix: &SparseMatrix) -> Result<(), Prob
         let mean = 0.5 * (value + matrix.at(column, row));
         let (i, j) = (diagonal[row], diagonal[column]);
         // What is negative by rounding counts as zero.
-        let bound = (i.max(0.0) * j.max(0.0)).sqrt() * (1.0 + SEMIDEFINITE) + 1e-9 * largest;
+        let bound = i.max(0.0).sqrt() * j.max(0.0).sqrt() * (1.0 + SEMIDEFINITE) + 1e-9 * largest;
         let is_negative = row == column && value < -1e-9 * largest;
         if is_negative || mean.abs() > bound {
             return Err(ProblemError::Indefinite { what, row, column });

@@ -1,6 +1,6 @@
 //! What is asked of a solver of contact problems, and what it answers.
 
-use super::error::{all_finite, length};
+use super::error::{all_in_range, length};
 use super::{ContactProblem, Evaluation, ProblemError};
 use std::sync::atomic::AtomicBool;
 
@@ -46,7 +46,7 @@ impl SolveOptions<'_> {
         }
         if let Some(start) = self.start {
             length("impulses to start from", start.len(), problem.row_count())?;
-            all_finite("an impulse to start from", start)?;
+            all_in_range("an impulse to start from", start)?;
         }
         Ok(())
     }
@@ -73,7 +73,7 @@ pub struct Solution {
     pub parts: usize,
     /// The start that led to it, of the first part that needed another than the first start.
     pub start: &'static str,
-    /// Whether every part is at the solution of the selection rule.
+    /// Whether it is solved, and every part is at the solution of the selection rule.
     pub selected: bool,
 }
 

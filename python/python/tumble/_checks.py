@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from numbers import Real
 from operator import index
 from typing import Any, List, Mapping
 
@@ -24,6 +25,13 @@ def whole(name: str, value: Any, least: int, most: int = LARGEST_WHOLE) -> int:
         upwards = "" if most == LARGEST_WHOLE and number < most else f" to {most}"
         raise TumbleError(f"{name} is {value!r}; a whole number from {least}{upwards} is needed")
     return number
+
+
+def real(name: str, value: Any) -> float:
+    """``value`` as a number, numpy's too."""
+    if not isinstance(value, Real):
+        raise TumbleError(f"{name} is {value!r}; a number is needed")
+    return float(value)
 
 
 def tables(name: str, value: Any, instead: str = "") -> List[Mapping[str, Any]]:

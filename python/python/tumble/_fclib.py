@@ -38,28 +38,31 @@ def read(path: Path_) -> Tuple[Dict[str, Any], List[Any], int]:
                 raise TumbleError("it has neither a group fclib_local nor fclib_global")
             group = file[name]
             dimension = int(np.ravel(group["spacedim"][()])[0])
-            vectors = {key: np.ravel(value[()]).astype(float) for key, value in group["vectors"].items()}
-            laws: List[Any] = [float(mu) for mu in vectors["mu"]]
+
+            def vector(key: str) -> Any:
+                return np.ravel(group["vectors"][key][()]).astype(float)
+
+            laws: List[Any] = [float(mu) for mu in vector("mu")]
             if name == "fclib_local":
-                response, free = _sparse(group["W"]), vectors["q"]
+                response, free = _sparse(group["W"]), vector("q")
                 if "R" in group:
                     beside, own = _sparse(group["V"]), _sparse(group["R"])
                     rows = response.shape[0]
                     response = response.with_block(beside, (0, rows))
                     response = response.with_block(beside.turned(), (rows, 0))
                     response = response.with_block(own, (rows, rows))
-                    free = np.concatenate([free, vectors["s"]])
+                    free = np.concatenate([free, vector("s")])
                     laws += _locked(own.shape[0])
                 return {"W": response, "q": free}, laws, dimension
-            directions, offset = _sparse(group["H"]), vectors["w"]
+            directions, offset = _sparse(group["H"]), vector("w")
             if "G" in group:
                 held = _sparse(group["G"])
                 directions = directions.with_block(held, (0, directions.shape[1]))
-                offset = np.concatenate([offset, vectors["b"]])
+                offset = np.concatenate([offset, vector("b")])
                 laws += _locked(held.shape[1])
-            given = {"M": _sparse(group["M"]), "H": directions, "f": vectors["f"], "w": offset}
+            given = {"M": _sparse(group["M"]), "H": directions, "f": vector("f"), "w": offset}
             return given, laws, dimension
-    except (KeyError, OSError, ValueError, IndexError, TumbleError) as error:
+    except (KeyError, OSError, ValueError, IndexError, TypeError, AttributeError, TumbleError) as error:
         why = error.args[0] if isinstance(error, KeyError) and error.args else error
         raise TumbleError(
             f"{os.fspath(path)}: cannot be read as a contact problem of FCLIB: {why}"
@@ -98,13 +101,22 @@ def _sparse(group: Any) -> _Sparse:
     import numpy as np
 
     rows, columns, kind = (int(np.ravel(group[name][()])[0]) for name in ("m", "n", "nz"))
+    if rows < 0 or columns < 0:
+        raise TumbleError(f"m and n of a matrix are {rows} and {columns}; 0 and more are needed")
     starts, indices, values = (np.ravel(group[name][()]) for name in ("p", "i", "x"))
+    if any(places.size and places.dtype.kind not in "iu" for places in (starts, indices)):
+        raise TumbleError("p and i of a matrix are no whole numbers")
     if kind >= 0:
-        entries = (indices[:kind], starts[:kind], values[:kind])
-        return _Sparse((rows, columns), *entries)
+        if kind > min(len(starts), len(indices), len(values)):
+            raise TumbleError(f"nz of a matrix is {kind}, and it has {len(values)} entries")
+        return _Sparse((rows, columns), indices[:kind], starts[:kind], values[:kind])
     if kind not in (-1, -2):
         raise TumbleError(f"nz of a matrix is {kind}; a count, -1 or -2 is needed")
-    along = np.repeat(np.arange(len(starts) - 1), np.diff(starts))
+    ends, most = starts.astype(np.int64), min(len(indices), len(values))
+    counts, lines = np.diff(ends), columns if kind == -1 else rows
+    if len(ends) != lines + 1 or ends[0] != 0 or ends[-1] > most or (counts < 0).any():
+        raise TumbleError(f"p of a matrix is not where each of {lines} begins, rising from 0 to {most} at most")
+    along = np.repeat(np.arange(lines), counts)
     indices, values = indices[: len(along)], values[: len(along)]
     entries = (indices, along, values) if kind == -1 else (along, indices, values)
     return _Sparse((rows, columns), *entries)
@@ -115,7 +127,8 @@ def write(path: Path_, problem: "ContactProblem", solution: Optional["ContactSol
     import numpy as np
 
     h5py = _h5py(path)
-    sizes = set(problem.sizes)
+    # Without a contact any dimension is as good.
+    sizes = set(problem.sizes) or {3}
     if len(sizes) != 1 or np.isnan(problem.mu).any():
         raise TumbleError(
             f"{os.fspath(path)}: a problem for FCLIB has contacts of one dimension alone"

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Dict, Iterable, List, Mapping, NamedTuple
 
 from . import _tumble
 from ._arrays import numbers
-from ._checks import tables, whole
+from ._checks import real, tables, whole
 from ._scene import Fields, Scene
 from ._toml import document
 from ._tumble import TumbleError
@@ -21,6 +21,10 @@ if TYPE_CHECKING:
     from ._trajectory import Trajectory
 
     Floats = npt.NDArray[np.float64]
+
+
+MOST_THREADS = 1024
+"""More threads than this are not started, as on the command line."""
 
 
 class Miss(NamedTuple):
@@ -129,7 +133,12 @@ def plan(
         raise TumbleError(f"scene is {scene!r}; a tumble.Scene is needed")
     targets = [target] if isinstance(target, Mapping) else tables("target", target)
     keeps = [keep] if isinstance(keep, Mapping) else tables("keep", keep)
-    search: Dict[str, Any] = {"legs": [str(leg) for leg in legs]}
+    names = None if isinstance(legs, str) else legs
+    try:
+        names = list(names)  # type: ignore[arg-type]
+    except TypeError:
+        raise TumbleError(f'legs is {legs!r}; a list of names is needed, as ["shoot"]') from None
+    search: Dict[str, Any] = {"legs": [str(leg) for leg in names]}
     if runs is not None:
         search["runs"] = whole("runs", runs, 1, 2**32 - 1)
     if iterations is not None:
@@ -146,9 +155,11 @@ def plan(
             "search": search,
         }
     )
-    if time is not None and not time > 0:
+    if time is not None and not real("time", time) > 0:
         raise TumbleError(f"time is {time!r}; a number of seconds above 0 is needed")
-    threads = whole("threads", threads or os.cpu_count() or 1, 1)
+    if threads is None:
+        threads = min(os.cpu_count() or 1, MOST_THREADS)
+    threads = whole("threads", threads, 1, MOST_THREADS)
     guess = None if start is None else numbers("start", start, ("V",))
     if states is not None:
         bodies = len(scene.bodies)

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
+from numbers import Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, List, Optional, Sequence, Tuple, Union
 
 from . import _fclib
 from ._arrays import numbers
+from ._checks import real, whole
 from ._tumble import CoreProblem, TumbleError
 
 if TYPE_CHECKING:
@@ -80,15 +82,17 @@ class ContactProblem:
             )
         if (mu is None) == (laws is None):
             raise TumbleError("mu or laws is needed, and not both")
-        if dimension not in (2, 3):
-            raise TumbleError(f"dimension is {dimension!r}; 2 or 3 is needed")
-        groups = _contacts(mu) if laws is None else [_group(law) for law in laws]
+        dimension = whole("dimension", dimension, 2, 3)
+        groups = _contacts(mu) if laws is None else _groups(laws)
+        rows = sum(len(own) if friction is None else dimension for friction, own in groups)
         vectors = {name: numbers(name, given[name], ("n",)) for name in names if name in "qfw"}
         if W is not None:
-            self._core = CoreProblem.local(_entries("W", W), vectors["q"], dimension, groups)
+            response = _entries("W", W, (rows, rows))
+            self._core = CoreProblem.local(response, vectors["q"], dimension, groups)
         else:
-            mass, directions = _entries("M", M), _entries("H", H)
             momentum, offset = vectors["f"], vectors["w"]
+            mass = _entries("M", M, (len(momentum), len(momentum)))
+            directions = _entries("H", H, (len(momentum), rows))
             self._core = CoreProblem.of_bodies(mass, directions, momentum, offset, dimension, groups)
 
     @classmethod
@@ -104,24 +108,44 @@ class ContactProblem:
             content = Path(path).read_bytes()
         except OSError as error:
             raise TumbleError(f"{os.fspath(path)}: cannot be read: {error}") from None
-        if content.startswith(b"\x89HDF"):
-            given, laws, dimension = _fclib.read(path)
-            return cls(**given, laws=laws, dimension=dimension)
+        found = _fclib.read(path) if content.startswith(b"\x89HDF") else None
         try:
+            if found is not None:
+                given, laws, dimension = found
+                return cls(**given, laws=laws, dimension=dimension)
             return cls._of(CoreProblem.from_dat(content.decode()))
         except (TumbleError, UnicodeDecodeError) as error:
             raise TumbleError(f"{os.fspath(path)}: cannot be read as a contact problem: {error}") from None
 
     def write(self, path: Path_, solution: Optional[ContactSolution] = None) -> None:
-        """To a file: FCLIB's HDF5 where its name ends in .hdf5 or .h5, with a solution if there is one, and else Siconos'
-        text."""
+        """To a file: FCLIB's HDF5 where its name ends in .hdf5 or .h5, with a solution of this problem if there is one, and
+        else Siconos' text."""
+        if solution is not None and not self._is_own(solution):
+            raise TumbleError("the solution is of another problem; one of this problem is needed")
         if Path(path).suffix in (".hdf5", ".h5"):
             _fclib.write(path, self, solution)
             return
         if solution is not None:
             raise TumbleError("Siconos' text has no place for a solution; a name that ends in .hdf5 is needed")
-        text = self._core.to_dat()
+        try:
+            text = self._core.to_dat()
+        except TumbleError as error:
+            raise TumbleError(f"{os.fspath(path)}: {error}") from None
         _fclib.replaced(path, lambda temporary: Path(temporary).write_text(text))
+
+    def _is_own(self, solution: ContactSolution) -> bool:
+        """Whether u and v of a solution are what its impulses come to here."""
+        import numpy as np
+
+        rows = (sum(self.sizes),)
+        if np.shape(solution.impulses) != rows:
+            return False
+        u, v, *_ = self.evaluate(solution.impulses)
+        pairs = ((u, solution.velocities), (v, solution.body_velocities))
+        return all(
+            own.shape == np.shape(other) and np.allclose(own, other, rtol=0, atol=1e-6 * np.abs(own).max(initial=1))
+            for own, other in pairs
+        )
 
     def solve(
         self, *, residual: float = 1e-9, start: Any = None, rule: str = "any"
@@ -132,7 +156,10 @@ class ContactProblem:
         vanishing compliance, of what sticks the one of the least norm.
         """
         first = None if start is None else numbers("start", start, (sum(self.sizes),))
-        arrays, errors, counts, name, selected = self._core.solve(float(residual), first, rule)
+        residual = real("residual", residual)
+        if not isinstance(rule, str):
+            raise TumbleError(f"rule is {rule!r}; \"any\" or \"compliance\" is needed")
+        arrays, errors, counts, name, selected = self._core.solve(residual, first, rule)
         impulses, velocities, body_velocities = arrays
         return ContactSolution(
             impulses=impulses,
@@ -199,9 +226,20 @@ def _contacts(mu: Any) -> List[Tuple[Optional[float], List[Tuple[str, float, flo
     return [(float(value), []) for value in numbers("mu", mu, ("n",))]
 
 
-def _group(law: Law) -> Tuple[Optional[float], List[Tuple[str, float, float]]]:
-    if isinstance(law, (int, float)):
+def _groups(laws: Any) -> List[Tuple[Optional[float], List[Tuple[str, float, float]]]]:
+    try:
+        return [_group(law) for law in laws]
+    except TypeError:
+        raise TumbleError(
+            f"laws is {laws!r}; a list is needed, of coefficients and of lists of rows"
+        ) from None
+
+
+def _group(law: Any) -> Tuple[Optional[float], List[Tuple[str, float, float]]]:
+    if isinstance(law, Real):
         return float(law), []
+    if isinstance(law, str):
+        raise TumbleError(f"laws: {law!r} is no group; a list of rows is needed, as [{law!r}]")
     rows: List[Tuple[str, float, float]] = []
     for row in law:
         if isinstance(row, str):
@@ -209,22 +247,33 @@ def _group(law: Law) -> Tuple[Optional[float], List[Tuple[str, float, float]]]:
                 raise TumbleError('laws: "box" without bounds; ("box", least, most) is needed')
             rows.append((row, 0.0, 0.0))
             continue
-        if len(row) != 3 or row[0] != "box":
+        if not isinstance(row, (list, tuple)) or len(row) != 3 or row[0] != "box":
             raise TumbleError(f'laws: {row!r} is none; a name or ("box", least, most) is needed')
-        rows.append(("box", float(row[1]), float(row[2])))
+        rows.append(("box", real("laws: a bound of a box", row[1]), real("laws: a bound of a box", row[2])))
     return None, rows
 
 
-def _entries(name: str, value: Any) -> Tuple[int, int, List[int], List[int], "Floats"]:
-    """Rows, columns and entries of a dense or a sparse matrix."""
+def _entries(
+    name: str, value: Any, wanted: Tuple[int, int]
+) -> Tuple[int, int, List[int], List[int], "Floats"]:
+    """Rows, columns and entries of a dense or a sparse matrix, whose shape is to be ``wanted``."""
     import numpy as np
 
     if hasattr(value, "tocoo"):
         sparse = value.tocoo()
         values = numbers(name, sparse.data, ("n",))
-        rows, columns = sparse.shape
-        return int(rows), int(columns), sparse.row.tolist(), sparse.col.tolist(), values
-    dense = numbers(name, value, ("n", "m"))
-    at, along = np.nonzero(dense)
-    values = np.ascontiguousarray(dense[at, along])
-    return dense.shape[0], dense.shape[1], at.tolist(), along.tolist(), values
+        rows, columns = (whole(f"{name}: a size of its shape", size, 0) for size in sparse.shape)
+        at, along = (np.asarray(places) for places in (sparse.row, sparse.col))
+        for places in (at, along):
+            if places.shape != values.shape or (places.size and places.dtype.kind not in "iu"):
+                raise TumbleError(f"{name}: a whole row and column are needed for each of its {values.size} entries")
+            if places.size and places.min() < 0:
+                raise TumbleError(f"{name}: an entry is at {places.min()}; 0 and more are needed")
+    else:
+        dense = numbers(name, value, ("n", "m"))
+        rows, columns = dense.shape
+        at, along = np.nonzero(dense)
+        values = np.ascontiguousarray(dense[at, along])
+    if (rows, columns) != wanted:
+        raise TumbleError(f"{name} is {rows} x {columns}; {wanted[0]} x {wanted[1]} is needed")
+    return rows, columns, at.tolist(), along.tolist(), values

@@ -40,8 +40,16 @@ pub fn table(problem: &Problem, controls: &[f64]) -> Result<Vec<u8>, Failure> {
     writer.into_inner().map_err(|error| Failure::Other(format!("controls.csv: {error}")))
 }
 
-/// The controls that a table has; each piece has the value of its first step.
-pub fn read(problem: &Problem, path: &Path) -> Result<Vec<f64>, Failure> {
+/// Controls as a table has them, and what of the table they are not.
+pub struct Read {
+    /// Within their bounds; each piece has the value of its first step.
+    pub controls: Vec<f64>,
+    /// What of the table is not taken as it stands.
+    pub changed: Vec<String>,
+}
+
+/// The controls that a table has.
+pub fn read(problem: &Problem, path: &Path) -> Result<Read, Failure> {
     let odd = |why: String| Failure::Input(format!("{}: {why}", shown::path(path)));
     let bytes = input::bytes(path, LARGEST)
         .map_err(|error| odd(format!("cannot be read as controls: {error}")))?;
@@ -64,19 +72,52 @@ pub fn read(problem: &Problem, path: &Path) -> Result<Vec<f64>, Failure> {
     if count != steps {
         return Err(odd(format!("it has {count} rows; {steps} are needed, one a step")));
     }
-    let place = |control: usize, component: usize| {
-        let name = columns.iter().find(|(_, c, k)| (*c, *k) == (control, component));
-        let name = name.map_or("", |(name, ..)| name);
-        let place = headers.iter().position(|header| header == name);
-        place.ok_or_else(|| odd(format!("column {name:?} is missing")))
-    };
-    let value = |variable: &tumble::plan::Variable| {
-        let column = place(variable.control, variable.component)?;
-        let is_first = |step: &usize| problem.knot(variable.control, *step) == variable.knot;
-        let step = (0..steps).find(is_first).unwrap_or(0);
+    let number = |step: usize, column: usize| {
         let text = rows[step].get(column).unwrap_or_default().trim();
         let value = text.parse().ok().filter(|value: &f64| value.is_finite());
         value.ok_or_else(|| odd(format!("row {}: {text:?} is no number", step + 1)))
     };
-    problem.variables().iter().map(value).collect()
+    let place = |name: &str| headers.iter().position(|header| header == name);
+    let mut changed = Vec::new();
+    let mut change = |count: usize, why: &str| {
+        if count > 0 {
+            changed.push(format!("{count} {why}"));
+        }
+    };
+    // Times are written with all their digits.
+    let (first, h) = (problem.scene().start_index as f64, problem.scene().world.time_step());
+    for (name, unit, why) in [
+        ("k", 1.0, "values of k are not those of the problem's steps"),
+        ("t", h, "values of t are not those of the problem's steps"),
+    ] {
+        let Some(column) = place(name) else { continue };
+        let mut others = 0;
+        for step in 0..steps {
+            let time = (first + step as f64) * unit;
+            others += usize::from((number(step, column)? - time).abs() > 1e-9 * (time + unit));
+        }
+        change(others, why);
+    }
+    let mut dropped = 0;
+    for (name, control, component) in &columns {
+        let column = place(name).ok_or_else(|| odd(format!("column {name:?} is missing")))?;
+        for step in 0..steps {
+            let piece = problem.steps_of(*control, problem.knot(*control, step));
+            let differs = number(step, column)? != number(piece.start, column)?;
+            dropped += usize::from(differs);
+        }
+    }
+    change(dropped, "values are not that of the first step of their piece, which counts");
+    let value = |variable: &tumble::plan::Variable| {
+        let known = columns.iter().find(|(_, control, component)| {
+            (*control, *component) == (variable.control, variable.component)
+        });
+        let column = known.and_then(|(name, ..)| place(name)).unwrap_or_default();
+        number(problem.steps_of(variable.control, variable.knot).start, column)
+    };
+    let given = problem.variables().iter().map(value).collect::<Result<Vec<_>, _>>()?;
+    let controls = problem.clipped(&given)?;
+    let moved = given.iter().zip(&controls).filter(|(given, taken)| given != taken).count();
+    change(moved, "numbers are beyond their bounds, which are taken");
+    Ok(Read { controls, changed })
 }

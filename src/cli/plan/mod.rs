@@ -15,6 +15,7 @@ use super::run_file::RunFile;
 use super::signals::raise_on_signals;
 use super::writer::RunWriter;
 use super::{input, scenario, shown};
+use controls::Read;
 use rayon::ThreadPoolBuilder;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -31,22 +32,38 @@ pub fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
     let text = scenario::read_text(&args.file)?;
     let file = ProblemFile::of_text(&text, &args.file, &input::bytes)?;
     let problem = &file.problem;
-    let start = match (&args.start, &file.start) {
-        (Some(path), _) | (None, Start::File(path)) => controls::read(problem, path)?,
-        (None, Start::Zero) => problem.zero(),
+    let (start, note) = match (&args.start, &file.start) {
+        (Some(path), _) | (None, Start::File(path)) => {
+            let Read { controls, changed } = controls::read(problem, path)?;
+            let note = format!("{}: {}", shown::path(path), changed.join("; "));
+            if args.replay && !changed.is_empty() {
+                return Err(Failure::Input(format!(
+                    "{note}: a replay is of controls as they stand"
+                )));
+            }
+            (controls, Some(note).filter(|_| !changed.is_empty()))
+        }
+        (None, Start::Zero) => (problem.zero(), None),
     };
     let interrupt = Arc::new(AtomicBool::new(false));
     raise_on_signals(&interrupt)?;
     let out = OutputDirectory::for_run(&args.out)?;
     let mut voice = Voice::new(args.quiet);
-    let (plan, costs) = search(args, &file, &start, &interrupt)?;
-    // What ended the search does not end the writing of what it found.
-    let interrupted = interrupt.swap(false, Ordering::Relaxed);
+    if let Some(note) = note {
+        voice.say(&format!("{note}\n"));
+    }
+    let Some((plan, costs)) = search(args, &file, &start, &interrupt)? else {
+        voice.say("interrupted before anything was found\n");
+        return voice.end(Outcome::Interrupted);
+    };
+    // What ended the search does not end the writing of what it found, nor does anything that comes later.
+    let interrupted = interrupt.load(Ordering::Relaxed);
+    let never = Arc::new(AtomicBool::new(false));
     let scene = problem.scene_of(&plan.replay)?;
-    let mut simulation = scene.simulation(&interrupt)?;
+    let mut simulation = scene.simulation(&never)?;
     let mut writer = RunWriter::create(&scene, &Kept::default(), &out, None)?;
     let outputs = (&mut writer, None);
-    let run = run::run(&scene, &mut simulation, Run::new(), &interrupt, outputs, args.quiet)?;
+    let run = run::run(&scene, &mut simulation, Run::new(), &never, outputs, args.quiet)?;
     if plan.replay.states.last().map(Vec::as_slice) != Some(simulation.states()) {
         let why = "the run of the plan's scene is not its replay: this is a fault of tumble";
         return Err(Failure::Other(why.to_owned()));
@@ -84,13 +101,14 @@ pub fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
     })
 }
 
-/// The plan, on the threads that are asked for, within the time; and the cost of every iteration.
+/// The plan, on the threads that are asked for, within the time; and the cost of every iteration. None where it was
+/// interrupted before the first run was at its end.
 fn search(
     args: &PlanArgs,
     file: &ProblemFile,
     start: &[f64],
     interrupt: &Arc<AtomicBool>,
-) -> Result<(Plan, Vec<f64>), Failure> {
+) -> Result<Option<(Plan, Vec<f64>)>, Failure> {
     let mut pool = ThreadPoolBuilder::new();
     if let Some(threads) = args.threads {
         pool = pool.num_threads(threads.get());
@@ -111,12 +129,11 @@ fn search(
     let mut watch = Watch { interrupt, progress: &mut progress };
     let plan = pool.install(|| file.problem.plan(start, &legs, &mut watch));
     bar.finish_and_clear();
-    let plan = plan.map_err(|error| match error {
-        PlanError::Problem(why) => Failure::Input(format!("{}: {why}", shown::path(&args.file))),
-        PlanError::Step(error) => Failure::Input(format!("{}: {error}", shown::path(&args.file))),
-        PlanError::Interrupted => {
-            Failure::Other("interrupted before anything was found".to_owned())
-        }
-    })?;
-    Ok((plan, costs))
+    let odd = |why: String| Err(Failure::Input(format!("{}: {why}", shown::path(&args.file))));
+    match plan {
+        Ok(plan) => Ok(Some((plan, costs))),
+        Err(PlanError::Interrupted) => Ok(None),
+        Err(PlanError::Problem(why)) => odd(why),
+        Err(PlanError::Step(error)) => odd(error.to_string()),
+    }
 }

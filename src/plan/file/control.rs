@@ -62,7 +62,12 @@ impl ControlTable {
                 if self.value.is_none() {
                     return Err("value: its range is needed".to_owned());
                 }
-                (ControlKind::Constant(constant), each(&[self.value]), wanted.to_owned())
+                let name = match constant {
+                    // The ground's own name is no control's.
+                    Constant::Ground => "ground.height",
+                    other => other.name(),
+                };
+                (ControlKind::Constant(constant), each(&[self.value]), name.to_owned())
             }
         };
         let knots = match self.knots {

@@ -132,8 +132,13 @@ impl KeepTable {
             if low.is_nan() || high.is_nan() || low > high {
                 return Err(format!("{name}: two numbers in order are needed"));
             }
-            kinds.push((name, KeepKind::AtLeast { component, low }));
-            kinds.push((name, KeepKind::AtMost { component, high }));
+            // A range may be open at an end.
+            if low != f64::NEG_INFINITY {
+                kinds.push((name, KeepKind::AtLeast { component, low }));
+            }
+            if high != f64::INFINITY {
+                kinds.push((name, KeepKind::AtMost { component, high }));
+            }
         }
         if kinds.is_empty() {
             return Err("nothing is to be kept; above, away, x, y or z is needed".to_owned());

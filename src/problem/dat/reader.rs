@@ -19,6 +19,16 @@ pub enum DatError {
     /// The text ends too early.
     #[error("it ends where {0} is wanted")]
     End(&'static str),
+    /// Entries of a sparse matrix that are not as many as it is said to have.
+    #[error("line {line}: {said} entries are announced, and {found} follow")]
+    Entries {
+        /// Of the announcement, counted from 1.
+        line: usize,
+        /// As many are said.
+        said: String,
+        /// As many there are.
+        found: usize,
+    },
     /// Something is left after the last number.
     #[error(
         "line {line}: {found:?} after the last coefficient of friction, where nothing is wanted"
@@ -44,10 +54,12 @@ pub fn read(text: &str) -> Result<ContactProblem, DatError> {
     let contacts = words.count("the number of contacts")?;
     let rows = dimension.saturating_mul(contacts);
     let first = words.matrix("M")?;
-    // A local problem goes on with q and μ, and perhaps a mark; a global one with another matrix.
+    // A local problem goes on with q and μ, and perhaps a mark; a global one with another matrix. Numbers may look like
+    // the head of one: then their count decides.
     let left = words.left();
     let of_local = first.rows().saturating_add(contacts);
-    let is_local = first.rows() == rows && (left == of_local || left == of_local + 1);
+    let is_local = first.rows() == rows
+        && (left == of_local || left == of_local + 1 || !words.begins_matrix(rows, rows));
     let problem = if is_local {
         let free = words.numbers(rows, "a number of q")?;
         let laws = words.laws(dimension, contacts)?;
@@ -105,7 +117,12 @@ impl<'a> Words<'a> {
     }
 
     fn number(&mut self, wanted: &'static str) -> Result<f64, DatError> {
-        self.parsed(wanted)
+        let number: f64 = self.parsed(wanted)?;
+        if number.is_finite() {
+            return Ok(number);
+        }
+        let (line, word) = self.words[self.at - 1];
+        Err(DatError::Word { line, found: shortened(word), wanted })
     }
 
     fn numbers(&mut self, count: usize, wanted: &'static str) -> Result<Vec<f64>, DatError> {
@@ -114,6 +131,17 @@ impl<'a> Words<'a> {
 
     fn counts(&mut self, count: usize, wanted: &'static str) -> Result<Vec<usize>, DatError> {
         (0..count).map(|_| self.count(wanted)).collect()
+    }
+
+    /// Whether a matrix of so many rows and columns comes: its storage, its rows, its columns.
+    fn begins_matrix(&self, rows: usize, columns: usize) -> bool {
+        let is = |at: usize, known: &dyn Fn(&str) -> bool| {
+            self.words.get(self.at + at).is_some_and(|(_, word)| known(word))
+        };
+        let counts = |count: usize| move |word: &str| word.parse() == Ok(count);
+        is(0, &|word| matches!(word, "0" | "1" | "2"))
+            && is(1, &counts(rows))
+            && is(2, &counts(columns))
     }
 
     /// Goes past a word if it is this.
@@ -143,7 +171,7 @@ impl<'a> Words<'a> {
         let entries = match storage.1 {
             "0" => self.dense(rows, columns)?,
             "1" => self.blocks()?,
-            "2" => self.sparse()?,
+            "2" => self.sparse(rows, columns)?,
             _ => {
                 let (line, found) = (storage.0, shortened(storage.1));
                 let wanted = match name {
@@ -229,7 +257,7 @@ impl<'a> Words<'a> {
     }
 
     /// CSparse's print: a line of its version, a line of sizes, and triplets or columns.
-    fn sparse(&mut self) -> Result<Entries, DatError> {
+    fn sparse(&mut self, rows: usize, columns: usize) -> Result<Entries, DatError> {
         if !self.passes("CSparse") {
             // Which form is the original one; the print tells it.
             self.number("the origin of a sparse matrix")?;
@@ -240,42 +268,66 @@ impl<'a> Words<'a> {
             self.at += 1;
         }
         let is_triplets = self.passes("triplet:");
-        self.next("the size of a sparse matrix")?;
+        let wanted = "the size of the sparse matrix, as its rows and columns have it";
+        let (line, size) = self.next(wanted)?;
+        let sizes = size.trim_end_matches(',').split_once("-by-");
+        if !sizes.is_some_and(|(a, b)| is_printed(a, rows) && is_printed(b, columns)) {
+            return Err(DatError::Word { line, found: shortened(size), wanted });
+        }
         self.expect("nzmax:")?;
         self.next("the room of a sparse matrix")?;
         self.expect("nnz:")?;
-        let (line, word) = self.next("the number of entries of a sparse matrix")?;
-        let wanted = "the number of entries of a sparse matrix";
-        let refusal = || DatError::Word { line, found: shortened(word), wanted };
-        let count: usize = word.trim_end_matches(',').parse().map_err(|_| refusal())?;
-        if count > self.words.len() {
-            return Err(refusal());
+        let (line, said) = self.next("the number of entries of a sparse matrix")?;
+        let said = said.trim_end_matches(',');
+        let entries =
+            if is_triplets { self.triplets()? } else { self.columns_of_entries(columns)? };
+        if !is_printed(said, entries.len()) {
+            let (said, found) = (shortened(said), entries.len());
+            return Err(DatError::Entries { line, said, found });
         }
+        Ok(entries)
+    }
+
+    /// Row, column and value of entries, as many as there are.
+    fn triplets(&mut self) -> Result<Entries, DatError> {
         let mut entries = Vec::new();
-        if is_triplets {
-            for _ in 0..count {
-                let row = self.count("the row of an entry")?;
-                let column = self.count("the column of an entry")?;
-                self.expect(":")?;
-                entries.push((row, column, self.number("an entry of a sparse matrix")?));
-            }
-            return Ok(entries);
+        while self.words.get(self.at + 2).is_some_and(|(_, word)| *word == ":") {
+            let row = self.count("the row of an entry")?;
+            let column = self.count("the column of an entry")?;
+            self.expect(":")?;
+            entries.push((row, column, self.number("an entry of a sparse matrix")?));
         }
+        Ok(entries)
+    }
+
+    /// Every column, with its places among the entries, and its entries.
+    fn columns_of_entries(&mut self, columns: usize) -> Result<Entries, DatError> {
         if self.passes("1-norm:") {
             self.number("the norm of a sparse matrix")?;
         }
-        let mut column = 0;
-        while self.passes("col") {
-            column = self.count("a column of a sparse matrix")?.max(column);
+        let mut entries = Vec::new();
+        for column in 0..columns {
+            self.expect("col")?;
+            let wanted = "the next column of a sparse matrix";
+            let (line, word) = self.next(wanted)?;
+            if word.parse() != Ok(column) {
+                return Err(DatError::Word { line, found: shortened(word), wanted });
+            }
             self.expect(":")?;
             self.expect("locations")?;
-            self.next("the first place of a column")?;
+            let first: i64 = self.parsed("the first place of a column")?;
             self.expect("to")?;
-            self.next("the last place of a column")?;
+            let last: i64 = self.parsed("the last place of a column")?;
+            let before = entries.len();
             while self.words.get(self.at + 1).is_some_and(|(_, word)| *word == ":") {
                 let row = self.count("the row of an entry")?;
                 self.expect(":")?;
                 entries.push((row, column, self.number("an entry of a sparse matrix")?));
+            }
+            let found = entries.len() - before;
+            let said = i128::from(last) - i128::from(first) + 1;
+            if said != found as i128 {
+                return Err(DatError::Entries { line, said: said.to_string(), found });
             }
         }
         Ok(entries)
@@ -293,6 +345,15 @@ impl<'a> Words<'a> {
 }
 
 type Entries = Vec<(usize, usize, f64)>;
+
+/// Whether a word is a count as C prints it, with six digits.
+fn is_printed(word: &str, count: usize) -> bool {
+    let rounded = |printed: f64| {
+        let apart = (printed - count as f64).abs();
+        apart == 0.0 || (printed >= 1e6 && apart <= 5e-6 * printed)
+    };
+    word.parse().is_ok_and(rounded)
+}
 
 /// A word as it is shown.
 fn shortened(word: &str) -> String {

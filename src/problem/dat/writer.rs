@@ -9,15 +9,13 @@ use std::fmt::Write as _;
 /// # Errors
 /// Groups that are no contacts, or contacts of different dimensions: the text has no words for them.
 pub fn write(problem: &ContactProblem) -> Result<String, ProblemError> {
-    let count = problem.laws().len();
-    let Some(dimension) = problem.dimension() else {
-        let (what, value) = ("groups of rows that are contacts of one dimension", count as f64);
-        return Err(ProblemError::OutOfRange {
-            what,
-            value,
-            allowed: "all of them, for such a file",
-        });
-    };
+    let (count, first) = (problem.laws().len(), problem.laws().first());
+    // Without a contact any dimension is as good.
+    let dimension = first.map_or(3, Law::rows);
+    let fits = |law: &Law| matches!(law, Law::Contact { .. }) && law.rows() == dimension;
+    if let Some(group) = problem.laws().iter().position(|law| !fits(law)) {
+        return Err(ProblemError::NoWords { group });
+    }
     let mut text = format!("{dimension}\n{count}\n");
     match problem.form() {
         Form::Local { response, free } => {

@@ -63,7 +63,7 @@ pub(crate) fn solve(
             (Start::Previous, None) => Start::Zero.name(),
             (start, _) => start.name(),
         },
-        selected,
+        selected: selected && evaluation.residual <= options.residual,
         ..Solution::of(impulses, evaluation, options.residual)
     })
 }
