@@ -101,7 +101,7 @@ pub fn page(report: &Report) -> String {
     let _ = writeln!(
         html,
         "<p><strong class=\"{class}\">{}</strong>: all of this is of the replay, the run that the simulator makes of \
-         the controls.</p>",
+         the controls, but for what is called a leg's own.</p>",
         escape(status)
     );
     if !report.reason.is_empty() {
@@ -152,7 +152,7 @@ fn legs(legs: &[Leg]) -> String {
     for leg in legs {
         let _ = writeln!(
             rows,
-            "<tr class=\"first\"><th scope=\"row\">{}</th>{}{}{}<td>{}</td><td>{}</td></tr>",
+            "<tr class=\"first\"><th scope=\"row\">{}</th>{}{}{}<td data-name=\"kept\">{}</td><td>{}</td></tr>",
             escape(&leg.name),
             number("cost", &figure(leg.cost)),
             number("iterations", &leg.counts[0].to_string()),

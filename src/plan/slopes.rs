@@ -298,7 +298,8 @@ fn motor(
     let mut acting: Vec<Acting> = slopes.map(act).collect();
     let mut moved = states.to_vec();
     for body in [Some(joint.body()), joint.other()].into_iter().flatten() {
-        let none = || Follows { body, by_place: [Matrix3::zeros(); 2], by_turn: [Matrix3::zeros(); 2] };
+        let none =
+            || Follows { body, by_place: [Matrix3::zeros(); 2], by_turn: [Matrix3::zeros(); 2] };
         acting.iter_mut().for_each(|of| of.follows.push(none()));
         for k in 0..6 {
             for (times, weight) in DIFFERENCES {

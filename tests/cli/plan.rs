@@ -76,12 +76,16 @@ fn a_plan_of_one_body_is_a_scene_too() {
     let text_of = |name: &str, table: &str| text(out(name).join(table));
     fs::copy(shipped("point.toml"), out("point.toml")).unwrap();
     let file = out("problem.toml");
-    let (force, start) = ("kind = \"force\"\nx = [0, 30]\nz = [0, 30]\nknots = 3", "kind = \"start\"\nof = \"velocity\"\nx = [0, 1]");
+    let (force, start) = (
+        "kind = \"force\"\nx = [0, 30]\nz = [0, 30]\nknots = 3",
+        "kind = \"start\"\nof = \"velocity\"\nx = [0, 1]",
+    );
     let problem = format!(
         "scene = \"point.toml\"\nsteps = 20\n[[controls]]\n{force}\n[[controls]]\n{start}\n[target]\nx = 0.3\n[search]\nruns = 300\n"
     );
     fs::write(&file, problem).unwrap();
-    let [file, first, scene] = [file, out("first"), out("scene")].map(|path| path.to_string_lossy().into_owned());
+    let [file, first, scene] =
+        [file, out("first"), out("scene")].map(|path| path.to_string_lossy().into_owned());
     let end = run(&["plan", &file, "--out", &first]);
     assert_eq!(end.code, Some(0), "{end:?}");
     let written = out("first").join("scene.toml").to_string_lossy().into_owned();
@@ -89,7 +93,8 @@ fn a_plan_of_one_body_is_a_scene_too() {
     assert_eq!(end.code, Some(0), "{end:?}");
     let tables = fs::read_dir(out("first")).unwrap().map(|entry| entry.unwrap().file_name());
     let tables = tables.map(|name| name.to_string_lossy().into_owned());
-    let tables: Vec<_> = tables.filter(|name| name.ends_with(".csv") && name != "controls.csv").collect();
+    let tables: Vec<_> =
+        tables.filter(|name| name.ends_with(".csv") && name != "controls.csv").collect();
     assert!(!tables.is_empty());
     for table in tables {
         assert_eq!(text_of("first", &table), text_of("scene", &table), "{table}");
