@@ -95,10 +95,7 @@ fn a_state_that_is_set_is_where_the_body_goes_on() {
     steps(&mut run, 20);
     let top = scene.starts.len() - 1;
     let there = run.states().to_vec();
-    let away = State {
-        position: there[top].position + Vector3::new(5.0, 0.0, 3.0),
-        ..there[top]
-    };
+    let away = State { position: there[top].position + Vector3::new(5.0, 0.0, 3.0), ..there[top] };
     run.set_state(top, away).unwrap();
     assert_eq!(run.states()[top], away);
     assert_eq!(run.states()[..top], there[..top]);
@@ -137,10 +134,7 @@ fn a_state_that_cannot_be_is_refused_and_changes_nothing() {
         steps(simulation, 20);
     }
     let here = run.states().to_vec();
-    let moved = |by: [f64; 3]| State {
-        position: here[1].position + Vector3::from(by),
-        ..here[1]
-    };
+    let moved = |by: [f64; 3]| State { position: here[1].position + Vector3::from(by), ..here[1] };
     let overlap = run.set_state(1, moved([0.0, 0.0, 0.05])).unwrap_err();
     assert!(matches!(overlap, Error::Overlap { .. }), "{overlap}");
     let deep = run.set_state(1, moved([9.0, 0.0, -50.0])).unwrap_err();

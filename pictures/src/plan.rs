@@ -31,8 +31,19 @@ pub struct Report {
     pub controls: Vec<(String, Vec<f64>)>,
     /// Contacts by name, and what each does in each step.
     pub contacts: Vec<(String, Vec<Touch>)>,
-    /// The paths of the bodies in the replay, m: a point a state.
-    pub paths: Vec<(String, Vec<[f64; 3]>)>,
+    /// The paths of the bodies.
+    pub paths: Vec<Path>,
+}
+
+/// The path of a body, m: a point a state.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Path {
+    /// The name of the body.
+    pub body: String,
+    /// In the replay.
+    pub replay: Vec<[f64; 3]>,
+    /// In the own run of the leg that found the plan; empty of a leg without one.
+    pub own: Vec<[f64; 3]>,
 }
 
 /// What is said of a leg.
@@ -90,7 +101,7 @@ pub fn page(report: &Report) -> String {
     let _ = writeln!(
         html,
         "<p><strong class=\"{class}\">{}</strong>: all of this is of the replay, the run that the simulator makes of \
-         the controls.</p>",
+         the controls, but for what is called a leg's own.</p>",
         escape(status)
     );
     if !report.reason.is_empty() {
@@ -104,8 +115,9 @@ pub fn page(report: &Report) -> String {
     for (name, values) in report.controls.iter().take(MOST) {
         html += &control(&report.times, name, values);
     }
-    for (name, path) in report.paths.iter().take(MOST) {
-        html += &paths(&report.times, name, path);
+    html += &apart(report);
+    for path in report.paths.iter().take(MOST) {
+        html += &paths(&report.times, path);
     }
     html += "</div>\n</body>\n</html>\n";
     html
@@ -140,7 +152,7 @@ fn legs(legs: &[Leg]) -> String {
     for leg in legs {
         let _ = writeln!(
             rows,
-            "<tr class=\"first\"><th scope=\"row\">{}</th>{}{}{}<td>{}</td><td>{}</td></tr>",
+            "<tr class=\"first\"><th scope=\"row\">{}</th>{}{}{}<td data-name=\"kept\">{}</td><td>{}</td></tr>",
             escape(&leg.name),
             number("cost", &figure(leg.cost)),
             number("iterations", &leg.counts[0].to_string()),
@@ -169,11 +181,10 @@ fn ribbon(report: &Report) -> String {
     if count == 0 {
         return String::new();
     }
-    let end = report.times.last().copied().unwrap_or(1.0);
+    let (start, end) = ends(&report.times);
     let mut lines = Axis::linear(0.0, count as f64, 0.0, 1);
     let names = report.contacts.iter().take(count).enumerate();
     lines.ticks = names.map(|(k, (name, _))| (k as f64 + 0.5, escape(name))).collect();
-    let start = report.times.first().copied().unwrap_or(0.0);
     let mut chart =
         Chart::new(Axis::linear(start, end, 0.0, 6), lines, ("time t (s)", "what contacts do"));
     for (k, (_, modes)) in report.contacts.iter().take(count).enumerate() {
@@ -194,8 +205,7 @@ fn ribbon(report: &Report) -> String {
 }
 
 fn control(times: &[f64], name: &str, values: &[f64]) -> String {
-    let (start, end) =
-        (times.first().copied().unwrap_or(0.0), times.last().copied().unwrap_or(1.0));
+    let (start, end) = ends(times);
     let axis = Axis::new(Kind::FromZero, values.iter().copied(), 6);
     let mut chart = Chart::new(Axis::linear(start, end, 0.0, 6), axis, ("time t (s)", name));
     // It is held for each step.
@@ -204,18 +214,54 @@ fn control(times: &[f64], name: &str, values: &[f64]) -> String {
     chart.figure(&format!("{name} over time"), "")
 }
 
-fn paths(times: &[f64], name: &str, path: &[[f64; 3]]) -> String {
-    let (start, end) =
-        (times.first().copied().unwrap_or(0.0), times.last().copied().unwrap_or(1.0));
-    let axis = Axis::new(Kind::FromZero, path.iter().flatten().copied(), 6);
-    let y_name = format!("place of {name} (m)");
-    let mut chart = Chart::new(Axis::linear(start, end, 0.0, 6), axis, ("time t (s)", &y_name));
-    let keys = [("native", "x"), ("ipopt", "y"), ("guide", "z")];
-    for (k, (class, _)) in keys.iter().enumerate() {
-        chart.line(class, times.iter().zip(path).map(|(time, point)| (*time, point[k])));
+/// How far the own run of the leg and the replay are apart over time, the farthest body of each state.
+fn apart(report: &Report) -> String {
+    let far = |k: usize| {
+        let pairs = report.paths.iter().filter_map(|of| of.replay.get(k).zip(of.own.get(k)));
+        let square = |(a, b): (&[f64; 3], &[f64; 3])| -> f64 {
+            a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum()
+        };
+        pairs.map(square).fold(0.0, f64::max).sqrt()
+    };
+    let far: Vec<f64> = (0..report.times.len()).map(far).collect();
+    if report.paths.iter().all(|of| of.own.is_empty()) {
+        return String::new();
     }
-    let keys: String = keys.iter().map(|(class, name)| line_key(class, name)).collect();
-    chart.figure(&format!("{y_name} over time"), &keys)
+    let (start, end) = ends(&report.times);
+    let axes = (Axis::linear(start, end, 0.0, 6), Axis::new(Kind::Log, far.iter().copied(), 6));
+    let mut chart = Chart::new(axes.0, axes.1, ("time t (s)", "plan and replay apart (m)"));
+    chart.line("native", report.times.iter().copied().zip(far));
+    let words = "how far the own run of the leg that found the plan is from its replay";
+    chart.figure(words, words)
+}
+
+/// t, s, at the begin and at the end.
+fn ends(times: &[f64]) -> (f64, f64) {
+    (times.first().copied().unwrap_or(0.0), times.last().copied().unwrap_or(1.0))
+}
+
+/// The replay on top of the leg's own run, which is drawn wide.
+fn paths(times: &[f64], path: &Path) -> String {
+    let (start, end) = ends(times);
+    let values = path.replay.iter().chain(&path.own).flatten().copied();
+    let y_name = format!("place of {} (m)", path.body);
+    let axes = (Axis::linear(start, end, 0.0, 6), Axis::new(Kind::FromZero, values, 6));
+    let mut chart = Chart::new(axes.0, axes.1, ("time t (s)", &y_name));
+    let keys = [("native", "x"), ("ipopt", "y"), ("guide", "z")];
+    let over = |path: &[[f64; 3]], k: usize| {
+        let points = times.iter().zip(path).map(|(time, point)| (*time, point[k]));
+        points.collect::<Vec<_>>()
+    };
+    let mut caption = String::new();
+    if !path.own.is_empty() {
+        (0..3).for_each(|k| chart.line("exact", over(&path.own, k)));
+        caption += &line_key("exact", "the leg's own run");
+    }
+    for (k, (class, name)) in keys.iter().enumerate() {
+        chart.line(class, over(&path.replay, k));
+        caption += &line_key(class, &format!("{name} of the replay"));
+    }
+    chart.figure(&format!("{y_name} over time"), &caption)
 }
 
 #[cfg(test)]
@@ -242,15 +288,51 @@ mod tests {
             times: vec![0.0, 0.1, 0.2],
             controls: vec![(words("force (N)"), vec![1.0, -1.0])],
             contacts: vec![(words("box 0"), vec![Touch::Stick, Touch::Slip])],
-            paths: vec![(words("box"), vec![[0.0; 3], [0.1, 0.0, 0.0], [0.2, 0.0, 0.1]])],
+            paths: vec![Path {
+                body: words("box"),
+                replay: vec![[0.0; 3], [0.1, 0.0, 0.0], [0.2, 0.0, 0.1]],
+                own: Vec::new(),
+            }],
         };
-        let page = page(&report);
+        let page = drawn(&report, 4);
+        assert!(!page.contains("own run"), "there is none");
         for part in ["missed &amp; so on", "0.250000", "40", "class=\"stick\"", "class=\"slip\""] {
             assert!(page.contains(part), "{part}");
         }
         for wrong in ["NaN", "<b>", "<i>", "<script", "http://", "https://"] {
             assert!(!page.contains(wrong), "{wrong}");
         }
-        assert_eq!(page.matches("<svg viewBox=\"0 0 440").count(), 4);
+    }
+
+    /// Cost, modes, a control and a path; of a leg with a run of its own that and the distance to it, also where both are one.
+    #[test]
+    fn a_plan_of_its_own_stands_under_its_replay() {
+        let words = |text: &str| text.to_owned();
+        for off in [0.0, 1e-3] {
+            let replay = vec![[0.0; 3], [0.1, 0.0, 0.0], [0.2, 0.0, 0.1]];
+            let own = replay.iter().map(|[x, y, z]| [*x, *y, z + off]).collect();
+            let report = Report {
+                program: words("tumble"),
+                name: words("box"),
+                status: (words("exact"), true),
+                reason: String::new(),
+                legs: Vec::new(),
+                targets: Vec::new(),
+                progress: Vec::new(),
+                times: vec![0.0, 0.1, 0.2],
+                controls: Vec::new(),
+                contacts: Vec::new(),
+                paths: vec![Path { body: words("box"), replay, own }],
+            };
+            let page = drawn(&report, 2);
+            assert_eq!(page.matches("<path class=\"exact\"").count(), 3 + 1, "and its key");
+            assert!(page.contains("plan and replay apart (m)") && !page.contains("NaN"));
+        }
+    }
+
+    fn drawn(report: &Report, charts: usize) -> String {
+        let page = page(report);
+        assert_eq!(page.matches("<svg viewBox=\"0 0 440").count(), charts);
+        page
     }
 }

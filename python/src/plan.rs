@@ -14,6 +14,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Instant;
 use tumble::plan::file::ProblemFile;
 use tumble::plan::{Plan, PlanError, Problem, Progress, Watch};
+use tumble::scenario::written;
 
 /// Looks for controls of the problem that `text` says of the scene, from `start`, for at most `time` (s): what the plan
 /// is, by names.
@@ -29,13 +30,16 @@ pub fn plan<'py>(
     threads: usize,
 ) -> PyResult<Bound<'py, PyDict>> {
     let mut content = (*scene.content).clone();
-    let Some(mut model) = content.model().cloned() else {
-        return Err(refused("a plan is of a scene of [[bodies]]; this one is of [body]"));
-    };
     if let Some(states) = &states {
+        let states = to_states("states", states)?;
         let time = content.start_index as f64 * content.world.time_step();
-        model.start_at(&to_states("states", states)?, time).map_err(in_python)?;
-        content = content.with_model(model).map_err(in_python)?;
+        match content.model().cloned() {
+            Some(mut model) => {
+                model.start_at(&states, time).map_err(in_python)?;
+                content = content.with_model(model).map_err(in_python)?;
+            }
+            None => content.starts = states,
+        }
     }
     let file = ProblemFile::of_scene_text(content, text).map_err(refused)?;
     let problem = &file.problem;
@@ -133,6 +137,9 @@ fn told<'py>(py: Python<'py>, problem: &Problem, plan: &Plan) -> PyResult<Bound<
     all.set_item("modes", modes.collect::<Vec<_>>())?;
     let found = problem.scene_of(replay).map_err(in_python)?;
     let model = found.model().map(|model| model.text()).transpose().map_err(in_python)?;
+    // One body in its own notation has no model, and its whole scene is a text.
+    let text = if model.is_none() { Some(written::text(&found).map_err(in_python)?) } else { None };
     all.set_item("model", model)?;
+    all.set_item("text", text)?;
     Ok(all)
 }

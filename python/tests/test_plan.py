@@ -73,5 +73,40 @@ def test_what_cannot_be_is_missed_and_what_is_none_is_refused():
         controls, target, *rest = arguments
         with pytest.raises(tumble.TumbleError, match=words):
             tumble.plan(box(), 20, controls, target, **(rest[0] if rest else {}))
-    with pytest.raises(tumble.TumbleError, match="body"):
-        tumble.plan(tumble.drop(), 20, [weak], {"x": 1})
+
+
+POINT = """
+time_step = 0.01
+[body]
+point_mass = true
+mass = 1.0
+[ground]
+friction = 0.5
+[start]
+position = [0, 0, 0]
+"""
+
+
+def test_one_body_in_its_own_notation_is_planned_for():
+    scene = tumble.Scene.from_text(POINT)
+    push = {"kind": "force", "x": [-30, 30], "z": [-20, 60]}
+    target = {"position": [0.5, 0, 0], "tolerance": {"position": 1e-2}}
+    plan = tumble.plan(scene, 30, [push], target, runs=1000)
+    assert plan.ok, plan.reason
+    np.testing.assert_array_equal(plan.run.states[-1], scene.simulate().run(30, plan.wrenches).states[-1])
+    moved = [[0.1, 0, 0.2, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0]]
+    plan = tumble.plan(scene, 5, [push], target, states=moved, legs=[])
+    np.testing.assert_array_equal(plan.starts, moved)
+    assert plan.run.states[0] == pytest.approx(plan.starts)
+
+
+def test_motors_swing_a_rod():
+    rod = {"box": [0.02, 0.02, 1.0], "mass": 1.0, "position": [0, 0, 1.5]}
+    hinge = {"name": "hinge", "type": "revolute", "bodies": "body-1", "anchor": [0, 0, 2], "axis": [0, 1, 0]}
+    scene = tumble.Scene(bodies=[{**rod, "name": "body-1"}], joints=[hinge], ground={"none": True, "friction": 0.5})
+    motor = {"kind": "motor", "joint": "hinge", "force": [-9, 9], "knots": 2}
+    plan = tumble.plan(scene, 50, [motor], {"turn": 20, "axis": [0, 1, 0]}, legs=["shoot"])
+    assert plan.ok, plan.reason
+    assert set(plan.columns) == {"hinge.motor.force"} and np.abs(plan.wrenches[:, 0, 4]).max() > 0
+    with pytest.raises(tumble.TumbleError, match="none that is called"):
+        tumble.plan(scene, 5, [{**motor, "joint": "knee"}], {"turn": 20})

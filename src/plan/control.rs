@@ -4,7 +4,7 @@ use crate::derivative::StateChange;
 use crate::joint::JointAxis;
 use crate::mechanics::quaternion::rotation;
 use crate::mechanics::{State, Wrench};
-use crate::world::Constant;
+use crate::world::{Constant, World};
 use nalgebra::{Matrix3, Vector3};
 
 /// A control: numbers within bounds, piecewise constant over the steps.
@@ -38,12 +38,11 @@ pub enum ControlKind {
     },
     /// A push at a point of a body, in its axes at the step's start.
     Push(Push),
-    /// A force along a free axis of a joint, or a torque about it, besides its drive: N or N m.
+    /// A force along free axes of joints, or a torque about them, besides their drives: N or N m, the same one on each. It acts
+    /// on both bodies of a joint, opposite.
     Motor {
-        /// An index of the world's joints.
-        joint: usize,
-        /// Which of its axes.
-        axis: JointAxis,
+        /// Indices of the world's joints, and which of their axes: all of a place, or all of a turn.
+        axes: Vec<(usize, JointAxis)>,
     },
     /// Where or how fast a body starts: x, y, z.
     Start {
@@ -126,8 +125,10 @@ impl ControlKind {
             Self::Push(_) if component > 2 => "m",
             Self::Push(push) if component > 0 && push.friction.is_some() => "",
             Self::Push(_) => "N",
-            Self::Motor { axis: JointAxis::Linear(_), .. } => "N",
-            Self::Motor { axis: JointAxis::Angular(_), .. } => "N m",
+            Self::Motor { axes } => match axes.first() {
+                Some((_, JointAxis::Linear(_))) => "N",
+                _ => "N m",
+            },
             Self::Start { part, .. } => match part {
                 StartPart::Position => "m",
                 StartPart::Turn => "rad",
@@ -145,6 +146,19 @@ impl ControlKind {
             Self::Force { body } | Self::Torque { body } | Self::Start { body, .. } => Some(*body),
             Self::Push(push) => Some(push.body),
             Self::Motor { .. } | Self::Constant(_) => None,
+        }
+    }
+
+    /// The bodies that it pushes.
+    pub(super) fn pushes(&self, world: &World) -> Vec<usize> {
+        match self {
+            Self::Motor { axes } => {
+                let joints = axes.iter().filter_map(|(joint, _)| world.joints().get(*joint));
+                let bodies = joints.flat_map(|joint| [Some(joint.body()), joint.other()]);
+                bodies.flatten().collect()
+            }
+            Self::Start { .. } => Vec::new(),
+            _ => self.body().into_iter().collect(),
         }
     }
 

@@ -2,6 +2,7 @@
 
 use super::leg::{Leg, LegReport, Watch};
 use super::{PlanError, Problem, Replay};
+use crate::mechanics::State;
 use std::fmt;
 
 /// How far the own run of the leg that found a plan may be from its replay for the plan to be exact, m.
@@ -52,7 +53,9 @@ pub struct Plan {
     pub replay: Replay,
     /// What each leg came to.
     pub legs: Vec<LegReport>,
-    /// How far the own run of the leg that found it is from the replay, m; of a leg without one, none.
+    /// The own run of the leg that found it, as states from the start on; of a leg without one, none.
+    pub own: Option<Vec<Vec<State>>>,
+    /// How far that is from the replay at most, m.
     pub apart: Option<f64>,
     /// What is missed, and what the last leg said of it; empty of a plan that meets all.
     pub reason: String,
@@ -75,7 +78,7 @@ impl Problem {
         legs.iter().try_for_each(|leg| leg.check(self))?;
         let mut best = self.replay_until(start, Some(watch.interrupt))?;
         let mut reports = Vec::new();
-        let (mut apart, mut exact) = (None, false);
+        let (mut own, mut apart, mut exact) = (None, None, false);
         for leg in legs {
             if watch.is_interrupted() {
                 break;
@@ -107,7 +110,7 @@ impl Problem {
                         confirmed && replay.meets() == best.meets() && replay.cost <= cost;
                     if replay.is_better(&best) || confirms {
                         report.kept = true;
-                        (apart, exact) = (report.apart, confirmed);
+                        (own, apart, exact) = (end.states, report.apart, confirmed);
                         best = replay;
                     }
                 }
@@ -125,7 +128,7 @@ impl Problem {
             (false, false, _) => PlanStatus::Missed,
         };
         let reason = self.reason(&best, &reports);
-        Ok(Plan { status, replay: best, legs: reports, apart, reason })
+        Ok(Plan { status, replay: best, legs: reports, own, apart, reason })
     }
 
     /// Why a replay is no plan: in one sentence what is missed, what is at its bounds, and what the last leg said.

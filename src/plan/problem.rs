@@ -4,13 +4,11 @@ use super::control::{Applied, Control, ControlKind};
 use super::keep::Keep;
 use super::target::Target;
 use super::{PlanError, held};
-use crate::error::Error;
-use crate::joint::{JointAxis, JointLoad};
+use crate::joint::{Joint, JointAxis};
 use crate::mechanics::{Load, State, Wrench};
 use crate::scenario::scene::Scene;
 use crate::simulation::{Simulation, StepRecord};
 use crate::world::{Constant, World};
-use nalgebra::Vector3;
 use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -144,7 +142,7 @@ impl Problem {
         let mut pushed = vec![false; bodies];
         for (index, control) in controls.iter().enumerate() {
             offsets.push(variables.len());
-            if let (Some(body), false) = (control.kind.body(), control.kind.is_of_the_run()) {
+            for body in control.kind.pushes(&scene.world) {
                 pushed[body] = true;
             }
             for knot in 0..control.knots {
@@ -335,8 +333,17 @@ impl Problem {
         wrenches.clear();
         let loads = self.scene.loads.iter().zip(states);
         wrenches.extend(loads.map(|(load, state)| load.wrench(index, h, &state.attitude)));
-        for control in 0..self.controls.len() {
-            let Some(body) = self.controls[control].kind.body() else { continue };
+        for (control, Control { kind, .. }) in self.controls.iter().enumerate() {
+            if let ControlKind::Motor { axes } = kind {
+                let (numbers, _) = self.numbers(control, self.knot(control, step), controls);
+                for (joint, axis) in axes {
+                    let of = &self.scene.world.joints()[*joint];
+                    for (body, wrench) in motor_wrenches(of, states, *axis, numbers[0]) {
+                        wrenches[body] = wrenches[body].plus(&wrench);
+                    }
+                }
+            }
+            let Some(body) = kind.body() else { continue };
             if let Some((applied, ..)) = self.applied(control, step, controls) {
                 wrenches[body] = wrenches[body].plus(&applied.wrench(&states[body]));
             }
@@ -389,33 +396,6 @@ impl Problem {
         Ok(self.scene.world.with_constants(&given)?)
     }
 
-    /// The forces along the axes of joints over time, by the joints' indices.
-    pub(super) fn joint_loads(&self, controls: &[f64]) -> Result<Vec<(usize, JointLoad)>, Error> {
-        let mut all: Vec<(usize, [Vec<Vector3<f64>>; 2])> = Vec::new();
-        for (index, control) in self.controls.iter().enumerate() {
-            let ControlKind::Motor { joint, axis } = control.kind else { continue };
-            let place = all.iter().position(|(known, _)| *known == joint).unwrap_or_else(|| {
-                let none = || vec![Vector3::zeros(); self.steps];
-                all.push((joint, [none(), none()]));
-                all.len() - 1
-            });
-            let (of, k) = match axis {
-                JointAxis::Linear(k) => (0, k),
-                JointAxis::Angular(k) => (1, k),
-            };
-            for (step, values) in all[place].1[of].iter_mut().enumerate() {
-                values[k] += self.numbers(index, self.knot(index, step), controls).0[0];
-            }
-        }
-        let (first, h) = (self.scene.start_index, self.scene.world.time_step());
-        let load = |(joint, [force, torque]): (usize, [Vec<Vector3<f64>>; 2])| {
-            let (force, torque) =
-                (held::through(&force, first, h)?, held::through(&torque, first, h)?);
-            Ok((joint, JointLoad { force, torque }))
-        };
-        all.into_iter().map(load).collect()
-    }
-
     /// Runs the problem under `controls`, which are within their bounds, and shows every step.
     pub(super) fn simulate(
         &self,
@@ -429,9 +409,6 @@ impl Problem {
         self.scene.prepare(&mut simulation)?;
         for (body, _) in self.pushed.iter().enumerate().filter(|(_, pushed)| **pushed) {
             simulation.set_load(body, Load::none())?;
-        }
-        for (joint, load) in self.joint_loads(controls)? {
-            simulation.set_joint_load(joint, load)?;
         }
         if let Some(flag) = interrupt {
             simulation.interrupt_by(Arc::clone(flag));
@@ -450,6 +427,18 @@ impl Problem {
         }
         Ok(())
     }
+}
+
+/// What a motor of `joint` with a force of `size` puts on its bodies.
+pub(super) fn motor_wrenches(
+    joint: &Joint,
+    states: &[State],
+    axis: JointAxis,
+    size: f64,
+) -> impl Iterator<Item = (usize, Wrench)> {
+    let sides = [Some(joint.body()), joint.other()].into_iter();
+    let wrenches = joint.wrenches(states, axis, size).unwrap_or([Wrench::zero(); 2]);
+    sides.zip(wrenches).filter_map(|(body, wrench)| body.map(|body| (body, wrench)))
 }
 
 /// The piece of `knots` in `step` of `steps`.
@@ -517,11 +506,19 @@ fn check_control(control: &Control, world: &World, steps: usize) -> Result<(), P
             }
             Ok(())
         }
-        ControlKind::Motor { joint, axis } => {
-            if world.driven_axes().contains(&(*joint, *axis)) {
-                return Ok(());
+        ControlKind::Motor { axes } => {
+            let driven = world.driven_axes();
+            if let Some((joint, _)) = axes.iter().find(|axis| !driven.contains(axis)) {
+                return odd(format!("control {name:?}: joint {joint} has no such free axis"));
             }
-            odd(format!("control {name:?}: joint {joint} has no such free axis"))
+            let of_a_place = |(_, axis): &(usize, JointAxis)| matches!(axis, JointAxis::Linear(_));
+            let along = axes.iter().filter(|axis| of_a_place(axis)).count();
+            if axes.is_empty() || along > 0 && along < axes.len() {
+                let why = "axes that slide, or axes that turn, are needed: its number is N, or N m";
+                return odd(format!("control {name:?}: {why}"));
+            }
+            let twice = (1..axes.len()).any(|k| axes[..k].contains(&axes[k]));
+            if twice { odd(format!("control {name:?}: a joint is named twice")) } else { Ok(()) }
         }
         ControlKind::Constant(constant) if !CONSTANTS.contains(constant) => {
             let names: Vec<_> = CONSTANTS.iter().map(|constant| constant.name()).collect();

@@ -1,7 +1,7 @@
 //! A plan as a scene: its start, its constants, and its forces as loads over time. A run of it is the replay to the last bit,
 //! and everything that takes a scene takes a plan.
 
-use super::{ControlKind, Problem, Replay, held};
+use super::{Problem, Replay, held};
 use crate::mechanics::{Load, State};
 use crate::scenario::failure::Failure;
 use crate::scenario::fields::Exactly;
@@ -15,12 +15,8 @@ impl Problem {
     /// The scene that runs as `replay` did.
     ///
     /// # Errors
-    /// Forces of joints, which no scene has over time; what the library refuses: nothing else of a replay of this problem.
+    /// What the library refuses: nothing of a replay of this problem.
     pub fn scene_of(&self, replay: &Replay) -> Result<Scene, Failure> {
-        if self.controls().iter().any(|of| matches!(of.kind, ControlKind::Motor { .. })) {
-            let why = "a plan of joints' forces is no scene: a scene has none over time";
-            return Err(Failure::Input(why.to_owned()));
-        }
         let other = |error: super::PlanError| Failure::Other(error.to_string());
         let (world, starts) =
             (self.world(&replay.controls).map_err(other)?, self.starts(&replay.controls));

@@ -7,19 +7,20 @@
 //! λ_N = ∂ρ/∂X_N,   λ_k = ∂ρ/∂X_k + S_Xᵀ λ_{k+1} + W_Xᵀ S_Wᵀ λ_{k+1},   ∂ρ/∂u = Σ_k W_uᵀ S_Wᵀ λ_{k+1}   (P5)
 //! ```
 //!
-//! one pass backwards for each row, with the steps linearised once for all of them. What no step has a derivative
-//! by, the forces of joints, is differenced, two runs a variable; and everything is where a step has no derivative at
-//! all.
+//! one pass backwards for each row, with the steps linearised once for all of them. Where a step has no derivative,
+//! everything is differenced, two runs a variable.
 
 use super::control::ControlKind;
+use super::problem::motor_wrenches;
 use super::{PlanError, Problem};
 use crate::derivative::StateChange;
 use crate::error::Error;
+use crate::joint::{Joint, JointAxis};
 use crate::mechanics::quaternion::rotation;
 use crate::mechanics::{State, Wrench};
 use crate::solver::native::{StepDerivative, StepGradient};
 use crate::world::Constant;
-use nalgebra::{DMatrix, DVector, Matrix3};
+use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use rayon::prelude::*;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -48,16 +49,24 @@ const DIFFERENCE: f64 = 3e-4;
 /// What one step has for the pass backwards.
 struct Tape {
     derivative: StepDerivative,
-    /// The controls that push: which, of which body, by each of their variables, and by a turn of the body.
-    pushes: Vec<Pushed>,
-    /// How wrenches of loads that act at a point follow a turn of their bodies.
-    loads: Vec<(usize, Matrix3<f64>)>,
+    /// What acts on bodies and follows the controls or the states: controls that push, motors on both of their bodies, loads at a point.
+    acting: Vec<Acting>,
 }
 
-struct Pushed {
+/// A wrench on a body.
+struct Acting {
     body: usize,
+    /// By each variable.
     by: Vec<(usize, Wrench)>,
-    by_turn: (Matrix3<f64>, Matrix3<f64>),
+    /// By states of bodies, at the step's start.
+    follows: Vec<Follows>,
+}
+
+/// The derivatives of a force and of a torque by a body's place and turn.
+struct Follows {
+    body: usize,
+    by_place: [Matrix3<f64>; 2],
+    by_turn: [Matrix3<f64>; 2],
 }
 
 impl Problem {
@@ -93,19 +102,14 @@ impl Problem {
                 by.row_mut(index).copy_from(&numbers.transpose());
             }
         }
-        let differenced: Vec<usize> = (0..controls.len())
-            .filter(|&index| {
-                let control = self.variables()[index].control;
-                refused || matches!(self.controls()[control].kind, ControlKind::Motor { .. })
-            })
-            .collect();
-        let columns = differenced
-            .par_iter()
-            .map(|&index| Ok((index, self.differenced(index, &rows, controls, interrupt)?)));
-        for (index, column) in columns.collect::<Result<Vec<_>, PlanError>>()? {
-            by.set_column(index, &column);
+        let differenced = if refused { controls.len() } else { 0 };
+        let columns = (0..differenced)
+            .into_par_iter()
+            .map(|index| self.differenced(index, &rows, controls, interrupt));
+        for (index, column) in columns.collect::<Result<Vec<_>, PlanError>>()?.iter().enumerate() {
+            by.set_column(index, column);
         }
-        let runs = 1 + 2 * differenced.len() as u64;
+        let runs = 1 + 2 * differenced as u64;
         Ok((Slopes { rows: values, by }, runs))
     }
 
@@ -158,8 +162,16 @@ impl Problem {
         states: &[State],
         controls: &[f64],
     ) -> Tape {
-        let mut pushes = Vec::new();
+        let mut acting = Vec::new();
+        let by_place = [Matrix3::zeros(); 2];
         for (index, control) in self.controls().iter().enumerate() {
+            if let ControlKind::Motor { axes } = &control.kind {
+                let (numbers, places) = self.numbers(index, self.knot(index, step), controls);
+                for (joint, axis) in axes {
+                    let of = &self.scene.world.joints()[*joint];
+                    acting.extend(motor(of, states, *axis, (numbers[0], places[0])));
+                }
+            }
             let Some(body) = control.kind.body() else { continue };
             let Some((applied, numbers, places)) = self.applied(index, step, controls) else {
                 continue;
@@ -168,22 +180,25 @@ impl Problem {
             let by = slopes.iter().zip(&places).filter_map(|(slope, place)| {
                 place.map(|place| (place, slope.wrench(&states[body])))
             });
-            let by_turn = applied.by_turn(&states[body]);
-            pushes.push(Pushed { body, by: by.collect(), by_turn });
+            let by_turn = applied.by_turn(&states[body]).into();
+            let follows = vec![Follows { body, by_place, by_turn }];
+            acting.push(Acting { body, by: by.collect(), follows });
         }
         let (h, index) = (self.scene.world.time_step(), self.scene.start_index + step as u64);
         let loads = self.scene.loads.iter().zip(states).enumerate();
         let loads = loads.filter(|(_, (load, _))| load.point().amax() > 0.0 && !load.is_none());
-        let loads = loads.map(|(body, (load, state))| {
+        acting.extend(loads.map(|(body, (load, state))| {
             // τ = p × Aᵀ F (20), of which Aᵀ F turns by (Aᵀ F) × δθ.
             let force = load.wrench(index, h, &state.attitude).force;
             let seen = rotation(&state.attitude).tr_mul(&force);
-            (body, load.point().cross_matrix() * seen.cross_matrix())
-        });
-        Tape { derivative, pushes, loads: loads.collect() }
+            let torque = load.point().cross_matrix() * seen.cross_matrix();
+            let by_turn = [Matrix3::zeros(), torque];
+            Acting { body, by: Vec::new(), follows: vec![Follows { body, by_place, by_turn }] }
+        }));
+        Tape { derivative, acting }
     }
 
-    /// The derivatives of one row by all variables (P5), zero of those that are differenced.
+    /// The derivatives of one row by all variables (P5).
     fn pulled(
         &self,
         row: &RowOf,
@@ -201,16 +216,18 @@ impl Problem {
         for step in tape[..after].iter_mut().rev() {
             step.derivative.pull(&dual, &asked, &mut gradient)?;
             dual.clone_from(&gradient.states);
-            for push in &step.pushes {
-                let by = &gradient.wrenches[push.body];
-                for (place, slope) in &push.by {
+            for of in &step.acting {
+                let by = &gradient.wrenches[of.body];
+                for (place, slope) in &of.by {
                     found[*place] += by.force.dot(&slope.force) + by.torque.dot(&slope.torque);
                 }
-                let (force, torque) = &push.by_turn;
-                dual[push.body].turn += force.tr_mul(&by.force) + torque.tr_mul(&by.torque);
-            }
-            for (body, by_turn) in &step.loads {
-                dual[*body].turn += by_turn.tr_mul(&gradient.wrenches[*body].torque);
+                for Follows { body, by_place, by_turn } in &of.follows {
+                    let pulled = |[force, torque]: &[Matrix3<f64>; 2]| {
+                        force.tr_mul(&by.force) + torque.tr_mul(&by.torque)
+                    };
+                    dual[*body].position += pulled(by_place);
+                    dual[*body].turn += pulled(by_turn);
+                }
             }
             for ((place, constant), numbers) in constants.iter().zip(&gradient.constants) {
                 let unit = constant.from_one_number(&self.scene.world, 1.0);
@@ -264,6 +281,56 @@ impl Problem {
         Ok((moved(by)? - moved(-by)?) / (2.0 * by))
     }
 }
+
+/// What a motor of `joint` puts on its bodies, with its number and its place among the variables. How it follows a place or a turn is a
+/// difference of fourth order of its closed form, not of steps.
+fn motor(
+    joint: &Joint,
+    states: &[State],
+    axis: JointAxis,
+    (number, place): (f64, Option<usize>),
+) -> Vec<Acting> {
+    let slopes = motor_wrenches(joint, states, axis, 1.0);
+    let act = |(body, slope)| {
+        let by = place.map(|place| (place, slope)).into_iter().collect();
+        Acting { body, by, follows: Vec::new() }
+    };
+    let mut acting: Vec<Acting> = slopes.map(act).collect();
+    let mut moved = states.to_vec();
+    for body in [Some(joint.body()), joint.other()].into_iter().flatten() {
+        let none =
+            || Follows { body, by_place: [Matrix3::zeros(); 2], by_turn: [Matrix3::zeros(); 2] };
+        acting.iter_mut().for_each(|of| of.follows.push(none()));
+        for k in 0..6 {
+            for (times, weight) in DIFFERENCES {
+                let by = Vector3::ith(k % 3, times * MOVED);
+                let change = match k {
+                    0..3 => StateChange { position: by, ..StateChange::zero() },
+                    _ => StateChange { turn: by, ..StateChange::zero() },
+                };
+                moved[body] = change.applied(&states[body]);
+                let found = motor_wrenches(joint, &moved, axis, number);
+                for (of, (_, wrench)) in acting.iter_mut().zip(found) {
+                    let Some(follows) = of.follows.last_mut() else { continue };
+                    let of = if k < 3 { &mut follows.by_place } else { &mut follows.by_turn };
+                    for (slopes, value) in of.iter_mut().zip([wrench.force, wrench.torque]) {
+                        let mut column = slopes.column_mut(k % 3);
+                        column += value * (weight / MOVED);
+                    }
+                }
+            }
+            moved[body] = states[body];
+        }
+    }
+    acting
+}
+
+/// A difference of fourth order: f' = (f(−2h) − 8 f(−h) + 8 f(h) − f(2h))/12h.
+const DIFFERENCES: [(f64, f64); 4] =
+    [(-2.0, 1.0 / 12.0), (-1.0, -8.0 / 12.0), (1.0, 8.0 / 12.0), (2.0, -1.0 / 12.0)];
+
+/// Its h, m and rad: the error of fifth order and that of rounding are both some 1e-13 of what is differenced.
+const MOVED: f64 = 1e-3;
 
 #[cfg(test)]
 mod tests {
@@ -330,14 +397,96 @@ mod tests {
         weight = 1
         ";
 
+    const TIED: &str = "
+        time_step = 0.01
+        [ground]
+        friction = 0.3
+        [[bodies]]
+        name = \"cart\"
+        box = [0.4, 0.3, 0.1]
+        mass = 2.0
+        position = [0, 0, 0.5]
+        velocity = [0.5, 0.2, 0]
+        [[bodies]]
+        name = \"slider\"
+        box = [0.1, 0.1, 0.3]
+        mass = 0.7
+        position = [0.1, 0, 0.8]
+        [[bodies]]
+        name = \"arm\"
+        box = [0.3, 0.05, 0.05]
+        mass = 0.4
+        position = [0.3, 0, 1.0]
+        [[joints]]
+        name = \"lift\"
+        type = \"prismatic\"
+        bodies = [\"slider\", \"cart\"]
+        anchor = [0.1, 0.05, 0.6]
+        axis = [0.2, 0.1, 1]
+        [[joints]]
+        name = \"elbow\"
+        type = \"universal\"
+        bodies = [\"arm\", \"slider\"]
+        anchor = [0.16, 0, 1.0]
+        attitude = { axis = [0, 0, 1], degrees = 20 }
+        turn_x = { damping = 0.01 }
+        ";
+
+    const DRIVEN: &str = "
+        scene = \"-\"
+        steps = 12
+        [[controls]]
+        kind = \"motor\"
+        joint = \"lift\"
+        force = [-9, 9]
+        knots = 3
+        [[controls]]
+        kind = \"motor\"
+        joint = \"elbow\"
+        axis = \"turn_x\"
+        force = [-0.2, 0.2]
+        knots = 2
+        [[controls]]
+        kind = \"motor\"
+        joint = \"elbow\"
+        axis = \"turn_y\"
+        force = [-0.2, 0.2]
+        knots = 2
+        [[controls]]
+        kind = \"start\"
+        body = \"cart\"
+        of = \"velocity\"
+        x = [0, 2]
+        [[target]]
+        body = \"arm\"
+        position = [0.4, 0.3, 1.1]
+        turn = 60
+        speed = 0
+        tolerance = { position = 1, turn = 57.29577951308232, speed = 1 }
+        [[keep]]
+        body = \"cart\"
+        x = [0.05, 0.06]
+        weight = 1
+        ";
+
     /// Central differences of runs that slide throughout, of 3e-4 of the bounds: twelve steps that are known to 3e-11 m/s
     /// leave 4e-6 of them where the bounds are 0.2 m apart.
     #[test]
     fn derivatives_by_controls_are_those_of_differences() {
+        compare(SCENE, PROBLEM);
+    }
+
+    /// A prismatic joint whose force has a lever that follows both bodies, and axes that one of the other carries.
+    #[test]
+    fn derivatives_by_motors_are_those_of_differences() {
+        compare(TIED, DRIVEN);
+    }
+
+    fn compare(scene: &str, problem: &str) {
         let read = |_: &Path, _: u64| Ok(Vec::new());
-        let path = Path::new("box.toml");
-        let scene = Scene::of_text(SCENE, path, Settings::default(), &read).unwrap();
-        let problem = ProblemFile::of_scene_text(scene, PROBLEM).unwrap().problem;
+        let path = Path::new("scene.toml");
+        let scene = Scene::of_text(scene, path, Settings::default(), &read).unwrap();
+        let problem = ProblemFile::of_scene_text(scene, problem).unwrap().problem;
         let zero = problem.zero();
         let inside = zero.iter().zip(problem.variables()).enumerate().map(|(k, (value, of))| {
             let way = 0.3 + 0.1 * (k as f64).sin();

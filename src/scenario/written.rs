@@ -1,4 +1,6 @@
-//! A scene of several bodies, written down: the text of a scenario file.
+//! A scene, written down: the text of a scenario file.
+
+mod one;
 
 use super::failure::Failure;
 use super::gear::GearModel;
@@ -13,14 +15,14 @@ use std::fmt::Write as _;
 /// The text of a scenario file that comes to this scene, but for its solver; numbers keep their bits.
 ///
 /// # Errors
-/// A scene of one body in the other notation; bodies of a mesh's file, which a text cannot have.
+/// Bodies of a mesh's file, which a text cannot have.
 pub fn text(scene: &Scene) -> Result<String, Failure> {
-    let OutputFormat::Tables(model) = &scene.format else {
-        let why = "a scene of one body has a notation of its own";
-        return Err(Failure::Input(why.to_owned()));
-    };
     let mut out = String::new();
     // What is written to takes everything.
+    let OutputFormat::Tables(model) = &scene.format else {
+        let _ = one::text(&mut out, scene);
+        return Ok(out);
+    };
     let _ = head(&mut out, scene, model);
     for (index, body) in model.bodies.iter().enumerate() {
         body_table(&mut out, body, model)

@@ -75,8 +75,8 @@ fn differences_of_what_has_ends_and_of_symmetric_matrices() {
     let json: Value = serde_json::from_slice(&json).unwrap();
     let rows = json["derivatives"].as_array().unwrap();
     assert_eq!(rows.len(), 10);
-    let largest = |what: &str| rows.iter().map(|row| row[what].as_f64().unwrap().abs());
-    let scale = largest("derivative").fold(0.0, f64::max);
+    let sizes = rows.iter().map(|row| row["derivative"].as_f64().unwrap().abs());
+    let scale = sizes.fold(0.0, f64::max);
     for row in rows {
         let of = |what: &str| row[what].as_f64().unwrap();
         // The third order of 1e-6, in moments of inertia of 0.03 kg m².

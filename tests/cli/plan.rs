@@ -68,6 +68,39 @@ fn a_plan_runs_again_to_the_byte() {
     assert_eq!(end.code, Some(0), "{end:?}");
 }
 
+/// One body in its own notation is written in that: a point mass that was pushed and moved.
+#[test]
+fn a_plan_of_one_body_is_a_scene_too() {
+    let directory = tempfile::tempdir().unwrap();
+    let out = |name: &str| directory.path().join(name);
+    let text_of = |name: &str, table: &str| text(out(name).join(table));
+    fs::copy(shipped("point.toml"), out("point.toml")).unwrap();
+    let file = out("problem.toml");
+    let (force, start) = (
+        "kind = \"force\"\nx = [0, 30]\nz = [0, 30]\nknots = 3",
+        "kind = \"start\"\nof = \"velocity\"\nx = [0, 1]",
+    );
+    let problem = format!(
+        "scene = \"point.toml\"\nsteps = 20\n[[controls]]\n{force}\n[[controls]]\n{start}\n[target]\nx = 0.3\n[search]\nruns = 300\n"
+    );
+    fs::write(&file, problem).unwrap();
+    let [file, first, scene] =
+        [file, out("first"), out("scene")].map(|path| path.to_string_lossy().into_owned());
+    let end = run(&["plan", &file, "--out", &first]);
+    assert_eq!(end.code, Some(0), "{end:?}");
+    let written = out("first").join("scene.toml").to_string_lossy().into_owned();
+    let end = run(&["--scenario", &written, "--out", &scene]);
+    assert_eq!(end.code, Some(0), "{end:?}");
+    let tables = fs::read_dir(out("first")).unwrap().map(|entry| entry.unwrap().file_name());
+    let tables = tables.map(|name| name.to_string_lossy().into_owned());
+    let tables: Vec<_> =
+        tables.filter(|name| name.ends_with(".csv") && name != "controls.csv").collect();
+    assert!(!tables.is_empty());
+    for table in tables {
+        assert_eq!(text_of("first", &table), text_of("scene", &table), "{table}");
+    }
+}
+
 /// On any number of threads the same files.
 #[test]
 fn threads_do_not_change_a_plan() {

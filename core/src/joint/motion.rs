@@ -3,7 +3,7 @@
 mod tangent;
 
 use super::gimbal::{self, nearest};
-use super::{Axis, AxisStart, Drive, Joint, JointFrame, Middle, Turning};
+use super::{Axis, AxisStart, Drive, Joint, JointAxis, JointFrame, Middle, Turning};
 use crate::mechanics::quaternion::{attitude_map, left, product, right, rotation};
 use crate::mechanics::{RigidBody, State, Wrench, largest};
 use nalgebra::{Matrix3, Matrix4x3, Vector3, Vector4};
@@ -208,18 +208,37 @@ impl Joint {
         force: &JointForce,
         loads: &mut [Wrench],
     ) {
-        let Some((anchor, along, about)) = self.acting(states, force) else { return };
+        let Some(acting) = self.acting(states, force) else { return };
         let sides = [(Some(self.body), 1.0), (self.other, -1.0)];
         for (body, sign) in sides {
             let Some(body) = body.filter(|body| *body < bodies.len()) else { continue };
             let (Some(load), Some(state)) = (loads.get_mut(body), states.get(body)) else {
                 continue;
             };
-            let arm = anchor - state.position;
-            load.force += along * sign;
-            let torque = (arm.cross(&along) + about) * sign;
-            load.torque += rotation(&state.attitude).tr_mul(&torque);
+            let of = load_of(&acting, state, sign);
+            load.force += of.force;
+            load.torque += of.torque;
         }
+    }
+
+    /// What a force along a free axis of its place (N), or a torque about one of its turn (N m), of `size` puts on A and on B in
+    /// a step from `states`: what a drive puts there besides what the axis does by itself. Nothing on the world. `None`
+    /// where a body has no state.
+    #[must_use]
+    pub fn wrenches(&self, states: &[State], axis: JointAxis, size: f64) -> Option<[Wrench; 2]> {
+        let at = self.coordinates(states)?;
+        let mut force = JointForce::none(self.counted(&at, &Vector3::zeros()));
+        let (of, k) = match axis {
+            JointAxis::Linear(k) => (&mut force.force, k),
+            JointAxis::Angular(k) => (&mut force.torque, k),
+        };
+        *of.get_mut(k)? = size;
+        let acting = self.acting(states, &force)?;
+        let other = match self.other {
+            Some(other) => load_of(&acting, states.get(other)?, -1.0),
+            None => Wrench::zero(),
+        };
+        Some([load_of(&acting, states.get(self.body)?, 1.0), other])
     }
 
     /// Where `force` acts on A, m, and the force (N) and the torque (N m) there, world.
@@ -342,6 +361,16 @@ impl Joint {
         }
         residual
     }
+}
+
+/// What a force and a torque at an anchor (all world), times `sign`, put on a body at `state`.
+fn load_of(
+    (anchor, along, about): &(Vector3<f64>, Vector3<f64>, Vector3<f64>),
+    state: &State,
+    sign: f64,
+) -> Wrench {
+    let torque = ((anchor - state.position).cross(along) + about) * sign;
+    Wrench { force: along * sign, torque: rotation(&state.attitude).tr_mul(&torque) }
 }
 
 /// (J1) of the frames of A and B in the world.

@@ -116,7 +116,7 @@ pub fn read(problem: &Problem, path: &Path) -> Result<Read, Failure> {
         number(problem.steps_of(variable.control, variable.knot).start, column)
     };
     let given = problem.variables().iter().map(value).collect::<Result<Vec<_>, _>>()?;
-    let controls = problem.clipped(&given)?;
+    let controls = problem.clipped(&given).map_err(|error| odd(error.to_string()))?;
     let moved = given.iter().zip(&controls).filter(|(given, taken)| given != taken).count();
     change(moved, "numbers are beyond their bounds, which are taken");
     Ok(Read { controls, changed })

@@ -1,7 +1,8 @@
 //! plan.html: the plan as a page.
 
+use tumble::mechanics::State;
 use tumble::plan::{ContactMode, LegReport, Miss, Mode, Plan, PlanStatus, Problem};
-use tumble_pictures::plan::{Leg, Report, Target, Touch, page as drawn};
+use tumble_pictures::plan::{Leg, Path, Report, Target, Touch, page as drawn};
 
 /// The page of a plan, with the `costs` of all iterations.
 pub fn page(problem: &Problem, plan: &Plan, costs: Vec<f64>) -> String {
@@ -13,9 +14,13 @@ pub fn page(problem: &Problem, plan: &Plan, costs: Vec<f64>) -> String {
         least = least.min(cost);
         least
     });
-    let paths = scene.bodies.iter().enumerate().map(|(body, name)| {
-        let path = replay.states.iter().map(|states| states[body].position.into());
-        (name.clone(), path.collect())
+    let way = |states: &[Vec<State>], body: usize| {
+        states.iter().map(|states| states[body].position.into()).collect()
+    };
+    let paths = scene.bodies.iter().enumerate().map(|(body, name)| Path {
+        body: name.clone(),
+        replay: way(&replay.states, body),
+        own: plan.own.as_ref().map_or_else(Vec::new, |states| way(states, body)),
     });
     drawn(&Report {
         program: format!("tumble {}", env!("CARGO_PKG_VERSION")),

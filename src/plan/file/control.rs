@@ -1,8 +1,9 @@
 //! Controls from their tables.
 
 use super::super::control::{Control, ControlKind, Push, StartPart};
-use super::tables::{ControlTable, KindName, PartName, Range};
+use super::tables::{ControlTable, Joints, KindName, PartName, Range};
 use super::{body_of, unit};
+use crate::joint::JointAxis;
 use crate::scenario::scene::Scene;
 use crate::scenario::shown;
 use crate::world::Constant;
@@ -38,6 +39,18 @@ impl ControlTable {
                 let ranges =
                     [self.normal, self.tangential, self.tangential_2, self.offset, self.offset_2];
                 (ControlKind::Push(push), each(&ranges), of_body(body))
+            }
+            KindName::Motor => {
+                let Some(joints) = self.joint.as_ref().map(Joints::names) else {
+                    return Err("joint: the name of one is needed".to_owned());
+                };
+                let axes = joints.iter().map(|joint| self.joint_axis(scene, joint));
+                let axes = axes.collect::<Result<_, _>>()?;
+                if self.force.is_none() {
+                    return Err("force: its range is needed, N or N m".to_owned());
+                }
+                let name = format!("{}.{}", joints.join("+"), self.axis.as_ref().unwrap_or(&word));
+                (ControlKind::Motor { axes }, each(&[self.force]), name)
             }
             KindName::Start => {
                 let body = body()?;
@@ -82,11 +95,11 @@ impl ControlTable {
 
     /// Refuses fields of other kinds.
     fn refuse_idle(&self) -> Result<(), String> {
-        use KindName::{Constant, Force, Push, Start, Torque};
-        let fields: [(&str, bool, &[KindName]); 15] = [
+        use KindName::{Constant, Force, Motor, Push, Start, Torque};
+        let fields: [(&str, bool, &[KindName]); 17] = [
             ("body", self.body.is_some(), &[Force, Torque, Push, Start]),
-            ("knots", self.knots.is_some(), &[Force, Torque, Push]),
-            ("effort", self.effort.is_some(), &[Force, Torque, Push]),
+            ("knots", self.knots.is_some(), &[Force, Torque, Push, Motor]),
+            ("effort", self.effort.is_some(), &[Force, Torque, Push, Motor]),
             ("x", self.x.is_some(), &[Force, Torque, Start]),
             ("y", self.y.is_some(), &[Force, Torque, Start]),
             ("z", self.z.is_some(), &[Force, Torque, Start]),
@@ -97,6 +110,8 @@ impl ControlTable {
             ("normal", self.normal.is_some(), &[Push]),
             ("tangential", self.tangential.or(self.tangential_2).is_some(), &[Push]),
             ("offset", self.offset.or(self.offset_2).is_some(), &[Push]),
+            ("joint or axis", self.joint.is_some() || self.axis.is_some(), &[Motor]),
+            ("force", self.force.is_some(), &[Motor]),
             ("of", self.of.is_some(), &[Start]),
             ("constant or value", self.constant.is_some() || self.value.is_some(), &[Constant]),
         ];
@@ -107,6 +122,22 @@ impl ControlTable {
                 Err(format!("{field}: it means nothing in a control of kind {kind}"))
             }
         }
+    }
+
+    /// The joint of a name, and which of its axes.
+    fn joint_axis(&self, scene: &Scene, wanted: &str) -> Result<(usize, JointAxis), String> {
+        let models = scene.model().map_or(&[][..], |model| &model.joints);
+        let Some(joint) = models.iter().position(|model| model.name == wanted) else {
+            let known: Vec<_> = scene.joints.iter().take(8).cloned().collect();
+            let has = if known.is_empty() { "none at all".to_owned() } else { known.join(", ") };
+            return Err(format!(
+                "joint: the scene has none that is called {wanted:?}; it has {has}"
+            ));
+        };
+        let axis = models[joint].driven_axis(self.axis.as_deref());
+        let axis = axis.map_err(|why| format!("axis: {why}"))?;
+        let axis = if axis < 3 { JointAxis::Linear(axis) } else { JointAxis::Angular(axis - 3) };
+        Ok((joint, axis))
     }
 
     fn push(&self, scene: &Scene, body: usize) -> Result<Push, String> {

@@ -60,12 +60,30 @@ impl Range {
     }
 }
 
+/// The joints of a motor.
+#[derive(Deserialize)]
+#[serde(untagged, expecting = "the name of a joint, or a list of them, is needed")]
+pub(super) enum Joints {
+    One(String),
+    List(Vec<String>),
+}
+
+impl Joints {
+    pub(super) fn names(&self) -> &[String] {
+        match self {
+            Self::One(name) => std::slice::from_ref(name),
+            Self::List(names) => names,
+        }
+    }
+}
+
 #[derive(Deserialize, Clone, Copy, PartialEq, Eq, Debug)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum KindName {
     Force,
     Torque,
     Push,
+    Motor,
     Start,
     Constant,
 }
@@ -129,6 +147,9 @@ pub(super) struct ControlTable {
     pub(super) tangential_2: Option<Range>,
     pub(super) offset: Option<Range>,
     pub(super) offset_2: Option<Range>,
+    pub(super) joint: Option<Joints>,
+    pub(super) axis: Option<String>,
+    pub(super) force: Option<Range>,
     pub(super) of: Option<PartName>,
     pub(super) constant: Option<String>,
     pub(super) value: Option<Range>,

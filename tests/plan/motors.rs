@@ -1,0 +1,149 @@
+//! Motors as controls: against a weight in closed form, and against the library's own forces of joints.
+
+use super::{assert_replays, plan, planned, shipped, told};
+use tumble::joint::JointLoad;
+use tumble::mechanics::Polyline;
+use tumble::plan::file::ProblemFile;
+use tumble::plan::{ContactMode, ControlKind, Mode, Plan, PlanStatus, Shoot};
+use tumble::simulation::{Simulation, StepRecord};
+
+/// A rod of 1 kg and 1 m hangs from a hinge.
+const ROD: &str = "
+    time_step = 0.01
+    gravity = [0, 0, -9.81]
+    [ground]
+    none = true
+    friction = 0.5
+    [[bodies]]
+    name = \"rod\"
+    box = [0.02, 0.02, 1.0]
+    mass = 1.0
+    position = [0, 0, 1.5]
+    [[joints]]
+    name = \"hinge\"
+    type = \"revolute\"
+    bodies = \"rod\"
+    anchor = [0, 0, 2.0]
+    axis = [0, 1, 0]
+    ";
+
+/// Held at an angle by a steady torque the rod is at rest where τ = m g l sin θ.
+#[test]
+fn the_torque_that_holds_a_rod_is_that_of_its_weight() {
+    let scene = ROD.replace("axis =", "damping = 2\n    axis =");
+    let problem = "
+        steps = 300
+        [[controls]]
+        kind = \"motor\"
+        joint = \"hinge\"
+        force = [0, 4]
+        knots = 1
+        [target]
+        turn = 30
+        axis = [0, 1, 0]
+        tolerance = { turn = 1e-6 }
+        ";
+    let file = told(&scene, problem);
+    let found = plan(&file.problem, &[0.5], &[Box::new(Shoot::default())]);
+    assert_eq!(found.status, PlanStatus::Replayed, "{}", found.reason);
+    // After so many steps it has come to rest but for its last creep.
+    let (torque, wanted) = (found.replay.controls[0], 9.81 * 0.5 * 0.5);
+    assert!((torque - wanted).abs() < 2e-2 * wanted, "{torque} {wanted}");
+    assert_replays(&file, &found);
+}
+
+/// The same numbers as forces of the library's joints: the motion is one, though there they are among the joint's own impulses.
+#[test]
+fn motors_are_forces_of_their_joints() {
+    let file = shipped("swing-up.toml");
+    let problem = &file.problem;
+    let numbers = (0..problem.variables().len()).map(|k| {
+        let of = &problem.variables()[k];
+        of.bounds[0] + of.scale() * (0.5 + 0.45 * (1.7 * k as f64).sin())
+    });
+    let controls: Vec<f64> = numbers.collect();
+    let replay = problem.replay(&controls).unwrap();
+    let scene = problem.scene();
+    let motion = scene.motion(&scene.world).unwrap();
+    let mut run = Simulation::new(scene.world.clone(), scene.starts.clone(), motion).unwrap();
+    let (mut record, h) = (StepRecord::new(), scene.world.time_step());
+    for step in 0..problem.steps().min(40) {
+        for (index, control) in problem.controls().iter().enumerate() {
+            let ControlKind::Motor { axes } = &control.kind else { continue };
+            let value = problem.numbers(index, problem.knot(index, step), &controls).0[0];
+            let torque = nalgebra::Vector3::new(0.0, 0.0, value);
+            let line = Polyline::new(vec![(step as f64 * h, torque)]).unwrap();
+            let load = JointLoad { torque: line, ..JointLoad::default() };
+            run.set_joint_load(axes[0].0, load).unwrap();
+        }
+        run.step(&mut record).unwrap();
+        for (state, other) in run.states().iter().zip(&replay.states[step + 1]) {
+            let apart = (state.position - other.position).norm();
+            assert!(apart < 1e-8, "{step}: {apart}");
+        }
+    }
+}
+
+/// A double pendulum comes to rest against its stops, from hanging, by torques that could not hold it out straight.
+#[test]
+#[ignore = "minutes"]
+fn a_double_pendulum_is_swung_up_against_its_stops() {
+    let file = shipped("swing-up.toml");
+    let weights = [9.81 * (0.5 * 0.25 + 0.4 * 0.7), 9.81 * 0.4 * 0.2];
+    for (control, weight) in file.problem.controls().iter().zip(weights) {
+        assert!(control.bounds[0][1] < weight, "{}", control.name);
+    }
+    is_found(&file);
+}
+
+/// A quadruped seen from the side hops over a bar to a place, and stands there.
+#[test]
+#[ignore = "minutes"]
+fn a_quadruped_hops_to_a_place() {
+    let file = shipped("leap.toml");
+    let found = is_found(&file);
+    // There are steps in which nothing of it touches the ground.
+    let flies = |modes: &&Vec<ContactMode>| modes.iter().all(|of| of.mode == Mode::Open);
+    assert!(found.replay.modes.iter().filter(flies).count() > 5);
+}
+
+fn is_found(file: &ProblemFile) -> Plan {
+    let found = planned(file);
+    assert_eq!(found.status, PlanStatus::Replayed, "{}", found.reason);
+    assert!(found.replay.residual <= 1e-9, "{}", found.replay.residual);
+    assert_replays(file, &found);
+    found
+}
+
+/// Problems of motors that are none, each in one sentence.
+#[test]
+fn motors_that_are_none_are_refused() {
+    let scene = shipped("swing-up.toml").problem.scene().clone();
+    let target = "[target]\nbody = \"lower\"\nx = 1\n";
+    let motor = "kind = \"motor\"";
+    for (fields, words) in [
+        ("force = [0, 1]", "joint: the name of one is needed"),
+        (
+            "joint = \"knee\"\nforce = [0, 1]",
+            "has none that is called \"knee\"; it has shoulder, elbow",
+        ),
+        ("joint = \"elbow\"", "force: its range is needed"),
+        ("joint = \"elbow\"\naxis = \"slide\"\nforce = [0, 1]", "axis: \"slide\" is none"),
+        ("joint = [\"elbow\", \"elbow\"]\nforce = [0, 1]", "a joint is named twice"),
+        ("joint = []\nforce = [0, 1]", "axes that slide, or axes that turn, are needed"),
+        ("joint = 3\nforce = [0, 1]", "the name of a joint, or a list of them, is needed"),
+        ("joint = \"elbow\"\nforce = [0, 1]\nbody = \"lower\"", "body: it means nothing"),
+        ("joint = \"elbow\"\nforce = [0, 1]\nx = 2", "x: it means nothing"),
+        ("joint = \"elbow\"\nforce = [1, 0]", "no bounds"),
+    ] {
+        let text = format!("scene = \"-\"\nsteps = 5\n[[controls]]\n{motor}\n{fields}\n{target}");
+        match ProblemFile::of_scene_text(scene.clone(), &text) {
+            Ok(_) => panic!("{fields} is taken"),
+            Err(why) => assert!(why.contains(words), "{fields}: {why}"),
+        }
+    }
+    let force = "scene = \"-\"\nsteps = 5\n[[controls]]\nkind = \"force\"\nbody = \"lower\"\n";
+    let text = format!("{force}joint = \"elbow\"\nx = [0, 1]\n{target}");
+    let why = ProblemFile::of_scene_text(scene, &text).err().unwrap();
+    assert!(why.contains("joint or axis: it means nothing"), "{why}");
+}
