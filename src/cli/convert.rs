@@ -5,6 +5,7 @@ use super::directory::OutputDirectory;
 use super::outcome::{Failure, Outcome};
 use super::output::{PendingFile, Voice, directory_of};
 use super::{input, scenario, shown};
+use std::path::Path;
 use tumble::scenario::choices::SolverName;
 use tumble::scenario::scene::Scene;
 use tumble::scenario::settings::Settings;
@@ -26,6 +27,13 @@ pub fn run(args: &ConvertArgs) -> Result<Outcome, Failure> {
         let out = shown::path(&args.out);
         Failure::Input(format!("{out}: the name of a file that ends in .toml is needed"))
     })?;
+    let same = |a: &Path, b: &Path| Some(a.canonicalize().ok()? == b.canonicalize().ok()?);
+    if same(&args.file, &args.out) == Some(true) {
+        let out = shown::path(&args.out);
+        return Err(Failure::Input(format!(
+            "{out}: it is the file that is converted; another one is needed"
+        )));
+    }
     let directory = OutputDirectory::for_pictures(directory_of(None, &args.out))?;
     let file = PendingFile::create(&directory, name)?;
     file.write(written.as_bytes())?;

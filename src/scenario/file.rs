@@ -160,7 +160,9 @@ impl ScenarioFile {
         }
         let missing = [("body", self.body.is_none()), ("start", self.start.is_none())];
         match missing.into_iter().find(|(_, missing)| of_body && *missing) {
-            Some((field, _)) => Err(format!("missing field `{field}`")),
+            Some((field, _)) => Err(format!(
+                "missing field `{field}`: tables [body] and [start] are needed, or [[bodies]] and [ground]"
+            )),
             None => Ok(()),
         }
     }
