@@ -155,6 +155,11 @@ fn what_cannot_be_is_said_in_one_sentence() {
         .assert_refused(2, &["--position"]);
     run(&["convert", text(&model("hopper.xml")), "out.txt"])
         .assert_refused(2, &["out.txt", ".toml"]);
+    let own = directory.path().join("own.toml");
+    run(&["convert", text(&model("hopper.xml")), text(&own)]);
+    let before = fs::read(&own).unwrap();
+    run(&["convert", text(&own), text(&own)]).assert_refused(2, &["own.toml", "another"]);
+    assert_eq!(fs::read(&own).unwrap(), before);
     run(&["convert", "missing.urdf", "out.toml"]).assert_refused(2, &["missing.urdf"]);
     let (end, _) = run_scenario("[ground]\nfriction = 0.5\n[[robots]]\nfile = \"no.urdf\"\n", &[]);
     end.assert_refused(2, &["robots[0]", "no.urdf"]);
