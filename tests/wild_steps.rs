@@ -236,7 +236,7 @@ fn no_bounce_makes_energy_unmarked() {
 fn a_start_that_is_nanometres_deep_is_lifted_out() {
     for half in [0.1, 0.15, 0.35] {
         for depth in [1e-12, 1e-10, 1.5e-9, 2e-8] {
-            let body = RigidBody::solid_box(1.0, Vector3::repeat(2.0 * half)).unwrap();
+            let body = RigidBody::solid_box(1.0, Vector3::repeat(half)).unwrap();
             let world =
                 World::new(Parameters { time_step: 0.002, ..parameters(body.clone()) }).unwrap();
             let start = State {
