@@ -20,6 +20,10 @@ impl StepSolver for Counting {
         self.0.accepted_residual()
     }
 
+    fn repeats(&self) -> bool {
+        self.0.repeats()
+    }
+
     fn solve(
         &mut self,
         step: &Step<'_>,

@@ -307,6 +307,12 @@ pub trait StepSolver: Send {
         false
     }
 
+    /// Whether its answers depend on the step and its candidates alone, to the last bit: a simulation does not ask for that
+    /// of a step again whose givens are those of the last one.
+    fn repeats(&self) -> bool {
+        false
+    }
+
     /// Solves `step` and writes the point found to `solution`, also where the report says that
     /// it failed: one state a body, one force a contact. Every number in it is finite.
     ///
@@ -387,6 +393,10 @@ impl<S: StepSolver + ?Sized> StepSolver for Box<S> {
 
     fn selects(&self) -> bool {
         (**self).selects()
+    }
+
+    fn repeats(&self) -> bool {
+        (**self).repeats()
     }
 
     fn solve(

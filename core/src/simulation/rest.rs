@@ -1,7 +1,7 @@
 //! What rests: a step whose givens are all those of the step before ends as that one did.
 //!
 //! A step depends on the states, the two solutions before it, what acts from outside, the world, and what the search for
-//! contacts remembers, and on nothing else where its solver [remembers](StepSolver::memory) nothing. Where it leaves
+//! contacts remembers, and on nothing else where its solver [repeats](StepSolver::repeats) itself. Where it leaves
 //! all of them as they were, to the last bit, so does the next one, and every one after it until something is changed from outside.
 //! Such a step is known before free flight: no contact is found again, nothing solved, certified or held against other
 //! pieces, because all of it would come out as it did.
@@ -51,7 +51,7 @@ impl Rest {
     ) {
         self.last = None;
         let repeats = before.is_some_and(|before| is_same(now, before));
-        self.begins = repeats && solver.memory().is_empty();
+        self.begins = repeats && solver.repeats();
         if self.begins {
             self.memory.copy_from(memory);
         }

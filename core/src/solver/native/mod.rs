@@ -387,6 +387,11 @@ impl StepSolver for NativeSolver {
         true
     }
 
+    /// What it keeps from step to step is memory to be used again.
+    fn repeats(&self) -> bool {
+        true
+    }
+
     fn solve(
         &mut self,
         step: &Step<'_>,
