@@ -124,7 +124,7 @@ fn the_problems_of_a_run_are_exported_and_solved() {
     assert!(left.len() < files.len() && left.contains(&"own.dat".to_owned()), "{left:?}");
     assert!(left.iter().all(|name| *name <= "step-00000003.dat".to_owned()), "{left:?}");
     // A run that goes on keeps those before it.
-    let args = ["--continue", path(&run_out), "--steps", "2", "--export-problems", path(&problems)];
+    let args = ["--continue", path(&run_out), "--steps", "6", "--export-problems", path(&problems)];
     let end: End = tumble().args(args).output().unwrap().into();
     assert_eq!(end.code, Some(0), "{end:?}");
     let longer = names_in(&problems);
