@@ -95,7 +95,7 @@ impl TargetKind {
             Self::Spin(values) => return within("a spin", values, FASTEST, "rad/s"),
             Self::Attitude(attitude) => is_unit(attitude.norm()),
             Self::Turn { axis, angle, from } => {
-                if !(angle.abs() < TURN) {
+                if angle.is_nan() || angle.abs() >= TURN {
                     let degrees = angle.to_degrees();
                     let why = "less than a whole turn can be asked for, -360 to 360 degrees";
                     return Err(format!("the turn is {degrees:?} degrees; {why}"));
