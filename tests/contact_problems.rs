@@ -478,7 +478,8 @@ fn texts_that_say_other_than_they_have_are_refused() {
     );
     for text in [&by_entries, &by_columns] {
         let found = dat::read(text).unwrap().solve(&SolveOptions::default()).unwrap();
-        assert!(apart(&found.impulses, &[1.0, -0.2, 0.0]) < 1e-12, "{text}");
+        // W is one: impulses are as near as the residual that is asked for.
+        assert!(apart(&found.impulses, &[1.0, -0.2, 0.0]) < 1e-9, "{text}");
     }
     // As C prints a count with six digits.
     assert!(dat::read(&by_entries.replace("nzmax: 3", "nzmax: 1e+06")).is_ok());

@@ -42,10 +42,12 @@ impl Exported {
         }
     }
 
-    /// Makes the folder; problems of an earlier run are removed, because all in it are solved as one run's.
-    pub fn begin(wanted: Wanted<'_>) -> Result<Self, Failure> {
+    /// Makes the folder; problems of an earlier run are removed, because all in it are solved as one run's. Of a run that is
+    /// continued those of the steps `from` there on are.
+    pub fn begin(wanted: Wanted<'_>, from: u64) -> Result<Self, Failure> {
         let directory = OutputDirectory::for_run(wanted.0)?;
-        let removed = directory.remove_all(is_name)?;
+        let is_former = |name: &str| index_of(name).is_some_and(|index| index >= from);
+        let removed = directory.remove_all(is_former)?;
         Ok(Self { directory, count: 0, removed })
     }
 
@@ -92,8 +94,8 @@ fn name_of(index: u64) -> String {
     format!("step-{index:08}.dat")
 }
 
-/// Whether a file has such a name.
-fn is_name(name: &str) -> bool {
-    let index = name.strip_prefix("step-").and_then(|rest| rest.strip_suffix(".dat"));
-    index.is_some_and(|index| index.len() >= 8 && index.bytes().all(|byte| byte.is_ascii_digit()))
+/// The step of a file with such a name.
+fn index_of(name: &str) -> Option<u64> {
+    let index = name.strip_prefix("step-")?.strip_suffix(".dat")?.parse().ok()?;
+    (name_of(index) == name).then_some(index)
 }

@@ -50,7 +50,9 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     for note in scene.notes() {
         voice.say(&format!("{}\n", shown::line(&note)));
     }
-    let mut exported = exported.map(Exported::begin).transpose()?;
+    let from = before.as_ref().map_or(0, |_| simulation.index());
+    let exported = exported.map(|wanted| Exported::begin(wanted, from));
+    let mut exported = exported.transpose()?;
     let mut writer =
         RunWriter::create(&scene, &kept, &out, before.as_ref().map(Continued::written))?;
     let [run_json, state] =

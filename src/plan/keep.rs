@@ -63,7 +63,7 @@ impl KeepKind {
             if (low..=FARTHEST).contains(&value) {
                 return Ok(());
             }
-            Err(format!("{what} is {value}; {low:e} to {FARTHEST:e} m is allowed"))
+            Err(format!("{what} is {value:?}; {low} to {FARTHEST} m is allowed"))
         };
         match self {
             Self::Above { at, width, height } => {

@@ -496,7 +496,8 @@ fn check_control(control: &Control, world: &World, steps: usize) -> Result<(), P
             }
             if !push.point.iter().all(|x| x.abs() <= FARTHEST) {
                 let [x, y, z]: [f64; 3] = push.point.into();
-                let why = format!("at is [{x}, {y}, {z}]; numbers from -1e6 to 1e6 m are needed");
+                let why =
+                    format!("at is [{x:?}, {y:?}, {z:?}]; numbers from -1e6 to 1e6 m are needed");
                 return odd(format!("control {name:?}: {why}"));
             }
             let friction = push.friction.unwrap_or(0.0);

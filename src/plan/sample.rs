@@ -48,7 +48,10 @@ impl Leg for Sample {
     }
 
     fn check(&self, problem: &Problem) -> Result<(), PlanError> {
-        let count = Coarse::of(problem, self.knots_in(self.rounds.max(1) - 1), Vec::new()).count;
+        let knots = self.knots_in(self.rounds.max(1) - 1);
+        let first = problem.variables().iter().filter(|variable| variable.knot == 0);
+        let pieces = first.map(|of| knots.clamp(1, problem.controls()[of.control].knots));
+        let count: usize = pieces.sum();
         if count <= MOST {
             return Ok(());
         }

@@ -83,9 +83,9 @@ impl TargetKind {
             let fits = |value: &&f64| value.abs() <= most;
             match values.iter().flatten().find(|value| !fits(value)) {
                 None => Ok(()),
-                Some(value) => {
-                    Err(format!("{what} is {value}; -{most:e} to {most:e} {unit} can be asked for"))
-                }
+                Some(value) => Err(format!(
+                    "{what} is {value:?}; -{most:e} to {most:e} {unit} can be asked for"
+                )),
             }
         };
         let is_unit = |norm: f64| (norm - 1.0).abs() < 1e-6;
@@ -95,10 +95,10 @@ impl TargetKind {
             Self::Spin(values) => return within("a spin", values, FASTEST, "rad/s"),
             Self::Attitude(attitude) => is_unit(attitude.norm()),
             Self::Turn { axis, angle, from } => {
-                if !(angle.abs() < TURN) {
+                if angle.is_nan() || angle.abs() >= TURN {
                     let degrees = angle.to_degrees();
                     let why = "less than a whole turn can be asked for, -360 to 360 degrees";
-                    return Err(format!("the turn is {degrees} degrees; {why}"));
+                    return Err(format!("the turn is {degrees:?} degrees; {why}"));
                 }
                 is_unit(axis.norm()) && is_unit(from.norm())
             }

@@ -230,6 +230,7 @@ fn more_numbers_than_can_be_sought_are_refused() {
         let (directory, problem) = problem(&fields.replace("runs = 300", &search));
         let out = directory.path().join("out");
         let end = run(&["plan", &problem, "--out", out.to_str().unwrap()]);
-        end.assert_refused(2, &[words]);
+        end.assert_refused(2, &["problem.toml", words]);
+        assert!(!out.exists());
     }
 }

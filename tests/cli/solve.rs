@@ -122,7 +122,16 @@ fn the_problems_of_a_run_are_exported_and_solved() {
     assert!(end.code == Some(0) && end.stdout.contains(" of an earlier run there"), "{end:?}");
     let left = names_in(&problems);
     assert!(left.len() < files.len() && left.contains(&"own.dat".to_owned()), "{left:?}");
-    assert!(left.iter().all(|name| *name <= "step-00000003.dat".to_owned()), "{left:?}");
+    assert!(left.iter().all(|name| name.as_str() <= "step-00000003.dat"), "{left:?}");
+    // A run that goes on keeps those before it.
+    let args = ["--continue", path(&run_out), "--steps", "6", "--export-problems", path(&problems)];
+    let end: End = tumble().args(args).output().unwrap().into();
+    assert_eq!(end.code, Some(0), "{end:?}");
+    let longer = names_in(&problems);
+    assert!(
+        longer.len() > left.len() && left.iter().all(|name| longer.contains(name)),
+        "{longer:?}"
+    );
     // Another name of the run's own folder, whether it is there or not.
     for folder in [&run_out, &directory.path().join("later")] {
         let name = folder.file_name().unwrap().to_str().unwrap();

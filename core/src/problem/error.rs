@@ -117,7 +117,7 @@ pub(super) fn length(what: &'static str, given: usize, wanted: usize) -> Result<
 
 /// Refuses the first number that is not finite, or larger than an entry of a matrix may be.
 pub(super) fn all_in_range(what: &'static str, numbers: &[f64]) -> Result<(), ProblemError> {
-    match numbers.iter().find(|number| !(number.abs() <= LARGEST)) {
+    match numbers.iter().find(|number| number.is_nan() || number.abs() > LARGEST) {
         Some(&value) if value.is_finite() => {
             Err(ProblemError::OutOfRange { what, value, allowed: "up to 1e100 in size" })
         }

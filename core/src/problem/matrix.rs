@@ -56,7 +56,7 @@ impl SparseMatrix {
             }
         }
         for &(.., value) in &merged {
-            if !(value.abs() <= LARGEST) {
+            if value.is_nan() || value.abs() > LARGEST {
                 let (what, allowed) = ("an entry of a matrix", "up to 1e100 in size");
                 return Err(ProblemError::OutOfRange { what, value, allowed });
             }

@@ -118,7 +118,7 @@ pub struct SimulateArgs {
     out: Option<PathBuf>,
     /// Also write the contact problem of every step with contacts, as step-K.dat in Siconos' text form, linearised at
     /// the step's solution (docs/contact-problem.md); only with the native solver, without joints. `tumble solve`
-    /// reads them.
+    /// reads them. Those of an earlier run in that directory are removed.
     #[arg(long, value_name = "DIR")]
     pub export_problems: Option<PathBuf>,
     /// Also draw the trajectory over time, as `tumble plot` does.

@@ -99,7 +99,7 @@ pub fn read(problem: &Problem, path: &Path) -> Result<Read, Failure> {
         change(others, why);
     }
     let mut dropped = 0;
-    for (name, control, component) in &columns {
+    for (name, control, _) in &columns {
         let column = place(name).ok_or_else(|| odd(format!("column {name:?} is missing")))?;
         for step in 0..steps {
             let piece = problem.steps_of(*control, problem.knot(*control, step));
@@ -116,7 +116,7 @@ pub fn read(problem: &Problem, path: &Path) -> Result<Read, Failure> {
         number(problem.steps_of(variable.control, variable.knot).start, column)
     };
     let given = problem.variables().iter().map(value).collect::<Result<Vec<_>, _>>()?;
-    let controls = problem.clipped(&given).map_err(|error| odd(error.to_string()))?;
+    let controls = problem.clipped(&given).map_err(|why| odd(why.to_string()))?;
     let moved = given.iter().zip(&controls).filter(|(given, taken)| given != taken).count();
     change(moved, "numbers are beyond their bounds, which are taken");
     Ok(Read { controls, changed })

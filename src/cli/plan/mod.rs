@@ -21,7 +21,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 use tumble::plan::file::{ProblemFile, Start};
-use tumble::plan::{Plan, PlanError, PlanStatus, Progress, Watch};
+use tumble::plan::{Leg, Plan, PlanError, PlanStatus, Progress, Watch};
 use tumble::scenario::written;
 
 /// What is written beside the files of a run.
@@ -45,6 +45,8 @@ pub fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
         }
         (None, Start::Zero) => (problem.zero(), None),
     };
+    let legs = if args.replay { Vec::new() } else { file.made_legs() };
+    legs.iter().try_for_each(|leg| leg.check(problem)).map_err(|why| refused(args, &why))?;
     let interrupt = Arc::new(AtomicBool::new(false));
     raise_on_signals(&interrupt)?;
     let out = OutputDirectory::for_run(&args.out)?;
@@ -52,7 +54,7 @@ pub fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
     if let Some(note) = note {
         voice.say(&format!("{note}\n"));
     }
-    let Some((plan, costs)) = search(args, &file, &start, &interrupt)? else {
+    let Some((plan, costs)) = search(args, &file, &legs, &start, &interrupt)? else {
         voice.say("interrupted before anything was found\n");
         return voice.end(Outcome::Interrupted);
     };
@@ -106,6 +108,7 @@ pub fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
 fn search(
     args: &PlanArgs,
     file: &ProblemFile,
+    legs: &[Box<dyn Leg>],
     start: &[f64],
     interrupt: &Arc<AtomicBool>,
 ) -> Result<Option<(Plan, Vec<f64>)>, Failure> {
@@ -116,7 +119,6 @@ fn search(
     let pool = pool
         .build()
         .map_err(|error| Failure::Other(format!("the threads cannot be started: {error}")))?;
-    let legs = if args.replay { Vec::new() } else { file.made_legs() };
     let (clock, time) = (Instant::now(), args.time.or(file.time));
     let (bar, mut costs) = (spinner(args.quiet), Vec::new());
     let mut progress = |progress: &Progress<'_>| {
@@ -127,13 +129,16 @@ fn search(
         time.is_none_or(|time| clock.elapsed().as_secs_f64() < time)
     };
     let mut watch = Watch { interrupt, progress: &mut progress };
-    let plan = pool.install(|| file.problem.plan(start, &legs, &mut watch));
+    let plan = pool.install(|| file.problem.plan(start, legs, &mut watch));
     bar.finish_and_clear();
-    let odd = |why: String| Err(Failure::Input(format!("{}: {why}", shown::path(&args.file))));
     match plan {
         Ok(plan) => Ok(Some((plan, costs))),
         Err(PlanError::Interrupted) => Ok(None),
-        Err(PlanError::Problem(why)) => odd(why),
-        Err(PlanError::Step(error)) => odd(error.to_string()),
+        Err(why) => Err(refused(args, &why)),
     }
+}
+
+/// Why there is no plan of the file.
+fn refused(args: &PlanArgs, why: &PlanError) -> Failure {
+    Failure::Input(format!("{}: {why}", shown::path(&args.file)))
 }
