@@ -224,8 +224,11 @@ impl<E: Equations> Newton<E> {
         }
         self.find_pieces(equations, map, iterate);
         let merit = evaluate_again(equations, &NaturalMap::EXACT, iterate);
-        // Any multiple of the compliance leaves the same part of the impulses where it is.
-        let matrix = map.compliance * equations.policy().limit_compliance;
+        // Any multiple of the compliance leaves the same part of the impulses where it is; the less of it, the more do these feel
+        // of rounding, so that what settles would not come to rest.
+        let settles = equations.setting().unsettled <= SETTLING;
+        let part = if settles { 1.0 } else { equations.policy().limit_compliance };
+        let matrix = map.compliance * part;
         self.correct(equations, matrix, (merit, iterate), effort)
     }
 

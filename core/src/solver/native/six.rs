@@ -14,8 +14,8 @@ pub(super) struct Factors {
     lower: [Column; 6],
     upper: [Column; 6],
     diagonal: Column,
-    /// The row that each row was exchanged with, one after the other.
-    rows: [usize; 6],
+    /// The row of A that each row of P A is.
+    order: [usize; 6],
 }
 
 /// y + a x.
@@ -31,55 +31,70 @@ impl Factors {
     #[inline]
     pub(super) fn new(block: &Matrix6<f64>) -> Option<Self> {
         let mut a: [Column; 6] = block.data.0;
-        let mut of =
-            Self { lower: [[0.0; 6]; 6], upper: [[0.0; 6]; 6], diagonal: [0.0; 6], rows: [0; 6] };
-        for i in 0..6 {
-            let mut pivot = i;
-            for k in i + 1..6 {
-                if a[i][k].abs() > a[i][pivot].abs() {
-                    pivot = k;
-                }
+        let nothing = [[0.0; 6]; 6];
+        let order = [0, 1, 2, 3, 4, 5];
+        let mut of = Self { lower: nothing, upper: nothing, diagonal: [1.0; 6], order };
+        let is_regular = of.eliminate::<0>(&mut a)
+            && of.eliminate::<1>(&mut a)
+            && of.eliminate::<2>(&mut a)
+            && of.eliminate::<3>(&mut a)
+            && of.eliminate::<4>(&mut a)
+            && of.eliminate::<5>(&mut a);
+        is_regular.then_some(of)
+    }
+
+    /// Takes column I out of those behind it; `false` where there is no pivot.
+    #[inline(always)]
+    fn eliminate<const I: usize>(&mut self, a: &mut [Column; 6]) -> bool {
+        let mut pivot = I;
+        for k in I + 1..6 {
+            if a[I][k].abs() > a[I][pivot].abs() {
+                pivot = k;
             }
-            of.rows[i] = pivot;
-            if pivot != i {
-                a[i..].iter_mut().for_each(|column| column.swap(i, pivot));
-                of.lower[..i].iter_mut().for_each(|column| column.swap(i, pivot));
-            }
-            let diagonal = a[i][i];
-            if diagonal == 0.0 {
-                return None;
-            }
-            of.diagonal[i] = diagonal;
-            let inverse = 1.0 / diagonal;
-            let mut below = [0.0; 6];
-            for k in i + 1..6 {
-                below[k] = a[i][k] * inverse;
-            }
-            for column in &mut a[i + 1..] {
-                let along = -column[i];
-                add(column, along, &below);
-            }
-            of.lower[i] = below;
-            of.upper[i][..i].copy_from_slice(&a[i][..i]);
         }
-        Some(of)
+        if pivot != I {
+            a[I..].iter_mut().for_each(|column| column.swap(I, pivot));
+            self.lower[..I].iter_mut().for_each(|column| column.swap(I, pivot));
+            self.order.swap(I, pivot);
+        }
+        let diagonal = a[I][I];
+        self.diagonal[I] = diagonal;
+        let inverse = 1.0 / diagonal;
+        let mut below = [0.0; 6];
+        for k in I + 1..6 {
+            below[k] = a[I][k] * inverse;
+        }
+        for column in &mut a[I + 1..] {
+            let along = -column[I];
+            add(column, along, &below);
+        }
+        self.lower[I] = below;
+        self.upper[I][..I].copy_from_slice(&a[I][..I]);
+        diagonal != 0.0
     }
 
     /// A x = b, in the memory of b.
     #[inline(always)]
     pub(super) fn solve(&self, b: &mut Column) {
-        for (k, &row) in self.rows.iter().enumerate() {
-            b.swap(k, row);
-        }
-        for k in 0..5 {
-            let along = -b[k];
-            add(b, along, &self.lower[k]);
-        }
-        for k in (0..6).rev() {
-            let x = b[k] / self.diagonal[k];
-            b[k] = x;
-            add(b, -x, &self.upper[k]);
-        }
+        let mut x = self.order.map(|row| b[row]);
+        let down = |k: usize, x: &mut Column| add(x, -x[k], &self.lower[k]);
+        let up = |k: usize, x: &mut Column| {
+            x[k] /= self.diagonal[k];
+            add(x, -x[k], &self.upper[k]);
+        };
+        // One by one, so that they stay in registers.
+        down(0, &mut x);
+        down(1, &mut x);
+        down(2, &mut x);
+        down(3, &mut x);
+        down(4, &mut x);
+        up(5, &mut x);
+        up(4, &mut x);
+        up(3, &mut x);
+        up(2, &mut x);
+        up(1, &mut x);
+        up(0, &mut x);
+        *b = x;
     }
 
     /// The same for every column of a block.
@@ -98,8 +113,9 @@ impl Factors {
         for k in (0..6).rev() {
             b[k] -= dot(&self.lower[k], b);
         }
-        for (k, &row) in self.rows.iter().enumerate().rev() {
-            b.swap(k, row);
+        let turned = *b;
+        for (&row, x) in self.order.iter().zip(turned) {
+            b[row] = x;
         }
     }
 }
@@ -109,13 +125,12 @@ impl Factors {
 pub(super) fn subtract_product(a: &mut Matrix6<f64>, b: &Matrix6<f64>, c: &Matrix6<f64>) {
     let b = &b.data.0;
     for (column, along) in a.data.0.iter_mut().zip(&c.data.0) {
-        let mut product = [0.0; 6];
-        for k in 0..6 {
-            product[k] = b[0][k] * along[0];
-        }
-        for j in 1..6 {
-            add(&mut product, along[j], &b[j]);
-        }
+        let mut product = b[0].map(|entry| entry * along[0]);
+        add(&mut product, along[1], &b[1]);
+        add(&mut product, along[2], &b[2]);
+        add(&mut product, along[3], &b[3]);
+        add(&mut product, along[4], &b[4]);
+        add(&mut product, along[5], &b[5]);
         for k in 0..6 {
             column[k] -= product[k];
         }
