@@ -60,7 +60,8 @@ fn derivatives_are_the_differences_of_runs() {
 
 #[test]
 fn what_cannot_be_differentiated_is_refused() {
-    let cases: [(&[&str], &[&str]); 8] = [
+    let cases: [(&[&str], &[&str]); 9] = [
+        (&["--of", "x", "--by", "joint_friction"], &["joint_friction", "axis of a joint"]),
         (&["--of", "x", "--by", "colour"], &["--by: \"colour\" is none", "velocity", "friction"]),
         (&["--of", "x", "--body", "nobody"], &["--body nobody"]),
         (&["--of", "x", "--differences", "-1"], &["--differences", "above 0"]),
