@@ -434,8 +434,6 @@ fn every_argument_in_every_regime() {
         ("four-bar", 3),
         ("chain", 3),
         ("door", 3),
-        ("crawler", 3),
-        ("quadruped", 3),
     ];
     let mut twister = Mt::new(1);
     let mut draw = || f64::from(twister.next_u32()) / f64::from(u32::MAX) * 2.0 - 1.0;
