@@ -31,8 +31,7 @@ impl Default for Checkpoints {
     }
 }
 
-/// Where steps are made again anyhow, derivatives of so few at a time are as fast as any number, and their memory stays
-/// near.
+/// Derivatives of so few steps at a time are as fast as any number, and their memory stays near.
 const FEW: u64 = 16;
 
 /// Derivatives of a number by the states after so many steps.
@@ -121,12 +120,9 @@ impl Simulation<'_> {
         let bodies = self.world().bodies().len();
         let infinite = (f64::INFINITY, first);
         let saved = run.checkpoints.saved.max(2) as u64;
-        // What fits as a whole is run once.
-        let most = run.checkpoints.steps.max(1) as u64;
-        let few = run.steps.div_ceil(saved).max(FEW).min(most);
         let mut backward = Backward {
             first,
-            stretch: if run.steps <= most { most } else { few },
+            stretch: run.steps.div_ceil(saved).max(FEW).min(run.checkpoints.steps.max(1) as u64),
             saved,
             dual: vec![StateChange::zero(); bodies],
             found: RunGradient {
