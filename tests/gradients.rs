@@ -434,8 +434,6 @@ fn every_argument_in_every_regime() {
         ("four-bar", 3),
         ("chain", 3),
         ("door", 3),
-        ("crawler", 3),
-        ("quadruped", 3),
     ];
     let mut twister = Mt::new(1);
     let mut draw = || f64::from(twister.next_u32()) / f64::from(u32::MAX) * 2.0 - 1.0;
@@ -520,4 +518,41 @@ fn a_run_backwards() {
     let backwards = found.states[0].dot(&change) + 0.3 * found.constants[0][0];
     // Rounding, of 420 systems whose condition is 1/ε = 1e6.
     assert!((forwards - backwards).abs() <= 1e-6 * forwards.abs(), "{forwards} {backwards}");
+}
+
+/// A derivative that was made of step after step, of which those at rest are the same, is that which was made of each
+/// alone; and a change of the world at rest is not missed.
+#[test]
+fn what_rests_has_the_derivative_of_the_step_before() {
+    let scene = scenario("stack.toml");
+    let mut run = scene.simulation(&Default::default()).unwrap();
+    let (mut record, mut kept) = (StepRecord::new(), StepDerivative::new());
+    let change: Vec<StateChange> = run
+        .states()
+        .iter()
+        .map(|_| StateChange::from_array(&std::array::from_fn(|k| (k as f64 + 1.0).sin())))
+        .collect();
+    let pushed = |derivative: &mut StepDerivative| {
+        let mut end = Vec::new();
+        let change = StepChange { states: &change, ..StepChange::default() };
+        derivative.push(&change, &mut end).unwrap();
+        end
+    };
+    let mut at_rest = 0;
+    for _ in 0..300 {
+        run.step(&mut record).unwrap();
+        run.linearise(&record, &mut kept).unwrap();
+        let mut alone = StepDerivative::new();
+        run.linearise(&record, &mut alone).unwrap();
+        assert_eq!(pushed(&mut kept), pushed(&mut alone));
+        at_rest += usize::from(record.states == record.solution.states);
+    }
+    println!("{at_rest} steps at rest");
+    let heavier = scene.world.with_constants(&[(Constant::Mass, &[9.0; 64][..change.len()])]);
+    let states = run.states().to_vec();
+    let (other, record) = step(&heavier.unwrap(), &states, &[]).unwrap();
+    other.linearise(&record, &mut kept).unwrap();
+    let mut alone = StepDerivative::new();
+    other.linearise(&record, &mut alone).unwrap();
+    assert_eq!(pushed(&mut kept), pushed(&mut alone));
 }

@@ -91,10 +91,10 @@ pub fn jacobian<'py>(
         let rows = StateChange::LEN * bodies;
         let mut all = vec![0.0; rows * count];
         for column in 0..count {
-            let Change { states, wrenches, numbers } = change(column);
+            let Change { wrenches, numbers } = change(column);
             let constants: Vec<_> =
                 numbers.iter().map(|(constant, numbers)| (*constant, &numbers[..])).collect();
-            let change = StepChange { states: &states, wrenches: &wrenches, constants: &constants };
+            let change = StepChange { states: &[], wrenches: &wrenches, constants: &constants };
             derivative.push(&change, &mut end).map_err(|error| of_step(&error))?;
             let numbers = end.iter().flat_map(StateChange::to_array);
             for (row, number) in numbers.enumerate() {
@@ -139,7 +139,6 @@ pub fn jacobian<'py>(
 /// A change of a step's data.
 #[derive(Default)]
 struct Change {
-    states: Vec<StateChange>,
     wrenches: Vec<Wrench>,
     numbers: Vec<(Constant, Vec<f64>)>,
 }

@@ -106,7 +106,8 @@ fn a_shape_that_cannot_vary_is_refused() {
 
 #[test]
 fn what_cannot_be_differentiated_is_refused() {
-    let cases: [(&[&str], &[&str]); 8] = [
+    let cases: [(&[&str], &[&str]); 9] = [
+        (&["--of", "x", "--by", "joint_friction"], &["joint_friction", "axis of a joint"]),
         (&["--of", "x", "--by", "colour"], &["--by: \"colour\" is none", "velocity", "friction"]),
         (&["--of", "x", "--body", "nobody"], &["--body nobody"]),
         (&["--of", "x", "--differences", "-1"], &["--differences", "above 0"]),

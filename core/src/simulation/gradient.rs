@@ -266,8 +266,7 @@ impl Backward {
         let mut tape = std::mem::take(&mut self.tape);
         // Steps in which nothing moves have the derivative of the first of them.
         let (mut rest, mut uses) = (None, Vec::with_capacity(count));
-        for k in 0..count {
-            let (derivative, record) = &mut tape[k];
+        for (k, (derivative, record)) in tape[..count].iter_mut().enumerate() {
             simulation.advance(run, record)?;
             let is_at_rest = simulation.linearise_unless(record, derivative, &mut rest)?;
             let before = uses.last().copied();

@@ -38,6 +38,11 @@ impl Argument {
             Self::Constant(Constant::Mass) => "kg",
             Self::Constant(Constant::Inertia) => "kg m²",
             Self::Constant(Constant::Size) => "",
+            Self::Constant(Constant::JointFriction | Constant::MotorMost) => "N or N m",
+            Self::Constant(Constant::JointStiffness | Constant::MotorStiffness) => "N/m or N m/rad",
+            Self::Constant(Constant::JointDamping | Constant::MotorDamping) => "N s/m or N m s/rad",
+            Self::Constant(Constant::Armature) => "kg or kg m²",
+            Self::Constant(Constant::MotorTarget) => "m, rad, m/s or rad/s",
             Self::Constant(constant) => constant.unit(),
         }
     }

@@ -68,6 +68,10 @@ impl Task<'_> {
     pub fn derivatives(&self, arguments: &[Argument], by: Option<f64>) -> Result<Found, Stop> {
         let steps = self.scene.rows - 1;
         let constants: Vec<Constant> = arguments.iter().filter_map(Argument::constant).collect();
+        if let Some(none) = constants.iter().find(|of| of.width(&self.scene.world) == 0) {
+            let why = "has no axis of a joint that could have it; leave it out";
+            return Err(Failure::Input(format!("{}: the scene {why}", none.name())).into());
+        }
         let mut simulation = self.scene.simulation(self.interrupt)?;
         simulation.set_wrench(self.body, self.push)?;
         let start = simulation.states().to_vec();

@@ -282,7 +282,7 @@ impl StepDerivative {
                 self.ends[body] = Some(EndMap::new(&end.linear, &end.spin, h));
             }
         }
-        self.margin = point.iterate.margins(&linear.island).fold(self.margin, f64::min);
+        self.margin = self.margin.min(linear.margin());
         let pressing = point.couplings.iter().filter(|coupling| coupling.presses());
         self.room = pressing.map(|c| c.tangent.room() / h).fold(self.room, f64::min);
         self.unknown +=

@@ -33,6 +33,8 @@ pub(super) struct LinearIsland {
     is_one: bool,
     /// The impulses of the solution that was found.
     found: Vec<Vector3<f64>>,
+    /// (∂(angular part)/∂ω⁺)⁻¹ of a body by itself, which is all that its system has.
+    free: Option<Matrix3<f64>>,
     /// How the features of its contacts follow the bodies, where it was asked.
     placed: Vec<Option<Placed>>,
 }
@@ -78,6 +80,7 @@ impl LinearIsland {
             points: [point(), point()],
             is_one: false,
             found: Vec::new(),
+            free: None,
             placed: Vec::new(),
         }
     }
@@ -112,6 +115,16 @@ impl LinearIsland {
         self.island.setting_mut().give_alike();
         // Without a row no compliance is in it, and one point is enough.
         self.is_one = smoothed.is_some() || self.island.is_plain();
+        self.free = match view.bodies {
+            [_] if self.island.is_plain() => {
+                let [point, _] = &mut self.points;
+                point.set_free(&self.island, step, view)
+            }
+            _ => None,
+        };
+        if self.free.is_some() {
+            return Ok(false);
+        }
         let kept = match smoothed {
             Some(compliance) => self.soften(step, view, compliance).map(|()| false)?,
             None => rolls || !self.selects(step, view)?,
@@ -190,6 +203,17 @@ impl LinearIsland {
         Err(Error::Unsupported { what: "the derivative with this compliance", why })
     }
 
+    /// How far its rows are from the next pieces of their laws, m/s: the least.
+    pub(super) fn margin(&self) -> f64 {
+        match self.free {
+            Some(_) => f64::INFINITY,
+            None => {
+                let margins = self.points[0].iterate.margins(&self.island);
+                margins.fold(f64::INFINITY, f64::min)
+            }
+        }
+    }
+
     pub(super) fn push<F: Fn(Constant, usize) -> f64>(
         &mut self,
         change: &StepChange<'_>,
@@ -235,7 +259,10 @@ impl LinearIsland {
                 point.joints.iter().for_each(|rows| rows.push_constants(island, numbers, rhs));
                 point.gears.iter().for_each(|gear| gear.push_time_step(island, longer, rhs));
             }
-            self.island.solve::<false>(point.newton.system(), &mut point.rhs);
+            match &self.free {
+                Some(inverse) => turn(inverse, &mut point.rhs),
+                None => self.island.solve::<false>(point.newton.system(), &mut point.rhs),
+            }
             for (&body, solved) in self.bodies.iter().zip(&point.rhs) {
                 let (linear, spin) =
                     (solved.fixed_rows::<3>(0).into(), solved.fixed_rows::<3>(3).into());
@@ -270,7 +297,10 @@ impl LinearIsland {
             }
             joints.iter().for_each(|rows| rows.add_state(&self.island, body, rhs));
             gears.iter().for_each(|gear| gear.add_state(&self.island, body, rhs));
-            self.island.solve_all(newton.system(), (rhs, values));
+            match &self.free {
+                Some(inverse) => turn(inverse, rhs),
+                None => self.island.solve_all(newton.system(), (rhs, values)),
+            }
             for (&of, solved) in self.bodies.iter().zip(&*rhs) {
                 if let Some(map) = &ends[of] {
                     map.add_velocities(&(solved * weight), &mut end[of]);
@@ -297,7 +327,10 @@ impl LinearIsland {
                 rhs.fixed_rows_mut::<3>(3).copy_from(&(spin * weight));
                 rhs
             }));
-            self.island.solve::<true>(point.newton.system(), &mut point.rhs);
+            match &self.free {
+                Some(inverse) => turn(&inverse.transpose(), &mut point.rhs),
+                None => self.island.solve::<true>(point.newton.system(), &mut point.rhs),
+            }
             for (place, &body) in self.bodies.iter().enumerate() {
                 let (member, rhs) = (&self.island.members()[place], &point.rhs[place]);
                 let (velocity, spin, wrench) = member.change_pulled(rhs);
@@ -349,6 +382,14 @@ impl LinearIsland {
     }
 }
 
+/// Solves the equations of bodies by themselves for the spins.
+fn turn<const C: usize>(inverse: &Matrix3<f64>, rhs: &mut [SMatrix<f64, 6, C>]) {
+    for rhs in rhs {
+        let turned = inverse * rhs.fixed_rows::<3>(3);
+        rhs.fixed_rows_mut::<3>(3).copy_from(&turned);
+    }
+}
+
 pub(super) fn coupling_change(numbers: &SVector<f64, 9>) -> CouplingChange {
     let part = |k: usize| Vector3::from_column_slice(&numbers.as_slice()[k..k + 3]);
     CouplingChange { impulse: part(0), torques: [part(3), part(6)] }
@@ -377,6 +418,21 @@ impl LinearPoint {
         impulses.clear();
         impulses.extend(view.contacts.iter().map(|&place| view.before[place] * to_impulse));
         island.extend_previous(step, impulses);
+    }
+
+    /// Makes it that of a body by itself, of which the solution is that which was found.
+    fn set_free(
+        &mut self,
+        island: &Island,
+        step: &Step<'_>,
+        view: &IslandView<'_>,
+    ) -> Option<Matrix3<f64>> {
+        self.begin(island, step, view);
+        self.couplings.clear();
+        self.joints.clear();
+        self.gears.clear();
+        let slope = island.members()[0].angular_slope(&self.iterate.velocity[0].spin);
+        slope.try_inverse()
     }
 
     /// Finds the solution with `compliance` from here; whether it did.
