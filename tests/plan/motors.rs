@@ -172,7 +172,7 @@ fn forces_follow_from_the_motion_that_they_make() {
     assert!(found.legs[0].runs < 100, "{}", found.legs[0].runs);
 }
 
-/// A double pendulum comes to its stops, from hanging, by torques that could not hold it out straight.
+/// A double pendulum comes to rest against its stops, from hanging, by torques that could not hold it out straight.
 #[test]
 #[ignore = "minutes"]
 fn a_double_pendulum_is_swung_up_against_its_stops() {
