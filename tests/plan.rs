@@ -202,7 +202,7 @@ fn shipped_problems_are_solved() {
     }
 }
 
-/// The ball comes to its place within a thousandth of a millimetre, by both cushions.
+/// The ball comes to its place by both cushions, and by no other.
 #[test]
 fn a_ball_is_shot_off_two_cushions() {
     let file = shipped("cushions.toml");

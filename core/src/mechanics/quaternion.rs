@@ -150,7 +150,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_product_is_what_the_matrices_make(p in [-1.0..1.0; 4], q in [-1.0..1.0; 4]) {
+        fn a_product_is_what_the_matrices_make(p in proptest::array::uniform4(-1.0..1.0), q in proptest::array::uniform4(-1.0..1.0)) {
             let (p, q) = (Vector4::from(p), Vector4::from(q));
             prop_assert!((product(&p, &q) - left(&p) * q).amax() < 1e-15);
             prop_assert!((product(&p, &q) - right(&q) * p).amax() < 1e-15);

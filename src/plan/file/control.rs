@@ -49,7 +49,8 @@ impl ControlTable {
                 if self.force.is_none() {
                     return Err("force: its range is needed, N or N m".to_owned());
                 }
-                let name = format!("{}.{}", joints.join("+"), self.axis.as_ref().unwrap_or(&word));
+                let of = self.axis.as_ref().unwrap_or(&word);
+                let name = joints.first().map_or(word.clone(), |joint| format!("{joint}.{of}"));
                 (ControlKind::Motor { axes }, each(&[self.force]), name)
             }
             KindName::Start => {
