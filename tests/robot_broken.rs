@@ -114,8 +114,9 @@ fn broken_files_are_refused_where_they_are_wrong() {
             Ok(scene) => scene,
             Err(failure) => {
                 let why = failure.to_string();
-                // Of a start that cannot be the bodies are named, and what is beyond all bounds by its joint or body.
-                let is_named = ["line ", "position: ", "joints[", "gears[", "bodies["];
+                // Of what is wrong with the whole its element, of a start that cannot be the bodies, and of what is
+                // beyond all bounds its joint or body.
+                let is_named = ["line ", ">: ", "position: ", "joints[", "gears[", "bodies["];
                 assert!(is_named.iter().any(|name| why.contains(name)), "{why}\n{text}");
                 assert_eq!(why.lines().count(), 1, "{why}");
                 refused += 1;
@@ -132,5 +133,5 @@ fn broken_files_are_refused_where_they_are_wrong() {
         }
         moved += 1;
     }
-    assert!(refused > 300 && moved > 100, "{refused} {moved}");
+    assert!(refused > 300 && moved > 50, "{refused} {moved}");
 }

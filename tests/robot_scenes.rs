@@ -236,6 +236,8 @@ fn wrong_files_are_refused_by_line() {
             "line 2, <spatial>",
         ),
         ("<sdf version='1.6'/>", "SDF"),
+        ("", "line 1: it is no XML"),
+        ("[body]\nmass = 1", "line 1: it is no XML"),
     ];
     for (text, part) in cases {
         let why = scene_of(text, "wrong.xml").err().unwrap_or_default();

@@ -407,7 +407,7 @@ impl Recording {
         };
         let mut film = film::film(cast, frames);
         if let OutputFormat::Tables(model) = &content.format {
-            model.dress(&mut film).map_err(refused)?;
+            model.dress(&mut film).map_err(in_python)?;
         }
         let seed = content.drawn_seed().map_or(String::new(), |seed| format!("seed {seed}, "));
         film.title = format!("{}, {seed}{}", content.name, content.solver());

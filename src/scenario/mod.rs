@@ -63,10 +63,11 @@ fn read(text: &str, path: &Path) -> Result<(String, Said), Failure> {
     Ok((name, file.said().map_err(odd)?))
 }
 
-/// Whether a text is that of a robot's file: XML, which no scenario begins as.
+/// Whether a text is that of a robot's file: XML, which no scenario begins as, or of a file that is called so.
 #[cfg(feature = "robot")]
-fn is_robot(text: &str) -> bool {
-    text.trim_start_matches('\u{feff}').trim_start().starts_with('<')
+fn is_robot(text: &str, path: &Path) -> bool {
+    let is_called_so = path.extension().is_some_and(|end| end == "urdf" || end == "xml");
+    is_called_so || text.trim_start_matches('\u{feff}').trim_start().starts_with('<')
 }
 
 /// What a text in TOML says, or what is wrong with it, in which line.

@@ -101,7 +101,7 @@ impl Scene {
         read: ReadFile<'_>,
     ) -> Result<Self, Failure> {
         #[cfg(feature = "robot")]
-        if super::is_robot(text) {
+        if super::is_robot(text, path) {
             return Self::of_robot(text, path, (flags, given), read);
         }
         let (name, Said { settings: below, ground, entries }) = super::read(text, path)?;
