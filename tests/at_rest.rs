@@ -139,7 +139,8 @@ fn a_wall_rests_when_the_last_body_does() {
 
 #[test]
 fn a_change_from_outside_ends_the_rest() {
-    let changes: [(&str, fn(&mut Simulation<'static>)); 8] = [
+    type Change = fn(&mut Simulation<'static>);
+    let changes: [(&str, Change); 8] = [
         ("wrench", |run| {
             let force = Vector3::new(0.0, 30.0, 0.0);
             run.set_wrench(11, Wrench { force, torque: Vector3::zeros() }).unwrap();
