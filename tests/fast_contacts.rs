@@ -315,7 +315,7 @@ fn balls_that_graze_each_other_do_not_pass_unseen() {
         let piece = Piece::sphere(RADIUS).unwrap();
         RigidBody::solid(0.01, &[piece]).unwrap().0
     };
-    let (mut met, mut passed) = (0, 0);
+    let mut met = 0;
     for offset in [0.6, 0.8, 0.9, 0.95, 0.98, 0.99] {
         for speed in [2.5, 8.0, 25.0, 60.0] {
             for phase in [0.05, 0.25, 0.5, 0.75, 0.95] {
@@ -329,12 +329,11 @@ fn balls_that_graze_each_other_do_not_pass_unseen() {
                 let ends = &records.last().unwrap().solution.states;
                 let parted = ends[0].velocity[1] < 0.0 && ends[1].velocity[1] > 0.0;
                 let marked = records.iter().any(|record| !is_solved(record));
-                println!("{name}: parted {parted}, marked {marked}");
                 assert!(parted || marked, "{name}");
                 met += u32::from(parted);
-                passed += u32::from(marked);
             }
         }
     }
-    println!("{met} meet, {passed} are marked");
+    // The others obey all laws at the end of the step: it says that something was passed.
+    assert!(met >= 98, "{met} of 120 meet");
 }

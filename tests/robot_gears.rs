@@ -24,7 +24,8 @@ fn text_of(name: &str) -> String {
 }
 
 fn scene_of(text: &str, settings: Settings) -> Result<Scene, String> {
-    let path = root().join("data/robots/given.xml");
+    let name = if text.starts_with('<') { "given.xml" } else { "given.toml" };
+    let path = root().join("data/robots").join(name);
     Scene::of_text(text, &path, settings, &bytes).map_err(|failure| failure.to_string())
 }
 

@@ -123,6 +123,7 @@ impl Constant {
     }
 
     /// Whether it is of the shapes of bodies, which not all can vary.
+    #[cfg(feature = "save")]
     pub(crate) fn is_of_shapes(self) -> bool {
         matches!(self, Self::Size | Self::Radius)
     }

