@@ -105,7 +105,7 @@ def test_motors_swing_a_rod():
     hinge = {"name": "hinge", "type": "revolute", "bodies": "body-1", "anchor": [0, 0, 2], "axis": [0, 1, 0]}
     scene = tumble.Scene(bodies=[{**rod, "name": "body-1"}], joints=[hinge], ground={"none": True, "friction": 0.5})
     motor = {"kind": "motor", "joint": "hinge", "force": [-9, 9], "knots": 2}
-    plan = tumble.plan(scene, 50, [motor], {"turn": 20, "axis": [0, 1, 0]}, legs=["shoot"])
+    plan = tumble.plan(scene, 200, [motor], {"turn": 20, "axis": [0, 1, 0]}, legs=["shoot"])
     assert plan.ok, plan.reason
     assert set(plan.columns) == {"hinge.motor.force"} and np.abs(plan.wrenches[:, 0, 4]).max() > 0
     with pytest.raises(tumble.TumbleError, match="none that is called"):

@@ -52,10 +52,7 @@ impl<E: Equations> Proximal<E> {
         let mut least = exact_residual(equations, iterate);
         best.copy_from(iterate);
         last.copy_from(iterate);
-        let contacts = equations.couplings().len();
-        // What changes on has no use for digits beyond those asked for.
-        let passes = equations.policy().follows(contacts) && equations.setting().changes();
-        let mut refinements = if passes { MOST_REFINEMENTS } else { 0 };
+        let mut refinements = 0;
         for _ in 0..MOST_PROXIMAL_STEPS {
             if least <= tolerances.solved {
                 if least <= tolerances.exact || refinements == MOST_REFINEMENTS {
