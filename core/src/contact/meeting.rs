@@ -162,8 +162,7 @@ impl Look<'_> {
         let thick = extents.0.inner + extents.1.inner;
         let fine = self.depth.max(near.min(NEAR_OF_THIN * thick));
         let deep = fine + DEEP * thick;
-        let bulge = moving.0.bulge() + moving.1.bulge();
-        let passing = deep + bulge;
+        let passing = deep + moving.0.bulge() + moving.1.bulge();
         if *pair.gap < -self.depth {
             *pair.gap = self.touches(pair, At::End);
             *pair.is_bound = false;
@@ -184,14 +183,8 @@ impl Look<'_> {
             let mut known = self.index.between(contacts, pieces((a, b)));
             let is_known = known.any(|place| is_between(&contacts[place].key, (a, b)));
             drop(known);
-            // What has no contact yet, nothing holds; nor does a contact what comes and goes within the step.
-            let was = (placed(self.world, self.start, a), placed(self.world, self.start, b));
-            let comes_and_goes = *pair.gap > near && bound(was.0, was.1, pair.hint) > near;
-            let most = match is_known {
-                true if comes_and_goes => fine + bulge,
-                true => passing,
-                false => fine,
-            };
+            // What has no contact yet, nothing holds.
+            let most = if is_known { passing } else { fine };
             if is_known && stays_clear(&moving.0, &moving.1, most, pair.hint) {
                 return None;
             }
