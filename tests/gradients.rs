@@ -396,10 +396,10 @@ fn the_transposed_product_is_that_of_the_same_matrix() {
                     gradient.constants[place].iter().zip(*numbers).map(|(g, n)| g * n).sum::<f64>()
                 });
                 let here = by_states.chain(by_wrenches).chain(by_constants).sum::<f64>();
-                // Rounding of 2e-16 over a compliance of 1e-6, in sums of up to some thousand products.
+                // Of sums of numbers up to the size of the products.
                 let scale = size(&w) * (size(&end) + 1e-3);
                 assert!(
-                    (there - here).abs() <= 3e-7 * scale,
+                    (there - here).abs() <= 1e-7 * scale,
                     "{name} {k} {}: {there} {here}",
                     along.name
                 );
