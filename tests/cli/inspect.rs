@@ -22,7 +22,7 @@ fn inspect_file(text: &str) -> End {
     tumble().arg("inspect").arg(file).output().unwrap().into()
 }
 
-/// As the library's own values are compared in `tests/derivatives.rs`, entry by entry.
+/// As the library's own values are compared in `tests/ipopt/derivatives.rs`, entry by entry.
 #[test]
 fn every_reference_point_gives_the_reference_values() {
     for (index, (point, known)) in reference_points().iter().zip(points()).enumerate() {

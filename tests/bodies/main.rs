@@ -1,0 +1,11 @@
+//! Bodies in free motion, their rotation, their units.
+
+#[path = "../common/mod.rs"]
+mod common;
+mod elastic_motion;
+mod free_motion;
+mod loads;
+mod random_draws;
+mod rotation;
+mod runge_kutta;
+mod scaled_copies;

@@ -1,0 +1,53 @@
+//! The command line end to end, in temporary directories: files, exit codes, messages.
+
+#[path = "../common/mod.rs"]
+mod common;
+mod continued;
+mod driven;
+mod failure;
+mod fitted;
+mod flags;
+mod fuzz;
+mod gradient;
+mod held;
+mod input;
+mod inspect;
+mod inspect_several;
+mod interrupted;
+mod joints;
+mod kept;
+mod leftovers;
+mod output;
+mod picture;
+mod plan;
+mod plot;
+#[path = "../common/points.rs"]
+mod points;
+mod residual;
+mod restitution;
+mod robots;
+mod rotation;
+mod scenario;
+mod several;
+mod several_input;
+mod several_ipopt;
+mod several_pictures;
+mod several_tampering;
+mod simulate;
+#[path = "../common/sizes.rs"]
+mod sizes;
+mod solve;
+mod start_index;
+mod streams;
+mod support;
+mod sweep;
+#[path = "../fit/synthetic.rs"]
+mod synthetic;
+mod tampering;
+#[path = "../common/terms.rs"]
+mod terms;
+mod threads;
+mod tutorial;
+mod validated;
+mod verify;
+mod view;

@@ -1,0 +1,21 @@
+//! Where bodies touch, and by which law: pairs, round features, planes, speed, restitution.
+
+mod apart;
+#[path = "../common/mod.rs"]
+mod common;
+mod curved;
+mod curved_common;
+mod curved_departures;
+mod fast;
+#[path = "../common/interrupt.rs"]
+mod interrupt;
+mod many_points;
+mod no_ground;
+mod pairs;
+mod restitution;
+mod rounded_points;
+mod smooth_balls;
+#[path = "../common/toss.rs"]
+mod toss;
+mod whose_plane;
+mod wild_steps;

@@ -1,0 +1,251 @@
+//! Steps that are solved and no physics: they are told from the others.
+
+use crate::toss::*;
+use nalgebra::{Matrix3, Vector3, Vector4};
+use tumble::contact::{Candidates, Plane};
+use tumble::error::Error;
+use tumble::geometry::Piece;
+use tumble::mechanics::{RigidBody, State};
+use tumble::simulation::{Motion, Simulation, StepRecord};
+use tumble::step::{ContactForce, Step, StepReport, StepSolution, StepSolver, StepStatus};
+use tumble::world::{Parameters, World};
+
+/// ½ m v² + ½ ωᵀ I ω − m g·r, J.
+fn energy(world: &World, state: &State) -> f64 {
+    let body = &world.bodies()[0];
+    let spinning = state.spin.dot(&(body.inertia() * state.spin));
+    let moving = body.mass() * state.velocity.norm_squared();
+    0.5 * (moving + spinning) - body.mass() * world.gravity().dot(&state.position)
+}
+
+/// The records of a native run of a body.
+fn run(world: &World, start: State, steps: usize) -> Vec<StepRecord> {
+    let mut simulation = Simulation::new(world.clone(), [start], Motion::native(world)).unwrap();
+    let mut step = || {
+        let mut record = StepRecord::new();
+        simulation.step(&mut record).unwrap();
+        record
+    };
+    (0..steps).map(|_| step()).collect()
+}
+
+/// A cube that spins on ice by 20 rad/s turns by 2 rad in a step of 0.1 s, as far as the step's
+/// impulses know: they act on a motion that the turn has long left behind. The same cube is no
+/// trouble at a hundredth of the step.
+#[test]
+fn a_step_that_is_too_long_for_a_body_is_marked() {
+    let body = RigidBody::solid_box(1.0, Vector3::repeat(0.5)).unwrap();
+    let world = |time_step| {
+        let bodies = vec![body.clone()];
+        World::new(Parameters { bodies, time_step, friction: 0.0, ..parameters(body.clone()) })
+            .unwrap()
+    };
+    let mut start = thrown(3);
+    start.position = Vector3::new(0.0, 0.0, 0.5);
+    start.attitude = Vector4::new(1.0, 0.0, 0.0, 0.0);
+    start.velocity = Vector3::zeros();
+    start.spin = Vector3::new(0.0, 0.0, 20.0);
+    let marked = |time_step| {
+        let records = run(&world(time_step), start, 200);
+        records.iter().filter(|record| record.report.status == StepStatus::Wild).count()
+    };
+    assert!(marked(0.1) > 0);
+    assert_eq!(marked(0.001), 0);
+}
+
+/// A step of the tutorial's scene never makes energy, and none is marked; of light bodies with few
+/// points some steps do, and every one that makes more than a hundredth of the motion's energy says
+/// so.
+#[test]
+fn no_solved_step_makes_energy_unmarked() {
+    let needle = |count: usize| {
+        let points: Vec<_> = (0..count)
+            .map(|i| {
+                let angle = i as f64 * 2.4;
+                Vector3::new(angle.cos(), angle.sin(), 0.3 * i as f64 - 0.5)
+            })
+            .collect();
+        RigidBody::new(1.0, Matrix3::from_diagonal_element(1e-3), &points).unwrap()
+    };
+    let mut wild = 0;
+    for (body, quiet) in [(needle(1), false), (needle(2), false), (needle(3), false)]
+        .into_iter()
+        .chain(cubes().into_iter().map(|body| (body, true)))
+    {
+        let parameters = Parameters { time_step: 0.01, friction: 1.0, ..parameters(body.clone()) };
+        let parameters = if quiet { self::parameters(body) } else { parameters };
+        let world = World::new(parameters).unwrap();
+        for seed in 0..10 {
+            for record in run(&world, thrown(seed), 500) {
+                let (before, after) = (record.state(), record.next());
+                let gained = energy(&world, after) - energy(&world, before);
+                let body = &world.bodies()[0];
+                let moving = body.mass() * after.velocity.norm_squared()
+                    + after.spin.dot(&(body.inertia() * after.spin));
+                let status = record.report.status;
+                let marked = [StepStatus::Wild, StepStatus::Failed].contains(&status);
+                assert!(
+                    gained <= 0.005 * moving + 1e-8 || marked,
+                    "{seed}: {gained} of {moving} J"
+                );
+                assert!(!quiet || !marked, "{seed}: {status}");
+                wild += u32::from(marked);
+            }
+        }
+    }
+    assert!(wild > 0, "no step of the needles was wild");
+}
+
+/// Whatever it is asked, the first two balls part along x with `factor` times the speed that they came
+/// with, and all others fly on.
+struct Parting {
+    factor: f64,
+}
+
+impl StepSolver for Parting {
+    /// So much that the certificate does not mind.
+    fn accepted_residual(&self) -> f64 {
+        1e6
+    }
+
+    fn solve(
+        &mut self,
+        step: &Step<'_>,
+        candidates: &mut Candidates,
+        solution: &mut StepSolution,
+    ) -> Result<StepReport, Error> {
+        solution.set_free(step.free);
+        let (world, h) = (step.world, step.world.time_step());
+        for ball in [0, 1] {
+            let (next, before) = (&mut solution.states[ball], &step.states[ball]);
+            next.velocity = -self.factor * before.velocity;
+            next.position = before.position + h * next.velocity;
+        }
+        let push = world.bodies()[0].mass() * (self.factor + 1.0) / h;
+        solution.contacts.extend(candidates.contacts().iter().map(|contact| {
+            let mut force = ContactForce::none(contact.key);
+            force.force = -push * step.states[contact.key.body].velocity;
+            force.normal_force = force.force.norm();
+            force
+        }));
+        Ok(StepReport::without_problem(StepStatus::Converged))
+    }
+}
+
+fn ball_at(x: f64, speed: f64) -> State {
+    State {
+        position: Vector3::new(x, 0.0, 5.0),
+        attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
+        velocity: Vector3::new(speed, 0.0, 0.0),
+        spin: Vector3::zeros(),
+    }
+}
+
+fn ball(mass: f64, radius: f64) -> RigidBody {
+    let inertia = Matrix3::from_diagonal_element(0.4 * mass * radius * radius);
+    RigidBody::of_pieces(mass, inertia, vec![Piece::sphere(radius).unwrap()]).unwrap()
+}
+
+/// Two balls meet and part with a third more energy than they had. That a ball of a tonne flies
+/// elsewhere, or that two of them rest on each other, makes it no less.
+#[test]
+fn what_happens_elsewhere_excuses_no_energy() {
+    let status = |factor: f64, others: &[State]| {
+        let mut bodies = vec![ball(1.0, 0.1); 2];
+        bodies.extend(others.iter().map(|_| ball(1000.0, 0.1)));
+        let (ground, gravity) = (Plane::level(), Vector3::zeros());
+        let parameters = Parameters {
+            bodies,
+            ground: Some(ground),
+            gravity,
+            friction: 0.0,
+            time_step: 0.002,
+            rotation: tumble::mechanics::Rotation::Momentum,
+        };
+        let world = World::new(parameters).unwrap();
+        let mut starts = vec![ball_at(0.0, 1.0), ball_at(0.2, -1.0)];
+        starts.extend_from_slice(others);
+        let motion = Motion::contact(Parting { factor });
+        let mut simulation = Simulation::new(world, starts, motion).unwrap();
+        let mut record = StepRecord::new();
+        simulation.step(&mut record).unwrap();
+        record.report.status
+    };
+    let third_more = f64::sqrt(4.0 / 3.0);
+    for others in
+        [vec![], vec![ball_at(700.0, 10.0)], vec![ball_at(700.0, 10.0), ball_at(-700.0, 0.0)]]
+    {
+        assert_eq!(status(third_more, &others), StepStatus::Wild, "{others:?}");
+        // A ten-thousandth is below what counts.
+        assert_eq!(status(1.00005, &others), StepStatus::Converged, "{others:?}");
+        assert_eq!(status(0.5, &others), StepStatus::Converged, "{others:?}");
+    }
+}
+
+/// Of bricks that bounce, spinning fast, every step that makes more than a thousandth of the motion's
+/// energy says so: also of what turning makes, which is no work of the impulses.
+#[test]
+fn no_bounce_makes_energy_unmarked() {
+    let body = RigidBody::solid_box(1.0, Vector3::new(0.1, 0.075, 0.05)).unwrap();
+    let (mut gains, mut bounced, mut marked) = (0, 0, 0);
+    for time_step in [0.002, 0.008] {
+        let bodies = vec![body.clone()];
+        let parameters =
+            Parameters { bodies, time_step, friction: 0.0, ..parameters(body.clone()) };
+        let world = World::new(parameters).unwrap().with_restitution(1.0).unwrap();
+        for seed in 0..10 {
+            let start = State {
+                position: Vector3::new(0.0, 0.0, 0.2),
+                velocity: Vector3::zeros(),
+                spin: Vector3::new(30.0, 20.0, -25.0),
+                ..thrown(seed)
+            };
+            for record in run(&world, start, (1.0 / time_step) as usize) {
+                if record.contacts.iter().all(|contact| contact.rebound == 0.0) {
+                    continue;
+                }
+                // With the velocities of the middle, which an elastic bounce keeps.
+                let middle = |state: &State| {
+                    let velocity = state.velocity + 0.5 * time_step * world.gravity();
+                    energy(&world, &State { velocity, ..*state })
+                };
+                let gained = middle(record.next()) - middle(record.state());
+                let kinetic =
+                    |state: &State| energy(&world, &State { position: Vector3::zeros(), ..*state });
+                let moving = kinetic(record.next()).max(kinetic(record.state()));
+                let wild = record.report.status == StepStatus::Wild;
+                assert!(wild || gained <= 1.1e-3 * moving, "{gained} of {moving} J");
+                bounced += 1;
+                gains += u32::from(gained > 1.1e-3 * moving);
+                marked += u32::from(wild);
+            }
+        }
+    }
+    println!("{gains} {marked} {bounced}");
+    assert!(
+        gains > 0 && marked < bounced,
+        "{gains} steps of {bounced} make energy, {marked} are marked"
+    );
+}
+
+/// What is set down some nanometres too deep, as numbers in single precision are, is lifted out: no energy to speak of.
+#[test]
+fn a_start_that_is_nanometres_deep_is_lifted_out() {
+    for half in [0.1, 0.15, 0.35] {
+        for depth in [1e-12, 1e-10, 1.5e-9, 2e-8] {
+            let body = RigidBody::solid_box(1.0, Vector3::repeat(half)).unwrap();
+            let world =
+                World::new(Parameters { time_step: 0.002, ..parameters(body.clone()) }).unwrap();
+            let start = State {
+                position: Vector3::new(0.0, 0.0, half - depth),
+                attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
+                velocity: Vector3::zeros(),
+                spin: Vector3::zeros(),
+            };
+            for record in run(&world, start, 5) {
+                let status = record.report.status;
+                assert_eq!(status, StepStatus::Converged, "{half} m, {depth} m deep");
+            }
+        }
+    }
+}

@@ -1,0 +1,5 @@
+//! Fits: hidden parameters come back, broken recordings are refused, threads change nothing.
+
+mod recordings;
+mod search;
+mod synthetic;

@@ -1,0 +1,124 @@
+//! The step problem's functions and derivatives: against CasADi at 250 points, and
+//! against central differences for bodies of any shape.
+
+use crate::common;
+
+use crate::common::{any_state, any_world, any_wrench, cases, state};
+use crate::points::{Input, Output, Point, Triplets, compare, points};
+use crate::slopes::{Program as _, hessian_error, jacobian_error};
+use nalgebra::{Matrix3, Vector3};
+use proptest::prelude::*;
+use tumble::mechanics::{RigidBody, Wrench};
+use tumble::sparsity::SparsityPattern;
+use tumble::step_nlp::StepNlp;
+use tumble::world::{Parameters, World};
+
+/// The problem of a point's step.
+fn nlp_of(input: &Input) -> StepNlp {
+    let usual = common::tutorial_parameters();
+    let inertia = Matrix3::from(input.inertia());
+    let body = RigidBody::with_box_corners(input.mass(), inertia, Vector3::repeat(1.0)).unwrap();
+    let parameters = Parameters {
+        bodies: vec![body],
+        gravity: input.gravity().into(),
+        friction: input.mu(),
+        time_step: input.dt(),
+        ..usual
+    };
+    let mut nlp = StepNlp::new(World::new(parameters).unwrap(), input.epsilon()).unwrap();
+    nlp.set_step(&state(&input.state), &Wrench::zero(), input.alpha.iter().copied());
+    nlp
+}
+
+fn triplets(pattern: &SparsityPattern, values: Vec<f64>) -> Triplets {
+    Triplets { rows: pattern.rows().to_vec(), cols: pattern.cols().to_vec(), values }
+}
+
+#[test]
+fn values_and_derivatives_are_those_of_casadi() {
+    for point in &points() {
+        let (nlp, input) = (nlp_of(&point.input), &point.input);
+        let hessian = nlp.hessian_at(&input.x, input.obj_factor, &input.multipliers);
+        compare(
+            point,
+            &Output {
+                objective: nlp.objective(&input.x),
+                gradient: nlp.gradient_at(&input.x),
+                constraints: nlp.constraints_at(&input.x),
+                jacobian: triplets(nlp.jacobian_pattern(), nlp.jacobian_at(&input.x)),
+                hessian: triplets(nlp.hessian_pattern(), hessian),
+            },
+        );
+    }
+}
+
+/// For each kind of world (isotropic inertia or not, friction or none) every entry differs
+/// from zero somewhere; that none is missing, `compare` has shown.
+#[test]
+fn the_patterns_hold_no_entry_that_is_always_zero() {
+    let mut used: Vec<(SparsityPattern, Vec<bool>)> = Vec::new();
+    for Point { input, .. } in &points() {
+        let nlp = nlp_of(input);
+        let hessian = nlp.hessian_at(&input.x, input.obj_factor, &input.multipliers);
+        for (pattern, values) in
+            [(nlp.jacobian_pattern(), nlp.jacobian_at(&input.x)), (nlp.hessian_pattern(), hessian)]
+        {
+            if !used.iter().any(|(known, _)| known == pattern) {
+                used.push((pattern.clone(), vec![false; pattern.len()]));
+            }
+            let (_, used) = used.iter_mut().find(|(known, _)| known == pattern).unwrap();
+            used.iter_mut().zip(values).for_each(|(used, value)| *used |= value != 0.0);
+        }
+    }
+    // Without friction the data has isotropic inertia only; no Hessian depends on it.
+    assert_eq!(used.len(), 3 + 2, "Jacobians and Hessians");
+    for (pattern, used) in used {
+        for (at, used) in pattern.positions().zip(used) {
+            assert!(used, "{at:?} is zero wherever the pattern of {} holds", pattern.len());
+        }
+    }
+}
+
+/// A step problem of any body and a point to differentiate at: x and multipliers.
+#[derive(Debug, Clone)]
+struct Anywhere {
+    nlp: StepNlp,
+    x: Vec<f64>,
+    multipliers: Vec<f64>,
+}
+
+fn anywhere() -> impl Strategy<Value = Anywhere> {
+    let step = (any_world(), any_state(), any_wrench(), any_state());
+    let numbers = proptest::collection::vec(-1.0..1.0, 2 * 86);
+    // A smoothing so large that differences can follow the derivatives.
+    (step, 0.5..1.0, numbers).prop_map(|((world, old, wrench, new), smoothing, numbers)| {
+        let numbers: Vec<f64> = numbers;
+        let mut nlp = StepNlp::new(world, smoothing).unwrap();
+        let layout = nlp.layout();
+        let mut x = new.to_vector().as_slice().to_vec();
+        // f_x, f_y ±5 N, comparable to the smoothing; f_z 0…50 N; the rest 0…5.
+        x.extend(numbers.iter().map(|u| 5.0 * u).take(2 * layout.contacts()));
+        x.extend(numbers[24..].iter().map(|u| 50.0 * u.abs()).take(layout.contacts()));
+        x.extend(numbers[36..].iter().map(|u| 5.0 * u.abs()).take(3 * layout.contacts()));
+        nlp.set_step(&old, &wrench, numbers[72..84].iter().map(|u| u.abs()));
+        Anywhere { nlp, x, multipliers: numbers[86..][..layout.constraints()].to_vec() }
+    })
+}
+
+proptest! {
+    #![proptest_config(cases(64))]
+
+    #[test]
+    fn the_jacobian_is_the_slope_of_the_constraints(point in anywhere()) {
+        let error = jacobian_error(&point.nlp, &point.x);
+        prop_assert!(error < 1e-7, "{error:e}");
+    }
+
+    #[test]
+    fn the_hessian_is_the_slope_of_the_lagrangians_gradient(
+        point in anywhere(), factor in 0.0..2.0
+    ) {
+        let error = hessian_error(&point.nlp, &point.x, factor, &point.multipliers);
+        prop_assert!(error < 1e-7, "{error:e}");
+    }
+}

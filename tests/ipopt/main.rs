@@ -1,0 +1,21 @@
+//! Ipopt's programs: their derivatives, the ladder of starts, the tutorial's steps, the other solver beside.
+
+mod agreement;
+#[path = "../common/mod.rs"]
+mod common;
+mod derivatives;
+mod ladder;
+mod native_point;
+#[path = "../common/points.rs"]
+mod points;
+mod several;
+mod several_derivatives;
+#[path = "../common/sizes.rs"]
+mod sizes;
+#[path = "../common/slopes.rs"]
+mod slopes;
+#[path = "../common/terms.rs"]
+mod terms;
+#[path = "../common/toss.rs"]
+mod toss;
+mod tutorial_steps;

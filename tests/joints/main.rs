@@ -1,0 +1,8 @@
+//! Joints, their drives and limits, gears, driven bodies, whole mechanisms.
+
+mod assembly;
+mod driven;
+mod gears;
+mod gimbals;
+mod joints;
+mod mechanisms;

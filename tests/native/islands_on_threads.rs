@@ -1,0 +1,247 @@
+//! Islands solved at the same time: the same numbers, reports and errors on any number of threads.
+
+use crate::interrupt::interrupt_after;
+use nalgebra::{Matrix3, Vector3, Vector4};
+use std::num::NonZeroUsize;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+use tumble::contact::{Candidates, Detection, Partner, Plane};
+use tumble::error::Error;
+use tumble::mechanics::{RigidBody, Rotation, State, Wrench};
+use tumble::simulation::random::Draws;
+use tumble::simulation::{Motion, Simulation, StepRecord};
+use tumble::solver::native::NativeSolver;
+use tumble::step::{Step, StepReport, StepSolution, StepSolver, StepStatus};
+use tumble::world::{Parameters, World};
+
+const THREADS: [usize; 3] = [2, 3, 8];
+
+fn solver(world: &World, threads: usize) -> NativeSolver {
+    let threads = NonZeroUsize::new(threads).unwrap();
+    NativeSolver::new(world).with_threads(threads).unwrap()
+}
+
+fn simulation(world: &World, starts: &[State], threads: usize) -> Simulation<'static> {
+    let motion = Motion::contact(solver(world, threads));
+    Simulation::new(world.clone(), starts.iter().copied(), motion).unwrap()
+}
+
+fn world(bodies: Vec<RigidBody>) -> World {
+    let gravity = Vector3::new(0.0, 0.0, -9.81);
+    let (ground, friction, time_step) = (Plane::level(), 0.5, 0.002);
+    World::new(Parameters {
+        bodies,
+        ground: Some(ground),
+        gravity,
+        friction,
+        time_step,
+        rotation: Rotation::Momentum,
+    })
+    .unwrap()
+}
+
+/// `heaps` places where five boxes fall on each other, and as many single boxes that are thrown.
+fn heaps_and_singles(heaps: usize) -> (World, Vec<State>) {
+    let mut draws = Draws::new(7);
+    let (mut bodies, mut starts) = (Vec::new(), Vec::new());
+    for place in 0..heaps {
+        for layer in 0..6 {
+            let alone = layer == 5;
+            let mut side = || 0.1 + 0.1 * draws.unit();
+            let half_sides = Vector3::new(side(), side(), side());
+            bodies.push(RigidBody::solid_box(1.0, half_sides).unwrap());
+            let (y, z) = if alone { (2.0, 0.4) } else { (0.0, 0.4 + 0.7 * f64::from(layer)) };
+            let thrown = if alone { 1.0 } else { 0.0 };
+            starts.push(State {
+                position: Vector3::new(2.0 * place as f64, y, z),
+                attitude: draws.attitude(),
+                velocity: Vector3::new(0.5, 1.0, 0.0) * thrown,
+                spin: Vector3::new(4.0, 2.0, 5.0) * thrown,
+            });
+        }
+    }
+    (world(bodies), starts)
+}
+
+/// All numbers of a solution as bits.
+fn bits(solution: &StepSolution) -> Vec<u64> {
+    let states = solution.states.iter().flat_map(|state| state.to_vector().data.0[0]);
+    let forces = solution.contacts.iter().flat_map(|contact| {
+        let numbers = contact.force.iter().chain(&contact.slip).copied();
+        numbers.chain([contact.normal_force]).collect::<Vec<_>>()
+    });
+    states.chain(forces).map(f64::to_bits).collect()
+}
+
+/// The islands of a step that have several bodies, and those of one.
+fn count_islands(record: &StepRecord) -> (usize, usize) {
+    let mut first: Vec<usize> = (0..record.states.len()).collect();
+    let mut touches = vec![false; first.len()];
+    for contact in &record.contacts {
+        let a = first[contact.key.body];
+        touches[contact.key.body] = true;
+        if let Partner::Body(b) = contact.key.partner {
+            let b = first[b];
+            first.iter_mut().filter(|label| **label == b).for_each(|label| *label = a);
+        }
+    }
+    let size = |label| first.iter().filter(|of| **of == label).count();
+    let mut labels: Vec<_> = (0..first.len()).filter(|b| touches[*b]).map(|b| first[b]).collect();
+    labels.sort_unstable();
+    labels.dedup();
+    let several = labels.iter().filter(|label| size(**label) > 1).count();
+    (several, labels.len() - several)
+}
+
+/// Through impacts, heaps that grow together and fall apart, and rest: bit for bit, with contacts,
+/// status, start, iterations and certificate.
+#[test]
+fn a_run_is_the_same_on_any_number_of_threads() {
+    let (world, starts) = heaps_and_singles(10);
+    let mut alone = Simulation::new(world.clone(), starts.clone(), Motion::native(&world)).unwrap();
+    let mut runs = THREADS.map(|threads| (threads, simulation(&world, &starts, threads)));
+    let (mut expected, mut found) = (StepRecord::new(), StepRecord::new());
+    let (mut mixed, mut retried) = (0, 0);
+    for k in 0..700 {
+        alone.step(&mut expected).unwrap();
+        for (threads, run) in &mut runs {
+            run.step(&mut found).unwrap();
+            let same = bits(&found.solution) == bits(&expected.solution) && found == expected;
+            assert!(same, "k = {k}, {threads} threads: {:?} {:?}", found.report, expected.report);
+        }
+        let (several, single) = count_islands(&expected);
+        mixed += usize::from(several >= 4 && single >= 4 && expected.contacts.len() >= 64);
+        retried += usize::from(expected.report.status == StepStatus::Retried);
+    }
+    assert!(mixed > 200, "{mixed} steps of at least four islands of each kind");
+    assert!(retried > 0, "no step needed another start");
+}
+
+/// Copies of a solver share its threads, and go on by themselves, on any thread.
+#[test]
+fn copies_of_a_solver_share_its_threads() {
+    let (world, starts) = heaps_and_singles(6);
+    let last = |motion: Motion<'static>| {
+        let mut run = Simulation::new(world.clone(), starts.clone(), motion).unwrap();
+        let mut record = StepRecord::new();
+        (0..300).for_each(|_| run.step(&mut record).unwrap());
+        bits(&record.solution)
+    };
+    let expected = last(Motion::native(&world));
+    let solver = solver(&world, 3);
+    let found = std::thread::scope(|scope| {
+        let work = || last(Motion::contact(solver.clone()));
+        let together = [0; 4].map(|_| scope.spawn(work));
+        together.map(|thread| thread.join().unwrap())
+    });
+    assert!(found.iter().all(|found| *found == expected));
+}
+
+/// What the step that `record` holds comes to, where the torque on body `absurd` is not a number.
+fn solve_again(
+    world: &World,
+    record: &StepRecord,
+    absurd: Option<usize>,
+    solver: &mut NativeSolver,
+    interrupt: Option<&AtomicBool>,
+) -> Result<(StepReport, Vec<u64>), Error> {
+    let states = &record.states;
+    let none = Wrench::zero();
+    let mut wrenches = vec![none; states.len()];
+    let free: Vec<_> =
+        states.iter().enumerate().map(|(i, s)| world.free_flight(i, s, &none)).collect();
+    if let Some(body) = absurd {
+        wrenches[body].torque = Vector3::repeat(f64::NAN);
+    }
+    let previous = &StepSolution::free(states);
+    let (wrenches, free, earlier) = (&wrenches[..], &free[..], None);
+    let step = Step { world, states, wrenches, free, previous, earlier, interrupt };
+    let mut candidates = Candidates::new();
+    assert!(candidates.find(Detection::default(), world, states, free));
+    let mut solution = StepSolution::default();
+    let report = solver.solve(&step, &mut candidates, &mut solution)?;
+    assert_eq!(solution.contacts.len(), candidates.contacts().len());
+    Ok((report, bits(&solution)))
+}
+
+/// A record in which many islands touch.
+fn busy_step(world: &World, starts: &[State]) -> StepRecord {
+    let mut run = simulation(world, starts, 1);
+    let mut record = StepRecord::new();
+    (0..350).for_each(|_| run.step(&mut record).unwrap());
+    let (several, single) = count_islands(&record);
+    assert!(several >= 5 && single >= 5, "{several} {single}");
+    // Enough for threads to be asked.
+    assert!(record.contacts.len() >= 64, "{}", record.contacts.len());
+    record
+}
+
+/// One island of many whose torque is not a number, so that no iteration can converge, whichever
+/// body it is of: the step has failed, with the best points of that island and the solutions of all
+/// others.
+#[test]
+fn an_island_that_fails_is_reported_the_same() {
+    let (world, starts) = heaps_and_singles(10);
+    let record = busy_step(&world, &starts);
+    let solve = |absurd, threads| {
+        solve_again(&world, &record, absurd, &mut solver(&world, threads), None).unwrap()
+    };
+    let touched = record.contacts.iter().map(|contact| contact.key.body);
+    let (first, last) = (touched.clone().min().unwrap(), touched.max().unwrap());
+    for absurd in [None, Some(first), Some(last)] {
+        let expected = solve(absurd, 1);
+        let failed = expected.0.status == StepStatus::Failed;
+        assert_eq!(failed, absurd.is_some(), "{absurd:?}: {:?}", expected.0);
+        for threads in THREADS {
+            assert_eq!(solve(absurd, threads), expected, "{absurd:?}, {threads} threads");
+        }
+    }
+}
+
+/// A flag that is up ends the step; after it the same solver finds what another one finds.
+#[test]
+fn an_interrupted_step_is_an_error_and_leaves_no_trace() {
+    let (world, starts) = heaps_and_singles(10);
+    let record = busy_step(&world, &starts);
+    let expected = solve_again(&world, &record, None, &mut solver(&world, 1), None);
+    for threads in [1, 2, 8] {
+        let mut solver = solver(&world, threads);
+        let flag = AtomicBool::new(true);
+        let end = solve_again(&world, &record, None, &mut solver, Some(&flag));
+        assert_eq!(end, Err(Error::Interrupted), "{threads} threads");
+        flag.store(false, Ordering::Relaxed);
+        let again = solve_again(&world, &record, None, &mut solver, Some(&flag));
+        assert_eq!(again, expected, "{threads} threads");
+    }
+}
+
+/// Plates that slide on a grid of 31² points each: an interrupt ends their step after the iterations
+/// under way.
+#[test]
+fn an_interrupt_ends_islands_in_the_middle_of_their_step() {
+    let (side, plates) = (31, 4);
+    let at = |i: usize| i as f64 / (side - 1) as f64 - 0.5;
+    let grid = (0..side * side).map(|k| Vector3::new(at(k % side), at(k / side), -0.1));
+    let points: Vec<_> = grid.collect();
+    let inertia = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, 1.6));
+    let world = world(vec![RigidBody::new(10.0, inertia, &points).unwrap(); plates]);
+    let starts: Vec<_> = (0..plates)
+        .map(|place| State {
+            position: Vector3::new(3.0 * place as f64, 0.0, 0.1),
+            attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
+            velocity: Vector3::new(1.0, 0.2, 0.0),
+            spin: Vector3::new(0.0, 0.0, 0.5),
+        })
+        .collect();
+    let mut simulation = simulation(&world, &starts, 2);
+    let mut record = StepRecord::new();
+    let late = interrupt_after(Duration::from_millis(300), &mut simulation, &mut record);
+    assert!(late < Duration::from_secs(3), "{late:?}");
+}
+
+#[test]
+fn too_many_threads_are_refused() {
+    let (world, _) = heaps_and_singles(1);
+    let error = NativeSolver::new(&world).with_threads(NonZeroUsize::new(1025).unwrap());
+    assert_eq!(error.unwrap_err().to_string(), "threads: 1025 given; allowed is 1 to 1024");
+}

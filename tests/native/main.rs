@@ -1,0 +1,30 @@
+//! The native solver: its answers, its choices, what it refuses, its memory.
+
+mod allocations;
+mod at_rest;
+mod bouncing_islands;
+#[path = "../common/mod.rs"]
+mod common;
+mod contact_problems;
+mod crowded_heap;
+mod determinism;
+mod hard_steps;
+mod heap_in_a_bin;
+#[path = "../common/interrupt.rs"]
+mod interrupt;
+mod islands_on_threads;
+mod motions;
+mod pieces;
+mod piles;
+mod properties;
+mod reference;
+mod selection;
+mod several_bodies;
+mod starts;
+mod symmetric;
+#[path = "../common/symmetry.rs"]
+mod symmetry;
+mod take_back;
+#[path = "../common/toss.rs"]
+mod toss;
+mod wrong_input;

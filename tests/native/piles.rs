@@ -1,0 +1,208 @@
+//! Piles that stand in no file of the repository: other seeds and other shapes, how many of their steps
+//! are certified, and steps that are turned, mirrored and renumbered.
+
+use crate::symmetry::{mirrored, turned};
+use nalgebra::{Vector3, Vector4};
+use tumble::contact::{Contact, Partner, Plane};
+use tumble::error::Error;
+use tumble::geometry::Piece;
+use tumble::mechanics::quaternion::rotation;
+use tumble::mechanics::{RigidBody, Rotation, State};
+use tumble::simulation::random::Draws;
+use tumble::simulation::{Motion, Simulation, StepRecord};
+use tumble::step::{ContactForce, StepStatus};
+use tumble::world::{Parameters, World};
+
+/// Bodies, and where they start.
+struct Pile {
+    bodies: Vec<RigidBody>,
+    starts: Vec<State>,
+}
+
+/// Half the size of the bodies, m.
+const SIZE: f64 = 0.1;
+
+/// Boxes, rods and balls by turns, anyhow above the ground; boxes alone where `mixed` is false.
+fn pile(seed: u32, count: usize, mixed: bool) -> Pile {
+    let mut draws = Draws::new(seed);
+    let (mut bodies, mut starts) = (Vec::new(), Vec::new());
+    for index in 0..count {
+        let mut draw = |size: f64| size * (2.0 * draws.unit() - 1.0);
+        let layer = (index / 4) as f64;
+        let (x, y) = ([-0.26, 0.26][index % 2], [-0.26, 0.26][index / 2 % 2]);
+        let position = Vector3::new(x + draw(0.03), y + draw(0.03), 0.25 + 0.5 * layer);
+        let mass = 1.0 + draw(0.5);
+        bodies.push(match index % 3 {
+            1 if mixed => RigidBody::solid(mass, &[Piece::capsule(0.08, 0.05).unwrap()]).unwrap().0,
+            2 if mixed => RigidBody::solid(mass, &[Piece::sphere(0.09).unwrap()]).unwrap().0,
+            _ => {
+                let half_sides = Vector3::repeat(SIZE).map(|side| side * (1.0 + draw(0.3)));
+                RigidBody::solid_box(mass, half_sides).unwrap()
+            }
+        });
+        let attitude = draws.attitude();
+        starts.push(State {
+            position,
+            attitude,
+            velocity: Vector3::zeros(),
+            spin: Vector3::zeros(),
+        });
+    }
+    Pile { bodies, starts }
+}
+
+fn world(bodies: Vec<RigidBody>, ground: Plane, gravity: Vector3<f64>) -> World {
+    World::new(Parameters {
+        bodies,
+        ground: Some(ground),
+        gravity,
+        friction: 0.5,
+        time_step: 0.002,
+        rotation: Rotation::Momentum,
+    })
+    .unwrap()
+}
+
+fn level(bodies: Vec<RigidBody>) -> World {
+    world(bodies, Plane::level(), Vector3::new(0.0, 0.0, -9.81))
+}
+
+fn simulation(world: &World, starts: &[State]) -> Simulation<'static> {
+    let motion = Motion::native(world);
+    Simulation::new(world.clone(), starts.iter().copied(), motion).unwrap()
+}
+
+/// Kinetic and potential energy, J.
+fn energy(world: &World, states: &[State]) -> f64 {
+    let of = |(body, state): (&RigidBody, &State)| {
+        let turning = state.spin.dot(&(body.inertia() * state.spin));
+        0.5 * (body.mass() * state.velocity.norm_squared() + turning)
+            - body.mass() * world.gravity().dot(&state.position)
+    };
+    world.bodies().iter().zip(states).map(of).sum()
+}
+
+/// The energy that a step may add, J: the laws act on the mean motion of a point over the step, its
+/// impulse does work on the motion at the end; a turn by a finite angle takes a point along a chord, and
+/// B sees it from where B has turned to (derived in `several_bodies.rs`). What lies too deep is lifted.
+fn most_gain(world: &World, record: &StepRecord) -> f64 {
+    let h = world.time_step();
+    let next = &record.solution.states;
+    let spin = |index: usize| rotation(&record.states[index].attitude) * next[index].spin;
+    let way = |index: usize| next[index].position - record.states[index].position;
+    let of = |(contact, found): (&Contact, &ContactForce)| {
+        let (a, turn) = (contact.key.body, spin(contact.key.body));
+        let mut apart = turn.cross(&contact.arm).norm() * 0.5 * h * turn.norm();
+        if let Partner::Body(b) = contact.key.partner {
+            let arm = record.states[a].position + contact.arm - record.states[b].position;
+            let delta = (way(a) - way(b)).norm() + h * turn.norm() * contact.arm.norm();
+            let turn = spin(b);
+            apart += turn.cross(&arm).norm() * 0.5 * h * turn.norm() + turn.norm() * delta;
+        }
+        h * found.force.norm() * apart + found.normal_force * (-contact.gap).max(0.0)
+    };
+    record.contacts.iter().zip(&record.solution.contacts).map(of).sum()
+}
+
+/// At least 999 of 1000 contact steps are solved to 1e-9 m/s, the others say that they are not. No
+/// solved step makes more energy than what turns in it can, and no body is in another by more than the
+/// turn of a step explains: 1 mm (measured: 0.1 mm, no step
+/// failed, one wild).
+#[test]
+fn piles_of_other_seeds_are_certified() {
+    let (mut contact, mut failed, mut wild) = (0_u32, 0_u32, 0_u32);
+    for (seed, mixed) in [(101, false), (202, false), (303, true), (404, true), (505, true)] {
+        let Pile { bodies, starts } = pile(seed, 24, mixed);
+        let world = level(bodies);
+        let mut simulation = simulation(&world, &starts);
+        let mut record = StepRecord::new();
+        for _ in 0..900 {
+            simulation.step(&mut record).unwrap();
+            contact += u32::from(!record.solution.contacts.is_empty());
+            match record.report.status {
+                StepStatus::Failed => {
+                    failed += 1;
+                    continue;
+                }
+                StepStatus::Wild => {
+                    wild += 1;
+                    continue;
+                }
+                _ => {}
+            }
+            let residual = record.certificate.residual();
+            assert!(residual < 1e-9, "seed {seed}, k = {}: {residual:e}", record.index);
+            let gained = energy(&world, &record.solution.states) - energy(&world, &record.states);
+            let most = most_gain(&world, &record) + 1e-9 * energy(&world, &record.states).abs();
+            assert!(gained <= most, "seed {seed}, k = {}: {gained:e}, {most:e} J", record.index);
+            assert!(record.overlap < 1e-3, "seed {seed}, k = {}: {}", record.index, record.overlap);
+        }
+    }
+    assert!(contact > 4000, "{contact}");
+    assert!(1000 * (failed + wild) <= contact, "{failed} failed and {wild} wild of {contact}");
+}
+
+/// What one step from `starts` ends with; `None` where it is not solved, or where the step before has
+/// left an overlap that is too deep to begin with (it turns planes only after the step).
+fn step(world: &World, starts: &[State]) -> Option<Vec<State>> {
+    let mut record = StepRecord::new();
+    let motion = Motion::native(world);
+    let begun = Simulation::new(world.clone(), starts.iter().copied(), motion);
+    let mut simulation = match begun {
+        Err(Error::Overlap { .. }) => return None,
+        begun => begun.unwrap(),
+    };
+    simulation.step(&mut record).unwrap();
+    (record.report.status != StepStatus::Failed).then(|| record.solution.states.clone())
+}
+
+/// The largest difference of a velocity, m/s, spins at the size of the bodies.
+fn apart(expected: &[State], found: &[State]) -> f64 {
+    let of = |(a, b): (&State, &State)| {
+        (a.velocity - b.velocity).amax().max(SIZE * (a.spin - b.spin).amax())
+    };
+    expected.iter().zip(found).map(of).fold(0.0, f64::max)
+}
+
+/// Steps of a pile, each from its start alone: turned, mirrored and renumbered they end turned, mirrored
+/// and renumbered. Where a step has a second exact solution, any rounding may choose it: of one step in
+/// a hundred no more is said (measured: of none).
+#[test]
+fn a_step_of_a_pile_does_not_know_its_frame_nor_its_numbers() {
+    let Pile { bodies, starts } = pile(606, 12, true);
+    let count = bodies.len();
+    let plain = level(bodies.clone());
+    let q = Vector4::new(0.4, -0.5, 0.7, 0.3).normalize();
+    let turned = |state: &State| turned(state, &q);
+    let turn = rotation(&q);
+    let ground = Plane::new(turn * Vector3::z(), 0.0).unwrap();
+    let on_its_side = world(bodies.clone(), ground, turn * plain.gravity());
+    let order: Vec<usize> = (0..count).map(|index| (5 * index + 3) % count).collect();
+    let shuffled = level(order.iter().map(|&index| bodies[index].clone()).collect());
+
+    let mut run = simulation(&plain, &starts);
+    let mut record = StepRecord::new();
+    let (mut compared, mut different) = (0, 0);
+    for k in 0..450 {
+        let states = run.states().to_vec();
+        run.step(&mut record).unwrap();
+        if k % 9 != 0 || record.solution.contacts.is_empty() {
+            continue;
+        }
+        let Some(usual) = step(&plain, &states) else { continue };
+        let of =
+            |map: &dyn Fn(&State) -> State, all: &[State]| all.iter().map(map).collect::<Vec<_>>();
+        let permuted = |all: &[State]| order.iter().map(|&index| all[index]).collect::<Vec<_>>();
+        for (world, from, expected) in [
+            (&on_its_side, of(&turned, &states), of(&turned, &usual)),
+            (&plain, of(&mirrored, &states), of(&mirrored, &usual)),
+            (&shuffled, permuted(&states), permuted(&usual)),
+        ] {
+            let Some(found) = step(world, &from) else { continue };
+            compared += 1;
+            different += u32::from(apart(&expected, &found) > 1e-6);
+        }
+    }
+    assert!(compared > 90, "{compared}");
+    assert!(100 * different <= compared, "{different} of {compared}");
+}

@@ -1,0 +1,262 @@
+//! Boxes of any shape, inertia and friction thrown at the ground: every step is solved,
+//! exact, and as dissipative as the discretisation lets it be.
+
+use crate::common::{body, cases, heights, point_forces, quaternion};
+use crate::toss::native;
+use nalgebra::{Matrix3, Vector3, Vector4};
+use proptest::prelude::*;
+use proptest::test_runner::{RngSeed, TestRunner};
+use std::cell::Cell;
+use tumble::contact::Plane;
+use tumble::mechanics::quaternion::rotation;
+use tumble::mechanics::{RigidBody, Rotation, State};
+use tumble::simulation::StepRecord;
+use tumble::step::StepStatus;
+use tumble::world::{Parameters, World};
+
+/// Steps of each toss.
+const STEPS: usize = 50;
+
+/// Runs `count` tosses, the same ones every time, and checks every step.
+fn each_step(
+    count: u32,
+    tosses: impl Strategy<Value = (World, State)>,
+    check: impl Fn(&World, &StepRecord) -> Result<(), TestCaseError>,
+) {
+    let config = ProptestConfig { rng_seed: RngSeed::Fixed(20), ..cases(count) };
+    let outcome = TestRunner::new(config).run(&tosses, |(world, start)| {
+        let mut simulation = native(&world, start);
+        let mut record = StepRecord::new();
+        for _ in 0..STEPS {
+            simulation.step(&mut record).unwrap();
+            check(&world, &record)?;
+        }
+        Ok(())
+    });
+    outcome.unwrap_or_else(|failure| panic!("{failure}"));
+}
+
+/// A number from `low` to `high`, each factor of ten as likely as any other.
+fn spread(low: f64, high: f64) -> impl Strategy<Value = f64> {
+    (low.ln()..high.ln()).prop_map(f64::exp)
+}
+
+fn direction() -> impl Strategy<Value = Vector3<f64>> {
+    quaternion().prop_map(|q| rotation(&q.normalize()) * Vector3::x())
+}
+
+/// Half sides of up to 1:50, and a mass.
+fn any_shape() -> impl Strategy<Value = (Vector3<f64>, f64)> {
+    let sides = (spread(0.05, 2.0), spread(0.02, 1.0), spread(0.02, 1.0));
+    (sides, spread(0.1, 100.0))
+        .prop_map(|((size, y, z), mass)| (Vector3::new(size, y * size, z * size), mass))
+}
+
+/// A box filled evenly.
+fn solid_box() -> impl Strategy<Value = RigidBody> {
+    any_shape().prop_map(|(half_sides, mass)| RigidBody::solid_box(mass, half_sides).unwrap())
+}
+
+/// A box of an inertia that has nothing to do with its sides: a largest moment of 0.3 to 1
+/// times mℓ², the others down to a hundredth of it, axes askew.
+fn any_box() -> impl Strategy<Value = RigidBody> {
+    let moments = (spread(0.3, 1.0), spread(0.01, 1.0), spread(0.01, 1.0));
+    (any_shape(), moments, quaternion()).prop_map(
+        |((half_sides, mass), (first, second, third), q)| {
+            let axes = rotation(&q.normalize());
+            let largest = first * mass * half_sides[0] * half_sides[0];
+            let moments = Vector3::new(1.0, second, third) * largest;
+            let full = axes * Matrix3::from_diagonal(&moments) * axes.transpose();
+            let inertia = 0.5 * (full + full.transpose());
+            RigidBody::with_box_corners(mass, inertia, half_sides).unwrap()
+        },
+    )
+}
+
+/// A box with friction from 0 to `friction` at any time step, on the level or on an incline
+/// of up to 41°.
+fn scene(body: impl Strategy<Value = RigidBody>, friction: f64) -> impl Strategy<Value = World> {
+    let friction = prop_oneof![1 => Just(0.0), 4 => 0.0..friction];
+    let tilt = prop_oneof![1 => Just((0.0, 0.0)), 1 => (-6.0..6.0, -6.0..6.0)];
+    (body, friction, tilt, spread(1e-4, 1e-2)).prop_map(|(body, friction, (gx, gy), time_step)| {
+        let gravity = Vector3::new(gx, gy, -9.81);
+        let (bodies, ground) = (vec![body], Plane::level());
+        World::new(Parameters {
+            bodies,
+            ground: Some(ground),
+            gravity,
+            friction,
+            time_step,
+            rotation: Rotation::Tutorial,
+        })
+        .unwrap()
+    })
+}
+
+/// A scene and a start in it: tumbling or flat on a face, its lowest corner on the ground or
+/// up to a tenth of its size above, at up to 10 m/s and 100 rad/s.
+fn toss(scene: impl Strategy<Value = World>) -> impl Strategy<Value = (World, State)> {
+    let attitude = prop_oneof![
+        3 => quaternion().prop_map(|q| q.normalize()),
+        1 => (0.0..3.0).prop_map(|a: f64| Vector4::new(a.cos(), 0.0, 0.0, a.sin())),
+    ];
+    let height = prop_oneof![1 => Just(0.0), 2 => spread(1e-5, 0.1)];
+    let velocity = (direction(), spread(0.01, 10.0)).prop_map(|(d, speed)| d * speed);
+    let spin = (direction(), spread(0.01, 100.0)).prop_map(|(d, speed)| d * speed);
+    (scene, attitude, height, velocity, spin).prop_map(
+        |(world, attitude, height, velocity, spin)| {
+            let mut start = State { position: Vector3::zeros(), attitude, velocity, spin };
+            start.position[2] = height * world.reach() - world.lowest_height(&[start]);
+            (world, start)
+        },
+    )
+}
+
+/// What a step that counts as solved claims: the laws to 1e-9 m/s (measured in 32 million
+/// contact steps of the tosses below: 2.2e-10), no corner lower than 1e-11 m (2.5e-13), no
+/// force that pulls and no friction beyond the cone, both to 1e-9 m/s times m/h; a corner
+/// that presses touches or carries less than that, one that does not carries exactly nothing
+/// (in the 32 million, eight corners kept the last digits of an impulse, up to 2.2e-12 m/s).
+fn check_laws(world: &World, record: &StepRecord) -> Result<(), TestCaseError> {
+    let (k, h, mass) = (record.index, world.time_step(), body(world).mass());
+    prop_assert!(record.certificate.residual() < 1e-9, "step {k}: {:?}", record.certificate);
+    let forces = point_forces(world, &record.solution);
+    let corners = heights(world, record.next()).into_iter().zip(forces);
+    for (height, force) in corners {
+        let (press, friction) = (force[2] * h / mass, force.xy().norm() * h / mass);
+        prop_assert!(height > -1e-11, "step {k}: {height:e} m");
+        prop_assert!(press > -1e-9, "step {k}: {force}");
+        prop_assert!(friction < world.friction() * press + 1e-9, "step {k}: {force}");
+        let touches = height / h < 1e-9;
+        let law = if press > 0.0 { touches || press < 1e-9 } else { force == Vector3::zeros() };
+        prop_assert!(law, "step {k}: {height:e} m, {force}");
+    }
+    Ok(())
+}
+
+/// Kinetic and potential energy, J.
+fn energy(world: &World, state: &State) -> f64 {
+    let (body, v, w) = (body(world), &state.velocity, &state.spin);
+    let potential = -body.mass() * world.gravity().dot(&state.position);
+    0.5 * body.mass() * v.norm_squared() + 0.5 * w.dot(&(body.inertia() * w)) + potential
+}
+
+/// What a step does with the energy, J.
+struct Balance {
+    /// E⁺ − E.
+    change: f64,
+    /// ½m|v⁺ − v|² + ½(ω⁺ − ω)·I(ω⁺ − ω).
+    numerical_loss: f64,
+    /// Σ p·d, the work of the impulses on the corners' mean motion d = (C⁺ − C)/h.
+    work: f64,
+    /// Σ p·(V − d), V = v⁺ + A(q)(ω⁺ × c).
+    turning: f64,
+    /// Σ |p||A(q)(ω⁺ × c)| θ/√(1 + θ²), θ = h|ω⁺|/2.
+    turning_bound: f64,
+    /// What rounding and a certificate of 1e-9 m/s can do to any of these.
+    error: f64,
+}
+
+impl Balance {
+    fn of(world: &World, record: &StepRecord) -> Self {
+        let (body, h) = (body(world), world.time_step());
+        let (old, new) = (record.state(), record.next());
+        let (dv, dw) = (new.velocity - old.velocity, new.spin - old.spin);
+        let theta = 0.5 * h * new.spin.norm();
+        let to_world = rotation(&old.attitude);
+        let (mut work, mut turning, mut turning_bound, mut impulse) = (0.0, 0.0, 0.0, 0.0);
+        let to_world_then = rotation(&new.attitude);
+        let forces = point_forces(world, &record.solution);
+        for (corner, force) in body.contact_points().iter().zip(forces) {
+            let turned = (to_world_then - to_world) * corner.position;
+            let mean = (new.position - old.position + turned) / h;
+            let swing = to_world * new.spin.cross(&corner.position);
+            let p = h * force;
+            work += p.dot(&mean);
+            turning += p.dot(&(new.velocity + swing - mean));
+            turning_bound += p.norm() * swing.norm() * theta / theta.hypot(1.0);
+            impulse += p.norm();
+        }
+        let speed = |state: &State| state.velocity.norm() + body.reach() * state.spin.norm();
+        let speed = speed(old) + speed(new);
+        let length = old.position.norm() + new.position.norm() + body.reach();
+        let energies = body.mass() * (speed * speed + world.gravity().norm() * length);
+        Self {
+            change: energy(world, new) - energy(world, old),
+            numerical_loss: 0.5 * body.mass() * dv.norm_squared()
+                + 0.5 * dw.dot(&(body.inertia() * dw)),
+            work,
+            turning,
+            turning_bound,
+            error: 1e-9 * (impulse + body.mass() * speed)
+                + 1e-13 * (energies + impulse * length / h),
+        }
+    }
+}
+
+/// In 1000 tosses with friction up to 0.6 none fails. The search for a solution is not
+/// complete, though: in a study with friction up to 1 six of 11 million contact steps of
+/// such tosses failed, one of them below 0.6; with friction up to 0.6 none of as many.
+#[test]
+fn every_step_of_a_tossed_solid_box_is_solved_exactly() {
+    each_step(1000, toss(scene(solid_box(), 0.6)), |world, record| {
+        prop_assert_ne!(record.report.status, StepStatus::Failed, "step {}", record.index);
+        check_laws(world, record)
+    });
+}
+
+/// With any inertia and friction up to 2 a point can be such that pressing it makes it
+/// approach, and the search fails more often: no more than once in 10 000 contact steps
+/// (measured: 36 times in 9.9 million; besides, 101 free flights by 38 rad a step, whose
+/// gyroscopic torque rounding makes more of than it is excused for). It then says so.
+#[test]
+fn a_step_of_any_toss_is_solved_exactly_or_reported_as_failed() {
+    let (contact, failed) = (Cell::new(0), Cell::new(0));
+    each_step(4000, toss(scene(any_box(), 2.0)), |world, record| {
+        contact.set(contact.get() + u32::from(!record.contacts.is_empty()));
+        if record.report.status == StepStatus::Failed {
+            failed.set(failed.get() + 1);
+            return Ok(());
+        }
+        check_laws(world, record)
+    });
+    let (contact, failed) = (contact.get(), failed.get());
+    assert!(contact > 100_000 && 10_000 * failed <= contact, "{failed} of {contact}");
+}
+
+/// Multiply the equations of the step by the new velocities. With m v⁺·(v⁺ − v) =
+/// ½m(|v⁺|² − |v|² + |v⁺ − v|²), the same for the spin, r⁺ = r + h v⁺ under gravity, and
+/// ω⁺·(ω⁺ × Iω⁺) = 0, what remains is, without any approximation,
+///
+/// ```text
+/// E⁺ − E = Σ p·V − ½m|v⁺ − v|² − ½(ω⁺ − ω)·I(ω⁺ − ω),   V = v⁺ + A(q)(ω⁺ × c)
+/// ```
+///
+/// for impulses p = h f at corners c. Free flight only loses (of order h²). The laws act on
+/// the mean motion d = (C⁺ − C)/h of a corner: p·d = −μ p_z|d_xy| − p_z z/h, friction and
+/// the fall onto the ground, and neither is positive. But V ≠ d, because the step turns the
+/// body by a finite angle: by (N2), with θ = h|ω⁺|/2,
+///
+/// ```text
+/// V − d = A(q)[θ² ω⁺ × c − (h/2) ω⁺ × (ω⁺ × c)]/(1 + θ²)
+/// ```
+///
+/// whose two parts are at right angles: |V − d| = |ω⁺ × c| θ/√(1 + θ²). So the energy grows
+/// by at most Σ|p||ω⁺ × c|θ/√(1 + θ²), of order h in an impact and h² at rest, and not at
+/// all without spin. Steps that failed obey no laws and are left out.
+#[test]
+fn the_energy_grows_by_no_more_than_the_finite_turn_of_the_step() {
+    each_step(4000, toss(scene(any_box(), 2.0)), |world, record| {
+        if record.report.status == StepStatus::Failed {
+            return Ok(());
+        }
+        let Balance { change, numerical_loss, work, turning, turning_bound, error } =
+            Balance::of(world, record);
+        let (k, gap) = (record.index, change - (work + turning - numerical_loss));
+        prop_assert!(gap.abs() < error, "step {k}: {gap:e} J");
+        prop_assert!(work < error, "step {k}: the ground's work is {work:e} J");
+        prop_assert!(turning.abs() < turning_bound + error, "step {k}: {turning:e} J");
+        prop_assert!(change < turning_bound + error, "step {k}: {change:e} J");
+        Ok(())
+    });
+}

@@ -1,0 +1,136 @@
+//! Steps taken back and repeated, by the same solver or after an interrupt: the same doubles,
+//! whoever solves them.
+
+use crate::toss::*;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use tumble::contact::Plane;
+use tumble::error::Error;
+use tumble::mechanics::State;
+use tumble::simulation::{Motion, Simulation, StepRecord};
+use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, Rung};
+use tumble::solver::native::NativeSolver;
+use tumble::step::{StepSolver, StepStatus};
+use tumble::world::{Parameters, World};
+
+/// A solver made anew for a world, and steps of a run that it takes in a second or so.
+type Case = (&'static str, fn(&World) -> Box<dyn StepSolver>, usize);
+
+const CASES: [Case; 2] = [("native", native_solver, 600), ("ladder", ladder, 60)];
+
+fn native_solver(world: &World) -> Box<dyn StepSolver> {
+    Box::new(NativeSolver::new(world))
+}
+
+fn ladder(world: &World) -> Box<dyn StepSolver> {
+    let options = IpoptSolver::options(1e-6, 300);
+    let ipopt = IpoptSolver::new(world, Formulation::default(), options).unwrap();
+    Box::new(Ladder::new(world, ipopt, &Rung::ALL))
+}
+
+/// Level ground, and a slope.
+fn worlds() -> [World; 2] {
+    let level = cube_world(SOLID);
+    let ground = Plane::sloping(10.0).unwrap();
+    let sloping =
+        World::new(Parameters { ground: Some(ground), ..level.parameters().clone() }).unwrap();
+    [level, sloping]
+}
+
+/// The thrown cube three steps before it touches.
+fn before_the_touch(world: &World) -> State {
+    let run = native_run(world, thrown(42), 400);
+    let contact = run.iter().position(|step| step.report.status != StepStatus::Free);
+    *run[contact.expect("contact") - 3].state()
+}
+
+fn simulation(world: &World, solver: Box<dyn StepSolver>) -> Simulation<'static> {
+    let start = before_the_touch(world);
+    Simulation::new(world.clone(), [start], Motion::contact(solver)).unwrap()
+}
+
+/// The steps of a run that nothing disturbs.
+fn undisturbed(world: &World, solver: Box<dyn StepSolver>, steps: usize) -> Vec<StepRecord> {
+    let (mut simulation, mut record) = (simulation(world, solver), StepRecord::new());
+    let step = |_| {
+        simulation.step(&mut record).unwrap();
+        record.clone()
+    };
+    (0..steps).map(step).collect()
+}
+
+/// The start of the repeated step is that of the step, too.
+#[test]
+fn a_step_taken_back_and_repeated_is_the_same_step() {
+    for (name, solver, steps) in CASES {
+        for world in worlds() {
+            let run = undisturbed(&world, solver(&world), steps);
+            let mut simulation = simulation(&world, solver(&world));
+            let mut record = StepRecord::new();
+            let mut contact = 0;
+            for step in &run {
+                let before = *simulation.state();
+                simulation.step(&mut record).unwrap();
+                assert_eq!(record, *step, "{name}");
+                simulation.take_back(&record);
+                assert_eq!((simulation.state(), simulation.index()), (&before, step.index));
+                simulation.step(&mut record).unwrap();
+                assert_eq!(record, *step, "{name}: again");
+                contact += usize::from(step.report.status != StepStatus::Free);
+            }
+            assert!(2 * contact > steps, "{name}: {contact}");
+        }
+    }
+}
+
+/// A step that was interrupted leaves the simulation where it was; the last one can be taken
+/// back, and both come out as if nothing had been. That holds in flight and for steps without
+/// an iteration, too.
+#[test]
+fn an_interrupted_step_leaves_no_trace() {
+    for (name, solver, steps) in CASES {
+        for world in worlds() {
+            let run = undisturbed(&world, solver(&world), steps);
+            let mut simulation = simulation(&world, solver(&world));
+            let flag = Arc::new(AtomicBool::new(false));
+            simulation.interrupt_by(flag.clone());
+            let (mut record, mut last) = (StepRecord::new(), None::<StepRecord>);
+            let mut interrupted = 0;
+            for step in &run {
+                if step.index > 0 {
+                    let (before, index) = (*simulation.state(), simulation.index());
+                    flag.store(true, Ordering::Relaxed);
+                    let error = simulation.step(&mut record).unwrap_err();
+                    assert_eq!(error, Error::Interrupted, "{name}");
+                    assert_eq!((simulation.state(), simulation.index()), (&before, index));
+                    flag.store(false, Ordering::Relaxed);
+                    interrupted += 1;
+                    let last = last.as_ref().unwrap();
+                    simulation.take_back(last);
+                    simulation.step(&mut record).unwrap();
+                    assert_eq!(record, *last, "{name}: the step before it");
+                }
+                simulation.step(&mut record).unwrap();
+                assert_eq!(record, *step, "{name}");
+                last = Some(record.clone());
+            }
+            assert!(interrupted > 30, "{name}: {interrupted}");
+        }
+    }
+}
+
+#[test]
+fn only_the_last_step_can_be_taken_back() {
+    let world = cube_world(SOLID);
+    let mut simulation = native(&world, thrown(42));
+    let (mut first, mut second) = (StepRecord::new(), StepRecord::new());
+    simulation.step(&mut first).unwrap();
+    simulation.step(&mut second).unwrap();
+    let state = *simulation.state();
+    simulation.take_back(&first);
+    assert_eq!((simulation.index(), simulation.state()), (2, &state));
+    simulation.take_back(&second);
+    simulation.take_back(&second);
+    simulation.take_back(&first);
+    assert_eq!((simulation.index(), simulation.state()), (1, second.state()));
+}

@@ -1,0 +1,336 @@
+//! Plans by the program of N steps: its derivatives against central differences, the problems of docs/planning.md, and the
+//! freedom that a program without compliance has.
+
+mod casadi;
+
+use crate::common::cases;
+use crate::slopes::{Program, hessian_error, jacobian_error};
+use proptest::prelude::*;
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use tumble::plan::file::ProblemFile;
+use tumble::plan::program::{PlanNlp, ProgramLeg, Smoothing};
+use tumble::plan::{Leg, Plan, PlanStatus, Polish, Problem, Watch};
+use tumble::scenario::scene::Scene;
+use tumble::scenario::settings::Settings;
+use tumble::sparsity::SparsityPattern;
+
+fn problem(scene: &str, text: &str) -> ProblemFile {
+    let nothing = &mut |_: &Path, _| unreachable!();
+    let scene = Scene::of_text(scene, Path::new("scene"), Settings::default(), nothing);
+    let scene = scene.unwrap_or_else(|failure| panic!("{failure:?}"));
+    ProblemFile::of_scene_text(scene, &format!("scene = \"scene\"\n{text}")).unwrap()
+}
+
+/// A problem of `scenarios/plans`.
+fn shipped(name: &str) -> Problem {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/plans").join(name);
+    let text = std::fs::read_to_string(&path).unwrap();
+    let read = &|path: &Path, _: u64| std::fs::read(path);
+    ProblemFile::of_text(&text, &path, read).unwrap_or_else(|why| panic!("{why:?}")).problem
+}
+
+fn plan(problem: &Problem, start: &[f64], legs: &[Box<dyn Leg>]) -> Plan {
+    let interrupt = Arc::new(AtomicBool::new(false));
+    let mut watch = Watch { interrupt: &interrupt, progress: &mut |_| true };
+    problem.plan(start, legs, &mut watch).unwrap()
+}
+
+struct Whole<'p>(PlanNlp<'p>);
+
+impl Program for Whole<'_> {
+    fn gradient_at(&self, x: &[f64]) -> Vec<f64> {
+        let mut gradient = vec![f64::NAN; x.len()];
+        self.0.gradient(x, &mut gradient);
+        gradient
+    }
+
+    fn constraints_at(&self, x: &[f64]) -> Vec<f64> {
+        let mut rows = vec![f64::NAN; self.0.rows()];
+        self.0.constraints(x, &mut rows);
+        rows
+    }
+
+    fn jacobian_at(&self, x: &[f64]) -> Vec<f64> {
+        let mut values = vec![f64::NAN; self.0.jacobian_pattern().len()];
+        self.0.jacobian(x, &mut values);
+        values
+    }
+
+    fn hessian_at(&self, x: &[f64], factor: f64, multipliers: &[f64]) -> Vec<f64> {
+        let mut values = vec![f64::NAN; self.0.hessian_pattern().len()];
+        self.0.hessian(x, factor, multipliers, &mut values);
+        values
+    }
+
+    fn patterns(&self) -> [&SparsityPattern; 2] {
+        [self.0.jacobian_pattern(), self.0.hessian_pattern()]
+    }
+}
+
+/// A box that slides on the ground, a ball that rolls on it, and another box that it pushes.
+const SEVERAL: &str = r#"
+name = "several"
+steps = 3
+time_step = 0.05
+
+[ground]
+friction = 0.5
+
+[[bodies]]
+name = "lower"
+box = [0.4, 0.3, 0.2]
+mass = 1.5
+position = [0.0, 0.0, 0.1]
+velocity = [0.4, 0.1, 0.0]
+
+[[bodies]]
+name = "ball"
+sphere = 0.1
+mass = 0.7
+position = [0.02, 0.01, 0.3]
+spin = [0.3, -0.2, 0.5]
+
+[[bodies]]
+name = "next"
+box = [0.2, 0.2, 0.2]
+mass = 0.6
+position = [0.31, 0.0, 0.1]
+attitude = [0.9998, 0.0, 0.0, 0.02]
+"#;
+
+/// All kinds of controls that the program knows, all kinds of targets, and keeps.
+const EVERYTHING: &str = r#"
+steps = 3
+
+[[controls]]
+kind = "push"
+body = "lower"
+face = "-x"
+normal = [0.0, 3.0]
+tangential = [-0.7, 0.7]
+tangential_2 = [-0.7, 0.7]
+offset = [-0.1, 0.1]
+offset_2 = [-0.1, 0.1]
+friction = 0.4
+knots = 2
+
+[[controls]]
+kind = "push"
+body = "next"
+face = "+y"
+normal = [0.0, 3.0]
+tangential = [-1.0, 1.0]
+offset = [-0.05, 0.05]
+knots = 3
+
+[[controls]]
+kind = "torque"
+body = "ball"
+x = [-1.0, 1.0]
+z = [-1.0, 1.0]
+
+[[controls]]
+kind = "force"
+body = "ball"
+y = [-1.0, 1.0]
+
+[[controls]]
+kind = "start"
+body = "ball"
+of = "turn"
+x = [-1.0, 1.0]
+y = [-1.0, 1.0]
+z = [-1.0, 1.0]
+
+[[controls]]
+kind = "start"
+body = "lower"
+of = "velocity"
+x = [-1.0, 1.0]
+
+[[target]]
+body = "lower"
+position = [0.5, 0.3]
+velocity = [0.0, 0.1, 0.0]
+spin = 0.0
+turn = 40.0
+
+[[target]]
+body = "ball"
+attitude = [0.8, 0.1, -0.5, 0.2]
+after = 2
+
+[[target]]
+body = "next"
+down = "+x"
+
+[[keep]]
+body = "ball"
+above = { x = 0.1, width = 0.2, height = 0.3 }
+
+[[keep]]
+body = "lower"
+away = { point = [1.0, 0.2, 0.1], radius = 0.8 }
+"#;
+
+/// Smoothed by so much that differences can follow.
+const SMOOTH: Smoothing = Smoothing { delta: 25.0, compliance: 0.3 };
+
+proptest! {
+    #![proptest_config(cases(24))]
+
+    #[test]
+    fn derivatives_are_slopes(
+        numbers in proptest::collection::vec(-1.0..1.0, 800), factor in 0.0..2.0, fixed in any::<bool>()
+    ) {
+        let problem = problem(SEVERAL, EVERYTHING).problem;
+        let replay = problem.replay(&problem.zero()).unwrap();
+        let nlp = match fixed {
+            false => PlanNlp::smoothed(&problem, &replay, SMOOTH),
+            true => PlanNlp::with_modes(&problem, &replay, 0.3),
+        };
+        let nlp = Whole(nlp.unwrap());
+        let x: Vec<_> = (0..nlp.0.variables()).map(|i| numbers[i % 701] + 0.3).collect();
+        let y: Vec<_> = (0..nlp.0.rows()).map(|i| numbers[(i + 97) % 797]).collect();
+        let error = jacobian_error(&nlp, &x);
+        prop_assert!(error < 1e-7, "{error:e}");
+        for (row, col) in nlp.0.hessian_pattern().positions() {
+            prop_assert!(row >= col, "({row}, {col}) is above the diagonal");
+        }
+        let error = hessian_error(&nlp, &x, factor, &y);
+        prop_assert!(error < 1e-7, "{error:e}");
+    }
+}
+
+/// Fixed bounds of a row, and how far its value is outside.
+fn outside(nlp: &PlanNlp<'_>, x: &[f64]) -> f64 {
+    let mut rows = vec![f64::NAN; nlp.rows()];
+    nlp.constraints(x, &mut rows);
+    let bounds = nlp.bounds();
+    let ends = bounds.constraint_lower.iter().zip(&bounds.constraint_upper);
+    let off = rows.iter().zip(ends).map(|(value, (low, high))| (low - value).max(value - high));
+    off.fold(0.0, |most, off| if off <= most { most } else { off })
+}
+
+/// A run of the simulator obeys the rows of its own modes.
+#[test]
+fn a_run_obeys_the_rows() {
+    for (name, size) in [
+        ("slide.toml", 6.0),
+        ("push.toml", 3.0),
+        ("flip.toml", 0.7),
+        ("hop.toml", 8.0),
+        ("throw.toml", 1.0),
+        ("hit.toml", 3.0),
+    ] {
+        let problem = shipped(name);
+        let start: Vec<_> = (0..problem.variables().len())
+            .map(|i| size * f64::from(i as u32 * 7 % 5) / 4.0)
+            .collect();
+        let replay = problem.replay(&start).unwrap();
+        let nlp = PlanNlp::with_modes(&problem, &replay, 0.0).unwrap();
+        let off = outside(&nlp, &nlp.point_of(&replay));
+        assert!(off < 1e-9, "{name}: {off:e}");
+    }
+}
+
+fn legs() -> Vec<Box<dyn Leg>> {
+    vec![Box::new(ProgramLeg::default()), Box::new(Polish::default())]
+}
+
+fn exact(name: &str, start: Option<&[f64]>) -> Plan {
+    let problem = shipped(name);
+    let found = plan(&problem, start.unwrap_or(&problem.zero()), &legs());
+    assert_eq!(found.status, PlanStatus::Exact, "{name}: {} {:?}", found.reason, found.legs);
+    assert!(found.apart.unwrap() <= 1e-9);
+    assert!(found.replay.residual < 1e-9);
+    found
+}
+
+/// With m steps at a speed above 0 it comes to d = h (m v₀ − h μ g m (m + 1)/2).
+#[test]
+fn the_start_that_stops_at_a_place_is_that_of_the_sum() {
+    let found = exact("stop.toml", Some(&[2.0]));
+    let (h, lost) = (0.02, 0.02 * 0.4 * 9.81);
+    let speed = |m: f64| (1.0 / h + lost * m * (m + 1.0) / 2.0) / m;
+    let m = (1..100).map(f64::from).find(|m| (speed(*m) / lost).floor() == *m).unwrap();
+    let v = found.replay.controls[0];
+    assert!((v - speed(m)).abs() < 1e-9, "{v} {}", speed(m));
+}
+
+/// From no force at all, where no exact derivative leads away.
+#[test]
+fn a_box_at_rest_slides_to_its_place() {
+    exact("slide.toml", None);
+}
+
+/// 180 numbers, from no push at all.
+#[test]
+fn a_push_to_a_pose_replays() {
+    let problem = shipped("push.toml");
+    let found = plan(&problem, &problem.zero(), &[Box::new(ProgramLeg::default())]);
+    assert!(found.replay.meets(), "{} {:?}", found.reason, found.legs);
+    assert!(found.apart.unwrap() < 1e-3, "{:?}", found.apart);
+}
+
+/// Where a face slides as it turns, the laws leave the shares of its forces open, and an optimiser moves the end by them: every step
+/// exact in the laws, and no run. A compliance closes it.
+#[test]
+fn without_compliance_the_plan_is_no_run() {
+    let scene = r#"
+time_step = 0.02
+
+[ground]
+friction = 0.4
+
+[[bodies]]
+name = "box"
+box = [0.3, 0.3, 0.2]
+mass = 1.0
+position = [0, 0, 0.1]
+velocity = [1.2, 0.2, 0]
+spin = [0, 0, 3]
+"#;
+    for y in [-1.0, 1.0] {
+        // Ipopt leaves the objective out where there are as many rows as variables: a force that does nothing.
+        let idle = "[[controls]]\nkind = \"force\"\nknots = 1\nz = [0, 1e-9]";
+        let target = format!("[target]\ny = {y}\nweight = {{ position = 1.0 }}");
+        let problem = problem(scene, &format!("steps = 15\n{idle}\n{target}\n")).problem;
+        let apart = |compliance: f64| {
+            let polish = Polish { compliance, anchored: 0, rounds: 1, ..Polish::default() };
+            let found = plan(&problem, &[0.0], &[Box::new(polish)]);
+            found.legs[0].apart.unwrap()
+        };
+        let (free, held) = (apart(0.0), apart(1e-6));
+        assert!(free > 1e-3, "{free:e}");
+        assert!(held < 1e-7, "{held:e}");
+        let found = plan(&problem, &[0.0], &[Box::new(Polish::default())]);
+        assert!(found.legs[0].apart.unwrap() < 1e-9, "{:?}", found.legs);
+    }
+}
+
+/// What the program cannot pose is refused in one sentence.
+#[test]
+fn what_cannot_be_posed_is_said() {
+    let scene = r#"
+[ground]
+friction = 0.4
+restitution = 0.5
+
+[[bodies]]
+name = "box"
+box = [0.3, 0.3, 0.2]
+mass = 1.0
+position = [0, 0, 0.1]
+"#;
+    let problem = problem(scene, "steps = 3\n[target]\ny = 1.0\n").problem;
+    let replay = problem.replay(&[]).unwrap();
+    let why = PlanNlp::with_modes(&problem, &replay, 1e-6).err().unwrap().to_string();
+    assert_eq!(why, "the program cannot pose this problem: its scene has restitution");
+    // Other legs may go on.
+    let found = plan(&problem, &[], &legs());
+    assert!(found.legs.iter().all(|leg| leg.message == why), "{:?}", found.legs);
+    assert_eq!(found.status, PlanStatus::Missed);
+}

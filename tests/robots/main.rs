@@ -1,0 +1,8 @@
+//! Robots from URDF and MJCF files.
+
+mod broken;
+mod details;
+mod gears;
+mod looks;
+mod models;
+mod scenes;

@@ -1,0 +1,323 @@
+//! Robots in scenes: what they weigh on, what holds them, and what wrong files come to.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use tumble::joint::{JointAxis, Motor};
+use tumble::robot::{Assembled, Reading, read};
+use tumble::scenario::scene::Scene;
+use tumble::scenario::settings::Settings;
+use tumble::scenario::written;
+use tumble::simulation::{Simulation, StepRecord};
+use tumble::step::StepStatus;
+
+fn data() -> &'static Path {
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/data/robots"))
+}
+
+fn bytes(path: &Path, _: u64) -> std::io::Result<Vec<u8>> {
+    std::fs::read(path)
+}
+
+/// The scene of a text, which stands beside the robots of `data`.
+fn scene_of(text: &str, name: &str) -> Result<Scene, String> {
+    let scene = Scene::of_text(text, &data().join(name), Settings::default(), &bytes);
+    scene.map_err(|failure| failure.to_string())
+}
+
+fn scene_in(name: &str) -> Scene {
+    scene_of(&std::fs::read_to_string(data().join(name)).unwrap(), name).unwrap()
+}
+
+fn simulation(scene: &Scene) -> Simulation<'static> {
+    scene.simulation(&Arc::new(AtomicBool::new(false))).unwrap()
+}
+
+/// What the joints are off by, m and rad.
+fn joint_error(simulation: &Simulation<'_>) -> f64 {
+    let joints = simulation.world().joints().iter();
+    let errors = joints.map(|joint| joint.error(simulation.states()).unwrap());
+    errors.fold(0.0, |most, (place, turn)| most.max(place).max(turn))
+}
+
+/// Has the joint go to a place.
+fn hold(simulation: &mut Simulation<'_>, robot: &Assembled, joint: &str, target: f64) {
+    let index = robot.robot().joint(joint).unwrap();
+    let (joint, axis) = robot.axis(index).unwrap();
+    assert_eq!(axis, 5, "a hinge");
+    let motor = Motor::Position { target, stiffness: 80.0, damping: 3.0, most: 25.0 };
+    simulation.set_motor(joint, JointAxis::Angular(2), Some(motor)).unwrap();
+}
+
+/// A quadruped that is let fall with its legs bent lands, stands, and stays where it stands: its feet carry its weight.
+#[test]
+fn a_quadruped_lands_and_stands() {
+    let legs = ["fl", "fr", "rl", "rr"];
+    let bent: Vec<_> = legs
+        .iter()
+        .flat_map(|leg| [format!("{leg}_pitch = 0.8"), format!("{leg}_knee = -1.6")])
+        .collect();
+    let text = format!(
+        "time_step = 0.002\n[ground]\nfriction = 0.7\n[[robots]]\nfile = \"quadruped.urdf\"\n\
+         position = [0.0, 0.0, 0.45]\ncoordinates = {{ {} }}\n",
+        bent.join(", ")
+    );
+    let scene = scene_of(&text, "standing.toml").unwrap();
+    let robot = &scene.robots[0];
+    let mut simulation = simulation(&scene);
+    for leg in legs {
+        hold(&mut simulation, robot, &format!("{leg}_roll"), 0.0);
+        hold(&mut simulation, robot, &format!("{leg}_pitch"), 0.8);
+        hold(&mut simulation, robot, &format!("{leg}_knee"), -1.6);
+    }
+    let mut record = StepRecord::new();
+    let mut still = None;
+    for step in 0..2500 {
+        simulation.step(&mut record).unwrap();
+        assert!(record.report.status != StepStatus::Failed, "step {step}");
+        assert!(
+            record.certificate.residual() <= 1e-9,
+            "step {step}: {:e}",
+            record.certificate.residual()
+        );
+        assert!(joint_error(&simulation) <= 1e-12, "step {step}: {:e}", joint_error(&simulation));
+        if step == 2000 {
+            still = Some(simulation.states().to_vec());
+        }
+    }
+    let weight: f64 =
+        simulation.world().bodies().iter().map(|body| body.mass()).sum::<f64>() * 9.81;
+    let carried: f64 =
+        (0..simulation.states().len()).map(|body| record.solution.total_force(body)[2]).sum();
+    assert!((carried - weight).abs() <= 1e-9 * weight, "{carried} {weight}");
+    // No creep: in the last second nothing has moved.
+    for (now, then) in simulation.states().iter().zip(still.unwrap()) {
+        assert!((now.position - then.position).norm() <= 1e-9, "{:?} {:?}", now, then);
+    }
+    assert!((0.2..0.4).contains(&simulation.states()[0].position[2]));
+    // Read as coordinates: what the motors hold them at, but for what the weight takes.
+    let (q, v) = robot.coordinates(simulation.states(), robot.start()).unwrap();
+    assert!(v.iter().all(|rate| rate.abs() < 1e-8), "{v:?}");
+    let knee = robot.robot().places()[robot.robot().joint("fl_knee").unwrap()].0;
+    assert!((q[knee] + 1.6).abs() < 0.2, "{}", q[knee]);
+}
+
+/// Coordinates become states and states coordinates, wherever the robot is put.
+#[test]
+fn coordinates_and_states_go_both_ways() {
+    for (file, place) in [
+        (
+            "quadruped.urdf",
+            "position = [0.3, -0.2, 1.0]\nattitude = { axis = [0.2, 1, 0.4], degrees = 70 }",
+        ),
+        ("arm.urdf", "position = [0.0, 0.0, 1.0]"),
+        ("hopper.xml", "position = [1.0, 0.0, 0.5]"),
+        ("classes.xml", "position = [1.0, 0.0, 2.5]"),
+    ] {
+        let text = format!("[ground]\nfriction = 0.7\n[[robots]]\nfile = \"{file}\"\n{place}\n");
+        let scene = scene_of(&text, "placed.toml").unwrap();
+        let robot = &scene.robots[0];
+        let (positions, rates) = robot.robot().counts();
+        let mut q = robot.robot().reference();
+        for (joint, (place, _)) in robot.robot().joints.iter().zip(robot.robot().places()) {
+            let width = joint.moves.counts().0;
+            for (k, number) in q[place..place + width].iter_mut().enumerate() {
+                *number += 0.1 * (k + 1) as f64;
+            }
+            if width > 1 {
+                let attitude = &mut q[place + width - 4..place + width];
+                let norm = attitude.iter().map(|x| x * x).sum::<f64>().sqrt();
+                attitude.iter_mut().for_each(|x| *x /= norm);
+            }
+        }
+        let v: Vec<_> = (0..rates).map(|k| (k as f64 * 0.7).sin()).collect();
+        let mut states = scene.starts.clone();
+        robot.set_states(&q, &v, &mut states).unwrap();
+        let (back, speeds) = robot.coordinates(&states, robot.start()).unwrap();
+        assert_eq!(back.len(), positions);
+        for (a, b) in back.iter().zip(&q).chain(speeds.iter().zip(&v)) {
+            assert!((a - b).abs() <= 1e-12, "{file}: {back:?} {q:?} {speeds:?} {v:?}");
+        }
+        // What joints hold there is where they hold it.
+        for joint in scene.world.joints() {
+            let (place, turn) = joint.error(&states).unwrap();
+            assert!(place.max(turn) <= 1e-12, "{file}: {place:e} {turn:e}");
+        }
+    }
+}
+
+/// A scene that is written down moves as the one that it is of.
+#[test]
+fn a_converted_robot_moves_alike() {
+    for file in ["quadruped.urdf", "arm.urdf", "hopper.xml", "classes.xml"] {
+        let scene = scene_in(file);
+        let text = written::text(&scene).unwrap();
+        let other = scene_of(&text, "converted.toml").unwrap_or_else(|why| panic!("{file}: {why}"));
+        let (mut a, mut b) = (simulation(&scene), simulation(&other));
+        let mut record = StepRecord::new();
+        for _ in 0..20 {
+            a.step(&mut record).unwrap();
+            b.step(&mut record).unwrap();
+        }
+        for (a, b) in a.states().iter().zip(b.states()) {
+            assert!((a.position - b.position).norm() <= 1e-10, "{file}: {a:?} {b:?}");
+        }
+    }
+}
+
+/// Several of a file, with things around them, under names of their own.
+#[test]
+fn robots_stand_among_other_things() {
+    let text = r#"
+        [ground]
+        friction = 0.5
+        [[bodies]]
+        name = "crate"
+        box = 0.3
+        density = 300
+        position = [2.0, 0.0, 0.15]
+        [[robots]]
+        file = "quadruped.urdf"
+        prefix = "one."
+        position = [0.0, 0.0, 0.6]
+        [[robots]]
+        file = "quadruped.urdf"
+        prefix = "two."
+        position = [0.0, 1.0, 0.6]
+        attitude = { axis = [0, 0, 1], degrees = 90 }
+        [[motors]]
+        joint = "two.fl_knee"
+        position = -1.5
+        stiffness = 50
+        most = 20
+        [[friction]]
+        between = ["one.fl_shank", "crate"]
+        coefficient = 0.1
+        [[apart]]
+        between = ["two.trunk", "crate"]
+    "#;
+    let scene = scene_of(text, "two.toml").unwrap();
+    assert_eq!(scene.bodies.len(), 1 + 2 * 13);
+    assert_eq!(scene.joints.len(), 2 * 12);
+    assert!(scene.bodies.contains(&"two.rr_shank".to_owned()));
+    let mut simulation = simulation(&scene);
+    let mut record = StepRecord::new();
+    for _ in 0..20 {
+        simulation.step(&mut record).unwrap();
+        assert!(record.certificate.residual() <= 1e-9);
+    }
+}
+
+/// What is wrong is said in one sentence, with the line and the element.
+#[test]
+fn wrong_files_are_refused_by_line() {
+    let cases = [
+        ("<robot name='a'><link name='b'></robot>", "line 1"),
+        ("<robot name='a'>\n<link name='b'/>\n<link name='b'/></robot>", "line 3, <link> \"b\""),
+        (
+            "<robot>\n<link name='a'/><link name='b'/>\n<joint name='j' type='revolute'><parent link='a'/><child link='b'/></joint></robot>",
+            "line 3, <joint> \"j\": <limit> is needed",
+        ),
+        (
+            "<robot xmlns:xacro='http://ros.org/xacro'>\n<xacro:property name='x' value='1'/></robot>",
+            "Xacro",
+        ),
+        ("<mujoco><worldbody><body><geom size='-1'/></body></worldbody></mujoco>", "<geom>: size"),
+        (
+            "<mujoco><worldbody><body>\n<geom size='1' colour='red'/></body></worldbody></mujoco>",
+            "line 2, <geom>: colour",
+        ),
+        (
+            "<mujoco><worldbody><body name='b'><joint name='j' type='ball' damping='1'/><geom size='1'/></body></worldbody></mujoco>",
+            "a ball with",
+        ),
+        (
+            "<mujoco><worldbody><body><freejoint/><geom size='1'/></body></worldbody>\n<tendon><spatial range='0 1'/></tendon></mujoco>",
+            "line 2, <spatial>",
+        ),
+        ("<sdf version='1.6'/>", "SDF"),
+        ("", "line 1: it is no XML"),
+        ("[body]\nmass = 1", "line 1: it is no XML"),
+    ];
+    for (text, part) in cases {
+        let why = scene_of(text, "wrong.xml").err().unwrap_or_default();
+        assert!(why.contains(part), "{text}: {why:?}");
+        assert!(!why.contains('\n'), "{why}");
+    }
+}
+
+/// Files with any letters changed, left out or doubled come to a robot or to a sentence.
+#[test]
+fn spoilt_files_never_panic() {
+    let mut seed = 1_u64;
+    let mut draw = |below: usize| {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (seed >> 33) as usize % below.max(1)
+    };
+    let (mut read_all, mut refused) = (0, 0);
+    let names = [
+        "quadruped.urdf",
+        "arm.urdf",
+        "../../scenarios/robots/pusher.urdf",
+        "hopper.xml",
+        "classes.xml",
+        "../../tests/robots/gears.xml",
+    ];
+    for name in names {
+        let text = std::fs::read_to_string(data().join(name)).unwrap();
+        for _ in 0..150 {
+            let mut spoilt: Vec<char> = text.chars().collect();
+            for _ in 0..1 + draw(3) {
+                let at = draw(spoilt.len());
+                match draw(4) {
+                    0 => {
+                        let letters: Vec<_> = "<>/\"= -.0e9ainfx{}".chars().collect();
+                        spoilt[at] = letters[draw(letters.len())];
+                    }
+                    1 => {
+                        let end = (at + 1 + draw(60)).min(spoilt.len());
+                        spoilt.drain(at..end);
+                    }
+                    2 => {
+                        let piece: Vec<_> = spoilt[at..(at + 80).min(spoilt.len())].to_vec();
+                        let to = draw(spoilt.len());
+                        spoilt.splice(to..to, piece);
+                    }
+                    _ => {
+                        // Another number in the place of one.
+                        let digits = (at..spoilt.len()).find(|k| spoilt[*k].is_ascii_digit());
+                        let numbers = ["1e300", "-5", "0", "nan", "1e-300", "99999999999999999999"];
+                        if let Some(digit) = digits {
+                            let number: Vec<_> = numbers[draw(numbers.len())].chars().collect();
+                            spoilt.splice(digit..=digit, number);
+                        }
+                    }
+                }
+            }
+            let spoilt: String = spoilt.into_iter().collect();
+            match scene_of(&spoilt, name) {
+                Ok(_) => read_all += 1,
+                Err(why) => {
+                    assert!(!why.contains('\n') && !why.is_empty(), "{why:?}");
+                    refused += 1;
+                }
+            }
+        }
+    }
+    assert!(read_all > 30 && refused > 200, "{read_all} {refused}");
+}
+
+/// Nesting has a bound, and no file is included in itself.
+#[test]
+fn depth_and_inclusion_are_bounded() {
+    let deep = format!(
+        "<mujoco><worldbody>{}{}</worldbody></mujoco>",
+        "<body>".repeat(5000),
+        "</body>".repeat(5000)
+    );
+    assert!(read(&deep, &Reading::none()).unwrap_err().contains("deep"));
+    let looping = |_: &Path, _: u64| Ok(b"<mujoco><include file='again.xml'/></mujoco>".to_vec());
+    let reading = Reading { read: &looping, ..Reading::none() };
+    let why = read("<mujoco><include file='again.xml'/></mujoco>", &reading).unwrap_err();
+    assert!(why.contains("included already"), "{why}");
+}

@@ -1,0 +1,555 @@
+//! The derivative of a step against central differences of steps solved anew, in every regime and by every
+//! argument.
+
+mod batch;
+mod joints;
+mod random;
+
+use nalgebra::{Vector3, Vector4};
+use rand_mt::Mt;
+use std::path::Path;
+use tumble::contact::Plane;
+use tumble::derivative::StateChange;
+use tumble::mechanics::{RigidBody, Rotation, State, Wrench};
+use tumble::scenario::scene::Scene;
+use tumble::scenario::settings::Settings;
+use tumble::simulation::{Checkpoints, Motion, Run, Simulation, StepRecord};
+use tumble::solver::native::{StepChange, StepDerivative, StepGradient};
+use tumble::step::StepStatus;
+use tumble::world::{Constant, Parameters, World};
+
+fn scenario(name: &str) -> Scene {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios").join(name);
+    let text = std::fs::read_to_string(&path).unwrap();
+    let read = |path: &Path, _: u64| std::fs::read(path);
+    Scene::of_text(&text, &path, Settings::default(), &read).unwrap()
+}
+
+/// One step from anywhere.
+fn step<'a>(
+    world: &World,
+    states: &[State],
+    wrenches: &[Wrench],
+) -> Option<(Simulation<'a>, StepRecord)> {
+    let motion = Motion::native(world);
+    let mut simulation = Simulation::new(world.clone(), states.to_vec(), motion).ok()?;
+    for (body, wrench) in wrenches.iter().enumerate() {
+        simulation.set_wrench(body, *wrench).unwrap();
+    }
+    let mut record = StepRecord::new();
+    simulation.step(&mut record).unwrap();
+    (record.report.status != StepStatus::Failed).then_some((simulation, record))
+}
+
+/// The constants that a step is differentiated by.
+fn arguments() -> Vec<Constant> {
+    Constant::ALL.into_iter().filter(|constant| constant.has_derivative()).collect()
+}
+
+/// An argument of a step, and a direction in it.
+struct Direction {
+    name: String,
+    states: Vec<StateChange>,
+    wrenches: Vec<Wrench>,
+    constants: Vec<(Constant, Vec<f64>)>,
+}
+
+fn directions(world: &World, draw: &mut impl FnMut() -> f64) -> Vec<Direction> {
+    let bodies = world.bodies().len();
+    let mut vector = || Vector3::new(draw(), draw(), draw());
+    let still = || vec![StateChange::zero(); bodies];
+    let mut all = Vec::new();
+    for part in ["position", "turn", "velocity", "spin"] {
+        let states = (0..bodies).map(|_| {
+            let mut change = StateChange::zero();
+            match part {
+                "position" => change.position = vector(),
+                "turn" => change.turn = vector(),
+                "velocity" => change.velocity = vector(),
+                _ => change.spin = vector(),
+            }
+            change
+        });
+        let states = states.collect();
+        all.push(Direction { name: part.into(), states, wrenches: vec![], constants: vec![] });
+    }
+    let wrenches = (0..bodies).map(|_| Wrench { force: vector() * 10.0, torque: vector() * 10.0 });
+    let wrenches = wrenches.collect();
+    all.push(Direction { name: "wrench".into(), states: still(), wrenches, constants: vec![] });
+    for constant in arguments() {
+        let own = constant.of(world);
+        let numbers: Vec<f64> = match constant {
+            Constant::TimeStep => vec![own[0] * 0.1],
+            Constant::Inertia => {
+                let spread = |k: usize| if k.is_multiple_of(4) { 0.1 } else { 0.0 };
+                own.iter().enumerate().map(|(k, i)| i * spread(k % 9)).collect()
+            }
+            // Times their own, so that what is nothing stays nothing.
+            of if of.is_of_joints() && of != Constant::MotorTarget => own.clone(),
+            _ => own.iter().map(|_| 1.0).collect(),
+        };
+        if numbers.iter().all(|number| *number == 0.0) {
+            continue;
+        }
+        let is_allowed =
+            |by: f64| world.with_constants(&[(constant, &moved(&own, by, &numbers))]).is_ok();
+        if !is_allowed(1e-5) || !is_allowed(-1e-5) {
+            continue;
+        }
+        let name = constant.name().into();
+        let constants = vec![(constant, numbers)];
+        all.push(Direction { name, states: still(), wrenches: vec![], constants });
+    }
+    all
+}
+
+fn moved(own: &[f64], by: f64, numbers: &[f64]) -> Vec<f64> {
+    own.iter().zip(numbers).map(|(own, number)| own + by * number).collect()
+}
+
+/// Central differences of fifth order of X⁺ of all bodies along a direction, and how far those of both sides are apart;
+/// `None` where a step fails. `base` is X⁺ itself.
+fn difference(
+    world: &World,
+    (states, base): (&[State], &[State]),
+    along: &Direction,
+    by: f64,
+) -> Option<(Vec<StateChange>, f64)> {
+    let end = |by: f64| {
+        let given: Vec<(Constant, Vec<f64>)> = along
+            .constants
+            .iter()
+            .map(|(constant, numbers)| (*constant, moved(&constant.of(world), by, numbers)))
+            .collect();
+        let given: Vec<_> =
+            given.iter().map(|(constant, numbers)| (*constant, &numbers[..])).collect();
+        let world = world.with_constants(&given).unwrap();
+        let states: Vec<State> = states
+            .iter()
+            .zip(&along.states)
+            .map(|(state, change)| StateChange::zero().plus(by, change).applied(state))
+            .collect();
+        let wrenches: Vec<Wrench> = along
+            .wrenches
+            .iter()
+            .map(|wrench| Wrench { force: wrench.force * by, torque: wrench.torque * by })
+            .collect();
+        Some(step(&world, &states, &wrenches)?.1.solution.states)
+    };
+    // (8 (f(δ) − f(−δ)) − (f(2δ) − f(−2δ)))/12δ, of fifth order.
+    let apart = |by: f64| {
+        let (plus, minus) = (end(by)?, end(-by)?);
+        let each = minus.iter().zip(&plus).map(|(a, b)| StateChange::between(a, b));
+        Some(each.collect::<Vec<_>>())
+    };
+    let (near, far) = (apart(by)?, apart(2.0 * by)?);
+    let zero = StateChange::zero();
+    let each = near.iter().zip(&far);
+    let central = each.map(|(a, b)| zero.plus(8.0 / (12.0 * by), a).plus(-1.0 / (12.0 * by), b));
+    let side = |by: f64| {
+        let each = base.iter().zip(end(by)?);
+        Some(
+            each.map(|(a, b)| zero.plus(1.0 / by, &StateChange::between(a, &b)))
+                .collect::<Vec<_>>(),
+        )
+    };
+    let (before, after) = (side(-by)?, side(by)?);
+    let sides: Vec<_> = before.iter().zip(&after).map(|(a, b)| b.plus(-1.0, a)).collect();
+    Some((central.collect(), size(&sides)))
+}
+
+fn size(changes: &[StateChange]) -> f64 {
+    changes.iter().map(|change| change.dot(change)).sum::<f64>().sqrt()
+}
+
+fn apart(a: &[StateChange], b: &[StateChange]) -> f64 {
+    let difference: Vec<_> = a.iter().zip(b).map(|(a, b)| a.plus(-1.0, b)).collect();
+    size(&difference)
+}
+
+/// What a step's derivative is compared by.
+#[derive(Default)]
+struct Tally {
+    compared: usize,
+    /// Too near to a kink.
+    left_out: usize,
+    /// Where the differences of both sides are not the same although the margins allow it.
+    kinks: usize,
+    worst: f64,
+    missed: Vec<String>,
+}
+
+/// Compares the derivative of one step by every argument with central differences of three sizes, of which the best
+/// one counts: a larger one bends, a smaller one has the last digits of the solutions.
+fn compare(
+    world: &World,
+    states: &[State],
+    draw: &mut impl FnMut() -> f64,
+    at: &str,
+    tally: &mut Tally,
+) {
+    // Solutions are exact to this part of the scale of speeds.
+    let count = world.bodies().len() as f64;
+    let exact = if count > 1.0 { 3e-10 * count.sqrt() } else { 3e-11 };
+    let Some((simulation, base)) = step(world, states, &[]) else { return };
+    let mut derivative = StepDerivative::new();
+    simulation.linearise(&base, &mut derivative).unwrap();
+    let h = world.time_step();
+    for along in directions(world, draw) {
+        let constants: Vec<_> = along.constants.iter().map(|(c, n)| (*c, &n[..])).collect();
+        let (changes, wrenches) = (&along.states, &along.wrenches);
+        let change = StepChange { states: changes, wrenches, constants: &constants };
+        let mut found = Vec::new();
+        derivative.push(&change, &mut found).unwrap();
+        let given = size(changes)
+            + wrenches.iter().map(|w| w.force.norm() + w.torque.norm()).sum::<f64>() * h;
+        let (mut best, mut compared, mut kinked) = (f64::INFINITY, 0, false);
+        for by in [1e-4, 1e-5, 1e-6, 1e-7] {
+            let ends = (states, &base.solution.states[..]);
+            let Some((expected, sides)) = difference(world, ends, &along, by) else { continue };
+            // What a motion of the bodies at the start opens, it opens within one step.
+            let moves =
+                matches!(&along.name[..], "position" | "turn" | "size" | "radius" | "ground");
+            let speed = size(&expected).max(size(&found)) * world.reach();
+            let moved = 10.0 * by * if moves { speed + 1.0 / h } else { speed };
+            let margin = derivative.margin();
+            let margin = if moves { margin.min(derivative.feature_margin()) } else { margin };
+            if margin < moved || derivative.unknown() > 0 || derivative.keeps_shares() {
+                continue;
+            }
+            let scale = size(&expected).max(given).max(1e-9);
+            // Gaps are rounded to 2e-16 of the reach, which moves the shares of a face by that over h and the
+            // compliance of the selection rule.
+            let shares = f64::EPSILON * world.reach() / (h * 1e-6);
+            let exact = if moves { exact.max(shares) } else { exact };
+            let rounding = exact * world.speed_scale() / (by * world.reach().min(1.0)) / scale;
+            if rounding > 1e-3 {
+                continue;
+            }
+            best = best.min((apart(&found, &expected) / scale - rounding).max(0.0));
+            kinked = sides / scale > rounding.max(1e-3);
+            compared += 1;
+        }
+        if compared == 0 {
+            tally.left_out += 1;
+            continue;
+        }
+        // Where the sides have different slopes there is none: a kink that no margin tells.
+        if kinked && best > 1e-6 {
+            tally.kinks += 1;
+            continue;
+        }
+        tally.compared += 1;
+        tally.worst = tally.worst.max(best);
+        if best > 1e-6 {
+            let margins = [derivative.margin(), derivative.feature_margin()];
+            tally.missed.push(format!("{at}, {}: {best:.1e}, margins {margins:?}", along.name));
+        }
+    }
+}
+
+/// A cube of mass 2 kg and half a side of 0.1 m on a slope of `angle` (rad), sliding with `velocity` down it.
+fn on_a_slope(angle: f64, friction: f64, velocity: f64) -> (World, Vec<State>) {
+    let body = RigidBody::solid_box(2.0, Vector3::repeat(0.1)).unwrap();
+    let (sin, cos) = angle.sin_cos();
+    let ground = Plane::new(Vector3::new(sin, 0.0, cos), 0.0).unwrap();
+    let parameters = Parameters {
+        bodies: vec![body],
+        ground: Some(ground),
+        gravity: Vector3::new(0.0, 0.0, -9.81),
+        friction,
+        time_step: 0.002,
+        rotation: Rotation::Momentum,
+    };
+    let state = State {
+        position: Vector3::new(sin, 0.0, cos) * 0.1,
+        attitude: Vector4::new((0.5 * angle).cos(), 0.0, (0.5 * angle).sin(), 0.0),
+        velocity: Vector3::new(cos, 0.0, -sin) * velocity,
+        spin: Vector3::zeros(),
+    };
+    (World::new(parameters).unwrap(), vec![state])
+}
+
+/// δv along the slope for changes of the constants of the world.
+fn along_the_slope(
+    scene: &(World, Vec<State>),
+    angle: f64,
+    constants: &[(Constant, &[f64])],
+) -> f64 {
+    let (simulation, base) = step(&scene.0, &scene.1, &[]).unwrap();
+    let mut derivative = StepDerivative::new();
+    simulation.linearise(&base, &mut derivative).unwrap();
+    let mut end = Vec::new();
+    derivative.push(&StepChange { constants, ..StepChange::default() }, &mut end).unwrap();
+    Vector3::new(angle.cos(), 0.0, -angle.sin()).dot(&end[0].velocity)
+}
+
+/// v⁺ = v + h g (sin α − μ cos α) of four corners that slide, of which two carry what they like.
+#[test]
+fn a_slide_by_friction_gravity_mass_and_inertia() {
+    let (angle, friction, h, g) = (0.5, 0.3, 0.002, 9.81);
+    let scene = on_a_slope(angle, friction, 1.0);
+    let by = |constants: &[(Constant, &[f64])]| along_the_slope(&scene, angle, constants);
+    // Of the velocity 1 m/s, and of some 1e-16/1e-6 where what is undetermined enters.
+    let close =
+        |found: f64, expected: f64| assert!((found - expected).abs() < 1e-11, "{found} {expected}");
+    close(by(&[(Constant::Friction, &[1.0])]), -h * g * angle.cos());
+    close(
+        by(&[(Constant::Gravity, &[0.0, 0.0, -1.0])]),
+        h * (angle.sin() - friction * angle.cos()),
+    );
+    close(by(&[(Constant::Mass, &[1.0])]), 0.0);
+    close(by(&[(Constant::Inertia, &[1e-2, 0.0, 0.0, 0.0, 2e-2, 0.0, 0.0, 0.0, 3e-2])]), 0.0);
+    close(by(&[(Constant::TimeStep, &[1.0])]), g * (angle.sin() - friction * angle.cos()));
+}
+
+/// Sticking it does not move at all, whatever pushes it: a plateau.
+#[test]
+fn what_sticks_has_no_derivative_by_a_push() {
+    let angle = 0.2;
+    let scene = on_a_slope(angle, 0.5, 0.0);
+    let found = along_the_slope(&scene, angle, &[(Constant::Gravity, &[1.0, 0.5, -2.0])]);
+    assert!(found.abs() < 1e-11, "{found}");
+    assert!(along_the_slope(&scene, angle, &[(Constant::Friction, &[1.0])]).abs() < 1e-11);
+}
+
+/// ⟨w, J v⟩ = ⟨Jᵀ w, v⟩ in every scene, by every argument at once.
+/// Pushed along the ground, what sticks with a compliance creeps: of four corners u = −ε p̂ each, m v = h F + Σ m p̂, so that
+/// v = h F/m ε/(4 + ε). Pressed down, it gives way in the same way.
+#[test]
+fn with_compliance_what_sticks_creeps() {
+    let (world, states) = on_a_slope(0.0, 0.5, 0.0);
+    let (simulation, base) = step(&world, &states, &[]).unwrap();
+    for compliance in [1e-6, 1e-3, 1e-1] {
+        let mut derivative = StepDerivative::smoothed(compliance).unwrap();
+        simulation.linearise(&base, &mut derivative).unwrap();
+        let mut pushed = |force: Vector3<f64>, torque: Vector3<f64>| {
+            let wrenches = [Wrench { force, torque }];
+            let mut end = Vec::new();
+            let change = StepChange { wrenches: &wrenches, ..StepChange::default() };
+            derivative.push(&change, &mut end).unwrap();
+            end[0]
+        };
+        let expected = 0.002 / 2.0 * compliance / (4.0 + compliance);
+        // With the torque that friction has about the centre.
+        let torque = -0.1 * 4.0 / (4.0 + compliance);
+        let along = pushed(Vector3::x(), Vector3::new(0.0, torque, 0.0));
+        assert!((along.velocity[0] - expected).abs() <= 1e-9 * expected, "{along:?}");
+        assert!(along.spin.norm() <= 1e-9 * expected / 0.1, "{along:?}");
+        let down = pushed(-Vector3::z(), Vector3::zeros());
+        assert!((down.velocity[2] + expected).abs() <= 1e-9 * expected, "{down:?}");
+        assert_eq!(derivative.compliance(), Some(compliance));
+    }
+    for refused in [0.0, -1.0, 2.0, f64::NAN] {
+        assert!(StepDerivative::smoothed(refused).is_err());
+    }
+}
+
+#[test]
+fn the_transposed_product_is_that_of_the_same_matrix() {
+    let mut twister = Mt::new(3);
+    let mut draw = || f64::from(twister.next_u32()) / f64::from(u32::MAX) * 2.0 - 1.0;
+    for name in [
+        "drop",
+        "slope",
+        "block-on-block",
+        "bricks",
+        "marbles",
+        "billiard",
+        "double-pendulum",
+        "four-bar",
+        "chain",
+    ] {
+        let scene = scenario(&format!("{name}.toml"));
+        let mut run = scene.simulation(&Default::default()).unwrap();
+        let mut record = StepRecord::new();
+        let (mut derivative, mut gradient) = (StepDerivative::new(), StepGradient::default());
+        for k in 0..scene.rows.min(300) - 1 {
+            run.step(&mut record).unwrap();
+            if k % 60 != 30 {
+                continue;
+            }
+            run.linearise(&record, &mut derivative).unwrap();
+            let w: Vec<StateChange> = record
+                .states
+                .iter()
+                .map(|_| StateChange::from_array(&std::array::from_fn(|_| draw())))
+                .collect();
+            derivative.pull(&w, &arguments(), &mut gradient).unwrap();
+            for along in directions(&scene.world, &mut draw) {
+                let constants: Vec<_> = along.constants.iter().map(|(c, n)| (*c, &n[..])).collect();
+                let (states, wrenches) = (&along.states, &along.wrenches);
+                let mut end = Vec::new();
+                derivative
+                    .push(&StepChange { states, wrenches, constants: &constants }, &mut end)
+                    .unwrap();
+                let there: f64 = w.iter().zip(&end).map(|(w, end)| w.dot(end)).sum();
+                let by_states = gradient.states.iter().zip(states).map(|(g, s)| g.dot(s));
+                let by_wrenches = gradient.wrenches.iter().zip(wrenches);
+                let by_wrenches =
+                    by_wrenches.map(|(g, w)| g.force.dot(&w.force) + g.torque.dot(&w.torque));
+                let by_constants = constants.iter().map(|(constant, numbers)| {
+                    let place = arguments().iter().position(|c| c == constant).unwrap();
+                    gradient.constants[place].iter().zip(*numbers).map(|(g, n)| g * n).sum::<f64>()
+                });
+                let here = by_states.chain(by_wrenches).chain(by_constants).sum::<f64>();
+                // Of sums of numbers up to the size of the products.
+                let scale = size(&w) * (size(&end) + 1e-3);
+                assert!(
+                    (there - here).abs() <= 1e-7 * scale,
+                    "{name} {k} {}: {there} {here}",
+                    along.name
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn every_argument_in_every_regime() {
+    // And how many steps of each.
+    let names = [
+        ("drop", 3),
+        ("slope", 3),
+        ("real-cube", 3),
+        ("plate", 3),
+        ("point-mass", 3),
+        ("block-on-block", 3),
+        ("stack", 3),
+        ("mass-ratio", 3),
+        ("pyramid", 3),
+        ("bricks", 8),
+        ("arch", 3),
+        ("marbles", 6),
+        ("galton", 3),
+        ("billiard", 3),
+        ("pushed-tower", 3),
+        ("dragged-cube", 3),
+        ("pile", 5),
+        ("double-pendulum", 3),
+        ("slider-crank", 3),
+        ("four-bar", 3),
+        ("chain", 3),
+        ("door", 3),
+    ];
+    let mut twister = Mt::new(1);
+    let mut draw = || f64::from(twister.next_u32()) / f64::from(u32::MAX) * 2.0 - 1.0;
+    let mut all = Tally::default();
+    for (name, samples) in names {
+        let scene = scenario(&format!("{name}.toml"));
+        let mut run = scene.simulation(&Default::default()).unwrap();
+        let mut record = StepRecord::new();
+        let mut tally = Tally::default();
+        let every = ((scene.rows - 1) / samples).max(1);
+        for k in 0..scene.rows - 1 {
+            run.step(&mut record).unwrap();
+            if k % every == every / 2 {
+                compare(
+                    &scene.world,
+                    &record.states,
+                    &mut draw,
+                    &format!("{name}, step {k}"),
+                    &mut tally,
+                );
+            }
+        }
+        println!(
+            "{name}: {} compared, {} left out, {} kinks, worst {:.1e}",
+            tally.compared, tally.left_out, tally.kinks, tally.worst
+        );
+        all.compared += tally.compared;
+        all.left_out += tally.left_out;
+        all.kinks += tally.kinks;
+        all.missed.extend(tally.missed);
+    }
+    println!("{} compared, {} left out, {} kinks", all.compared, all.left_out, all.kinks);
+    assert!(all.missed.is_empty(), "{}", all.missed.join("\n"));
+    assert!(all.compared > 200 && 20 * all.kinks < all.compared);
+}
+
+/// The derivative of where the tutorial's cube ends, backwards over a run that slides, tips and lands, against forward
+/// products and central differences; the same with little memory, and the run the same without.
+#[test]
+fn a_run_backwards() {
+    let scene = scenario("real-cube.toml");
+    let steps = 420;
+    let running = || scene.simulation(&Default::default()).unwrap();
+    let along = Vector3::new(0.6, -0.5, 0.3);
+    let gradient = |checkpoints: Checkpoints| {
+        let mut simulation = running();
+        let mut before = |_: &mut Simulation<'_>| Ok(());
+        let mut by_states = |k: u64, _: &[State]| {
+            let end = StateChange { position: along, ..StateChange::zero() };
+            (k == steps).then(|| vec![end])
+        };
+        let mut run = Run {
+            steps,
+            before: &mut before,
+            by_states: &mut by_states,
+            constants: &[Constant::Friction, Constant::Gravity],
+            checkpoints,
+            compliance: None,
+        };
+        let found = simulation.gradient(&mut run).unwrap();
+        assert_eq!(simulation.index(), steps);
+        (found, simulation.states().to_vec())
+    };
+    let (found, end) = gradient(Checkpoints::default());
+    assert_eq!(gradient(Checkpoints { steps: 7, saved: 3 }), (found.clone(), end.clone()));
+    assert_eq!(found.unsolved + found.unknown + found.kept, 0);
+    assert_eq!(found.wrenches.len() as u64, steps);
+    // Forwards, from a change of the state at the start and of friction.
+    let change = StateChange::from_array(&std::array::from_fn(|k| (k as f64 + 1.0).sin()));
+    let (mut simulation, mut record) = (running(), StepRecord::new());
+    let (mut derivative, mut moving, mut next) = (StepDerivative::new(), vec![change], Vec::new());
+    let friction = [(Constant::Friction, &[0.3][..])];
+    for _ in 0..steps {
+        simulation.step(&mut record).unwrap();
+        simulation.linearise(&record, &mut derivative).unwrap();
+        let step = StepChange { states: &moving, wrenches: &[], constants: &friction };
+        derivative.push(&step, &mut next).unwrap();
+        std::mem::swap(&mut moving, &mut next);
+    }
+    assert_eq!(simulation.states(), end);
+    let forwards = along.dot(&moving[0].position);
+    let backwards = found.states[0].dot(&change) + 0.3 * found.constants[0][0];
+    // Rounding, of 420 systems whose condition is 1/ε = 1e6.
+    assert!((forwards - backwards).abs() <= 1e-6 * forwards.abs(), "{forwards} {backwards}");
+}
+
+/// A derivative that was made of step after step, of which those at rest are the same, is that which was made of each
+/// alone; and a change of the world at rest is not missed.
+#[test]
+fn what_rests_has_the_derivative_of_the_step_before() {
+    let scene = scenario("stack.toml");
+    let mut run = scene.simulation(&Default::default()).unwrap();
+    let (mut record, mut kept) = (StepRecord::new(), StepDerivative::new());
+    let change: Vec<StateChange> = run
+        .states()
+        .iter()
+        .map(|_| StateChange::from_array(&std::array::from_fn(|k| (k as f64 + 1.0).sin())))
+        .collect();
+    let pushed = |derivative: &mut StepDerivative| {
+        let mut end = Vec::new();
+        let change = StepChange { states: &change, ..StepChange::default() };
+        derivative.push(&change, &mut end).unwrap();
+        end
+    };
+    let mut at_rest = 0;
+    for _ in 0..300 {
+        run.step(&mut record).unwrap();
+        run.linearise(&record, &mut kept).unwrap();
+        let mut alone = StepDerivative::new();
+        run.linearise(&record, &mut alone).unwrap();
+        assert_eq!(pushed(&mut kept), pushed(&mut alone));
+        at_rest += usize::from(record.states == record.solution.states);
+    }
+    println!("{at_rest} steps at rest");
+    let heavier = scene.world.with_constants(&[(Constant::Mass, &[9.0; 64][..change.len()])]);
+    let states = run.states().to_vec();
+    let (other, record) = step(&heavier.unwrap(), &states, &[]).unwrap();
+    other.linearise(&record, &mut kept).unwrap();
+    let mut alone = StepDerivative::new();
+    other.linearise(&record, &mut alone).unwrap();
+    assert_eq!(pushed(&mut kept), pushed(&mut alone));
+}

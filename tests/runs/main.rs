@@ -1,0 +1,11 @@
+//! The loop and what is made of it: runs, batches, gradients, saved states.
+
+#[path = "../common/mod.rs"]
+mod common;
+mod gradients;
+mod rollout;
+mod save;
+mod simulation;
+mod threads;
+#[path = "../common/toss.rs"]
+mod toss;

@@ -1,0 +1,219 @@
+//! The simulation loop: what it refuses, what it makes of starts and solvers that are not quite
+//! what they should be, motions swapped in, and records of another world.
+
+use crate::common::{body, points};
+use crate::toss::*;
+use nalgebra::{Matrix3, Vector3};
+use tumble::contact::{Candidates, Plane};
+use tumble::error::Error;
+use tumble::mechanics::{Load, RigidBody, State, Wrench};
+use tumble::simulation::{Motion, Simulation, StepRecord};
+use tumble::step::{ContactForce, Step, StepReport, StepSolution, StepSolver, StepStatus};
+use tumble::world::{Parameters, World};
+
+/// A run may go on on another thread.
+const fn can_be_sent<T: Send>() {}
+const _: () = can_be_sent::<Simulation<'static>>();
+
+/// One line that says what is wrong.
+fn assert_one_sentence(error: &Error) {
+    let text = error.to_string();
+    assert!(text.len() < 200 && !text.contains('\n') && !text.contains(". "), "{text}");
+}
+
+/// The cube with its lowest corner on the ground, moving down and along it.
+fn touching(world: &World) -> State {
+    let mut start = thrown(42);
+    start.velocity = Vector3::new(1.0, 0.5, -1.0);
+    start.position[2] -= world.lowest_height(&[start]);
+    start
+}
+
+/// A quaternion from a file or another program is of unit length to a few digits. The
+/// simulation takes it for the rotation it means: what is left of the difference is a rounding
+/// of the start, grown by an impact.
+#[test]
+fn a_start_of_almost_unit_length_is_solved_like_any_other() {
+    let world = cube_world(SOLID);
+    let start = touching(&world);
+    let longer = State { attitude: (1.0 + 1e-6) * start.attitude, ..start };
+    let (exact, run) = (native_run(&world, start, 50), native_run(&world, longer, 50));
+    assert_eq!(run[0].report.status, StepStatus::Converged);
+    for (step, exact) in run.iter().zip(&exact) {
+        let (k, residual) = (step.index, step.certificate.residual());
+        assert_eq!(step.report.status, exact.report.status, "step {k}");
+        assert!(residual <= 1e-9, "step {k}: {residual:e}");
+        let (pose, motion) = (
+            pose_apart(step.next(), exact.next()),
+            motion_apart(&world, step.next(), exact.next()),
+        );
+        assert!(pose < 1e-12 && motion < 1e-12, "step {k}: {pose:e}, {motion:e}");
+    }
+}
+
+/// The wrench before it stays, and so do the numbers of the run.
+#[test]
+fn a_wrench_that_is_no_number_is_refused() {
+    let world = cube_world(SOLID);
+    let (mut simulation, mut record) = (native(&world, touching(&world)), StepRecord::new());
+    let mut pushed = native(&world, touching(&world));
+    let push = Wrench { force: Vector3::new(0.0, 20.0, 0.0), torque: Vector3::zeros() };
+    simulation.set_wrench(0, push).unwrap();
+    pushed.set_wrench(0, push).unwrap();
+    for number in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e10] {
+        for axis in 0..6 {
+            let mut wrench = Wrench::zero();
+            let part = if axis < 3 { &mut wrench.force } else { &mut wrench.torque };
+            part[axis % 3] = number;
+            assert_one_sentence(&simulation.set_wrench(0, wrench).unwrap_err());
+        }
+    }
+    for _ in 0..20 {
+        simulation.step(&mut record).unwrap();
+        assert!(simulation.state().to_vector().iter().all(|number| number.is_finite()));
+    }
+    for _ in 0..20 {
+        pushed.step(&mut record).unwrap();
+    }
+    assert_eq!(simulation.state(), pushed.state());
+}
+
+#[test]
+fn bodies_that_are_not_there_are_refused() {
+    let world = cube_world(SOLID);
+    let mut simulation = native(&world, touching(&world));
+    assert_one_sentence(&simulation.set_wrench(1, Wrench::zero()).unwrap_err());
+    assert_one_sentence(&simulation.set_load(1, Load::none()).unwrap_err());
+    for count in [0, 2] {
+        let states = vec![touching(&world); count];
+        let refused = Simulation::new(world.clone(), states, Motion::Floating).err().unwrap();
+        assert_one_sentence(&refused);
+    }
+}
+
+/// Two bodies in one place would fly apart in the first step.
+#[test]
+fn bodies_that_overlap_at_the_start_are_refused() {
+    let one = cube_world(SOLID);
+    let bodies = vec![body(&one).clone(), body(&one).clone()];
+    let world = World::new(Parameters { bodies, ..one.parameters().clone() }).unwrap();
+    let states = [touching(&one), touching(&one)];
+    let refused = Simulation::new(world, states, Motion::Floating).err().unwrap();
+    assert_one_sentence(&refused);
+    assert!(refused.to_string().contains("overlap"), "{refused}");
+}
+
+/// A step would throw such a body out of the ground, with 1500 m/s from 3 m. What lies in the
+/// contact band, as recorded states do, is taken; without contact there is no ground.
+#[test]
+fn a_start_deep_below_the_ground_is_refused_and_one_in_the_contact_band_is_not() {
+    let level = cube_world(SOLID);
+    let slope = Plane::new(Vector3::new(0.3, -0.2, 1.0), 0.7).unwrap();
+    let slope =
+        World::new(Parameters { ground: Some(slope), ..level.parameters().clone() }).unwrap();
+    for world in [level, slope] {
+        let at = |height: f64| {
+            let mut start = touching(&world);
+            start.position +=
+                world.ground().unwrap().normal() * (height - world.lowest_height(&[start]));
+            start
+        };
+        for depth in [0.0051, 0.1, 3.0, 1e5] {
+            let motion = Motion::native(&world);
+            let refused = Simulation::new(world.clone(), [at(-depth)], motion).err().unwrap();
+            assert_one_sentence(&refused);
+            let Error::StartBelowGround { depth: found, allowed } = refused else {
+                panic!("{refused}");
+            };
+            // Heights are computed from positions of up to 1e5 m.
+            assert!((found - depth).abs() < 1e-9 && allowed == 0.005, "{refused}");
+            let floating = Simulation::new(world.clone(), [at(-depth)], Motion::Floating);
+            assert!(floating.is_ok(), "{depth}");
+        }
+        for height in [-0.0049, -1e-6, 0.0, 10.0] {
+            let motion = Motion::native(&world);
+            assert!(Simulation::new(world.clone(), [at(height)], motion).is_ok(), "{height}");
+        }
+    }
+}
+
+/// A solver that returns as many states and forces as it is told.
+struct OfSize {
+    states: usize,
+    /// More than there are contacts, or fewer.
+    more: isize,
+}
+
+impl StepSolver for OfSize {
+    fn accepted_residual(&self) -> f64 {
+        1.0
+    }
+
+    fn solve(
+        &mut self,
+        step: &Step<'_>,
+        candidates: &mut Candidates,
+        solution: &mut StepSolution,
+    ) -> Result<StepReport, Error> {
+        let contacts = candidates.contacts();
+        let count = contacts.len().saturating_add_signed(self.more);
+        let force = ContactForce::none(contacts[0].key);
+        solution.states = vec![step.free[0]; self.states];
+        solution.contacts = vec![force; count];
+        Ok(StepReport::without_problem(StepStatus::Converged))
+    }
+}
+
+/// An error and no panic; the simulation stays where it was, and goes on by another solver.
+#[test]
+fn a_solution_of_another_size_than_the_steps_is_an_error() {
+    let world = cube_world(SOLID);
+    let start = touching(&world);
+    let expected = native_run(&world, start, 1).remove(0);
+    for (states, more) in [(0, 0), (2, 0), (1, -1), (1, 1), (0, -1), (2, 5)] {
+        let motion = Motion::contact(OfSize { states, more });
+        let mut simulation = Simulation::new(world.clone(), [start], motion).unwrap();
+        let mut record = StepRecord::new();
+        let error = simulation.step(&mut record).unwrap_err();
+        assert!(matches!(error, Error::Solver { .. }), "{states}, {more}: {error}");
+        assert_one_sentence(&error);
+        assert_eq!((simulation.index(), simulation.state()), (0, &start));
+        simulation.swap_motion(&mut Motion::native(&world));
+        simulation.step(&mut record).unwrap();
+        assert_eq!(record, expected, "{states}, {more}");
+    }
+}
+
+#[test]
+fn a_motion_swapped_in_takes_the_next_steps() {
+    let world = cube_world(SOLID);
+    let mut simulation = native(&world, thrown(42));
+    let mut floating = Motion::Floating;
+    let mut record = StepRecord::new();
+    while simulation.state().position.z > 0.2 && simulation.index() < 400 {
+        simulation.swap_motion(&mut floating);
+        simulation.step(&mut record).unwrap();
+        assert_eq!(record.report.status, StepStatus::Free);
+        simulation.swap_motion(&mut floating);
+    }
+    // Without the ground the cube fell into it; the contact's motion pushes it out.
+    assert!(world.lowest_height(simulation.states()) < -0.5);
+    simulation.step(&mut record).unwrap();
+    assert_ne!(record.report.status, StepStatus::Free);
+}
+
+#[test]
+fn a_record_of_another_world_is_made_anew() {
+    let cube = cube_world(SOLID);
+    let mut record = StepRecord::new();
+    native(&cube, touching(&cube)).step(&mut record).unwrap();
+    assert!(!record.contacts.is_empty());
+    let point = &[Vector3::new(0.1, 0.0, 0.0)];
+    let pendulum = RigidBody::new(1.0, Matrix3::identity(), point).unwrap();
+    let world = World::new(parameters(pendulum)).unwrap();
+    assert_eq!(points(&world), 1);
+    let mut fresh = StepRecord::new();
+    native(&world, thrown(42)).step(&mut record).unwrap();
+    native(&world, thrown(42)).step(&mut fresh).unwrap();
+    assert_eq!(record, fresh);
+}
