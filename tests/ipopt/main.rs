@@ -1,6 +1,8 @@
 //! Ipopt's programs: their derivatives, the ladder of starts, the tutorial's steps, the other solver beside.
 
 mod agreement;
+#[path = "../common/casadi.rs"]
+mod casadi;
 #[path = "../common/mod.rs"]
 mod common;
 mod derivatives;

@@ -1,5 +1,7 @@
 //! Plans: how they are found, and the program of all steps.
 
+#[path = "../common/casadi.rs"]
+mod casadi;
 #[path = "../common/mod.rs"]
 mod common;
 mod plans;
