@@ -1,8 +1,10 @@
 //! Meshes of robots: of their vertices the convex hull counts; for the eye their triangles.
 
-use super::Reading;
 use super::model::{Look, Surface};
+use super::{Reading, collada};
+use crate::error::Error;
 use crate::geometry::Piece;
+use crate::geometry::hull::Face;
 use crate::geometry::mesh::{Mesh, facets_of_obj, facets_of_stl};
 use crate::scenario::shown;
 use nalgebra::Vector3;
@@ -22,6 +24,25 @@ pub struct Hulled {
     pub corners: Vec<[f64; 3]>,
     /// Whether the mesh is closed and convex.
     pub is_whole: bool,
+    /// How far points of the mesh are outside of the planes of the corners' hull, m: more than 0 where the hull of all of
+    /// them has more corners than a piece may have.
+    pub outside: f64,
+}
+
+impl Hulled {
+    /// What is to be said of the hull of a mesh: where it is not that of all of its points.
+    pub fn note(&self, name: &str) -> Option<String> {
+        let (name, count, outside) = (shown::line(name), self.corners.len(), self.outside);
+        (outside > 0.0).then(|| {
+            format!("{name}: a hull of {count} of its corners counts, the others are up to {outside:.1e} m outside")
+        })
+    }
+}
+
+/// What a file's name ends with, in small letters.
+fn extension(name: &str) -> String {
+    let extension = Path::new(name).extension().and_then(|end| end.to_str()).unwrap_or("");
+    extension.to_ascii_lowercase()
 }
 
 /// The facets of a file, their lengths along x, y and z multiplied.
@@ -31,12 +52,13 @@ fn facets(
     scale: [f64; 3],
 ) -> Result<Vec<[Vector3<f64>; 3]>, String> {
     let odd = |why: &dyn std::fmt::Display| odd(name, why);
-    let extension = Path::new(name).extension().and_then(|end| end.to_str()).unwrap_or("");
-    let facets = match &*extension.to_ascii_lowercase() {
+    let facets = match &*extension(name) {
         "stl" => facets_of_stl(&reading.bytes(name, LARGEST_MESH)?),
         "obj" => facets_of_obj(&reading.text(name, LARGEST_MESH)?),
+        "dae" => return Err(odd(&"of .dae the corners alone are read, and no triangles")),
         _ => {
-            return Err(odd(&"only .stl and .obj are read; convert it, or give boxes or capsules"));
+            let why = "only .stl, .obj and .dae are read; convert it, or give boxes or capsules";
+            return Err(odd(&why));
         }
     };
     let facets = facets.map_err(|error| odd(&error))?;
@@ -51,6 +73,12 @@ fn odd(name: &str, why: &dyn std::fmt::Display) -> String {
 
 /// The hull of the mesh of a file.
 pub fn read(reading: &Reading<'_>, name: &str, scale: [f64; 3]) -> Result<Hulled, String> {
+    if extension(name) == "dae" {
+        let points = collada::points(&reading.text(name, LARGEST_MESH)?);
+        let points = points.map_err(|why| odd(name, &why))?.into_iter();
+        let points = points.map(|point| point.component_mul(&Vector3::from(scale)).into());
+        return Ok(Hulled { is_whole: false, ..hull(points).map_err(|why| odd(name, &why))? });
+    }
     let facets = facets(reading, name, scale)?;
     let is_whole = Mesh::from_facets(&facets).and_then(|mesh| mesh.hull()).is_ok();
     let corners = facets.into_iter().flatten().map(|corner| corner.into());
@@ -97,9 +125,56 @@ pub fn hull(points: impl Iterator<Item = [f64; 3]>) -> Result<Hulled, String> {
     let mut known = HashSet::new();
     let points = points.filter(|point| known.insert(bits(point)));
     let points: Vec<_> = points.map(Vector3::from).collect();
-    let piece = Piece::hull(&points, 0.0).map_err(|error| error.to_string())?;
+    let (piece, outside) = match Piece::hull(&points, 0.0) {
+        Err(Error::Count { .. }) if points.len() > LEAST_REDUCED => reduced(&points),
+        whole => whole.map(|piece| (piece, 0.0)),
+    }
+    .map_err(|error| error.to_string())?;
     let corners = piece.core().vertices().iter().map(|&corner| corner.into()).collect();
-    Ok(Hulled { corners, is_whole: true })
+    Ok(Hulled { corners, is_whole: outside == 0.0, outside })
+}
+
+/// Fewer points than this have no hull that is too large.
+const LEAST_REDUCED: usize = 1000;
+/// The corners that a reduced hull may have before it is good enough as it is.
+const MOST_CORNERS: usize = 400;
+/// What may be outside of a reduced hull's planes, in parts of its extent.
+const OUTSIDE: f64 = 1e-3;
+
+/// The hull of some of the points, and how far the others are outside of its planes (m): from the outermost in the 26
+/// directions of a cube's faces, edges and corners on, the farthest point outside of each face is taken in.
+fn reduced(points: &[Vector3<f64>]) -> Result<(Piece, f64), Error> {
+    let mut chosen: Vec<Vector3<f64>> = Vec::new();
+    for number in 0..27 {
+        let digit = |place: i32| f64::from(number / place % 3 - 1);
+        let direction = Vector3::new(digit(1), digit(3), digit(9));
+        let farthest = points.iter().max_by(|a, b| a.dot(&direction).total_cmp(&b.dot(&direction)));
+        chosen.extend(farthest.filter(|farthest| !chosen.contains(farthest)));
+    }
+    let mut left: Vec<_> = points.to_vec();
+    loop {
+        let piece = Piece::hull(&chosen, 0.0)?;
+        let faces = piece.core().faces();
+        let mut farthest = vec![(0.0, None); faces.len()];
+        left.retain(|point| {
+            let above = |face: &Face| face.normal.dot(point) - face.offset;
+            let heights = faces.iter().map(above).enumerate();
+            let Some((face, height)) = heights.max_by(|a, b| a.1.total_cmp(&b.1)) else {
+                return false;
+            };
+            if height > farthest[face].0 {
+                farthest[face] = (height, Some(*point));
+            }
+            height > 0.0
+        });
+        let outside = farthest.iter().fold(0.0_f64, |most, (height, _)| most.max(*height));
+        let allowed = OUTSIDE * 2.0 * piece.core().reach();
+        if outside <= allowed || chosen.len() >= MOST_CORNERS {
+            return Ok((piece, outside));
+        }
+        let taken = farthest.iter().filter(|(height, _)| *height > allowed);
+        chosen.extend(taken.filter_map(|(_, point)| *point));
+    }
 }
 
 /// The name of a file without folder and ending.

@@ -16,6 +16,7 @@
 //! An error is one sentence with the line and the element that it is about.
 
 mod assembly;
+mod collada;
 mod frame;
 mod joining;
 mod left_out;

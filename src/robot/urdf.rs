@@ -14,6 +14,9 @@ use std::collections::HashMap;
 /// More links than this are refused.
 const MOST_LINKS: usize = 2000;
 
+/// Limits of joints are no farther than this, m or rad.
+const FARTHEST: f64 = 1e12;
+
 /// The robot of a file.
 ///
 /// # Errors
@@ -121,6 +124,16 @@ impl<'e> Tree<'e> {
     }
 }
 
+/// A joint that is still to be read, with what hangs on it.
+struct Hanging<'e> {
+    joint: &'e Element,
+    parent: usize,
+    /// Of the joints between links without mass above it: they are joints of the first link below them that has one, in
+    /// the frame of the link that this joint is in, which is here in that of the parent.
+    before: Vec<Joint>,
+    frame: Frame,
+}
+
 struct Reader<'a> {
     reading: &'a Reading<'a>,
     tree: &'a Tree<'a>,
@@ -142,16 +155,34 @@ impl<'a> Reader<'a> {
                 0
             }
             _ => {
-                let free = (!self.reading.is_fixed).then(|| self.free_root(root));
+                let weighs = self.weighs(name)?;
+                if !weighs && !self.reading.is_fixed {
+                    let name = shown::line(name);
+                    self.notes.say(format!(
+                        "{name}, the root link, has no mass and is fixed to the world"
+                    ));
+                }
+                let free = (weighs && !self.reading.is_fixed).then(|| self.free_root(root));
                 self.add_link(root, 0, Frame::identity(), free.into_iter().collect())?
             }
         };
         self.push_below(name, index, &mut todo);
         let mut read = 1;
-        while let Some((joint, parent)) = todo.pop() {
-            let child = end(joint, "child")?;
-            let index = self.read_joint(joint, self.tree.links[child], parent)?;
-            self.push_below(child, index, &mut todo);
+        while let Some(hanging) = todo.pop() {
+            let child = end(hanging.joint, "child")?;
+            let parent = hanging.parent;
+            let (frame, joints) = self.read_joint(&hanging)?;
+            if let Some(below) = self.passes_on(child, &joints)? {
+                self.notes.idle("link without mass between joints");
+                todo.push(Hanging { joint: below, parent, before: joints, frame });
+            } else {
+                let flies = matches!(joints[..], [Joint { moves: Moves::Free, .. }]);
+                // It flies: where its parent goes is nothing to it.
+                let (parent, frame) =
+                    if flies { (0, self.placed[parent].then(&frame)) } else { (parent, frame) };
+                let index = self.add_link(self.tree.links[child], parent, frame, joints)?;
+                self.push_below(child, index, &mut todo);
+            }
             read += 1;
         }
         match read == self.tree.links.len() {
@@ -160,9 +191,44 @@ impl<'a> Reader<'a> {
         }
     }
 
-    fn push_below(&self, name: &str, index: usize, todo: &mut Vec<(&'a Element, usize)>) {
+    fn push_below(&self, name: &str, parent: usize, todo: &mut Vec<Hanging<'a>>) {
         let below = self.tree.below.get(name).map_or(&[][..], Vec::as_slice);
-        todo.extend(below.iter().rev().map(|joint| (*joint, index)));
+        let (before, frame) = (Vec::new(), Frame::identity());
+        let hanging =
+            |joint: &&'a Element| Hanging { joint, parent, before: before.clone(), frame };
+        todo.extend(below.iter().rev().map(hanging));
+    }
+
+    /// The one joint below a link that is nothing but a place between two joints: it has no mass, touches nothing, and
+    /// slides or turns, as what hangs on it.
+    fn passes_on(&self, name: &'a str, joints: &[Joint]) -> Result<Option<&'a Element>, String> {
+        let is_one = |joint: &Joint| matches!(joint.moves, Moves::Hinge | Moves::Slide);
+        let Some([below]) = self.tree.below.get(name).map(Vec::as_slice) else { return Ok(None) };
+        let touches = self.tree.links[name].all("collision").next().is_some();
+        let moves = !matches!(below.own("type"), Some("fixed" | "floating"));
+        let passes = moves
+            && !touches
+            && !joints.is_empty()
+            && joints.iter().all(is_one)
+            && !self.weighs(name)?;
+        Ok(passes.then_some(*below))
+    }
+
+    /// Whether a link, or one that is fixed to it, has a mass.
+    fn weighs(&self, name: &'a str) -> Result<bool, String> {
+        let mut todo = vec![name];
+        // No link twice: each has one parent.
+        while let Some(name) = todo.pop() {
+            if inertial(self.tree.links[name])?.mass > 0.0 {
+                return Ok(true);
+            }
+            for joint in self.tree.below.get(name).into_iter().flatten() {
+                if joint.own("type") == Some("fixed") {
+                    todo.push(end(joint, "child")?);
+                }
+            }
+        }
+        Ok(false)
     }
 
     fn free_root(&self, root: &Element) -> Joint {
@@ -206,12 +272,9 @@ impl<'a> Reader<'a> {
         Ok(index)
     }
 
-    fn read_joint(
-        &mut self,
-        element: &Element,
-        child: &Element,
-        parent: usize,
-    ) -> Result<usize, String> {
+    /// A joint and those before it that its link has too, in the frame of that link; where that is in the parent.
+    fn read_joint(&mut self, hanging: &Hanging<'_>) -> Result<(Frame, Vec<Joint>), String> {
+        let element = hanging.joint;
         let name = element.needed("name")?.to_owned();
         let frame = origin(element)?;
         let kind = element.needed("type")?;
@@ -229,12 +292,8 @@ impl<'a> Reader<'a> {
         let bare = |name: String, moves: Moves| Joint::bare(name, 0, moves, element.at());
         let one = |moves: Moves| Joint { axis, ..bare(name.clone(), moves) };
         let joints = match kind {
-            "fixed" => return self.add_link(child, parent, frame, Vec::new()),
-            "floating" => {
-                // It flies: where its parent goes is nothing to it.
-                let placed = self.placed[parent].then(&frame);
-                return self.add_link(child, 0, placed, vec![bare(name, Moves::Free)]);
-            }
+            "fixed" => Vec::new(),
+            "floating" => vec![bare(name, Moves::Free)],
             "revolute" => vec![self.driven(element, one(Moves::Hinge), true)?],
             "continuous" => vec![self.driven(element, one(Moves::Hinge), false)?],
             "prismatic" => vec![self.driven(element, one(Moves::Slide), true)?],
@@ -253,12 +312,23 @@ impl<'a> Reader<'a> {
                 ));
             }
         };
-        self.add_link(child, parent, frame, joints)
+        let back = frame.rotation().transpose();
+        let moved = |joint: &Joint| Joint {
+            anchor: back * (joint.anchor - frame.position),
+            axis: back * joint.axis,
+            ..joint.clone()
+        };
+        let joints = hanging.before.iter().map(moved).chain(joints).collect();
+        Ok((hanging.frame.then(&frame), joints))
     }
 
     /// A joint that goes with another one, which may stand after it.
     fn read_mimic(&mut self, element: &Element) -> Result<(), String> {
         let Some(mimic) = element.one("mimic")? else { return Ok(()) };
+        if element.own("type") == Some("fixed") {
+            self.notes.idle("mimic of a fixed joint");
+            return Ok(());
+        }
         let turns_or_slides = |name: &str| {
             let index = self.robot.joint(name);
             let moves = index.map(|index| self.robot.joints[index].moves);
@@ -301,7 +371,8 @@ impl<'a> Reader<'a> {
                 limit.wrong(format!("lower is {low:?} and upper {high:?}; lower must not be more"))
             );
         }
-        joint.range = limited.then_some([low, high]);
+        // What is farther away than the solver's largest number is no limit.
+        joint.range = limited.then_some([low, high].map(|limit| limit.clamp(-FARTHEST, FARTHEST)));
         let effort = limit.bounded("effort", 0.0, [0.0, 1e12])?;
         joint.effort = (effort > 0.0).then_some([-effort, effort]);
         if limit.get("velocity").is_some() {
@@ -371,7 +442,7 @@ impl<'a> Reader<'a> {
     }
 
     /// What a shape is made of: one form, or the pieces of a mesh.
-    fn forms(&self, element: &Element) -> Result<Vec<Form>, String> {
+    fn forms(&mut self, element: &Element) -> Result<Vec<Form>, String> {
         if element.tag != "mesh" {
             return Ok(vec![self.form(element)?]);
         }
@@ -379,11 +450,16 @@ impl<'a> Reader<'a> {
         let scale = element.exactly::<3>("scale")?.unwrap_or([1.0; 3]);
         let one = [name.to_owned()];
         let names = self.reading.pieces.get(name).map_or(&one[..], Vec::as_slice);
-        let hull = |name: &String| {
+        let mut forms = Vec::with_capacity(names.len());
+        for name in names {
             let hulled = meshes::read(self.reading, name, scale);
-            Ok(Form::Hull(hulled.map_err(|why| element.wrong(why))?.corners))
-        };
-        names.iter().map(hull).collect()
+            let hulled = hulled.map_err(|why| element.wrong(why))?;
+            if let Some(note) = hulled.note(name) {
+                self.notes.say(note);
+            }
+            forms.push(Form::Hull(hulled.corners));
+        }
+        Ok(forms)
     }
 
     fn form(&self, element: &Element) -> Result<Form, String> {

@@ -151,8 +151,8 @@ fn what_is_not_read_is_named_and_the_shapes_are_drawn() {
     let mesh =
         |file: &str| format!("<visual><geometry><mesh filename=\"{file}\"/></geometry></visual>");
     for (file, why) in [
-        ("trunk.dae", "only .stl and .obj are read"),
-        ("package://own/trunk.dae", "only .stl and .obj are read"),
+        ("trunk.dae", "of .dae the corners alone are read"),
+        ("package://own/trunk.dae", "of .dae the corners alone are read"),
         ("away.stl", "it is not there"),
         ("large.obj", "with its 20001 triangles there are more than 20000"),
     ] {

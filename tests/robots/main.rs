@@ -4,5 +4,6 @@ mod broken;
 mod details;
 mod gears;
 mod looks;
+mod loose;
 mod models;
 mod scenes;

@@ -164,6 +164,18 @@ impl Assembled {
         Some(self.bodies[place].body)
     }
 
+    /// Whether a body of the scene is one of its links.
+    pub(crate) fn has_body(&self, body: usize) -> bool {
+        let of =
+            |carried: &Carried| (carried.body..carried.body + carried.parts.len()).contains(&body);
+        self.bodies.iter().any(of)
+    }
+
+    /// Adds a sentence to what is said of it.
+    pub(crate) fn note(&mut self, sentence: String) {
+        self.robot.notes.push(sentence);
+    }
+
     /// One more than the largest index of its bodies in the scene.
     pub(crate) fn bodies_end(&self) -> usize {
         self.bodies.iter().map(|carried| carried.body + carried.parts.len()).max().unwrap_or(0)

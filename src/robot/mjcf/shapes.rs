@@ -291,6 +291,9 @@ impl Reader<'_> {
                 let name = element.own("name").map_or_else(|| stem(file), str::to_owned);
                 let file = self.mesh_file(file);
                 let found = meshes::read(self.reading, &file, scale);
+                if let Some(note) = found.as_ref().ok().and_then(|found| found.note(&file)) {
+                    self.notes.say(note);
+                }
                 self.files.insert(name.clone(), (file, scale));
                 (name, found)
             }

@@ -97,8 +97,12 @@ pub fn scene_of_robot(
 }
 
 fn of_built(name: String, settings: &Settings, built: Built) -> Result<Scene, Failure> {
+    #[cfg_attr(not(feature = "robot"), expect(unused_mut))]
+    let mut built = built;
+    let world = built.model.world()?;
+    #[cfg(feature = "robot")]
+    let world = robots::keep_overlaps_apart(&mut built.model, &mut built.robots, world)?;
     let Built { model, drawn, .. } = built;
-    let world = model.world()?;
     let place = "several bodies: the tutorial's program is of one";
     refuse_flags(place, &[("--preset", settings.preset.is_some())])?;
     let contact = SolverChoice::new(settings, USUAL_SOLVER)?;

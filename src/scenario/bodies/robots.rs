@@ -3,16 +3,17 @@
 use super::build::Built;
 use super::copies::MOST_BODIES;
 use super::entries::{Files, Turned};
+use crate::contact::{Candidates, Overlap};
 use crate::mechanics::Rotation;
-use crate::robot::model::Robot;
+use crate::robot::model::{Moves, Robot};
 use crate::robot::{Assembled, Frame, LARGEST_FILE, Pieces, Placing, Reading, USUAL_SIDES, read};
 use crate::scenario::failure::Failure;
 use crate::scenario::fields::Numbers;
-use crate::scenario::model::Model;
+use crate::scenario::model::{ApartModel, Model, PartnerModel};
 use crate::scenario::physics::plane as plane_parameters;
 use crate::scenario::settings::Settings;
 use crate::scenario::shown;
-use crate::world::Plane;
+use crate::world::{Plane, World};
 use nalgebra::Vector3;
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -147,11 +148,44 @@ pub fn alone(robot: &Robot, settings: &Settings) -> Result<Built, String> {
     let mut assembled = Assembled::new(robot.clone(), &placing, &mut model)?;
     if let Some(plane) = settings.plane.as_ref().filter(|_| !robot.options.has_world) {
         let lowest = lowest(&model, plane)?;
+        let flies = robot.joints_of(1).iter().any(|joint| joint.moves == Moves::Free);
+        // What is fixed to the world stays where the file has it, if it is not in the ground there.
+        let lowest = if flies { lowest } else { lowest.min(0.0) };
         placing.frame.position -= plane.normal() * lowest;
         model = empty();
         assembled = Assembled::new(robot.clone(), &placing, &mut model)?;
     }
     Ok(Built { model, drawn: false, robots: vec![assembled] })
+}
+
+/// Has links of a robot that overlap at the start by more than a start may never touch each other, as the robot's note
+/// says. What else overlaps stays as it is.
+pub fn keep_overlaps_apart(
+    model: &mut Model,
+    robots: &mut [Assembled],
+    world: World,
+) -> Result<World, Failure> {
+    let mut world = world;
+    let mut told = vec![Vec::new(); robots.len()];
+    loop {
+        // A search remembers the pairs of the world that it was in.
+        let deepest = Candidates::new().overlap_at_start(&world, &model.states(), |_| true);
+        let Some(Overlap { depth, between, .. }) = deepest else { break };
+        let (Some(body), Some(other)) = (between.0.body(), between.1.body()) else { break };
+        let both = |robot: &Assembled| robot.has_body(body) && robot.has_body(other);
+        let Some(robot) = robots.iter().position(both) else { break };
+        model.apart.push(ApartModel { body, partner: PartnerModel::Body(other) });
+        let [first, second] = [body, other].map(|body| &model.bodies[body].name);
+        told[robot].push(format!("{first} and {second} ({depth:.1e} m)"));
+        world = model.world()?;
+    }
+    for (robot, told) in robots.iter_mut().zip(told).filter(|(_, told)| !told.is_empty()) {
+        robot.note(format!(
+            "what overlaps at the start never touches each other: {}",
+            told.join(", ")
+        ));
+    }
+    Ok(world)
 }
 
 /// The least height of any body over the plane, m.

@@ -1,0 +1,258 @@
+//! What files that people have leave open or do against the letter: roots and links without mass, links that overlap, limits
+//! that are none, meshes with too many corners or of Collada.
+
+use std::collections::HashMap;
+use std::io::{Error, ErrorKind};
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use tumble::scenario::scene::Scene;
+use tumble::scenario::settings::Settings;
+use tumble::simulation::{Simulation, StepRecord};
+use tumble::step::StepStatus;
+
+const AIR: &str =
+    "gravity = 9.81\n[ground]\nnone = true\nfriction = 0.5\n[[robots]]\nfile = \"robot.urdf\"\n";
+const GROUND: &str =
+    "gravity = 9.81\n[ground]\nfriction = 0.5\n[[robots]]\nfile = \"robot.urdf\"\n";
+
+fn scene(text: &str, files: &[(&str, &str)]) -> Result<Scene, String> {
+    let files: HashMap<_, _> = files.iter().copied().collect();
+    let read = |path: &Path, _: u64| {
+        let name = path.file_name().and_then(|name| name.to_str()).unwrap_or("");
+        let file = files.get(name).ok_or_else(|| Error::from(ErrorKind::NotFound));
+        file.map(|text| text.as_bytes().to_vec())
+    };
+    let scene = Scene::of_text(text, Path::new("scene.toml"), Settings::default(), &read);
+    scene.map_err(|failure| failure.to_string())
+}
+
+fn robot(text: &str, urdf: &str) -> Scene {
+    scene(text, &[("robot.urdf", urdf)]).unwrap_or_else(|why| panic!("{why}"))
+}
+
+fn after(scene: &Scene, steps: usize) -> Simulation<'static> {
+    let mut simulation = scene.simulation(&Arc::new(AtomicBool::new(false))).unwrap();
+    let mut record = StepRecord::new();
+    for step in 0..steps {
+        simulation.step(&mut record).unwrap();
+        assert!(
+            matches!(
+                record.report.status,
+                StepStatus::Free | StepStatus::Converged | StepStatus::Retried
+            ),
+            "{step}: {:?}",
+            record.report.status
+        );
+    }
+    simulation
+}
+
+/// The note of a scene that has these words.
+fn said(scene: &Scene, words: &str) -> bool {
+    scene.notes().iter().any(|note| note.contains(words))
+}
+
+fn link(name: &str, mass: f64, rest: &str) -> String {
+    if mass == 0.0 {
+        return format!("<link name='{name}'>{rest}</link>");
+    }
+    format!(
+        "<link name='{name}'><inertial><mass value='{mass}'/><inertia ixx='0.02' iyy='0.03' izz='0.04' ixy='0' ixz='0' \
+         iyz='0'/></inertial>{rest}</link>"
+    )
+}
+
+fn joint(kind: &str, [parent, child]: [&str; 2], at: &str, rest: &str) -> String {
+    format!(
+        "<joint name='{child}_joint' type='{kind}'><origin xyz='{at}'/><parent link='{parent}'/><child link='{child}'/>\
+         {rest}</joint>"
+    )
+}
+
+fn shape(form: &str, at: &str) -> String {
+    format!("<collision><origin xyz='{at}'/><geometry>{form}</geometry></collision>")
+}
+
+/// A root without mass cannot fly: it is fixed to the world, and that is said. One that something heavy is fixed to flies.
+#[test]
+fn a_root_without_mass_is_fixed_to_the_world() {
+    let cart = |kind: &str| {
+        let parts = [
+            link("rail", 0.0, &shape("<box size='2 0.1 0.1'/>", "0 0 0")),
+            link("cart", 1.5, ""),
+            joint(
+                kind,
+                ["rail", "cart"],
+                "0 0 0.2",
+                "<axis xyz='0 0 1'/><limit lower='-1e16' upper='1e16'/>",
+            ),
+        ];
+        format!("<robot name='r'>{}</robot>", parts.concat())
+    };
+    let slides = robot(AIR, &cart("prismatic"));
+    assert!(said(&slides, "rail, the root link, has no mass and is fixed"), "{:?}", slides.notes());
+    assert_eq!((slides.bodies.len(), slides.fixed.len()), (1, 1));
+    // The limits of 1e16 m are none: it falls along the rail's axis as if it were free, h² g k (k + 1)/2.
+    let h = slides.world.time_step();
+    let fell = 0.2 - after(&slides, 100).states()[0].position.z;
+    assert!((fell - 9.81 * h * h * 5050.0).abs() < 1e-12, "{fell}");
+    let flies = robot(AIR, &cart("fixed"));
+    assert!(!said(&flies, "the root link"), "{:?}", flies.notes());
+    assert_eq!((flies.bodies.len(), flies.fixed.len()), (1, 0));
+    assert!(after(&flies, 10).states()[0].position.z < 0.2);
+}
+
+/// Links without mass between joints are places alone: the joints are those of the link below, as MJCF has them.
+#[test]
+fn links_without_mass_between_joints_are_places() {
+    let axes = |axis: &str| format!("<axis xyz='{axis}'/><dynamics damping='0.2'/>");
+    let parts = [
+        link("world", 0.0, ""),
+        link("turned", 0.0, ""),
+        link("arm", 2.0, ""),
+        joint("continuous", ["world", "turned"], "0.1 0.2 0.3", &axes("1 0 0")).replace(
+            "<origin xyz='0.1 0.2 0.3'/>",
+            "<origin xyz='0.1 0.2 0.3' rpy='0.3 -0.2 0.9'/>",
+        ),
+        joint("continuous", ["turned", "arm"], "0 0 0", &axes("0 1 0")),
+    ];
+    let urdf = format!("<robot name='r'>{}</robot>", parts.concat()).replace(
+        "<inertial><mass value='2'/>",
+        "<inertial><origin xyz='0.3 0.1 -0.2'/><mass value='2'/>",
+    );
+    let chain = robot(AIR, &urdf);
+    assert_eq!((chain.bodies.len(), chain.joints.len()), (1, 1));
+    let mjcf = "<mujoco><compiler angle='radian' eulerseq='XYZ'/><option gravity='0 0 -9.81'/><worldbody>\
+        <body name='arm' pos='0.1 0.2 0.3' euler='0.3 -0.2 0.9'>\
+        <joint axis='1 0 0' damping='0.2'/><joint axis='0 1 0' damping='0.2'/>\
+        <inertial pos='0.3 0.1 -0.2' mass='2' diaginertia='0.02 0.03 0.04'/></body></worldbody></mujoco>";
+    let known = scene(AIR, &[("robot.urdf", mjcf)]).unwrap_or_else(|why| panic!("{why}"));
+    let [ours, theirs] = [&chain, &known].map(|scene| after(scene, 300).states()[0].position);
+    assert!((ours - theirs).amax() < 1e-9, "{ours} {theirs}");
+    assert!((ours - chain.starts[0].position).amax() > 0.05);
+}
+
+/// Links that are in each other from the start never touch each other, and that is said; others do.
+#[test]
+fn what_overlaps_at_the_start_never_touches() {
+    let ball = |at: &str| shape("<sphere radius='0.1'/>", at);
+    let third = |gap: &str| {
+        let parts = [
+            link("base", 1.0, &ball("0 0 0")),
+            link("middle", 1.0, ""),
+            link("hand", 1.0, &ball("0 0 0")),
+            joint("continuous", ["base", "middle"], "0 0 0.3", "<axis xyz='1 0 0'/>"),
+            joint("continuous", ["middle", "hand"], gap, "<axis xyz='1 0 0'/>"),
+        ];
+        format!("<robot name='r'>{}</robot>", parts.concat())
+    };
+    let inside = robot(AIR, &third("0 0.05 -0.2"));
+    assert!(
+        said(&inside, "overlaps at the start never touches each other: base and hand (8"),
+        "{:?}",
+        inside.notes()
+    );
+    let simulation = after(&inside, 200);
+    let between = simulation.states()[0].position - simulation.states()[2].position;
+    assert!(between.norm() < 0.2, "{between}");
+    let beside = robot(AIR, &third("0 0.3 -0.2"));
+    assert!(beside.notes().iter().all(|note| !note.contains("overlap")), "{:?}", beside.notes());
+    // What is of two robots is refused as ever.
+    let two = format!(
+        "{AIR}[[robots]]\nfile = \"robot.urdf\"\nprefix = \"other-\"\nposition = [0, 0, 0.05]\n"
+    );
+    let why = scene(&two, &[("robot.urdf", &third("0 0.3 -0.2"))]).err().unwrap_or_default();
+    assert!(why.contains("overlap by"), "{why}");
+}
+
+/// An ellipsoid of 12 000 triangles as a mesh: some of its corners stand for all, the least distance says how well, and what
+/// lies on the ground lies as high as the ellipsoid would to that.
+#[test]
+fn a_mesh_with_too_many_corners_is_a_hull_of_some() {
+    const HALF: [f64; 3] = [0.3, 0.2, 0.1];
+    let (rings, around) = (60, 100);
+    let mut obj = String::new();
+    for ring in 0..=rings {
+        let polar = std::f64::consts::PI * f64::from(ring) / f64::from(rings);
+        for step in 0..around {
+            let turn = std::f64::consts::TAU * f64::from(step) / f64::from(around);
+            let unit = [polar.sin() * turn.cos(), polar.sin() * turn.sin(), polar.cos()];
+            let [x, y, z] = std::array::from_fn(|k| HALF[k] * unit[k]);
+            obj += &format!("v {x} {y} {z}\n");
+        }
+    }
+    for ring in 0..rings {
+        for step in 0..around {
+            let corner = |ring: i32, step: i32| 1 + ring * around + step % around;
+            let [a, b] = [corner(ring, step), corner(ring, step + 1)];
+            let [c, d] = [corner(ring + 1, step), corner(ring + 1, step + 1)];
+            obj += &format!("f {a} {c} {d}\nf {a} {d} {b}\n");
+        }
+    }
+    let urdf = format!(
+        "<robot name='r'>{}</robot>",
+        link("stone", 1.0, &shape("<mesh filename='stone.obj'/>", "0 0 0"))
+    );
+    let text = format!("{GROUND}position = [0, 0, 0.1]\n");
+    let stone = scene(&text, &[("robot.urdf", &urdf), ("stone.obj", &obj)]);
+    let stone = stone.unwrap_or_else(|why| panic!("{why}"));
+    assert!(said(&stone, "stone.obj: a hull of "), "{:?}", stone.notes());
+    let body = &stone.world.bodies()[0];
+    let corners = body.pieces()[0].core().vertices();
+    assert!((100..1000).contains(&corners.len()), "{}", corners.len());
+    // All are corners of the mesh, on the ellipsoid.
+    for corner in corners {
+        let size = (0..3).map(|k| (corner[k] / HALF[k]).powi(2)).sum::<f64>();
+        assert!((size - 1.0).abs() < 1e-12, "{corner}");
+    }
+    let height = after(&stone, 50).states()[0].position.z;
+    assert!((0.1 - 3e-3..=0.1 + 1e-9).contains(&height), "{height}");
+}
+
+/// A box of Collada in centimetres, turned and moved by its nodes, is the box.
+#[test]
+fn the_points_of_collada_are_where_its_nodes_put_them() {
+    let corners: Vec<_> = (0..8)
+        .map(|k| format!("{} {} {}", 10 * (k & 1), 20 * (k >> 1 & 1), 30 * (k >> 2 & 1)))
+        .collect();
+    let dae = format!(
+        "<?xml version='1.0'?><COLLADA xmlns='http://www.collada.org/2005/11/COLLADASchema' version='1.4.1'>\
+         <asset><unit name='centimeter' meter='0.01'/><up_axis>Y_UP</up_axis></asset><library_geometries>\
+         <geometry id='box'><mesh><source id='places'><float_array id='numbers' count='24'>{}</float_array></source>\
+         <vertices id='corners'><input semantic='POSITION' source='#places'/></vertices></mesh></geometry>\
+         </library_geometries><library_visual_scenes><visual_scene id='all'><node><translate>0 0 50</translate>\
+         <rotate>0 0 1 90</rotate><node><scale>2 1 1</scale><instance_geometry url='#box'/></node></node>\
+         </visual_scene></library_visual_scenes><scene><instance_visual_scene url='#all'/></scene></COLLADA>",
+        corners.join(" ")
+    );
+    let urdf = format!(
+        "<robot name='r'>{}</robot>",
+        link("box", 1.0, &shape("<mesh filename='box.dae' scale='1 1 3'/>", "0 0 0"))
+    );
+    let with = |dae: &str| scene(AIR, &[("robot.urdf", &urdf), ("box.dae", dae)]);
+    let made = with(&dae).unwrap_or_else(|why| panic!("{why}"));
+    let corners = made.world.bodies()[0].pieces()[0].core().vertices();
+    assert_eq!(corners.len(), 8);
+    let bounds = |k: usize| {
+        let along = || corners.iter().map(move |corner| corner[k]);
+        [along().fold(f64::INFINITY, f64::min), along().fold(f64::NEG_INFINITY, f64::max)]
+    };
+    // x of the box, twice as long, runs along y; y along −x; z begins at 0.5 m and is stretched by 3.
+    for (k, known) in [[-0.2, 0.0], [0.0, 0.2], [1.5, 2.4]].iter().enumerate() {
+        let found = bounds(k);
+        assert!((0..2).all(|end| (found[end] - known[end]).abs() < 1e-15), "{k}: {found:?}");
+    }
+    for (from, to, words) in [
+        ("#box", "#none", "there is no <geometry> \"none\""),
+        ("10 0 0", "10 0 x", "\"x\" is no number"),
+        ("<rotate>0 0 1 90", "<rotate>0 0 1", "3 numbers are given, and 4 needed"),
+        ("0.01", "NaN", "\"NaN\" is no number"),
+        ("<translate>0 0 50</translate>", "<skew>1 2</skew>", "<skew> is not supported"),
+        ("</COLLADA>", "", "no XML"),
+        ("COLLADA", "SCENE", "it is no Collada file"),
+    ] {
+        let why = with(&dae.replace(from, to)).err().unwrap_or_default();
+        assert!(why.contains(words) && why.contains("box.dae"), "{to}: {why}");
+    }
+}
