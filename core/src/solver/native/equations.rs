@@ -10,7 +10,7 @@ use super::policy::Policy;
 use super::tolerances::{RESTLESS, Tolerances};
 use crate::joint::Graph;
 use crate::step::Step;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, SMatrix, Vector3};
 
 /// The new velocities of a body, V = (v⁺, ω⁺).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -159,6 +159,45 @@ impl Gain {
             Self::Spring(stiffness) => -stiffness,
             Self::Full(gain) => gain[(0, 0)],
         }
+    }
+}
+
+/// A gain in its factors, D = T diag(g) Fᵀ, where what is large and what is nothing stand apart: a motion that a stiff row does
+/// not see makes exactly nothing of it, which of the entries of D is only so to rounding.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Factored {
+    /// T: the impulses of the rows.
+    pub(super) to: Matrix3<f64>,
+    pub(super) gains: Vector3<f64>,
+    /// F: the rows, an orthonormal frame.
+    pub(super) from: Matrix3<f64>,
+}
+
+impl Factored {
+    /// That of an open coupling.
+    pub(super) fn nothing() -> Self {
+        Self::along(&Matrix3::identity(), Vector3::zeros())
+    }
+
+    /// Gains along the axes `frame`, each by itself.
+    pub(super) fn along(frame: &Matrix3<f64>, gains: Vector3<f64>) -> Self {
+        Self { to: *frame, gains, from: *frame }
+    }
+
+    /// T diag(g) of columns of motions along the rows.
+    #[inline]
+    pub(super) fn impulses<const C: usize>(&self, rows: &SMatrix<f64, 3, C>) -> SMatrix<f64, 3, C> {
+        let mut impulses = *rows;
+        for column in impulses.data.0.iter_mut() {
+            let along = Vector3::from(*column).component_mul(&self.gains);
+            *column = (self.to * along).data.0[0];
+        }
+        impulses
+    }
+
+    /// diag(g) Tᵀ of derivatives by the impulse: those by the motions along the rows.
+    pub(super) fn pulled(&self, by_impulse: &Vector3<f64>) -> Vector3<f64> {
+        self.to.tr_mul(by_impulse).component_mul(&self.gains)
     }
 }
 

@@ -18,6 +18,8 @@
 mod constants;
 mod coupling;
 mod island;
+mod point;
+mod refined;
 mod slopes;
 mod tied;
 
@@ -29,7 +31,7 @@ use crate::mechanics::{State, Wrench};
 use crate::step::{Step, StepSolution};
 use crate::world::{Constant, World};
 use constants::{Constants, Shape};
-use island::{LinearIsland, coupling_change, numbers};
+use island::LinearIsland;
 use nalgebra::{SMatrix, Vector3};
 use tied::Slots;
 

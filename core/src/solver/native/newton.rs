@@ -4,16 +4,13 @@
 
 use super::coupling::Coupling;
 use super::effort::Effort;
-use super::equations::{Elimination, Equations, Point, Residual, Velocities, reserve};
+use super::equations::{Elimination, Equations, Factored, Point, Residual, Velocities, reserve};
 use super::law::{NaturalMap, Piece, Pull};
 use super::tolerances::{
     CORRECTIONS, JUMPS, KEPT_FACTORS, NEWTON_ITERATIONS, ROLLING_CORRECTIONS, SETTLING,
     SHORTEST_STEP, SUFFICIENT_DECREASE, WHOLE_STEPS,
 };
 use nalgebra::Vector3;
-
-/// Every coupling eliminated, and the piece that it is on.
-pub(super) type Linearised<'a, E> = (&'a [Elimination<<E as Equations>::Slope>], &'a [Piece]);
 
 /// A point of the iteration.
 #[derive(Debug, Clone)]
@@ -188,7 +185,7 @@ impl<E: Equations> Newton<E> {
     }
 
     /// Linearises `law`, which must be the one evaluated last, at `iterate` with the compliance `matrix`, and
-    /// factorises the system of the velocities: what every coupling answers, and the piece that it is on. `None`
+    /// factorises the [system](Self::system) of the velocities: the piece that every coupling is on. `None`
     /// where the system is singular.
     pub(super) fn linearise(
         &mut self,
@@ -196,16 +193,16 @@ impl<E: Equations> Newton<E> {
         map: &NaturalMap,
         matrix: f64,
         iterate: &Iterate<E>,
-    ) -> Option<Linearised<'_, E>> {
+    ) -> Option<&[Piece]> {
         self.find_pieces(equations, map, iterate);
         self.kept.are_good = false;
         let is_regular = self.set_direction(equations, matrix, iterate);
-        is_regular.then_some((&self.eliminations, &self.pieces))
+        is_regular.then_some(&*self.pieces)
     }
 
-    /// The system that was factorised last.
-    pub(super) fn system(&mut self) -> &mut E::System {
-        &mut self.system
+    /// The system that was factorised last, and the couplings eliminated from it.
+    pub(super) fn system(&mut self) -> (&mut E::System, &[Elimination<E::Slope>]) {
+        (&mut self.system, &self.eliminations)
     }
 
     /// Moves a solution of `law` to the limit of vanishing compliance (N9): the law without
@@ -391,6 +388,17 @@ impl<E: Equations> Iterate<E> {
     /// How far every coupling is from the next piece of its law, m/s; of the last evaluation.
     pub(super) fn margins(&self, equations: &E) -> impl Iterator<Item = f64> {
         self.pulls.iter().map(|pull| pull.margin(equations.graphs()))
+    }
+
+    /// The gain of coupling `index` on a piece in its factors, with ε = `compliance`; of the last evaluation.
+    pub(super) fn factored(
+        &self,
+        equations: &E,
+        (index, piece): (usize, Piece),
+        compliance: f64,
+    ) -> Factored {
+        let of = (&equations.couplings()[index], equations.graphs());
+        self.pulls[index].factored(piece, of, compliance)
     }
 
     /// u of every coupling, m/s, of the last evaluation.
