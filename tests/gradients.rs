@@ -3,6 +3,8 @@
 
 #[path = "gradients/batch.rs"]
 mod batch;
+#[path = "gradients/columns.rs"]
+mod columns;
 #[path = "gradients/digits.rs"]
 mod digits;
 #[path = "gradients/joints.rs"]

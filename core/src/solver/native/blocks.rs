@@ -194,7 +194,10 @@ impl BlockSystem {
             }
             return;
         }
-        for (pivot, factors) in self.pivots.iter().enumerate() {
+        // Nothing comes before the first places that have numbers.
+        let first = values.iter().position(|value| *value != SMatrix::<f64, 6, C>::zeros());
+        let first = first.unwrap_or(values.len());
+        for (pivot, factors) in self.pivots.iter().enumerate().skip(first) {
             factors.solve_block(&mut values[pivot]);
             let value = values[pivot];
             for i in pattern.row(pivot) {

@@ -10,7 +10,7 @@ use super::policy::Policy;
 use super::tolerances::{RESTLESS, Tolerances};
 use crate::joint::Graph;
 use crate::step::Step;
-use nalgebra::{Matrix3, SMatrix, Vector3};
+use nalgebra::{Matrix3, Vector3};
 
 /// The new velocities of a body, V = (v⁺, ω⁺).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -182,22 +182,6 @@ impl Factored {
     /// Gains along the axes `frame`, each by itself.
     pub(super) fn along(frame: &Matrix3<f64>, gains: Vector3<f64>) -> Self {
         Self { to: *frame, gains, from: *frame }
-    }
-
-    /// T diag(g) of columns of motions along the rows.
-    #[inline]
-    pub(super) fn impulses<const C: usize>(&self, rows: &SMatrix<f64, 3, C>) -> SMatrix<f64, 3, C> {
-        let mut impulses = *rows;
-        for column in impulses.data.0.iter_mut() {
-            let along = Vector3::from(*column).component_mul(&self.gains);
-            *column = (self.to * along).data.0[0];
-        }
-        impulses
-    }
-
-    /// diag(g) Tᵀ of derivatives by the impulse: those by the motions along the rows.
-    pub(super) fn pulled(&self, by_impulse: &Vector3<f64>) -> Vector3<f64> {
-        self.to.tr_mul(by_impulse).component_mul(&self.gains)
     }
 }
 

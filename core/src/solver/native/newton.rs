@@ -12,6 +12,9 @@ use super::tolerances::{
 };
 use nalgebra::Vector3;
 
+/// Every coupling eliminated, and the piece that it is on.
+pub(super) type Linearised<'a, E> = (&'a [Elimination<<E as Equations>::Slope>], &'a [Piece]);
+
 /// A point of the iteration.
 #[derive(Debug, Clone)]
 pub(super) struct Iterate<E: Equations> {
@@ -185,7 +188,7 @@ impl<E: Equations> Newton<E> {
     }
 
     /// Linearises `law`, which must be the one evaluated last, at `iterate` with the compliance `matrix`, and
-    /// factorises the [system](Self::system) of the velocities: the piece that every coupling is on. `None`
+    /// factorises the system of the velocities: what every coupling answers, and the piece that it is on. `None`
     /// where the system is singular.
     pub(super) fn linearise(
         &mut self,
@@ -193,16 +196,16 @@ impl<E: Equations> Newton<E> {
         map: &NaturalMap,
         matrix: f64,
         iterate: &Iterate<E>,
-    ) -> Option<&[Piece]> {
+    ) -> Option<Linearised<'_, E>> {
         self.find_pieces(equations, map, iterate);
         self.kept.are_good = false;
         let is_regular = self.set_direction(equations, matrix, iterate);
-        is_regular.then_some(&*self.pieces)
+        is_regular.then_some((&self.eliminations, &self.pieces))
     }
 
-    /// The system that was factorised last, and the couplings eliminated from it.
-    pub(super) fn system(&mut self) -> (&mut E::System, &[Elimination<E::Slope>]) {
-        (&mut self.system, &self.eliminations)
+    /// The system that was factorised last.
+    pub(super) fn system(&mut self) -> &mut E::System {
+        &mut self.system
     }
 
     /// Moves a solution of `law` to the limit of vanishing compliance (N9): the law without

@@ -10,7 +10,7 @@ use super::super::pair_motion::{PairSlope, stacked};
 use super::{Both, GearRow, Island, Kind, Link, Source};
 use crate::joint::{Axis, AxisStart, Drive, GearAxis, Graph, JointAxis};
 use crate::step::{Step, StepSolution};
-use nalgebra::{Matrix3, Matrix3x6, RowVector6, SMatrix, Vector3, Vector6};
+use nalgebra::{Matrix3, RowVector6, Vector3, Vector6};
 
 /// The most bodies of a gear.
 const MOST: usize = 4;
@@ -103,47 +103,6 @@ pub(in super::super) struct GearSlope(Bodies<RowVector6<f64>>);
 impl GearSlope {
     pub(super) fn bodies(&self) -> impl Iterator<Item = (usize, RowVector6<f64>)> + '_ {
         self.0.iter()
-    }
-}
-
-impl IslandSlope {
-    /// δu for columns of changes of the velocities.
-    #[inline]
-    pub(in super::super) fn times<const C: usize>(
-        &self,
-        changes: &[SMatrix<f64, 6, C>],
-    ) -> SMatrix<f64, 3, C> {
-        match self {
-            Self::Pair(PairSlope { a, b }) => {
-                let by = |(body, slope): &(usize, Matrix3x6<f64>)| slope * changes[*body];
-                let of_a = by(a);
-                b.as_ref().map_or(of_a, |b| of_a + by(b))
-            }
-            Self::Gear(slope) => {
-                let mut along = SMatrix::<f64, 3, C>::zeros();
-                for (body, slope) in slope.bodies() {
-                    let mut row = along.row_mut(0);
-                    row += slope * changes[body];
-                }
-                along
-            }
-        }
-    }
-
-    /// Adds to derivatives by the velocities what those by u make of them.
-    pub(in super::super) fn pull(&self, by: &Vector3<f64>, velocities: &mut [Vector6<f64>]) {
-        match self {
-            Self::Pair(PairSlope { a, b }) => {
-                for (body, slope) in std::iter::once(a).chain(b) {
-                    velocities[*body] += slope.tr_mul(by);
-                }
-            }
-            Self::Gear(slope) => {
-                for (body, slope) in slope.bodies() {
-                    velocities[body] += slope.transpose() * by[0];
-                }
-            }
-        }
     }
 }
 

@@ -3,10 +3,12 @@
 //!
 //! Equation numbers are those of `docs/gradients.md`.
 
+use super::super::equations::Factored;
 use super::super::law::Law;
-use super::{Island, IslandSystem, JointPlace, Kind};
+use super::super::pair_motion::PairSlope;
+use super::{Island, IslandSlope, IslandSystem, JointPlace, Kind};
 use crate::joint::Segment;
-use nalgebra::{Matrix3, SMatrix, Vector3, Vector6};
+use nalgebra::{Matrix3, Matrix3x6, Matrix6x3, SMatrix, Vector3, Vector6};
 
 /// The row of a gear.
 #[derive(Debug, Clone, Copy)]
@@ -19,30 +21,74 @@ pub(in super::super) struct GearRow {
     pub(in super::super) offset: f64,
 }
 
+/// What the rows of a coupling see of a body of it, and what a motion along them makes of the right-hand sides of that body's
+/// equations of motion: with the gain D = T diag(g) Fᵀ, Fᵀ J and H T diag(g).
+#[derive(Debug, Clone, Copy)]
+pub(in super::super) struct HeldSide {
+    pub(in super::super) body: usize,
+    pub(in super::super) rows: Matrix3x6<f64>,
+    pub(in super::super) effect: Matrix6x3<f64>,
+}
+
 impl Island {
-    /// Adds to the right-hand sides of the equations of motion, each over its body's mass, what columns of impulses of a
-    /// coupling make of them: with H of (N12)
+    /// The sides of a coupling of this slope and gain.
+    pub(in super::super) fn hold(
+        &self,
+        coupling: usize,
+        (slope, gain): (&IslandSlope, &Factored),
+        sides: &mut Vec<HeldSide>,
+    ) {
+        let of = (&self.links[coupling], &self.setting.couplings[coupling]);
+        let impulses = gain.to * Matrix3::from_diagonal(&gain.gains);
+        match (slope, of.0.kind) {
+            (IslandSlope::Pair(PairSlope { a, b }), _) => {
+                let slopes = std::iter::once(a).chain(b);
+                for ((body, share, torque_map), (_, slope)) in self.sides(of).zip(slopes) {
+                    let mut effect = Matrix6x3::zeros();
+                    if of.0.pushes() {
+                        effect.fixed_rows_mut::<3>(0).copy_from(&(impulses * share));
+                    }
+                    effect.fixed_rows_mut::<3>(3).copy_from(&(torque_map * impulses * share));
+                    sides.push(HeldSide { body, rows: gain.from.tr_mul(slope), effect });
+                }
+            }
+            (IslandSlope::Gear(slope), Kind::Gear(gear)) => {
+                for ((body, slope), (_, wrench)) in slope.bodies().zip(self.gears[gear].sides()) {
+                    let (mut rows, mut effect) = (Matrix3x6::zeros(), Matrix6x3::zeros());
+                    rows.row_mut(0).copy_from(&slope);
+                    effect.column_mut(0).copy_from(&(wrench * gain.gains[0]));
+                    sides.push(HeldSide { body, rows, effect });
+                }
+            }
+            (IslandSlope::Gear(_), _) => {}
+        }
+    }
+
+    /// Adds to columns of right-hand sides of the equations of motion, each over its body's mass, from the column `first` on
+    /// what columns of impulses of a coupling make of them: with H of (N12)
     ///
     /// ```text
     /// rhs_A += H_A δp̂,   rhs_B += H_B δp̂                                         (G6)
     /// ```
     #[inline]
-    pub(in super::super) fn add_impulses<const C: usize>(
+    pub(in super::super) fn add_impulses<const K: usize, const C: usize>(
         &self,
         coupling: usize,
-        impulse: &SMatrix<f64, 3, C>,
-        rhs: &mut [SMatrix<f64, 6, C>],
+        impulse: &SMatrix<f64, 3, K>,
+        (rhs, first): (&mut [SMatrix<f64, 6, C>], usize),
     ) {
         let of = (&self.links[coupling], &self.setting.couplings[coupling]);
         if let Kind::Gear(gear) = of.0.kind {
             for (member, wrench) in self.gears[gear].sides() {
-                rhs[member] += wrench * impulse.row(0);
+                let mut columns = rhs[member].fixed_columns_mut::<K>(first);
+                columns += wrench * impulse.row(0);
             }
             return;
         }
         let pushes = of.0.pushes();
         for (member, share, torque_map) in self.sides(of) {
-            for (rhs, impulse) in rhs[member].data.0.iter_mut().zip(&impulse.data.0) {
+            let columns = rhs[member].data.0[first..].iter_mut();
+            for (rhs, impulse) in columns.zip(&impulse.data.0) {
                 let along = Vector3::from(*impulse) * share;
                 let turning = torque_map * along;
                 for k in 0..3 {
@@ -56,19 +102,21 @@ impl Island {
     }
 
     /// The same of columns of torques on its two bodies, each in its own frame: M/m (0, δτ_A) and −M/m (0, δτ_B).
-    pub(in super::super) fn add_torques<const C: usize>(
+    pub(in super::super) fn add_torques<const K: usize, const C: usize>(
         &self,
         coupling: usize,
-        torques: &SMatrix<f64, 6, C>,
-        rhs: &mut [SMatrix<f64, 6, C>],
+        torques: &SMatrix<f64, 6, K>,
+        (rhs, first): (&mut [SMatrix<f64, 6, C>], usize),
     ) {
         let of = (&self.links[coupling], &self.setting.couplings[coupling]);
         if let Kind::Gear(_) = of.0.kind {
             return;
         }
         for (side, (member, share, _)) in self.sides(of).enumerate() {
-            let mut part = rhs[member].fixed_rows_mut::<3>(3);
-            part += torques.fixed_rows::<3>(3 * side) * share;
+            let columns = rhs[member].data.0[first..].iter_mut();
+            for (rhs, torques) in columns.zip(&torques.data.0) {
+                (0..3).for_each(|k| rhs[3 + k] += torques[3 * side + k] * share);
+            }
         }
     }
 

@@ -2,7 +2,6 @@
 //!
 //! Equation numbers are those of `docs/gradients.md`.
 
-use super::super::equations::Factored;
 use super::super::law::Piece;
 use super::constants::Constants;
 use super::slopes::{RowsChange, Slopes};
@@ -37,7 +36,7 @@ impl LinearCoupling {
         step: &Step<'_>,
         (contact, placed, index): (&Contact, &Placed, usize),
         next: &[State],
-        (piece, gain, impulse): (Piece, &Factored, Vector3<f64>),
+        (piece, from, impulse): (Piece, &Matrix3<f64>, Vector3<f64>),
     ) -> Self {
         let (world, key) = (step.world, &contact.key);
         let bodies = [Some(key.body), key.partner.body()];
@@ -64,7 +63,7 @@ impl LinearCoupling {
             slopes: Slopes::of(bodies),
             rotations: bodies.map(rotation),
             tangent,
-            from: gain.from,
+            from: *from,
             impulse,
             by_friction,
             of_world: world.law_by_world(key.body, key.partner),

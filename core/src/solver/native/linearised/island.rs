@@ -139,15 +139,20 @@ impl LinearIsland {
     fn selects(&mut self, step: &Step<'_>, view: &IslandView<'_>) -> Result<bool, Error> {
         /// Impulses that differ by less than this part of the largest are the same.
         const SAME: f64 = 1e-8;
-        for (point, compliance) in points(&mut self.points, self.is_one).zip(COMPLIANCES) {
-            point.begin(&self.island, step, view);
-            self.found.clone_from(&point.iterate.impulses);
-            if !point.solve(&self.island, step, view, compliance)? {
-                return Ok(false);
-            }
+        let Self { island, points: [near, far], found, .. } = self;
+        near.begin(island, step, view);
+        found.clone_from(&near.iterate.impulses);
+        if !near.solve(island, step, view, COMPLIANCES[0])? {
+            return Ok(false);
         }
         if self.is_one {
             return Ok(true);
+        }
+        // As far again from the solution that was found, where the second one is but for terms of second order.
+        far.begin(island, step, view);
+        far.go_on(near);
+        if !far.solve(island, step, view, COMPLIANCES[1])? {
+            return Ok(false);
         }
         let [near, far] = self.points.each_ref().map(|point| &point.iterate.impulses);
         let apart = |a: &[Vector3<f64>], b: &[Vector3<f64>]| {
@@ -222,25 +227,25 @@ impl LinearIsland {
             }
             if !change.states.is_empty() {
                 for coupling in &*couplings {
-                    one.add(island, coupling.index, &coupling.slopes.pushed(change.states));
+                    one.add(island, (coupling.index, 0), &coupling.slopes.pushed(change.states));
                 }
                 for rows in &*joints {
-                    one.add(island, rows.coupling, &rows.slopes.pushed(change.states));
+                    one.add(island, (rows.coupling, 0), &rows.slopes.pushed(change.states));
                 }
                 for gear in &*gears {
-                    one.add(island, gear.coupling, &gear.pushed(change.states));
+                    one.add(island, (gear.coupling, 0), &gear.pushed(change.states));
                 }
             }
             if let Some(constants) = &constants {
                 for coupling in &*couplings {
-                    one.add(island, coupling.index, &coupling.by_constants(constants));
+                    one.add(island, (coupling.index, 0), &coupling.by_constants(constants));
                 }
                 for rows in &*joints {
-                    one.add(island, rows.coupling, &rows.by_constants(constants.numbers));
+                    one.add(island, (rows.coupling, 0), &rows.by_constants(constants.numbers));
                 }
                 let longer = (constants.numbers)(Constant::TimeStep, 0);
                 for gear in &*gears {
-                    one.add(island, gear.coupling, &gear.by_time_step(longer));
+                    one.add(island, (gear.coupling, 0), &gear.by_time_step(longer));
                 }
             }
             match free {
@@ -272,19 +277,18 @@ impl LinearIsland {
             let LinearPoint { newton, held, couplings, joints, gears, twelve, .. } = point;
             twelve.begin(bodies.len(), island.couplings().len());
             twelve.rhs[own] = island.members()[own].change_by_state();
-            for coupling in &*couplings {
-                if let Some(columns) = coupling.slopes.by_state(body) {
-                    twelve.add(island, coupling.index, &columns);
-                }
-            }
-            for rows in &*joints {
-                if let Some(columns) = rows.slopes.by_state(body) {
-                    twelve.add(island, rows.coupling, &columns);
+            let of_contacts = couplings.iter().map(|coupling| (coupling.index, &coupling.slopes));
+            let of_joints = joints.iter().map(|rows| (rows.coupling, &rows.slopes));
+            for (index, slopes) in of_contacts.chain(of_joints) {
+                let Some((by_pose, by_velocity)) = slopes.by_state(body) else { continue };
+                twelve.add(island, (index, 0), &by_pose);
+                if let Some(by_velocity) = by_velocity {
+                    twelve.add(island, (index, 6), &by_velocity);
                 }
             }
             for gear in &*gears {
-                if let Some(columns) = gear.by_state(body) {
-                    twelve.add(island, gear.coupling, &columns);
+                if let Some(by_pose) = gear.by_state(body) {
+                    twelve.add(island, (gear.coupling, 0), &by_pose);
                 }
             }
             match free {

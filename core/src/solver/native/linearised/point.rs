@@ -63,6 +63,18 @@ impl LinearPoint {
         island.extend_previous(step, impulses);
     }
 
+    /// Goes from the solution where it is to `other` and as far again.
+    pub(super) fn go_on(&mut self, other: &Self) {
+        let (own, to) = (&mut self.iterate, &other.iterate);
+        for (own, to) in own.velocity.iter_mut().zip(&to.velocity) {
+            own.linear = to.linear * 2.0 - own.linear;
+            own.spin = to.spin * 2.0 - own.spin;
+        }
+        for (own, to) in own.impulses.iter_mut().zip(&to.impulses) {
+            *own = to * 2.0 - *own;
+        }
+    }
+
     /// Makes it that of a body by itself, of which the solution is that which was found.
     pub(super) fn set_free(
         &mut self,
@@ -125,29 +137,25 @@ impl LinearPoint {
     ) -> Option<()> {
         let map = NaturalMap::with_compliance(compliance);
         let Self { newton, iterate, held, couplings, joints, gears, .. } = self;
-        let pieces = newton.linearise(island, &map, compliance, iterate)?;
-        held.couplings.clear();
-        for (index, piece) in pieces.iter().enumerate() {
-            let gain = iterate.factored(island, (index, *piece), compliance);
-            if gain.gains != Vector3::zeros() {
-                held.couplings.push((index, gain));
-            }
-        }
+        let (eliminations, pieces) = newton.linearise(island, &map, compliance, iterate)?;
         let members = island.members().iter().zip(&iterate.velocity);
-        held.turning.clear();
-        held.turning.extend(members.map(|(member, velocity)| member.angular_slope(&velocity.spin)));
+        held.begin(members.map(|(member, velocity)| member.angular_slope(&velocity.spin)));
         for (&body, velocity) in view.bodies.iter().zip(&iterate.velocity) {
             next[body] = next_state(step, body, velocity);
         }
         couplings.clear();
-        // What is open has no part in anything.
-        let contact_gains = held.couplings.iter().filter(|(place, _)| *place < view.contacts.len());
-        for &(place, ref gain) in contact_gains {
-            let contact = &contacts[view.contacts[place]];
-            let known = &mut placed[place];
+        for (index, piece) in pieces.iter().enumerate() {
+            let gain = iterate.factored(island, (index, *piece), compliance);
+            // What is open has no part in anything.
+            if gain.gains == Vector3::zeros() {
+                continue;
+            }
+            held.add(island, index, (&eliminations[index].slope, &gain));
+            let Some(place) = view.contacts.get(index) else { continue };
+            let (contact, known) = (&contacts[*place], &mut placed[index]);
             let placed = known.get_or_insert_with(|| Placed::of(step.world, contact, step.states));
-            let on = (pieces[place], gain, iterate.impulses[place]);
-            couplings.push(LinearCoupling::new(step, (contact, placed, place), next, on));
+            let on = (*piece, &gain.from, iterate.impulses[index]);
+            couplings.push(LinearCoupling::new(step, (contact, placed, index), next, on));
         }
         if view.joints.is_empty() {
             joints.clear();

@@ -22,22 +22,64 @@
 //!
 //! Equation numbers are those of `docs/gradients.md`.
 
-use super::super::equations::{Elimination, Factored};
-use super::super::island::{Island, IslandSlope, IslandSystem};
+use super::super::equations::Factored;
+use super::super::island::{HeldSide, Island, IslandSlope, IslandSystem};
 use super::slopes::RowsChange;
 use nalgebra::{Matrix3, SMatrix, Vector3, Vector6};
 
 /// What the system at a point consists of.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Held {
-    /// The couplings that have a gain, and that in its factors.
-    pub(super) couplings: Vec<(usize, Factored)>,
+    /// The couplings that have a gain, and where the sides of each end.
+    couplings: Vec<(usize, usize)>,
+    sides: Vec<HeldSide>,
     /// Of A of every body the part that turns; the other is one.
-    pub(super) turning: Vec<Matrix3<f64>>,
+    turning: Vec<Matrix3<f64>>,
 }
 
-/// The factors of the system, and the couplings eliminated from it.
-pub(super) type Factors<'a> = (&'a mut IslandSystem, &'a [Elimination<IslandSlope>]);
+impl Held {
+    /// No coupling, and these parts of A.
+    pub(super) fn begin(&mut self, turning: impl Iterator<Item = Matrix3<f64>>) {
+        self.couplings.clear();
+        self.sides.clear();
+        self.turning.clear();
+        self.turning.extend(turning);
+    }
+
+    /// Adds a coupling of the island.
+    pub(super) fn add(&mut self, island: &Island, index: usize, of: (&IslandSlope, &Factored)) {
+        island.hold(index, of, &mut self.sides);
+        self.couplings.push((index, self.sides.len()));
+    }
+
+    /// The couplings with their sides.
+    fn couplings(&self) -> impl Iterator<Item = (usize, &[HeldSide])> {
+        let mut begin = 0;
+        self.couplings.iter().map(move |&(index, end)| {
+            let sides = &self.sides[begin..end];
+            begin = end;
+            (index, sides)
+        })
+    }
+}
+
+impl HeldSide {
+    /// Adds what a change of the body's velocities is along the rows.
+    #[inline(always)]
+    fn see(&self, change: &[f64; 6], along: &mut [f64; 3]) {
+        for (column, change) in self.rows.data.0.iter().zip(change) {
+            (0..3).for_each(|k| along[k] += column[k] * change);
+        }
+    }
+
+    /// Adds what motions along the rows make of the right-hand sides.
+    #[inline(always)]
+    fn press(&self, along: &[f64; 3], rhs: &mut [f64; 6]) {
+        for (column, along) in self.effect.data.0.iter().zip(along) {
+            (0..6).for_each(|k| rhs[k] += column[k] * along);
+        }
+    }
+}
 
 /// Columns of right-hand sides by members and by couplings, of their solutions, and scratch.
 #[derive(Debug, Clone)]
@@ -64,13 +106,19 @@ impl<const C: usize> Columns<C> {
         self.motions.resize(couplings, SMatrix::zeros());
     }
 
-    /// Adds what changes of the rows of a coupling make.
-    pub(super) fn add(&mut self, island: &Island, coupling: usize, change: &RowsChange<C>) {
-        self.motions[coupling] += change.motion;
-        if change.impulse != SMatrix::<f64, 3, C>::zeros() {
-            island.add_impulses(coupling, &change.impulse, &mut self.rhs);
+    /// Adds to the columns from `first` on what changes of the rows of a coupling make.
+    pub(super) fn add<const K: usize>(
+        &mut self,
+        island: &Island,
+        (coupling, first): (usize, usize),
+        change: &RowsChange<K>,
+    ) {
+        let mut motions = self.motions[coupling].fixed_columns_mut::<K>(first);
+        motions += change.motion;
+        if change.impulse != SMatrix::<f64, 3, K>::zeros() {
+            island.add_impulses(coupling, &change.impulse, (&mut self.rhs, first));
         }
-        island.add_torques(coupling, &change.torques, &mut self.rhs);
+        island.add_torques(coupling, &change.torques, (&mut self.rhs, first));
     }
 
     /// Solves the equations of bodies by themselves, for the spins.
@@ -83,11 +131,17 @@ impl<const C: usize> Columns<C> {
     }
 
     /// Solves for δV.
-    pub(super) fn solve(&mut self, island: &Island, held: &Held, (system, of): Factors<'_>) {
+    pub(super) fn solve(&mut self, island: &Island, held: &Held, system: &mut IslandSystem) {
         let Self { rhs, motions, solved, values } = self;
         solved.clone_from(rhs);
-        for (index, gain) in &held.couplings {
-            island.add_impulses(*index, &gain.impulses(&motions[*index]), solved);
+        for (index, sides) in held.couplings() {
+            for (column, motion) in motions[index].data.0.iter().enumerate() {
+                if *motion != [0.0; 3] {
+                    sides
+                        .iter()
+                        .for_each(|side| side.press(motion, &mut solved[side.body].data.0[column]));
+                }
+            }
         }
         island.solve_all(system, (solved, values));
         for ((rhs, x), turning) in rhs.iter_mut().zip(&*solved).zip(&held.turning) {
@@ -99,9 +153,16 @@ impl<const C: usize> Columns<C> {
                 }
             }
         }
-        for (index, gain) in &held.couplings {
-            let along = gain.from.tr_mul(&of[*index].slope.times(solved)) + motions[*index];
-            island.add_impulses(*index, &gain.impulses(&along), rhs);
+        for (index, sides) in held.couplings() {
+            for (column, motion) in motions[index].data.0.iter().enumerate() {
+                let mut along = *motion;
+                sides
+                    .iter()
+                    .for_each(|side| side.see(&solved[side.body].data.0[column], &mut along));
+                sides
+                    .iter()
+                    .for_each(|side| side.press(&along, &mut rhs[side.body].data.0[column]));
+            }
         }
         island.solve_all(system, (rhs, values));
         solved.iter_mut().zip(&*rhs).for_each(|(x, more)| *x += more);
@@ -114,23 +175,26 @@ impl Columns<1> {
         &mut self,
         island: &Island,
         held: &Held,
-        (system, of): Factors<'_>,
+        system: &mut IslandSystem,
     ) {
         let Self { rhs, motions, solved, values } = self;
+        let pulled = |sides: &[HeldSide], values: &[Vector6<f64>]| -> Vector3<f64> {
+            sides.iter().map(|side| side.effect.tr_mul(&values[side.body])).sum()
+        };
         solved.clone_from(rhs);
         island.solve_transposed(system, (solved, values));
         for ((rhs, z), turning) in rhs.iter_mut().zip(&*solved).zip(&held.turning) {
             let turned = turning.tr_mul(&z.fixed_rows::<3>(3));
             *rhs -= Vector6::new(z[0], z[1], z[2], turned[0], turned[1], turned[2]);
         }
-        for (index, gain) in &held.couplings {
-            let by = gain.pulled(&island.impulse_pulled(*index, solved));
-            of[*index].slope.pull(&(gain.from * by), rhs);
-            motions[*index] = by;
+        for (index, sides) in held.couplings() {
+            let by = pulled(sides, solved);
+            sides.iter().for_each(|side| rhs[side.body] += side.rows.tr_mul(&by));
+            motions[index] = by;
         }
         island.solve_transposed(system, (rhs, values));
-        for (index, gain) in &held.couplings {
-            motions[*index] += gain.pulled(&island.impulse_pulled(*index, rhs));
+        for (index, sides) in held.couplings() {
+            motions[index] += pulled(sides, rhs);
         }
         solved.iter_mut().zip(&*rhs).for_each(|(z, more)| *z += more);
     }

@@ -103,18 +103,15 @@ impl Slopes {
         change
     }
 
-    /// By the state of one of its bodies, twelve columns: nothing of others.
-    pub(super) fn by_state(&self, body: usize) -> Option<RowsChange<12>> {
+    /// By the pose of one of its bodies, and by its velocities where these have a part in it: nothing of others.
+    pub(super) fn by_state(&self, body: usize) -> Option<(RowsChange<6>, Option<RowsChange<6>>)> {
         let first = 6 * (0..2).find(|side| self.bodies[*side] == Some(body))?;
-        let mut columns = RowsChange::zero();
-        columns.set(0, &self.by_pose.columns::<6>(first));
-        if let Some(slopes) = &self.by_velocity {
-            let (motion, impulse) =
-                (slopes.fixed_view::<3, 6>(0, first), slopes.fixed_view::<3, 6>(3, first));
-            columns.motion.fixed_columns_mut::<6>(6).copy_from(&motion);
-            columns.impulse.fixed_columns_mut::<6>(6).copy_from(&impulse);
-        }
-        Some(columns)
+        let by_velocity = self.by_velocity.as_ref().map(|slopes| RowsChange {
+            motion: slopes.fixed_view::<3, 6>(0, first).into(),
+            impulse: slopes.fixed_view::<3, 6>(3, first).into(),
+            torques: SMatrix::zeros(),
+        });
+        Some((self.by_pose.columns(first), by_velocity))
     }
 
     /// The transpose.

@@ -328,13 +328,13 @@ impl LinearGear {
         Self::along(along)
     }
 
-    /// By the state of a body of the world, by columns.
-    pub(super) fn by_state(&self, body: usize) -> Option<RowsChange<12>> {
+    /// By the pose of a body of the world.
+    pub(super) fn by_state(&self, body: usize) -> Option<RowsChange<6>> {
         let mut found = None;
         for (bodies, row) in &self.by_pose {
             for side in (0..2).filter(|side| bodies[*side] == Some(body)) {
-                let columns = found.get_or_insert_with(RowsChange::<12>::zero);
-                let mut part = columns.motion.fixed_view_mut::<1, 6>(0, 0);
+                let columns = found.get_or_insert_with(RowsChange::<6>::zero);
+                let mut part = columns.motion.row_mut(0);
                 part += row.fixed_columns::<6>(6 * side);
             }
         }
