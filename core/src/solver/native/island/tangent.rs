@@ -64,31 +64,29 @@ impl Island {
         }
     }
 
-    /// Adds to columns of right-hand sides of the equations of motion, each over its body's mass, from the column `first` on
-    /// what columns of impulses of a coupling make of them: with H of (N12)
+    /// Adds to columns of right-hand sides of the equations of motion, each over its body's mass, what columns of impulses of
+    /// a coupling make of them: with H of (N12)
     ///
     /// ```text
     /// rhs_A += H_A δp̂,   rhs_B += H_B δp̂                                         (G6)
     /// ```
     #[inline]
-    pub(in super::super) fn add_impulses<const K: usize, const C: usize>(
+    pub(in super::super) fn add_impulses<const C: usize>(
         &self,
         coupling: usize,
-        impulse: &SMatrix<f64, 3, K>,
-        (rhs, first): (&mut [SMatrix<f64, 6, C>], usize),
+        impulse: &SMatrix<f64, 3, C>,
+        rhs: &mut [SMatrix<f64, 6, C>],
     ) {
         let of = (&self.links[coupling], &self.setting.couplings[coupling]);
         if let Kind::Gear(gear) = of.0.kind {
             for (member, wrench) in self.gears[gear].sides() {
-                let mut columns = rhs[member].fixed_columns_mut::<K>(first);
-                columns += wrench * impulse.row(0);
+                rhs[member] += wrench * impulse.row(0);
             }
             return;
         }
         let pushes = of.0.pushes();
         for (member, share, torque_map) in self.sides(of) {
-            let columns = rhs[member].data.0[first..].iter_mut();
-            for (rhs, impulse) in columns.zip(&impulse.data.0) {
+            for (rhs, impulse) in rhs[member].data.0.iter_mut().zip(&impulse.data.0) {
                 let along = Vector3::from(*impulse) * share;
                 let turning = torque_map * along;
                 for k in 0..3 {
@@ -102,19 +100,18 @@ impl Island {
     }
 
     /// The same of columns of torques on its two bodies, each in its own frame: M/m (0, δτ_A) and −M/m (0, δτ_B).
-    pub(in super::super) fn add_torques<const K: usize, const C: usize>(
+    pub(in super::super) fn add_torques<const C: usize>(
         &self,
         coupling: usize,
-        torques: &SMatrix<f64, 6, K>,
-        (rhs, first): (&mut [SMatrix<f64, 6, C>], usize),
+        torques: &SMatrix<f64, 6, C>,
+        rhs: &mut [SMatrix<f64, 6, C>],
     ) {
         let of = (&self.links[coupling], &self.setting.couplings[coupling]);
         if let Kind::Gear(_) = of.0.kind {
             return;
         }
         for (side, (member, share, _)) in self.sides(of).enumerate() {
-            let columns = rhs[member].data.0[first..].iter_mut();
-            for (rhs, torques) in columns.zip(&torques.data.0) {
+            for (rhs, torques) in rhs[member].data.0.iter_mut().zip(&torques.data.0) {
                 (0..3).for_each(|k| rhs[3 + k] += torques[3 * side + k] * share);
             }
         }

@@ -227,25 +227,25 @@ impl LinearIsland {
             }
             if !change.states.is_empty() {
                 for coupling in &*couplings {
-                    one.add(island, (coupling.index, 0), &coupling.slopes.pushed(change.states));
+                    one.add(island, coupling.index, &coupling.slopes.pushed(change.states));
                 }
                 for rows in &*joints {
-                    one.add(island, (rows.coupling, 0), &rows.slopes.pushed(change.states));
+                    one.add(island, rows.coupling, &rows.slopes.pushed(change.states));
                 }
                 for gear in &*gears {
-                    one.add(island, (gear.coupling, 0), &gear.pushed(change.states));
+                    one.add(island, gear.coupling, &gear.pushed(change.states));
                 }
             }
             if let Some(constants) = &constants {
                 for coupling in &*couplings {
-                    one.add(island, (coupling.index, 0), &coupling.by_constants(constants));
+                    one.add(island, coupling.index, &coupling.by_constants(constants));
                 }
                 for rows in &*joints {
-                    one.add(island, (rows.coupling, 0), &rows.by_constants(constants.numbers));
+                    one.add(island, rows.coupling, &rows.by_constants(constants.numbers));
                 }
                 let longer = (constants.numbers)(Constant::TimeStep, 0);
                 for gear in &*gears {
-                    one.add(island, (gear.coupling, 0), &gear.by_time_step(longer));
+                    one.add(island, gear.coupling, &gear.by_time_step(longer));
                 }
             }
             match free {
@@ -274,31 +274,40 @@ impl LinearIsland {
         let Self { bodies, island, points: all, is_one, free, .. } = self;
         let Some(own) = bodies.iter().position(|of| *of == body) else { return false };
         for (point, weight) in weighed(all, *is_one) {
-            let LinearPoint { newton, held, couplings, joints, gears, twelve, .. } = point;
-            twelve.begin(bodies.len(), island.couplings().len());
-            twelve.rhs[own] = island.members()[own].change_by_state();
+            let LinearPoint {
+                newton, held, couplings, joints, gears, by_pose, by_velocity, ..
+            } = point;
+            by_pose.begin(bodies.len(), island.couplings().len());
+            by_velocity.begin(bodies.len(), island.couplings().len());
+            by_velocity.rhs[own] = island.members()[own].change_by_velocity();
             let of_contacts = couplings.iter().map(|coupling| (coupling.index, &coupling.slopes));
             let of_joints = joints.iter().map(|rows| (rows.coupling, &rows.slopes));
             for (index, slopes) in of_contacts.chain(of_joints) {
-                let Some((by_pose, by_velocity)) = slopes.by_state(body) else { continue };
-                twelve.add(island, (index, 0), &by_pose);
-                if let Some(by_velocity) = by_velocity {
-                    twelve.add(island, (index, 6), &by_velocity);
+                let Some((pose, velocity)) = slopes.by_state(body) else { continue };
+                by_pose.add(island, index, &pose);
+                if let Some(velocity) = velocity {
+                    by_velocity.add(island, index, &velocity);
                 }
             }
             for gear in &*gears {
-                if let Some(by_pose) = gear.by_state(body) {
-                    twelve.add(island, (gear.coupling, 0), &by_pose);
+                if let Some(pose) = gear.by_state(body) {
+                    by_pose.add(island, gear.coupling, &pose);
                 }
             }
             match free {
-                Some(inverse) => twelve.turn(inverse),
-                None => twelve.solve(island, held, newton.system()),
-            }
-            for (&of, solved) in bodies.iter().zip(&twelve.solved) {
-                if let Some(map) = &ends[of] {
-                    map.add_velocities(&(solved * weight), &mut end[of]);
+                Some(inverse) => {
+                    by_pose.turn(inverse);
+                    by_velocity.turn(inverse);
                 }
+                None => {
+                    by_pose.solve(island, held, newton.system());
+                    by_velocity.solve(island, held, newton.system());
+                }
+            }
+            for (place, of) in bodies.iter().enumerate() {
+                let Some(map) = &ends[*of] else { continue };
+                map.add_velocities((&(by_pose.solved[place] * weight), 0), &mut end[*of]);
+                map.add_velocities((&(by_velocity.solved[place] * weight), 6), &mut end[*of]);
             }
         }
         true

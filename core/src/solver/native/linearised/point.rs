@@ -28,9 +28,10 @@ pub(super) struct LinearPoint {
     pub(super) couplings: Vec<LinearCoupling>,
     pub(super) joints: Vec<LinearRows>,
     pub(super) gears: Vec<LinearGear>,
-    /// One change, and twelve by the state of a body.
+    /// One change, and those by the pose of a body and by its velocities.
     pub(super) one: Columns<1>,
-    pub(super) twelve: Columns<12>,
+    pub(super) by_pose: Columns<6>,
+    pub(super) by_velocity: Columns<6>,
 }
 
 impl LinearPoint {
@@ -43,7 +44,8 @@ impl LinearPoint {
             joints: Vec::new(),
             gears: Vec::new(),
             one: Columns::new(),
-            twelve: Columns::new(),
+            by_pose: Columns::new(),
+            by_velocity: Columns::new(),
         }
     }
 

@@ -106,19 +106,13 @@ impl<const C: usize> Columns<C> {
         self.motions.resize(couplings, SMatrix::zeros());
     }
 
-    /// Adds to the columns from `first` on what changes of the rows of a coupling make.
-    pub(super) fn add<const K: usize>(
-        &mut self,
-        island: &Island,
-        (coupling, first): (usize, usize),
-        change: &RowsChange<K>,
-    ) {
-        let mut motions = self.motions[coupling].fixed_columns_mut::<K>(first);
-        motions += change.motion;
-        if change.impulse != SMatrix::<f64, 3, K>::zeros() {
-            island.add_impulses(coupling, &change.impulse, (&mut self.rhs, first));
+    /// Adds what changes of the rows of a coupling make.
+    pub(super) fn add(&mut self, island: &Island, coupling: usize, change: &RowsChange<C>) {
+        self.motions[coupling] += change.motion;
+        if change.impulse != SMatrix::<f64, 3, C>::zeros() {
+            island.add_impulses(coupling, &change.impulse, &mut self.rhs);
         }
-        island.add_torques(coupling, &change.torques, (&mut self.rhs, first));
+        island.add_torques(coupling, &change.torques, &mut self.rhs);
     }
 
     /// Solves the equations of bodies by themselves, for the spins.
@@ -137,9 +131,9 @@ impl<const C: usize> Columns<C> {
         for (index, sides) in held.couplings() {
             for (column, motion) in motions[index].data.0.iter().enumerate() {
                 if *motion != [0.0; 3] {
-                    sides
-                        .iter()
-                        .for_each(|side| side.press(motion, &mut solved[side.body].data.0[column]));
+                    for side in sides {
+                        side.press(motion, &mut solved[side.body].data.0[column]);
+                    }
                 }
             }
         }
@@ -156,12 +150,12 @@ impl<const C: usize> Columns<C> {
         for (index, sides) in held.couplings() {
             for (column, motion) in motions[index].data.0.iter().enumerate() {
                 let mut along = *motion;
-                sides
-                    .iter()
-                    .for_each(|side| side.see(&solved[side.body].data.0[column], &mut along));
-                sides
-                    .iter()
-                    .for_each(|side| side.press(&along, &mut rhs[side.body].data.0[column]));
+                for side in sides {
+                    side.see(&solved[side.body].data.0[column], &mut along);
+                }
+                for side in sides {
+                    side.press(&along, &mut rhs[side.body].data.0[column]);
+                }
             }
         }
         island.solve_all(system, (rhs, values));
