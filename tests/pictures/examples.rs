@@ -38,6 +38,16 @@ fn the_tossed_cube_ends_on_the_ground_with_its_weight_carried() {
     assert!(numbers(line(&text, "the lowest corner"))[0].abs() < 1e-12, "{text}");
 }
 
+/// It falls on several faces on its way, and the derivatives of the whole run lead it to the mark all the same.
+#[test]
+fn the_thrown_cube_lies_on_the_mark() {
+    let text = printed("throw", &[], 0);
+    let missed = numbers(line(&text, "it lies"))[0];
+    assert!(missed < 1e-8, "{text}");
+    // From a throw that leads a metre away.
+    assert!(numbers(line(&text, "    0"))[4] > 0.5, "{text}");
+}
+
 #[test]
 fn rollouts_have_the_numbers_of_a_loop() {
     let text = printed("rollout", &["12", "150", "3"], 0);

@@ -2,6 +2,7 @@
 //! argument.
 
 mod batch;
+mod digits;
 mod joints;
 mod random;
 
@@ -542,6 +543,12 @@ fn what_rests_has_the_derivative_of_the_step_before() {
         let mut alone = StepDerivative::new();
         run.linearise(&record, &mut alone).unwrap();
         assert_eq!(pushed(&mut kept), pushed(&mut alone));
+        for body in [0, change.len() - 1] {
+            let mut found = [Vec::new(), Vec::new()];
+            kept.by_state(body, &mut found[0]).unwrap();
+            alone.by_state(body, &mut found[1]).unwrap();
+            assert_eq!(found[0], found[1]);
+        }
         at_rest += usize::from(record.states == record.solution.states);
     }
     println!("{at_rest} steps at rest");
@@ -552,4 +559,8 @@ fn what_rests_has_the_derivative_of_the_step_before() {
     let mut alone = StepDerivative::new();
     other.linearise(&record, &mut alone).unwrap();
     assert_eq!(pushed(&mut kept), pushed(&mut alone));
+    let mut found = [Vec::new(), Vec::new()];
+    kept.by_state(0, &mut found[0]).unwrap();
+    alone.by_state(0, &mut found[1]).unwrap();
+    assert_eq!(found[0], found[1]);
 }

@@ -20,7 +20,7 @@ pub(crate) use unseen::nearest_unseen;
 
 use crate::mechanics::quaternion::attitude_map;
 use crate::mechanics::{State, quaternion};
-use nalgebra::{Matrix3, SMatrix, Vector3, Vector4};
+use nalgebra::{Matrix3, Matrix6, SMatrix, Vector3, Vector4};
 
 /// A small change of the state of a body, or, of a function of states, its derivative by them.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -175,15 +175,15 @@ impl EndMap {
         }
     }
 
-    /// Adds to columns of δX⁺ what columns of δV⁺ make of it.
+    /// Adds to six columns of δX⁺, from `first` on, what columns of δV⁺ make of them.
     pub(crate) fn add_velocities(
         &self,
-        solved: &SMatrix<f64, 6, 12>,
+        (solved, first): (&Matrix6<f64>, usize),
         end: &mut SMatrix<f64, 12, 12>,
     ) {
         let (linear, spin) = (solved.fixed_rows::<3>(0), solved.fixed_rows::<3>(3));
-        let mut add = |row: usize, part: SMatrix<f64, 3, 12>| {
-            let mut rows = end.fixed_rows_mut::<3>(row);
+        let mut add = |row: usize, part: SMatrix<f64, 3, 6>| {
+            let mut rows = end.fixed_view_mut::<3, 6>(row, first);
             rows += part;
         };
         add(0, linear * self.time_step);

@@ -123,10 +123,20 @@ fn a_slide_by_the_constants_of_its_drive() {
 /// The twelve columns of a body are the products with twelve changes.
 #[test]
 fn the_columns_of_a_body_are_its_products() {
-    for name in ["real-cube", "stack", "bricks", "marbles", "chain", "double-pendulum", "pile"] {
+    for name in [
+        "real-cube",
+        "stack",
+        "pyramid",
+        "bricks",
+        "marbles",
+        "chain",
+        "double-pendulum",
+        "four-bar",
+        "pile",
+    ] {
         let scene = scenario(&format!("{name}.toml"));
         let mut run = scene.simulation(&Default::default()).unwrap();
-        let mut record = StepRecord::new();
+        let (mut record, mut worst) = (StepRecord::new(), 0.0_f64);
         let mut derivative = StepDerivative::new();
         for k in 0..scene.rows.min(200) - 1 {
             run.step(&mut record).unwrap();
@@ -152,10 +162,12 @@ fn the_columns_of_a_body_are_its_products() {
                         let apart = end.plus(-1.0, &StateChange::from_array(&numbers));
                         let off = apart.dot(&apart).sqrt() / scale;
                         assert!(off < 1e-8, "{name} {k}: {of} by {body}, {column}: {off}");
+                        worst = worst.max(off);
                     }
                 }
             }
             assert!(derivative.by_state(bodies, &mut columns).is_err());
         }
+        println!("{name}: columns off by {worst:.1e} at most");
     }
 }

@@ -176,20 +176,28 @@ impl BlockSystem {
         pattern: &Pattern,
         values: &mut [SMatrix<f64, 6, C>],
     ) {
-        if pattern.plan().is_some() {
-            let mut column = vec![Vector6::zeros(); values.len()];
-            for k in 0..C {
-                for (to, from) in column.iter_mut().zip(&*values) {
-                    *to = from.column(k).into();
+        if let Some(plan) = pattern.plan() {
+            let Self { fronts, numbers, .. } = self;
+            numbers.resize(plan.size() * C, 0.0);
+            let numbers = numbers.as_chunks_mut().0;
+            let places = |body: usize| (plan.place(body), pattern.place(body));
+            for (to, from) in (0..pattern.len()).map(places) {
+                for (row, to) in numbers[to..to + 6].iter_mut().enumerate() {
+                    *to = std::array::from_fn(|k| values[from][(row, k)]);
                 }
-                self.solve::<false>(pattern, &mut column);
-                for (to, from) in values.iter_mut().zip(&column) {
-                    to.set_column(k, from);
+            }
+            fronts.solve_all::<C>(plan, numbers);
+            for (from, to) in (0..pattern.len()).map(places) {
+                for (row, from) in numbers[from..from + 6].iter().enumerate() {
+                    (0..C).for_each(|k| values[to][(row, k)] = from[k]);
                 }
             }
             return;
         }
-        for (pivot, factors) in self.pivots.iter().enumerate() {
+        // Nothing comes before the first places that have numbers.
+        let first = values.iter().position(|value| *value != SMatrix::<f64, 6, C>::zeros());
+        let first = first.unwrap_or(values.len());
+        for (pivot, factors) in self.pivots.iter().enumerate().skip(first) {
             factors.solve_block(&mut values[pivot]);
             let value = values[pivot];
             for i in pattern.row(pivot) {

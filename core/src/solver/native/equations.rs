@@ -162,6 +162,29 @@ impl Gain {
     }
 }
 
+/// A gain in its factors, D = T diag(g) Fᵀ, where what is large and what is nothing stand apart: a motion that a stiff row does
+/// not see makes exactly nothing of it, which of the entries of D is only so to rounding.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Factored {
+    /// T: the impulses of the rows.
+    pub(super) to: Matrix3<f64>,
+    pub(super) gains: Vector3<f64>,
+    /// F: the rows, an orthonormal frame.
+    pub(super) from: Matrix3<f64>,
+}
+
+impl Factored {
+    /// That of an open coupling.
+    pub(super) fn nothing() -> Self {
+        Self::along(&Matrix3::identity(), Vector3::zeros())
+    }
+
+    /// Gains along the axes `frame`, each by itself.
+    pub(super) fn along(frame: &Matrix3<f64>, gains: Vector3<f64>) -> Self {
+        Self { to: *frame, gains, from: *frame }
+    }
+}
+
 /// ∂u/∂V of one coupling.
 pub(super) trait Slope: Copy + std::fmt::Debug {
     type Velocity: Velocities;

@@ -331,6 +331,16 @@ impl Fronts {
 
     /// Solves the factorised system for a right-hand side by places, in its memory.
     pub(crate) fn solve(&self, plan: &Plan, values: &mut [f64]) {
+        self.solve_all::<1>(plan, values.as_chunks_mut().0);
+    }
+
+    /// The same for several right-hand sides, the numbers of a place beside each other.
+    pub(crate) fn solve_all<const C: usize>(&self, plan: &Plan, values: &mut [[f64; C]]) {
+        #[inline(always)]
+        fn subtract<const C: usize>(from: &mut [f64; C], factor: f64, value: &[f64; C]) {
+            from.iter_mut().zip(value).for_each(|(entry, value)| *entry -= factor * value);
+        }
+        let is_nothing = |value: &[f64; C]| value.iter().all(|number| *number == 0.0);
         for front in &plan.fronts {
             let low = &self.low[front.columns()];
             for (pivot, swap) in self.swaps[front.numbers()].iter().enumerate() {
@@ -338,14 +348,15 @@ impl Fronts {
             }
             for (k, column) in low.chunks_exact(front.rows()).enumerate() {
                 let value = values[front.begin + k];
-                if value == 0.0 {
+                if is_nothing(&value) {
                     continue;
                 }
                 let own = values[front.begin + k + 1..][..front.own - k - 1].iter_mut();
-                own.zip(&column[k + 1..]).for_each(|(entry, factor)| *entry -= factor * value);
+                own.zip(&column[k + 1..])
+                    .for_each(|(entry, factor)| subtract(entry, *factor, &value));
                 let list = &plan.behind[front.list.0..front.list.1];
                 for (place, factor) in list.iter().zip(&column[front.own..]) {
-                    values[*place] -= factor * value;
+                    subtract(&mut values[*place], *factor, &value);
                 }
             }
         }
@@ -354,16 +365,16 @@ impl Fronts {
             let list = &plan.behind[front.list.0..front.list.1];
             for (place, column) in list.iter().zip(up.chunks_exact(front.own)) {
                 let value = values[*place];
-                if value != 0.0 {
+                if !is_nothing(&value) {
                     let own = values[front.numbers()].iter_mut();
-                    own.zip(column).for_each(|(entry, factor)| *entry -= factor * value);
+                    own.zip(column).for_each(|(entry, factor)| subtract(entry, *factor, &value));
                 }
             }
             for (k, column) in low.chunks_exact(front.rows()).enumerate().rev() {
-                let value = values[front.begin + k] / column[k];
+                let value = values[front.begin + k].map(|number| number / column[k]);
                 values[front.begin + k] = value;
                 let above = values[front.begin..front.begin + k].iter_mut();
-                above.zip(column).for_each(|(entry, factor)| *entry -= factor * value);
+                above.zip(column).for_each(|(entry, factor)| subtract(entry, *factor, &value));
             }
         }
     }

@@ -34,7 +34,7 @@ use energy::Source;
 pub(super) use gears::IslandSlope;
 use gears::Train;
 pub(super) use joints::JointPlace;
-pub(super) use tangent::{CouplingChange, GearRow, gain_of};
+pub(super) use tangent::{GearRow, HeldSide};
 
 /// Which bodies of the island a coupling joins.
 #[derive(Debug, Clone, Copy)]

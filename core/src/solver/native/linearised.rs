@@ -18,6 +18,8 @@
 mod constants;
 mod coupling;
 mod island;
+mod point;
+mod refined;
 mod slopes;
 mod tied;
 
@@ -29,7 +31,7 @@ use crate::mechanics::{State, Wrench};
 use crate::step::{Step, StepSolution};
 use crate::world::{Constant, World};
 use constants::{Constants, Shape};
-use island::{LinearIsland, coupling_change, numbers};
+use island::LinearIsland;
 use nalgebra::{SMatrix, Vector3};
 use tied::Slots;
 
@@ -85,6 +87,8 @@ pub struct StepDerivative {
     compliance: Option<f64>,
     /// What it is the derivative of, where nothing moved.
     rest: Option<Box<Rest>>,
+    /// Of such a step what was found of the bodies [asked](StepDerivative::by_state) for.
+    at_rest: Vec<Vec<SMatrix<f64, 12, 12>>>,
 }
 
 /// A step in which nothing moved, so that the next one may be the same.
@@ -128,6 +132,9 @@ impl Rest {
             && world == step.world
     }
 }
+
+/// Of worlds of so many bodies the derivatives by states of a step at rest are kept: five megabytes at most.
+const FEW_BODIES: usize = 64;
 
 /// Things that are farther apart than this part of the world's reach are no matter.
 const FARTHEST: f64 = 0.1;
@@ -196,6 +203,7 @@ impl StepDerivative {
         solution: &StepSolution,
     ) -> Result<(), Error> {
         self.rest = None;
+        self.at_rest.clear();
         step.check(contacts)?;
         let (world, bodies) = (step.world, step.states.len());
         let sizes = [solution.states.len(), solution.contacts.len()];
@@ -372,10 +380,18 @@ impl StepDerivative {
             return Err(Error::Count { field, count: body, allowed });
         }
         end.clear();
+        if let Some(known) = self.at_rest.get(body).filter(|known| !known.is_empty()) {
+            end.extend_from_slice(known);
+            return Ok(());
+        }
         end.resize(bodies, SMatrix::zeros());
         end[body] = self.ends[body].as_ref().map_or_else(SMatrix::identity, EndMap::by_state);
         let islands = &mut self.islands[..self.count];
         islands.iter_mut().any(|linear| linear.by_state(body, &self.ends, end));
+        if self.rest.is_some() && bodies <= FEW_BODIES {
+            self.at_rest.resize(bodies, Vec::new());
+            self.at_rest[body].extend_from_slice(end);
+        }
         Ok(())
     }
 

@@ -8,7 +8,7 @@ use super::turning::Turning;
 use crate::mechanics::quaternion::rotation;
 use crate::mechanics::{Rotation, Wrench};
 use crate::step::Step;
-use nalgebra::{Matrix3, RowVector3, SMatrix, Vector3, Vector6};
+use nalgebra::{Matrix3, Matrix6, RowVector3, Vector3, Vector6};
 
 /// What may change of a body by itself.
 #[derive(Debug, Clone, Copy)]
@@ -193,12 +193,11 @@ impl Member {
         both
     }
 
-    /// The same by the state at k alone, as columns of twelve: of the place and the turn they are zero.
-    pub(super) fn change_by_state(&self) -> SMatrix<f64, 6, 12> {
+    /// The same by the velocities at k alone, as columns of v and ω; of the place and the turn they are zero.
+    pub(super) fn change_by_velocity(&self) -> Matrix6<f64> {
         let slope = self.form.momentum_slope(&self.inertia, &self.old.spin, self.time_step);
-        let mut columns = SMatrix::<f64, 6, 12>::zeros();
-        columns.fixed_view_mut::<3, 3>(0, 6).copy_from(&Matrix3::identity());
-        columns.fixed_view_mut::<3, 3>(3, 9).copy_from(&slope);
+        let mut columns = Matrix6::identity();
+        columns.fixed_view_mut::<3, 3>(3, 3).copy_from(&slope);
         columns
     }
 

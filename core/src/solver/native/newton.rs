@@ -4,7 +4,7 @@
 
 use super::coupling::Coupling;
 use super::effort::Effort;
-use super::equations::{Elimination, Equations, Point, Residual, Velocities, reserve};
+use super::equations::{Elimination, Equations, Factored, Point, Residual, Velocities, reserve};
 use super::law::{NaturalMap, Piece, Pull};
 use super::tolerances::{
     CORRECTIONS, JUMPS, KEPT_FACTORS, NEWTON_ITERATIONS, ROLLING_CORRECTIONS, SETTLING,
@@ -391,6 +391,17 @@ impl<E: Equations> Iterate<E> {
     /// How far every coupling is from the next piece of its law, m/s; of the last evaluation.
     pub(super) fn margins(&self, equations: &E) -> impl Iterator<Item = f64> {
         self.pulls.iter().map(|pull| pull.margin(equations.graphs()))
+    }
+
+    /// The gain of coupling `index` on a piece in its factors, with ε = `compliance`; of the last evaluation.
+    pub(super) fn factored(
+        &self,
+        equations: &E,
+        (index, piece): (usize, Piece),
+        compliance: f64,
+    ) -> Factored {
+        let of = (&equations.couplings()[index], equations.graphs());
+        self.pulls[index].factored(piece, of, compliance)
     }
 
     /// u of every coupling, m/s, of the last evaluation.

@@ -3,11 +3,12 @@
 //!
 //! Equation numbers are those of `docs/gradients.md`.
 
-use super::super::equations::{Answer, Gain};
+use super::super::equations::Factored;
 use super::super::law::Law;
-use super::{Island, IslandSystem, JointPlace, Kind};
+use super::super::pair_motion::PairSlope;
+use super::{Island, IslandSlope, IslandSystem, JointPlace, Kind};
 use crate::joint::Segment;
-use nalgebra::{Matrix3, SMatrix, Vector3, Vector6};
+use nalgebra::{Matrix3, Matrix3x6, Matrix6x3, SMatrix, Vector3, Vector6};
 
 /// The row of a gear.
 #[derive(Debug, Clone, Copy)]
@@ -20,138 +21,177 @@ pub(in super::super) struct GearRow {
     pub(in super::super) offset: f64,
 }
 
-/// What a change of a coupling's rows and arms makes of its impulse at fixed V⁺, and of the torques of the
-/// impulse that it has: of A and of B, each in its own frame.
+/// What the rows of a coupling see of a body of it, and what a motion along them makes of the right-hand sides of that body's
+/// equations of motion: with the gain D = T diag(g) Fᵀ, Fᵀ J and H T diag(g).
 #[derive(Debug, Clone, Copy)]
-pub(in super::super) struct CouplingChange {
-    pub(in super::super) impulse: Vector3<f64>,
-    pub(in super::super) torques: [Vector3<f64>; 2],
-}
-
-/// D of an answer.
-pub(in super::super) fn gain_of(answer: &Answer) -> Matrix3<f64> {
-    match &answer.gain {
-        Gain::Zero => Matrix3::zeros(),
-        Gain::Spring(stiffness) => Matrix3::from_diagonal_element(-stiffness),
-        Gain::Full(gain) => *gain,
-    }
+pub(in super::super) struct HeldSide {
+    pub(in super::super) body: usize,
+    pub(in super::super) rows: Matrix3x6<f64>,
+    pub(in super::super) effect: Matrix6x3<f64>,
 }
 
 impl Island {
-    /// What a change of a coupling makes of the right-hand sides of the equations of motion, each over its
-    /// body's mass: with H of (N12) and M/m,
+    /// The sides of a coupling of this slope and gain.
+    pub(in super::super) fn hold(
+        &self,
+        coupling: usize,
+        (slope, gain): (&IslandSlope, &Factored),
+        sides: &mut Vec<HeldSide>,
+    ) {
+        let of = (&self.links[coupling], &self.setting.couplings[coupling]);
+        let impulses = gain.to * Matrix3::from_diagonal(&gain.gains);
+        match (slope, of.0.kind) {
+            (IslandSlope::Pair(PairSlope { a, b }), _) => {
+                let slopes = std::iter::once(a).chain(b);
+                for ((body, share, torque_map), (_, slope)) in self.sides(of).zip(slopes) {
+                    let mut effect = Matrix6x3::zeros();
+                    if of.0.pushes() {
+                        effect.fixed_rows_mut::<3>(0).copy_from(&(impulses * share));
+                    }
+                    effect.fixed_rows_mut::<3>(3).copy_from(&(torque_map * impulses * share));
+                    sides.push(HeldSide { body, rows: gain.from.tr_mul(slope), effect });
+                }
+            }
+            (IslandSlope::Gear(slope), Kind::Gear(gear)) => {
+                for ((body, slope), (_, wrench)) in slope.bodies().zip(self.gears[gear].sides()) {
+                    let (mut rows, mut effect) = (Matrix3x6::zeros(), Matrix6x3::zeros());
+                    rows.row_mut(0).copy_from(&slope);
+                    effect.column_mut(0).copy_from(&(wrench * gain.gains[0]));
+                    sides.push(HeldSide { body, rows, effect });
+                }
+            }
+            (IslandSlope::Gear(_), _) => {}
+        }
+    }
+
+    /// Adds to columns of right-hand sides of the equations of motion, each over its body's mass, what columns of impulses of
+    /// a coupling make of them: with H of (N12)
     ///
     /// ```text
-    /// rhs_A += H_A δp̂ + M/m (0, δτ_A),   rhs_B += H_B δp̂ − M/m (0, δτ_B)             (G6)
+    /// rhs_A += H_A δp̂,   rhs_B += H_B δp̂                                         (G6)
     /// ```
-    pub(in super::super) fn add_change(
+    #[inline]
+    pub(in super::super) fn add_impulses<const C: usize>(
         &self,
         coupling: usize,
-        change: &CouplingChange,
-        rhs: &mut [Vector6<f64>],
-    ) {
-        let of = (&self.links[coupling], &self.setting.couplings[coupling]);
-        if let Kind::Gear(gear) = of.0.kind {
-            for (member, wrench) in self.gears[gear].sides() {
-                rhs[member] += wrench * change.impulse[0];
-            }
-            return;
-        }
-        for ((member, share, torque_map), torque) in self.sides(of).zip(&change.torques) {
-            let mut part = Vector6::zeros();
-            if of.0.pushes() {
-                part.fixed_rows_mut::<3>(0).copy_from(&(change.impulse * share));
-            }
-            let turning = torque_map * change.impulse + torque;
-            part.fixed_rows_mut::<3>(3).copy_from(&(turning * share));
-            rhs[member] += part;
-        }
-    }
-
-    /// The transpose: derivatives by the change of a coupling, of those by the right-hand sides.
-    pub(in super::super) fn change_pulled(
-        &self,
-        coupling: usize,
-        rhs: &[Vector6<f64>],
-    ) -> CouplingChange {
-        let of = (&self.links[coupling], &self.setting.couplings[coupling]);
-        let (mut impulse, mut torques) = (Vector3::zeros(), [Vector3::zeros(); 2]);
-        if let Kind::Gear(gear) = of.0.kind {
-            let sides = self.gears[gear].sides();
-            impulse[0] = sides.map(|(member, wrench)| wrench.dot(&rhs[member])).sum();
-            return CouplingChange { impulse, torques };
-        }
-        for ((member, share, torque_map), torque) in self.sides(of).zip(&mut torques) {
-            let part = rhs[member] * share;
-            *torque = part.fixed_rows::<3>(3).into();
-            impulse += torque_map.tr_mul(torque);
-            if of.0.pushes() {
-                impulse += part.fixed_rows::<3>(0);
-            }
-        }
-        CouplingChange { impulse, torques }
-    }
-
-    /// Solves the system that was factorised last, or the transposed one, for right-hand sides by members,
-    /// in their memory.
-    pub(in super::super) fn solve<const TRANSPOSED: bool>(
-        &self,
-        system: &mut IslandSystem,
-        rhs: &mut [Vector6<f64>],
-    ) {
-        let IslandSystem { blocks, values } = system;
-        values.clear();
-        values.resize(rhs.len(), Vector6::zeros());
-        for (index, rhs) in rhs.iter().enumerate() {
-            values[self.pattern.place(index)] = *rhs;
-        }
-        blocks.solve::<TRANSPOSED>(&self.pattern, values);
-        for (index, rhs) in rhs.iter_mut().enumerate() {
-            *rhs = values[self.pattern.place(index)];
-        }
-    }
-
-    /// The same for several right-hand sides, whose `values` by places are scratch.
-    pub(in super::super) fn solve_all<const C: usize>(
-        &self,
-        system: &mut IslandSystem,
-        (rhs, values): (&mut [SMatrix<f64, 6, C>], &mut Vec<SMatrix<f64, 6, C>>),
-    ) {
-        values.clear();
-        values.resize(rhs.len(), SMatrix::zeros());
-        for (index, rhs) in rhs.iter().enumerate() {
-            values[self.pattern.place(index)] = *rhs;
-        }
-        system.blocks.solve_all(&self.pattern, values);
-        for (index, rhs) in rhs.iter_mut().enumerate() {
-            *rhs = values[self.pattern.place(index)];
-        }
-    }
-
-    /// Adds to the right-hand sides what changes of a coupling make, each a column of nine numbers: of its impulse and of
-    /// its torques (G6).
-    pub(in super::super) fn add_changes<const C: usize>(
-        &self,
-        coupling: usize,
-        change: &SMatrix<f64, 9, C>,
+        impulse: &SMatrix<f64, 3, C>,
         rhs: &mut [SMatrix<f64, 6, C>],
     ) {
         let of = (&self.links[coupling], &self.setting.couplings[coupling]);
-        let impulse = change.fixed_rows::<3>(0);
         if let Kind::Gear(gear) = of.0.kind {
             for (member, wrench) in self.gears[gear].sides() {
                 rhs[member] += wrench * impulse.row(0);
             }
             return;
         }
-        for (side, (member, share, torque_map)) in self.sides(of).enumerate() {
-            if of.0.pushes() {
-                let mut part = rhs[member].fixed_rows_mut::<3>(0);
-                part += impulse * share;
+        let pushes = of.0.pushes();
+        for (member, share, torque_map) in self.sides(of) {
+            for (rhs, impulse) in rhs[member].data.0.iter_mut().zip(&impulse.data.0) {
+                let along = Vector3::from(*impulse) * share;
+                let turning = torque_map * along;
+                for k in 0..3 {
+                    if pushes {
+                        rhs[k] += along[k];
+                    }
+                    rhs[3 + k] += turning[k];
+                }
             }
-            let turning = torque_map * impulse + change.fixed_rows::<3>(3 + 3 * side);
-            let mut part = rhs[member].fixed_rows_mut::<3>(3);
-            part += turning * share;
+        }
+    }
+
+    /// The same of columns of torques on its two bodies, each in its own frame: M/m (0, δτ_A) and −M/m (0, δτ_B).
+    pub(in super::super) fn add_torques<const C: usize>(
+        &self,
+        coupling: usize,
+        torques: &SMatrix<f64, 6, C>,
+        rhs: &mut [SMatrix<f64, 6, C>],
+    ) {
+        let of = (&self.links[coupling], &self.setting.couplings[coupling]);
+        if let Kind::Gear(_) = of.0.kind {
+            return;
+        }
+        for (side, (member, share, _)) in self.sides(of).enumerate() {
+            for (rhs, torques) in rhs[member].data.0.iter_mut().zip(&torques.data.0) {
+                (0..3).for_each(|k| rhs[3 + k] += torques[3 * side + k] * share);
+            }
+        }
+    }
+
+    /// The transpose of [`add_impulses`](Self::add_impulses): derivatives by the impulse of a coupling, of those by the
+    /// right-hand sides.
+    pub(in super::super) fn impulse_pulled(
+        &self,
+        coupling: usize,
+        rhs: &[Vector6<f64>],
+    ) -> Vector3<f64> {
+        let of = (&self.links[coupling], &self.setting.couplings[coupling]);
+        let mut impulse = Vector3::zeros();
+        if let Kind::Gear(gear) = of.0.kind {
+            let sides = self.gears[gear].sides();
+            impulse[0] = sides.map(|(member, wrench)| wrench.dot(&rhs[member])).sum();
+            return impulse;
+        }
+        for (member, share, torque_map) in self.sides(of) {
+            let part = rhs[member] * share;
+            impulse += torque_map.tr_mul(&part.fixed_rows::<3>(3));
+            if of.0.pushes() {
+                impulse += part.fixed_rows::<3>(0);
+            }
+        }
+        impulse
+    }
+
+    /// The same of the torques on its two bodies.
+    pub(in super::super) fn torques_pulled(
+        &self,
+        coupling: usize,
+        rhs: &[Vector6<f64>],
+    ) -> Vector6<f64> {
+        let of = (&self.links[coupling], &self.setting.couplings[coupling]);
+        let mut torques = Vector6::zeros();
+        if let Kind::Gear(_) = of.0.kind {
+            return torques;
+        }
+        for (side, (member, share, _)) in self.sides(of).enumerate() {
+            let part = rhs[member].fixed_rows::<3>(3) * share;
+            torques.fixed_rows_mut::<3>(3 * side).copy_from(&part);
+        }
+        torques
+    }
+
+    /// Solves the system that was factorised last for columns of right-hand sides by members, in their memory; `values`
+    /// are scratch.
+    pub(in super::super) fn solve_all<const C: usize>(
+        &self,
+        system: &mut IslandSystem,
+        (rhs, values): (&mut [SMatrix<f64, 6, C>], &mut Vec<SMatrix<f64, 6, C>>),
+    ) {
+        self.by_places((rhs, values), |values| system.blocks.solve_all(&self.pattern, values));
+    }
+
+    /// The same of the transposed system.
+    pub(in super::super) fn solve_transposed(
+        &self,
+        system: &mut IslandSystem,
+        (rhs, values): (&mut [Vector6<f64>], &mut Vec<Vector6<f64>>),
+    ) {
+        self.by_places((rhs, values), |values| system.blocks.solve::<true>(&self.pattern, values));
+    }
+
+    /// Has numbers by members dealt with in the order of elimination.
+    fn by_places<T: Copy>(
+        &self,
+        (members, values): (&mut [T], &mut Vec<T>),
+        solve: impl FnOnce(&mut [T]),
+    ) {
+        values.clear();
+        values.extend_from_slice(members);
+        for (index, member) in members.iter().enumerate() {
+            values[self.pattern.place(index)] = *member;
+        }
+        solve(values);
+        for (index, member) in members.iter_mut().enumerate() {
+            *member = values[self.pattern.place(index)];
         }
     }
 

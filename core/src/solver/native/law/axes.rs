@@ -3,7 +3,7 @@
 //! Equation numbers are those of `docs/joints.md`.
 
 use super::super::coupling::Rows;
-use super::super::equations::Answer;
+use super::super::equations::{Answer, Factored};
 use super::{NaturalMap, Pending};
 use crate::joint::{Graph, Segment};
 use nalgebra::{Matrix3, Vector3};
@@ -135,6 +135,16 @@ impl Pull {
         let (offset, gain) = self.along_axes(pieces, graphs, compliance);
         let gain = rows.frame * Matrix3::from_diagonal(&gain) * rows.frame.transpose();
         Answer::full(rows.frame * offset, gain)
+    }
+
+    /// The gains of the `pieces` in their axes, with ε = `compliance`.
+    pub(super) fn factored(
+        &self,
+        pieces: [u8; 3],
+        (rows, graphs): (&Rows, &[Graph]),
+        compliance: f64,
+    ) -> Factored {
+        Factored::along(&rows.frame, self.along_axes(pieces, graphs, compliance).1)
     }
 
     /// Offset and gain of each row in its own axis.

@@ -4,7 +4,7 @@
 //! Equation numbers are those of `docs/native-solver.md`.
 
 use super::super::coupling::Rows;
-use super::super::equations::Answer;
+use super::super::equations::{Answer, Factored};
 use super::{NaturalMap, Piece};
 use nalgebra::{Matrix3, Vector3};
 use std::f64::consts::TAU;
@@ -162,18 +162,62 @@ impl Pull {
     /// û_n = 0, and β = μ (γ − ρ_n û_n) t with t the direction of the pull β − ρ_t û_t. By
     /// δû_n = −û_n and δt = s sᵀ (δβ − ρ_t δû_t)/|pull|, s = n × t.
     fn linearise_slip(&self, rows: &Rows, compliance: f64) -> (Vector3<f64>, Matrix3<f64>) {
-        let stiffness = 1.0 / compliance;
-        let (n, friction) = (&rows.normal(), self.friction);
-        let size = self.size.max(f64::MIN_POSITIVE);
-        let t = self.tangential / size;
-        let s = n.cross(&t);
-        let bend = (friction * self.normal / size).min(1.0);
-        let across = 1.0 - bend + self.rho_t * (compliance * rows.give) * bend;
+        let Slip { t, s, n, across, turn, stiffness } = self.slip(rows, compliance);
+        let friction = self.friction;
         let normal_offset = -stiffness * self.u_n;
         let along = friction * (self.gamma + normal_offset) - t.dot(&self.beta);
         let sideways = -s.dot(&self.beta) / across;
-        let turn = (-self.rho_t * bend / across) * s * s.transpose();
         let press = (-stiffness * friction) * t - stiffness * n;
-        (along * t + sideways * s + normal_offset * n, turn + press * n.transpose())
+        (
+            along * t + sideways * s + normal_offset * n,
+            turn * s * s.transpose() + press * n.transpose(),
+        )
     }
+
+    /// The axes of the slip piece, and its numbers along them.
+    #[inline(always)]
+    fn slip(&self, rows: &Rows, compliance: f64) -> Slip {
+        let (n, friction) = (rows.normal(), self.friction);
+        let size = self.size.max(f64::MIN_POSITIVE);
+        let t = self.tangential / size;
+        let bend = (friction * self.normal / size).min(1.0);
+        let across = 1.0 - bend + self.rho_t * (compliance * rows.give) * bend;
+        let turn = -self.rho_t * bend / across;
+        Slip { t, s: n.cross(&t), n, across, turn, stiffness: 1.0 / compliance }
+    }
+
+    /// The gain of the `piece` in its factors, with ε = `compliance`: of what sticks
+    /// springs along n and across it, of what slips with t, s and n as above
+    ///
+    /// ```text
+    /// D = (−ρ_t bend/across) s sᵀ − (n + μ t) nᵀ/ε
+    /// ```
+    pub(super) fn factored(&self, piece: Piece, rows: &Rows, compliance: f64) -> Factored {
+        match piece {
+            Piece::Open => Factored::nothing(),
+            Piece::Stick => {
+                let along = -1.0 / compliance;
+                let across = along / rows.give;
+                Factored::along(&rows.frame, Vector3::new(across, across, along))
+            }
+            Piece::Slip | Piece::Axes(_) => {
+                let Slip { t, s, n, turn, stiffness, .. } = self.slip(rows, compliance);
+                Factored {
+                    to: Matrix3::from_columns(&[t, s, n + t * self.friction]),
+                    gains: Vector3::new(0.0, turn, -stiffness),
+                    from: Matrix3::from_columns(&[t, s, n]),
+                }
+            }
+        }
+    }
+}
+
+/// The slip piece: the direction t of the pull, s = n × t, n, and of (N5) the factor of what is sideways, the gain along s and 1/ε.
+struct Slip {
+    t: Vector3<f64>,
+    s: Vector3<f64>,
+    n: Vector3<f64>,
+    across: f64,
+    turn: f64,
+    stiffness: f64,
 }

@@ -18,7 +18,7 @@ pub(super) use cone::Cone;
 pub(super) use cone_barrier::Pending;
 
 use super::coupling::{Coupling, Rows};
-use super::equations::Answer;
+use super::equations::{Answer, Factored};
 use crate::joint::Graph;
 use axes::AxesBarrier;
 use cone_barrier::ConeBarrier;
@@ -202,6 +202,22 @@ impl Pull {
             }
             (Self::Cone(pull), piece) => pull.answer(piece, &coupling.rows, impulse, compliance),
             (Self::Axes(_), _) => Answer::open(impulse),
+        }
+    }
+
+    /// The gain of that answer in its factors.
+    pub(super) fn factored(
+        &self,
+        piece: Piece,
+        (coupling, graphs): (&Coupling, &[Graph]),
+        compliance: f64,
+    ) -> Factored {
+        match (self, piece) {
+            (Self::Axes(pull), Piece::Axes(pieces)) => {
+                pull.factored(pieces, (&coupling.rows, graphs), compliance)
+            }
+            (Self::Cone(pull), piece) => pull.factored(piece, &coupling.rows, compliance),
+            (Self::Axes(_), _) => Factored::nothing(),
         }
     }
 }

@@ -4,13 +4,13 @@
 
 use super::super::law::Piece;
 use super::constants::Constants;
-use super::slopes::Slopes;
+use super::slopes::{RowsChange, Slopes};
 use crate::contact::{Contact, Partner};
 use crate::derivative::{ContactTangent, Given, Placed, RowSlopes};
 use crate::mechanics::State;
 use crate::step::Step;
 use crate::world::Constant;
-use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
+use nalgebra::{Matrix3, SMatrix, Vector3};
 
 /// A contact, linearised.
 #[derive(Debug, Clone)]
@@ -20,8 +20,8 @@ pub(super) struct LinearCoupling {
     pub(super) slopes: Slopes,
     pub(super) rotations: [Matrix3<f64>; 2],
     pub(super) tangent: ContactTangent,
-    /// D of (N5).
-    pub(super) gain: Matrix3<f64>,
+    /// The rows along which D of (N5) sees motions.
+    from: Matrix3<f64>,
     /// p̂.
     pub(super) impulse: Vector3<f64>,
     /// δp̂ by δμ at fixed u.
@@ -36,7 +36,7 @@ impl LinearCoupling {
         step: &Step<'_>,
         (contact, placed, index): (&Contact, &Placed, usize),
         next: &[State],
-        (piece, gain, impulse): (Piece, Matrix3<f64>, Vector3<f64>),
+        (piece, from, impulse): (Piece, &Matrix3<f64>, Vector3<f64>),
     ) -> Self {
         let (world, key) = (step.world, &contact.key);
         let bodies = [Some(key.body), key.partner.body()];
@@ -63,7 +63,7 @@ impl LinearCoupling {
             slopes: Slopes::of(bodies),
             rotations: bodies.map(rotation),
             tangent,
-            gain,
+            from: *from,
             impulse,
             by_friction,
             of_world: world.law_by_world(key.body, key.partner),
@@ -90,63 +90,68 @@ impl LinearCoupling {
     fn set_rigid_slopes(&mut self, [place, turn, of_b]: &[RowSlopes; 3]) {
         let (p, arms) = (self.impulse.cross_matrix(), self.tangent.arms());
         let u = self.tangent.motion().cross_matrix();
-        let nine = |coupling: &Self, slopes: &RowSlopes, side: Option<usize>| {
-            let mut columns = SMatrix::<f64, 9, 3>::zeros();
-            let mut impulse = coupling.gain * slopes.motion;
+        let columns = |of: &Self, slopes: &RowSlopes, side: Option<usize>| {
+            let mut columns = RowsChange::<3>::zero();
+            columns.motion = of.from.tr_mul(&slopes.motion);
             if slopes.turn != Matrix3::zeros() {
-                impulse += coupling.gain * u * slopes.turn - p * slopes.turn;
+                columns.motion += of.from.tr_mul(&(u * slopes.turn));
+                columns.impulse = -p * slopes.turn;
             }
-            columns.fixed_rows_mut::<3>(0).copy_from(&impulse);
-            for (of, arm) in arms.iter().enumerate() {
-                if coupling.slopes.bodies[of].is_none() {
+            for (at, arm) in arms.iter().enumerate() {
+                if of.slopes.bodies[at].is_none() {
                     continue;
                 }
-                let mut torque = -p * slopes.arms[of];
-                if side == Some(of) {
-                    torque += arm.cross(&coupling.impulse).cross_matrix();
+                let mut torque = -p * slopes.arms[at];
+                if side == Some(at) {
+                    torque += arm.cross(&of.impulse).cross_matrix();
                 }
-                let torque = coupling.rotations[of].tr_mul(&torque);
-                columns.fixed_rows_mut::<3>(3 + 3 * of).copy_from(&torque);
+                let torque = of.rotations[at].tr_mul(&torque);
+                columns.torques.fixed_rows_mut::<3>(3 * at).copy_from(&torque);
             }
-            match side {
-                Some(of) => columns * coupling.rotations[of],
-                None => columns,
+            if let Some(side) = side {
+                let rotation = &of.rotations[side];
+                columns.motion *= rotation;
+                columns.impulse *= rotation;
+                columns.torques *= rotation;
             }
+            columns
         };
-        let by_place = nine(self, place, None);
-        let by_turn = nine(self, turn, Some(0));
-        let of_b = self.slopes.bodies[1].map(|_| nine(self, of_b, Some(1)));
+        let by_place = columns(self, place, None);
+        let by_turn = columns(self, turn, Some(0));
+        let of_b = self.slopes.bodies[1].map(|_| columns(self, of_b, Some(1)));
         let slopes = &mut self.slopes.by_pose;
-        slopes.fixed_columns_mut::<3>(0).copy_from(&by_place);
-        slopes.fixed_columns_mut::<3>(3).copy_from(&by_turn);
+        slopes.set(0, &by_place);
+        slopes.set(3, &by_turn);
         if let Some(of_b) = of_b {
-            slopes.fixed_columns_mut::<3>(6).copy_from(&-by_place);
-            slopes.fixed_columns_mut::<3>(9).copy_from(&of_b);
+            slopes.set(6, &by_place.negated());
+            slopes.set(9, &of_b);
         }
     }
 
     /// Fills them column by column.
     fn set_columns(&mut self, contact: &Contact) {
-        let mut by_velocity = contact.bounces().then(|| Box::new(SMatrix::<f64, 9, 12>::zeros()));
+        let mut by_velocity = contact.bounces().then(|| Box::new(SMatrix::<f64, 6, 12>::zeros()));
         for side in (0..2).filter(|&side| self.slopes.bodies[side].is_some()) {
             for k in 0..6 {
                 let (unit, nothing) = (Vector3::ith(k % 3, 1.0), Given::nothing());
                 let column = match (k, side) {
                     // Where both move alike, nothing changes.
-                    (0..3, 1) => -self.slopes.by_pose.column(k),
+                    (0..3, 1) => self.slopes.by_pose.columns(k).negated(),
                     (0..3, _) => self.changed(side, &Given { position: unit, ..nothing }),
                     _ => {
                         let turn = self.rotations[side] * unit;
                         self.changed(side, &Given { turn, ..nothing })
                     }
                 };
-                self.slopes.by_pose.set_column(6 * side + k, &column);
+                self.slopes.by_pose.set(6 * side + k, &column);
                 if let Some(slopes) = &mut by_velocity {
                     let faster = match k {
                         0..3 => Given { velocity: unit, ..nothing },
                         _ => Given { spin: unit, ..nothing },
                     };
-                    slopes.set_column(6 * side + k, &self.changed(side, &faster));
+                    let RowsChange { motion, impulse, .. } = self.changed(side, &faster);
+                    slopes.fixed_view_mut::<3, 1>(0, 6 * side + k).copy_from(&motion);
+                    slopes.fixed_view_mut::<3, 1>(3, 6 * side + k).copy_from(&impulse);
                 }
             }
         }
@@ -154,14 +159,14 @@ impl LinearCoupling {
     }
 
     /// What a change of one side makes.
-    fn changed(&self, side: usize, given: &Given) -> SVector<f64, 9> {
+    fn changed(&self, side: usize, given: &Given) -> RowsChange<1> {
         let nothing = Given::nothing();
         let sides = if side == 0 { (given, &nothing) } else { (&nothing, given) };
         self.change(sides, 0.0, 0.0)
     }
 
-    /// What a change of both sides, of h and of e makes of the impulse at fixed V⁺, and of the torques of what
-    /// it is: in the frame that turns with the normal, δn = φ × n,
+    /// What a change of both sides, of h and of e makes of the rows at fixed V⁺, of the impulse beside, and of the torques of
+    /// what it is: in the frame that turns with the normal, δn = φ × n,
     ///
     /// ```text
     /// δp̂ = D (δu − φ × u) + φ × p̂,   δτ = A_Bᵀ (δarm × p̂ − δθ × (arm × p̂))           (G6)
@@ -171,17 +176,17 @@ impl LinearCoupling {
         sides: (&Given, &Given),
         time_step: f64,
         restitution: f64,
-    ) -> SVector<f64, 9> {
+    ) -> RowsChange<1> {
         let rows = self.tangent.change(sides, time_step, restitution);
         let (p, u) = (&self.impulse, self.tangent.motion());
-        let impulse = self.gain * (rows.motion - rows.turn.cross(u)) + rows.turn.cross(p);
-        let mut change = SVector::<f64, 9>::zeros();
-        change.fixed_rows_mut::<3>(0).copy_from(&impulse);
+        let mut change = RowsChange::zero();
+        change.motion = self.from.tr_mul(&(rows.motion - rows.turn.cross(u)));
+        change.impulse = rows.turn.cross(p);
         let arms = self.tangent.arms();
         for (side, given) in [sides.0, sides.1].into_iter().enumerate() {
             let torque = rows.arms[side].cross(p) - given.turn.cross(&arms[side].cross(p));
             let torque = self.rotations[side].tr_mul(&torque);
-            change.fixed_rows_mut::<3>(3 + 3 * side).copy_from(&torque);
+            change.torques.fixed_rows_mut::<3>(3 * side).copy_from(&torque);
         }
         change
     }
@@ -190,7 +195,7 @@ impl LinearCoupling {
     pub(super) fn by_constants<F: Fn(Constant, usize) -> f64>(
         &self,
         constants: &Constants<'_, F>,
-    ) -> SVector<f64, 9> {
+    ) -> RowsChange<1> {
         let of = constants.numbers;
         let side = |body: Option<usize>| body.map_or(Given::nothing(), |body| constants.side(body));
         let (a, mut b) = (side(self.slopes.bodies[0]), side(self.slopes.bodies[1]));
@@ -199,9 +204,7 @@ impl LinearCoupling {
         }
         let restitution = of(Constant::Restitution, 0) * self.of_world.1;
         let mut change = self.change((&a, &b), of(Constant::TimeStep, 0), restitution);
-        let friction = self.by_friction * (of(Constant::Friction, 0) * self.of_world.0);
-        let mut part = change.fixed_rows_mut::<3>(0);
-        part += friction;
+        change.impulse += self.by_friction * (of(Constant::Friction, 0) * self.of_world.0);
         change
     }
 }

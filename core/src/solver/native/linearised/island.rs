@@ -2,18 +2,14 @@
 //!
 //! Equation numbers are those of `docs/gradients.md`.
 
-use super::super::effort::Effort;
-use super::super::equations::{Equations, Velocity};
-use super::super::island::{CouplingChange, Island, gain_of};
+use super::super::equations::Equations;
+use super::super::island::Island;
 use super::super::islands::IslandView;
-use super::super::law::NaturalMap;
 use super::super::member::BodyGiven;
-use super::super::newton::{Iterate, Newton, Until, evaluate};
-use super::super::part::next_state;
 use super::super::tolerances::COMPLIANCE;
 use super::constants::{Constants, Shape, places, unit};
-use super::coupling::LinearCoupling;
-use super::tied::{self, LinearGear, LinearRows, Matrix6x12, Slots, Solved};
+use super::point::LinearPoint;
+use super::tied::Slots;
 use super::{StepChange, StepGradient};
 use crate::contact::Contact;
 use crate::derivative::{EndMap, Placed, StateChange};
@@ -21,7 +17,7 @@ use crate::error::Error;
 use crate::mechanics::State;
 use crate::step::Step;
 use crate::world::{Constant, World};
-use nalgebra::{Matrix3, SMatrix, SVector, Vector3, Vector6};
+use nalgebra::{Matrix3, SMatrix, Vector3};
 
 /// One island at the solutions with the compliances ε and 2ε.
 #[derive(Debug, Clone)]
@@ -44,40 +40,26 @@ fn points(all: &mut [LinearPoint; 2], is_one: bool) -> impl Iterator<Item = &mut
     all.iter_mut().take(if is_one { 1 } else { 2 })
 }
 
+/// The same with what their results count: what is linear in ε vanishes.
+fn weighed(
+    all: &mut [LinearPoint; 2],
+    is_one: bool,
+) -> impl Iterator<Item = (&mut LinearPoint, f64)> {
+    points(all, is_one).zip(if is_one { [1.0, 0.0] } else { WEIGHTS })
+}
+
 /// ε and 2ε.
 const COMPLIANCES: [f64; 2] = [COMPLIANCE, 2.0 * COMPLIANCE];
 
-/// What the results at the two compliances are multiplied with: what is linear in ε vanishes.
-pub(super) const WEIGHTS: [f64; 2] = [2.0, -1.0];
-
-/// One island at a solution with compliance.
-#[derive(Debug, Clone)]
-pub(super) struct LinearPoint {
-    pub(super) newton: Newton<Island>,
-    pub(super) iterate: Iterate<Island>,
-    pub(super) couplings: Vec<LinearCoupling>,
-    joints: Vec<LinearRows>,
-    gears: Vec<LinearGear>,
-    pub(super) rhs: Vec<Vector6<f64>>,
-    /// Right-hand sides by the state of a body, and scratch of as many.
-    columns: (Vec<Matrix6x12>, Vec<Matrix6x12>),
-}
+/// What the results at the two compliances are multiplied with.
+const WEIGHTS: [f64; 2] = [2.0, -1.0];
 
 impl LinearIsland {
     pub(super) fn new(world: &World) -> Self {
-        let point = || LinearPoint {
-            newton: Newton::new(),
-            iterate: Iterate::new(),
-            couplings: Vec::new(),
-            joints: Vec::new(),
-            gears: Vec::new(),
-            rhs: Vec::new(),
-            columns: (Vec::new(), Vec::new()),
-        };
         Self {
             bodies: Vec::new(),
             island: Island::new(world),
-            points: [point(), point()],
+            points: [LinearPoint::new(), LinearPoint::new()],
             is_one: false,
             found: Vec::new(),
             free: None,
@@ -157,15 +139,20 @@ impl LinearIsland {
     fn selects(&mut self, step: &Step<'_>, view: &IslandView<'_>) -> Result<bool, Error> {
         /// Impulses that differ by less than this part of the largest are the same.
         const SAME: f64 = 1e-8;
-        for (point, compliance) in points(&mut self.points, self.is_one).zip(COMPLIANCES) {
-            point.begin(&self.island, step, view);
-            self.found.clone_from(&point.iterate.impulses);
-            if !point.solve(&self.island, step, view, compliance)? {
-                return Ok(false);
-            }
+        let Self { island, points: [near, far], found, .. } = self;
+        near.begin(island, step, view);
+        found.clone_from(&near.iterate.impulses);
+        if !near.solve(island, step, view, COMPLIANCES[0])? {
+            return Ok(false);
         }
         if self.is_one {
             return Ok(true);
+        }
+        // As far again from the solution that was found, where the second one is but for terms of second order.
+        far.begin(island, step, view);
+        far.go_on(near);
+        if !far.solve(island, step, view, COMPLIANCES[1])? {
+            return Ok(false);
         }
         let [near, far] = self.points.each_ref().map(|point| &point.iterate.impulses);
         let apart = |a: &[Vector3<f64>], b: &[Vector3<f64>]| {
@@ -221,10 +208,11 @@ impl LinearIsland {
         (gravity, ends): (&Vector3<f64>, &[Option<EndMap>]),
         end: &mut [StateChange],
     ) {
-        let weights = if self.is_one { [1.0, 0.0] } else { WEIGHTS };
-        for (point, weight) in points(&mut self.points, self.is_one).zip(weights) {
-            point.rhs.clear();
-            for (place, &body) in self.bodies.iter().enumerate() {
+        let Self { bodies, island, points: all, is_one, free, .. } = self;
+        for (point, weight) in weighed(all, *is_one) {
+            let LinearPoint { newton, iterate, held, couplings, joints, gears, one, .. } = point;
+            one.begin(bodies.len(), island.couplings().len());
+            for (place, &body) in bodies.iter().enumerate() {
                 let mut given = constants
                     .as_ref()
                     .map_or(BodyGiven::nothing(), |constants| constants.body(body));
@@ -234,36 +222,37 @@ impl LinearIsland {
                 if let Some(wrench) = change.wrenches.get(body) {
                     given.wrench = *wrench;
                 }
-                let velocity = &point.iterate.velocity[place];
-                point.rhs.push(self.island.members()[place].change(velocity, &given, gravity));
-            }
-            for coupling in &point.couplings {
-                let mut found = SVector::<f64, 9>::zeros();
-                if !change.states.is_empty() {
-                    found += coupling.slopes.pushed(change.states);
-                }
-                if let Some(constants) = &constants {
-                    found += coupling.by_constants(constants);
-                }
-                let change = coupling_change(&found);
-                self.island.add_change(coupling.index, &change, &mut point.rhs);
+                let velocity = &iterate.velocity[place];
+                one.rhs[place] = island.members()[place].change(velocity, &given, gravity);
             }
             if !change.states.is_empty() {
-                let (island, states, rhs) = (&self.island, change.states, &mut point.rhs);
-                point.joints.iter().for_each(|rows| rows.push(island, states, rhs));
-                point.gears.iter().for_each(|gear| gear.push(island, states, rhs));
+                for coupling in &*couplings {
+                    one.add(island, coupling.index, &coupling.slopes.pushed(change.states));
+                }
+                for rows in &*joints {
+                    one.add(island, rows.coupling, &rows.slopes.pushed(change.states));
+                }
+                for gear in &*gears {
+                    one.add(island, gear.coupling, &gear.pushed(change.states));
+                }
             }
-            if let Some(Constants { numbers, .. }) = &constants {
-                let (island, rhs) = (&self.island, &mut point.rhs);
-                let longer = numbers(Constant::TimeStep, 0);
-                point.joints.iter().for_each(|rows| rows.push_constants(island, numbers, rhs));
-                point.gears.iter().for_each(|gear| gear.push_time_step(island, longer, rhs));
+            if let Some(constants) = &constants {
+                for coupling in &*couplings {
+                    one.add(island, coupling.index, &coupling.by_constants(constants));
+                }
+                for rows in &*joints {
+                    one.add(island, rows.coupling, &rows.by_constants(constants.numbers));
+                }
+                let longer = (constants.numbers)(Constant::TimeStep, 0);
+                for gear in &*gears {
+                    one.add(island, gear.coupling, &gear.by_time_step(longer));
+                }
             }
-            match &self.free {
-                Some(inverse) => turn(inverse, &mut point.rhs),
-                None => self.island.solve::<false>(point.newton.system(), &mut point.rhs),
+            match free {
+                Some(inverse) => one.turn(inverse),
+                None => one.solve(island, held, newton.system()),
             }
-            for (&body, solved) in self.bodies.iter().zip(&point.rhs) {
+            for (&body, solved) in bodies.iter().zip(&one.solved) {
                 let (linear, spin) =
                     (solved.fixed_rows::<3>(0).into(), solved.fixed_rows::<3>(3).into());
                 if let Some(map) = &ends[body] {
@@ -282,29 +271,43 @@ impl LinearIsland {
         ends: &[Option<EndMap>],
         end: &mut [SMatrix<f64, 12, 12>],
     ) -> bool {
-        let Some(own) = self.bodies.iter().position(|of| *of == body) else { return false };
-        let weights = if self.is_one { [1.0, 0.0] } else { WEIGHTS };
-        for (point, weight) in points(&mut self.points, self.is_one).zip(weights) {
-            let LinearPoint { newton, couplings, joints, gears, columns: (rhs, values), .. } =
-                point;
-            rhs.clear();
-            rhs.resize(self.bodies.len(), Matrix6x12::zeros());
-            rhs[own] = self.island.members()[own].change_by_state();
-            for coupling in couplings.iter() {
-                if let Some(columns) = coupling.slopes.by_state(body) {
-                    self.island.add_changes(coupling.index, &columns, rhs);
+        let Self { bodies, island, points: all, is_one, free, .. } = self;
+        let Some(own) = bodies.iter().position(|of| *of == body) else { return false };
+        for (point, weight) in weighed(all, *is_one) {
+            let LinearPoint {
+                newton, held, couplings, joints, gears, by_pose, by_velocity, ..
+            } = point;
+            by_pose.begin(bodies.len(), island.couplings().len());
+            by_velocity.begin(bodies.len(), island.couplings().len());
+            by_velocity.rhs[own] = island.members()[own].change_by_velocity();
+            let of_contacts = couplings.iter().map(|coupling| (coupling.index, &coupling.slopes));
+            let of_joints = joints.iter().map(|rows| (rows.coupling, &rows.slopes));
+            for (index, slopes) in of_contacts.chain(of_joints) {
+                let Some((pose, velocity)) = slopes.by_state(body) else { continue };
+                by_pose.add(island, index, &pose);
+                if let Some(velocity) = velocity {
+                    by_velocity.add(island, index, &velocity);
                 }
             }
-            joints.iter().for_each(|rows| rows.add_state(&self.island, body, rhs));
-            gears.iter().for_each(|gear| gear.add_state(&self.island, body, rhs));
-            match &self.free {
-                Some(inverse) => turn(inverse, rhs),
-                None => self.island.solve_all(newton.system(), (rhs, values)),
-            }
-            for (&of, solved) in self.bodies.iter().zip(&*rhs) {
-                if let Some(map) = &ends[of] {
-                    map.add_velocities(&(solved * weight), &mut end[of]);
+            for gear in &*gears {
+                if let Some(pose) = gear.by_state(body) {
+                    by_pose.add(island, gear.coupling, &pose);
                 }
+            }
+            match free {
+                Some(inverse) => {
+                    by_pose.turn(inverse);
+                    by_velocity.turn(inverse);
+                }
+                None => {
+                    by_pose.solve(island, held, newton.system());
+                    by_velocity.solve(island, held, newton.system());
+                }
+            }
+            for (place, of) in bodies.iter().enumerate() {
+                let Some(map) = &ends[*of] else { continue };
+                map.add_velocities((&(by_pose.solved[place] * weight), 0), &mut end[*of]);
+                map.add_velocities((&(by_velocity.solved[place] * weight), 6), &mut end[*of]);
             }
         }
         true
@@ -317,28 +320,27 @@ impl LinearIsland {
         constants: &[Constant],
         gradient: &mut StepGradient,
     ) {
-        let weights = if self.is_one { [1.0, 0.0] } else { WEIGHTS };
-        for (point, weight) in points(&mut self.points, self.is_one).zip(weights) {
-            point.rhs.clear();
-            point.rhs.extend(self.bodies.iter().map(|&body| {
+        let Self { bodies, island, points: all, is_one, free, .. } = self;
+        for (point, weight) in weighed(all, *is_one) {
+            let LinearPoint { newton, iterate, held, couplings, joints, gears, one, .. } = point;
+            one.begin(bodies.len(), island.couplings().len());
+            for (rhs, &body) in one.rhs.iter_mut().zip(&*bodies) {
                 let (linear, spin) = by_velocity[body];
-                let mut rhs = Vector6::zeros();
                 rhs.fixed_rows_mut::<3>(0).copy_from(&(linear * weight));
                 rhs.fixed_rows_mut::<3>(3).copy_from(&(spin * weight));
-                rhs
-            }));
-            match &self.free {
-                Some(inverse) => turn(&inverse.transpose(), &mut point.rhs),
-                None => self.island.solve::<true>(point.newton.system(), &mut point.rhs),
             }
-            for (place, &body) in self.bodies.iter().enumerate() {
-                let (member, rhs) = (&self.island.members()[place], &point.rhs[place]);
+            match free {
+                Some(inverse) => one.turn(&inverse.transpose()),
+                None => one.solve_transposed(island, held, newton.system()),
+            }
+            for (place, &body) in bodies.iter().enumerate() {
+                let (member, rhs) = (&island.members()[place], &one.solved[place]);
                 let (velocity, spin, wrench) = member.change_pulled(rhs);
                 let state = &mut gradient.states[body];
                 state.velocity += velocity;
                 state.spin += spin;
                 gradient.wrenches[body] = gradient.wrenches[body].plus(&wrench);
-                let new = &point.iterate.velocity[place];
+                let new = &iterate.velocity[place];
                 for (&constant, sums) in constants.iter().zip(&mut gradient.constants) {
                     for place in places(constant, body) {
                         let numbers = unit(constant, place);
@@ -347,20 +349,22 @@ impl LinearIsland {
                     }
                 }
             }
-            for rows in &point.joints {
-                let sums = (constants, &mut gradient.constants[..]);
-                rows.pull(&self.island, &point.rhs, &mut gradient.states, sums);
+            for rows in &*joints {
+                let by = one.pulled(island, rows.coupling);
+                rows.slopes.pull(&by, &mut gradient.states);
+                rows.pull_constants(&by, constants, &mut gradient.constants);
             }
-            for gear in &point.gears {
-                let by_time_step = gear.pull(&self.island, &point.rhs, &mut gradient.states);
+            for gear in &*gears {
+                let by_time_step =
+                    gear.pull(&one.pulled(island, gear.coupling), &mut gradient.states);
                 for (constant, sums) in constants.iter().zip(&mut gradient.constants) {
                     if *constant == Constant::TimeStep {
                         sums[0] += by_time_step;
                     }
                 }
             }
-            for coupling in &point.couplings {
-                let by = numbers(&self.island.change_pulled(coupling.index, &point.rhs));
+            for coupling in &*couplings {
+                let by = one.pulled(island, coupling.index);
                 coupling.slopes.pull(&by, &mut gradient.states);
                 for (&constant, sums) in constants.iter().zip(&mut gradient.constants) {
                     let mut done = 0..0;
@@ -379,133 +383,5 @@ impl LinearIsland {
                 }
             }
         }
-    }
-}
-
-/// Solves the equations of bodies by themselves for the spins.
-fn turn<const C: usize>(inverse: &Matrix3<f64>, rhs: &mut [SMatrix<f64, 6, C>]) {
-    for rhs in rhs {
-        let turned = inverse * rhs.fixed_rows::<3>(3);
-        rhs.fixed_rows_mut::<3>(3).copy_from(&turned);
-    }
-}
-
-pub(super) fn coupling_change(numbers: &SVector<f64, 9>) -> CouplingChange {
-    let part = |k: usize| Vector3::from_column_slice(&numbers.as_slice()[k..k + 3]);
-    CouplingChange { impulse: part(0), torques: [part(3), part(6)] }
-}
-
-pub(super) fn numbers(change: &CouplingChange) -> SVector<f64, 9> {
-    let mut all = SVector::<f64, 9>::zeros();
-    for (k, part) in [&change.impulse, &change.torques[0], &change.torques[1]].iter().enumerate() {
-        all.fixed_rows_mut::<3>(3 * k).copy_from(part);
-    }
-    all
-}
-
-impl LinearPoint {
-    /// Starts at the solution.
-    fn begin(&mut self, island: &Island, step: &Step<'_>, view: &IslandView<'_>) {
-        let to_impulse = step.world.time_step() / island.mass();
-        let states = &step.previous.states;
-        let velocities = view
-            .bodies
-            .iter()
-            .map(|&body| Velocity { linear: states[body].velocity, spin: states[body].spin });
-        let Iterate { velocity, impulses, .. } = &mut self.iterate;
-        velocity.clear();
-        velocity.extend(velocities);
-        impulses.clear();
-        impulses.extend(view.contacts.iter().map(|&place| view.before[place] * to_impulse));
-        island.extend_previous(step, impulses);
-    }
-
-    /// Makes it that of a body by itself, of which the solution is that which was found.
-    fn set_free(
-        &mut self,
-        island: &Island,
-        step: &Step<'_>,
-        view: &IslandView<'_>,
-    ) -> Option<Matrix3<f64>> {
-        self.begin(island, step, view);
-        self.couplings.clear();
-        self.joints.clear();
-        self.gears.clear();
-        let slope = island.members()[0].angular_slope(&self.iterate.velocity[0].spin);
-        slope.try_inverse()
-    }
-
-    /// Finds the solution with `compliance` from here; whether it did.
-    fn solve(
-        &mut self,
-        island: &Island,
-        step: &Step<'_>,
-        view: &IslandView<'_>,
-        compliance: f64,
-    ) -> Result<bool, Error> {
-        /// Iterations: as the start is as near as the compliance, two or three are enough.
-        const ITERATIONS: u32 = 20;
-        let map = NaturalMap::with_compliance(compliance);
-        let mut effort = Effort::new(step, view.bodies.len(), view.contacts.len());
-        effort.begin_start();
-        let tolerances = island.tolerances();
-        let until = Until { iterations: ITERATIONS, residual: tolerances.rounding };
-        let Self { newton, iterate, .. } = self;
-        let converged = newton.solve(island, &map, (compliance, until), iterate, &mut effort);
-        effort.check()?;
-        // What did not converge to rounding may have to what is asked of a solution with compliance.
-        Ok(converged || evaluate(island, &map, iterate).largest <= tolerances.newton)
-    }
-
-    /// Stays at the solution that was found: compliance acts on changes alone (N13).
-    fn keep(&mut self, island: &Island, step: &Step<'_>, view: &IslandView<'_>, compliance: f64) {
-        self.begin(island, step, view);
-        let map = NaturalMap::with_compliance(compliance);
-        self.iterate.keep_impulses(island, &map);
-        let _ = evaluate(island, &map, &mut self.iterate);
-        self.iterate.forget_impulses();
-    }
-
-    /// Linearises the equations here, and all contacts by what they depend on.
-    pub(super) fn linearise(
-        &mut self,
-        island: &Island,
-        (step, contacts, view): (&Step<'_>, &[Contact], &IslandView<'_>),
-        (next, placed, slots): (&mut [State], &mut [Option<Placed>], &Slots),
-        compliance: f64,
-    ) -> Option<()> {
-        let map = NaturalMap::with_compliance(compliance);
-        let Self { newton, iterate, couplings, joints, gears, .. } = self;
-        let (eliminations, pieces) = newton.linearise(island, &map, compliance, iterate)?;
-        for (&body, velocity) in view.bodies.iter().zip(&iterate.velocity) {
-            next[body] = next_state(step, body, velocity);
-        }
-        couplings.clear();
-        for (place, &index) in view.contacts.iter().enumerate() {
-            let impulse = iterate.impulses[place];
-            let gain = gain_of(&eliminations[place].answer);
-            // What is open has no part in anything.
-            if impulse == Vector3::zeros() && gain == Matrix3::zeros() {
-                continue;
-            }
-            let contact = &contacts[index];
-            let known = &mut placed[place];
-            let placed = known.get_or_insert_with(|| Placed::of(step.world, contact, step.states));
-            let on = (pieces[place], gain, impulse);
-            couplings.push(LinearCoupling::new(step, (contact, placed, place), next, on));
-        }
-        if view.joints.is_empty() {
-            joints.clear();
-            gears.clear();
-            return Some(());
-        }
-        let Iterate { velocity, impulses, .. } = &*iterate;
-        let solved = Solved { pieces, impulses, points: iterate.points(), compliance };
-        let of_body = |body: usize| {
-            let Velocity { linear, spin } = velocity[view.places[body]];
-            (linear, spin)
-        };
-        tied::linearise(step, island, (&solved, slots), of_body, (joints, gears));
-        Some(())
     }
 }

@@ -10,33 +10,29 @@
 
 use super::super::island::{GearRow, Island, JointPlace};
 use super::super::law::Piece;
-use super::coupling_change;
-use super::slopes::Slopes;
+use super::slopes::{RowsChange, Slopes};
 use crate::derivative::{JointTangent, RowsTangent, StateChange};
 use crate::joint::{Axis, AxisChange, AxisStart, JointAxis, PieceChange, Segment};
 use crate::step::Step;
 use crate::world::{Constant, World};
-use nalgebra::{Matrix3, RowSVector, SMatrix, SVector, Vector3, Vector6};
-
-/// Right-hand sides of a body by the state of one.
-pub(super) type Matrix6x12 = SMatrix<f64, 6, 12>;
+use nalgebra::{Matrix3, RowSVector, SMatrix, Vector3};
 
 /// The impulse of three rows of a joint, linearised.
 #[derive(Debug, Clone)]
 pub(super) struct LinearRows {
     /// The coupling in the island.
-    coupling: usize,
-    slopes: Slopes,
-    by_time_step: SVector<f64, 9>,
+    pub(super) coupling: usize,
+    pub(super) slopes: Slopes,
+    by_time_step: RowsChange<1>,
     /// The rows' axes, and what each answers to.
     frame: Matrix3<f64>,
     laws: [RowLaw; 3],
 }
 
-/// The row of a gear, linearised: the impulse along it, by the poses of the bodies of its two coordinates.
+/// The row of a gear, linearised: its motion, by the poses of the bodies of its two coordinates.
 #[derive(Debug, Clone)]
 pub(super) struct LinearGear {
-    coupling: usize,
+    pub(super) coupling: usize,
     by_pose: [([Option<usize>; 2], RowSVector<f64, 12>); 2],
     by_time_step: f64,
 }
@@ -59,21 +55,13 @@ struct RowLaw {
 }
 
 impl RowLaw {
-    /// δp̂ by δu.
-    fn gain(&self) -> f64 {
-        match self.at.1 {
-            true => -1.0 / self.compliance,
-            false => -self.slope / (1.0 + self.compliance * self.slope),
-        }
-    }
-
-    /// δp̂ by a change of what its graph is made of.
-    fn answer(&self, change: &AxisChange) -> f64 {
+    /// What a change of what its graph is made of makes of the motion along it, and of the impulse beside (G10).
+    fn answer(&self, change: &AxisChange) -> (f64, f64) {
         let Self { axis, start, time_step, scale, at, slope, compliance, .. } = self;
         match axis.piece_change(start, *time_step, *scale, *at, change) {
-            PieceChange::Speed(faster) => faster / compliance,
+            PieceChange::Speed(faster) => (-faster, 0.0),
             PieceChange::Line(value, steeper) => {
-                (value - at.0 * steeper) / (1.0 + compliance * slope)
+                (0.0, (value - at.0 * steeper) / (1.0 + compliance * slope))
             }
         }
     }
@@ -219,7 +207,7 @@ pub(super) fn linearise(
         }
     }
     for row in island.gear_rows() {
-        gears.extend(LinearGear::new(&row, &tangents, (step, solved.compliance)));
+        gears.extend(LinearGear::new(&row, &tangents, step));
     }
 }
 
@@ -231,79 +219,73 @@ impl LinearRows {
         (frame, laws): (Matrix3<f64>, [RowLaw; 3]),
     ) -> Self {
         let mut slopes = Slopes::of(bodies);
-        slopes.by_pose = of.load;
-        let mut by_time_step = SVector::<f64, 9>::zeros();
-        let mut by_velocity = of.rates.as_ref().map(|_| Box::new(SMatrix::<f64, 9, 12>::zeros()));
+        let (load, mut by_time_step) = (&of.load, RowsChange::<1>::zero());
+        let pose = &mut slopes.by_pose;
+        pose.motion = of.motion;
+        pose.impulse.copy_from(&load.fixed_rows::<3>(0));
+        pose.torques.copy_from(&load.fixed_rows::<6>(3));
+        let mut by_velocity = of.rates.as_ref().map(|_| Box::new(SMatrix::<f64, 6, 12>::zeros()));
         for (k, law) in laws.iter().enumerate() {
-            let gain = law.gain();
             let unit = AxisChange::default();
+            // Adds rows, by columns, of which a change of one makes this answer.
+            let mut add = |(motion, impulse): (f64, f64), by: RowSVector<f64, 12>, longer: f64| {
+                let mut row = pose.motion.row_mut(k);
+                row += by * motion;
+                pose.impulse += frame.column(k) * (by * impulse);
+                by_time_step.motion[k] += longer * motion;
+                by_time_step.impulse += frame.column(k) * (longer * impulse);
+            };
             let by_coordinate = law.answer(&AxisChange { coordinate: 1.0, ..unit });
-            let mut row = of.motion.row(k) * gain + of.coordinates.row(k) * by_coordinate;
-            let mut longer =
-                of.by_time_step[k] * gain + law.answer(&AxisChange { time_step: 1.0, ..unit });
+            add(by_coordinate, of.coordinates.row(k).into(), 0.0);
+            add((1.0, 0.0), RowSVector::zeros(), of.by_time_step[k]);
+            add(law.answer(&AxisChange { time_step: 1.0, ..unit }), RowSVector::zeros(), 1.0);
             if let (Some(rates), Some(slopes)) = (&of.rates, &mut by_velocity) {
-                let by_rate = law.answer(&AxisChange { rate: 1.0, ..unit });
-                row += rates.by_poses.row(k) * by_rate;
-                longer += rates.by_time_step[k] * by_rate;
-                let mut part = slopes.fixed_rows_mut::<3>(0);
-                part += frame.column(k) * (rates.by_velocities.row(k) * by_rate);
+                let (motion, impulse) = law.answer(&AxisChange { rate: 1.0, ..unit });
+                add((motion, impulse), rates.by_poses.row(k).into(), rates.by_time_step[k]);
+                let by = rates.by_velocities.row(k);
+                let mut row = slopes.row_mut(k);
+                row += by * motion;
+                let mut part = slopes.fixed_rows_mut::<3>(3);
+                part += frame.column(k) * (by * impulse);
             }
-            let mut part = slopes.by_pose.fixed_rows_mut::<3>(0);
-            part += frame.column(k) * row;
-            let mut part = by_time_step.fixed_rows_mut::<3>(0);
-            part += frame.column(k) * longer;
         }
         slopes.by_velocity = by_velocity;
         Self { coupling, slopes, by_time_step, frame, laws }
     }
 
-    /// Adds to the right-hand sides what changes of states make.
-    pub(super) fn push(&self, island: &Island, states: &[StateChange], rhs: &mut [Vector6<f64>]) {
-        let change = coupling_change(&self.slopes.pushed(states));
-        island.add_change(self.coupling, &change, rhs);
-    }
-
-    /// Adds what the state of a body of the world makes, by columns.
-    pub(super) fn add_state(&self, island: &Island, body: usize, rhs: &mut [Matrix6x12]) {
-        if let Some(columns) = self.slopes.by_state(body) {
-            island.add_changes(self.coupling, &columns, rhs);
+    /// By changes of constants.
+    pub(super) fn by_constants(&self, of: &impl Fn(Constant, usize) -> f64) -> RowsChange<1> {
+        let mut change = RowsChange::zero().plus(of(Constant::TimeStep, 0), &self.by_time_step);
+        for (k, law) in self.laws.iter().enumerate() {
+            let Some((motion, impulse)) = law.given(of).map(|given| law.answer(&given)) else {
+                continue;
+            };
+            change.motion[k] += motion;
+            change.impulse += self.frame.column(k) * impulse;
         }
-    }
-
-    /// Adds what changes of constants make.
-    pub(super) fn push_constants(
-        &self,
-        island: &Island,
-        of: &impl Fn(Constant, usize) -> f64,
-        rhs: &mut [Vector6<f64>],
-    ) {
-        let mut change = self.by_time_step * of(Constant::TimeStep, 0);
-        let answer = |law: &RowLaw| law.given(of).map_or(0.0, |given| law.answer(&given));
-        let along = Vector3::from_iterator(self.laws.iter().map(answer));
-        let mut part = change.fixed_rows_mut::<3>(0);
-        part += self.frame * along;
-        island.add_change(self.coupling, &coupling_change(&change), rhs);
+        change
     }
 
     /// The transpose.
-    pub(super) fn pull(
+    pub(super) fn pull_constants(
         &self,
-        island: &Island,
-        rhs: &[Vector6<f64>],
-        states: &mut [StateChange],
-        constants: (&[Constant], &mut [Vec<f64>]),
+        by: &RowsChange<1>,
+        constants: &[Constant],
+        sums: &mut [Vec<f64>],
     ) {
-        let by = super::numbers(&island.change_pulled(self.coupling, rhs));
-        self.slopes.pull(&by, states);
-        let along = self.frame.tr_mul(&by.fixed_rows::<3>(0));
-        for (&constant, sums) in constants.0.iter().zip(constants.1) {
+        let along = self.frame.tr_mul(&by.impulse);
+        for (&constant, sums) in constants.iter().zip(sums) {
             if constant == Constant::TimeStep {
                 sums[0] += by.dot(&self.by_time_step);
             }
-            for (law, along) in self.laws.iter().zip(&along) {
+            for (k, law) in self.laws.iter().enumerate() {
                 let Some(place) = law.slot(constant) else { continue };
                 let unit = |of: Constant, _: usize| if of == constant { 1.0 } else { 0.0 };
-                sums[place] += along * law.given(&unit).map_or(0.0, |given| law.answer(&given));
+                let Some((motion, impulse)) = law.given(&unit).map(|given| law.answer(&given))
+                else {
+                    continue;
+                };
+                sums[place] += by.motion[k] * motion + along[k] * impulse;
             }
         }
     }
@@ -314,29 +296,27 @@ impl LinearGear {
     fn new(
         row: &GearRow,
         tangents: &[(usize, [Option<usize>; 2], f64, RowsTangent)],
-        (step, compliance): (&Step<'_>, f64),
+        step: &Step<'_>,
     ) -> Option<Self> {
-        let (h, gain) = (step.world.time_step(), -1.0 / compliance);
+        let h = step.world.time_step();
         let mut by_time_step = -row.offset / h;
         let mut of_part = |(coupling, k, factor): (usize, usize, f64)| {
             let (_, bodies, length, of) = tangents.iter().find(|(known, ..)| *known == coupling)?;
             by_time_step += factor * of.by_time_step[k];
             let slopes = (of.motion.row(k) + of.coordinates.row(k) * (length / h)) * factor;
-            Some((*bodies, slopes * gain))
+            Some((*bodies, slopes))
         };
         let by_pose = [of_part(row.parts[0])?, of_part(row.parts[1])?];
-        Some(Self { coupling: row.coupling, by_pose, by_time_step: by_time_step * gain })
+        Some(Self { coupling: row.coupling, by_pose, by_time_step })
     }
 
-    /// Adds to the right-hand sides what an impulse along the row makes.
-    fn add(&self, island: &Island, along: f64, rhs: &mut [Vector6<f64>]) {
-        let mut change = SVector::<f64, 9>::zeros();
-        change[0] = along;
-        island.add_change(self.coupling, &coupling_change(&change), rhs);
+    /// A change of its motion alone.
+    fn along(motion: f64) -> RowsChange<1> {
+        RowsChange { motion: Vector3::x() * motion, ..RowsChange::zero() }
     }
 
-    /// Adds to the right-hand sides what changes of states make.
-    pub(super) fn push(&self, island: &Island, states: &[StateChange], rhs: &mut [Vector6<f64>]) {
+    /// By changes of states.
+    pub(super) fn pushed(&self, states: &[StateChange]) -> RowsChange<1> {
         let mut along = 0.0;
         for (bodies, row) in &self.by_pose {
             for (side, body) in bodies.iter().enumerate() {
@@ -345,34 +325,30 @@ impl LinearGear {
                     + row.fixed_columns::<3>(6 * side + 3).tr_dot(&state.turn);
             }
         }
-        self.add(island, along, rhs);
+        Self::along(along)
     }
 
-    /// Adds what the state of a body of the world makes, by columns.
-    pub(super) fn add_state(&self, island: &Island, body: usize, rhs: &mut [Matrix6x12]) {
-        let mut columns = SMatrix::<f64, 9, 12>::zeros();
+    /// By the pose of a body of the world.
+    pub(super) fn by_state(&self, body: usize) -> Option<RowsChange<6>> {
+        let mut found = None;
         for (bodies, row) in &self.by_pose {
             for side in (0..2).filter(|side| bodies[*side] == Some(body)) {
-                let mut part = columns.fixed_view_mut::<1, 6>(0, 0);
+                let columns = found.get_or_insert_with(RowsChange::<6>::zero);
+                let mut part = columns.motion.row_mut(0);
                 part += row.fixed_columns::<6>(6 * side);
             }
         }
-        island.add_changes(self.coupling, &columns, rhs);
+        found
     }
 
-    /// Adds what a change of h (s) makes.
-    pub(super) fn push_time_step(&self, island: &Island, time_step: f64, rhs: &mut [Vector6<f64>]) {
-        self.add(island, self.by_time_step * time_step, rhs);
+    /// By a change of h (s).
+    pub(super) fn by_time_step(&self, longer: f64) -> RowsChange<1> {
+        Self::along(self.by_time_step * longer)
     }
 
     /// The transpose; the derivative by h.
-    pub(super) fn pull(
-        &self,
-        island: &Island,
-        rhs: &[Vector6<f64>],
-        states: &mut [StateChange],
-    ) -> f64 {
-        let along = island.change_pulled(self.coupling, rhs).impulse[0];
+    pub(super) fn pull(&self, by: &RowsChange<1>, states: &mut [StateChange]) -> f64 {
+        let along = by.motion[0];
         for (bodies, row) in &self.by_pose {
             for (side, body) in bodies.iter().enumerate() {
                 let Some(state) = body.map(|body| &mut states[body]) else { continue };

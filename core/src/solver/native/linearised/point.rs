@@ -1,0 +1,176 @@
+//! An island at a solution with compliance, linearised there.
+//!
+//! Equation numbers are those of `docs/gradients.md`.
+
+use super::super::effort::Effort;
+use super::super::equations::{Equations, Velocity};
+use super::super::island::Island;
+use super::super::islands::IslandView;
+use super::super::law::NaturalMap;
+use super::super::newton::{Iterate, Newton, Until, evaluate};
+use super::super::part::next_state;
+use super::coupling::LinearCoupling;
+use super::refined::{Columns, Held};
+use super::tied::{self, LinearGear, LinearRows, Slots, Solved};
+use crate::contact::Contact;
+use crate::derivative::Placed;
+use crate::error::Error;
+use crate::mechanics::State;
+use crate::step::Step;
+use nalgebra::{Matrix3, Vector3};
+
+/// One island at a solution with compliance.
+#[derive(Debug, Clone)]
+pub(super) struct LinearPoint {
+    pub(super) newton: Newton<Island>,
+    pub(super) iterate: Iterate<Island>,
+    pub(super) held: Held,
+    pub(super) couplings: Vec<LinearCoupling>,
+    pub(super) joints: Vec<LinearRows>,
+    pub(super) gears: Vec<LinearGear>,
+    /// One change, and those by the pose of a body and by its velocities.
+    pub(super) one: Columns<1>,
+    pub(super) by_pose: Columns<6>,
+    pub(super) by_velocity: Columns<6>,
+}
+
+impl LinearPoint {
+    pub(super) fn new() -> Self {
+        Self {
+            newton: Newton::new(),
+            iterate: Iterate::new(),
+            held: Held::default(),
+            couplings: Vec::new(),
+            joints: Vec::new(),
+            gears: Vec::new(),
+            one: Columns::new(),
+            by_pose: Columns::new(),
+            by_velocity: Columns::new(),
+        }
+    }
+
+    /// Starts at the solution.
+    pub(super) fn begin(&mut self, island: &Island, step: &Step<'_>, view: &IslandView<'_>) {
+        let to_impulse = step.world.time_step() / island.mass();
+        let states = &step.previous.states;
+        let velocities = view
+            .bodies
+            .iter()
+            .map(|&body| Velocity { linear: states[body].velocity, spin: states[body].spin });
+        let Iterate { velocity, impulses, .. } = &mut self.iterate;
+        velocity.clear();
+        velocity.extend(velocities);
+        impulses.clear();
+        impulses.extend(view.contacts.iter().map(|&place| view.before[place] * to_impulse));
+        island.extend_previous(step, impulses);
+    }
+
+    /// Goes from the solution where it is to `other` and as far again.
+    pub(super) fn go_on(&mut self, other: &Self) {
+        let (own, to) = (&mut self.iterate, &other.iterate);
+        for (own, to) in own.velocity.iter_mut().zip(&to.velocity) {
+            own.linear = to.linear * 2.0 - own.linear;
+            own.spin = to.spin * 2.0 - own.spin;
+        }
+        for (own, to) in own.impulses.iter_mut().zip(&to.impulses) {
+            *own = to * 2.0 - *own;
+        }
+    }
+
+    /// Makes it that of a body by itself, of which the solution is that which was found.
+    pub(super) fn set_free(
+        &mut self,
+        island: &Island,
+        step: &Step<'_>,
+        view: &IslandView<'_>,
+    ) -> Option<Matrix3<f64>> {
+        self.begin(island, step, view);
+        self.couplings.clear();
+        self.joints.clear();
+        self.gears.clear();
+        let slope = island.members()[0].angular_slope(&self.iterate.velocity[0].spin);
+        slope.try_inverse()
+    }
+
+    /// Finds the solution with `compliance` from here; whether it did.
+    pub(super) fn solve(
+        &mut self,
+        island: &Island,
+        step: &Step<'_>,
+        view: &IslandView<'_>,
+        compliance: f64,
+    ) -> Result<bool, Error> {
+        /// Iterations: as the start is as near as the compliance, two or three are enough.
+        const ITERATIONS: u32 = 20;
+        let map = NaturalMap::with_compliance(compliance);
+        let mut effort = Effort::new(step, view.bodies.len(), view.contacts.len());
+        effort.begin_start();
+        let tolerances = island.tolerances();
+        let until = Until { iterations: ITERATIONS, residual: tolerances.rounding };
+        let Self { newton, iterate, .. } = self;
+        let converged = newton.solve(island, &map, (compliance, until), iterate, &mut effort);
+        effort.check()?;
+        // What did not converge to rounding may have to what is asked of a solution with compliance.
+        Ok(converged || evaluate(island, &map, iterate).largest <= tolerances.newton)
+    }
+
+    /// Stays at the solution that was found: compliance acts on changes alone (N13).
+    pub(super) fn keep(
+        &mut self,
+        island: &Island,
+        step: &Step<'_>,
+        view: &IslandView<'_>,
+        compliance: f64,
+    ) {
+        self.begin(island, step, view);
+        let map = NaturalMap::with_compliance(compliance);
+        self.iterate.keep_impulses(island, &map);
+        let _ = evaluate(island, &map, &mut self.iterate);
+        self.iterate.forget_impulses();
+    }
+
+    /// Linearises the equations here, and all contacts by what they depend on.
+    pub(super) fn linearise(
+        &mut self,
+        island: &Island,
+        (step, contacts, view): (&Step<'_>, &[Contact], &IslandView<'_>),
+        (next, placed, slots): (&mut [State], &mut [Option<Placed>], &Slots),
+        compliance: f64,
+    ) -> Option<()> {
+        let map = NaturalMap::with_compliance(compliance);
+        let Self { newton, iterate, held, couplings, joints, gears, .. } = self;
+        let (eliminations, pieces) = newton.linearise(island, &map, compliance, iterate)?;
+        let members = island.members().iter().zip(&iterate.velocity);
+        held.begin(members.map(|(member, velocity)| member.angular_slope(&velocity.spin)));
+        for (&body, velocity) in view.bodies.iter().zip(&iterate.velocity) {
+            next[body] = next_state(step, body, velocity);
+        }
+        couplings.clear();
+        for (index, piece) in pieces.iter().enumerate() {
+            let gain = iterate.factored(island, (index, *piece), compliance);
+            // What is open has no part in anything.
+            if gain.gains == Vector3::zeros() {
+                continue;
+            }
+            held.add(island, index, (&eliminations[index].slope, &gain));
+            let Some(place) = view.contacts.get(index) else { continue };
+            let (contact, known) = (&contacts[*place], &mut placed[index]);
+            let placed = known.get_or_insert_with(|| Placed::of(step.world, contact, step.states));
+            let on = (*piece, &gain.from, iterate.impulses[index]);
+            couplings.push(LinearCoupling::new(step, (contact, placed, index), next, on));
+        }
+        if view.joints.is_empty() {
+            joints.clear();
+            gears.clear();
+            return Some(());
+        }
+        let Iterate { velocity, impulses, .. } = &*iterate;
+        let solved = Solved { pieces, impulses, points: iterate.points(), compliance };
+        let of_body = |body: usize| {
+            let Velocity { linear, spin } = velocity[view.places[body]];
+            (linear, spin)
+        };
+        tied::linearise(step, island, (&solved, slots), of_body, (joints, gears));
+        Some(())
+    }
+}

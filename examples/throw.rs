@@ -1,0 +1,102 @@
+//! A cube thrown so that it comes to rest on a mark: the velocity of the throw by Gauss–Newton, with the exact derivatives of a
+//! run in which it lands, tumbles and slides. Where a step would lead to worse, because the cube falls on another
+//! face there, half of it is tried.
+//!
+//! ```text
+//! cargo run --release --example throw
+//! ```
+
+use nalgebra::{Matrix2x3, Vector2, Vector3, Vector4};
+use tumble::contact::Plane;
+use tumble::derivative::StateChange;
+use tumble::error::Error;
+use tumble::mechanics::{RigidBody, Rotation, State};
+use tumble::simulation::{Checkpoints, Motion, Run, Simulation};
+use tumble::world::{Parameters, World};
+
+/// Steps of 2 ms, after which it lies.
+const STEPS: u64 = 900;
+/// Where it is to lie, m.
+const MARK: Vector2<f64> = Vector2::new(1.5, 0.4);
+
+/// A cube thrown with this velocity, m/s.
+fn simulation(velocity: &Vector3<f64>) -> Result<Simulation<'static>, Error> {
+    let world = World::new(Parameters {
+        bodies: vec![RigidBody::solid_box(1.0, Vector3::repeat(0.1))?],
+        ground: Some(Plane::level()),
+        gravity: Vector3::new(0.0, 0.0, -9.81),
+        friction: 0.4,
+        time_step: 0.002,
+        rotation: Rotation::Momentum,
+    })?;
+    let start = State {
+        position: Vector3::new(0.0, 0.0, 0.5),
+        attitude: Vector4::new(0.9, 0.2, -0.3, 0.1).normalize(),
+        velocity: *velocity,
+        spin: Vector3::new(2.0, 1.0, 3.0),
+    };
+    let motion = Motion::native(&world);
+    Simulation::new(world, [start], motion)
+}
+
+/// How far from the mark it lies, m.
+fn miss(velocity: &Vector3<f64>) -> Result<Vector2<f64>, Error> {
+    let mut simulation = simulation(velocity)?;
+    let mut record = Default::default();
+    for _ in 0..STEPS {
+        simulation.step(&mut record)?;
+    }
+    Ok(simulation.state().position.xy() - MARK)
+}
+
+/// That by the velocity, s, and how near to a kink the run came, m/s.
+fn slopes(velocity: &Vector3<f64>) -> Result<(Matrix2x3<f64>, f64), Error> {
+    let (mut slopes, mut margin) = (Matrix2x3::zeros(), 0.0);
+    for (row, along) in [Vector3::x(), Vector3::y()].into_iter().enumerate() {
+        let end = StateChange { position: along, ..StateChange::zero() };
+        let found = simulation(velocity)?.gradient(&mut Run {
+            steps: STEPS,
+            before: &mut |_| Ok(()),
+            by_states: &mut |k, _| (k == STEPS).then(|| vec![end]),
+            constants: &[],
+            checkpoints: Checkpoints::default(),
+            compliance: None,
+        })?;
+        slopes.row_mut(row).copy_from(&found.states[0].velocity.transpose());
+        margin = found.margin.0;
+    }
+    Ok((slopes, margin))
+}
+
+fn main() -> Result<(), Error> {
+    let mut velocity = Vector3::new(1.5, 0.0, 1.0);
+    let mut missed = miss(&velocity)?;
+    println!("throw  velocity, m/s             miss, m  margin, m/s");
+    for throw in 0..40 {
+        let (slopes, margin) = slopes(&velocity)?;
+        let [x, y, z] = velocity.into();
+        println!("{throw:5}  {x:.4} {y:.4} {z:.4}  {:12.1e}  {margin:11.1e}", missed.norm());
+        if missed.norm() < 1e-9 {
+            break;
+        }
+        // The shortest change that would do if all were straight.
+        let Some(inverse) = (slopes * slopes.transpose()).try_inverse() else { break };
+        let step = -slopes.transpose() * (inverse * missed);
+        let mut length = 1.0;
+        let better = loop {
+            let next = velocity + step * length;
+            let found = miss(&next)?;
+            if found.norm() < missed.norm() {
+                break Some((next, found));
+            }
+            length *= 0.5;
+            if length < 1e-6 {
+                break None;
+            }
+        };
+        let Some(found) = better else { break };
+        (velocity, missed) = found;
+    }
+    println!("it lies {:.1e} m from the mark", missed.norm());
+    Ok(())
+}

@@ -1,0 +1,97 @@
+//! Digits where the time step is small: what a step makes of a place is of the size 1/h and taken back in the next one, so that
+//! rounding against the stiffness of the contacts shows.
+
+use super::on_a_slope;
+use nalgebra::Vector3;
+use tumble::derivative::StateChange;
+use tumble::mechanics::State;
+use tumble::simulation::{Checkpoints, Motion, Run, Simulation, StepRecord};
+use tumble::solver::native::{StepChange, StepDerivative};
+use tumble::world::{Constant, World};
+
+const ANGLE: f64 = 0.5;
+const FRICTION: f64 = 0.3;
+/// Half a side, m.
+const HALF: f64 = 0.1;
+const STEPS: u64 = 20_000;
+
+/// The cube that slides down a slope, in steps of `h` (s).
+fn sliding(h: f64) -> (World, Vec<State>) {
+    let (world, states) = on_a_slope(ANGLE, FRICTION, 1.0);
+    (world.with_constants(&[(Constant::TimeStep, &[h])]).unwrap(), states)
+}
+
+/// Down the slope, and off it.
+fn axes() -> (Vector3<f64>, Vector3<f64>) {
+    let (sin, cos) = ANGLE.sin_cos();
+    (Vector3::new(cos, 0.0, -sin), Vector3::new(sin, 0.0, cos))
+}
+
+/// What the place down the slope after all steps changes by, of a cube that starts farther along the slope, farther off it,
+/// and larger, each by 1 and in closed form: it is pressed to the slope by δv_n = −δz/h in the first step and no longer in
+/// the second, so that friction slows it by μ δz/h less for one step.
+const EXPECTED: [f64; 3] = [1.0, FRICTION, -FRICTION * HALF];
+
+/// What a speed is rounded by in a step is 1e-16/h, and of it no more than a step's stays, because a gap that is off is
+/// taken back: the sum over steps is one of places of 1e-16 m. A hundred times that for twenty thousand steps.
+const CLOSE: f64 = 1e-10;
+
+#[test]
+fn a_slide_in_small_steps_forwards() {
+    let (along, off) = axes();
+    for h in [1e-3, 1e-5] {
+        let (world, states) = sliding(h);
+        let mut simulation =
+            Simulation::new(world.clone(), states, Motion::native(&world)).unwrap();
+        let (mut record, mut derivative) = (StepRecord::new(), StepDerivative::new());
+        let still = StateChange::zero();
+        let placed = |position: Vector3<f64>| vec![StateChange { position, ..still }];
+        let mut moving = [placed(along), placed(off), vec![still]];
+        let mut next = Vec::new();
+        for _ in 0..STEPS {
+            simulation.step(&mut record).unwrap();
+            simulation.linearise(&record, &mut derivative).unwrap();
+            for (k, states) in moving.iter_mut().enumerate() {
+                let larger = [(Constant::Size, &[1.0][..])];
+                let constants = if k == 2 { &larger[..] } else { &[] };
+                let change = StepChange { states, wrenches: &[], constants };
+                derivative.push(&change, &mut next).unwrap();
+                std::mem::swap(states, &mut next);
+            }
+        }
+        for (moved, expected) in moving.iter().zip(EXPECTED) {
+            let found = along.dot(&moved[0].position);
+            println!("h = {h}: {found} of {expected}, {:.1e} off", (found - expected).abs());
+            assert!((found - expected).abs() < CLOSE, "h = {h}: {found}, not {expected}");
+        }
+    }
+}
+
+#[test]
+fn a_slide_in_small_steps_backwards() {
+    let (along, off) = axes();
+    for h in [1e-3, 1e-5] {
+        let (world, states) = sliding(h);
+        let mut simulation =
+            Simulation::new(world.clone(), states, Motion::native(&world)).unwrap();
+        let found = simulation
+            .gradient(&mut Run {
+                steps: STEPS,
+                before: &mut |_: &mut Simulation<'_>| Ok(()),
+                by_states: &mut |k: u64, _: &[State]| {
+                    let end = StateChange { position: along, ..StateChange::zero() };
+                    (k == STEPS).then(|| vec![end])
+                },
+                constants: &[Constant::Size],
+                checkpoints: Checkpoints::default(),
+                compliance: None,
+            })
+            .unwrap();
+        let by_place = &found.states[0].position;
+        let found = [along.dot(by_place), off.dot(by_place), found.constants[0][0]];
+        for (found, expected) in found.into_iter().zip(EXPECTED) {
+            println!("h = {h}: {found} of {expected}, {:.1e} off", (found - expected).abs());
+            assert!((found - expected).abs() < CLOSE, "h = {h}: {found}, not {expected}");
+        }
+    }
+}
