@@ -355,6 +355,19 @@ pub trait StepSolver: Send {
         None
     }
 
+    /// Tells which bodies the next step is the last one again for: states, loads, contacts at its start and the solutions before it are
+    /// those of the last step for all that hangs together with them, to the last bit. A solver that
+    /// [repeats](Self::repeats) itself may leave them as they are, as long as nothing else comes to them.
+    fn expect_rest(&mut self, bodies: &[bool]) {
+        let _ = bodies;
+    }
+
+    /// Whether the last step left `body` as it was without solving anything, because it was [told](Self::expect_rest) to rest.
+    fn rested(&self, body: usize) -> bool {
+        let _ = body;
+        false
+    }
+
     /// Goes on with the steps of `world`, in which bodies were added or taken out. What it
     /// knows of solutions with other bodies is forgotten.
     ///
@@ -420,6 +433,14 @@ impl<S: StepSolver + ?Sized> StepSolver for Box<S> {
 
     fn is_solved(&self, body: usize) -> Option<bool> {
         (**self).is_solved(body)
+    }
+
+    fn expect_rest(&mut self, bodies: &[bool]) {
+        (**self).expect_rest(bodies);
+    }
+
+    fn rested(&self, body: usize) -> bool {
+        (**self).rested(body)
     }
 
     fn change_world(&mut self, world: &World) -> Result<(), Error> {

@@ -12,8 +12,8 @@ use tumble::solver::native::NativeSolver;
 use tumble::step::{Step, StepReport, StepSolution, StepSolver};
 use tumble::world::{Parameters, Partner, World};
 
-/// The native solver, which counts its steps.
-struct Counting(NativeSolver, Arc<AtomicU32>);
+/// The native solver, which counts its steps, and the bodies that it left as they were in them.
+struct Counting(NativeSolver, Arc<AtomicU32>, Arc<AtomicU32>);
 
 impl StepSolver for Counting {
     fn accepted_residual(&self) -> f64 {
@@ -32,6 +32,16 @@ impl StepSolver for Counting {
     ) -> Result<StepReport, Error> {
         self.1.fetch_add(1, Ordering::Relaxed);
         self.0.solve(step, candidates, solution)
+    }
+
+    fn expect_rest(&mut self, bodies: &[bool]) {
+        self.0.expect_rest(bodies);
+    }
+
+    fn rested(&self, body: usize) -> bool {
+        let rested = self.0.rested(body);
+        self.2.fetch_add(u32::from(rested), Ordering::Relaxed);
+        rested
     }
 
     fn change_world(&mut self, world: &World) -> Result<(), Error> {
@@ -69,19 +79,24 @@ fn wall(height: f64) -> (World, Vec<State>) {
 struct Both {
     resting: Simulation<'static>,
     other: Simulation<'static>,
-    /// Steps that the first solved.
+    /// Steps that the first solved, and bodies that it left as they were in them.
     solved: Arc<AtomicU32>,
+    rested: Arc<AtomicU32>,
 }
 
 impl Both {
     fn new(height: f64) -> Self {
         let (world, starts) = wall(height);
-        let solved = Arc::new(AtomicU32::new(0));
-        let counting = Counting(NativeSolver::new(&world), solved.clone());
+        Self::of(world, starts)
+    }
+
+    fn of(world: World, starts: Vec<State>) -> Self {
+        let [solved, rested] = [(); 2].map(|()| Arc::new(AtomicU32::new(0)));
+        let counting = Counting(NativeSolver::new(&world), solved.clone(), rested.clone());
         let resting = Simulation::new(world.clone(), starts.clone(), Motion::contact(counting));
         let motion = Motion::native(&world);
         let other = Simulation::new(world, starts, motion);
-        Self { resting: resting.unwrap(), other: other.unwrap(), solved }
+        Self { resting: resting.unwrap(), other: other.unwrap(), solved, rested }
     }
 
     /// Takes so many steps, which must be the same, and returns how many of them were solved.
@@ -135,6 +150,43 @@ fn a_wall_rests_when_the_last_body_does() {
     assert!(both.steps(100) > 30);
     both.steps(100);
     assert_eq!(both.steps(20), 0);
+}
+
+/// A cube slides by, far away and then against the wall: until it comes, the wall is left as it is, and the steps are those of the
+/// whole computation, also when it hits.
+#[test]
+fn a_wall_rests_by_itself_until_it_is_hit() {
+    let (world, mut starts) = wall(0.0);
+    starts[12].position = Vector3::new(-1.5, 0.0, 0.25);
+    starts[12].velocity = Vector3::new(4.0, 0.0, 0.0);
+    let mut both = Both::of(world, starts);
+    both.steps(20);
+    let before = both.rested.load(Ordering::Relaxed);
+    assert_eq!(both.steps(50), 50, "something moves");
+    assert_eq!(both.rested.load(Ordering::Relaxed) - before, 50 * 12);
+    let before = both.rested.load(Ordering::Relaxed);
+    both.steps(150);
+    let rested = both.rested.load(Ordering::Relaxed) - before;
+    assert!((300..1700).contains(&rested), "{rested}");
+    let hit = both.resting.states()[0].velocity.norm();
+    assert!(hit > 0.0 || both.resting.states()[0].position.x > 1e-6, "the wall was hit");
+}
+
+/// A brick is pushed while a cube falls far away.
+#[test]
+fn a_wrench_wakes_the_island_that_it_is_on() {
+    let (world, mut starts) = wall(0.0);
+    starts[12].position = Vector3::new(-5.0, 0.0, 40.0);
+    let mut both = Both::of(world, starts);
+    both.steps(20);
+    both.change(|run| {
+        let force = Vector3::new(0.0, 60.0, 0.0);
+        run.set_wrench(11, Wrench { force, torque: Vector3::zeros() }).unwrap();
+    });
+    let before = both.rested.load(Ordering::Relaxed);
+    both.steps(30);
+    assert_eq!(both.rested.load(Ordering::Relaxed), before, "it is pushed over");
+    assert!(both.resting.states()[11].velocity.norm() > 0.0);
 }
 
 #[test]

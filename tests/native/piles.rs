@@ -206,3 +206,61 @@ fn a_step_of_a_pile_does_not_know_its_frame_nor_its_numbers() {
     assert!(compared > 90, "{compared}");
     assert!(100 * different <= compared, "{different} of {compared}");
 }
+
+/// Structures of which nothing is known stand from their first step on, whatever is shared in them: a pyramid of 120 cubes, a tower
+/// of fifty rows of two bricks that touch. Nothing moves, the ground carries the weight, and of a pyramid's rows every one all
+/// that is above it.
+#[test]
+fn structures_stand_from_their_first_step_on() {
+    let at = |position: Vector3<f64>| State {
+        position,
+        attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
+        velocity: Vector3::zeros(),
+        spin: Vector3::zeros(),
+    };
+    let cube = RigidBody::solid_box(1.0, Vector3::repeat(0.5)).unwrap();
+    let brick = RigidBody::solid_box(2.0, Vector3::new(0.5, 0.25, 0.25)).unwrap();
+    let of_pyramid = |row: usize| {
+        let place = move |k: usize| 1.1 * k as f64 + 0.55 * row as f64;
+        (0..15 - row).map(move |k| (row, Vector3::new(place(k), 0.0, 0.5 + row as f64)))
+    };
+    let of_tower = |row: usize| {
+        let place = move |k: usize| k as f64 + 0.5 * (row % 2) as f64;
+        (0..2).map(move |k| (row, Vector3::new(place(k), 0.0, 0.25 + 0.5 * row as f64)))
+    };
+    let pyramid: Vec<_> = (0..15).flat_map(of_pyramid).collect();
+    let tower: Vec<_> = (0..50).flat_map(of_tower).collect();
+    for (body, places) in [(cube, pyramid), (brick, tower)] {
+        let starts: Vec<_> = places.iter().map(|(_, position)| at(*position)).collect();
+        let world = level(vec![body.clone(); places.len()]);
+        let mut simulation = simulation(&world, &starts);
+        let mut record = StepRecord::new();
+        simulation.step(&mut record).unwrap();
+        assert_eq!(record.report.status, StepStatus::Converged);
+        assert_eq!(record.report.start, Some("structure"));
+        assert!(record.report.iterations <= 60, "{}", record.report.iterations);
+        assert!(record.certificate.residual() <= 1e-9);
+        for state in &record.solution.states {
+            // Ten times what is accepted.
+            assert!(state.velocity.norm() < 1e-8 && state.spin.norm() < 1e-8);
+        }
+        let weight = 9.81 * body.mass();
+        for row in 0..places[places.len() - 1].0 {
+            // What goes up from this row's bodies to those above, and from the ground to the lowest.
+            let through = |contact: &ContactForce| {
+                let of = |body: usize| places[body].0 as isize;
+                let other = contact.key.partner.body().map_or(-1, of);
+                let (a, b) = (of(contact.key.body), other);
+                match (a - row as isize, b - row as isize) {
+                    (0, below) if below < 0 => contact.force.z,
+                    (below, 0) if below < 0 => -contact.force.z,
+                    _ => 0.0,
+                }
+            };
+            let carried: f64 = record.solution.contacts.iter().map(through).sum();
+            let above = places.iter().filter(|(of, _)| *of >= row).count() as f64;
+            let missed = (carried - weight * above).abs() / (weight * above);
+            assert!(missed < 1e-6, "row {row}: {missed}");
+        }
+    }
+}

@@ -83,6 +83,19 @@ impl Certificate {
         joint_law: f64::NAN,
     };
 
+    /// That of both: of every part the larger one, NaN if either is.
+    fn joined(&self, other: &Self) -> Self {
+        Self {
+            dynamics: largest(self.dynamics, other.dynamics),
+            penetration: largest(self.penetration, other.penetration),
+            normal_law: largest(self.normal_law, other.normal_law),
+            friction_law: largest(self.friction_law, other.friction_law),
+            cone: largest(self.cone, other.cone),
+            joint: largest(self.joint, other.joint),
+            joint_law: largest(self.joint_law, other.joint_law),
+        }
+    }
+
     /// The residual of the step: the largest part, m/s. NaN if any part is.
     #[must_use]
     pub fn residual(&self) -> f64 {
@@ -129,6 +142,9 @@ pub struct Certifier {
     poses: Vec<(Pose, Pose)>,
     /// Force (world) and torque (body) of all contacts and the outside on each body.
     loads: Vec<Wrench>,
+    /// The bodies that rested in the last step, and what it was worth for them.
+    rested: Vec<bool>,
+    of_rested: Certificate,
 }
 
 impl Certifier {
@@ -148,13 +164,39 @@ impl Certifier {
         claim: &Claim<'_>,
         forces: impl IntoIterator<Item = Vector3<f64>>,
     ) -> Certificate {
+        self.step_beside(world, claim, forces, &[])
+    }
+
+    /// The same, where all that is claimed of the bodies that `rest`, one a body or none at all, and of what they touch is
+    /// what was claimed of them in the last step that this judged, if they rested in that: what it is worth is known then.
+    /// They touch none that does not rest.
+    pub(crate) fn step_beside(
+        &mut self,
+        world: &World,
+        claim: &Claim<'_>,
+        forces: impl IntoIterator<Item = Vector3<f64>>,
+        rest: &[bool],
+    ) -> Certificate {
         let h = world.time_step();
-        let mut certificate = Certificate::default();
         if !claim.is_of(world) {
+            self.rested.clear();
             return Certificate::UNKNOWN;
         }
-        self.begin(claim);
+        let is_known = self.rested == rest;
+        if !is_known {
+            self.rested.clear();
+            self.rested.extend_from_slice(rest);
+            self.of_rested = Certificate::default();
+        }
+        let rests = |body: usize| rest.get(body).is_some_and(|rests| *rests);
+        self.begin(claim, |body| is_known && rests(body));
+        let mut both = [Certificate::default(), self.of_rested];
         for (contact, force) in claim.contacts.iter().zip(forces) {
+            let rests = rests(contact.key.body);
+            if is_known && rests {
+                continue;
+            }
+            let certificate = &mut both[usize::from(rests)];
             self.add_force(contact, &force);
             let a = &self.poses[contact.key.body];
             let b = contact.key.partner.body().map(|index| &self.poses[index]);
@@ -168,6 +210,7 @@ impl Certifier {
             let through = -contact.normal().dot(&u);
             certificate.penetration = largest(certificate.penetration, through);
         }
+        let certificate = &mut both[0];
         for (joint, force) in world.joints().iter().zip(claim.joints) {
             joint.add_loads(world.bodies(), claim.states, force, &mut self.loads);
             let parts = joint.residual(world.bodies(), (claim.states, claim.next), force, h);
@@ -183,6 +226,11 @@ impl Certifier {
             certificate.joint = largest(certificate.joint, missed);
         }
         for (index, (body, (_, pose))) in world.bodies().iter().zip(&self.poses).enumerate() {
+            let rests = rests(index);
+            if is_known && rests {
+                continue;
+            }
+            let certificate = &mut both[usize::from(rests)];
             let (state, next) = (&claim.states[index], &claim.next[index]);
             let motion = match world.is_held(index) {
                 false => momentum_residual(world, body, (state, next), &self.loads[index]),
@@ -192,13 +240,24 @@ impl Certifier {
             let depth = world.heights(index, pose).map(|height| -height).fold(0.0, largest);
             certificate.penetration = largest(certificate.penetration, depth / h);
         }
-        certificate
+        let [moving, resting] = both;
+        self.of_rested = resting;
+        moving.joined(&resting)
     }
 
-    fn begin(&mut self, claim: &Claim<'_>) {
+    /// Places the bodies but those that are `known` to be where they were.
+    fn begin(&mut self, claim: &Claim<'_>, known: impl Fn(usize) -> bool) {
         let pairs = claim.states.iter().zip(claim.next);
-        self.poses.clear();
-        self.poses.extend(pairs.map(|(state, next)| (state.pose(), next.pose())));
+        if self.poses.len() == claim.states.len() {
+            for (body, (poses, (state, next))) in self.poses.iter_mut().zip(pairs).enumerate() {
+                if !known(body) {
+                    *poses = (state.pose(), next.pose());
+                }
+            }
+        } else {
+            self.poses.clear();
+            self.poses.extend(pairs.map(|(state, next)| (state.pose(), next.pose())));
+        }
         self.loads.clear();
         self.loads.extend_from_slice(claim.wrenches);
     }

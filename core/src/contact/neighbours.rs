@@ -19,6 +19,7 @@ use super::{Contact, Partner};
 use crate::geometry::{Aabb, Hint, Scratch, Side, Sweep, Touch, bound, bulge, manifold};
 use crate::mechanics::{Pose, State, Way};
 use crate::world::World;
+use std::ops::Range;
 
 /// Pieces touch where they are apart by no more than this part of the smaller one's reach:
 /// rounding of a state, and drifts that no motion makes.
@@ -58,6 +59,9 @@ pub(super) struct Neighbours {
     /// Memory to be exchanged with that of the start, of what touched there, and of the pairs.
     spare_start: Vec<Pose>,
     spare_kept: Vec<Contact>,
+    /// The contacts of pairs that have moved, and of which pairs which of them are.
+    moved: Vec<Contact>,
+    moved_pairs: Vec<(usize, Range<usize>)>,
     spare_pairs: Vec<Neighbour>,
     /// Where two of them are where they meet within the step.
     between: Vec<Pose>,
@@ -93,22 +97,21 @@ impl Neighbours {
             return;
         }
         std::mem::swap(start, &mut self.spare_start);
-        std::mem::swap(kept, &mut self.spare_kept);
-        let (before, was) = (&self.spare_start, &self.spare_kept);
+        let before = &self.spare_start;
         start.clone_from(poses);
-        kept.clear();
+        let (moved, moved_pairs) = (&mut self.moved, &mut self.moved_pairs);
+        moved.clear();
+        moved_pairs.clear();
         let still = |owner: Owner| match owner {
             Owner::Fixed(_) => true,
             Owner::Body(index) => before.get(index) == Some(&poses[index]),
         };
-        for pair in pairs {
+        for (index, pair) in pairs.iter_mut().enumerate() {
             let [a, b] = [pair.proxies.0, pair.proxies.1].map(|at| proxies[at]);
-            let first = kept.len();
             if still(a.owner) && still(b.owner) {
-                kept.extend_from_slice(&was[pair.kept.clone()]);
-                pair.kept = first..kept.len();
                 continue;
             }
+            let first = moved.len();
             let pieces = (placed(world, poses, a), placed(world, poses, b));
             let size = size(pieces.0.0).min(size(pieces.1.0));
             let plane_of = plane_of(world, states, poses, (a, b));
@@ -118,9 +121,29 @@ impl Neighbours {
             pair.is_bound = true;
             if pair.gap <= TOUCH * size && !shares_a_line_only(pieces, touches, size) {
                 let between = Between { world, proxies: (a, b), at: poses, start: poses };
-                kept.extend(touches.iter().filter_map(|touch| between.contact(touch, 0)));
+                moved.extend(touches.iter().filter_map(|touch| between.contact(touch, 0)));
             }
-            pair.kept = first..kept.len();
+            moved_pairs.push((index, first..moved.len()));
+        }
+        // Pairs may have come and gone.
+        let is_whole = pairs.iter().map(|pair| pair.kept.len()).sum::<usize>() == kept.len();
+        if is_whole && moved_pairs.iter().all(|(pair, of)| pairs[*pair].kept.len() == of.len()) {
+            for (pair, of) in &*moved_pairs {
+                kept[pairs[*pair].kept.clone()].copy_from_slice(&moved[of.clone()]);
+            }
+        } else {
+            let was = &mut self.spare_kept;
+            std::mem::swap(kept, was);
+            kept.clear();
+            let mut moved_pairs = moved_pairs.iter().peekable();
+            for (index, pair) in pairs.iter_mut().enumerate() {
+                let first = kept.len();
+                match moved_pairs.next_if(|(pair, _)| *pair == index) {
+                    Some((_, of)) => kept.extend_from_slice(&moved[of.clone()]),
+                    None => kept.extend_from_slice(&was[pair.kept.clone()]),
+                }
+                pair.kept = first..kept.len();
+            }
         }
         contacts.extend_from_slice(kept);
         joined.retain(|contact| contact.key.bodies().map(Owner::Body).all(still));

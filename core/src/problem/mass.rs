@@ -44,7 +44,7 @@ impl Component {
                 for (node, value) in values.iter().enumerate() {
                     placed[plan.place(node)] = *value;
                 }
-                fronts.solve(plan, &mut placed);
+                fronts.solve(plan, &mut placed, &mut Vec::new());
                 for (node, value) in values.iter_mut().enumerate() {
                     *value = placed[plan.place(node)];
                 }

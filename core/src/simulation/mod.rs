@@ -378,14 +378,17 @@ impl<'a> Simulation<'a> {
                 let past = Past { now, before: before.as_ref() };
                 let (interrupt, solver) = (interrupt.as_deref(), solver.as_mut());
                 if meets {
-                    let Scratch { rest, candidates, .. } = &mut *scratch;
-                    rest.begin((now, before.as_ref()), candidates.memory(), solver);
+                    let Scratch { rest, candidates, wrenches, .. } = &mut *scratch;
+                    rest.begin((now, before.as_ref()), candidates.memory(), solver, wrenches);
                 }
                 let rewinds = meets && interrupt.is_some();
                 if rewinds {
                     scratch.rewind.copy_from(scratch.candidates.memory());
                 }
                 let taken = contact_step(world, past, *detection, solver, interrupt, scratch);
+                if taken.is_err() {
+                    scratch.rest.end();
+                }
                 if taken.is_err() && rewinds {
                     // What the search found in a part of a step is not to be found again.
                     scratch.candidates.recall(world, &scratch.rewind);
@@ -417,6 +420,7 @@ impl<'a> Simulation<'a> {
         self.index += 1;
         if meets {
             self.note_rest(record);
+            self.note_islands(record);
         }
         Ok(())
     }

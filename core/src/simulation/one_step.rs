@@ -44,7 +44,8 @@ pub(super) fn contact_step(
     interrupt: Option<&AtomicBool>,
     scratch: &mut Scratch,
 ) -> Result<(StepReport, Certificate, f64), Error> {
-    let Scratch { wrenches, free, candidates, bounce, solution, certifier, judge, .. } = scratch;
+    let Scratch { wrenches, free, candidates, bounce, solution, certifier, judge, rest, .. } =
+        scratch;
     let Past { now: previous, before: earlier } = past;
     let states = &previous.states;
     free.clear();
@@ -52,11 +53,16 @@ pub(super) fn contact_step(
     free.extend(flights.map(|(i, (state, wrench))| world.free_flight(i, state, wrench)));
 
     let step = Step { world, states, wrenches, free, previous, earlier, interrupt };
-    let (mut report, share, accepted) = if candidates.find(detection, world, states, free) {
-        let mut solver = Checked(solver);
-        let (report, share) = bounce.solve(&step, &mut solver, candidates, solution)?;
+    let needs_contact = candidates.find(detection, world, states, free);
+    rest.found(candidates.contacts().len());
+    let (mut report, share, accepted) = if needs_contact {
+        solver.expect_rest(rest.bodies());
+        let mut checked = Checked(solver);
+        let (report, share) = bounce.solve(&step, &mut checked, candidates, solution)?;
+        rest.keep(|body| solver.rested(body));
         (report, share, solver.accepted_residual())
     } else {
+        rest.keep(|_| false);
         solution.set_free(free);
         // Exact but for an implicit gyroscopic equation without a solution in reach.
         (StepReport::without_problem(StepStatus::Free), 1.0, 0.0)
@@ -65,7 +71,7 @@ pub(super) fn contact_step(
     let contacts = candidates.contacts();
     let (joints, gears) = (&solution.joints, &solution.gears);
     let claim = Claim { states, next: &solution.states, wrenches, contacts, joints, gears };
-    let certificate = certifier.contact_step(world, &claim, solution.forces());
+    let certificate = certifier.step_beside(world, &claim, solution.forces(), rest.bodies());
     // A solver may think better of a point than it is. A NaN is within nothing.
     let residual = certificate.residual();
     let rounding = || rounding::residual(world, states, &solution.states);

@@ -5,12 +5,17 @@
 //! all of them as they were, to the last bit, so does the next one, and every one after it until something is changed from outside.
 //! Such a step is known before free flight: no contact is found again, nothing solved, certified or held against other
 //! pieces, because all of it would come out as it did.
+//!
+//! Where something moves elsewhere, the same is said of islands: of bodies that have not moved, whose contacts are those of the
+//! last step with the forces that they had in the two before. Contacts are found as ever, from what is known of pieces that
+//! have not moved; if no other joins, the island is not solved, and not certified again.
 
+use super::islands::Islands;
 use super::{Scratch, Simulation, StepRecord};
-use crate::contact::{Certificate, Contact, Memory};
+use crate::contact::{Certificate, Contact, ContactKey, KeyIndex, Memory};
 use crate::joint::JointForce;
 use crate::mechanics::{State, Wrench};
-use crate::step::{ContactForce, StepReport, StepSolution, StepSolver};
+use crate::step::{ContactForce, StepReport, StepSolution, StepSolver, StepStatus};
 use nalgebra::Vector3;
 
 /// The last step, where it left all as it was.
@@ -24,6 +29,20 @@ pub(super) struct Rest {
     wrenches: Vec<Wrench>,
     contacts: Vec<Contact>,
     last: Option<Came>,
+    /// Whether the solver repeats itself.
+    repeats: bool,
+    /// The bodies for whose islands the step at hand is the last one again, and after it those that were left so.
+    bodies: Vec<bool>,
+    /// What acted on the bodies in the last step.
+    loads: Vec<Wrench>,
+    /// How many contacts the step at hand began with.
+    found: usize,
+    /// The bodies that were to rest and did, and those that have not moved.
+    still: Vec<bool>,
+    /// Of the first body of an island whether it touches something or is tied.
+    ties: Vec<bool>,
+    islands: Islands,
+    indices: [KeyIndex; 2],
 }
 
 /// What a step came to beside its solution.
@@ -40,6 +59,46 @@ impl Rest {
     /// Something is changed from outside: the next step is another one.
     pub(super) fn end(&mut self) {
         (self.last, self.begins) = (None, false);
+        self.bodies.clear();
+        self.loads.clear();
+    }
+
+    /// The bodies of islands that rest; none at all where none does.
+    pub(super) fn bodies(&self) -> &[bool] {
+        &self.bodies
+    }
+
+    /// Notes how many contacts a step begins with.
+    pub(super) fn found(&mut self, contacts: usize) {
+        self.found = contacts;
+    }
+
+    /// Leaves those out that the solver did not leave as they were.
+    pub(super) fn keep(&mut self, rested: impl Fn(usize) -> bool) {
+        self.bodies.iter_mut().enumerate().for_each(|(body, rests)| *rests &= rested(body));
+        if !self.bodies.contains(&true) {
+            self.bodies.clear();
+        }
+    }
+
+    /// Wakes the islands of bodies on which something else acts than in the last step.
+    fn wake(&mut self, wrenches: &[Wrench]) {
+        let Self { bodies, loads, islands, still, .. } = self;
+        if bodies.is_empty() {
+            return;
+        }
+        let is_other = |body: usize| match loads.get(body) {
+            Some(load) => bits_of_wrench(load) != bits_of_wrench(&wrenches[body]),
+            None => true,
+        };
+        still.clear();
+        still.resize(bodies.len(), true);
+        for body in (0..bodies.len()).filter(|body| bodies[*body] && is_other(*body)) {
+            still[islands.of(body)] = false;
+        }
+        for (body, rests) in bodies.iter_mut().enumerate().filter(|(_, rests)| **rests) {
+            *rests = still[islands.of(body)];
+        }
     }
 
     /// Notes what a step begins with, where its solution may be that of the step before.
@@ -48,10 +107,13 @@ impl Rest {
         (now, before): (&StepSolution, Option<&StepSolution>),
         memory: &Memory,
         solver: &dyn StepSolver,
+        wrenches: &[Wrench],
     ) {
         self.last = None;
         let repeats = before.is_some_and(|before| is_same(now, before));
-        self.begins = repeats && solver.repeats();
+        self.repeats = solver.repeats();
+        self.begins = repeats && self.repeats;
+        self.wake(wrenches);
         if self.begins {
             self.memory.copy_from(memory);
         }
@@ -64,8 +126,8 @@ impl Simulation<'_> {
     pub(super) fn rest(&mut self, record: &mut StepRecord) -> bool {
         let Scratch { rest, wrenches, .. } = &self.scratch;
         let Some(came) = rest.last else { return false };
-        let bits = |wrench: &Wrench| [wrench.force, wrench.torque].map(bits_of);
-        if !wrenches.iter().map(bits).eq(rest.wrenches.iter().map(bits)) {
+        let of_wrench = bits_of_wrench;
+        if !wrenches.iter().map(of_wrench).eq(rest.wrenches.iter().map(of_wrench)) {
             return false;
         }
         record.index = self.index;
@@ -107,15 +169,97 @@ impl Simulation<'_> {
     }
 }
 
+impl Simulation<'_> {
+    /// Notes for which islands the step that was taken last, which `record` describes, left all as it was.
+    pub(super) fn note_islands(&mut self, record: &StepRecord) {
+        let Self { now, before, long_before, driving, scratch, world, .. } = self;
+        let Scratch { rest, wrenches, .. } = scratch;
+        let Rest { bodies, loads, found, still, ties, islands, indices, repeats, .. } = rest;
+        let (Some(before), Some(long_before)) = (before, long_before) else { return };
+        let count = now.states.len();
+        let can_rest = *repeats && driving.is_idle();
+        let pasts = [before, long_before].map(|past| &*past);
+        if !can_rest || pasts.iter().any(|past| past.states.len() != count) {
+            bodies.clear();
+            loads.clone_from(wrenches);
+            return;
+        }
+        let rested = |body: usize| bodies.get(body).is_some_and(|rests| *rests);
+        let has_moved = |body: usize| {
+            let state = of_state(&now.states[body]);
+            pasts.iter().any(|past| of_state(&past.states[body]) != state)
+        };
+        still.clear();
+        still.extend((0..count).map(|body| rested(body) || !has_moved(body)));
+        let falls_asleep = record.report.status == StepStatus::Converged
+            && (0..count).any(|body| still[body] && !rested(body));
+        if falls_asleep {
+            islands.find(count, now.contacts.iter().map(|contact| &contact.key), world);
+            // By islands from here on: whether all of one is as it was, and whether it has a contact or a joint.
+            ties.clear();
+            ties.resize(count, false);
+            for body in 0..count {
+                still[islands.of(body)] &= still[body];
+            }
+            indices.iter_mut().for_each(KeyIndex::clear);
+            for (place, contact) in now.contacts.iter().enumerate() {
+                let island = islands.of(contact.key.body);
+                ties[island] = true;
+                if !still[island] || rested(contact.key.body) {
+                    continue;
+                }
+                let is_as_it_was = pasts.iter().zip(&mut *indices).all(|(past, index)| {
+                    let found = index.find(&past.contacts, &contact.key, place);
+                    found.is_some_and(|found| of_contact(found) == of_contact(contact))
+                });
+                still[island] = place < *found && is_as_it_was;
+            }
+            for (index, joint) in world.joints().iter().enumerate() {
+                let island = islands.of(joint.body());
+                ties[island] = true;
+                let of = |solution: &StepSolution| solution.joints.get(index).map(of_joint);
+                still[island] &= pasts.iter().all(|past| of(past) == of(now));
+            }
+            for (index, gear) in world.gears().iter().enumerate() {
+                let island = islands.of(world.joints()[gear.axes()[0].joint].body());
+                let of = |solution: &StepSolution| solution.gears.get(index).map(|f| f.to_bits());
+                still[island] &= pasts.iter().all(|past| of(past) == of(now));
+            }
+            bodies.clear();
+            bodies.extend((0..count).map(|body| {
+                let island = islands.of(body);
+                still[island] && ties[island]
+            }));
+            if !bodies.contains(&true) {
+                bodies.clear();
+            }
+        }
+        loads.clone_from(wrenches);
+    }
+}
+
+type Bits = [u64; 3];
+
+fn of_state(state: &State) -> (Bits, Bits, Bits, [u64; 4]) {
+    let State { position, attitude, velocity, spin } = state;
+    let attitude = attitude.map(f64::to_bits).into();
+    (bits_of(*position), bits_of(*velocity), bits_of(*spin), attitude)
+}
+
+fn of_contact(contact: &ContactForce) -> (ContactKey, Bits, Bits) {
+    (contact.key, bits_of(contact.force), bits_of(contact.slip))
+}
+
+fn of_joint(joint: &JointForce) -> [Bits; 3] {
+    [joint.force, joint.torque, joint.angles].map(bits_of)
+}
+
+fn bits_of_wrench(wrench: &Wrench) -> [Bits; 2] {
+    [wrench.force, wrench.torque].map(bits_of)
+}
+
 /// Whether two solutions are the same to the last bit, also in the sign of what is zero.
 fn is_same(one: &StepSolution, other: &StepSolution) -> bool {
-    let of_state = |state: &State| {
-        let State { position, attitude, velocity, spin } = state;
-        (bits_of(*position), bits_of(*velocity), bits_of(*spin), attitude.map(f64::to_bits))
-    };
-    let of_contact =
-        |contact: &ContactForce| (contact.key, bits_of(contact.force), bits_of(contact.slip));
-    let of_joint = |joint: &JointForce| [joint.force, joint.torque, joint.angles].map(bits_of);
     one.states.iter().map(of_state).eq(other.states.iter().map(of_state))
         && one.contacts.iter().map(of_contact).eq(other.contacts.iter().map(of_contact))
         && one.joints.iter().map(of_joint).eq(other.joints.iter().map(of_joint))

@@ -9,7 +9,7 @@
 //! Where much is to be eliminated, the [fronts](super::fronts) of the same order do it, with the same pattern and pivots
 //! inside a front.
 
-use super::fronts::Fronts;
+use super::fronts::{Fronts, Plan};
 use super::pattern::Pattern;
 use super::six::{Factors, subtract_product};
 use nalgebra::{Matrix3x6, Matrix6, SMatrix, Vector6};
@@ -33,12 +33,20 @@ pub(super) struct BlockSystem {
     /// In place of all this where the pattern has a plan for it, and a vector by its places.
     fronts: Fronts,
     numbers: Vec<f64>,
+    behind: Vec<f64>,
+    /// Blocks of the fronts that are added to, with their row and column: contacts of the same bodies come one after another.
+    open: [(usize, usize, Matrix6<f64>); OPEN],
+    opened: usize,
 }
+
+/// As many blocks as two bodies have.
+const OPEN: usize = 4;
 
 impl BlockSystem {
     /// A matrix of this pattern, all of it zero.
     pub(super) fn begin(&mut self, pattern: &Pattern) {
         if let Some(plan) = pattern.plan() {
+            self.opened = 0;
             return self.fronts.begin(plan);
         }
         self.diagonal.clear();
@@ -56,16 +64,7 @@ impl BlockSystem {
         (row, column): (usize, usize),
         block: &Matrix6<f64>,
     ) {
-        if let Some(plan) = pattern.plan() {
-            return self.fronts.add(
-                plan,
-                (plan.place(row), plan.place(column)),
-                6,
-                block.as_slice(),
-            );
-        }
-        let (row, column) = (pattern.place(row), pattern.place(column));
-        *self.block(pattern, row, column) += block;
+        *self.target(pattern, row, column) += block;
     }
 
     /// Adds three rows over three others to the block (row, column), the first ones if there are any.
@@ -75,21 +74,40 @@ impl BlockSystem {
         (row, column): (usize, usize),
         (above, below): (Option<&Matrix3x6<f64>>, &Matrix3x6<f64>),
     ) {
-        if pattern.plan().is_some() {
-            let mut block = Matrix6::zeros();
-            if let Some(above) = above {
-                block.fixed_view_mut::<3, 6>(0, 0).copy_from(above);
-            }
-            block.fixed_view_mut::<3, 6>(3, 0).copy_from(below);
-            return self.add(pattern, (row, column), &block);
-        }
-        let block = self.block(pattern, pattern.place(row), pattern.place(column));
+        let block = self.target(pattern, row, column);
         for (k, to) in block.data.0.iter_mut().enumerate() {
             if let Some(above) = above {
                 (0..3).for_each(|i| to[i] += above.data.0[k][i]);
             }
             (0..3).for_each(|i| to[3 + i] += below.data.0[k][i]);
         }
+    }
+
+    /// The block of two bodies, to be added to.
+    fn target(&mut self, pattern: &Pattern, row: usize, column: usize) -> &mut Matrix6<f64> {
+        let Some(plan) = pattern.plan() else {
+            return self.block(pattern, pattern.place(row), pattern.place(column));
+        };
+        let known =
+            self.open[..self.opened].iter().position(|open| (open.0, open.1) == (row, column));
+        let place = known.unwrap_or_else(|| {
+            if self.opened == OPEN {
+                self.close(plan);
+            }
+            let block = self.fronts.block(plan, (plan.place(row), plan.place(column)));
+            self.open[self.opened] = (row, column, block);
+            self.opened += 1;
+            self.opened - 1
+        });
+        &mut self.open[place].2
+    }
+
+    /// Writes the blocks that were added to.
+    fn close(&mut self, plan: &Plan) {
+        for (row, column, block) in &self.open[..self.opened] {
+            self.fronts.set_block(plan, (plan.place(*row), plan.place(*column)), block);
+        }
+        self.opened = 0;
     }
 
     /// The block of two places.
@@ -104,6 +122,7 @@ impl BlockSystem {
     /// Factorises the matrix; `false` where a pivot block is singular.
     pub(super) fn factorise(&mut self, pattern: &Pattern) -> bool {
         if let Some(plan) = pattern.plan() {
+            self.close(plan);
             return self.fronts.factorise(plan);
         }
         self.pivots.clear();
@@ -134,7 +153,7 @@ impl BlockSystem {
         values: &mut [Vector6<f64>],
     ) {
         if let Some(plan) = pattern.plan() {
-            let Self { fronts, numbers, .. } = self;
+            let Self { fronts, numbers, behind, .. } = self;
             numbers.resize(plan.size(), 0.0);
             let places = |body: usize| (plan.place(body), pattern.place(body));
             for (to, from) in (0..pattern.len()).map(places) {
@@ -143,7 +162,7 @@ impl BlockSystem {
             if TRANSPOSED {
                 fronts.solve_transposed(plan, numbers);
             } else {
-                fronts.solve(plan, numbers);
+                fronts.solve(plan, numbers, behind);
             }
             for (from, to) in (0..pattern.len()).map(places) {
                 values[to].copy_from_slice(&numbers[from..from + 6]);
@@ -177,7 +196,7 @@ impl BlockSystem {
         values: &mut [SMatrix<f64, 6, C>],
     ) {
         if let Some(plan) = pattern.plan() {
-            let Self { fronts, numbers, .. } = self;
+            let Self { fronts, numbers, behind, .. } = self;
             numbers.resize(plan.size() * C, 0.0);
             let numbers = numbers.as_chunks_mut().0;
             let places = |body: usize| (plan.place(body), pattern.place(body));
@@ -186,7 +205,7 @@ impl BlockSystem {
                     *to = std::array::from_fn(|k| values[from][(row, k)]);
                 }
             }
-            fronts.solve_all::<C>(plan, numbers);
+            fronts.solve_all::<C>(plan, numbers, behind);
             for (from, to) in (0..pattern.len()).map(places) {
                 for (row, from) in numbers[from..from + 6].iter().enumerate() {
                     (0..C).for_each(|k| values[to][(row, k)] = from[k]);

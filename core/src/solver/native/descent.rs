@@ -3,7 +3,7 @@
 
 use super::effort::Effort;
 use super::equations::{Equations, Velocities};
-use super::interior_point::InteriorPoint;
+use super::interior_point::{GOOD_ENOUGH, InteriorPoint, TOLD_APART};
 use super::law::{NaturalMap, Piece};
 use super::newton::{Iterate, Newton, Until, exact_residual};
 use super::proximal::Proximal;
@@ -11,7 +11,8 @@ use super::starts::{self, Start};
 use super::sweeps::sweep;
 use super::tolerances::{
     COMPLIANCE, COMPLIANCES, DETERMINED, FIRST_PROXIMAL, FIRST_SWEEPS, FORESEEN, MANY_CONTACTS,
-    MOVED, PROXIMAL_SHARPNESSES, SETTLED, SHARPNESSES, SHORTEST_FACTOR, STICK_MARGINS,
+    MOVED, NEWTON_ITERATIONS, PROXIMAL_SHARPNESSES, SETTLED, SHARPNESSES, SHORTEST_FACTOR,
+    STANDING_ITERATIONS, STICK_MARGINS,
 };
 use nalgebra::Vector3;
 
@@ -181,7 +182,8 @@ impl<E: Equations> Descent<E> {
                 None => match start {
                     Start::Kept => self.keep(equations, &[(FIRST_PROXIMAL, 1.0)], effort),
                     Start::Moved | Start::Found => self.keep(equations, &MOVED, effort),
-                    Start::Led => self.lead(equations, effort),
+                    Start::Led => self.lead(equations, NEWTON_ITERATIONS, effort),
+                    Start::Structure => self.stand(equations, effort),
                     Start::Best(compliance) => self.keep(equations, &[(compliance, 1.0)], effort),
                     _ => self.descend(equations, evaluated, effort),
                 },
@@ -224,8 +226,8 @@ impl<E: Equations> Descent<E> {
     }
 
     /// The starts that what is `known` of a crowd asks for before others. What was found for it before is gone on from, and
-    /// where that fails the last impulses. Where nothing pressed in the last step, as in the first one, a vast
-    /// structure begins with an interior point, and keeps what that came to in the step after. Where
+    /// where that fails the last impulses. Where nothing pressed in the last step, as in the first one, a
+    /// structure begins with an interior point, and a vast one keeps what that came to in the step after. Where
     /// impulses change and do not nearly obey this step, the last ones are gone on from by large steps.
     fn asked(&mut self, equations: &E, known: Known<'_>) -> [Option<Start>; 3] {
         let (contacts, policy) = (known.previous.len(), equations.policy());
@@ -238,7 +240,8 @@ impl<E: Equations> Descent<E> {
         }
         let vast = policy.is_vast(contacts);
         if known.previous.iter().all(|impulse| *impulse == Vector3::zeros()) {
-            return [vast.then_some(Start::InteriorPoint(1.0)), None, None];
+            let structure = policy.is_structure(contacts);
+            return [structure.then_some(Start::Structure), None, None];
         }
         let iterate = &mut self.iterate;
         iterate.impulses.clear();
@@ -335,7 +338,12 @@ impl<E: Equations> Descent<E> {
                 iterate.impulses.extend(couplings.iter().map(|_| Vector3::zeros()));
             }
             Start::InteriorPoint(scale) => {
-                return interior_point.solve(equations, scale, iterate, effort);
+                let by = (scale, GOOD_ENOUGH);
+                return interior_point.solve(equations, by, iterate, effort);
+            }
+            Start::Structure => {
+                let by = (equations.bodies() as f64, TOLD_APART);
+                return interior_point.solve(equations, by, iterate, effort);
             }
             Start::Best(_) => return iterate.copy_from(best),
             Start::Scattered(number) => {
@@ -452,8 +460,9 @@ impl<E: Equations> Descent<E> {
 
     /// Newton's method with compliance from where the iterate is, and its limit: once, because what does not lead there at
     /// once has other ways.
-    fn lead(&mut self, equations: &E, effort: &mut Effort<'_>) -> Reached {
-        let (map, until) = (NaturalMap::with_compliance(COMPLIANCE), Until::converged(equations));
+    fn lead(&mut self, equations: &E, iterations: u32, effort: &mut Effort<'_>) -> Reached {
+        let map = NaturalMap::with_compliance(COMPLIANCE);
+        let until = Until { iterations, ..Until::converged(equations) };
         let Self { newton, iterate, .. } = self;
         let selected = newton.solve(equations, &map, (COMPLIANCE, until), iterate, effort);
         let residual = match selected {
@@ -461,6 +470,17 @@ impl<E: Equations> Descent<E> {
             false => exact_residual(equations, iterate),
         };
         Reached { residual, selected }
+    }
+
+    /// The same in a few iterations from where an interior point of a structure ended; where that leads nowhere, compliance on changes from there.
+    fn stand(&mut self, equations: &E, effort: &mut Effort<'_>) -> Reached {
+        self.last_of_path.copy_from(&self.iterate);
+        let reached = self.lead(equations, STANDING_ITERATIONS, effort);
+        if reached.selected && reached.residual <= equations.tolerances().solved {
+            return reached;
+        }
+        self.iterate.copy_from(&self.last_of_path);
+        self.keep(equations, &[(FIRST_PROXIMAL, 1.0)], effort)
     }
 
     /// Solves the law without compliance from where the iterate is: as it is, or by compliance on

@@ -308,6 +308,10 @@ pub(super) trait Equations {
     fn setting_mut(&mut self) -> &mut Setting;
     /// How their solution is sought.
     fn policy(&self) -> &'static Policy;
+    /// How many bodies bring the momentum that the impulses share.
+    fn bodies(&self) -> usize {
+        1
+    }
     /// The speed of the motion before any impulse, m/s: the scale of the step.
     fn speed(&self) -> f64;
     /// Sets the velocities to those that the impulses p̂ leave, the gyroscopic term as in free

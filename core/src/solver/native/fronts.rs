@@ -5,6 +5,7 @@
 
 use super::dense::{FrontView, Packed};
 use super::pattern::Pattern;
+use nalgebra::Matrix6;
 
 /// Nodes whose fronts together stay this small are eliminated together, zeros and all.
 const SMALL: usize = 24;
@@ -284,17 +285,41 @@ impl Fronts {
         rows: usize,
         block: &[f64],
     ) {
+        let (first, stride, to) = self.at(plan, (row, column));
+        for (k, column) in block.chunks_exact(rows).enumerate() {
+            let to = &mut to[first + k * stride..][..rows];
+            to.iter_mut().zip(column).for_each(|(entry, value)| *entry += value);
+        }
+    }
+
+    /// Where the numbers of a block at the places `row` and `column` are: the first one, how far columns are apart, and in which
+    /// list.
+    fn at(&mut self, plan: &Plan, (row, column): (usize, usize)) -> (usize, usize, &mut [f64]) {
         let front = &plan.fronts[plan.front_of[row.min(column)]];
-        let (first, stride, to) = if front.numbers().contains(&column) {
+        if front.numbers().contains(&column) {
             let first = (column - front.begin) * front.rows() + plan.within(front, row);
             (first, front.rows(), &mut self.low[front.columns()])
         } else {
             let behind = plan.within(front, column) - front.own;
             (behind * front.own + row - front.begin, front.own, &mut self.up[front.across()])
-        };
-        for (k, column) in block.chunks_exact(rows).enumerate() {
-            let to = &mut to[first + k * stride..][..rows];
-            to.iter_mut().zip(column).for_each(|(entry, value)| *entry += value);
+        }
+    }
+
+    /// A block of six at places of the plan.
+    pub(super) fn block(&mut self, plan: &Plan, at: (usize, usize)) -> Matrix6<f64> {
+        let (first, stride, from) = self.at(plan, at);
+        let mut block = Matrix6::zeros();
+        for (k, column) in block.data.0.iter_mut().enumerate() {
+            column.copy_from_slice(&from[first + k * stride..][..6]);
+        }
+        block
+    }
+
+    /// Makes it this one.
+    pub(super) fn set_block(&mut self, plan: &Plan, at: (usize, usize), block: &Matrix6<f64>) {
+        let (first, stride, to) = self.at(plan, at);
+        for (k, column) in block.data.0.iter().enumerate() {
+            to[first + k * stride..][..6].copy_from_slice(column);
         }
     }
 
@@ -330,22 +355,33 @@ impl Fronts {
     }
 
     /// Solves the factorised system for a right-hand side by places, in its memory.
-    pub(crate) fn solve(&self, plan: &Plan, values: &mut [f64]) {
-        self.solve_all::<1>(plan, values.as_chunks_mut().0);
+    /// What is behind a front is gathered in `behind`.
+    pub(crate) fn solve(&self, plan: &Plan, values: &mut [f64], behind: &mut Vec<f64>) {
+        self.solve_all::<1>(plan, values.as_chunks_mut().0, behind);
     }
 
     /// The same for several right-hand sides, the numbers of a place beside each other.
-    pub(crate) fn solve_all<const C: usize>(&self, plan: &Plan, values: &mut [[f64; C]]) {
+    pub(crate) fn solve_all<const C: usize>(
+        &self,
+        plan: &Plan,
+        values: &mut [[f64; C]],
+        behind: &mut Vec<f64>,
+    ) {
         #[inline(always)]
         fn subtract<const C: usize>(from: &mut [f64; C], factor: f64, value: &[f64; C]) {
             from.iter_mut().zip(value).for_each(|(entry, value)| *entry -= factor * value);
         }
         let is_nothing = |value: &[f64; C]| value.iter().all(|number| *number == 0.0);
+        let Self { low, up, swaps, .. } = self;
         for front in &plan.fronts {
-            let low = &self.low[front.columns()];
-            for (pivot, swap) in self.swaps[front.numbers()].iter().enumerate() {
+            let low = &low[front.columns()];
+            for (pivot, swap) in swaps[front.numbers()].iter().enumerate() {
                 values.swap(front.begin + pivot, front.begin + swap);
             }
+            let list = &plan.behind[front.list.0..front.list.1];
+            behind.clear();
+            behind.extend(list.iter().flat_map(|place| values[*place]));
+            let behind = behind.as_chunks_mut::<C>().0;
             for (k, column) in low.chunks_exact(front.rows()).enumerate() {
                 let value = values[front.begin + k];
                 if is_nothing(&value) {
@@ -354,14 +390,13 @@ impl Fronts {
                 let own = values[front.begin + k + 1..][..front.own - k - 1].iter_mut();
                 own.zip(&column[k + 1..])
                     .for_each(|(entry, factor)| subtract(entry, *factor, &value));
-                let list = &plan.behind[front.list.0..front.list.1];
-                for (place, factor) in list.iter().zip(&column[front.own..]) {
-                    subtract(&mut values[*place], *factor, &value);
-                }
+                let left = behind.iter_mut().zip(&column[front.own..]);
+                left.for_each(|(entry, factor)| subtract(entry, *factor, &value));
             }
+            list.iter().zip(&*behind).for_each(|(place, value)| values[*place] = *value);
         }
         for front in plan.fronts.iter().rev() {
-            let (low, up) = (&self.low[front.columns()], &self.up[front.across()]);
+            let (low, up) = (&low[front.columns()], &up[front.across()]);
             let list = &plan.behind[front.list.0..front.list.1];
             for (place, column) in list.iter().zip(up.chunks_exact(front.own)) {
                 let value = values[*place];
@@ -486,7 +521,7 @@ mod tests {
             assert!(fronts.factorise(&plan));
             let rhs = DVector::from_fn(size, |_, _| uniform() - 0.5);
             let mut values = rhs.as_slice().to_vec();
-            fronts.solve(&plan, &mut values);
+            fronts.solve(&plan, &mut values, &mut Vec::new());
             let mut transposed = rhs.as_slice().to_vec();
             fronts.solve_transposed(&plan, &mut transposed);
             for (found, matrix) in [(values, dense.clone()), (transposed, dense.transpose())] {

@@ -425,6 +425,10 @@ impl Equations for Island {
         if self.joints.is_empty() { Policy::of(self.members.len()) } else { Policy::tied() }
     }
 
+    fn bodies(&self) -> usize {
+        self.members.len()
+    }
+
     fn speed(&self) -> f64 {
         self.members.iter().map(Member::speed).fold(0.0, f64::max)
     }

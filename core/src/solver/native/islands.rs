@@ -3,7 +3,7 @@
 
 use crate::contact::{Contact, KeyIndex, Partner};
 use crate::joint::{Gear, Joint};
-use crate::step::{ContactForce, Step};
+use crate::step::{ContactForce, Step, StepSolution};
 use crate::world::World;
 use nalgebra::Vector3;
 
@@ -169,6 +169,51 @@ impl Islands {
         if islands.contains(&true) {
             self.found.extend(found.iter().map(|contact| contact.force));
             self.found.resize(self.before.len(), Vector3::zeros());
+        }
+    }
+
+    /// Has the islands to be solved whose bodies all rest keep what the step before came to, if their contacts are those of it
+    /// and none was `known` in a call before. No other body that is to be solved `rests` any more.
+    pub(super) fn keep(
+        &mut self,
+        step: &Step<'_>,
+        (contacts, known): (&[Contact], usize),
+        rests: &mut [bool],
+        solution: &mut StepSolution,
+    ) {
+        if !rests.contains(&true) {
+            return;
+        }
+        for (rests, island) in rests.iter_mut().zip(&self.islands) {
+            *rests &= *island != NONE;
+        }
+        let Self { bodies, contacts: held, joints, gears, changed, previous, .. } = self;
+        let last = step.previous;
+        for (island, changed) in changed.iter_mut().enumerate().filter(|(_, changed)| **changed) {
+            let (bodies, held) = (bodies.get(island), held.get(island));
+            let stays = known == 0
+                && bodies.iter().all(|&body| rests.get(body) == Some(&true))
+                && held.iter().all(|&place| {
+                    previous.place(&last.contacts, &contacts[place].key, place).is_some()
+                });
+            if !stays {
+                for &body in bodies {
+                    rests.get_mut(body).into_iter().for_each(|rests| *rests = false);
+                }
+                continue;
+            }
+            *changed = false;
+            bodies.iter().for_each(|&body| solution.states[body] = step.states[body]);
+            for &place in held {
+                let found = previous.find(&last.contacts, &contacts[place].key, place);
+                found.into_iter().for_each(|found| solution.contacts[place] = *found);
+            }
+            for &joint in joints.get(island) {
+                solution.joints[joint] = last.joints[joint];
+            }
+            for &gear in gears.get(island) {
+                solution.gears[gear] = last.gears[gear];
+            }
         }
     }
 

@@ -86,6 +86,8 @@ pub struct NativeSolver {
     reached: Vec<State>,
     /// Memory of [`NativeSolver::solve_marked`]: the bodies whose problems were solved roughly.
     rough: Vec<bool>,
+    /// Which bodies rest in the step at hand, as told, and as they were left.
+    rests: Vec<bool>,
     /// Where islands are solved at the same time; `None` for the caller's thread alone.
     #[cfg(feature = "threads")]
     threads: Option<Threads>,
@@ -106,6 +108,7 @@ impl NativeSolver {
             ends: Vec::new(),
             reached: Vec::with_capacity(world.bodies().len()),
             rough: Vec::new(),
+            rests: Vec::new(),
             #[cfg(feature = "threads")]
             threads: None,
         }
@@ -222,6 +225,8 @@ impl NativeSolver {
         solution.gears.resize(step.world.gears().len(), 0.0);
         self.islands.go_on(&solution.contacts, |body| self.ends[body].moved);
         solution.contacts.extend(contacts[known..].iter().map(|c| ContactForce::none(c.key)));
+        let Self { islands, rests, .. } = self;
+        islands.keep(step, (contacts, known), rests, solution);
         self.parts.assign(&self.islands, step.states.len());
         let asked = Asked { accepted: self.accepted, loosened: self.loosened(), roughly };
         let is_solved = self.solve_on_threads(step, contacts, asked)?;
@@ -238,7 +243,8 @@ impl NativeSolver {
             for &body in island.bodies {
                 let end = &mut self.ends[body];
                 let retried = end.retried || retried;
-                *end = End { solved, start, retried, moved, rough };
+                let is_quiet = solved && !retried && !rough && ended.iterations == 0;
+                *end = End { solved, start, retried, moved, rough, is_quiet };
             }
             iterations = iterations.saturating_add(ended.iterations);
         }
@@ -351,12 +357,20 @@ struct End {
     moved: bool,
     /// Whether it was solved only well enough to say which contacts it has.
     rough: bool,
+    /// Whether it was solved at once, from its first start, without an iteration.
+    is_quiet: bool,
 }
 
 impl End {
     /// That of free flight.
-    const FREE: Self =
-        Self { solved: true, start: Start::Previous, retried: false, moved: false, rough: false };
+    const FREE: Self = Self {
+        solved: true,
+        start: Start::Previous,
+        retried: false,
+        moved: false,
+        rough: false,
+        is_quiet: true,
+    };
 }
 
 /// How deep a body may be in another at the end of the step before the contact counts as
@@ -401,6 +415,11 @@ impl StepSolver for NativeSolver {
         step.check(candidates.contacts())?;
         self.accepted = self.residual * step.world.speed_scale();
         solution.set_free(step.free);
+        // What was not solved at once has a report of its own.
+        self.rests.truncate(self.ends.len());
+        for (rests, end) in self.rests.iter_mut().zip(&self.ends) {
+            *rests &= end.is_quiet && end.start == Start::Previous;
+        }
         self.ends.clear();
         self.ends.resize(step.states.len(), End::FREE);
         self.solve_marked(step, Marked::NONE, candidates, solution)
@@ -430,6 +449,15 @@ impl StepSolver for NativeSolver {
 
     fn is_solved(&self, body: usize) -> Option<bool> {
         self.ends.get(body).map(|end| end.solved)
+    }
+
+    fn expect_rest(&mut self, bodies: &[bool]) {
+        self.rests.clear();
+        self.rests.extend_from_slice(bodies);
+    }
+
+    fn rested(&self, body: usize) -> bool {
+        self.rests.get(body).is_some_and(|rests| *rests)
     }
 
     /// Its memory is for the steps of any world.

@@ -35,6 +35,9 @@ pub(super) enum Start {
     /// An interior point's answer, itself started with normal impulses of this multiple
     /// of the momentum: finds the jams, where one point takes all momentum.
     InteriorPoint(f64),
+    /// An interior point's answer for a structure of which nothing pressed before: started with the momentum of every body
+    /// among its own contacts, and gone on until it is known which of them press.
+    Structure,
     /// What this number of Gauss–Seidel sweeps makes of no impulses.
     Swept(u32),
     /// Impulses scattered over the cones, by number; the same for every step.
@@ -70,6 +73,7 @@ impl Start {
             Self::Zero => "zero",
             Self::Compliant(_) => "compliance",
             Self::InteriorPoint(_) => "interior point",
+            Self::Structure => "structure",
             Self::Swept(_) => "sweeps",
             Self::Scattered(_) => "scattered",
         }

@@ -86,6 +86,8 @@ pub(super) const BUDGET_STARTS: u32 = 4;
 pub(super) const LEAST_BUDGET: u32 = 6_000;
 /// Iterations of Newton's method from one start.
 pub(super) const NEWTON_ITERATIONS: u32 = 40;
+/// The same from the interior point of a structure, where some four are enough.
+pub(super) const STANDING_ITERATIONS: u32 = 10;
 /// ε in the Newton matrix where nothing is to be selected: the root of what doubles resolve, so that as much is lost by it
 /// as by rounding against the stiffness 1/ε.
 pub(super) const DETERMINED: f64 = 1e-8;

@@ -187,6 +187,7 @@ pub(super) struct Posed {
 #[derive(Debug, Clone, Default)]
 pub(super) struct PosedSystem {
     fronts: Fronts,
+    behind: Vec<f64>,
     values: Vec<f64>,
     pushed: Vec<f64>,
     block: Vec<f64>,
@@ -312,13 +313,13 @@ impl Equations for Posed {
         system: &mut PosedSystem,
         step: &mut Motion,
     ) -> bool {
-        let PosedSystem { fronts, values, .. } = system;
+        let PosedSystem { fronts, values, behind, .. } = system;
         values.clear();
         values.extend(residuals.iter().map(|residual| -residual));
         for (index, elimination) in eliminations.iter().enumerate() {
             self.pushes.push(index, &elimination.answer.offset, values);
         }
-        fronts.solve(&self.plan, values);
+        fronts.solve(&self.plan, values, behind);
         step.numbers.clone_from(values);
         step.seen.clear();
         let couplings = 0..self.setting.couplings.len();
