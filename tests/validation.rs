@@ -40,7 +40,7 @@ fn assert_holds(problem: &dyn Problem, inputs: &Inputs, findings: &Findings) {
 }
 
 /// Quantities for which the theory says an order, and which.
-const ORDERS: [(&str, &str, i32); 35] = [
+const ORDERS: [(&str, &str, i32); 40] = [
     ("free-fall", "height fallen", 1),
     ("sliding-stop", "stopping distance", 1),
     ("slope-slide", "way down the slope", 1),
@@ -76,6 +76,11 @@ const ORDERS: [(&str, &str, i32); 35] = [
     ("ball-grid", "speed of a rim, too", 2),
     ("ball-grid", "mean squared error of a velocity", 4),
     ("pendulum", "period", 2),
+    ("four-bar-windows", "time of a turn", 2),
+    ("squeezer", "β at 0.03 s", 2),
+    ("squeezer", "Θ at 0.03 s", 2),
+    ("squeezer", "γ at 0.03 s", 2),
+    ("squeezer", "Φ at 0.03 s", 2),
 ];
 
 /// With the usual numbers, at h and at h/2, and every order shows.

@@ -119,11 +119,11 @@ fn bricard(_: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
             at_most(
                 ("way of P₃ from its published place", "m"),
                 (found - END).norm(),
-                DIGITS + 30.0 * h * h,
+                DIGITS + h * h,
             ),
             at_most(("largest way of a hinge from its place", "m"), worst.0, 1e-12),
             at_most(("largest angle of a hinge from its axis", "rad"), worst.1, 1e-12),
-            at_most(("energy, its largest change", "J"), strayed, 1e3 * h * h),
+            at_most(("energy, its largest change", "J"), strayed, 10.0 * h * h),
         ],
         curve: Curve::of(("height of P₃", "m"), &run, |k| third(k)[1]).beside(|_| f64::NAN),
     })

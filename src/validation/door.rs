@@ -2,6 +2,7 @@
 
 use super::pendulum::NO_JOINTS;
 use super::prelude::*;
+use super::quantity::at_most;
 use crate::joint::{Drive, Joint, JointFrame};
 
 /// Width, thickness and height, m.
@@ -12,6 +13,8 @@ const APART: f64 = 1.4;
 const BEARINGS: [f64; 2] = [0.05, 0.67];
 /// Of the door's middle, m: nothing comes near the ground.
 const HEIGHT: f64 = 3.0;
+/// What the limit of vanishing compliance leaves of a share that the motion does not tell, of the force that is shared.
+const LEFT_BY_THE_LIMIT: f64 = 1e-8;
 /// s.
 const DURATION: f64 = 0.1;
 
@@ -43,8 +46,20 @@ fn door(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
     let mut quantities = Vec::new();
     let mut curve = Curve::default();
     let names = [
-        ["narrow bearings: force across", "moment of a hinge", "weight on a hinge", "way of the door"],
-        ["wide bearings: force across", "moment of a hinge, too", "weight on a hinge, too", "way, too"],
+        [
+            "narrow bearings: force across",
+            "moment of a hinge",
+            "weight on both",
+            "how unlike the weights on them are",
+            "way of the door",
+        ],
+        [
+            "wide bearings: force across",
+            "moment of a hinge, too",
+            "weight on both, too",
+            "how unlike these are",
+            "way of the door, too",
+        ],
     ];
     for (length, names) in BEARINGS.into_iter().zip(names) {
         let start = resting(HEIGHT);
@@ -72,8 +87,13 @@ fn door(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
         quantities.extend([
             exactly((names[0], "N"), 0.5 * (lower.force[0] - upper.force[0]), across, slack),
             exactly((names[1], "N m"), 0.5 * (upper.torque[1] + lower.torque[1]).abs(), about, slack),
-            exactly((names[2], "N"), upper.force[2], 0.5 * weight, slack),
-            at_most_zero((names[3], "m"), way, still),
+            exactly((names[2], "N"), upper.force[2] + lower.force[2], weight, slack),
+            at_most(
+                (names[3], "N"),
+                (upper.force[2] - lower.force[2]).abs(),
+                LEFT_BY_THE_LIMIT * weight,
+            ),
+            at_most_zero((names[4], "m"), way, still),
         ]);
         curve = run.curve_of_steps((names[0], "N"), |k| forces[k][1].force[0]).beside(|_| across);
     }

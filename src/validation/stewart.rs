@@ -117,7 +117,7 @@ fn stewart(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
     let worst = forces[forces.len() - 1].map(|force| force - bears);
     let worst = worst.into_iter().fold(0.0, |a: f64, b| if b.abs() > a.abs() { b } else { a });
     let lacked = |run: &Run| run.largest(|residual| residual.momentum + residual.joint);
-    let of_forces = bears * (64.0 * lacked(&still) / (gravity * h) + 1024.0 * f64::EPSILON);
+    let of_forces = bears * (32.0 * lacked(&still) / (gravity * h) + 1024.0 * f64::EPSILON);
     let way = (still.end(0).position - still.states(0)[0].position).norm();
 
     let motor = |target: f64| {

@@ -46,7 +46,7 @@ fn windows(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
         format!("at {fastest:.2} rad/s a step of {h} s turns it too far")
     })?;
     let v = Vector2::new;
-    let own = mass * (LENGTH * LENGTH + 0.05 * 0.05) / 12.0;
+    let own = mass * LENGTH * LENGTH / 12.0;
     let mut mechanism = Planar {
         plane: Plane::Upright,
         bars: vec![Bar { mass, moment: own }; 2 * WINDOWS + 1],
@@ -103,7 +103,7 @@ fn windows(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
     };
     let energies: Vec<_> = measured.windows(2).map(energy).collect();
     let strayed = energies.iter().map(|e| (e - energies[0]).abs()).fold(0.0, f64::max);
-    let most = 4.0 * inertia * mass * (LENGTH * fastest).powi(2) * (h * fastest).powi(2);
+    let most = 0.2 * inertia * mass * (LENGTH * fastest).powi(2) * (h * fastest).powi(2);
     let lost = run.sum(|residual| residual.joint + residual.momentum) * h;
     Ok(Findings {
         quantities: vec![

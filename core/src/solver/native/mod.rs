@@ -55,6 +55,7 @@ use descent::Outcome;
 use equations::changes;
 use islands::{IslandView, Islands, Marked};
 pub use law::Piece;
+pub use starts::STARTS;
 #[cfg(feature = "save")]
 pub(crate) use linearised::Rest;
 pub use linearised::{StepChange, StepDerivative, StepGradient};
