@@ -171,10 +171,8 @@ fn a_force_too_much_counts_as_the_speed_that_it_makes() {
     let bodies = [1000.0, 1.0].map(|mass| bar(mass, Vector3::repeat(0.1)));
     let pair = world(bodies.to_vec(), vec![slide], h);
     let states = [at(Vector3::zeros()); 2];
-    let force = JointForce {
-        force: Vector3::z() * (most + excess),
-        ..JointForce::none(Vector3::zeros())
-    };
+    let force =
+        JointForce { force: Vector3::z() * (most + excess), ..JointForce::none(Vector3::zeros()) };
     let found = pair.joints()[0].residual(pair.bodies(), (&states, &states), &force, h);
     let expected = h * excess * (1.0 / 1000.0 + 1.0);
     assert!((found.drive - expected).abs() < 1e-6 * expected, "{found:?} {expected}");

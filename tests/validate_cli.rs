@@ -292,7 +292,7 @@ fn bad_input_is_refused_in_one_line_before_anything_is_written() {
         let end = End::from(output.unwrap());
         end.assert_refused(2, words);
         // The longest one names all problems.
-        assert!(end.stderr.len() < 540, "{}", end.stderr);
+        assert!(end.stderr.len() < 620, "{}", end.stderr);
     }
     assert!(everything_in(directory.path()).is_empty());
 }

@@ -155,7 +155,8 @@ fn too_stiff(scene: &Scene, run: &Run) -> String {
         );
     }
     if joints.len() > MOST_NAMED {
-        let _ = writeln!(text, "    …            {} in all, see taut_joints in run.json", joints.len());
+        let _ =
+            writeln!(text, "    …            {} in all, see taut_joints in run.json", joints.len());
     }
     text
 }
@@ -164,8 +165,12 @@ fn too_stiff(scene: &Scene, run: &Run) -> String {
 fn squeezed(scene: &Scene, squeeze: &Squeeze) -> String {
     let name = |of: Partner| match of {
         Partner::Ground => "the ground".to_owned(),
-        Partner::Fixed(index) => scene.fixed.get(index).map_or(String::new(), |name| shown::line(name)),
-        Partner::Body(index) => scene.bodies.get(index).map_or(String::new(), |name| shown::line(name)),
+        Partner::Fixed(index) => {
+            scene.fixed.get(index).map_or(String::new(), |name| shown::line(name))
+        }
+        Partner::Body(index) => {
+            scene.bodies.get(index).map_or(String::new(), |name| shown::line(name))
+        }
     };
     let [one, other] = squeeze.by.map(name);
     let body = name(Partner::Body(squeeze.body));

@@ -439,8 +439,10 @@ impl RunFile {
         }
         let joints = (!scene.joints.is_empty()).then_some(joints);
         let (outcome, summary, seconds) = ("complete", &summary, 0.0);
-        let mut file =
-            Self::of(scene, &Ended { outcome, summary, seconds, largest_overlap, joints, taut: &taut })?;
+        let mut file = Self::of(
+            scene,
+            &Ended { outcome, summary, seconds, largest_overlap, joints, taut: &taut },
+        )?;
         file.steps = Some(rows.len() as u64);
         file.start_index = first.row.index;
         if let Some(model) = &mut file.model {

@@ -41,9 +41,8 @@ pub static BRICARD: Posed = Posed {
 };
 
 /// The benchmark of M. González, D. Dopico, U. Lugrís and J. Cuadrado, "A benchmarking system for MBS simulation
-/// software", Multibody System Dynamics 16, 2006; its gravity along −y, here a turn of the mechanism. With the velocities of half a step
-/// before, which those from rest are but for a sign and a length, the step is of second order: from rest, the mean of two states
-/// is that of the time between them.
+/// software", Multibody System Dynamics 16, 2006; its gravity is along −y. From rest a state k of the step is that of the time
+/// (k + ½) h to second order, and the mean of two states that of the time between them.
 fn bricard(_: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
     let h = laboratory.time_step();
     Unsuitable::when(h > 0.01, || format!("a step of {h} s is too long for its second order"))?;
@@ -56,16 +55,17 @@ fn bricard(_: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
         let (from, to) = (Vector3::from(CORNERS[rod]), Vector3::from(CORNERS[rod + 1]));
         let way = to - from;
         let turn = Vector4::new(1.0 + way[0], 0.0, -way[2], way[1]);
-        let turn = if turn.norm() > 0.1 { turn.normalize() } else { Vector4::new(0.0, 0.0, 0.0, 1.0) };
+        let turn =
+            if turn.norm() > 0.1 { turn.normalize() } else { Vector4::new(0.0, 0.0, 0.0, 1.0) };
         let position = 0.5 * (corner(rod) + corner(rod + 1));
         State { position, attitude: left(&up.attitude) * turn, ..resting(HEIGHT) }
     };
     let starts: Vec<_> = (0..5).map(laid).collect();
     let points: Vec<_> = [-1.0, 1.0].map(|end| Vector3::x() * (end * HALF_SIDES[0])).to_vec();
     let inertia = crate::mechanics::body::solid_box_inertia(MASS, &HALF_SIDES);
-    let bodies = starts.iter().map(|start| {
-        Ok(Subject::new(RigidBody::new(MASS, inertia, &points)?, *start))
-    });
+    let bodies = starts
+        .iter()
+        .map(|start| Ok(Subject::new(RigidBody::new(MASS, inertia, &points)?, *start)));
     let bodies = bodies.collect::<Result<Vec<_>, Unsuitable>>()?;
     let own = |rod: usize, k: usize| {
         let (start, end) = (&starts[rod], if k == rod { points[0] } else { points[1] });
@@ -83,8 +83,7 @@ fn bricard(_: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
         Ok(Joint::revolute(a, b, [own(a, k)?, other], Drive::NONE))
     });
     let joints = joints.collect::<Result<Vec<_>, crate::error::Error>>()?;
-    let setup =
-        Setup { joints: joints.clone(), ..Setup::new(bodies, GRAVITY, 0.5, DURATION) };
+    let setup = Setup { joints: joints.clone(), ..Setup::new(bodies, GRAVITY, 0.5, DURATION) };
     let run = laboratory.run(&setup)?;
     let third = |k: usize| {
         let state = &run.states(2)[k];

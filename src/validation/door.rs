@@ -86,7 +86,12 @@ fn door(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
         let still = DURATION * run.largest(|r| r.joint + r.momentum) + run.rounding(HEIGHT);
         quantities.extend([
             exactly((names[0], "N"), 0.5 * (lower.force[0] - upper.force[0]), across, slack),
-            exactly((names[1], "N m"), 0.5 * (upper.torque[1] + lower.torque[1]).abs(), about, slack),
+            exactly(
+                (names[1], "N m"),
+                0.5 * (upper.torque[1] + lower.torque[1]).abs(),
+                about,
+                slack,
+            ),
             exactly((names[2], "N"), upper.force[2] + lower.force[2], weight, slack),
             at_most(
                 (names[3], "N"),

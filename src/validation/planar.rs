@@ -2,8 +2,8 @@
 
 use super::axis::momentum;
 use super::prelude::*;
-use crate::joint::{Drive, Joint, JointFrame};
 use crate::error::Error;
+use crate::joint::{Drive, Joint, JointFrame};
 use nalgebra::{DMatrix, DVector};
 
 /// Nothing comes near the ground, m.
@@ -92,20 +92,21 @@ impl Planar {
             Plane::Upright => Vector3::new(v[0], 0.0, v[1]),
         };
         let in_world = |v: &Vector2<f64>| in_body(v) + Vector3::z() * HEIGHT;
-        let subjects = self.bars.iter().zip(&self.start).enumerate().map(|(index, (bar, start))| {
-            let of_a = self.pins.iter().filter(|pin| pin.a == index).map(|pin| pin.at);
-            let of_b = self.pins.iter().filter(|pin| pin.b == Some(index)).map(|pin| pin.there);
-            let points: Vec<_> = of_a.chain(of_b).map(|at| in_body(&at)).collect();
-            let inertia = nalgebra::Matrix3::from_diagonal_element(bar.moment);
-            let (sin, cos) = (0.5 * start.angle).sin_cos();
-            let state = State {
-                position: in_world(&start.place),
-                attitude: Vector4::new(cos, out[0] * sin, out[1] * sin, out[2] * sin),
-                velocity: in_body(&start.velocity),
-                spin: out * start.spin,
-            };
-            Ok(Subject::new(RigidBody::new(bar.mass, inertia, &points)?, state))
-        });
+        let subjects =
+            self.bars.iter().zip(&self.start).enumerate().map(|(index, (bar, start))| {
+                let of_a = self.pins.iter().filter(|pin| pin.a == index).map(|pin| pin.at);
+                let of_b = self.pins.iter().filter(|pin| pin.b == Some(index)).map(|pin| pin.there);
+                let points: Vec<_> = of_a.chain(of_b).map(|at| in_body(&at)).collect();
+                let inertia = nalgebra::Matrix3::from_diagonal_element(bar.moment);
+                let (sin, cos) = (0.5 * start.angle).sin_cos();
+                let state = State {
+                    position: in_world(&start.place),
+                    attitude: Vector4::new(cos, out[0] * sin, out[1] * sin, out[2] * sin),
+                    velocity: in_body(&start.velocity),
+                    spin: out * start.spin,
+                };
+                Ok(Subject::new(RigidBody::new(bar.mass, inertia, &points)?, state))
+            });
         let joints = self.pins.iter().map(|pin| {
             let there = match pin.b {
                 Some(_) => in_body(&pin.there),
@@ -132,14 +133,16 @@ impl Planar {
             let of = |body: usize, at: &Vector2<f64>| {
                 free[body].0 + across(&self.start[body].lever(at)) * free[body].1
             };
-            let apart = of(pin.a, &pin.at)
-                - pin.b.map_or(Vector2::zeros(), |b| of(b, &pin.there));
+            let apart = of(pin.a, &pin.at) - pin.b.map_or(Vector2::zeros(), |b| of(b, &pin.there));
             gaps.fixed_rows_mut::<2>(2 * k).copy_from(&apart);
         }
-        let response = self.response((&self.start, &self.start), |bar| {
-            (1.0 / bar.mass, 1.0 / bar.moment)
-        }, |_| 1.0);
-        let forces = response.lu().solve(&-gaps).unwrap_or_else(|| DVector::zeros(0));
+        let response = self.response(
+            (&self.start, &self.start),
+            |bar| (1.0 / bar.mass, 1.0 / bar.moment),
+            |_| 1.0,
+        );
+        let forces =
+            response.lu().solve(&-gaps).unwrap_or_else(|| DVector::zeros(2 * self.pins.len()));
         let pinned = self.pinned(&self.start, &forces);
         let bars = self.bars.iter().zip(free).zip(pinned);
         bars.map(|((bar, (along, about)), (force, torque))| {
@@ -163,8 +166,8 @@ impl Planar {
         loads
     }
 
-    /// What a force of each pin at `now` does to the ends of all, which are at `next`: of each body with so much along and
-    /// about for a unit of both, of which a share of the second is left.
+    /// How the points of all pins at `next` move by forces of all pins at `now`: a body moves by the first number of `gives` along a
+    /// unit force, and turns by the second one and its share `left` about a unit torque.
     fn response(
         &self,
         (now, next): (&[Placed], &[Placed]),
@@ -203,7 +206,12 @@ impl Planar {
     ///
     /// F and T being with the forces of the pins, which act where these are at the step's start and are such that they
     /// hold at its end.
-    pub fn steps(&self, h: f64, count: usize, loads: impl Fn(&[Placed]) -> Vec<Load>) -> Vec<Vec<Placed>> {
+    pub fn steps(
+        &self,
+        h: f64,
+        count: usize,
+        loads: impl Fn(&[Placed]) -> Vec<Load>,
+    ) -> Vec<Vec<Placed>> {
         let mut all = vec![self.start.clone()];
         let mut forces = DVector::zeros(2 * self.pins.len());
         for k in 0..count {
@@ -233,7 +241,8 @@ impl Planar {
                 let mut gaps = DVector::zeros(2 * self.pins.len());
                 for (k, pin) in self.pins.iter().enumerate() {
                     let there = pin.b.map_or(pin.there, |b| next[b].point(&pin.there));
-                    gaps.fixed_rows_mut::<2>(2 * k).copy_from(&(next[pin.a].point(&pin.at) - there));
+                    gaps.fixed_rows_mut::<2>(2 * k)
+                        .copy_from(&(next[pin.a].point(&pin.at) - there));
                 }
                 let settled = gaps.amax() < 4.0 * f64::EPSILON;
                 // dφ⁺/dT of dω⁺/dT = h/(I (1 + 3θ²)), dφ⁺/dω⁺ = h/(1 + θ²).
@@ -287,7 +296,8 @@ impl Planar {
     pub fn track(&self, run: &Run) -> Vec<Vec<Placed>> {
         let mut all: Vec<Vec<Placed>> = Vec::new();
         for k in 0..=run.steps() {
-            let near = |body: usize| all.last().map_or(self.start[body].angle, |last| last[body].angle);
+            let near =
+                |body: usize| all.last().map_or(self.start[body].angle, |last| last[body].angle);
             let now = (0..self.bars.len()).map(|b| self.seen(&run.states(b)[k], near(b))).collect();
             all.push(now);
         }

@@ -1,5 +1,6 @@
 //! Andrews' squeezing mechanism: seven bars, three closed loops, and a torque that goes round with it.
 
+use super::Torque;
 use super::pendulum::NO_JOINTS;
 use super::planar::{Bar, Load, Pin, Placed, Planar, Plane};
 use super::prelude::*;
@@ -7,8 +8,7 @@ use super::quantity::at_most;
 
 /// What it is made of, after the problem's statement (m, kg, kg m², N/m, N m).
 const MASSES: [f64; 7] = [0.04325, 0.00365, 0.02373, 0.00706, 0.07050, 0.00706, 0.05498];
-const MOMENTS: [f64; 7] =
-    [2.194e-6, 4.410e-7, 5.255e-6, 5.667e-7, 1.169e-5, 5.667e-7, 1.912e-5];
+const MOMENTS: [f64; 7] = [2.194e-6, 4.410e-7, 5.255e-6, 5.667e-7, 1.169e-5, 5.667e-7, 1.912e-5];
 const A: Vector2<f64> = Vector2::new(-0.06934, -0.00227);
 const B: Vector2<f64> = Vector2::new(-0.03635, 0.03273);
 const C: Vector2<f64> = Vector2::new(0.014, 0.072);
@@ -57,7 +57,7 @@ const END: [f64; 7] = [
 ];
 /// s.
 const DURATION: f64 = 0.03;
-/// Which bars the crank and the one with the spring are, and which joints hold them.
+/// The crank, and the bar that the spring pulls: their places among the bars, and of the pins that hold them in the plane.
 const CRANK: usize = 0;
 const SPRUNG: usize = 2;
 /// Steps as long as this turn the crank too far, s.
@@ -164,7 +164,7 @@ fn squeezer(_: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
         let attitude = &states[SPRUNG].attitude;
         spring(2.0 * attitude[3].atan2(attitude[0])).1
     };
-    let torques: Vec<(usize, fn(&[State]) -> f64)> = vec![(0, |_| TORQUE), (2, pull)];
+    let torques: Vec<(usize, Torque)> = vec![(0, |_| TORQUE), (2, pull)];
     let setup = Setup { joints, torques, ..Setup::new(bodies, 0.0, 0.5, DURATION + h) };
     let run = laboratory.run(&setup)?;
     let steps = run.steps();

@@ -32,11 +32,8 @@ pub static STEWART: Posed = Posed {
     ..Posed::by(stewart)
 };
 
-/// The squares of what the lengths are made of, m².
-fn sum_of_squares() -> f64 {
-    FEET * FEET + PLATFORM * PLATFORM
-}
-
+/// R² + r², m².
+const SQUARES: f64 = FEET * FEET + PLATFORM * PLATFORM;
 /// 2 R r, m².
 const PRODUCT: f64 = 2.0 * FEET * PLATFORM;
 
@@ -102,7 +99,7 @@ fn platform(mass: f64, drives: [Drive; 2]) -> Result<(Vec<Subject>, Vec<Joint>),
 fn stewart(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
     let [mass, gravity] = inputs.all([Input::Mass, Input::Gravity])?;
     let h = laboratory.time_step();
-    let beside = sum_of_squares() - PRODUCT * SKEW.cos();
+    let beside = SQUARES - PRODUCT * SKEW.cos();
     let length = (beside + ABOVE * ABOVE).sqrt();
     let aslant = beside / (ABOVE * length * length);
     let of_legs = LIGHTER * mass * gravity * (length * aslant + ABOVE / length);
@@ -120,8 +117,9 @@ fn stewart(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
     let of_forces = bears * (32.0 * lacked(&still) / (gravity * h) + 1024.0 * f64::EPSILON);
     let way = (still.end(0).position - still.states(0)[0].position).norm();
 
-    let motor = |target: f64| {
-        Drive { motor: Some(Motor::Speed { target, most: 1e6 * mass }), ..Drive::NONE }
+    let motor = |target: f64| Drive {
+        motor: Some(Motor::Speed { target, most: 1e6 * mass }),
+        ..Drive::NONE
     };
     let (bodies, joints) = platform(mass, GROWTH.map(motor))?;
     let setup = Setup { joints, ..Setup::new(bodies, gravity, 0.5, DURATION) };
@@ -129,7 +127,7 @@ fn stewart(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
     let wanted = |t: f64| {
         let [one, next] = GROWTH.map(|growth| (length + growth * t).powi(2));
         let turn = ((next - one) / (2.0 * PRODUCT * SKEW.sin())).asin();
-        let above = (one - sum_of_squares() + PRODUCT * (turn - SKEW).cos()).sqrt();
+        let above = (one - SQUARES + PRODUCT * (turn - SKEW).cos()).sqrt();
         (above, turn)
     };
     let (above, turn) = wanted(run.time(run.steps()));

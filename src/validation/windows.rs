@@ -76,8 +76,7 @@ fn windows(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
     let run = laboratory.run(&setup)?;
     let down = (v(0.0, -mass * gravity), 0.0);
     let loads = |now: &[Placed]| vec![down; now.len()];
-    let (measured, discrete) =
-        (mechanism.track(&run), mechanism.steps(h, run.steps(), loads));
+    let (measured, discrete) = (mechanism.track(&run), mechanism.steps(h, run.steps(), loads));
     let [found, wanted] = [&measured, &discrete].map(|track| around(track, h));
     let within = (TURNS as f64 * exact / h) as usize;
     let passed = measured.windows(2).take(within);
@@ -86,7 +85,10 @@ fn windows(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
     // All posts stay alike, and what is between them level.
     let alike = |at: &[Placed]| {
         let posts = (1..=WINDOWS).map(|post| at[post].angle - at[0].angle);
-        posts.chain((WINDOWS + 1..at.len()).map(|bar| at[bar].angle)).map(f64::abs).fold(0.0, f64::max)
+        posts
+            .chain((WINDOWS + 1..at.len()).map(|bar| at[bar].angle))
+            .map(f64::abs)
+            .fold(0.0, f64::max)
     };
     let askew = measured.iter().map(|at| alike(at)).fold(0.0, f64::max);
     let apart = |at: &[Placed]| {

@@ -1,6 +1,6 @@
 //! Many steps of random mechanisms: nearly all are certified, and none makes energy without a mark.
 
-use crate::random::{Numbers, mechanism};
+use crate::random::{Numbers, mechanism, smooth};
 use crate::{error, made};
 use tumble::joint::{Axis, Drive, Joint};
 use tumble::mechanics::State;
@@ -27,7 +27,7 @@ fn run(seeds: std::ops::Range<u64>, steps: usize) -> Tally {
     let mut tally = Tally::default();
     for seed in seeds {
         let mut numbers = Numbers(seed);
-        let (world, states) = mechanism(&mut numbers);
+        let (world, states, _) = mechanism(&mut numbers);
         let Ok(mut simulation) = Simulation::new(world.clone(), states, Motion::native(&world))
         else {
             // Some overlap at the start.
@@ -37,11 +37,10 @@ fn run(seeds: std::ops::Range<u64>, steps: usize) -> Tally {
         for _ in 0..steps {
             simulation.step(&mut record).unwrap();
             tally.steps += 1;
-            let forces = record.solution.contacts.iter();
-            tally.pressed += u32::from(forces.into_iter().any(|c| c.force.amax() > 0.0));
+            let mut forces = record.solution.contacts.iter();
+            tally.pressed += u32::from(forces.any(|c| c.force.amax() > 0.0));
             let status = record.report.status;
-            let certified =
-                status != StepStatus::Failed && record.certificate.residual() <= 1e-9;
+            let certified = status != StepStatus::Failed && record.certificate.residual() <= 1e-9;
             tally.uncertified += u32::from(!certified);
             tally.wild += u32::from(status == StepStatus::Wild);
             tally.retried += u32::from(status == StepStatus::Retried);
@@ -60,7 +59,8 @@ fn run(seeds: std::ops::Range<u64>, steps: usize) -> Tally {
             }
             tally.worst = tally.worst.max(error(&world, &record.solution.states));
             let (gained, kinetic) = made(&world, &record);
-            if gained.is_nan() || gained > 2e-3 * kinetic + 1e-6 {
+            // At rest the energy of half a step's fall may be less than nothing.
+            if gained.is_nan() || gained > 2e-3 * kinetic.max(0.0) + 1e-6 {
                 tally.unmarked.push((seed, record.index, gained, kinetic));
             }
         }
@@ -86,7 +86,7 @@ fn judge(tally: &Tally) {
 /// without a mark.
 #[test]
 fn random_mechanisms_are_certified_and_make_no_energy() {
-    judge(&run(0..60, 150));
+    judge(&run(0..150, 150));
 }
 
 /// The same of 10⁵ steps in which something presses.
@@ -105,7 +105,7 @@ fn the_order_of_bodies_is_no_matter() {
     let mut compared = 0;
     for seed in 0..40 {
         let mut numbers = Numbers(seed);
-        let (world, states) = mechanism(&mut numbers);
+        let (world, states, bars) = mechanism(&mut numbers);
         let count = world.bodies().len();
         // Where each body is in the other order.
         let place = |body: usize| (body + 2) % count;
@@ -118,6 +118,7 @@ fn the_order_of_bodies_is_no_matter() {
         let joints = world.joints().iter().rev().map(|joint| renumbered(joint, place));
         let parameters = Parameters { bodies, ..world.parameters().clone() };
         let other = World::new(parameters).unwrap().with_joints(joints.collect()).unwrap();
+        let other = smooth(other, &bars.iter().map(|bar| place(*bar)).collect::<Vec<_>>());
         let start = |world: &World, states: Vec<State>| {
             Simulation::new(world.clone(), states, Motion::native(world))
         };

@@ -239,8 +239,19 @@ fn middle(states: &[State]) -> Vector3<f64> {
     states.iter().map(|state| state.position).sum::<Vector3<f64>>() / states.len() as f64
 }
 
-/// A random mechanism above the ground, turned any way and swung; in some one body is tied to the world.
-pub fn mechanism(numbers: &mut Numbers) -> (World, Vec<State>) {
+/// The world in which these bodies are smooth to each other.
+pub fn smooth(mut world: World, bars: &[usize]) -> World {
+    for (k, bar) in bars.iter().enumerate() {
+        for other in &bars[k + 1..] {
+            world = world.with_friction_between(*bar, Partner::Body(*other), 0.0).unwrap();
+        }
+    }
+    world
+}
+
+/// A random mechanism above the ground, turned any way and swung, and which bodies are the bars of a loop; in some one body is
+/// tied to the world.
+pub fn mechanism(numbers: &mut Numbers) -> (World, Vec<State>, Vec<usize>) {
     let Built { bodies, mut states, mut joints, bars } = match numbers.below(10) {
         0..=3 => tree(numbers),
         4 | 5 => flat_ring(numbers),
@@ -278,11 +289,7 @@ pub fn mechanism(numbers: &mut Numbers) -> (World, Vec<State>) {
         joints.push(any_joint(&states, 0, None, numbers));
     }
     let time_step = numbers.between(1e-3, 5e-3);
-    let mut world = World::new(parameters(bodies, time_step)).unwrap().with_joints(joints).unwrap();
-    for bar in 0..bars {
-        for other in bar + 1..bars {
-            world = world.with_friction_between(bar, Partner::Body(other), 0.0).unwrap();
-        }
-    }
-    (world, states)
+    let world = World::new(parameters(bodies, time_step)).unwrap().with_joints(joints).unwrap();
+    let bars: Vec<_> = (0..bars).collect();
+    (smooth(world, &bars), states, bars)
 }

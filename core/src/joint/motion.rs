@@ -336,7 +336,8 @@ impl Joint {
             let (Some(of), Some(state)) = (bodies.get(body), states.get(body)) else {
                 return ones;
             };
-            let (to_body, lever) = (rotation(&state.attitude).transpose(), a.anchor - state.position);
+            let (to_body, lever) =
+                (rotation(&state.attitude).transpose(), a.anchor - state.position);
             let yields = |torque: Vector3<f64>| {
                 let torque = to_body * torque;
                 torque.dot(&(of.inertia_inverse() * torque))

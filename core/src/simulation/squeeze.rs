@@ -100,7 +100,8 @@ impl Search<'_> {
         }
         let holds = |joint: &&Joint| joint.body() == body && joint.holds_in_world();
         let [own, there] = self.world.joints().iter().find(holds)?.frames();
-        let back = Vector4::new(own.attitude[0], -own.attitude[1], -own.attitude[2], -own.attitude[3]);
+        let back =
+            Vector4::new(own.attitude[0], -own.attitude[1], -own.attitude[2], -own.attitude[3]);
         let end = rotation(&product(&there.attitude, &back));
         let state = &self.states[body];
         let lever = rotation(&state.attitude).tr_mul(&(point - state.position));

@@ -55,7 +55,8 @@ impl Stiffness {
         }
         self.collect(world, states, forces);
         let of_body = |body: usize| {
-            let largest = self.scaled(world, body).map(|scaled| scaled.symmetric_eigenvalues().max());
+            let largest =
+                self.scaled(world, body).map(|scaled| scaled.symmetric_eigenvalues().max());
             world.time_step() * largest.unwrap_or(0.0).max(0.0).sqrt()
         };
         let each: Vec<_> = (0..states.len()).map(of_body).collect();

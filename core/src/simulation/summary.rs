@@ -1,8 +1,8 @@
 //! What a run amounts to: counts, residuals, the first failures, from the
 //! [records](crate::simulation::StepRecord) of its steps.
 
-use super::{Squeeze, StepRecord};
 use super::median::Median;
+use super::{Squeeze, StepRecord};
 use crate::step::StepStatus;
 use std::borrow::Cow;
 use std::collections::BTreeMap;

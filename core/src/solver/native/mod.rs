@@ -55,7 +55,6 @@ use descent::Outcome;
 use equations::changes;
 use islands::{IslandView, Islands, Marked};
 pub use law::Piece;
-pub use starts::STARTS;
 #[cfg(feature = "save")]
 pub(crate) use linearised::Rest;
 pub use linearised::{StepChange, StepDerivative, StepGradient};
@@ -63,6 +62,7 @@ use nalgebra::Vector3;
 use part::{Asked, Part, Parts};
 use policy::Policy;
 pub(crate) use posed::solve as solve_problem;
+pub use starts::STARTS;
 use starts::Start;
 #[cfg(feature = "threads")]
 use std::num::NonZeroUsize;
