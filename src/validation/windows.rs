@@ -9,6 +9,11 @@ use std::f64::consts::PI;
 /// Windows, and the length of every bar, m.
 const WINDOWS: usize = 2;
 const LENGTH: f64 = 1.0;
+/// Of every bar, kg; and the speed of the bars between the tops at the start, m/s. The motion passes its singular positions as
+/// near as steps happen to fall, and what a step lacks grows by as much, so that these stay what they are.
+const MASS: f64 = 1.0;
+const GRAVITY: f64 = 9.81;
+const SPEED: f64 = 1.0;
 /// Times they go around.
 const TURNS: usize = 5;
 
@@ -19,7 +24,6 @@ pub static FOUR_BAR_WINDOWS: Posed = Posed {
             in every turn through the position where all bars lie on one line: \
             T = 2π/agm(ω, √(ω² + 4k)), k = 7g/(6L).",
     time_step: 0.002,
-    inputs: &[(Input::Mass, 1.0), EARTH, (Input::Speed, 1.0)],
     bodies: 2 * WINDOWS + 1,
     beyond_ipopt: NO_JOINTS,
     ..Posed::by(windows)
@@ -33,8 +37,8 @@ pub static FOUR_BAR_WINDOWS: Posed = Posed {
 /// ```
 ///
 /// so that a turn takes ∫ dθ/θ̇ = 2π/agm(ω, √(ω² + 4k)). [`Planar::steps`] has the step's.
-fn windows(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
-    let [mass, gravity, speed] = inputs.all([Input::Mass, Input::Gravity, Input::Speed])?;
+fn windows(_: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
+    let (mass, gravity, speed) = (MASS, GRAVITY, SPEED);
     let h = laboratory.time_step();
     let (count, spin) = (WINDOWS as f64, speed / LENGTH);
     let (weight, inertia) = (0.5 * (count + 1.0) + count, (count + 1.0) / 3.0 + count);
