@@ -3,7 +3,7 @@
 
 use super::args::SimulateArgs;
 use super::choices::{DetectionName, FormulationName, OnFailure, Preset, SolverName};
-use super::joints_summary::JointsSummary;
+use super::joints_summary::{JointsSummary, Taut};
 use super::kept::Kept;
 use super::outcome::{Failure, refuse_flags};
 use super::recording::Recording;
@@ -38,6 +38,7 @@ struct Notes {
     elapsed: Duration,
     overlap: Option<(u64, f64)>,
     joints: Option<JointsSummary>,
+    taut: Taut,
 }
 
 /// A run that goes on.
@@ -53,7 +54,8 @@ pub struct Continued<'a> {
 /// The state of a run that came to this, as bytes.
 pub fn state_of(simulation: &Simulation<'_>, run: &Run) -> Result<Vec<u8>, Failure> {
     let Run { elapsed, overlap, joints, .. } = *run;
-    let notes = Notes { summary: run.summary.clone(), elapsed, overlap, joints };
+    let (summary, taut) = (run.summary.clone(), run.taut.clone());
+    let notes = Notes { summary, elapsed, overlap, joints, taut };
     Ok(simulation.save().with_notes(to_bytes(&notes)?).to_bytes()?)
 }
 
@@ -117,8 +119,8 @@ impl<'a> Continued<'a> {
 
     /// What the run came to so far.
     pub fn into_run(self) -> Run {
-        let Notes { summary, elapsed, overlap, joints } = self.notes;
-        Run { end: End::Complete, summary, elapsed, overlap, joints }
+        let Notes { summary, elapsed, overlap, joints, taut } = self.notes;
+        Run { end: End::Complete, summary, elapsed, overlap, joints, taut }
     }
 }
 

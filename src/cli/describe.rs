@@ -1,11 +1,14 @@
 //! The summary of a run, for people.
 
+use super::joints_summary::TautJoint;
 use super::run::{End, Run};
 use super::run_file::heading;
 use super::scene::{OutputFormat, Scene};
 use super::shown;
 use std::fmt::Write as _;
+use tumble::contact::Partner;
 use tumble::scenario::solver_choice::SolverChoice;
+use tumble::simulation::Squeeze;
 use tumble::simulation::summary::RunSummary;
 use tumble::step::StepStatus;
 
@@ -37,7 +40,7 @@ pub fn describe(scene: &Scene, run: &Run) -> String {
         summary.free
     );
     if summary.contact_steps() > 0 {
-        text += &contact_steps(scene.solver(), summary);
+        text += &contact_steps(scene, summary);
     }
     let asked = scene.contact.as_ref().and_then(SolverChoice::residual);
     text += &certificates(summary, asked);
@@ -49,6 +52,7 @@ pub fn describe(scene: &Scene, run: &Run) -> String {
     }
     if let Some(joints) = &run.joints {
         let _ = writeln!(text, "  joints       {}, {joints}", scene.joints.len());
+        text += &too_stiff(scene, run);
     }
     let seconds = run.elapsed.as_secs_f64();
     let _ = write!(text, "  time         {seconds:.3} s stepping");
@@ -83,9 +87,10 @@ fn ending(scene: &Scene, run: &Run) -> String {
 }
 
 /// What the solver made of the contact steps.
-fn contact_steps(solver: &str, summary: &RunSummary) -> String {
+fn contact_steps(scene: &Scene, summary: &RunSummary) -> String {
     let mut text = format!(
-        "  {solver:<12} {} iterations, {:.1} a contact step\n  converged    {}",
+        "  {:<12} {} iterations, {:.1} a contact step\n  converged    {}",
+        scene.solver(),
         summary.iterations,
         summary.iterations as f64 / summary.contact_steps() as f64,
         summary.converged
@@ -113,6 +118,8 @@ fn contact_steps(solver: &str, summary: &RunSummary) -> String {
     }
     for failure in &summary.first_failures {
         let message = failure.message.as_deref().unwrap_or("not solved");
+        let why = failure.squeeze.map_or(String::new(), |squeeze| squeezed(scene, &squeeze));
+        let message = format!("{message}{why}");
         let _ = writeln!(
             text,
             "    k = {:<6}   {message}, residual {:.1e} m/s ({})",
@@ -123,6 +130,51 @@ fn contact_steps(solver: &str, summary: &RunSummary) -> String {
         text += "    …            see the column `status`\n";
     }
     text
+}
+
+/// Which joints the time step is too long for, and which would do.
+fn too_stiff(scene: &Scene, run: &Run) -> String {
+    /// More joints than this are only counted.
+    const MOST_NAMED: usize = 4;
+    let h = scene.world.time_step();
+    let mut joints = run.taut.joints(h);
+    joints.sort_by(|a, b| b.stiffness.total_cmp(&a.stiffness));
+    if joints.is_empty() {
+        return String::new();
+    }
+    let mut text = "    in two steps running these were too stiff for h (h ω above 2), so that what they hold taut may \
+                    shake\n    itself to pieces; the time step given would do, with --every for as many rows\n"
+        .to_owned();
+    for TautJoint { joint, stiffness, time_step_s } in joints.iter().take(MOST_NAMED) {
+        let name = scene.joints.get(*joint).map_or("", |name| name);
+        let _ = writeln!(
+            text,
+            "    {:<12} h ω {stiffness:.1}: at most {time_step_s:.1e} s, {:.0} steps in place of one",
+            shown::line(name),
+            (h / time_step_s).ceil()
+        );
+    }
+    if joints.len() > MOST_NAMED {
+        let _ =
+            writeln!(text, "    …            {} in all, see taut_joints in run.json", joints.len());
+    }
+    text
+}
+
+/// Who squeezes whom.
+fn squeezed(scene: &Scene, squeeze: &Squeeze) -> String {
+    let name = |of: Partner| match of {
+        Partner::Ground => "the ground".to_owned(),
+        Partner::Fixed(index) => {
+            scene.fixed.get(index).map_or(String::new(), |name| shown::line(name))
+        }
+        Partner::Body(index) => {
+            scene.bodies.get(index).map_or(String::new(), |name| shown::line(name))
+        }
+    };
+    let [one, other] = squeeze.by.map(name);
+    let body = name(Partner::Body(squeeze.body));
+    format!(": {one} and {other} leave {body} {:.1e} m too little room", squeeze.lacking)
 }
 
 /// The residuals reached, and the one `asked` for.

@@ -103,7 +103,10 @@ impl OutputDirectory {
 }
 
 fn cannot_be_made(path: &Path, error: &io::Error) -> Failure {
-    Failure::Other(format!("the output directory {} cannot be made: {error}", shown::path(path)))
+    Failure::Input(format!(
+        "the output directory {} cannot be made: {error}; name another with --out",
+        shown::path(path)
+    ))
 }
 
 fn cannot_be_removed(path: &Path, error: &io::Error) -> Failure {

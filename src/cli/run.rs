@@ -2,7 +2,7 @@
 
 use super::choices::OnFailure;
 use super::exported::Exported;
-use super::joints_summary::JointsSummary;
+use super::joints_summary::{JointsSummary, Taut};
 use super::outcome::Failure;
 use super::output::progress_bar;
 use super::pages::Pages;
@@ -53,13 +53,16 @@ pub struct Run {
     pub overlap: Option<(u64, f64)>,
     /// What joints came to; `None` without them.
     pub joints: Option<JointsSummary>,
+    /// The joints that were too stiff for the time step.
+    pub taut: Taut,
 }
 
 impl Run {
     /// One that has not begun.
     pub fn new() -> Self {
         let (summary, elapsed) = (RunSummary::default(), Duration::ZERO);
-        Self { end: End::Complete, summary, elapsed, overlap: None, joints: None }
+        let taut = Taut::default();
+        Self { end: End::Complete, summary, elapsed, overlap: None, joints: None, taut }
     }
 
     /// What run.json says of it.
@@ -70,6 +73,7 @@ impl Run {
             seconds: self.elapsed.as_secs_f64(),
             largest_overlap: self.overlap.map_or(0.0, |(_, overlap)| overlap),
             joints: self.joints,
+            taut: &self.taut,
         }
     }
 }
@@ -118,6 +122,8 @@ pub fn run(
                     joints.add_errors(&world, &record.solution.states);
                     joints.add_residual(record.certificate.joint, record.certificate.joint_law);
                     joints.add_stiffness(record.stiffness);
+                    let forces = (&record.solution.joints[..], &record.solution.gears[..]);
+                    run.taut.add((&world, &record.states), forces, record.stiffness);
                 }
             }
             bar.inc(page.count as u64);

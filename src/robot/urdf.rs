@@ -471,9 +471,9 @@ impl<'a> Reader<'a> {
             "box" => {
                 let size = element.exactly::<3>("size")?;
                 let size = Vector3::from(size.ok_or_else(|| element.wrong("size is needed"))?);
-                match size.iter().all(|side| (1e-9..=1e6).contains(side)) {
+                match size.iter().all(|side| (2e-6..=2e4).contains(side)) {
                     true => Ok(Form::Box(size * 0.5)),
-                    false => Err(element.wrong("size: sides from 1e-9 to 1e6 m are needed")),
+                    false => Err(element.wrong("size: sides from 2e-6 to 2e4 m are needed")),
                 }
             }
             "sphere" => Ok(Form::Sphere(length("radius")?)),

@@ -1,6 +1,8 @@
 //! What the joints of a run came to.
 
+use crate::joint::JointForce;
 use crate::mechanics::State;
+use crate::simulation::Stiffness;
 use crate::world::World;
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -70,5 +72,61 @@ impl fmt::Display for JointsSummary {
             self.largest_law_residual_m_s,
             self.largest_stiffness
         )
+    }
+}
+
+/// The h ω above which what a joint holds taut shakes itself to pieces, if it stays above.
+pub const STIFFEST: f64 = 2.0;
+/// What a time step that would do has of this.
+const MARGIN: f64 = 0.95;
+
+/// Which joints were too stiff for the time step, in two steps one after the other: an impact may be for one.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Taut {
+    /// h ω of each joint in the last step; none where no joint was too stiff in it.
+    before: Vec<f64>,
+    /// The largest that each joint had in two steps running.
+    lasting: Vec<f64>,
+}
+
+/// A joint that was too stiff for the time step.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct TautJoint {
+    /// Its index.
+    pub joint: usize,
+    /// h ω in two steps running.
+    pub stiffness: f64,
+    /// The time step at which it would have been less than 2, s.
+    pub time_step_s: f64,
+}
+
+impl Taut {
+    /// Adds a step of `world` from `states` with these forces of joints and gears, in which the stiffest joint has `stiffness`.
+    pub fn add(
+        &mut self,
+        (world, states): (&World, &[State]),
+        forces: (&[JointForce], &[f64]),
+        stiffness: f64,
+    ) {
+        if stiffness <= STIFFEST {
+            self.before.clear();
+            return;
+        }
+        let now = Stiffness::default().of_each_joint(world, states, forces);
+        self.lasting.resize(now.len(), 0.0);
+        let both = self.before.iter().zip(&now).map(|(before, now)| before.min(*now));
+        self.lasting.iter_mut().zip(both).for_each(|(most, both)| *most = most.max(both));
+        self.before = now;
+    }
+
+    /// The joints that were too stiff for steps of `h` (s).
+    #[must_use]
+    pub fn joints(&self, h: f64) -> Vec<TautJoint> {
+        let lasting = self.lasting.iter().enumerate();
+        let of = |(joint, stiffness): (usize, &f64)| {
+            let time_step_s = MARGIN * STIFFEST * h / stiffness;
+            TautJoint { joint, stiffness: *stiffness, time_step_s }
+        };
+        lasting.filter(|(_, most)| **most > STIFFEST).map(of).collect()
     }
 }

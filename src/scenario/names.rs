@@ -97,7 +97,7 @@ pub fn behind(error: &Error) -> Option<&'static str> {
             "rebound speed (m/s)" => Some("rebound-speed"),
             "mass (kg)" => Some("mass"),
             "gravity (m/s²)" => Some("gravity"),
-            "half side of the box (m)" => Some("box"),
+            "side of the box (m)" => Some("box"),
             "contact point coordinate (m)" | "farthest contact point coordinate (m)" => {
                 Some("points")
             }

@@ -5,6 +5,7 @@ use super::failure::Failure;
 use super::fields::numbers;
 use super::parameters::PlaneParameters;
 use super::settings::Settings;
+use super::shape::check_sides;
 use crate::error::Error;
 use crate::mechanics::Rotation;
 use crate::mechanics::body::{RigidBody, solid_box_inertia};
@@ -84,6 +85,9 @@ fn rigid_body(mass: f64, shape: &Shape, inertia: &Inertia) -> Result<RigidBody, 
         Failure::Setting { name, why } if name == "inertia" => Failure::setting("box", why),
         other => other,
     };
+    if let Shape::Box(sides) = shape {
+        check_sides(&(*sides).into())?;
+    }
     Ok(match (shape, inertia) {
         (Shape::Box(sides), Inertia::Solid) => {
             RigidBody::solid_box(mass, 0.5 * sides).map_err(of_sides)?

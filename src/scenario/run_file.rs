@@ -5,7 +5,7 @@ mod reading;
 use super::choices::{Inertia, Shape};
 use super::failure::Failure;
 use super::fields::{Exactly, Numbers, by_rows, matrix, numbers};
-use super::joints_summary::JointsSummary;
+use super::joints_summary::{JointsSummary, Taut, TautJoint};
 use super::kept::Kept;
 use super::model::Model;
 use super::parameters::{LoadParameters, PlaneParameters, unnamed_rotation};
@@ -17,7 +17,7 @@ use crate::mechanics::body::box_corners;
 use crate::mechanics::{Load, Rotation, State};
 use crate::simulation::scene as tutorial;
 use crate::simulation::summary::{Counted, RunSummary};
-use crate::simulation::tables::{StepRow, TableStep};
+use crate::simulation::tables::{JointRow, StepRow, TableStep};
 use crate::step_nlp::SMOOTHING;
 use crate::world::{Plane, World};
 use nalgebra::Vector3;
@@ -37,6 +37,8 @@ pub struct Ended<'a> {
     pub largest_overlap: f64,
     /// Of a scene with joints.
     pub joints: Option<JointsSummary>,
+    /// The joints that were too stiff for the time step.
+    pub taut: &'a Taut,
 }
 
 /// A run.json in either format: with `parameters` and `start` of one body, or with a `model`.
@@ -89,6 +91,9 @@ pub struct RunFile {
     /// Of a model with joints.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub joints: Option<JointsSummary>,
+    /// The joints that were too stiff for the time step in two steps running, with the time step that would do.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub taut_joints: Vec<TautJoint>,
 }
 
 /// The part of a run.json that says which format it is of.
@@ -387,6 +392,7 @@ impl RunFile {
             summary: SummaryFile::of(run, climbs),
             largest_overlap_m: tables.map(|_| run.largest_overlap),
             joints: run.joints,
+            taut_joints: run.taut.joints(scene.world.time_step()),
         })
     }
 
@@ -402,6 +408,7 @@ impl RunFile {
         };
         let (mut summary, mut joints) = (RunSummary::default(), JointsSummary::default());
         let (mut largest_overlap, mut world) = (0.0_f64, scene.world.clone());
+        let mut taut = Taut::default();
         for (place, step) in rows.iter().enumerate() {
             let StepRow { index, status, iterations, residual, restitution_share, .. } = step.row;
             let part = "";
@@ -425,11 +432,17 @@ impl RunFile {
             for gear in &step.gears {
                 joints.add_residual(gear.residual, 0.0);
             }
+            world.follow(&scene.courses, (index + 1) as f64 * world.time_step());
+            let forces: Vec<_> = step.joints.iter().map(JointRow::forces).collect();
+            let gears: Vec<_> = step.gears.iter().map(|gear| gear.force).collect();
+            taut.add((&world, &step.states), (&forces, &gears), step.row.stiffness);
         }
         let joints = (!scene.joints.is_empty()).then_some(joints);
         let (outcome, summary, seconds) = ("complete", &summary, 0.0);
-        let mut file =
-            Self::of(scene, &Ended { outcome, summary, seconds, largest_overlap, joints })?;
+        let mut file = Self::of(
+            scene,
+            &Ended { outcome, summary, seconds, largest_overlap, joints, taut: &taut },
+        )?;
         file.steps = Some(rows.len() as u64);
         file.start_index = first.row.index;
         if let Some(model) = &mut file.model {

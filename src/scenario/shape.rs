@@ -1,6 +1,6 @@
 //! Shapes as scenario files and run.json say them, and the bodies that they make.
 
-use crate::error::Error;
+use crate::error::{Error, in_range};
 use crate::geometry::mesh::Mesh;
 use crate::geometry::{MassProperties, Piece};
 use crate::joint::JointFrame;
@@ -77,10 +77,17 @@ pub enum Form {
     },
 }
 
+/// Refuses sides of a box (m) that are none, in the words of who wrote them.
+pub(crate) fn check_sides(sides: &[f64; 3]) -> Result<(), Error> {
+    let field = "side of the box (m)";
+    sides.iter().try_for_each(|side| in_range(field, *side, 2e-6, 2e4, "2e-6 to 2e4").map(drop))
+}
+
 impl Form {
     fn piece(&self) -> Result<Piece, Error> {
         match self {
             Self::Box { sides } => {
+                check_sides(sides)?;
                 let piece = Piece::cuboid(0.5 * Vector3::from(*sides));
                 piece.map_err(|error| match error {
                     Error::Shape { why, .. } => Error::Shape { shape: "the box", why },
@@ -88,7 +95,10 @@ impl Form {
                 })
             }
             Self::Sphere { radius } => Piece::sphere(*radius),
-            Self::Capsule { length, radius } => Piece::capsule(0.5 * length, *radius),
+            Self::Capsule { length, radius } => {
+                in_range("length of the capsule (m)", *length, 2e-6, 2e4, "2e-6 to 2e4")?;
+                Piece::capsule(0.5 * length, *radius)
+            }
             Self::Hull { points, radius } => {
                 let points: Vec<_> = points.iter().copied().map(Vector3::from).collect();
                 Piece::hull(&points, *radius)

@@ -9,7 +9,7 @@ use crate::contact::detection::Detection;
 use crate::contact::{Partner, Plane};
 use crate::error::Error;
 use crate::geometry::Piece;
-use crate::joint::{Joint, JointForce};
+use crate::joint::{Drive, Joint, JointAxis, JointForce};
 use crate::mechanics::quaternion::{advance, rotation};
 use crate::mechanics::{Load, Polyline, RigidBody, Rotation, State};
 use crate::simulation::{Motion, Simulation, StepRecord};
@@ -34,6 +34,9 @@ pub struct Subject {
     pub load: Load,
 }
 
+/// A torque about an axis of a joint, N m, where the bodies are at these states.
+pub type Torque = fn(&[State]) -> f64;
+
 /// One run of a problem.
 #[derive(Debug, Clone)]
 pub struct Setup {
@@ -43,6 +46,8 @@ pub struct Setup {
     pub fixed: Vec<Fixed>,
     /// What ties the bodies, on level ground.
     pub joints: Vec<Joint>,
+    /// Torques about the z axes of joints, N m, by these and the states at a step's start, in place of what else drives them.
+    pub torques: Vec<(usize, Torque)>,
     /// Coefficients of friction between a body and a partner, where they are not `friction`.
     pub frictions: Vec<(usize, Partner, f64)>,
     /// Of the ground, which falls towards +x, degrees.
@@ -93,9 +98,18 @@ impl Setup {
     /// These bodies on level ground, and nothing else.
     #[must_use]
     pub fn new(bodies: Vec<Subject>, gravity: f64, friction: f64, duration: f64) -> Self {
-        let (fixed, joints, frictions) = (Vec::new(), Vec::new(), Vec::new());
-        let (slope, restitution) = (0.0, 0.0);
-        Self { bodies, fixed, joints, frictions, slope, gravity, friction, restitution, duration }
+        Self {
+            bodies,
+            fixed: Vec::new(),
+            joints: Vec::new(),
+            torques: Vec::new(),
+            frictions: Vec::new(),
+            slope: 0.0,
+            gravity,
+            friction,
+            restitution: 0.0,
+            duration,
+        }
     }
 }
 
@@ -231,6 +245,10 @@ impl<'a> Laboratory<'a> {
         let tracks = before.iter().map(track).collect();
         let mut run = Run { time_step: self.time_step, residuals: Vec::new(), tracks };
         for _ in 0..steps as usize {
+            for (joint, torque) in &setup.torques {
+                let drive = Drive { force: torque(&before), ..Drive::NONE };
+                simulation.set_drive(*joint, JointAxis::Angular(2), drive)?;
+            }
             simulation.step(&mut record)?;
             self.count(&record);
             incline.solution_from_world(&record.solution, &mut solution);

@@ -17,12 +17,14 @@ mod arch;
 mod axis;
 mod blocks;
 mod bouncing;
+mod bricard;
 mod chain;
 mod collision;
 mod compass;
 mod cradle;
 mod crank;
 mod dominoes;
+mod door;
 mod dragging;
 mod edge;
 mod elastic;
@@ -35,6 +37,7 @@ mod laboratory;
 mod leaning;
 mod pair;
 mod pendulum;
+mod planar;
 mod prelude;
 mod quantity;
 mod residual;
@@ -43,15 +46,18 @@ mod rolling;
 mod slack;
 mod slope;
 mod spinning;
+mod squeezer;
 mod stack;
+mod stewart;
 mod stopping;
 mod threshold;
 mod toppling;
 mod tumbling;
 mod turntable;
+mod windows;
 
 pub use inputs::{Input, Inputs};
-pub use laboratory::{Laboratory, MakeSolver, Run, Setup, Subject, Taken, Until};
+pub use laboratory::{Laboratory, MakeSolver, Run, Setup, Subject, Taken, Torque, Until};
 pub use quantity::{Claim, Convergence, Quantity};
 pub use residual::Residual;
 
@@ -161,7 +167,7 @@ impl Problem for Posed {
 }
 
 /// All problems, in the order of a first reading.
-pub static PROBLEMS: [&dyn Problem; 38] = [
+pub static PROBLEMS: [&dyn Problem; 43] = [
     &falling::FREE_FALL,
     &stopping::SLIDING_STOP,
     &slope::STICK,
@@ -200,6 +206,11 @@ pub static PROBLEMS: [&dyn Problem; 38] = [
     &pendulum::SERVO,
     &crank::SLIDER_CRANK,
     &chain::FREE_CHAIN,
+    &door::DOOR,
+    &windows::FOUR_BAR_WINDOWS,
+    &bricard::BRICARD,
+    &squeezer::SQUEEZER,
+    &stewart::STEWART,
 ];
 
 /// The problem of that name.

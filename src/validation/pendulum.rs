@@ -123,7 +123,7 @@ fn period(values: impl Iterator<Item = f64>, h: f64) -> f64 {
 }
 
 /// The arithmetic–geometric mean.
-fn mean(mut a: f64, mut b: f64) -> f64 {
+pub(super) fn mean(mut a: f64, mut b: f64) -> f64 {
     for _ in 0..10 {
         (a, b) = (0.5 * (a + b), (a * b).sqrt());
     }

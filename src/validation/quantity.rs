@@ -77,6 +77,11 @@ pub(super) fn at_most_zero(label: Label, measured: f64, slack: f64) -> Quantity 
     Quantity { claim: Claim::AtMost, ..exactly(label, measured, 0.0, slack) }
 }
 
+/// A quantity that is zero in continuous time and at most `most` of the step's.
+pub(super) fn at_most(label: Label, measured: f64, most: f64) -> Quantity {
+    at_most_zero(label, measured, 0.0).in_steps(most, Convergence::Within(most))
+}
+
 impl Quantity {
     /// The same, of which the steps make `discrete`.
     pub(super) fn in_steps(self, discrete: f64, convergence: Convergence) -> Self {

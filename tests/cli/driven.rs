@@ -318,3 +318,57 @@ velocity = [0, -0.5, 0]
     let json = done.run_json();
     assert_eq!(json["model"]["joints"][0]["name"], "crank");
 }
+
+/// Two pads that close on a block, or a pad that presses a pile of two on a wall, leave too little room from the step on in which
+/// they meet; it is said who, and how much.
+#[test]
+fn who_squeezes_whom_is_said() {
+    const PINCHED: &str = r#"
+steps = 129
+[ground]
+friction = 0.5
+[[fixed]]
+name = "wall"
+box = [0.1, 1, 1]
+position = [0.0, 3.0, 0.5]
+[[bodies]]
+name = "block"
+box = 0.2
+mass = 1.0
+position = [0, 0, 0.1]
+[[bodies]]
+name = "left"
+box = [0.1, 0.3, 0.3]
+mass = 5.0
+position = [-0.2, 0, 0.2]
+[[bodies]]
+name = "right"
+box = [0.1, 0.3, 0.3]
+mass = 5.0
+position = [0.2, 0, 0.2]
+[[driven]]
+body = "left"
+velocity = [0.2, 0, 0]
+[[driven]]
+body = "right"
+velocity = [-0.2, 0, 0]
+"#;
+    let done = of_text(PINCHED, &[]);
+    assert_eq!(done.end.code, Some(3), "{:?}", done.end);
+    // 0.1 m of room closes at 0.4 m/s: after 125 steps of 2 ms none is left, and after 126 it is 0.8 mm too little.
+    let words = ["left and right leave block 8.0e-4 m", "right and left leave block 8.0e-4 m"];
+    let said = done.end.stdout.lines().find(|line| line.contains("k = 125")).unwrap();
+    assert!(words.iter().any(|words| said.contains(words)), "{said}");
+
+    let pile = PINCHED
+        .replace("name = \"right\"\nbox = [0.1, 0.3, 0.3]", "name = \"second\"\nbox = 0.2")
+        .replace("position = [0.2, 0, 0.2]", "position = [0.21, 0, 0.1]")
+        .replace("position = [0.0, 3.0, 0.5]", "position = [0.38, 0.0, 0.5]")
+        .replace("[[driven]]\nbody = \"right\"\nvelocity = [-0.2, 0, 0]\n", "")
+        .replace("steps = 129", "steps = 204");
+    let done = of_text(&pile, &[]);
+    assert_eq!(done.end.code, Some(3), "{:?}", done.end);
+    let lines = done.end.stdout.lines();
+    let said = lines.filter(|line| line.contains("left and wall leave block")).count();
+    assert!(said > 0, "{:?}", done.end);
+}

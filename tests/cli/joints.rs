@@ -669,3 +669,70 @@ anchor_a = [0.0, 0.0, 0.05]
         assert!((size - 0.981 * below).abs() < 1e-9, "{joint}: {size}");
     }
 }
+
+/// Light rods that a heavy bob holds taut: the summary and run.json name those that are too stiff for the time step, and the one that
+/// would do, by ω² = 12 T/(m L); `verify` finds the same.
+#[test]
+fn joints_too_stiff_for_the_time_step_are_named_with_one_that_does() {
+    const TAUT: &str = r#"
+steps = 12
+time_step = 0.007
+[ground]
+none = true
+friction = 0.5
+[[bodies]]
+name = "rod"
+box = [0.004, 0.004, 0.1]
+mass = 0.01
+position = [0.0, 0.0, -0.05]
+copies = { count = [1, 1, 6], step = [0.0, 0.0, -0.1] }
+[[bodies]]
+name = "bob"
+box = 0.1
+mass = 1.0
+position = [0.0, 0.0, -0.6]
+[[joints]]
+name = "hook"
+type = "spherical"
+bodies = "rod-0"
+anchor = [0.0, 0.0, 0.0]
+[[joints]]
+name = "pin"
+type = "spherical"
+bodies = ["rod", "rod"]
+anchor_a = [0.0, 0.0, 0.05]
+[[joints]]
+name = "eye"
+type = "spherical"
+bodies = ["bob", "rod-5"]
+anchor = [0.0, 0.0, -0.6]
+"#;
+    let (end, directory) = run_scenario(TAUT, &[]);
+    assert!(end.stdout.contains("too stiff for h"), "{end:?}");
+    assert!(end.stdout.contains("pin-0") && end.stdout.contains("at most 5.4e-3 s"), "{end:?}");
+    let out = directory.path().join("out");
+    let path = out.join("run.json");
+    let text = fs::read_to_string(&path).unwrap();
+    let json: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let taut = json["taut_joints"].as_array().unwrap();
+    assert!(taut.len() >= 5, "{taut:?}");
+    for joint in taut {
+        // The tension is the weight of the bob and of up to six rods.
+        let time_step = joint["time_step_s"].as_f64().unwrap();
+        let of = |tension: f64| 0.95 * 2.0 / (12.0 * tension / (0.01 * 0.1)).sqrt();
+        assert!(time_step > of(1.06 * 9.81) && time_step < of(9.81), "{joint}");
+    }
+    let steps = out.join("steps.csv");
+    let steps = steps.to_str().unwrap();
+    let verified = run(&["verify", steps]);
+    assert!(!verified.stdout.contains("taut_joints"), "{verified:?}");
+    let first = &taut[0]["stiffness"].to_string();
+    fs::write(&path, text.replace(first.as_str(), "2.1")).unwrap();
+    let verified = run(&["verify", steps]);
+    assert_eq!(verified.code, Some(1), "{verified:?}");
+    assert!(verified.stdout.contains("taut_joints are not those of the rows"), "{verified:?}");
+    // Half the time step does.
+    let short = TAUT.replace("time_step = 0.007", "time_step = 0.005");
+    let (end, _) = run_scenario(&short, &[]);
+    assert!(!end.stdout.contains("too stiff"), "{end:?}");
+}

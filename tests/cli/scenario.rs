@@ -262,7 +262,7 @@ const BROKEN: [(&str, &str, &[&str]); 52] = [
     ("mass = 3.0", "mass = 3.0\npoints = [[0, 0, 1]]", &["box", "points"]),
     ("box = [1.0, 0.3, 0.1]", "", &["box", "points"]),
     ("box = [1.0, 0.3, 0.1]", "box = [1.0, 0.3]", &["line 3", "one number", "three"]),
-    ("box = [1.0, 0.3, 0.1]", "box = [1.0, 0.3, 0.0]", &["box", "half side"]),
+    ("box = [1.0, 0.3, 0.1]", "box = [1.0, 0.3, 0.0]", &["box: side of the box (m) is 0.0"]),
     ("box = [1.0, 0.3, 0.1]", "points = [[0.0, 0.0, -0.05]]", &["inertia", "points"]),
     ("mass = 3.0", "mass = 3.0\ninertia = \"hollow\"", &["line 5", "solid"]),
     ("mass = 3.0", "mass = 3.0\ninertia = [1.0, 1.0, -1.0]", &["inertia", "positive definite"]),

@@ -42,7 +42,7 @@ const BROKEN: [(&str, &str, &[&str]); 70] = [
     ("mass = 1.0", "mass = 1.0\nlabel = \"\"", &["bodies[0].label", "1 to 40 characters"]),
     ("density = 500.0", "density = 0.0", &["bodies[1].density", "1e-6 to 1e9"]),
     ("density = 500.0", "mass = 1e8", &["upper-1", "lower", "1e6", "100000000"]),
-    ("box = 0.2", "box = 0.0", &["bodies[1].box", "half side"]),
+    ("box = 0.2", "box = 0.0", &["bodies[1].box: side of the box (m) is 0.0"]),
     ("box = 0.2", "box = [0.2, 0.2]", &["line 12", "three"]),
     ("box = 0.2", "", &["bodies[1]", "sphere", "point_mass"]),
     ("box = 0.2", "box = 0.2\nsphere = 0.1", &["bodies[1].sphere: one shape", "`box` already"]),

@@ -262,6 +262,20 @@ fn a_status_that_the_rows_do_not_have_is_named() {
     assert!(end.stdout.contains("complete of 31 rows; there are 30"), "{end:?}");
 }
 
+/// The column `start` has the words of tumble's solvers and no others.
+#[test]
+fn a_start_that_no_solver_has_is_named() {
+    for (start, code) in [("magic", 1), ("previous ", 1), ("zero", 0)] {
+        let end = verify_changed("steps.csv", |table| {
+            let column = table.column("start");
+            table.rows[12][column] = start.to_owned();
+        });
+        assert_eq!(end.code, Some(code), "{start}: {end:?}");
+        let named = end.stdout.contains(&format!("its start is `{start}`, which no solver"));
+        assert_eq!(named, code == 1, "{start}: {end:?}");
+    }
+}
+
 /// A failed step with forces of 1e9 N that cancel each other: its equations of motion hold to the
 /// rounding of these forces, which two computations of a residual differ by, and its file is what it says.
 #[test]

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3, Vector4};
 use tumble::contact::Plane;
 use tumble::geometry::Piece;
-use tumble::joint::{Drive, Joint, JointFrame, Motor};
+use tumble::joint::{Drive, Joint, JointForce, JointFrame, Motor};
 use tumble::mechanics::{RigidBody, Rotation, State};
 use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::step::StepStatus;
@@ -146,6 +146,36 @@ fn dry_friction_holds_to_its_last_part() {
             assert!((turned - expected).abs() < 1e-3 * expected, "{turned} {expected}");
         }
     }
+}
+
+/// A force that the friction of an axis does not have counts as the speed that it would make of the two bodies: of a slender
+/// rod by its own inertia, of a light body on a heavy one by the light one's mass.
+#[test]
+fn a_force_too_much_counts_as_the_speed_that_it_makes() {
+    let (h, most, excess) = (1e-3, 5.0, 1e-3);
+    let drive = Drive { friction: most, ..Drive::NONE };
+    let (rod, state) = pendulum(h, drive);
+    let length = rod.joints()[0].length(rod.bodies());
+    let force = JointForce {
+        torque: Vector3::z() * (most + excess),
+        ..JointForce::none(Vector3::z() * 1.0)
+    };
+    let states = [state];
+    let found = rod.joints()[0].residual(rod.bodies(), (&states, &states), &force, h);
+    let inertia = 2.0 / 3.0 * (0.01_f64.powi(2) + 0.5_f64.powi(2));
+    let expected = length * h * excess / inertia;
+    assert!((found.drive - expected).abs() < 1e-6 * expected, "{found:?} {expected}");
+
+    let along = JointFrame::along(Vector3::zeros(), Vector3::x()).unwrap();
+    let slide = Joint::prismatic(0, Some(1), [along; 2], drive);
+    let bodies = [1000.0, 1.0].map(|mass| bar(mass, Vector3::repeat(0.1)));
+    let pair = world(bodies.to_vec(), vec![slide], h);
+    let states = [at(Vector3::zeros()); 2];
+    let force =
+        JointForce { force: Vector3::z() * (most + excess), ..JointForce::none(Vector3::zeros()) };
+    let found = pair.joints()[0].residual(pair.bodies(), (&states, &states), &force, h);
+    let expected = h * excess * (1.0 / 1000.0 + 1.0);
+    assert!((found.drive - expected).abs() < 1e-6 * expected, "{found:?} {expected}");
 }
 
 /// A stop is met and held exactly, and the torque there is that of the weight.

@@ -309,8 +309,51 @@ impl Joint {
         Some(0.5 * (work + about))
     }
 
+    /// w: how much faster each row becomes by an impulse along it of 1 over the mass of A, with nothing but its bodies to
+    /// move: of the place and of the turn, scaled by `length` (m). 1 where no drive asks for it.
+    fn responses(
+        &self,
+        bodies: &[RigidBody],
+        states: &[State],
+        at: (&Coordinates, &Vector3<f64>),
+        length: f64,
+    ) -> [Vector3<f64>; 2] {
+        let ones = [Vector3::repeat(1.0); 2];
+        let is_driven = |axis: &Axis| *axis != Axis::Locked && !axis.is_idle();
+        if !self.linear.iter().chain(&self.angular).any(is_driven) {
+            return ones;
+        }
+        let (Some([a, b]), Some(unit)) =
+            (self.placed(states), bodies.get(self.body).map(RigidBody::mass))
+        else {
+            return ones;
+        };
+        let axes = rotation(&b.attitude);
+        let turned = Turn::new(self, at, 1.0, length).torque_map();
+        let about = rotation(&states[self.body].attitude) * turned;
+        let mut responses = [Vector3::<f64>::zeros(); 2];
+        for body in [Some(self.body), self.other].into_iter().flatten() {
+            let (Some(of), Some(state)) = (bodies.get(body), states.get(body)) else {
+                return ones;
+            };
+            let (to_body, lever) =
+                (rotation(&state.attitude).transpose(), a.anchor - state.position);
+            let yields = |torque: Vector3<f64>| {
+                let torque = to_body * torque;
+                torque.dot(&(of.inertia_inverse() * torque))
+            };
+            for k in 0..3 {
+                let across = lever.cross(&axes.column(k));
+                responses[0][k] += unit * (1.0 / of.mass() + yields(across));
+                responses[1][k] += unit * yields(about.column(k).into_owned());
+            }
+        }
+        // A direction in which nothing can turn has no scale.
+        responses.map(|of| of.map(|w| if w > 0.0 && w.is_finite() { w } else { 1.0 }))
+    }
+
     /// How far the step `states` → `next` of `time_step` (s) with the force `force` is from the laws of the
-    /// joint; from the states alone. Everything is NaN where a body has no state.
+    /// joint, a force that is missed counting as the speed that it would make of its bodies alone; from the states alone. Everything is NaN where a body has no state.
     #[must_use]
     pub fn residual(
         &self,
@@ -326,11 +369,11 @@ impl Joint {
         let Some(body) = bodies.get(self.body) else { return unknown };
         let (h, length) = (time_step, self.length(bodies));
         let mut residual = JointResidual::default();
-        // Impulses over the mass of A; rows in their own scale, w = 1 of a body's centre.
+        // Impulses over the mass of A.
         let unit = body.mass();
-        let mut add = |axis: &Axis, start: &AxisStart, (u, f): (f64, f64), length: f64| {
+        let mut add = |axis: &Axis, start: &AxisStart, (u, f): (f64, f64), length: f64, w: f64| {
             let of = axis.graph(start, h, (length, unit));
-            let missed = of.residual(u, f * h / unit / length, 1.0);
+            let missed = of.residual(u, f * h / unit / length, 1.0 / w);
             let missed = if f.is_finite() && u.is_finite() { missed } else { f64::NAN };
             let part = match axis {
                 Axis::Locked => &mut residual.locked,
@@ -341,13 +384,14 @@ impl Joint {
         let end = self.counted(&after, &force.angles);
         let angles = self.counted(&at, &end);
         let [places, turns] = self.starts(states, (&at, &angles), h);
+        let responses = self.responses(bodies, states, (&at, &angles), length);
         for (k, axis) in self.linear.iter().enumerate() {
             let (before, after) = (at.place[k], after.place[k]);
             let u = match axis {
                 Axis::Locked => after / h,
                 Axis::Free(_) => (after - before) / h,
             };
-            add(axis, &places[k], (u, force.force[k]), 1.0);
+            add(axis, &places[k], (u, force.force[k]), 1.0, responses[0][k]);
         }
         if self.turning() != Turning::Free {
             let aside = aside(self.turning(), &after.turn);
@@ -356,7 +400,7 @@ impl Joint {
                     Axis::Locked => length * 2.0 * aside[k] / h,
                     Axis::Free(_) => length * (end[k] - angles[k]) / h,
                 };
-                add(axis, &turns[k], (u, force.torque[k]), length);
+                add(axis, &turns[k], (u, force.torque[k]), length, responses[1][k]);
             }
         }
         residual

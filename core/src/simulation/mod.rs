@@ -22,6 +22,7 @@ mod rest;
 #[cfg(feature = "save")]
 pub mod save;
 pub mod scene;
+mod squeeze;
 mod start;
 mod stiffness;
 pub mod summary;
@@ -33,6 +34,7 @@ pub use gradient::{Checkpoints, Run, RunGradient};
 pub use record::StepRecord;
 #[cfg(feature = "save")]
 pub use save::Saved;
+pub use squeeze::Squeeze;
 pub use start::JOINT_AT_THE_START;
 pub use stiffness::Stiffness;
 
@@ -160,6 +162,8 @@ struct Scratch {
     certifier: Certifier,
     judge: wild::Judge,
     stiffness: Stiffness,
+    /// What squeezed in a step that failed.
+    squeeze: Option<Squeeze>,
     rest: rest::Rest,
 }
 
@@ -362,6 +366,7 @@ impl<'a> Simulation<'a> {
             return Err(Error::Interrupted);
         }
         self.set_wrenches();
+        (record.squeeze, self.scratch.squeeze) = (None, None);
         // Where no pieces can meet there is nothing to go back to, and nothing to rest on.
         let meets = !self.scratch.candidates.memory().is_empty();
         if meets && self.rest(record) {
@@ -400,6 +405,7 @@ impl<'a> Simulation<'a> {
         record.report = report;
         record.certificate = certificate;
         record.restitution_share = share;
+        record.squeeze = self.scratch.squeeze;
         let Scratch { stiffness, solution, .. } = &mut self.scratch;
         record.stiffness =
             stiffness.of_step(&self.world, &self.now.states, (&solution.joints, &solution.gears));

@@ -1,6 +1,6 @@
 //! One step: free flight, or candidates, solver and certificate.
 
-use super::{Past, Scratch, wild};
+use super::{Past, Scratch, squeeze, wild};
 use crate::contact::certificate::{Claim, certify_rk4_step};
 use crate::contact::{Candidates, Certificate, Detection, rounding};
 use crate::error::Error;
@@ -44,8 +44,18 @@ pub(super) fn contact_step(
     interrupt: Option<&AtomicBool>,
     scratch: &mut Scratch,
 ) -> Result<(StepReport, Certificate, f64), Error> {
-    let Scratch { wrenches, free, candidates, bounce, solution, certifier, judge, rest, .. } =
-        scratch;
+    let Scratch {
+        wrenches,
+        free,
+        candidates,
+        bounce,
+        solution,
+        certifier,
+        judge,
+        squeeze,
+        rest,
+        ..
+    } = scratch;
     let Past { now: previous, before: earlier } = past;
     let states = &previous.states;
     free.clear();
@@ -81,6 +91,10 @@ pub(super) fn contact_step(
         report.status = StepStatus::Failed;
     } else if solved && judge.is_wild_step(world, &claim, solution.forces(), accepted) {
         report.status = StepStatus::Wild;
+    }
+    if report.status == StepStatus::Failed {
+        let least = world.time_step() * accepted.max(rounding());
+        *squeeze = squeeze::find(world, states, contacts, least);
     }
     // What met something unseen went another way.
     let unseen = passes || wild::is_lost(world, states, &solution.states);

@@ -1,5 +1,6 @@
 //! What a step leaves behind: all that is written to a file or shown.
 
+use super::Squeeze;
 use crate::contact::{Certificate, Contact};
 use crate::mechanics::State;
 use crate::step::{StepReport, StepSolution, StepStatus};
@@ -30,6 +31,8 @@ pub struct StepRecord {
     /// after another a taut chain shakes itself to pieces, which no certificate shows; an impact may have more
     /// for a step. 0 without joints.
     pub stiffness: f64,
+    /// Of a failed step, what leaves too little room for what, if that is why.
+    pub squeeze: Option<Squeeze>,
 }
 
 impl Default for StepRecord {
@@ -52,6 +55,7 @@ impl StepRecord {
             overlap: 0.0,
             restitution_share: 1.0,
             stiffness: 0.0,
+            squeeze: None,
         }
     }
 

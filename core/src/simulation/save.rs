@@ -46,7 +46,7 @@ pub struct Saved {
 }
 
 /// What the bytes begin with.
-const MAGIC: [u8; 8] = *b"tumble-k";
+const MAGIC: [u8; 8] = *b"tumble-l";
 /// The number of the format: another one where the same numbers stand for something else.
 const FORMAT: u32 = 2;
 /// Magic word, format and length.

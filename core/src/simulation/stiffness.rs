@@ -43,13 +43,66 @@ impl Stiffness {
         self.of_joints(world, states, forces)
     }
 
+    /// The same for each joint: that of the stiffer one of its bodies.
+    pub fn of_each_joint(
+        &mut self,
+        world: &World,
+        states: &[State],
+        forces: (&[JointForce], &[f64]),
+    ) -> Vec<f64> {
+        if states.len() != world.bodies().len() {
+            return vec![0.0; world.joints().len()];
+        }
+        self.collect(world, states, forces);
+        let of_body = |body: usize| {
+            let largest =
+                self.scaled(world, body).map(|scaled| scaled.symmetric_eigenvalues().max());
+            world.time_step() * largest.unwrap_or(0.0).max(0.0).sqrt()
+        };
+        let each: Vec<_> = (0..states.len()).map(of_body).collect();
+        let of_joint = |joint: &Joint| {
+            let other = joint.other().map_or(0.0, |other| each[other]);
+            each[joint.body()].max(other)
+        };
+        world.joints().iter().map(of_joint).collect()
+    }
+
     #[inline(never)]
     fn of_joints(
         &mut self,
         world: &World,
         states: &[State],
-        (joints, gears): (&[JointForce], &[f64]),
+        forces: (&[JointForce], &[f64]),
     ) -> f64 {
+        self.collect(world, states, forces);
+        let mut largest = 0.0_f64;
+        for body in 0..world.bodies().len() {
+            let Some(scaled) = self.scaled(world, body) else { continue };
+            // No eigenvalue is larger than the norm; a number without an order has none.
+            if scaled.norm() > largest {
+                largest = largest.max(scaled.symmetric_eigenvalues().max());
+            }
+        }
+        world.time_step() * largest.sqrt()
+    }
+
+    /// L⁻¹ K L⁻ᵀ of a body, with I = L Lᵀ; `None` of a matrix that is not finite.
+    fn scaled(&self, world: &World, body: usize) -> Option<Matrix3<f64>> {
+        let (of, lever) = (&world.bodies()[body], self.held[body].unwrap_or_default());
+        let about = Matrix3::identity() * lever.norm_squared() - lever * lever.transpose();
+        let inertia = of.inertia() + about * of.mass();
+        let root = inertia.cholesky()?.l().try_inverse()?;
+        let scaled = root * self.of[body] * root.transpose();
+        scaled.norm().is_finite().then_some(scaled)
+    }
+
+    /// K of every body, and where joints hold it in the world.
+    fn collect(
+        &mut self,
+        world: &World,
+        states: &[State],
+        (joints, gears): (&[JointForce], &[f64]),
+    ) {
         let bodies = world.bodies();
         self.of.clear();
         self.of.resize(bodies.len(), Matrix3::zeros());
@@ -63,23 +116,6 @@ impl Stiffness {
                 self.add(&world.joints()[joint], &load, states);
             }
         }
-        let mut largest = 0.0_f64;
-        for ((body, stiffness), held) in bodies.iter().zip(&self.of).zip(&self.held) {
-            let lever = held.unwrap_or_default();
-            let about = Matrix3::identity() * lever.norm_squared() - lever * lever.transpose();
-            let inertia = body.inertia() + about * body.mass();
-            // L⁻¹ K L⁻ᵀ with I = L Lᵀ.
-            let Some(root) = inertia.cholesky().and_then(|of| of.l().try_inverse()) else {
-                continue;
-            };
-            let scaled = root * stiffness * root.transpose();
-            // No eigenvalue is larger than the norm; a number without an order has none.
-            let most = scaled.norm();
-            if most.is_finite() && most > largest {
-                largest = largest.max(scaled.symmetric_eigenvalues().max());
-            }
-        }
-        world.time_step() * largest.sqrt()
     }
 
     /// Adds what the `force` of a joint does to its bodies.

@@ -1,8 +1,8 @@
 //! What a run amounts to: counts, residuals, the first failures, from the
 //! [records](crate::simulation::StepRecord) of its steps.
 
-use super::StepRecord;
 use super::median::Median;
+use super::{Squeeze, StepRecord};
 use crate::step::StepStatus;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -25,6 +25,8 @@ pub struct FailedStep {
     pub residual: f64,
     /// Which law is violated most.
     pub part: Word,
+    /// See [`StepRecord::squeeze`].
+    pub squeeze: Option<Squeeze>,
 }
 
 /// The running summary of a simulation.
@@ -85,7 +87,8 @@ impl RunSummary {
         self.count(&Counted { index, status, iterations, residual, part, restitution_share });
         if status == StepStatus::Failed && self.first_failures.len() < MOST_FAILURES_KEPT {
             let (message, part) = (report.message.map(Word::from), Word::from(part));
-            self.first_failures.push(FailedStep { index, message, residual, part });
+            let squeeze = record.squeeze;
+            self.first_failures.push(FailedStep { index, message, residual, part, squeeze });
         }
         if let Some(start) = report.start.filter(|_| status != StepStatus::End) {
             *self.starts.entry(Word::from(start)).or_default() += 1;

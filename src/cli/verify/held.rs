@@ -1,6 +1,6 @@
 //! What run.json says of a run, held against the run's rows.
 
-use crate::cli::joints_summary::JointsSummary;
+use crate::cli::joints_summary::{JointsSummary, Taut, TautJoint};
 use crate::cli::recording::{Recording, Step};
 use crate::cli::run::End;
 use crate::cli::run_file::RunFile;
@@ -14,6 +14,9 @@ use tumble::world::{Plane, World};
 
 /// Numbers of run.json and of rows are the same doubles, but for their norms.
 const SAME: f64 = 1e-12;
+
+/// A stiffness is the root of an eigenvalue.
+const STIFFNESS_FOUND_TO: f64 = 1e-6;
 
 /// More names of starts than any ladder has.
 const MOST_STARTS: usize = 100;
@@ -74,11 +77,12 @@ impl Counts {
     }
 
     /// What the run.json of the recording says otherwise than the rows; nothing without one.
-    pub fn differences(&self, recording: &Recording<'_>) -> Vec<String> {
+    pub fn differences(&self, recording: &Recording<'_>, taut: &Taut) -> Vec<String> {
         let Some(run) = &recording.run else { return Vec::new() };
         let mut found = self.of_start(run, recording.world.ground());
         found.extend(self.of_counts(run));
         found.extend(self.of_length(run));
+        found.extend(other_taut(run, &taut.joints(recording.world.time_step())));
         found
     }
 
@@ -158,6 +162,18 @@ impl Counts {
             format!("the outcome is {outcome} of {asked} rows; there are {}", self.rows)
         })
     }
+}
+
+/// Whether the joints that are said to have been too stiff are others than those of the rows, `taut`. What is computed again has
+/// another rounding.
+fn other_taut(run: &RunFile, taut: &[TautJoint]) -> Option<String> {
+    let near = |a: f64, b: f64| (a - b).abs() <= STIFFNESS_FOUND_TO * b;
+    let is_same = |(a, b): (&TautJoint, &TautJoint)| {
+        a.joint == b.joint && near(a.stiffness, b.stiffness) && near(a.time_step_s, b.time_step_s)
+    };
+    let said = &run.taut_joints;
+    let same = said.len() == taut.len() && said.iter().zip(taut).all(is_same);
+    (!same).then(|| format!("taut_joints are not those of the rows, which have {}", taut.len()))
 }
 
 fn is_same_state(a: &State, b: &State) -> bool {

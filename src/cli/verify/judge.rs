@@ -10,8 +10,10 @@
 mod joints;
 mod lost;
 
+use crate::cli::joints_summary::Taut;
 use crate::cli::outcome::Failure;
 use crate::cli::recording::{Recording, Step};
+use crate::cli::shown;
 use nalgebra::Vector3;
 use tumble::contact::certificate::{Certifier, Claim, certify_rk4_step};
 use tumble::contact::{Candidates, Certificate, Contact, Detection, rounding};
@@ -20,6 +22,8 @@ use tumble::mechanics::{Load, State, Wrench};
 use tumble::simulation::tables::{JointRow, TableStep};
 use tumble::simulation::trajectory::{TrajectoryRow, program_columns};
 use tumble::simulation::{Stiffness, energy};
+use tumble::solver::ipopt::Rung;
+use tumble::solver::native::STARTS;
 use tumble::step::StepStatus;
 use tumble::world::World;
 
@@ -69,6 +73,8 @@ pub struct Judge {
     angles: Vec<Vector3<f64>>,
     /// Whether the joints may have turned before the first step.
     turned_before: bool,
+    /// The joints that were too stiff for the time step.
+    pub taut: Taut,
 }
 
 /// The contacts of a step and their forces.
@@ -85,6 +91,11 @@ struct Touching {
 /// Whether all columns of the points are zero.
 fn is_blank(row: &TrajectoryRow) -> bool {
     row.step.iter().all(|number| *number == 0.0) && !row.carrying.contains(&true)
+}
+
+/// Whether the column `start` may have this word.
+fn is_start(word: &str) -> bool {
+    word.is_empty() || STARTS.contains(&word) || Rung::ALL.iter().any(|rung| rung.name() == word)
 }
 
 /// Whether a number found again is its column.
@@ -106,6 +117,7 @@ impl Judge {
             detection: recording.detection(),
             angles: Vec::new(),
             turned_before: recording.run.as_ref().is_some_and(|run| run.start_index > 0),
+            taut: Taut::default(),
         })
     }
 
@@ -252,6 +264,12 @@ impl Judge {
             Step::Tables(step) => Some(step.row.contacts > 0 || !step.joints.is_empty()),
         };
         let pushed = touching.forces.iter().any(|force| force.amax() > 0.0);
+        if let Step::Tables(step) = step
+            && !is_start(&step.row.start)
+        {
+            let start = shown::line(&step.row.start);
+            return Some(format!("its start is `{start}`, which no solver of tumble has"));
+        }
         let why = if status == StepStatus::Free && pushed {
             "it has forces"
         } else if status == StepStatus::Free && (iterations > 0 || started == Some(true)) {
@@ -385,6 +403,8 @@ impl Judge {
         }
         let stiffness =
             self.stiffness.of_step(&self.world, states, (&touching.joints, &touching.gears));
+        let forces = (&touching.joints[..], &touching.gears[..]);
+        self.taut.add((&self.world, states), forces, stiffness);
         if !is_near(stiffness, row.stiffness, ROUNDED.sqrt()) {
             differ(format!(
                 "its stiffness in the table is {:.3e}, not {stiffness:.3e}",

@@ -100,7 +100,7 @@ fn report(
     findings: &Findings,
     counts: &Counts,
 ) -> Result<Outcome, Failure> {
-    let differences = counts.differences(recording);
+    let differences = counts.differences(recording, &judge.taut);
     let model = recording.run.as_ref().and_then(|run| run.model.as_ref());
     let mut text = format!("{}: {} steps", recording.place(), findings.steps);
     if let Some(model) = model {

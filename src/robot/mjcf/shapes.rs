@@ -169,17 +169,17 @@ impl Reader<'_> {
         let element = read.element();
         let sizes = read.numbers("size")?.unwrap_or_default();
         let size = |index: usize| match sizes.get(index) {
-            Some(size) if (1e-9..=1e6).contains(size) => Ok(*size),
+            Some(size) if (1e-6..=1e4).contains(size) => Ok(*size),
             Some(size) => {
-                Err(element.wrong(format!("size: {size:?} is none; 1e-9 to 1e6 m is needed")))
+                Err(element.wrong(format!("size: {size:?} is none; 1e-6 to 1e4 m is needed")))
             }
             None => Err(element.wrong(format!("size: {} numbers are needed", index + 1))),
         };
         if let Some([a, b, c, d, e, f]) = read.exactly::<6>("fromto")? {
             let (from, to) = (Vector3::new(a, b, c), Vector3::new(d, e, f));
             let half = 0.5 * (to - from).norm();
-            if half <= 1e-9 {
-                return Err(element.wrong("fromto: two different points are needed"));
+            if !(1e-6..=1e4).contains(&half) {
+                return Err(element.wrong("fromto: two points 2e-6 to 2e4 m apart are needed"));
             }
             let radius = size(0)?;
             let form = match kind {

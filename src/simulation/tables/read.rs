@@ -2,7 +2,7 @@
 
 use super::{KeyText, Streams, Table};
 use crate::contact::Partner;
-use crate::joint::JointResidual;
+use crate::joint::{JointForce, JointResidual};
 use crate::mechanics::State;
 use crate::simulation::sheet::{RowsError, Sheet, Steps};
 use crate::step::StepStatus;
@@ -95,6 +95,14 @@ pub struct JointRow {
     pub torque: Vector3<f64>,
     /// Its part of the step's residual, m/s.
     pub residual: JointResidual,
+}
+
+impl JointRow {
+    /// The force that it has, with the turns at k.
+    #[must_use]
+    pub fn forces(&self) -> JointForce {
+        JointForce { force: self.force, torque: self.torque, angles: self.turns }
+    }
 }
 
 /// A row of the table `gears`.

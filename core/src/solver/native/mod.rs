@@ -62,6 +62,7 @@ use nalgebra::Vector3;
 use part::{Asked, Part, Parts};
 use policy::Policy;
 pub(crate) use posed::solve as solve_problem;
+pub use starts::STARTS;
 use starts::Start;
 #[cfg(feature = "threads")]
 use std::num::NonZeroUsize;

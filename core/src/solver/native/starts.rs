@@ -59,24 +59,43 @@ impl Start {
 /// ε where a path of compliance starts: a tenth of a body's own response.
 pub(super) const SOFTEST: f64 = 0.1;
 
+/// The words of reports for the starts of the native solver: all that
+/// [`StepReport::start`](crate::step::StepReport::start) has of it.
+pub const STARTS: [&str; 13] = [
+    "previous",
+    "equal compliance",
+    "kept",
+    "moved",
+    "found",
+    "led",
+    "best",
+    "zero",
+    "compliance",
+    "interior point",
+    "structure",
+    "sweeps",
+    "scattered",
+];
+
 impl Start {
     /// The word of a report.
     pub(super) fn name(self) -> &'static str {
-        match self {
-            Self::Previous => "previous",
-            Self::Alike => "equal compliance",
-            Self::Kept => "kept",
-            Self::Moved => "moved",
-            Self::Found => "found",
-            Self::Led => "led",
-            Self::Best(_) => "best",
-            Self::Zero => "zero",
-            Self::Compliant(_) => "compliance",
-            Self::InteriorPoint(_) => "interior point",
-            Self::Structure => "structure",
-            Self::Swept(_) => "sweeps",
-            Self::Scattered(_) => "scattered",
-        }
+        let place = match self {
+            Self::Previous => 0,
+            Self::Alike => 1,
+            Self::Kept => 2,
+            Self::Moved => 3,
+            Self::Found => 4,
+            Self::Led => 5,
+            Self::Best(_) => 6,
+            Self::Zero => 7,
+            Self::Compliant(_) => 8,
+            Self::InteriorPoint(_) => 9,
+            Self::Structure => 10,
+            Self::Swept(_) => 11,
+            Self::Scattered(_) => 12,
+        };
+        STARTS[place]
     }
 }
 

@@ -1,0 +1,203 @@
+//! Andrews' squeezing mechanism: seven bars, three closed loops, and a torque that goes round with it.
+
+use super::Torque;
+use super::pendulum::NO_JOINTS;
+use super::planar::{Bar, Load, Pin, Placed, Planar, Plane};
+use super::prelude::*;
+use super::quantity::at_most;
+
+/// What it is made of, after the problem's statement (m, kg, kg m², N/m, N m).
+const MASSES: [f64; 7] = [0.04325, 0.00365, 0.02373, 0.00706, 0.07050, 0.00706, 0.05498];
+const MOMENTS: [f64; 7] = [2.194e-6, 4.410e-7, 5.255e-6, 5.667e-7, 1.169e-5, 5.667e-7, 1.912e-5];
+const A: Vector2<f64> = Vector2::new(-0.06934, -0.00227);
+const B: Vector2<f64> = Vector2::new(-0.03635, 0.03273);
+const C: Vector2<f64> = Vector2::new(0.014, 0.072);
+const SPRING: f64 = 4530.0;
+const SLACK_LENGTH: f64 = 0.07785;
+const TORQUE: f64 = 0.033;
+const D: f64 = 0.028;
+const DA: f64 = 0.0115;
+const E: f64 = 0.02;
+const EA: f64 = 0.01421;
+const RR: f64 = 0.007;
+const RA: f64 = 0.00092;
+const SS: f64 = 0.035;
+const SA: f64 = 0.01874;
+const SB: f64 = 0.01043;
+const SC: f64 = 0.018;
+const SD: f64 = 0.02;
+const TA: f64 = 0.02308;
+const TB: f64 = 0.00916;
+const U: f64 = 0.04;
+const UA: f64 = 0.01228;
+const UB: f64 = 0.00449;
+const ZF: f64 = 0.02;
+const ZT: f64 = 0.04;
+const FA: f64 = 0.01421;
+
+/// β, Θ, γ, Φ, δ, Ω and ε at the start, rad, at rest.
+const START: [f64; 7] = [
+    -0.061_713_890_014_276_45,
+    0.0,
+    0.455_279_819_163_070_4,
+    0.222_668_390_165_885_9,
+    0.487_364_979_543_842_6,
+    -0.222_668_390_165_885_9,
+    1.230_547_444_549_821,
+];
+/// The same at the end, as the test set has them.
+const END: [f64; 7] = [
+    15.810_771_196_299_04,
+    -15.756_371_059_842_98,
+    0.040_822_240_130_731_01,
+    -0.534_730_116_322_694_8,
+    0.524_409_965_880_530_4,
+    0.534_730_116_322_694_8,
+    1.048_080_741_042_263,
+];
+/// s.
+const DURATION: f64 = 0.03;
+/// The crank, and the bar that the spring pulls: their places among the bars, and of the pins that hold them in the plane.
+const CRANK: usize = 0;
+const SPRUNG: usize = 2;
+/// Steps as long as this turn the crank too far, s.
+const LONGEST_STEP: f64 = 1e-4;
+
+/// The squeezer.
+pub static SQUEEZER: Posed = Posed {
+    name: "squeezer",
+    about: "Andrews' squeezing mechanism: seven bars on ten pins, held nine times more often than they \
+            need, which a torque on the crank turns around within 30 ms. Its angles are those of the IVP \
+            test set.",
+    time_step: 1e-5,
+    bodies: 7,
+    beyond_ipopt: NO_JOINTS,
+    ..Posed::by(squeezer)
+};
+
+/// The mechanism, its bars K1 … K7 with their x axes at β, β + Θ, γ, Φ + δ − ½π, δ, Ω + ε and ε, where K3, K5 and K7 have
+/// their tips across, along and across.
+fn mechanism() -> Planar {
+    let [beta, theta, gamma, phi, delta, omega, epsilon] = START;
+    let v = Vector2::new;
+    let bars = MASSES.iter().zip(MOMENTS).map(|(&mass, moment)| Bar { mass, moment }).collect();
+    let pin = |a: usize, at, b, there| Pin { a, at, b, there };
+    // Where K2, K3, K4 and K6 meet.
+    let joined = [v(DA - D, 0.0), v(-SB, SA - SS), v(EA, 0.0), v(FA, 0.0)];
+    let pins = vec![
+        pin(0, v(-RA, 0.0), None, v(0.0, 0.0)),
+        pin(1, v(DA, 0.0), Some(0), v(RR - RA, 0.0)),
+        pin(2, v(-SB, SA), None, B),
+        pin(4, v(-TA, -TB), None, A),
+        pin(6, v(-UB, UA), None, A),
+        pin(3, v(EA - E, 0.0), Some(4), v(ZT - TA, -TB)),
+        pin(5, v(FA - ZF, 0.0), Some(6), v(-UB, UA - U)),
+        pin(2, joined[1], Some(1), joined[0]),
+        pin(3, joined[2], Some(1), joined[0]),
+        pin(5, joined[3], Some(1), joined[0]),
+    ];
+    let angles = [
+        beta,
+        beta + theta,
+        gamma,
+        phi + delta - std::f64::consts::FRAC_PI_2,
+        delta,
+        omega + epsilon,
+        epsilon,
+    ];
+    let mut start: Vec<_> = angles.iter().map(|angle| Placed::at(v(0.0, 0.0), *angle)).collect();
+    // Each where the first pin that names it puts it.
+    for (body, pinned) in [(0, 0), (1, 1), (2, 2), (4, 3), (6, 4), (3, 5), (5, 6)] {
+        let Pin { at, b, there, .. } = pins[pinned];
+        let held = b.map_or(there, |b: usize| start[b].point(&there));
+        start[body].place = held - start[body].point(&at);
+    }
+    Planar { plane: Plane::Level, bars, pins, start }
+}
+
+/// The length of the spring from C to the corner D of K3 that is turned by γ, and its moment about B.
+fn spring(gamma: f64) -> (f64, f64) {
+    let (sin, cos) = gamma.sin_cos();
+    let lever = Vector2::new(SD * cos + SC * sin, SD * sin - SC * cos);
+    let along = B + lever - C;
+    let length = along.norm();
+    let force = along * (-SPRING * (length - SLACK_LENGTH) / length);
+    (length, lever.perp(&force))
+}
+
+/// β, Θ, γ, Φ, δ, Ω and ε.
+fn angles(at: &[Placed]) -> [f64; 7] {
+    let a = |body: usize| at[body].angle;
+    let down = std::f64::consts::FRAC_PI_2;
+    [a(0), a(1) - a(0), a(2), a(3) + down - a(4), a(4), a(5) - a(6), a(6)]
+}
+
+/// T + V less the work of the torque, J, the kinetic energy being the mean of those before and after.
+fn energy(mechanism: &Planar, [before, after]: [&[Placed]; 2], h: f64) -> f64 {
+    let kinetic = 0.5 * (mechanism.kinetic(before, h) + mechanism.kinetic(after, h));
+    let stretch = spring(before[SPRUNG].angle).0 - SLACK_LENGTH;
+    kinetic + 0.5 * SPRING * stretch * stretch - TORQUE * before[CRANK].angle
+}
+
+/// The published angles (F. Mazzia and C. Magherini, Test Set for Initial Value Problem Solvers, "Andrews' squeezing
+/// mechanism") are of seven coordinates and six equations of their closing, solved to sixteen digits. Started with the velocities of
+/// half a step before, the step is of second order; [`Planar::steps`] has what it comes to. The torques are those of where it is
+/// at a step's start.
+fn squeezer(_: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
+    let h = laboratory.time_step();
+    Unsuitable::when(h > LONGEST_STEP, || {
+        format!("a step of {h} s turns the crank too far; at most {LONGEST_STEP} s are needed")
+    })?;
+    let mut mechanism = mechanism();
+    let loads = |now: &[Placed]| {
+        let mut loads: Vec<Load> = vec![(Vector2::zeros(), 0.0); 7];
+        loads[CRANK].1 = TORQUE;
+        loads[SPRUNG].1 = spring(now[SPRUNG].angle).1;
+        loads
+    };
+    let before = mechanism.accelerations(&loads(&mechanism.start));
+    for (start, (along, about)) in mechanism.start.iter_mut().zip(before) {
+        (start.velocity, start.spin) = (along * (-0.5 * h), about * (-0.5 * h));
+    }
+    let (bodies, joints) = mechanism.posed()?;
+    let pull = |states: &[State]| {
+        let attitude = &states[SPRUNG].attitude;
+        spring(2.0 * attitude[3].atan2(attitude[0])).1
+    };
+    let torques: Vec<(usize, Torque)> = vec![(0, |_| TORQUE), (2, pull)];
+    let setup = Setup { joints, torques, ..Setup::new(bodies, 0.0, 0.5, DURATION + h) };
+    let run = laboratory.run(&setup)?;
+    let steps = run.steps();
+    let (measured, discrete) = (mechanism.track(&run), mechanism.steps(h, steps, loads));
+    let [found, wanted] = [&measured, &discrete].map(|track| angles(&track[steps - 1]));
+    let apart = |track: &[Vec<Placed>], k: usize| {
+        let gaps = mechanism.pins.iter().map(|pin| {
+            let there = pin.b.map_or(pin.there, |b| track[k][b].point(&pin.there));
+            (track[k][pin.a].point(&pin.at) - there).norm()
+        });
+        gaps.fold(0.0, f64::max)
+    };
+    let worst = (0..=steps).map(|k| apart(&measured, k)).fold(0.0, f64::max);
+    let energies: Vec<_> =
+        measured.windows(2).map(|pair| energy(&mechanism, [&pair[0], &pair[1]], h)).collect();
+    let strayed = energies.iter().map(|e| (e - energies[0]).abs()).fold(0.0, f64::max);
+    // What velocities lack turns the crank so much the more.
+    let lacked = run.sum(|residual| residual.joint + residual.momentum) * h / RR;
+    let slack = 1e2 * lacked + 1e-10;
+    let order = Convergence::order(2, DURATION / h);
+    let angle = |name: &'static str, k: usize| {
+        exactly((name, "rad"), found[k], END[k], slack).in_steps(wanted[k], order)
+    };
+    Ok(Findings {
+        quantities: vec![
+            angle("β at 0.03 s", 0),
+            angle("Θ at 0.03 s", 1),
+            angle("γ at 0.03 s", 2),
+            angle("Φ at 0.03 s", 3),
+            at_most(("largest way of a pin from its place", "m"), worst, 1e-12),
+            at_most(("energy less work, its largest change", "J"), strayed, 1e6 * h * h),
+        ],
+        curve: Curve::of(("angle of the crank", "rad"), &run, |k| measured[k][CRANK].angle)
+            .beside(|_| f64::NAN),
+    })
+}
