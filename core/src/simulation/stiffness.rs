@@ -12,8 +12,8 @@
 //! a tension T has ω² = 12 T/(m L).
 
 use crate::joint::{Axis, Joint, JointForce};
-use crate::mechanics::State;
 use crate::mechanics::quaternion::rotation;
+use crate::mechanics::{RigidBody, State};
 use crate::world::World;
 use nalgebra::{Matrix3, Vector3};
 
@@ -24,6 +24,14 @@ pub struct Stiffness {
     of: Vec<Matrix3<f64>>,
     /// Where a joint holds it in the world, m, its frame.
     held: Vec<Option<Vector3<f64>>>,
+    /// The most that an eigenvalue of each body can be, 1/s².
+    most: Vec<f64>,
+}
+
+/// I of a body about its centre of mass, or about the anchor that is held.
+fn inertia(body: &RigidBody, lever: &Vector3<f64>) -> Matrix3<f64> {
+    let about = Matrix3::identity() * lever.norm_squared() - lever * lever.transpose();
+    body.inertia() + about * body.mass()
 }
 
 impl Stiffness {
@@ -63,23 +71,34 @@ impl Stiffness {
                 self.add(&world.joints()[joint], &load, states);
             }
         }
+        // No eigenvalue is larger than the norm, ‖L⁻¹ K L⁻ᵀ‖² = tr (I⁻¹ K)²; a number without an order has none.
+        self.most.clear();
+        self.most.extend(bodies.iter().zip(&self.of).zip(&self.held).map(|((body, k), held)| {
+            let inverse = held
+                .map_or(Some(*body.inertia_inverse()), |lever| inertia(body, &lever).try_inverse());
+            inverse.map_or(0.0, |inverse| {
+                let scaled = inverse * k;
+                (scaled * scaled).trace().max(0.0).sqrt()
+            })
+        }));
         let mut largest = 0.0_f64;
-        for ((body, stiffness), held) in bodies.iter().zip(&self.of).zip(&self.held) {
-            let lever = held.unwrap_or_default();
-            let about = Matrix3::identity() * lever.norm_squared() - lever * lever.transpose();
-            let inertia = body.inertia() + about * body.mass();
-            // L⁻¹ K L⁻ᵀ with I = L Lᵀ.
-            let Some(root) = inertia.cholesky().and_then(|of| of.l().try_inverse()) else {
-                continue;
-            };
-            let scaled = root * stiffness * root.transpose();
-            // No eigenvalue is larger than the norm; a number without an order has none.
-            let most = scaled.norm();
+        let first = (0..bodies.len()).max_by(|a, b| self.most[*a].total_cmp(&self.most[*b]));
+        for index in first.into_iter().chain(0..bodies.len()) {
+            let most = std::mem::take(&mut self.most[index]);
             if most.is_finite() && most > largest {
-                largest = largest.max(scaled.symmetric_eigenvalues().max());
+                let lever = self.held[index].unwrap_or_default();
+                largest = largest.max(self.fastest(index, &inertia(&bodies[index], &lever)));
             }
         }
         world.time_step() * largest.sqrt()
+    }
+
+    /// The largest eigenvalue of I⁻¹ K of a body, 1/s²: of L⁻¹ K L⁻ᵀ with I = L Lᵀ.
+    fn fastest(&self, index: usize, inertia: &Matrix3<f64>) -> f64 {
+        let root = inertia.cholesky().and_then(|of| of.l().try_inverse());
+        root.map_or(0.0, |root| {
+            (root * self.of[index] * root.transpose()).symmetric_eigenvalues().max()
+        })
     }
 
     /// Adds what the `force` of a joint does to its bodies.

@@ -12,7 +12,7 @@
 use super::fronts::Fronts;
 use super::pattern::Pattern;
 use super::six::{Factors, subtract_product};
-use nalgebra::{Matrix3x6, Matrix6, SMatrix, Vector6};
+use nalgebra::{Matrix3, Matrix3x6, Matrix6, SMatrix, Vector6};
 
 /// The matrix, and its factors in its place after [`BlockSystem::factorise`]:
 ///
@@ -68,27 +68,41 @@ impl BlockSystem {
         *self.block(pattern, row, column) += block;
     }
 
-    /// Adds three rows over three others to the block (row, column), the first ones if there are any.
+    /// Adds three rows over three others to the block (row, column).
     pub(super) fn add_rows(
         &mut self,
         pattern: &Pattern,
         (row, column): (usize, usize),
-        (above, below): (Option<&Matrix3x6<f64>>, &Matrix3x6<f64>),
+        (above, below): (&Matrix3x6<f64>, &Matrix3x6<f64>),
     ) {
         if pattern.plan().is_some() {
             let mut block = Matrix6::zeros();
-            if let Some(above) = above {
-                block.fixed_view_mut::<3, 6>(0, 0).copy_from(above);
-            }
+            block.fixed_view_mut::<3, 6>(0, 0).copy_from(above);
             block.fixed_view_mut::<3, 6>(3, 0).copy_from(below);
             return self.add(pattern, (row, column), &block);
         }
         let block = self.block(pattern, pattern.place(row), pattern.place(column));
         for (k, to) in block.data.0.iter_mut().enumerate() {
-            if let Some(above) = above {
-                (0..3).for_each(|i| to[i] += above.data.0[k][i]);
-            }
+            (0..3).for_each(|i| to[i] += above.data.0[k][i]);
             (0..3).for_each(|i| to[3 + i] += below.data.0[k][i]);
+        }
+    }
+
+    /// Adds to the last three rows and columns of the block (row, column).
+    pub(super) fn add_turning(
+        &mut self,
+        pattern: &Pattern,
+        (row, column): (usize, usize),
+        turning: &Matrix3<f64>,
+    ) {
+        if pattern.plan().is_some() {
+            let mut block = Matrix6::zeros();
+            block.fixed_view_mut::<3, 3>(3, 3).copy_from(turning);
+            return self.add(pattern, (row, column), &block);
+        }
+        let block = self.block(pattern, pattern.place(row), pattern.place(column));
+        for (to, from) in block.data.0[3..].iter_mut().zip(&turning.data.0) {
+            (0..3).for_each(|i| to[3 + i] += from[i]);
         }
     }
 

@@ -11,7 +11,8 @@ use super::starts::{self, Start};
 use super::sweeps::sweep;
 use super::tolerances::{
     COMPLIANCE, COMPLIANCES, DETERMINED, FIRST_PROXIMAL, FIRST_SWEEPS, FORESEEN, MANY_CONTACTS,
-    MOVED, PROXIMAL_SHARPNESSES, SETTLED, SHARPNESSES, SHORTEST_FACTOR, STICK_MARGINS,
+    MOVED, PROXIMAL_SHARPNESSES, SAME_ENERGY, SAME_SOLUTIONS, SETTLED, SHARPNESSES,
+    SHORTEST_FACTOR, STICK_MARGINS,
 };
 use nalgebra::Vector3;
 
@@ -152,7 +153,8 @@ impl<E: Equations> Descent<E> {
         let rolls = !equations.setting().all_give_alike;
         let asked = self.asked(equations, known);
         let all = starts::all(equations.policy(), previous.len(), rolls, asked);
-        for (index, start) in all.enumerate() {
+        let mut same = 0;
+        for (index, (start, most)) in all.enumerate() {
             let rough = known.roughly && matches!(start, Start::Moved | Start::Found);
             let tolerances = if rough { strict.roughly() } else { strict };
             if known.roughly {
@@ -166,7 +168,7 @@ impl<E: Equations> Descent<E> {
             if enough && matches!(start, Start::Scattered(_)) {
                 break;
             }
-            effort.begin_start();
+            effort.begin_start(most);
             match (start, known.found) {
                 (Start::Found | Start::Led, Some(found)) => {
                     self.start(equations, found, start, effort)
@@ -192,7 +194,10 @@ impl<E: Equations> Descent<E> {
                 turns_too_far: !unsolved && equations.turns_too_far(&self.iterate.velocity),
                 made: match unsolved {
                     true => 0.0,
-                    false => equations.energy_made(&self.iterate.velocity, &self.iterate.impulses),
+                    false => {
+                        let Iterate { velocity, impulses, .. } = &self.iterate;
+                        equations.energy_made(velocity, impulses, self.iterate.points())
+                    }
                 },
                 residual: reached.residual,
             };
@@ -204,9 +209,16 @@ impl<E: Equations> Descent<E> {
                 }
                 return Outcome { solved: true, start, selected, retried: index > 0, rough };
             }
+            let apart = (rank.made - best.0.made).abs();
+            let is_same = rank.made > 0.0 && apart <= SAME_ENERGY * rank.made;
+            same += u32::from(is_same);
             if index == 0 || rank < best.0 {
+                same = if is_same { same } else { 0 };
                 best = (rank, start, selected);
                 self.best.copy_from(&self.iterate);
+            }
+            if same == SAME_SOLUTIONS {
+                break;
             }
             if effort.is_used_up() {
                 break;
@@ -301,10 +313,14 @@ impl<E: Equations> Descent<E> {
         if !equations.policy().settles {
             return;
         }
-        self.best.copy_from(&self.iterate);
+        self.best.velocity.copy_from(&self.iterate.velocity);
         equations.keep_velocity(&mut self.iterate.velocity);
+        if self.iterate.velocity == self.best.velocity {
+            return;
+        }
         if self.residual(equations) > residual.max(equations.tolerances().solved) {
-            self.iterate.copy_from(&self.best);
+            self.iterate.velocity.copy_from(&self.best.velocity);
+            self.residual(equations);
         }
     }
 
