@@ -2,7 +2,6 @@
 
 use super::coupling::Coupling;
 use super::policy::Policy;
-use super::tolerances::ROLLING_STARTS;
 use nalgebra::Vector3;
 use rand_mt::Mt;
 
@@ -102,7 +101,7 @@ fn once(
     asked: [Option<Start>; 3],
 ) -> impl Iterator<Item = Start> {
     let (first, scattered) = policy.starts(contacts);
-    let rolling = first.iter().copied().take(if rolls { ROLLING_STARTS } else { 0 });
+    let rolling = first.iter().copied().take(if rolls { policy.rolling_starts } else { 0 });
     let alike = rolls.then_some(Start::Alike);
     let rest = first.iter().copied().skip(usize::from(rolls));
     asked
