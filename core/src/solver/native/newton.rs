@@ -260,9 +260,10 @@ impl<E: Equations> Newton<E> {
             let good = keeps(equations, merit.largest, corrected.largest);
             let were_kept = std::mem::replace(&mut self.kept.are_good, good);
             let changes = matrix > least && !good;
-            match changes {
-                true => matrix = least,
-                false => left -= 1,
+            if changes {
+                matrix = least;
+            } else if !good {
+                left -= 1;
             }
             if corrected.largest >= merit.largest {
                 if (were_kept || changes) && merit.largest > enough {

@@ -2,9 +2,7 @@
 //! other, in one place.
 
 use super::starts::Start;
-use super::tolerances::{
-    BUDGET, BUDGET_TOGETHER, FIRST_EFFORT, ROLLING_STARTS, ROLLING_STARTS_TIED, Tolerances,
-};
+use super::tolerances::{BUDGET, BUDGET_TOGETHER, FIRST_EFFORT, Tolerances};
 
 /// What depends on how many bodies there are.
 #[derive(Debug)]
@@ -16,11 +14,10 @@ pub(super) struct Policy {
     scattered: u32,
     /// Iterations that an island may take in a step.
     pub(super) budget: u32,
-    /// Iterations that every start may take before all of them are tried again with whatever is left of the budget; none
-    /// where they are tried once. Where one start leads to a solution in no time, another one may not for thousands.
-    pub(super) first_effort: Option<u32>,
-    /// How many starts select by the compliance of what can roll, before that is equal in all directions.
-    pub(super) rolling_starts: usize,
+    /// Iterations that every start but the scattered ones may take before all of them are tried again with whatever is left of the
+    /// budget; [`u32::MAX`] where they are tried once. Where one start leads to a solution in no time, another one may not
+    /// for thousands.
+    pub(super) first_effort: u32,
     /// Whether forces that change hands among many contacts are sought by sweeps first: among several
     /// bodies these are too slow to help.
     pub(super) sweeps_first: bool,
@@ -65,8 +62,7 @@ static ALONE: Policy = Policy {
     starts_of_crowds: &[],
     scattered: 1024,
     budget: BUDGET,
-    first_effort: None,
-    rolling_starts: ROLLING_STARTS,
+    first_effort: u32::MAX,
     sweeps_first: true,
     takes_out_first: false,
     keeps_best: false,
@@ -114,8 +110,7 @@ const TOGETHER: Policy = Policy {
     ],
     scattered: 16,
     budget: BUDGET_TOGETHER,
-    first_effort: None,
-    rolling_starts: ROLLING_STARTS,
+    first_effort: u32::MAX,
     sweeps_first: false,
     takes_out_first: true,
     keeps_best: true,
@@ -133,8 +128,7 @@ static SEVERAL: Policy = TOGETHER;
 /// the same, by less than what a heap may leave.
 /// What joints hold is not shared in many ways, and old reactions of light hinges lead astray.
 static TIED: Policy = Policy {
-    first_effort: Some(FIRST_EFFORT),
-    rolling_starts: ROLLING_STARTS_TIED,
+    first_effort: FIRST_EFFORT,
     repeats_exactly: true,
     keeps_factors: true,
     limit_compliance: 0.01,

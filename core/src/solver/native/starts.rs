@@ -2,6 +2,7 @@
 
 use super::coupling::Coupling;
 use super::policy::Policy;
+use super::tolerances::ROLLING_STARTS;
 use nalgebra::Vector3;
 use rand_mt::Mt;
 
@@ -75,33 +76,16 @@ impl Start {
     }
 }
 
-/// All starts in their order with the iterations that each may take, for so many contacts, behind those that what is
-/// known of the step asks for. Where some of them can roll, a few with the selection of those come before others. All but the
-/// scattered ones come twice where the policy has a first effort.
+/// All starts in their order, for so many contacts, behind those that what is known of the step asks for.
+/// Where some of them can roll, a few with the selection of those come before others.
 pub(super) fn all(
-    policy: &Policy,
-    contacts: usize,
-    rolls: bool,
-    asked: [Option<Start>; 3],
-) -> impl Iterator<Item = (Start, u32)> {
-    let few = move |most| {
-        let starts = once(policy, contacts, rolls, asked);
-        let few = starts.filter(|start| !matches!(start, Start::Scattered(_)));
-        few.map(move |start| (start, most))
-    };
-    let first = policy.first_effort.into_iter().flat_map(few);
-    first.chain(once(policy, contacts, rolls, asked).map(|start| (start, u32::MAX)))
-}
-
-/// The same once.
-fn once(
     policy: &Policy,
     contacts: usize,
     rolls: bool,
     asked: [Option<Start>; 3],
 ) -> impl Iterator<Item = Start> {
     let (first, scattered) = policy.starts(contacts);
-    let rolling = first.iter().copied().take(if rolls { policy.rolling_starts } else { 0 });
+    let rolling = first.iter().copied().take(if rolls { ROLLING_STARTS } else { 0 });
     let alike = rolls.then_some(Start::Alike);
     let rest = first.iter().copied().skip(usize::from(rolls));
     asked

@@ -18,10 +18,8 @@ pub(super) const COMPLIANCE: f64 = 1e-6;
 /// presses on the walls of a groove of 15° a side as without friction, to 2·10⁻⁴; small enough that
 /// the limit is taken in a few corrections.
 pub(super) const ROLLING_GIVE: f64 = 0.03;
-/// So many starts with that selection; where none of them solves the step, equal compliance is next. Of what joints tie
-/// one: nine of ten steps that it does not solve are solved by equal compliance at once.
+/// So many starts with that selection; where none of them solves the step, equal compliance is next.
 pub(super) const ROLLING_STARTS: usize = 4;
-pub(super) const ROLLING_STARTS_TIED: usize = 1;
 /// The compliances to follow where the limit cannot be taken from the first.
 pub(super) const COMPLIANCES: [f64; 4] = [COMPLIANCE, 1e-7, 1e-8, 1e-9];
 /// A path of compliance is given up where even a step by this factor is too long.
@@ -88,7 +86,7 @@ pub(super) const BUDGET_STARTS: u32 = 4;
 pub(super) const LEAST_BUDGET: u32 = 6_000;
 /// Iterations of a start among those of what joints tie, before all of them are tried again with more: of a hopper under
 /// random drives the first start solves 99.5 % of the steps in 13, and takes up to 10 000 where another one needs ten.
-pub(super) const FIRST_EFFORT: u32 = 50;
+pub(super) const FIRST_EFFORT: u32 = 100;
 /// So many starts may lead to the same solution that makes energy before it is taken.
 pub(super) const SAME_SOLUTIONS: u32 = 3;
 /// Solutions that make the same energy but for this part of it are the same.
@@ -102,7 +100,8 @@ pub(super) const DETERMINED: f64 = 1e-8;
 pub(super) const FORESEEN: f64 = 0.1;
 /// A step that leaves no more than this part of the residual was made with a matrix that is good for the next one, too.
 pub(super) const KEPT_FACTORS: f64 = 0.1;
-/// Corrections towards the limit of vanishing compliance; one nearly always suffices.
+/// Corrections towards the limit of vanishing compliance; one nearly always suffices. Those that leave little enough for the
+/// [factors to be kept](KEPT_FACTORS) are not counted.
 pub(super) const CORRECTIONS: u32 = 3;
 /// The same where contacts [can roll](ROLLING_GIVE): each shrinks what is left to 3 %.
 pub(super) const ROLLING_CORRECTIONS: u32 = 8;
