@@ -149,6 +149,41 @@ fn an_armature_is_inertia_of_its_axis() {
     assert!((turned - expected).abs() < 1e-4 * expected, "{turned} {expected}");
 }
 
+/// Limits that an axis is far from, over a short step, leave what it does between them its digits: light links with heavy
+/// rotors are solved in a few iterations, as the legs of an ant.
+#[test]
+fn light_links_with_heavy_rotors_take_few_iterations() {
+    let (trunk, link) = (solid(0.3, Vector3::repeat(0.15)), Vector3::new(0.2, 0.06, 0.06));
+    let mut bodies = vec![trunk];
+    bodies.extend((0..4).map(|_| solid(0.04, link)));
+    let hinge = |body: usize, other: usize, sign: f64| {
+        let drive = Drive {
+            limits: Some([-0.5, 1.0]),
+            armature: 1.0,
+            damping: 1.0,
+            force: 0.3 * sign + 0.1 * body as f64,
+            ..Drive::NONE
+        };
+        let (reach, axis) = match other {
+            0 => (0.15, Vector3::z()),
+            _ => (0.2, Vector3::y()),
+        };
+        let frame = |x: f64| JointFrame::along(Vector3::new(x, 0.0, 0.0), axis).unwrap();
+        Joint::revolute(body, Some(other), [frame(-0.2 * sign), frame(reach * sign)], drive)
+    };
+    let joints = vec![hinge(1, 0, 1.0), hinge(2, 1, 1.0), hinge(3, 0, -1.0), hinge(4, 3, -1.0)];
+    let world = World::new(parameters(bodies, 0.0)).unwrap().with_joints(joints).unwrap();
+    let starts = [0.0, 0.35, 0.75, -0.35, -0.75].map(|x| at(Vector3::new(x, 0.0, 0.0)));
+    let mut simulation = Simulation::new(world.clone(), starts, Motion::native(&world)).unwrap();
+    let mut record = StepRecord::new();
+    for _ in 0..500 {
+        step(&mut simulation, &mut record);
+        let StepStatus::Converged = record.report.status else { panic!("{:?}", record.report) };
+        assert!(record.report.iterations <= 6, "step {}: {:?}", record.index, record.report);
+        assert!(record.certificate.residual() < 1e-11, "{:?}", record.certificate);
+    }
+}
+
 /// What cannot be set is refused, and what was there stays.
 #[test]
 fn what_cannot_be_set_is_refused() {

@@ -12,7 +12,7 @@
 //! step.
 
 use super::{Contact, Partner};
-use crate::joint::JointForce;
+use crate::joint::{JointForce, Seen};
 use crate::mechanics::dynamics::rk4_step;
 use crate::mechanics::quaternion::advance;
 use crate::mechanics::{Pose, RigidBody, State, Wrench, largest};
@@ -145,6 +145,8 @@ pub struct Certifier {
     /// The bodies that rested in the last step, and what it was worth for them.
     rested: Vec<bool>,
     of_rested: Certificate,
+    /// Where each joint is.
+    seen: Vec<Seen>,
 }
 
 impl Certifier {
@@ -211,16 +213,23 @@ impl Certifier {
             certificate.penetration = largest(certificate.penetration, through);
         }
         let certificate = &mut both[0];
+        let ends = (claim.states, claim.next);
+        self.seen.clear();
         for (joint, force) in world.joints().iter().zip(claim.joints) {
-            joint.add_loads(world.bodies(), claim.states, force, &mut self.loads);
-            let parts = joint.residual(world.bodies(), (claim.states, claim.next), force, h);
-            certificate.joint = largest(certificate.joint, parts.locked);
-            certificate.joint_law = largest(certificate.joint_law, parts.drive);
+            let seen = joint.seen(ends, force, h);
+            let parts = seen.as_ref().and_then(|seen| {
+                seen.add_loads(joint, claim.states, force, &mut self.loads);
+                seen.residual(joint, (world.bodies(), claim.states), force, h)
+            });
+            self.seen.extend(seen);
+            let (locked, drive) = parts.map_or((f64::NAN, f64::NAN), |of| (of.locked, of.drive));
+            certificate.joint = largest(certificate.joint, locked);
+            certificate.joint_law = largest(certificate.joint_law, drive);
         }
         for (gear, force) in world.gears().iter().zip(claim.gears) {
             let joints = world.joints();
             for (joint, load) in gear.loads(*force, claim.joints) {
-                joints[joint].add_loads(world.bodies(), claim.states, &load, &mut self.loads);
+                joints[joint].add_loads(claim.states, &load, &mut self.loads);
             }
             let missed = gear.residual(world, claim.next, claim.joints);
             certificate.joint = largest(certificate.joint, missed);
@@ -243,6 +252,11 @@ impl Certifier {
         let [moving, resting] = both;
         self.of_rested = resting;
         moving.joined(&resting)
+    }
+
+    /// Where the joints were in the step that was certified last.
+    pub(crate) fn seen(&self) -> &[Seen] {
+        &self.seen
     }
 
     /// Places the bodies but those that are `known` to be where they were.

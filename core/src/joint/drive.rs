@@ -212,6 +212,16 @@ impl Axis {
         sum.graph()
     }
 
+    /// The same of an axis that is free; `None` of one that is locked.
+    pub(crate) fn free_graph(
+        &self,
+        start: &AxisStart,
+        time_step: f64,
+        scale: (f64, f64),
+    ) -> Option<Graph> {
+        matches!(self, Self::Free(_)).then(|| self.graph(start, time_step, scale))
+    }
+
     /// What the row of a locked axis is off by at the step's start, over h.
     pub(crate) fn offset(&self, coordinate: f64, time_step: f64) -> f64 {
         match self {

@@ -102,7 +102,28 @@ impl Sum {
         if graph.count == 0 {
             graph.add(0.0, self.beside(0.0, true));
         }
-        graph
+        for piece in 0..=graph.count {
+            graph.lines[piece] = self.line(graph.inside(piece));
+        }
+        Graph { has_lines: true, ..graph }
+    }
+
+    /// (value, slope) of the line p = value − slope u that it follows around u, where it does not jump.
+    fn line(&self, u: f64) -> (f64, f64) {
+        let (mut value, mut slope) = (self.value, self.slope);
+        for (at, most) in self.jumps.into_iter().flatten() {
+            value += if u <= at { most } else { -most };
+        }
+        if let Some((at_zero, by, most)) = self.ramp {
+            let pull = at_zero - by * u;
+            if pull.abs() < most {
+                value += at_zero;
+                slope += by;
+            } else {
+                value += most.copysign(pull);
+            }
+        }
+        (value, slope)
     }
 }
 
@@ -123,6 +144,10 @@ pub struct Graph {
     /// Whether the impulse of a vertical piece, whose speed is known, is taken from the pull itself: along the piece it would
     /// be lost in the rounding of bounds that are far away, as those may be that a caller gives.
     by_pull: bool,
+    /// (value, slope) of every piece p = value − slope u of a sum that is not vertical, if it has them: between corners that
+    /// are far away, as stops are that the axis is not near, a point of it would be lost in their rounding.
+    lines: [(f64, f64); MOST + 1],
+    has_lines: bool,
 }
 
 /// A piece of a graph: a point of it, and the direction in which u rises or p falls.
@@ -155,8 +180,15 @@ impl Segment {
 
 impl Graph {
     /// Without a corner, which no graph is.
-    const EMPTY: Self =
-        Self { corners: [(0.0, 0.0); MOST], count: 0, first: DOWN, last: DOWN, by_pull: false };
+    const EMPTY: Self = Self {
+        corners: [(0.0, 0.0); MOST],
+        count: 0,
+        first: DOWN,
+        last: DOWN,
+        by_pull: false,
+        lines: [(0.0, 0.0); MOST + 1],
+        has_lines: false,
+    };
 
     /// u = 0, whatever the impulse.
     #[must_use]
@@ -222,8 +254,27 @@ impl Graph {
         corners.map(|(u, p)| (p - rho * u - pull).abs() / rho).fold(f64::INFINITY, f64::min)
     }
 
+    /// A speed on a piece, or that of one that is vertical.
+    fn inside(&self, piece: usize) -> f64 {
+        let beyond = |u: f64, sign: f64| u + sign * (1.0 + u.abs());
+        match piece {
+            0 => beyond(self.corners[0].0, -1.0),
+            last if last >= self.count => beyond(self.corners[self.count - 1].0, 1.0),
+            _ => 0.5 * (self.corners[piece - 1].0 + self.corners[piece].0),
+        }
+    }
+
     /// A piece.
     pub(crate) fn segment(&self, piece: usize) -> Segment {
+        let by_corners = self.by_corners(piece);
+        if !self.has_lines || by_corners.is_vertical() {
+            return by_corners;
+        }
+        let (value, slope) = self.lines[piece.min(self.count)];
+        Segment { u: 0.0, p: value, du: 1.0, dp: -slope }
+    }
+
+    fn by_corners(&self, piece: usize) -> Segment {
         let of = |(u, p): (f64, f64), (du, dp): (f64, f64)| Segment { u, p, du, dp };
         if piece == 0 {
             return of(self.corners[0], self.first);
@@ -301,6 +352,20 @@ mod tests {
         }
         assert_eq!(Graph::limit().residual(-0.5, 0.0, 1.0), 0.5);
         assert_eq!(Graph::limit().residual(1.0, -2.0, 1.0), 2.0);
+    }
+
+    /// A point near the middle of a stiff line between far stops keeps its digits.
+    #[test]
+    fn far_stops_take_no_digits() {
+        let mut sum = Sum::constant(0.25);
+        sum.add_line(0.0, 3e2);
+        sum.add_stops(-7e5, 5e5);
+        let graph = sum.graph();
+        for u in [0.0, 1e-6, -3e-4, 0.1] {
+            let p = 0.25 - 3e2 * u;
+            assert!(graph.residual(u, p, 0.7) < 1e-14, "{u}");
+        }
+        assert!(graph.residual(-7e5, 3e8, 0.7) < 1e-6);
     }
 
     #[test]

@@ -32,6 +32,7 @@ pub use gear::{GEAR_AT_THE_START, Gear, GearAxis};
 pub use gimbal::{Hinges, Middle};
 pub use graph::Graph;
 pub(crate) use graph::Segment;
+pub(crate) use motion::Seen;
 pub(crate) use motion::Turn;
 pub use motion::{Coordinates, JointForce, JointResidual};
 pub(crate) use piece::{AxisChange, PieceChange};
@@ -281,6 +282,16 @@ impl Joint {
     pub fn with_drive(mut self, axis: JointAxis, drive: Drive) -> Result<Self, Error> {
         *self.drive_mut(axis)? = drive;
         Ok(self)
+    }
+
+    /// Sets the drive of a free axis of a joint that was checked; what is refused leaves the one before.
+    pub(crate) fn set_drive(&mut self, axis: JointAxis, drive: Drive) -> Result<(), Error> {
+        let before = std::mem::replace(self.drive_mut(axis)?, drive);
+        let checked = Axis::Free(drive).check().and_then(|()| self.check_turn());
+        if checked.is_err() {
+            *self.drive_mut(axis)? = before;
+        }
+        checked
     }
 
     /// The drive of a free axis.

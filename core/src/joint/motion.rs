@@ -1,11 +1,14 @@
-//! Where a joint is, how it moves in a step, and how its forces and its motion miss its laws.
+//! Where a joint is, and how it moves in a step.
 
+mod judged;
 mod tangent;
+
+pub(crate) use judged::Seen;
 
 use super::gimbal::{self, nearest};
 use super::{Axis, AxisStart, Drive, Joint, JointAxis, JointFrame, Middle, Turning};
 use crate::mechanics::quaternion::{attitude_map, left, product, right, rotation};
-use crate::mechanics::{RigidBody, State, Wrench, largest};
+use crate::mechanics::{State, Wrench, largest};
 use nalgebra::{Matrix3, Matrix4x3, Vector3, Vector4};
 
 /// The force of a joint over a step, and how often it has turned around.
@@ -172,13 +175,22 @@ impl Joint {
         (at, angles): (&Coordinates, &Vector3<f64>),
         time_step: f64,
     ) -> [[AxisStart; 3]; 2] {
-        let (mut rates, mut turns) = (Vector3::zeros(), Vector3::zeros());
-        if self.linear.iter().chain(&self.angular).any(Axis::has_armature)
-            && let Some(before) = self.coasted(states, -time_step)
-        {
-            rates = (at.place - before.place) / time_step;
-            turns = (angles - self.counted(&before, angles)) / time_step;
-        }
+        let rates = match self.linear.iter().chain(&self.angular).any(Axis::has_armature) {
+            true => self.coasted(states, -time_step).map(|before| {
+                let turned = angles - self.counted(&before, angles);
+                ((at.place - before.place) / time_step, turned / time_step)
+            }),
+            false => None,
+        };
+        self.starts_at((at, angles), rates.unwrap_or_default())
+    }
+
+    /// The same where the rates at which it comes are known, of the place (m/s) and of the turn (rad/s).
+    fn starts_at(
+        &self,
+        (at, angles): (&Coordinates, &Vector3<f64>),
+        (rates, turns): (Vector3<f64>, Vector3<f64>),
+    ) -> [[AxisStart; 3]; 2] {
         let along =
             |k: usize| AxisStart { coordinate: at.place[k], rate: rates[k], push: self.push[0][k] };
         let about =
@@ -196,29 +208,6 @@ impl Joint {
             None => self.frames[1],
         };
         Some(between(&placed(self.body, &self.frames[0])?, &b))
-    }
-
-    /// Adds to the `loads` on all bodies (force in N, world; torque in N m, body) those of the joint's
-    /// `force` in a step from `states`: on A at its anchor and, opposite, on B at the same point of the
-    /// world. Bodies without a load or a state get none.
-    pub(crate) fn add_loads(
-        &self,
-        bodies: &[RigidBody],
-        states: &[State],
-        force: &JointForce,
-        loads: &mut [Wrench],
-    ) {
-        let Some(acting) = self.acting(states, force) else { return };
-        let sides = [(Some(self.body), 1.0), (self.other, -1.0)];
-        for (body, sign) in sides {
-            let Some(body) = body.filter(|body| *body < bodies.len()) else { continue };
-            let (Some(load), Some(state)) = (loads.get_mut(body), states.get(body)) else {
-                continue;
-            };
-            let of = load_of(&acting, state, sign);
-            load.force += of.force;
-            load.torque += of.torque;
-        }
     }
 
     /// What a force along a free axis of its place (N), or a torque about one of its turn (N m), of `size` puts on A and on B in
@@ -249,161 +238,23 @@ impl Joint {
     ) -> Option<(Vector3<f64>, Vector3<f64>, Vector3<f64>)> {
         let frames = self.placed(states)?;
         let at = between(&frames[0], &frames[1]);
+        Some(self.acting_at((&frames, &at), states.get(self.body)?, force))
+    }
+
+    /// The same where its frames in the world and its coordinates are known, and the state of A.
+    fn acting_at(
+        &self,
+        (frames, at): (&[JointFrame; 2], &Coordinates),
+        state: &State,
+        force: &JointForce,
+    ) -> (Vector3<f64>, Vector3<f64>, Vector3<f64>) {
         let along = rotation(&frames[1].attitude) * force.force;
         // About the axes of A, and in the world's.
         let about = match self.turning() {
             Turning::Free => Vector3::zeros(),
-            _ => Turn::new(self, (&at, &force.angles), 1.0, 1.0).torque_map() * force.torque,
+            _ => Turn::new(self, (at, &force.angles), 1.0, 1.0).torque_map() * force.torque,
         };
-        Some((frames[0].anchor, along, rotation(&states[self.body].attitude) * about))
-    }
-
-    /// The work of the drives of the joint under `force` in the step `states` → `next` of `time_step` (s), J:
-    /// on the mean of the ways on which it came and on which it goes,
-    ///
-    /// ```text
-    /// W = ½ Σ f ((x⁺ − x_k) + (x_k − x̃)),                                     (J6)
-    /// ```
-    ///
-    /// x̃ being where it came from with the velocities of step k; of a gimbal, whose angles are no linear ways, the larger
-    /// one of this and of the work along the directions at the step's start; of a frame in the world that moves, that of the
-    /// force and the torque that it drives A with, on the mean velocities. `None` where a body has no
-    /// state.
-    #[must_use]
-    pub fn work(
-        &self,
-        (states, next): (&[State], &[State]),
-        force: &JointForce,
-        time_step: f64,
-    ) -> Option<f64> {
-        if self.moves {
-            let (state, next) = (states.get(self.body)?, next.get(self.body)?);
-            let (anchor, along, about) = self.acting(states, force)?;
-            let torque = (anchor - state.position).cross(&along) + about;
-            let torque = rotation(&state.attitude).tr_mul(&torque);
-            let power = along.dot(&(state.velocity + next.velocity))
-                + torque.dot(&(state.spin + next.spin));
-            return Some(0.5 * time_step * power);
-        }
-        let (at, after) = (self.coordinates(states)?, self.coordinates(next)?);
-        let before = self.coasted(states, -time_step)?;
-        let free = |axis: &Axis| *axis != Axis::Locked;
-        let mut work = 0.0;
-        for k in (0..3).filter(|k| free(&self.linear[*k])) {
-            work += force.force[k] * (after.place[k] - before.place[k]);
-        }
-        let angles = self.counted(&at, &force.angles);
-        let turned = self.counted(&after, &angles) - self.counted(&before, &angles);
-        let torque = Vector3::from_fn(|k, _| match self.angular[k] {
-            Axis::Locked => 0.0,
-            Axis::Free(_) => force.torque[k],
-        });
-        let mut about = torque.dot(&turned);
-        if matches!(self.turning(), Turning::Gimbal | Turning::Universal) {
-            let turn = Turn::new(self, (&at, &angles), time_step, 1.0);
-            let spins = |body: usize| Some(states.get(body)?.spin + next.get(body)?.spin);
-            let other = self.other.and_then(spins);
-            about =
-                about.max(torque.dot(&turn.rates(&spins(self.body)?, other.as_ref())) * time_step);
-        }
-        Some(0.5 * (work + about))
-    }
-
-    /// w: how much faster each row becomes by an impulse along it of 1 over the mass of A, with nothing but its bodies to
-    /// move: of the place and of the turn, scaled by `length` (m). 1 where no drive asks for it.
-    fn responses(
-        &self,
-        bodies: &[RigidBody],
-        states: &[State],
-        at: (&Coordinates, &Vector3<f64>),
-        length: f64,
-    ) -> [Vector3<f64>; 2] {
-        let ones = [Vector3::repeat(1.0); 2];
-        let is_driven = |axis: &Axis| *axis != Axis::Locked && !axis.is_idle();
-        if !self.linear.iter().chain(&self.angular).any(is_driven) {
-            return ones;
-        }
-        let (Some([a, b]), Some(unit)) =
-            (self.placed(states), bodies.get(self.body).map(RigidBody::mass))
-        else {
-            return ones;
-        };
-        let axes = rotation(&b.attitude);
-        let turned = Turn::new(self, at, 1.0, length).torque_map();
-        let about = rotation(&states[self.body].attitude) * turned;
-        let mut responses = [Vector3::<f64>::zeros(); 2];
-        for body in [Some(self.body), self.other].into_iter().flatten() {
-            let (Some(of), Some(state)) = (bodies.get(body), states.get(body)) else {
-                return ones;
-            };
-            let (to_body, lever) =
-                (rotation(&state.attitude).transpose(), a.anchor - state.position);
-            let yields = |torque: Vector3<f64>| {
-                let torque = to_body * torque;
-                torque.dot(&(of.inertia_inverse() * torque))
-            };
-            for k in 0..3 {
-                let across = lever.cross(&axes.column(k));
-                responses[0][k] += unit * (1.0 / of.mass() + yields(across));
-                responses[1][k] += unit * yields(about.column(k).into_owned());
-            }
-        }
-        // A direction in which nothing can turn has no scale.
-        responses.map(|of| of.map(|w| if w > 0.0 && w.is_finite() { w } else { 1.0 }))
-    }
-
-    /// How far the step `states` → `next` of `time_step` (s) with the force `force` is from the laws of the
-    /// joint, a force that is missed counting as the speed that it would make of its bodies alone; from the states alone. Everything is NaN where a body has no state.
-    #[must_use]
-    pub fn residual(
-        &self,
-        bodies: &[RigidBody],
-        (states, next): (&[State], &[State]),
-        force: &JointForce,
-        time_step: f64,
-    ) -> JointResidual {
-        let unknown = JointResidual { locked: f64::NAN, drive: f64::NAN };
-        let (Some(at), Some(after)) = (self.coordinates(states), self.coordinates(next)) else {
-            return unknown;
-        };
-        let Some(body) = bodies.get(self.body) else { return unknown };
-        let (h, length) = (time_step, self.length(bodies));
-        let mut residual = JointResidual::default();
-        // Impulses over the mass of A.
-        let unit = body.mass();
-        let mut add = |axis: &Axis, start: &AxisStart, (u, f): (f64, f64), length: f64, w: f64| {
-            let of = axis.graph(start, h, (length, unit));
-            let missed = of.residual(u, f * h / unit / length, 1.0 / w);
-            let missed = if f.is_finite() && u.is_finite() { missed } else { f64::NAN };
-            let part = match axis {
-                Axis::Locked => &mut residual.locked,
-                Axis::Free(_) => &mut residual.drive,
-            };
-            *part = largest(*part, missed);
-        };
-        let end = self.counted(&after, &force.angles);
-        let angles = self.counted(&at, &end);
-        let [places, turns] = self.starts(states, (&at, &angles), h);
-        let responses = self.responses(bodies, states, (&at, &angles), length);
-        for (k, axis) in self.linear.iter().enumerate() {
-            let (before, after) = (at.place[k], after.place[k]);
-            let u = match axis {
-                Axis::Locked => after / h,
-                Axis::Free(_) => (after - before) / h,
-            };
-            add(axis, &places[k], (u, force.force[k]), 1.0, responses[0][k]);
-        }
-        if self.turning() != Turning::Free {
-            let aside = aside(self.turning(), &after.turn);
-            for (k, axis) in self.angular.iter().enumerate() {
-                let u = match axis {
-                    Axis::Locked => length * 2.0 * aside[k] / h,
-                    Axis::Free(_) => length * (end[k] - angles[k]) / h,
-                };
-                add(axis, &turns[k], (u, force.torque[k]), length, responses[1][k]);
-            }
-        }
-        residual
+        (frames[0].anchor, along, rotation(&state.attitude) * about)
     }
 }
 
@@ -532,7 +383,7 @@ impl Turn {
             start: at.turn,
             back,
             rest: product(&back, &at.turn),
-            swing: swing(&at.turn),
+            swing: if joint.turning() == Turning::Ball { swing(&at.turn) } else { 0.0 },
             angles,
             middle,
             frames: (a.rotation(), joint.other.map(|_| b.rotation())),

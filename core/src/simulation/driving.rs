@@ -93,9 +93,8 @@ impl Simulation<'_> {
     /// A joint that is not there; an axis that is locked, or of a ball joint's turn; a drive out of
     /// range. The drive before it stays.
     pub fn set_drive(&mut self, joint: usize, axis: JointAxis, drive: Drive) -> Result<(), Error> {
-        let of = self.joint(joint)?.clone().with_drive(axis, drive)?;
-        let of = of.checked(self.world.bodies().len())?;
-        self.world.joints_mut()[joint] = of;
+        self.joint(joint)?;
+        self.world.joints_mut()[joint].set_drive(axis, drive)?;
         self.scratch.rest.end();
         Ok(())
     }

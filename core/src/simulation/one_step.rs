@@ -89,7 +89,9 @@ pub(super) fn contact_step(
     let solved = !matches!(report.status, StepStatus::Free | StepStatus::Failed);
     if !within {
         report.status = StepStatus::Failed;
-    } else if solved && judge.is_wild_step(world, &claim, solution.forces(), accepted) {
+    } else if solved
+        && judge.is_wild_step(world, (&claim, certifier.seen()), solution.forces(), accepted)
+    {
         report.status = StepStatus::Wild;
     }
     if report.status == StepStatus::Failed {

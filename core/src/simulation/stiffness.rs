@@ -12,8 +12,8 @@
 //! a tension T has ω² = 12 T/(m L).
 
 use crate::joint::{Axis, Joint, JointForce};
-use crate::mechanics::State;
 use crate::mechanics::quaternion::rotation;
+use crate::mechanics::{RigidBody, State};
 use crate::world::World;
 use nalgebra::{Matrix3, Vector3};
 
@@ -24,6 +24,14 @@ pub struct Stiffness {
     of: Vec<Matrix3<f64>>,
     /// Where a joint holds it in the world, m, its frame.
     held: Vec<Option<Vector3<f64>>>,
+    /// The most that an eigenvalue of each body can be, 1/s².
+    most: Vec<f64>,
+}
+
+/// I of a body about its centre of mass, or about the anchor that is held.
+fn inertia(body: &RigidBody, lever: &Vector3<f64>) -> Matrix3<f64> {
+    let about = Matrix3::identity() * lever.norm_squared() - lever * lever.transpose();
+    body.inertia() + about * body.mass()
 }
 
 impl Stiffness {
@@ -55,9 +63,9 @@ impl Stiffness {
         }
         self.collect(world, states, forces);
         let of_body = |body: usize| {
-            let largest =
-                self.scaled(world, body).map(|scaled| scaled.symmetric_eigenvalues().max());
-            world.time_step() * largest.unwrap_or(0.0).max(0.0).sqrt()
+            let lever = self.held[body].unwrap_or_default();
+            let largest = self.fastest(body, &inertia(&world.bodies()[body], &lever));
+            world.time_step() * largest.max(0.0).sqrt()
         };
         let each: Vec<_> = (0..states.len()).map(of_body).collect();
         let of_joint = |joint: &Joint| {
@@ -75,25 +83,27 @@ impl Stiffness {
         forces: (&[JointForce], &[f64]),
     ) -> f64 {
         self.collect(world, states, forces);
+        let bodies = world.bodies();
+        // No eigenvalue is larger than the norm, ‖L⁻¹ K L⁻ᵀ‖² = tr (I⁻¹ K)²; a number without an order has none.
+        self.most.clear();
+        self.most.extend(bodies.iter().zip(&self.of).zip(&self.held).map(|((body, k), held)| {
+            let inverse = held
+                .map_or(Some(*body.inertia_inverse()), |lever| inertia(body, &lever).try_inverse());
+            inverse.map_or(0.0, |inverse| {
+                let scaled = inverse * k;
+                (scaled * scaled).trace().max(0.0).sqrt()
+            })
+        }));
         let mut largest = 0.0_f64;
-        for body in 0..world.bodies().len() {
-            let Some(scaled) = self.scaled(world, body) else { continue };
-            // No eigenvalue is larger than the norm; a number without an order has none.
-            if scaled.norm() > largest {
-                largest = largest.max(scaled.symmetric_eigenvalues().max());
+        let first = (0..bodies.len()).max_by(|a, b| self.most[*a].total_cmp(&self.most[*b]));
+        for index in first.into_iter().chain(0..bodies.len()) {
+            let most = std::mem::take(&mut self.most[index]);
+            if most.is_finite() && most > largest {
+                let lever = self.held[index].unwrap_or_default();
+                largest = largest.max(self.fastest(index, &inertia(&bodies[index], &lever)));
             }
         }
         world.time_step() * largest.sqrt()
-    }
-
-    /// L⁻¹ K L⁻ᵀ of a body, with I = L Lᵀ; `None` of a matrix that is not finite.
-    fn scaled(&self, world: &World, body: usize) -> Option<Matrix3<f64>> {
-        let (of, lever) = (&world.bodies()[body], self.held[body].unwrap_or_default());
-        let about = Matrix3::identity() * lever.norm_squared() - lever * lever.transpose();
-        let inertia = of.inertia() + about * of.mass();
-        let root = inertia.cholesky()?.l().try_inverse()?;
-        let scaled = root * self.of[body] * root.transpose();
-        scaled.norm().is_finite().then_some(scaled)
     }
 
     /// K of every body, and where joints hold it in the world.
@@ -116,6 +126,14 @@ impl Stiffness {
                 self.add(&world.joints()[joint], &load, states);
             }
         }
+    }
+
+    /// The largest eigenvalue of I⁻¹ K of a body, 1/s²: of L⁻¹ K L⁻ᵀ with I = L Lᵀ. 0 of what is not finite.
+    fn fastest(&self, index: usize, inertia: &Matrix3<f64>) -> f64 {
+        let root = inertia.cholesky().and_then(|of| of.l().try_inverse());
+        let scaled = root.map(|root| root * self.of[index] * root.transpose());
+        let scaled = scaled.filter(|scaled| scaled.norm().is_finite());
+        scaled.map_or(0.0, |scaled| scaled.symmetric_eigenvalues().max())
     }
 
     /// Adds what the `force` of a joint does to its bodies.

@@ -38,6 +38,7 @@
 use super::energy;
 use super::islands::Islands;
 use crate::contact::certificate::Claim;
+use crate::joint::Seen;
 use crate::mechanics::{RigidBody, State, Wrench};
 use crate::world::World;
 use nalgebra::Vector3;
@@ -98,14 +99,21 @@ impl Judge {
         forces: impl IntoIterator<Item = Vector3<f64>>,
         accepted: f64,
     ) -> bool {
-        !claim.is_of(world) || self.is_wild_step(world, claim, forces, accepted)
+        if !claim.is_of(world) {
+            return true;
+        }
+        let joints = world.joints().iter().zip(claim.joints);
+        let ends = (claim.states, claim.next);
+        let seen = joints.map(|(joint, force)| joint.seen(ends, force, world.time_step()));
+        let seen: Vec<Seen> = seen.flatten().collect();
+        self.is_wild_step(world, (claim, &seen), forces, accepted)
     }
 
-    /// The same of a claim that is known to be of a step of the world.
+    /// The same of a claim that is known to be of a step of the world, in which its joints are `seen`.
     pub(super) fn is_wild_step(
         &mut self,
         world: &World,
-        claim: &Claim<'_>,
+        (claim, seen): (&Claim<'_>, &[Seen]),
         forces: impl IntoIterator<Item = Vector3<f64>>,
         accepted: f64,
     ) -> bool {
@@ -132,8 +140,8 @@ impl Judge {
             let lift = weight * (h * accepted + budget.under);
             budget.rest += body.mass() * (0.5 * slow * slow + lift);
         }
-        for (joint, force) in world.joints().iter().zip(claim.joints) {
-            let work = joint.work((claim.states, claim.next), force, h);
+        for ((joint, force), seen) in world.joints().iter().zip(claim.joints).zip(seen) {
+            let work = seen.work(joint, (claim.states, claim.next), force, h);
             self.budgets[self.islands.of(joint.body())].gained -= work.unwrap_or(f64::NAN);
         }
         let makes_energy =

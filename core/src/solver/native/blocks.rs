@@ -12,7 +12,7 @@
 use super::fronts::{Fronts, Plan};
 use super::pattern::Pattern;
 use super::six::{Factors, subtract_product};
-use nalgebra::{Matrix3x6, Matrix6, SMatrix, Vector6};
+use nalgebra::{Matrix3, Matrix3x6, Matrix6, SMatrix, Vector6};
 
 /// The matrix, and its factors in its place after [`BlockSystem::factorise`]:
 ///
@@ -67,19 +67,30 @@ impl BlockSystem {
         *self.target(pattern, row, column) += block;
     }
 
-    /// Adds three rows over three others to the block (row, column), the first ones if there are any.
+    /// Adds three rows over three others to the block (row, column).
     pub(super) fn add_rows(
         &mut self,
         pattern: &Pattern,
         (row, column): (usize, usize),
-        (above, below): (Option<&Matrix3x6<f64>>, &Matrix3x6<f64>),
+        (above, below): (&Matrix3x6<f64>, &Matrix3x6<f64>),
     ) {
         let block = self.target(pattern, row, column);
         for (k, to) in block.data.0.iter_mut().enumerate() {
-            if let Some(above) = above {
-                (0..3).for_each(|i| to[i] += above.data.0[k][i]);
-            }
+            (0..3).for_each(|i| to[i] += above.data.0[k][i]);
             (0..3).for_each(|i| to[3 + i] += below.data.0[k][i]);
+        }
+    }
+
+    /// Adds to the last three rows and columns of the block (row, column).
+    pub(super) fn add_turning(
+        &mut self,
+        pattern: &Pattern,
+        (row, column): (usize, usize),
+        turning: &Matrix3<f64>,
+    ) {
+        let block = self.target(pattern, row, column);
+        for (to, from) in block.data.0[3..].iter_mut().zip(&turning.data.0) {
+            (0..3).for_each(|i| to[3 + i] += from[i]);
         }
     }
 

@@ -11,8 +11,8 @@ use super::starts::{self, Start};
 use super::sweeps::sweep;
 use super::tolerances::{
     COMPLIANCE, COMPLIANCES, DETERMINED, FIRST_PROXIMAL, FIRST_SWEEPS, FORESEEN, MANY_CONTACTS,
-    MOVED, NEWTON_ITERATIONS, PROXIMAL_SHARPNESSES, SETTLED, SHARPNESSES, SHORTEST_FACTOR,
-    STANDING_ITERATIONS, STICK_MARGINS,
+    MOVED, NEWTON_ITERATIONS, PROXIMAL_SHARPNESSES, SAME_ENERGY, SAME_SOLUTIONS, SETTLED,
+    SHARPNESSES, SHORTEST_FACTOR, STANDING_ITERATIONS, STICK_MARGINS,
 };
 use nalgebra::Vector3;
 
@@ -152,67 +152,83 @@ impl<E: Equations> Descent<E> {
         let takes_any = equations.policy().takes_any;
         let rolls = !equations.setting().all_give_alike;
         let asked = self.asked(equations, known);
-        let all = starts::all(equations.policy(), previous.len(), rolls, asked);
-        for (index, start) in all.enumerate() {
-            let rough = known.roughly && matches!(start, Start::Moved | Start::Found);
-            let tolerances = if rough { strict.roughly() } else { strict };
-            if known.roughly {
-                equations.setting_mut().tolerances = tolerances;
+        let (mut most, mut tried, mut same) = (equations.policy().first_effort, 0, 0);
+        'efforts: loop {
+            for start in starts::all(equations.policy(), previous.len(), rolls, asked) {
+                let rough = known.roughly && matches!(start, Start::Moved | Start::Found);
+                let tolerances = if rough { strict.roughly() } else { strict };
+                if known.roughly {
+                    equations.setting_mut().tolerances = tolerances;
+                }
+                if start == Start::Alike {
+                    equations.setting_mut().give_alike();
+                }
+                let equations = &*equations;
+                let enough = best.0.residual <= tolerances.sufficient;
+                if (enough || most < u32::MAX) && matches!(start, Start::Scattered(_)) {
+                    break;
+                }
+                effort.begin_start(most);
+                match (start, known.found) {
+                    (Start::Found | Start::Led, Some(found)) => {
+                        self.start(equations, found, start, effort)
+                    }
+                    _ => self.start(equations, previous, start, effort),
+                }
+                let repeated = if start == Start::Previous { self.repeat(equations) } else { None };
+                let evaluated =
+                    start == Start::Previous && repeated.is_none() && self.go_ahead(equations);
+                let reached = match repeated {
+                    Some(residual) => Reached { residual, selected: true },
+                    None => match start {
+                        Start::Kept => self.keep(equations, &[(FIRST_PROXIMAL, 1.0)], effort),
+                        Start::Moved | Start::Found => self.keep(equations, &MOVED, effort),
+                        Start::Led => self.lead(equations, NEWTON_ITERATIONS, effort),
+                        Start::Structure => self.stand(equations, effort),
+                        Start::Best(compliance) => {
+                            self.keep(equations, &[(compliance, 1.0)], effort)
+                        }
+                        _ => self.descend(equations, evaluated, effort),
+                    },
+                };
+                let unsolved = reached.residual > tolerances.solved;
+                let rank = Rank {
+                    unsolved,
+                    turns_too_far: !unsolved && equations.turns_too_far(&self.iterate.velocity),
+                    made: match unsolved {
+                        true => 0.0,
+                        false => {
+                            let Iterate { velocity, impulses, .. } = &self.iterate;
+                            equations.energy_made(velocity, impulses, self.iterate.points())
+                        }
+                    },
+                    residual: reached.residual,
+                };
+                let fits = reached.selected || takes_any;
+                let selected = reached.selected && start.is_by_rule();
+                if !rank.unsolved && fits && !rank.turns_too_far && rank.made == 0.0 {
+                    if repeated.is_none() && !rough {
+                        self.settle(equations, reached.residual);
+                    }
+                    return Outcome { solved: true, start, selected, retried: tried > 0, rough };
+                }
+                let apart = (rank.made - best.0.made).abs();
+                let is_same = rank.made > 0.0 && apart <= SAME_ENERGY * rank.made;
+                same += u32::from(is_same);
+                if tried == 0 || rank < best.0 {
+                    same = if is_same { same } else { 0 };
+                    best = (rank, start, selected);
+                    self.best.copy_from(&self.iterate);
+                }
+                tried += 1;
+                if same == SAME_SOLUTIONS || effort.is_used_up() {
+                    break 'efforts;
+                }
             }
-            if start == Start::Alike {
-                equations.setting_mut().give_alike();
-            }
-            let equations = &*equations;
-            let enough = best.0.residual <= tolerances.sufficient;
-            if enough && matches!(start, Start::Scattered(_)) {
+            if most == u32::MAX {
                 break;
             }
-            effort.begin_start();
-            match (start, known.found) {
-                (Start::Found | Start::Led, Some(found)) => {
-                    self.start(equations, found, start, effort)
-                }
-                _ => self.start(equations, previous, start, effort),
-            }
-            let repeated = if start == Start::Previous { self.repeat(equations) } else { None };
-            let evaluated =
-                start == Start::Previous && repeated.is_none() && self.go_ahead(equations);
-            let reached = match repeated {
-                Some(residual) => Reached { residual, selected: true },
-                None => match start {
-                    Start::Kept => self.keep(equations, &[(FIRST_PROXIMAL, 1.0)], effort),
-                    Start::Moved | Start::Found => self.keep(equations, &MOVED, effort),
-                    Start::Led => self.lead(equations, NEWTON_ITERATIONS, effort),
-                    Start::Structure => self.stand(equations, effort),
-                    Start::Best(compliance) => self.keep(equations, &[(compliance, 1.0)], effort),
-                    _ => self.descend(equations, evaluated, effort),
-                },
-            };
-            let unsolved = reached.residual > tolerances.solved;
-            let rank = Rank {
-                unsolved,
-                turns_too_far: !unsolved && equations.turns_too_far(&self.iterate.velocity),
-                made: match unsolved {
-                    true => 0.0,
-                    false => equations.energy_made(&self.iterate.velocity, &self.iterate.impulses),
-                },
-                residual: reached.residual,
-            };
-            let fits = reached.selected || takes_any;
-            let selected = reached.selected && start.is_by_rule();
-            if !rank.unsolved && fits && !rank.turns_too_far && rank.made == 0.0 {
-                if repeated.is_none() && !rough {
-                    self.settle(equations, reached.residual);
-                }
-                return Outcome { solved: true, start, selected, retried: index > 0, rough };
-            }
-            if index == 0 || rank < best.0 {
-                best = (rank, start, selected);
-                self.best.copy_from(&self.iterate);
-            }
-            if effort.is_used_up() {
-                break;
-            }
+            most = u32::MAX;
         }
         self.iterate.copy_from(&self.best);
         if !self.iterate.is_finite() {
@@ -304,10 +320,14 @@ impl<E: Equations> Descent<E> {
         if !equations.policy().settles {
             return;
         }
-        self.best.copy_from(&self.iterate);
+        self.best.velocity.copy_from(&self.iterate.velocity);
         equations.keep_velocity(&mut self.iterate.velocity);
+        if self.iterate.velocity == self.best.velocity {
+            return;
+        }
         if self.residual(equations) > residual.max(equations.tolerances().solved) {
-            self.iterate.copy_from(&self.best);
+            self.iterate.velocity.copy_from(&self.best.velocity);
+            self.residual(equations);
         }
     }
 

@@ -30,9 +30,9 @@ impl<'a> Effort<'a> {
         Self { interrupt, iterations: 0, left, reserve: 0, interrupted: false }
     }
 
-    /// Another start: it may use up a part of what is left.
-    pub(super) fn begin_start(&mut self) {
-        self.reserve = self.left - self.left.div_ceil(BUDGET_STARTS);
+    /// Another start: it may use up a part of what is left, and no more than `most` iterations.
+    pub(super) fn begin_start(&mut self, most: u32) {
+        self.reserve = self.left - self.left.div_ceil(BUDGET_STARTS).min(most);
     }
 
     /// One iteration more; `false` where there is to be none.

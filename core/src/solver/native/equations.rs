@@ -38,7 +38,7 @@ impl Velocity {
 }
 
 /// The velocities of all bodies of a part of the step.
-pub(super) trait Velocities: Clone + std::fmt::Debug {
+pub(super) trait Velocities: Clone + PartialEq + std::fmt::Debug {
     /// Room for them.
     fn empty() -> Self;
     /// Makes this `from` and `length` times `step`.
@@ -345,8 +345,14 @@ pub(super) trait Equations {
     /// make energy from nothing.
     fn turns_too_far(&self, velocity: &Self::Velocity) -> bool;
     /// What is made of energy where joints tie bodies, in parts of what they have, where it is a
-    /// large part; 0 elsewhere. Their equations have such solutions, also without a large turn.
-    fn energy_made(&self, velocity: &Self::Velocity, impulses: &[Vector3<f64>]) -> f64;
+    /// large part; 0 elsewhere. Their equations have such solutions, also without a large turn. `points` are
+    /// u of every coupling there (N2).
+    fn energy_made(
+        &self,
+        velocity: &Self::Velocity,
+        impulses: &[Vector3<f64>],
+        points: &[Vector3<f64>],
+    ) -> f64;
     /// The residual of the equations of motion (N1), as speeds.
     fn motion_residual(
         &self,

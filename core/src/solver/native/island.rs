@@ -537,8 +537,13 @@ impl Equations for Island {
         self.members.iter().zip(velocity).any(|(member, velocity)| member.turns_too_far(velocity))
     }
 
-    fn energy_made(&self, velocity: &Vec<Velocity>, impulses: &[Vector3<f64>]) -> f64 {
-        if self.joints.is_empty() { 0.0 } else { self.made(velocity, impulses) }
+    fn energy_made(
+        &self,
+        velocity: &Vec<Velocity>,
+        impulses: &[Vector3<f64>],
+        points: &[Vector3<f64>],
+    ) -> f64 {
+        if self.joints.is_empty() { 0.0 } else { self.made(velocity, impulses, points) }
     }
 
     fn motion_residual(

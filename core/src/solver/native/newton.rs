@@ -226,23 +226,29 @@ impl<E: Equations> Newton<E> {
         let merit = evaluate_again(equations, &NaturalMap::EXACT, iterate);
         // Any multiple of the compliance leaves the same part of the impulses where it is; the less of it, the more do these feel
         // of rounding, so that what settles would not come to rest.
-        let settles = equations.setting().unsettled <= SETTLING;
+        // That of the law itself, with which the matrix is factorised, goes first, where nothing gives more than it.
+        let setting = equations.setting();
+        let settles = setting.unsettled <= SETTLING;
         let part = if settles { 1.0 } else { equations.policy().limit_compliance };
-        let matrix = map.compliance * part;
+        let first = if setting.all_give_alike { 1.0 } else { part };
+        let matrix = (map.compliance * first, map.compliance * part);
         self.correct(equations, (matrix, limit(equations)), (merit, iterate), effort)
     }
 
     /// Moves a point near a solution of the law without compliance there, where the pieces are those found last, with
-    /// the compliance `matrix` in the Newton matrix, until a residual of `limit`. Returns the residual.
+    /// the compliance `matrix` in the Newton matrix, and the second one from where the first is slow, until a residual of
+    /// `limit`. Returns the residual.
     fn correct(
         &mut self,
         equations: &E,
-        (matrix, limit): (f64, f64),
+        ((mut matrix, least), limit): ((f64, f64), f64),
         (mut merit, iterate): (Residual, &mut Iterate<E>),
         effort: &mut Effort<'_>,
     ) -> f64 {
         let alike = equations.setting().all_give_alike;
-        for _ in 0..if alike { CORRECTIONS } else { ROLLING_CORRECTIONS } {
+        let enough = self::limit(equations);
+        let mut left = if alike { CORRECTIONS } else { ROLLING_CORRECTIONS };
+        while left > 0 {
             if merit.largest <= limit || !effort.spend() {
                 break;
             }
@@ -253,8 +259,14 @@ impl<E: Equations> Newton<E> {
             let corrected = evaluate(equations, &NaturalMap::EXACT, &mut self.trial);
             let good = keeps(equations, merit.largest, corrected.largest);
             let were_kept = std::mem::replace(&mut self.kept.are_good, good);
+            let changes = matrix > least && !good;
+            if changes {
+                matrix = least;
+            } else if !good {
+                left -= 1;
+            }
             if corrected.largest >= merit.largest {
-                if were_kept {
+                if (were_kept || changes) && merit.largest > enough {
                     continue;
                 }
                 break;
@@ -287,7 +299,7 @@ impl<E: Equations> Newton<E> {
         self.find_pieces(equations, &map, iterate);
         // Kept factors gain a digit or two a step, where Newton's method doubles them: not the first below the limit.
         let limit = KEPT_FACTORS * limit(equations);
-        self.correct(equations, (matrix, limit), (merit, iterate), effort)
+        self.correct(equations, ((matrix, matrix), limit), (merit, iterate), effort)
     }
 
     /// The pieces that `law`, which must be the one evaluated last, puts the contacts on.

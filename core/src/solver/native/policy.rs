@@ -2,7 +2,7 @@
 //! other, in one place.
 
 use super::starts::Start;
-use super::tolerances::{BUDGET, BUDGET_TOGETHER, Tolerances};
+use super::tolerances::{BUDGET, BUDGET_TOGETHER, FIRST_EFFORT, Tolerances};
 
 /// What depends on how many bodies there are.
 #[derive(Debug)]
@@ -14,6 +14,10 @@ pub(super) struct Policy {
     scattered: u32,
     /// Iterations that an island may take in a step.
     pub(super) budget: u32,
+    /// Iterations that every start but the scattered ones may take before all of them are tried again with whatever is left of the
+    /// budget; [`u32::MAX`] where they are tried once. Where one start leads to a solution in no time, another one may not
+    /// for thousands.
+    pub(super) first_effort: u32,
     /// Whether forces that change hands among many contacts are sought by sweeps first: among several
     /// bodies these are too slow to help.
     pub(super) sweeps_first: bool,
@@ -32,8 +36,8 @@ pub(super) struct Policy {
     /// Whether a factorised matrix is kept for further steps as long as they shrink the residual by much: what joints tie
     /// moves smoothly.
     pub(super) keeps_factors: bool,
-    /// ε in the matrix on the way to the limit of vanishing compliance, in parts of the law's own: each correction shrinks what is
-    /// left to about that part of what the own responses of light bodies are to those of all that they carry.
+    /// ε in the matrix on the way to the limit of vanishing compliance where the law's own is slow, in parts of that: each correction
+    /// shrinks what is left to about that part of what the own responses of light bodies are to those of all that they carry.
     pub(super) limit_compliance: f64,
     /// Whether any solution will do, also one that compliance did not select.
     pub(super) takes_any: bool,
@@ -58,6 +62,7 @@ static ALONE: Policy = Policy {
     starts_of_crowds: &[],
     scattered: 1024,
     budget: BUDGET,
+    first_effort: u32::MAX,
     sweeps_first: true,
     takes_out_first: false,
     keeps_best: false,
@@ -105,6 +110,7 @@ const TOGETHER: Policy = Policy {
     ],
     scattered: 16,
     budget: BUDGET_TOGETHER,
+    first_effort: u32::MAX,
     sweeps_first: false,
     takes_out_first: true,
     keeps_best: true,
@@ -122,6 +128,7 @@ static SEVERAL: Policy = TOGETHER;
 /// the same, by less than what a heap may leave.
 /// What joints hold is not shared in many ways, and old reactions of light hinges lead astray.
 static TIED: Policy = Policy {
+    first_effort: FIRST_EFFORT,
     repeats_exactly: true,
     keeps_factors: true,
     limit_compliance: 0.01,

@@ -156,7 +156,7 @@ impl Equations for Single {
         self.body.turns_too_far(velocity)
     }
 
-    fn energy_made(&self, _: &Velocity, _: &[Vector3<f64>]) -> f64 {
+    fn energy_made(&self, _: &Velocity, _: &[Vector3<f64>], _: &[Vector3<f64>]) -> f64 {
         0.0
     }
 

@@ -32,8 +32,13 @@ impl Source {
 impl Island {
     /// How much more energy an island ends with than forces from outside, drives and surfaces
     /// have put into it, in parts of what it has, where it is a large part: (32), with (J6), on the mean of the velocities
-    /// before and after, over the mass M.
-    pub(super) fn made(&self, velocity: &Vec<Velocity>, impulses: &[Vector3<f64>]) -> f64 {
+    /// before and after, over the mass M. `points` are u of every coupling after.
+    pub(super) fn made(
+        &self,
+        velocity: &Vec<Velocity>,
+        impulses: &[Vector3<f64>],
+        points: &[Vector3<f64>],
+    ) -> f64 {
         let (mut gained, mut kinetic, mut least) = (0.0, 0.0, 0.0);
         for (member, velocity) in self.members.iter().zip(velocity) {
             let [before, after] = [member.old(), velocity].map(|velocity| member.energy(velocity));
@@ -51,7 +56,7 @@ impl Island {
                 }
                 Source::Drives([false, false, false]) => 0.0,
                 Source::Drives(rows) => {
-                    let u = self.point(index, velocity) - self.point(index, &self.back);
+                    let u = points[index] - self.point(index, &self.back);
                     let (u, p) =
                         (coupling.rows.frame.tr_mul(&u), coupling.rows.frame.tr_mul(impulse));
                     let on = |u: &Vector3<f64>| -> f64 {

@@ -8,7 +8,7 @@ use super::super::equations::{Slope, Velocity};
 use super::super::law::{Axes, Law};
 use super::super::pair_motion::{PairSlope, stacked};
 use super::{Both, GearRow, Island, Kind, Link, Source};
-use crate::joint::{Axis, AxisStart, Drive, GearAxis, Graph, JointAxis};
+use crate::joint::{Axis, AxisStart, Drive, GearAxis, JointAxis};
 use crate::step::{Step, StepSolution};
 use nalgebra::{Matrix3, RowVector6, Vector3, Vector6};
 
@@ -164,7 +164,7 @@ impl Island {
             })
             .sum();
         let idle = Axis::Free(Drive::NONE).graph(&AxisStart::default(), 1.0, (1.0, 1.0));
-        let axes = Axes::new(&mut self.setting.graphs, [Graph::locked(), idle, idle]);
+        let axes = Axes::new(&mut self.setting.graphs, |k| (k > 0).then_some(idle));
         let kind = Kind::Gear(self.gears.len());
         let a = self.links[parts[0].0].a;
         self.links.push(Link { a, kind, b: None, source: Source::Drives([false; 3]) });

@@ -73,8 +73,8 @@ impl Island {
         });
         response += member.response(&torque_map, &frame, true);
         let (h, unit) = (self.time_step, self.mass);
-        let graph = |k: usize| joint.linear()[k].graph(&starts[k], h, (1.0, unit));
-        let axes = Axes::new(&mut self.setting.graphs, [graph(0), graph(1), graph(2)]);
+        let graph = |k: usize| joint.linear()[k].free_graph(&starts[k], h, (1.0, unit));
+        let axes = Axes::new(&mut self.setting.graphs, graph);
         let offset = Vector3::from_fn(|k, _| joint.linear()[k].offset(starts[k].coordinate, h));
         let source = Source::of(joint.linear(), joint.moves());
         self.links.push(Link { a, kind: Kind::Point, b, source });
@@ -106,9 +106,9 @@ impl Island {
         for k in (0..2).filter(|k| joint.angular()[*k].is_idle()) {
             response[k] = response[2];
         }
-        let graph = |k: usize| joint.angular()[k].graph(&starts[k], h, (length, self.mass));
-        let own = [graph(0), graph(1), graph(2)];
-        let axes = Axes::new(&mut self.setting.graphs, own);
+        let scale = (length, self.mass);
+        let graph = |k: usize| joint.angular()[k].free_graph(&starts[k], h, scale);
+        let axes = Axes::new(&mut self.setting.graphs, graph);
         self.turns.push(turn);
         let source = Source::of(joint.angular(), joint.moves());
         let kind = Kind::Turn(self.turns.len() - 1);

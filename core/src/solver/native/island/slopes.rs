@@ -145,6 +145,27 @@ impl Island {
         }
     }
 
+    /// Adds to the matrix what the gain D of a turn makes of them (N12): torques alone, by spins alone.
+    fn add_turning_gain(
+        &self,
+        of: (&Link, &Coupling),
+        (gain, slope): (&Gain, &PairSlope),
+        blocks: &mut BlockSystem,
+    ) {
+        for (column, slope) in std::iter::once(&slope.a).chain(slope.b.as_ref()) {
+            let by_spin = slope.fixed_columns::<3>(3);
+            let gained = match gain {
+                Gain::Zero => continue,
+                Gain::Spring(stiffness) => by_spin * -stiffness,
+                Gain::Full(gain) => gain * by_spin,
+            };
+            for (row, share, torque_map) in self.sides(of) {
+                let turning = torque_map * (gained * -share);
+                blocks.add_turning(&self.pattern, (row, *column), &turning);
+            }
+        }
+    }
+
     /// Adds to the matrix what its gain D makes of them (N12).
     pub(super) fn add_gain(
         &self,
@@ -166,7 +187,9 @@ impl Island {
             }
             (IslandSlope::Gear(_), _) => return,
         };
-        let pushes = of.0.pushes();
+        if !of.0.pushes() {
+            return self.add_turning_gain(of, (&answer.gain, slope), blocks);
+        }
         for (column, slope) in std::iter::once(&slope.a).chain(slope.b.as_ref()) {
             let gained = match &answer.gain {
                 Gain::Zero => continue,
@@ -176,8 +199,7 @@ impl Island {
             for (row, share, torque_map) in self.sides(of) {
                 let linear = gained * -share;
                 let turning = torque_map * linear;
-                let rows = (pushes.then_some(&linear), &turning);
-                blocks.add_rows(&self.pattern, (row, *column), rows);
+                blocks.add_rows(&self.pattern, (row, *column), (&linear, &turning));
             }
         }
     }

@@ -11,18 +11,29 @@ use nalgebra::{Matrix3, Vector3};
 /// Three rows, each under a graph.
 #[derive(Debug, Clone, Copy)]
 pub(in super::super) struct Axes {
-    /// The place of the first of its graphs among those of the step.
-    first: u32,
+    /// The place of the graph of each row that is not locked among those of the step.
+    places: [u32; 3],
     /// Which of them are locked.
     locked: [bool; 3],
 }
 
+static LOCKED: Graph = Graph::locked();
+
 impl Axes {
-    /// Those of three graphs, which join the `graphs` of a step.
-    pub(in super::super) fn new(graphs: &mut Vec<Graph>, own: [Graph; 3]) -> Self {
-        let (first, locked) = (graphs.len(), own.each_ref().map(Graph::is_locked));
-        graphs.extend(own);
-        Self { first: first as u32, locked }
+    /// Those of three graphs, `None` of a row that is locked; the others join the `graphs` of a step.
+    pub(in super::super) fn new(
+        graphs: &mut Vec<Graph>,
+        own: impl Fn(usize) -> Option<Graph>,
+    ) -> Self {
+        let mut axes = Self { places: [0; 3], locked: [true; 3] };
+        for k in 0..3 {
+            if let Some(graph) = own(k) {
+                axes.locked[k] = graph.is_locked();
+                axes.places[k] = graphs.len() as u32;
+                graphs.push(graph);
+            }
+        }
+        axes
     }
 
     /// A piece of the graph of row k.
@@ -32,7 +43,7 @@ impl Axes {
 
     /// That of row k.
     fn of<'a>(&self, graphs: &'a [Graph], k: usize) -> &'a Graph {
-        &graphs[self.first as usize + k]
+        if self.locked[k] { &LOCKED } else { &graphs[self.places[k] as usize] }
     }
 
     /// Whether all of them are locked.

@@ -104,7 +104,7 @@ impl LinearPoint {
         const ITERATIONS: u32 = 20;
         let map = NaturalMap::with_compliance(compliance);
         let mut effort = Effort::new(step, view.bodies.len(), view.contacts.len());
-        effort.begin_start();
+        effort.begin_start(u32::MAX);
         let tolerances = island.tolerances();
         let until = Until { iterations: ITERATIONS, residual: tolerances.rounding };
         let Self { newton, iterate, .. } = self;

@@ -69,7 +69,7 @@ pub(crate) fn solve(
 }
 
 /// Velocities of nodes.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct Motion {
     /// By their places in the plan.
     numbers: Vec<f64>,
@@ -232,7 +232,7 @@ impl Equations for Posed {
         false
     }
 
-    fn energy_made(&self, _: &Motion, _: &[Vector3<f64>]) -> f64 {
+    fn energy_made(&self, _: &Motion, _: &[Vector3<f64>], _: &[Vector3<f64>]) -> f64 {
         0.0
     }
 
