@@ -1,7 +1,7 @@
 //! Many steps of random mechanisms: nearly all are certified, and none makes energy without a mark.
 
-use crate::random::{Numbers, mechanism, smooth};
-use crate::{error, made};
+use super::random::{Numbers, mechanism, smooth};
+use super::{error, made};
 use tumble::joint::{Axis, Drive, Joint};
 use tumble::mechanics::State;
 use tumble::simulation::{Motion, Simulation, StepRecord};

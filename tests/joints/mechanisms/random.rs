@@ -1,7 +1,7 @@
 //! Mechanisms at random: trees, trees with a loop, and closed loops that move although they are held too often, turned out of the
 //! world's axes; driven hard, swung and dropped.
 
-use crate::{at_rest, frames, laid, parameters, rod};
+use super::{at_rest, frames, laid, parameters, rod};
 use nalgebra::{Matrix4, Vector3, Vector4};
 use std::f64::consts::{PI, TAU};
 use tumble::geometry::Piece;
