@@ -136,8 +136,8 @@ pub fn hull(points: impl Iterator<Item = [f64; 3]>) -> Result<Hulled, String> {
 
 /// Fewer points than this have no hull that is too large.
 const LEAST_REDUCED: usize = 1000;
-/// The corners that a reduced hull may have before it is good enough as it is.
-const MOST_CORNERS: usize = 400;
+/// The most corners of a reduced hull: a link may have several, and 1000 corners in all.
+const MOST_CORNERS: usize = 200;
 /// What may be outside of a reduced hull's planes, in parts of its extent.
 const OUTSIDE: f64 = 1e-3;
 
@@ -172,8 +172,10 @@ fn reduced(points: &[Vector3<f64>]) -> Result<(Piece, f64), Error> {
         if outside <= allowed || chosen.len() >= MOST_CORNERS {
             return Ok((piece, outside));
         }
-        let taken = farthest.iter().filter(|(height, _)| *height > allowed);
-        chosen.extend(taken.filter_map(|(_, point)| *point));
+        farthest.retain(|(height, _)| *height > allowed);
+        farthest.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let room = MOST_CORNERS - chosen.len();
+        chosen.extend(farthest.iter().take(room).filter_map(|(_, point)| *point));
     }
 }
 

@@ -9,7 +9,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 #[test]
-fn an_output_directory_that_cannot_be_made_ends_with_code_1() {
+fn an_output_directory_that_cannot_be_made_is_bad_input() {
     let directory = tempfile::tempdir().unwrap();
     let file = directory.path().join("file");
     fs::write(&file, "kept").unwrap();
@@ -20,7 +20,7 @@ fn an_output_directory_that_cannot_be_made_ends_with_code_1() {
     }
     for place in places {
         let end = run(&["--steps", "5", "--out", place.to_str().unwrap()]);
-        end.assert_refused(1, &[place.to_str().unwrap()]);
+        end.assert_refused(2, &[place.to_str().unwrap(), "--out"]);
     }
     assert_eq!(everything_in(directory.path()), [PathBuf::from("file")]);
     assert_eq!(fs::read_to_string(&file).unwrap(), "kept");

@@ -2,9 +2,7 @@
 //! Ipopt does not solve.
 #![cfg(unix)]
 
-use crate::support;
-
-use crate::support::{FAILING_RUN, PROGRAM, Simulated, everything_in, run, simulate};
+use crate::support::{self, FAILING_RUN, PROGRAM, Simulated, everything_in, run, simulate};
 use serde_json::{Value, json};
 use std::fs::{self, File};
 use std::path::PathBuf;
@@ -71,6 +69,19 @@ impl Running {
             assert_eq!(child.try_wait().unwrap(), None, "the run has ended");
             let files = fs::read_dir(&out).into_iter().flatten().flatten();
             files.filter_map(|file| Some(file.metadata().ok()?.len())).any(|size| size >= bytes)
+        });
+    }
+
+    /// Waits until the program itself takes signals, as it does before it reads or draws anything.
+    fn wait_for_handlers(&mut self) {
+        let status = format!("/proc/{}/status", self.child.id());
+        self.wait(|_| {
+            let status = fs::read_to_string(&status).unwrap_or_default();
+            let caught = status.lines().find_map(|line| line.strip_prefix("SigCgt:"));
+            let caught = caught.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
+            // HUP, INT and TERM have the numbers 1, 2 and 15.
+            let asked = 1 | 1 << 1 | 1 << 14;
+            caught.is_some_and(|mask| mask & asked == asked)
         });
     }
 
@@ -262,9 +273,10 @@ fn a_signal_ends_a_picture_at_once_and_leaves_nothing() {
             let mut command = program();
             command.args(args).arg(&csv).stdout(Stdio::piped()).stderr(Stdio::piped());
             let directory = tempfile::tempdir().unwrap();
-            let running = Running { child: command.spawn().unwrap(), directory };
+            let mut running = Running { child: command.spawn().unwrap(), directory };
+            running.wait_for_handlers();
             // Into the reading, and for the GIF into the drawing.
-            sleep(Duration::from_millis(if args[0] == "gif" { 2000 } else { 60 }));
+            sleep(Duration::from_millis(if args[0] == "gif" { 2000 } else { 30 }));
             running.send(signal);
             let (run, took) = running.end();
             let said = (run.end.code, run.end.stdout.as_str(), run.end.stderr.as_str());

@@ -201,7 +201,7 @@ fn what_cannot_be_read_or_written_is_one_sentence() {
 
     let occupied = simulated.path("occupied");
     fs::write(&occupied, "").unwrap();
-    plot(&file, &["--out", occupied.to_str().unwrap()]).assert_refused(1, &["occupied"]);
+    plot(&file, &["--out", occupied.to_str().unwrap()]).assert_refused(2, &["occupied"]);
     fs::create_dir(simulated.path("plot.svg")).unwrap();
     plot(&file, &[]).assert_refused(1, &["plot.svg", "is a directory"]);
 

@@ -22,8 +22,6 @@ mod selection;
 mod several_bodies;
 mod starts;
 mod symmetric;
-#[path = "../common/symmetry.rs"]
-mod symmetry;
 mod take_back;
 #[path = "../common/toss.rs"]
 mod toss;

@@ -1,7 +1,7 @@
 //! Piles that stand in no file of the repository: other seeds and other shapes, how many of their steps
 //! are certified, and steps that are turned, mirrored and renumbered.
 
-use crate::symmetry::{mirrored, turned};
+use crate::common::symmetry::{mirrored, turned};
 use nalgebra::{Vector3, Vector4};
 use tumble::contact::{Contact, Partner, Plane};
 use tumble::error::Error;

@@ -188,10 +188,11 @@ impl Seen {
                 let torque = to_body * torque;
                 torque.dot(&(of.inertia_inverse() * torque))
             };
-            for k in 0..3 {
+            let [places, turns] = &mut responses;
+            for (k, (place, turn)) in places.iter_mut().zip(turns.iter_mut()).enumerate() {
                 let across = lever.cross(&axes.column(k));
-                responses[0][k] += unit * (1.0 / of.mass() + yields(across));
-                responses[1][k] += unit * yields(about.column(k).into_owned());
+                *place += unit * (1.0 / of.mass() + yields(across));
+                *turn += unit * yields(about.column(k).into_owned());
             }
         }
         // A direction in which nothing can turn has no scale.
