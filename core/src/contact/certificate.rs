@@ -179,10 +179,13 @@ impl Certifier {
         forces: impl IntoIterator<Item = Vector3<f64>>,
         rest: &[bool],
     ) -> Certificate {
-        let h = world.time_step();
         if !claim.is_of(world) {
             self.rested.clear();
             return Certificate::UNKNOWN;
+        }
+        if rest.is_empty() {
+            self.rested.clear();
+            return self.judge::<false>(world, claim, forces, (rest, false));
         }
         let is_known = self.rested == rest;
         if !is_known {
@@ -190,7 +193,19 @@ impl Certifier {
             self.rested.extend_from_slice(rest);
             self.of_rested = Certificate::default();
         }
-        let rests = |body: usize| rest.get(body).is_some_and(|rests| *rests);
+        self.judge::<true>(world, claim, forces, (rest, is_known))
+    }
+
+    /// What a claim is worth, beside the bodies that `rest` if any do: what is known of those is left as it is.
+    fn judge<const SOME_REST: bool>(
+        &mut self,
+        world: &World,
+        claim: &Claim<'_>,
+        forces: impl IntoIterator<Item = Vector3<f64>>,
+        (rest, is_known): (&[bool], bool),
+    ) -> Certificate {
+        let h = world.time_step();
+        let rests = |body: usize| SOME_REST && rest.get(body).is_some_and(|rests| *rests);
         self.begin(claim, |body| is_known && rests(body));
         let mut both = [Certificate::default(), self.of_rested];
         for (contact, force) in claim.contacts.iter().zip(forces) {
@@ -250,6 +265,9 @@ impl Certifier {
             certificate.penetration = largest(certificate.penetration, depth / h);
         }
         let [moving, resting] = both;
+        if !SOME_REST {
+            return moving;
+        }
         self.of_rested = resting;
         moving.joined(&resting)
     }
