@@ -5,6 +5,7 @@
 
 use nalgebra::{Matrix4, Rotation3, Unit, Vector3, Vector4};
 use roxmltree::{Document, Node, ParsingOptions};
+use std::collections::HashMap;
 
 /// More elements than this are refused.
 const MOST_ELEMENTS: u32 = 200_000;
@@ -26,7 +27,8 @@ pub fn points(text: &str) -> Result<Vec<Vector3<f64>>, String> {
     let unit = below(root, "asset").and_then(|asset| below(asset, "unit"));
     let meter = unit.and_then(|unit| unit.attribute("meter"));
     let meter = meter.map_or(Ok(1.0), |meter| number(meter.trim()))?;
-    let mut reader = Reader { document: &document, points: Vec::new(), nodes: 0 };
+    let named = root.descendants().filter_map(|node| Some((node.attribute("id")?, node)));
+    let mut reader = Reader { named: named.collect(), points: Vec::new(), nodes: 0 };
     let scale = Matrix4::new_scaling(meter);
     let shown = below(root, "scene").and_then(|scene| below(scene, "instance_visual_scene"));
     match shown.map(|shown| reader.named(shown, "visual_scene")).transpose()? {
@@ -86,7 +88,8 @@ fn exactly<const N: usize>(node: Node<'_, '_>) -> Result<[f64; N], String> {
 }
 
 struct Reader<'a> {
-    document: &'a Document<'a>,
+    /// Elements by their identifiers.
+    named: HashMap<&'a str, Node<'a, 'a>>,
     points: Vec<Vector3<f64>>,
     /// Nodes that were followed.
     nodes: usize,
@@ -97,8 +100,7 @@ impl<'a> Reader<'a> {
     fn named(&self, by: Node<'a, 'a>, tag: &str) -> Result<Node<'a, 'a>, String> {
         let said = by.attribute("url").or_else(|| by.attribute("source")).unwrap_or("");
         let id = said.strip_prefix('#').unwrap_or(said);
-        let mut all = self.document.descendants();
-        let found = all.find(|node| node.has_tag_name_of(tag) && node.attribute("id") == Some(id));
+        let found = self.named.get(id).copied().filter(|node| node.has_tag_name_of(tag));
         found.ok_or_else(|| format!("there is no <{tag}> {:?}", crate::scenario::shown::line(id)))
     }
 

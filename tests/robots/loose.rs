@@ -254,6 +254,11 @@ fn the_points_of_collada_are_where_its_nodes_put_them() {
         ("<rotate>0 0 1 90", "<rotate>0 0 1", "3 numbers are given, and 4 needed"),
         ("0.01", "NaN", "\"NaN\" is no number"),
         ("<translate>0 0 50</translate>", "<skew>1 2</skew>", "<skew> is not supported"),
+        (
+            "<node><translate>",
+            "<node id='ring'><instance_node url='#ring'/><instance_node url='#ring'/><translate>",
+            "more than 50 deep",
+        ),
         ("</COLLADA>", "", "no XML"),
         ("COLLADA", "SCENE", "it is no Collada file"),
     ] {
