@@ -50,7 +50,7 @@ use bounce::Bounce;
 use one_step::{contact_step, floating_step};
 #[cfg(feature = "save")]
 use std::cell::OnceCell;
-use std::mem::swap;
+use std::mem::{swap, take};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -415,10 +415,15 @@ impl<'a> Simulation<'a> {
         self.scratch.candidates.hand_over(&mut record.contacts);
 
         // solution → now → before → long before; the oldest one's memory is used again.
-        let oldest = self.long_before.take().unwrap_or_default();
-        let solution = std::mem::replace(&mut self.scratch.solution, oldest);
-        let now = std::mem::replace(&mut self.now, solution);
-        self.long_before = self.before.replace(now);
+        let last = &mut self.scratch.solution;
+        swap(&mut self.now, last);
+        for past in [&mut self.before, &mut self.long_before] {
+            let Some(past) = past else {
+                *past = Some(take(last));
+                break;
+            };
+            swap(past, last);
+        }
         self.taken_back = false;
         self.index += 1;
         self.note_rest(record);
