@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use tumble::contact::{Candidates, Plane};
 use tumble::error::Error;
 use tumble::mechanics::{Load, Polyline, RigidBody, Rotation, State, Wrench};
+use tumble::simulation::scene::{TutorialScene, tutorial_parameters};
 use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::solver::native::NativeSolver;
 use tumble::step::{Step, StepReport, StepSolution, StepSolver};
@@ -141,6 +142,24 @@ fn what_rests_is_solved_no_more() {
     let mut both = Both::new(0.0);
     both.steps(20);
     assert_eq!(both.steps(50), 0);
+}
+
+/// A cube that is thrown comes to rest; a push of less than its friction changes its forces and nothing else, a longer one moves it.
+#[test]
+fn one_body_that_lies_is_solved_no_more() {
+    let scene = TutorialScene::drop();
+    let world = World::new(tutorial_parameters().unwrap()).unwrap();
+    let mut both = Both::of(world, vec![scene.start(scene.attitude(42))]);
+    assert!(both.steps(1500) > 700);
+    assert_eq!(both.steps(50), 0);
+    let push = |x: f64| Wrench { force: Vector3::new(x, 0.0, 0.0), torque: Vector3::zeros() };
+    let place = both.resting.state().position;
+    for (force, moves) in [(10.0, false), (0.0, false), (200.0, true)] {
+        both.change(|run| run.set_wrench(0, push(force)).unwrap());
+        assert!(both.steps(20) > 0, "{force}");
+        let way = (both.resting.state().position - place).norm();
+        assert_eq!(way > 1e-3, moves, "{force}: {way:e}");
+    }
 }
 
 /// As long as something moves beside it, a wall is solved with it; then both rest.

@@ -50,7 +50,7 @@ use bounce::Bounce;
 use one_step::{contact_step, floating_step};
 #[cfg(feature = "save")]
 use std::cell::OnceCell;
-use std::mem::swap;
+use std::mem::{swap, take};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -366,10 +366,8 @@ impl<'a> Simulation<'a> {
             return Err(Error::Interrupted);
         }
         self.set_wrenches();
-        (record.squeeze, self.scratch.squeeze) = (None, None);
-        // Where no pieces can meet there is nothing to go back to, and nothing to rest on.
-        let meets = !self.scratch.candidates.memory().is_empty();
-        if meets && self.rest(record) {
+        self.scratch.squeeze = None;
+        if self.scratch.rest.is_known() && self.rest(record) {
             return Ok(());
         }
         self.driving.set(&mut self.world, &self.now.states, self.index);
@@ -382,11 +380,10 @@ impl<'a> Simulation<'a> {
             Motion::Contact { detection, solver } => {
                 let past = Past { now, before: before.as_ref() };
                 let (interrupt, solver) = (interrupt.as_deref(), solver.as_mut());
-                if meets {
-                    let Scratch { rest, candidates, wrenches, .. } = &mut *scratch;
-                    rest.begin((now, before.as_ref()), candidates.memory(), solver, wrenches);
-                }
-                let rewinds = meets && interrupt.is_some();
+                let Scratch { rest, candidates, wrenches, .. } = &mut *scratch;
+                rest.begin((now, before.as_ref()), candidates.memory(), solver, wrenches);
+                // Where no pieces can meet there is nothing to go back to.
+                let rewinds = interrupt.is_some() && !candidates.memory().is_empty();
                 if rewinds {
                     scratch.rewind.copy_from(scratch.candidates.memory());
                 }
@@ -418,14 +415,20 @@ impl<'a> Simulation<'a> {
         self.scratch.candidates.hand_over(&mut record.contacts);
 
         // solution → now → before → long before; the oldest one's memory is used again.
-        let oldest = self.long_before.take().unwrap_or_default();
-        let solution = std::mem::replace(&mut self.scratch.solution, oldest);
-        let now = std::mem::replace(&mut self.now, solution);
-        self.long_before = self.before.replace(now);
+        let last = &mut self.scratch.solution;
+        swap(&mut self.now, last);
+        for past in [&mut self.before, &mut self.long_before] {
+            let Some(past) = past else {
+                *past = Some(take(last));
+                break;
+            };
+            swap(past, last);
+        }
         self.taken_back = false;
         self.index += 1;
-        if meets {
-            self.note_rest(record);
+        self.note_rest(record);
+        // One body by itself is all that can rest.
+        if self.now.states.len() > 1 {
             self.note_islands(record);
         }
         Ok(())

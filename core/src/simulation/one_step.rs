@@ -66,7 +66,7 @@ pub(super) fn contact_step(
     let needs_contact = candidates.find(detection, world, states, free);
     rest.found(candidates.contacts().len());
     let (mut report, share, accepted) = if needs_contact {
-        solver.expect_rest(rest.bodies());
+        rest.tell(solver);
         let mut checked = Checked(solver);
         let (report, share) = bounce.solve(&step, &mut checked, candidates, solution)?;
         rest.keep(|body| solver.rested(body));

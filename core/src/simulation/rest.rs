@@ -33,6 +33,8 @@ pub(super) struct Rest {
     repeats: bool,
     /// The bodies for whose islands the step at hand is the last one again, and after it those that were left so.
     bodies: Vec<bool>,
+    /// Whether the solver knows that none rests.
+    none_told: bool,
     /// What acted on the bodies in the last step.
     loads: Vec<Wrench>,
     /// How many contacts the step at hand began with.
@@ -58,14 +60,30 @@ struct Came {
 impl Rest {
     /// Something is changed from outside: the next step is another one.
     pub(super) fn end(&mut self) {
-        (self.last, self.begins) = (None, false);
+        (self.last, self.begins, self.none_told) = (None, false, false);
         self.bodies.clear();
         self.loads.clear();
+    }
+
+    /// Whether the step to come may be the last one again.
+    #[inline]
+    pub(super) fn is_known(&self) -> bool {
+        self.last.is_some()
     }
 
     /// The bodies of islands that rest; none at all where none does.
     pub(super) fn bodies(&self) -> &[bool] {
         &self.bodies
+    }
+
+    /// Tells a solver which bodies rest, if some do or did.
+    #[inline]
+    pub(super) fn tell(&mut self, solver: &mut dyn StepSolver) {
+        let none = self.bodies.is_empty();
+        if !(none && self.none_told) {
+            solver.expect_rest(&self.bodies);
+            self.none_told = none;
+        }
     }
 
     /// Notes how many contacts a step begins with.
@@ -74,7 +92,11 @@ impl Rest {
     }
 
     /// Leaves those out that the solver did not leave as they were.
+    #[inline]
     pub(super) fn keep(&mut self, rested: impl Fn(usize) -> bool) {
+        if self.bodies.is_empty() {
+            return;
+        }
         self.bodies.iter_mut().enumerate().for_each(|(body, rests)| *rests &= rested(body));
         if !self.bodies.contains(&true) {
             self.bodies.clear();
@@ -110,8 +132,9 @@ impl Rest {
         wrenches: &[Wrench],
     ) {
         self.last = None;
-        let repeats = before.is_some_and(|before| is_same(now, before));
-        self.repeats = solver.repeats();
+        let repeats = before.is_some_and(|before| !moves(now, before) && is_same(now, before));
+        // One body by itself is all that can rest.
+        self.repeats = (repeats || wrenches.len() > 1) && solver.repeats();
         self.begins = repeats && self.repeats;
         self.wake(wrenches);
         if self.begins {
@@ -131,6 +154,7 @@ impl Simulation<'_> {
             return false;
         }
         record.index = self.index;
+        record.squeeze = None;
         record.report = came.report;
         record.certificate = came.certificate;
         record.restitution_share = came.restitution_share;
@@ -258,7 +282,15 @@ fn bits_of_wrench(wrench: &Wrench) -> [Bits; 2] {
     [wrench.force, wrench.torque].map(bits_of)
 }
 
+/// Whether the first body has other velocities in two solutions, which says at once that they are not the same.
+#[inline]
+fn moves(one: &StepSolution, other: &StepSolution) -> bool {
+    let of_first = |solution: &StepSolution| solution.states.first().map(|s| bits_of(s.velocity));
+    of_first(one) != of_first(other)
+}
+
 /// Whether two solutions are the same to the last bit, also in the sign of what is zero.
+#[inline(never)]
 fn is_same(one: &StepSolution, other: &StepSolution) -> bool {
     one.states.iter().map(of_state).eq(other.states.iter().map(of_state))
         && one.contacts.iter().map(of_contact).eq(other.contacts.iter().map(of_contact))
