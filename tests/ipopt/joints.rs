@@ -4,7 +4,6 @@ use nalgebra::{Vector3, Vector4};
 use tumble::contact::certificate::{Certifier, Claim};
 use tumble::contact::{Candidates, Plane};
 use tumble::joint::{Drive, Gear, GearAxis, Joint, JointAxis, JointFrame, Motor};
-use tumble::mechanics::quaternion::rotation;
 use tumble::mechanics::{RigidBody, Rotation, State, Wrench};
 use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::solver::ipopt::{Formulation, IpoptSolver, LADDER_RESIDUAL, Ladder, Rung};
@@ -43,11 +42,6 @@ fn at(position: [f64; 3], angle: f64) -> State {
 /// About the y axis.
 fn hinge(anchor: [f64; 3]) -> JointFrame {
     JointFrame::along(anchor.into(), Vector3::y()).unwrap()
-}
-
-/// Where the end of a bar of half length `half` is.
-fn end(state: &State, half: f64) -> Vector3<f64> {
-    state.position + rotation(&state.attitude) * Vector3::new(half, 0.0, 0.0)
 }
 
 fn with_limits(low: f64, high: f64) -> Drive {
@@ -178,18 +172,22 @@ fn gear_and_ball() -> Scene {
     Scene { name: "gear and ball", world, starts }
 }
 
-/// Two boxes on a hinge between them that fall on the ground: corners that touch it beside each other would tell their turns apart by
-/// as little as they are apart.
-fn hinged_boxes() -> Scene {
-    let bodies = vec![bar(1.0, [0.2, 0.1, 0.05]), bar(1.0, [0.2, 0.1, 0.05])];
-    let drive = Drive { friction: 0.3, ..with_limits(-1.0, 1.0) };
-    let joint =
-        Joint::revolute(1, Some(0), [hinge([-0.25, 0.0, 0.0]), hinge([0.25, 0.0, 0.0])], drive);
-    let first = at([0.0, 0.0, 0.2], -0.3);
-    let tip = end(&first, 0.25);
-    let second = at([tip[0] + 0.25 * 0.4_f64.cos(), 0.0, tip[2] - 0.25 * 0.4_f64.sin()], 0.4);
-    let world = world(bodies, Some(Plane::level()), vec![joint]);
-    Scene { name: "hinged boxes", world, starts: vec![first, second] }
+/// A flap on a hinge with friction that falls on the ground, with a slide hanging from it.
+fn flap() -> Scene {
+    let bodies = vec![bar(1.0, [0.25, 0.1, 0.02]), bar(0.2, [0.03, 0.03, 0.03])];
+    let frames = [hinge([-0.25, 0.0, 0.0]), hinge([0.0, 0.0, 0.12])];
+    let along = |anchor: [f64; 3]| JointFrame::along(anchor.into(), Vector3::x()).unwrap();
+    let joints = vec![
+        Joint::revolute(0, None, frames, Drive { friction: 0.2, ..Drive::NONE }),
+        Joint::prismatic(
+            1,
+            Some(0),
+            [along([0.0; 3]), along([0.0, 0.0, 0.06])],
+            with_limits(-0.1, 0.01),
+        ),
+    ];
+    let starts = vec![at([0.25, 0.0, 0.12], 0.0), at([0.25, 0.0, 0.18], 0.0)];
+    Scene { name: "flap", world: world(bodies, Some(Plane::level()), joints), starts }
 }
 
 fn scenes() -> Vec<Scene> {
@@ -199,7 +197,7 @@ fn scenes() -> Vec<Scene> {
         hinges_with_friction(),
         four_bars(),
         gear_and_ball(),
-        hinged_boxes(),
+        flap(),
     ]
 }
 
@@ -326,9 +324,10 @@ fn friction_holds_an_arm_by_its_weight() {
     let last = &records[39];
     let residuals: f64 = records.iter().map(|record| record.certificate.residual()).sum();
     let moved = (last.solution.states[0].position - scene.starts[0].position).amax();
-    // The row of the hinge is the speed at ℓ from it, that of the arm's middle is at 0.25 m.
+    // The row of the hinge is the speed at ℓ from it, the arm's middle is 0.25 m from it; and its motion may be missed by as much.
     let lever = 0.25 / scene.world.joints()[0].length(scene.world.bodies());
-    assert!(moved <= H * lever * residuals + 1e-14, "{moved:e}, {residuals:e}");
+    let allowed = H * (1.0 + lever) * residuals + 1e-14;
+    assert!(moved <= allowed, "{moved:e}, {allowed:e} allowed");
     let torque = last.solution.joints[0].torque[2].abs();
     let inertia = (0.25_f64.powi(2) * 4.0 + 0.02_f64.powi(2)) / 3.0;
     let allowed = 4.0 * inertia / (0.25 * H) * residuals + 1e-12;
@@ -341,7 +340,7 @@ fn friction_holds_an_arm_by_its_weight() {
 /// Points of the tutorial's own program have no joints: it refuses them, in one sentence.
 #[test]
 fn the_tutorials_program_refuses_joints() {
-    let scene = hinged_boxes();
+    let scene = flap();
     let options = IpoptSolver::options(1e-6, 300);
     let refused = IpoptSolver::new(&scene.world, Formulation::Clamped, options).err().unwrap();
     assert!(!refused.to_string().contains('\n'), "{refused}");

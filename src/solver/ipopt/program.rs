@@ -52,8 +52,9 @@ struct Scratch {
 }
 
 /// What a force of a joint costs that differs from that of the start, in squares of the program's unit of length: so little that
-/// slacks gain nothing by it (1e-6 N m a newton), and enough to decide what the rows leave open.
-const TIED_STIFFNESS: f64 = 1e-6;
+/// slacks gain next to nothing by it (with 1e-6 residuals of an arm that friction holds are fifty times what they are without), and enough to
+/// decide what the rows leave open.
+const TIED_STIFFNESS: f64 = 1e-8;
 
 /// How far a program holds on to the forces of the start.
 #[derive(Clone, Copy)]

@@ -56,14 +56,14 @@ struct About {
 }
 
 /// γ.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 enum Measure {
     /// 2 E_k.
     Aside(usize),
     /// 2 (E_x E_y + E_w E_z).
     Crossing,
     /// Σ w · arg, modulo 2π.
-    Angle([(f64, Arc); 2]),
+    Angle(Box<[(f64, Arc); 2]>),
 }
 
 /// An argument.
@@ -219,15 +219,16 @@ fn measure(joint: &Joint, k: usize, turns: &Vector3<f64>) -> Measure {
     let swung = pair([0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]);
     let sum = pair([1.0, 0.0, 0.0, 1.0], [0.0, 1.0, 1.0, 0.0]);
     let difference = pair([1.0, 0.0, 0.0, -1.0], [0.0, -1.0, 1.0, 0.0]);
-    let one = |weight: f64, arc: Arc| Measure::Angle([(weight, arc), (0.0, arc)]);
+    let both = |arcs: [(f64, Arc); 2]| Measure::Angle(Box::new(arcs));
+    let one = |weight: f64, arc: Arc| both([(weight, arc), (0.0, arc)]);
     match (joint.turning(), k) {
         (Turning::Hinge | Turning::Ball, 2) => one(2.0, Arc::Of(about)),
         (Turning::Ball, 0) => one(2.0, Arc::Between([about, swung])),
         (Turning::Gimbal | Turning::Universal, 0) => {
-            Measure::Angle([(1.0, Arc::Of(sum)), (-1.0, Arc::Of(difference))])
+            both([(1.0, Arc::Of(sum)), (-1.0, Arc::Of(difference))])
         }
         (Turning::Gimbal | Turning::Universal, 1) => {
-            Measure::Angle([(1.0, Arc::Of(sum)), (1.0, Arc::Of(difference))])
+            both([(1.0, Arc::Of(sum)), (1.0, Arc::Of(difference))])
         }
         (Turning::Gimbal, 2) => {
             // Of (α + π, β + π, π − γ), which are the same turn, γ runs the other way.
@@ -273,11 +274,11 @@ impl About {
 
     /// γ at E.
     fn bent(&self, e: &Vector4<f64>) -> Bent {
-        match self.measure {
+        match &self.measure {
             Measure::Aside(k) => {
                 let mut slope = Vector4::zeros();
-                slope[k] = 2.0;
-                Bent { value: 2.0 * e[k], slope, curvature: Matrix4::zeros() }
+                slope[*k] = 2.0;
+                Bent { value: 2.0 * e[*k], slope, curvature: Matrix4::zeros() }
             }
             Measure::Crossing => {
                 let slope = 2.0 * Vector4::new(e[3], e[2], e[1], e[0]);
@@ -287,11 +288,11 @@ impl About {
             Measure::Angle(arcs) => {
                 let mut sum =
                     Bent { value: 0.0, slope: Vector4::zeros(), curvature: Matrix4::zeros() };
-                for (weight, arc) in arcs.into_iter().filter(|(weight, _)| *weight != 0.0) {
+                for (weight, arc) in arcs.iter().filter(|(weight, _)| *weight != 0.0) {
                     let Bent { value, slope, curvature } = arc.bent(e);
                     sum.value += weight * value;
-                    sum.slope += slope * weight;
-                    sum.curvature += curvature * weight;
+                    sum.slope += slope * *weight;
+                    sum.curvature += curvature * *weight;
                 }
                 sum
             }
