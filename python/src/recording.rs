@@ -76,7 +76,8 @@ impl Recording {
         forces: Option<PyReadonlyArrayDyn<'_, f64>>,
     ) -> PyResult<Self> {
         let content = Arc::clone(&scene.content);
-        let streams = Streams { states, contacts: Some(contacts), steps, joints, gears };
+        let streams =
+            Streams { states, contacts: Some(contacts), steps, joints, gears, ends: None };
         let world = &content.world;
         let tied = (world.joints().len(), world.gears().len());
         let reader = TablesReader::new(streams, world.bodies().len(), tied);
@@ -220,13 +221,14 @@ impl Recording {
         let has_gears = !self.content.world.gears().is_empty();
         let joints = has_joints.then(Vec::new);
         let gears = has_gears.then(Vec::new);
-        let streams = Streams { states, contacts: Some(contacts), steps, joints, gears };
+        let streams =
+            Streams { states, contacts: Some(contacts), steps, joints, gears, ends: None };
         let tables: Result<_, Box<dyn std::error::Error + Send + Sync>> = py.detach(|| {
             let mut writer = TablesWriter::new(streams, &self.content.world)?;
             self.rows.iter().try_for_each(|row| writer.write_step(row))?;
             writer.finish().map_err(Into::into)
         });
-        let Streams { states, contacts, steps, joints, gears } = tables.map_err(refused)?;
+        let Streams { states, contacts, steps, joints, gears, .. } = tables.map_err(refused)?;
         let first = [Some(states), contacts, Some(steps)].into_iter().flatten();
         let tables = first.chain(joints).chain(gears);
         Ok(tables.map(|bytes| PyBytes::new(py, &bytes)).collect())

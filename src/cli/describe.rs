@@ -143,13 +143,13 @@ fn too_stiff(scene: &Scene, run: &Run) -> String {
         return String::new();
     }
     let mut text = "    in two steps running these were too stiff for h (h ω above 2), so that what they hold taut may \
-                    shake\n    itself to pieces; the time step given would do, with --every for as many rows\n"
+                    shake\n    itself to pieces; the time step given would do, which --substeps takes and keeps as many rows\n"
         .to_owned();
     for TautJoint { joint, stiffness, time_step_s } in joints.iter().take(MOST_NAMED) {
         let name = scene.joints.get(*joint).map_or("", |name| name);
         let _ = writeln!(
             text,
-            "    {:<12} h ω {stiffness:.1}: at most {time_step_s:.1e} s, {:.0} steps in place of one",
+            "    {:<12} h ω {stiffness:.1}: at most {time_step_s:.1e} s, --substeps {:.0}",
             shown::line(name),
             (h / time_step_s).ceil()
         );

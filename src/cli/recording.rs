@@ -84,6 +84,14 @@ impl Step {
         }
     }
 
+    /// X at step k+1, where the files have it beside the step; empty where the next one has it.
+    pub fn ends(&self) -> &[State] {
+        match self {
+            Self::Trajectory(_) => &[],
+            Self::Tables(step) => &step.ends,
+        }
+    }
+
     /// X at step k, one a body.
     pub fn states(&self) -> &[State] {
         match self {
@@ -149,6 +157,7 @@ impl<'a> Recording<'a> {
                 steps: table(path, Table::Steps)?,
                 joints: some(Table::Joints, world.joints().len())?,
                 gears: some(Table::Gears, world.gears().len())?,
+                ends: some(Table::Ends, 1)?,
             };
             let tied = (world.joints().len(), world.gears().len());
             let reader = TablesReader::of_some(streams, world.bodies().len(), tied);
@@ -233,7 +242,9 @@ impl<'a> Recording<'a> {
     fn check_states(&self, step: &Step) -> Result<(), Failure> {
         let Step::Tables(step) = step else { return Ok(()) };
         let names = self.run.iter().flat_map(RunFile::bodies);
-        for (name, state) in names.zip(&step.states) {
+        let names: Vec<_> = names.collect();
+        let named = |states| names.iter().zip(states);
+        for (name, state) in named(&step.states).chain(named(&step.ends)) {
             let why = |error| self.odd(&format!("step {}, {name}: {error}", step.row.index));
             state.checked().map_err(why)?;
         }
@@ -258,6 +269,11 @@ impl<'a> Recording<'a> {
                 bodies.len() - 1
             ))
         })
+    }
+
+    /// Whether its rows are those of the tutorial's table.
+    pub fn is_one_table(&self) -> bool {
+        matches!(self.rows, Rows::Trajectory(_))
     }
 
     /// Which of the run's rows there are.

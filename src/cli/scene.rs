@@ -31,6 +31,10 @@ pub fn of_args(args: &SimulateArgs) -> Result<Scene, Failure> {
             scene
         }
     };
+    let scene = match args.substeps {
+        Some(substeps) => scene.in_substeps(substeps)?,
+        None => scene,
+    };
     on_threads(args, scene)
 }
 

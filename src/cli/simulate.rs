@@ -19,6 +19,7 @@ use super::{scene, shown};
 use std::fmt::Write as _;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use tumble::simulation::tables::Table;
 
 pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     let (scene, before) = match &args.continued {
@@ -101,6 +102,11 @@ fn check_kept(args: &SimulateArgs, scene: &Scene, kept: &Kept) -> Result<(), Fai
     if matches!(scene.format, OutputFormat::Trajectory) {
         let place = "a scene of one body, whose rows are one table";
         refuse_flags(place, &[("--tables", args.tables.is_some())])?;
+    }
+    let asks_for_ends = args.tables.iter().flatten().any(|table| *table == Table::Ends);
+    if asks_for_ends && kept.every <= 1 {
+        let why = "the table ends is of a run that leaves out rows; give --every or --substeps too";
+        return Err(Failure::setting("tables", why));
     }
     let drawn = [("--plot", args.plot), ("--gif", args.gif), ("--apng", args.apng)];
     match kept.form {

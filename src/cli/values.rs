@@ -58,6 +58,10 @@ pub fn every(text: &str) -> Result<u64, String> {
     integer(text, 1, 1_000_000, "1 to 1000000")
 }
 
+pub fn substeps(text: &str) -> Result<u64, String> {
+    integer(text, 1, 1000, "1 to 1000")
+}
+
 pub fn start_index(text: &str) -> Result<u64, String> {
     integer(text, 0, LARGEST_START, "0 to 9000000000000000")
 }

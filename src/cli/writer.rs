@@ -99,7 +99,9 @@ impl RunWriter {
                 let gears = is_there(Table::Gears, world.gears().len());
                 let gears = gears.map(|count| open(Table::Gears.name(), Some(count)));
                 let (joints, gears) = (joints.transpose()?, gears.transpose()?);
-                let streams = Streams { states, contacts, steps, joints, gears };
+                let ends = is_there(Table::Ends, scene.bodies.len());
+                let ends = ends.map(|count| open(Table::Ends.name(), Some(count))).transpose()?;
+                let streams = Streams { states, contacts, steps, joints, gears, ends };
                 let rows = match kept.form {
                     Form::Csv if goes_on => Ok(TablesWriter::after(streams, world)),
                     Form::Csv => TablesWriter::new(streams, world),
@@ -138,8 +140,8 @@ impl RunWriter {
         let streams = match self.rows {
             Rows::Trajectory(rows) => rows.finish().map(|stream| vec![stream]),
             Rows::Tables(rows) => {
-                rows.finish().map(|Streams { states, contacts, steps, joints, gears }| {
-                    let some = [contacts, joints, gears].into_iter().flatten();
+                rows.finish().map(|Streams { states, contacts, steps, joints, gears, ends }| {
+                    let some = [contacts, joints, gears, ends].into_iter().flatten();
                     [states, steps].into_iter().chain(some).collect()
                 })
             }

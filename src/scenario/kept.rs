@@ -58,7 +58,12 @@ impl Kept {
     #[must_use]
     pub fn has(&self, table: Table) -> bool {
         let named = |tables: &Vec<String>| tables.iter().any(|name| name == table.name());
-        matches!(table, Table::States | Table::Steps) || self.tables.as_ref().is_none_or(named)
+        match table {
+            Table::States | Table::Steps => true,
+            // Of a run that keeps every step the next one has them.
+            Table::Ends if self.every <= 1 => false,
+            _ => self.tables.as_ref().is_none_or(named),
+        }
     }
 
     /// Of a run of so many `rows` in all, how many are kept.

@@ -278,6 +278,34 @@ impl Scene {
         contact.motion(&self.world)
     }
 
+    /// The same with `substeps` steps in place of each, of a time step that is so much shorter: as many times the steps, and the
+    /// start's index too.
+    ///
+    /// # Errors
+    /// A time step that is out of range then; more than ten million rows.
+    pub fn in_substeps(mut self, substeps: u64) -> Result<Self, Failure> {
+        const MOST_ROWS: u64 = 10_000_000;
+        if substeps <= 1 {
+            return Ok(self);
+        }
+        let rows = self.rows.saturating_sub(1).saturating_mul(substeps).saturating_add(1);
+        if rows > MOST_ROWS {
+            let why =
+                format!("with {} rows makes {rows} of steps; allowed are {MOST_ROWS}", self.rows);
+            return Err(Failure::setting("substeps", why));
+        }
+        let mut parameters = self.world.parameters().clone();
+        parameters.time_step /= substeps as f64;
+        let time_step = parameters.time_step;
+        self.world = self.world.with_parameters(parameters).map_err(Failure::from)?;
+        self.rows = rows;
+        self.start_index = self.start_index.saturating_mul(substeps);
+        if let OutputFormat::Tables(model) = &mut self.format {
+            model.dt = time_step;
+        }
+        Ok(self)
+    }
+
     /// Who solves contact steps: `native`, `ipopt`, or `rk4` without a ground.
     #[must_use]
     pub fn solver(&self) -> &'static str {

@@ -64,6 +64,7 @@ impl TrajectoryRow {
             return TableStep {
                 row,
                 states,
+                ends: Vec::new(),
                 contacts: Vec::new(),
                 joints: Vec::new(),
                 gears: Vec::new(),
@@ -96,7 +97,8 @@ impl TrajectoryRow {
             candidates.map(|contact| self.contact_row(world, contact, next)).collect();
         let parts = certificate.contact_parts().map(|(_, part)| part);
         let row = StepRow { contacts: contacts.len(), parts, ..row };
-        TableStep { row, states, contacts, joints: Vec::new(), gears: Vec::new() }
+        let (ends, joints, gears) = (Vec::new(), Vec::new(), Vec::new());
+        TableStep { row, states, ends, contacts, joints, gears }
     }
 
     /// Whether the row has a number of a point.

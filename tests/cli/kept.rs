@@ -86,7 +86,7 @@ fn each_nth_step_has_the_rows_that_it_has_among_all() {
 }
 
 #[test]
-fn what_is_kept_is_drawn_and_gone_on_with_and_not_verified() {
+fn what_is_kept_is_drawn_and_gone_on_with() {
     let runs = Runs::new();
     let scene = scenario("marbles");
     let scene = ["--scenario", &scene, "--every", "8", "--tables", "contacts"];
@@ -101,7 +101,7 @@ fn what_is_kept_is_drawn_and_gone_on_with_and_not_verified() {
         }
     }
     let states = runs.text("whole", "states.csv");
-    runs.refused(&["verify", &states], &["--every 8", "cannot be verified", "state after it"]);
+    runs.refused(&["verify", &states], &["cannot be verified", "left out the table ends"]);
     runs.refused(
         &["--continue", &runs.text("parts", ""), "--every", "2"],
         &["every", "--continue"],
@@ -130,6 +130,70 @@ fn what_is_kept_is_drawn_and_gone_on_with_and_not_verified() {
     assert_eq!(end.code, Some(0), "{end:?}");
 }
 
+/// Of a run that leaves out steps each one that is kept is judged by the states after it, and turns of joints are counted on
+/// from its own row.
+#[test]
+fn steps_that_are_kept_are_verified_by_themselves() {
+    let runs = Runs::new();
+    for name in ["four-bar", "marbles"] {
+        let scene = scenario(name);
+        let scene = ["--scenario", &scene, "--steps", "120"];
+        runs.run("all", &scene);
+        runs.run("some", &[&scene[..], &["--every", "7"]].concat());
+        let states = runs.text("some", "states.csv");
+        let end = run(&["verify", &states]);
+        assert_eq!(end.code, Some(0), "{end:?}");
+        assert!(end.stdout.contains("17 steps, one of each 7, by itself,"), "{end:?}");
+        // The table has the states that the run of all steps has one step later.
+        let numbers = |line: &String| line.splitn(4, ',').nth(3).unwrap().to_owned();
+        let of = |file: &str, run: &str, wanted: &dyn Fn(u64) -> bool| -> Vec<String> {
+            let rows = runs.lines(run, file).into_iter().skip(1);
+            let k = |line: &String| line.split(',').next().unwrap().parse().unwrap();
+            rows.filter(|line| wanted(k(line))).map(|line| numbers(&line)).collect()
+        };
+        let later = of("states.csv", "all", &|k| k % 7 == 1 && k < 119);
+        assert_eq!(of("ends.csv", "some", &|_| true), later);
+        // Another end is no end of its step.
+        let lines = runs.lines("some", "ends.csv");
+        let mut fields: Vec<_> = lines[20].split(',').map(str::to_owned).collect();
+        fields[10] = "0.25".to_owned();
+        let text = lines.join("\n").replace(&lines[20], &fields.join(",")) + "\n";
+        fs::write(runs.path("some", "ends.csv"), text).unwrap();
+        let end = run(&["verify", &states]);
+        assert_eq!(end.code, Some(1), "{end:?}");
+    }
+    let drop = ["--solver", "native", "--steps", "40", "--every", "3"];
+    runs.run("table", &drop);
+    let table = runs.text("table", "trajectory.csv");
+    runs.refused(&["verify", &table], &["--every 3", "row after it", "[[bodies]]"]);
+}
+
+/// Steps of a quarter, of which each fourth is kept: the bytes of a run with that time step and `--every`.
+#[test]
+fn substeps_are_shorter_steps_of_which_some_are_kept() {
+    let runs = Runs::new();
+    let drop = ["--solver", "native", "--start-index", "0"];
+    runs.run("substeps", &[&drop[..], &["--steps", "50", "--substeps", "4"]].concat());
+    let short = ["--steps", "197", "--dt", "0.0005", "--every", "4"];
+    runs.run("short", &[&drop[..], &short].concat());
+    assert_eq!(runs.lines("substeps", "trajectory.csv"), runs.lines("short", "trajectory.csv"));
+    let scene = scenario("double-pendulum");
+    let scene = ["--scenario", &scene, "--steps", "40", "--substeps", "5", "--every", "2"];
+    runs.run("pendulum", &scene);
+    let json = fs::read_to_string(runs.path("pendulum", "run.json")).unwrap();
+    assert!(json.contains("\"every\": 10"), "{json}");
+    let end = run(&["verify", &runs.text("pendulum", "states.csv")]);
+    assert_eq!(end.code, Some(0), "{end:?}");
+    runs.run(
+        "parts",
+        &[&scene[..2], &["--steps", "20", "--substeps", "5", "--every", "2"]].concat(),
+    );
+    runs.run("parts", &["--continue", &runs.text("parts", ""), "--steps", "196"]);
+    for file in ["states.csv", "ends.csv", "joints.csv"] {
+        assert_eq!(runs.lines("parts", file), runs.lines("pendulum", file), "{file}");
+    }
+}
+
 #[test]
 fn what_cannot_be_is_refused() {
     let runs = Runs::new();
@@ -141,6 +205,11 @@ fn what_cannot_be_is_refused() {
     refused(&["--every", "0"], &["--every", "1 to 1000000"]);
     refused(&["--every", "-3"], &["--every", "1 to 1000000"]);
     refused(&["--every", "1.5"], &["--every"]);
+    refused(&["--substeps", "0"], &["--substeps", "1 to 1000"]);
+    refused(&["--substeps", "1000", "--steps", "20000"], &["substeps", "10000000"]);
+    refused(&["--substeps", "1000", "--dt", "1e-6"], &["dt", "time step"]);
+    let bodies = scenario("four-bar");
+    refused(&["--scenario", &bodies, "--tables", "ends"], &["ends", "--every"]);
     refused(&["--tables", "steps"], &["tables", "one table"]);
     refused(&["--tables", "stairs"], &["stairs", "states"]);
     refused(&["--format", "arrow"], &["arrow", "parquet"]);

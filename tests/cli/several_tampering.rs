@@ -298,7 +298,7 @@ fn a_failed_step_of_huge_forces_verifies_as_failed() {
     let create = |table: RunTable| fs::File::create(done.path(&format!("{table}.csv"))).unwrap();
     let [states, contacts, steps] = RunTable::ALWAYS.map(create);
     let mut writer = TablesWriter::new(
-        Streams { states, contacts: Some(contacts), steps, joints: None, gears: None },
+        Streams { states, contacts: Some(contacts), steps, joints: None, gears: None, ends: None },
         &scene.world,
     )
     .unwrap();

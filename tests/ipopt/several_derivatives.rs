@@ -187,7 +187,8 @@ fn pose(
         })
         .collect();
     let bodies: Vec<_> = (0..states.len()).collect();
-    let step = PosedStep { world, states, wrenches, bodies: &bodies, contacts: &contacts };
+    let step =
+        PosedStep { world, states, wrenches, angles: &[], bodies: &bodies, contacts: &contacts };
     let mut nlp = SeveralNlp::new(&step, smoothing).unwrap();
     nlp.anchor((yielding, 0.3), numbers.iter().map(|u| Vector3::new(*u, -*u, 2.0 * u)));
     let layout = nlp.layout().clone();
@@ -254,7 +255,14 @@ proptest! {
         let contacts = common::contacts(&world, &old);
         let (states, wrenches) = (&[old], &[wrench]);
         let step =
-            PosedStep { world: &world, states, wrenches, bodies: &[0], contacts: &contacts };
+            PosedStep {
+                world: &world,
+                states,
+                wrenches,
+                angles: &[],
+                bodies: &[0],
+                contacts: &contacts,
+            };
         let nlp = SeveralNlp::new(&step, 0.5).unwrap();
         let with_friction = world.friction() > 0.0;
 

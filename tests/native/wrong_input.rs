@@ -274,6 +274,7 @@ fn a_count_of_bodies_of_any_size_is_no_more_than_wrong() {
         steps: vec![],
         joints: None,
         gears: None,
+        ends: None,
     };
     let mut writer = TablesWriter::new(streams, &world).unwrap();
     writer.write(&record).unwrap();
@@ -285,6 +286,7 @@ fn a_count_of_bodies_of_any_size_is_no_more_than_wrong() {
             steps: &*steps,
             joints: None,
             gears: None,
+            ends: None,
         };
         TablesReader::new(streams, bodies, (0, 0)).unwrap().next_step()
     };
@@ -324,6 +326,7 @@ fn a_record_of_another_world_makes_no_writer_panic() {
                         steps: vec![],
                         joints: None,
                         gears: None,
+                        ends: None,
                     };
                     TablesWriter::new(streams, &world).unwrap().write(&record)
                 });

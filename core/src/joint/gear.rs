@@ -110,6 +110,15 @@ impl Gear {
         Some(Self { axes: [kept(self.axes[0])?, kept(self.axes[1])?], ..*self })
     }
 
+    /// The same in units of `length` (m).
+    pub(crate) fn in_units(&self, length: f64) -> Self {
+        let [first, second] = self.axes.map(|at| match at.axis {
+            JointAxis::Linear(_) => length,
+            JointAxis::Angular(_) => 1.0,
+        });
+        Self { ratio: self.ratio * second / first, offset: self.offset / first, ..*self }
+    }
+
     /// q₁ − r q₂ − q₀, m or rad.
     pub(crate) fn missed(&self, coordinates: [f64; 2]) -> f64 {
         coordinates[0] - self.ratio * coordinates[1] - self.offset

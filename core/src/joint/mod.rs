@@ -23,6 +23,7 @@ mod gimbal;
 mod graph;
 mod motion;
 mod piece;
+mod units;
 
 pub use course::{Course, JointLoad, Knots};
 pub(crate) use drive::AxisStart;
@@ -129,7 +130,7 @@ pub struct Joint {
 
 /// How the frames of a joint can turn against each other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Turning {
+pub enum Turning {
     /// Any way: no angular rows.
     Free,
     /// About z alone.
@@ -415,7 +416,8 @@ impl Joint {
     }
 
     /// How its frames can turn.
-    pub(crate) fn turning(&self) -> Turning {
+    #[must_use]
+    pub fn turning(&self) -> Turning {
         match self.angular {
             [Axis::Locked, Axis::Locked, Axis::Locked] => Turning::Locked,
             [Axis::Locked, Axis::Locked, Axis::Free(_)] => Turning::Hinge,
@@ -433,7 +435,8 @@ impl Joint {
     }
 
     /// The middle axis of a gimbal or a universal joint.
-    fn middle(&self) -> Middle {
+    #[must_use]
+    pub fn middle(&self) -> Middle {
         self.middle.unwrap_or(Middle::STRAIGHT)
     }
 
@@ -479,6 +482,12 @@ impl Joint {
     /// Whether its frame in the world moves.
     pub(crate) fn moves(&self) -> bool {
         self.moves
+    }
+
+    /// What pushes along the axes of its place (N) and of its turn (N m) in a step, besides their drives.
+    #[must_use]
+    pub fn push(&self) -> &[Vector3<f64>; 2] {
+        &self.push
     }
 
     /// Has `push` along its axes in the steps to come, N and N m.

@@ -309,7 +309,7 @@ impl World {
 
 impl World {
     /// The same world in other units of `mass` (kg), `length` (m) and `time` (s). Without
-    /// pieces: bodies of points on a ground. The ranges of [`World::new`] are those of SI units and
+    /// pieces: bodies of points on a ground, with joints and gears. The ranges of [`World::new`] are those of SI units and
     /// are not asked again.
     #[must_use]
     pub fn in_units(&self, mass: f64, length: f64, time: f64) -> Self {
@@ -327,8 +327,8 @@ impl World {
         Self {
             parameters,
             fixed: Vec::new(),
-            joints: Vec::new(),
-            gears: Vec::new(),
+            joints: self.joints.iter().map(|joint| joint.in_units(mass, length, time)).collect(),
+            gears: self.gears.iter().map(|gear| gear.in_units(length)).collect(),
             apart: Vec::new(),
             kept_apart: Vec::new(),
             untouched: Vec::new(),

@@ -105,8 +105,14 @@ pub struct SimulateArgs {
     /// [default: 1]. Steps that are left out are taken and counted all the same.
     #[arg(long, value_name = "N", value_parser = values::every, allow_hyphen_values = true)]
     pub every: Option<u64>,
+    /// Take each step as N steps of an Nth of its length, 1 to 1000, and keep the rows of each N-th: --dt over N, N times
+    /// as many steps, and --every N times what is given. For joints whose forces are too stiff for the step; which N would do, the
+    /// summary says [default: 1].
+    #[arg(long, value_name = "N", value_parser = values::substeps, allow_hyphen_values = true)]
+    pub substeps: Option<u64>,
     /// The tables that are written of a scene of [[bodies]]; `states` and `steps` are in any case
-    /// [default: all].
+    /// [default: all]. `ends` has the states after each step of a run that leaves out rows (--every), by which
+    /// `tumble verify` judges those that it keeps.
     #[arg(long, value_enum, value_delimiter = ',', value_name = "TABLE,…")]
     pub tables: Option<Vec<Table>>,
     /// The form of the files of rows. Parquet is for pandas, polars and the like, and takes less time; tumble
@@ -148,7 +154,8 @@ impl SimulateArgs {
 
     /// Which rows are to stand in the files.
     pub fn kept(&self) -> Kept {
-        Kept::new(self.every.unwrap_or(1), self.tables.as_deref(), self.format.unwrap_or_default())
+        let every = self.every.unwrap_or(1).saturating_mul(self.substeps.unwrap_or(1));
+        Kept::new(every, self.tables.as_deref(), self.format.unwrap_or_default())
     }
 
     /// The names of the flags for settings that are given.
@@ -172,6 +179,7 @@ impl SimulateArgs {
             ("residual", self.residual.is_some()),
             ("on-failure", self.on_failure.is_some()),
             ("every", self.every.is_some()),
+            ("substeps", self.substeps.is_some()),
             ("tables", self.tables.is_some()),
             ("format", self.format.is_some()),
         ];

@@ -106,6 +106,7 @@ impl PointFile {
             world: &world,
             states: &states,
             wrenches: &wrenches,
+            angles: &[],
             bodies: &all,
             contacts: &contacts,
         };

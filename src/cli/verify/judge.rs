@@ -73,6 +73,8 @@ pub struct Judge {
     angles: Vec<Vector3<f64>>,
     /// Whether the joints may have turned before the first step.
     turned_before: bool,
+    /// Whether there are steps between those of the rows.
+    has_gaps: bool,
     /// The joints that were too stiff for the time step.
     pub taut: Taut,
 }
@@ -117,6 +119,7 @@ impl Judge {
             detection: recording.detection(),
             angles: Vec::new(),
             turned_before: recording.run.as_ref().is_some_and(|run| run.start_index > 0),
+            has_gaps: recording.kept().every > 1,
             taut: Taut::default(),
         })
     }
@@ -124,11 +127,11 @@ impl Judge {
     /// Counts the turns of joints from `step` on, where the rows begin: on from those of its rows, where the joints may
     /// have turned before.
     fn count(&mut self, step: &Step) {
-        if !self.angles.is_empty() {
+        if !self.angles.is_empty() && !self.has_gaps {
             return;
         }
         self.angles = match step {
-            Step::Tables(step) if self.turned_before => {
+            Step::Tables(step) if self.turned_before || self.has_gaps => {
                 let joints = self.world.joints().iter().zip(&step.joints);
                 let counted = |(joint, row): (&Joint, &JointRow)| {
                     let at = joint.coordinates(&step.states);

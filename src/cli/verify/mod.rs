@@ -54,14 +54,16 @@ impl Findings {
 pub fn run(args: &VerifyArgs) -> Result<Outcome, Failure> {
     let mut recording = Recording::open(&args.file, &args.physics)?;
     refuse_partial(&recording)?;
-    let mut judge = Judge::of(&recording)?;
+    let (mut judge, kept) = (Judge::of(&recording)?, recording.kept());
     let (mut findings, mut previous) = (Findings::default(), None::<Step>);
     let mut counts = Counts::default();
     while let Some(step) = recording.next_step()? {
         recording.follow(&step);
         counts.add(&recording.world, &step);
         if let Some(previous) = previous {
-            findings.add(judge.step(&previous, step.states()), args.worst);
+            // The next step that is kept may be some later.
+            let ends = if kept.every > 1 { previous.ends() } else { step.states() };
+            findings.add(judge.step(&previous, ends), args.worst);
         }
         previous = Some(step);
     }
@@ -72,24 +74,26 @@ pub fn run(args: &VerifyArgs) -> Result<Outcome, Failure> {
     report(&recording, &judge, &findings, &counts)
 }
 
-/// A step is judged by the state before and after it and by all its forces: a run of which rows or tables were
-/// left out cannot be.
+/// A step is judged by the state before and after it and by all its forces: a run of which tables were left out cannot
+/// be. Of one that does not keep every step those that it keeps are, by the states after them in the table of these.
 fn refuse_partial(recording: &Recording<'_>) -> Result<(), Failure> {
     let (kept, place) = (recording.kept(), recording.place());
     let world = &recording.world;
-    let counts = [1, 1, 1, world.joints().len(), world.gears().len()];
+    let ends = usize::from(kept.every > 1);
+    let counts = [1, 1, 1, world.joints().len(), world.gears().len(), ends];
     let absent = Table::ALL.into_iter().zip(counts);
     let absent =
         absent.filter(|(table, count)| *count > 0 && !kept.has(*table)).map(|(table, _)| table);
-    let why = match (kept.every, absent.map(Table::name).next()) {
-        (1, None) => return Ok(()),
-        (1, Some(table)) => {
+    let why = match (absent.map(Table::name).next(), recording.is_one_table()) {
+        (Some(table), false) => {
             format!("its run left out the table {table}; run it without --tables")
         }
-        (every, _) => format!(
-            "its run left out rows (--every {every}), and a step is judged by the state after it; \
-             run it without --every"
+        (_, true) if kept.every > 1 => format!(
+            "its run left out rows (--every {}), and in a table of one body a step is judged by the row after it; run \
+             it without --every, or from a scenario file of [[bodies]]",
+            kept.every
         ),
+        _ => return Ok(()),
     };
     Err(Failure::Input(format!("{place} cannot be verified: {why}")))
 }
@@ -103,6 +107,10 @@ fn report(
     let differences = counts.differences(recording, &judge.taut);
     let model = recording.run.as_ref().and_then(|run| run.model.as_ref());
     let mut text = format!("{}: {} steps", recording.place(), findings.steps);
+    let every = recording.kept().every;
+    if every > 1 {
+        let _ = write!(text, ", one of each {every}, by itself,");
+    }
     if let Some(model) = model {
         let _ = write!(text, " of {} bodies", model.bodies.len());
     }

@@ -23,6 +23,8 @@
 //! - `gears`: one row a gear and step: `k,t_s,gear`, the index in
 //!   [`World::gears`](crate::world::World::gears); its two coordinates at step k, m or rad with all turns; its force over the step
 //!   along the first one, N or N m; and its part of the residual.
+//! - `ends`, of a run that does not keep every step: as `states`, with the states at step k+1, where the step k of the same
+//!   row ended, so that each step that is kept can be judged by itself.
 //!
 //! All rows are in the order of k; states within a step in that of the bodies, contacts in that of
 //! the solution. The last step is a state alone, of status `end`. Numbers have the fewest digits
@@ -54,12 +56,14 @@ pub enum Table {
     Joints,
     /// What ties joints.
     Gears,
+    /// Where the bodies are after a step, where the next one is not kept.
+    Ends,
 }
 
 impl Table {
     /// All of them, in the order of the [`Streams`].
-    pub const ALL: [Self; 5] =
-        [Self::States, Self::Contacts, Self::Steps, Self::Joints, Self::Gears];
+    pub const ALL: [Self; 6] =
+        [Self::States, Self::Contacts, Self::Steps, Self::Joints, Self::Gears, Self::Ends];
 
     /// Those that every run has.
     pub const ALWAYS: [Self; 3] = [Self::States, Self::Contacts, Self::Steps];
@@ -73,6 +77,7 @@ impl Table {
             Self::Steps => "steps",
             Self::Joints => "joints",
             Self::Gears => "gears",
+            Self::Ends => "ends",
         }
     }
 
@@ -80,7 +85,7 @@ impl Table {
     #[must_use]
     pub fn columns(self, joints: bool) -> &'static [&'static str] {
         match self {
-            Self::States => &STATE_COLUMNS,
+            Self::States | Self::Ends => &STATE_COLUMNS,
             Self::Contacts => &CONTACT_COLUMNS,
             Self::Steps if joints => &STEP_COLUMNS,
             Self::Steps => &STEP_COLUMNS[..STEP_COLUMNS.len() - 1],
@@ -109,6 +114,8 @@ pub struct Streams<S> {
     pub joints: Option<S>,
     /// [`Table::Gears`], of a world with gears.
     pub gears: Option<S>,
+    /// [`Table::Ends`], of a run of which steps are left out.
+    pub ends: Option<S>,
 }
 
 impl<S> Streams<S> {
@@ -117,13 +124,14 @@ impl<S> Streams<S> {
         self,
         mut make: impl FnMut(Table, S) -> Result<T, E>,
     ) -> Result<Streams<T>, E> {
-        let Self { states, contacts, steps, joints, gears } = self;
+        let Self { states, contacts, steps, joints, gears, ends } = self;
         Ok(Streams {
             states: make(Table::States, states)?,
             contacts: contacts.map(|stream| make(Table::Contacts, stream)).transpose()?,
             steps: make(Table::Steps, steps)?,
             joints: joints.map(|stream| make(Table::Joints, stream)).transpose()?,
             gears: gears.map(|stream| make(Table::Gears, stream)).transpose()?,
+            ends: ends.map(|stream| make(Table::Ends, stream)).transpose()?,
         })
     }
 }

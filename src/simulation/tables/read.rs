@@ -16,6 +16,8 @@ pub struct TableStep {
     pub row: StepRow,
     /// X at step k, one a body.
     pub states: Vec<State>,
+    /// X at step k+1, one a body; none where there is no table of them, the next step being kept too, and of the last state.
+    pub ends: Vec<State>,
     /// The contacts of the step k → k+1.
     pub contacts: Vec<ContactRow>,
     /// The joints, one a joint of the world.
@@ -199,9 +201,9 @@ impl<R: Read> TablesReader<R> {
     /// # Errors
     /// The first thing wrong, by table, line and column.
     pub fn next_step(&mut self) -> Result<Option<TableStep>, RowsError> {
-        let Streams { states: of_bodies, contacts, steps, joints, gears } = &mut self.sheets;
+        let Streams { states: of_bodies, contacts, steps, joints, gears, ends } = &mut self.sheets;
         if self.ended {
-            let some = [contacts, joints, gears].into_iter().flatten();
+            let some = [contacts, joints, gears, ends].into_iter().flatten();
             for sheet in [of_bodies, steps].into_iter().chain(some) {
                 sheet.need_end(TOO_LONG)?;
             }
@@ -213,12 +215,20 @@ impl<R: Read> TablesReader<R> {
         let index = self.order.next(steps, status)?;
         let row = step_row(steps, (index, status), joints_in_all > 0)?;
         // As many as the table has: the number that was asked for may be any.
-        let mut states = Vec::with_capacity(bodies.min(1 << 12));
-        for body in 0..bodies {
-            begin(of_bodies, &row, body)?;
-            states.push(State::from_vector(&of_bodies.numbers::<13>(3)?.into()));
-        }
-        let mut step = TableStep { row, states, contacts: vec![], joints: vec![], gears: vec![] };
+        let states = states_of(of_bodies, &row, bodies)?;
+        let ends = match ends {
+            Some(sheet) if status != StepStatus::End => states_of(sheet, &row, bodies)?,
+            _ => Vec::new(),
+        };
+        let (contacts_of, joints_of, gears_of) = (Vec::new(), Vec::new(), Vec::new());
+        let mut step = TableStep {
+            row,
+            states,
+            ends,
+            contacts: contacts_of,
+            joints: joints_of,
+            gears: gears_of,
+        };
         if let Some(sheet) = contacts {
             for number in 0..step.row.contacts {
                 step.contacts.push(contact_row(sheet, (index, number))?);
@@ -240,6 +250,20 @@ impl<R: Read> TablesReader<R> {
         self.ended = status == StepStatus::End;
         Ok(Some(step))
     }
+}
+
+/// Reads the states of all bodies of a step.
+fn states_of<R: Read>(
+    sheet: &mut Sheet<R>,
+    step: &StepRow,
+    bodies: usize,
+) -> Result<Vec<State>, RowsError> {
+    let mut states = Vec::with_capacity(bodies.min(1 << 12));
+    for body in 0..bodies {
+        begin(sheet, step, body)?;
+        states.push(State::from_vector(&sheet.numbers::<13>(3)?.into()));
+    }
+    Ok(states)
 }
 
 /// Reads the row of a step's body, joint or gear, and its first three columns.

@@ -48,13 +48,14 @@ impl<W: Write + Send> TablesWriter<W> {
     /// Goes on where the headers stand in the streams already, and maybe rows.
     #[must_use]
     pub fn after(streams: Streams<W>, world: &World) -> Self {
-        let Streams { states, contacts, steps, joints, gears } = streams;
+        let Streams { states, contacts, steps, joints, gears, ends } = streams;
         let tables = Streams {
             states: RowWriter::csv_after(states),
             contacts: contacts.map(RowWriter::csv_after),
             steps: RowWriter::csv_after(steps),
             joints: joints.map(RowWriter::csv_after),
             gears: gears.map(RowWriter::csv_after),
+            ends: ends.map(RowWriter::csv_after),
         };
         Self::of(tables, world)
     }
@@ -87,7 +88,11 @@ impl<W: Write + Send> TablesWriter<W> {
         }
         let ends = record.index + u64::from(record.report.status != StepStatus::End);
         self.world.follow(&self.courses, ends as f64 * self.world.time_step());
-        self.write_step(&TableStep::of(&self.world, record))
+        let mut step = TableStep::of(&self.world, record);
+        if self.tables.ends.is_some() && record.report.status != StepStatus::End {
+            step.ends.extend_from_slice(&record.solution.states);
+        }
+        self.write_step(&step)
     }
 
     /// Writes the rows of a step that is rows already, whichever it is.
@@ -95,14 +100,11 @@ impl<W: Write + Send> TablesWriter<W> {
     /// # Errors
     /// The streams'.
     pub fn write_step(&mut self, step: &TableStep) -> io::Result<()> {
-        let Streams { states, contacts, steps, joints, gears } = &mut self.tables;
+        let Streams { states, contacts, steps, joints, gears, ends } = &mut self.tables;
         let row = &step.row;
-        for (body, state) in step.states.iter().enumerate() {
-            states.whole(row.index);
-            states.number(row.time);
-            states.whole(body as u64);
-            states.numbers(state.to_vector().as_slice());
-            states.end_row()?;
+        write_states(states, row, &step.states)?;
+        if let Some(table) = ends {
+            write_states(table, row, &step.ends)?;
         }
         steps.whole(row.index);
         steps.number(row.time);
@@ -154,6 +156,21 @@ impl<W: Write + Send> TablesWriter<W> {
     }
 }
 
+fn write_states<W: Write + Send>(
+    table: &mut RowWriter<W>,
+    row: &StepRow,
+    states: &[State],
+) -> io::Result<()> {
+    for (body, state) in states.iter().enumerate() {
+        table.whole(row.index);
+        table.number(row.time);
+        table.whole(body as u64);
+        table.numbers(state.to_vector().as_slice());
+        table.end_row()?;
+    }
+    Ok(())
+}
+
 fn write_contact<W: Write + Send>(
     table: &mut RowWriter<W>,
     (k, index): (u64, usize),
@@ -202,7 +219,7 @@ impl TableStep {
         let contacts = ContactRow::of(record).collect();
         let joints = JointRow::of(world, record).collect();
         let gears = GearRow::of(world, record).collect();
-        Self { row, states: record.states.clone(), contacts, joints, gears }
+        Self { row, states: record.states.clone(), ends: Vec::new(), contacts, joints, gears }
     }
 }
 

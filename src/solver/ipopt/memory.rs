@@ -34,6 +34,11 @@ impl Multipliers {
             upper: point.upper_multipliers.to_vec(),
         }
     }
+
+    /// Whether they are of a program of so many `variables` and `rows`.
+    pub(super) fn fits(&self, variables: usize, rows: usize) -> bool {
+        self.constraints.len() == rows && self.lower.len() == variables
+    }
 }
 
 /// The last solution and the one before it: a step that is taken back starts again from the

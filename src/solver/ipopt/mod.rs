@@ -146,10 +146,6 @@ impl IpoptSolver {
             );
             return Err(Error::Solver { solver: "Ipopt", why });
         }
-        if !world.joints().is_empty() {
-            let why = "the world has joints, which its programs do not know; `native` takes them";
-            return Err(Error::Solver { solver: "Ipopt", why: why.to_owned() });
-        }
         if world.has_surfaces() {
             let why = "the world has surfaces that move, which its programs do not know; `native` takes them";
             return Err(Error::Solver { solver: "Ipopt", why: why.to_owned() });

@@ -33,7 +33,7 @@ impl Posed {
         near: f64,
     ) -> Self {
         let (free, mut index) = (Poses::of(step.states, step.free), KeyIndex::new());
-        Self::of(candidates, |place, contact| {
+        Self::of(step, candidates, |place, contact| {
             let mut before = || index.find(&step.previous.contacts, &contact.key, place);
             let rests = matches!(contact.key.partner, Partner::Body(_))
                 && before().is_some_and(ContactForce::carries_force);
@@ -41,8 +41,9 @@ impl Posed {
         })
     }
 
-    /// The candidates of which `takes_part` is true, and their bodies.
+    /// The candidates of which `takes_part` is true, and their bodies; and all that joints tie.
     pub(super) fn of(
+        step: &Step<'_>,
         candidates: &[Contact],
         mut takes_part: impl FnMut(usize, &Contact) -> bool,
     ) -> Self {
@@ -52,6 +53,8 @@ impl Posed {
             contacts.push(index);
             bodies.extend(contact.key.bodies());
         }
+        let tied = step.world.joints().iter();
+        bodies.extend(tied.flat_map(|joint| [Some(joint.body()), joint.other()]).flatten());
         bodies.sort_unstable();
         bodies.dedup();
         Self { bodies, contacts }
@@ -80,7 +83,7 @@ pub(super) fn solve_posed(
     let Effort { limit, depth, hold, .. } = effort;
     let contacts = candidates.contacts();
     // The tutorial's program has the heights of all points, of candidates or not.
-    let mut attempted = if posed.contacts.is_empty() && !program.is_tutorials() {
+    let mut attempted = if posed.bodies.is_empty() && !program.is_tutorials() {
         end.reset(step.free, contacts.len());
         Attempted::free()
     } else {
@@ -90,8 +93,9 @@ pub(super) fn solve_posed(
         candidates.admit_missed(step.world, step.states, &end.states, depth);
         let contacts = candidates.contacts();
         let poses = Poses::of(step.states, &end.states);
-        let wider =
-            Posed::of(contacts, |index, contact| posed.has(index) || poses.gap(contact) < -depth);
+        let wider = Posed::of(step, contacts, |index, contact| {
+            posed.has(index) || poses.gap(contact) < -depth
+        });
         if wider == *posed {
             break;
         }

@@ -8,6 +8,7 @@ use super::{BODY, Formulation, clamped};
 use crate::contact::Contact;
 use crate::error::Error;
 use crate::ipopt::{self, Bounds, NonlinearProgram, Options, Progress, ReturnStatus, Solver};
+use crate::joint::JointAxis;
 use crate::mechanics::{State, Wrench};
 use crate::sparsity::SparsityPattern;
 use crate::step::Step;
@@ -43,10 +44,17 @@ struct Scratch {
     states: Vec<State>,
     wrenches: Vec<Wrench>,
     contacts: Vec<Contact>,
+    /// The turns of the joints at step k, rad.
+    angles: Vec<Vector3<f64>>,
     places: Vec<Place>,
     x: Vec<f64>,
     zeros: Vec<f64>,
 }
+
+/// What a force of a joint costs that differs from that of the start, in squares of the program's unit of length: so little that
+/// slacks gain next to nothing by it (with 1e-6 residuals of an arm that friction holds are fifty times what they are without), and enough to
+/// decide what the rows leave open.
+const TIED_STIFFNESS: f64 = 1e-8;
 
 /// How far a program holds on to the forces of the start.
 #[derive(Clone, Copy)]
@@ -181,9 +189,9 @@ impl Program {
     ) -> Result<Attempted, Error> {
         let Self { world, units, tutorial, options, prepared, scratch } = self;
         scratch.take(step, (candidates, posed), units);
-        let Scratch { states, wrenches, contacts, places, x, zeros } = scratch;
+        let Scratch { states, wrenches, contacts, angles, places, x, zeros } = scratch;
         places.clear();
-        let (nlp, bounds, bodies) = match tutorial {
+        let (mut nlp, bounds, bodies) = match tutorial {
             Some(nlp) => {
                 let mut active = vec![0.0; nlp.layout().contacts()];
                 for contact in contacts.iter() {
@@ -196,8 +204,12 @@ impl Program {
             }
             None => {
                 let bodies = posed.bodies.as_slice();
-                let step = PosedStep { world, states, wrenches, bodies, contacts };
-                let mut nlp = SeveralNlp::new(&step, SMOOTHING)?;
+                if !step.world.joints().is_empty() {
+                    // Drives and frames may be others than in the step before.
+                    *world = units.world(step.world);
+                }
+                let posed_step = PosedStep { world, states, wrenches, angles, bodies, contacts };
+                let mut nlp = SeveralNlp::new(&posed_step, SMOOTHING)?;
                 let forces = posed.contacts.iter().map(|&index| start.values[index].force);
                 nlp.anchor((effort.hold.friction, effort.hold.normal), forces);
                 let layout = nlp.layout();
@@ -205,13 +217,19 @@ impl Program {
                     (0..layout.contacts())
                         .map(|i| Place { normal: layout.normal(i), friction: layout.friction(i) }),
                 );
-                let bounds = bounds(layout);
+                let bounds = bounds(&nlp);
                 (Nlp::Reduced(Box::new(nlp)), bounds, bodies)
             }
         };
         let (variables, rows) = (bounds.lower.len(), bounds.constraint_lower.len());
         let part = Part { bodies, contacts: &posed.contacts, places };
         gather(part, start, units, variables, x);
+        if let Nlp::Reduced(nlp) = &mut nlp {
+            let joints: Vec<_> = start.joints.iter().map(|force| units.joint(force)).collect();
+            let gears: Vec<_> = gear_forces(world, &start.gears, units.force(), units.length());
+            nlp.set_ties(&joints, &gears, x);
+            nlp.anchor_ties(TIED_STIFFNESS, x);
+        }
         zeros.clear();
         zeros.resize(variables.max(rows), 0.0);
         let start = match multipliers {
@@ -222,12 +240,16 @@ impl Program {
                 lower_multipliers: &zeros[..variables],
                 upper_multipliers: &zeros[..variables],
             },
-            StartMultipliers::Known(known) => ipopt::StartPoint::Warm {
-                x,
-                constraint_multipliers: &known.constraints,
-                lower_multipliers: &known.lower,
-                upper_multipliers: &known.upper,
-            },
+            StartMultipliers::Known(known) if known.fits(variables, rows) => {
+                ipopt::StartPoint::Warm {
+                    x,
+                    constraint_multipliers: &known.constraints,
+                    lower_multipliers: &known.lower,
+                    upper_multipliers: &known.upper,
+                }
+            }
+            // Of joints with other drives.
+            StartMultipliers::Known(_) => ipopt::StartPoint::Cold { x },
         };
         let mut program = Bound { nlp, interrupt: step.interrupt };
         let (jacobian, hessian) = (program.jacobian_pattern(), program.hessian_pattern());
@@ -245,9 +267,15 @@ impl Program {
         end.reset(step.free, candidates.len());
         if let Some(found) = outcome.point {
             scatter(part, found.x, units, end);
-            match program.nlp {
+            match &program.nlp {
                 Nlp::Clamped(_) => end.whole.extend_from_slice(found.x),
-                Nlp::Reduced(_) => normalise(step.free, end),
+                Nlp::Reduced(nlp) => {
+                    normalise(step.free, end);
+                    let (joints, gears) = nlp.tie_forces(found.x);
+                    end.joints.extend(joints.iter().map(|force| units.si_joint(force)));
+                    let (force, length) = (1.0 / units.force(), 1.0 / units.length());
+                    end.gears = gear_forces(world, &gears, force, length);
+                }
             }
         }
         if outcome.status == ReturnStatus::UserRequestedStop {
@@ -274,6 +302,8 @@ impl Scratch {
         self.contacts.clear();
         let contacts = posed.contacts.iter().map(|&index| units.contact(&candidates[index]));
         self.contacts.extend(contacts);
+        self.angles.clear();
+        self.angles.extend(step.previous.joints.iter().map(|last| last.angles));
     }
 }
 
@@ -351,8 +381,19 @@ fn normalise(free: &[State], end: &mut ProgramStart) {
     }
 }
 
-/// States and friction forces free, the other variables ≥ 0, equations = 0, inequalities ≥ 0.
-fn bounds(layout: &Layout) -> Bounds {
+/// The `forces` of the gears of `world`, each over the unit of its first coordinate.
+fn gear_forces(world: &World, forces: &[f64], force: f64, length: f64) -> Vec<f64> {
+    let units = world.gears().iter().map(|gear| match gear.axes()[0].axis {
+        JointAxis::Linear(_) => force,
+        JointAxis::Angular(_) => force * length,
+    });
+    forces.iter().zip(units).map(|(of, unit)| of / unit).collect()
+}
+
+/// States, friction forces and what is locked free, forces of joints within their bounds, the other variables ≥ 0,
+/// equations = 0, inequalities ≥ 0.
+fn bounds(nlp: &SeveralNlp) -> Bounds {
+    let layout = nlp.layout();
     let (n, m) = (layout.variables(), layout.constraints());
     let mut bounds = Bounds {
         lower: vec![0.0; n],
@@ -361,7 +402,13 @@ fn bounds(layout: &Layout) -> Bounds {
         constraint_upper: vec![f64::INFINITY; m],
     };
     bounds.lower[layout.free()].fill(f64::NEG_INFINITY);
-    bounds.constraint_upper[..layout.equalities()].fill(0.0);
+    for (variable, [low, high]) in nlp.tied_forces() {
+        bounds.lower[variable] = low.unwrap_or(f64::NEG_INFINITY);
+        bounds.upper[variable] = high.unwrap_or(f64::INFINITY);
+    }
+    for row in nlp.equations() {
+        bounds.constraint_upper[row] = 0.0;
+    }
     bounds
 }
 

@@ -182,16 +182,8 @@ impl Touch {
         }
     }
 
-    fn seen(&self, axis: usize, (a, b): (Place, Option<Place>)) -> Seen {
-        let turned_a = rows(&self.point_forms, &a.attitude);
-        let mut apart = a.position + 0.5 * turned_a * a.attitude;
-        let (mut direction, mut turned_b) = (self.directions[axis], Matrix3x4::zeros());
-        if let Some(b) = b {
-            apart -= b.position;
-            turned_b = rows(&self.direction_forms[axis], &b.attitude);
-            direction = 0.5 * turned_b * b.attitude;
-        }
-        Seen { direction, apart, turned_a, turned_b }
+    fn seen(&self, axis: usize, at: (Place, Option<Place>)) -> Seen {
+        Seen::new((&self.point_forms, &self.directions[axis], &self.direction_forms[axis]), at)
     }
 
     /// φ (eq. 4, 4a) of the normal's component.
@@ -238,7 +230,7 @@ impl Touch {
 }
 
 /// The factors of a component seen from B: m, s, J_A and J_B of eq. D7.
-struct Seen {
+pub(super) struct Seen {
     direction: Vector3<f64>,
     apart: Vector3<f64>,
     turned_a: Matrix3x4<f64>,
@@ -246,7 +238,23 @@ struct Seen {
 }
 
 impl Seen {
-    fn component(&self) -> Component {
+    /// Those of the point of A and the direction of B that have these forms, where both are at `at`.
+    pub(super) fn new(
+        (point, direction, direction_forms): (&Forms, &Vector3<f64>, &Forms),
+        (a, b): (Place, Option<Place>),
+    ) -> Self {
+        let turned_a = rows(point, &a.attitude);
+        let mut apart = a.position + 0.5 * turned_a * a.attitude;
+        let (mut direction, mut turned_b) = (*direction, Matrix3x4::zeros());
+        if let Some(b) = b {
+            apart -= b.position;
+            turned_b = rows(direction_forms, &b.attitude);
+            direction = 0.5 * turned_b * b.attitude;
+        }
+        Self { direction, apart, turned_a, turned_b }
+    }
+
+    pub(super) fn component(&self) -> Component {
         Component {
             value: self.direction.dot(&self.apart),
             by_position: self.direction,
@@ -259,7 +267,7 @@ impl Seen {
     /// ∂²g/∂q_A² = Σ m_k Q_k(c),   ∂²g/∂q_B² = Σ s_k Q_k(e),
     /// ∂²g/∂r_A ∂q_B = J_B,   ∂²g/∂q_A ∂q_B = J_Aᵀ J_B                     (eq. D8)
     /// ```
-    fn curvature(&self, point: &Forms, direction: &Forms) -> Curvature {
+    pub(super) fn curvature(&self, point: &Forms, direction: &Forms) -> Curvature {
         Curvature {
             aa: weighted(point, &self.direction),
             bb: weighted(direction, &self.apart),
