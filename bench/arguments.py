@@ -5,8 +5,9 @@ import argparse
 from pathlib import Path
 
 ENGINES = ("tutorial", "tumble", "mujoco", "drake", "rapier", "pybullet", "dart")
-# One box; several; their number from 1 to 1000; the problems of steps for solvers of such.
-SCENES = ("one", "several", "growth", "local")
+# One box; several; their number from 1 to 1000; first steps of structures; heaps that settle; the problems of steps for
+# solvers of such; those of a folder.
+SCENES = ("one", "several", "growth", "first", "heaps", "local", "bare")
 
 
 class Parser(argparse.ArgumentParser):
@@ -29,6 +30,12 @@ def seeds(text: str) -> list[int]:
 def rounds(text: str) -> int:
     if not text.isdecimal() or not 1 <= int(text) <= 1000:
         raise argparse.ArgumentTypeError(f"'{text}': a whole number from 1 to 1000 is needed")
+    return int(text)
+
+
+def boxes(text: str) -> int:
+    if not text.isdecimal() or not 1 <= int(text) <= 2000:
+        raise argparse.ArgumentTypeError(f"'{text}': a whole number from 1 to 2000 is needed")
     return int(text)
 
 
@@ -58,8 +65,16 @@ def parse() -> argparse.Namespace:
     parser.add_argument(
         "--scenes",
         type=some_of(SCENES),
-        default=list(SCENES),
-        help=f"which to run [default: {','.join(SCENES)}]",
+        help="which to run [default: all, bare with --problems alone]",
+    )
+    parser.add_argument(
+        "--heap-seeds", type=seeds, default=[1, 2, 3], help="of the heaps [default: 1,2,3]"
+    )
+    parser.add_argument(
+        "--heap-boxes", type=boxes, default=100, help="boxes of a heap, 1 to 2000 [default: 100]"
+    )
+    parser.add_argument(
+        "--problems", type=Path, metavar="DIR", help="folder of the bare problems: files in .dat"
     )
     parser.add_argument("--rounds", type=rounds, default=3, help="of timing [default: 3]")
     parser.add_argument(
@@ -72,9 +87,17 @@ def parse() -> argparse.Namespace:
         "--out",
         type=Path,
         default=Path("target/bench"),
-        help="directory for results.json and results.md [default: target/bench]",
+        help="directory for results.json, results.md and rounds.jsonl [default: target/bench]",
     )
-    return parser.parse_args()
+    chosen = parser.parse_args()
+    given = chosen.problems is not None
+    if chosen.scenes is None:
+        chosen.scenes = [name for name in SCENES if name != "bare" or given]
+    if given != ("bare" in chosen.scenes):
+        parser.error("--problems names the folder of the scene 'bare': both or none are needed")
+    if given and not any(chosen.problems.glob("*.dat")):
+        parser.error(f"--problems: {chosen.problems}: no file there ends in .dat")
+    return chosen
 
 
 def needed(chosen: argparse.Namespace) -> list[str]:
@@ -82,8 +105,9 @@ def needed(chosen: argparse.Namespace) -> list[str]:
     names = [name for name in chosen.engines if name != "tumble"]
     if "tumble" in chosen.engines:
         names += ["tumble"] if "one" in chosen.scenes else []
-        names += ["boxes"] if {"several", "growth"} & set(chosen.scenes) else []
-    return names + (["local"] if "local" in chosen.scenes else [])
+        several = {"several", "growth", "first", "heaps"}
+        names += ["boxes"] if several & set(chosen.scenes) else []
+    return names + (["local"] if {"local", "bare"} & set(chosen.scenes) else [])
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """tumble and other engines on the same scenes: timed in rounds, measured, printed and saved.
 
-Every round runs every engine on every timed scene, one after the other; the tables show medians
+Every round runs every engine on every timed scene, one after the other, and is saved as it ends; the tables show medians
 over the rounds and ratios taken round by round. What each engine makes of a scene is recorded in
 a run of its own, which is not timed.
 """
@@ -8,7 +8,9 @@ a run of its own, which is not timed.
 import sys
 
 import arguments
+import bare
 import engines
+import heaps
 import local
 import report
 import scene
@@ -22,6 +24,10 @@ REPEATS, REPEAT_SECONDS = 25, 0.3
 SEVERAL = ("stack", "pyramid", "wall", "pile")
 # Numbers of boxes, and steps: fewer where they take longer.
 GROWTH = [(n, max(60, min(500, 20_000 // n))) for n in (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)]
+
+
+# Structures whose first step is timed.
+FIRST = [scene.wall(15, 20), scene.wall(25, 40), scene.pyramid(15), scene.pyramid(24)]
 
 
 class Field:
@@ -63,6 +69,7 @@ def main() -> int:
     others = [scene.load(name) for name in quiet]
     piles = [scene.several(name) for name in SEVERAL] if "several" in chosen.scenes else []
     growth = [scene.stacks(*size) for size in GROWTH] if "growth" in chosen.scenes else []
+    firsts = FIRST if "first" in chosen.scenes else []
     field = Field(chosen.engines)
     results = report.Results(chosen, field.left_out)
 
@@ -81,13 +88,19 @@ def main() -> int:
         return 1
     for number in range(chosen.rounds):
         print(f"round {number + 1} of {chosen.rounds}", flush=True)
-        field.each(time, drops + piles + growth, "timing")
+        field.each(time, drops + piles + growth + firsts, "timing")
+        if "heaps" in chosen.scenes:
+            asked = (chosen.heap_seeds, chosen.heap_boxes, chosen.engines)
+            results.heaps.append(heaps.run(*asked, lambda one: results.keep(chosen.out, one)))
+        if chosen.problems:
+            results.bare.append(bare.run(chosen.problems, field.left_out))
+        results.keep_round(chosen.out, number + 1)
     print("recording", flush=True)
     field.each(record, drops + others + piles, "recording")
-    field.each(weigh, growth, "weighing")
+    field.each(weigh, growth + firsts, "weighing")
     problems = local.compare() if "local" in chosen.scenes else None
 
-    results.finish(field.engines, drops, piles, growth, problems)
+    results.finish(field.engines, drops, piles, (growth, firsts), problems)
     print(results.markdown())
     results.save(chosen.out)
     return int(field.failed)

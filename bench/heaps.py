@@ -1,30 +1,26 @@
-"""Settling heaps beside MuJoCo: processor time a step, as a ratio of one run.
+"""Settling heaps: what tumble and MuJoCo's elliptic cone take for a step, mean and slowest, by seeds.
 
-python bench/heaps.py [--count 100] [--seeds 1,2,3,4] [--steps 1200] [--residuals 1e-9,1e-6] [--out FILE]
-
-With MuJoCo, numpy, and tumble's program examples/several_bodies.rs (BENCH_BOXES). Boxes of 0.2 to 0.31 m and 1 to 2 kg in
-random attitudes fall above each other, once onto the open ground and once into a bin of 2 m. tumble solves each step to a
-residual, MuJoCo by its elliptic cone and Newton's method; both run one after the other. Each line is written as it ends.
+Boxes of 0.2 to 0.31 m and 1 to 2 kg in random attitudes fall above each other, once onto the open ground and once into a bin of
+2 m. tumble solves each step to a residual, MuJoCo by Newton's method; they run one after the other, in processor time.
 """
 
-import argparse
-import json
-import os
+import statistics
 import time
-from pathlib import Path
 
-import mujoco
 import numpy as np
 from engines.base import ask
-from engines.mujoco import BODY, MODEL, numbers
+from engines.tumble import LIBRARY
 from scene import Scene, at_rest, solid
+from tables import NOTHING, table
 
-PROGRAM = os.environ.get("BENCH_BOXES", "target/release/examples/several_bodies")
+STEPS = 1200
+RESIDUALS = (1e-9, 1e-6)  # m/s
+KINDS = ("open", "bin")
 WALL = """
     <geom type="box" size="{half}" pos="{centre}"/>"""
 
 
-def heap(seed: int, count: int, steps: int) -> Scene:
+def heap(seed: int, count: int) -> Scene:
     """Boxes in layers of nine, as a seed draws them."""
     draws = np.random.RandomState(seed)
     boxes = []
@@ -35,7 +31,7 @@ def heap(seed: int, count: int, steps: int) -> Scene:
         place = (0.62 * (k % 3 - 1) + aside[0], 0.62 * (k // 3 % 3 - 1) + aside[1], 0.5 + 0.55 * (k // 9))
         start = at_rest(place, attitude / np.linalg.norm(attitude))
         boxes.append(solid(sides, float(mass), start))
-    return Scene(f"heap-{seed}", "several", steps, 0.002, tuple(boxes), 0.5)
+    return Scene(f"heap-{seed}", "several", STEPS, 0.002, tuple(boxes), 0.5)
 
 
 def walls(count: int) -> list[dict]:
@@ -49,7 +45,7 @@ def walls(count: int) -> list[dict]:
 def by_tumble(scene: Scene, around: list[dict], residual: float) -> dict:
     """Mean and slowest step, s; steps that are not solved."""
     asked = {"record": False, "each": True, "residual": residual, "walls": around}
-    done = ask(PROGRAM, scene.request() | asked)
+    done = ask(LIBRARY, scene.request() | asked)
     return {
         "mean": done["seconds"] / scene.steps,
         "slowest": done["slowest_seconds"],
@@ -61,6 +57,9 @@ def by_tumble(scene: Scene, around: list[dict], residual: float) -> dict:
 
 def by_mujoco(scene: Scene, around: list[dict]) -> dict:
     """Mean and slowest step, s."""
+    import mujoco
+    from engines.mujoco import BODY, MODEL, numbers
+
     fixed = [WALL.format(half=numbers(wall["half_sides"]), centre=numbers(wall["centre"])) for wall in around]
     moving = [
         BODY.format(mass=box.mass, inertia=numbers(box.inertia), half=numbers(box.sides / 2))
@@ -86,37 +85,50 @@ def by_mujoco(scene: Scene, around: list[dict]) -> dict:
     return {"mean": sum(taken) / scene.steps, "slowest": max(taken)}
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    numbers_of = lambda kind: lambda text: [kind(part) for part in text.split(",")]  # noqa: E731
-    parser.add_argument("--count", type=int, default=100)
-    parser.add_argument("--steps", type=int, default=1200)
-    parser.add_argument("--seeds", type=numbers_of(int), default=[1, 2, 3, 4])
-    parser.add_argument("--residuals", type=numbers_of(float), default=[1e-9, 1e-6])
-    parser.add_argument("--out", type=Path, help="a line of JSON for each run is added to this file")
-    args = parser.parse_args()
-    print(f"MuJoCo {mujoco.__version__}; {args.count} boxes, {args.steps} steps of 2 ms; times in ms")
-    print("| heap | residual, m/s | tumble, mean | slowest | MuJoCo, mean | slowest | ratio of means | not solved | largest residual, m/s |")
-    print("|---|---|---|---|---|---|---|---|---|")
-    for seed in args.seeds:
-        for kind in ("open", "bin"):
-            scene = heap(seed, args.count, args.steps)
-            around = walls(args.count) if kind == "bin" else []
-            theirs = by_mujoco(scene, around)
-            for residual in args.residuals:
-                ours = by_tumble(scene, around, residual)
-                a, b, c, d = (1e3 * of[what] for of in (ours, theirs) for what in ("mean", "slowest"))
-                print(
-                    f"| {kind} {seed} | {residual:g} | {a:.2f} | {b:.0f} | {c:.2f} | {d:.1f} | {a / c:.1f} "
-                    f"| {ours['failed']} | {ours['residual']:.1e} |",
-                    flush=True,
-                )
-                if args.out:
-                    run = {"heap": kind, "seed": seed, "count": args.count, "steps": args.steps}
-                    line = run | {"asked": residual, "tumble": ours, "mujoco": theirs}
-                    with args.out.open("a") as file:
-                        file.write(json.dumps(line) + "\n")
+def run(seeds: list[int], count: int, engines: list[str], keep) -> list[dict]:
+    """One round of all heaps; `keep` is given each as it ends."""
+    found = []
+    for seed in seeds:
+        for kind in KINDS:
+            scene, around = heap(seed, count), walls(count) if kind == "bin" else []
+            print(f"heap: {kind} {seed}", flush=True)
+            one = {"heap": kind, "seed": seed, "count": count, "steps": STEPS, "tumble": {}}
+            one["mujoco"] = by_mujoco(scene, around) if "mujoco" in engines else None
+            if "tumble" in engines:
+                one["tumble"] = {f"{r:g}": by_tumble(scene, around, r) for r in RESIDUALS}
+            keep({"heap": one})
+            found.append(one)
+    return found
 
 
-if __name__ == "__main__":
-    main()
+def tables(rounds: list[list[dict]]) -> str:
+    """Medians over the rounds, and ratios taken round by round."""
+    heads = ["residual, m/s", "tumble: mean, ms", "slowest", "iterations", "not solved", "largest residual, m/s"]
+    heads += ["MuJoCo: mean, ms", "slowest", "ratio of means"]
+    rows, ratios = [], {}
+    for runs in zip(*rounds):
+        name = f"{runs[0]['heap']} {runs[0]['seed']}"
+        for asked in runs[0]["tumble"] or [None]:
+            ours, theirs = [run["tumble"].get(asked) for run in runs], [run["mujoco"] for run in runs]
+            row = [NOTHING] * 6
+            if asked:
+                row = [asked, middle(ours, "mean"), middle(ours, "slowest")]
+                row += [f"{statistics.median(one['iterations'] for one in ours):.0f}"]
+                row += [str(max(one["failed"] for one in ours)), f"{max(one['residual'] for one in ours):.1e}"]
+            row += [middle(theirs, "mean"), middle(theirs, "slowest")] if theirs[0] else [NOTHING] * 2
+            ratio = NOTHING
+            if asked and theirs[0]:
+                value = statistics.median(a["mean"] / b["mean"] for a, b in zip(ours, theirs))
+                ratios.setdefault((runs[0]["heap"], asked), []).append(value)
+                ratio = f"{value:.1f}"
+            rows.append([name, *row, ratio])
+    ranges = [
+        f"- {kind}, {asked} m/s: {min(values):.1f} to {max(values):.1f} of MuJoCo's mean, {statistics.mean(values):.1f} on average of "
+        f"{len(values)} seeds."
+        for (kind, asked), values in ratios.items()
+    ]
+    return "\n\n".join([table(heads, rows), "\n".join(ranges)]).rstrip()
+
+
+def middle(runs: list[dict], what: str) -> str:
+    return f"{1e3 * statistics.median(one[what] for one in runs):.3g}"

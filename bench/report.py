@@ -10,6 +10,8 @@ import sys
 from argparse import Namespace
 from pathlib import Path
 
+import bare
+import heaps
 import local
 import several_report
 from engines.base import Engine
@@ -35,6 +37,10 @@ class Results:
         }
         self.times: dict[str, dict[str, list[float]]] = {}
         self.measured: dict[str, dict[str, dict]] = {}
+        # Round by round.
+        self.heaps: list[list[dict]] = []
+        self.bare: list[list[dict]] = []
+        self.begun = False
 
     def seconds(self, engine: Engine, scene: Scene) -> list[float]:
         """The times of an engine on a scene, round by round."""
@@ -49,15 +55,32 @@ class Results:
         engines: list[Engine],
         drops: list[Scene],
         piles: list[Scene],
-        growth: list[Scene],
+        counted: tuple[list[Scene], list[Scene]],
         problems: dict | None,
     ) -> None:
         """Keeps the engines that ran and got to the end, the scenes that were timed, and what
         became of the local problems."""
         self.engines = [engine for engine in engines if engine.name in self.measured]
         self.drops = drops
-        self.piles, self.growth, self.problems = piles, growth, problems
+        self.piles, (self.growth, self.firsts), self.problems = piles, counted, problems
         self.about["load_at_end"] = os.getloadavg()[0]
+
+    def keep(self, out: Path, line: dict) -> None:
+        """Adds a line to OUT/rounds.jsonl, which a new comparison begins anew: what is known should it be ended early."""
+        out.mkdir(parents=True, exist_ok=True)
+        with (out / "rounds.jsonl").open("a" if self.begun else "w") as file:
+            if not self.begun:
+                file.write(json.dumps(self.about) + "\n")
+            file.write(json.dumps(line) + "\n")
+        self.begun = True
+
+    def keep_round(self, out: Path, number: int) -> None:
+        """The same with all that the round timed."""
+        seconds = {
+            engine: {scene: times[-1] for scene, times in scenes.items() if len(times) == number}
+            for engine, scenes in self.times.items()
+        }
+        self.keep(out, {"round": number, "seconds": seconds, "bare": self.bare[-1:]})
 
     def save(self, out: Path) -> None:
         """OUT/results.json and OUT/results.md, each whole or not at all."""
@@ -68,7 +91,9 @@ class Results:
             "left_out": self.left_out,
             "seconds": {engine.name: self.times.get(engine.name) for engine in self.engines},
             "figures": {engine.name: self.measured[engine.name] for engine in self.engines},
+            "heaps": self.heaps,
             "local_problems": self.problems,
+            "bare_problems": self.bare,
         }
         text = json.dumps(data, indent=2, ensure_ascii=False) + "\n"
         for name, content in (("results.json", text), ("results.md", self.markdown())):
@@ -95,6 +120,12 @@ class Results:
             parts += [several_report.remarks(self, pile)]
         if self.growth:
             parts += ["**growth**: stacks of ten at rest", several_report.growth(self)]
+        if self.firsts:
+            parts += ["**first steps** of structures from no forces", several_report.firsts(self)]
+        if self.heaps:
+            parts += [f"**heaps** of {self.heaps[0][0]['count']} boxes, {heaps.STEPS} steps of 2 ms", heaps.tables(self.heaps)]
+        if self.bare:
+            parts += ["**bare problems**", bare.tables(self.bare)]
         if self.problems:
             parts += ["**local problems**", local.tables(self.problems)]
         lines = [f"- {engine.name}: {engine.settings}." for engine in self.engines]

@@ -38,7 +38,7 @@ class Scene:
     """Boxes, a plane, and how long to simulate."""
 
     name: str
-    kind: str  # "one" box, "several" boxes, or "growth" of their number
+    kind: str  # "one" box, "several" boxes, "growth" of their number, or the "first" step of a structure
     steps: int
     step_seconds: float
     boxes: tuple[Box, ...]
@@ -146,6 +146,26 @@ def several(name: str) -> Scene:
         gravity=np.array(data["gravity"]),
         moves=data["moves"],
     )
+
+
+def wall(rows: int, across: int) -> Scene:
+    """The first step of a wall of bricks that touch, every second row shifted by half a brick."""
+    places = [(k + 0.5 * (row % 2), 0.0, 0.25 + 0.5 * row) for row in range(rows) for k in range(across)]
+    bricks = [solid(np.array((1.0, 0.5, 0.5)), 2.0, at_rest(place)) for place in places]
+    return structure("wall", bricks, 0.7)
+
+
+def pyramid(rows: int) -> Scene:
+    """The first step of a pyramid of cubes, 0.1 m between neighbours, each on two of the row below."""
+    places = [
+        (1.1 * k + 0.55 * row, 0.0, 0.5 + row) for row in range(rows) for k in range(rows - row)
+    ]
+    return structure("pyramid", [solid(np.ones(3), 1.0, at_rest(place)) for place in places], 0.5)
+
+
+def structure(what: str, boxes: list[Box], friction: float) -> Scene:
+    name = f"{what} of {len(boxes)}"
+    return Scene(name, "first", 1, 0.002, tuple(boxes), friction, moves=False)
 
 
 def stacks(count: int, steps: int) -> Scene:

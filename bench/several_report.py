@@ -71,6 +71,23 @@ def growth(results) -> str:
     return table(heads, rows)
 
 
+def firsts(results) -> str:
+    """What the first step of each structure takes, and what memory it needs."""
+    engines = [engine for engine in results.engines if any(map(engine.runs, results.firsts))]
+    heads = [f"{engine.name}: ms" for engine in engines] + [f"{engine.name}: MiB" for engine in engines]
+    heads += [f"{engine.name} to {MUJOCO}" for engine in engines if engine.name != MUJOCO]
+    rows = []
+    for scene in results.firsts:
+        row = [shown(cost(results, engine, scene, "time"), 1e3) for engine in engines]
+        row += [shown(cost(results, engine, scene, "memory"), 1 / 1024) for engine in engines]
+        for engine in engines:
+            if engine.name != MUJOCO:
+                seconds = results.times[engine.name].get(scene.name, [])
+                row.append(results.ratio(seconds, MUJOCO, scene) if seconds else NOTHING)
+        rows.append([scene.name, *row])
+    return table(heads, rows)
+
+
 def cost(results, engine, scene: Scene, what: str) -> float | None:
     """Seconds a step or KiB; `None` where the engine did not run."""
     seconds = results.times[engine.name].get(scene.name)

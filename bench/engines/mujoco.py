@@ -132,7 +132,7 @@ def engines() -> list[Engine]:
         ),
         Mujoco(
             "elliptic",
-            "one several growth",
+            "one several growth first",
             'cone="elliptic" solver="Newton"',
             "",
             "elliptic cone, Newton, Euler, default softness",

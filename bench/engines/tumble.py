@@ -61,7 +61,7 @@ class Tumble(Engine):
 class Several(Engine):
     """tumble's native solver on several boxes, by the program examples/several_bodies.rs."""
 
-    kinds = ["several", "growth"]
+    kinds = ["several", "growth", "first"]
     name = "tumble"
     settings = (
         "native, no settings, by `examples/several_bodies.rs`; timed: the loop over `step`, "
