@@ -24,7 +24,7 @@ pub enum Volume {
     /// Its hull: it is closed and convex, or points alone.
     Hull,
     /// What its triangles enclose, as [`enclosed`] has it.
-    Triangles([Mass; 2]),
+    Triangles(Box<[Mass; 2]>),
     /// Nothing: its triangles are not read.
     Unknown,
 }
@@ -103,7 +103,8 @@ pub fn read(reading: &Reading<'_>, name: &str, scale: [f64; 3]) -> Result<Hulled
 /// The hull of triangles, counter-clockwise seen from outside, m.
 pub fn of_facets(facets: &[[Vector3<f64>; 3]]) -> Result<Hulled, String> {
     let is_whole = Mesh::from_facets(facets).and_then(|mesh| mesh.hull()).is_ok();
-    let volume = if is_whole { Volume::Hull } else { Volume::Triangles(enclosed(facets)) };
+    let volume =
+        if is_whole { Volume::Hull } else { Volume::Triangles(Box::new(enclosed(facets))) };
     let corners = facets.iter().flatten().map(|corner| (*corner).into());
     Ok(Hulled { volume, ..hull(corners)? })
 }

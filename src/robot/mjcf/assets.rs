@@ -69,7 +69,7 @@ impl Reader<'_> {
         let counted = |hulled: Hulled| {
             let is_whole = hulled.outside == 0.0;
             let volume = match (inertia, hulled.volume) {
-                (1, Volume::Triangles([_, exact])) => Volume::Triangles([exact, exact]),
+                (1, Volume::Triangles(both)) => Volume::Triangles(Box::new([both[1]; 2])),
                 (2, Volume::Triangles(_)) if is_whole => Volume::Hull,
                 (2, Volume::Triangles(_)) | (3, _) => Volume::Unknown,
                 (_, volume) => volume,

@@ -262,7 +262,7 @@ impl Reader<'_> {
             return Ok(());
         }
         let unit = match volume {
-            Volume::Triangles([mass, _]) => *mass,
+            Volume::Triangles(both) => both[0],
             Volume::Hull | Volume::Unknown => solid(form).map_err(|why| element.wrong(why))?,
         };
         if unit.mass <= 0.0 {

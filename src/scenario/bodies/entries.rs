@@ -117,7 +117,8 @@ impl SurfaceTable {
             let count = triangles.len();
             return Err(format!("triangles: {count} given; allowed is 1 to {MOST_TRIANGLES}"));
         }
-        if let Some(odd) = vertices.iter().flatten().find(|number| !(number.abs() <= 1e6)) {
+        if let Some(odd) = vertices.iter().flatten().find(|number| !(-1e6..=1e6).contains(*number))
+        {
             return Err(format!("vertices: {odd} m is given; allowed is -1e6 to 1e6"));
         }
         if let Some(odd) = triangles.iter().flatten().find(|index| **index >= vertices.len()) {
