@@ -16,7 +16,7 @@ use tumble::scenario::failure::Failure;
 use tumble::scenario::joint::JointModel;
 use tumble::scenario::model::Model;
 use tumble::scenario::scene::{OutputFormat, Scene as Content};
-use tumble::scenario::settings::Settings;
+use tumble::scenario::settings::{RobotSettings, Settings};
 
 /// The bytes of a regular file of at most `most`.
 pub fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
@@ -61,7 +61,7 @@ impl Scene {
     #[allow(clippy::too_many_arguments)]
     #[pyo3(signature = (
         text, path, *, seed=None, steps=None, start_index=None, time_step=None, rotation=None, friction=None,
-        restitution=None, solver=None, residual=None, model=None
+        restitution=None, solver=None, residual=None, packages=None, leave_out=None, point_contacts=None, model=None
     ))]
     fn new(
         text: &str,
@@ -75,6 +75,9 @@ impl Scene {
         restitution: Option<f64>,
         solver: Option<&str>,
         residual: Option<f64>,
+        packages: Option<PathBuf>,
+        leave_out: Option<Vec<String>>,
+        point_contacts: Option<bool>,
         model: Option<&str>,
     ) -> PyResult<Self> {
         let start_index = start_index.map(first_index).transpose()?;
@@ -89,6 +92,11 @@ impl Scene {
             restitution,
             solver: solver.map(solver_name).transpose()?,
             residual,
+            robot: RobotSettings {
+                packages,
+                leave_out: leave_out.unwrap_or_default(),
+                point_contacts: point_contacts.unwrap_or(false),
+            },
             ..Settings::default()
         };
         let mut content = Content::of_text(text, &path, flags, &read).map_err(in_python)?;

@@ -340,7 +340,8 @@ impl Simulation {
     ) -> PyResult<()> {
         let controls = numbers("controls", &controls)?;
         let (own, simulation) = (robot.own(), &mut self.moved().simulation);
-        for joint in own.robot().actuators.iter().map(|actuator| actuator.joint) {
+        let joints = own.robot().actuators.iter().flat_map(|actuator| &actuator.joints);
+        for joint in joints.map(|(joint, _)| *joint) {
             let Some((number, axis)) = own.axis(joint) else { continue };
             let drive = own.drive(joint, controls).map_err(refused)?;
             simulation.set_drive(number, joint_axis(axis), drive).map_err(refused)?;

@@ -31,6 +31,34 @@ def test_a_file_is_a_scene():
         robot["root"]
 
 
+def test_a_file_is_read_as_is_said(tmp_path):
+    wedge = (MODELS / "parts" / "wedge.obj").read_bytes()
+    for folder in (tmp_path / "arm", tmp_path / "there" / "leg"):
+        folder.mkdir(parents=True)
+        (folder / "wedge.obj").write_bytes(wedge)
+    text = (
+        "<robot name='m'><link name='a'><inertial><mass value='1'/><inertia ixx='0.4' iyy='0.4' izz='0.4'"
+        " ixy='0' ixz='0' iyz='0'/></inertial><collision><geometry><mesh filename='package://NAME/wedge.obj'/>"
+        "</geometry></collision></link></robot>"
+    )
+    (tmp_path / "arm.urdf").write_text(text.replace("NAME", "arm"))
+    (tmp_path / "leg.urdf").write_text(text.replace("NAME", "leg"))
+    assert len(tumble.load(tmp_path / "arm.urdf").bodies) == 1
+    with pytest.raises(tumble.TumbleError, match="packages"):
+        tumble.load(tmp_path / "leg.urdf")
+    scene = tumble.load(tmp_path / "leg.urdf", packages=tmp_path / "there")
+    assert pickle.loads(pickle.dumps(scene)).bodies == scene.bodies
+    ball = tmp_path / "ball.xml"
+    ball.write_text(
+        "<mujoco><worldbody><body name='a'><freejoint/><geom size='0.1' condim='6'/></body>"
+        "<body name='b'><freejoint/><geom size='0.1'/></body></worldbody></mujoco>"
+    )
+    with pytest.raises(tumble.TumbleError, match="condim"):
+        tumble.load(ball)
+    assert tumble.load(ball, point_contacts=True).bodies == ["a", "b"]
+    assert tumble.load(ball, leave_out=["body:a"]).bodies == ["b"]
+
+
 def test_of_a_scene_with_a_robot_what_came_later_can_go():
     scene = standing()
     simulation, other = scene.simulate(), scene.simulate()

@@ -83,6 +83,7 @@ fn of_flags(args: &SimulateArgs) -> Result<Settings, Failure> {
         max_iter: args.max_iter,
         residual: args.residual,
         on_failure: args.on_failure,
+        robot: args.robot.settings(),
         ..of_physics(&args.physics)?
     })
 }

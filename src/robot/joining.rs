@@ -163,10 +163,11 @@ pub fn drive(robot: &Robot, index: usize, controls: &[f64]) -> Result<Drive, Str
         armature: joint.armature,
         ..Drive::NONE
     };
-    let own = |(_, actuator): &(usize, &Actuator)| actuator.joint == index;
-    for (number, actuator) in robot.actuators.iter().enumerate().filter(own) {
+    for (number, actuator) in robot.actuators.iter().enumerate() {
         let control = controls.get(number).copied().unwrap_or(0.0);
-        add_actuator(actuator, control, joint, &mut drive)?;
+        for (_, share) in actuator.joints.iter().filter(|(of, _)| *of == index) {
+            add_actuator((actuator, share * actuator.gear), control, joint, &mut drive)?;
+        }
     }
     if let (Some([low, high]), None) = (joint.effort, &drive.motor) {
         drive.force = drive.force.clamp(low, high);
@@ -175,7 +176,7 @@ pub fn drive(robot: &Robot, index: usize, controls: &[f64]) -> Result<Drive, Str
 }
 
 fn add_actuator(
-    actuator: &Actuator,
+    (actuator, gear): (&Actuator, f64),
     control: f64,
     joint: &Joint,
     drive: &mut Drive,
@@ -185,7 +186,6 @@ fn add_actuator(
         Some([low, high]) => control.clamp(low, high),
         None => control,
     };
-    let gear = actuator.gear;
     let constant = gear * (actuator.gain * control + actuator.bias[0]);
     let [stiffness, damping] = [1, 2].map(|k| -actuator.bias[k] * gear * gear);
     let bounds = actuator.force_range.map(|[low, high]| {

@@ -54,6 +54,52 @@ impl Mass {
     }
 }
 
+/// What triangles enclose, of 1 kg/m³: the centre c is the mean of the cones between them and the mean of their area, and mass
+/// and inertia about it are those of the cones between them and c. Once all of them are added, and once those that face c are taken
+/// off: both are the volume inside of closed triangles that all see c from outside, the second that of all closed ones. Of a cone
+/// with the corners v from c,
+///
+/// ```text
+/// V = |v₁·(v₂×v₃)|/6,  ∫ x = V s/4,  ∫ x xᵀ = V (Σ v vᵀ + s sᵀ)/20,  s = Σ v
+/// ```
+pub fn enclosed(triangles: &[[Vector3<f64>; 3]]) -> [Mass; 2] {
+    let (mut area, mut middle) = (0.0, Vector3::zeros());
+    for [a, b, c] in triangles {
+        let own = (b - a).cross(&(c - a)).norm();
+        area += own;
+        middle += (a + b + c) * (own / 3.0);
+    }
+    let middle = if area > 0.0 { middle / area } else { middle };
+    [true, false].map(|adds| {
+        // ∫ 1, ∫ x and ∫ x xᵀ about a point.
+        let moments = |point: &Vector3<f64>| {
+            let (mut volume, mut first) = (0.0, Vector3::zeros());
+            let mut second = Matrix3::zeros();
+            for triangle in triangles {
+                let corners = triangle.map(|corner| corner - point);
+                let [a, b, c] = corners;
+                let signed = a.dot(&b.cross(&c)) / 6.0;
+                let own = if adds { signed.abs() } else { signed };
+                let sum = a + b + c;
+                let arms = [a, b, c, sum];
+                let squares: Matrix3<f64> = arms.iter().map(|arm| arm * arm.transpose()).sum();
+                volume += own;
+                first += sum * (own / 4.0);
+                second += squares * (own / 20.0);
+            }
+            (volume, first, second)
+        };
+        let (volume, first, _) = moments(&middle);
+        if volume <= 0.0 {
+            return Mass::NONE;
+        }
+        let centre = middle + first / volume;
+        let (mass, _, second) = moments(&centre);
+        let inertia = Matrix3::from_diagonal_element(second.trace()) - second;
+        Mass { mass, centre, inertia: symmetric(&inertia) }
+    })
+}
+
 /// The two halves of a sum may differ in their last bits.
 pub fn symmetric(matrix: &Matrix3<f64>) -> Matrix3<f64> {
     (matrix + matrix.transpose()) * 0.5

@@ -1,7 +1,8 @@
 //! Meshes of robots: of their vertices the convex hull counts; for the eye their triangles.
 
-use super::model::{Look, Surface};
-use super::{Reading, collada};
+use super::mass::enclosed;
+use super::model::{Look, Mass, Surface};
+use super::{Reading, collada, msh};
 use crate::error::Error;
 use crate::geometry::Piece;
 use crate::geometry::hull::Face;
@@ -17,13 +18,24 @@ const LARGEST_MESH: u64 = 32 << 20;
 /// Triangles of all looks of a robot, so that a page stays small.
 pub const MOST_SEEN: usize = 20_000;
 
-/// The corners of the convex hull of a mesh, and whether the mesh is as large as it, so that its mass is known.
+/// What the mass of a mesh follows from.
+#[derive(Debug, Clone)]
+pub enum Volume {
+    /// Its hull: it is closed and convex, or points alone.
+    Hull,
+    /// What its triangles enclose, as [`enclosed`] has it.
+    Triangles(Box<[Mass; 2]>),
+    /// Nothing: its triangles are not read.
+    Unknown,
+}
+
+/// The corners of the convex hull of a mesh, and what its mass follows from.
 #[derive(Debug, Clone)]
 pub struct Hulled {
     /// m.
     pub corners: Vec<[f64; 3]>,
-    /// Whether the mesh is closed and convex.
-    pub is_whole: bool,
+    /// What its mass follows from.
+    pub volume: Volume,
     /// How far points of the mesh are outside of the planes of the corners' hull, m: more than 0 where the hull of all of
     /// them has more corners than a piece may have.
     pub outside: f64,
@@ -55,9 +67,11 @@ fn facets(
     let facets = match &*extension(name) {
         "stl" => facets_of_stl(&reading.bytes(name, LARGEST_MESH)?),
         "obj" => facets_of_obj(&reading.text(name, LARGEST_MESH)?),
+        "msh" => msh::facets(&reading.bytes(name, LARGEST_MESH)?),
         "dae" => return Err(odd(&"of .dae the corners alone are read, and no triangles")),
         _ => {
-            let why = "only .stl, .obj and .dae are read; convert it, or give boxes or capsules";
+            let why =
+                "only .stl, .obj, .msh and .dae are read; convert it, or give boxes or capsules";
             return Err(odd(&why));
         }
     };
@@ -77,12 +91,22 @@ pub fn read(reading: &Reading<'_>, name: &str, scale: [f64; 3]) -> Result<Hulled
         let points = collada::points(&reading.text(name, LARGEST_MESH)?);
         let points = points.map_err(|why| odd(name, &why))?.into_iter();
         let points = points.map(|point| point.component_mul(&Vector3::from(scale)).into());
-        return Ok(Hulled { is_whole: false, ..hull(points).map_err(|why| odd(name, &why))? });
+        return Ok(Hulled {
+            volume: Volume::Unknown,
+            ..hull(points).map_err(|why| odd(name, &why))?
+        });
     }
     let facets = facets(reading, name, scale)?;
-    let is_whole = Mesh::from_facets(&facets).and_then(|mesh| mesh.hull()).is_ok();
-    let corners = facets.into_iter().flatten().map(|corner| corner.into());
-    Ok(Hulled { is_whole, ..hull(corners).map_err(|why| odd(name, &why))? })
+    of_facets(&facets).map_err(|why| odd(name, &why))
+}
+
+/// The hull of triangles, counter-clockwise seen from outside, m.
+pub fn of_facets(facets: &[[Vector3<f64>; 3]]) -> Result<Hulled, String> {
+    let is_whole = Mesh::from_facets(facets).and_then(|mesh| mesh.hull()).is_ok();
+    let volume =
+        if is_whole { Volume::Hull } else { Volume::Triangles(Box::new(enclosed(facets))) };
+    let corners = facets.iter().flatten().map(|corner| (*corner).into());
+    Ok(Hulled { volume, ..hull(corners)? })
 }
 
 /// The triangles of the mesh of a file, with those of the `others` no more than there may be.
@@ -126,24 +150,27 @@ pub fn hull(points: impl Iterator<Item = [f64; 3]>) -> Result<Hulled, String> {
     let points = points.filter(|point| known.insert(bits(point)));
     let points: Vec<_> = points.map(Vector3::from).collect();
     let (piece, outside) = match Piece::hull(&points, 0.0) {
-        Err(Error::Count { .. }) if points.len() > LEAST_REDUCED => reduced(&points),
+        Err(Error::Count { .. }) if points.len() > LEAST_REDUCED => reduced(&points, MOST_CORNERS),
         whole => whole.map(|piece| (piece, 0.0)),
     }
     .map_err(|error| error.to_string())?;
     let corners = piece.core().vertices().iter().map(|&corner| corner.into()).collect();
-    Ok(Hulled { corners, is_whole: outside == 0.0, outside })
+    let volume = if outside == 0.0 { Volume::Hull } else { Volume::Unknown };
+    Ok(Hulled { corners, volume, outside })
 }
 
 /// Fewer points than this have no hull that is too large.
 const LEAST_REDUCED: usize = 1000;
-/// The most corners of a reduced hull: a link may have several, and 1000 corners in all.
+/// The most corners of a hull that is reduced for itself: a link may have several, and 1000 corners in all.
 const MOST_CORNERS: usize = 200;
+/// A hull is reduced to no fewer: those in the 26 directions, and one more.
+pub const LEAST_CORNERS: usize = 27;
 /// What may be outside of a reduced hull's planes, in parts of its extent.
 const OUTSIDE: f64 = 1e-3;
 
-/// The hull of some of the points, and how far the others are outside of its planes (m): from the outermost in the 26
+/// The hull of at most `most` of the points, and how far the others are outside of its planes (m): from the outermost in the 26
 /// directions of a cube's faces, edges and corners on, the farthest point outside of each face is taken in.
-fn reduced(points: &[Vector3<f64>]) -> Result<(Piece, f64), Error> {
+pub fn reduced(points: &[Vector3<f64>], most: usize) -> Result<(Piece, f64), Error> {
     let mut chosen: Vec<Vector3<f64>> = Vec::new();
     for number in 0..27 {
         let digit = |place: i32| f64::from(number / place % 3 - 1);
@@ -169,12 +196,12 @@ fn reduced(points: &[Vector3<f64>]) -> Result<(Piece, f64), Error> {
         });
         let outside = farthest.iter().fold(0.0_f64, |most, (height, _)| most.max(*height));
         let allowed = OUTSIDE * 2.0 * piece.core().reach();
-        if outside <= allowed || chosen.len() >= MOST_CORNERS {
+        if outside <= allowed || chosen.len() >= most {
             return Ok((piece, outside));
         }
         farthest.retain(|(height, _)| *height > allowed);
         farthest.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let room = MOST_CORNERS - chosen.len();
+        let room = most - chosen.len();
         chosen.extend(farthest.iter().take(room).filter_map(|(_, point)| *point));
     }
 }

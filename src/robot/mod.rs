@@ -25,6 +25,7 @@ mod meshes;
 mod mjcf;
 pub mod model;
 pub mod motion;
+mod msh;
 mod notes;
 mod urdf;
 mod xml;
@@ -38,7 +39,7 @@ use crate::scenario::shown;
 use model::Robot;
 use std::collections::BTreeMap;
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 use xml::Element;
 
 /// Files of convex pieces, by the name of the mesh that they are in the place of.
@@ -53,7 +54,8 @@ pub struct Reading<'a> {
     pub folder: &'a Path,
     /// How a file is read, of at most so many bytes.
     pub read: ReadFile<'a>,
-    /// Where the packages of `package://` are: `package://name/rest` is `name/rest` in it.
+    /// Where the packages of `package://` are: `package://name/rest` is `name/rest` in it. Without one they are looked for
+    /// beside the file and in the folders above it, the nearest first.
     pub packages: Option<&'a Path>,
     /// Of a mesh of a URDF, by the name that it has there, the files of its convex pieces; the convex hull of others counts.
     pub pieces: &'a Pieces,
@@ -61,7 +63,12 @@ pub struct Reading<'a> {
     pub left_out: &'a [String],
     /// Whether the root of a URDF is fixed to the world. It flies otherwise, unless it is called `world`.
     pub is_fixed: bool,
+    /// Whether contacts that MJCF has resist turning and rolling (`condim` 4 and 6) are contacts in a point, which rub alone.
+    pub points_rub: bool,
 }
+
+/// How many folders above a relative path packages are looked for.
+const ABOVE: usize = 8;
 
 impl Reading<'_> {
     /// Of a file that names no others.
@@ -74,13 +81,47 @@ impl Reading<'_> {
             pieces: &NO_PIECES,
             left_out: &[],
             is_fixed: false,
+            points_rub: false,
         }
     }
 
     /// The bytes of a file.
     fn bytes(&self, name: &str, most: u64) -> Result<Vec<u8>, String> {
-        let path = self.path(name)?;
-        (self.read)(&path, most).map_err(|error| format!("{}: {error}", shown::path(&path)))
+        let Some(rest) = name.strip_prefix("package://").or(name.strip_prefix("model://")) else {
+            let path = self.folder.join(name.strip_prefix("file://").unwrap_or(name));
+            return (self.read)(&path, most)
+                .map_err(|error| format!("{}: {error}", shown::path(&path)));
+        };
+        let folders = match self.packages {
+            Some(packages) => vec![packages.to_owned()],
+            None => self.folders_above(),
+        };
+        for path in folders.iter().map(|folder| folder.join(rest)) {
+            match (self.read)(&path, most) {
+                Err(error) if is_missing(&error) => {}
+                Err(error) => return Err(format!("{}: {error}", shown::path(&path))),
+                Ok(bytes) => return Ok(bytes),
+            }
+        }
+        let name = shown::line(name);
+        Err(match self.packages {
+            Some(packages) => format!("{name}: it is not in {}", shown::path(packages)),
+            None => format!(
+                "{name}: it is neither beside the robot's file nor in a folder above; name the folder of its packages, \
+                 `packages` or --packages"
+            ),
+        })
+    }
+
+    /// The folder of the file and those above it, the nearest first.
+    fn folders_above(&self) -> Vec<PathBuf> {
+        let mut folders: Vec<_> = self.folder.ancestors().map(Path::to_owned).collect();
+        if self.folder.is_relative() {
+            let up = self.folder.components().take_while(|part| *part == Component::ParentDir);
+            let up = up.count();
+            folders.extend((up + 1..=up + ABOVE).map(|count| PathBuf::from("../".repeat(count))));
+        }
+        folders
     }
 
     /// The text of a file.
@@ -88,17 +129,11 @@ impl Reading<'_> {
         let bytes = self.bytes(name, most)?;
         String::from_utf8(bytes).map_err(|_| format!("{}: it is no text", shown::line(name)))
     }
+}
 
-    /// Where a file is.
-    fn path(&self, name: &str) -> Result<PathBuf, String> {
-        if let Some(rest) = name.strip_prefix("package://") {
-            let packages = self.packages.ok_or_else(|| {
-                format!("{}: the folder of its packages is needed, `packages`", shown::line(name))
-            })?;
-            return Ok(packages.join(rest));
-        }
-        Ok(self.folder.join(name.strip_prefix("file://").unwrap_or(name)))
-    }
+/// Whether nothing is where it was looked for.
+fn is_missing(error: &io::Error) -> bool {
+    matches!(error.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory)
 }
 
 fn no_files(_: &Path, _: u64) -> io::Result<Vec<u8>> {

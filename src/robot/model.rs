@@ -234,7 +234,7 @@ impl Shape {
     }
 }
 
-/// A motor: a force on a joint's axis
+/// A motor: a force on the axes of joints
 ///
 /// ```text
 /// f = gear clamp(gain u + b₀ + b₁ gear x + b₂ gear ẋ)
@@ -245,8 +245,9 @@ impl Shape {
 pub struct Actuator {
     /// What it is called.
     pub name: String,
-    /// An index of joints: a hinge or a slide.
-    pub joint: usize,
+    /// Indices of joints, hinges or slides, and what the gear is multiplied with for each: one and 1, or those of a tendon, whose
+    /// force depends on no coordinate where they are several.
+    pub joints: Vec<(usize, f64)>,
     /// What the force and the coordinate are multiplied with.
     pub gear: f64,
     /// What the control is multiplied with.

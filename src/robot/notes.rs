@@ -9,6 +9,8 @@ pub struct Notes {
     soft: bool,
     /// Links whose look is not read: how many, and why the first is not.
     unseen: Option<(usize, String)>,
+    /// Shapes that would resist turning and rolling.
+    rub_alone: usize,
     said: Vec<String>,
 }
 
@@ -21,6 +23,11 @@ impl Notes {
     /// A setting of soft contacts.
     pub fn soft(&mut self) {
         self.soft = true;
+    }
+
+    /// A shape that would resist turning and rolling where it touches, and does not.
+    pub fn rubs_alone(&mut self) {
+        self.rub_alone += 1;
     }
 
     /// A link whose look is not read, and why.
@@ -48,6 +55,12 @@ impl Notes {
                 "solref, solimp, margin and gap have no meaning: contacts, limits and ties are hard"
                     .to_owned(),
             );
+        }
+        if self.rub_alone > 0 {
+            let count = self.rub_alone;
+            sentences.push(format!(
+                "as was asked for, contacts of {count} <geom> of condim 4 or 6 rub alone, and resist neither turning nor rolling"
+            ));
         }
         if let Some((count, why)) = self.unseen {
             let links = if count == 1 { "a link is" } else { &*format!("{count} links are") };

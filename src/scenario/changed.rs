@@ -36,6 +36,7 @@ impl Settings {
             ("frame", other(&self.frame, &Some(below.frame.unwrap_or(Frame::World)))),
         ];
         let changed = changes.into_iter().filter(|(_, changed)| *changed);
-        changed.map(|(name, _)| name.to_owned()).collect()
+        let robot = self.robot.given().into_iter().skip(1).filter(|(_, given)| *given);
+        changed.chain(robot).map(|(name, _)| name.to_owned()).collect()
     }
 }

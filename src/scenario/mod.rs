@@ -45,7 +45,7 @@ use serde::de::DeserializeOwned;
 use std::path::Path;
 
 /// More bytes than this are no scenario.
-pub const LARGEST_FILE: u64 = 1 << 20;
+pub const LARGEST_FILE: u64 = 4 << 20;
 
 /// The name that the text of the file `path` gives, or else the file's, and what it says. Numbers
 /// that the model itself judges are left to it.

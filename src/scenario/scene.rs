@@ -104,6 +104,7 @@ impl Scene {
         if super::is_robot(text, path) {
             return Self::of_robot(text, path, (flags, given), read);
         }
+        flags.robot.refuse()?;
         let (name, Said { settings: below, ground, entries }) = super::read(text, path)?;
         match entries {
             None => body::refuse_idle_settings(ground, &flags)?,
@@ -133,7 +134,7 @@ impl Scene {
         read: ReadFile<'_>,
     ) -> Result<Self, Failure> {
         bodies::refuse_idle_settings(&flags)?;
-        let (robot, name) = bodies::robots::read_alone(text, path, read)?;
+        let (robot, name) = bodies::robots::read_alone(text, path, &flags.robot, read)?;
         let place = "MJCF, which has the friction of everything";
         refuse_flags(place, &[("--mu", flags.mu.is_some() && robot.options.has_world)])?;
         refuse_flags("a scene of which nothing is random", &[("--seed", flags.seed.is_some())])?;
@@ -163,6 +164,7 @@ impl Scene {
         usual: SolverName,
     ) -> Result<Self, Failure> {
         let ground = name == SceneName::Drop;
+        flags.robot.refuse()?;
         body::refuse_idle_settings(ground, &flags)?;
         let below = Settings::of_scene(name);
         let changed = flags.changed(&below);

@@ -5,13 +5,14 @@ use super::choices::{
     Attitude, DetectionName, FormulationName, Frame, Inertia, OnFailure, Preset, SceneName, Shape,
     SolverName,
 };
-use super::failure::Failure;
+use super::failure::{Failure, refuse_flags};
 use crate::error::Error;
 use crate::mechanics::Rotation;
 use crate::mechanics::load::Polyline;
 use crate::simulation::scene;
 use crate::world::Plane;
 use nalgebra::{Matrix3, Vector3};
+use std::path::PathBuf;
 
 /// All that can be told; `None` where it is not.
 #[derive(Debug, Default)]
@@ -76,6 +77,38 @@ pub struct Settings {
     pub residual: Option<f64>,
     /// What happens with a step that fails.
     pub on_failure: Option<OnFailure>,
+    /// Of a robot's file that is simulated alone.
+    pub robot: RobotSettings,
+}
+
+/// How a robot's file is read that is simulated alone: what `[[robots]]` says of others.
+#[derive(Debug, Default)]
+pub struct RobotSettings {
+    /// The folder of packages.
+    pub packages: Option<PathBuf>,
+    /// What is as if it were not there.
+    pub leave_out: Vec<String>,
+    /// Whether contacts that would resist turning and rolling rub alone.
+    pub point_contacts: bool,
+}
+
+impl RobotSettings {
+    /// Its flags, and whether they are given.
+    pub fn given(&self) -> [(&'static str, bool); 3] {
+        [
+            ("packages", self.packages.is_some()),
+            ("leave-out", !self.leave_out.is_empty()),
+            ("point-contacts", self.point_contacts),
+        ]
+    }
+
+    /// Refuses them of what is no robot's file.
+    ///
+    /// # Errors
+    /// The first one that is given.
+    pub fn refuse(&self) -> Result<(), Failure> {
+        refuse_flags("anything but a robot's file; in a scenario [[robots]] says it", &self.given())
+    }
 }
 
 impl Settings {
@@ -138,6 +171,7 @@ impl Settings {
             max_iter: self.max_iter.or(below.max_iter),
             residual: self.residual.or(below.residual),
             on_failure: self.on_failure.or(below.on_failure),
+            robot: self.robot,
         }
     }
 }

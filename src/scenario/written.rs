@@ -97,8 +97,24 @@ fn piece(placed: &PlacedForm) -> Result<String, String> {
             return Err("mesh: it stands in a file, which a text cannot have".to_owned());
         }
     };
+    Ok(at_place(&form, placed))
+}
+
+/// A part of what a body looks like.
+fn seen(placed: &PlacedForm) -> Result<String, String> {
+    match &placed.form {
+        Form::Mesh { vertices, triangles, .. } => {
+            let surface =
+                format!("surface = {{ vertices = {vertices:?}, triangles = {triangles:?} }}");
+            Ok(at_place(&surface, placed))
+        }
+        _ => piece(placed),
+    }
+}
+
+fn at_place(form: &str, placed: &PlacedForm) -> String {
     let Place { position, attitude } = placed.place;
-    Ok(format!("{{ {form}, position = {position:?}, attitude = {attitude:?} }}"))
+    format!("{{ {form}, position = {position:?}, attitude = {attitude:?} }}")
 }
 
 fn pieces<'a>(placed: impl Iterator<Item = &'a PlacedForm>) -> Result<String, String> {
@@ -148,6 +164,10 @@ fn body_table(out: &mut String, body: &BodyModel, model: &Model) -> Result<(), S
         lines.push(format!("load = {{ {}{at} }}", parts.join(", ")));
     }
     lines.extend(body.colour.map(|colour| format!("colour = \"{}\"", String::from(colour))));
+    if let Some(look) = body.look.and_then(|look| model.looks.get(look)) {
+        let parts: Result<Vec<_>, String> = look.iter().map(seen).collect();
+        lines.push(format!("look = [\n    {},\n]", parts?.join(",\n    ")));
+    }
     lines.extend(body.label.as_ref().map(|label| format!("label = {}", quoted(&label.0))));
     let _ = writeln!(out, "\n[[bodies]]\n{}", lines.join("\n"));
     Ok(())

@@ -140,6 +140,39 @@ fn gears_moving_surfaces_and_a_later_start_are_written_down() {
     assert!(written.contains("[[driven]]\nname = \"parcel-drive\""), "{written}");
 }
 
+/// Packages are found from the file's folder upwards, or in the folder that a flag names; `convert` takes the same flags.
+#[test]
+fn packages_have_a_flag() {
+    let directory = tempfile::tempdir().unwrap();
+    let at = |name: &str| directory.path().join(name);
+    fs::create_dir_all(at("arm/urdf")).unwrap();
+    fs::create_dir_all(at("arm/parts")).unwrap();
+    fs::copy(model("parts/wedge.obj"), at("arm/parts/wedge.obj")).unwrap();
+    let robot = "<robot name='m'><link name='a'><inertial><mass value='1'/><inertia ixx='0.4' iyy='0.4' izz='0.4' ixy='0' ixz='0' iyz='0'/>\
+        </inertial><collision><geometry><mesh filename='package://arm/parts/wedge.obj'/></geometry></collision></link></robot>";
+    fs::write(at("arm/urdf/arm.urdf"), robot).unwrap();
+    fs::write(at("alone.urdf"), robot.replace("package://arm", "package://leg")).unwrap();
+    let out = at("out");
+    let simulate = |file: &str, flags: &[&str]| {
+        let file = at(file);
+        let base = ["--scenario", text(&file), "--steps", "3", "--quiet", "--out", text(&out)];
+        run(&[&base[..], flags].concat())
+    };
+    assert_eq!(simulate("arm/urdf/arm.urdf", &[]).code, Some(0));
+    simulate("alone.urdf", &[]).assert_refused(2, &["leg/parts/wedge.obj", "--packages"]);
+    fs::create_dir_all(at("there")).unwrap();
+    fs::rename(at("arm"), at("there/leg")).unwrap();
+    let there = at("there");
+    assert_eq!(simulate("alone.urdf", &["--packages", text(&there)]).code, Some(0));
+    let toml = at("alone.toml");
+    let robot = at("alone.urdf");
+    let end = run(&["convert", text(&robot), text(&toml), "--packages", text(&there)]);
+    assert_eq!(end.code, Some(0), "{end:?}");
+    run(&["--scenario", text(&toml), "--packages", text(&there)])
+        .assert_refused(2, &["--packages", "[[robots]]"]);
+    run(&["--leave-out", "link"]).assert_refused(2, &["--leave-out"]);
+}
+
 #[test]
 fn what_cannot_be_is_said_in_one_sentence() {
     let directory = tempfile::tempdir().unwrap();

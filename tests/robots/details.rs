@@ -331,8 +331,8 @@ fn meshes_are_hulls_or_pieces() {
             text,
         )
     };
-    let why = with("").err().unwrap_or_default();
-    assert!(why.contains("packages") && why.contains("<mesh>"), "{why}");
+    let why = with("packages = \"parts\"").err().unwrap_or_default();
+    assert!(why.contains("package://parts/wedge.obj") && why.contains("<mesh>"), "{why}");
     let hull = with("packages = \".\"").unwrap();
     let body = &hull.world.bodies()[0];
     assert_eq!((body.pieces().len(), body.contact_points().len()), (1, 6));

@@ -9,6 +9,7 @@ use tumble::robot::{Reading, read};
 use tumble::scenario::model::{BodyModel, Model};
 use tumble::scenario::scene::{OutputFormat, Scene};
 use tumble::scenario::settings::Settings;
+use tumble::scenario::written;
 use tumble::simulation::tables::TableStep;
 use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble_pictures::{Film, Mesh, Piece};
@@ -146,6 +147,32 @@ fn looks_are_read_back() {
 }
 
 /// A look that cannot be read changes nothing but what is drawn, and is told of in one sentence.
+/// A converted scenario has what bodies look like; a surface that has no such corner is refused by name.
+#[test]
+fn looks_are_written_down() {
+    let visuals = r#"<visual><origin xyz="0 0.1 0" rpy="0.3 0 1"/><geometry><mesh filename="prism.obj"/></geometry></visual>
+      <visual><origin xyz="0 0 2"/><geometry><sphere radius="0.5"/></geometry></visual>"#;
+    let scene = scene_of(&one(visuals));
+    let text = written::text(&scene).unwrap();
+    let read = |text: &str| {
+        Scene::of_text(text, Path::new("robots/robot.toml"), Settings::default(), &files)
+    };
+    let again = read(&text).unwrap();
+    let films = [&scene, &again].map(|scene| film_of(scene, model_of(scene)));
+    assert_eq!(films[0].bodies[0].pieces, films[1].bodies[0].pieces);
+    assert_eq!(written::text(&again).unwrap(), text);
+    for (from, to, said) in [
+        ("triangles = [[0,", "triangles = [[99,", "look[0].surface.triangles: 99"),
+        ("vertices = [[0.0", "vertices = [[1e9", "look[0].surface.vertices"),
+        ("sphere = 0.5", "radius = 0.5", "look[1]"),
+    ] {
+        let odd = text.replacen(from, to, 1);
+        assert_ne!(odd, text, "{from}");
+        let why = read(&odd).err().map(|failure| failure.to_string()).unwrap_or_default();
+        assert!(why.contains(said), "{why}");
+    }
+}
+
 #[test]
 fn what_is_not_read_is_named_and_the_shapes_are_drawn() {
     let mesh =

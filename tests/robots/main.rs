@@ -6,4 +6,5 @@ mod gears;
 mod looks;
 mod loose;
 mod models;
+mod reading;
 mod scenes;

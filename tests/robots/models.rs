@@ -70,7 +70,7 @@ fn compare(name: &str, robot: &Robot, figures: &Value) {
     assert_eq!(robot.actuators.len(), actuators.len(), "{name}");
     for (ours, theirs) in robot.actuators.iter().zip(actuators) {
         let what = format!("{name}: {}", ours.name);
-        assert_eq!(ours.joint as u64, theirs["joint"].as_u64().unwrap(), "{what}");
+        assert_eq!(ours.joints, [(theirs["joint"].as_u64().unwrap() as usize, 1.0)], "{what}");
         alike(
             &what,
             &[ours.gear, ours.gain],

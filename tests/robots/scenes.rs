@@ -1,9 +1,11 @@
 //! Robots in scenes: what they weigh on, what holds them, and what wrong files come to.
 
+use nalgebra::Vector3;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use tumble::joint::{JointAxis, Motor};
+use tumble::mechanics::{Load, Polyline};
 use tumble::robot::{Assembled, Reading, read};
 use tumble::scenario::scene::Scene;
 use tumble::scenario::settings::Settings;
@@ -49,7 +51,8 @@ fn hold(simulation: &mut Simulation<'_>, robot: &Assembled, joint: &str, target:
     simulation.set_motor(joint, JointAxis::Angular(2), Some(motor)).unwrap();
 }
 
-/// A quadruped that is let fall with its legs bent lands, stands, and stays where it stands: its feet carry its weight.
+/// A quadruped that is let fall with its legs bent lands, stands, sways where it is pushed, and stays where it stands: its feet carry its
+/// weight.
 #[test]
 fn a_quadruped_lands_and_stands() {
     let legs = ["fl", "fr", "rl", "rr"];
@@ -71,28 +74,36 @@ fn a_quadruped_lands_and_stands() {
         hold(&mut simulation, robot, &format!("{leg}_knee"), -1.6);
     }
     let mut record = StepRecord::new();
-    let mut still = None;
-    for step in 0..2500 {
-        simulation.step(&mut record).unwrap();
-        assert!(record.report.status != StepStatus::Failed, "step {step}");
-        assert!(
-            record.certificate.residual() <= 1e-9,
-            "step {step}: {:e}",
-            record.certificate.residual()
-        );
-        assert!(joint_error(&simulation) <= 1e-12, "step {step}: {:e}", joint_error(&simulation));
-        if step == 2000 {
-            still = Some(simulation.states().to_vec());
-        }
-    }
     let weight: f64 =
         simulation.world().bodies().iter().map(|body| body.mass()).sum::<f64>() * 9.81;
-    let carried: f64 =
-        (0..simulation.states().len()).map(|body| record.solution.total_force(body)[2]).sum();
-    assert!((carried - weight).abs() <= 1e-9 * weight, "{carried} {weight}");
-    // No creep: in the last second nothing has moved.
-    for (now, then) in simulation.states().iter().zip(still.unwrap()) {
-        assert!((now.position - then.position).norm() <= 1e-9, "{:?} {:?}", now, then);
+    // It lands, and then it is pushed at its trunk for 0.2 s, N.
+    for push in [0.0, 40.0] {
+        let begin = simulation.states()[0].position;
+        let (mut still, mut sway) = (None, 0.0_f64);
+        for step in 0..2500 {
+            if push > 0.0 && (step == 0 || step == 100) {
+                let push = if step == 0 { push } else { 0.0 };
+                let force = Polyline::constant(Vector3::new(0.0, push, 0.0)).unwrap();
+                let load = Load::new(force, Polyline::default(), Vector3::zeros()).unwrap();
+                simulation.set_load(0, load).unwrap();
+            }
+            simulation.step(&mut record).unwrap();
+            assert!(record.report.status != StepStatus::Failed, "step {step}");
+            let (residual, off) = (record.certificate.residual(), joint_error(&simulation));
+            assert!(residual <= 1e-9 && off <= 1e-12, "step {step}: {residual:e} {off:e}");
+            sway = sway.max((simulation.states()[0].position - begin).norm());
+            if step == 2000 {
+                still = Some(simulation.states().to_vec());
+            }
+        }
+        assert!(sway > 5e-3, "{push}: {sway}");
+        let carried: f64 =
+            (0..simulation.states().len()).map(|body| record.solution.total_force(body)[2]).sum();
+        assert!((carried - weight).abs() <= 1e-9 * weight, "{push}: {carried} {weight}");
+        // No creep: in the last second nothing has moved.
+        for (now, then) in simulation.states().iter().zip(still.unwrap()) {
+            assert!((now.position - then.position).norm() <= 1e-9, "{push}: {now:?} {then:?}");
+        }
     }
     assert!((0.2..0.4).contains(&simulation.states()[0].position[2]));
     // Read as coordinates: what the motors hold them at, but for what the weight takes.

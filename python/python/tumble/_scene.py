@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 Fields = Mapping[str, Any]
 """A table of a scenario file: its fields are those of scenarios/README.md."""
 
-_LARGEST_FILE = 1 << 20
+_LARGEST_FILE = 4 << 20
 _LARGEST_ROBOT = 16 << 20
 _LARGEST_SEED = 2**32 - 1
 _MOST_STEPS = 9_999_999
@@ -119,6 +119,9 @@ class Scene(CoreScene):
         restitution: Optional[float] = None,
         solver: Optional[str] = None,
         residual: Optional[float] = None,
+        packages: Union[str, "os.PathLike[str]", None] = None,
+        leave_out: Optional[Iterable[str]] = None,
+        point_contacts: Optional[bool] = None,
         model: Optional[str] = None,
     ) -> "Scene":
         """The scene of a scenario's text; ``path`` names it, and its meshes are beside it.
@@ -136,6 +139,9 @@ class Scene(CoreScene):
             "restitution": restitution,
             "solver": solver,
             "residual": residual,
+            "packages": None if packages is None else os.fspath(packages),
+            "leave_out": None if leave_out is None else list(leave_out),
+            "point_contacts": point_contacts,
             "model": model,
         }
         scene = super().__new__(cls, text, os.fspath(path), **settings)
@@ -245,6 +251,9 @@ def load(
     restitution: Optional[float] = None,
     solver: Optional[str] = None,
     residual: Optional[float] = None,
+    packages: Union[str, "os.PathLike[str]", None] = None,
+    leave_out: Optional[Iterable[str]] = None,
+    point_contacts: Optional[bool] = None,
 ) -> Scene:
     """Reads a scenario file (TOML; scenarios/README.md has every field), or a robot's, URDF or MJCF: a
     scene of its own, upon level ground where the file has none.
@@ -253,7 +262,9 @@ def load(
     bodies turn), ``friction``, ``restitution``, ``solver`` ("native", or "ipopt" where
     tumble.has_ipopt) and ``residual`` (to which the native solver solves a step, m/s, 1e-9 to 1e-2) go before
     what the file says. Of the two solvers, "native" is taken
-    where nothing is said, and 1e-9 as residual. Raises OSError where the file cannot be read, TumbleError where it is no scene.
+    where nothing is said, and 1e-9 as residual. Of a robot's file: ``packages`` is the folder in which ``package://name/rest`` is
+    ``name/rest`` (without it, the first folder that has it, from that of the file upwards), ``leave_out`` names what of it is as if it were
+    not there (["tendon", "body:goal", "@condim"]), and ``point_contacts`` has contacts of condim 4 and 6 rub alone. Raises OSError where the file cannot be read, TumbleError where it is no scene.
     """
     most = _LARGEST_ROBOT if os.fspath(path).endswith((".urdf", ".xml")) else _LARGEST_FILE
     with open(path, "rb") as stream:
@@ -276,6 +287,9 @@ def load(
         restitution=restitution,
         solver=solver,
         residual=residual,
+        packages=packages,
+        leave_out=leave_out,
+        point_contacts=point_contacts,
     )
 
 

@@ -33,6 +33,9 @@ class CoreScene:
         restitution: Optional[float] = None,
         solver: Optional[str] = None,
         residual: Optional[float] = None,
+        packages: Optional[str] = None,
+        leave_out: Optional[List[str]] = None,
+        point_contacts: Optional[bool] = None,
         model: Optional[str] = None,
     ) -> Self: ...
     @property

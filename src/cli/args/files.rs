@@ -1,6 +1,6 @@
 //! The arguments of the commands that read a file.
 
-use super::shared::{AnimationArgs, PhysicsArgs};
+use super::shared::{AnimationArgs, PhysicsArgs, RobotArgs};
 use crate::cli::values;
 use clap::Args;
 use std::path::PathBuf;
@@ -93,6 +93,8 @@ pub struct ConvertArgs {
     /// The scenario file that is written: bodies, joints and motors, with all numbers.
     #[arg(value_name = "OUT.toml")]
     pub out: PathBuf,
+    #[command(flatten)]
+    pub robot: RobotArgs,
     /// No summary.
     #[arg(long)]
     pub quiet: bool,

@@ -4,7 +4,9 @@ use crate::cli::choices::Inertia;
 use crate::cli::values::{self, LoadKnot};
 use clap::{Args, ValueEnum};
 use nalgebra::Vector3;
+use std::path::PathBuf;
 use tumble::mechanics::Rotation;
+use tumble::scenario::settings::RobotSettings;
 use tumble::world::Plane;
 use tumble_pictures::animation::View;
 
@@ -22,6 +24,33 @@ impl From<RotationName> for Rotation {
         match name {
             RotationName::Momentum => Self::Momentum,
             RotationName::Tutorial => Self::Tutorial,
+        }
+    }
+}
+
+/// How a robot's file is read that is simulated alone.
+#[derive(Debug, Args)]
+pub struct RobotArgs {
+    /// Of a robot's file: the folder in which `package://name/rest` is `name/rest` [default: the first folder with it, from that
+    /// of the file upwards].
+    #[arg(long, value_name = "DIR")]
+    packages: Option<PathBuf>,
+    /// Of a robot's file: what of it is as if it were not there, `tag` or `name` of elements, `tag:name` of one, `@attribute` of all;
+    /// may be given more than once.
+    #[arg(long, value_name = "WHAT")]
+    leave_out: Vec<String>,
+    /// Of an MJCF file: contacts that resist turning and rolling (condim 4 and 6) rub alone.
+    #[arg(long)]
+    point_contacts: bool,
+}
+
+impl RobotArgs {
+    /// What they say.
+    pub fn settings(&self) -> RobotSettings {
+        RobotSettings {
+            packages: self.packages.clone(),
+            leave_out: self.leave_out.clone(),
+            point_contacts: self.point_contacts,
         }
     }
 }

@@ -1,6 +1,6 @@
 //! The arguments of a simulation.
 
-use super::shared::{AnimationArgs, PhysicsArgs};
+use super::shared::{AnimationArgs, PhysicsArgs, RobotArgs};
 use crate::cli::choices::{
     Attitude, DetectionName, FormulationName, Frame, OnFailure, Preset, SceneName, SolverName,
 };
@@ -37,6 +37,8 @@ pub struct SimulateArgs {
     /// The floating scene draws nothing and only records it [default: 42].
     #[arg(long, value_parser = values::seed, allow_hyphen_values = true)]
     pub seed: Option<u32>,
+    #[command(flatten)]
+    pub robot: RobotArgs,
     #[command(flatten)]
     pub physics: PhysicsArgs,
     /// Position of the centre of mass at the start, m, −1e6 to 1e6 [default: drop 0,0,2.5,
@@ -184,6 +186,8 @@ impl SimulateArgs {
             ("format", self.format.is_some()),
         ];
         let own = flags.into_iter().filter(|(_, given)| *given).map(|(name, _)| name);
-        own.chain(self.physics.given()).collect()
+        let robot = self.robot.settings().given().into_iter();
+        let robot = robot.filter(|(_, given)| *given).map(|(name, _)| name);
+        own.chain(robot).chain(self.physics.given()).collect()
     }
 }

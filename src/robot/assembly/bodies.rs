@@ -1,15 +1,15 @@
 //! The bodies that links are: which, their masses and shapes, and where they start.
 
+use super::forms::{equivalent, fit, form_of, scene_form};
 use super::touching::{friction_between, friction_of};
 use super::{Assembled, Carried, Placing, place_of};
-use crate::robot::frame::{Frame, of_matrix};
+use crate::robot::frame::Frame;
 use crate::robot::model::{Form as RobotForm, Look, Mass, Robot, Seen, Shape as RobotShape};
 use crate::robot::motion::Motion;
 use crate::scenario::model::{BodyModel, BodyStart, Model};
 use crate::scenario::shape::{Form, PlacedForm, Shape};
 use crate::scenario::shown::checked_name;
 use nalgebra::Vector3;
-use std::f64::consts::TAU;
 
 /// More shapes than this do not touch.
 const MOST_TOUCHING: usize = 2000;
@@ -32,6 +32,7 @@ impl Assembled {
         motion: &Motion,
         model: &mut Model,
     ) -> Result<(), String> {
+        let mut notes = Vec::new();
         for place in 0..self.bodies.len() {
             let link = self.bodies[place].link;
             let mass = self.mass_of(place);
@@ -51,7 +52,8 @@ impl Assembled {
             for (number, part) in self.bodies[place].parts.iter().enumerate() {
                 let name = self.part_name(link, number);
                 checked_name(&name).map_err(wrong)?;
-                let (shape, touches) = self.shape_of(place, part, &mass, placing)?;
+                let (shape, note, touches) = self.shape_of(place, part, &mass, placing)?;
+                notes.extend(note.map(|note| format!("{name}: {note}")));
                 let index = model.shapes.iter().position(|known| *known == shape);
                 let index = index.unwrap_or_else(|| {
                     model.shapes.push(shape);
@@ -78,6 +80,7 @@ impl Assembled {
                 model.bodies.push(body);
             }
         }
+        self.robot.notes.extend(notes);
         Ok(())
     }
 
@@ -124,30 +127,34 @@ impl Assembled {
         Ok(if parts.is_empty() { vec![Vec::new()] } else { parts })
     }
 
-    /// What a body looks like that has these shapes which touch, and whether it has any.
+    /// What a body looks like that has these shapes which touch, what is to be said of it, and whether it has any.
     fn shape_of(
         &self,
         place: usize,
         part: &[usize],
         mass: &Mass,
         placing: &Placing,
-    ) -> Result<(Shape, bool), String> {
+    ) -> Result<(Shape, Option<String>, bool), String> {
         let placed = |shape: &RobotShape| {
             let form = form_of(shape, placing.sides)?;
             Ok(form.map(|form| PlacedForm { form, place: place_of(&self.in_body(shape)) }))
+        };
+        let wrong = |why: crate::error::Error| {
+            format!("{}: {why}", self.robot.links[self.bodies[place].link].at)
         };
         let all = |shapes: &mut dyn Iterator<Item = &RobotShape>| {
             let placed: Result<Vec<Option<PlacedForm>>, String> = shapes.map(placed).collect();
             Ok::<Vec<_>, String>(placed?.into_iter().flatten().collect())
         };
         if !part.is_empty() {
-            let touching = all(&mut part.iter().map(|shape| &self.robot.shapes[*shape]))?;
-            return Ok((Shape::Pieces(touching), true));
+            let mut touching = all(&mut part.iter().map(|shape| &self.robot.shapes[*shape]))?;
+            let note = fit(&mut touching).map_err(wrong)?;
+            return Ok((Shape::Pieces(touching), note, true));
         }
         let own = |shape: &&RobotShape| self.links[shape.link].0 == Some(place);
         let seen = all(&mut self.robot.shapes.iter().filter(own))?;
         let pieces = if seen.is_empty() { vec![equivalent(mass)] } else { seen };
-        Ok((Shape::Pieces(pieces), false))
+        Ok((Shape::Pieces(pieces), None, false))
     }
 }
 
@@ -203,55 +210,4 @@ pub(super) fn carried(robot: &Robot, merges: bool) -> (Vec<Carried>, Vec<(Option
         }
     }
     (bodies, links)
-}
-
-/// The form of a shape in a scene; none of one that touches nothing and has no such form.
-pub(super) fn form_of(shape: &RobotShape, sides: usize) -> Result<Option<Form>, String> {
-    let form = scene_form(&shape.form, sides);
-    match shape.form {
-        _ if form.is_some() || shape.groups == [0, 0] => Ok(form),
-        RobotForm::Plane => Err(format!("{}: a plane belongs to the world", shape.at)),
-        _ => Err(format!(
-            "{}: ellipsoids that touch are not supported; give a capsule or a mesh",
-            shape.at
-        )),
-    }
-}
-
-/// A form in a scene; none of one that has no such.
-fn scene_form(form: &RobotForm, sides: usize) -> Option<Form> {
-    Some(match form {
-        RobotForm::Sphere(radius) => Form::Sphere { radius: *radius },
-        RobotForm::Capsule(half, radius) => Form::Capsule { length: 2.0 * half, radius: *radius },
-        RobotForm::Box(half) => Form::Box { sides: (half * 2.0).into() },
-        RobotForm::Cylinder(half, radius) => {
-            let corner = |side: usize, end: f64| {
-                let (sine, cosine) = (TAU * side as f64 / sides as f64).sin_cos();
-                [radius * cosine, radius * sine, end]
-            };
-            let points = (0..sides).flat_map(|side| [corner(side, -half), corner(side, *half)]);
-            Form::Hull { points: points.collect(), radius: 0.0 }
-        }
-        RobotForm::Hull(points) => Form::Hull { points: points.clone(), radius: 0.0 },
-        RobotForm::Ellipsoid(_) | RobotForm::Plane => return None,
-    })
-}
-
-/// A box of the mass's inertia, or a ball where no box has it: for the eye.
-fn equivalent(mass: &Mass) -> PlacedForm {
-    let eigen = mass.inertia.symmetric_eigen();
-    let moments = eigen.eigenvalues;
-    let squares = Vector3::repeat(0.5 * moments.sum()) - moments;
-    let sides = squares.map(|square| (12.0 * square / mass.mass).max(0.0).sqrt());
-    let mut axes = eigen.eigenvectors;
-    if axes.determinant() < 0.0 {
-        axes.column_mut(2).neg_mut();
-    }
-    let attitude = of_matrix(&axes);
-    let frame = Frame { position: mass.centre, attitude };
-    let form = match sides.min() > 1e-2 * sides.max() {
-        true => Form::Box { sides: sides.into() },
-        false => Form::Sphere { radius: (2.5 * moments.max() / mass.mass).sqrt().max(1e-3) },
-    };
-    PlacedForm { form, place: place_of(&frame) }
 }

@@ -1,6 +1,7 @@
 //! A robot in a scene: its links as bodies, joints, fixed things, and what of them touches.
 
 mod bodies;
+mod forms;
 mod joints;
 mod states;
 mod touching;
@@ -12,6 +13,7 @@ use crate::joint::Drive;
 use crate::scenario::model::Model;
 use crate::scenario::shape::Place;
 use nalgebra::{Vector3, Vector4};
+use std::ops::Range;
 
 /// How a robot is put into a scene.
 #[derive(Debug, Clone)]
@@ -64,6 +66,8 @@ pub struct Assembled {
     carriers: Vec<usize>,
     /// Of each joint the joint of the scene and which of the six axes it is.
     axes: Vec<Option<(usize, usize)>>,
+    /// The fixed pieces of the scene that are its file's.
+    fixed: Range<usize>,
     controls: Vec<f64>,
     coordinates: Vec<f64>,
 }
@@ -100,6 +104,7 @@ impl Assembled {
             links,
             carriers: robot.carriers(),
             axes: vec![None; robot.joints.len()],
+            fixed: model.fixed.len()..model.fixed.len(),
             controls,
             coordinates,
             robot,
@@ -109,6 +114,8 @@ impl Assembled {
         own.add_bodies(placing, &motion, model)?;
         let touching = own.add_shapes(placing, model)?;
         own.keep_apart(placing, &touching, model);
+        drop(touching);
+        own.fixed.end = model.fixed.len();
         own.add_joints(model)?;
         own.add_gears(model)?;
         own.add_ties(model)?;
@@ -169,6 +176,20 @@ impl Assembled {
         let of =
             |carried: &Carried| (carried.body..carried.body + carried.parts.len()).contains(&body);
         self.bodies.iter().any(of)
+    }
+
+    /// Whether a fixed piece of the scene is of its file.
+    pub(crate) fn has_fixed(&self, piece: usize) -> bool {
+        self.fixed.contains(&piece)
+    }
+
+    /// Whether a body of the scene is one of its links, and hangs on the world by joints.
+    pub(crate) fn hangs(&self, body: usize) -> bool {
+        let is_of = |one: &&Carried| (one.body..one.body + one.parts.len()).contains(&body);
+        let Some(Carried { link, .. }) = self.bodies.iter().find(is_of) else { return false };
+        let parent = |link: &usize| Some(self.robot.links[*link].parent).filter(|_| *link > 0);
+        let mut above = std::iter::successors(Some(*link), parent);
+        !above.any(|link| self.robot.joints_of(link).iter().any(|joint| joint.moves == Moves::Free))
     }
 
     /// Adds a sentence to what is said of it.

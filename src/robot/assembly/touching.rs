@@ -1,6 +1,6 @@
 //! What of a robot touches what, and by which coefficients.
 
-use super::bodies::form_of;
+use super::forms::form_of;
 use super::{Assembled, Carried, Placing, place_of};
 use crate::contact::Plane;
 use crate::robot::model::{Form as RobotForm, Shape as RobotShape};

@@ -2,7 +2,7 @@
 
 use super::Reader;
 use super::defaults::Defaulted;
-use super::rest::Tendons;
+use super::tendons::{self, Tendon};
 use crate::robot::model::{Actuator, Moves};
 use crate::robot::xml::{Attributes, Element};
 
@@ -34,7 +34,7 @@ impl Reader<'_> {
     pub(super) fn read_actuators(
         &mut self,
         section: &Element,
-        tendons: &Tendons,
+        tendons: &[Tendon],
     ) -> Result<(), String> {
         for element in &section.children {
             let read = self.defaulted(element, "")?;
@@ -62,23 +62,14 @@ impl Reader<'_> {
                 _ => &[],
             };
             read.refuse_others(&[&READ[..], own].concat(), &["lengthrange", "nsample", "interp"])?;
-            if let Some(tendon) = read.get("tendon") {
-                let why = match tendons.iter().any(|name| name == tendon) {
-                    true => "actuators of tendons are not supported",
-                    false => "there is no such tendon",
-                };
-                return Err(element.wrong(format!("tendon: {why}")));
-            }
-            let Some(joint) = read.get("joint").or(read.get("jointinparent")) else {
-                return Err(
-                    element.wrong("actuators of anything but joints are not supported; give joint")
-                );
+            let joints = match read.get("tendon") {
+                Some(name) => tendons::find(tendons, element, "tendon", name)?.to_vec(),
+                None => vec![(self.driven(&read)?, 1.0)],
             };
-            let joint = self.joint(element, "joint", joint)?;
-            if !matches!(self.robot.joints[joint].moves, Moves::Hinge | Moves::Slide) {
-                return Err(
-                    element.wrong("joint: actuators of balls and free joints are not supported")
-                );
+            if joints.len() > 1 && (bias[1], bias[2]) != (0.0, 0.0) {
+                return Err(element.wrong(
+                    "tendon: actuators of several joints whose force depends on where they are, or how fast, are not supported",
+                ));
             }
             let gear = read.numbers("gear")?.and_then(|all| all.first().copied()).unwrap_or(1.0);
             if !(1e-9..=1e9).contains(&gear.abs()) {
@@ -88,9 +79,11 @@ impl Reader<'_> {
             let mut control_range = self.compiler.range(&read, "ctrlrange", "ctrllimited")?;
             let inherited = read.number("inheritrange")?.unwrap_or(0.0);
             if inherited > 0.0 && element.tag == "position" && control_range.is_none() {
-                let range = self.robot.joints[joint].range;
-                let [low, high] =
-                    range.ok_or_else(|| element.wrong("inheritrange: the joint has no range"))?;
+                let [low, high] = match joints[..] {
+                    [(joint, 1.0)] => self.robot.joints[joint].range,
+                    _ => None,
+                }
+                .ok_or_else(|| element.wrong("inheritrange: there is no joint with a range"))?;
                 let (middle, half) = (0.5 * (low + high), 0.5 * (high - low) * inherited);
                 control_range = Some([middle - half, middle + half]);
             }
@@ -100,7 +93,7 @@ impl Reader<'_> {
             let index = self.robot.actuators.len();
             self.robot.actuators.push(Actuator {
                 name: element.own("name").map_or(format!("actuator-{index}"), str::to_owned),
-                joint,
+                joints,
                 gear,
                 gain,
                 bias,
@@ -110,6 +103,25 @@ impl Reader<'_> {
             });
         }
         Ok(())
+    }
+}
+
+impl Reader<'_> {
+    /// The hinge or slide that an actuator drives.
+    fn driven(&self, read: &Defaulted<'_>) -> Result<usize, String> {
+        let element = read.element();
+        let Some(joint) = read.get("joint").or(read.get("jointinparent")) else {
+            return Err(element.wrong(
+                "actuators of anything but joints and tendons of joints are not supported; give joint",
+            ));
+        };
+        let joint = self.joint(element, "joint", joint)?;
+        match self.robot.joints[joint].moves {
+            Moves::Hinge | Moves::Slide => Ok(joint),
+            Moves::Ball | Moves::Free => {
+                Err(element.wrong("joint: actuators of balls and free joints are not supported"))
+            }
+        }
     }
 }
 

@@ -300,7 +300,7 @@ impl Reader<'_> {
         for (link, matter) in from_shapes.filter(|(_, matter)| !matter.is_empty()) {
             link.mass = Mass::sum(matter);
             if link.mass.mass.is_nan() {
-                let why = "the mass of a mesh that is not closed and convex does not follow from it; give <inertial>";
+                let why = "the mass of one of its meshes does not follow from it: of .dae, a hull of some of its corners, or a shell; give <inertial>";
                 return Err(format!("{}: {why}", link.at));
             }
         }

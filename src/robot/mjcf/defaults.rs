@@ -92,6 +92,7 @@ impl Classes {
         })?;
         let of = match &*element.tag {
             "connect" | "weld" => Some("equality"),
+            "fixed" | "spatial" => Some("tendon"),
             tag => kind(tag),
         };
         let defaults = of.and_then(|kind| class.get(kind)).cloned().unwrap_or_default();

@@ -3,12 +3,14 @@
 //! What changes the motion is read, or refused with its line; what does not is noted, all of it in a sentence.
 
 mod actuators;
+mod assets;
 mod bodies;
 mod compiler;
 mod defaults;
 mod includes;
 mod rest;
 mod shapes;
+mod tendons;
 
 use super::Reading;
 use super::left_out::pruned;
@@ -46,10 +48,12 @@ struct Reader<'a> {
     reading: &'a Reading<'a>,
     compiler: Compiler,
     classes: Classes,
-    /// Meshes by their names.
-    meshes: HashMap<String, Hulled>,
+    /// Meshes by their names; what is wrong with those that have no hull matters where they touch or weigh.
+    meshes: HashMap<String, Result<Hulled, String>>,
     /// Files of meshes, and by how much their lengths along x, y and z are multiplied.
     files: HashMap<String, (String, [f64; 3])>,
+    /// Those without a hull that are for the eye.
+    flat: BTreeSet<String>,
     /// Links whose looks are not read.
     unseen: BTreeSet<usize>,
     /// What counts for the mass of each link.
@@ -97,6 +101,7 @@ pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
         classes,
         meshes: HashMap::new(),
         files: HashMap::new(),
+        flat: BTreeSet::new(),
         unseen: BTreeSet::new(),
         matter: Vec::new(),
         flags,
@@ -111,10 +116,10 @@ pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
     for contact in sections("contact") {
         reader.read_contact(contact)?;
     }
-    for equality in sections("equality") {
-        reader.read_equality(equality)?;
-    }
     let tendons = reader.read_tendons(&root)?;
+    for equality in sections("equality") {
+        reader.read_equality(equality, &tendons)?;
+    }
     for actuator in sections("actuator") {
         reader.read_actuators(actuator, &tendons)?;
     }
@@ -132,6 +137,7 @@ pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
         }
     }
     reader.keep_looks();
+    reader.note_unused();
     reader.robot.notes = reader.notes.sentences();
     Ok(reader.robot)
 }

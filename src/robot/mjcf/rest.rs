@@ -1,13 +1,15 @@
-//! Options, contacts, ties, tendons and poses.
+//! Options, contacts, ties and poses.
 
 use super::Reader;
 use super::compiler::SWITCH;
 use super::defaults::Defaulted;
+use super::tendons::Tendon;
 use super::usual_options;
 use crate::robot::frame::Frame;
 use crate::robot::model::{Follows, Key, Moves, Options, Tie};
 use crate::robot::notes::Notes;
 use crate::robot::xml::{Attributes, Element};
+use crate::scenario::shown;
 use nalgebra::{Vector3, Vector4};
 
 /// What of the motion is there.
@@ -126,9 +128,6 @@ fn set_flags(element: &Element, options: &mut Options, flags: &mut Flags) -> Res
     Ok(())
 }
 
-/// The names of tendons. Those that pull are refused.
-pub type Tendons = Vec<String>;
-
 impl Reader<'_> {
     pub(super) fn read_contact(&mut self, section: &Element) -> Result<(), String> {
         for element in &section.children {
@@ -145,7 +144,11 @@ impl Reader<'_> {
         Ok(())
     }
 
-    pub(super) fn read_equality(&mut self, section: &Element) -> Result<(), String> {
+    pub(super) fn read_equality(
+        &mut self,
+        section: &Element,
+        tendons: &[Tendon],
+    ) -> Result<(), String> {
         for element in &section.children {
             let read = self.defaulted(element, "")?;
             let is_active = read.word("active", &SWITCH)?.unwrap_or(true) && self.flags.ties;
@@ -156,6 +159,10 @@ impl Reader<'_> {
                 "weld" => self.welded(&read)?,
                 "joint" => {
                     self.tie_joints(element)?;
+                    continue;
+                }
+                "tendon" => {
+                    self.tie_tendons(element, tendons)?;
                     continue;
                 }
                 _ => return Err(element.wrong("this tie is not supported")),
@@ -233,62 +240,35 @@ impl Reader<'_> {
         };
         let first = find("joint1", element.needed("joint1")?)?;
         let second = element.get("joint2").map(|name| find("joint2", name)).transpose()?;
-        let given = element.numbers("polycoef")?.unwrap_or_default();
-        if given.len() > 5 {
-            return Err(element.wrong("polycoef: up to 5 numbers are needed"));
-        }
-        let mut coefficients = [0.0, 1.0, 0.0, 0.0, 0.0];
-        coefficients[..given.len()].copy_from_slice(&given);
-        let [constant, ratio, higher @ ..] = coefficients;
+        let [constant, ratio] = coefficients(element, second.is_some())?;
         let reference = |joint: usize| self.robot.joints[joint].reference;
         let place = reference(first) + constant;
         let Some(second) = second else {
             self.robot.joints[first].range = Some([place; 2]);
             return Ok(());
         };
-        if self.robot.follows.iter().any(|known| known.joints[0] == first) {
-            return Err(element.wrong("joint1: it goes with another joint already; one is allowed"));
-        }
-        if higher != [0.0; 3] {
-            return Err(element.wrong(
-                "polycoef: joints that go with each other by more than a ratio are not supported; \
-                 the last three numbers must be 0",
-            ));
-        }
         let offset = place - ratio * reference(second);
+        self.follow(element, [first, second], [ratio, offset])
+    }
+
+    /// Has the first joint go with the second.
+    pub(super) fn follow(
+        &mut self,
+        element: &Element,
+        joints: [usize; 2],
+        [ratio, offset]: [f64; 2],
+    ) -> Result<(), String> {
+        if self.robot.follows.iter().any(|known| known.joints[0] == joints[0]) {
+            let name = shown::line(&self.robot.joints[joints[0]].name);
+            return Err(
+                element.wrong(format!("{name:?} goes with another joint already; one is allowed"))
+            );
+        }
         if [ratio, offset].into_iter().any(|number| !(-1e6..=1e6).contains(&number)) {
             return Err(element.wrong("polycoef: numbers from -1e6 to 1e6 are needed"));
         }
-        self.robot.follows.push(Follows {
-            joints: [first, second],
-            ratio,
-            offset,
-            at: element.at(),
-        });
+        self.robot.follows.push(Follows { joints, ratio, offset, at: element.at() });
         Ok(())
-    }
-
-    /// The names of tendons that do nothing of their own.
-    pub(super) fn read_tendons(&mut self, root: &Element) -> Result<Tendons, String> {
-        let mut names = Vec::new();
-        for element in root.all("tendon").flat_map(|section| &section.children) {
-            let read = self.defaulted(element, "")?;
-            for field in ["stiffness", "damping", "frictionloss", "armature"] {
-                if read.numbers(field)?.is_some_and(|all| all.iter().any(|one| *one != 0.0)) {
-                    return Err(
-                        element.wrong(format!("{field}: tendons that pull are not supported"))
-                    );
-                }
-            }
-            let limited = self.compiler.range(&read, "range", "limited")?;
-            let effort = self.compiler.range(&read, "actuatorfrcrange", "actuatorfrclimited")?;
-            if limited.is_some() && self.flags.limits || effort.is_some() {
-                return Err(element.wrong("range: tendons that pull are not supported"));
-            }
-            self.notes.idle("tendon that does not pull");
-            names.extend(element.own("name").map(str::to_owned));
-        }
-        Ok(names)
     }
 
     pub(super) fn read_keys(&mut self, section: &Element) -> Result<(), String> {
@@ -315,4 +295,22 @@ impl Reader<'_> {
         }
         Ok(())
     }
+}
+
+/// The constant of what is held and, where it `goes` with something else, the ratio; more is refused.
+pub(super) fn coefficients(element: &Element, goes: bool) -> Result<[f64; 2], String> {
+    let given = element.numbers("polycoef")?.unwrap_or_default();
+    if given.len() > 5 {
+        return Err(element.wrong("polycoef: up to 5 numbers are needed"));
+    }
+    let mut all = [0.0, 1.0, 0.0, 0.0, 0.0];
+    all[..given.len()].copy_from_slice(&given);
+    let [constant, ratio, higher @ ..] = all;
+    if goes && higher != [0.0; 3] {
+        return Err(element.wrong(
+            "polycoef: joints that go with each other by more than a ratio are not supported; \
+             the last three numbers must be 0",
+        ));
+    }
+    Ok([constant, ratio])
 }

@@ -1,11 +1,10 @@
 //! Shapes, called geoms, and the meshes that some are of.
 
 use super::Reader;
-use super::compiler::Compiler;
 use super::defaults::Defaulted;
 use crate::robot::frame::{Frame, from_z};
 use crate::robot::mass::solid;
-use crate::robot::meshes::{self, stem};
+use crate::robot::meshes::{self, Volume};
 use crate::robot::model::{Form, Look, Mass, Seen, Shape};
 use crate::robot::xml::{Attributes, Element};
 use crate::scenario::shown;
@@ -99,7 +98,17 @@ impl Reader<'_> {
                 }
             };
         }
-        let (form, own, is_whole) = self.form(&read, kind)?;
+        if kind == Kind::Mesh && !touches && link > 0 && !self.weighs(&read)? {
+            let placed = frame.then(&self.compiler.frame(&read)?);
+            let name = read.needed("mesh")?;
+            if let Some(Err(_)) = self.meshes.get(name) {
+                // For the eye alone: a flat mesh has no hull and needs none.
+                self.flat.insert(name.to_owned());
+                self.read_look(&read, (link, placed), &Form::Hull(Vec::new()));
+                return Ok(());
+            }
+        }
+        let (form, own, volume) = self.form(&read, kind)?;
         let placed = frame.then(&own);
         let condim = read.whole("condim")?.unwrap_or(3);
         if ![1, 3, 4, 6].contains(&condim) {
@@ -111,13 +120,20 @@ impl Reader<'_> {
         }
         let rolling = [friction.get(1).unwrap_or(&0.005), friction.get(2).unwrap_or(&0.0001)];
         if condim > 3 && touches && rolling.iter().any(|part| **part > 0.0) {
-            return Err(element.wrong(
-                "friction against turning and rolling, condim 4 and 6, is not supported; give condim 3",
-            ));
+            if !self.reading.points_rub {
+                return Err(element.wrong(
+                    "friction against turning and rolling, condim 4 and 6, is not supported; with point_contacts of [[robots]] or \
+                     --point-contacts these contacts rub alone",
+                ));
+            }
+            self.notes.rubs_alone();
         }
-        self.weigh(&read, (link, &placed), &form, is_whole)?;
+        self.weigh(&read, (link, &placed), &form, &volume)?;
         if !touches && link > 0 {
             self.read_look(&read, (link, placed), &form);
+        }
+        if touches && matches!(form, Form::Ellipsoid(_)) {
+            self.notes.say("ellipsoids that touch are rounded hulls within them".to_owned());
         }
         let index = self.robot.shapes.len();
         self.robot.shapes.push(Shape {
@@ -149,7 +165,7 @@ impl Reader<'_> {
                     }
                 }
             }
-            (Form::Ellipsoid(_) | Form::Plane, _) => return,
+            (Form::Plane, _) => return,
             (form, _) => Seen::Form(form.clone()),
         };
         self.robot.looks.push(Look { link, seen, frame });
@@ -164,8 +180,8 @@ impl Reader<'_> {
         self.robot.looks = kept.collect();
     }
 
-    /// What a form is, where it is in its frame, and whether its mass follows from it.
-    fn form(&self, read: &Defaulted<'_>, kind: Kind) -> Result<(Form, Frame, bool), String> {
+    /// What a form is, where it is in its frame, and what its mass follows from.
+    fn form(&self, read: &Defaulted<'_>, kind: Kind) -> Result<(Form, Frame, Volume), String> {
         let element = read.element();
         let sizes = read.numbers("size")?.unwrap_or_default();
         let size = |index: usize| match sizes.get(index) {
@@ -194,10 +210,10 @@ impl Reader<'_> {
                 }
             };
             let attitude = from_z(&(from - to).normalize());
-            return Ok((form, Frame { position: (from + to) * 0.5, attitude }, true));
+            return Ok((form, Frame { position: (from + to) * 0.5, attitude }, Volume::Hull));
         }
         let three = || Ok::<_, String>(Vector3::new(size(0)?, size(1)?, size(2)?));
-        let mut is_whole = true;
+        let mut volume = Volume::Hull;
         let form = match kind {
             Kind::Plane => Form::Plane,
             Kind::Sphere => Form::Sphere(size(0)?),
@@ -210,8 +226,8 @@ impl Reader<'_> {
                 let known = self.meshes.get(name).cloned();
                 let hulled = known.ok_or_else(|| {
                     element.wrong(format!("mesh: there is no mesh {:?}", shown::line(name)))
-                })?;
-                is_whole = hulled.is_whole;
+                })??;
+                volume = hulled.volume;
                 Form::Hull(hulled.corners)
             }
         };
@@ -220,7 +236,12 @@ impl Reader<'_> {
                 element.wrong("a form that is fitted to a mesh is not supported; give its size")
             );
         }
-        Ok((form, self.compiler.frame(read)?, is_whole))
+        Ok((form, self.compiler.frame(read)?, volume))
+    }
+
+    /// Whether a shape has a mass.
+    fn weighs(&self, read: &Defaulted<'_>) -> Result<bool, String> {
+        Ok(mass_of(read)?.unwrap_or(density_of(read)?) != 0.0)
     }
 
     /// What a shape adds to its link.
@@ -229,94 +250,43 @@ impl Reader<'_> {
         read: &Defaulted<'_>,
         (link, frame): (usize, &Frame),
         form: &Form,
-        is_whole: bool,
+        volume: &Volume,
     ) -> Result<(), String> {
         let element = read.element();
-        let given = read.get("mass").is_some().then(|| read.bounded("mass", 0.0, [0.0, 1e9]));
-        let given = given.transpose()?;
-        let density = read.bounded("density", 1000.0, [0.0, 1e9])?;
+        let (given, density) = (mass_of(read)?, density_of(read)?);
         let group = read.number("group")?.unwrap_or(0.0);
         if read.word("shellinertia", &super::compiler::SWITCH)? == Some(true) {
             return Err(element.wrong("shellinertia is not supported; give <inertial>"));
         }
-        if link == 0 || given == Some(0.0) || (given.is_none() && density == 0.0) {
+        if link == 0 || !self.weighs(read)? {
             return Ok(());
         }
-        let unit = solid(form).map_err(|why| element.wrong(why))?;
+        let unit = match volume {
+            Volume::Triangles(both) => both[0],
+            Volume::Hull | Volume::Unknown => solid(form).map_err(|why| element.wrong(why))?,
+        };
         if unit.mass <= 0.0 {
             return Ok(());
         }
         let factor = given.map_or(density, |mass| mass / unit.mass);
-        // Of a mesh that is no convex solid the inertia is not known.
-        let mass = if is_whole { given.unwrap_or(density * unit.mass) } else { f64::NAN };
+        let mass = match volume {
+            Volume::Unknown => f64::NAN,
+            Volume::Hull | Volume::Triangles(_) => given.unwrap_or(density * unit.mass),
+        };
         let own = Mass { mass, centre: unit.centre, inertia: unit.inertia * factor };
         self.add_matter(link, Matter { group, mass: own.placed(frame) });
         Ok(())
     }
+}
 
-    /// Meshes; what is for the eye is noted.
-    pub(super) fn read_assets(&mut self, section: &Element) -> Result<(), String> {
-        for asset in &section.children {
-            match &*asset.tag {
-                "mesh" => self.read_mesh(asset)?,
-                "texture" | "material" | "skin" | "hfield" => self.notes.idle(&asset.tag),
-                _ => return Err(asset.wrong("this asset is not supported")),
-            }
-        }
-        Ok(())
-    }
+/// The mass that a shape is given, kg.
+fn mass_of(read: &Defaulted<'_>) -> Result<Option<f64>, String> {
+    read.get("mass").is_some().then(|| read.bounded("mass", 0.0, [0.0, 1e9])).transpose()
+}
 
-    fn read_mesh(&mut self, element: &Element) -> Result<(), String> {
-        const READ: [&str; 6] = ["name", "class", "file", "vertex", "scale", "inertia"];
-        const IDLE: [&str; 10] = [
-            "face",
-            "normal",
-            "texcoord",
-            "smoothnormal",
-            "maxhullvert",
-            "content_type",
-            "material",
-            "needsdf",
-            "octree_maxdepth",
-            "refpos",
-        ];
-        element.refuse_others(&READ, &IDLE)?;
-        let read = self.defaulted(element, "")?;
-        let scale = read.exactly::<3>("scale")?.unwrap_or([1.0; 3]);
-        if element.get("refpos").is_some() {
-            return Err(element.wrong("refpos is not supported; move the vertices"));
-        }
-        let (name, found) = match (element.get("file"), element.numbers("vertex")?) {
-            (Some(file), None) => {
-                let name = element.own("name").map_or_else(|| stem(file), str::to_owned);
-                let file = self.mesh_file(file);
-                let found = meshes::read(self.reading, &file, scale);
-                if let Some(note) = found.as_ref().ok().and_then(|found| found.note(&file)) {
-                    self.notes.say(note);
-                }
-                self.files.insert(name.clone(), (file, scale));
-                (name, found)
-            }
-            (None, Some(numbers)) if numbers.len().is_multiple_of(3) => {
-                let point = |three: &[f64]| std::array::from_fn(|k| three[k] * scale[k]);
-                let found = meshes::hull(numbers.chunks_exact(3).map(point));
-                (element.needed("name")?.to_owned(), found)
-            }
-            _ => {
-                return Err(
-                    element.wrong("either file or vertex, of three numbers each, is needed")
-                );
-            }
-        };
-        self.meshes.insert(name, found.map_err(|why| element.wrong(why))?);
-        Ok(())
-    }
-
-    fn mesh_file(&self, file: &str) -> String {
-        let Compiler { meshes, strip, .. } = &self.compiler;
-        let file = if *strip { file.rsplit(['/', '\\']).next().unwrap_or(file) } else { file };
-        if meshes.is_empty() { file.to_owned() } else { format!("{meshes}/{file}") }
-    }
+/// kg/m³.
+fn density_of(read: &Defaulted<'_>) -> Result<f64, String> {
+    read.bounded("density", 1000.0, [0.0, 1e9])
 }
 
 /// A set of groups, as its bits.

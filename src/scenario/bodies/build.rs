@@ -5,7 +5,9 @@ mod names;
 use super::Entries;
 use super::copies::{Copied, MOST_BODIES, MOST_FIXED, copies};
 use super::driven::SurfaceEntry;
-use super::entries::{BodyEntry, Files, FixedEntry, Jitter, PieceEntry, Turned, plain};
+use super::entries::{
+    BodyEntry, Files, FixedEntry, Jitter, LookEntry, PieceEntry, SurfaceTable, Turned, plain,
+};
 use super::joints::Joints;
 use super::masses::mass_properties;
 use super::refused::field_of;
@@ -192,6 +194,7 @@ impl Builder<'_> {
         let shape = self.shape(at, &mut entry)?;
         let (mass, inertia, centre) = mass_properties(&shape, &entry).map_err(named)?;
         let load = entry.load.take().map(load).transpose().map_err(named)?.flatten();
+        let look = entry.look.take().map(|parts| self.look(at, parts)).transpose()?;
         let index = self.model.shapes.iter().position(|known| *known == shape);
         let index = index.unwrap_or(self.model.shapes.len());
         let attitude =
@@ -223,7 +226,10 @@ impl Builder<'_> {
             touches: entry.touches.unwrap_or(true),
             load,
             colour: entry.colour,
-            look: None,
+            look: look.map(|look| {
+                self.model.looks.push(look);
+                self.model.looks.len() - 1
+            }),
             label: entry.label.take(),
             start: BodyStart::of(&State::from_vector(&SVector::zeros())),
         };
@@ -360,6 +366,28 @@ impl Builder<'_> {
             })?;
         }
         Ok(found.into_iter().map(|(_, placed)| placed).collect())
+    }
+
+    /// What a body looks like.
+    fn look(&self, at: &str, entries: Vec<LookEntry>) -> Result<Vec<PlacedForm>, String> {
+        let part = |(index, mut entry): (usize, LookEntry)| {
+            let at = format!("{at}.look[{index}]");
+            let named = |why: String| format!("{at}.{why}");
+            let form = entry.take_form().form(&self.files).map_err(named)?;
+            let surface = entry.surface.take().map(SurfaceTable::form).transpose();
+            let surface = surface.map_err(|why| named(format!("surface.{why}")))?;
+            let place = placed(entry.position, entry.attitude.as_ref()).map_err(named)?;
+            match (form, surface) {
+                (Some(form), None) => {
+                    let part = PlacedForm { form, place };
+                    part.piece().map_err(|error| format!("{at}.{}: {error}", part.form.field()))?;
+                    Ok(part)
+                }
+                (None, Some(form)) => Ok(PlacedForm { form, place }),
+                _ => Err(format!("{at}: {ONE_SHAPE}, or a surface")),
+            }
+        };
+        entries.into_iter().enumerate().map(part).collect()
     }
 
     /// Has the surfaces of a name move.

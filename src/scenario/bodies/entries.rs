@@ -69,6 +69,7 @@ with_form!(BodyEntry, "a table [[bodies]] is needed" {
     load: Option<LoadTable>,
     colour: Option<Colour>,
     label: Option<Label>,
+    look: Option<Vec<LookEntry>>,
 });
 
 with_form!(FixedEntry, "a table [[fixed]] is needed" {
@@ -86,6 +87,47 @@ with_form!(PieceEntry, "a piece, { box = …, position = …, attitude = … }, 
     position: Option<Numbers<3>>,
     attitude: Option<Turned>,
 });
+
+with_form!(LookEntry, "a piece, or { surface = { vertices = …, triangles = … } }, is needed" {
+    surface: Option<SurfaceTable>,
+    position: Option<Numbers<3>>,
+    attitude: Option<Turned>,
+});
+
+/// Triangles for the eye, which need not be closed.
+#[derive(Deserialize)]
+#[serde(
+    deny_unknown_fields,
+    expecting = "{ vertices = [[x, y, z], …], triangles = [[i, j, k], …] } is needed"
+)]
+pub struct SurfaceTable {
+    vertices: Vec<Numbers<3>>,
+    triangles: Vec<Exactly<usize, 3>>,
+}
+
+/// The most triangles of a surface.
+const MOST_TRIANGLES: usize = 200_000;
+
+impl SurfaceTable {
+    /// The surface, checked.
+    pub fn form(self) -> Result<Form, String> {
+        let vertices = plain(self.vertices);
+        let triangles: Vec<_> = self.triangles.into_iter().map(|three| three.0).collect();
+        if !(1..=MOST_TRIANGLES).contains(&triangles.len()) {
+            let count = triangles.len();
+            return Err(format!("triangles: {count} given; allowed is 1 to {MOST_TRIANGLES}"));
+        }
+        if let Some(odd) = vertices.iter().flatten().find(|number| !(-1e6..=1e6).contains(*number))
+        {
+            return Err(format!("vertices: {odd} m is given; allowed is -1e6 to 1e6"));
+        }
+        if let Some(odd) = triangles.iter().flatten().find(|index| **index >= vertices.len()) {
+            let count = vertices.len();
+            return Err(format!("triangles: {odd} is given, and there are {count} vertices"));
+        }
+        Ok(Form::Mesh { vertices, triangles, radius: 0.0 })
+    }
+}
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, expecting = "{ between = [\"…\", \"…\"], coefficient = … } is needed")]

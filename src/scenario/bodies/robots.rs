@@ -3,7 +3,7 @@
 use super::build::Built;
 use super::copies::MOST_BODIES;
 use super::entries::{Files, Turned};
-use crate::contact::{Candidates, Overlap};
+use crate::contact::{Candidates, Overlap, Partner};
 use crate::mechanics::Rotation;
 use crate::robot::model::{Moves, Robot};
 use crate::robot::{Assembled, Frame, LARGEST_FILE, Pieces, Placing, Reading, USUAL_SIDES, read};
@@ -11,7 +11,7 @@ use crate::scenario::failure::Failure;
 use crate::scenario::fields::Numbers;
 use crate::scenario::model::{ApartModel, Model, PartnerModel};
 use crate::scenario::physics::plane as plane_parameters;
-use crate::scenario::settings::Settings;
+use crate::scenario::settings::{RobotSettings, Settings};
 use crate::scenario::shown;
 use crate::world::{Plane, World};
 use nalgebra::Vector3;
@@ -38,6 +38,7 @@ pub struct RobotEntry {
     packages: Option<String>,
     meshes: Option<Pieces>,
     leave_out: Option<Vec<String>>,
+    point_contacts: Option<bool>,
 }
 
 impl RobotEntry {
@@ -60,6 +61,7 @@ impl RobotEntry {
             left_out: self.leave_out.as_deref().unwrap_or(&[]),
             pieces: self.meshes.as_ref().unwrap_or(Reading::none().pieces),
             is_fixed: self.fixed.unwrap_or(false),
+            points_rub: self.point_contacts.unwrap_or(false),
         };
         let robot = read(&text, &reading).map_err(|why| odd(&why))?;
         if self.fixed.is_some() && robot.options.has_world {
@@ -105,15 +107,23 @@ pub fn settings_of(robot: &Robot) -> Settings {
     }
 }
 
-/// The robot of the text of a file, and the scene's name.
+/// The robot of the text of a file as it is `said` to be read, and the scene's name.
 pub fn read_alone(
     text: &str,
     path: &Path,
+    said: &RobotSettings,
     read_file: super::entries::ReadFile<'_>,
 ) -> Result<(Robot, String), Failure> {
     let odd = |why: String| Failure::Input(format!("{}: {why}", shown::path(path)));
     let folder = path.parent().unwrap_or(Path::new(""));
-    let reading = Reading { folder, read: read_file, ..Reading::none() };
+    let reading = Reading {
+        folder,
+        read: read_file,
+        packages: said.packages.as_deref(),
+        left_out: &said.leave_out,
+        points_rub: said.point_contacts,
+        ..Reading::none()
+    };
     let robot = read(text, &reading).map_err(odd)?;
     let stem =
         || path.file_stem().map_or(String::new(), |stem| stem.to_string_lossy().into_owned());
@@ -159,7 +169,7 @@ pub fn alone(robot: &Robot, settings: &Settings) -> Result<Built, String> {
 }
 
 /// Has links of a robot that overlap at the start by more than a start may never touch each other, as the robot's note
-/// says. What else overlaps stays as it is.
+/// says, nor what its own file fixes where they hang on the world. What else overlaps stays as it is.
 pub fn keep_overlaps_apart(
     model: &mut Model,
     robots: &mut [Assembled],
@@ -171,12 +181,20 @@ pub fn keep_overlaps_apart(
         // A search remembers the pairs of the world that it was in.
         let deepest = Candidates::new().overlap_at_start(&world, &model.states(), |_| true);
         let Some(Overlap { depth, between, .. }) = deepest else { break };
-        let (Some(body), Some(other)) = (between.0.body(), between.1.body()) else { break };
-        let both = |robot: &Assembled| robot.has_body(body) && robot.has_body(other);
+        let Some(body) = between.0.body() else { break };
+        let (partner, second) = match between.1 {
+            Partner::Body(other) => (PartnerModel::Body(other), &model.bodies[other].name),
+            Partner::Fixed(fixed) => (PartnerModel::Fixed(fixed), &model.fixed[fixed].name),
+            Partner::Ground => break,
+        };
+        let both = |robot: &Assembled| match between.1 {
+            Partner::Body(other) => robot.has_body(body) && robot.has_body(other),
+            Partner::Fixed(fixed) => robot.hangs(body) && robot.has_fixed(fixed),
+            Partner::Ground => false,
+        };
         let Some(robot) = robots.iter().position(both) else { break };
-        model.apart.push(ApartModel { body, partner: PartnerModel::Body(other) });
-        let [first, second] = [body, other].map(|body| &model.bodies[body].name);
-        told[robot].push(format!("{first} and {second} ({depth:.1e} m)"));
+        told[robot].push(format!("{} and {second} ({depth:.1e} m)", model.bodies[body].name));
+        model.apart.push(ApartModel { body, partner });
         world = model.world()?;
     }
     for (robot, told) in robots.iter_mut().zip(told).filter(|(_, told)| !told.is_empty()) {

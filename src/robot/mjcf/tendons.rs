@@ -1,0 +1,151 @@
+//! `<tendon>`: sums of coordinates, by which actuators pull and ties hold.
+
+use super::Reader;
+use super::rest::coefficients;
+use crate::robot::model::Moves;
+use crate::robot::xml::{Attributes, Element};
+use crate::scenario::shown;
+
+/// A tendon: its name and, of a fixed one, the joints that its length is the sum of, with their coefficients.
+pub struct Tendon {
+    name: Option<String>,
+    joints: Option<Vec<(usize, f64)>>,
+}
+
+/// The joints of a fixed tendon.
+pub fn find<'t>(
+    tendons: &'t [Tendon],
+    element: &Element,
+    field: &str,
+    name: &str,
+) -> Result<&'t [(usize, f64)], String> {
+    let found = tendons.iter().find(|tendon| tendon.name.as_deref() == Some(name));
+    let name = shown::line(name);
+    match found.map(|tendon| tendon.joints.as_deref()) {
+        Some(Some(joints)) => Ok(joints),
+        Some(None) => Err(element.wrong(format!(
+            "{field}: {name:?} goes through points of bodies, and does nothing here; tendons of joints alone can be used"
+        ))),
+        None => Err(element.wrong(format!("{field}: there is no tendon {name:?}"))),
+    }
+}
+
+impl Reader<'_> {
+    /// All tendons. What they do of their own is refused, but for the range of one joint.
+    pub(super) fn read_tendons(&mut self, root: &Element) -> Result<Vec<Tendon>, String> {
+        let mut tendons = Vec::new();
+        for element in root.all("tendon").flat_map(|section| &section.children) {
+            let read = self.defaulted(element, "")?;
+            for field in ["stiffness", "damping", "frictionloss", "armature"] {
+                if read.numbers(field)?.is_some_and(|all| all.iter().any(|one| *one != 0.0)) {
+                    return Err(
+                        element.wrong(format!("{field}: tendons that pull are not supported"))
+                    );
+                }
+            }
+            let joints = (element.tag == "fixed").then(|| self.summed(element)).transpose()?;
+            let range = self.compiler.range(&read, "range", "limited")?;
+            let effort = self.compiler.range(&read, "actuatorfrcrange", "actuatorfrclimited")?;
+            match (range.filter(|_| self.flags.limits), joints.as_deref()) {
+                (None, _) => {}
+                (Some(range), Some(&[(joint, factor)])) => {
+                    self.limit(element, joint, range.map(|end| end / factor))?;
+                }
+                (Some(_), _) => {
+                    return Err(element.wrong("range: tendons that pull are not supported"));
+                }
+            }
+            if effort.is_some() {
+                return Err(element.wrong("actuatorfrcrange of tendons is not supported"));
+            }
+            if joints.is_none() {
+                self.notes.idle("tendon that does not pull");
+            }
+            tendons.push(Tendon { name: element.own("name").map(str::to_owned), joints });
+        }
+        Ok(tendons)
+    }
+
+    /// The joints and coefficients of a fixed tendon.
+    fn summed(&self, element: &Element) -> Result<Vec<(usize, f64)>, String> {
+        let mut joints: Vec<(usize, f64)> = Vec::new();
+        for part in &element.children {
+            if part.tag != "joint" {
+                return Err(part.wrong("this element is not known in a fixed tendon"));
+            }
+            let joint = self.joint(part, "joint", part.needed("joint")?)?;
+            part.needed("coef")?;
+            let factor = part.bounded("coef", 0.0, [-1e6, 1e6])?;
+            if !matches!(self.robot.joints[joint].moves, Moves::Hinge | Moves::Slide) {
+                return Err(part.wrong("joint: a hinge or a slide is needed"));
+            }
+            if factor != 0.0 {
+                match joints.iter_mut().find(|(known, _)| *known == joint) {
+                    Some((_, sum)) => *sum += factor,
+                    None => joints.push((joint, factor)),
+                }
+            }
+        }
+        joints.retain(|(_, factor)| *factor != 0.0);
+        Ok(joints)
+    }
+
+    /// Limits a joint, within its own range.
+    fn limit(&mut self, element: &Element, joint: usize, [a, b]: [f64; 2]) -> Result<(), String> {
+        let joint = &mut self.robot.joints[joint];
+        let [low, high] = joint.range.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
+        let within = [a.min(b).max(low), a.max(b).min(high)];
+        if within[0] > within[1] {
+            let name = shown::line(&joint.name);
+            return Err(element.wrong(format!("range: it leaves {name:?} no place in its own")));
+        }
+        joint.range = Some(within);
+        Ok(())
+    }
+
+    /// A tendon that is held, or goes with another one: of the lengths from those at the references,
+    ///
+    /// ```text
+    /// L₁ − L₁₀ = c₀ + c₁ (L₂ − L₂₀),   L = Σ f q
+    /// ```
+    pub(super) fn tie_tendons(
+        &mut self,
+        element: &Element,
+        tendons: &[Tendon],
+    ) -> Result<(), String> {
+        let [constant, ratio] = coefficients(element, element.get("tendon2").is_some())?;
+        let own = find(tendons, element, "tendon1", element.needed("tendon1")?)?;
+        let other = element.get("tendon2").map(|name| find(tendons, element, "tendon2", name));
+        let mut sum = own.to_vec();
+        for (joint, factor) in other.transpose()?.unwrap_or_default() {
+            match sum.iter_mut().find(|(known, _)| known == joint) {
+                Some((_, sum)) => *sum -= ratio * factor,
+                None => sum.push((*joint, -ratio * factor)),
+            }
+        }
+        sum.retain(|(_, factor)| *factor != 0.0);
+        let reference = |joint: usize| self.robot.joints[joint].reference;
+        let follows =
+            |joint: usize| self.robot.follows.iter().any(|known| known.joints[0] == joint);
+        // The first one goes with the second, unless it goes with one already.
+        if let [(first, _), (second, _)] = sum[..]
+            && follows(first)
+            && !follows(second)
+        {
+            sum.swap(0, 1);
+        }
+        match sum[..] {
+            [(joint, factor)] => {
+                let place = reference(joint) + constant / factor;
+                self.limit(element, joint, [place; 2])
+            }
+            [(first, factor), (second, by)] => {
+                let ratio = -by / factor;
+                let offset = reference(first) + constant / factor - ratio * reference(second);
+                self.follow(element, [first, second], [ratio, offset])
+            }
+            _ => Err(element
+                .wrong("tendon1: ties of more than two joints, or of none, are not supported")),
+        }
+    }
+}

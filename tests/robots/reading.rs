@@ -1,0 +1,364 @@
+//! What stands around a robot's file, and what its user says of it.
+
+use nalgebra::Vector3;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use tumble::scenario::scene::Scene;
+use tumble::scenario::settings::{RobotSettings, Settings};
+use tumble::simulation::StepRecord;
+
+const WEDGE: &[u8] = include_bytes!("../../data/robots/parts/wedge.obj");
+
+/// The scene of the file `path` alone, where `files` are all that there are.
+fn alone(
+    text: &str,
+    path: &str,
+    files: &[(&str, &[u8])],
+    robot: RobotSettings,
+) -> Result<Scene, String> {
+    let read = |path: &Path, _: u64| {
+        let found = files.iter().find(|(name, _)| Path::new(name) == path);
+        found.map(|(_, bytes)| bytes.to_vec()).ok_or(io::ErrorKind::NotFound.into())
+    };
+    let settings = Settings { robot, ..Settings::default() };
+    Scene::of_text(text, Path::new(path), settings, &read).map_err(|failure| failure.to_string())
+}
+
+const WITH_PACKAGE: &str = "<robot name='m'><link name='a'><inertial><mass value='1'/>\
+    <inertia ixx='0.4' iyy='0.4' izz='0.4' ixy='0' ixz='0' iyz='0'/></inertial>\
+    <collision><geometry><mesh filename='package://arm/parts/wedge.obj'/></geometry></collision></link></robot>";
+
+/// A package is the nearest folder of its name, from that of the file upwards, and that of the folder that is named where one is.
+#[test]
+fn packages_are_found_above_the_file() {
+    let small: &[u8] = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n";
+    let corners = |path: &str, files: &[(&str, &[u8])], packages: Option<&str>| {
+        let packages = packages.map(PathBuf::from);
+        let scene =
+            alone(WITH_PACKAGE, path, files, RobotSettings { packages, ..Default::default() });
+        scene.map(|scene| scene.world.bodies()[0].contact_points().len())
+    };
+    let (near, far) = ("/robots/arm/parts/wedge.obj", "/arm/parts/wedge.obj");
+    let file = "/robots/arm/urdf/arm.urdf";
+    assert_eq!(corners(file, &[(near, WEDGE)], None), Ok(6));
+    assert_eq!(corners(file, &[(far, small), (near, WEDGE)], None), Ok(6));
+    assert_eq!(corners(file, &[(far, small)], None), Ok(4));
+    assert_eq!(corners(file, &[(far, small), (near, WEDGE)], Some("/")), Ok(4));
+    // A relative path has folders above it that are no part of it.
+    assert_eq!(corners("arm.urdf", &[("../arm/parts/wedge.obj", WEDGE)], None), Ok(6));
+    assert_eq!(corners("../arm.urdf", &[("../../arm/parts/wedge.obj", WEDGE)], None), Ok(6));
+    let why = corners(file, &[], None).unwrap_err();
+    assert!(why.contains("package://arm/parts/wedge.obj") && why.contains("--packages"), "{why}");
+    let why = corners(file, &[(near, WEDGE)], Some("/elsewhere")).unwrap_err();
+    assert!(why.contains("/elsewhere") && why.contains("line 1, <mesh>"), "{why}");
+}
+
+/// What resists turning and rolling is refused with the way out, by which it is said and rubs alone.
+#[test]
+fn contacts_in_points_are_asked_for() {
+    let text = |condim: u32| {
+        format!(
+            "<mujoco><worldbody><geom type='plane' size='1 1 1' condim='1'/>\
+             <body pos='0 0 0.1'><freejoint/><geom size='0.1' condim='{condim}' friction='0.7'/></body></worldbody></mujoco>"
+        )
+    };
+    let read = |condim: u32, point_contacts: bool| {
+        alone(
+            &text(condim),
+            "ball.xml",
+            &[],
+            RobotSettings { point_contacts, ..Default::default() },
+        )
+    };
+    let why = read(6, false).err().unwrap_or_default();
+    assert!(why.contains("--point-contacts") && why.contains("<geom>"), "{why}");
+    let (said, plain) = (read(6, true).unwrap(), read(3, false).unwrap());
+    assert_eq!(said.changed, ["point-contacts"]);
+    let notes = said.notes();
+    assert!(notes.iter().any(|note| note.contains("rub alone")), "{notes:?}");
+    assert!(plain.notes().is_empty());
+    // The same world but for that; what does not rub at all still does not.
+    let model = |scene: &Scene| format!("{:?}", scene.model());
+    assert_eq!(model(&said), model(&plain));
+    assert_ne!(model(&said), model(&read(1, true).unwrap()));
+}
+
+/// What is said of robots' files is refused of others.
+#[test]
+fn what_is_said_of_robots_is_of_no_other_file() {
+    let scenario =
+        "[[bodies]]\nbox = 1.0\nmass = 1.0\nposition = [0, 0, 1]\n[ground]\nfriction = 0.5\n";
+    for (robot, flag) in [
+        (RobotSettings { packages: Some(".".into()), ..Default::default() }, "--packages"),
+        (RobotSettings { leave_out: vec!["tendon".into()], ..Default::default() }, "--leave-out"),
+        (RobotSettings { point_contacts: true, ..Default::default() }, "--point-contacts"),
+    ] {
+        let why = alone(scenario, "scene.toml", &[], robot).err().unwrap_or_default();
+        assert!(why.contains(flag) && why.contains("[[robots]]"), "{why}");
+    }
+}
+
+fn plain(text: &str, files: &[(&str, &[u8])]) -> Result<Scene, String> {
+    alone(text, "robot.xml", files, RobotSettings::default())
+}
+
+fn of_mesh(asset: &str, shape: &str) -> String {
+    format!(
+        "<mujoco><asset><mesh name='m' {asset}/></asset><worldbody><body><freejoint/><geom type='mesh' mesh='m' {shape}/></body>\
+         </worldbody></mujoco>"
+    )
+}
+
+/// The vertices and faces of a U of the area 7 and the height 1.
+fn letter() -> String {
+    let outline = [[0, 0], [3, 0], [3, 3], [2, 3], [2, 1], [1, 1], [1, 3], [0, 3]];
+    let vertices = [0, 1].map(|z| outline.map(|[x, y]| format!("{x} {y} {z} ")).concat()).concat();
+    let mut faces: Vec<[usize; 3]> = Vec::new();
+    for a in 0..8 {
+        let b = (a + 1) % 8;
+        faces.extend([[a, b, 8 + b], [a, 8 + b, 8 + a]]);
+    }
+    for [a, b, c] in [[0, 5, 6], [0, 6, 7], [0, 1, 5], [1, 4, 5], [1, 2, 4], [2, 3, 4]] {
+        faces.extend([[a, c, b], [8 + a, 8 + b, 8 + c]]);
+    }
+    let faces: String = faces.iter().map(|[a, b, c]| format!("{a} {b} {c} ")).collect();
+    format!("vertex='{vertices}' face='{faces}'")
+}
+
+/// The mass of a mesh that is not convex: its volume where it is asked for, and otherwise what MuJoCo 4.0.0 reads of the same text,
+/// which adds up what lies on either side of a face, from a place that it finds in two steps.
+#[test]
+fn masses_of_meshes_follow_from_their_triangles() {
+    let read = |inertia: &str| {
+        let text = of_mesh(&format!("{} {inertia}", letter()), "");
+        let scene = plain(&text, &[]).unwrap_or_else(|why| panic!("{why}"));
+        let link = &scene.robots[0].robot().links[1];
+        let mut moments: [f64; 3] = link.mass.inertia.symmetric_eigenvalues().into();
+        moments.sort_by(|a, b| b.total_cmp(a));
+        (link.mass.mass, moments)
+    };
+    let near = |(mass, moments): (f64, [f64; 3]), other: f64, others: [f64; 3], by: f64| {
+        assert!((mass - other).abs() <= by * other, "{mass:?} {other}");
+        let pairs = moments.iter().zip(others);
+        assert!(pairs.clone().all(|(a, b)| (a - b).abs() <= by * b), "{moments:?} {others:?}");
+    };
+    // Of boxes 3 × 1 × 1 below and two of 1 × 2 × 1 above, by the theorem of parallel axes, with ρ = 1000.
+    let boxes = [
+        (3.0, [1.5, 0.5], [3.0, 1.0]),
+        (2.0, [0.5, 2.0], [1.0, 2.0]),
+        (2.0, [2.5, 2.0], [1.0, 2.0]),
+    ];
+    let mass: f64 = boxes.iter().map(|(mass, ..)| mass).sum();
+    let middle = [0, 1].map(|k| boxes.iter().map(|(mass, at, _)| mass * at[k]).sum::<f64>() / mass);
+    let [xx, yy] = [0, 1].map(|k| {
+        let part = |(mass, at, side): &(f64, [f64; 2], [f64; 2])| {
+            mass * (side[k] * side[k] / 12.0 + (at[k] - middle[k]).powi(2))
+        };
+        boxes.iter().map(part).sum::<f64>()
+    });
+    let zz = mass / 12.0;
+    let exact = [xx + yy, xx + zz, yy + zz].map(|moment| 1000.0 * moment);
+    let mut exact = exact;
+    exact.sort_by(|a, b| b.total_cmp(a));
+    near(read("inertia='exact'"), 1000.0 * mass, exact, 1e-12);
+    near(read("inertia='convex'"), 9000.0, [13500.0, 7500.0, 7500.0], 1e-12);
+    let theirs = [12832.46246235, 7461.75400916, 6699.12912902];
+    near(read(""), 8617.540091638031, theirs, 1e-11);
+    let why = plain(&of_mesh(&format!("{} inertia='shell'", letter()), ""), &[]).err();
+    assert!(why.as_deref().unwrap_or_default().contains("shell"), "{why:?}");
+}
+
+/// MuJoCo's own files have the same triangles as any other.
+#[test]
+fn meshes_of_mujoco_are_read() {
+    let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 3.0]];
+    let faces: [[i32; 3]; 4] = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]];
+    let mut bytes: Vec<u8> =
+        [4, 4, 0, 4].iter().flat_map(|count: &i32| count.to_le_bytes()).collect();
+    let floats = corners.iter().flatten().chain([0.0; 12].iter());
+    bytes.extend(floats.flat_map(|x: &f64| (*x as f32).to_le_bytes()));
+    bytes.extend(faces.iter().flatten().flat_map(|index| index.to_le_bytes()));
+    let text = of_mesh("file='m.msh'", "");
+    let scene = plain(&text, &[("m.msh", &bytes)]).unwrap_or_else(|why| panic!("{why}"));
+    assert_eq!(scene.world.bodies()[0].contact_points().len(), 4);
+    assert!((scene.robots[0].robot().links[1].mass.mass - 1000.0).abs() < 1e-9);
+    for cut in [0, 3, 15, 16, 60, bytes.len() - 1] {
+        let why = plain(&text, &[("m.msh", &bytes[..cut])]).err().unwrap_or_default();
+        assert!(why.contains("m.msh") && why.contains("<mesh>"), "{cut}: {why}");
+    }
+    let mut odd = bytes.clone();
+    let last = odd.len() - 4;
+    odd[last..].copy_from_slice(&7_i32.to_le_bytes());
+    let why = plain(&text, &[("m.msh", &odd)]).err().unwrap_or_default();
+    assert!(why.contains("vertex that is not there"), "{why}");
+}
+
+/// What is for the eye alone needs no hull; what touches or weighs does.
+#[test]
+fn flat_meshes_are_for_the_eye() {
+    let flat: &[u8] = b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nf 1 3 4\n";
+    let text =
+        |shape: &str| of_mesh("file='m.obj'", shape).replace("<geom", "<geom size='0.1'/><geom");
+    let read = |shape: &str| plain(&text(shape), &[("m.obj", flat)]);
+    let scene = read("contype='0' conaffinity='0' mass='0'").unwrap_or_else(|why| panic!("{why}"));
+    assert_eq!(scene.robots[0].robot().looks.len(), 1);
+    for shape in ["mass='0'", "contype='0' conaffinity='0'"] {
+        let why = read(shape).err().unwrap_or_default();
+        assert!(why.contains("flat") && why.contains("line 1"), "{shape}: {why}");
+    }
+    // Without its file it is drawn by what touches, as is said.
+    let scene = plain(&text("contype='0' conaffinity='0' mass='0'"), &[]);
+    let notes = scene.unwrap_or_else(|why| panic!("{why}")).notes();
+    assert!(notes.iter().any(|note| note.contains("m.obj")), "{notes:?}");
+}
+
+/// h_E(n) = |D n| of an ellipsoid: its hull is within it, no farther than arcs of the directions that it is made of are from their
+/// chords, and touches it at its poles.
+#[test]
+fn ellipsoids_are_rounded_hulls_within() {
+    for half in [[0.3, 0.2, 0.1], [0.1, 0.1, 0.4], [0.2, 0.2, 0.05], [0.2, 0.2, 0.2]] {
+        let [a, b, c] = half;
+        let text = format!(
+            "<mujoco><worldbody><geom type='plane' size='1 1 1'/><body pos='0 0 {c}'><freejoint/>\
+             <geom type='ellipsoid' size='{a} {b} {c}'/></body></worldbody></mujoco>"
+        );
+        let scene = plain(&text, &[]).unwrap_or_else(|why| panic!("{why}"));
+        let points = scene.world.bodies()[0].contact_points();
+        let mut worst = 0.0_f64;
+        for number in 0..2000 {
+            let height = 1.0 - (2.0 * f64::from(number) + 1.0) / 2000.0;
+            let turn = 2.4 * f64::from(number);
+            let across = (1.0 - height * height).sqrt();
+            let n = Vector3::new(across * turn.cos(), across * turn.sin(), height);
+            let own = points.iter().map(|point| point.position.dot(&n) + point.radius);
+            let own = own.fold(f64::NEG_INFINITY, f64::max);
+            let whole = n.component_mul(&Vector3::from(half)).norm();
+            assert!(own <= whole * (1.0 + 1e-12), "{half:?}: {own} {whole}");
+            worst = worst.max(1.0 - own / whole);
+        }
+        // Arcs of 30° seen from their middle: 1 − cos 15° and as much again across.
+        assert!(worst < 0.07, "{half:?}: {worst}");
+        // It stands on its pole to rounding.
+        let mut simulation = scene.simulation(&Arc::new(AtomicBool::new(false))).unwrap();
+        let mut record = StepRecord::new();
+        simulation.step(&mut record).unwrap();
+        assert!(record.certificate.residual() <= 1e-9);
+        assert!((simulation.states()[0].position.z - c).abs() < 1e-12);
+    }
+}
+
+const TWO_SLIDES: &str = "<mujoco><option gravity='0 0 0' timestep='0.002'/><worldbody>\
+    <body><joint name='x' type='slide' axis='1 0 0' ref='0.3'/><geom size='0.1' mass='2'/></body>\
+    <body pos='0 1 0'><joint name='y' type='slide' axis='1 0 0'/><geom size='0.1' mass='3'/></body></worldbody>\
+    <tendon><fixed name='both'><joint joint='x' coef='0.5'/><joint joint='y' coef='-2'/></fixed>\
+    <fixed name='one'><joint joint='x' coef='-2'/></fixed></tendon>REST</mujoco>";
+
+fn driven(rest: &str, controls: &[f64], steps: usize) -> Vec<f64> {
+    let text = TWO_SLIDES.replace("REST", rest);
+    let scene = plain(&text, &[]).unwrap_or_else(|why| panic!("{why}"));
+    let robot = &scene.robots[0];
+    let mut simulation = scene.simulation(&Arc::new(AtomicBool::new(false))).unwrap();
+    for joint in 0..2 {
+        let (number, axis) = robot.axis(joint).unwrap();
+        let drive = robot.drive(joint, controls).unwrap();
+        simulation.set_drive(number, tumble::joint::JointAxis::Linear(axis), drive).unwrap();
+    }
+    let mut record = StepRecord::new();
+    for _ in 0..steps {
+        simulation.step(&mut record).unwrap();
+        assert!(record.certificate.residual() <= 1e-9);
+    }
+    robot.coordinates(simulation.states(), robot.start()).unwrap().0
+}
+
+/// A tendon's motor pulls each joint by its coefficient: in n steps a mass m goes h² f/m n (n + 1)/2.
+#[test]
+fn motors_pull_by_tendons() {
+    let rest = "<actuator><motor tendon='both' gear='4' ctrlrange='-1 1'/></actuator>";
+    let (h, n) = (0.002, 10.0);
+    let far = |force: f64, mass: f64| h * h * force / mass * n * (n + 1.0) / 2.0;
+    let q = driven(rest, &[3.0], 10);
+    assert!((q[0] - 0.3 - far(4.0 * 0.5, 2.0)).abs() < 1e-13, "{q:?}");
+    assert!((q[1] - far(4.0 * -2.0, 3.0)).abs() < 1e-13, "{q:?}");
+    // Of one joint it may depend on where that is: f = −2·5·(−2 x), which is −20 x.
+    let rest = "<actuator><position tendon='one' kp='5'/></actuator>";
+    let (q, k) = (driven(rest, &[0.0], 1), 20.0);
+    assert!((q[0] - 0.3 / (1.0 + h * h * k / 2.0)).abs() < 1e-13, "{q:?}");
+    let why =
+        plain(&TWO_SLIDES.replace("REST", "<actuator><position tendon='both'/></actuator>"), &[]);
+    let why = why.err().unwrap_or_default();
+    assert!(why.contains("<position>") && why.contains("several joints"), "{why}");
+}
+
+/// A tendon that is held ties its joints, 0.5 (x − 0.3) − 2 y = c; of one joint its range is that joint's.
+#[test]
+fn tendons_hold_joints() {
+    let rest = "<equality><tendon tendon1='both' polycoef='0.2'/></equality><actuator><motor joint='y'/></actuator>";
+    let q = driven(rest, &[5.0], 50);
+    assert!((0.5 * (q[0] - 0.3) - 2.0 * q[1] - 0.2).abs() < 1e-12, "{q:?}");
+    // Both go: 5 N on y, whose mass is 3 + 16·2.
+    assert!(q[1] > 1e-4);
+    let text = TWO_SLIDES.replace("<fixed name='one'", "<fixed name='one' range='-1 0.2'");
+    let robot = plain(&text.replace("REST", ""), &[]).unwrap_or_else(|why| panic!("{why}"));
+    assert_eq!(robot.robots[0].robot().joints[0].range, Some([-0.1, 0.5]));
+    for (rest, said) in [
+        ("<equality><tendon tendon1='non'/></equality>", "no tendon"),
+        ("<actuator><motor tendon='non'/></actuator>", "no tendon"),
+        (
+            "<tendon><fixed name='c' stiffness='3'><joint joint='x' coef='1'/></fixed></tendon>",
+            "pull",
+        ),
+        (
+            "<tendon><fixed name='c' range='0 1'><joint joint='x' coef='1'/><joint joint='y' coef='1'/></fixed></tendon>",
+            "pull",
+        ),
+        ("<tendon><fixed name='c'><joint joint='z' coef='1'/></fixed></tendon>", "no joint"),
+    ] {
+        let why = plain(&TWO_SLIDES.replace("REST", rest), &[]).err().unwrap_or_default();
+        assert!(why.contains(said) && why.contains("line 1"), "{rest}: {why}");
+    }
+}
+
+/// What hangs on the world and begins within what is fixed there passes it, as is said; what flies is refused.
+#[test]
+fn links_pass_what_they_begin_in() {
+    let text = |joint: &str| {
+        format!(
+            "<mujoco><worldbody><geom name='post' type='box' size='0.2 0.2 1'/>\
+             <body name='arm' pos='0.1 0 1'>{joint}<geom type='box' size='0.3 0.1 0.1'/></body></worldbody></mujoco>"
+        )
+    };
+    let scene = plain(&text("<joint axis='0 0 1'/>"), &[]).unwrap_or_else(|why| panic!("{why}"));
+    let notes = scene.notes();
+    assert!(notes.iter().any(|note| note.contains("arm and post")), "{notes:?}");
+    let why = plain(&text("<freejoint/>"), &[]).err().unwrap_or_default();
+    assert!(why.contains("overlap"), "{why}");
+}
+
+/// A link of several meshes that have too many corners together counts by fewer of each.
+#[test]
+fn hulls_of_a_link_share_its_corners() {
+    let ball: String = (0..500)
+        .map(|number| {
+            let height = 1.0 - (2.0 * f64::from(number) + 1.0) / 500.0;
+            let (turn, across) = (2.4 * f64::from(number), (1.0 - height * height).sqrt());
+            format!("{} {} {height} ", across * turn.cos(), across * turn.sin())
+        })
+        .collect();
+    let text = |count: usize| {
+        let geoms: String =
+            (0..count).map(|k| format!("<geom type='mesh' mesh='m' pos='{k} 0 0'/>")).collect();
+        format!(
+            "<mujoco><asset><mesh name='m' vertex='{ball}'/></asset><worldbody><body name='a'><freejoint/>{geoms}</body>\
+             </worldbody></mujoco>"
+        )
+    };
+    let two = plain(&text(2), &[]).unwrap_or_else(|why| panic!("{why}"));
+    assert!(two.world.bodies()[0].contact_points().len() == 1000 && two.notes().is_empty());
+    let four = plain(&text(4), &[]).unwrap_or_else(|why| panic!("{why}"));
+    let (count, notes) = (four.world.bodies()[0].contact_points().len(), four.notes());
+    assert!((900..=1000).contains(&count), "{count}");
+    assert!(notes.len() == 1 && notes[0].contains("250 corners"), "{notes:?}");
+}
