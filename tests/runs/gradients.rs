@@ -4,6 +4,7 @@
 mod batch;
 mod digits;
 mod joints;
+mod own;
 mod random;
 
 use nalgebra::{Vector3, Vector4};
@@ -42,11 +43,6 @@ fn step<'a>(
     (record.report.status != StepStatus::Failed).then_some((simulation, record))
 }
 
-/// The constants that a step is differentiated by.
-fn arguments() -> Vec<Constant> {
-    Constant::ALL.into_iter().filter(|constant| constant.has_derivative()).collect()
-}
-
 /// An argument of a step, and a direction in it.
 struct Direction {
     name: String,
@@ -77,7 +73,7 @@ fn directions(world: &World, draw: &mut impl FnMut() -> f64) -> Vec<Direction> {
     let wrenches = (0..bodies).map(|_| Wrench { force: vector() * 10.0, torque: vector() * 10.0 });
     let wrenches = wrenches.collect();
     all.push(Direction { name: "wrench".into(), states: still(), wrenches, constants: vec![] });
-    for constant in arguments() {
+    for constant in Constant::ALL {
         let own = constant.of(world);
         let numbers: Vec<f64> = match constant {
             Constant::TimeStep => vec![own[0] * 0.1],
@@ -87,6 +83,7 @@ fn directions(world: &World, draw: &mut impl FnMut() -> f64) -> Vec<Direction> {
             }
             // Times their own, so that what is nothing stays nothing.
             of if of.is_of_joints() && of != Constant::MotorTarget => own.clone(),
+            of if of.is_of_laws() => own.clone(),
             _ => own.iter().map(|_| 1.0).collect(),
         };
         if numbers.iter().all(|number| *number == 0.0) {
@@ -108,6 +105,39 @@ fn moved(own: &[f64], by: f64, numbers: &[f64]) -> Vec<f64> {
     own.iter().zip(numbers).map(|(own, number)| own + by * number).collect()
 }
 
+/// The step `by` along a direction.
+fn beside(world: &World, states: &[State], along: &Direction, by: f64) -> Option<StepRecord> {
+    let given: Vec<(Constant, Vec<f64>)> = along
+        .constants
+        .iter()
+        .map(|(constant, numbers)| (*constant, moved(&constant.of(world), by, numbers)))
+        .collect();
+    let given: Vec<_> = given.iter().map(|(constant, numbers)| (*constant, &numbers[..])).collect();
+    let world = world.with_constants(&given).unwrap();
+    let states: Vec<State> = states
+        .iter()
+        .zip(&along.states)
+        .map(|(state, change)| StateChange::zero().plus(by, change).applied(state))
+        .collect();
+    let wrenches: Vec<Wrench> = along
+        .wrenches
+        .iter()
+        .map(|wrench| Wrench { force: wrench.force * by, torque: wrench.torque * by })
+        .collect();
+    Some(step(&world, &states, &wrenches)?.1)
+}
+
+/// What contacts do in a step, as text: those that press, with whether they slip.
+fn pressing(record: &StepRecord) -> Vec<String> {
+    let contacts = record.solution.contacts.iter().filter(|contact| contact.carries_force());
+    contacts
+        .map(|contact| {
+            let slips = if contact.slip.norm() > 1e-9 { "slips" } else { "sticks" };
+            format!("{:?} {slips}", contact.key)
+        })
+        .collect()
+}
+
 /// Central differences of fifth order of X⁺ of all bodies along a direction, and how far those of both sides are apart;
 /// `None` where a step fails. `base` is X⁺ itself.
 fn difference(
@@ -116,27 +146,7 @@ fn difference(
     along: &Direction,
     by: f64,
 ) -> Option<(Vec<StateChange>, f64)> {
-    let end = |by: f64| {
-        let given: Vec<(Constant, Vec<f64>)> = along
-            .constants
-            .iter()
-            .map(|(constant, numbers)| (*constant, moved(&constant.of(world), by, numbers)))
-            .collect();
-        let given: Vec<_> =
-            given.iter().map(|(constant, numbers)| (*constant, &numbers[..])).collect();
-        let world = world.with_constants(&given).unwrap();
-        let states: Vec<State> = states
-            .iter()
-            .zip(&along.states)
-            .map(|(state, change)| StateChange::zero().plus(by, change).applied(state))
-            .collect();
-        let wrenches: Vec<Wrench> = along
-            .wrenches
-            .iter()
-            .map(|wrench| Wrench { force: wrench.force * by, torque: wrench.torque * by })
-            .collect();
-        Some(step(&world, &states, &wrenches)?.1.solution.states)
-    };
+    let end = |by: f64| Some(beside(world, states, along, by)?.solution.states);
     // (8 (f(δ) − f(−δ)) − (f(2δ) − f(−2δ)))/12δ, of fifth order.
     let apart = |by: f64| {
         let (plus, minus) = (end(by)?, end(-by)?);
@@ -209,8 +219,10 @@ fn compare(
             let ends = (states, &base.solution.states[..]);
             let Some((expected, sides)) = difference(world, ends, &along, by) else { continue };
             // What a motion of the bodies at the start opens, it opens within one step.
-            let moves =
-                matches!(&along.name[..], "position" | "turn" | "size" | "radius" | "ground");
+            let moves = matches!(
+                &along.name[..],
+                "position" | "turn" | "size" | "radius" | "ground" | "anchor"
+            );
             let speed = size(&expected).max(size(&found)) * world.reach();
             let moved = 10.0 * by * if moves { speed + 1.0 / h } else { speed };
             let margin = derivative.margin();
@@ -238,6 +250,20 @@ fn compare(
         // Where the sides have different slopes there is none: a kink that no margin tells.
         if kinked && best > 1e-6 {
             tally.kinks += 1;
+            let margins = [derivative.margin(), derivative.feature_margin()];
+            println!("a kink: {at}, {}: {best:.1e}, margins {margins:?}", along.name);
+            let here = pressing(&base);
+            for by in [-1e-5, -1e-6, 1e-6, 1e-5] {
+                let Some(there) = beside(world, states, &along, by) else { continue };
+                let (count, there) = (there.contacts.len(), pressing(&there));
+                let gone = here.iter().filter(|of| !there.contains(of));
+                let new = there.iter().filter(|of| !here.contains(of));
+                let (gone, new): (Vec<_>, Vec<_>) = (gone.collect(), new.collect());
+                println!(
+                    "  at {by:e} of {count} for {}: gone {gone:?}, new {new:?}",
+                    base.contacts.len()
+                );
+            }
             continue;
         }
         tally.compared += 1;
@@ -376,7 +402,7 @@ fn the_transposed_product_is_that_of_the_same_matrix() {
                 .iter()
                 .map(|_| StateChange::from_array(&std::array::from_fn(|_| draw())))
                 .collect();
-            derivative.pull(&w, &arguments(), &mut gradient).unwrap();
+            derivative.pull(&w, &Constant::ALL, &mut gradient).unwrap();
             for along in directions(&scene.world, &mut draw) {
                 let constants: Vec<_> = along.constants.iter().map(|(c, n)| (*c, &n[..])).collect();
                 let (states, wrenches) = (&along.states, &along.wrenches);
@@ -390,7 +416,7 @@ fn the_transposed_product_is_that_of_the_same_matrix() {
                 let by_wrenches =
                     by_wrenches.map(|(g, w)| g.force.dot(&w.force) + g.torque.dot(&w.torque));
                 let by_constants = constants.iter().map(|(constant, numbers)| {
-                    let place = arguments().iter().position(|c| c == constant).unwrap();
+                    let place = Constant::ALL.iter().position(|c| c == constant).unwrap();
                     gradient.constants[place].iter().zip(*numbers).map(|(g, n)| g * n).sum::<f64>()
                 });
                 let here = by_states.chain(by_wrenches).chain(by_constants).sum::<f64>();
