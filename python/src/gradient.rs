@@ -34,14 +34,12 @@ fn wrenches(numbers: &[f64]) -> impl Iterator<Item = Wrench> + '_ {
     each.map(move |six| Wrench { force: part(&six[..3]), torque: part(&six[3..]) })
 }
 
-/// The constants of these names that there are derivatives by.
+/// The constants of these names.
 pub fn constants_of(names: &[String]) -> PyResult<Vec<Constant>> {
     let of_name = |name: &String| {
-        let known = Constant::of_name(name).filter(|constant| constant.has_derivative());
-        known.ok_or_else(|| {
-            let all = Constant::ALL.into_iter().filter(|constant| constant.has_derivative());
-            let all: Vec<_> = all.map(Constant::name).collect();
-            refused(format!("by: {name:?} is none; there are states, wrenches, {}", all.join(", ")))
+        Constant::of_name(name).ok_or_else(|| {
+            let all = Constant::ALL.map(Constant::name).join(", ");
+            refused(format!("by: {name:?} is none; there are states, wrenches, {all}"))
         })
     };
     names.iter().map(of_name).collect()

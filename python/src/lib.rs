@@ -27,8 +27,6 @@ fn tumble_module(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("STATUSES", statuses)?;
     let parameters = tumble::rollout::Constant::ALL.map(|parameter| parameter.name());
     module.add("PARAMETERS", parameters)?;
-    let differentiable = tumble::rollout::Constant::ALL.into_iter().filter(|c| c.has_derivative());
-    module.add("DIFFERENTIABLE", differentiable.map(|c| c.name()).collect::<Vec<_>>())?;
     module.add("TumbleError", module.py().get_type::<errors::TumbleError>())?;
     module.add_class::<scene::Scene>()?;
     module.add_class::<simulation::Simulation>()?;

@@ -97,3 +97,42 @@ def test_what_is_refused():
         scene.vjp(np.zeros((1, 12)), controls=np.zeros((3, 1, 6)), steps=4)
     with pytest.raises(tumble.TumbleError, match="Runge-Kutta"):
         tumble.floating().jacobian()
+
+
+def test_coefficients_of_a_body_and_of_a_pair():
+    """Two blocks slide side by side: the one by the friction of its pair with the ground, the other by its own."""
+    blocks = [
+        {"name": "a", "box": 0.2, "mass": 2.0, "position": [0, 0, 0.1], "velocity": [1, 0, 0]},
+        {"name": "b", "box": 0.2, "mass": 2.0, "position": [0, 3, 0.1], "velocity": [1, 0, 0], "friction": 0.1},
+    ]
+    scene = tumble.Scene(
+        bodies=blocks, ground={"friction": 0.4}, friction=[{"between": ["a", "ground"], "coefficient": 0.2}]
+    )
+    found = scene.jacobian(by=["friction", "body_friction", "pair_friction", "pair_restitution"])
+    pressed = -9.81 * scene.time_step
+    assert found["pair_friction"].shape == (2, 12, 1) and found["pair_restitution"].shape == (2, 12, 0)
+    assert np.allclose(found["pair_friction"][:, 6, 0], [pressed, 0], atol=1e-12)
+    # The mean of its own and the ground's.
+    assert np.allclose(found["body_friction"][:, 6, 0], [0, pressed * 0.5 * 2], atol=1e-12)
+    assert np.allclose(found["friction"][:, 6], [0, pressed * 0.5 / 2], atol=1e-12)
+    # A batch varies them, and differentiates by what it varies.
+    given = {"pair_friction": np.array([[0.2], [0.25]]), "body_friction": np.array([[0.1], [0.3]])}
+    duals = np.zeros((1, 2, 12))
+    duals[0, :, 6] = 1.0
+    runs = tumble.rollout(scene, steps=20, parameters=given, gradients=duals)
+    assert np.allclose(runs.gradients["pair_friction"], [[20 * pressed]] * 2, rtol=1e-9)
+    slopes = [0.5 * np.sqrt(0.4 / own) for own in (0.1, 0.3)]
+    assert np.allclose(runs.gradients["body_friction"][:, 0], [20 * pressed * slope for slope in slopes], rtol=1e-9)
+
+
+def test_anchors_of_a_joint():
+    """What is fixed to the world goes where its anchor is moved to, within one step."""
+    plate = {"name": "plate", "box": 0.2, "mass": 2.0, "position": [0, 0, 1]}
+    held = {"name": "weld", "type": "fixed", "bodies": ["plate"], "anchor": [0, 0, 1.1]}
+    scene = tumble.Scene(bodies=[plate], ground={"none": True}, joints=[held])
+    found = scene.jacobian(by=["anchor"])["anchor"]
+    assert found.shape == (1, 12, 1, 2, 3)
+    assert np.allclose(found[0, :3, 0, 1], np.eye(3), atol=1e-9)
+    assert np.allclose(found[0, :3, 0, 0], -np.eye(3), atol=1e-9)
+    back = scene.vjp(np.eye(12)[:1], steps=1, by=["anchor"])
+    assert np.allclose(back["anchor"][0, 1], [1, 0, 0], atol=1e-9)

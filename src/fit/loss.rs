@@ -22,9 +22,9 @@ pub enum Loss {
 }
 
 /// The scale of p.
-const DISTANCE: f64 = 0.13;
+pub(super) const DISTANCE: f64 = 0.13;
 /// The scale of θ, rad.
-const ANGLE: f64 = 17.0 * std::f64::consts::PI / 180.0;
+pub(super) const ANGLE: f64 = 17.0 * std::f64::consts::PI / 180.0;
 /// Where the robust loss bends.
 const BEND: f64 = 6.0;
 
@@ -36,6 +36,15 @@ impl Loss {
         match self {
             Self::Robust => e / (1.0 + e / BEND),
             Self::Mean => e,
+        }
+    }
+
+    /// The derivative of that by e.
+    pub(super) fn slope(self, score: &TossScore) -> f64 {
+        let e = score.position / DISTANCE + score.rotation / ANGLE;
+        match self {
+            Self::Robust => (1.0 + e / BEND).powi(-2),
+            Self::Mean => 1.0,
         }
     }
 

@@ -9,12 +9,13 @@
 //! [`recording`] reads tosses and refuses what cannot be one. [`protocol`] says where a simulation
 //! starts and how it is compared. [`model`] names the parameters. [`rollout`] simulates every toss
 //! on all threads of the caller's rayon pool, every step with its certificate, and counts the steps
-//! that failed. [`search`] looks for the values of least [`loss`], [`neighbourhood`] says how well
+//! that failed. [`search`] looks for the values of least [`loss`], [`polish`] goes on from there by the
+//! [`slopes`] of every toss, [`neighbourhood`] says how well
 //! they are known, [`folds`] how they do on tosses that were kept back,
 //! [`ensemble`] how far the noise of the starts carries.
 //!
 //! Motions with impacts are chaotic: which face a cube comes to rest on hangs on the last digits of
-//! the start. So the loss is bounded, the search needs no derivative, and what is said of the
+//! the start. So the loss is bounded, the search needs no derivative, which only finishes it, and what is said of the
 //! result is averaged over a neighbourhood.
 //!
 //! Everything is deterministic: the same input gives the same bits on any number of threads.
@@ -25,10 +26,12 @@ pub mod folds;
 pub mod loss;
 pub mod model;
 pub mod neighbourhood;
+pub mod polish;
 pub mod protocol;
 pub mod recording;
 pub mod rollout;
 pub mod search;
+pub mod slopes;
 
 pub use error::FitError;
 pub use loss::Loss;

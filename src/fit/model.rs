@@ -194,6 +194,16 @@ impl Model {
         self.body().mass()
     }
 
+    /// What the numbers of `parameter` in the world with these `values` change by with its one number: they follow
+    /// it on a line. Sizes of that world are counted from what they are in it.
+    pub(super) fn slope(&self, parameter: Constant, values: &ParameterValues) -> Vec<f64> {
+        if parameter == Constant::Size {
+            return vec![1.0 / values.get(parameter)];
+        }
+        let [from, to] = [0.0, 1.0].map(|number| parameter.from_one_number(&self.world, number));
+        from.iter().zip(to).map(|(from, to)| to - from).collect()
+    }
+
     /// The world with these values and `time_step` (s).
     ///
     /// # Errors

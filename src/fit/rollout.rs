@@ -1,9 +1,11 @@
 //! Simulated tosses beside recorded ones.
 
 use super::error::FitError;
-use super::model::{Model, ParameterValues};
+use super::loss::Loss;
+use super::model::{Constant, Model, ParameterValues};
 use super::protocol::{Protocol, turn_between};
 use super::recording::Toss;
+use super::slopes::{TossSlopes, slopes};
 use crate::error::Error;
 use crate::mechanics::State;
 use crate::simulation::{Motion, Simulation, StepRecord};
@@ -138,6 +140,23 @@ impl<'a> Evaluator<'a> {
         Ok(scores)
     }
 
+    /// How the losses of some tosses change with `parameters`, in their order. They are not remembered.
+    ///
+    /// # Errors
+    /// As [`Evaluator::evaluate`]; a step that has no derivative.
+    pub fn slopes(
+        &mut self,
+        query: &Query<'_>,
+        parameters: &[Constant],
+        loss: Loss,
+    ) -> Result<Vec<TossSlopes>, FitError> {
+        let protocol = Protocol { substeps: query.substeps, ..self.protocol.clone() };
+        let (model, tosses, interrupt) = (self.model, self.tosses, &self.interrupt);
+        let of = (query.values, parameters, loss);
+        let one = |&index: &usize| slopes((model, &protocol), of, &tosses[index], interrupt);
+        query.tosses.par_iter().map(one).collect()
+    }
+
     fn simulate(&self, query: &Query<'_>) -> Result<Vec<TossScore>, FitError> {
         let protocol = Protocol { substeps: query.substeps, ..self.protocol.clone() };
         let (model, tosses, interrupt) = (self.model, self.tosses, &self.interrupt);
@@ -178,6 +197,30 @@ pub fn rollout_from(
     interrupt: &Arc<AtomicBool>,
     mut each: impl FnMut(&State),
 ) -> Result<TossScore, FitError> {
+    follow(start, (model, protocol, values), toss, interrupt, &mut |seen| {
+        if let Seen::Frame(_, state) = seen {
+            each(state);
+        }
+        Ok(())
+    })
+}
+
+/// What is seen of a toss.
+pub(super) enum Seen<'a> {
+    /// A step that was taken.
+    Step(&'a Simulation<'static>, &'a StepRecord),
+    /// A recorded frame, and the simulated one.
+    Frame(&'a State, &'a State),
+}
+
+/// Simulates a toss from `start`, and shows every step and every frame.
+pub(super) fn follow(
+    start: &State,
+    (model, protocol, values): (&Model, &Protocol, &ParameterValues),
+    toss: &Toss,
+    interrupt: &Arc<AtomicBool>,
+    each: &mut impl FnMut(Seen<'_>) -> Result<(), Error>,
+) -> Result<TossScore, FitError> {
     let refused = |error: Error| match error {
         Error::Interrupted => FitError::Interrupted,
         error => FitError::Rollout { toss: toss.name.clone(), error },
@@ -204,12 +247,13 @@ pub fn rollout_from(
             score.steps += 1;
             score.failed += u32::from(record.report.status == StepStatus::Failed);
             score.residual = score.residual.max(record.certificate.residual());
+            each(Seen::Step(&simulation, &record)).map_err(refused)?;
         }
         let state = simulation.state();
         score.position += (state.position - recorded.position).norm();
         score.end = turn_between(&recorded.attitude, &state.attitude).norm();
         score.rotation += score.end;
-        each(state);
+        each(Seen::Frame(recorded, state)).map_err(refused)?;
     }
     let frames = (toss.frames.len() - first) as f64;
     score.position /= frames * protocol.length;

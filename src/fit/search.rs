@@ -1,14 +1,15 @@
 //! The search for the values of least loss: covariance matrix adaptation (CMA-ES, from `cmaes`),
 //! started anew.
 //!
-//! The loss of chaotic motions is rough: a simplex shrinks onto the next small dent, and there is
-//! no derivative. CMA-ES asks for ranks of a population alone. Each round starts at the best point
+//! The loss of chaotic motions is rough: a simplex shrinks onto the next small dent, and so does what follows a
+//! derivative. CMA-ES asks for ranks of a population alone. Each round starts at the best point
 //! so far, the first wide, the next narrower. What is in the first rounds simulated with half the
-//! substeps is, in the last, with all of them.
+//! substeps is, in the last, with all of them. From the best point on, a [polish](super::polish) by derivatives.
 
 use super::error::FitError;
 use super::loss::Loss;
 use super::model::{Constant, ParameterValues, usual_step};
+use super::polish::Polish;
 use super::rollout::{Evaluator, Query};
 use cmaes::{CMAESOptions, DVector};
 use std::cell::RefCell;
@@ -33,6 +34,8 @@ pub struct Plan {
     pub evaluations: usize,
     /// Rounds, each with a new population and its share of the evaluations.
     pub rounds: usize,
+    /// Gauss–Newton steps that are tried from the best values on; 0 for none.
+    pub polish: usize,
     /// Of what is drawn.
     pub seed: u32,
 }
@@ -52,6 +55,8 @@ pub struct Found {
     pub refused: usize,
     /// The least loss so far after each evaluation with all substeps.
     pub progress: Vec<f64>,
+    /// What Gauss–Newton steps made of the best values, where they were asked for.
+    pub polish: Option<Polish>,
 }
 
 impl Plan {
@@ -167,13 +172,22 @@ impl Plan {
         let (point, loss) = task.best;
         let (found, loss) =
             if loss < at_start { (self.values(start, &point).0, loss) } else { (*start, at_start) };
+        let (found, loss, polish) = match self.polish {
+            0 => (found, loss, None),
+            _ => {
+                let (found, loss, polish) = self.polished((found, loss), task.evaluator, tosses)?;
+                (found, loss, Some(polish))
+            }
+        };
+        let tried = polish.as_ref().map_or(0, |polish| polish.tried);
         Ok(Found {
             values: found,
             loss,
             loss_at_start: at_start,
-            evaluations: task.evaluations,
+            evaluations: task.evaluations + tried,
             refused: task.refused,
             progress: task.progress,
+            polish,
         })
     }
 

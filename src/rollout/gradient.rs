@@ -65,9 +65,8 @@ pub struct Noted {
 /// the derivatives of up to 300 steps at a time, and up to 300 saved simulations.
 ///
 /// # Errors
-/// Arrays that do not have the lengths that [`Batch`] and [`Cotangents`] name; a constant without a
-/// [derivative](Constant::has_derivative); the first rollout, by its index, that is refused or has no derivative;
-/// [`Error::Interrupted`].
+/// Arrays that do not have the lengths that [`Batch`] and [`Cotangents`] name; the first rollout, by its index,
+/// that is refused or has no derivative; [`Error::Interrupted`].
 pub fn gradients(
     batch: &Batch<'_>,
     cotangents: Cotangents<'_>,

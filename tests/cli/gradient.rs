@@ -53,7 +53,7 @@ fn derivatives_are_the_differences_of_runs() {
         assert_eq!([&json["unsolved"], &json["unknown"], &json["kept"]], [0; 3]);
         let csv = fs::read_to_string(directory.path().join("gradient.csv")).unwrap();
         assert_eq!(csv.lines().count(), rows.len() + 1);
-        assert!(csv.starts_with("argument,component,unit,derivative,difference\n"));
+        assert!(csv.starts_with("argument,component,part,unit,derivative,difference\n"));
         assert!(end.stdout.contains("nearest kink"), "{}", end.stdout);
     }
 }
@@ -84,6 +84,48 @@ fn differences_of_what_has_ends_and_of_symmetric_matrices() {
     }
 }
 
+/// Coefficients and anchors of its own, by the names of what has them, beside their differences.
+#[test]
+fn what_bodies_pairs_and_joints_have_of_their_own() {
+    let directory = TempDir::new().unwrap();
+    let scene = directory.path().join("own.toml");
+    let text = "steps = 40\n[ground]\nfriction = 0.4\n\
+                [[bodies]]\nname = \"sled\"\nbox = 0.2\nmass = 2\nposition = [0, 0, 0.1]\nvelocity = [1, 0, 0]\n\
+                [[bodies]]\nname = \"load\"\nbox = 0.1\nmass = 1\nfriction = 0.3\nposition = [0, 0, 0.25]\nvelocity = [1.5, 0, 0]\n\
+                [[bodies]]\nname = \"arm\"\nbox = [0.1, 0.1, 0.4]\nmass = 1\nposition = [0, 3, 2]\n\
+                [[friction]]\nbetween = [\"sled\", \"ground\"]\ncoefficient = 0.2\n\
+                [[joints]]\nname = \"pin\"\ntype = \"revolute\"\nbodies = [\"arm\"]\nanchor = [0.1, 3, 2.1]\naxis = [0, 1, 0]\n";
+    fs::write(&scene, text).unwrap();
+    let derivatives = |body: &str, by: &str| -> Vec<Value> {
+        let mut command = tumble();
+        command.arg("gradient").arg(&scene).arg("--out").arg(directory.path().join("out"));
+        command.args(["--of", "x", "--body", body, "--by", by, "--differences", "1e-6"]);
+        let end: End = command.output().unwrap().into();
+        assert_eq!((end.code, end.stderr.as_str()), (Some(0), ""));
+        let json = fs::read(directory.path().join("out/gradient.json")).unwrap();
+        let json: Value = serde_json::from_slice(&json).unwrap();
+        json["derivatives"].as_array().unwrap().clone()
+    };
+    let check = |rows: &[Value], parts: &[&str]| {
+        let found: Vec<_> = rows.iter().map(|row| row["part"].as_str().unwrap()).collect();
+        assert_eq!(found, parts);
+        let of = |row: &Value, what: &str| row[what].as_f64().unwrap();
+        let scale = rows.iter().map(|row| of(row, "derivative").abs()).fold(0.0, f64::max);
+        assert!(scale > 1e-3);
+        for row in rows {
+            // Rounding of 1e-10 m over the difference, and its third order.
+            assert!((of(row, "derivative") - of(row, "difference")).abs() < 1e-3 * scale, "{row}");
+        }
+    };
+    let rows = derivatives("load", "pair_friction,body_friction,mass");
+    check(&rows, &["sled and ground", "load", "sled", "load", "arm"]);
+    let rows = derivatives("arm", "anchor");
+    let parts = ["x of a", "y of a", "z of a", "x of b", "y of b", "z of b"];
+    check(&rows, &parts.map(|part| format!("pin, {part}")).each_ref().map(String::as_str));
+    let csv = fs::read_to_string(directory.path().join("out/gradient.csv")).unwrap();
+    assert!(csv.contains("anchor,0,\"pin, x of a\",m,"), "{csv}");
+}
+
 #[test]
 fn a_shape_that_cannot_vary_is_refused() {
     for shape in ["sphere = 0.1", "capsule = { length = 0.2, radius = 0.1 }"] {
@@ -107,7 +149,7 @@ fn a_shape_that_cannot_vary_is_refused() {
 #[test]
 fn what_cannot_be_differentiated_is_refused() {
     let cases: [(&[&str], &[&str]); 9] = [
-        (&["--of", "x", "--by", "joint_friction"], &["joint_friction", "axis of a joint"]),
+        (&["--of", "x", "--by", "joint_friction"], &["joint_friction", "of its own"]),
         (&["--of", "x", "--by", "colour"], &["--by: \"colour\" is none", "velocity", "friction"]),
         (&["--of", "x", "--body", "nobody"], &["--body nobody"]),
         (&["--of", "x", "--differences", "-1"], &["--differences", "above 0"]),

@@ -15,7 +15,7 @@ fn plan(model: &Model, parameters: &[Constant], evaluations: usize) -> Plan {
         .iter()
         .map(|&parameter| Sought { parameter, bounds: model.usual_bounds(parameter) });
     let (sought, loss) = (sought.collect(), Loss::Robust);
-    Plan { sought, loss, evaluations, rounds: 2, seed: 3 }
+    Plan { sought, loss, evaluations, rounds: 2, polish: 0, seed: 3 }
 }
 
 fn search(plan: &Plan, tosses: &[Toss], threads: usize) -> Result<Found, FitError> {

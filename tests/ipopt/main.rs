@@ -12,6 +12,7 @@ mod ladder;
 mod native_point;
 #[path = "../common/points.rs"]
 mod points;
+mod sensitivity;
 mod several;
 mod several_derivatives;
 #[path = "../common/sizes.rs"]

@@ -173,6 +173,11 @@ impl ContactTangent {
         self.contact.normal()
     }
 
+    /// Whether it bounces, and the rebound is what counts.
+    pub(crate) fn bounces(&self) -> bool {
+        self.rebound.is_some()
+    }
+
     /// From the centres of A and of B to where the impulse acts, m, world.
     pub(crate) fn arms(&self) -> [Vector3<f64>; 2] {
         let arm = self.contact.arm;

@@ -12,6 +12,9 @@ use nalgebra::{Matrix3, SMatrix, Vector3};
 /// By the poses of A and of B.
 pub(crate) type ByPoses<const ROWS: usize> = SMatrix<f64, ROWS, 12>;
 
+/// By the anchors in A and in B, m, in their frames.
+pub(crate) type ByAnchors<const ROWS: usize> = SMatrix<f64, ROWS, 6>;
+
 /// Three rows of a joint over a step.
 #[derive(Debug, Clone)]
 pub(crate) struct RowsTangent {
@@ -26,6 +29,20 @@ pub(crate) struct RowsTangent {
     /// At a fixed impulse along the rows: of the impulse (world, where it pushes), and of the torques of what it is on A and on B,
     /// each in its body's frame.
     pub(crate) load: ByPoses<9>,
+    /// By the anchors, of the rows of a place.
+    pub(crate) anchors: Option<Box<Anchors>>,
+}
+
+/// What the anchors of a joint have a part in, at fixed poses.
+#[derive(Debug, Clone)]
+pub(crate) struct Anchors {
+    /// ∂u, m/s, in the rows' axes.
+    pub(crate) motion: ByAnchors<3>,
+    /// Of the coordinates at the step's start, m, and of their rates before, m/s.
+    pub(crate) coordinates: ByAnchors<3>,
+    pub(crate) rates: ByAnchors<3>,
+    /// Of the torques on A and on B of a fixed impulse, each in its body's frame.
+    pub(crate) torques: ByAnchors<6>,
 }
 
 /// Changes of the mean rates before a step, m/s or rad/s.
@@ -127,6 +144,43 @@ impl<'a> JointTangent<'a> {
         (frame.tr_mul(&(seen - of_b.anchor)), seen, slopes)
     }
 
+    /// ∂l by the anchors at one of the times: δl = F_Bᵀ (A_Bᵀ A_A δa_A − δa_B) (G12).
+    fn place_by_anchors(&self, time: usize) -> ByAnchors<3> {
+        let to_rows = self.joint.frames()[1].rotation().transpose();
+        let seen = self.pose(1, time).rotation.tr_mul(&self.pose(0, time).rotation);
+        let mut slopes = ByAnchors::<3>::zeros();
+        slopes.fixed_columns_mut::<3>(0).copy_from(&(to_rows * seen));
+        slopes.fixed_columns_mut::<3>(3).copy_from(&-to_rows);
+        slopes
+    }
+
+    /// What the anchors make of the rows of its place, where `impulse` acts along them: with P = C p, p_B = F_B p
+    ///
+    /// ```text
+    /// δτ_A = δa_A × A_Aᵀ P,   δτ_B = A_Bᵀ A_A δa_A × p_B                               (G12)
+    /// ```
+    fn anchors(&self, impulse: &Vector3<f64>) -> Box<Anchors> {
+        let h = self.time_step;
+        let coordinates = self.place_by_anchors(START);
+        let mut motion = self.place_by_anchors(END);
+        for k in (0..3).filter(|k| self.joint.linear()[*k] != Axis::Locked) {
+            let row = motion.row(k) - coordinates.row(k);
+            motion.set_row(k, &row);
+        }
+        let (a, b) = (self.pose(0, START).rotation, self.pose(1, START).rotation);
+        let seen = b.tr_mul(&a);
+        let of_b = self.joint.frames()[1].rotation() * impulse;
+        let mut torques = ByAnchors::<6>::zeros();
+        let on_a = -seen.tr_mul(&of_b).cross_matrix();
+        torques.fixed_view_mut::<3, 3>(0, 0).copy_from(&on_a);
+        if self.sides[1].is_some() {
+            let on_b = -of_b.cross_matrix() * seen;
+            torques.fixed_view_mut::<3, 3>(3, 0).copy_from(&on_b);
+        }
+        let rates = (coordinates - self.place_by_anchors(BEFORE)) / h;
+        Box::new(Anchors { motion: motion / h, coordinates, rates, torques })
+    }
+
     /// What slopes by poses that `maps` lead to make of those by the states at k: by poses, by velocities, and by h where
     /// that is how far they lead and `forward` which way.
     fn led(
@@ -203,7 +257,8 @@ impl<'a> JointTangent<'a> {
             let mut part = load.fixed_view_mut::<3, 3>(6, 9);
             part += seen.cross_matrix() * of_b.cross_matrix();
         }
-        RowsTangent { motion, by_time_step, coordinates, rates, load }
+        let anchors = Some(self.anchors(impulse));
+        RowsTangent { motion, by_time_step, coordinates, rates, load, anchors }
     }
 
     /// The rows of its turn, scaled by `length` (m) and counted from the `angles` (rad), where `impulse` acts along them: with
@@ -253,7 +308,8 @@ impl<'a> JointTangent<'a> {
         }
         let motion = by_turns(&own.motion);
         let by_time_step = own.by_time_step;
-        Some(RowsTangent { motion, by_time_step, coordinates, rates: rates.flatten(), load })
+        let rates = rates.flatten();
+        Some(RowsTangent { motion, by_time_step, coordinates, rates, load, anchors: None })
     }
 }
 

@@ -84,7 +84,8 @@ impl StateChange {
         }
     }
 
-    /// The state that `state` becomes by this change, of any size: turned by the rotation vector δθ.
+    /// The state that `state` becomes by this change, of any size: turned by the rotation vector δθ. Without a turn its attitude
+    /// stays as it is, to the last bit.
     #[must_use]
     pub fn applied(&self, state: &State) -> State {
         let angle = self.turn.norm();
@@ -93,7 +94,11 @@ impl StateChange {
         let turned = Vector4::new(cos, sin * axis[0], sin * axis[1], sin * axis[2]);
         State {
             position: state.position + self.position,
-            attitude: (quaternion::left(&state.attitude) * turned).normalize(),
+            attitude: if angle > 0.0 {
+                (quaternion::left(&state.attitude) * turned).normalize()
+            } else {
+                state.attitude
+            },
             velocity: state.velocity + self.velocity,
             spin: state.spin + self.spin,
         }

@@ -14,6 +14,7 @@ use crate::mechanics::{State, Wrench};
 use crate::solver::native::{Rest, StepDerivative, StepGradient};
 use crate::step::StepStatus;
 use crate::world::Constant;
+use nalgebra::Matrix3;
 
 /// How much the backward pass may keep at a time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -172,6 +173,15 @@ impl Simulation<'_> {
         found?
     }
 
+    /// Of the bodies with loads that act beside their centres in a step, how the torques follow their turns, N m/rad, body.
+    fn loads_by_turns(&self, record: &StepRecord) -> impl Iterator<Item = (usize, Matrix3<f64>)> {
+        let h = self.world().time_step();
+        let each = self.outside.iter().zip(&record.states).enumerate();
+        each.filter_map(move |(body, (outside, state))| {
+            Some((body, outside.load.torque_by_turn(record.index, h, &state.attitude)?))
+        })
+    }
+
     /// One step of `run`.
     fn advance(&mut self, run: &mut Run<'_>, record: &mut StepRecord) -> Result<(), Error> {
         (run.before)(self)?;
@@ -266,9 +276,11 @@ impl Backward {
         let mut tape = std::mem::take(&mut self.tape);
         // Steps in which nothing moves have the derivative of the first of them.
         let (mut rest, mut uses) = (None, Vec::with_capacity(count));
+        let mut turned = Vec::new();
         for (k, (derivative, record)) in tape[..count].iter_mut().enumerate() {
             simulation.advance(run, record)?;
             let is_at_rest = simulation.linearise_unless(record, derivative, &mut rest)?;
+            turned.extend(simulation.loads_by_turns(record).map(|(body, by)| (k, body, by)));
             let before = uses.last().copied();
             uses.push(before.filter(|_| is_at_rest).unwrap_or(k));
         }
@@ -280,6 +292,10 @@ impl Backward {
             self.add(run, record.index + 1 - self.first, &record.solution.states)?;
             tape[of].0.pull(&self.dual, run.constants, &mut self.step)?;
             self.dual.clone_from(&self.step.states);
+            // Loads that act at a point of a body turn it otherwise where it is turned.
+            while let Some((_, body, by)) = turned.pop_if(|(step, ..)| *step == k) {
+                self.dual[body].turn += by.tr_mul(&self.step.wrenches[body].torque);
+            }
             self.found.wrenches.push(self.step.wrenches.clone());
             let sums = self.found.constants.iter_mut().zip(&self.step.constants);
             for (sum, more) in sums.flat_map(|(sums, more)| sums.iter_mut().zip(more)) {

@@ -12,6 +12,9 @@ use nalgebra::{Matrix3, Vector3};
 /// |---|---|---|
 /// | `Friction` | μ of the world | μ |
 /// | `Restitution` | e of the world | e |
+/// | `BodyFriction`, `BodyRestitution` | μ and e of each body that has its own | times the world's own |
+/// | `FixedFriction` | μ of each fixed piece that has its own | times the world's own |
+/// | `PairFriction`, `PairRestitution` | of each pair that was [given](World::pair_frictions) its own | times the world's own |
 /// | `Mass` | m of every body, kg | times the world's own |
 /// | `Inertia` | I of every body, kg m², body frame, matrices of 9 | times the world's own |
 /// | `Size` | all lengths of every body, times its own; mass and inertia stay | the same of all |
@@ -28,6 +31,16 @@ pub enum Constant {
     Friction,
     /// e of the world. A body that has a coefficient of its own keeps it.
     Restitution,
+    /// μ of each body that has one of its own, in their order.
+    BodyFriction,
+    /// e of each body that has one of its own, in their order.
+    BodyRestitution,
+    /// μ of each fixed piece that has one of its own, in their order.
+    FixedFriction,
+    /// μ of each pair that was given one, in the order of [`World::pair_frictions`].
+    PairFriction,
+    /// e of each pair that was given one, in the order of [`World::pair_restitutions`].
+    PairRestitution,
     /// m of every body, kg. Inertia goes with it, as that of another density.
     Mass,
     /// I of every body, kg m², body frame. With [`Constant::Mass`] it counts as given.
@@ -64,9 +77,14 @@ pub enum Constant {
 
 impl Constant {
     /// All of them.
-    pub const ALL: [Self; 18] = [
+    pub const ALL: [Self; 23] = [
         Self::Friction,
         Self::Restitution,
+        Self::BodyFriction,
+        Self::BodyRestitution,
+        Self::FixedFriction,
+        Self::PairFriction,
+        Self::PairRestitution,
         Self::Mass,
         Self::Inertia,
         Self::Size,
@@ -91,6 +109,11 @@ impl Constant {
         match self {
             Self::Friction => "friction",
             Self::Restitution => "restitution",
+            Self::BodyFriction => "body_friction",
+            Self::BodyRestitution => "body_restitution",
+            Self::FixedFriction => "fixed_friction",
+            Self::PairFriction => "pair_friction",
+            Self::PairRestitution => "pair_restitution",
             Self::Mass => "mass",
             Self::Inertia => "inertia",
             Self::Size => "size",
@@ -114,12 +137,6 @@ impl Constant {
     #[must_use]
     pub fn of_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|constant| constant.name() == name)
-    }
-
-    /// Whether the [derivative of a step](crate::solver::native::StepDerivative) knows it: all but anchors of joints.
-    #[must_use]
-    pub fn has_derivative(self) -> bool {
-        self != Self::Anchor
     }
 
     /// Whether it is of the shapes of bodies, which not all can vary.
@@ -149,6 +166,7 @@ impl Constant {
             Self::Mass | Self::Size | Self::Radius => vec![bodies],
             Self::Inertia => vec![bodies, 3, 3],
             Self::Gravity => vec![3],
+            of if of.is_of_laws() => vec![of.law_width(world)],
             of_joints => of_joints.joint_shape(world),
         }
     }
@@ -162,6 +180,7 @@ impl Constant {
             Self::Mass | Self::Size | Self::Radius => bodies,
             Self::Inertia => 9 * bodies,
             Self::Gravity => 3,
+            of if of.is_of_laws() => of.law_width(world),
             of_joints => of_joints.joint_shape(world).iter().product(),
         }
     }
@@ -184,6 +203,7 @@ impl Constant {
             Self::Gravity => world.gravity().as_slice().to_vec(),
             Self::Ground => vec![0.0],
             Self::TimeStep => vec![world.time_step()],
+            of if of.is_of_laws() => of.of_laws(world),
             of_joints => of_joints.of_joints(world),
         }
     }
@@ -205,7 +225,9 @@ impl Constant {
         let own = self.of(world);
         match self {
             Self::Mass | Self::Inertia => own.iter().map(|value| value * number).collect(),
-            of if of.is_of_joints() => own.iter().map(|value| value * number).collect(),
+            of if of.is_of_joints() || of.is_of_laws() => {
+                own.iter().map(|value| value * number).collect()
+            }
             Self::Gravity => {
                 let norm = world.gravity().norm();
                 let strength = if norm > 0.0 { number / norm } else { 0.0 };
@@ -240,7 +262,8 @@ impl World {
         };
         let mut parameters = self.parameters().clone();
         if let Some(friction) = of(Constant::Friction) {
-            refuse_pairs("friction", self.pair_frictions().is_empty())?;
+            let all = self.pair_frictions().is_empty() || of(Constant::PairFriction).is_some();
+            refuse_pairs("friction", all)?;
             parameters.friction = friction[0];
         }
         if let Some(step) = of(Constant::TimeStep) {
@@ -258,12 +281,17 @@ impl World {
             parameters.ground = Some(moved);
         }
         self.set_bodies(of, &mut parameters)?;
-        let world = self.with_parameters(parameters)?;
+        let mut world = self.with_parameters(parameters)?;
+        world.set_laws(of)?;
         let of_joints = given.iter().any(|(constant, _)| constant.is_of_joints());
         let world = if of_joints { world.with_joint_constants(of)? } else { world };
         match of(Constant::Restitution) {
             Some(restitution) => {
-                refuse_pairs("restitution", self.pair_restitutions().is_empty())?;
+                let pairs = of(Constant::PairRestitution);
+                refuse_pairs(
+                    "restitution",
+                    self.pair_restitutions().is_empty() || pairs.is_some(),
+                )?;
                 world.with_restitution(restitution[0])
             }
             None => Ok(world),
@@ -299,7 +327,7 @@ impl World {
 
 fn refuse_pairs(what: &'static str, are_none: bool) -> Result<(), Error> {
     let why = "pairs of the world have coefficients of their own, which would not vary with it; give \
-               them as those of the bodies, or leave them out";
+               theirs too, as pair_friction or pair_restitution, or leave them out";
     if are_none { Ok(()) } else { Err(Error::Unsupported { what, why }) }
 }
 

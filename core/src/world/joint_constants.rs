@@ -54,14 +54,15 @@ impl Constant {
     /// Whether it is one of joints.
     #[must_use]
     pub fn is_of_joints(self) -> bool {
+        self == Self::Anchor || self.is_of_drives()
+    }
+
+    /// Whether it is one of what drives them, a number of each axis or motor.
+    pub(crate) fn is_of_drives(self) -> bool {
         self.is_of_motors()
             || matches!(
                 self,
-                Self::JointFriction
-                    | Self::JointStiffness
-                    | Self::JointDamping
-                    | Self::Armature
-                    | Self::Anchor
+                Self::JointFriction | Self::JointStiffness | Self::JointDamping | Self::Armature
             )
     }
 

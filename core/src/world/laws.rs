@@ -138,42 +138,6 @@ impl World {
         }
     }
 
-    /// ∂μ/∂μ of the world and ∂e/∂e of the world, of the contacts between body `body` and `partner`: 1 where both have the
-    /// world's coefficient, half of √(own/world's) where one has, 0 elsewhere.
-    pub(crate) fn law_by_world(&self, body: usize, partner: Partner) -> (f64, f64) {
-        let by = |own: [Option<f64>; 2], is_pair: bool, of_world: f64| match own {
-            _ if is_pair => 0.0,
-            [None, None] => 1.0,
-            [Some(own), None] | [None, Some(own)] if of_world > 0.0 => {
-                0.5 * (own / of_world).sqrt()
-            }
-            _ => 0.0,
-        };
-        let of_body = |index: usize| &self.bodies()[index];
-        let frictions = [
-            of_body(body).friction(),
-            match partner {
-                Partner::Ground => None,
-                Partner::Fixed(index) => self.fixed[index].friction,
-                Partner::Body(other) => of_body(other).friction(),
-            },
-        ];
-        let other = partner.body().and_then(|other| of_body(other).restitution());
-        let restitutions = [of_body(body).restitution(), other];
-        (
-            by(
-                frictions,
-                find_pair(&self.pair_frictions, body, partner).is_some(),
-                self.friction(),
-            ),
-            by(
-                restitutions,
-                find_pair(&self.pair_restitutions, body, partner).is_some(),
-                self.restitution,
-            ),
-        )
-    }
-
     /// e of everything that has none of its own; 0 unless it was given.
     #[must_use]
     pub fn restitution(&self) -> f64 {
@@ -225,12 +189,17 @@ pub(super) fn set_pair(pairs: &mut Pairs, body: usize, partner: Partner, value: 
 }
 
 pub(super) fn find_pair(pairs: &Pairs, body: usize, partner: Partner) -> Option<f64> {
+    find_place(pairs, body, partner).map(|place| pairs[place].1)
+}
+
+/// Where a pair stands among those that were given a coefficient.
+#[inline]
+pub(super) fn find_place(pairs: &Pairs, body: usize, partner: Partner) -> Option<usize> {
     if pairs.is_empty() {
         return None;
     }
     let pair = ordered(body, partner);
-    let place = pairs.binary_search_by(|(known, _)| known.cmp(&pair));
-    place.ok().map(|place| pairs[place].1)
+    pairs.binary_search_by(|(known, _)| known.cmp(&pair)).ok()
 }
 
 /// The same for both orders of a pair.

@@ -5,12 +5,14 @@ mod apart;
 mod changes;
 pub mod constants;
 mod joint_constants;
+mod law_constants;
 mod laws;
 mod partner;
 pub mod plane;
 
 pub(crate) use changes::without;
 pub use constants::Constant;
+pub(crate) use law_constants::LawSlopes;
 use laws::{Pairs, ordered};
 pub use partner::{ContactLaw, Partner};
 pub use plane::Plane;

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Dict, List, Mapping, Optional
 
 from ._rollout import batch_of, rollout
-from ._tumble import DIFFERENTIABLE, TumbleError
+from ._tumble import PARAMETERS, TumbleError
 
 if TYPE_CHECKING:
     import numpy as np
@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 def names_of(initial_states: Any, controls: Any, parameters: Optional[Mapping[str, Any]]) -> List[str]:
     """The names of the arrays that are given, in the order in which the wrappers pass them on."""
     for name in parameters or {}:
-        if name not in DIFFERENTIABLE:
-            raise TumbleError(f"parameters: there is no derivative by {name!r}; there are {', '.join(DIFFERENTIABLE)}")
+        if name not in PARAMETERS:
+            raise TumbleError(f"parameters: {name!r} is none; there are {', '.join(PARAMETERS)}")
     given = [("initial_states", initial_states), ("controls", controls)]
     return [name for name, array in given if array is not None] + list(parameters or {})
 

@@ -11,7 +11,6 @@ from ._checks import room, whole
 from ._gradients import RolloutDerivatives, compliance_of, constant_names
 from ._progress import Progress, callback
 from ._scene import Scene
-from ._tumble import DIFFERENTIABLE as _DIFFERENTIABLE
 from ._tumble import STATUSES, TumbleError, parameter_shape
 from ._tumble import rollout as _roll_out
 from ._tumble import rollout_gradients as _gradients
@@ -121,7 +120,10 @@ def rollout(
     :param steps: T, where nothing of each step says it.
     :param parameters: constants that the rollouts have each its own of: ``friction`` (B,),
         ``restitution`` (B,), ``mass`` (B, N) in kg (the inertia goes with it unless it is given), ``inertia``
-        (B, N, 3, 3) in kg m², ``gravity`` (B, 3) in m/s², ``time_step`` (B,) in s; of joints ``joint_friction``,
+        (B, N, 3, 3) in kg m², ``gravity`` (B, 3) in m/s², ``time_step`` (B,) in s; of coefficients that bodies, fixed
+        pieces and pairs have of their own ``body_friction``, ``body_restitution``, ``fixed_friction``,
+        ``pair_friction`` and ``pair_restitution`` (B, as many as the scene gives), in the scene's order, pairs by
+        their bodies; of joints ``joint_friction``,
         ``joint_stiffness``, ``joint_damping`` and ``armature`` (B, D), ``motor_target``, ``motor_stiffness``,
         ``motor_damping`` and ``motor_most`` (B, M), ``anchor`` (B, J, 2, 3).
     :param threads: at most so many; all cores without.
@@ -233,7 +235,7 @@ class Batch(NamedTuple):
         for count in {1, self.rollouts}:
             shapes += [(count, self.steps, bodies, 12), (count, bodies, 12)]
         array = numbers("gradients", duals, *shapes)
-        given = [name for name, _ in self.values if name in _DIFFERENTIABLE]
+        given = [name for name, _ in self.values]
         names = given if by is None else constant_names(by)
         room("the derivatives by controls", 48 * self.rollouts * self.steps * bodies)
         of_ends, soft = array.ndim == 3, compliance_of(compliance)

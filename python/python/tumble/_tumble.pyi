@@ -12,7 +12,6 @@ __version__: str
 has_ipopt: bool
 STATUSES: List[str]
 PARAMETERS: List[str]
-DIFFERENTIABLE: List[str]
 
 class TumbleError(ValueError): ...
 

@@ -39,7 +39,7 @@ def rollout(
     ``tumble.rollout``. An attitude's derivative is along the unit quaternions. With a
     ``compliance`` derivatives are smoothed, as those of ``Scene.jacobian``; the states are the exact ones.
 
-    :raises TumbleError: as ``tumble.rollout``, and for parameters that there is no derivative by; of numbers, jax
+    :raises TumbleError: as ``tumble.rollout``; of numbers, jax
         raises it as an error of its own where it comes from a compiled function.
     """
     import numpy as np

@@ -60,7 +60,7 @@ def rollout(
     arguments are those of ``tumble.rollout``. An attitude's derivative is along the unit quaternions. With a
     ``compliance`` derivatives are smoothed, as those of ``Scene.jacobian``; the states are the exact ones.
 
-    :raises TumbleError: as ``tumble.rollout``, and for parameters that there is no derivative by.
+    :raises TumbleError: as ``tumble.rollout``.
     """
     names = names_of(initial_states, controls, parameters)
     given = {"initial_states": initial_states, "controls": controls, **(parameters or {})}

@@ -51,6 +51,10 @@ pub struct FitArgs {
     /// substeps.
     #[arg(long, value_name = "N", default_value = "2", value_parser = values::count)]
     pub rounds: usize,
+    /// Gauss–Newton steps, by the derivatives of all simulated steps, that are tried from the best values
+    /// on, each kept where the loss is less; with them the covariance that they say; 0 for none.
+    #[arg(long, value_name = "N", default_value = "10", value_parser = values::count)]
+    pub polish: usize,
     /// Values around the found ones that are simulated for the uncertainty; 0 for none.
     #[arg(long, value_name = "N", default_value = "60", value_parser = values::count)]
     pub neighbours: usize,

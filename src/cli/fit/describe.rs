@@ -1,5 +1,6 @@
 //! What a fit says on the terminal.
 
+use super::files::polish;
 use super::results::{Mean, Results};
 use super::task::Task;
 use std::fmt::Write as _;
@@ -23,6 +24,10 @@ pub fn describe(task: &Task, results: &Results) -> String {
             short(value),
             short(task.start.get(parameter))
         );
+        if let Some(polish) = polish(results) {
+            let error = polish.covariance[(place, place)].sqrt();
+            let _ = write!(text, " ± {} by its slope", short(error));
+        }
         if let Some(around) = &results.neighbourhood {
             let interval = &around.intervals[place];
             let [low, .., high] = interval.quantiles.map(short);
@@ -84,6 +89,19 @@ pub fn describe(task: &Task, results: &Results) -> String {
             text,
             "  search       {} evaluations, {} refused",
             found.evaluations, found.refused
+        );
+    }
+    if let Some(polish) = polish(results) {
+        let _ = writeln!(
+            text,
+            "  polish       {} of {} Gauss-Newton steps taken, loss {:.6} from {:.6}; {} simulated steps \
+             without a derivative, {} with a part of their restitution, which it takes for a constant",
+            polish.steps,
+            polish.tried,
+            task.plan.loss.mean(&results.scores),
+            polish.loss_before,
+            polish.blind,
+            polish.limited
         );
     }
     let _ = writeln!(

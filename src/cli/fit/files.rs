@@ -3,11 +3,13 @@
 use super::results::{Mean, OTHER_FACE, Results};
 use super::task::Task;
 use crate::cli::outcome::Failure;
-use nalgebra::Vector3;
+use crate::cli::output::quoted;
+use nalgebra::{DMatrix, Vector3};
 use serde::Serialize;
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 use tumble::fit::neighbourhood::Smoothed;
+use tumble::fit::polish::Polish;
 use tumble::fit::{Constant, ParameterValues, SOUGHT};
 
 /// fit.json.
@@ -69,6 +71,16 @@ pub fn json(task: &Task, results: &Results) -> Result<String, Failure> {
             "tosses_on_both_the_same_and_another_face": means.divided,
             "median_spread_of_ends_m": means.spread,
         })),
+        "polish": polish(results).map(|polish| json!({
+            "tried": polish.tried,
+            "taken": polish.steps,
+            "loss_before": polish.loss_before,
+            "last_change_of_bounds": polish.last,
+            "slope_over_bounds": polish.slope,
+            "steps_without_derivative": polish.blind,
+            "steps_of_limited_restitution": polish.limited,
+            "covariance": rows(&polish.covariance),
+        })),
         "evaluations": found.map(|found| found.evaluations),
         "refused_evaluations": found.map(|found| found.refused),
         "steps_of_all_evaluations": results.steps,
@@ -98,6 +110,16 @@ fn values(task: &Task, values: &ParameterValues) -> Value {
     sought.map(|parameter| (parameter.name().to_owned(), json!(values.get(parameter)))).collect()
 }
 
+/// What Gauss–Newton steps made of the search.
+pub fn polish(results: &Results) -> Option<&Polish> {
+    results.found.as_ref()?.polish.as_ref()
+}
+
+/// A matrix as its rows.
+fn rows(matrix: &DMatrix<f64>) -> Vec<Vec<f64>> {
+    matrix.row_iter().map(|row| row.iter().copied().collect()).collect()
+}
+
 fn parameter(task: &Task, results: &Results, parameter: Constant) -> Value {
     let place = task.plan.sought.iter().position(|sought| sought.parameter == parameter);
     let value = results.values.get(parameter);
@@ -112,6 +134,9 @@ fn parameter(task: &Task, results: &Results, parameter: Constant) -> Value {
         let bounds = task.plan.sought[place].bounds;
         object["bounds"] = json!(bounds);
         object["on_bound"] = json!(bounds.contains(&value));
+        if let Some(polish) = polish(results) {
+            object["standard_error"] = json!(polish.covariance[(place, place)].sqrt());
+        }
         if let Some(around) = &results.neighbourhood {
             let interval = &around.intervals[place];
             let [q025, q16, q50, q84, q975] = interval.quantiles;
@@ -164,15 +189,6 @@ pub fn table(task: &Task, results: &Results) -> Result<String, Failure> {
         );
     }
     Ok(text)
-}
-
-/// A name as a field of CSV.
-fn quoted(name: &str) -> String {
-    if name.contains([',', '"', '\n', '\r']) {
-        format!("\"{}\"", name.replace('"', "\"\""))
-    } else {
-        name.to_owned()
-    }
 }
 
 /// fitted.toml: the scene with the found values, from the start of the first toss.

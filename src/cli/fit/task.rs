@@ -51,6 +51,7 @@ impl Task {
             loss: args.loss.into(),
             evaluations: args.evaluations,
             rounds: args.rounds,
+            polish: args.polish,
             seed: args.seed,
         };
         if !plan.sought.is_empty() {
@@ -96,7 +97,7 @@ impl Task {
     /// About how many evaluations there will be.
     pub fn evaluations(&self) -> usize {
         if self.is_search() {
-            1 + (1 + self.folds) * (self.plan.evaluations + 2) + self.neighbours
+            1 + (1 + self.folds) * (self.plan.evaluations + self.plan.polish + 2) + self.neighbours
         } else {
             1
         }

@@ -38,6 +38,8 @@ impl Argument {
             Self::Constant(Constant::Mass) => "kg",
             Self::Constant(Constant::Inertia) => "kg m²",
             Self::Constant(Constant::Size) => "",
+            Self::Constant(constant) if constant.is_of_laws() => "",
+            Self::Constant(Constant::Anchor) => "m",
             Self::Constant(Constant::JointFriction | Constant::MotorMost) => "N or N m",
             Self::Constant(Constant::JointStiffness | Constant::MotorStiffness) => "N/m or N m/rad",
             Self::Constant(Constant::JointDamping | Constant::MotorDamping) => "N s/m or N m s/rad",
@@ -60,11 +62,9 @@ impl Argument {
 pub fn arguments(flag: &str, words: &[String]) -> Result<Vec<Argument>, Failure> {
     let of_word = |word: &String| {
         let own = ARGUMENTS.into_iter().find(|argument| argument.name() == word);
-        let constant = || Constant::of_name(word).filter(|constant| constant.has_derivative());
-        own.or_else(|| constant().map(Argument::Constant)).ok_or_else(|| {
+        own.or_else(|| Constant::of_name(word).map(Argument::Constant)).ok_or_else(|| {
             let own = ARGUMENTS.iter().map(Argument::name);
-            let constants = Constant::ALL.into_iter().filter(|constant| constant.has_derivative());
-            let all: Vec<_> = own.chain(constants.map(Constant::name)).collect();
+            let all: Vec<_> = own.chain(Constant::ALL.map(Constant::name)).collect();
             Failure::Input(format!("{flag}: {word:?} is none; there are {}", all.join(", ")))
         })
     };

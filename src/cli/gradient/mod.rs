@@ -1,13 +1,14 @@
 //! `tumble gradient`: derivatives of a number that a run decides.
 
 mod argument;
+mod label;
 mod sweep;
 mod task;
 
 use super::args::{GradientArgs, Quantity};
 use super::directory::OutputDirectory;
 use super::outcome::{Failure, Outcome};
-use super::output::{PendingFile, say};
+use super::output::{PendingFile, quoted, say};
 use super::scenario::read_text;
 use super::signals::raise_on_signals;
 use super::{input, shown};
@@ -137,10 +138,11 @@ fn body_of(scene: &Scene, wanted: Option<&str>) -> Result<usize, Failure> {
 
 /// gradient.csv.
 fn table(rows: &[Row]) -> String {
-    let mut text = "argument,component,unit,derivative,difference\n".to_owned();
-    for Row { argument, component, unit, derivative, difference } in rows {
+    let mut text = "argument,component,part,unit,derivative,difference\n".to_owned();
+    for Row { argument, component, part, unit, derivative, difference } in rows {
         let difference = difference.map_or(String::new(), |difference| difference.to_string());
-        let _ = writeln!(text, "{argument},{component},{unit},{derivative},{difference}");
+        let part = quoted(part);
+        let _ = writeln!(text, "{argument},{component},{part},{unit},{derivative},{difference}");
     }
     text
 }
@@ -155,11 +157,11 @@ fn described(report: &Report<'_>) -> String {
             "  smoothed by a compliance of {compliance}: of other steps than the run's"
         );
     }
-    for Row { argument, component, unit, derivative, difference } in report.derivatives {
+    for Row { argument, part, unit, derivative, difference, .. } in report.derivatives {
         let per = if unit.is_empty() { String::new() } else { format!(" per {unit}") };
         let beside = difference
             .map_or(String::new(), |difference| format!("  (difference {difference:.9e})"));
-        let _ = writeln!(text, "  {argument:>11} {component}  {derivative:>18.9e}{per}{beside}");
+        let _ = writeln!(text, "  {argument:>11} {part:<8}  {derivative:>18.9e}{per}{beside}");
     }
     let near = |text: &mut String, what, margin: Option<(f64, u64)>| {
         if let Some((margin, at)) = margin {

@@ -3,6 +3,7 @@
 use super::super::args::Quantity;
 use super::super::outcome::Failure;
 use super::argument::Argument;
+use super::label::label;
 use nalgebra::Vector3;
 use serde::Serialize;
 use std::sync::Arc;
@@ -21,6 +22,8 @@ pub struct Row {
     pub argument: &'static str,
     /// Which of its numbers.
     pub component: usize,
+    /// Whose it is, or along which axis.
+    pub part: String,
     pub unit: &'static str,
     pub derivative: f64,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -69,7 +72,7 @@ impl Task<'_> {
         let steps = self.scene.rows - 1;
         let constants: Vec<Constant> = arguments.iter().filter_map(Argument::constant).collect();
         if let Some(none) = constants.iter().find(|of| of.width(&self.scene.world) == 0) {
-            let why = "has no axis of a joint that could have it; leave it out";
+            let why = "has nothing that has it of its own; leave it out";
             return Err(Failure::Input(format!("{}: the scene {why}", none.name())).into());
         }
         let mut simulation = self.scene.simulation(self.interrupt)?;
@@ -103,7 +106,11 @@ impl Task<'_> {
                 let difference =
                     by.map(|by| self.difference(argument, component, by)).transpose()?;
                 let (name, unit) = (argument.name(), argument.unit());
-                rows.push(Row { argument: name, component, unit, derivative, difference });
+                let part = match argument.constant() {
+                    Some(constant) => label(self.scene, constant, component),
+                    None => ["x", "y", "z"][component].to_owned(),
+                };
+                rows.push(Row { argument: name, component, part, unit, derivative, difference });
             }
         }
         Ok((value, found, rows))

@@ -91,6 +91,24 @@ impl Pair {
         Self { world: world.with_restitution(restitution).unwrap(), states }
     }
 
+    /// The same with a coefficient of its own of the first, of the second or of both together.
+    fn with_coefficients(self, number: usize) -> Self {
+        let other = if self.states.len() == 1 { Partner::Fixed(0) } else { Partner::Body(1) };
+        if number.is_multiple_of(2) {
+            let world = self.world.with_friction_between(0, other, 0.4).unwrap();
+            let world = world.with_restitution_between(0, other, 0.6).unwrap();
+            return Self { world, ..self };
+        }
+        let mut parameters = self.world.parameters().clone();
+        let body = parameters.bodies[0].clone().with_friction(0.2).unwrap();
+        parameters.bodies[0] = body.with_restitution(0.7).unwrap();
+        let mut fixed = self.world.fixed().to_vec();
+        fixed.iter_mut().for_each(|piece| piece.friction = Some(0.5));
+        let world = World::new(parameters).unwrap().with_fixed(fixed).unwrap();
+        let world = world.with_restitution(self.world.restitution().max(0.1)).unwrap();
+        Self { world, ..self }
+    }
+
     /// The same with the surface of the second moving.
     fn on_a_belt(self, velocity: Vector3<f64>) -> Self {
         let of = if self.states.len() == 1 { Partner::Fixed(0) } else { Partner::Body(1) };
@@ -123,6 +141,9 @@ fn shapes_that_meet_in_every_way() {
     let mut tally = Tally::default();
     for number in 0..PAIRS {
         let mut pair = Pair::new(&mut draw, number % 3 == 0);
+        if number % 5 < 2 {
+            pair = pair.with_coefficients(number);
+        }
         if number % 4 == 0 {
             pair = pair.on_a_belt(draw.vector(1.0));
         }

@@ -231,13 +231,13 @@ impl BlockSystem {
             factors.solve_block(&mut values[pivot]);
             let value = values[pivot];
             for i in pattern.row(pivot) {
-                values[pattern.column(i)] -= self.lower[i] * value;
+                subtract_product(&mut values[pattern.column(i)], &self.lower[i], &value);
             }
         }
         for pivot in (0..pattern.len()).rev() {
             let mut value = values[pivot];
             for i in pattern.row(pivot) {
-                value -= self.upper[i] * values[pattern.column(i)];
+                subtract_product(&mut value, &self.upper[i], &values[pattern.column(i)]);
             }
             values[pivot] = value;
         }

@@ -67,7 +67,7 @@ pub struct StepDerivative {
     ends: Vec<Option<EndMap>>,
     shapes: Vec<Shape>,
     slots: Slots,
-    /// How many numbers each constant of the bodies has, in the order of [`Constant::ALL`].
+    /// How many numbers each constant has, in the order of [`Constant::ALL`].
     widths: [usize; Constant::ALL.len()],
     /// Memory of the search for islands.
     found: Islands,
@@ -220,7 +220,7 @@ impl StepDerivative {
         self.shapes.clear();
         self.shapes.extend(world.bodies().iter().map(Shape::of));
         self.slots.set(world);
-        self.widths = Constant::ALL.map(|constant| match constant.is_of_joints() {
+        self.widths = Constant::ALL.map(|constant| match constant.is_of_drives() {
             true => self.slots.width(constant),
             false => constant.width(world),
         });
@@ -332,7 +332,7 @@ impl StepDerivative {
     /// δX⁺ of every body for a change of the step's data: the product with the derivative.
     ///
     /// # Errors
-    /// Lists of other lengths than the world's; a constant without a [derivative](Constant::has_derivative).
+    /// Lists of other lengths than the world's.
     pub fn push(
         &mut self,
         change: &StepChange<'_>,
@@ -399,7 +399,7 @@ impl StepDerivative {
     /// transposed derivative. `constants` are those asked for.
     ///
     /// # Errors
-    /// A list of another length than the world's; a constant without a [derivative](Constant::has_derivative).
+    /// A list of another length than the world's.
     pub fn pull(
         &mut self,
         end: &[StateChange],
@@ -408,7 +408,6 @@ impl StepDerivative {
     ) -> Result<(), Error> {
         let bodies = self.ends.len();
         count("derivatives by the states at the end", end.len(), bodies)?;
-        constants.iter().try_for_each(|constant| is_known(*constant))?;
         gradient.states.clear();
         gradient.wrenches.clear();
         gradient.wrenches.resize(bodies, Wrench::zero());
@@ -454,18 +453,10 @@ impl StepDerivative {
             }
         }
         for (constant, numbers) in change.constants {
-            is_known(*constant)?;
             count(constant.name(), numbers.len(), self.width(*constant))?;
         }
         Ok(())
     }
-}
-
-/// Refuses a constant that there is no derivative by.
-fn is_known(constant: Constant) -> Result<(), Error> {
-    let why = "there is none; leave them out";
-    let refused = Error::Unsupported { what: "the derivative by anchors of joints", why };
-    if constant.has_derivative() { Ok(()) } else { Err(refused) }
 }
 
 fn count(field: &'static str, found: usize, wanted: usize) -> Result<(), Error> {

@@ -111,7 +111,11 @@ impl Factors {
 
 /// A − B C, in the memory of A.
 #[inline]
-pub(super) fn subtract_product(a: &mut Matrix6<f64>, b: &Matrix6<f64>, c: &Matrix6<f64>) {
+pub(super) fn subtract_product<const C: usize>(
+    a: &mut SMatrix<f64, 6, C>,
+    b: &Matrix6<f64>,
+    c: &SMatrix<f64, 6, C>,
+) {
     let b = &b.data.0;
     for (column, along) in a.data.0.iter_mut().zip(&c.data.0) {
         let mut product = b[0].map(|entry| entry * along[0]);

@@ -72,13 +72,22 @@ impl<F: Fn(Constant, usize) -> f64> Constants<'_, F> {
     }
 }
 
-/// The places among a constant's numbers that a body has a part in.
+/// The places among a constant's numbers that a body has a part in by itself.
 pub(super) fn places(constant: Constant, body: usize) -> Range<usize> {
     match constant {
-        Constant::Mass | Constant::Size | Constant::Radius => body..body + 1,
+        Constant::Mass => body..body + 1,
         Constant::Inertia => 9 * body..9 * body + 9,
         Constant::Gravity => 0..3,
-        Constant::Friction | Constant::Restitution | Constant::Ground | Constant::TimeStep => 0..1,
+        Constant::TimeStep => 0..1,
+        _ => 0..0,
+    }
+}
+
+/// Those that it has a part in as the side of a contact, which `bounces` or not.
+pub(super) fn side_places(constant: Constant, body: usize, bounces: bool) -> Range<usize> {
+    match constant {
+        Constant::Size | Constant::Radius => body..body + 1,
+        Constant::Mass | Constant::Inertia if bounces => places(constant, body),
         _ => 0..0,
     }
 }

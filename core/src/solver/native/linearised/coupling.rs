@@ -3,13 +3,13 @@
 //! Equation numbers are those of `docs/gradients.md`.
 
 use super::super::law::Piece;
-use super::constants::Constants;
+use super::constants::{Constants, Shape, side_places, unit};
 use super::slopes::{RowsChange, Slopes};
 use crate::contact::{Contact, Partner};
 use crate::derivative::{ContactTangent, Given, Placed, RowSlopes};
 use crate::mechanics::State;
 use crate::step::Step;
-use crate::world::Constant;
+use crate::world::{Constant, LawSlopes};
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
 /// A contact, linearised.
@@ -26,9 +26,9 @@ pub(super) struct LinearCoupling {
     pub(super) impulse: Vector3<f64>,
     /// δp̂ by δμ at fixed u.
     pub(super) by_friction: Vector3<f64>,
-    /// δμ by that of the world, and the same of e.
-    pub(super) of_world: (f64, f64),
-    pub(super) is_ground: bool,
+    /// What μ and e follow.
+    law: [LawSlopes; 2],
+    is_ground: bool,
 }
 
 impl LinearCoupling {
@@ -66,7 +66,7 @@ impl LinearCoupling {
             from: *from,
             impulse,
             by_friction,
-            of_world: world.law_by_world(key.body, key.partner),
+            law: world.law_slopes(key.body, key.partner),
             is_ground: key.partner == Partner::Ground,
         };
         coupling.set_slopes(contact);
@@ -202,9 +202,53 @@ impl LinearCoupling {
         if self.is_ground {
             b.position = self.tangent.normal() * of(Constant::Ground, 0);
         }
-        let restitution = of(Constant::Restitution, 0) * self.of_world.1;
+        let [friction, restitution] = self.law.map(|slopes| {
+            slopes.iter().map(|(constant, place, slope)| of(*constant, *place) * slope).sum::<f64>()
+        });
         let mut change = self.change((&a, &b), of(Constant::TimeStep, 0), restitution);
-        change.impulse += self.by_friction * (of(Constant::Friction, 0) * self.of_world.0);
+        change.impulse += self.by_friction * friction;
         change
+    }
+
+    /// The transpose.
+    pub(super) fn pull_constants(
+        &self,
+        by: &RowsChange<1>,
+        (shapes, constants): (&[Shape], &[Constant]),
+        sums: &mut [Vec<f64>],
+    ) {
+        let nothing = Given::nothing();
+        let [frictions, restitutions] = &self.law;
+        for (&constant, sums) in constants.iter().zip(sums) {
+            let of_constant = |slopes: &LawSlopes| {
+                slopes.map(|(of, place, slope)| (of == constant).then_some((place, slope)))
+            };
+            for (place, slope) in of_constant(frictions).into_iter().flatten() {
+                sums[place] += by.impulse.dot(&self.by_friction) * slope;
+            }
+            if self.tangent.bounces() {
+                for (place, slope) in of_constant(restitutions).into_iter().flatten() {
+                    sums[place] += by.dot(&self.change((&nothing, &nothing), 0.0, 1.0)) * slope;
+                }
+            }
+            match constant {
+                Constant::TimeStep => {
+                    sums[0] += by.dot(&self.change((&nothing, &nothing), 1.0, 0.0));
+                }
+                Constant::Ground if self.is_ground => {
+                    let raised = Given { position: self.tangent.normal(), ..nothing };
+                    sums[0] += by.dot(&self.change((&nothing, &raised), 0.0, 0.0));
+                }
+                _ => {}
+            }
+            for (side, body) in self.slopes.bodies.into_iter().enumerate() {
+                let Some(body) = body else { continue };
+                for place in side_places(constant, body, self.tangent.bounces()) {
+                    let numbers = unit(constant, place);
+                    let given = Constants { shapes, numbers: &numbers }.side(body);
+                    sums[place] += by.dot(&self.changed(side, &given));
+                }
+            }
+        }
     }
 }

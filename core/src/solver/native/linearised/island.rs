@@ -9,6 +9,7 @@ use super::super::member::BodyGiven;
 use super::super::tolerances::COMPLIANCE;
 use super::constants::{Constants, Shape, places, unit};
 use super::point::LinearPoint;
+use super::refined::Columns;
 use super::tied::Slots;
 use super::{StepChange, StepGradient};
 use crate::contact::Contact;
@@ -243,9 +244,8 @@ impl LinearIsland {
                 for rows in &*joints {
                     one.add(island, rows.coupling, &rows.by_constants(constants.numbers));
                 }
-                let longer = (constants.numbers)(Constant::TimeStep, 0);
                 for gear in &*gears {
-                    one.add(island, gear.coupling, &gear.by_time_step(longer));
+                    one.add(island, gear.coupling, &gear.by_constants(constants.numbers));
                 }
             }
             match free {
@@ -273,7 +273,7 @@ impl LinearIsland {
     ) -> bool {
         let Self { bodies, island, points: all, is_one, free, .. } = self;
         let Some(own) = bodies.iter().position(|of| *of == body) else { return false };
-        for (point, weight) in weighed(all, *is_one) {
+        for point in points(all, *is_one) {
             let LinearPoint {
                 newton, held, couplings, joints, gears, by_pose, by_velocity, ..
             } = point;
@@ -304,11 +304,17 @@ impl LinearIsland {
                     by_velocity.solve(island, held, newton.system());
                 }
             }
-            for (place, of) in bodies.iter().enumerate() {
-                let Some(map) = &ends[*of] else { continue };
-                map.add_velocities((&(by_pose.solved[place] * weight), 0), &mut end[*of]);
-                map.add_velocities((&(by_velocity.solved[place] * weight), 6), &mut end[*of]);
-            }
+        }
+        let [near, far] = all;
+        let far = (!*is_one).then_some(far);
+        let solved = |place: usize, of: fn(&LinearPoint) -> &Columns<6>| match &far {
+            Some(far) => of(near).solved[place] * WEIGHTS[0] + of(far).solved[place] * WEIGHTS[1],
+            None => of(near).solved[place],
+        };
+        for (place, of) in bodies.iter().enumerate() {
+            let Some(map) = &ends[*of] else { continue };
+            map.add_velocities((&solved(place, |point| &point.by_pose), 0), &mut end[*of]);
+            map.add_velocities((&solved(place, |point| &point.by_velocity), 6), &mut end[*of]);
         }
         true
     }
@@ -355,32 +361,14 @@ impl LinearIsland {
                 rows.pull_constants(&by, constants, &mut gradient.constants);
             }
             for gear in &*gears {
-                let by_time_step =
-                    gear.pull(&one.pulled(island, gear.coupling), &mut gradient.states);
-                for (constant, sums) in constants.iter().zip(&mut gradient.constants) {
-                    if *constant == Constant::TimeStep {
-                        sums[0] += by_time_step;
-                    }
-                }
+                let by = one.pulled(island, gear.coupling);
+                gear.pull(&by, &mut gradient.states);
+                gear.pull_constants(&by, constants, &mut gradient.constants);
             }
             for coupling in &*couplings {
                 let by = one.pulled(island, coupling.index);
                 coupling.slopes.pull(&by, &mut gradient.states);
-                for (&constant, sums) in constants.iter().zip(&mut gradient.constants) {
-                    let mut done = 0..0;
-                    for body in coupling.slopes.bodies.into_iter().flatten() {
-                        let own = places(constant, body);
-                        if own == done {
-                            continue;
-                        }
-                        for place in own.clone() {
-                            let numbers = unit(constant, place);
-                            let constants = Constants { shapes, numbers: &numbers };
-                            sums[place] += by.dot(&coupling.by_constants(&constants));
-                        }
-                        done = own;
-                    }
-                }
+                coupling.pull_constants(&by, (shapes, constants), &mut gradient.constants);
             }
         }
     }

@@ -1,4 +1,5 @@
-//! What joints and gears hold, linearised by the states at the start of the step and by the constants of their drives.
+//! What joints and gears hold, linearised by the states at the start of the step by the constants of
+//! their drives, and by their anchors.
 //!
 //! At fixed V⁺ the impulse along row k of a joint changes by what its piece asks for (J5), with ε the compliance,
 //!
@@ -15,7 +16,7 @@ use crate::derivative::{JointTangent, RowsTangent, StateChange};
 use crate::joint::{Axis, AxisChange, AxisStart, JointAxis, PieceChange, Segment};
 use crate::step::Step;
 use crate::world::{Constant, World};
-use nalgebra::{Matrix3, RowSVector, SMatrix, Vector3};
+use nalgebra::{Matrix3, RowSVector, SMatrix, Vector3, Vector6};
 
 /// The impulse of three rows of a joint, linearised.
 #[derive(Debug, Clone)]
@@ -24,6 +25,9 @@ pub(super) struct LinearRows {
     pub(super) coupling: usize,
     pub(super) slopes: Slopes,
     by_time_step: RowsChange<1>,
+    /// The joint in the world, and by its anchors in A and in B.
+    joint: usize,
+    by_anchors: Option<Box<RowsChange<6>>>,
     /// The rows' axes, and what each answers to.
     frame: Matrix3<f64>,
     laws: [RowLaw; 3],
@@ -35,6 +39,8 @@ pub(super) struct LinearGear {
     pub(super) coupling: usize,
     by_pose: [([Option<usize>; 2], RowSVector<f64, 12>); 2],
     by_time_step: f64,
+    /// By the anchors of the joints that have them.
+    by_anchors: [(usize, RowSVector<f64, 6>); 2],
 }
 
 /// A row on a piece of its law.
@@ -88,7 +94,7 @@ impl RowLaw {
     fn slot(&self, constant: Constant) -> Option<usize> {
         match constant {
             of if of.is_of_motors() => self.slots[1],
-            of if of.is_of_joints() => self.slots[0],
+            of if of.is_of_drives() => self.slots[0],
             _ => None,
         }
     }
@@ -114,10 +120,9 @@ impl Slots {
         }
     }
 
-    /// How many numbers a constant of joints has; anchors, by which there is no derivative, none.
+    /// How many numbers a constant of drives has.
     pub(super) fn width(&self, constant: Constant) -> usize {
         match constant {
-            Constant::Anchor => 0,
             of if of.is_of_motors() => self.axes.iter().filter(|(.., has)| has.is_some()).count(),
             _ => self.axes.len(),
         }
@@ -149,6 +154,16 @@ impl Solved<'_> {
     }
 }
 
+/// Rows of a joint, of which gears may be made.
+struct TiedRows {
+    coupling: usize,
+    joint: usize,
+    bodies: [Option<usize>; 2],
+    /// ℓ, m.
+    length: f64,
+    of: RowsTangent,
+}
+
 /// Linearises what joints and gears of an island hold; `velocity` has V⁺ of bodies of the world.
 pub(super) fn linearise(
     step: &Step<'_>,
@@ -160,7 +175,7 @@ pub(super) fn linearise(
     rows.clear();
     gears.clear();
     // By their couplings.
-    let mut tangents: Vec<(usize, [Option<usize>; 2], f64, RowsTangent)> = Vec::new();
+    let mut tangents: Vec<TiedRows> = Vec::new();
     for place in island.joint_places() {
         let JointPlace { joint: number, place: at_place, turn, length, angles, .. } = place;
         let joint = &step.world.joints()[*number];
@@ -202,8 +217,8 @@ pub(super) fn linearise(
                 }
             };
             let laws = [law(0), law(1), law(2)];
-            rows.push(LinearRows::new(coupling, bodies, &of, (frame, laws)));
-            tangents.push((coupling, bodies, length, of));
+            rows.push(LinearRows::new((coupling, *number), bodies, &of, (frame, laws)));
+            tangents.push(TiedRows { coupling, joint: *number, bodies, length, of });
         }
     }
     for row in island.gear_rows() {
@@ -213,7 +228,7 @@ pub(super) fn linearise(
 
 impl LinearRows {
     fn new(
-        coupling: usize,
+        (coupling, joint): (usize, usize),
         bodies: [Option<usize>; 2],
         of: &RowsTangent,
         (frame, laws): (Matrix3<f64>, [RowLaw; 3]),
@@ -224,6 +239,10 @@ impl LinearRows {
         pose.motion = of.motion;
         pose.impulse.copy_from(&load.fixed_rows::<3>(0));
         pose.torques.copy_from(&load.fixed_rows::<6>(3));
+        let mut by_anchors = of.anchors.as_ref().map(|anchors| {
+            let (motion, torques) = (anchors.motion, anchors.torques);
+            Box::new(RowsChange { motion, impulse: SMatrix::zeros(), torques })
+        });
         let mut by_velocity = of.rates.as_ref().map(|_| Box::new(SMatrix::<f64, 6, 12>::zeros()));
         for (k, law) in laws.iter().enumerate() {
             let unit = AxisChange::default();
@@ -239,6 +258,17 @@ impl LinearRows {
             add(by_coordinate, of.coordinates.row(k).into(), 0.0);
             add((1.0, 0.0), RowSVector::zeros(), of.by_time_step[k]);
             add(law.answer(&AxisChange { time_step: 1.0, ..unit }), RowSVector::zeros(), 1.0);
+            if let (Some(of), Some(slopes)) = (&of.anchors, &mut by_anchors) {
+                for (unit, by) in [
+                    (AxisChange { coordinate: 1.0, ..unit }, of.coordinates.row(k)),
+                    (AxisChange { rate: 1.0, ..unit }, of.rates.row(k)),
+                ] {
+                    let (motion, impulse) = law.answer(&unit);
+                    let mut row = slopes.motion.row_mut(k);
+                    row += by * motion;
+                    slopes.impulse += frame.column(k) * (by * impulse);
+                }
+            }
             if let (Some(rates), Some(slopes)) = (&of.rates, &mut by_velocity) {
                 let (motion, impulse) = law.answer(&AxisChange { rate: 1.0, ..unit });
                 add((motion, impulse), rates.by_poses.row(k).into(), rates.by_time_step[k]);
@@ -250,7 +280,7 @@ impl LinearRows {
             }
         }
         slopes.by_velocity = by_velocity;
-        Self { coupling, slopes, by_time_step, frame, laws }
+        Self { coupling, slopes, by_time_step, joint, by_anchors, frame, laws }
     }
 
     /// By changes of constants.
@@ -262,6 +292,14 @@ impl LinearRows {
             };
             change.motion[k] += motion;
             change.impulse += self.frame.column(k) * impulse;
+        }
+        if let Some(slopes) = &self.by_anchors {
+            let moved = anchors_of(self.joint, of);
+            if moved != Vector6::zeros() {
+                change.motion += slopes.motion * moved;
+                change.impulse += slopes.impulse * moved;
+                change.torques += slopes.torques * moved;
+            }
         }
         change
     }
@@ -278,6 +316,12 @@ impl LinearRows {
             if constant == Constant::TimeStep {
                 sums[0] += by.dot(&self.by_time_step);
             }
+            if let (Constant::Anchor, Some(slopes)) = (constant, &self.by_anchors) {
+                let moved = slopes.motion.tr_mul(&by.motion)
+                    + slopes.impulse.tr_mul(&by.impulse)
+                    + slopes.torques.tr_mul(&by.torques);
+                add_anchors(self.joint, &moved, sums);
+            }
             for (k, law) in self.laws.iter().enumerate() {
                 let Some(place) = law.slot(constant) else { continue };
                 let unit = |of: Constant, _: usize| if of == constant { 1.0 } else { 0.0 };
@@ -293,21 +337,22 @@ impl LinearRows {
 
 impl LinearGear {
     /// The row u = ℓ (q₁⁺ − r q₂⁺ − q₀)/h of which the coordinates are rows of joints.
-    fn new(
-        row: &GearRow,
-        tangents: &[(usize, [Option<usize>; 2], f64, RowsTangent)],
-        step: &Step<'_>,
-    ) -> Option<Self> {
+    fn new(row: &GearRow, tangents: &[TiedRows], step: &Step<'_>) -> Option<Self> {
         let h = step.world.time_step();
         let mut by_time_step = -row.offset / h;
         let mut of_part = |(coupling, k, factor): (usize, usize, f64)| {
-            let (_, bodies, length, of) = tangents.iter().find(|(known, ..)| *known == coupling)?;
+            let tied = tangents.iter().find(|tied| tied.coupling == coupling)?;
+            let (of, share) = (&tied.of, tied.length / h);
             by_time_step += factor * of.by_time_step[k];
-            let slopes = (of.motion.row(k) + of.coordinates.row(k) * (length / h)) * factor;
-            Some((*bodies, slopes))
+            let slopes = (of.motion.row(k) + of.coordinates.row(k) * share) * factor;
+            let by_anchors = of.anchors.as_ref().map_or_else(RowSVector::zeros, |of| {
+                (of.motion.row(k) + of.coordinates.row(k) * share) * factor
+            });
+            Some(((tied.bodies, slopes), (tied.joint, by_anchors)))
         };
-        let by_pose = [of_part(row.parts[0])?, of_part(row.parts[1])?];
-        Some(Self { coupling: row.coupling, by_pose, by_time_step })
+        let [a, b] = [of_part(row.parts[0])?, of_part(row.parts[1])?];
+        let (by_pose, by_anchors) = ([a.0, b.0], [a.1, b.1]);
+        Some(Self { coupling: row.coupling, by_pose, by_time_step, by_anchors })
     }
 
     /// A change of its motion alone.
@@ -341,13 +386,14 @@ impl LinearGear {
         found
     }
 
-    /// By a change of h (s).
-    pub(super) fn by_time_step(&self, longer: f64) -> RowsChange<1> {
-        Self::along(self.by_time_step * longer)
+    /// By changes of constants.
+    pub(super) fn by_constants(&self, of: &impl Fn(Constant, usize) -> f64) -> RowsChange<1> {
+        let moved = self.by_anchors.iter().map(|(joint, row)| row.tr_dot(&anchors_of(*joint, of)));
+        Self::along(self.by_time_step * of(Constant::TimeStep, 0) + moved.sum::<f64>())
     }
 
-    /// The transpose; the derivative by h.
-    pub(super) fn pull(&self, by: &RowsChange<1>, states: &mut [StateChange]) -> f64 {
+    /// The transpose.
+    pub(super) fn pull(&self, by: &RowsChange<1>, states: &mut [StateChange]) {
         let along = by.motion[0];
         for (bodies, row) in &self.by_pose {
             for (side, body) in bodies.iter().enumerate() {
@@ -356,6 +402,36 @@ impl LinearGear {
                 state.turn += row.fixed_columns::<3>(6 * side + 3).transpose() * along;
             }
         }
-        along * self.by_time_step
     }
+
+    /// The transpose.
+    pub(super) fn pull_constants(
+        &self,
+        by: &RowsChange<1>,
+        constants: &[Constant],
+        sums: &mut [Vec<f64>],
+    ) {
+        let along = by.motion[0];
+        for (&constant, sums) in constants.iter().zip(sums) {
+            match constant {
+                Constant::TimeStep => sums[0] += along * self.by_time_step,
+                Constant::Anchor => {
+                    for (joint, row) in &self.by_anchors {
+                        add_anchors(*joint, &(row.transpose() * along), sums);
+                    }
+                }
+                _ => {}
+            }
+        }
+    }
+}
+
+/// The changes of the anchors of a joint, in A and in B.
+fn anchors_of(joint: usize, of: &impl Fn(Constant, usize) -> f64) -> Vector6<f64> {
+    Vector6::from_fn(|k, _| of(Constant::Anchor, 6 * joint + k))
+}
+
+/// Adds derivatives by them.
+fn add_anchors(joint: usize, moved: &Vector6<f64>, sums: &mut [f64]) {
+    sums[6 * joint..].iter_mut().zip(moved.iter()).for_each(|(sum, moved)| *sum += moved);
 }

@@ -1,0 +1,61 @@
+//! What a number of a constant belongs to, in the scene's words.
+
+use tumble::joint::JointAxis;
+use tumble::scenario::scene::Scene;
+use tumble::world::{Constant, Partner};
+
+/// The names of the axes of a vector.
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// The body, piece, pair or axis of a joint that the `component` of a constant is of; nothing of what the world has one
+/// of.
+pub fn label(scene: &Scene, constant: Constant, component: usize) -> String {
+    let world = &scene.world;
+    let body = |index: usize| scene.bodies[index].clone();
+    let pair = |pairs: &[((usize, Partner), f64)]| {
+        let ((first, partner), _) = pairs[component];
+        format!("{} and {}", scene.bodies[first], scene.partner(partner))
+    };
+    // The place of the one with this number among those that have something of their own.
+    let among = |has: &dyn Fn(usize) -> bool, count: usize| {
+        (0..count).filter(|index| has(*index)).nth(component).unwrap_or(0)
+    };
+    let bodies = world.bodies();
+    let axis = |(joint, axis): (usize, JointAxis)| match axis {
+        JointAxis::Linear(k) => format!("{}, along {}", scene.joints[joint], AXES[k]),
+        JointAxis::Angular(k) => format!("{}, about {}", scene.joints[joint], AXES[k]),
+    };
+    match constant {
+        Constant::Mass | Constant::Size | Constant::Radius => body(component),
+        Constant::Inertia => {
+            let (row, column) = (component % 9 / 3, component % 3);
+            format!("{}, {}{}", body(component / 9), AXES[row], AXES[column])
+        }
+        Constant::BodyFriction => body(among(&|k| bodies[k].friction().is_some(), bodies.len())),
+        Constant::BodyRestitution => {
+            body(among(&|k| bodies[k].restitution().is_some(), bodies.len()))
+        }
+        Constant::FixedFriction => {
+            let fixed = world.fixed();
+            scene.fixed[among(&|k| fixed[k].friction.is_some(), fixed.len())].clone()
+        }
+        Constant::PairFriction => pair(world.pair_frictions()),
+        Constant::PairRestitution => pair(world.pair_restitutions()),
+        Constant::Gravity => AXES[component].to_owned(),
+        Constant::Anchor => {
+            let (joint, side) = (&scene.joints[component / 6], component % 6 / 3);
+            format!("{joint}, {} of {}", AXES[component % 3], ["a", "b"][side])
+        }
+        Constant::MotorTarget
+        | Constant::MotorStiffness
+        | Constant::MotorDamping
+        | Constant::MotorMost => axis(world.motors()[component]),
+        Constant::JointFriction
+        | Constant::JointStiffness
+        | Constant::JointDamping
+        | Constant::Armature => axis(world.driven_axes()[component]),
+        Constant::Friction | Constant::Restitution | Constant::Ground | Constant::TimeStep => {
+            String::new()
+        }
+    }
+}
