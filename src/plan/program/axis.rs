@@ -258,6 +258,11 @@ impl AxisLaw {
         &self.variables
     }
 
+    /// How many rows there are.
+    pub(super) fn count(&self) -> usize {
+        self.rows.len()
+    }
+
     /// Of each row, what it may be.
     pub(super) fn bounds(&self) -> impl Iterator<Item = [f64; 2]> {
         self.rows.iter().map(|row| row.bounds)

@@ -206,7 +206,7 @@ impl Tie {
         self.emit_load_slopes(tied, sink);
         for (held, numbers) in tied.axes.iter().zip(tied.numbers) {
             let slopes = self.slopes(held, tied);
-            for row in 0..held.law.bounds().count() {
+            for row in 0..held.law.count() {
                 let by = held.law.slope(row, numbers);
                 for (number, slope) in slopes.iter().enumerate() {
                     if held.law.depends(row, number) {
@@ -234,8 +234,8 @@ impl Tie {
                 }
             }
             let mut weights = Numbers::zeros();
-            for row in 0..law.bounds().count() {
-                weights += law.slope(row, numbers) * own[row];
+            for (row, y) in own.iter().enumerate().take(law.count()) {
+                weights += law.slope(row, numbers) * *y;
             }
             then.add(&self.curvature(held.axis, places[1]), weights[END]);
             if law.moves() {

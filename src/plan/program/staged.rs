@@ -566,9 +566,8 @@ fn check(problem: &Problem) -> Result<(), PlanError> {
         return refused("an axis has an armature, and a start is looked for");
     }
     for control in problem.controls() {
-        match control.kind {
-            ControlKind::Constant(_) => return refused("it looks for a constant of the world"),
-            _ => {}
+        if let ControlKind::Constant(_) = control.kind {
+            return refused("it looks for a constant of the world");
         }
     }
     Ok(())
