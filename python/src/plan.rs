@@ -122,7 +122,7 @@ fn told<'py>(py: Python<'py>, problem: &Problem, plan: &Plan) -> PyResult<Bound<
     }
     all.set_item("legs", legs)?;
     let scene = problem.scene();
-    let modes = replay.modes.iter().map(|modes| {
+    let modes = replay.modes.contacts.iter().map(|modes| {
         let of = |of: &tumble::plan::ContactMode| {
             let key = &of.key;
             (

@@ -101,7 +101,7 @@ impl Problem {
                     report.cost = replay.cost;
                     report.meets = replay.meets();
                     report.apart = end.states.as_ref().map(|states| replay.apart(states));
-                    report.other_modes = end.modes.as_ref().map(|modes| replay.other_modes(modes));
+                    report.other_modes = end.modes.as_ref().map(|modes| replay.modes.others(modes));
                     let confirmed = report.other_modes == Some(0)
                         && report.apart.is_some_and(|apart| apart <= EXACTLY);
                     // A confirmed plan is worth a little.

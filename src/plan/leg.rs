@@ -1,6 +1,6 @@
 //! Ways to find controls, one after the other.
 
-use super::mode::ContactMode;
+use super::mode::Modes;
 use super::{PlanError, Problem, Replay};
 use crate::mechanics::State;
 use std::sync::Arc;
@@ -47,8 +47,8 @@ pub struct LegEnd {
     pub cost: Option<f64>,
     /// The states of its own run, from the start on, where it has one: held against the replay's.
     pub states: Option<Vec<Vec<State>>>,
-    /// The modes that it took for granted, one list a step, where it did: held against the replay's.
-    pub modes: Option<Vec<Vec<ContactMode>>>,
+    /// The modes that it took for granted, where it did: held against the replay's.
+    pub modes: Option<Modes>,
 }
 
 /// What is reported of a leg.

@@ -8,6 +8,7 @@
 //!
 //! `docs/planning.md` derives the problem and the legs; equation numbers P1, P2, … are its.
 
+mod axis;
 mod control;
 mod cost;
 pub mod file;
@@ -28,11 +29,12 @@ mod shoot;
 mod slopes;
 mod target;
 
+pub use axis::{AxisMode, DrivePart, Side, axis_modes_of};
 pub use control::{Applied, Axes, Control, ControlKind, Push, StartPart};
 pub use find::{EXACTLY, Plan, PlanStatus};
 pub use keep::{Keep, KeepKind};
 pub use leg::{Leg, LegEnd, LegReport, Progress, Watch};
-pub use mode::{ContactMode, Mode, modes_of};
+pub use mode::{ContactMode, Mode, Modes, modes_of};
 #[cfg(feature = "ipopt")]
 pub use polish::Polish;
 pub use problem::{Problem, Variable};

@@ -1,5 +1,6 @@
 //! What contacts do in a step: open, sticking, slipping.
 
+use super::axis::AxisMode;
 use crate::contact::{Contact, ContactKey};
 use crate::simulation::StepRecord;
 use crate::world::World;
@@ -36,6 +37,37 @@ pub struct ContactMode {
     pub mode: Mode,
     /// How far the law is from the next mode, m/s: half of what is between the two numbers that decide.
     pub margin: f64,
+}
+
+/// What contacts and the axes of joints do in every step of a run.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Modes {
+    /// The modes of the contacts of each step.
+    pub contacts: Vec<Vec<ContactMode>>,
+    /// The modes of the drives of joints in each step.
+    pub axes: Vec<Vec<AxisMode>>,
+}
+
+impl Modes {
+    /// In how many steps the contacts that press, or the parts of drives, do other than in another run.
+    #[must_use]
+    pub fn others(&self, other: &Self) -> usize {
+        let pressing = |modes: &[ContactMode]| {
+            let pressing = modes.iter().filter(|of| of.mode != Mode::Open);
+            let mut pressing: Vec<_> = pressing.map(|of| (of.key, of.mode)).collect();
+            pressing.sort_unstable();
+            pressing
+        };
+        let sides = |modes: &[AxisMode]| {
+            modes.iter().map(|of| (of.joint, of.axis, of.part, of.side)).collect::<Vec<_>>()
+        };
+        let contacts = self.contacts.iter().zip(&other.contacts);
+        let axes = self.axes.iter().zip(&other.axes);
+        let differs = contacts.zip(axes).filter(|((own, other), (axes, others))| {
+            pressing(own) != pressing(other) || sides(axes) != sides(others)
+        });
+        differs.count()
+    }
 }
 
 /// The modes of the contacts of a step, in their order. With the impulse p over the mass of A, the motion u of the touching

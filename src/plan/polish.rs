@@ -61,7 +61,7 @@ impl Polish {
         for _ in 0..self.rounds.max(1) {
             let round = self.round(problem, &at, watch, &mut end)?;
             let Some((replay, is_solved, goes_on)) = round else { break };
-            let changed = replay.other_modes(&at.modes);
+            let changed = replay.modes.others(&at.modes);
             if changed == 0 {
                 end.message = match is_solved {
                     true => "modes confirmed".to_owned(),
@@ -109,6 +109,9 @@ impl Polish {
             if pass == 0 {
                 end.message = status.name().to_owned();
             }
+            if stopped && iterations == 0 {
+                break;
+            }
             let is_solved = status.is_success() || status == ReturnStatus::SolvedToAcceptableLevel;
             let replay = problem.replay(&program.controls(&solved.x))?;
             end.runs += 1;
@@ -121,7 +124,7 @@ impl Polish {
                 end.cost = Some(program.cost(&solved.x));
                 end.states = Some(states);
                 end.modes = Some(at.modes.clone());
-                let same = replay.other_modes(&at.modes) == 0;
+                let same = replay.modes.others(&at.modes) == 0;
                 last = Some((replay, apart, is_solved, !stopped));
                 if is_solved && same && !stopped {
                     program.anchor(&solved.x);

@@ -1,6 +1,7 @@
 //! What the simulator makes of controls: all that is said of a plan.
 
-use super::mode::{ContactMode, Mode, modes_of};
+use super::axis::axis_modes_of;
+use super::mode::{Modes, modes_of};
 use super::{PlanError, Problem};
 use crate::mechanics::{State, Wrench};
 use crate::simulation::StepRecord;
@@ -19,8 +20,8 @@ pub struct Replay {
     pub states: Vec<Vec<State>>,
     /// What acted on each body in each step, gravity and contacts apart.
     pub wrenches: Vec<Vec<Wrench>>,
-    /// The modes of the contacts of each step.
-    pub modes: Vec<Vec<ContactMode>>,
+    /// The modes of contacts and of the drives of joints.
+    pub modes: Modes,
     /// The sum of the parts of the cost.
     pub cost: f64,
     /// That of the effort.
@@ -85,18 +86,6 @@ impl Replay {
         // A NaN is as far as can be.
         far.fold(0.0, |most, far| if far <= most { most } else { far })
     }
-
-    /// In how many steps the contacts that press do other than `modes` have them.
-    #[must_use]
-    pub fn other_modes(&self, modes: &[Vec<ContactMode>]) -> usize {
-        let pressing = |modes: &[ContactMode]| {
-            let pressing = modes.iter().filter(|of| of.mode != Mode::Open);
-            let mut pressing: Vec<_> = pressing.map(|of| (of.key, of.mode)).collect();
-            pressing.sort_unstable();
-            pressing
-        };
-        self.modes.iter().zip(modes).filter(|(a, b)| pressing(a) != pressing(b)).count()
-    }
 }
 
 impl Problem {
@@ -119,7 +108,7 @@ impl Problem {
             records: Vec::with_capacity(self.steps),
             states: Vec::with_capacity(self.steps + 1),
             wrenches: Vec::with_capacity(self.steps),
-            modes: Vec::with_capacity(self.steps),
+            modes: Modes::default(),
             cost: 0.0,
             effort: self.effort_of(&controls),
             misses: Vec::new(),
@@ -140,7 +129,10 @@ impl Problem {
                     replay.margin = Some((of.margin, step));
                 }
             }
-            replay.modes.push(modes);
+            replay.modes.contacts.push(modes);
+            let last = replay.records.last().map(|last| &last.solution.joints[..]);
+            let before: Vec<_> = last.unwrap_or(&[]).iter().map(|joint| joint.angles).collect();
+            replay.modes.axes.push(axis_modes_of(simulation.world(), record, &before));
             let residual = record.certificate.residual();
             if replay.residual < residual || residual.is_nan() {
                 replay.residual = residual;

@@ -194,7 +194,15 @@ fn plans_are_the_same_on_any_number_of_threads() {
 /// Benchmarks that were seen to be reachable, from starts without forces.
 #[test]
 fn shipped_problems_are_solved() {
-    for name in ["slide.toml", "push.toml", "flip.toml", "hop.toml", "throw.toml", "hit.toml"] {
+    for name in [
+        "slide.toml",
+        "push.toml",
+        "flip.toml",
+        "hop.toml",
+        "throw.toml",
+        "hit.toml",
+        "box-move.toml",
+    ] {
         let found = planned(&shipped(name));
         assert_eq!(found.status, PlanStatus::Replayed, "{name}: {}", found.reason);
         assert!(found.replay.residual <= 1e-9, "{name}");
@@ -210,7 +218,7 @@ fn a_ball_is_shot_off_two_cushions() {
     assert!(found.replay.residual <= 1e-9, "{}", found.replay.residual);
     let scene = file.problem.scene();
     let mut hit: Vec<&str> = Vec::new();
-    for of in found.replay.modes.iter().flatten().filter(|of| of.mode != Mode::Open) {
+    for of in found.replay.modes.contacts.iter().flatten().filter(|of| of.mode != Mode::Open) {
         let partner = scene.partner(of.key.partner);
         if partner != "the ground" && !hit.contains(&partner) {
             hit.push(partner);

@@ -11,7 +11,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use tumble::plan::file::ProblemFile;
 use tumble::plan::program::{PlanNlp, ProgramLeg, Smoothing};
-use tumble::plan::{Leg, Plan, PlanStatus, Polish, Problem, Watch};
+use tumble::plan::{DrivePart, Leg, Plan, PlanStatus, Polish, Problem, Side, Watch};
 use tumble::scenario::scene::Scene;
 use tumble::scenario::settings::Settings;
 use tumble::sparsity::SparsityPattern;
@@ -175,6 +175,141 @@ body = "lower"
 away = { point = [1.0, 0.2, 0.1], radius = 0.8 }
 "#;
 
+/// Every kind of joint and of drive that the program knows, tied to the world and to each other, and a box on the ground.
+const TIED: &str = r#"
+name = "tied"
+time_step = 0.05
+
+[ground]
+friction = 0.5
+
+[[bodies]]
+name = "lower"
+box = [0.4, 0.3, 0.2]
+mass = 1.5
+position = [0.0, 0.0, 0.1]
+velocity = [0.4, 0.0, 0.0]
+
+[[bodies]]
+name = "link"
+box = [0.05, 0.06, 0.4]
+mass = 0.5
+touches = false
+position = [0.0, 0.0, 0.45]
+velocity = [0.4, 0.0, 0.0]
+
+[[bodies]]
+name = "slider"
+box = [0.1, 0.12, 0.14]
+mass = 0.3
+touches = false
+position = [0.0, 0.0, 0.75]
+velocity = [0.4, 0.0, 0.0]
+
+[[bodies]]
+name = "tip"
+box = [0.1, 0.05, 0.06]
+mass = 0.2
+touches = false
+position = [0.1, 0.0, 0.9]
+velocity = [0.4, 0.0, 0.0]
+
+[[bodies]]
+name = "wheel"
+box = [0.3, 0.2, 0.1]
+mass = 0.8
+touches = false
+position = [1.0, 0.0, 0.6]
+
+[[bodies]]
+name = "rider"
+box = [0.1, 0.1, 0.1]
+mass = 0.4
+touches = false
+position = [1.0, 0.0, 0.8]
+
+[[joints]]
+name = "hinge"
+type = "revolute"
+bodies = ["link", "lower"]
+anchor = [0.0, 0.0, 0.25]
+axis = [0, 1, 0]
+limits = [-0.4, 0.0]
+friction = 0.1
+armature = 0.01
+
+[[joints]]
+name = "slide"
+type = "prismatic"
+bodies = ["slider", "link"]
+anchor = [0.0, 0.0, 0.7]
+axis = [0, 0.6, 0.8]
+stiffness = 30.0
+rest = 0.02
+damping = 0.5
+
+[[joints]]
+name = "ball"
+type = "spherical"
+bodies = ["tip", "slider"]
+anchor = [0.05, 0.0, 0.82]
+
+[[joints]]
+name = "axle"
+type = "cylindrical"
+bodies = "wheel"
+anchor = [1.0, 0.1, 0.6]
+axis = [0, 1, 0.2]
+
+[[joints]]
+name = "weld"
+type = "fixed"
+bodies = ["rider", "wheel"]
+anchor = [1.0, 0.0, 0.7]
+
+[[motors]]
+joint = "slide"
+position = 0.05
+stiffness = 40.0
+damping = 1.0
+most = 1.2
+
+[[motors]]
+joint = "axle"
+axis = "turn"
+speed = 0.7
+most = 0.4
+"#;
+
+const DRIVEN: &str = r#"
+steps = 3
+
+[[controls]]
+kind = "motor"
+joint = "hinge"
+force = [-2.0, 3.0]
+knots = 2
+
+[[controls]]
+kind = "motor"
+joint = "axle"
+axis = "slide"
+force = [-2.0, 3.0]
+
+[[controls]]
+kind = "force"
+body = "tip"
+x = [-1.0, 1.0]
+
+[[target]]
+body = "tip"
+position = [0.5, 0.3]
+
+[[target]]
+body = "rider"
+spin = 0.0
+"#;
+
 /// Smoothed by so much that differences can follow.
 const SMOOTH: Smoothing = Smoothing { delta: 25.0, compliance: 0.3 };
 
@@ -183,9 +318,13 @@ proptest! {
 
     #[test]
     fn derivatives_are_slopes(
-        numbers in proptest::collection::vec(-1.0..1.0, 800), factor in 0.0..2.0, fixed in any::<bool>()
+        numbers in proptest::collection::vec(-1.0..1.0, 800),
+        factor in 0.0..2.0,
+        fixed in any::<bool>(),
+        tied in any::<bool>(),
     ) {
-        let problem = problem(SEVERAL, EVERYTHING).problem;
+        let (scene, sought) = if tied { (TIED, DRIVEN) } else { (SEVERAL, EVERYTHING) };
+        let problem = problem(scene, sought).problem;
         let replay = problem.replay(&problem.zero()).unwrap();
         let nlp = match fixed {
             false => PlanNlp::smoothed(&problem, &replay, SMOOTH),
@@ -236,6 +375,34 @@ fn a_run_obeys_the_rows() {
     }
 }
 
+/// So does one of joints, whose drives are on every side of their bounds in it.
+#[test]
+fn a_run_of_joints_obeys_the_rows() {
+    let mut seen = std::collections::HashSet::new();
+    let tied = problem(TIED, DRIVEN.replace("steps = 3", "steps = 40").as_str()).problem;
+    for (name, problem) in
+        [("swing-up", shipped("swing-up.toml")), ("leap", shipped("leap.toml")), ("tied", tied)]
+    {
+        let start: Vec<_> = problem
+            .variables()
+            .iter()
+            .enumerate()
+            .map(|(i, of)| of.bounds[0] + of.scale() * (0.5 + 0.45 * (1.7 * i as f64).sin()))
+            .collect();
+        let replay = problem.replay(&start).unwrap();
+        seen.extend(replay.modes.axes.iter().flatten().map(|of| (of.part, of.side)));
+        let nlp = PlanNlp::with_modes(&problem, &replay, 0.0).unwrap();
+        let x = nlp.point_of(&replay);
+        let off = outside(&nlp, &x);
+        assert!(off < 1e-8, "{name}: {off:e}");
+        let bounds = nlp.bounds().lower.iter().zip(&nlp.bounds().upper);
+        let beyond = x.iter().zip(bounds).map(|(x, (low, high))| (low - x).max(x - high));
+        let beyond = beyond.fold(0.0, f64::max);
+        assert!(beyond < 1e-9, "{name}: {beyond:e}");
+    }
+    assert!(seen.len() >= 7, "{seen:?}");
+}
+
 fn legs() -> Vec<Box<dyn Leg>> {
     vec![Box::new(ProgramLeg::default()), Box::new(Polish::default())]
 }
@@ -273,6 +440,18 @@ fn a_push_to_a_pose_replays() {
     let found = plan(&problem, &problem.zero(), &[Box::new(ProgramLeg::default())]);
     assert!(found.replay.meets(), "{} {:?}", found.reason, found.legs);
     assert!(found.apart.unwrap() < 1e-3, "{:?}", found.apart);
+}
+
+/// From no force at all: dry friction holds a plate until its motor has done more, and no exact derivative leads there.
+#[test]
+fn a_plate_is_lifted_to_its_stop() {
+    let found = exact("lift.toml", None);
+    let modes = found.replay.modes.axes.iter().flatten();
+    let of_friction = modes.filter(|of| of.part == DrivePart::Friction);
+    let sides: Vec<_> = of_friction.map(|of| of.side).collect();
+    // It swings back and then forwards, against friction both times, and at last it rests.
+    assert!(sides.contains(&Side::Least) && sides.contains(&Side::Most), "{sides:?}");
+    assert_eq!(sides.last(), Some(&Side::Between));
 }
 
 /// Where a face slides as it turns, the laws leave the shares of its forces open, and an optimiser moves the end by them: every step

@@ -32,7 +32,7 @@ pub fn page(problem: &Problem, plan: &Plan, costs: Vec<f64>) -> String {
         progress: progress.filter(|cost| cost.is_finite()).collect(),
         times: (0..=problem.steps()).map(|k| (first + k as u64) as f64 * h).collect(),
         controls: controls(problem, &replay.controls),
-        contacts: contacts(problem, &replay.modes),
+        contacts: contacts(problem, &replay.modes.contacts),
         paths: paths.collect(),
     })
 }

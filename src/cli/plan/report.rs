@@ -68,7 +68,7 @@ pub fn modes(plan: &Plan) -> Vec<[usize; 3]> {
         [Mode::Open, Mode::Stick, Mode::Slip]
             .map(|mode| modes.iter().filter(|of| of.mode == mode).count())
     };
-    plan.replay.modes.iter().map(count).collect()
+    plan.replay.modes.contacts.iter().map(count).collect()
 }
 
 /// plan.json.

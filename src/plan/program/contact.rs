@@ -11,7 +11,7 @@ use crate::mechanics::quaternion::rotated_point_forms;
 use crate::step_nlp::entries::EntrySink;
 use crate::step_nlp::layout::{ATTITUDE, POSITION, SPIN};
 use crate::step_nlp::several::touch::{Component, Curvature, Forms, Place, Touch, rows, weighted};
-use load::Acting;
+pub(super) use load::{Acts, Arm, Pull};
 use nalgebra::{Matrix3x4, SMatrix, Vector3, Vector4};
 
 /// A body of a contact in a step.
@@ -30,14 +30,8 @@ pub(super) struct Side<'a> {
 pub(super) struct Meeting {
     /// Gap and slip as functions of poses.
     touch: Touch,
-    /// a.
-    point: Turned,
-    /// e_j × a, and e_j where the feature is rounded.
-    levers: [Turned; 3],
-    axes: Option<[Turned; 3]>,
-    radius: f64,
-    /// t₁, t₂, n in the frame of B.
-    directions: [Vector3<f64>; 3],
+    /// Where its forces act.
+    arm: Arm,
     time_step: f64,
 }
 
@@ -57,30 +51,30 @@ pub(super) struct Posed<'a> {
 
 /// A vector c of a body as forms (eq. 3): A(q) c and its slope.
 #[derive(Clone)]
-struct Turned {
-    vector: Vector3<f64>,
-    forms: Forms,
+pub(super) struct Turned {
+    pub(super) vector: Vector3<f64>,
+    pub(super) forms: Forms,
 }
 
 impl Turned {
-    fn new(vector: Vector3<f64>) -> Self {
+    pub(super) fn new(vector: Vector3<f64>) -> Self {
         Self { vector, forms: rotated_point_forms(&vector) }
     }
 
     /// A(q) c and ∂/∂q.
-    fn at(&self, q: &Vector4<f64>) -> (Vector3<f64>, Matrix3x4<f64>) {
+    pub(super) fn at(&self, q: &Vector4<f64>) -> (Vector3<f64>, Matrix3x4<f64>) {
         let slope = rows(&self.forms, q);
         (slope * q * 0.5, slope)
     }
 
     /// The same of a B, which may be fixed: A = E.
-    fn of(&self, b: Option<&Vector4<f64>>) -> (Vector3<f64>, Matrix3x4<f64>) {
+    pub(super) fn of(&self, b: Option<&Vector4<f64>>) -> (Vector3<f64>, Matrix3x4<f64>) {
         b.map_or((self.vector, Matrix3x4::zeros()), |q| self.at(q))
     }
 }
 
 /// Slopes of one number, as columns and values.
-struct Slope {
+pub(super) struct Slope {
     entries: [(usize, f64); MOST_SLOPES],
     len: usize,
 }
@@ -89,16 +83,16 @@ struct Slope {
 const MOST_SLOPES: usize = 48;
 
 impl Slope {
-    fn new() -> Self {
+    pub(super) fn new() -> Self {
         Self { entries: [(0, 0.0); MOST_SLOPES], len: 0 }
     }
 
-    fn push(&mut self, column: usize, value: f64) {
+    pub(super) fn push(&mut self, column: usize, value: f64) {
         self.entries[self.len] = (column, value);
         self.len += 1;
     }
 
-    fn entries(&self) -> &[(usize, f64)] {
+    pub(super) fn entries(&self) -> &[(usize, f64)] {
         &self.entries[..self.len]
     }
 }
@@ -120,17 +114,7 @@ impl Meeting {
     /// That of `contact` of bodies whose constants `touch` has, in steps of `time_step`.
     pub(super) fn new(contact: &Contact, touch: Touch, time_step: f64) -> Self {
         let (frame, point) = (&contact.features.frame, &contact.features.point);
-        let radius = contact.features.radius;
-        let axis = |j: usize| Vector3::ith(j, 1.0);
-        Self {
-            touch,
-            point: Turned::new(*point),
-            levers: [0, 1, 2].map(|j| Turned::new(axis(j).cross(point))),
-            axes: (radius != 0.0).then(|| [0, 1, 2].map(|j| Turned::new(axis(j)))),
-            radius,
-            directions: [0, 1, 2].map(|axis| frame.column(axis).into_owned()),
-            time_step,
-        }
+        Self { touch, arm: Arm::new(point, frame, contact.features.radius), time_step }
     }
 
     /// s (see [`law`](super::law)) at a point.
@@ -145,7 +129,7 @@ impl Meeting {
                 let mut slip = (then - now) / self.time_step;
                 if let Some(rolling) = self.rolling(axis, posed) {
                     let of_b = posed.b.map_or(0.0, |b| rolling.w.vector.dot(&b.end.spin));
-                    slip -= self.radius * (rolling.seen.0.dot(&rolling.turned.0) - of_b);
+                    slip -= self.arm.radius * (rolling.seen.0.dot(&rolling.turned.0) - of_b);
                 }
                 s[SLIP + axis] = slip;
             }
@@ -159,8 +143,8 @@ impl Meeting {
     }
 
     fn rolling(&self, axis: usize, posed: &Posed<'_>) -> Option<Rolling> {
-        (self.radius != 0.0).then(|| {
-            let w = Turned::new(self.directions[2].cross(&self.directions[axis]));
+        (self.arm.radius != 0.0).then(|| {
+            let w = Turned::new(self.arm.directions[2].cross(&self.arm.directions[axis]));
             let omega = Turned::new(posed.a.end.spin);
             let seen = w.of(posed.b.map(|b| &b.start.attitude));
             let turned = omega.at(&posed.a.start.attitude);
@@ -168,10 +152,15 @@ impl Meeting {
         })
     }
 
-    /// The force along the frame of B.
-    fn force(&self, posed: &Posed<'_>) -> Vector3<f64> {
-        let values = posed.values;
-        self.directions.iter().zip(values).map(|(direction, value)| direction * value).sum()
+    /// Does `with` the forces as they act, where there are any.
+    fn pulling(posed: &Posed<'_>, with: impl FnOnce(&Pull<'_>)) {
+        if !posed.law.has(NORMAL) {
+            return;
+        }
+        let acts = [0, 1, 2].map(|axis| (axis, posed.columns[axis], 1.0));
+        let own = if posed.law.has(0) { &acts[..] } else { &acts[NORMAL..] };
+        let [first, second, normal, _] = posed.values;
+        with(&Pull { a: posed.a, b: posed.b, sizes: [first, second, normal], acts: own });
     }
 
     /// Adds the contact's force to the rows of both motions, and writes its own rows.
@@ -179,16 +168,7 @@ impl Meeting {
         let values = posed.law.values(&self.numbers(posed));
         let count = posed.law.count();
         rows[posed.row..posed.row + count].copy_from_slice(&values[..count]);
-        if !posed.law.has(NORMAL) {
-            return;
-        }
-        let acting = Acting::new(self, posed);
-        let given = acting.given(&self.force(posed));
-        let force = &given.force.0;
-        posed.a.motion.add_load(force, &acting.on_a(&given), &mut rows[posed.a.row..]);
-        if let Some(b) = posed.b {
-            b.motion.add_load(&-force, &acting.on_b(&given), &mut rows[b.row..]);
-        }
+        Self::pulling(posed, |pull| self.arm.add_rows(pull, rows));
     }
 
     /// The slopes of all of that.
@@ -207,9 +187,7 @@ impl Meeting {
                 }
             }
         }
-        if posed.law.has(NORMAL) {
-            self.emit_load_slopes(posed, sink);
-        }
+        Self::pulling(posed, |pull| self.arm.emit_slopes(pull, sink));
     }
 
     /// The curvatures of all of that, with the multipliers `y` of all rows.
@@ -224,9 +202,7 @@ impl Meeting {
         }
         let weights = posed.law.slopes(&s).tr_mul(&Vector4::from(own));
         self.emit_bends(&weights, posed, sink);
-        if posed.law.has(NORMAL) {
-            self.emit_load_curvatures(posed, y, sink);
-        }
+        Self::pulling(posed, |pull| self.arm.emit_curvatures(pull, y, sink));
     }
 
     /// The second derivative `value` by the numbers i ≥ j of s, as one by variables.
@@ -275,7 +251,7 @@ impl Meeting {
         self.add_component(axis, &then, share, (posed, true), &mut slope);
         self.add_component(axis, &now, -share, (posed, false), &mut slope);
         let Some(rolling) = self.rolling(axis, posed) else { return slope };
-        let rho = -self.radius;
+        let rho = -self.arm.radius;
         let (seen, turned) = (&rolling.seen, &rolling.turned);
         let by_attitude = turned.1.tr_mul(&seen.0) * rho;
         let a = posed.a.start.pose().rotation;
@@ -329,8 +305,9 @@ impl Meeting {
         let (before, after) = places(posed);
         let rubs = posed.law.depends(1).iter().any(|&i| i >= SLIP) && posed.law.count() > 1;
         let mut then = Bend::of(&self.touch.curvature(2, after), weights[GAP] / self.time_step);
+        let firsts = |of: fn(&Side<'_>) -> usize| (of(&posed.a), posed.b.as_ref().map(of));
         if !rubs {
-            then.emit(posed, true, sink);
+            then.emit(firsts(|side| side.columns.1), sink);
             return;
         }
         let mut now = Bend::default();
@@ -339,11 +316,11 @@ impl Meeting {
             then.add(&self.touch.curvature(axis, after), weight);
             now.add(&self.touch.curvature(axis, before), -weight);
         }
-        if self.radius != 0.0 {
+        if self.arm.radius != 0.0 {
             self.emit_rolling_bends(weights, posed, &mut now, sink);
         }
-        then.emit(posed, true, sink);
-        now.emit(posed, false, sink);
+        then.emit(firsts(|side| side.columns.1), sink);
+        now.emit(firsts(|side| side.columns.0), sink);
     }
 
     fn emit_rolling_bends(
@@ -358,7 +335,7 @@ impl Meeting {
         let q = &posed.a.start.attitude;
         for axis in 0..2 {
             let Some(rolling) = self.rolling(axis, posed) else { continue };
-            let weight = -self.radius * weights[SLIP + axis];
+            let weight = -self.arm.radius * weights[SLIP + axis];
             let ((seen, seen_slope), (turned, turned_slope)) = (rolling.seen, rolling.turned);
             now.aa += weighted(&rolling.omega.forms, &seen) * weight;
             now.bb += weighted(&rolling.w.forms, &turned) * weight;
@@ -384,7 +361,7 @@ impl Meeting {
 
 /// Second derivatives by the poses of both bodies at one end of a step.
 #[derive(Default)]
-struct Bend {
+pub(super) struct Bend {
     aa: SMatrix<f64, 4, 4>,
     bb: SMatrix<f64, 4, 4>,
     /// q_A × q_B.
@@ -400,18 +377,17 @@ impl Bend {
         bend
     }
 
-    fn add(&mut self, curvature: &Curvature, weight: f64) {
+    pub(super) fn add(&mut self, curvature: &Curvature, weight: f64) {
         self.aa += curvature.aa * weight;
         self.bb += curvature.bb * weight;
         self.ab += curvature.ab * weight;
         self.position_b += curvature.position_b * weight;
     }
 
-    fn emit(&self, posed: &Posed<'_>, at_end: bool, sink: &mut impl EntrySink) {
-        let first = |side: &Side<'_>| if at_end { side.columns.1 } else { side.columns.0 };
-        let a = first(&posed.a);
+    /// Where the states of A and B have these first columns.
+    pub(super) fn emit(&self, (a, b): (usize, Option<usize>), sink: &mut impl EntrySink) {
         sink.put_lower(a + ATTITUDE.start, &self.aa);
-        let Some(b) = posed.b.as_ref().map(first) else { return };
+        let Some(b) = b else { return };
         let attitude = b + ATTITUDE.start;
         sink.put_lower(attitude, &self.bb);
         put_symmetric_block((a + ATTITUDE.start, attitude), &self.ab, sink);
@@ -421,7 +397,7 @@ impl Bend {
 }
 
 /// A block of a symmetric matrix beside the diagonal.
-fn put_symmetric_block<const N: usize, const M: usize>(
+pub(super) fn put_symmetric_block<const N: usize, const M: usize>(
     (row, column): (usize, usize),
     block: &SMatrix<f64, N, M>,
     sink: &mut impl EntrySink,

@@ -4,11 +4,13 @@
 //! compliance ε that makes the forces of a step a function of its states. Along a path of falling δ each program starts where the
 //! one before ended, with all multipliers. What comes out is controls; the replay says what they are worth.
 //!
-//! `docs/planning.md` derives the rows (P10 to P18) and their derivatives (P19 to P23).
+//! `docs/planning.md` derives the rows (P10 to P18, P24 to P27) and their derivatives (P19 to P23).
 
+mod axis;
 mod candidates;
 mod contact;
 mod goal;
+mod joint;
 mod law;
 mod motion;
 mod solve;

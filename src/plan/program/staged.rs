@@ -1,7 +1,7 @@
 //! The program of N steps: variables and rows stage after stage, and all that Ipopt asks of them.
 //!
 //! ```text
-//! x = (controls of the start, X_0, then per step  X_{k+1}, F and λ of its contacts,
+//! x = (controls of the start, X_0, then per step  X_{k+1}, F and λ of its contacts, forces of its joints' axes,
 //!      controls whose piece begins with it, slacks of its keeps)                      (eq. P10)
 //! ```
 
@@ -10,9 +10,12 @@ mod pushed;
 mod starts;
 #[cfg(test)]
 mod tests;
+mod tied;
 
+use super::axis::{AxisLaw, NUMBERS, Numbers, SPEED_BEFORE};
 use super::candidates::candidates;
 use super::contact::Meeting;
+use super::joint::Held;
 use super::law::{Law, NORMAL, Rows, SLIP_SPEED};
 use super::motion::Motion;
 use super::solve::Smoothing;
@@ -20,7 +23,7 @@ use super::summed::Summed;
 use crate::contact::{Contact, ContactKey};
 use crate::ipopt::Bounds;
 use crate::mechanics::{State, Wrench};
-use crate::plan::{ContactMode, ControlKind, Mode, PlanError, Problem, Replay};
+use crate::plan::{AxisMode, ContactMode, ControlKind, Mode, PlanError, Problem, Replay};
 use crate::solver::ipopt::units::Units;
 use crate::sparsity::SparsityPattern;
 use crate::step_nlp::layout::STATE;
@@ -28,6 +31,7 @@ use crate::step_nlp::several::touch::Touch;
 use crate::world::World;
 use nalgebra::{SVector, Vector3};
 use starts::part_of;
+use tied::Joints;
 
 /// The program of a problem. Points x have [`PlanNlp::variables`] numbers, rows and multipliers
 /// [`PlanNlp::rows`]; methods panic on shorter slices.
@@ -37,6 +41,7 @@ pub struct PlanNlp<'p> {
     /// In the program's units.
     motions: Vec<Motion>,
     meetings: Vec<Meeting>,
+    joints: Joints,
     stages: Vec<Stage>,
     /// The column of X_0.
     first: usize,
@@ -62,6 +67,8 @@ struct Stage {
     /// The first row of the motions.
     rows: usize,
     contacts: Vec<Placed>,
+    /// The axes of every joint that have a law.
+    axes: Vec<Vec<Held>>,
     /// Loads of the scene, constant over the step, in the program's units.
     loads: Vec<Wrench>,
     /// Columns of the slacks of the problem's keeps, and their rows.
@@ -84,31 +91,42 @@ struct StartRows {
     row: usize,
 }
 
-/// The contacts of each step, with their rows.
-type Laws = Vec<Vec<(Contact, Rows)>>;
+/// The rows of all contacts and axes.
+struct Laws<'a> {
+    /// The contacts of each step, with their rows.
+    contacts: Vec<Vec<(Contact, Rows)>>,
+    axes: AxisRows<'a>,
+    /// ε.
+    compliance: f64,
+}
+
+/// The rows of the axes of joints.
+#[derive(Clone, Copy)]
+enum AxisRows<'a> {
+    /// Smoothed by this δ.
+    Smoothed(f64),
+    /// With the modes of each step.
+    Fixed(&'a [Vec<AxisMode>]),
+}
 
 impl<'p> PlanNlp<'p> {
-    /// The program of `problem` with the contacts `laws` of each step, with the compliance ε = `compliance`. `replay` has the
-    /// wrenches of the scene's loads.
+    /// The program of `problem` with the rows `laws`, about the states of `replay`.
     ///
     /// # Errors
     /// A scene or a control that it does not know.
-    fn new(
-        problem: &'p Problem,
-        replay: &Replay,
-        laws: &Laws,
-        compliance: f64,
-    ) -> Result<Self, PlanError> {
+    fn new(problem: &'p Problem, replay: &Replay, laws: &Laws<'_>) -> Result<Self, PlanError> {
         check(problem)?;
         let own = &problem.scene().world;
         let units = Units::of_weights(own);
         let world = units.world(own);
         let motions: Vec<_> = world.bodies().iter().map(|body| Motion::new(&world, body)).collect();
+        let joints = Joints::new(problem, &units)?;
         let mut program = Self {
             problem,
             units,
             motions,
             meetings: Vec::new(),
+            joints,
             stages: Vec::with_capacity(problem.steps()),
             first: 0,
             columns: vec![usize::MAX; problem.variables().len()],
@@ -129,8 +147,8 @@ impl<'p> PlanNlp<'p> {
         };
         program.lay_start();
         let mut known = Vec::new();
-        for (step, contacts) in laws.iter().enumerate() {
-            program.lay_step(step, replay, (&world, contacts, compliance), &mut known)?;
+        for step in 0..problem.steps() {
+            program.lay_step(step, replay, (&world, laws), &mut known)?;
         }
         let x = vec![0.5; program.variables];
         let y = vec![0.0; program.rows];
@@ -165,13 +183,13 @@ impl<'p> PlanNlp<'p> {
         smoothing: Smoothing,
     ) -> Result<Self, PlanError> {
         let law = |contact: &Contact| (*contact, smoothing.rows());
-        let laws: Laws =
-            contacts.iter().map(|contacts| contacts.iter().map(law).collect()).collect();
-        Self::new(problem, replay, &laws, smoothing.compliance)
+        let contacts = contacts.iter().map(|contacts| contacts.iter().map(law).collect()).collect();
+        let axes = AxisRows::Smoothed(smoothing.delta);
+        Self::new(problem, replay, &Laws { contacts, axes, compliance: smoothing.compliance })
     }
 
-    /// The program of `problem` with the contacts that `replay` finds, each with the rows of its mode in the replay, and
-    /// the compliance ε.
+    /// The program of `problem` with the contacts that `replay` finds, each with the rows of its mode in the replay, the axes
+    /// of joints likewise, and the compliance ε.
     ///
     /// # Errors
     /// A scene or a control that it does not know.
@@ -190,12 +208,13 @@ impl<'p> PlanNlp<'p> {
             };
             (*contact, rows)
         };
-        let laws: Laws = contacts
+        let contacts = contacts
             .iter()
-            .zip(&replay.modes)
+            .zip(&replay.modes.contacts)
             .map(|(contacts, modes)| contacts.iter().map(|contact| law(contact, modes)).collect())
             .collect();
-        Self::new(problem, replay, &laws, compliance)
+        let axes = AxisRows::Fixed(&replay.modes.axes);
+        Self::new(problem, replay, &Laws { contacts, axes, compliance })
     }
 
     /// Columns for `count` variables within `bounds`.
@@ -215,6 +234,13 @@ impl<'p> PlanNlp<'p> {
         self.bounds.constraint_lower.resize(self.rows, 0.0);
         self.bounds.constraint_upper.resize(self.rows, high);
         first
+    }
+
+    /// A row between two bounds.
+    fn add_row_within(&mut self, low: f64, high: f64) {
+        self.rows += 1;
+        self.bounds.constraint_lower.push(low);
+        self.bounds.constraint_upper.push(high);
     }
 
     /// The columns of the variables of controls that `of` says yes to.
@@ -252,13 +278,14 @@ impl<'p> PlanNlp<'p> {
         &mut self,
         step: usize,
         replay: &Replay,
-        (world, contacts, compliance): (&World, &[(Contact, Rows)], f64),
+        (world, laws): (&World, &Laws<'_>),
         known: &mut Vec<(ContactKey, crate::contact::Features)>,
     ) -> Result<(), PlanError> {
         let free = [f64::NEG_INFINITY, f64::INFINITY];
         let end = self.add_variables(STATE.end * self.own.len(), free);
         let motion_rows = self.add_rows(STATE.end * self.own.len(), false);
         let h = world.time_step();
+        let contacts = laws.contacts.get(step).map_or(&[][..], |contacts| contacts);
         let mut placed = Vec::with_capacity(contacts.len());
         for (contact, rows) in contacts {
             if contact.features.curved.is_some() {
@@ -280,7 +307,7 @@ impl<'p> PlanNlp<'p> {
             let law = Law {
                 rows: *rows,
                 friction: contact.law.friction,
-                compliance: compliance * h,
+                compliance: laws.compliance * h,
                 anchor: Vector3::zeros(),
             };
             let bounds = |i: usize| match law.rows {
@@ -299,6 +326,7 @@ impl<'p> PlanNlp<'p> {
             }
             placed.push(Placed { key: contact.key, meeting, law, columns, row });
         }
+        let axes = self.lay_axes(step, h, laws);
         let problem = self.problem;
         self.lay_controls(|kind, control, knot| {
             let begins = step == 0 || problem.knot(control, step - 1) != knot;
@@ -308,7 +336,7 @@ impl<'p> PlanNlp<'p> {
             .map(|_| (self.add_variables(1, [0.0, f64::INFINITY]), self.add_rows(1, true)))
             .collect();
         let loads = self.loads(step, &replay.states[step]);
-        self.stages.push(Stage { end, rows: motion_rows, contacts: placed, loads, keeps });
+        self.stages.push(Stage { end, rows: motion_rows, contacts: placed, axes, loads, keeps });
         Ok(())
     }
 
@@ -359,6 +387,15 @@ impl<'p> PlanNlp<'p> {
             placed.law.rows = smoothing.rows();
             placed.law.compliance = smoothing.compliance * h;
         }
+        for law in self.each_law() {
+            (law.delta, law.compliance) = (smoothing.delta, smoothing.compliance * h);
+        }
+    }
+
+    /// The laws of all axes.
+    fn each_law(&mut self) -> impl Iterator<Item = &mut AxisLaw> {
+        let axes = self.stages.iter_mut().flat_map(|stage| stage.axes.iter_mut().flatten());
+        axes.map(|held| &mut held.law)
     }
 
     /// Makes the forces at `x` those at which the compliance gives nothing.
@@ -369,6 +406,9 @@ impl<'p> PlanNlp<'p> {
                     placed.law.anchor[i] = x[placed.columns[i]];
                 }
             }
+        }
+        for held in self.stages.iter_mut().flat_map(|stage| stage.axes.iter_mut().flatten()) {
+            held.law.anchor = held.numbers(x);
         }
     }
 
@@ -407,6 +447,7 @@ impl<'p> PlanNlp<'p> {
                 x[column] = (-value / self.units.length()).max(0.0);
             }
         }
+        self.place_axes(replay, &mut x);
         x
     }
 
@@ -419,6 +460,20 @@ impl<'p> PlanNlp<'p> {
                 let values = placed.law.on_path(&meeting.numbers(&posed));
                 for i in (0..4).filter(|&i| placed.law.has(i)) {
                     x[placed.columns[i]] = values[i];
+                }
+            }
+            for (held, numbers) in stage.axes.iter().flatten().zip(read.axes[step].iter().flatten())
+            {
+                let on_path = held.law.on_path(numbers);
+                for (column, value) in held.columns.iter().zip(&on_path).take(SPEED_BEFORE) {
+                    if let Some(column) = column {
+                        x[*column] = *value;
+                    }
+                }
+                for number in SPEED_BEFORE + 1..NUMBERS {
+                    if let Some(column) = held.columns[number] {
+                        x[column] = on_path[number];
+                    }
                 }
             }
         }
@@ -455,13 +510,14 @@ impl<'p> PlanNlp<'p> {
             let column = self.state(step, body);
             State::from_vector(&SVector::from_column_slice(&x[column..column + STATE.end]))
         };
-        let states = (0..=self.stages.len())
+        let states: Vec<Vec<State>> = (0..=self.stages.len())
             .map(|step| (0..bodies).map(|body| state(step, body)).collect())
             .collect();
         let value = |column: &usize| if *column == usize::MAX { 0.0 } else { x[*column] };
         let contact = |placed: &Placed| [0, 1, 2, 3].map(|i| value(&placed.columns[i]));
         let stage = |stage: &Stage| stage.contacts.iter().map(contact).collect();
         Read {
+            axes: self.read_axes(x, &states),
             states,
             controls: self.controls(x),
             contacts: self.stages.iter().map(stage).collect(),
@@ -476,6 +532,8 @@ struct Read {
     controls: Vec<f64>,
     /// F_t1, F_t2, F_n, λ of the contacts of each step.
     contacts: Vec<Vec<[f64; 4]>>,
+    /// The numbers of the axes of every joint, of each step.
+    axes: Vec<Vec<Vec<Numbers>>>,
 }
 
 fn refused<T>(why: &str) -> Result<T, PlanError> {
@@ -485,8 +543,11 @@ fn refused<T>(why: &str) -> Result<T, PlanError> {
 /// Refuses what the program does not know.
 fn check(problem: &Problem) -> Result<(), PlanError> {
     let (scene, world) = (problem.scene(), &problem.scene().world);
-    if !world.joints().is_empty() {
-        return refused("its scene has joints");
+    if !world.gears().is_empty() {
+        return refused("its scene has gears");
+    }
+    if !scene.courses.is_empty() {
+        return refused("a joint of its scene moves along a course");
     }
     if world.has_surfaces() {
         return refused("its scene has surfaces that move");
@@ -500,11 +561,13 @@ fn check(problem: &Problem) -> Result<(), PlanError> {
     if (0..world.bodies().len()).any(|body| world.is_held(body)) {
         return refused("a body of its scene is held");
     }
+    let starts = |kind: &ControlKind| matches!(kind, ControlKind::Start { .. });
+    if tied::has_armature(problem) && problem.controls().iter().any(|of| starts(&of.kind)) {
+        return refused("an axis has an armature, and a start is looked for");
+    }
     for control in problem.controls() {
-        match control.kind {
-            ControlKind::Motor { .. } => return refused("it has a motor"),
-            ControlKind::Constant(_) => return refused("it looks for a constant of the world"),
-            _ => {}
+        if let ControlKind::Constant(_) = control.kind {
+            return refused("it looks for a constant of the world");
         }
     }
     Ok(())

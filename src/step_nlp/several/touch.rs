@@ -38,12 +38,8 @@ pub(crate) struct Touch {
     offset: f64,
     /// The feature's middle along the tangents at step k, seen from B, m.
     old: Vector2<f64>,
-    /// t₁, t₂, n in the frame of B; of round features in the world.
-    directions: [Vector3<f64>; 3],
-    /// Those of the point a.
-    point_forms: Forms,
-    /// Those of t₁, t₂ and n.
-    direction_forms: [Forms; 3],
+    /// The point a along t₁, t₂ and n in the frame of B; of round features in the world.
+    sight: Sight,
     /// Where both features are round.
     round: Option<Round>,
     /// n, world, at k.
@@ -140,7 +136,7 @@ impl Touch {
                 sign,
             }
         };
-        let directions = [0, 1, 2].map(|axis| frame.column(axis).into_owned());
+        let sight = Sight::new(&contact.features.point, &frame);
         let base = match &contact.features.curved {
             Some(curved) => curved.radius,
             None => contact.features.offset,
@@ -153,9 +149,7 @@ impl Touch {
             normal: contact.normal(),
             rebound: contact.rebound,
             old: Vector2::zeros(),
-            directions,
-            point_forms: rotated_point_forms(&contact.features.point),
-            direction_forms: directions.map(|direction| rotated_point_forms(&direction)),
+            sight,
             round,
         };
         let before = (Place::of(a.2), b.map(|b| Place::of(b.2)));
@@ -168,8 +162,8 @@ impl Touch {
     pub(crate) fn component(&self, axis: usize, at: (Place, Option<Place>)) -> Component {
         match &self.round {
             Some(round) if axis == 2 => round.distance(at),
-            Some(round) => round.along(&self.directions[axis], at),
-            None => self.seen(axis, at).component(),
+            Some(round) => round.along(&self.sight.directions[axis], at),
+            None => self.sight.component(axis, at),
         }
     }
 
@@ -177,13 +171,9 @@ impl Touch {
     pub(crate) fn curvature(&self, axis: usize, at: (Place, Option<Place>)) -> Curvature {
         match &self.round {
             Some(round) if axis == 2 => round.distance_curvature(at),
-            Some(round) => round.along_curvature(&self.directions[axis]),
-            None => self.seen(axis, at).curvature(&self.point_forms, &self.direction_forms[axis]),
+            Some(round) => round.along_curvature(&self.sight.directions[axis]),
+            None => self.sight.curvature(axis, at),
         }
-    }
-
-    fn seen(&self, axis: usize, at: (Place, Option<Place>)) -> Seen {
-        Seen::new((&self.point_forms, &self.directions[axis], &self.direction_forms[axis]), at)
     }
 
     /// φ (eq. 4, 4a) of the normal's component.
@@ -213,16 +203,62 @@ impl Touch {
 
     /// Whether ∂g/∂r_A can differ from zero in its component `k`.
     pub(crate) fn moves(&self, axis: usize, k: usize) -> bool {
-        self.b.is_some() || (self.is_round() && axis == 2) || self.directions[axis][k] != 0.0
+        self.b.is_some() || (self.is_round() && axis == 2) || self.sight.moves(axis, k)
     }
 
     /// Whether ∂g/∂q_A can differ from zero in its component `k`: not for a point in the centre of
     /// mass.
     pub(crate) fn turns(&self, axis: usize, k: usize) -> bool {
         if self.b.is_some() || self.is_round() {
-            let forms = self.round.as_ref().map_or(&self.point_forms, |round| &round.widest);
+            let forms = self.round.as_ref().map_or(&self.sight.point_forms, |round| &round.widest);
             return forms.iter().any(|form| form.row(k).amax() > 0.0);
         }
+        self.sight.turns(axis, k)
+    }
+}
+
+/// A point of A along three directions of B, which may be fixed.
+#[derive(Debug, Clone)]
+pub(crate) struct Sight {
+    /// In the frame of B.
+    pub(crate) directions: [Vector3<f64>; 3],
+    /// Those of the point a.
+    point_forms: Forms,
+    direction_forms: [Forms; 3],
+}
+
+impl Sight {
+    /// Of the point `point` of A along the columns of `frame`.
+    pub(crate) fn new(point: &Vector3<f64>, frame: &Matrix3<f64>) -> Self {
+        let directions = [0, 1, 2].map(|axis| frame.column(axis).into_owned());
+        Self {
+            directions,
+            point_forms: rotated_point_forms(point),
+            direction_forms: directions.map(|direction| rotated_point_forms(&direction)),
+        }
+    }
+
+    /// The component along direction `axis` where A and B are at `at`.
+    pub(crate) fn component(&self, axis: usize, at: (Place, Option<Place>)) -> Component {
+        self.seen(axis, at).component()
+    }
+
+    /// Its second derivatives.
+    pub(crate) fn curvature(&self, axis: usize, at: (Place, Option<Place>)) -> Curvature {
+        self.seen(axis, at).curvature(&self.point_forms, &self.direction_forms[axis])
+    }
+
+    fn seen(&self, axis: usize, at: (Place, Option<Place>)) -> Seen {
+        Seen::new((&self.point_forms, &self.directions[axis], &self.direction_forms[axis]), at)
+    }
+
+    /// Whether ∂g/∂r_A can differ from zero in its component `k` where B is fixed.
+    pub(crate) fn moves(&self, axis: usize, k: usize) -> bool {
+        self.directions[axis][k] != 0.0
+    }
+
+    /// Whether ∂g/∂q_A can differ from zero in its component `k` where B is fixed.
+    pub(crate) fn turns(&self, axis: usize, k: usize) -> bool {
         let weighted = self.point_forms.iter().zip(&self.directions[axis]);
         let weighted = weighted.map(|(form, e)| form.row(k) * *e);
         weighted.fold(Vector4::zeros().transpose(), |sum, row| sum + row).amax() > 0.0

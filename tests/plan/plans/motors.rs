@@ -192,7 +192,7 @@ fn a_quadruped_hops_to_a_place() {
     let found = is_found(&file);
     // There are steps in which nothing of it touches the ground.
     let flies = |modes: &&Vec<ContactMode>| modes.iter().all(|of| of.mode == Mode::Open);
-    assert!(found.replay.modes.iter().filter(flies).count() > 5);
+    assert!(found.replay.modes.contacts.iter().filter(flies).count() > 5);
 }
 
 fn is_found(file: &ProblemFile) -> Plan {

@@ -16,13 +16,7 @@ impl<'p> PlanNlp<'p> {
         read: &'a Read,
     ) -> impl Iterator<Item = (&'a Meeting, Posed<'a>)> {
         let stage = &self.stages[step];
-        let side = move |body: usize| Side {
-            motion: &self.motions[body],
-            start: &read.states[step][body],
-            end: &read.states[step + 1][body],
-            columns: (self.state(step, body), self.state(step + 1, body)),
-            row: stage.rows + STATE.end * body,
-        };
+        let side = move |body: usize| self.side(step, body, read);
         let values = &read.contacts[step];
         stage.contacts.iter().zip(values).map(move |(placed, values)| {
             let posed = Posed {
@@ -35,6 +29,17 @@ impl<'p> PlanNlp<'p> {
             };
             (&self.meetings[placed.meeting], posed)
         })
+    }
+
+    /// A body in a step.
+    pub(super) fn side<'a>(&'a self, step: usize, body: usize, read: &'a Read) -> Side<'a> {
+        Side {
+            motion: &self.motions[body],
+            start: &read.states[step][body],
+            end: &read.states[step + 1][body],
+            columns: (self.state(step, body), self.state(step + 1, body)),
+            row: self.stages[step].rows + STATE.end * body,
+        }
     }
 
     /// What the controls put on the bodies in a step.
@@ -148,6 +153,9 @@ impl<'p> PlanNlp<'p> {
             for (meeting, posed) in self.each_contact(step, &read) {
                 meeting.add_rows(&posed, rows);
             }
+            for (tie, tied) in self.each_tie(step, &read) {
+                tie.add_rows(&tied, rows);
+            }
             for (keep, &(column, row)) in self.problem.keeps().iter().zip(&stage.keeps) {
                 let length = self.units.length();
                 let place = read.states[step + 1][keep.body].position * length;
@@ -181,6 +189,9 @@ impl<'p> PlanNlp<'p> {
             }
             for (meeting, posed) in self.each_contact(step, read) {
                 meeting.emit_slopes(&posed, sink);
+            }
+            for (tie, tied) in self.each_tie(step, read) {
+                tie.emit_slopes(&tied, sink);
             }
             for (keep, &(slack, row)) in self.problem.keeps().iter().zip(&stage.keeps) {
                 let place = read.states[step + 1][keep.body].position * self.units.length();
@@ -243,6 +254,9 @@ impl<'p> PlanNlp<'p> {
             }
             for (meeting, posed) in self.each_contact(step, read) {
                 meeting.emit_curvatures(&posed, y, sink);
+            }
+            for (tie, tied) in self.each_tie(step, read) {
+                tie.emit_curvatures(&tied, y, sink);
             }
             for (keep, &(_, row)) in self.problem.keeps().iter().zip(&stage.keeps) {
                 let length = self.units.length();
