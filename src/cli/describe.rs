@@ -136,23 +136,32 @@ fn contact_steps(scene: &Scene, summary: &RunSummary) -> String {
 fn too_stiff(scene: &Scene, run: &Run) -> String {
     /// More joints than this are only counted.
     const MOST_NAMED: usize = 4;
+    /// What the flag takes, and the shortest step of a world, s.
+    const MOST_SUBSTEPS: f64 = 1000.0;
+    const LEAST_TIME_STEP: f64 = 1e-6;
     let h = scene.world.time_step();
+    // Of a step that is one of many already, the flag would count from another one.
+    let is_divided = scene.changed.iter().any(|name| name == "substeps");
     let mut joints = run.taut.joints(h);
     joints.sort_by(|a, b| b.stiffness.total_cmp(&a.stiffness));
     if joints.is_empty() {
         return String::new();
     }
     let mut text = "    in two steps running these were too stiff for h (h ω above 2), so that what they hold taut may \
-                    shake\n    itself to pieces; the time step given would do, which --substeps takes and keeps as many rows\n"
+                    shake\n    itself to pieces; the time step given would do (--substeps takes shorter ones and keeps as many rows)\n"
         .to_owned();
     for TautJoint { joint, stiffness, time_step_s } in joints.iter().take(MOST_NAMED) {
         let name = scene.joints.get(*joint).map_or("", |name| name);
-        let _ = writeln!(
+        let _ = write!(
             text,
-            "    {:<12} h ω {stiffness:.1}: at most {time_step_s:.1e} s, --substeps {:.0}",
-            shown::line(name),
-            (h / time_step_s).ceil()
+            "    {:<12} h ω {stiffness:.1}: at most {time_step_s:.1e} s",
+            shown::line(name)
         );
+        let substeps = (h / time_step_s).ceil();
+        if !is_divided && substeps <= MOST_SUBSTEPS && h >= substeps * LEAST_TIME_STEP {
+            let _ = write!(text, ", --substeps {substeps:.0}");
+        }
+        text.push('\n');
     }
     if joints.len() > MOST_NAMED {
         let _ =

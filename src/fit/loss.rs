@@ -48,6 +48,15 @@ impl Loss {
         }
     }
 
+    /// The second derivative of that by e.
+    pub(super) fn bend(self, score: &TossScore) -> f64 {
+        let e = score.position / DISTANCE + score.rotation / ANGLE;
+        match self {
+            Self::Robust => -2.0 / BEND * (1.0 + e / BEND).powi(-3),
+            Self::Mean => 0.0,
+        }
+    }
+
     /// The mean over tosses.
     #[must_use]
     pub fn mean(self, scores: &[TossScore]) -> f64 {

@@ -1,18 +1,20 @@
 //! From the values of a search on, by Gauss–Newton steps; and what their slopes say of how well the values are known.
 //!
-//! With the slopes of every toss ([`slopes`](super::slopes)), their mean g and the mean M of their matrices, a step is
+//! With the slopes of every toss ([`slopes`](super::slopes)), their mean g and the means M and H of their matrices, a step is
 //!
 //! ```text
 //! δ = −(M + κ diag M)⁻¹ g,
 //! ```
 //!
 //! κ being a fifth of what it was after a step that makes the loss less, and eight times as much after one that does not, which is not
-//! taken. What lies on a bound and would leave is held. Tosses are drawn from those that could be, so that the
-//! values have, to first order, the covariance
+//! taken. What lies on a bound and would leave is held, and a toss whose slopes there are none of ends the steps. Tosses are drawn from
+//! those that could be, so that the values have, to first order, the covariance
 //!
 //! ```text
-//! C = M⁻¹ (Σ gₜ gₜᵀ/T²) M⁻¹.
+//! C = H⁻¹ (Σ gₜ gₜᵀ/T²) H⁻¹,
 //! ```
+//!
+//! which there is only where the loss bends upwards in all that is free.
 //!
 //! Motions with impacts are chaotic: where a slope tells of the next small dent alone, the steps end soon and C says less than there
 //! is to doubt. The bootstrap looks farther.
@@ -37,9 +39,11 @@ pub struct Polish {
     /// Of the gradient at the end the largest derivative, of the loss by a parameter over its bounds' distance, of what is on no
     /// bound.
     pub slope: f64,
-    /// C, by the parameters that are sought, in their order; zero of one that the tosses say nothing of, or that is held on
-    /// its bound.
+    /// C, by the parameters that are sought, in their order; NaN of one that is held on its bound, of one that the tosses say nothing of,
+    /// and of all where the loss does not bend upwards.
     pub covariance: DMatrix<f64>,
+    /// Why the steps ended where a toss has no slopes.
+    pub ended: Option<String>,
     /// Simulated steps of the last slopes of which the derivative is none.
     pub blind: u32,
     /// Those that took a part of their restitution, which is taken for a constant.
@@ -50,6 +54,7 @@ pub struct Polish {
 struct Mean {
     gradient: DVector<f64>,
     matrix: DMatrix<f64>,
+    bend: DMatrix<f64>,
     /// Σ gₜ gₜᵀ/T².
     scatter: DMatrix<f64>,
     blind: u32,
@@ -66,34 +71,69 @@ fn held(plan: &Plan, values: &ParameterValues, gradient: &DVector<f64>) -> Vec<b
     .collect()
 }
 
-/// (M + κ diag M)⁻¹ of what is free and has a slope; zero of the rest.
-fn inverse(matrix: &DMatrix<f64>, held: &[bool], damping: f64) -> DMatrix<f64> {
-    let count = held.len();
-    let free: Vec<usize> = (0..count).filter(|k| !held[*k] && matrix[(*k, *k)] > 0.0).collect();
-    let mut full = DMatrix::zeros(count, count);
+/// What is free and has a slope.
+fn free(matrix: &DMatrix<f64>, held: &[bool]) -> Vec<usize> {
+    (0..held.len()).filter(|k| !held[*k] && matrix[(*k, *k)] > 0.0).collect()
+}
+
+/// Rows and columns `free` of a matrix, of one scale, so that parameters of any size are alike: each over the roots of its
+/// `sizes`.
+fn scaled(matrix: &DMatrix<f64>, free: &[usize], sizes: &DMatrix<f64>) -> DMatrix<f64> {
+    let scale = |k: usize| sizes[(k, k)].sqrt();
+    DMatrix::from_fn(free.len(), free.len(), |i, j| {
+        let (a, b) = (free[i], free[j]);
+        matrix[(a, b)] / (scale(a) * scale(b))
+    })
+}
+
+/// −(M + κ diag M)⁻¹ g of what is free and has a slope; zero of the rest.
+fn step(mean: &Mean, held: &[bool], damping: f64) -> DVector<f64> {
+    let (matrix, free) = (&mean.matrix, free(&mean.matrix, held));
+    let mut full = DVector::zeros(held.len());
     if free.is_empty() {
         return full;
     }
     let scale = |k: usize| matrix[(k, k)].sqrt();
-    // Of one scale, so that parameters of any size are alike.
-    let scaled = DMatrix::from_fn(free.len(), free.len(), |i, j| {
-        let (a, b) = (free[i], free[j]);
-        matrix[(a, b)] / (scale(a) * scale(b)) + if i == j { damping } else { 0.0 }
-    });
-    let Ok(solved) = scaled.pseudo_inverse(1e-12) else { return full };
-    for (i, &a) in free.iter().enumerate() {
-        for (j, &b) in free.iter().enumerate() {
-            full[(a, b)] = solved[(i, j)] / (scale(a) * scale(b));
+    let mut damped = scaled(matrix, &free, matrix);
+    for k in 0..free.len() {
+        damped[(k, k)] += damping;
+    }
+    let gradient = DVector::from_fn(free.len(), |k, _| mean.gradient[free[k]] / scale(free[k]));
+    if let Ok(inverse) = damped.pseudo_inverse(1e-12) {
+        let solved = inverse * gradient;
+        for (k, &parameter) in free.iter().enumerate() {
+            full[parameter] = -solved[k] / scale(parameter);
         }
     }
     full
+}
+
+impl Mean {
+    /// C, of what is free and has a slope.
+    fn covariance(&self, held: &[bool]) -> DMatrix<f64> {
+        let free = free(&self.matrix, held);
+        let mut full = DMatrix::from_element(held.len(), held.len(), f64::NAN);
+        if free.is_empty() {
+            return full;
+        }
+        let Some(bend) = scaled(&self.bend, &free, &self.matrix).cholesky() else { return full };
+        let back = bend.inverse();
+        let covariance = &back * scaled(&self.scatter, &free, &self.matrix) * &back;
+        let scale = |k: usize| self.matrix[(k, k)].sqrt();
+        for (i, &a) in free.iter().enumerate() {
+            for (j, &b) in free.iter().enumerate() {
+                full[(a, b)] = covariance[(i, j)] / (scale(a) * scale(b));
+            }
+        }
+        full
+    }
 }
 
 impl Plan {
     /// Goes on from `values`, of which the loss with all substeps is `loss`; what was found, its loss, and what there is to say.
     ///
     /// # Errors
-    /// As [`Evaluator::slopes`].
+    /// As [`Evaluator::slopes`], but for a toss without slopes.
     pub(super) fn polished(
         &self,
         (mut values, mut loss): (ParameterValues, f64),
@@ -110,11 +150,30 @@ impl Plan {
         let mut damping = 1e-3;
         loop {
             let query = Query { values: &values, substeps, tosses };
-            let mean = self.mean(&query, &parameters, evaluator)?;
+            let mean = match self.mean(&query, &parameters, evaluator) {
+                Ok(mean) => mean,
+                Err(error @ FitError::Rollout { .. }) => {
+                    let unknown =
+                        DMatrix::from_element(parameters.len(), parameters.len(), f64::NAN);
+                    let polish = Polish {
+                        loss_before: before,
+                        steps: taken,
+                        tried,
+                        last,
+                        slope: f64::NAN,
+                        covariance: unknown,
+                        ended: Some(error.to_string()),
+                        blind: 0,
+                        limited: 0,
+                    };
+                    return Ok((values, loss, polish));
+                }
+                Err(error) => return Err(error),
+            };
             let held = held(self, &values, &mean.gradient);
             let mut is_less = false;
             while tried < self.polish && damping <= MOST_DAMPING && !is_less {
-                let step = inverse(&mean.matrix, &held, damping) * -&mean.gradient;
+                let step = step(&mean, &held, damping);
                 let wanted =
                     self.sought.iter().zip(step.iter()).fold(values, |to, (sought, step)| {
                         let [low, high] = sought.bounds;
@@ -146,12 +205,20 @@ impl Plan {
             if !is_less {
                 let slopes = mean.gradient.iter().enumerate().filter(|(k, _)| !held[*k]);
                 let slope = slopes.map(|(k, slope)| (slope * width(k)).abs()).fold(0.0, f64::max);
-                let back = inverse(&mean.matrix, &held, 0.0);
-                let covariance = &back * &mean.scatter * &back;
-                let (loss_before, steps) = (before, taken);
+                let covariance = mean.covariance(&held);
+                let (loss_before, steps, ended) = (before, taken, None);
                 let Mean { blind, limited, .. } = mean;
-                let polish =
-                    Polish { loss_before, steps, tried, last, slope, covariance, blind, limited };
+                let polish = Polish {
+                    loss_before,
+                    steps,
+                    tried,
+                    last,
+                    slope,
+                    covariance,
+                    ended,
+                    blind,
+                    limited,
+                };
                 return Ok((values, loss, polish));
             }
         }
@@ -168,6 +235,7 @@ impl Plan {
         let mut mean = Mean {
             gradient: DVector::zeros(count),
             matrix: DMatrix::zeros(count, count),
+            bend: DMatrix::zeros(count, count),
             scatter: DMatrix::zeros(count, count),
             blind: 0,
             limited: 0,
@@ -175,6 +243,7 @@ impl Plan {
         for toss in &all {
             mean.gradient += &toss.gradient * each;
             mean.matrix += &toss.matrix * each;
+            mean.bend += &toss.bend * each;
             mean.scatter += &toss.gradient * toss.gradient.transpose() * (each * each);
             mean.blind += toss.blind;
             mean.limited += toss.limited;

@@ -12,7 +12,12 @@
 //! M = Σ (∂aᵀ∂a/|a| + ∂bᵀ∂b/|b|)/F
 //! ```
 //!
-//! the matrix of a Gauss–Newton step: least squares with weights that are set anew at each.
+//! the matrix of a Gauss–Newton step: least squares with weights that are set anew at each. The loss ℓ(e) itself bends by less, as |a| is
+//! straight along a; where the motions are taken for straight, by
+//!
+//! ```text
+//! H = ℓ′ Σ (∂aᵀ (E − ââᵀ) ∂a/|a| + ∂bᵀ (E − b̂b̂ᵀ) ∂b/|b|)/F + ℓ″ ∂eᵀ ∂e.
+//! ```
 
 use super::error::FitError;
 use super::loss::{ANGLE, DISTANCE, Loss};
@@ -35,6 +40,8 @@ pub struct TossSlopes {
     pub gradient: DVector<f64>,
     /// The matrix of a Gauss–Newton step.
     pub matrix: DMatrix<f64>,
+    /// H: how the loss bends.
+    pub bend: DMatrix<f64>,
     /// Steps of which the derivative is none: that failed or are wild, or touch in a way that is not known as a function of
     /// the poses.
     pub blind: u32,
@@ -65,6 +72,7 @@ pub fn slopes(
         loss: 0.0,
         gradient: DVector::zeros(count),
         matrix: DMatrix::zeros(count, count),
+        bend: DMatrix::zeros(count, count),
         blind: 0,
         limited: 0,
     };
@@ -93,8 +101,11 @@ pub fn slopes(
             let by_turn = part(&|change| to_turn * change.turn / ANGLE);
             for (error, by) in [(place, by_place), (turn / ANGLE, by_turn)] {
                 let size = error.norm().max(LEAST);
-                found.gradient += by.tr_mul(&error) / size;
-                found.matrix += by.tr_mul(&by) / size;
+                let along = by.tr_mul(&error) / size;
+                let square = by.tr_mul(&by);
+                found.bend += (&square - &along * along.transpose()) / size;
+                found.matrix += square / size;
+                found.gradient += along;
             }
             Ok(())
         }
@@ -104,6 +115,9 @@ pub fn slopes(
     let frames = (toss.frames.len() - protocol.start_frame(toss)) as f64;
     let share = loss.slope(&score) / frames;
     found.loss = loss.of(&score);
+    found.bend *= share;
+    found.bend +=
+        &found.gradient * found.gradient.transpose() * (loss.bend(&score) / (frames * frames));
     found.gradient *= share;
     found.matrix *= share;
     Ok(found)
@@ -120,7 +134,7 @@ fn turn_slope(turn: &Vector3<f64>) -> Matrix3<f64> {
     let share = if angle < 1e-3 {
         1.0 / 12.0 + angle * angle / 720.0
     } else {
-        (1.0 - 0.5 * angle / (0.5 * angle).tan()) / (angle * angle)
+        (1.0 - 0.5 * angle / libm::tan(0.5 * angle)) / (angle * angle)
     };
     Matrix3::identity() + cross * 0.5 + cross * cross * share
 }

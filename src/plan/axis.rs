@@ -140,6 +140,9 @@ struct AxisMotion {
 
 type Share = Option<(DrivePart, Side, f64)>;
 
+/// Speeds below this part of what a force makes are rounding.
+const NOISE: f64 = 1e-6;
+
 /// How the force of an axis is shared.
 fn shares(drive: &Drive, total: f64, motion: &AxisMotion, response: f64) -> [Share; 3] {
     let &AxisMotion { end, speed, rate, time_step } = motion;
@@ -169,9 +172,17 @@ fn shares(drive: &Drive, total: f64, motion: &AxisMotion, response: f64) -> [Sha
             rest -= force;
         }
     }
-    let held: f64 = holds.iter().flatten().map(|(.., most)| most).sum();
     if let Some([low, high]) = drive.limits {
-        let (up, down) = ((rest - held).max(0.0), (rest + held).min(0.0));
+        // What holds a speed has its whole force where it slips; where it rests, any up to that.
+        let slips = |over: f64, most: f64| {
+            over.abs() > response * rest.abs() && over.abs() > NOISE * response * most
+        };
+        let known = holds.iter().flatten().filter(|(_, over, most)| slips(*over, *most));
+        let open = holds.iter().flatten().filter(|(_, over, most)| !slips(*over, *most));
+        let beside: f64 = known.map(|(_, over, most)| -most.copysign(*over)).sum();
+        let held: f64 = open.map(|(.., most)| most).sum();
+        let left = rest - beside;
+        let (up, down) = ((left - held).max(0.0), (left + held).min(0.0));
         let side = if up > 0.0 && (end - low) / time_step <= response * up {
             Side::Least
         } else if down < 0.0 && (high - end) / time_step <= -response * down {
@@ -179,13 +190,8 @@ fn shares(drive: &Drive, total: f64, motion: &AxisMotion, response: f64) -> [Sha
         } else {
             Side::Between
         };
-        // At a stop what holds a speed has its whole force where it slips, and none where it rests.
-        let slips = |over: f64, most: f64| match over.abs() > response * rest.abs() {
-            true => -most.copysign(over),
-            false => 0.0,
-        };
-        let beside: f64 = holds.iter().flatten().map(|(_, over, most)| slips(*over, *most)).sum();
-        let force = if side == Side::Between { 0.0 } else { rest - beside };
+        // At a stop what rests has no force.
+        let force = if side == Side::Between { 0.0 } else { left };
         shares[0] = Some((DrivePart::Limits, side, force));
         rest -= force;
     }
@@ -217,4 +223,28 @@ fn response(world: &World, joint: &Joint, axis: JointAxis) -> f64 {
         }
     });
     of.sum::<f64>() * world.time_step()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A motor that presses an axis onto its lower stop with all that it has: the stop bears it, and what else pulls.
+    #[test]
+    fn a_stop_bears_the_motor_that_presses_onto_it() {
+        let motor = Some(Motor::Speed { target: -1.0, most: 10.0 });
+        let drive = Drive { limits: Some([0.0, 1.0]), motor, ..Drive::default() };
+        let motion = AxisMotion { end: 0.0, speed: 0.0, rate: 0.0, time_step: 0.01 };
+        for load in [0.0, 2.0, -2.0, 30.0] {
+            let [stop, friction, motor] = shares(&drive, load, &motion, 0.01);
+            assert_eq!(stop, Some((DrivePart::Limits, Side::Least, load + 10.0)), "{load}");
+            assert_eq!(motor, Some((DrivePart::Motor, Side::Least, -10.0)), "{load}");
+            assert_eq!(friction, None);
+        }
+        // Off the stop it follows.
+        let motion = AxisMotion { end: 0.5, speed: -1.0, rate: -1.0, time_step: 0.01 };
+        let [stop, _, motor] = shares(&drive, 3.0, &motion, 0.01);
+        assert_eq!(stop, Some((DrivePart::Limits, Side::Between, 0.0)));
+        assert_eq!(motor, Some((DrivePart::Motor, Side::Between, 3.0)));
+    }
 }

@@ -57,7 +57,7 @@ fn extension(name: &str) -> String {
     extension.to_ascii_lowercase()
 }
 
-/// The facets of a file, their lengths along x, y and z multiplied.
+/// The facets of a file, their lengths along x, y and z multiplied; counter-clockwise seen from outside as before.
 fn facets(
     reading: &Reading<'_>,
     name: &str,
@@ -76,9 +76,16 @@ fn facets(
         }
     };
     let facets = facets.map_err(|error| odd(&error))?;
-    let scale = Vector3::from(scale);
-    let scaled = |facet: [Vector3<f64>; 3]| facet.map(|corner| corner.component_mul(&scale));
+    let by = Vector3::from(scale);
+    let scaled = |facet: [Vector3<f64>; 3]| {
+        turned_back(facet.map(|corner| corner.component_mul(&by)), scale)
+    };
     Ok(facets.into_iter().map(scaled).collect())
+}
+
+/// The corners of a facet whose lengths along x, y and z were multiplied: a mirror turns it over.
+pub fn turned_back<T>([a, b, c]: [T; 3], scale: [f64; 3]) -> [T; 3] {
+    if scale.iter().product::<f64>() < 0.0 { [a, c, b] } else { [a, b, c] }
 }
 
 fn odd(name: &str, why: &dyn std::fmt::Display) -> String {
@@ -122,12 +129,9 @@ pub fn surface(
         let why = format!("with its {} triangles there are more than {MOST_SEEN}", facets.len());
         return Err(odd(name, &why));
     }
-    // A mirror turns triangles over.
-    let is_mirrored = scale.iter().product::<f64>() < 0.0;
     let mut numbers = HashMap::new();
     let mut surface = Surface::default();
-    for [a, b, c] in facets {
-        let corners = if is_mirrored { [a, c, b] } else { [a, b, c] };
+    for corners in facets {
         surface.triangles.push(corners.map(|corner| {
             let corner = <[f64; 3]>::from(corner);
             *numbers.entry(bits(&corner)).or_insert_with(|| {

@@ -67,7 +67,7 @@ pub struct Reading<'a> {
     pub points_rub: bool,
 }
 
-/// How many folders above a relative path packages are looked for.
+/// How many folders above a relative path, or one with `..`, packages are looked for.
 const ABOVE: usize = 8;
 
 impl Reading<'_> {
@@ -96,6 +96,14 @@ impl Reading<'_> {
             Some(packages) => vec![packages.to_owned()],
             None => self.folders_above(),
         };
+        let is_within =
+            |part: Component<'_>| matches!(part, Component::Normal(_) | Component::CurDir);
+        if !Path::new(rest).components().all(is_within) {
+            let name = shown::line(name);
+            return Err(format!(
+                "{name}: it leaves its package; a path within it, without .., is needed"
+            ));
+        }
         for path in folders.iter().map(|folder| folder.join(rest)) {
             match (self.read)(&path, most) {
                 Err(error) if is_missing(&error) => {}
@@ -115,11 +123,18 @@ impl Reading<'_> {
 
     /// The folder of the file and those above it, the nearest first.
     fn folders_above(&self) -> Vec<PathBuf> {
-        let mut folders: Vec<_> = self.folder.ancestors().map(Path::to_owned).collect();
-        if self.folder.is_relative() {
-            let up = self.folder.components().take_while(|part| *part == Component::ParentDir);
-            let up = up.count();
-            folders.extend((up + 1..=up + ABOVE).map(|count| PathBuf::from("../".repeat(count))));
+        let mut folders = Vec::new();
+        let mut last = self.folder;
+        for folder in self.folder.ancestors() {
+            folders.push(folder.to_owned());
+            last = folder;
+            // What stands before `..` is below it.
+            if folder.ends_with("..") {
+                break;
+            }
+        }
+        if !last.has_root() || last.ends_with("..") {
+            folders.extend((1..=ABOVE).map(|count| last.join("../".repeat(count))));
         }
         folders
     }

@@ -22,6 +22,11 @@ const FARTHEST: f64 = 1e12;
 /// # Errors
 /// The first thing that is wrong, with its line.
 pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
+    if reading.points_rub {
+        return Err(root.wrong(
+            "point_contacts is for MJCF; contacts of URDF rub alone as they are; leave it out",
+        ));
+    }
     let root = &pruned(root, reading.left_out)?;
     let mut notes = Notes::default();
     for child in root.children.iter().filter(|child| !["link", "joint"].contains(&&*child.tag)) {

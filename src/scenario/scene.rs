@@ -287,6 +287,7 @@ impl Scene {
     /// A time step that is out of range then; more than ten million rows.
     pub fn in_substeps(mut self, substeps: u64) -> Result<Self, Failure> {
         const MOST_ROWS: u64 = 10_000_000;
+        const LARGEST_INDEX: u64 = (1 << 53) - MOST_ROWS;
         if substeps <= 1 {
             return Ok(self);
         }
@@ -299,9 +300,16 @@ impl Scene {
         let mut parameters = self.world.parameters().clone();
         parameters.time_step /= substeps as f64;
         let time_step = parameters.time_step;
-        self.world = self.world.with_parameters(parameters).map_err(Failure::from)?;
+        let of_substeps = |error: Error| Failure::setting("substeps", error.to_string());
+        self.world = self.world.with_parameters(parameters).map_err(of_substeps)?;
         self.rows = rows;
         self.start_index = self.start_index.saturating_mul(substeps);
+        if self.start_index > LARGEST_INDEX {
+            let why =
+                format!("makes the start's index {}; allowed is below 2^53", self.start_index);
+            return Err(Failure::setting("substeps", why));
+        }
+        self.changed.push("substeps".to_owned());
         if let OutputFormat::Tables(model) = &mut self.format {
             model.dt = time_step;
         }

@@ -168,6 +168,46 @@ fn steps_that_are_kept_are_verified_by_themselves() {
     runs.refused(&["verify", &table], &["--every 3", "row after it", "[[bodies]]"]);
 }
 
+/// run.json counts all steps: it has as many as there are from the first row to the last, and no less of anything than the rows; what it
+/// says that failed between the rows did fail. The state after the last step is that of the last row.
+#[test]
+fn run_json_is_held_against_the_steps_that_are_kept() {
+    let runs = Runs::new();
+    let scene = scenario("marbles");
+    runs.run("some", &["--scenario", &scene, "--steps", "16", "--every", "7"]);
+    let states = runs.text("some", "states.csv");
+    let verify = || run(&["verify", &states]);
+    assert_eq!(verify().code, Some(0));
+    let file = runs.path("some", "run.json");
+    let whole = fs::read_to_string(&file).unwrap();
+    let wrong = [
+        ("/summary/rows", 17, 1, "summary.rows is 17; from the first row to the last there are 16"),
+        ("/summary/failed", 1, 3, "of all its steps, run.json says: 1"),
+        ("/summary/free_steps", 0, 1, "summary.free_steps is 0; the rows alone have"),
+        ("/summary/certificate_max_m_s", 0, 1, "the rows alone have"),
+        ("/largest_overlap_m", -1, 1, "the rows alone have"),
+    ];
+    for (pointer, value, code, words) in wrong {
+        let mut json: serde_json::Value = serde_json::from_str(&whole).unwrap();
+        *json.pointer_mut(pointer).unwrap() = value.into();
+        fs::write(&file, json.to_string()).unwrap();
+        let end = verify();
+        assert_eq!(end.code, Some(code), "{pointer}: {end:?}");
+        assert!(end.stdout.contains(words), "{pointer}: {end:?}");
+    }
+    fs::write(&file, &whole).unwrap();
+    // Row 15 is the state after step 14, to the last bit.
+    let lines = runs.lines("some", "states.csv");
+    let mut fields: Vec<_> = lines.last().unwrap().split(',').map(str::to_owned).collect();
+    let x: f64 = fields[3].parse().unwrap();
+    fields[3] = (x + 1e-9).to_string();
+    let text = lines.join("\n").replace(lines.last().unwrap(), &fields.join(",")) + "\n";
+    fs::write(runs.path("some", "states.csv"), text).unwrap();
+    let end = verify();
+    assert_eq!(end.code, Some(1), "{end:?}");
+    assert!(end.stdout.contains("not those of the next row"), "{end:?}");
+}
+
 /// Steps of a quarter, of which each fourth is kept: the bytes of a run with that time step and `--every`.
 #[test]
 fn substeps_are_shorter_steps_of_which_some_are_kept() {
@@ -207,7 +247,9 @@ fn what_cannot_be_is_refused() {
     refused(&["--every", "1.5"], &["--every"]);
     refused(&["--substeps", "0"], &["--substeps", "1 to 1000"]);
     refused(&["--substeps", "1000", "--steps", "20000"], &["substeps", "10000000"]);
-    refused(&["--substeps", "1000", "--dt", "1e-6"], &["dt", "time step"]);
+    refused(&["--substeps", "1000", "--dt", "1e-6"], &["substeps", "time step"]);
+    let late = ["--substeps", "1000", "--start-index", "9000000000000000", "--steps", "5"];
+    refused(&late, &["substeps", "index", "2^53"]);
     let bodies = scenario("four-bar");
     refused(&["--scenario", &bodies, "--tables", "ends"], &["ends", "--every"]);
     refused(&["--tables", "steps"], &["tables", "one table"]);

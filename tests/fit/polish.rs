@@ -136,7 +136,7 @@ fn what_the_slopes_say_of_the_values_holds_the_hidden_ones() {
     }
 }
 
-/// A parameter on its bound stays there, and its covariance is zero.
+/// A parameter on its bound stays there, and nothing is said of its covariance.
 #[test]
 fn what_lies_on_a_bound_is_held() {
     let tosses = tosses(&hidden(), 4, 0.0, 0);
@@ -145,5 +145,5 @@ fn what_lies_on_a_bound_is_held() {
     let found = found(&tosses, &plan);
     let polish = found.polish.unwrap();
     assert_eq!(found.values.get(Constant::Friction), 0.35, "{polish:?}");
-    assert_eq!((polish.covariance[(0, 0)], polish.slope), (0.0, 0.0));
+    assert!(polish.covariance[(0, 0)].is_nan() && polish.slope == 0.0, "{polish:?}");
 }

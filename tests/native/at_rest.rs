@@ -150,7 +150,7 @@ fn one_body_that_lies_is_solved_no_more() {
     let scene = TutorialScene::drop();
     let world = World::new(tutorial_parameters().unwrap()).unwrap();
     let mut both = Both::of(world, vec![scene.start(scene.attitude(42))]);
-    assert!(both.steps(1500) > 700);
+    assert!(both.steps(1500) > 200);
     assert_eq!(both.steps(50), 0);
     let push = |x: f64| Wrench { force: Vector3::new(x, 0.0, 0.0), torque: Vector3::zeros() };
     let place = both.resting.state().position;

@@ -146,7 +146,6 @@ fn looks_are_read_back() {
     assert_eq!(why, "model.bodies[0].look: there is no such look");
 }
 
-/// A look that cannot be read changes nothing but what is drawn, and is told of in one sentence.
 /// A converted scenario has what bodies look like; a surface that has no such corner is refused by name.
 #[test]
 fn looks_are_written_down() {
@@ -173,6 +172,30 @@ fn looks_are_written_down() {
     }
 }
 
+/// A look has a part, and all bodies together no more triangles than can be drawn.
+#[test]
+fn looks_are_bounded() {
+    let read = |count: usize, look: &str| {
+        let text = format!(
+            "[ground]\nfriction = 0.5\n[[bodies]]\nbox = 0.1\nmass = 1.0\nposition = [0, 0, 1]\nlook = [{look}]\n\
+             copies = {{ count = [{count}, 1, 1], step = [1, 1, 1] }}\n"
+        );
+        let path = Path::new("robots/robot.toml");
+        let scene = Scene::of_text(&text, path, Settings::default(), &files);
+        scene.map(|scene| scene.bodies.len()).map_err(|failure| failure.to_string())
+    };
+    let why = read(1, "").unwrap_err();
+    assert!(why.contains("bodies[0].look: at least one part is needed"), "{why}");
+    let surface = format!(
+        "{{ surface = {{ vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0]], triangles = [{}] }} }}",
+        "[0, 1, 2],".repeat(100_000)
+    );
+    assert_eq!(read(20, &surface), Ok(20));
+    let why = read(21, &surface).unwrap_err();
+    assert!(why.contains("look: all bodies together have 2100000 triangles"), "{why}");
+}
+
+/// A look that cannot be read changes nothing but what is drawn, and is told of in one sentence.
 #[test]
 fn what_is_not_read_is_named_and_the_shapes_are_drawn() {
     let mesh =

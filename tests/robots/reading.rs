@@ -48,11 +48,33 @@ fn packages_are_found_above_the_file() {
     assert_eq!(corners(file, &[(far, small), (near, WEDGE)], Some("/")), Ok(4));
     // A relative path has folders above it that are no part of it.
     assert_eq!(corners("arm.urdf", &[("../arm/parts/wedge.obj", WEDGE)], None), Ok(6));
-    assert_eq!(corners("../arm.urdf", &[("../../arm/parts/wedge.obj", WEDGE)], None), Ok(6));
+    let (above, below) = ("../../arm/parts/wedge.obj", "arm/parts/wedge.obj");
+    assert_eq!(corners("../arm.urdf", &[(above, WEDGE)], None), Ok(6));
+    // Of what stands before `..` nothing is above.
+    let away = "/robots/away/arm/parts/wedge.obj";
+    for (file, below) in [("../arm.urdf", below), ("/robots/away/../arm.urdf", away)] {
+        let why = corners(file, &[(below, small)], None).unwrap_err();
+        assert!(why.contains("--packages"), "{file}: {why}");
+    }
+    let far = "/robots/away/../../arm/parts/wedge.obj";
+    assert_eq!(corners("/robots/away/../arm.urdf", &[(far, small)], None), Ok(4));
     let why = corners(file, &[], None).unwrap_err();
     assert!(why.contains("package://arm/parts/wedge.obj") && why.contains("--packages"), "{why}");
     let why = corners(file, &[(near, WEDGE)], Some("/elsewhere")).unwrap_err();
     assert!(why.contains("/elsewhere") && why.contains("line 1, <mesh>"), "{why}");
+    // What a package has is in it.
+    for rest in ["//arm/parts/wedge.obj", "/../arm/parts/wedge.obj", "/arm/../../wedge.obj"] {
+        let text = WITH_PACKAGE.replace("/arm/parts/wedge.obj", rest);
+        let files = ["/arm/parts/wedge.obj", "/wedge.obj", "/robots/arm/parts/wedge.obj"];
+        let why = alone(
+            &text,
+            "/robots/arm.urdf",
+            &files.map(|file| (file, WEDGE)),
+            RobotSettings::default(),
+        );
+        let why = why.err().unwrap_or_default();
+        assert!(why.contains("leaves its package") && why.contains("<mesh>"), "{rest}: {why}");
+    }
 }
 
 /// What resists turning and rolling is refused with the way out, by which it is said and rubs alone.
@@ -74,6 +96,9 @@ fn contacts_in_points_are_asked_for() {
     };
     let why = read(6, false).err().unwrap_or_default();
     assert!(why.contains("--point-contacts") && why.contains("<geom>"), "{why}");
+    let asked = RobotSettings { point_contacts: true, ..Default::default() };
+    let why = alone(WITH_PACKAGE, "arm.urdf", &[("arm/parts/wedge.obj", WEDGE)], asked).err();
+    assert!(why.as_deref().unwrap_or_default().contains("point_contacts is for MJCF"), "{why:?}");
     let (said, plain) = (read(6, true).unwrap(), read(3, false).unwrap());
     assert_eq!(said.changed, ["point-contacts"]);
     let notes = said.notes();
@@ -170,6 +195,51 @@ fn masses_of_meshes_follow_from_their_triangles() {
     assert!(why.as_deref().unwrap_or_default().contains("shell"), "{why:?}");
 }
 
+/// A mirror turns no mesh inside out; what is inside out and counts by its volume is refused, whatever mass it is given.
+#[test]
+fn mirrored_meshes_weigh_the_same() {
+    let mass = |text: &str| {
+        let scene = plain(text, &[("m.obj", WEDGE)]);
+        scene.map(|scene| scene.robots[0].robot().links[1].mass.mass)
+    };
+    let near = |mass: f64, other: f64| assert!((mass - other).abs() <= 1e-12 * other, "{mass}");
+    let letter = letter();
+    for scale in ["1 1 1", "1 -1 1", "-1 -1 -1"] {
+        let asset = format!("{letter} inertia='exact' scale='{scale}'");
+        near(mass(&of_mesh(&asset, "")).unwrap(), 7000.0);
+        near(mass(&of_mesh(&asset, "mass='3'")).unwrap(), 3.0);
+        let file = |scale: &str| format!("file='m.obj' inertia='exact' scale='{scale}'");
+        let plain = mass(&of_mesh(&file("1 1 1"), "")).unwrap();
+        near(mass(&of_mesh(&file(scale), "")).unwrap(), plain);
+    }
+    let (vertices, faces) = letter.split_once("face='").unwrap();
+    let faces: Vec<_> = faces.trim_end_matches('\'').split_whitespace().rev().collect();
+    let inside_out = format!("{vertices} face='{}'", faces.join(" "));
+    let exact = format!("{inside_out} inertia='exact'");
+    for shape in ["", "mass='3'"] {
+        let why = mass(&of_mesh(&exact, shape)).unwrap_err();
+        assert!(why.contains("inside out") && why.contains("line 1, <geom>"), "{why}");
+    }
+    // On either side of a face there is as much.
+    near(mass(&of_mesh(&inside_out, "")).unwrap(), mass(&of_mesh(&letter, "")).unwrap());
+    assert_eq!(mass(&of_mesh(&exact, "").replace("<geom", WITH_INERTIAL)), Ok(2.0));
+    // Meshes that do not say how they count do as the compiler says.
+    let told = |inertia: &str, on: bool| {
+        let text = of_mesh(&format!("{letter} {inertia}"), "");
+        let compiler = format!("<compiler exactmeshinertia='{on}'/><asset>");
+        mass(&text.replace("<asset>", &compiler)).unwrap()
+    };
+    near(told("", true), 7000.0);
+    let legacy = mass(&of_mesh(&letter, "")).unwrap();
+    assert!(legacy > 8000.0);
+    for mass in [told("", false), told("inertia='legacy'", true)] {
+        near(mass, legacy);
+    }
+}
+
+/// A mass that is given, before a geom.
+const WITH_INERTIAL: &str = "<inertial pos='0 0 0' mass='2' diaginertia='1 1 1'/><geom";
+
 /// MuJoCo's own files have the same triangles as any other.
 #[test]
 fn meshes_of_mujoco_are_read() {
@@ -212,6 +282,31 @@ fn flat_meshes_are_for_the_eye() {
     let scene = plain(&text("contype='0' conaffinity='0' mass='0'"), &[]);
     let notes = scene.unwrap_or_else(|why| panic!("{why}")).notes();
     assert!(notes.iter().any(|note| note.contains("m.obj")), "{notes:?}");
+    // Beside <inertial>, or of a group that does not count, its density is nothing.
+    let visual = text("contype='0' conaffinity='0'");
+    let looks = |text: &str| {
+        let scene = plain(text, &[("m.obj", flat)]);
+        scene.map(|scene| scene.robots[0].robot().looks.len())
+    };
+    let given = visual.replacen("<geom", WITH_INERTIAL, 1);
+    assert_eq!(looks(&given), Ok(1));
+    let with =
+        |text: &str, said: &str| text.replace("<asset>", &format!("<compiler {said}/><asset>"));
+    let why = looks(&with(&given, "inertiafromgeom='true'")).unwrap_err();
+    assert!(why.contains("flat"), "{why}");
+    let grouped = visual.replace("contype", "group='2' contype");
+    assert_eq!(looks(&with(&grouped, "inertiagrouprange='0 1'")), Ok(1));
+    assert!(looks(&with(&grouped, "inertiagrouprange='0 2'")).is_err());
+    // The world has no mass, and vertices without a file are not seen.
+    let world = "<worldbody><geom type='mesh' mesh='m' contype='0' conaffinity='0'/>";
+    assert_eq!(looks(&given.replace("<worldbody>", world)), Ok(1));
+    assert!(looks(&given.replace("<worldbody>", &world.replace("contype='0'", ""))).is_err());
+    let inline = "<mesh name='n' vertex='0 0 0 1 0 0 1 1 0 0 1 0'/></asset>";
+    let part = "<geom type='mesh' mesh='n' contype='0' conaffinity='0'/></body>";
+    let both = given.replace("</asset>", inline).replace("</body>", part);
+    assert_eq!(looks(&both), Ok(1));
+    let notes = plain(&both, &[("m.obj", flat)]).unwrap_or_else(|why| panic!("{why}")).notes();
+    assert!(notes.iter().any(|note| note.contains("mesh without a hull")), "{notes:?}");
 }
 
 /// h_E(n) = |D n| of an ellipsoid: its hull is within it, no farther than arcs of the directions that it is made of are from their
@@ -315,6 +410,15 @@ fn tendons_hold_joints() {
             "pull",
         ),
         ("<tendon><fixed name='c'><joint joint='z' coef='1'/></fixed></tendon>", "no joint"),
+        (
+            "<tendon><fixed name='c'><joint joint='x' coef='1'/><joint joint='x' coef='-1'/></fixed></tendon>\
+             <actuator><motor tendon='c'/></actuator>",
+            "drives nothing",
+        ),
+        (
+            "<tendon><fixed name='c'/></tendon><actuator><motor tendon='c'/></actuator>",
+            "drives nothing",
+        ),
     ] {
         let why = plain(&TWO_SLIDES.replace("REST", rest), &[]).err().unwrap_or_default();
         assert!(why.contains(said) && why.contains("line 1"), "{rest}: {why}");

@@ -90,14 +90,14 @@ impl StateChange {
     pub fn applied(&self, state: &State) -> State {
         let angle = self.turn.norm();
         let (sin, cos) = libm::sincos(0.5 * angle);
-        let axis = if angle > 0.0 { self.turn / angle } else { self.turn };
+        let axis = if angle == 0.0 { self.turn } else { self.turn / angle };
         let turned = Vector4::new(cos, sin * axis[0], sin * axis[1], sin * axis[2]);
         State {
             position: state.position + self.position,
-            attitude: if angle > 0.0 {
-                (quaternion::left(&state.attitude) * turned).normalize()
-            } else {
+            attitude: if angle == 0.0 {
                 state.attitude
+            } else {
+                (quaternion::left(&state.attitude) * turned).normalize()
             },
             velocity: state.velocity + self.velocity,
             spin: state.spin + self.spin,

@@ -86,6 +86,17 @@ impl Rest {
         }
     }
 
+    /// Makes room for what a step at rest comes to, so that none is to be made when it comes.
+    #[inline]
+    fn make_room(&mut self, contacts: usize, bodies: usize) {
+        if self.contacts.capacity() < contacts || self.wrenches.capacity() < bodies {
+            self.contacts.clear();
+            self.contacts.reserve(contacts);
+            self.wrenches.clear();
+            self.wrenches.reserve(bodies);
+        }
+    }
+
     /// Notes how many contacts a step begins with.
     pub(super) fn found(&mut self, contacts: usize) {
         self.found = contacts;
@@ -175,6 +186,7 @@ impl Simulation<'_> {
     pub(super) fn note_rest(&mut self, record: &StepRecord) {
         let Self { now, before, driving, scratch, .. } = self;
         let Scratch { rest, wrenches, candidates, .. } = scratch;
+        rest.make_room(record.contacts.len(), wrenches.len());
         let is_left = rest.begins
             && driving.is_idle()
             && before.as_ref().is_some_and(|before| is_same(now, before))

@@ -109,7 +109,7 @@ pub struct SimulateArgs {
     pub every: Option<u64>,
     /// Take each step as N steps of an Nth of its length, 1 to 1000, and keep the rows of each N-th: --dt over N, N times
     /// as many steps, and --every N times what is given. For joints whose forces are too stiff for the step; which N would do, the
-    /// summary says [default: 1].
+    /// summary says. run.json and --continue count the short steps [default: 1].
     #[arg(long, value_name = "N", value_parser = values::substeps, allow_hyphen_values = true)]
     pub substeps: Option<u64>,
     /// The tables that are written of a scene of [[bodies]]; `states` and `steps` are in any case

@@ -26,7 +26,9 @@ pub fn describe(task: &Task, results: &Results) -> String {
         );
         if let Some(polish) = polish(results) {
             let error = polish.covariance[(place, place)].sqrt();
-            let _ = write!(text, " ± {} by its slope", short(error));
+            if error.is_finite() {
+                let _ = write!(text, " ± {} by its slope", short(error));
+            }
         }
         if let Some(around) = &results.neighbourhood {
             let interval = &around.intervals[place];

@@ -80,6 +80,7 @@ pub fn json(task: &Task, results: &Results) -> Result<String, Failure> {
             "steps_without_derivative": polish.blind,
             "steps_of_limited_restitution": polish.limited,
             "covariance": rows(&polish.covariance),
+            "ended_by": polish.ended,
         })),
         "evaluations": found.map(|found| found.evaluations),
         "refused_evaluations": found.map(|found| found.refused),

@@ -25,6 +25,8 @@ const MOST_STARTS: usize = 100;
 #[derive(Default)]
 pub struct Counts {
     rows: u64,
+    /// The indices of the first and of the last row.
+    indices: Option<(u64, u64)>,
     summary: RunSummary,
     /// X of the first row.
     starts: Vec<State>,
@@ -43,6 +45,8 @@ impl Counts {
             self.joints.add_errors(world, step.states());
         }
         self.rows += 1;
+        let (first, _) = self.indices.unwrap_or((step.index(), 0));
+        self.indices = Some((first, step.index()));
         let (iterations, restitution_share) = match step {
             Step::Trajectory(row) => (row.iterations, row.restitution_share),
             Step::Tables(step) => (step.row.iterations, step.row.restitution_share),
@@ -81,11 +85,12 @@ impl Counts {
         let Some(run) = &recording.run else { return Vec::new() };
         let mut found = self.of_start(run, recording.world.ground());
         if recording.kept().every > 1 {
-            // Of the steps between there are no rows, and all are counted in it.
+            found.extend(self.beyond_counts(run));
+            found.extend(self.of_length(run, self.span()));
             return found;
         }
         found.extend(self.of_counts(run));
-        found.extend(self.of_length(run));
+        found.extend(self.of_length(run, self.rows));
         found.extend(other_taut(run, &taut.joints(recording.world.time_step())));
         found
     }
@@ -111,10 +116,15 @@ impl Counts {
         found
     }
 
-    fn of_counts(&self, run: &RunFile) -> Vec<String> {
+    /// How many rows a run has that keeps all, from the first row to the last.
+    fn span(&self) -> u64 {
+        self.indices.map_or(0, |(first, last)| last.saturating_sub(first).saturating_add(1))
+    }
+
+    /// What run.json counts, and the rows.
+    fn of_steps(&self, run: &RunFile) -> [(&'static str, u64, u64); 9] {
         let (said, counted) = (&run.summary, &self.summary);
-        let counts = [
-            ("rows", said.rows, self.rows),
+        [
             ("free_steps", said.free_steps, counted.free),
             ("contact_steps", said.contact_steps, counted.contact_steps()),
             ("iterations", said.iterations, counted.iterations),
@@ -124,30 +134,63 @@ impl Counts {
             ("wild", said.wild, counted.wild),
             ("tempered", said.tempered.unwrap_or(counted.tempered), counted.tempered),
             ("failed", said.failed, counted.failed),
+        ]
+    }
+
+    /// The largest of what steps come to: what run.json has, and the rows.
+    fn of_largest(&self, run: &RunFile) -> Vec<(&'static str, Option<f64>, Option<f64>)> {
+        let (said, overlap) = (&run.summary, run.largest_overlap_m);
+        let residual = (said.certificate_max_m_s, self.summary.largest_residual());
+        let mut all = vec![
+            ("summary.certificate_max_m_s", residual.0, residual.1),
+            ("largest_overlap_m", overlap, overlap.map(|_| self.overlap)),
         ];
-        let counts = counts.into_iter().filter(|(_, said, found)| said != found);
+        if let Some(said) = &run.joints {
+            let pairs = said.numbers().into_iter().zip(self.joints.numbers());
+            all.extend(pairs.map(|((name, said), (_, found))| (name, Some(said), Some(found))));
+        }
+        all
+    }
+
+    /// Of the steps between kept ones there are no rows, and all are counted in run.json: it has no less of anything than the rows.
+    fn beyond_counts(&self, run: &RunFile) -> Vec<String> {
+        let mut found = Vec::new();
+        let (rows, span) = (run.summary.rows, self.span());
+        if rows != span {
+            found.push(format!(
+                "summary.rows is {rows}; from the first row to the last there are {span}"
+            ));
+        }
+        let counts = self.of_steps(run).into_iter().filter(|(_, said, found)| found > said);
+        found.extend(counts.map(|(name, said, found)| {
+            format!("summary.{name} is {said}; the rows alone have {found}")
+        }));
+        let is_beyond = |(_, said, found): &(_, Option<f64>, Option<f64>)| match (said, found) {
+            (Some(said), Some(found)) => *found > said + SAME * said.abs(),
+            (None, found) => found.is_some(),
+            _ => false,
+        };
+        let numbers = self.of_largest(run).into_iter().filter(is_beyond);
+        found.extend(numbers.map(|(name, said, found)| {
+            format!("{name} is {}; the rows alone have {}", shown_number(said), shown_number(found))
+        }));
+        found
+    }
+
+    fn of_counts(&self, run: &RunFile) -> Vec<String> {
+        let (said, counted) = (&run.summary, &self.summary);
+        let rows = [("rows", said.rows, self.rows)];
+        let counts = rows.into_iter().chain(self.of_steps(run));
+        let counts = counts.filter(|(_, said, found)| said != found);
         let mut found: Vec<_> = counts
             .map(|(name, said, found)| format!("summary.{name} is {said}; the rows have {found}"))
             .collect();
-        let overlap = run.largest_overlap_m;
-        let numbers = [
-            (
-                "summary.certificate_median_m_s",
-                said.certificate_median_m_s,
-                counted.median_residual(),
-            ),
-            ("summary.certificate_max_m_s", said.certificate_max_m_s, counted.largest_residual()),
-            ("largest_overlap_m", overlap, overlap.map(|_| self.overlap)),
-        ];
-        let of_joints = run.joints.iter().flat_map(|said| {
-            let pairs = said.numbers().into_iter().zip(self.joints.numbers());
-            pairs.map(|((name, said), (_, found))| (name, Some(said), Some(found)))
-        });
-        let numbers = numbers.into_iter().chain(of_joints);
+        let median = counted.median_residual();
+        let median = [("summary.certificate_median_m_s", said.certificate_median_m_s, median)];
+        let numbers = median.into_iter().chain(self.of_largest(run));
         let numbers = numbers.filter(|(_, said, found)| !is_same_number(*said, *found));
-        let shown = |number: Option<f64>| number.map_or("null".to_owned(), shown::number);
         found.extend(numbers.map(|(name, said, found)| {
-            format!("{name} is {}; the rows have {}", shown(said), shown(found))
+            format!("{name} is {}; the rows have {}", shown_number(said), shown_number(found))
         }));
         if run.model.is_some() && !said.rungs.is_empty() && said.rungs != self.rungs {
             found.push("summary.rungs are not the starts of the rows".to_owned());
@@ -156,16 +199,20 @@ impl Counts {
     }
 
     /// A complete run has the rows that were asked for, any other has fewer.
-    fn of_length(&self, run: &RunFile) -> Option<String> {
+    fn of_length(&self, run: &RunFile, rows: u64) -> Option<String> {
         let asked = run.rows_asked()?;
         let is_complete = run.outcome == End::Complete.name();
         let is_cut = [End::Interrupted, End::Stopped].map(End::name).contains(&&*run.outcome);
-        let fits = is_complete && self.rows == asked || is_cut && self.rows < asked;
+        let fits = is_complete && rows == asked || is_cut && rows < asked;
         (!fits).then(|| {
             let outcome = shown::line(&run.outcome);
-            format!("the outcome is {outcome} of {asked} rows; there are {}", self.rows)
+            format!("the outcome is {outcome} of {asked} rows; there are {rows}")
         })
     }
+}
+
+fn shown_number(number: Option<f64>) -> String {
+    number.map_or("null".to_owned(), shown::number)
 }
 
 /// Whether the joints that are said to have been too stiff are others than those of the rows, `taut`. What is computed again has

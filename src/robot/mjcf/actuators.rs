@@ -66,6 +66,11 @@ impl Reader<'_> {
                 Some(name) => tendons::find(tendons, element, "tendon", name)?.to_vec(),
                 None => vec![(self.driven(&read)?, 1.0)],
             };
+            if joints.is_empty() {
+                return Err(
+                    element.wrong("tendon: it is of no joint, and the actuator drives nothing")
+                );
+            }
             if joints.len() > 1 && (bias[1], bias[2]) != (0.0, 0.0) {
                 return Err(element.wrong(
                     "tendon: actuators of several joints whose force depends on where they are, or how fast, are not supported",

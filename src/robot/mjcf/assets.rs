@@ -2,7 +2,7 @@
 
 use super::Reader;
 use super::compiler::Compiler;
-use crate::robot::meshes::{self, Hulled, Volume, stem};
+use crate::robot::meshes::{self, Hulled, Volume, stem, turned_back};
 use crate::robot::xml::{Attributes, Element};
 use nalgebra::Vector3;
 
@@ -39,7 +39,8 @@ impl Reader<'_> {
             return Err(element.wrong("refpos is not supported; move the vertices"));
         }
         let kinds = [("legacy", 0), ("exact", 1), ("convex", 2), ("shell", 3)];
-        let inertia = read.word("inertia", &kinds)?.unwrap_or(0);
+        let usual = i32::from(self.compiler.exact_meshes);
+        let inertia = read.word("inertia", &kinds)?.unwrap_or(usual);
         let (name, found) = match (element.get("file"), element.numbers("vertex")?) {
             (Some(file), None) => {
                 let name = element.own("name").map_or_else(|| stem(file), str::to_owned);
@@ -54,7 +55,7 @@ impl Reader<'_> {
             (None, Some(numbers)) if numbers.len().is_multiple_of(3) => {
                 let point = |three: &[f64]| std::array::from_fn(|k| three[k] * scale[k]);
                 let points: Vec<[f64; 3]> = numbers.chunks_exact(3).map(point).collect();
-                let found = match faces(element, &points)? {
+                let found = match faces(element, &points, scale)? {
                     Some(facets) => meshes::of_facets(&facets),
                     None => meshes::hull(points.into_iter()),
                 };
@@ -99,8 +100,12 @@ impl Reader<'_> {
     }
 }
 
-/// The triangles of a mesh whose `points` stand in the file, if it has any.
-fn faces(element: &Element, points: &[[f64; 3]]) -> Result<Option<Vec<[Vector3<f64>; 3]>>, String> {
+/// The triangles of a mesh whose `points` stand in the file and were multiplied by `scale`, if it has any.
+fn faces(
+    element: &Element,
+    points: &[[f64; 3]],
+    scale: [f64; 3],
+) -> Result<Option<Vec<[Vector3<f64>; 3]>>, String> {
     let Some(indices) = element.numbers("face")? else { return Ok(None) };
     let corner = |index: &f64| {
         let place = (*index >= 0.0 && index.fract() == 0.0).then_some(*index as usize);
@@ -113,6 +118,6 @@ fn faces(element: &Element, points: &[[f64; 3]]) -> Result<Option<Vec<[Vector3<f
     if !rest.is_empty() || three.is_empty() {
         return Err(element.wrong("face: three indices each are needed"));
     }
-    let facet = |[a, b, c]: &[f64; 3]| Ok([corner(a)?, corner(b)?, corner(c)?]);
+    let facet = |[a, b, c]: &[f64; 3]| Ok(turned_back([corner(a)?, corner(b)?, corner(c)?], scale));
     three.iter().map(facet).collect::<Result<_, _>>().map(Some)
 }

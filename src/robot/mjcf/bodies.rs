@@ -2,7 +2,6 @@
 
 use super::Reader;
 use super::compiler::{LIMITED, SWITCH};
-use super::shapes::Matter;
 use crate::robot::frame::Frame;
 use crate::robot::mass::symmetric;
 use crate::robot::model::{Joint, Link, Mass, Moves};
@@ -34,7 +33,7 @@ impl Reader<'_> {
             joints: (0, 0),
             at: "the world".to_owned(),
         });
-        self.matter.push(Vec::new());
+        self.matter.push(None);
         let mut below = Vec::new();
         for world in root.all("worldbody") {
             let within = Within { link: 0, frame: Frame::identity(), class: "" };
@@ -93,15 +92,13 @@ impl Reader<'_> {
             joints: (self.robot.joints.len(), 0),
             at: body.at(),
         });
-        self.matter.push(Vec::new());
+        // Shapes count where they are asked for, or where nothing is given.
+        let given = body.one("inertial")?.map(|inertial| self.inertial(inertial)).transpose()?;
+        let counts = self.compiler.inertia_from_shapes.unwrap_or(given.is_none());
+        self.matter.push(counts.then(Vec::new));
         let within = Within { link: index, frame: Frame::identity(), class };
         let mut below = Vec::new();
         self.read_contents(body, &within, &mut below)?;
-        // Shapes count where they are asked for, or where nothing is given.
-        let given = body.one("inertial")?.map(|inertial| self.inertial(inertial)).transpose()?;
-        if !self.compiler.inertia_from_shapes.unwrap_or(given.is_none()) {
-            self.matter[index].clear();
-        }
         self.robot.links[index].mass = given.unwrap_or(Mass::NONE);
         self.read_bodies(below)
     }
@@ -296,8 +293,10 @@ impl Reader<'_> {
 
     /// Masses from shapes, and what the compiler says of masses.
     pub(super) fn set_masses(&mut self) -> Result<(), String> {
-        let from_shapes = self.robot.links.iter_mut().zip(&self.matter).skip(1);
-        for (link, matter) in from_shapes.filter(|(_, matter)| !matter.is_empty()) {
+        for (link, matter) in self.robot.links.iter_mut().zip(&self.matter) {
+            let Some(matter) = matter.as_ref().filter(|matter| !matter.is_empty()) else {
+                continue;
+            };
             link.mass = Mass::sum(matter);
             if link.mass.mass.is_nan() {
                 let why = "the mass of one of its meshes does not follow from it: of .dae, a hull of some of its corners, or a shell; give <inertial>";
@@ -337,10 +336,7 @@ impl Reader<'_> {
     }
 
     /// Adds what a shape weighs.
-    pub(super) fn add_matter(&mut self, link: usize, matter: Matter) {
-        let [low, high] = self.compiler.inertia_groups;
-        if (low..=high).contains(&matter.group) && matter.mass.mass != 0.0 {
-            self.matter[link].push(matter.mass);
-        }
+    pub(super) fn add_matter(&mut self, link: usize, mass: Mass) {
+        self.matter[link].iter_mut().for_each(|matter| matter.push(mass));
     }
 }

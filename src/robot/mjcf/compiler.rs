@@ -35,6 +35,8 @@ pub struct Compiler {
     pub least: [f64; 2],
     /// Whether impossible moments of inertia are made possible.
     pub balanced: bool,
+    /// Whether masses of meshes are `exact` where these do not say.
+    pub exact_meshes: bool,
 }
 
 /// Attributes that orientations are given by.
@@ -54,6 +56,7 @@ impl Compiler {
             total_mass: None,
             least: [0.0; 2],
             balanced: false,
+            exact_meshes: false,
         };
         for element in root.all("compiler") {
             compiler.set(element)?;
@@ -62,7 +65,7 @@ impl Compiler {
     }
 
     fn set(&mut self, element: &Element) -> Result<(), String> {
-        const READ: [&str; 15] = [
+        const READ: [&str; 16] = [
             "angle",
             "coordinate",
             "eulerseq",
@@ -76,15 +79,15 @@ impl Compiler {
             "boundmass",
             "boundinertia",
             "balanceinertia",
+            "exactmeshinertia",
             "alignfree",
             "fitaabb",
         ];
-        const IDLE: [&str; 8] = [
+        const IDLE: [&str; 7] = [
             "texturedir",
             "discardvisual",
             "usethread",
             "fusestatic",
-            "exactmeshinertia",
             "convexhull",
             "saveinertial",
             "conflict",
@@ -127,6 +130,9 @@ impl Compiler {
         }
         if let Some(on) = element.word("balanceinertia", &SWITCH)? {
             self.balanced = on;
+        }
+        if let Some(on) = element.word("exactmeshinertia", &SWITCH)? {
+            self.exact_meshes = on;
         }
         Ok(())
     }

@@ -56,8 +56,8 @@ struct Reader<'a> {
     flat: BTreeSet<String>,
     /// Links whose looks are not read.
     unseen: BTreeSet<usize>,
-    /// What counts for the mass of each link.
-    matter: Vec<Vec<Mass>>,
+    /// What counts for the mass of each link; `None` where shapes do not.
+    matter: Vec<Option<Vec<Mass>>>,
     /// What of the motion is switched off.
     flags: rest::Flags,
     notes: Notes,

@@ -11,12 +11,6 @@ use crate::scenario::shown;
 use nalgebra::Vector3;
 use std::collections::BTreeSet;
 
-/// What a shape weighs, in the frame of its link, and its group.
-pub struct Matter {
-    pub group: f64,
-    pub mass: Mass,
-}
-
 /// The kinds of shapes: how many of their sizes count, without and with `fromto`.
 #[derive(Clone, Copy, PartialEq)]
 enum Kind {
@@ -98,13 +92,16 @@ impl Reader<'_> {
                 }
             };
         }
-        if kind == Kind::Mesh && !touches && link > 0 && !self.weighs(&read)? {
+        if kind == Kind::Mesh && !touches && !self.weighs(&read, link)? {
             let placed = frame.then(&self.compiler.frame(&read)?);
             let name = read.needed("mesh")?;
             if let Some(Err(_)) = self.meshes.get(name) {
                 // For the eye alone: a flat mesh has no hull and needs none.
                 self.flat.insert(name.to_owned());
-                self.read_look(&read, (link, placed), &Form::Hull(Vec::new()));
+                match link > 0 && self.files.contains_key(name) {
+                    true => self.read_look(&read, (link, placed), &Form::Hull(Vec::new())),
+                    false => self.notes.idle("geom of a mesh without a hull"),
+                }
                 return Ok(());
             }
         }
@@ -239,9 +236,12 @@ impl Reader<'_> {
         Ok((form, self.compiler.frame(read)?, volume))
     }
 
-    /// Whether a shape has a mass.
-    fn weighs(&self, read: &Defaulted<'_>) -> Result<bool, String> {
-        Ok(mass_of(read)?.unwrap_or(density_of(read)?) != 0.0)
+    /// Whether a shape has a mass that counts for its link.
+    fn weighs(&self, read: &Defaulted<'_>, link: usize) -> Result<bool, String> {
+        let [low, high] = self.compiler.inertia_groups;
+        let group = read.number("group")?.unwrap_or(0.0);
+        let counts = self.matter[link].is_some() && (low..=high).contains(&group);
+        Ok(mass_of(read)?.unwrap_or(density_of(read)?) != 0.0 && counts)
     }
 
     /// What a shape adds to its link.
@@ -254,19 +254,23 @@ impl Reader<'_> {
     ) -> Result<(), String> {
         let element = read.element();
         let (given, density) = (mass_of(read)?, density_of(read)?);
-        let group = read.number("group")?.unwrap_or(0.0);
         if read.word("shellinertia", &super::compiler::SWITCH)? == Some(true) {
             return Err(element.wrong("shellinertia is not supported; give <inertial>"));
         }
-        if link == 0 || !self.weighs(read)? {
+        if !self.weighs(read, link)? {
             return Ok(());
         }
         let unit = match volume {
             Volume::Triangles(both) => both[0],
             Volume::Hull | Volume::Unknown => solid(form).map_err(|why| element.wrong(why))?,
         };
-        if unit.mass <= 0.0 {
+        if matches!(form, Form::Plane) {
             return Ok(());
+        }
+        if unit.mass <= 0.0 {
+            return Err(element.wrong(
+                "mesh: its triangles have no volume, or are inside out; turn them over, or give <inertial>",
+            ));
         }
         let factor = given.map_or(density, |mass| mass / unit.mass);
         let mass = match volume {
@@ -274,7 +278,7 @@ impl Reader<'_> {
             Volume::Hull | Volume::Triangles(_) => given.unwrap_or(density * unit.mass),
         };
         let own = Mass { mass, centre: unit.centre, inertia: unit.inertia * factor };
-        self.add_matter(link, Matter { group, mass: own.placed(frame) });
+        self.add_matter(link, own.placed(frame));
         Ok(())
     }
 }

@@ -31,6 +31,8 @@ use names::Named;
 
 /// Ratios of masses up to here are tested.
 const LARGEST_MASS_RATIO: f64 = 1e6;
+/// The most triangles of what all bodies look like.
+const MOST_SEEN: usize = 2_000_000;
 /// What a fixed thing or a piece needs.
 const ONE_SHAPE: &str = "one shape is needed: box, sphere, capsule, hull or mesh";
 
@@ -146,6 +148,7 @@ pub fn build(file: Entries, settings: &Settings, files: Files<'_>) -> Result<Bui
     }
     builder.model.joints = joints.models;
     builder.refuse_mass_ratio()?;
+    builder.refuse_large_looks()?;
     Ok(Built {
         model: builder.model,
         drawn: builder.drawn,
@@ -175,6 +178,7 @@ pub fn with_body(model: Model, mut entry: BodyEntry, files: Files<'_>) -> Result
     builder.names.clear();
     builder.refuse_equal_names()?;
     builder.refuse_mass_ratio()?;
+    builder.refuse_large_looks()?;
     Ok(builder.model)
 }
 
@@ -370,6 +374,9 @@ impl Builder<'_> {
 
     /// What a body looks like.
     fn look(&self, at: &str, entries: Vec<LookEntry>) -> Result<Vec<PlacedForm>, String> {
+        if entries.is_empty() {
+            return Err(format!("{at}.look: at least one part is needed"));
+        }
         let part = |(index, mut entry): (usize, LookEntry)| {
             let at = format!("{at}.look[{index}]");
             let named = |why: String| format!("{at}.{why}");
@@ -403,6 +410,24 @@ impl Builder<'_> {
             self.model.surfaces.push(SurfaceModel { of, velocity });
         }
         Ok(())
+    }
+
+    /// What is seen is drawn of each body for itself.
+    fn refuse_large_looks(&self) -> Result<(), String> {
+        let count = |part: &PlacedForm| match &part.form {
+            Form::Mesh { triangles, .. } => triangles.len(),
+            _ => 0,
+        };
+        let counts: Vec<usize> =
+            self.model.looks.iter().map(|look| look.iter().map(count).sum()).collect();
+        let looks = self.model.bodies.iter().filter_map(|body| body.look);
+        let sum: usize = looks.filter_map(|look| counts.get(look)).sum();
+        match sum > MOST_SEEN {
+            true => Err(format!(
+                "look: all bodies together have {sum} triangles; allowed are {MOST_SEEN}"
+            )),
+            false => Ok(()),
+        }
     }
 
     fn refuse_mass_ratio(&self) -> Result<(), String> {

@@ -180,7 +180,7 @@ impl Ties {
                 let rate = (start - came) / h;
                 let start = Start { coordinate: start, rate, time_step: h, length };
                 let far = FAR * world.speed_scale();
-                let mass = world.bodies()[joint.body()].mass();
+                let mass = world.bodies().iter().fold(0.0, |most, body| body.mass().max(most));
                 let (force, laws) = laws(&drive, push, &start, (far, mass));
                 constant = force;
                 laws

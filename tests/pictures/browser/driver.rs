@@ -15,7 +15,7 @@ const BROWSER: &str = "/usr/bin/chromium";
 /// The environment variable that makes a missing browser a failure.
 const REQUIRED: &str = "TUMBLE_BROWSER_TEST";
 /// For every answer of the driver, and for whatever the page is waited for.
-const PATIENCE: Duration = Duration::from_secs(30);
+const PATIENCE: Duration = Duration::from_secs(120);
 
 /// Names an element in the protocol.
 const ELEMENT: &str = "element-6066-11e4-a52e-4f735466cecf";
@@ -97,7 +97,9 @@ impl Browser {
             .http_status_as_error(false)
             .proxy(None);
         let agent: ureq::Agent = config.build().into();
+        // A page that is painted by the processor may take long beside other tests.
         let wanted = json!({ "capabilities": { "alwaysMatch": {
+            "timeouts": { "script": PATIENCE.as_millis() as u64 - 10_000 },
             "goog:chromeOptions": { "binary": BROWSER, "args": flags },
             "goog:loggingPrefs": { "browser": "ALL" },
         } } });
