@@ -9,6 +9,7 @@ pub mod symmetry;
 use flate2::read::GzDecoder;
 use nalgebra::{Matrix3, Quaternion, SVector, Vector3, Vector4};
 use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
 use serde::Deserialize;
 use std::fs::File;
 use std::io::Read;
@@ -265,9 +266,15 @@ pub fn quantile(values: &[f64], share: f64) -> f64 {
     sorted[((share * sorted.len() as f64).ceil() as usize).clamp(1, sorted.len()) - 1]
 }
 
-/// As many cases; a failing one is printed, not written to a file.
+/// As many cases, the same ones every time unless PROPTEST_RNG_SEED says otherwise; a failing one is
+/// printed, not written to a file.
 pub fn cases(cases: u32) -> ProptestConfig {
-    ProptestConfig { cases, failure_persistence: None, ..ProptestConfig::default() }
+    let usual = ProptestConfig::default();
+    let rng_seed = match usual.rng_seed {
+        RngSeed::Random => RngSeed::Fixed(1),
+        given @ RngSeed::Fixed(_) => given,
+    };
+    ProptestConfig { cases, rng_seed, failure_persistence: None, ..usual }
 }
 
 /// A vector of numbers from −`size` to `size`.
