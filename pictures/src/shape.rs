@@ -1,6 +1,5 @@
 //! What a body looks like: convex pieces, meshes, or the points that can touch.
 
-use crate::film::Body;
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
 
@@ -142,17 +141,16 @@ impl Mesh {
 }
 
 impl Look {
-    /// How `body` is drawn: its pieces; without any, the box that its points are the corners
+    /// How a body of `pieces` is drawn; of one without any, the box that its points are the corners
     /// of, or the points.
-    pub fn of(body: &Body) -> Vec<Self> {
-        if !body.pieces.is_empty() {
-            return body.pieces.iter().cloned().map(Self::Solid).collect();
+    pub fn of(pieces: &[Piece], points: &[Vector3<f64>]) -> Vec<Self> {
+        if !pieces.is_empty() {
+            return pieces.iter().cloned().map(Self::Solid).collect();
         }
-        let points = &body.points;
         vec![if is_box(points) {
             Self::Solid(Piece::cuboid(points))
         } else {
-            Self::Points(points.clone())
+            Self::Points(points.to_vec())
         }]
     }
 

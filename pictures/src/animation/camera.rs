@@ -1,19 +1,11 @@
 //! Where the camera stands, and where a point is in the picture. Points are in the ground's
 //! frame; the camera stands upright in the world, so that a slope is seen as one.
 
-use super::framing::Window;
+use super::framing::{FILL, FILL_ABOVE, HALF_VIEW, Window};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
 /// A place of the picture and its depth: x, y (pixels) and w = 1/z (1/m).
 pub type Spot = [f64; 3];
-
-/// Half the width of the picture over its distance: an angle of view of 28°.
-pub const HALF_VIEW: f64 = 0.249;
-
-/// What of the half picture the motion may fill: at the sides and below, and above, where
-/// the clock stands.
-pub const FILL: f64 = 0.94;
-pub const FILL_ABOVE: f64 = 0.84;
 
 /// From where the scene is seen, in degrees.
 #[derive(Debug, Clone, Copy, PartialEq)]

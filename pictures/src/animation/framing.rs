@@ -3,7 +3,13 @@
 //! The camera stands where it has everything in view. What is small there is shown through a
 //! smaller window, of one size for all frames, so that sizes can be compared.
 
-use super::camera::{FILL, FILL_ABOVE, HALF_VIEW};
+/// Half the width of the picture over its distance: an angle of view of 28°.
+pub const HALF_VIEW: f64 = 0.249;
+
+/// What of the half picture the motion may fill: at the sides and below, and above, where
+/// the clock stands.
+pub const FILL: f64 = 0.94;
+pub const FILL_ABOVE: f64 = 0.84;
 
 /// A square part of the view, in slopes: lengths across the view over those along it.
 #[derive(Debug, Clone, Copy, PartialEq)]

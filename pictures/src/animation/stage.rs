@@ -247,7 +247,12 @@ fn actors(film: &Film) -> Vec<Actor> {
         Actor { looks, spans, hue, reach, label: label.to_owned() }
     };
     let bodies = film.bodies.iter().enumerate().map(|(b, body)| {
-        actor(Look::of(body), palette::hue_of(body, b), body.reach(), &body.label)
+        actor(
+            Look::of(&body.pieces, &body.points),
+            palette::hue_of(body, b),
+            body.reach(),
+            &body.label,
+        )
     });
     let still: Vec<Look> =
         film.fixed.iter().flat_map(|fixed| &fixed.pieces).cloned().map(Look::Solid).collect();

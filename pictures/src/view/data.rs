@@ -222,7 +222,7 @@ impl RunData {
             let facts = if film.is_single() { Vec::new() } else { facts::of_body(film, b) };
             let css = |[red, green, blue]: [u8; 3]| format!("#{red:02x}{green:02x}{blue:02x}");
             let colour = body.colour.map(css);
-            let looks = Look::of(body);
+            let looks = Look::of(&body.pieces, &body.points);
             Body { colour, above: above[b], ..Body::of(film.name(b), facts, &body.points, &looks) }
         };
         let fixed = |fixed: &Fixed| {

@@ -138,7 +138,7 @@ fn inertia(inertia: &Matrix3<f64>) -> String {
 }
 
 fn shape(body: &Body) -> String {
-    let looks = Look::of(body);
+    let looks = Look::of(&body.pieces, &body.points);
     match looks.as_slice() {
         [Look::Solid(piece)] => solid(piece),
         [Look::Points(points)] => {
