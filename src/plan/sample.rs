@@ -2,12 +2,14 @@
 //!
 //! It asks for ranks of runs alone, so that plateaus and kinks are no matter to it, and with few numbers it finds which
 //! way to go at all: over the edge or not, before the wall or behind. Each round begins at the best so far, the first
-//! wide, each next narrower and with more pieces. What was drawn is decided by the seed, whatever the number of threads.
+//! wide, each next narrower and with more pieces; between the first and the last, one that has no more pieces than the one before, of a best
+//! that misses, looks elsewhere. What was drawn is decided by the seed, whatever the number of threads.
 
 use super::leg::{Leg, LegEnd, Progress, Watch};
 use super::{PlanError, Problem, Replay};
 use cmaes::{CMAESOptions, DVector};
 use rayon::prelude::*;
+use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Sampling by CMA-ES.
@@ -76,14 +78,21 @@ impl Leg for Sample {
         let rounds = self.rounds.max(1);
         let coarse = Coarse::of(problem, self.knots, best.0.clone()).count as u64;
         let runs = self.runs.unwrap_or(200 * (10 + coarse));
-        let scattered = (SCATTERED * runs as f64) as u64;
-        self.scatter(problem, scattered.max(1), &mut best, &mut end, watch)?;
+        let scattered = ((SCATTERED * runs as f64) as u64).max(1);
+        let thrown = self.scatter(problem, 0..scattered, &mut end, watch)?;
+        best = thrown.filter(|thrown| thrown.1 < best.1).unwrap_or(best);
         for round in 0..rounds {
             if !end.message.is_empty() {
                 break;
             }
             let last = runs * u64::from(round + 1) / u64::from(rounds);
-            self.round(problem, round, last, &mut best, &mut end, watch)?;
+            let mut about = (best.0.clone(), WIDTH.0 * WIDTH.1.powi(round.min(16) as i32));
+            if round + 1 < rounds && self.looks_elsewhere(problem, round, &best.0)? {
+                let first = u64::from(round) * scattered;
+                let thrown = self.scatter(problem, first..first + scattered, &mut end, watch)?;
+                about = thrown.map_or(about, |(controls, _)| (controls, WIDTH.0));
+            }
+            self.round(problem, (round, last), about, &mut best, &mut end, watch)?;
         }
         if end.message.is_empty() {
             end.message = format!("{} runs", end.runs);
@@ -99,17 +108,30 @@ impl Sample {
         self.knots.saturating_mul(1 << round.min(16))
     }
 
-    /// Runs scattered over the bounds, evenly; a message where they say that no other will do better. Of d coordinates
-    /// point i has frac(½ + i g^(−j)) as its jth, with the root g of g^(d+1) = g + 1.
+    /// Whether a round would only look closer at what misses: it has no more pieces than the one before.
+    fn looks_elsewhere(
+        &self,
+        problem: &Problem,
+        round: u32,
+        best: &[f64],
+    ) -> Result<bool, PlanError> {
+        let Some(before) = round.checked_sub(1) else { return Ok(false) };
+        let pieces = |round| Coarse::of(problem, self.knots_in(round), Vec::new()).count;
+        Ok(pieces(round) == pieces(before) && !problem.replay(best)?.meets())
+    }
+
+    /// The best of the runs `which` scattered over the bounds, evenly; a message where they say that no other will do better.
+    /// Of d coordinates point i has frac(½ + i g^(−j)) as its jth, with the root g of g^(d+1) = g + 1.
     fn scatter(
         &self,
         problem: &Problem,
-        count: u64,
-        best: &mut (Vec<f64>, f64),
+        which: Range<u64>,
         end: &mut LegEnd,
         watch: &mut Watch<'_>,
-    ) -> Result<(), PlanError> {
-        let coarse = Coarse::of(problem, self.knots, best.0.clone());
+    ) -> Result<Option<(Vec<f64>, f64)>, PlanError> {
+        let count = which.end - which.start;
+        let mut best = None::<(Vec<f64>, f64)>;
+        let coarse = Coarse::of(problem, self.knots, Vec::new());
         let mut g = 2.0_f64;
         for _ in 0..60 {
             g = libm::pow(1.0 + g, 1.0 / (coarse.count as f64 + 1.0));
@@ -124,16 +146,16 @@ impl Sample {
         };
         let interrupt = watch.interrupt;
         let run = |i: u64| problem.run_cost(&point(i), Some(interrupt));
-        let runs: Vec<_> = (0..count).into_par_iter().map(run).collect();
+        let runs: Vec<_> = which.clone().into_par_iter().map(run).collect();
         end.runs += count;
         let (mut seen, mut failure) = (None::<[f64; 2]>, None);
-        for (i, run) in runs.into_iter().enumerate() {
+        for (i, run) in which.zip(runs) {
             match run {
                 Ok(cost) => {
                     let [least, most] = seen.unwrap_or([cost.task; 2]);
                     seen = Some([least.min(cost.task), most.max(cost.task)]);
-                    if cost.judged() < best.1 {
-                        *best = (point(i as u64), cost.judged());
+                    if best.as_ref().is_none_or(|best| cost.judged() < best.1) {
+                        best = Some((point(i), cost.judged()));
                     }
                 }
                 Err(error) => failure = failure.or(Some(error)),
@@ -147,20 +169,20 @@ impl Sample {
             }
             _ => String::new(),
         };
-        Ok(())
+        Ok(best)
     }
 
-    /// One round, until `last` runs are made in all; a message where it was ended.
+    /// One round, until `last` runs are made in all, about a point and so wide; a message where it was ended.
     fn round(
         &self,
         problem: &Problem,
-        round: u32,
-        last: u64,
+        (round, last): (u32, u64),
+        (from, width): (Vec<f64>, f64),
         best: &mut (Vec<f64>, f64),
         end: &mut LegEnd,
         watch: &mut Watch<'_>,
     ) -> Result<(), PlanError> {
-        let coarse = Coarse::of(problem, self.knots_in(round), best.0.clone());
+        let coarse = Coarse::of(problem, self.knots_in(round), from);
         let interrupt = watch.interrupt;
         let runs = AtomicU64::new(end.runs);
         let loss = |point: &DVector<f64>| {
@@ -172,7 +194,6 @@ impl Sample {
                 Err(_) => WORST * (1.0 + outside),
             }
         };
-        let width = WIDTH.0 * WIDTH.1.powi(round.min(16) as i32);
         let population = 2 * (4 + (3.0 * (coarse.count as f64).ln()) as usize);
         let strategy = CMAESOptions::new(vec![0.0; coarse.count], width)
             .population_size(population)

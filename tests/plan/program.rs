@@ -433,6 +433,15 @@ fn a_box_at_rest_slides_to_its_place() {
     exact("slide.toml", None);
 }
 
+/// And up a slope that it would rest on.
+#[test]
+fn a_box_is_pushed_up_a_slope() {
+    let found = exact("uphill.toml", None);
+    let (end, slope) = (&found.replay.states[50][0], 11.31_f64.to_radians());
+    let along = end.position.x * slope.cos() - end.position.z * slope.sin();
+    assert!((along + 1.0).abs() < 0.05 && end.velocity.norm() < 1e-2, "{along}");
+}
+
 /// 180 numbers, from no push at all.
 #[test]
 fn a_push_to_a_pose_replays() {
