@@ -2,9 +2,10 @@
 //!
 //! Equation numbers are those of `docs/native-solver.md`.
 
-use super::law::{Cone, Law};
+use super::law::{Cone, Law, NaturalMap, Pull, Rows};
 use super::tolerances::{COMPLIANCE, ROLLING_GIVE};
 use crate::contact::Contact;
+use crate::joint::Graph;
 use nalgebra::{Matrix3, Vector3};
 
 /// Three rows u and their impulse p̂ in a step, as the solver needs them. Vectors are in the world's
@@ -33,52 +34,6 @@ pub(super) struct Lever {
     pub(super) radius: f64,
     /// G = [y]× Aᵀ, m: the torque (frame of A) of an impulse (world) at the touching point y.
     pub(super) torque_map: Matrix3<f64>,
-}
-
-/// The axes of a coupling's rows, and the scales of each.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Rows {
-    /// The axes as columns: (t₁, t₂, n) of a contact.
-    pub(super) frame: Matrix3<f64>,
-    /// ρ of each row: the inverse of its own response, which scales the natural map.
-    pub(super) scale: Vector3<f64>,
-    /// κ: how much more the coupling gives across the normal than along it (N6).
-    pub(super) give: f64,
-}
-
-impl Rows {
-    /// Those of a contact along the axes `frame`, (t₁, t₂, n), with these responses along the tangents and the
-    /// normal.
-    pub(super) fn of_contact(frame: Matrix3<f64>, (tangential, normal): (f64, f64)) -> Self {
-        let across = 1.0 / tangential;
-        Self { frame, scale: Vector3::new(across, across, 1.0 / normal), give: 1.0 }
-    }
-
-    /// Those of a joint, which respond with `response` each and give alike.
-    pub(super) fn of_joint(frame: Matrix3<f64>, response: &Vector3<f64>) -> Self {
-        Self { frame, scale: response.map(f64::recip), give: 1.0 }
-    }
-
-    /// The last axis: n.
-    #[inline(always)]
-    pub(super) fn normal(&self) -> Vector3<f64> {
-        self.frame.column(2).into_owned()
-    }
-
-    /// Whether they give in all directions alike.
-    pub(super) fn give_alike(&self) -> bool {
-        self.give == 1.0
-    }
-
-    /// D p̂ = γ n + κ β (N6) of an impulse p̂ = γ n + β.
-    #[inline]
-    pub(super) fn given(&self, impulse: &Vector3<f64>) -> Vector3<f64> {
-        if self.give_alike() {
-            return *impulse;
-        }
-        let normal = self.normal();
-        impulse * self.give + normal * (normal.dot(impulse) * (1.0 - self.give))
-    }
 }
 
 impl Coupling {
@@ -137,6 +92,23 @@ impl Coupling {
         let (zero, nothing) = (Vector3::zeros(), Matrix3::zeros());
         let lever = Lever { centre: zero, arm: zero, radius: 0.0, torque_map: nothing };
         Self { lever, offset, rebound: 0.0, rows, law }
+    }
+
+    /// The arguments of its law's projections at its motion u and impulse p̂ (m/s, world).
+    #[inline]
+    pub(super) fn pull(&self, map: &NaturalMap, u: &Vector3<f64>, impulse: &Vector3<f64>) -> Pull {
+        self.law.pull(map, &self.rows, u, impulse)
+    }
+
+    /// The same, and the natural map (N4) there as a velocity, m/s.
+    #[inline(always)]
+    pub(super) fn evaluated(
+        &self,
+        of: (&NaturalMap, &[Graph]),
+        u: &Vector3<f64>,
+        impulse: &Vector3<f64>,
+    ) -> (Pull, Vector3<f64>) {
+        self.law.evaluated(of, &self.rows, u, impulse)
     }
 
     /// Whether it is a contact.

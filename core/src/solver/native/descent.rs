@@ -6,8 +6,9 @@ use super::equations::{Equations, Velocities};
 use super::interior_point::{GOOD_ENOUGH, InteriorPoint, TOLD_APART};
 use super::law::{NaturalMap, Piece};
 use super::newton::{Iterate, Newton, Until, exact_residual};
+use super::policy::Start;
 use super::proximal::Proximal;
-use super::starts::{self, Start};
+use super::starts;
 use super::sweeps::sweep;
 use super::tolerances::{
     COMPLIANCE, COMPLIANCES, DETERMINED, FIRST_PROXIMAL, FIRST_SWEEPS, FORESEEN, MANY_CONTACTS,

@@ -6,11 +6,12 @@
 //! `docs/native-solver.md`.
 
 use super::coupling::Coupling;
+use super::law::{Answer, Gain};
 use super::policy::Policy;
 use super::tolerances::{RESTLESS, Tolerances};
 use crate::joint::Graph;
 use crate::step::Step;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
 /// The new velocities of a body, V = (v⁺, ω⁺).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -114,74 +115,6 @@ impl Residual {
     pub(super) fn add(&mut self, part: &Vector3<f64>) {
         self.largest = self.largest.max(part.amax());
         self.squared += part.norm_squared();
-    }
-}
-
-/// One coupling solved for its impulse (N5): δp̂ = offset + gain · δu.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Answer {
-    pub(super) offset: Vector3<f64>,
-    pub(super) gain: Gain,
-}
-
-/// What an impulse gains by a change of its point's motion.
-#[derive(Debug, Clone, Copy)]
-pub(super) enum Gain {
-    /// An open coupling: nothing.
-    Zero,
-    /// A sticking one: −k E.
-    Spring(f64),
-    Full(Matrix3<f64>),
-}
-
-impl Answer {
-    /// p̂ = 0.
-    pub(super) fn open(impulse: &Vector3<f64>) -> Self {
-        Self { offset: -impulse, gain: Gain::Zero }
-    }
-
-    /// A spring of `stiffness` in all directions.
-    pub(super) fn stick(offset: Vector3<f64>, stiffness: f64) -> Self {
-        Self { offset, gain: Gain::Spring(stiffness) }
-    }
-
-    /// Any gain.
-    pub(super) fn full(offset: Vector3<f64>, gain: Matrix3<f64>) -> Self {
-        Self { offset, gain: Gain::Full(gain) }
-    }
-}
-
-impl Gain {
-    /// That of the first row by itself.
-    pub(super) fn first(&self) -> f64 {
-        match self {
-            Self::Zero => 0.0,
-            Self::Spring(stiffness) => -stiffness,
-            Self::Full(gain) => gain[(0, 0)],
-        }
-    }
-}
-
-/// A gain in its factors, D = T diag(g) Fᵀ, where what is large and what is nothing stand apart: a motion that a stiff row does
-/// not see makes exactly nothing of it, which of the entries of D is only so to rounding.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Factored {
-    /// T: the impulses of the rows.
-    pub(super) to: Matrix3<f64>,
-    pub(super) gains: Vector3<f64>,
-    /// F: the rows, an orthonormal frame.
-    pub(super) from: Matrix3<f64>,
-}
-
-impl Factored {
-    /// That of an open coupling.
-    pub(super) fn nothing() -> Self {
-        Self::along(&Matrix3::identity(), Vector3::zeros())
-    }
-
-    /// Gains along the axes `frame`, each by itself.
-    pub(super) fn along(frame: &Matrix3<f64>, gains: Vector3<f64>) -> Self {
-        Self { to: *frame, gains, from: *frame }
     }
 }
 

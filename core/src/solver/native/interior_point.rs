@@ -4,8 +4,8 @@
 //! Equation numbers are those of `docs/native-solver.md`.
 
 use super::effort::Effort;
-use super::equations::{Answer, Elimination, Equations, Point, Velocities, reserve};
-use super::law::{Barrier, Pending};
+use super::equations::{Elimination, Equations, Point, Velocities, reserve};
+use super::law::{Answer, Barrier, Pending};
 use super::newton::Iterate;
 use nalgebra::Vector3;
 

@@ -13,10 +13,9 @@ mod tangent;
 
 use super::blocks::BlockSystem;
 use super::coupling::{Coupling, approach};
-use super::equations::{
-    Answer, Elimination, Equations, Gain, Point, Residual, Setting, Velocities, Velocity,
-};
+use super::equations::{Elimination, Equations, Point, Residual, Setting, Velocities, Velocity};
 use super::fixed_motion::point_velocity;
+use super::law::{Answer, Gain};
 use super::member::Member;
 use super::pair_motion::{PairMotion, PairSlope, stacked};
 use super::pattern::Pattern;

@@ -61,9 +61,9 @@ pub use linearised::{StepChange, StepDerivative, StepGradient};
 use nalgebra::Vector3;
 use part::{Asked, Part, Parts};
 use policy::Policy;
+use policy::Start;
 pub(crate) use posed::solve as solve_problem;
 pub use starts::STARTS;
-use starts::Start;
 #[cfg(feature = "threads")]
 use std::num::NonZeroUsize;
 #[cfg(feature = "threads")]

@@ -4,8 +4,8 @@
 
 use super::coupling::Coupling;
 use super::effort::Effort;
-use super::equations::{Elimination, Equations, Factored, Point, Residual, Velocities, reserve};
-use super::law::{NaturalMap, Piece, Pull};
+use super::equations::{Elimination, Equations, Point, Residual, Velocities, reserve};
+use super::law::{Factored, NaturalMap, Piece, Pull};
 use super::tolerances::{
     CORRECTIONS, JUMPS, KEPT_FACTORS, NEWTON_ITERATIONS, ROLLING_CORRECTIONS, SETTLING,
     SHORTEST_STEP, SUFFICIENT_DECREASE, WHOLE_STEPS,
@@ -318,7 +318,7 @@ impl<E: Equations> Newton<E> {
         let Self { step, pieces, eliminations, system, kept, .. } = self;
         let (at, graphs) = (Point { velocity, points, scratch }, equations.graphs());
         let answer = |index: usize, coupling: &Coupling| {
-            pulls[index].answer(pieces[index], (coupling, graphs), &impulses[index], matrix)
+            pulls[index].answer(pieces[index], (&coupling.rows, graphs), &impulses[index], matrix)
         };
         if kept.are_good && kept.compliance == matrix && kept.pieces == *pieces {
             let couplings = equations.couplings().iter().zip(&mut *eliminations);
@@ -412,7 +412,7 @@ impl<E: Equations> Iterate<E> {
         (index, piece): (usize, Piece),
         compliance: f64,
     ) -> Factored {
-        let of = (&equations.couplings()[index], equations.graphs());
+        let of = (&equations.couplings()[index].rows, equations.graphs());
         self.pulls[index].factored(piece, of, compliance)
     }
 

@@ -2,9 +2,10 @@
 
 use super::coupling::Coupling;
 use super::equations::{
-    Answer, Elimination, Equations, Gain, Point, Residual, Setting, Slope, Velocity, reserve,
+    Elimination, Equations, Point, Residual, Setting, Slope, Velocity, reserve,
 };
 use super::fixed_motion::{point_velocity, slope};
+use super::law::{Answer, Gain};
 use super::member::Member;
 use super::policy::Policy;
 use super::six::Factors;

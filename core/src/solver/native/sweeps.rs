@@ -29,7 +29,8 @@ pub(super) fn sweep<E: Equations>(
         for (index, coupling) in equations.couplings().iter().enumerate() {
             let u = equations.point(index, &iterate.velocity);
             let impulse = iterate.impulses[index];
-            let asked = coupling.pull(&map, &u, &impulse).projected(coupling, equations.graphs());
+            let asked =
+                coupling.pull(&map, &u, &impulse).projected(&coupling.rows, equations.graphs());
             equations.push(index, &(asked - impulse), &mut iterate.velocity);
             iterate.impulses[index] = asked;
         }

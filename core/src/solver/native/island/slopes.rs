@@ -5,8 +5,9 @@
 
 use super::super::blocks::BlockSystem;
 use super::super::coupling::Coupling;
-use super::super::equations::{Elimination, Gain, Velocity};
+use super::super::equations::{Elimination, Velocity};
 use super::super::fixed_motion::slope;
+use super::super::law::Gain;
 use super::super::pair_motion::{PairSlope, beside};
 use super::{Both, Island, IslandSlope, Kind, Link};
 use nalgebra::{Matrix3, Matrix3x6, RowVector6, Vector3, Vector6};

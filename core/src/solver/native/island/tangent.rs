@@ -3,8 +3,7 @@
 //!
 //! Equation numbers are those of `docs/gradients.md`.
 
-use super::super::equations::Factored;
-use super::super::law::Law;
+use super::super::law::{Factored, Law};
 use super::super::pair_motion::PairSlope;
 use super::{Island, IslandSlope, IslandSystem, JointPlace, Kind};
 use crate::joint::Segment;

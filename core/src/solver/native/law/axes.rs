@@ -2,9 +2,10 @@
 //!
 //! Equation numbers are those of `docs/joints.md`.
 
-use super::super::coupling::Rows;
-use super::super::equations::{Answer, Factored};
-use super::{NaturalMap, Pending};
+use super::answer::{Answer, Factored};
+use super::cone_barrier::Pending;
+use super::map::NaturalMap;
+use super::rows::Rows;
 use crate::joint::{Graph, Segment};
 use nalgebra::{Matrix3, Vector3};
 

@@ -3,9 +3,9 @@
 //!
 //! Equation numbers are those of `docs/native-solver.md`.
 
-use super::super::coupling::Rows;
-use super::super::equations::{Answer, Factored};
-use super::{NaturalMap, Piece};
+use super::answer::{Answer, Factored};
+use super::map::{NaturalMap, Piece};
+use super::rows::Rows;
 use nalgebra::{Matrix3, Vector3};
 use std::f64::consts::TAU;
 

@@ -3,7 +3,7 @@
 //! Equation numbers are those of `docs/native-solver.md`.
 
 use super::super::tolerances::COMPLIANCE;
-use super::Cone;
+use super::cone::Cone;
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
 /// The variables of one contact besides V, in its own frame (t₁, t₂, n), or their change.

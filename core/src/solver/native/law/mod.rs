@@ -1,7 +1,7 @@
 //! The laws that couplings obey, behind one set of functions.
 //!
 //! Solvers know a law by what it answers here: the arguments of its projection ([`Law::pull`]), the
-//! projection and the residual ([`Pull::projected`], [`Coupling::evaluated`]), the piece of the natural
+//! projection and the residual ([`Pull::projected`], [`Law::evaluated`]), the piece of the natural
 //! map that a point is on and how far the next one is ([`Pull::piece`], [`Pull::margin`]), that piece
 //! solved for the impulse ([`Pull::answer`]), an impulse somewhere in its set ([`Law::scattered`]), and
 //! the variables of an interior point ([`Barrier`]). A new law is a file beside [`cone`] and a variant of
@@ -9,16 +9,21 @@
 //!
 //! Equation numbers are those of `docs/native-solver.md`.
 
+mod answer;
 mod axes;
 mod cone;
 mod cone_barrier;
+mod map;
+mod rows;
 
+pub(super) use answer::{Answer, Factored, Gain};
 pub(super) use axes::Axes;
 pub(super) use cone::Cone;
 pub(super) use cone_barrier::Pending;
+pub(super) use map::NaturalMap;
+pub use map::Piece;
+pub(super) use rows::Rows;
 
-use super::coupling::{Coupling, Rows};
-use super::equations::{Answer, Factored};
 use crate::joint::Graph;
 use axes::AxesBarrier;
 use cone_barrier::ConeBarrier;
@@ -31,40 +36,6 @@ pub(super) enum Law {
     Cone(Cone),
     /// A graph for each row: what a joint does along its axes.
     Axes(Axes),
-}
-
-/// The natural map whose zero is sought.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct NaturalMap {
-    /// ε in û = u + ε D p̂ (N6).
-    pub(super) compliance: f64,
-    /// Factor on ρ_t. The natural map has the same zeros for every one; a large one tells
-    /// the directions of slips that are slow against the impulses.
-    pub(super) sharpness: f64,
-    /// A contact within this relative margin of its cone counts as sticking.
-    pub(super) stick_margin: f64,
-}
-
-impl NaturalMap {
-    /// No compliance.
-    pub(super) const EXACT: Self = Self::with_compliance(0.0);
-
-    pub(super) const fn with_compliance(compliance: f64) -> Self {
-        Self { compliance, sharpness: 1.0, stick_margin: 0.0 }
-    }
-}
-
-/// The piece of the natural map that a coupling is on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Piece {
-    /// No impulse.
-    Open,
-    /// It presses, and its point does not slip.
-    Stick,
-    /// It presses, and its friction is on the edge of the cone.
-    Slip,
-    /// Of the rows of a joint, which straight piece of its graph each is on.
-    Axes([u8; 3]),
 }
 
 /// A coupling's arguments of the projections in the natural map.
@@ -97,6 +68,29 @@ impl Law {
         }
     }
 
+    /// The same, and the natural map (N4) there as a velocity, m/s.
+    #[inline(always)]
+    pub(super) fn evaluated(
+        &self,
+        (map, graphs): (&NaturalMap, &[Graph]),
+        rows: &Rows,
+        u: &Vector3<f64>,
+        impulse: &Vector3<f64>,
+    ) -> (Pull, Vector3<f64>) {
+        match self {
+            Self::Cone(cone) => {
+                let pull = cone::Pull::new(map, (rows, cone), u, impulse);
+                let missed = pull.natural_map(rows);
+                (Pull::Cone(pull), missed)
+            }
+            Self::Axes(axes) => {
+                let pull = axes::Pull::new(map, (rows, axes), u, impulse);
+                let missed = pull.natural_map(rows, graphs);
+                (Pull::Axes(pull), missed)
+            }
+        }
+    }
+
     /// An impulse somewhere in its set, of a size of at most `strength` (m/s), drawn from `uniform`
     /// numbers between 0 and 1.
     pub(super) fn scattered(
@@ -122,43 +116,12 @@ impl Law {
     }
 }
 
-impl Coupling {
-    /// The arguments of its law's projections at its motion u and impulse p̂ (m/s, world).
-    #[inline]
-    pub(super) fn pull(&self, map: &NaturalMap, u: &Vector3<f64>, impulse: &Vector3<f64>) -> Pull {
-        self.law.pull(map, &self.rows, u, impulse)
-    }
-
-    /// The same, and the natural map (N4) there as a velocity, m/s.
-    #[inline(always)]
-    pub(super) fn evaluated(
-        &self,
-        (map, graphs): (&NaturalMap, &[Graph]),
-        u: &Vector3<f64>,
-        impulse: &Vector3<f64>,
-    ) -> (Pull, Vector3<f64>) {
-        let rows = &self.rows;
-        match &self.law {
-            Law::Cone(cone) => {
-                let pull = cone::Pull::new(map, (rows, cone), u, impulse);
-                let missed = pull.natural_map(rows);
-                (Pull::Cone(pull), missed)
-            }
-            Law::Axes(axes) => {
-                let pull = axes::Pull::new(map, (rows, axes), u, impulse);
-                let missed = pull.natural_map(rows, graphs);
-                (Pull::Axes(pull), missed)
-            }
-        }
-    }
-}
-
 impl Pull {
     /// The impulse that the projections give, m/s, world.
-    pub(super) fn projected(&self, coupling: &Coupling, graphs: &[Graph]) -> Vector3<f64> {
+    pub(super) fn projected(&self, rows: &Rows, graphs: &[Graph]) -> Vector3<f64> {
         match self {
-            Self::Cone(pull) => pull.projected(&coupling.rows),
-            Self::Axes(pull) => pull.projected(&coupling.rows, graphs),
+            Self::Cone(pull) => pull.projected(rows),
+            Self::Axes(pull) => pull.projected(rows, graphs),
         }
     }
 
@@ -192,15 +155,15 @@ impl Pull {
     pub(super) fn answer(
         &self,
         piece: Piece,
-        (coupling, graphs): (&Coupling, &[Graph]),
+        (rows, graphs): (&Rows, &[Graph]),
         impulse: &Vector3<f64>,
         compliance: f64,
     ) -> Answer {
         match (self, piece) {
             (Self::Axes(pull), Piece::Axes(pieces)) => {
-                pull.answer(pieces, (&coupling.rows, graphs), compliance)
+                pull.answer(pieces, (rows, graphs), compliance)
             }
-            (Self::Cone(pull), piece) => pull.answer(piece, &coupling.rows, impulse, compliance),
+            (Self::Cone(pull), piece) => pull.answer(piece, rows, impulse, compliance),
             (Self::Axes(_), _) => Answer::open(impulse),
         }
     }
@@ -209,14 +172,14 @@ impl Pull {
     pub(super) fn factored(
         &self,
         piece: Piece,
-        (coupling, graphs): (&Coupling, &[Graph]),
+        (rows, graphs): (&Rows, &[Graph]),
         compliance: f64,
     ) -> Factored {
         match (self, piece) {
             (Self::Axes(pull), Piece::Axes(pieces)) => {
-                pull.factored(pieces, (&coupling.rows, graphs), compliance)
+                pull.factored(pieces, (rows, graphs), compliance)
             }
-            (Self::Cone(pull), piece) => pull.factored(piece, &coupling.rows, compliance),
+            (Self::Cone(pull), piece) => pull.factored(piece, rows, compliance),
             (Self::Axes(_), _) => Factored::nothing(),
         }
     }

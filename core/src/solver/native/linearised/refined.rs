@@ -22,8 +22,8 @@
 //!
 //! Equation numbers are those of `docs/gradients.md`.
 
-use super::super::equations::Factored;
 use super::super::island::{HeldSide, Island, IslandSlope, IslandSystem};
+use super::super::law::Factored;
 use super::slopes::RowsChange;
 use nalgebra::{Matrix3, SMatrix, Vector3, Vector6};
 

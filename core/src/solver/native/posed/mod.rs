@@ -16,12 +16,11 @@ mod parts;
 use super::coupling::Coupling;
 use super::descent::{Descent, Known};
 use super::effort::Effort;
-use super::equations::{
-    Answer, Elimination, Equations, Gain, Point, Residual, Setting, Slope, Velocities,
-};
+use super::equations::{Elimination, Equations, Point, Residual, Setting, Slope, Velocities};
 use super::fronts::{Fronts, Plan};
+use super::law::{Answer, Gain};
 use super::policy::Policy;
-use super::starts::Start;
+use super::policy::Start;
 use crate::problem::{ContactProblem, ProblemError, Selection, Solution, SolveOptions};
 use nalgebra::{Matrix3, Vector3};
 

@@ -1,9 +1,9 @@
 //! A problem taken apart, in nodes and in units of its own.
 
-use super::super::coupling::{Coupling, Rows};
+use super::super::coupling::Coupling;
 use super::super::equations::Setting;
 use super::super::fronts::Plan;
-use super::super::law::{Axes, Cone, Law};
+use super::super::law::{Axes, Cone, Law, Rows};
 use super::super::policy::Policy;
 use super::super::tolerances::Tolerances;
 use super::{Links, Posed};
