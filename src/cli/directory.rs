@@ -1,9 +1,7 @@
 //! The directory that files are written to: made, claimed, and cleared of what is no longer true.
 
 use super::outcome::Failure;
-use super::output::is_temporary;
-use super::writer::row_files;
-use super::{picture_files, shown};
+use super::{file_names, shown};
 use std::fs::{self, File, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -57,7 +55,7 @@ impl OutputDirectory {
         let entries = fs::read_dir(&self.path).into_iter().flatten().flatten();
         for entry in entries {
             let is_file = entry.file_type().is_ok_and(|kind| kind.is_file());
-            if is_file && entry.file_name().to_str().is_some_and(is_temporary) {
+            if is_file && entry.file_name().to_str().is_some_and(file_names::is_temporary) {
                 let _ = fs::remove_file(entry.path());
             }
         }
@@ -83,9 +81,7 @@ impl OutputDirectory {
     /// that tumble gives are looked at. Returns their names.
     pub fn remove_former(&self, written: &[PathBuf]) -> Result<Vec<String>, Failure> {
         let mut removed = Vec::new();
-        let pictures = picture_files::all().map(str::to_owned);
-        let of_plans = super::plan::FILES.map(str::to_owned);
-        for name in row_files().chain(pictures).chain(of_plans) {
+        for name in file_names::of_runs() {
             let file = self.path.join(&name);
             if written.contains(&file) {
                 continue;

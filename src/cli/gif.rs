@@ -2,10 +2,10 @@
 
 use super::args::{AnimationArgs, GifArgs, SimulateArgs};
 use super::directory::OutputDirectory;
+use super::file_names::ANIMATIONS;
 use super::film::film;
 use super::outcome::{Failure, Outcome, refuse_flags};
 use super::output::{PendingFile, Voice, directory_of, progress_bar};
-use super::picture_files::ANIMATIONS;
 use super::recording::Recording;
 use super::shown;
 use super::signals::raise_on_signals;

@@ -1,6 +1,7 @@
 //! Files that are either whole or not there, and standard output that may be closed.
 
 use super::directory::OutputDirectory;
+use super::file_names::{RANDOM, TEMPORARY};
 use super::outcome::{Failure, Outcome};
 use super::shown;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -8,21 +9,6 @@ use std::fs::File;
 use std::io::{self, BufWriter, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
-
-/// What the name of a file begins and ends with that is not complete.
-const TEMPORARY: (&str, &str) = (".tumble-", ".tmp");
-/// The characters between them, any letters and digits.
-const RANDOM: usize = 6;
-
-/// Whether a file of this name is one that is not complete.
-pub fn is_temporary(name: &str) -> bool {
-    let (begin, end) = TEMPORARY;
-    let middle = name.strip_prefix(begin).and_then(|rest| rest.strip_suffix(end));
-    let fits = |middle: &str| {
-        middle.len() == RANDOM && middle.bytes().all(|byte| byte.is_ascii_alphanumeric())
-    };
-    middle.is_some_and(fits)
-}
 
 /// A file under a temporary name, renamed to its own when it is complete; removed if it
 /// never is.

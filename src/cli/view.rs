@@ -2,10 +2,10 @@
 
 use super::args::ViewArgs;
 use super::directory::OutputDirectory;
+use super::file_names::VIEW;
 use super::film::film;
 use super::outcome::{Failure, Outcome};
 use super::output::{PendingFile, directory_of, say};
-use super::picture_files::VIEW;
 use super::recording::Recording;
 use super::shown;
 use super::signals::raise_on_signals;

@@ -1,6 +1,7 @@
 //! The files of a run, in either format.
 
 use super::directory::OutputDirectory;
+use super::file_names::{TRAJECTORY, file_of};
 use super::kept::{Form, Kept};
 use super::outcome::Failure;
 use super::output::PendingFile;
@@ -14,22 +15,6 @@ use tumble::simulation::tables::{Streams, Table, TablesWriter};
 use tumble::simulation::trajectory::TrajectoryWriter;
 
 type Stream = BufWriter<File>;
-
-const TRAJECTORY: &str = "trajectory";
-
-/// The name of the file of a table.
-fn file_of(table: &str, form: Form) -> String {
-    match form {
-        Form::Csv => format!("{table}.csv"),
-        Form::Parquet => format!("{table}.parquet"),
-    }
-}
-
-/// The names of the files of rows, of both formats and forms.
-pub fn row_files() -> impl Iterator<Item = String> {
-    let names = [TRAJECTORY].into_iter().chain(Table::ALL.map(Table::name));
-    names.flat_map(|name| [Form::Csv, Form::Parquet].map(|form| file_of(name, form)))
-}
 
 /// What writes the rows of one format.
 enum Rows {

@@ -7,6 +7,7 @@ mod report;
 use super::args::PlanArgs;
 use super::continued;
 use super::directory::OutputDirectory;
+use super::file_names::OF_PLANS;
 use super::kept::Kept;
 use super::outcome::{Failure, Outcome};
 use super::output::{PendingFile, Voice, spinner};
@@ -23,9 +24,6 @@ use std::time::Instant;
 use tumble::plan::file::{ProblemFile, Start};
 use tumble::plan::{Leg, Plan, PlanError, PlanStatus, Progress, Watch};
 use tumble::scenario::written;
-
-/// What is written beside the files of a run.
-pub const FILES: [&str; 4] = ["controls.csv", "plan.json", "plan.html", "scene.toml"];
 
 /// `tumble plan`.
 pub fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
@@ -79,7 +77,7 @@ pub fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
     };
     file("run.json", RunFile::of(&scene, &run.ended())?.text()?.as_bytes())?;
     file(continued::FILE, &continued::state_of(&simulation, &run)?)?;
-    let [csv, json, html, toml] = FILES;
+    let [csv, json, html, toml] = OF_PLANS;
     file(csv, &controls::table(problem, &plan.replay.controls)?)?;
     file(json, report::json(problem, &plan, interrupted)?.as_bytes())?;
     file(html, page::page(problem, &plan, costs).as_bytes())?;
