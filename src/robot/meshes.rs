@@ -180,11 +180,13 @@ const OUTSIDE: f64 = 1e-3;
 
 /// Beyond this a point is outside of a hull, and not in one of its planes but for rounding, in parts of its extent.
 const SURELY: f64 = 1e-9;
+/// A hull that grows by less than this part at a time may have all of its corners soon.
+const SURE_GROWTH: f64 = 0.25;
 
 /// Whether the hull of the points surely has more corners than a piece may have: as many of them are corners already where
 /// others are outside. Far faster than that hull, which asks each point for each face.
 fn has_too_many(points: &[Vector3<f64>]) -> bool {
-    let grown = grown(points, LEAST_REDUCED, SURELY);
+    let grown = grown(points, LEAST_REDUCED, (SURELY, SURE_GROWTH));
     grown.is_ok_and(|(piece, outside)| {
         let core = piece.core();
         core.vertices().len() >= LEAST_REDUCED && outside > SURELY * 2.0 * core.reach()
@@ -193,13 +195,17 @@ fn has_too_many(points: &[Vector3<f64>]) -> bool {
 
 /// The hull of at most `most` of the points, and how far the others are outside of its planes (m).
 pub fn reduced(points: &[Vector3<f64>], most: usize) -> Result<(Piece, f64), Error> {
-    grown(points, most, OUTSIDE)
+    grown(points, most, (OUTSIDE, 0.0))
 }
 
 /// The hull of at most `most` of the points, and how far the others are outside of its planes (m), at last `allowed` parts of its
 /// extent: from the outermost in the 26 directions of a cube's faces, edges and corners on, the farthest point outside of each face
-/// is taken in.
-fn grown(points: &[Vector3<f64>], most: usize, allowed: f64) -> Result<(Piece, f64), Error> {
+/// is taken in, as long as that makes it grow by at least this part.
+fn grown(
+    points: &[Vector3<f64>],
+    most: usize,
+    (allowed, growth): (f64, f64),
+) -> Result<(Piece, f64), Error> {
     let mut chosen: Vec<Vector3<f64>> = Vec::new();
     for number in 0..27 {
         let digit = |place: i32| f64::from(number / place % 3 - 1);
@@ -230,6 +236,9 @@ fn grown(points: &[Vector3<f64>], most: usize, allowed: f64) -> Result<(Piece, f
         }
         farthest.retain(|(height, _)| *height > allowed);
         farthest.sort_by(|a, b| b.0.total_cmp(&a.0));
+        if (farthest.len() as f64) < growth * chosen.len() as f64 {
+            return Ok((piece, outside));
+        }
         let room = most - chosen.len();
         chosen.extend(farthest.iter().take(room).filter_map(|(_, point)| *point));
     }
