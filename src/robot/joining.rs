@@ -60,6 +60,15 @@ pub fn joined(joints: &[Joint]) -> Result<Option<Joined>, String> {
         [first, second] if crossed(first, second) => {
             made(JointKind::Sliding, None, of_axes(&first.axis, &second.axis), &[0, 1])
         }
+        [first, second, third]
+            if crossed(first, second) && crossed(first, third) && crossed(second, third) =>
+        {
+            // In the order in which their axes are x, y and z of a frame.
+            let is_right = first.axis.cross(&second.axis).dot(&third.axis) > 0.0;
+            let (x, y, axes) =
+                if is_right { (first, second, [0, 1, 2]) } else { (second, first, [1, 0, 2]) };
+            made(JointKind::Gantry, None, of_axes(&x.axis, &y.axis), &axes)
+        }
         [first, second, hinge]
             if crossed(first, second)
                 && hinge.moves == Moves::Hinge

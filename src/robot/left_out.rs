@@ -5,7 +5,7 @@ use crate::scenario::shown;
 use std::collections::BTreeSet;
 
 /// Attributes by which elements refer to others, and to what kind.
-const REFERENCES: [(&str, &str); 9] = [
+const REFERENCES: [(&str, &str); 11] = [
     ("joint", "joint"),
     ("joint1", "joint"),
     ("joint2", "joint"),
@@ -14,6 +14,8 @@ const REFERENCES: [(&str, &str); 9] = [
     ("tendon1", "tendon"),
     ("body1", "body"),
     ("body2", "body"),
+    ("geom1", "geom"),
+    ("geom2", "geom"),
     ("hfield", "hfield"),
 ];
 
@@ -22,6 +24,7 @@ fn kind(tag: &str) -> Option<&'static str> {
     match tag {
         "body" => Some("body"),
         "joint" | "freejoint" => Some("joint"),
+        "geom" => Some("geom"),
         "fixed" | "spatial" => Some("tendon"),
         "hfield" => Some("hfield"),
         _ => None,

@@ -181,8 +181,5 @@ pub fn read(text: &str, reading: &Reading<'_>) -> Result<Robot, String> {
             ));
         }
     }
-    if robot.links.len() < 2 {
-        return Err(root.wrong("there is no body in it that could move"));
-    }
     Ok(robot)
 }

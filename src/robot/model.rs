@@ -2,6 +2,8 @@
 
 use super::frame::Frame;
 use nalgebra::{Matrix3, Vector3};
+use std::cmp::Ordering;
+use std::collections::BTreeMap;
 
 /// A robot as its file has it. The world is link 0.
 #[derive(Debug, Clone)]
@@ -25,6 +27,8 @@ pub struct Robot {
     pub follows: Vec<Follows>,
     /// Pairs of links that do not touch each other.
     pub apart: Vec<[usize; 2]>,
+    /// μ of pairs of shapes that touch whatever their groups and links say: indices, the smaller one first.
+    pub pairs: BTreeMap<(usize, usize), f64>,
     /// Poses that have names.
     pub keys: Vec<Key>,
     /// What the file says of the simulation.
@@ -44,6 +48,10 @@ pub struct Link {
     pub frame: Frame,
     /// What it weighs, and where.
     pub mass: Mass,
+    /// How much of its weight is held up by a force on its centre: 0 for none, 1 for all.
+    pub weightless: f64,
+    /// Whether a program is to move it, as `mocap` of MJCF: it stays where it is.
+    pub is_mocap: bool,
     /// Its joints: the first one, and how many.
     pub joints: (usize, usize),
     /// Where it stands in the file, for sentences.
@@ -232,6 +240,21 @@ impl Shape {
     pub fn meets(&self, other: &Self) -> bool {
         self.groups[0] & other.groups[1] != 0 || other.groups[0] & self.groups[1] != 0
     }
+
+    /// The coefficient between two shapes of a file: that of the one that counts more, or else the larger one; `usual` of what
+    /// has none.
+    #[must_use]
+    pub fn friction_with(&self, other: &Self, usual: f64) -> f64 {
+        if !(self.rubs || other.rubs) {
+            return 0.0;
+        }
+        let [ours, theirs] = [self, other].map(|shape| shape.friction.unwrap_or(usual));
+        match self.priority.cmp(&other.priority) {
+            Ordering::Greater => ours,
+            Ordering::Less => theirs,
+            Ordering::Equal => ours.max(theirs),
+        }
+    }
 }
 
 /// A motor: a force on the axes of joints
@@ -358,6 +381,19 @@ impl Robot {
     #[must_use]
     pub fn joint(&self, name: &str) -> Option<usize> {
         self.joints.iter().position(|joint| joint.name == name)
+    }
+
+    /// Whether a shape can touch anything.
+    #[must_use]
+    pub fn touches(&self, shape: usize) -> bool {
+        let groups = self.shapes.get(shape).is_some_and(|shape| shape.groups != [0, 0]);
+        groups || self.pairs.keys().any(|(a, b)| [a, b].contains(&&shape))
+    }
+
+    /// μ of two shapes that touch by what is said of both together.
+    #[must_use]
+    pub fn pair(&self, a: usize, b: usize) -> Option<f64> {
+        self.pairs.get(&(a.min(b), a.max(b))).copied()
     }
 
     /// The link that each link moves with: the first one above it that has a joint, or the world.

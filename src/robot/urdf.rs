@@ -9,7 +9,7 @@ use super::notes::Notes;
 use super::xml::{Attributes, Element};
 use crate::scenario::shown;
 use nalgebra::{Matrix3, Vector3, Vector4};
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 /// More links than this are refused.
 const MOST_LINKS: usize = 2000;
@@ -40,6 +40,8 @@ pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
             parent: 0,
             frame: Frame::identity(),
             mass: Mass::NONE,
+            weightless: 0.0,
+            is_mocap: false,
             joints: (0, 0),
             at: "the world".to_owned(),
         }],
@@ -50,6 +52,7 @@ pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
         ties: Vec::new(),
         follows: Vec::new(),
         apart: Vec::new(),
+        pairs: BTreeMap::new(),
         keys: Vec::new(),
         options: Options {
             time_step: 0.002,
@@ -60,7 +63,8 @@ pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
         },
         notes: Vec::new(),
     };
-    let mut reader = Reader { reading, tree: &tree, notes, robot, placed: vec![Frame::identity()] };
+    let (hulls, placed) = (HashMap::new(), vec![Frame::identity()]);
+    let mut reader = Reader { reading, tree: &tree, notes, robot, hulls, placed };
     reader.read_root()?;
     for joint in root.all("joint") {
         reader.read_mimic(joint)?;
@@ -144,6 +148,8 @@ struct Reader<'a> {
     tree: &'a Tree<'a>,
     notes: Notes,
     robot: Robot,
+    /// Corners of the hulls of meshes, by the file and the bits of the scale.
+    hulls: HashMap<(String, [u64; 3]), Vec<[f64; 3]>>,
     /// Where links are in the world at the reference.
     placed: Vec<Frame>,
 }
@@ -259,6 +265,8 @@ impl<'a> Reader<'a> {
             parent,
             frame,
             mass: inertial(element)?,
+            weightless: 0.0,
+            is_mocap: false,
             joints: (self.robot.joints.len(), joints.len()),
             at: element.at(),
         });
@@ -457,12 +465,16 @@ impl<'a> Reader<'a> {
         let names = self.reading.pieces.get(name).map_or(&one[..], Vec::as_slice);
         let mut forms = Vec::with_capacity(names.len());
         for name in names {
-            let hulled = meshes::read(self.reading, name, scale);
-            let hulled = hulled.map_err(|why| element.wrong(why))?;
-            if let Some(note) = hulled.note(name) {
-                self.notes.say(note);
+            let key = (name.clone(), scale.map(f64::to_bits));
+            if !self.hulls.contains_key(&key) {
+                let hulled = meshes::read(self.reading, name, scale);
+                let hulled = hulled.map_err(|why| element.wrong(why))?;
+                if let Some(note) = hulled.note(name) {
+                    self.notes.say(note);
+                }
+                self.hulls.insert(key.clone(), hulled.corners);
             }
-            forms.push(Form::Hull(hulled.corners));
+            forms.push(Form::Hull(self.hulls[&key].clone()));
         }
         Ok(forms)
     }

@@ -19,6 +19,8 @@ pub enum JointKind {
     Planar,
     /// Slides across its axis, without a turn.
     Sliding,
+    /// Slides along three axes, without a turn.
+    Gantry,
     /// Turns about its anchor in any way.
     Spherical,
     /// The same within a cone, and under a drive of the twist.
@@ -53,6 +55,7 @@ impl JointKind {
             Self::Cylindrical => &[SLIDE, TURN],
             Self::Planar => &[("x", 0), ("y", 1), TURN],
             Self::Sliding => &[("x", 0), ("y", 1)],
+            Self::Gantry => &[("x", 0), ("y", 1), ("z", 2)],
             Self::Universal => &[TURN_X, TURN_Y],
             Self::Gimbal => &[TURN_X, TURN_Y, TURN_Z],
             Self::Spherical | Self::Fixed => &[],
@@ -68,6 +71,7 @@ impl JointKind {
             Self::Cylindrical => "cylindrical",
             Self::Planar => "planar",
             Self::Sliding => "sliding",
+            Self::Gantry => "gantry",
             Self::Spherical => "spherical",
             Self::Ball => "ball",
             Self::Universal => "universal",

@@ -2,6 +2,7 @@
 
 mod broken;
 mod details;
+mod found;
 mod gears;
 mod looks;
 mod loose;

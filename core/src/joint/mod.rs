@@ -474,6 +474,38 @@ impl Joint {
         self.moves = true;
     }
 
+    /// The same with another frame in B, or in the world.
+    pub(crate) fn with_other_frame(self, frame: JointFrame) -> Self {
+        Self { frames: [self.frames[0], frame], ..self }
+    }
+
+    /// That frame, this `part` of the way to where A's is at `states`, if everything of the place is locked and of the turn
+    /// everything or nothing is.
+    pub(crate) fn nearer_frame(&self, states: &[State], part: f64) -> Option<JointFrame> {
+        let is_held = self.linear == [Axis::Locked; 3]
+            && matches!(self.turning(), Turning::Locked | Turning::Free);
+        let [own, theirs] = self.frames;
+        if !is_held {
+            return None;
+        }
+        let seen = own.placed(states.get(self.body)?);
+        let seen = match self.other {
+            None => seen,
+            Some(other) => {
+                let Pose { position, rotation } = states.get(other)?.pose();
+                let [w, x, y, z]: [f64; 4] = states[other].attitude.into();
+                let back = Vector4::new(w, -x, -y, -z);
+                let anchor = rotation.tr_mul(&(seen.anchor - position));
+                JointFrame { anchor, attitude: product(&back, &seen.attitude) }
+            }
+        };
+        let near =
+            if seen.attitude.dot(&theirs.attitude) < 0.0 { -seen.attitude } else { seen.attitude };
+        let attitude = theirs.attitude + (near - theirs.attitude) * part;
+        let anchor = theirs.anchor + (seen.anchor - theirs.anchor) * part;
+        Some(JointFrame { anchor, attitude: attitude.normalize() })
+    }
+
     /// The same without them.
     pub(crate) fn without_push(self) -> Self {
         Self { push: [Vector3::zeros(); 2], ..self }

@@ -56,6 +56,10 @@ const PROJECTING: f64 = 1e-6;
 /// Steps from rest until all joints fit: the first one brings them together.
 const MOST_STEPS: u32 = 8;
 
+/// Parts of the way of a frame: the first one that is tried, and the least.
+const FIRST_PART: f64 = 0.125;
+const LEAST_PART: f64 = 1e-3;
+
 /// What joints may be left apart, m and rad, besides rounding of places.
 const APART: f64 = 1e-12;
 
@@ -87,10 +91,34 @@ impl World {
         Ok((found, assembly))
     }
 
-    /// (J9): states at rest.
+    /// (J9): states at rest. Where that is too far for one step, frames of joints that hold a place go on from where they fit to
+    /// where they are to be, as far at once as it can be.
     fn brought_together(&self, start: &[State]) -> Result<Vec<State>, Error> {
         let bare = self.bare(MOVING, |drive| Drive { limits: drive.limits, ..Drive::NONE })?;
-        let mut solver = NativeSolver::new(&bare);
+        let at_once = bare.joined(start);
+        let Err(why @ Error::NotAssembled { .. }) = at_once else { return at_once };
+        let (mut now, mut left, mut part) = (start.to_vec(), 1.0, FIRST_PART);
+        while left > 0.0 {
+            let next = (left - part).max(0.0);
+            let nearer = |joint: &Joint| match joint.nearer_frame(start, next) {
+                Some(frame) => joint.clone().with_other_frame(frame),
+                None => joint.clone(),
+            };
+            let between = bare.clone().with_joints(bare.joints().iter().map(nearer).collect())?;
+            match between.with_gears(bare.gears().to_vec())?.joined(&now) {
+                Ok(found) => (now, left, part) = (found, next, 2.0 * part),
+                Err(Error::NotAssembled { .. }) if part > LEAST_PART => part *= 0.5,
+                Err(Error::NotAssembled { .. }) => return Err(why),
+                Err(other) => return Err(other),
+            }
+        }
+        Ok(now)
+    }
+
+    /// The same by steps of this world of joints alone.
+    fn joined(&self, start: &[State]) -> Result<Vec<State>, Error> {
+        let bare = self;
+        let mut solver = NativeSolver::new(bare);
         let mut now: Vec<_> = start.iter().map(at_rest).collect();
         for _ in 0..MOST_STEPS {
             let far = now.iter().map(|state| state.position.amax()).fold(0.0, largest);
@@ -98,7 +126,7 @@ impl World {
             if place.max(turn) <= APART + 8.0 * f64::EPSILON * far {
                 return Ok(now);
             }
-            let next = taken(&bare, &mut solver, &now)?;
+            let next = taken(bare, &mut solver, &now)?;
             let turns = next.iter().map(|state| MOVING * state.spin.norm()).fold(0.0, largest);
             if turns > LARGEST_TURN || next.is_empty() {
                 return Err(Error::NotAssembled { joint, place, turn });

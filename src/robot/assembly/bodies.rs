@@ -1,14 +1,15 @@
 //! The bodies that links are: which, their masses and shapes, and where they start.
 
 use super::forms::{equivalent, fit, form_of, scene_form};
-use super::touching::{friction_between, friction_of};
+use super::touching::friction_of;
 use super::{Assembled, Carried, Placing, place_of};
+use crate::mechanics::{Load, Polyline};
 use crate::robot::frame::Frame;
 use crate::robot::model::{Form as RobotForm, Look, Mass, Robot, Seen, Shape as RobotShape};
 use crate::robot::motion::Motion;
 use crate::scenario::model::{BodyModel, BodyStart, Model};
+use crate::scenario::parameters::LoadParameters;
 use crate::scenario::shape::{Form, PlacedForm, Shape};
-use crate::scenario::shown::checked_name;
 use nalgebra::Vector3;
 
 /// More shapes than this do not touch.
@@ -44,6 +45,7 @@ impl Assembled {
             self.bodies[place].centre = mass.centre;
             let start = BodyStart::of(&self.state_of(place, motion.links()));
             let share = 1.0 / self.bodies[place].parts.len() as f64;
+            let held = self.held_up(place, model.gravity.into(), share);
             // Of links that are several bodies the first has it.
             let mut look = self.look_of(place, placing).map(|look| {
                 model.looks.push(look);
@@ -51,7 +53,9 @@ impl Assembled {
             });
             for (number, part) in self.bodies[place].parts.iter().enumerate() {
                 let name = self.part_name(link, number);
-                checked_name(&name).map_err(wrong)?;
+                if model.bodies.iter().any(|known| known.name == name) {
+                    return Err(wrong(format!("there is a body {name:?} already")));
+                }
                 let (shape, note, touches) = self.shape_of(place, part, &mass, placing)?;
                 notes.extend(note.map(|note| format!("{name}: {note}")));
                 let index = model.shapes.iter().position(|known| *known == shape);
@@ -69,7 +73,7 @@ impl Assembled {
                     friction: first.and_then(friction_of),
                     restitution: None,
                     touches,
-                    load: None,
+                    load: held.clone(),
                     colour: None,
                     label: None,
                     look: look.take(),
@@ -92,6 +96,29 @@ impl Assembled {
         Mass::sum(&parts)
     }
 
+    /// What holds up the weight of links that are said to weigh less, of which the body has this `share`: a force in the middle of
+    /// what it holds.
+    fn held_up(&self, place: usize, gravity: Vector3<f64>, share: f64) -> Option<LoadParameters> {
+        let (mut mass, mut moment) = (0.0, Vector3::zeros());
+        for (link, (_, frame)) in
+            self.robot.links.iter().zip(&self.links).filter(|(_, (body, _))| *body == Some(place))
+        {
+            let held = link.weightless * link.mass.mass;
+            mass += held;
+            moment += frame.point(&link.mass.centre) * held;
+        }
+        if mass == 0.0 {
+            return None;
+        }
+        let force = Load::new(
+            Polyline::constant(-gravity * (mass * share)).ok()?,
+            Polyline::default(),
+            moment / mass - self.bodies[place].centre,
+        )
+        .ok()?;
+        Some(LoadParameters::of(&force))
+    }
+
     /// The shapes that touch of links that are one, those together that touch all else in the same way.
     fn parts(
         &self,
@@ -99,10 +126,11 @@ impl Assembled {
         placing: &Placing,
         usual: f64,
     ) -> Result<Vec<Vec<usize>>, String> {
-        let counts = |shape: &RobotShape| {
-            shape.groups != [0, 0] && (placing.has_ground || shape.form != RobotForm::Plane)
+        let counts = |index: usize, shape: &RobotShape| {
+            self.robot.touches(index) && (placing.has_ground || shape.form != RobotForm::Plane)
         };
-        let touching = self.robot.shapes.iter().enumerate().filter(|(_, shape)| counts(shape));
+        let shapes = self.robot.shapes.iter().enumerate();
+        let touching = shapes.filter(|(index, shape)| counts(*index, shape));
         let touching: Vec<_> = touching.collect();
         if let Some((_, odd)) = touching.get(MOST_TOUCHING) {
             let at = &odd.at;
@@ -110,16 +138,15 @@ impl Assembled {
         }
         let is_own = |shape: &RobotShape| self.links[shape.link].0 == Some(place);
         let others: Vec<_> = touching.iter().filter(|(_, shape)| !is_own(shape)).collect();
-        let law = |a: &RobotShape, b: &RobotShape| {
-            self.touch(placing, a, b).then(|| friction_between(a, b, usual))
-        };
-        let alike = |a: &RobotShape, b: &RobotShape| {
-            friction_of(a) == friction_of(b)
-                && others.iter().all(|(_, other)| law(a, other) == law(b, other))
+        let law = |a: usize, b: usize| self.law(placing, (a, b), usual);
+        let own_friction = |index: usize| friction_of(&self.robot.shapes[index]);
+        let alike = |a: usize, b: usize| {
+            own_friction(a) == own_friction(b)
+                && others.iter().all(|(other, _)| law(a, *other) == law(b, *other))
         };
         let mut parts: Vec<Vec<usize>> = Vec::new();
-        for (index, shape) in touching.iter().filter(|(_, shape)| is_own(shape)) {
-            match parts.iter_mut().find(|part| alike(&self.robot.shapes[part[0]], shape)) {
+        for (index, _) in touching.iter().filter(|(_, shape)| is_own(shape)) {
+            match parts.iter_mut().find(|part| alike(part[0], *index)) {
                 Some(part) => part.push(*index),
                 None => parts.push(vec![*index]),
             }

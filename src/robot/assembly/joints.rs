@@ -8,7 +8,7 @@ use crate::scenario::gear::GearModel;
 use crate::scenario::joint::{JointKind, JointModel};
 use crate::scenario::model::{ApartModel, Model, PartnerModel};
 use crate::scenario::shape::Place;
-use crate::scenario::shown::checked_name;
+use crate::simulation::JOINT_AT_THE_START;
 use nalgebra::Vector4;
 
 impl Assembled {
@@ -45,7 +45,6 @@ impl Assembled {
                 [one] => self.named(one),
                 _ => self.named(&self.robot.links[link].name),
             };
-            checked_name(&name).map_err(|why| format!("{}: {why}", self.robot.links[link].at))?;
             if model.joints.iter().any(|known| known.name == name) {
                 return Err(format!(
                     "{}: there is a joint {name:?} already",
@@ -117,12 +116,14 @@ impl Assembled {
     }
 
     /// What closes loops: where the links are at the reference.
-    pub(super) fn add_ties(&self, model: &mut Model) -> Result<(), String> {
+    pub(super) fn add_ties(&mut self, model: &mut Model) -> Result<(), String> {
         if self.robot.ties.is_empty() {
             return Ok(());
         }
         let rates = vec![0.0; self.robot.counts().1];
         let motion = self.robot.motion(&self.robot.reference(), &rates)?;
+        let start = self.robot.motion(&self.coordinates, &rates)?;
+        let mut moved = Vec::new();
         for (number, tie) in self.robot.ties.iter().enumerate() {
             let (kind, links, at) = match tie {
                 Tie::Point { links, at, .. } => (JointKind::Spherical, links, at),
@@ -159,6 +160,22 @@ impl Assembled {
             if Some(own) == other {
                 return Err(format!("{at}: its bodies are one"));
             }
+            // What a program would move is where the tie has it.
+            let is_mocap = links.iter().any(|link| self.robot.links[*link].is_mocap);
+            if is_mocap && other.is_none() {
+                let link = self.bodies[own].link;
+                let fits = start.links()[link].frame.then(&a.1);
+                let there = self.world().then(&b.1);
+                let off = (fits.position - there.position).norm();
+                let turned = 2.0 * fits.attitude.dot(&there.attitude).abs().min(1.0).acos();
+                let is_whole = matches!(tie, Tie::Whole { .. });
+                if off > JOINT_AT_THE_START || is_whole && turned > JOINT_AT_THE_START {
+                    b.1 = fits.seen_from(self.world());
+                    moved.push(format!(
+                        "{at}: it holds where the start has it: what mocap moves would be {off:.1e} m from where it fits"
+                    ));
+                }
+            }
             let from_centre = |place: usize, frame: Frame| {
                 let Carried { body, centre, .. } = self.bodies[place];
                 (body, Frame { position: frame.position - centre, ..frame })
@@ -185,6 +202,7 @@ impl Assembled {
                 course: None,
             });
         }
+        self.robot.notes.extend(moved);
         Ok(())
     }
 
@@ -195,8 +213,18 @@ impl Assembled {
             let is_of = |one: &Carried| (one.body..one.body + one.parts.len()).contains(&body);
             self.bodies.iter().any(is_of)
         };
+        // What a pair says touches; the other pairs of these bodies are kept apart by themselves.
+        let body_of = |shape: usize| {
+            let Carried { body, parts, .. } =
+                &self.bodies[self.links[self.robot.shapes[shape].link].0?];
+            parts.iter().position(|part| part.contains(&shape)).map(|part| body + part)
+        };
+        let paired: Vec<_> =
+            self.robot.pairs.keys().map(|(a, b)| [body_of(*a), body_of(*b)]).collect();
         for joint in model.joints.iter_mut().filter(|joint| own(joint.body)) {
-            joint.collide |= touching;
+            let ends = [Some(joint.body), joint.other];
+            joint.collide |=
+                touching || paired.contains(&ends) || paired.contains(&[ends[1], ends[0]]);
         }
         // What a joint keeps apart need not be said.
         let tied = |pair: &ApartModel| {

@@ -10,8 +10,10 @@ use super::frame::Frame;
 use super::joining::drive;
 use super::model::{Follows, Key, Moves, Robot, Shape as RobotShape};
 use crate::joint::Drive;
+use crate::mechanics::State;
 use crate::scenario::model::Model;
 use crate::scenario::shape::Place;
+use crate::scenario::shown;
 use nalgebra::{Vector3, Vector4};
 use std::ops::Range;
 
@@ -54,6 +56,9 @@ impl Default for Placing {
 /// The sides of the prism that stands for a cylinder where nothing else is said.
 pub const USUAL_SIDES: usize = 24;
 
+/// Names of a scene are no longer.
+const LONGEST_NAME: usize = 40;
+
 /// A robot that is in a scene: which bodies and joints it is.
 #[derive(Debug, Clone)]
 pub struct Assembled {
@@ -68,6 +73,10 @@ pub struct Assembled {
     axes: Vec<Option<(usize, usize)>>,
     /// The fixed pieces of the scene that are its file's.
     fixed: Range<usize>,
+    /// The joints of the scene that are its ties.
+    ties: Range<usize>,
+    /// Whether there is nothing else in the scene.
+    is_alone: bool,
     controls: Vec<f64>,
     coordinates: Vec<f64>,
 }
@@ -95,6 +104,9 @@ impl Assembled {
         if !(3..=200).contains(&placing.sides) {
             return Err(format!("sides is {}; allowed is 3 to 200", placing.sides));
         }
+        if !placing.prefix.is_empty() {
+            shown::checked_name(&placing.prefix).map_err(|why| format!("prefix: {why}"))?;
+        }
         robot.links[0].frame = placing.frame;
         let Start { coordinates, rates, controls } = starts(&robot, placing)?;
         let (bodies, links) = bodies::carried(&robot, placing.merges);
@@ -105,6 +117,8 @@ impl Assembled {
             carriers: robot.carriers(),
             axes: vec![None; robot.joints.len()],
             fixed: model.fixed.len()..model.fixed.len(),
+            ties: 0..0,
+            is_alone: placing.has_ground,
             controls,
             coordinates,
             robot,
@@ -118,20 +132,59 @@ impl Assembled {
         own.fixed.end = model.fixed.len();
         own.add_joints(model)?;
         own.add_gears(model)?;
+        let first_tie = model.joints.len();
         own.add_ties(model)?;
+        own.ties = first_tie..model.joints.len();
         own.join_pairs(placing, model);
         own.add_parts(model);
+        own.note_names(model);
         Ok(own)
     }
 
+    /// What something of the file is called in the scene: as there, with `_` for all that names of a scene cannot have, and without
+    /// the middle of a long one.
     fn named(&self, name: &str) -> String {
-        format!("{}{name}", self.prefix)
+        let fits = |c: char| c.is_ascii_alphanumeric() || "_-.".contains(c);
+        let fitting = |c: char| if fits(c) { c } else { '_' };
+        let name: String = self.prefix.chars().chain(name.chars()).map(fitting).collect();
+        match name.len() {
+            0 => "_".to_owned(),
+            1..=LONGEST_NAME if name == "ground" => "ground_".to_owned(),
+            1..=LONGEST_NAME => name,
+            length => format!(
+                "{}..{}",
+                &name[..LONGEST_NAME / 2 - 1],
+                &name[length + 1 - LONGEST_NAME / 2..]
+            ),
+        }
+    }
+
+    /// Says what of the file is called otherwise in the scene.
+    fn note_names(&mut self, model: &Model) {
+        let links = self.robot.links.iter().skip(1).map(|link| &link.name);
+        let names = links.chain(self.robot.joints.iter().map(|joint| &joint.name));
+        let shapes = self.robot.shapes.iter().map(|shape| &shape.name);
+        let shapes = shapes.filter(|name| {
+            let name = self.named(name);
+            model.fixed[self.fixed.clone()].iter().any(|fixed| fixed.name == name)
+        });
+        let other = |name: &&String| self.named(name) != format!("{}{name}", self.prefix);
+        let others: Vec<_> = names.chain(shapes).filter(other).collect();
+        if let Some(first) = others.first() {
+            let sentence = format!(
+                "names that a scene cannot have are others there, {} of them: {:?} is {:?}",
+                others.len(),
+                shown::line(first),
+                self.named(first)
+            );
+            self.robot.notes.push(sentence);
+        }
     }
 
     /// The name of a body of a link.
     fn part_name(&self, link: usize, number: usize) -> String {
-        let name = self.named(&self.robot.links[link].name);
-        if number == 0 { name } else { format!("{name}.{}", number + 1) }
+        let name = &self.robot.links[link].name;
+        if number == 0 { self.named(name) } else { self.named(&format!("{name}.{}", number + 1)) }
     }
 
     /// The world of the file in that of the scene.
@@ -190,6 +243,63 @@ impl Assembled {
         let parent = |link: &usize| Some(self.robot.links[*link].parent).filter(|_| *link > 0);
         let mut above = std::iter::successors(Some(*link), parent);
         !above.any(|link| self.robot.joints_of(link).iter().any(|joint| joint.moves == Moves::Free))
+    }
+
+    /// Whether its file alone is the scene.
+    pub(crate) fn is_alone(&self) -> bool {
+        self.is_alone
+    }
+
+    /// The joints of the scene that are its ties.
+    pub(crate) fn ties(&self) -> Range<usize> {
+        self.ties.clone()
+    }
+
+    /// The bodies of the scene that hang together by the tree of its links: the free joint of what flies, none of what hangs on the
+    /// world, and the bodies.
+    pub(crate) fn trees(&self) -> Vec<(Option<usize>, Vec<usize>)> {
+        let mut trees: Vec<(Option<usize>, Vec<usize>)> = Vec::new();
+        for Carried { link, body, parts, .. } in &self.bodies {
+            let parent = |link: &usize| Some(self.robot.links[*link].parent).filter(|_| *link > 0);
+            let free = |link: usize| {
+                let (first, count) = self.robot.links[link].joints;
+                (first..first + count).find(|joint| self.robot.joints[*joint].moves == Moves::Free)
+            };
+            let flying = std::iter::successors(Some(*link), parent).find_map(free);
+            let own = *body..body + parts.len();
+            match trees.iter_mut().find(|(known, _)| *known == flying) {
+                Some((_, bodies)) => bodies.extend(own),
+                None => trees.push((flying, own.collect())),
+            }
+        }
+        trees
+    }
+
+    /// Moves the bodies that fly by a free joint at the start, m, and says what that joint is of.
+    pub(crate) fn lift(
+        &mut self,
+        joint: usize,
+        bodies: &[usize],
+        by: Vector3<f64>,
+        model: &mut Model,
+    ) -> String {
+        let place = self.robot.places()[joint].0;
+        for k in 0..3 {
+            self.coordinates[place + k] += by[k];
+            for body in bodies {
+                model.bodies[*body].start.position[k] += by[k];
+            }
+        }
+        self.named(&self.robot.links[self.robot.joints[joint].link].name)
+    }
+
+    /// Has it start where its bodies are at `states`.
+    ///
+    /// # Errors
+    /// States that are too few.
+    pub(crate) fn start_at(&mut self, states: &[State]) -> Result<(), String> {
+        self.coordinates = self.coordinates(states, &self.coordinates)?.0;
+        Ok(())
     }
 
     /// Adds a sentence to what is said of it.

@@ -7,11 +7,11 @@ use crate::robot::model::{Form as RobotForm, Shape as RobotShape};
 use crate::scenario::model::{ApartModel, FixedModel, Model, PairModel, PartnerModel};
 use crate::scenario::physics::plane as plane_parameters;
 use crate::scenario::shape::PlacedForm;
-use crate::scenario::shown::checked_name;
 
 /// A shape that can touch: whose it is, and where.
-pub(super) struct Touching<'a> {
-    shape: &'a RobotShape,
+pub(super) struct Touching {
+    /// An index of the shapes.
+    shape: usize,
     owner: Owner,
 }
 
@@ -30,10 +30,10 @@ impl Assembled {
         &self,
         placing: &Placing,
         model: &mut Model,
-    ) -> Result<Vec<Touching<'_>>, String> {
+    ) -> Result<Vec<Touching>, String> {
         let mut touching = Vec::new();
         let shapes = self.robot.shapes.iter().enumerate();
-        for (index, shape) in shapes.filter(|(_, shape)| shape.groups != [0, 0]) {
+        for (index, shape) in shapes.filter(|(index, _)| self.robot.touches(*index)) {
             let owner = match self.links[shape.link].0 {
                 Some(place) => {
                     let Carried { body, parts, .. } = &self.bodies[place];
@@ -63,40 +63,35 @@ impl Assembled {
                     let name = self.named(&shape.name);
                     let taken = model.bodies.iter().any(|body| body.name == name)
                         || model.fixed.iter().any(|fixed| fixed.name == name);
-                    let name =
-                        if taken { format!("{name}-fixed-{}", model.fixed.len()) } else { name };
-                    checked_name(&name).map_err(|why| format!("{}: {why}", shape.at))?;
+                    let numbered =
+                        || self.named(&format!("{}-fixed-{}", shape.name, model.fixed.len()));
+                    let name = if taken { numbered() } else { name };
                     model.fixed.push(FixedModel { name, piece, friction: friction_of(shape) });
                     Owner::Fixed(model.fixed.len() - 1)
                 }
             };
-            touching.push(Touching { shape, owner });
+            touching.push(Touching { shape: index, owner });
         }
         Ok(touching)
     }
 
     /// Says of all pairs of owners which do not touch, and with what friction the others do.
-    pub(super) fn keep_apart(
-        &self,
-        placing: &Placing,
-        touching: &[Touching<'_>],
-        model: &mut Model,
-    ) {
-        let mut owners: Vec<(Owner, Vec<&RobotShape>)> = Vec::new();
+    pub(super) fn keep_apart(&self, placing: &Placing, touching: &[Touching], model: &mut Model) {
+        // Of each owner its first shape: all touch alike.
+        let mut owners: Vec<(Owner, usize)> = Vec::new();
         for Touching { shape, owner } in touching {
-            match owners.iter_mut().find(|(known, _)| known == owner) {
-                Some((_, shapes)) => shapes.push(shape),
-                None => owners.push((*owner, vec![shape])),
+            if !owners.iter().any(|(known, _)| known == owner) {
+                owners.push((*owner, *shape));
             }
         }
-        for (index, (owner, shapes)) in owners.iter().enumerate() {
+        for (index, (owner, shape)) in owners.iter().enumerate() {
             let Owner::Body(body) = *owner else { continue };
-            for (other_index, (other, others)) in owners.iter().enumerate() {
+            for (other_index, (other, theirs)) in owners.iter().enumerate() {
                 let is_later = other_index > index || !matches!(other, Owner::Body(_));
                 if !is_later {
                     continue;
                 }
-                let friction = self.between(placing, (shapes, others), model.mu);
+                let friction = self.law(placing, (*shape, *theirs), model.mu);
                 let (partner, theirs) = match *other {
                     Owner::Ground => (PartnerModel::Ground, model.mu),
                     Owner::Fixed(fixed) => (
@@ -120,25 +115,22 @@ impl Assembled {
         }
     }
 
-    /// With what friction the shapes of two owners touch, which is the same for all; `None` where they do not.
-    fn between(
-        &self,
-        placing: &Placing,
-        (ours, theirs): (&[&RobotShape], &[&RobotShape]),
-        usual: f64,
-    ) -> Option<f64> {
-        let (a, b) = (ours.first()?, theirs.first()?);
-        self.touch(placing, a, b).then(|| friction_between(a, b, usual))
-    }
-
-    /// Whether two shapes touch.
-    pub(super) fn touch(&self, placing: &Placing, a: &RobotShape, b: &RobotShape) -> bool {
-        let excluded = |pair: &[usize; 2]| *pair == [a.link, b.link] || *pair == [b.link, a.link];
-        let both_move = self.links[a.link].0.is_some() && self.links[b.link].0.is_some();
-        a.meets(b)
-            && !self.robot.apart.iter().any(excluded)
-            && (placing.touches_itself || !both_move)
-            && !self.are_neighbours(a.link, b.link)
+    /// With what friction two shapes touch; `None` where they do not. What is said of a pair counts before groups and links.
+    pub(super) fn law(&self, placing: &Placing, (a, b): (usize, usize), usual: f64) -> Option<f64> {
+        let [ours, theirs] = [a, b].map(|index| &self.robot.shapes[index]);
+        let links = [ours.link, theirs.link];
+        let both_move = links.iter().all(|link| self.links[*link].0.is_some());
+        if both_move && !placing.touches_itself {
+            return None;
+        }
+        let excluded = |pair: &[usize; 2]| *pair == links || *pair == [links[1], links[0]];
+        let meets = || {
+            ours.meets(theirs)
+                && !self.robot.apart.iter().any(excluded)
+                && !self.are_neighbours(links[0], links[1])
+        };
+        let usual = || meets().then(|| ours.friction_with(theirs, usual));
+        self.robot.pair(a, b).or_else(usual)
     }
 
     /// Whether two links are of one body or tied by a joint, so that they do not touch: what hangs on the world does.
@@ -155,17 +147,4 @@ impl Assembled {
 /// The coefficient of a shape by itself.
 pub(super) fn friction_of(shape: &RobotShape) -> Option<f64> {
     if shape.rubs { shape.friction } else { Some(0.0) }
-}
-
-/// The coefficient between two shapes of a file: that of the one that counts more, or else the larger one.
-pub(super) fn friction_between(a: &RobotShape, b: &RobotShape, usual: f64) -> f64 {
-    if !(a.rubs || b.rubs) {
-        return 0.0;
-    }
-    let [ours, theirs] = [a, b].map(|shape| shape.friction.unwrap_or(usual));
-    match a.priority.cmp(&b.priority) {
-        std::cmp::Ordering::Greater => ours,
-        std::cmp::Ordering::Less => theirs,
-        std::cmp::Ordering::Equal => ours.max(theirs),
-    }
 }

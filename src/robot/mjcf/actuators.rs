@@ -38,7 +38,7 @@ impl Reader<'_> {
     ) -> Result<(), String> {
         for element in &section.children {
             let read = self.defaulted(element, "")?;
-            let (gain, bias) = match &*element.tag {
+            let (gain, mut bias) = match &*element.tag {
                 "motor" => (1.0, [0.0; 3]),
                 "position" => position(&read)?,
                 "velocity" => {
@@ -80,6 +80,14 @@ impl Reader<'_> {
             if !(1e-9..=1e9).contains(&gear.abs()) {
                 return Err(element
                     .wrong(format!("gear is {gear:?}; allowed is 1e-9 to 1e9, or -1e9 to -1e-9")));
+            }
+            let ratio = read.number("dampratio")?.filter(|_| element.tag == "position");
+            if let Some(ratio) = ratio.filter(|ratio| *ratio > 0.0) {
+                // Of a mass M at the gear g: d = 2 ζ √(k M/g²).
+                let moved = self.moved_alone()?;
+                let mass: f64 =
+                    joints.iter().map(|(joint, by)| moved[*joint] / (by * gear).powi(2)).sum();
+                bias[2] = -2.0 * ratio * (gain * mass).sqrt();
             }
             let mut control_range = self.compiler.range(&read, "ctrlrange", "ctrllimited")?;
             let inherited = read.number("inheritrange")?.unwrap_or(0.0);
@@ -141,13 +149,14 @@ fn first(read: &Defaulted<'_>, field: &str, usual: f64) -> Result<f64, String> {
 
 /// kp (u − x) − kv ẋ.
 fn position(read: &Defaulted<'_>) -> Result<(f64, [f64; 3]), String> {
-    for field in ["dampratio", "timeconst"] {
-        if read.number(field)?.unwrap_or(0.0) != 0.0 {
-            return Err(read.element().wrong(format!("{field} is not supported; give kp and kv")));
-        }
+    if read.number("timeconst")?.unwrap_or(0.0) != 0.0 {
+        return Err(read.element().wrong("timeconst is not supported; give kp and kv"));
     }
     let kp = first(read, "kp", 1.0)?;
     let kv = read.number("kv")?.unwrap_or(0.0);
+    if read.number("dampratio")?.unwrap_or(0.0) > 0.0 && kv != 0.0 {
+        return Err(read.element().wrong("dampratio: kv says it too; leave one out"));
+    }
     Ok((kp, [0.0, -kp, -kv]))
 }
 

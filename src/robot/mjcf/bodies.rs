@@ -30,6 +30,8 @@ impl Reader<'_> {
             parent: 0,
             frame: Frame::identity(),
             mass: Mass::NONE,
+            weightless: 0.0,
+            is_mocap: false,
             joints: (0, 0),
             at: "the world".to_owned(),
         });
@@ -65,12 +67,8 @@ impl Reader<'_> {
             "class",
         ];
         body.refuse_others(&READ, &["user", "sleep"])?;
-        if body.number("gravcomp")?.unwrap_or(0.0) != 0.0 {
-            return Err(
-                body.wrong("gravcomp: gravity that does not act on a body is not supported")
-            );
-        }
-        if body.word("mocap", &SWITCH)? == Some(true) {
+        let is_mocap = body.word("mocap", &SWITCH)? == Some(true);
+        if is_mocap {
             self.notes.say(format!("{}: what mocap moves stays where it is", body.at()));
         }
         let index = self.robot.links.len();
@@ -89,6 +87,8 @@ impl Reader<'_> {
             parent: within.link,
             frame,
             mass: Mass::NONE,
+            weightless: body.bounded("gravcomp", 0.0, [-1e3, 1e3])?,
+            is_mocap,
             joints: (self.robot.joints.len(), 0),
             at: body.at(),
         });
@@ -239,8 +239,12 @@ impl Reader<'_> {
         joint.damping = if self.flags.dampers { damping } else { 0.0 };
         joint.stiffness = if self.flags.springs { stiffness } else { 0.0 };
         joint.friction = if self.flags.friction { friction } else { 0.0 };
-        if read.exactly::<2>("springdamper")?.is_some_and(|two| two.iter().all(|one| *one > 0.0)) {
-            return Err(element.wrong("springdamper is not supported; give stiffness and damping"));
+        let timed = read.exactly::<2>("springdamper")?;
+        if let Some(two) = timed.filter(|two| two.iter().all(|one| *one > 0.0)) {
+            if !matches!(moves, Moves::Hinge | Moves::Slide) {
+                return Err(element.wrong("springdamper: a hinge or a slide is needed"));
+            }
+            self.timed.push((index, two));
         }
         if read.word("actuatorgravcomp", &SWITCH)? == Some(true) {
             return Err(element.wrong("actuatorgravcomp is not supported"));
@@ -331,6 +335,43 @@ impl Reader<'_> {
                 link.mass.mass *= total / sum;
                 link.mass.inertia *= total / sum;
             }
+        }
+        Ok(())
+    }
+
+    /// The mass or moment of inertia that a force along each joint moves at the reference, where nothing else holds: 1/(M⁻¹)ⱼⱼ of
+    /// the mass matrix M.
+    pub(super) fn moved_alone(&self) -> Result<Vec<f64>, String> {
+        let still = vec![0.0; self.robot.counts().1];
+        let motion = self.robot.motion(&self.robot.reference(), &still)?;
+        let inverse = motion.mass_matrix(&self.robot).cholesky().map(|parts| parts.inverse());
+        let inverse = inverse.ok_or("<body>: a joint moves no mass; give it <inertial>")?;
+        Ok(self.robot.places().iter().map(|&(_, rate)| inverse[(rate, rate)].recip()).collect())
+    }
+
+    /// Springs and dampers by a time constant T and a ratio ζ, with the mass or moment of inertia M that the joint moves at the
+    /// reference:
+    ///
+    /// ```text
+    /// k = M/(T ζ)²,   d = 2 M/T
+    /// ```
+    pub(super) fn set_springs(&mut self) -> Result<(), String> {
+        if self.timed.is_empty() {
+            return Ok(());
+        }
+        let moved = self.moved_alone()?;
+        for (index, [time, ratio]) in std::mem::take(&mut self.timed) {
+            let joint = &mut self.robot.joints[index];
+            let stiffness = moved[index] / (time * ratio).powi(2);
+            let damping = 2.0 * moved[index] / time;
+            if ![stiffness, damping].iter().all(|one| (0.0..=1e12).contains(one)) {
+                return Err(format!(
+                    "{}: springdamper: its spring has {stiffness:.1e} and its damper {damping:.1e}; allowed is up to 1e12",
+                    joint.at
+                ));
+            }
+            joint.stiffness = if self.flags.springs { stiffness } else { 0.0 };
+            joint.damping = if self.flags.dampers { damping } else { 0.0 };
         }
         Ok(())
     }

@@ -6,6 +6,7 @@ mod actuators;
 mod assets;
 mod bodies;
 mod compiler;
+mod contacts;
 mod defaults;
 mod includes;
 mod rest;
@@ -21,7 +22,7 @@ use super::xml::{Attributes, Element};
 use compiler::Compiler;
 use defaults::{Classes, Defaulted};
 use nalgebra::Vector3;
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 /// What may stand in the root of a file.
 const SECTIONS: [&str; 16] = [
@@ -58,6 +59,10 @@ struct Reader<'a> {
     unseen: BTreeSet<usize>,
     /// What counts for the mass of each link; `None` where shapes do not.
     matter: Vec<Option<Vec<Mass>>>,
+    /// Joints whose spring and damper follow from a time constant, s, and a ratio.
+    timed: Vec<(usize, [f64; 2])>,
+    /// Whether the ground is there.
+    has_ground: bool,
     /// What of the motion is switched off.
     flags: rest::Flags,
     notes: Notes,
@@ -91,6 +96,7 @@ pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
         ties: Vec::new(),
         follows: Vec::new(),
         apart: Vec::new(),
+        pairs: BTreeMap::new(),
         keys: Vec::new(),
         options,
         notes: Vec::new(),
@@ -104,6 +110,8 @@ pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
         flat: BTreeSet::new(),
         unseen: BTreeSet::new(),
         matter: Vec::new(),
+        timed: Vec::new(),
+        has_ground: false,
         flags,
         notes,
         robot,
@@ -113,6 +121,7 @@ pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
     }
     reader.read_world(&root)?;
     reader.set_masses()?;
+    reader.set_springs()?;
     for contact in sections("contact") {
         reader.read_contact(contact)?;
     }

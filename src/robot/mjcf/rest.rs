@@ -1,4 +1,4 @@
-//! Options, contacts, ties and poses.
+//! Options, ties and poses.
 
 use super::Reader;
 use super::compiler::SWITCH;
@@ -79,9 +79,9 @@ pub fn options(root: &Element, notes: &mut Notes) -> Result<(Options, Flags), St
         }
         for medium in ["density", "viscosity"] {
             if element.number(medium)?.unwrap_or(0.0) != 0.0 {
-                return Err(
-                    element.wrong(format!("{medium}: a medium around bodies is not supported"))
-                );
+                return Err(element.wrong(format!(
+                    "{medium}: a medium around bodies is not supported; leave_out or --leave-out @{medium} is without it"
+                )));
             }
         }
         if element.own("actuatorgroupdisable").is_some_and(|groups| !groups.trim().is_empty()) {
@@ -129,21 +129,6 @@ fn set_flags(element: &Element, options: &mut Options, flags: &mut Flags) -> Res
 }
 
 impl Reader<'_> {
-    pub(super) fn read_contact(&mut self, section: &Element) -> Result<(), String> {
-        for element in &section.children {
-            if element.tag != "exclude" {
-                return Err(element
-                    .wrong("pairs of shapes are not supported; give contype and conaffinity"));
-            }
-            element.refuse_others(&["name", "body1", "body2"], &[])?;
-            let links =
-                ["body1", "body2"].map(|field| self.link(element, field, element.needed(field)?));
-            let [first, second] = links;
-            self.robot.apart.push([first?, second?]);
-        }
-        Ok(())
-    }
-
     pub(super) fn read_equality(
         &mut self,
         section: &Element,

@@ -11,6 +11,9 @@ use crate::scenario::shown;
 use nalgebra::Vector3;
 use std::collections::BTreeSet;
 
+/// Half of the width of what stands for a plane that is not the ground, and its depth, m.
+const WALL: f64 = 10.0;
+
 /// The kinds of shapes: how many of their sizes count, without and with `fromto`.
 #[derive(Clone, Copy, PartialEq)]
 enum Kind {
@@ -108,24 +111,27 @@ impl Reader<'_> {
         let (form, own, volume) = self.form(&read, kind)?;
         let placed = frame.then(&own);
         let condim = read.whole("condim")?.unwrap_or(3);
-        if ![1, 3, 4, 6].contains(&condim) {
-            return Err(element.wrong("condim: 1, 3, 4 or 6 is needed"));
-        }
         let friction = read.numbers("friction")?.unwrap_or_default();
         if friction.len() > 3 || friction.iter().any(|part| *part < 0.0) {
             return Err(element.wrong("friction: one to three numbers from 0 are needed"));
         }
-        let rolling = [friction.get(1).unwrap_or(&0.005), friction.get(2).unwrap_or(&0.0001)];
-        if condim > 3 && touches && rolling.iter().any(|part| **part > 0.0) {
-            if !self.reading.points_rub {
-                return Err(element.wrong(
-                    "friction against turning and rolling, condim 4 and 6, is not supported; with point_contacts of [[robots]] or \
-                     --point-contacts these contacts rub alone",
-                ));
-            }
-            self.notes.rubs_alone();
-        }
+        let rolling = [(1, 0.005), (2, 0.0001)]
+            .map(|(index, usual)| friction.get(index).copied().unwrap_or(usual));
+        let rolling = if touches { rolling } else { [0.0; 2] };
+        let rubs = self.rubs(element, condim, &rolling)?;
         self.weigh(&read, (link, &placed), &form, &volume)?;
+        let (form, placed) = match form {
+            Form::Plane if touches && std::mem::replace(&mut self.has_ground, true) => {
+                self.notes.say(format!(
+                    "planes after the first are boxes below them, {0} m wide and {WALL} m deep",
+                    2.0 * WALL
+                ));
+                let middle = placed.point(&Vector3::new(0.0, 0.0, -0.5 * WALL));
+                let form = Form::Box(Vector3::new(WALL, WALL, 0.5 * WALL));
+                (form, Frame { position: middle, ..placed })
+            }
+            form => (form, placed),
+        };
         if !touches && link > 0 {
             self.read_look(&read, (link, placed), &form);
         }
@@ -140,7 +146,7 @@ impl Reader<'_> {
             frame: placed,
             groups: if self.robot.options.contacts { groups } else { [0, 0] },
             friction: Some(*friction.first().unwrap_or(&1.0)),
-            rubs: condim > 1,
+            rubs,
             priority: read.whole("priority")?.unwrap_or(0),
             at: element.at(),
         });

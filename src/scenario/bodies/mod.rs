@@ -10,6 +10,8 @@ mod masses;
 mod refused;
 #[cfg(feature = "robot")]
 pub mod robots;
+#[cfg(feature = "robot")]
+mod starts;
 
 use super::failure::{Failure, refuse_flags};
 use super::physics::violent_load;
@@ -99,9 +101,10 @@ pub fn scene_of_robot(
 fn of_built(name: String, settings: &Settings, built: Built) -> Result<Scene, Failure> {
     #[cfg_attr(not(feature = "robot"), expect(unused_mut))]
     let mut built = built;
+    #[cfg(not(feature = "robot"))]
     let world = built.model.world()?;
     #[cfg(feature = "robot")]
-    let world = robots::keep_overlaps_apart(&mut built.model, &mut built.robots, world)?;
+    let world = starts::settled(&mut built.model, &mut built.robots)?;
     let Built { model, drawn, .. } = built;
     let place = "several bodies: the tutorial's program is of one";
     refuse_flags(place, &[("--preset", settings.preset.is_some())])?;
@@ -186,7 +189,7 @@ fn refuse_joints_apart(scene: &Scene) -> Result<(), Failure> {
         if !fits {
             return Err(Failure::Input(format!(
                 "joints: {name} is {place:.3e} m and {turn:.3e} rad off at the start; allowed is \
-                 {JOINT_AT_THE_START:.0e} of each"
+                 {JOINT_AT_THE_START:.0e} of each; start where it fits, or leave it out"
             )));
         }
         let beyond = joint.beyond_limits(&scene.starts, angles);

@@ -3,17 +3,16 @@
 use super::build::Built;
 use super::copies::MOST_BODIES;
 use super::entries::{Files, Turned};
-use crate::contact::{Candidates, Overlap, Partner};
 use crate::mechanics::Rotation;
 use crate::robot::model::{Moves, Robot};
 use crate::robot::{Assembled, Frame, LARGEST_FILE, Pieces, Placing, Reading, USUAL_SIDES, read};
 use crate::scenario::failure::Failure;
 use crate::scenario::fields::Numbers;
-use crate::scenario::model::{ApartModel, Model, PartnerModel};
+use crate::scenario::model::Model;
 use crate::scenario::physics::plane as plane_parameters;
 use crate::scenario::settings::{RobotSettings, Settings};
 use crate::scenario::shown;
-use crate::world::{Plane, World};
+use crate::world::Plane;
 use nalgebra::Vector3;
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -154,6 +153,11 @@ pub fn alone(robot: &Robot, settings: &Settings) -> Result<Built, String> {
         surfaces: Vec::new(),
         apart: Vec::new(),
     };
+    if robot.joints.is_empty() && robot.options.has_world {
+        return Err("there is nothing in it that could move: give a body <freejoint/> or a joint, or put it among other things \
+                    by [[robots]]"
+            .to_owned());
+    }
     let mut model = empty();
     let mut assembled = Assembled::new(robot.clone(), &placing, &mut model)?;
     if let Some(plane) = settings.plane.as_ref().filter(|_| !robot.options.has_world) {
@@ -166,44 +170,6 @@ pub fn alone(robot: &Robot, settings: &Settings) -> Result<Built, String> {
         assembled = Assembled::new(robot.clone(), &placing, &mut model)?;
     }
     Ok(Built { model, drawn: false, robots: vec![assembled] })
-}
-
-/// Has links of a robot that overlap at the start by more than a start may never touch each other, as the robot's note
-/// says, nor what its own file fixes where they hang on the world. What else overlaps stays as it is.
-pub fn keep_overlaps_apart(
-    model: &mut Model,
-    robots: &mut [Assembled],
-    world: World,
-) -> Result<World, Failure> {
-    let mut world = world;
-    let mut told = vec![Vec::new(); robots.len()];
-    loop {
-        // A search remembers the pairs of the world that it was in.
-        let deepest = Candidates::new().overlap_at_start(&world, &model.states(), |_| true);
-        let Some(Overlap { depth, between, .. }) = deepest else { break };
-        let Some(body) = between.0.body() else { break };
-        let (partner, second) = match between.1 {
-            Partner::Body(other) => (PartnerModel::Body(other), &model.bodies[other].name),
-            Partner::Fixed(fixed) => (PartnerModel::Fixed(fixed), &model.fixed[fixed].name),
-            Partner::Ground => break,
-        };
-        let both = |robot: &Assembled| match between.1 {
-            Partner::Body(other) => robot.has_body(body) && robot.has_body(other),
-            Partner::Fixed(fixed) => robot.hangs(body) && robot.has_fixed(fixed),
-            Partner::Ground => false,
-        };
-        let Some(robot) = robots.iter().position(both) else { break };
-        told[robot].push(format!("{} and {second} ({depth:.1e} m)", model.bodies[body].name));
-        model.apart.push(ApartModel { body, partner });
-        world = model.world()?;
-    }
-    for (robot, told) in robots.iter_mut().zip(told).filter(|(_, told)| !told.is_empty()) {
-        robot.note(format!(
-            "what overlaps at the start never touches each other: {}",
-            told.join(", ")
-        ));
-    }
-    Ok(world)
 }
 
 /// The least height of any body over the plane, m.
