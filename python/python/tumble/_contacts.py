@@ -75,6 +75,7 @@ class Contacts(Dict[str, Any]):
         return dict, (self.copy(),)
 
     def _fixed(self, *_: Any, **__: Any) -> NoReturn:
+        """Refused: contacts cannot be changed."""
         raise TypeError("contacts cannot be changed; contacts.copy() is a dictionary that can")
 
     __setitem__ = __delitem__ = __ior__ = _fixed
