@@ -4,7 +4,7 @@
 use super::quaternion::rotation;
 use super::state::Wrench;
 use crate::error::{Error, all_in_range, in_range};
-use nalgebra::{Matrix3, Vector3, Vector4};
+use nalgebra::{Vector3, Vector4};
 
 /// A vector over time that changes linearly between knots, and keeps the first knot's value
 /// before it and the last one's after it. Two knots at one time, and no more, are a jump.
@@ -147,12 +147,13 @@ impl Load {
 
     /// The derivative of that torque by a turn of the body, δτ = p × (Aᵀ F × δθ), N m/rad; nothing where the force acts at
     /// the centre.
+    #[cfg(feature = "save")]
     pub(crate) fn torque_by_turn(
         &self,
         index: u64,
         time_step: f64,
         attitude: &Vector4<f64>,
-    ) -> Option<Matrix3<f64>> {
+    ) -> Option<nalgebra::Matrix3<f64>> {
         if self.point == Vector3::zeros() {
             return None;
         }
