@@ -4,7 +4,8 @@ use crate::arrays::shaped;
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyIterator, PySlice, PyString, PyTuple};
+use pyo3::sync::PyOnceLock;
+use pyo3::types::{PySlice, PyString, PyTuple};
 use std::borrow::Borrow;
 use std::sync::Arc;
 use tumble::contact::{Contact, Partner};
@@ -16,7 +17,7 @@ use tumble::simulation::tables::ContactRow;
 pub const COLUMNS: [&str; 8] =
     ["body", "partner", "point", "normal", "force", "slip", "normal_force", "gap"];
 
-/// Those of them that are numbers, and how many of each a contact has.
+/// Those of them that are numbers, the last ones, and how many of each a contact has.
 const NUMBERS: [(&str, usize); 6] =
     [("point", 3), ("normal", 3), ("force", 3), ("slip", 3), ("normal_force", 1), ("gap", 1)];
 
@@ -51,18 +52,19 @@ impl Names {
 /// Whom contacts are between.
 struct Pairs {
     all: Vec<(usize, Partner)>,
-    /// Of both columns what was read.
-    made: Py<PyDict>,
+    /// The columns of both, once they were read.
+    made: [PyOnceLock<Py<PyAny>>; 2],
 }
 
 /// The numbers of contacts in one array, a column after the other.
 struct Numbers {
     all: Py<PyArray1<f64>>,
     /// Views of it, the columns that were read, which cannot be written to.
-    made: Py<PyDict>,
+    made: [PyOnceLock<Py<PyAny>>; NUMBERS.len()],
 }
 
-/// Contacts, C in all, by column.
+/// Contacts, C in all, by column, each made when it is first read.
+#[pyclass(frozen, module = "tumble._tumble")]
 pub struct Columns {
     names: Arc<Names>,
     pairs: Arc<Pairs>,
@@ -79,8 +81,8 @@ impl Columns {
     ) -> PyResult<Self> {
         let width: usize = NUMBERS.iter().map(|(_, width)| width).sum();
         let numbers = PyArray1::zeros(py, width * all.len(), false).unbind();
-        let numbers = Numbers { all: numbers, made: PyDict::new(py).unbind() };
-        let pairs = Arc::new(Pairs { all, made: PyDict::new(py).unbind() });
+        let numbers = Numbers { all: numbers, made: [const { PyOnceLock::new() }; NUMBERS.len()] };
+        let pairs = Arc::new(Pairs { all, made: [const { PyOnceLock::new() }; 2] });
         let columns = Self { names, pairs, numbers };
         columns.fill(py, rows)?;
         Ok(columns)
@@ -113,37 +115,46 @@ impl Columns {
         Ok(())
     }
 
-    /// The column of this name, (C,) or (C, 3).
-    pub fn column<'py>(&self, name: &Bound<'py, PyString>) -> PyResult<Bound<'py, PyAny>> {
-        let py = name.py();
-        let (numbers, pairs) = (self.numbers.made.bind(py), self.pairs.made.bind(py));
-        if let Some(column) = numbers.get_item(name)? {
-            return Ok(column);
+    /// Those of a step. Where they are between the same as others, these columns are theirs.
+    pub fn of_step(
+        py: Python<'_>,
+        record: &StepRecord,
+        names: &Arc<Names>,
+        others: Option<&Self>,
+    ) -> PyResult<Self> {
+        let (all, rows) = (pairs(record).collect(), ContactRow::of(record));
+        let mut columns = Self::of(py, all, rows, Arc::clone(names))?;
+        if let Some(others) = others.filter(|others| others.pairs.all == columns.pairs.all) {
+            columns.pairs = Arc::clone(&others.pairs);
         }
-        if let Some(column) = pairs.get_item(name)? {
-            return Ok(column);
-        }
-        let text = name.to_cow()?;
-        let (made, column) = match &*text {
-            "body" => {
-                let bodies = self.pairs.all.iter().map(|(body, _)| *body as u64).collect();
-                (pairs, shaped(py, bodies, &[self.pairs.all.len()])?.into_any())
-            }
-            "partner" => {
-                let partners = self.pairs.all.iter().map(|(_, with)| self.names.partner(*with));
-                (pairs, PyTuple::new(py, partners)?.into_any())
-            }
-            _ => (numbers, self.view(py, &text)?),
-        };
-        made.set_item(name, &column)?;
-        Ok(column)
+        Ok(columns)
     }
 
-    /// The column of numbers of this name.
-    fn view<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
+    /// Becomes those of another step, if they are between the same and nobody but one has the array of these or a view of
+    /// it: whether they did. That one has each column once.
+    pub fn become_those_of(&self, py: Python<'_>, record: &StepRecord) -> PyResult<bool> {
+        let are_same = self.pairs.all.iter().copied().eq(pairs(record));
+        let is_free = are_same && self.numbers.is_free(py);
+        if is_free {
+            self.fill(py, ContactRow::of(record))?;
+        }
+        Ok(is_free)
+    }
+
+    /// The names of those between whom the contacts are.
+    fn partners<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let partners = self.pairs.all.iter().map(|(_, with)| self.names.partner(*with));
+        Ok(PyTuple::new(py, partners)?.into_any())
+    }
+
+    fn bodies<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let bodies = self.pairs.all.iter().map(|(body, _)| *body as u64).collect();
+        Ok(shaped(py, bodies, &[self.pairs.all.len()])?.into_any())
+    }
+
+    /// The column at this place among the numbers.
+    fn view<'py>(&self, py: Python<'py>, place: usize) -> PyResult<Bound<'py, PyAny>> {
         let count = self.pairs.all.len();
-        let place = NUMBERS.iter().position(|(of, _)| *of == name);
-        let place = place.ok_or_else(|| PyKeyError::new_err(name.to_owned()))?;
         let before: usize = NUMBERS[..place].iter().map(|(_, width)| width * count).sum();
         let width = NUMBERS[place].1;
         let slice = PySlice::new(py, before as isize, (before + width * count) as isize, 1);
@@ -158,48 +169,37 @@ impl Columns {
     }
 }
 
-/// The contacts of a step, C in all, as a mapping of columns.
-#[pyclass(frozen, mapping, module = "tumble")]
-pub struct Contacts(Columns);
-
-impl Contacts {
-    /// Those of a step. Where they are between the same as others, these columns are theirs.
-    pub fn of(
-        py: Python<'_>,
-        record: &StepRecord,
-        names: &Arc<Names>,
-        others: Option<&Self>,
-    ) -> PyResult<Self> {
-        let (all, rows) = (pairs(record).collect(), ContactRow::of(record));
-        let mut columns = Columns::of(py, all, rows, Arc::clone(names))?;
-        if let Some(Self(others)) = others
-            && others.pairs.all == columns.pairs.all
-        {
-            columns.pairs = Arc::clone(&others.pairs);
-        }
-        Ok(Self(columns))
+#[pymethods]
+impl Columns {
+    /// The column of this name, (C,) or (C, 3).
+    pub fn column<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
+        let Some(place) = COLUMNS.iter().position(|of| *of == name) else {
+            return Err(PyKeyError::new_err(name.to_owned()));
+        };
+        let column = match place {
+            0 => self.pairs.made[0].get_or_try_init(py, || self.bodies(py).map(Bound::unbind)),
+            1 => self.pairs.made[1].get_or_try_init(py, || self.partners(py).map(Bound::unbind)),
+            _ => {
+                let view = || self.view(py, place - 2).map(Bound::unbind);
+                self.numbers.made[place - 2].get_or_try_init(py, view)
+            }
+        };
+        Ok(column?.bind(py).clone())
     }
 
-    /// Becomes those of another step, if they are between the same and nobody has the array of these or a view of
-    /// it: whether they did.
-    pub fn become_those_of(&self, py: Python<'_>, record: &StepRecord) -> PyResult<bool> {
-        let Self(columns) = self;
-        let are_same = columns.pairs.all.iter().copied().eq(pairs(record));
-        let is_free = are_same && columns.numbers.is_free(py);
-        if is_free {
-            columns.fill(py, ContactRow::of(record))?;
-        }
-        Ok(is_free)
+    /// C.
+    fn __len__(&self) -> usize {
+        self.pairs.all.len()
     }
 }
 
 impl Numbers {
     /// Whether nobody else has the array or a view of it. Every view, one of a view too, has the array itself.
     fn is_free(&self, py: Python<'_>) -> bool {
-        let made = self.made.bind(py);
-        // The dictionary's, and that of who asks.
-        holders(&self.all, py) == 1 + made.len() as isize
-            && made.iter().all(|(_, view)| holders(&view.unbind(), py) == 2)
+        let mut made = self.made.iter().filter_map(|made| made.get(py));
+        let count = made.clone().count() as isize;
+        // Of a view, this one and that of whom they are for.
+        holders(&self.all, py) == 1 + count && made.all(|view| holders(view, py) <= 2)
     }
 }
 
@@ -213,56 +213,4 @@ fn pairs(record: &StepRecord) -> impl Iterator<Item = (usize, Partner)> + '_ {
 #[expect(deprecated, reason = "what takes its place is unsafe")]
 pub fn holders<T>(object: &Py<T>, py: Python<'_>) -> isize {
     object.get_refcnt(py)
-}
-
-#[pymethods]
-impl Contacts {
-    fn __getitem__<'py>(&self, name: &Bound<'py, PyString>) -> PyResult<Bound<'py, PyAny>> {
-        self.0.column(name)
-    }
-
-    fn __len__(&self) -> usize {
-        COLUMNS.len()
-    }
-
-    fn __contains__(&self, name: &Bound<'_, PyAny>) -> bool {
-        name.extract::<String>().is_ok_and(|name| COLUMNS.contains(&name.as_str()))
-    }
-
-    fn __iter__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyIterator>> {
-        PyTuple::new(py, COLUMNS)?.try_iter()
-    }
-
-    /// The column of this name, or else the default.
-    #[pyo3(signature = (name, default=None))]
-    fn get<'py>(
-        &self,
-        name: &Bound<'py, PyAny>,
-        default: Option<Bound<'py, PyAny>>,
-    ) -> PyResult<Option<Bound<'py, PyAny>>> {
-        match name.cast::<PyString>() {
-            Ok(name) if self.__contains__(name) => self.__getitem__(name).map(Some),
-            _ => Ok(default),
-        }
-    }
-
-    /// The names of the columns.
-    fn keys(&self) -> Vec<&'static str> {
-        COLUMNS.to_vec()
-    }
-
-    /// The columns.
-    fn values<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyAny>>> {
-        let column = |name: &str| self.__getitem__(&PyString::new(py, name));
-        COLUMNS.into_iter().map(column).collect()
-    }
-
-    /// The columns and their names.
-    fn items<'py>(&self, py: Python<'py>) -> PyResult<Vec<(&'static str, Bound<'py, PyAny>)>> {
-        Ok(COLUMNS.into_iter().zip(self.values(py)?).collect())
-    }
-
-    fn __repr__(&self) -> String {
-        format!("<tumble.Contacts: {}>", self.0.pairs.all.len())
-    }
 }

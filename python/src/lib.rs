@@ -35,7 +35,7 @@ fn tumble_module(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<problem::CoreProblem>()?;
     module.add_function(wrap_pyfunction!(gradient::jacobian, module)?)?;
     module.add_function(wrap_pyfunction!(gradient::vjp, module)?)?;
-    module.add_class::<contacts::Contacts>()?;
+    module.add_class::<contacts::Columns>()?;
     module.add_function(wrap_pyfunction!(plan::plan, module)?)?;
     module.add_function(wrap_pyfunction!(rollout::rollout, module)?)?;
     module.add_function(wrap_pyfunction!(rollout::rollout_gradients, module)?)?;

@@ -8,7 +8,7 @@ use crate::watch::Watched;
 use nalgebra::Vector3;
 use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyDict, PyString};
+use pyo3::types::{PyBytes, PyDict};
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -23,7 +23,7 @@ use tumble::simulation::StepRecord;
 use tumble::simulation::tables::{
     ContactRow, GearRow, JointRow, StepRow, Streams, TableStep, TablesReader, TablesWriter,
 };
-use tumble::simulation::trajectory::{TrajectoryReader, TrajectoryRow};
+use tumble::simulation::trajectory::{TrajectoryReader, TrajectoryRow, TrajectoryWriter};
 use tumble::step::StepStatus;
 use tumble_pictures::animation::{Format, Settings, View, animate};
 use tumble_pictures::plot::{self, Sheet};
@@ -196,7 +196,7 @@ impl Recording {
     }
 
     /// The run.json beside the tables; None where it could not say what was simulated: of a run that something
-    /// moved which the scene does not know, and of a scene of `[body]`.
+    /// moved which the scene does not know.
     fn run_json<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyBytes>>> {
         if !(self.is_of_scene && self.has_contacts) {
             return Ok(None);
@@ -205,6 +205,23 @@ impl Recording {
             return Ok(None);
         };
         Ok(Some(PyBytes::new(py, file.text().map_err(in_python)?.as_bytes())))
+    }
+
+    /// The table trajectory.csv of a scene of `[body]`; None of any other.
+    fn trajectory<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyBytes>>> {
+        if matches!(self.content.format, OutputFormat::Tables(_)) {
+            return Ok(None);
+        }
+        let table = py.detach(|| {
+            let mut writer = TrajectoryWriter::new(Vec::new(), &self.content.world)?;
+            for (place, row) in self.rows.iter().enumerate() {
+                let next = self.rows.get(place + 1).unwrap_or(row);
+                let [next] = next.states[..] else { continue };
+                writer.write_step(row, &next)?;
+            }
+            writer.finish()
+        });
+        Ok(Some(PyBytes::new(py, &table.map_err(refused)?)))
     }
 
     /// Whether the contacts were recorded.
@@ -288,8 +305,8 @@ impl Recording {
         let pairs = rows.clone().map(|row| (row.body, row.partner)).collect();
         let names = Arc::new(Names::of(py, &self.content));
         let contacts = Columns::of(py, pairs, rows, names)?;
-        for name in COLUMNS.map(|name| PyString::new(py, name)) {
-            columns.set_item(&name, contacts.column(&name)?)?;
+        for name in COLUMNS {
+            columns.set_item(name, contacts.column(py, name)?)?;
         }
         Ok(columns)
     }

@@ -1,7 +1,6 @@
 //! A running simulation.
 
 use crate::arrays::{numbers, of_states, to_states};
-use crate::contacts::Contacts;
 use crate::errors::{of_step, refused};
 use crate::last_step::LastStep;
 use crate::recording::{JOINT_COLUMNS, NO_STEP, Recording, add_forces};
@@ -74,6 +73,17 @@ impl Running {
             };
             self.simulation.set_wrench(body, wrench)
         })
+    }
+
+    /// A step; `rests` is whether it begins at rest.
+    fn step(&mut self, rests: bool) -> Result<(), Error> {
+        let Self { simulation, last, .. } = self;
+        // One that rests on has the contacts of the one before, to the last bit.
+        let taken = simulation.step(last.repeat());
+        if !(taken.is_ok() && rests && simulation.rests()) {
+            last.change();
+        }
+        taken
     }
 
     /// `steps` steps into `recording`, with the wrenches of each where some are given.
@@ -295,7 +305,8 @@ impl Simulation {
         let of_few = running.simulation.states().len() <= MANY_BODIES;
         let is_short = running.took.map_or(of_few, |took| took < SHORT);
         let clock = Instant::now();
-        let mut step = || running.simulation.step(running.last.change());
+        let rests = running.simulation.rests();
+        let mut step = || running.step(rests);
         let taken = if *threads || !is_short {
             let done = AtomicU64::new(0);
             let watched = Watched { interrupt, done: &done, total: 1, progress: None };
@@ -397,7 +408,7 @@ impl Simulation {
     /// The contacts of the last step by column, as Trajectory.contacts has them, without k. They stay those of
     /// that step.
     #[getter]
-    fn contacts(&mut self, py: Python<'_>) -> PyResult<Py<Contacts>> {
+    fn contacts(&mut self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         let Self { running, content, .. } = self;
         let running = running.get_mut().unwrap_or_else(PoisonError::into_inner);
         running.last.contacts(py, content)

@@ -1,6 +1,8 @@
 """Simulations: what the physics says, and what goes in."""
 
+import copy
 import os
+import pickle
 import signal
 import subprocess
 import sys
@@ -76,6 +78,7 @@ def test_a_simulation_goes_on_from_states():
         (lambda s: s.step(np.zeros(5)), r"wrenches has shape \(5,\); \(1, 6\) or \(6,\) is needed"),
         (lambda s: s.step(np.zeros(6, complex)), "wrenches has dtype complex128"),
         (lambda s: s.step(np.array(["a"] * 6)), "wrenches has dtype <U1"),
+        (lambda s: s.step(np.ma.array(np.zeros(6), mask=[1, 0, 0, 0, 0, 0])), "wrenches has masked numbers"),
         (lambda s: s.step([0, 0, np.inf, 0, 0, 0]), r"wrenches\[2\] is inf"),
         (lambda s: s.step([1e10, 0, 0, 0, 0, 0]), r"force \(N\) is 10000000000.0; allowed"),
         (lambda s: s.step([0, 0, 0, 1e10, 0, 0]), r"torque \(N m\) is"),
@@ -306,6 +309,56 @@ def test_contacts_are_a_mapping_of_columns_that_stay_those_of_their_step():
     assert before.get("gap") is before["gap"] and before.get("speed", 7) == 7 and 3 not in before
     with pytest.raises(KeyError, match="speed"):
         before["speed"]
+
+
+def test_contacts_are_no_dictionary_of_what_was_read_alone():
+    simulation = block([1, 0, 0]).simulate()
+    simulation.step()
+    contacts = simulation.contacts
+    names = ["body", "partner", "point", "normal", "force", "slip", "normal_force", "gap"]
+    assert isinstance(contacts, tumble.Contacts) and repr(contacts) == "<tumble.Contacts: 4>"
+    for whole in (
+        dict(contacts),
+        {**contacts},
+        contacts.copy(),
+        contacts | {},
+        {} | contacts,
+        copy.copy(contacts),
+        pickle.loads(pickle.dumps(contacts)),
+    ):
+        assert type(whole) is dict and list(whole) == names
+        np.testing.assert_array_equal(whole["force"], contacts["force"])
+    assert list(reversed(contacts)) == names[::-1] and len(contacts) == 8
+    for change in (
+        lambda: contacts.update(force=0),
+        lambda: contacts.pop("force"),
+        lambda: contacts.clear(),
+        lambda: contacts.setdefault("force", 0),
+        lambda: contacts.__setitem__("force", 0),
+        lambda: contacts.__delitem__("force"),
+    ):
+        with pytest.raises(TypeError, match="cannot be changed"):
+            change()
+
+
+def test_contacts_at_rest_are_those_of_the_step_that_came_to_rest():
+    simulation = block().simulate()
+    simulation.run(50)
+    objects, states = set(), simulation.states
+    for _ in range(20):
+        simulation.step()
+        contacts = simulation.contacts
+        objects.add(id(contacts))
+        fresh = pickle.loads(pickle.dumps(simulation)).contacts
+        for name, column in contacts.items():
+            np.testing.assert_array_equal(column, fresh[name])
+    np.testing.assert_array_equal(simulation.states, states)
+    assert len(objects) == 1
+    # What wakes it is seen at once.
+    simulation.step([8, 0, 0, 0, 0, 0])
+    pushed = simulation.contacts["force"].sum(axis=0)
+    assert pushed[0] < -1 and contacts["force"].sum(axis=0)[0] == pytest.approx(0, abs=1e-9)
+    np.testing.assert_allclose(pushed, simulation.forces[0], atol=1e-12)
 
 
 def test_whatever_is_kept_of_contacts_stays_that_of_its_step():

@@ -223,7 +223,7 @@ def test_the_tutorial_s_table_reads_as_the_run_that_it_is_of(tumbled, run, tmp_p
     part = read[100:201]
     np.testing.assert_array_equal(part.forces, run.forces[100:200])
     files = part.to_csv(tmp_path / "part")
-    assert [file.name for file in files] == ["states.csv", "contacts.csv", "steps.csv"]
+    assert [file.name for file in files] == ["states.csv", "contacts.csv", "steps.csv", "trajectory.csv"]
     again = tumble.Trajectory.from_csv(run.scene, tmp_path / "part")
     np.testing.assert_array_equal(again.states, part.states)
     assert read.page().startswith(("<!DOCTYPE", "<!doctype")) and len(read.contacts_to_pandas())
@@ -261,7 +261,51 @@ def test_tables_of_one_body_that_are_not_the_scene_s_are_refused(tumbled, run, s
         cut.write_text(odd)
         with pytest.raises(tumble.TumbleError, match=words):
             tumble.Trajectory.from_csv(run.scene, cut)
-    run[:10].to_csv(folder)
+    tables = run[:10].to_csv(tmp_path / "part")
+    shutil.copy(tables[0], folder)
+    shutil.copy(tables[1], folder)
+    shutil.copy(tables[2], folder)
     with pytest.raises(tumble.TumbleError, match="states.csv and trajectory.csv are of two runs"):
         tumble.Trajectory.from_csv(run.scene, folder)
     assert len(tumble.Trajectory.from_csv(run.scene, folder / "trajectory.csv")) == 60
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "[solver]\nname = 'ipopt'\n",
+        "[load]\nforce = [[0.0, 0, 0, 0], [0.05, 40, 0, 9]]\nat = [0.1, 0, 0.2]\n",
+    ],
+)
+def test_the_command_line_takes_runs_of_one_body(tumbled, tmp_path, text):
+    if "ipopt" in text and not tumble.has_ipopt:
+        pytest.skip("built without Ipopt")
+    scene = tumble.Scene.from_text(
+        "name = 'thrown'\nsteps = 151\ntime_step = 0.002\n[body]\nbox = 0.4\nmass = 2\n"
+        "[ground]\nnormal = [0.2, 0.1, 1]\nfriction = 0.4\nrestitution = 0.3\n"
+        "[start]\nposition = [0, 0, 0.5]\nattitude = 'random'\nvelocity = [1, 0, -2]\n" + text
+    )
+    run = scene.run(150)
+    scene.save(tmp_path / "scene.toml")
+    solver = ["--solver", "native"] if "ipopt" not in text else []
+    expected = tumbled("line", "--scenario", str(tmp_path / "scene.toml"), *solver)
+    for name, part, start in [("all", run, 0), ("part", run[60:120], 60)]:
+        folder = tmp_path / name
+        assert [file.name for file in part.to_csv(folder)][-2:] == ["trajectory.csv", "run.json"]
+        if name == "all":
+            assert (folder / "trajectory.csv").read_bytes() == (expected / "trajectory.csv").read_bytes()
+        program = os.environ.get("TUMBLE") or shutil.which("tumble")
+        for command in ("verify", "view"):
+            table = str(folder / "trajectory.csv")
+            end = subprocess.run([program, command, table], capture_output=True, text=True, timeout=120)
+            assert end.returncode == 0, end.stdout + end.stderr
+        read = tumble.Trajectory.from_csv(scene, folder)
+        np.testing.assert_array_equal(read.states, part.states)
+        for column, numbers in part.contacts.items():
+            np.testing.assert_array_equal(read.contacts[column], numbers)
+        assert part[0] is not None and part.time[0] == pytest.approx(0.002 * start)
+    # What pushed it otherwise is in no run.json.
+    simulation = scene.simulate()
+    assert not any("run" in file.name for file in simulation.run(9, np.ones((9, 6))).to_csv(tmp_path / "all"))
+    assert not (tmp_path / "all" / "run.json").exists()

@@ -226,6 +226,16 @@ pub struct SummaryFile {
 }
 
 impl StartState {
+    fn of(state: &State, random: bool) -> Self {
+        Self {
+            position: numbers(&state.position),
+            random,
+            attitude: Exactly(state.attitude.into()),
+            velocity: numbers(&state.velocity),
+            spin: numbers(&state.spin),
+        }
+    }
+
     fn state(&self) -> State {
         State {
             position: self.position.0.into(),
@@ -367,13 +377,6 @@ impl RunFile {
             OutputFormat::Tables(model) => (Some(model), None),
             OutputFormat::Trajectory => (None, Some((&scene.starts[0], &scene.loads[0]))),
         };
-        let start = |start: &State| StartState {
-            position: numbers(&start.position),
-            random: scene.drawn,
-            attitude: Exactly(start.attitude.into()),
-            velocity: numbers(&start.velocity),
-            spin: numbers(&start.spin),
-        };
         Ok(Self {
             outcome: run.outcome.to_owned(),
             tumble_version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -388,7 +391,7 @@ impl RunFile {
             model: tables.map(|model| Model::clone(model)),
             kept: Kept::default(),
             solver: SolverSettings::of(scene)?,
-            start: one.map(|(state, _)| start(state)),
+            start: one.map(|(state, _)| StartState::of(state, scene.drawn)),
             summary: SummaryFile::of(run, climbs),
             largest_overlap_m: tables.map(|_| run.largest_overlap),
             joints: run.joints,
@@ -397,15 +400,12 @@ impl RunFile {
     }
 
     /// That of a run of `scene`, or of a part of one, whose rows these are, a state without a step at last: it
-    /// begins with the first of them and is complete, whatever was asked for. None of a scene of `[body]`, whose run.json stands beside another
-    /// table, nor without rows.
+    /// begins with the first of them and is complete, whatever was asked for. None without rows.
     ///
     /// # Errors
     /// As [`RunFile::of`].
     pub fn of_rows(scene: &Scene, rows: &[TableStep]) -> Result<Option<Self>, Failure> {
-        let (OutputFormat::Tables(_), Some(first)) = (&scene.format, rows.first()) else {
-            return Ok(None);
-        };
+        let Some(first) = rows.first() else { return Ok(None) };
         let (mut summary, mut joints) = (RunSummary::default(), JointsSummary::default());
         let (mut largest_overlap, mut world) = (0.0_f64, scene.world.clone());
         let mut taut = Taut::default();
@@ -443,10 +443,17 @@ impl RunFile {
             scene,
             &Ended { outcome, summary, seconds, largest_overlap, joints, taut: &taut },
         )?;
-        file.steps = Some(rows.len() as u64);
         file.start_index = first.row.index;
         if let Some(model) = &mut file.model {
+            file.steps = Some(rows.len() as u64);
             model.start_at(&first.states, first.row.index as f64 * scene.world.time_step())?;
+        }
+        if let Some(parameters) = &mut file.parameters {
+            parameters.steps = rows.len() as u64;
+        }
+        if let (Some(start), Some(state)) = (&mut file.start, first.states.first()) {
+            let is_drawn = start.random && scene.starts == first.states;
+            *start = StartState::of(state, is_drawn);
         }
         Ok(Some(file))
     }

@@ -16,9 +16,10 @@
 use super::StepRecord;
 use super::rows::{Kept, RowWriter};
 use super::sheet::{RowsError, Sheet, Steps};
+use super::tables::{ContactRow, StepRow, TableStep};
 use crate::contact::{Contact, rounding};
 use crate::mechanics::{Pose, State};
-use crate::step::StepStatus;
+use crate::step::{StepReport, StepStatus};
 use crate::step_nlp::SMOOTHING;
 use crate::step_nlp::layout::{Layout, STATE};
 use crate::step_nlp::point::{Products, products};
@@ -138,42 +139,83 @@ impl<W: Write + Send> TrajectoryWriter<W> {
         else {
             return Err(refused("the record has no state of a body"));
         };
-        self.fill(record, &next.pose())?;
+        let contacts = record.contacts.iter().zip(&record.solution.contacts);
+        let contacts = contacts
+            .map(|(contact, found)| (contact, (found.force, found.slip), found.carries_force()));
+        self.fill((state, next), contacts)?;
+        let residual = if is_end { 0.0 } else { record.certificate.residual() };
+        let StepReport { status, iterations, .. } = record.report;
+        let (at, share) = ((record.index, time), record.restitution_share);
+        self.row(at, state, (status, iterations, residual), share)
+    }
+
+    /// Writes the row of a step of the [tables](crate::simulation::tables) of a run of one body and the ground, which ends at the
+    /// state `next`: with the bytes that [`TrajectoryWriter::write`] writes of its record.
+    ///
+    /// # Errors
+    /// The stream's; a step without a state, or with contacts that the body does not have.
+    pub fn write_step(&mut self, step: &TableStep, next: &State) -> io::Result<()> {
+        let StepRow { index, time, status, iterations, residual, restitution_share, .. } = step.row;
+        if !self.kept.has(index, status) {
+            return Ok(());
+        }
+        let state = step.states.first();
+        let state = state.ok_or_else(|| refused("the step has no state of a body"))?;
+        let contact = |row: &ContactRow| row.contact(&self.world, &step.states);
+        let contacts: Result<Vec<_>, _> = step.contacts.iter().map(contact).collect();
+        let contacts =
+            contacts.map_err(|_| refused("the step has a contact that the body does not have"))?;
+        let found = contacts.iter().zip(&step.contacts).map(|(contact, row)| {
+            (contact, (row.force, row.slip), row.normal.dot(&row.force) > 0.0)
+        });
+        self.fill((state, next), found)?;
+        self.row((index, time), state, (status, iterations, residual), restitution_share)
+    }
+
+    fn row(
+        &mut self,
+        (index, time): (u64, f64),
+        state: &State,
+        (status, iterations, residual): (StepStatus, u32, f64),
+        share: f64,
+    ) -> io::Result<()> {
         let Self { rows, .. } = self;
-        rows.whole(record.index);
+        rows.whole(index);
         rows.number(time);
         rows.numbers(state.to_vector().as_slice());
         rows.numbers(&self.step);
         self.carrying.iter().for_each(|carries| rows.whole((*carries).into()));
-        rows.text(record.report.status.name());
-        rows.whole(record.report.iterations.into());
-        rows.number(if is_end { 0.0 } else { record.certificate.residual() });
+        rows.text(status.name());
+        rows.whole(iterations.into());
+        rows.number(residual);
         if self.world.has_restitution() {
-            rows.number(record.restitution_share);
+            rows.number(share);
         }
         rows.end_row()
     }
 
-    /// The columns of the step, which ends at `next`.
-    fn fill(&mut self, record: &StepRecord, next: &Pose) -> io::Result<()> {
+    /// The columns of a step between two states, of contacts with a force (N, world) and a slip (m/s), and whether they carry one.
+    fn fill<'c>(
+        &mut self,
+        (state, next): (&State, &State),
+        contacts: impl Iterator<Item = (&'c Contact, (Vector3<f64>, Vector3<f64>), bool)>,
+    ) -> io::Result<()> {
         self.step.fill(0.0);
         self.carrying.fill(false);
-        for (contact, found) in record.contacts.iter().zip(&record.solution.contacts) {
+        let ends = (std::slice::from_ref(state), std::slice::from_ref(next));
+        for (contact, (force, slip), carries) in contacts {
             if contact.key.point >= self.carrying.len() {
                 return Err(refused("the record has a contact of a point that the body has not"));
             }
-            let ends = (&record.states[..], &record.solution.states[..]);
-            let slip = found.slip.norm();
-            let found_products =
-                program_columns(&self.world, contact, ends, next, (found.force, slip));
-            let Products { normal, friction, slip_speed } = found_products;
-            let f = found.force;
-            let values = [f[0], f[1], f[2], normal, friction, slip_speed];
+            let products =
+                program_columns(&self.world, contact, ends, &next.pose(), (force, slip.norm()));
+            let Products { normal, friction, slip_speed } = products;
+            let values = [force[0], force[1], force[2], normal, friction, slip_speed];
             let places = self.layout.contact_variables(contact.key.point);
             for (place, value) in places.into_iter().zip(values) {
                 self.step[place - STATE.end] = value;
             }
-            self.carrying[contact.key.point] = found.carries_force();
+            self.carrying[contact.key.point] = carries;
         }
         Ok(())
     }

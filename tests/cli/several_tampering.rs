@@ -129,6 +129,20 @@ fn contacts_that_the_bodies_do_not_have_are_named() {
     }
 }
 
+/// What a contact with the ground has besides numbers that the step is judged by.
+#[test]
+fn a_contact_with_the_ground_has_the_radius_of_its_point_and_no_index() {
+    for (column, value, code) in [("radius_m", "0.01", 1), ("partner_index", "1", 2)] {
+        let end = verify_changed("contacts.csv", |table| {
+            let (row, column) = (row(table, 12, 0), table.column(column));
+            table.rows[row][column] = value.to_owned();
+        });
+        let said = format!("{}{}", end.stdout, end.stderr);
+        assert_eq!(end.code, Some(code), "{column}: {end:?}");
+        assert!(said.contains(if code == 1 { "radius" } else { "ground" }), "{column}: {said}");
+    }
+}
+
 #[test]
 fn rows_missing_double_or_out_of_order_are_refused_with_table_and_line() {
     type Change = fn(&mut Table);

@@ -242,7 +242,7 @@ fn a_box_is_thrown_onto_any_side_at_any_place() {
             let text = throw
                 .replace("position = [1.0, 0.0]", &format!("position = [{x}, {y}]"))
                 .replace("down = \"+x\"", &format!("down = \"{side}\""));
-            let file = ProblemFile::of_text(&text, &folder.join("throw.toml"), read).unwrap();
+            let file = ProblemFile::of_text(&text, &folder.join("throw.toml"), &read).unwrap();
             let found = planned(&file);
             reached += u32::from(found.status == PlanStatus::Replayed);
             println!("{side} at ({x}, {y}): {:?} {}", found.status, found.reason);

@@ -434,6 +434,13 @@ impl<'a> Simulation<'a> {
         Ok(())
     }
 
+    /// Whether the last step left all as it was, to the last bit, so that the one to come ends as that one did, as long as nothing is
+    /// changed from outside.
+    #[must_use]
+    pub fn rests(&self) -> bool {
+        self.scratch.rest.is_known()
+    }
+
     /// The wrenches of the step to come.
     fn set_wrenches(&mut self) {
         let (index, h) = (self.index, self.world.time_step());

@@ -11,6 +11,7 @@ simulated raises ``TumbleError``, a ValueError; a step that was not solved is ta
 is named in ``unsolved``.
 """
 
+from ._contacts import Contacts
 from ._gradients import Derivatives, RolloutDerivatives
 from ._plan import Miss, Plan, plan
 from ._problem import ContactProblem, ContactSolution
@@ -19,7 +20,7 @@ from ._rollout import Rollouts, Unsolved, rollout
 from ._scene import Scene, drop, floating, load
 from ._simulation import Simulation, Step
 from ._trajectory import STATE_COLUMNS, Page, Picture, Trajectory
-from ._tumble import PARAMETERS, STATUSES, Contacts, TumbleError, __version__, has_ipopt
+from ._tumble import PARAMETERS, STATUSES, TumbleError, __version__, has_ipopt
 
 __all__ = [
     "PARAMETERS",

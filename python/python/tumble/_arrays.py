@@ -27,6 +27,8 @@ def numbers(name: str, value: Any, *shapes: Sequence[Dimension]) -> "Floats":
         array = np.asarray(value)
     except (TypeError, ValueError) as error:
         raise TumbleError(f"{name}: an array of numbers is needed: {error}") from None
+    if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
+        raise TumbleError(f"{name} has masked numbers; all are needed, as value.filled(...) has them")
     if array.dtype.kind not in "fiu":
         raise TumbleError(
             f"{name} has dtype {array.dtype}; real numbers, best of all float64, are needed"

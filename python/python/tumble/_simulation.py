@@ -15,15 +15,13 @@ from ._robot import Robot
 from ._scene import Scene
 from ._toml import document
 from ._trajectory import Trajectory, by_name, contacts_frame
-from ._tumble import Contacts, CoreSimulation, Recording, TumbleError
+from ._tumble import CoreSimulation, Recording, TumbleError
 
 if TYPE_CHECKING:
     import pandas as pd
 
 _MOST_STEPS = 2**53 - 1
 
-
-Mapping.register(Contacts)
 
 _AXES = {0: "x", 1: "y", 2: "slide", 3: "turn_x", 4: "turn_y", 5: "turn"}
 """What the axes of joints are called that drives act on."""
@@ -216,7 +214,8 @@ class Simulation(CoreSimulation):
         steps = whole("steps", steps, 0)
         bodies = len(self.bodies)
         of_step = Recording.step_bytes(bodies, len(self.scene.joints))
-        room(f"{steps} recorded steps of {bodies} bodies", steps * of_step)
+        of_bodies = f"{bodies} {'body' if bodies == 1 else 'bodies'}"
+        room(f"{steps} recorded steps of {of_bodies}", steps * of_step)
         if wrenches is not None:
             shapes = _shapes((steps, bodies, 6), bodies)
             wrenches = numbers("wrenches", wrenches, *shapes).reshape(steps, bodies, 6)

@@ -274,15 +274,18 @@ class Trajectory:
     def to_csv(self, folder: Location) -> List[Path]:
         """Writes states.csv, contacts.csv, steps.csv, of a scene with joints joints.csv, and of one with
         gears gears.csv, which read back to the same doubles; and run.json, with which the command line verifies and shows them.
+        Of a scene written with ``[body]`` this is the run.json of a table more, trajectory.csv, as the command line writes both.
 
         A run.json says what was simulated: there is none, and one of before is removed, where more moved it
-        than the scene says (wrenches, motors or states set on the way, bodies that came or went), and of
-        scenes written with ``[body]``."""
+        than the scene says (wrenches, motors or states set on the way, bodies that came or went)."""
         self._need_contacts("to_csv")
         folder = Path(folder)
         folder.mkdir(parents=True, exist_ok=True)
         tables = zip(_TABLES, self.recording.tables())
         files = [written(folder / f"{name}.csv", table) for name, table in tables]
+        of_one = self.recording.trajectory()
+        if of_one is not None:
+            files.append(written(folder / _OF_ONE, of_one))
         run = self.recording.run_json()
         if run is None:
             (folder / "run.json").unlink(missing_ok=True)
@@ -297,15 +300,21 @@ class Trajectory:
         folder = Path(folder)
         of_one = folder if folder.is_file() else folder / _OF_ONE
         if of_one.is_file():
-            if of_one != folder and (folder / "states.csv").exists():
-                raise TumbleError(
-                    f"{folder}: states.csv and {_OF_ONE} are of two runs; {of_one} names the second, "
-                    "and the first needs a folder of its own"
-                )
-            return cls(scene, Recording.of_trajectory(scene, of_one.read_bytes()))
+            trajectory = cls(scene, Recording.of_trajectory(scene, of_one.read_bytes()))
+            if of_one == folder or not (folder / "states.csv").exists():
+                return trajectory
+        else:
+            trajectory = None
         names = _TABLES[: 5 if scene.gears else 4 if scene.joints else 3]
         tables = [(folder / f"{name}.csv").read_bytes() for name in names]
-        return cls(scene, _recording(scene, tables))
+        run = cls(scene, _recording(scene, tables))
+        # The tables have more of the same run.
+        if trajectory is not None and run.states.tobytes() != trajectory.states.tobytes():
+            raise TumbleError(
+                f"{folder}: states.csv and {_OF_ONE} are of two runs; {of_one} names the second, "
+                "and the first needs a folder of its own"
+            )
+        return run
 
     def plot(self, path: Optional[Location] = None, *, sheet: str = "motion", body: Any = 0) -> Any:
         """Plots of a body over time, as SVG: motion and contact forces, or the "energy" sheet.

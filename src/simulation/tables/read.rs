@@ -320,8 +320,8 @@ fn contact_row<R: Read>(
     sheet.expect(0, k)?;
     sheet.expect(1, number as u64)?;
     let place = sheet.whole(4)?;
-    let partner = sheet.field(3, "ground, fixed or body", |text| match text {
-        "ground" => Some(Partner::Ground),
+    let partner = sheet.field(3, "ground with the index 0, fixed or body", |text| match text {
+        "ground" if place == 0 => Some(Partner::Ground),
         "fixed" => Some(Partner::Fixed(place)),
         "body" => Some(Partner::Body(place)),
         _ => None,

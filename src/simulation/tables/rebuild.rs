@@ -79,6 +79,9 @@ impl ContactRow {
         if self.key.pair.is_some() {
             return Err("has a key of two pieces, and is with the ground");
         }
+        if point.radius != self.radius {
+            return Err("has a radius that its point does not have");
+        }
         let ground = world.ground().ok_or("is with a ground that is not there")?;
         Ok(Features::of_plane(point.position, point.radius, *ground.frame(), ground.offset()))
     }

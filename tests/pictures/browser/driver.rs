@@ -107,6 +107,10 @@ impl Browser {
         let answer = browser.post("", wanted);
         browser.session = format!("/session/{}", answer["sessionId"].as_str().unwrap());
         browser.resize(width, height, false);
+        // What the driver's log of the console leaves out.
+        let heard = "globalThis.raised = []; \
+                     addEventListener('error', (event) => globalThis.raised.push(event.message))";
+        browser.devtools("Page.addScriptToEvaluateOnNewDocument", json!({ "source": heard }));
         browser
     }
 

@@ -174,6 +174,7 @@ impl Browser {
     /// Nothing was said on the console and nothing was loaded.
     pub fn assert_quiet(&self) {
         assert_eq!(self.console(), [""; 0]);
+        assert_eq!(self.run("return globalThis.raised.splice(0)"), serde_json::json!([]));
         let loaded = self.run("return performance.getEntriesByType('resource').length");
         assert_eq!(loaded, 0, "nothing is loaded");
     }

@@ -300,11 +300,12 @@ matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
 addEventListener("hashchange", readLink);
 arrange();
 readLink();
-// Plots change their height when they are drawn; only a new width calls for new ones.
+// Plots change their height when they are drawn; only a new width calls for new ones, in the frame after it: what an
+// observer resizes itself is an error on the console.
 let width = 0;
 new ResizeObserver(([{ contentRect }]) => {
   if (contentRect.width === width) return;
   width = contentRect.width;
-  redraw();
+  requestAnimationFrame(redraw);
 }).observe($("sheets"));
 new ResizeObserver(repaint).observe($("stages"));
