@@ -139,6 +139,11 @@ impl Coupling {
         Self { lever, offset, rebound: 0.0, rows, law }
     }
 
+    /// The same, giving in all directions alike.
+    pub(super) fn giving_alike(&self) -> Self {
+        Self { rows: Rows { give: 1.0, ..self.rows }, ..*self }
+    }
+
     /// Whether it is a contact.
     pub(super) fn is_contact(&self) -> bool {
         matches!(self.law, Law::Cone(_))
