@@ -387,17 +387,17 @@ impl<E: Equations> Newton<E> {
     /// from the residuals here.
     fn set_direction(&mut self, equations: &E, matrix: f64, iterate: &Iterate<E>) -> bool {
         let Iterate { velocity, impulses, points, pulls, scratch, .. } = iterate;
-        let gives_alike = E::MAY_BE_TIED && self.gives_alike;
+        let gives_alike = self.gives_alike;
         let Self { step, pieces, eliminations, system, kept, .. } = self;
         let (at, graphs) = (Point { velocity, points, scratch }, equations.graphs());
         let answer = |index: usize, coupling: &Coupling| {
-            let of = |coupling| {
-                pulls[index].answer(pieces[index], (coupling, graphs), &impulses[index], matrix)
-            };
-            if gives_alike && !coupling.rows.give_alike() {
-                return of(&coupling.giving_alike());
+            let alike;
+            let mut coupling = coupling;
+            if E::MAY_BE_TIED && gives_alike && !coupling.rows.give_alike() {
+                alike = coupling.giving_alike();
+                coupling = &alike;
             }
-            of(coupling)
+            pulls[index].answer(pieces[index], (coupling, graphs), &impulses[index], matrix)
         };
         if kept.are_good && kept.compliance == matrix && kept.pieces == *pieces {
             let couplings = equations.couplings().iter().zip(&mut *eliminations);
