@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Vector3, Vector4};
 use tumble::contact::Plane;
 use tumble::geometry::Piece;
 use tumble::joint::{Drive, Joint, JointForce, JointFrame, Motor};
-use tumble::mechanics::{RigidBody, Rotation, State};
+use tumble::mechanics::{RigidBody, Rotation, State, Wrench};
 use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::step::StepStatus;
 use tumble::world::{Fixed, Parameters, World};
@@ -467,7 +467,7 @@ fn a_ball_joint_keeps_its_cone_and_its_twist() {
         let push = Vector3::new(direction.cos(), direction.sin(), 0.0);
         let mut simulation =
             Simulation::new(world.clone(), [state], Motion::native(&world)).unwrap();
-        let wrench = tumble::mechanics::Wrench { force: push * 30.0, torque: Vector3::zeros() };
+        let wrench = Wrench { force: push * 30.0, torque: Vector3::zeros() };
         simulation.set_wrench(0, wrench).unwrap();
         for _ in 0..30 {
             let record = run(&mut simulation, 100);
@@ -544,5 +544,52 @@ fn a_taut_chain_is_as_stable_as_its_record_tells() {
         let (told, aside) = pulled(h);
         assert!((told - h * bound).abs() < 0.02 * told, "{told} {}", h * bound);
         assert_eq!(aside < 1e-4, stays, "{part}: {aside}");
+    }
+}
+
+/// A box on four corners with a pendulum hinged within it. A torque about its diagonal takes the load off one corner, and the three
+/// others share it otherwise than by a linear pressure; as soon as the torque is gone all four bear a quarter, although (0, ½, ½, 0) and
+/// whatever lies between obeys the laws as well.
+#[test]
+fn shares_of_a_push_are_gone_with_it() {
+    let bodies =
+        vec![bar(4.0, Vector3::new(0.2, 0.2, 0.1)), bar(1.0, Vector3::new(0.02, 0.02, 0.05))];
+    let joint = Joint::revolute(
+        1,
+        Some(0),
+        [hinge(Vector3::new(0.0, 0.0, 0.05)), hinge(Vector3::new(0.0, 0.0, 0.1))],
+        Drive::NONE,
+    );
+    let parameters = Parameters {
+        bodies,
+        ground: Some(Plane::level()),
+        gravity: Vector3::new(0.0, 0.0, -G),
+        friction: 0.5,
+        time_step: 2e-3,
+        rotation: Rotation::Momentum,
+    };
+    let world = World::new(parameters).unwrap().with_joints(vec![joint]).unwrap();
+    let states = [at(Vector3::new(0.0, 0.0, 0.1)), at(Vector3::new(0.0, 0.0, 0.15))];
+    let mut simulation = Simulation::new(world.clone(), states, Motion::native(&world)).unwrap();
+    let corners = |record: &StepRecord| {
+        let of_box = record.contacts.iter().zip(&record.solution.contacts);
+        let of_box = of_box.filter(|(contact, _)| contact.key.body == 0);
+        of_box.map(|(_, force)| force.normal_force).collect::<Vec<_>>()
+    };
+    let weight = 5.0 * G;
+    for torque in [Vector3::new(7.0, -7.0, 0.0), Vector3::zeros()] {
+        simulation.set_wrench(0, Wrench { force: Vector3::zeros(), torque }).unwrap();
+        let record = run(&mut simulation, 5);
+        let forces = corners(&record);
+        assert_eq!(forces.len(), 4);
+        let least = forces.iter().copied().fold(f64::INFINITY, f64::min);
+        if torque == Vector3::zeros() {
+            for force in forces {
+                // The rule is kept to the part that its compliance has.
+                assert!((force - 0.25 * weight).abs() < 1e-5 * weight, "{force}");
+            }
+        } else {
+            assert!(least.abs() < 1e-9 * weight, "{least}");
+        }
     }
 }

@@ -202,6 +202,11 @@ impl Graph {
         self.count == 1 && first == (0.0, 0.0) && self.first == DOWN && self.last == DOWN
     }
 
+    /// Whether it is one straight line.
+    pub(crate) fn is_straight(&self) -> bool {
+        self.count == 1 && self.first == self.last
+    }
+
     /// p = 0, whatever the speed.
     #[must_use]
     pub const fn free() -> Self {

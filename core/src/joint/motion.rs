@@ -86,10 +86,16 @@ impl Joint {
         match turning {
             Turning::Free => vector_of(&at.turn),
             Turning::Locked => off(),
-            Turning::Hinge => Vector3::new(off()[0], off()[1], about_z()),
+            Turning::Hinge => {
+                let off = off();
+                Vector3::new(off[0], off[1], about_z())
+            }
             Turning::Ball => Vector3::new(swing(&at.turn), 0.0, about_z()),
             Turning::Gimbal => angles(),
-            Turning::Universal => Vector3::new(angles()[0], angles()[1], off()[2]),
+            Turning::Universal => {
+                let angles = angles();
+                Vector3::new(angles[0], angles[1], off()[2])
+            }
         }
     }
 
@@ -238,23 +244,29 @@ impl Joint {
     ) -> Option<(Vector3<f64>, Vector3<f64>, Vector3<f64>)> {
         let frames = self.placed(states)?;
         let at = between(&frames[0], &frames[1]);
-        Some(self.acting_at((&frames, &at), states.get(self.body)?, force))
+        let torque_map = self.turning_map((&at, &force.angles));
+        Some(self.acting_at((&frames, &torque_map), states.get(self.body)?, force))
     }
 
-    /// The same where its frames in the world and its coordinates are known, and the state of A.
+    /// The same where its frames in the world are known, the [map](Joint::turning_map) of its torques, and the state of A.
     fn acting_at(
         &self,
-        (frames, at): (&[JointFrame; 2], &Coordinates),
+        (frames, torque_map): (&[JointFrame; 2], &Matrix3<f64>),
         state: &State,
         force: &JointForce,
     ) -> (Vector3<f64>, Vector3<f64>, Vector3<f64>) {
         let along = rotation(&frames[1].attitude) * force.force;
         // About the axes of A, and in the world's.
-        let about = match self.turning() {
-            Turning::Free => Vector3::zeros(),
-            _ => Turn::new(self, (at, &force.angles), 1.0, 1.0).torque_map() * force.torque,
-        };
+        let about = torque_map * force.torque;
         (frames[0].anchor, along, rotation(&state.attitude) * about)
+    }
+
+    /// The torque on A, in its frame, of torques about the axes of its turn where it is at `at` and at the `angles` (rad).
+    fn turning_map(&self, at: (&Coordinates, &Vector3<f64>)) -> Matrix3<f64> {
+        match self.turning() {
+            Turning::Free => Matrix3::zeros(),
+            _ => Turn::new(self, at, 1.0, 1.0).torque_map(),
+        }
     }
 }
 

@@ -4,11 +4,11 @@
 //! Equation numbers are those of `docs/joints.md`.
 
 use super::{
-    Axis, AxisStart, Coordinates, Joint, JointForce, JointFrame, JointResidual, Turn, Turning,
-    aside, between, largest, load_of, rotation,
+    Axis, AxisStart, Coordinates, Joint, JointAxis, JointForce, JointFrame, JointResidual, Turn,
+    Turning, aside, between, largest, load_of, rotation,
 };
 use crate::mechanics::{RigidBody, State, Wrench};
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 /// Where a joint is in a step, found once for all that judges it.
 #[derive(Debug, Clone, Copy)]
@@ -19,6 +19,8 @@ pub(crate) struct Seen {
     at: (Coordinates, Vector3<f64>),
     after: (Coordinates, Vector3<f64>),
     before: (Coordinates, Vector3<f64>),
+    /// G of the turn where it is scaled by 1 m; nothing of what turns freely.
+    torque_map: Matrix3<f64>,
 }
 
 impl Joint {
@@ -36,7 +38,9 @@ impl Joint {
         let end = self.counted(&after, &force.angles);
         let angles = self.counted(&at, &end);
         let came = self.counted(&before, &angles);
-        Some(Seen { frames, at: (at, angles), after: (after, end), before: (before, came) })
+        let torque_map = self.turning_map((&at, &angles));
+        let (at, after, before) = ((at, angles), (after, end), (before, came));
+        Some(Seen { frames, at, after, before, torque_map })
     }
 
     /// Adds to the `loads` on all bodies (force in N, world; torque in N m, body) those of the joint's
@@ -45,13 +49,14 @@ impl Joint {
     pub(crate) fn add_loads(&self, states: &[State], force: &JointForce, loads: &mut [Wrench]) {
         if let Some(frames) = self.placed(states) {
             let at = between(&frames[0], &frames[1]);
-            self.add_loads_at((&frames, &at), states, force, loads);
+            let torque_map = self.turning_map((&at, &force.angles));
+            self.add_loads_at((&frames, &torque_map), states, force, loads);
         }
     }
 
     fn add_loads_at(
         &self,
-        at: (&[JointFrame; 2], &Coordinates),
+        at: (&[JointFrame; 2], &Matrix3<f64>),
         states: &[State],
         force: &JointForce,
         loads: &mut [Wrench],
@@ -118,7 +123,7 @@ impl Seen {
         force: &JointForce,
         loads: &mut [Wrench],
     ) {
-        joint.add_loads_at((&self.frames, &self.at.0), states, force, loads);
+        joint.add_loads_at((&self.frames, &self.torque_map), states, force, loads);
     }
 
     /// [`Joint::work`].
@@ -129,10 +134,11 @@ impl Seen {
         force: &JointForce,
         time_step: f64,
     ) -> Option<f64> {
-        let Self { frames, at: (at, angles), after: (after, end), before: (before, came) } = self;
+        let Self { frames, at: (at, angles), after: (after, end), before: (before, came), .. } =
+            self;
         if joint.moves {
             let (state, next) = (states.get(joint.body)?, next.get(joint.body)?);
-            let (anchor, along, about) = joint.acting_at((frames, at), state, force);
+            let (anchor, along, about) = joint.acting_at((frames, &self.torque_map), state, force);
             let torque = (anchor - state.position).cross(&along) + about;
             let torque = rotation(&state.attitude).tr_mul(&torque);
             let power = along.dot(&(state.velocity + next.velocity))
@@ -159,44 +165,33 @@ impl Seen {
         Some(0.5 * (work + about))
     }
 
-    /// w: how much faster each row becomes by an impulse along it of 1 over the mass of A, with nothing but its bodies to
-    /// move: of the place and of the turn, scaled by `length` (m). 1 where no drive asks for it.
-    fn responses(
+    /// w: how much faster a row becomes by an impulse along it of 1 over the mass of A, with nothing but its bodies to
+    /// move: of the place, or of the turn scaled by `length` (m). 1 of what no drive asks for.
+    fn response(
         &self,
         joint: &Joint,
         (bodies, states): (&[RigidBody], &[State]),
-        length: f64,
-    ) -> [Vector3<f64>; 2] {
-        let ones = [Vector3::repeat(1.0); 2];
-        let is_driven = |axis: &Axis| *axis != Axis::Locked && !axis.is_idle();
-        if !joint.linear.iter().chain(&joint.angular).any(is_driven) {
-            return ones;
-        }
-        let Some(unit) = bodies.get(joint.body).map(RigidBody::mass) else { return ones };
+        (axis, length): (JointAxis, f64),
+    ) -> f64 {
+        let Some(unit) = bodies.get(joint.body).map(RigidBody::mass) else { return 1.0 };
         let [a, b] = &self.frames;
-        let axes = rotation(&b.attitude);
-        let turned = Turn::new(joint, (&self.at.0, &self.at.1), 1.0, length).torque_map();
-        let about = rotation(&states[joint.body].attitude) * turned;
-        let mut responses = [Vector3::<f64>::zeros(); 2];
-        for body in [Some(joint.body), joint.other].into_iter().flatten() {
-            let (Some(of), Some(state)) = (bodies.get(body), states.get(body)) else {
-                return ones;
-            };
-            let (to_body, lever) =
-                (rotation(&state.attitude).transpose(), a.anchor - state.position);
-            let yields = |torque: Vector3<f64>| {
-                let torque = to_body * torque;
-                torque.dot(&(of.inertia_inverse() * torque))
-            };
-            let [places, turns] = &mut responses;
-            for (k, (place, turn)) in places.iter_mut().zip(turns.iter_mut()).enumerate() {
-                let across = lever.cross(&axes.column(k));
-                *place += unit * (1.0 / of.mass() + yields(across));
-                *turn += unit * yields(about.column(k).into_owned());
+        let (along, about) = match axis {
+            JointAxis::Linear(k) => (rotation(&b.attitude).column(k).into_owned(), None),
+            JointAxis::Angular(k) => {
+                let turned = self.torque_map.column(k) * length;
+                (Vector3::zeros(), Some(rotation(&states[joint.body].attitude) * turned))
             }
+        };
+        let mut response = 0.0;
+        for body in [Some(joint.body), joint.other].into_iter().flatten() {
+            let (Some(of), Some(state)) = (bodies.get(body), states.get(body)) else { return 1.0 };
+            let torque = about.unwrap_or_else(|| (a.anchor - state.position).cross(&along));
+            let torque = rotation(&state.attitude).tr_mul(&torque);
+            let turns = torque.dot(&(of.inertia_inverse() * torque));
+            response += unit * (along.norm_squared() / of.mass() + turns);
         }
         // A direction in which nothing can turn has no scale.
-        responses.map(|of| of.map(|w| if w > 0.0 && w.is_finite() { w } else { 1.0 }))
+        if response > 0.0 && response.is_finite() { response } else { 1.0 }
     }
 
     /// [`Joint::residual`]; `None` where `joint` is of a body that is not there.
@@ -211,12 +206,16 @@ impl Seen {
         // Impulses over the mass of A.
         let (h, unit) = (time_step, bodies.get(joint.body)?.mass());
         let mut residual = JointResidual::default();
-        let mut add = |axis: &Axis, start: &AxisStart, (u, f): (f64, f64), length: f64, w: f64| {
+        let mut add = |axis: &Axis, start: &AxisStart, (u, f): (f64, f64), length, which| {
             let is_finite = f.is_finite() && u.is_finite();
             let (part, missed) = match axis {
                 Axis::Locked => (&mut residual.locked, u.abs()),
                 Axis::Free(_) => {
                     let graph = axis.graph(start, h, (length, unit));
+                    let w = match axis.is_idle() {
+                        true => 1.0,
+                        false => self.response(joint, (bodies, states), (which, length)),
+                    };
                     (&mut residual.drive, graph.residual(u, f * h / unit / length, 1.0 / w))
                 }
             };
@@ -225,13 +224,12 @@ impl Seen {
         let rates = ((at.place - before.place) / h, (angles - came) / h);
         let [places, turns] = joint.starts_at((at, angles), rates);
         let length = joint.length(bodies);
-        let responses = self.responses(joint, (bodies, states), length);
         for (k, axis) in joint.linear.iter().enumerate() {
             let u = match axis {
                 Axis::Locked => after.place[k] / h,
                 Axis::Free(_) => (after.place[k] - at.place[k]) / h,
             };
-            add(axis, &places[k], (u, force.force[k]), 1.0, responses[0][k]);
+            add(axis, &places[k], (u, force.force[k]), 1.0, JointAxis::Linear(k));
         }
         if joint.turning() != Turning::Free {
             let aside = aside(joint.turning(), &after.turn);
@@ -240,7 +238,7 @@ impl Seen {
                     Axis::Locked => length * 2.0 * aside[k] / h,
                     Axis::Free(_) => length * (end[k] - angles[k]) / h,
                 };
-                add(axis, &turns[k], (u, force.torque[k]), length, responses[1][k]);
+                add(axis, &turns[k], (u, force.torque[k]), length, JointAxis::Angular(k));
             }
         }
         Some(residual)

@@ -435,11 +435,11 @@ impl<E: Equations> Descent<E> {
         let tolerances = *equations.tolerances();
         let mut reached = Reached { residual: f64::INFINITY, selected: false };
         let mut least = f64::INFINITY;
-        if equations.is_determined() {
+        if let Some(determined) = equations.determined() {
             let Self { newton, iterate, last_of_path: start, .. } = &mut *self;
             start.velocity.copy_from(&iterate.velocity);
             start.impulses.clone_from(&iterate.impulses);
-            let known = (evaluated, DETERMINED);
+            let known = (evaluated, DETERMINED, determined);
             let residual = newton.solve_determined(equations, known, iterate, effort);
             if residual <= tolerances.solved {
                 return Reached { residual, selected: true };

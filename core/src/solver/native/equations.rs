@@ -219,6 +219,15 @@ impl Setting {
     }
 }
 
+/// What is known of whether the rows are independent of each other.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Determined {
+    /// They are.
+    Surely,
+    /// It is to be seen of the solution.
+    Maybe,
+}
+
 /// Whether impulses that changed by the part `unsettled` of the largest are not nearly those of the next step. Of
 /// those of the first steps nothing is known.
 pub(super) fn changes(unsettled: f64) -> bool {
@@ -236,6 +245,9 @@ pub(super) trait Equations {
     /// Memory of an evaluation: [`motion_residual`](Self::motion_residual), then
     /// [`set_points`](Self::set_points) at the same velocities.
     type Scratch: Clone + std::fmt::Debug + Default;
+
+    /// Whether joints may tie the bodies.
+    const MAY_BE_TIED: bool = false;
 
     fn setting(&self) -> &Setting;
     fn setting_mut(&mut self) -> &mut Setting;
@@ -264,9 +276,10 @@ pub(super) trait Equations {
     fn set_foreseen(&self, _: &mut Self::Velocity, _: &mut Vec<Vector3<f64>>) -> Option<f64> {
         None
     }
-    /// Whether all rows are independent of each other, so that there is nothing to select.
-    fn is_determined(&self) -> bool {
-        false
+    /// Whether all rows are independent of each other, so that there is nothing to select, or may be: `None` where they are
+    /// not.
+    fn determined(&self) -> Option<Determined> {
+        None
     }
     /// Adds the impulses that joints had in the last step to those of the contacts.
     fn extend_previous(&self, _: &Step<'_>, _: &mut Vec<Vector3<f64>>) {}

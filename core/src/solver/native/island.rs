@@ -13,7 +13,9 @@ mod tangent;
 
 use super::blocks::BlockSystem;
 use super::coupling::{Coupling, approach};
-use super::equations::{Elimination, Equations, Point, Residual, Setting, Velocities, Velocity};
+use super::equations::{
+    Determined, Elimination, Equations, Point, Residual, Setting, Velocities, Velocity,
+};
 use super::fixed_motion::point_velocity;
 use super::law::{Answer, Gain};
 use super::member::Member;
@@ -93,8 +95,8 @@ pub(super) struct Island {
     /// The joints of the island, and where their couplings are.
     joints: Vec<JointPlace>,
     gears: Vec<Train>,
-    /// Whether joints alone tie them, without a loop: their rows are independent.
-    is_tree: bool,
+    /// Whether the rows are independent, as those of joints without a loop are.
+    determined: Option<Determined>,
     /// −V of all members at step k, where joints tie them.
     back: Vec<Velocity>,
     /// V and p̂ to which the last two steps lead on, where joints tie them and both are known.
@@ -118,7 +120,7 @@ impl Island {
             turns: Vec::new(),
             joints: Vec::new(),
             gears: Vec::new(),
-            is_tree: false,
+            determined: None,
             back: Vec::new(),
             ahead: (Vec::new(), Vec::new()),
             slow: SLOW * world.speed_scale(),
@@ -201,7 +203,7 @@ impl Island {
         let of_gears = self.gears.iter().flat_map(Train::pairs);
         let pairs = self.links.iter().filter_map(pair).chain(of_gears);
         self.pattern.set(self.members.len(), pairs);
-        self.is_tree = self.is_tree();
+        self.determined = self.find_determined();
         if !self.joints.is_empty() {
             let still = Velocity::zero();
             self.back.extend(self.members.iter().map(|member| still.moved(-1.0, member.old())));
@@ -213,12 +215,17 @@ impl Island {
         self.links.iter().take_while(|link| link.source == Source::Contact).count()
     }
 
-    /// Whether nothing but joints ties its bodies, which hang together, and these have no loop.
-    fn is_tree(&self) -> bool {
-        let ties = |joint: &JointPlace| joint.is_of_two;
-        let between = self.joints.iter().filter(|joint| ties(joint)).count();
+    /// Joints that hang all bodies together without a loop have independent rows; with contacts or gears beside them it is to be
+    /// seen. There are more joints than bodies where they have a loop.
+    fn find_determined(&self) -> Option<Determined> {
+        let between = self.joints.iter().filter(|joint| joint.is_of_two).count();
+        let has_loop = self.joints.len() > self.members.len();
+        if self.joints.is_empty() || has_loop {
+            return None;
+        }
         let alone = self.first_of_joints() == 0 && self.gears.is_empty();
-        alone && between + 1 == self.members.len() && self.joints.len() <= between + 1
+        let is_tree = alone && between + 1 == self.members.len();
+        Some(if is_tree { Determined::Surely } else { Determined::Maybe })
     }
 
     /// The residuals of the equations of motion (N1) of all bodies: linear and
@@ -412,6 +419,8 @@ impl Equations for Island {
     type System = IslandSystem;
     type Scratch = IslandScratch;
 
+    const MAY_BE_TIED: bool = true;
+
     fn setting(&self) -> &Setting {
         &self.setting
     }
@@ -464,8 +473,8 @@ impl Equations for Island {
         members.map(|(member, ahead)| member.way_from_old(ahead)).reduce(f64::max)
     }
 
-    fn is_determined(&self) -> bool {
-        self.is_tree
+    fn determined(&self) -> Option<Determined> {
+        self.determined
     }
 
     fn extend_previous(&self, step: &Step<'_>, previous: &mut Vec<Vector3<f64>>) {

@@ -1,14 +1,15 @@
 //! Semismooth Newton on the natural map of the contact law, with every contact eliminated.
 //!
-//! Equation numbers are those of `docs/native-solver.md`.
+//! Equation numbers are those of `docs/native-solver.md` and, from J on, of `docs/joints.md`.
 
 use super::coupling::Coupling;
 use super::effort::Effort;
-use super::equations::{Elimination, Equations, Point, Residual, Velocities, reserve};
+use super::equations::{Determined, Elimination, Equations, Point, Residual, Velocities, reserve};
 use super::law::{Factored, NaturalMap, Piece, Pull};
 use super::tolerances::{
-    CORRECTIONS, JUMPS, KEPT_FACTORS, NEWTON_ITERATIONS, ROLLING_CORRECTIONS, SETTLING,
-    SHORTEST_STEP, SUFFICIENT_DECREASE, WHOLE_STEPS,
+    CLEAR, CORRECTIONS, DETERMINED_ITERATIONS, FAST_FACTORS, JUMPS, KEPT_FACTORS, LEFT_OPEN,
+    NEWTON_ITERATIONS, ROLLING_CORRECTIONS, SETTLING, SHORTEST_STEP, SUFFICIENT_DECREASE,
+    WHOLE_STEPS,
 };
 use nalgebra::Vector3;
 
@@ -61,6 +62,8 @@ pub(super) struct Newton<E: Equations> {
     eliminations: Vec<Elimination<E::Slope>>,
     system: E::System,
     kept: Kept,
+    /// Whether the compliance in the matrix is alike in all directions, also of contacts that can roll.
+    gives_alike: bool,
 }
 
 /// Of which point the eliminations and the factorised system are.
@@ -82,6 +85,7 @@ impl<E: Equations> Newton<E> {
             eliminations: Vec::new(),
             system: E::System::default(),
             kept: Kept::default(),
+            gives_alike: false,
         }
     }
 
@@ -156,7 +160,7 @@ impl<E: Equations> Newton<E> {
             } else {
                 return (false, merit);
             }
-            self.kept.are_good = keeps(equations, before, merit.largest);
+            self.kept.are_good = keeps(equations, before, merit.largest, FAST_FACTORS);
         }
         (merit.largest <= until.residual, merit)
     }
@@ -232,22 +236,21 @@ impl<E: Equations> Newton<E> {
         let part = if settles { 1.0 } else { equations.policy().limit_compliance };
         let first = if setting.all_give_alike { 1.0 } else { part };
         let matrix = (map.compliance * first, map.compliance * part);
-        self.correct(equations, (matrix, limit(equations)), (merit, iterate), effort)
+        let most = if setting.all_give_alike { CORRECTIONS } else { ROLLING_CORRECTIONS };
+        self.correct(equations, (matrix, limit(equations), most), (merit, iterate), effort)
     }
 
     /// Moves a point near a solution of the law without compliance there, where the pieces are those found last, with
     /// the compliance `matrix` in the Newton matrix, and the second one from where the first is slow, until a residual of
-    /// `limit`. Returns the residual.
+    /// `limit`, by so many corrections that leave more than a small part of it. Returns the residual.
     fn correct(
         &mut self,
         equations: &E,
-        ((mut matrix, least), limit): ((f64, f64), f64),
+        ((mut matrix, least), limit, mut left): ((f64, f64), f64, u32),
         (mut merit, iterate): (Residual, &mut Iterate<E>),
         effort: &mut Effort<'_>,
     ) -> f64 {
-        let alike = equations.setting().all_give_alike;
         let enough = self::limit(equations);
-        let mut left = if alike { CORRECTIONS } else { ROLLING_CORRECTIONS };
         while left > 0 {
             if merit.largest <= limit || !effort.spend() {
                 break;
@@ -257,7 +260,7 @@ impl<E: Equations> Newton<E> {
             }
             self.try_step(iterate, 1.0);
             let corrected = evaluate(equations, &NaturalMap::EXACT, &mut self.trial);
-            let good = keeps(equations, merit.largest, corrected.largest);
+            let good = keeps(equations, merit.largest, corrected.largest, KEPT_FACTORS);
             let were_kept = std::mem::replace(&mut self.kept.are_good, good);
             let changes = matrix > least && !good;
             if changes {
@@ -278,15 +281,35 @@ impl<E: Equations> Newton<E> {
     }
 
     /// Solves the law without compliance, where nothing is to be selected, with the compliance `matrix` in the Newton matrix.
-    /// `evaluated` tells that the iterate was, for that law. Returns the residual.
+    /// `evaluated` tells that the iterate was, for that law. Returns the residual; infinite where something turns out to be to
+    /// select.
     pub(super) fn solve_determined(
         &mut self,
         equations: &E,
-        (evaluated, matrix): (bool, f64),
+        (evaluated, matrix, determined): (bool, f64, Determined),
         iterate: &mut Iterate<E>,
         effort: &mut Effort<'_>,
     ) -> f64 {
-        let (map, until) = (NaturalMap::EXACT, Until::converged(equations));
+        // What rolls gives more across only for the rule's sake: in the matrix it would make this slow.
+        self.gives_alike = true;
+        let residual =
+            self.find_determined(equations, (evaluated, matrix, determined), iterate, effort);
+        self.gives_alike = false;
+        residual
+    }
+
+    /// The same with the compliance as it is set.
+    fn find_determined(
+        &mut self,
+        equations: &E,
+        (evaluated, matrix, determined): (bool, f64, Determined),
+        iterate: &mut Iterate<E>,
+        effort: &mut Effort<'_>,
+    ) -> f64 {
+        let (map, mut until) = (NaturalMap::EXACT, Until::converged(equations));
+        if determined == Determined::Maybe {
+            until.iterations = DETERMINED_ITERATIONS;
+        }
         let merit = match evaluated {
             true => iterate.residual,
             false => evaluate(equations, &map, iterate),
@@ -299,7 +322,54 @@ impl<E: Equations> Newton<E> {
         self.find_pieces(equations, &map, iterate);
         // Kept factors gain a digit or two a step, where Newton's method doubles them: not the first below the limit.
         let limit = KEPT_FACTORS * limit(equations);
-        self.correct(equations, ((matrix, matrix), limit), (merit, iterate), effort)
+        // What a correction does not shrink by much is rounding.
+        let by = ((matrix, matrix), limit, 1);
+        let residual = self.correct(equations, by, (merit, iterate), effort);
+        let is_selected =
+            determined == Determined::Surely || self.is_selected(equations, matrix, iterate);
+        if is_selected { residual } else { f64::INFINITY }
+    }
+
+    /// Whether the laws leave nothing of the impulses of `iterate`, a solution, open. With the response W of the rows that hold,
+    ///
+    /// ```text
+    /// r ← (W + ε E)⁻¹ ε r,   r = p̂ at first,                                   (J16)
+    /// ```
+    ///
+    /// the step from u = 0 to u = −ε r, leaves of r what W does not see, and of all else little. What is open, and would not be where
+    /// others give way, has a say too: no row may be so near to another piece of its law.
+    fn is_selected(&mut self, equations: &E, matrix: f64, iterate: &mut Iterate<E>) -> bool {
+        let mut before = largest(&iterate.impulses);
+        let clear = CLEAR * before;
+        if !iterate.pulls.iter().all(|pull| pull.clearance(equations.graphs()) > clear) {
+            return false;
+        }
+        let (enough, mut is_selected) = (LEFT_OPEN * before, false);
+        self.trial.impulses.clone_from(&iterate.impulses);
+        self.trial.points.clone_from(&iterate.points);
+        loop {
+            let Self { trial, .. } = &*self;
+            let points = iterate.points.iter_mut().zip(&trial.points).zip(&trial.impulses);
+            points.for_each(|((point, u), left)| *point = u + matrix * left);
+            evaluate_again(equations, &NaturalMap::EXACT, iterate);
+            // The factors are those of a point near it, as long as the pieces are the same.
+            self.kept.are_good = true;
+            if !self.set_direction(equations, matrix, iterate) {
+                break;
+            }
+            let Self { trial, eliminations, step, .. } = &mut *self;
+            trial.impulses.clear();
+            trial.impulses.extend(eliminations.iter().map(|of| of.impulse_step(step)));
+            let left = largest(&trial.impulses);
+            is_selected = left <= enough;
+            if is_selected || left > KEPT_FACTORS * before {
+                break;
+            }
+            before = left;
+        }
+        iterate.points.clone_from(&self.trial.points);
+        evaluate_again(equations, &NaturalMap::EXACT, iterate);
+        is_selected
     }
 
     /// The pieces that `law`, which must be the one evaluated last, puts the contacts on.
@@ -315,10 +385,17 @@ impl<E: Equations> Newton<E> {
     /// from the residuals here.
     fn set_direction(&mut self, equations: &E, matrix: f64, iterate: &Iterate<E>) -> bool {
         let Iterate { velocity, impulses, points, pulls, scratch, .. } = iterate;
+        let gives_alike = self.gives_alike;
         let Self { step, pieces, eliminations, system, kept, .. } = self;
         let (at, graphs) = (Point { velocity, points, scratch }, equations.graphs());
         let answer = |index: usize, coupling: &Coupling| {
-            pulls[index].answer(pieces[index], (&coupling.rows, graphs), &impulses[index], matrix)
+            let alike;
+            let mut rows = &coupling.rows;
+            if E::MAY_BE_TIED && gives_alike && !rows.give_alike() {
+                alike = rows.giving_alike();
+                rows = &alike;
+            }
+            pulls[index].answer(pieces[index], (rows, graphs), &impulses[index], matrix)
         };
         if kept.are_good && kept.compliance == matrix && kept.pieces == *pieces {
             let couplings = equations.couplings().iter().zip(&mut *eliminations);
@@ -459,9 +536,14 @@ impl<E: Equations> Iterate<E> {
     }
 }
 
-/// Whether a step that made of a residual another one may be followed by one with the same factors.
-fn keeps(equations: &impl Equations, before: f64, after: f64) -> bool {
-    equations.policy().keeps_factors && after <= KEPT_FACTORS * before
+/// The largest entry.
+fn largest(impulses: &[Vector3<f64>]) -> f64 {
+    impulses.iter().map(Vector3::amax).fold(0.0, f64::max)
+}
+
+/// Whether a step that made of a residual another one, at most a `part` of it, may be followed by one with the same factors.
+fn keeps(equations: &impl Equations, before: f64, after: f64, part: f64) -> bool {
+    equations.policy().keeps_factors && after <= part * before
 }
 
 /// The residual at which the limit of vanishing compliance is reached: to rounding where the

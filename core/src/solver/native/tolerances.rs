@@ -98,10 +98,21 @@ pub(super) const STANDING_ITERATIONS: u32 = 10;
 /// ε in the Newton matrix where nothing is to be selected: the root of what doubles resolve, so that as much is lost by it
 /// as by rounding against the stiffness 1/ε.
 pub(super) const DETERMINED: f64 = 1e-8;
+/// Iterations of Newton's method where it is to be seen whether anything is to be selected.
+pub(super) const DETERMINED_ITERATIONS: u32 = 12;
+/// Impulses of which the laws leave no more than this part open are selected: the part by which those of the law with
+/// [`COMPLIANCE`] are off.
+pub(super) const LEFT_OPEN: f64 = 1e-6;
+/// Where a row is farther than this part of the largest impulse from another piece of its law, it stays on its own whatever
+/// gives way by [`COMPLIANCE`]: a hundred times as far.
+pub(super) const CLEAR: f64 = 100.0 * COMPLIANCE;
 /// What the last two steps lead to is a good start where it misses the laws by no more than this part of how far it is away.
 pub(super) const FORESEEN: f64 = 0.1;
 /// A step that leaves no more than this part of the residual was made with a matrix that is good for the next one, too.
 pub(super) const KEPT_FACTORS: f64 = 0.1;
+/// The same while Newton's method is still far: digits that come more slowly cost more than a new matrix. (Of an ant under random drives
+/// instructions within a step are 0.84 of those with the part above.)
+pub(super) const FAST_FACTORS: f64 = 0.01;
 /// Corrections towards the limit of vanishing compliance; one nearly always suffices. Those that leave little enough for the
 /// [factors to be kept](KEPT_FACTORS) are not counted.
 pub(super) const CORRECTIONS: u32 = 3;

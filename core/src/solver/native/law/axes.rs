@@ -118,6 +118,14 @@ impl Pull {
         free.map(margin).fold(f64::INFINITY, f64::min)
     }
 
+    /// The nearest corner of a row, which no straight line has.
+    pub(super) fn clearance(&self, graphs: &[Graph]) -> f64 {
+        let graph = |k: usize| self.axes.of(graphs, k);
+        let bent = (0..3).filter(|k| !graph(*k).is_straight());
+        let margin = |k: usize| graph(k).margin(self.pull(k), self.rho[k]);
+        bent.map(margin).fold(f64::INFINITY, f64::min)
+    }
+
     /// The largest speed of a row that a stop or friction holds.
     pub(super) fn held_speed(&self, graphs: &[Graph]) -> f64 {
         let speed = |k: usize| {

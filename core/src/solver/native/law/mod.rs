@@ -142,6 +142,14 @@ impl Pull {
         }
     }
 
+    /// How far it is from where its law bends, m/s.
+    pub(super) fn clearance(&self, graphs: &[Graph]) -> f64 {
+        match self {
+            Self::Cone(pull) => pull.margin(),
+            Self::Axes(pull) => pull.clearance(graphs),
+        }
+    }
+
     /// How fast the rows move that the impulse holds, m/s.
     pub(super) fn held_speed(&self, graphs: &[Graph]) -> f64 {
         match self {

@@ -40,6 +40,11 @@ impl Rows {
         self.give == 1.0
     }
 
+    /// The same, giving in all directions alike.
+    pub(in super::super) fn giving_alike(&self) -> Self {
+        Self { give: 1.0, ..*self }
+    }
+
     /// D p̂ = γ n + κ β (N6) of an impulse p̂ = γ n + β.
     #[inline]
     pub(in super::super) fn given(&self, impulse: &Vector3<f64>) -> Vector3<f64> {
