@@ -10,7 +10,9 @@
 //! Once they agree, it is solved again with the compliance about the forces that it ended with (p̂⁰ of P13): then it gives
 //! nothing, and the plan is the replay to rounding.
 
-use super::program::{NESTED_DISSECTION, PlanNlp, Solved, Told, or_refused, solve, usual_cost};
+use super::program::{
+    NESTED_DISSECTION, PlanNlp, Solved, Told, UNSCALED, or_refused, solve, usual_cost,
+};
 use super::{Leg, LegEnd, PlanError, Problem, Replay, Watch};
 use crate::ipopt::{BarrierStrategy, Options, ReturnStatus};
 
@@ -99,6 +101,7 @@ impl Polish {
                 initial_barrier: if pass == 0 { 1e-6 } else { 1e-8 },
                 bound_push: 1e-8,
                 mumps_pivot_order: NESTED_DISSECTION,
+                mumps_scaling: UNSCALED,
                 ..Options::default()
             };
             let known = end.controls.clone();
