@@ -232,7 +232,6 @@ fn a_ball_is_shot_off_two_cushions() {
 
 /// A box is thrown onto each of its four sides at five places; 19 of the 20 at least are reached to a millimetre and half a degree.
 #[test]
-#[ignore = "minutes"]
 fn a_box_is_thrown_onto_any_side_at_any_place() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/plans");
     let throw = std::fs::read_to_string(folder.join("throw.toml")).unwrap();
