@@ -3,8 +3,8 @@
 //! convex polyhedra", GDC 2013): exact if the cores overlap; if they are apart, a bound from
 //! below on their distance, which is exact if a face or two crossing edges are closest.
 
-use super::hull::Edge;
 use super::pair::{Pair, Scratch, highest, lowest};
+use super::segment::span;
 use super::touch::Side;
 use nalgebra::Vector3;
 
@@ -181,10 +181,4 @@ fn best_edges(pair: &Pair<'_>, scratch: &mut Scratch, mut best: Axis) -> Axis {
         }
     }
     best
-}
-
-/// The first vertex of an edge and the way to the second.
-pub(super) fn span(vertices: &[Vector3<f64>], edge: &Edge) -> (Vector3<f64>, Vector3<f64>) {
-    let [from, to] = edge.vertices.map(|vertex| vertices[vertex as usize]);
-    (from, to - from)
 }

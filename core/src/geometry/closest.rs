@@ -1,19 +1,9 @@
 //! The closest points of two cores that are apart, over all pairs of features.
 
-use super::axes::span;
 use super::hull::Edge;
 use super::pair::{Pair, Scratch, highest, lowest};
+use super::segment::{nearest_shares, span};
 use nalgebra::Vector3;
-
-/// The features that can be closest: those that reach into the layer in which the closest
-/// points must be.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Near {
-    edges_a: Vec<usize>,
-    edges_b: Vec<usize>,
-    vertices_a: Vec<usize>,
-    vertices_b: Vec<usize>,
-}
 
 /// A point of a core, as the feature that it is in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -64,8 +54,8 @@ pub(super) fn closest(
     let slack = 1e-12 * (1.0 + bound);
     let near_a = |v: &Vector3<f64>| axis.dot(v) >= beta - bound - slack;
     let near_b = |v: &Vector3<f64>| axis.dot(v) <= alpha + bound + slack;
-    select(pair.a.vertices(), pair.a.edges(), near_a, &mut near.vertices_a, &mut near.edges_a);
-    select(vertices, pair.b.edges(), near_b, &mut near.vertices_b, &mut near.edges_b);
+    near.a.find(pair.a.vertices(), pair.a.edges(), near_a);
+    near.b.find(vertices, pair.b.edges(), near_b);
 
     let mut square = bound * bound;
     let mut keep = |points: Points| {
@@ -74,7 +64,7 @@ pub(super) fn closest(
             (square, best) = (this, points);
         }
     };
-    for &vertex in &near.vertices_b {
+    for &vertex in &near.b.vertices {
         let b = vertices[vertex];
         for (index, face) in pair.a.faces().iter().enumerate() {
             let height = face.normal.dot(&b) - face.offset;
@@ -84,7 +74,7 @@ pub(super) fn closest(
             }
         }
     }
-    for &vertex in &near.vertices_a {
+    for &vertex in &near.a.vertices {
         let a = pair.a.vertices()[vertex];
         for (index, (face, normal)) in pair.b.faces().iter().zip(&*normals).enumerate() {
             let height = normal.dot(&(a - pair.shift)) - face.offset;
@@ -100,37 +90,6 @@ pub(super) fn closest(
 
 /// Nearer to its end than this part of an edge, a point is in the vertex.
 const AT_END: f64 = 1e-9;
-
-/// The edge that stands for a core without edges: its point.
-const POINT: usize = usize::MAX;
-
-fn select(
-    vertices: &[Vector3<f64>],
-    edges: &[Edge],
-    is_near: impl Fn(&Vector3<f64>) -> bool,
-    near_vertices: &mut Vec<usize>,
-    near_edges: &mut Vec<usize>,
-) {
-    near_vertices.clear();
-    near_vertices.extend((0..vertices.len()).filter(|&index| is_near(&vertices[index])));
-    near_edges.clear();
-    let reaches = |edge: &Edge| edge.vertices.iter().any(|&v| is_near(&vertices[v as usize]));
-    near_edges.extend((0..edges.len()).filter(|&index| reaches(&edges[index])));
-    if edges.is_empty() {
-        near_edges.push(POINT);
-    }
-}
-
-impl Near {
-    /// All pairs of near edges, in ascending order; see [`POINT`].
-    pub fn each_pair(&self, mut visit: impl FnMut(usize, usize)) {
-        for &a in &self.edges_a {
-            for &b in &self.edges_b {
-                visit(a, b);
-            }
-        }
-    }
-}
 
 /// The closest points of two edges: of p + s u and q + t v, 0 ≤ s, t ≤ 1.
 pub(super) fn of_edges(
@@ -157,32 +116,4 @@ pub(super) fn of_edges(
         on_a: on(pair.a.edges(), edge_a, s),
         on_b: on(pair.b.edges(), edge_b, t),
     }
-}
-
-/// s and t of the points p + s u and q + t v (0 ≤ s, t ≤ 1) that are nearest to each other; of parallel
-/// segments those of the first point of p. Either may be a point.
-#[must_use]
-#[inline(always)]
-pub fn nearest_shares(
-    (p, u): (&Vector3<f64>, &Vector3<f64>),
-    (q, v): (&Vector3<f64>, &Vector3<f64>),
-) -> (f64, f64) {
-    let (uu, vv, uv) = (u.norm_squared(), v.norm_squared(), u.dot(v));
-    let (ur, vr) = (u.dot(&(q - p)), v.dot(&(q - p)));
-    // The best s for a given t, and the other way round.
-    let s_of = |t: f64| if uu > 0.0 { ((ur + t * uv) / uu).clamp(0.0, 1.0) } else { 0.0 };
-    let t_of = |s: f64| if vv > 0.0 { ((s * uv - vr) / vv).clamp(0.0, 1.0) } else { 0.0 };
-    let determinant = uu * vv - uv * uv;
-    let free = if determinant > 1e-14 * uu * vv {
-        ((ur * vv - vr * uv) / determinant).clamp(0.0, 1.0)
-    } else {
-        0.0
-    };
-    let t = t_of(free);
-    (s_of(t), t)
-}
-
-/// The point of the segment q + t v, 0 ≤ t ≤ 1, that is nearest to `point`.
-pub(super) fn nearest(point: &Vector3<f64>, q: &Vector3<f64>, v: &Vector3<f64>) -> Vector3<f64> {
-    q + v * (v.dot(&(point - q)) / v.norm_squared()).clamp(0.0, 1.0)
 }

@@ -6,10 +6,11 @@
 //! parallel edges in the two ends of what they share.
 
 use super::Hull;
-use super::axes::{Axis, Kind, Tie, best_axis, span};
-use super::closest::{On, Points, closest, nearest, of_edges};
+use super::axes::{Axis, Kind, Tie, best_axis};
+use super::closest::{On, Points, closest, of_edges};
 use super::overlap::At;
 use super::pair::{Hint, Pair, Placed, Scratch, highest, lowest};
+use super::segment::{nearest, span};
 use super::separation::across_cores;
 use super::touch::{Feature, Part, Side, Touch};
 use nalgebra::Vector3;

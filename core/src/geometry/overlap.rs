@@ -7,7 +7,7 @@
 //! sides lie on each other as a vertex alone.
 
 use super::Hull;
-use super::closest::nearest;
+use super::segment::nearest;
 use nalgebra::Vector3;
 
 /// Which corner of the common polygon: places in the loops of both faces.

@@ -19,7 +19,7 @@ pub struct Scratch {
     /// Products of an edge of A with B's normals.
     pub(super) products: Vec<f64>,
     /// Features that may be the closest ones.
-    pub(super) near: super::closest::Near,
+    pub(super) near: super::near::Near,
     /// Two faces to be laid over each other.
     pub(super) overlap: super::overlap::Overlap,
 }

@@ -1,7 +1,8 @@
 //! A mass matrix taken apart into what is coupled, each part factorised.
 
 use super::{ProblemError, SparseMatrix};
-use crate::solver::native::fronts::{Fronts, Plan};
+use crate::solver::native::fronts::Fronts;
+use crate::solver::native::plan::Plan;
 use nalgebra::{DMatrix, DVector, Dyn, LU};
 
 /// Parts of up to so many numbers are factorised as dense matrices.

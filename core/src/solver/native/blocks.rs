@@ -9,8 +9,9 @@
 //! Where much is to be eliminated, the [fronts](super::fronts) of the same order do it, with the same pattern and pivots
 //! inside a front.
 
-use super::fronts::{Fronts, Plan};
+use super::fronts::Fronts;
 use super::pattern::Pattern;
+use super::plan::Plan;
 use super::six::{Factors, subtract_product};
 use nalgebra::{Matrix3, Matrix3x6, Matrix6, SMatrix, Vector6};
 
@@ -50,11 +51,11 @@ impl BlockSystem {
             return self.fronts.begin(plan);
         }
         self.diagonal.clear();
-        self.diagonal.resize(pattern.len(), Matrix6::zeros());
+        self.diagonal.resize(pattern.order.len(), Matrix6::zeros());
         self.upper.clear();
-        self.upper.resize(pattern.blocks(), Matrix6::zeros());
+        self.upper.resize(pattern.order.blocks(), Matrix6::zeros());
         self.lower.clear();
-        self.lower.resize(pattern.blocks(), Matrix6::zeros());
+        self.lower.resize(pattern.order.blocks(), Matrix6::zeros());
     }
 
     /// Adds to the block (row, column), which must be of the pattern.
@@ -97,7 +98,7 @@ impl BlockSystem {
     /// The block of two bodies, to be added to.
     fn target(&mut self, pattern: &Pattern, row: usize, column: usize) -> &mut Matrix6<f64> {
         let Some(plan) = pattern.plan() else {
-            return self.block(pattern, pattern.place(row), pattern.place(column));
+            return self.block(pattern, pattern.order.place(row), pattern.order.place(column));
         };
         let known =
             self.open[..self.opened].iter().position(|open| (open.0, open.1) == (row, column));
@@ -125,8 +126,8 @@ impl BlockSystem {
     fn block(&mut self, pattern: &Pattern, row: usize, column: usize) -> &mut Matrix6<f64> {
         match row.cmp(&column) {
             std::cmp::Ordering::Equal => &mut self.diagonal[row],
-            std::cmp::Ordering::Less => &mut self.upper[pattern.find(row, column)],
-            std::cmp::Ordering::Greater => &mut self.lower[pattern.find(column, row)],
+            std::cmp::Ordering::Less => &mut self.upper[pattern.order.find(row, column)],
+            std::cmp::Ordering::Greater => &mut self.lower[pattern.order.find(column, row)],
         }
     }
 
@@ -137,18 +138,18 @@ impl BlockSystem {
             return self.fronts.factorise(plan);
         }
         self.pivots.clear();
-        for pivot in 0..pattern.len() {
+        for pivot in 0..pattern.order.len() {
             let Some(factors) = Factors::new(&self.diagonal[pivot]) else { return false };
-            let row = pattern.row(pivot);
+            let row = pattern.order.row(pivot);
             for upper in &mut self.upper[row.clone()] {
                 factors.solve_block(upper);
             }
             self.pivots.push(factors);
             for i in row.clone() {
-                let (below, lower) = (pattern.column(i), self.lower[i]);
+                let (below, lower) = (pattern.order.column(i), self.lower[i]);
                 for j in row.clone() {
                     let upper = self.upper[j];
-                    let block = self.block(pattern, below, pattern.column(j));
+                    let block = self.block(pattern, below, pattern.order.column(j));
                     subtract_product(block, &lower, &upper);
                 }
             }
@@ -166,8 +167,8 @@ impl BlockSystem {
         if let Some(plan) = pattern.plan() {
             let Self { fronts, numbers, behind, .. } = self;
             numbers.resize(plan.size(), 0.0);
-            let places = |body: usize| (plan.place(body), pattern.place(body));
-            for (to, from) in (0..pattern.len()).map(places) {
+            let places = |body: usize| (plan.place(body), pattern.order.place(body));
+            for (to, from) in (0..pattern.order.len()).map(places) {
                 numbers[to..to + 6].copy_from_slice(values[from].as_slice());
             }
             if TRANSPOSED {
@@ -175,7 +176,7 @@ impl BlockSystem {
             } else {
                 fronts.solve(plan, numbers, behind);
             }
-            for (from, to) in (0..pattern.len()).map(places) {
+            for (from, to) in (0..pattern.order.len()).map(places) {
                 values[to].copy_from_slice(&numbers[from..from + 6]);
             }
             return;
@@ -187,14 +188,14 @@ impl BlockSystem {
         for (pivot, factors) in self.pivots.iter().enumerate() {
             factors.solve(&mut values[pivot].data.0[0]);
             let value = values[pivot];
-            for i in pattern.row(pivot) {
-                values[pattern.column(i)] -= self.lower[i] * value;
+            for i in pattern.order.row(pivot) {
+                values[pattern.order.column(i)] -= self.lower[i] * value;
             }
         }
-        for pivot in (0..pattern.len()).rev() {
+        for pivot in (0..pattern.order.len()).rev() {
             let mut value = values[pivot];
-            for i in pattern.row(pivot) {
-                value -= self.upper[i] * values[pattern.column(i)];
+            for i in pattern.order.row(pivot) {
+                value -= self.upper[i] * values[pattern.order.column(i)];
             }
             values[pivot] = value;
         }
@@ -210,14 +211,14 @@ impl BlockSystem {
             let Self { fronts, numbers, behind, .. } = self;
             numbers.resize(plan.size() * C, 0.0);
             let numbers = numbers.as_chunks_mut().0;
-            let places = |body: usize| (plan.place(body), pattern.place(body));
-            for (to, from) in (0..pattern.len()).map(places) {
+            let places = |body: usize| (plan.place(body), pattern.order.place(body));
+            for (to, from) in (0..pattern.order.len()).map(places) {
                 for (row, to) in numbers[to..to + 6].iter_mut().enumerate() {
                     *to = std::array::from_fn(|k| values[from][(row, k)]);
                 }
             }
             fronts.solve_all::<C>(plan, numbers, behind);
-            for (from, to) in (0..pattern.len()).map(places) {
+            for (from, to) in (0..pattern.order.len()).map(places) {
                 for (row, from) in numbers[from..from + 6].iter().enumerate() {
                     (0..C).for_each(|k| values[to][(row, k)] = from[k]);
                 }
@@ -230,14 +231,14 @@ impl BlockSystem {
         for (pivot, factors) in self.pivots.iter().enumerate().skip(first) {
             factors.solve_block(&mut values[pivot]);
             let value = values[pivot];
-            for i in pattern.row(pivot) {
-                subtract_product(&mut values[pattern.column(i)], &self.lower[i], &value);
+            for i in pattern.order.row(pivot) {
+                subtract_product(&mut values[pattern.order.column(i)], &self.lower[i], &value);
             }
         }
-        for pivot in (0..pattern.len()).rev() {
+        for pivot in (0..pattern.order.len()).rev() {
             let mut value = values[pivot];
-            for i in pattern.row(pivot) {
-                subtract_product(&mut value, &self.upper[i], &values[pattern.column(i)]);
+            for i in pattern.order.row(pivot) {
+                subtract_product(&mut value, &self.upper[i], &values[pattern.order.column(i)]);
             }
             values[pivot] = value;
         }
@@ -245,16 +246,16 @@ impl BlockSystem {
 
     /// Mᵀ x = b: first (E + D⁻¹ U)ᵀ, then (D + L)ᵀ.
     fn solve_transposed(&self, pattern: &Pattern, values: &mut [Vector6<f64>]) {
-        for pivot in 0..pattern.len() {
+        for pivot in 0..pattern.order.len() {
             let value = values[pivot];
-            for i in pattern.row(pivot) {
-                values[pattern.column(i)] -= self.upper[i].tr_mul(&value);
+            for i in pattern.order.row(pivot) {
+                values[pattern.order.column(i)] -= self.upper[i].tr_mul(&value);
             }
         }
         for (pivot, factors) in self.pivots.iter().enumerate().rev() {
             let mut value = values[pivot];
-            for i in pattern.row(pivot) {
-                value -= self.lower[i].tr_mul(&values[pattern.column(i)]);
+            for i in pattern.order.row(pivot) {
+                value -= self.lower[i].tr_mul(&values[pattern.order.column(i)]);
             }
             factors.solve_transposed(&mut value);
             values[pivot] = value;
@@ -301,7 +302,7 @@ mod tests {
                 let mut rhs = DVector::zeros(6 * bodies);
                 for i in 0..bodies {
                     let part = Vector6::from_fn(|_, _| number());
-                    values[pattern.place(i)] = part;
+                    values[pattern.order.place(i)] = part;
                     rhs.fixed_rows_mut::<6>(6 * i).copy_from(&part);
                 }
                 let expected = if transposed {
@@ -313,7 +314,7 @@ mod tests {
                 };
                 for i in 0..bodies {
                     // Condition numbers are below 100.
-                    let apart = expected.fixed_rows::<6>(6 * i) - values[pattern.place(i)];
+                    let apart = expected.fixed_rows::<6>(6 * i) - values[pattern.order.place(i)];
                     assert!(apart.amax() < 1e-13, "{bodies} {i} {transposed}");
                 }
             }

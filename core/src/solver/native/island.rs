@@ -638,7 +638,7 @@ impl Equations for Island {
         values.clear();
         values.resize(self.members.len(), Vector6::zeros());
         for (index, residual) in scratch.residuals.iter().enumerate() {
-            values[self.pattern.place(index)] = -stacked(residual);
+            values[self.pattern.order.place(index)] = -stacked(residual);
         }
         let couplings = self.links.iter().zip(&self.setting.couplings);
         for (of, elimination) in couplings.zip(eliminations) {
@@ -647,7 +647,7 @@ impl Equations for Island {
         blocks.solve::<false>(&self.pattern, values);
         step.clear();
         step.extend((0..self.members.len()).map(|index| {
-            let x = &values[self.pattern.place(index)];
+            let x = &values[self.pattern.order.place(index)];
             Velocity { linear: x.fixed_rows::<3>(0).into(), spin: x.fixed_rows::<3>(3).into() }
         }));
         step.is_finite()

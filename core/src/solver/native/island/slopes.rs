@@ -132,7 +132,7 @@ impl Island {
     ) {
         if let Kind::Gear(gear) = of.0.kind {
             for (body, wrench) in self.gears[gear].sides() {
-                values[self.pattern.place(body)] += wrench * offset[0];
+                values[self.pattern.order.place(body)] += wrench * offset[0];
             }
             return;
         }
@@ -142,7 +142,7 @@ impl Island {
                 rhs.fixed_rows_mut::<3>(0).copy_from(&(share * offset));
             }
             rhs.fixed_rows_mut::<3>(3).copy_from(&(share * (torque_map * offset)));
-            values[self.pattern.place(row)] += rhs;
+            values[self.pattern.order.place(row)] += rhs;
         }
     }
 

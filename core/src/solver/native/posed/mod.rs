@@ -17,10 +17,10 @@ use super::coupling::Coupling;
 use super::descent::{Descent, Known};
 use super::effort::Effort;
 use super::equations::{Elimination, Equations, Point, Residual, Setting, Slope, Velocities};
-use super::fronts::{Fronts, Plan};
+use super::fronts::Fronts;
 use super::law::{Answer, Gain};
-use super::policy::Policy;
-use super::policy::Start;
+use super::plan::Plan;
+use super::policy::{Policy, Start};
 use crate::problem::{ContactProblem, ProblemError, Selection, Solution, SolveOptions};
 use nalgebra::{Matrix3, Vector3};
 

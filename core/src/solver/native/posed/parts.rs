@@ -2,8 +2,8 @@
 
 use super::super::coupling::Coupling;
 use super::super::equations::Setting;
-use super::super::fronts::Plan;
 use super::super::law::{Axes, Cone, Law, Rows};
+use super::super::plan::Plan;
 use super::super::policy::Policy;
 use super::super::tolerances::Tolerances;
 use super::{Links, Posed};
