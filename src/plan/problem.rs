@@ -1,5 +1,7 @@
 //! What is sought, checked; its variables as one vector; its runs.
 
+mod checks;
+
 use super::control::{Applied, Control, ControlKind};
 use super::keep::Keep;
 use super::target::Target;
@@ -8,26 +10,18 @@ use crate::joint::{Joint, JointAxis};
 use crate::mechanics::{Load, State, Wrench};
 use crate::scenario::scene::Scene;
 use crate::simulation::{Simulation, StepRecord};
-use crate::world::{Constant, World};
+use crate::world::World;
 use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+
+use checks::{check_control, has_body, odd, sets_alike};
 
 /// More steps than this are no plan.
 const MOST_STEPS: usize = 100_000;
 
 /// No length of a problem is more, m: no state is farther away.
 pub(super) const FARTHEST: f64 = 1e6;
-
-/// The constants that may be looked for: what a scene's model has as a number of its own.
-const CONSTANTS: [Constant; 6] = [
-    Constant::Friction,
-    Constant::Restitution,
-    Constant::Mass,
-    Constant::Inertia,
-    Constant::Gravity,
-    Constant::Ground,
-];
 
 /// A scene, for how many steps, what may be chosen, and what is to come of it. The cost that is made least is, with the
 /// weights of each,
@@ -75,10 +69,6 @@ impl Variable {
 /// Is shown every step of a run: the simulation after it, the wrenches that acted, and the step.
 pub(super) type Visit<'a> =
     dyn FnMut(&Simulation<'_>, &[Wrench], &StepRecord) -> Result<(), PlanError> + 'a;
-
-fn odd<T>(why: String) -> Result<T, PlanError> {
-    Err(PlanError::Problem(why))
-}
 
 impl Problem {
     /// Checks the problem.
@@ -449,83 +439,4 @@ fn knot_of(step: usize, knots: usize, steps: usize) -> usize {
 /// The steps of the piece `knot` of `knots`: those k with ⌊k knots/steps⌋ = knot.
 fn steps_of(knot: usize, knots: usize, steps: usize) -> Range<usize> {
     (knot * steps).div_ceil(knots)..((knot + 1) * steps).div_ceil(knots)
-}
-
-/// Whether both give the same numbers of a start, or the same constant, of which one alone can count. Forces add up.
-fn sets_alike(a: &Control, b: &Control) -> bool {
-    a.kind.is_of_the_run() && a.kind == b.kind
-}
-
-fn has_body(of: &str, name: &str, body: usize, bodies: usize) -> Result<(), PlanError> {
-    if body < bodies {
-        return Ok(());
-    }
-    odd(format!("{of} {name:?}: body {body} is not there; 0 to {} are allowed", bodies - 1))
-}
-
-fn check_control(control: &Control, world: &World, steps: usize) -> Result<(), PlanError> {
-    let Control { name, kind, bounds, knots, effort } = control;
-    if let Some(body) = kind.body() {
-        has_body("control", name, body, world.bodies().len())?;
-    }
-    let components = kind.components();
-    if bounds.len() != components.len() {
-        let (count, wanted) = (bounds.len(), components.len());
-        return odd(format!("control {name:?}: {count} bounds are given; {wanted} are needed"));
-    }
-    for (component, [low, high]) in components.iter().zip(bounds) {
-        if !(low.is_finite() && high.is_finite() && low <= high) {
-            let why = format!("{low} to {high} are no bounds; two numbers in order are needed");
-            return odd(format!("control {name:?}: {component}: {why}"));
-        }
-    }
-    let most = if kind.is_of_the_run() { 1 } else { steps };
-    if !(1..=most).contains(knots) {
-        return odd(format!("control {name:?}: knots is {knots}; 1 to {most} are allowed"));
-    }
-    if !(*effort >= 0.0 && effort.is_finite()) {
-        return odd(format!("control {name:?}: effort is {effort}; 0 or more is needed"));
-    }
-    match kind {
-        ControlKind::Push(push) => {
-            let frame = &push.frame;
-            let apart = (frame.transpose() * frame - nalgebra::Matrix3::identity()).amax();
-            if !(apart < 1e-9 && frame.determinant() > 0.0) {
-                let why = "its axes are not three of length 1 across each other, right-handed";
-                return odd(format!("control {name:?}: {why}"));
-            }
-            if !push.point.iter().all(|x| x.abs() <= FARTHEST) {
-                let [x, y, z]: [f64; 3] = push.point.into();
-                let why =
-                    format!("at is [{x:?}, {y:?}, {z:?}]; numbers from -1e6 to 1e6 m are needed");
-                return odd(format!("control {name:?}: {why}"));
-            }
-            let friction = push.friction.unwrap_or(0.0);
-            if !(0.0..=10.0).contains(&friction) {
-                let why = format!("friction is {friction}; 0 to 10 is allowed");
-                return odd(format!("control {name:?}: {why}"));
-            }
-            Ok(())
-        }
-        ControlKind::Motor { axes } => {
-            let driven = world.driven_axes();
-            if let Some((joint, _)) = axes.iter().find(|axis| !driven.contains(axis)) {
-                return odd(format!("control {name:?}: joint {joint} has no such free axis"));
-            }
-            let of_a_place = |(_, axis): &(usize, JointAxis)| matches!(axis, JointAxis::Linear(_));
-            let along = axes.iter().filter(|axis| of_a_place(axis)).count();
-            if axes.is_empty() || along > 0 && along < axes.len() {
-                let why = "axes that slide, or axes that turn, are needed: its number is N, or N m";
-                return odd(format!("control {name:?}: {why}"));
-            }
-            let twice = (1..axes.len()).any(|k| axes[..k].contains(&axes[k]));
-            if twice { odd(format!("control {name:?}: a joint is named twice")) } else { Ok(()) }
-        }
-        ControlKind::Constant(constant) if !CONSTANTS.contains(constant) => {
-            let names: Vec<_> = CONSTANTS.iter().map(|constant| constant.name()).collect();
-            let why = format!("{} is not looked for; {} are", constant.name(), names.join(", "));
-            odd(format!("control {name:?}: {why}"))
-        }
-        _ => Ok(()),
-    }
 }

@@ -1,18 +1,21 @@
 //! URDF, the format of ROS.
 
+mod masses;
+mod shapes;
+mod tree;
+
 use super::Reading;
-use super::frame::{Frame, about, left_times};
+use super::frame::Frame;
 use super::left_out::pruned;
-use super::meshes;
-use super::model::{Follows, Form, Joint, Link, Look, Mass, Moves, Options, Robot, Seen, Shape};
+use super::model::{Follows, Joint, Link, Mass, Moves, Options, Robot};
 use super::notes::Notes;
 use super::xml::{Attributes, Element};
 use crate::scenario::shown;
-use nalgebra::{Matrix3, Vector3, Vector4};
+use nalgebra::Vector3;
 use std::collections::{BTreeMap, HashMap};
 
-/// More links than this are refused.
-const MOST_LINKS: usize = 2000;
+use masses::{inertial, origin};
+use tree::{Tree, end};
 
 /// Limits of joints are no farther than this, m or rad.
 const FARTHEST: f64 = 1e12;
@@ -71,66 +74,6 @@ pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
     }
     reader.robot.notes = reader.notes.sentences();
     Ok(reader.robot)
-}
-
-/// Links and joints by their names, and who hangs on whom.
-struct Tree<'e> {
-    links: HashMap<&'e str, &'e Element>,
-    /// The joints of each parent in the order of the file.
-    below: HashMap<&'e str, Vec<&'e Element>>,
-    root: &'e Element,
-}
-
-/// The one element `tag` in a joint, and the link that it names.
-fn end<'e>(joint: &'e Element, tag: &str) -> Result<&'e str, String> {
-    let element = joint.one(tag)?.ok_or_else(|| joint.wrong(format!("<{tag}> is needed")))?;
-    element.needed("link")
-}
-
-impl<'e> Tree<'e> {
-    fn of(root: &'e Element) -> Result<Self, String> {
-        let mut links = HashMap::new();
-        for link in root.all("link") {
-            if links.insert(link.needed("name")?, link).is_some() {
-                return Err(link.wrong("this name is given twice; each link needs its own"));
-            }
-            if links.len() > MOST_LINKS {
-                return Err(link.wrong(format!("with this there are more than {MOST_LINKS} links")));
-            }
-        }
-        let (mut below, mut parents) = (HashMap::<_, Vec<_>>::new(), HashMap::new());
-        let mut names = HashMap::new();
-        for joint in root.all("joint") {
-            if names.insert(joint.needed("name")?, ()).is_some() {
-                return Err(joint.wrong("this name is given twice; each joint needs its own"));
-            }
-            let (parent, child) = (end(joint, "parent")?, end(joint, "child")?);
-            for link in [parent, child] {
-                if !links.contains_key(link) {
-                    return Err(joint.wrong(format!("there is no link {:?}", shown::line(link))));
-                }
-            }
-            if parents.insert(child, parent).is_some() {
-                let child = shown::line(child);
-                return Err(joint.wrong(format!("{child:?} has a parent already; one is allowed")));
-            }
-            below.entry(parent).or_default().push(joint);
-        }
-        let mut roots =
-            root.all("link").filter(|link| !parents.contains_key(link.own("name").unwrap_or("")));
-        let first = roots.next();
-        if let Some(second) = roots.next() {
-            return Err(
-                second.wrong("it is no joint's child, as another link is not; one root is needed")
-            );
-        }
-        match first {
-            Some(root) => Ok(Self { links, below, root }),
-            None => {
-                Err(root.wrong("there is no link that is no joint's child; one root is needed"))
-            }
-        }
-    }
 }
 
 /// A joint that is still to be read, with what hangs on it.
@@ -393,141 +336,4 @@ impl<'a> Reader<'a> {
         }
         Ok(joint)
     }
-
-    fn read_shapes(&mut self, element: &Element, link: usize) -> Result<(), String> {
-        for collision in element.all("collision") {
-            let geometry = collision.one("geometry")?;
-            let geometry = geometry.ok_or_else(|| collision.wrong("<geometry> is needed"))?;
-            let [form] = &geometry.children[..] else {
-                return Err(
-                    geometry.wrong("one of box, sphere, cylinder, capsule and mesh is needed")
-                );
-            };
-            let frame = origin(collision)?;
-            for form in self.forms(form)? {
-                let index = self.robot.shapes.len();
-                self.robot.shapes.push(Shape {
-                    name: collision.own("name").map_or(format!("shape-{index}"), str::to_owned),
-                    link,
-                    form,
-                    frame,
-                    groups: [1, 1],
-                    friction: None,
-                    rubs: true,
-                    priority: 0,
-                    at: format!("{} of {}", collision.at(), element.at()),
-                });
-            }
-        }
-        Ok(())
-    }
-
-    /// What a link looks like, all of it or nothing: what is wrong with it does not change the motion.
-    fn read_looks(&mut self, element: &Element, link: usize) {
-        let before = self.robot.looks.len();
-        for visual in element.all("visual") {
-            match self.look(visual, link) {
-                Ok(look) => self.robot.looks.push(look),
-                Err(why) => {
-                    self.robot.looks.truncate(before);
-                    self.notes.unseen(why);
-                    return;
-                }
-            }
-        }
-    }
-
-    fn look(&self, visual: &Element, link: usize) -> Result<Look, String> {
-        let geometry = visual.one("geometry")?;
-        let geometry = geometry.ok_or_else(|| visual.wrong("<geometry> is needed"))?;
-        let [form] = &geometry.children[..] else {
-            return Err(geometry.wrong("one of box, sphere, cylinder, capsule and mesh is needed"));
-        };
-        let seen = if form.tag == "mesh" {
-            let scale = form.exactly::<3>("scale")?.unwrap_or([1.0; 3]);
-            let name = form.needed("filename")?;
-            let surface = meshes::surface(self.reading, name, scale, &self.robot.looks);
-            Seen::Mesh(surface.map_err(|why| form.wrong(why))?)
-        } else {
-            Seen::Form(self.form(form)?)
-        };
-        Ok(Look { link, seen, frame: origin(visual)? })
-    }
-
-    /// What a shape is made of: one form, or the pieces of a mesh.
-    fn forms(&mut self, element: &Element) -> Result<Vec<Form>, String> {
-        if element.tag != "mesh" {
-            return Ok(vec![self.form(element)?]);
-        }
-        let name = element.needed("filename")?;
-        let scale = element.exactly::<3>("scale")?.unwrap_or([1.0; 3]);
-        let one = [name.to_owned()];
-        let names = self.reading.pieces.get(name).map_or(&one[..], Vec::as_slice);
-        let mut forms = Vec::with_capacity(names.len());
-        for name in names {
-            let key = (name.clone(), scale.map(f64::to_bits));
-            if !self.hulls.contains_key(&key) {
-                let hulled = meshes::read(self.reading, name, scale);
-                let hulled = hulled.map_err(|why| element.wrong(why))?;
-                if let Some(note) = hulled.note(name) {
-                    self.notes.say(note);
-                }
-                self.hulls.insert(key.clone(), hulled.corners);
-            }
-            forms.push(Form::Hull(self.hulls[&key].clone()));
-        }
-        Ok(forms)
-    }
-
-    fn form(&self, element: &Element) -> Result<Form, String> {
-        let length = |field: &str| {
-            element.needed(field)?;
-            element.bounded(field, 0.0, [1e-9, 1e6])
-        };
-        match &*element.tag {
-            "box" => {
-                let size = element.exactly::<3>("size")?;
-                let size = Vector3::from(size.ok_or_else(|| element.wrong("size is needed"))?);
-                match size.iter().all(|side| (2e-6..=2e4).contains(side)) {
-                    true => Ok(Form::Box(size * 0.5)),
-                    false => Err(element.wrong("size: sides from 2e-6 to 2e4 m are needed")),
-                }
-            }
-            "sphere" => Ok(Form::Sphere(length("radius")?)),
-            "cylinder" => Ok(Form::Cylinder(0.5 * length("length")?, length("radius")?)),
-            "capsule" => Ok(Form::Capsule(0.5 * length("length")?, length("radius")?)),
-            _ => Err(element.wrong("one of box, sphere, cylinder, capsule and mesh is needed")),
-        }
-    }
-}
-
-/// `<origin>`: a place, and turns about x, y and z that stay, one after the other.
-fn origin(element: &Element) -> Result<Frame, String> {
-    let Some(origin) = element.one("origin")? else { return Ok(Frame::identity()) };
-    let position = origin.exactly::<3>("xyz")?.unwrap_or_default();
-    let [roll, pitch, yaw] = origin.exactly::<3>("rpy")?.unwrap_or_default();
-    Ok(Frame { position: position.into(), attitude: of_angles(roll, pitch, yaw) })
-}
-
-fn of_angles(roll: f64, pitch: f64, yaw: f64) -> Vector4<f64> {
-    let turned = left_times(&about(&Vector3::y(), pitch), &about(&Vector3::x(), roll));
-    left_times(&about(&Vector3::z(), yaw), &turned).normalize()
-}
-
-/// `<inertial>`; nothing where there is none.
-fn inertial(link: &Element) -> Result<Mass, String> {
-    let Some(inertial) = link.one("inertial")? else { return Ok(Mass::NONE) };
-    let mass = inertial.one("mass")?.ok_or_else(|| inertial.wrong("<mass> is needed"))?;
-    mass.needed("value")?;
-    let mass = mass.bounded("value", 0.0, [0.0, 1e9])?;
-    let inertia = match inertial.one("inertia")? {
-        None => Matrix3::zeros(),
-        Some(element) => {
-            let [xx, xy, xz, yy, yz, zz] = ["ixx", "ixy", "ixz", "iyy", "iyz", "izz"]
-                .map(|field| element.number(field).map(|number| number.unwrap_or(0.0)));
-            let (xx, xy, xz, yy, yz, zz) = (xx?, xy?, xz?, yy?, yz?, zz?);
-            Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz)
-        }
-    };
-    Ok(Mass { mass, centre: Vector3::zeros(), inertia }.placed(&origin(inertial)?))
 }

@@ -8,24 +8,26 @@
 //! of. So the features of a step are taken from where the pieces touch: at the step's start, or on the
 //! way to the end of what has been solved so far ([`super::meeting`]). What is merely near gives no contact.
 
+mod pairs;
+mod places;
+
 use super::between::Between;
 use super::key_index::{PieceIndex, ends_of};
 use super::meeting::{BAND, Look, Meeting};
 use super::memory::{Memory, NOWHERE, Neighbour};
 use super::owner::plane_of;
-use super::proxy::{Extent, Owner, Proxy, placed, proxies_of, size};
+use super::proxy::{Extent, Owner, Proxy, placed, size};
 use super::seam::shares_a_line_only;
 use super::{Contact, Partner};
-use crate::geometry::{Aabb, Hint, Scratch, Side, Sweep, Touch, bound, bulge, manifold};
+use crate::geometry::{Scratch, Side, Sweep, Touch, bound, manifold};
 use crate::mechanics::{Pose, State, Way};
 use crate::world::World;
+use places::{is_of, set_poses};
 use std::ops::Range;
 
 /// Pieces touch where they are apart by no more than this part of the smaller one's reach:
 /// rounding of a state, and drifts that no motion makes.
 const TOUCH: f64 = 1e-9;
-/// How much larger than its contents a box of the broad phase is, in parts of the reach.
-const MARGIN: f64 = 0.1;
 /// Meetings on the way of a step that are apart by no more than this part of it are at one time.
 const SAME_TIME: f64 = 1e-9;
 /// What overlaps by less than this part of the world's reach is not looked at when a solver's last
@@ -321,203 +323,12 @@ impl Neighbours {
             self.list_pieces(world);
         }
     }
-
-    /// Places the pieces at `states`. `false` where nothing can touch but the ground, or where there is not
-    /// one state a body.
-    fn stand(&mut self, world: &World, states: &[State]) -> bool {
-        if !is_of(world, states) {
-            return false;
-        }
-        let listed = self.lists(world);
-        if listed && self.memory.end == states {
-            return true;
-        }
-        self.set_end(states);
-        self.memory.from.clear();
-        if !listed {
-            self.list(world);
-        }
-        self.begin.clone_from(&self.poses);
-        self.ways.clear();
-        self.ways.resize(states.len(), Way::STILL);
-        self.fit_boxes(world, true);
-        true
-    }
-
-    /// Places the pieces at `next`, on their ways from `states`. `false` as above.
-    fn place(&mut self, world: &World, states: &[State], next: &[State]) -> bool {
-        if !is_of(world, states) || next.len() != states.len() {
-            return false;
-        }
-        let listed = self.lists(world);
-        // What was looked at last is in its boxes.
-        let Self { memory: Memory { from, end, .. }, begin, poses, .. } = self;
-        let begun = listed && (*from == states || *end == states);
-        if *from != states {
-            if *end == states {
-                begin.clone_from(poses);
-            } else {
-                set_poses(begin, states);
-            }
-            from.clear();
-            from.extend_from_slice(states);
-        }
-        self.set_end(next);
-        self.ways.clear();
-        self.ways.extend(states.iter().zip(next).map(|(from, to)| Way::between(from, to)));
-        if !listed {
-            self.list(world);
-        }
-        self.fit_boxes(world, begun);
-        true
-    }
-
-    fn set_end(&mut self, states: &[State]) {
-        self.memory.end.clear();
-        self.memory.end.extend_from_slice(states);
-        std::mem::swap(&mut self.poses, &mut self.spare_poses);
-        set_poses(&mut self.poses, states);
-        // Separations were asked for where the bodies were.
-        let Self { memory: Memory { pairs, .. }, proxies, poses, spare_poses: before, .. } = self;
-        if poses != before {
-            let stays = |at: usize| match proxies[at].owner {
-                Owner::Body(index) => before.get(index) == Some(&poses[index]),
-                Owner::Fixed(_) => true,
-            };
-            for pair in pairs.iter_mut().filter(|pair| !pair.is_bound) {
-                pair.is_bound = !(stays(pair.proxies.0) && stays(pair.proxies.1));
-            }
-        }
-    }
-
-    /// Finds the boxes and pairs anew where a piece leaves its box. `begun` tells that the starts of the
-    /// ways are known to be inside.
-    fn fit_boxes(&mut self, world: &World, begun: bool) {
-        let is_inside = |index: usize| {
-            (begun && self.is_near(index)) || {
-                let (known, around) = (&self.memory.boxes[index], self.around(world, index, begun));
-                known.joined(&around) == *known
-            }
-        };
-        let boxes = self.memory.boxes.len();
-        if boxes != self.bodies.len() || !(0..boxes).all(is_inside) {
-            self.search(world);
-        }
-    }
-
-    /// Whether a piece has moved by less than the margin of its box since that was made: a point c by at
-    /// most |r − r₀| + |A − A₀| |c|, and by the bulge of its way.
-    fn is_near(&self, index: usize) -> bool {
-        let body = self.bodies[index];
-        let (pose, before, extent) =
-            (&self.poses[body], &self.memory.searched[body], &self.extents[index]);
-        let moved = (pose.position - before.position).norm()
-            + extent.arm * (pose.rotation - before.rotation).norm();
-        moved + bulge(extent.arm, self.ways[body].angle()) <= MARGIN * extent.size
-    }
-
-    /// The box around the way of a piece of a body, or around its end alone if its start is known to be in a box
-    /// that the end is held against.
-    fn around(&self, world: &World, index: usize, begun: bool) -> Aabb {
-        let proxy = self.proxies[index];
-        let (piece, to) = placed(world, &self.poses, proxy);
-        let body = self.bodies[index];
-        let from = &self.begin[body];
-        let around = if begun { Aabb::of(piece, to) } else { Aabb::swept(piece, from, to) };
-        around.grown(bulge(self.extents[index].arm, self.ways[body].angle()))
-    }
-
-    /// Whether the pieces that are listed are those of the world.
-    fn lists(&self, world: &World) -> bool {
-        proxies_of(world).eq(self.proxies.iter().copied())
-    }
-
-    /// Lists the pieces of the world.
-    fn list(&mut self, world: &World) {
-        self.memory.boxes.clear();
-        self.memory.pairs.clear();
-        self.memory.start.clear();
-        self.list_pieces(world);
-    }
-
-    /// Makes all that follows from the world alone.
-    fn list_pieces(&mut self, world: &World) {
-        self.proxies.clear();
-        self.proxies.extend(proxies_of(world));
-        // Where the bodies are plays no part.
-        let poses = &self.poses;
-        let extents = self.proxies.iter().map(|proxy| Extent::of(placed(world, poses, *proxy).0));
-        self.extents.clear();
-        self.extents.extend(extents);
-        self.bodies.clear();
-        self.bodies.extend(self.proxies.iter().map_while(|proxy| match proxy.owner {
-            Owner::Body(index) => Some(index),
-            Owner::Fixed(_) => None,
-        }));
-        let fixed =
-            self.proxies[self.bodies.len()..].iter().map(|proxy| placed(world, poses, *proxy));
-        let fixed: Vec<_> = fixed.map(|(piece, pose)| Aabb::of(piece, pose)).collect();
-        self.sweep.set_fixed(&fixed);
-    }
-
-    /// The broad phase: boxes around where the pieces are and were, and in between, and the pairs that
-    /// share some of them. Pairs that were known keep their hints.
-    fn search(&mut self, world: &World) {
-        self.memory.boxes.clear();
-        self.memory.searched.clone_from(&self.poses);
-        for index in 0..self.bodies.len() {
-            let around = self.around(world, index, false);
-            self.memory.boxes.push(around.grown(MARGIN * self.extents[index].size));
-        }
-        let Self { memory, proxies, spare_pairs: spare, sweep, .. } = self;
-        let Memory { boxes, pairs, .. } = memory;
-        std::mem::swap(pairs, spare);
-        pairs.clear();
-        sweep.pairs(boxes, |i, j| {
-            let owners = (proxies[i].owner, proxies[j].owner);
-            let kept_apart = match owners {
-                (Owner::Body(a), Owner::Body(b)) => !world.may_touch(a, Partner::Body(b)),
-                (Owner::Body(body), Owner::Fixed(fixed))
-                | (Owner::Fixed(fixed), Owner::Body(body)) => {
-                    !world.may_touch(body, Partner::Fixed(fixed))
-                }
-                (Owner::Fixed(_), Owner::Fixed(_)) => true,
-            };
-            if owners.0 != owners.1 && !kept_apart {
-                let known = spare.binary_search_by(|pair| pair.proxies.cmp(&(i, j)));
-                pairs.push(known.map_or_else(
-                    |_| Neighbour {
-                        proxies: (i, j),
-                        hint: Hint::default(),
-                        gap: f64::INFINITY,
-                        is_bound: true,
-                        kept: 0..0,
-                    },
-                    |place| spare[place].clone(),
-                ));
-            }
-        });
-    }
 }
 
 /// Whether `world` has two things whose pieces could touch. Where it has not, there is nothing to ask.
 #[inline]
 pub(super) fn has_pairs(world: &World) -> bool {
     world.bodies().len() + world.fixed().len() >= 2
-}
-
-/// Whether pieces of `world` can touch anything but the ground, and `states` has one state a body.
-fn is_of(world: &World, states: &[State]) -> bool {
-    let bodies = world.bodies();
-    has_pairs(world)
-        && states.len() == bodies.len()
-        && bodies.iter().any(|body| !body.pieces().is_empty())
-}
-
-/// Makes `poses` those of `states`.
-fn set_poses(poses: &mut Vec<Pose>, states: &[State]) {
-    poses.clear();
-    poses.extend(states.iter().map(State::pose));
 }
 
 /// Notes that two owners met at the part `share` of the way.
