@@ -42,10 +42,11 @@ def test_the_friction_is_found():
     assert fit["fit"](fit["measured"]()) == pytest.approx(true, abs=4 * spread + 1e-5)
 
 
-def test_robots_fall_certified():
+@pytest.mark.parametrize("how", [[], ["--motors"]])
+def test_robots_fall_certified(how):
     folder = EXAMPLES.parents[1] / "data" / "robots"
     end = subprocess.run(
-        [sys.executable, str(EXAMPLES / "fall.py"), str(folder)],
+        [sys.executable, str(EXAMPLES / "fall.py"), str(folder), *how],
         capture_output=True,
         text=True,
         timeout=300,
