@@ -1,5 +1,7 @@
 //! Errors of the model: input out of range, with the field and the range in them.
 
+use crate::world::Partner;
+
 /// Why a model, state or step was refused. Each message names the field, what was
 /// given and what is allowed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -44,14 +46,13 @@ pub enum Error {
     },
     /// Bodies that overlap deep at the start.
     #[error(
-        "{first} and {second} overlap by {depth:.3e} m at the start; allowed is to touch, and \
-         {allowed:.1e} m"
+        "{} and {} overlap by {depth:.3e} m at the start; allowed is to touch, and {allowed:.1e} m",
+        between.0,
+        between.1
     )]
     Overlap {
-        /// One of them.
-        first: String,
-        /// The other.
-        second: String,
+        /// Whose they are.
+        between: (Partner, Partner),
         /// m.
         depth: f64,
         /// m.

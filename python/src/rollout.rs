@@ -86,7 +86,9 @@ fn on_batch<T: Send>(
     found.map_err(|error| match error {
         RolloutError { rollout: None, error } => of_step(&error),
         RolloutError { error: Error::Interrupted, .. } => PyKeyboardInterrupt::new_err(()),
-        in_rollout => refused(in_rollout),
+        RolloutError { rollout: Some(index), error } => {
+            refused(format!("rollout {index}: {}", content.naming(&error)))
+        }
     })
 }
 

@@ -144,8 +144,9 @@ impl Simulation {
             _ => content.motion_on(threads).map_err(in_python)?,
         };
         let simulation = simulation::Simulation::new(content.world.clone(), starts, motion);
-        let mut simulation = simulation.map_err(refused)?;
-        content.prepare(&mut simulation).map_err(refused)?;
+        let named = |error: Error| refused(content.naming(&error));
+        let mut simulation = simulation.map_err(named)?;
+        content.prepare(&mut simulation).map_err(named)?;
         if let Some(index) = index {
             simulation.set_index(index).map_err(refused)?;
         }
@@ -192,14 +193,16 @@ impl Simulation {
     /// Sets the states (N, 13) now.
     fn exchange_all(&mut self, states: PyReadonlyArrayDyn<'_, f64>) -> PyResult<()> {
         let states = to_states("states", &states)?;
-        self.moved().simulation.set_states(&states).map_err(refused)
+        let set = self.moved().simulation.set_states(&states);
+        set.map_err(|error| self.named(&error))
     }
 
     /// Sets the state (13,) of a body now.
     fn exchange(&mut self, body: usize, state: PyReadonlyArrayDyn<'_, f64>) -> PyResult<()> {
         let states = to_states("state", &state)?;
         let [state] = states[..] else { return Err(refused("state: 13 numbers are needed")) };
-        self.moved().simulation.set_state(body, state).map_err(refused)
+        let set = self.moved().simulation.set_state(body, state);
+        set.map_err(|error| self.named(&error))
     }
 
     /// The names of its bodies.
@@ -214,7 +217,7 @@ impl Simulation {
         let Running { simulation, last, .. } = self.moved();
         let new = content.bodies.len() - 1;
         let (body, start) = (content.world.bodies()[new].clone(), content.starts[new]);
-        simulation.add_body(body, start).map_err(refused)?;
+        simulation.add_body(body, start).map_err(|error| refused(content.naming(&error)))?;
         simulation.set_load(new, content.loads[new].clone()).map_err(refused)?;
         let record = last.change_bodies();
         if !record.states.is_empty() {
@@ -260,7 +263,8 @@ impl Simulation {
 
     /// Holds a body where it is, or lets it go.
     fn keep(&mut self, body: usize, held: bool) -> PyResult<()> {
-        self.moved().simulation.hold_body(body, held).map_err(refused)
+        let done = self.moved().simulation.hold_body(body, held);
+        done.map_err(|error| self.named(&error))
     }
 
     /// The indices of the bodies that are held.
@@ -452,7 +456,12 @@ impl Simulation {
         self.running.get_mut().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The same, moved by more than the scene says.
+    /// A refusal with the names of the scene.
+    fn named(&self, error: &Error) -> PyErr {
+        refused(self.content.naming(error))
+    }
+
+    /// What runs, moved by more than the scene says.
     fn moved(&mut self) -> &mut Running {
         let running = self.running();
         running.is_of_scene = false;

@@ -134,6 +134,51 @@ def test_every_state_of_a_run_is_a_start():
         assert scene.simulate(states).step().status != "failed"
 
 
+TIED = """
+steps = 5
+[ground]
+friction = 0.5
+[[bodies]]
+name = "cup"
+box = [0.2, 0.2, 0.2]
+mass = 1.0
+position = [0, 0, 0.5]
+[[bodies]]
+name = "saucer"
+box = [0.2, 0.2, 0.2]
+mass = 1.0
+position = [0, 0, 1.0]
+"""
+HOOK = """
+[[joints]]
+name = "hook"
+type = "spherical"
+bodies = ["cup", "saucer"]
+anchor_a = [0, 0, 0.25]
+anchor_b = [0, 0, -0.25]
+"""
+
+
+def test_states_that_cannot_be_are_refused_by_names():
+    free = tumble.Scene.from_text(TIED, "free.toml")
+    inside = free.simulate().states.copy()
+    inside[1, 2] = 0.6
+    refusal = "cup and saucer overlap by 1.000e-1 m at the start"
+    with pytest.raises(tumble.TumbleError, match=refusal):
+        free.simulate().states = inside
+    with pytest.raises(tumble.TumbleError, match=refusal):
+        tumble.Simulation(free, states=inside)
+    with pytest.raises(tumble.TumbleError, match="rollout 0: " + refusal):
+        tumble.rollout(free, inside[None], steps=3)
+    hanging = tumble.Scene.from_text(TIED + HOOK, "tied.toml").simulate()
+    apart = hanging.states.copy()
+    apart[1, 2] = 1.1
+    with pytest.raises(tumble.TumbleError, match="joint hook is 1.000e-1 m and"):
+        hanging.states = apart
+    with pytest.raises(tumble.TumbleError, match="cup is tied by joint hook;"):
+        hanging.hold("cup")
+
+
 def test_a_body_is_held_and_released():
     simulation = stack().simulate()
     for _ in range(20):

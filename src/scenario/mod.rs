@@ -24,6 +24,7 @@ pub mod kept;
 mod looks;
 pub mod model;
 pub mod names;
+mod naming;
 pub mod parameters;
 pub mod physics;
 #[cfg(feature = "csv")]

@@ -1,7 +1,7 @@
 //! Where bodies may start: not deep in each other or in the ground, and where their joints hold them.
 
 use crate::contact::detection::CONTACT_BAND;
-use crate::contact::{Candidates, Overlap, Partner};
+use crate::contact::{Candidates, Overlap};
 use crate::error::Error;
 use crate::joint::GEAR_AT_THE_START;
 use crate::mechanics::State;
@@ -35,14 +35,9 @@ fn check_overlap(
     candidates: &mut Candidates,
     asked: impl Fn(usize) -> bool,
 ) -> Result<(), Error> {
-    let name = |owner: Partner| match owner {
-        Partner::Ground => "the ground".to_owned(),
-        Partner::Fixed(index) => format!("fixed piece {index}"),
-        Partner::Body(index) => format!("body {index}"),
-    };
     match candidates.overlap_at_start(world, states, asked) {
-        Some(Overlap { depth, allowed, between: (first, second) }) => {
-            Err(Error::Overlap { first: name(first), second: name(second), depth, allowed })
+        Some(Overlap { depth, allowed, between }) => {
+            Err(Error::Overlap { between, depth, allowed })
         }
         None => Ok(()),
     }

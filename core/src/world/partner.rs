@@ -1,5 +1,7 @@
 //! What bodies touch, and by which constants.
 
+use std::fmt::{self, Display, Formatter};
+
 /// What a body touches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
@@ -18,6 +20,16 @@ impl Partner {
     #[inline]
     pub fn body(self) -> Option<usize> {
         if let Self::Body(index) = self { Some(index) } else { None }
+    }
+}
+
+impl Display for Partner {
+    fn fmt(&self, out: &mut Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Ground => out.write_str("the ground"),
+            Self::Fixed(index) => write!(out, "fixed piece {index}"),
+            Self::Body(index) => write!(out, "body {index}"),
+        }
     }
 }
 

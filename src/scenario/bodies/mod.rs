@@ -238,9 +238,8 @@ fn refuse_start_below_ground(scene: &Scene) -> Result<(), Failure> {
 /// Pieces that overlap deep would fly apart in the first step.
 fn refuse_overlap(scene: &Scene) -> Result<(), Failure> {
     let deepest = Candidates::new().overlap_at_start(&scene.world, &scene.starts, |_| true);
-    let Some(Overlap { depth, allowed, between: (first, second) }) = deepest else { return Ok(()) };
-    let [first, second] = [first, second].map(|partner| scene.partner(partner).to_owned());
-    let overlap = Error::Overlap { first, second, depth, allowed };
+    let Some(Overlap { depth, allowed, between }) = deepest else { return Ok(()) };
+    let overlap = scene.naming(&Error::Overlap { between, depth, allowed });
     Err(Failure::Input(format!("position: {overlap}")))
 }
 
