@@ -40,6 +40,28 @@ pub(crate) struct Turn {
     frames: (Matrix3<f64>, Option<Matrix3<f64>>),
 }
 
+/// q ⊗ (0, v).
+fn by_pure(q: &Vector4<f64>, v: &Vector3<f64>) -> Vector4<f64> {
+    let ([a, b, c, d], [x, y, z]) = (q.data.0[0], v.data.0[0]);
+    Vector4::new(
+        -(b * x) - c * y - d * z,
+        a * x - d * y + c * z,
+        d * x + a * y - b * z,
+        b * y - c * x + a * z,
+    )
+}
+
+/// (0, v) ⊗ q.
+fn pure_by(v: &Vector3<f64>, q: &Vector4<f64>) -> Vector4<f64> {
+    let ([b, c, d], [w, x, y, z]) = (v.data.0[0], q.data.0[0]);
+    Vector4::new(
+        -(b * x) - c * y - d * z,
+        b * w - d * y + c * z,
+        c * w + d * x - b * z,
+        d * w - c * x + b * y,
+    )
+}
+
 /// E, n, a_A and a_B of a step.
 struct At {
     e: Vector4<f64>,
@@ -91,9 +113,8 @@ impl Turn {
             (Some(frame), Some(spin)) => frame.tr_mul(spin) * half,
             _ => Vector3::zeros(),
         };
-        let pure = |v: &Vector3<f64>| Vector4::new(0.0, v[0], v[1], v[2]);
-        let by_a = product(&self.start, &pure(&a));
-        let by_b = product(&pure(&b), &(self.start + by_a));
+        let by_a = by_pure(&self.start, &a);
+        let by_b = pure_by(&b, &(self.start + by_a));
         let n = ((1.0 + a.norm_squared()) * (1.0 + b.norm_squared())).sqrt();
         At { e: (self.rest + product(&self.back, &(by_a - by_b))) / n, n, a, b }
     }

@@ -222,7 +222,10 @@ impl<E: Equations> Newton<E> {
         if kept.are_good && kept.compliance == matrix && kept.pieces == *pieces {
             let couplings = equations.couplings().iter().zip(&mut *eliminations);
             for (index, (coupling, elimination)) in couplings.enumerate() {
-                elimination.answer.offset = answer(index, coupling).offset;
+                let of = (&coupling.rows, graphs);
+                let offset = pulls[index].offset(pieces[index], of, matrix);
+                elimination.answer.offset =
+                    offset.unwrap_or_else(|| answer(index, coupling).offset);
             }
             return equations.direction(scratch, eliminations, system, step);
         }

@@ -7,6 +7,7 @@ use super::super::coupling::Coupling;
 use super::super::equations::{
     Determined, Elimination, Equations, Point, Residual, Setting, Velocities, Velocity,
 };
+use super::super::islands::IslandView;
 use super::super::law::{Answer, Gain};
 use super::super::member::Member;
 use super::super::pair_motion::{PairSlope, stacked};
@@ -58,24 +59,23 @@ impl Equations for Island {
         self.members.iter().map(Member::speed).fold(0.0, f64::max)
     }
 
-    fn foresee(&mut self, step: &Step<'_>, bodies: &[usize], previous: &[Vector3<f64>]) {
+    fn foresee(&mut self, step: &Step<'_>, island: &IslandView<'_>, previous: &[Vector3<f64>]) {
         let Some(earlier) = step.earlier.filter(|_| !self.joints.is_empty()) else { return };
         let (mut velocity, mut impulses) = std::mem::take(&mut self.ahead);
-        let before = bodies.iter().filter_map(|body| earlier.states.get(*body));
-        velocity.extend(self.members.iter().zip(before).map(|(member, before)| {
-            let (now, before) = (member.old(), (before.velocity, before.spin));
-            Velocity { linear: 2.0 * now.linear - before.0, spin: 2.0 * now.spin - before.1 }
-        }));
-        impulses.extend_from_slice(previous);
-        let contacts = self.first_of_joints();
+        let to_impulse = self.time_step / self.mass;
+        let ahead = &island.known.ahead;
+        impulses.extend(island.contacts.iter().map(|&place| ahead[place] * to_impulse));
+        let contacts = impulses.len();
+        impulses.extend_from_slice(&previous[contacts..]);
         for (now, before) in
             impulses[contacts..].iter_mut().zip(self.joint_impulses(&earlier.joints))
         {
             *now = 2.0 * *now - before;
         }
-        if velocity.len() < self.members.len() {
-            velocity.clear();
-        }
+        let before = island.bodies.iter().filter_map(|body| earlier.states.get(*body));
+        let before = before.map(|state| Velocity { linear: state.velocity, spin: state.spin });
+        self.set_velocity_under(&impulses, &mut velocity);
+        self.follow(before, &mut velocity);
         self.ahead = (velocity, impulses);
     }
 
@@ -237,9 +237,8 @@ impl Equations for Island {
                 }
                 _ => self.slope((link, coupling), at.velocity, turnings),
             };
-            let elimination = Elimination { answer, slope };
-            self.add_gain((link, coupling), &elimination, blocks);
-            eliminations.push(elimination);
+            eliminations.push(Elimination { answer, slope });
+            self.add_gain((link, coupling), &eliminations[index], blocks);
         }
         blocks.factorise(&self.pattern)
     }

@@ -164,7 +164,7 @@ impl Island {
             })
             .sum();
         let idle = Axis::Free(Drive::NONE).graph(&AxisStart::default(), 1.0, (1.0, 1.0));
-        let axes = Axes::new(&mut self.setting.graphs, |k| (k > 0).then_some(idle));
+        let axes = Axes::new(&mut self.setting.graphs, false, |k| (k > 0).then_some(idle));
         let kind = Kind::Gear(self.gears.len());
         let a = self.links[parts[0].0].a;
         self.links.push(Link { a, kind, b: None, source: Source::Drives([false; 3]) });

@@ -3,7 +3,7 @@
 //! Equation numbers are those of `docs/native-solver.md`.
 
 use super::super::coupling::Coupling;
-use super::super::equations::Velocity;
+use super::super::equations::{Equations, Velocity};
 use super::super::fixed_motion::point_velocity;
 use super::super::member::Member;
 use super::super::pair_motion::PairMotion;
@@ -54,6 +54,48 @@ impl Island {
                 }
                 residuals[other.index].spin += share * (other.torque_map * impulse);
             }
+        }
+    }
+
+    /// Sets the velocities to those that the impulses leave, with the gyroscopic term to second order in h: a digit or two more
+    /// than [`set_velocity_after`](Equations::set_velocity_after), which takes it as in free flight.
+    pub(super) fn set_velocity_under(
+        &self,
+        impulses: &[Vector3<f64>],
+        velocity: &mut Vec<Velocity>,
+    ) {
+        self.set_velocity_after(impulses, velocity);
+        for (member, velocity) in self.members.iter().zip(velocity) {
+            let now = member.gyroscopic(&velocity.spin);
+            if let Some((now, free)) = now.zip(member.gyroscopic(&member.free.spin)) {
+                velocity.spin -= member.inertia_inverse * (now - free);
+            }
+        }
+    }
+
+    /// Where velocities are not near those to which the last step and the velocities `before` it lead on, in parts of the way
+    /// there, makes them these: impulses of light bodies turn with them. None are left where one is missing.
+    pub(super) fn follow(
+        &self,
+        before: impl Iterator<Item = Velocity> + Clone,
+        velocity: &mut Vec<Velocity>,
+    ) {
+        let led = self.members.iter().zip(before).map(|(member, before)| {
+            let now = member.old();
+            let linear = 2.0 * now.linear - before.linear;
+            (member, Velocity { linear, spin: 2.0 * now.spin - before.spin })
+        });
+        let (mut way, mut apart, mut count) = (0.0_f64, 0.0_f64, 0);
+        for ((member, led), velocity) in led.clone().zip(&*velocity) {
+            way = way.max(member.way(member.old(), &led));
+            apart = apart.max(member.way(velocity, &led));
+            count += 1;
+        }
+        if count < self.members.len() {
+            velocity.clear();
+        } else if !(apart <= way) {
+            velocity.clear();
+            velocity.extend(led.map(|(_, led)| led));
         }
     }
 
@@ -184,6 +226,7 @@ pub(super) struct Both {
 
 impl Both {
     pub(super) fn of(member: &Member, velocity: &Velocity) -> Self {
-        Self { there: member.turning(velocity.spin), back: member.turning(-velocity.spin) }
+        let (there, back) = member.turnings(velocity.spin);
+        Self { there, back }
     }
 }

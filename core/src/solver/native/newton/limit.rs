@@ -100,6 +100,9 @@ impl<E: Equations> Newton<E> {
             true => iterate.residual,
             false => evaluate(equations, &map, iterate),
         };
+        if determined == Determined::Maybe && !is_clear(equations, iterate, merit.largest) {
+            return f64::INFINITY;
+        }
         // What rolls gives more across only for the rule's sake: in the matrix it would make this slow.
         self.gives_alike = true;
         let (converged, merit) =
@@ -129,11 +132,10 @@ impl<E: Equations> Newton<E> {
     /// the step from u = 0 to u = −ε r, leaves of r what W does not see, and of all else little. What is open, and would not be where
     /// others give way, has a say too: no row may be so near to another piece of its law.
     fn is_selected(&mut self, equations: &E, matrix: f64, iterate: &mut Iterate<E>) -> bool {
-        let mut before = largest(&iterate.impulses);
-        let clear = CLEAR * before;
-        if !iterate.pulls.iter().all(|pull| pull.clearance(equations.graphs()) > clear) {
+        if !is_clear(equations, iterate, 0.0) {
             return false;
         }
+        let mut before = largest(&iterate.impulses);
         let (enough, mut is_selected) = (LEFT_OPEN * before, false);
         self.trial.impulses.clone_from(&iterate.impulses);
         self.trial.points.clone_from(&iterate.points);
@@ -161,6 +163,13 @@ impl<E: Equations> Newton<E> {
         evaluate_again(equations, &NaturalMap::EXACT, iterate);
         is_selected
     }
+}
+
+/// Whether no row of a point is so near to another piece of its law that compliance has a say in which it is on, or may be where
+/// the solution is `apart` from it, m/s.
+fn is_clear<E: Equations>(equations: &E, iterate: &Iterate<E>, apart: f64) -> bool {
+    let near = CLEAR * largest(&iterate.impulses) - apart;
+    iterate.pulls.iter().all(|pull| pull.clearance(equations.graphs()) > near)
 }
 
 /// The largest entry; infinite where one is no number.
