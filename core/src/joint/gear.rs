@@ -167,7 +167,8 @@ impl Gear {
         match self.law {
             Axis::Locked => sum,
             Axis::Free(Drive { limits: Some([low, high]), .. }) => sum - sum.clamp(low, high),
-            Axis::Free(_) => sum - sum,
+            Axis::Free(_) if sum.is_nan() => sum,
+            Axis::Free(_) => 0.0,
         }
     }
 

@@ -91,9 +91,11 @@ impl Island {
             apart = apart.max(member.way(velocity, &led));
             count += 1;
         }
+        // A NaN is near nothing.
+        let is_near = apart <= way;
         if count < self.members.len() {
             velocity.clear();
-        } else if !(apart <= way) {
+        } else if !is_near {
             velocity.clear();
             velocity.extend(led.map(|(_, led)| led));
         }
